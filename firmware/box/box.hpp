@@ -64,6 +64,7 @@ class Box {
   capture::Scales scales() const;
   // The delay that is applied to the samples of the present block; not calibrated when none is applied.
   published::DelayInForce delayInSamples() const;
+  published::ToolInSamples toolInSamples() const { return corrections_.toolInSamples(state_.at); }
   // Number of the next trigger: all before it were reported or are lost.
   std::uint32_t nextTrigger() const { return corrections_.nextTriggerNumber(); }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "firmware/corrections/measured_gain.hpp"
+
 namespace probebox::corrections {
 namespace {
 
@@ -129,12 +131,10 @@ void Corrections::push(const PoseTold& pose) {
 }
 
 void Corrections::push(const DelayActivated& activated) {
-  state_.delay =
-      published::DelayInForce{activated.result_id != 0, activated.result_id, activated.tau_s, activated.sd_s};
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    const double sd_s = activated.result_id != 0 ? activated.sd_s[axis] : 0;
-    references_[axis].setDelay(activated.tau_s[axis], sd_s);
-  }
+  state_.delay = published::DelayInForce{activated.result_id != 0, activated.result_id, activated.tau_s, activated.sd_s,
+                                         gainOf(activated)};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
+    references_[axis].setDelay(activated.tau_s[axis], activated.result_id != 0 ? activated.sd_s[axis] : 0);
 }
 
 void Corrections::push(const CutInhibit& inhibit_now) {

@@ -10,6 +10,11 @@ inline double number(const nlohmann::ordered_json& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
 }
 
+// Whole and not negative; throws what nlohmann's readers throw.
+inline std::size_t count(const nlohmann::ordered_json& json) {
+  return json.get_ref<const nlohmann::ordered_json::number_unsigned_t&>();
+}
+
 inline std::vector<double> numbers(const nlohmann::ordered_json& json) {
   std::vector<double> values;
   values.reserve(json.size());

@@ -40,7 +40,7 @@ std::vector<metrology::Estimate> estimates(const Json& list) {
                    .shape = static_cast<metrology::Shape>(shape),
                    .values = numbers(item.at("values")),
                    .sd = numbers(item.at("sd")),
-                   .columns = item.at("columns").get<std::size_t>(),
+                   .columns = count(item.at("columns")),
                    .design = listed(item, "design"),
                    .uncertainty = listed(item, "uncertainty")});
   }
@@ -79,7 +79,7 @@ metrology::Result result(const Json& json) {
   all.estimates = estimates(json.at("estimates"));
   all.also = estimates(json.at("also"));
   all.rms = number(json.at("rms"));
-  all.dof = json.at("dof").get<std::size_t>();
+  all.dof = count(json.at("dof"));
   all.condition = number(json.at("condition"));
   if (json.contains("chi2_reduced")) all.chi2_reduced = number(json.at("chi2_reduced"));
   if (json.contains("covariance")) {

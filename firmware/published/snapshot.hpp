@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
@@ -63,12 +64,37 @@ constexpr std::uint16_t bitOf(SourceKind kind) {
   return static_cast<std::uint16_t>(1U << static_cast<unsigned>(kind));
 }
 
+// A gain of the probe that was measured (A3), row by row, with standard deviation (k = 1).
+struct MeasuredGain {
+  std::array<std::array<double, 3>, 3> value{};
+  std::array<std::array<double, 3>, 3> sd{};
+};
+
 // The system delay in force per axis ((A1): tau = t_machine - t_probe), s, with standard deviation (k = 1).
 struct DelayInForce {
   bool calibrated{};
   std::uint64_t result_id{};
   std::array<double, kLinearAxes> tau_s{};
   std::array<double, kLinearAxes> sd_s{};
+  std::optional<MeasuredGain> gain{};  // of the same result
+};
+
+// From counts to the tool's position along one axis: machine = counts * scale + offset, tool = machine - (screw_mm +
+// screw_slope * machine).
+struct ToolAxis {
+  bool referenced{};
+  bool has_screw{};
+  bool screw_known{};  // its sensor delivers readings
+  double offset_mm{};
+  double screw_mm{};
+  double screw_slope{};
+};
+
+// What the samples of a block need to become positions of the stylus' tip.
+struct ToolInSamples {
+  std::array<ToolAxis, kLinearAxes> axes{};
+  std::uint32_t tool{};                                         // in the spindle, as told last; 0 for none
+  std::array<std::optional<double>, kRotaryAxes> angles_rad{};  // where they are known
 };
 
 // The spindle axis in force, and its position at the present Z.

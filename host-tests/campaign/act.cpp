@@ -13,14 +13,21 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::array<std::string_view, kKinds> kNames{
-    "drop_probe",   "drop_encoders", "stop_sync",  "lose_edges",  "double_edges",   "drop_drift",   "stick_encoders",
-    "freeze_probe", "shake_probe",   "jump_clock", "drop_angles", "overflow_queue", "stall_worker", "fill_disk",
-    "kill",         "cut_power",     "stop",       "connect",     "cut_link",       "stop_reading", "start_run",
-    "abort_run",    "accept",        "roll_back",  "inhibit",     "end_inhibit",    "home_outside", "choose_sources"};
+    "drop_probe",     "drop_encoders", "stop_sync",    "lose_edges",  "double_edges",  "drop_drift",
+    "stick_encoders", "freeze_probe",  "shake_probe",  "jump_clock",  "drop_angles",   "overflow_queue",
+    "stall_worker",   "fill_disk",     "kill",         "cut_power",   "lose_standing", "stop",
+    "connect",        "cut_link",      "stop_reading", "propose",     "start_run",     "abort_run",
+    "accept",         "roll_back",     "inhibit",      "end_inhibit", "home_outside",  "choose_sources"};
 
 // Kinds that need others to mean anything: a run that is never started cannot be accepted.
-constexpr std::array kUsual{Kind::start_run, Kind::accept,      Kind::accept,         Kind::roll_back,
-                            Kind::inhibit,   Kind::end_inhibit, Kind::choose_sources, Kind::choose_sources};
+constexpr std::array kUsual{Kind::start_run,   Kind::propose,        Kind::accept,
+                            Kind::accept,      Kind::roll_back,      Kind::inhibit,
+                            Kind::end_inhibit, Kind::choose_sources, Kind::choose_sources};
+
+// Half of the worlds have the slowest clock that a box takes, so that most of the time goes into what happens and not
+// into samples; the others are up to ten times as fast.
+constexpr std::array<Nanoseconds, 16> kTicks{1ms,  2ms,  4ms,  4ms,  10ms, 10ms, 10ms, 10ms,
+                                             10ms, 10ms, 10ms, 10ms, 10ms, 10ms, 10ms, 10ms};
 
 class Dice {
  public:
@@ -65,10 +72,32 @@ std::uint64_t numberOf(Kind kind, Dice& dice) {
       return dice.below(3);
     case Kind::choose_sources:
       return dice.oneIn(4) ? dice.below(16) : dice.below(2);  // often the screws, or nothing
+    case Kind::propose:
+      return dice.below(100);
     case Kind::cut_power:
+    case Kind::lose_standing:
       return dice.below(1U << 20U);
     default:
       return 0;
+  }
+}
+
+// What chance alone seldom brings together: the correction walks, the disk does not follow, and the box ends.
+void addScenes(Play& play, Dice& dice) {
+  constexpr std::array kEnds{Kind::cut_power, Kind::cut_power, Kind::lose_standing, Kind::kill};
+  constexpr Nanoseconds kEach = 150s;
+  if (dice.oneIn(2)) return;
+  for (auto left = play.length / kEach; left > 0; --left) {
+    auto at = Nanoseconds{static_cast<std::int64_t>(dice.below(static_cast<std::uint64_t>(play.length.count())))};
+    const auto add = [&](Kind kind, Nanoseconds lasts, std::uint64_t number) {
+      play.acts.push_back({.kind = kind, .at = at, .lasts = lasts, .number = number});
+      at += dice.between(1ms, 4s);
+    };
+    const auto lasts = dice.between(4s, 40s);
+    if (dice.oneIn(2)) add(dice.oneIn(2) ? Kind::stall_worker : Kind::fill_disk, lasts, 0);
+    add(Kind::choose_sources, 0ns, dice.below(2));
+    add(kEnds.at(dice.below(kEnds.size())), 0ns, dice.below(1U << 20U));
+    if (dice.oneIn(3)) add(Kind::kill, 0ns, 0);
   }
 }
 
@@ -80,13 +109,12 @@ std::string_view name(Kind kind) {
 
 Play drawPlay(std::uint64_t seed, Nanoseconds length) {
   Dice dice{seed};
-  constexpr std::array<Nanoseconds, 3> kTicks{1ms, 2ms, 4ms};
   Play play{.seed = seed,
             .length = length,
             .tick = kTicks.at(dice.below(kTicks.size())),
             .poll_interval = 10ms * static_cast<std::int64_t>(1 + dice.below(20)),
             .absolute = dice.oneIn(2),
-            .cold_um = dice.uniform(-150, 250),
+            .cold_um = dice.uniform(-250, 350),
             .acts = {}};
   const auto weights = dice.exponential(kKinds);
   // From one act in two minutes to one a second.
@@ -105,6 +133,7 @@ Play drawPlay(std::uint64_t seed, Nanoseconds length) {
                          .lasts = dice.between(1ms, 40s),
                          .number = numberOf(kind, dice)});
   }
+  addScenes(play, dice);
   std::ranges::stable_sort(play.acts, {}, &Act::at);
   return play;
 }

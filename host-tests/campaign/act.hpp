@@ -30,12 +30,14 @@ enum class Kind : std::uint8_t {
   fill_disk,       // the disk is full for `lasts`
   kill,            // the process dies at once
   cut_power,       // data that were not synced are lost; bit `number` of one copy of each small file is damaged
+  lose_standing,   // the same, and both copies of where the axes stand are damaged
   stop,            // the daemon ends regularly
   // of hosts
   connect,
   cut_link,      // after `number` more bytes
   stop_reading,  // for `lasts`
   // commands
+  propose,  // a result about the delay, measured elsewhere
   start_run,
   abort_run,
   accept,  // the newest proposed result

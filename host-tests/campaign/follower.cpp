@@ -1,5 +1,6 @@
 #include "host-tests/campaign/follower.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -44,6 +45,7 @@ std::optional<std::string> Follower::read(const published::Snapshot& snapshot, M
   auto fast = whyTooFast(served_mm, now);
   joints_mm_ = served_mm;
   followed_at_ = now;
+  outage_.reset();
   return fast;
 }
 
@@ -61,12 +63,22 @@ std::optional<std::string> Follower::whyTorn() const {
   return std::nullopt;
 }
 
-// Between two values that a joint follows lies no more than the limit of rate allows, whatever happened in between.
+void Follower::expectRestart(MonoTime now, double doubt_s) {
+  beat_.reset();
+  if (!outage_) outage_ = Outage{.since = now, .doubt_s = 0};
+  outage_->doubt_s = std::max(outage_->doubt_s, doubt_s);
+}
+
+// Between two values that a joint follows lies no more than it covers at the limit of rate in the time in which the
+// value may have moved: a polling interval before a pause and one after it, because a value that is not valid is
+// frozen; and behind an end of the box, for as long as it waits, what it is in doubt about.
 std::optional<std::string> Follower::whyTooFast(const std::array<double, 3>& served_mm, MonoTime now) const {
   if (!followed_at_) return std::nullopt;  // the joints stand at zero, without an offset
+  double moving_s = std::min(seconds(now - *followed_at_), 2 * seconds(poll_interval_)) + kServedFor_s;
+  if (outage_) moving_s += std::min(outage_->doubt_s, seconds(now - outage_->since));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double step_mm = std::abs(served_mm[axis] - joints_mm_[axis]);
-    const double allowed_mm = rate_mm_s_[axis] * (seconds(now - *followed_at_) + kServedFor_s) + 2 * kResolution_mm;
+    const double allowed_mm = rate_mm_s_[axis] * moving_s + 2 * kResolution_mm;
     if (step_mm > allowed_mm) {
       return "joint " + std::to_string(axis) + " steps by " + um(step_mm) + " where " + um(allowed_mm) +
              " are allowed: from " + um(joints_mm_[axis]) + " to " + um(served_mm[axis]);
@@ -82,7 +94,9 @@ std::optional<std::string> Follower::whyBeatsWrong(bool valid, MonoTime now) {
     beat_ = Beat{.since = now, .moved = now, .last = beat, .beats = 0};
     return std::nullopt;
   }
-  if (beat != beat_->last || !valid) beat_->moved = now;
+  // Where nothing is summed there is no chain, and the correction is zero whatever is silent.
+  const bool sums = image_.registers()[address::mask] != 0;
+  if (beat != beat_->last || !valid || !sums) beat_->moved = now;
   if (seconds(now - beat_->moved) > kHeldFor_s)
     return "the corrections are valid, and the heartbeat has not moved for " +
            std::to_string(seconds(now - beat_->moved)) + " s";

@@ -46,8 +46,9 @@ void summarise(const Tally& tally, double real_hours) {
        std::to_string(tally.lost_samples) + " declared lost");
   tell("registers read " + std::to_string(tally.reads) + " times, " + std::to_string(tally.valid_reads) +
        " of them valid; corrections held against the truth " + std::to_string(tally.checks_of_values) + " times");
-  tell("runs solved " + std::to_string(tally.solved) + ", results accepted " + std::to_string(tally.accepted) +
-       ", rolled back " + std::to_string(tally.rolled_back));
+  tell("runs solved " + std::to_string(tally.solved) + ", results proposed beside them " +
+       std::to_string(tally.proposed) + ", accepted " + std::to_string(tally.accepted) + ", rolled back " +
+       std::to_string(tally.rolled_back));
   std::string acts = "acts:";
   for (std::size_t i = 0; i < kKinds; ++i)
     acts += " " + std::string{name(static_cast<Kind>(i))} + " " + std::to_string(tally.acts.at(i));

@@ -49,6 +49,21 @@ std::array<double, 3> ratesOf(const Play& play, const Rules& rules) {
   return {limits[0].rate_mm_s * rules.rate, limits[1].rate_mm_s * rules.rate, limits[2].rate_mm_s * rules.rate};
 }
 
+// How long an axis may have walked since what the disk has of it (docs/corrections.md).
+double doubtAfter(Kind end, const Play& play) {
+  if (end == Kind::cut_power) return app::StandingKeeper::kAhead_s;
+  if (end != Kind::lose_standing) return 0;
+  const auto limits = scenario::usualBox(worldOf(play)).corrections.limits;
+  return limits[0].size_mm / limits[0].rate_mm_s;
+}
+
+metrology::Result delayFrom(std::uint64_t number) {
+  metrology::Result result;
+  result.method = "delay-multi-speed";
+  result.estimates = {metrology::Estimate::scalar("tau_s", 3.8e-3 + 1e-6 * static_cast<double>(number), 1e-4)};
+  return result;
+}
+
 // The disk takes no byte while it is full; the memory of /run does.
 void setDiskFull(bool full) {
   rlimit limit{};
@@ -79,7 +94,8 @@ Stage::Stage(const Play& play, const std::filesystem::path& folder, const Rules&
       folder_{folder},
       rules_{rules},
       office_{256U << 10U, 64, worldOf(play), play.seed},
-      follower_{ratesOf(play, rules)} {
+      follower_{ratesOf(play, rules), play.poll_interval} {
+  box().setStep(std::max(play.tick / 2, Nanoseconds{1ms}));
   std::signal(SIGXFSZ, SIG_IGN);
   verdict_.tally.plays = 1;
   begin();
@@ -94,7 +110,10 @@ Verdict Stage::run() {
     if (now_ % kWorkerRound == 0ns && now_ >= worker_back_) {
       verdict_.tally.solved += boot_->solve() ? 1U : 0U;
       boot_->look();
+      standing_lost_ = standing_lost_ && (!served().valid || disk_back_ != kNever);
+      const auto before = believed_.inForce("delay");
       if (const auto broken = believed_.whyBroken(boot_->inForce(), boot_->doors())) fail(*broken);
+      if (believed_.inForce("delay") != before) changed_ = now_;  // one that waited
     }
     if (now_ % play_.poll_interval == 0ns) follow();
     if (now_ % kCheckRound == 0ns) check();
@@ -138,7 +157,9 @@ void Stage::applyToMachine(const Act& act) {
 void Stage::applyToBox(const Act& act) {
   switch (act.kind) {
     case Kind::overflow_queue:
-      box().overflowQueue(static_cast<std::uint32_t>(act.number));
+      // As long in any world.
+      box().overflowQueue(
+          static_cast<std::uint32_t>(act.number * 1'000'000 / static_cast<std::uint64_t>(play_.tick.count())));
       queue_overflowed_ = true;
       any_trouble_.until = std::max(any_trouble_.until, now_ + 20s);
       return;
@@ -160,11 +181,17 @@ void Stage::restart(const Act& act) {
   if (act.kind == Kind::stop) boot_->end();
   boot_.reset();
   served_record_.reset();
-  if (act.kind == Kind::cut_power) {
+  standing_lost_ = standing_lost_ || act.kind == Kind::lose_standing;
+  // What was lost stays lost until the worker has written it anew.
+  const bool from_disk = act.kind == Kind::cut_power || act.kind == Kind::lose_standing;
+  follower_.expectRestart(box().now(), doubtAfter(from_disk && standing_lost_ ? Kind::lose_standing : act.kind, play_));
+  if (from_disk) {
     std::error_code gone;
     std::filesystem::remove(folder_ / "served-last", gone);
     spoil(folder_ / "served", act.number);
     spoil(folder_ / "doors", act.number);
+    // Its file is two copies of one block.
+    if (act.kind == Kind::lose_standing) spoil(folder_ / "served", act.number + std::uint64_t{4096} * 8);
   }
   begin();
 }
@@ -173,7 +200,6 @@ void Stage::begin() {
   served_record_.emplace((folder_ / "served-last").string());
   boot_.emplace(office_, folder_ / "results.db");
   office_.restartBox(boot_->restored(served_record_->before()));
-  follower_.expectRestart();
   for (auto& each : hosts_) each.left = now_;
   hosts_.push_back({.host = &office_.add()});
   began_ = changed_ = now_;
@@ -219,6 +245,8 @@ void Stage::applyToHosts(const Act& act) {
 
 void Stage::command(const Act& act) {
   switch (act.kind) {
+    case Kind::propose:
+      return propose(act.number);
     case Kind::start_run:
       boot_->start(methodOf(act.number));
       return;
@@ -245,6 +273,14 @@ void Stage::command(const Act& act) {
     default:
       return;
   }
+}
+
+// Beside the box, as the solver's process could not: what matters is that there is a result to accept.
+void Stage::propose(std::uint64_t number) {
+  auto store = store::Store::open((folder_ / "results.db").string());
+  if (!store) return;
+  if (store->propose(boot_->inForce().bindingFor("delay"), delayFrom(number), "", app::utcNow()))
+    ++verdict_.tally.proposed;
 }
 
 void Stage::accept() {
@@ -310,7 +346,7 @@ void Stage::checkSources() {
   constexpr Nanoseconds kHeldAtMost = 7s;
   for (const auto kind : {Kind::drop_drift, Kind::drop_encoders}) {
     const auto& trouble = troubles_.at(static_cast<std::size_t>(kind));
-    if (now.valid && (now.mask & 1U) != 0 && trouble.on(now_) && now_ - trouble.since > kHeldAtMost)
+    if (now.valid && (now.mask & 1U) != 0 && trouble.on(now_ + kRound) && now_ - trouble.since > kHeldAtMost)
       fail("valid after more than T_hold of " + std::string{name(kind)});
   }
   const auto delay = believed_.inForce("delay");

@@ -42,6 +42,7 @@ class Stage {
   void begin();
   void carryOn();  // continues lasting acts and their consequences
   void tendHosts();
+  void propose(std::uint64_t number);
   void accept();
   void rollBack();
   void inhibit(const Act& act);
@@ -84,6 +85,7 @@ class Stage {
   Nanoseconds now_{};
   Nanoseconds began_{};    // the present boot
   Nanoseconds changed_{};  // the last command that changes what is in force
+  bool standing_lost_{};   // the disk does not know where the axes stand
   Nanoseconds worker_back_{kNever};
   Nanoseconds disk_back_{kNever};
   std::array<Trouble, kMachineKinds> troubles_{};

@@ -5,8 +5,8 @@
 
 namespace probebox::campaign {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Tally, plays, restarts, reads, valid_reads, samples, lost_samples, solved, accepted,
-                                   rolled_back, checks_of_values, acts, hours)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Tally, plays, restarts, reads, valid_reads, samples, lost_samples, solved, proposed,
+                                   accepted, rolled_back, checks_of_values, acts, hours)
 
 Tally& Tally::operator+=(const Tally& other) {
   plays += other.plays;
@@ -16,6 +16,7 @@ Tally& Tally::operator+=(const Tally& other) {
   samples += other.samples;
   lost_samples += other.lost_samples;
   solved += other.solved;
+  proposed += other.proposed;
   accepted += other.accepted;
   rolled_back += other.rolled_back;
   checks_of_values += other.checks_of_values;

@@ -23,7 +23,8 @@ struct Tally {
   std::uint64_t valid_reads{};  // with `valid` set
   std::uint64_t samples{};      // that hosts received
   std::uint64_t lost_samples{};
-  std::uint64_t solved{};  // runs
+  std::uint64_t solved{};    // runs
+  std::uint64_t proposed{};  // beside runs
   std::uint64_t accepted{};
   std::uint64_t rolled_back{};
   std::uint64_t checks_of_values{};  // corrections compared with the truth

@@ -14,7 +14,6 @@
 namespace probebox::scenario {
 namespace {
 
-constexpr Nanoseconds kStep = std::chrono::milliseconds{1};
 constexpr Nanoseconds kTimeAdvances = std::chrono::milliseconds{10};
 
 const board::Descriptions& sim() {
@@ -281,7 +280,7 @@ void Scenario::enqueue(const Event& event) {
 }
 
 void Scenario::step() {
-  now_ += kStep;
+  now_ += step_;
   controller_.advance(now_);
   world_.advanceTo(now_);
   std::array<Event, 64> batch;
@@ -351,6 +350,7 @@ void Scenario::activateDelay(const std::array<double, 3>& tau_s) {
 }
 
 void Scenario::restartBox(std::span<const Event> restored) {
+  recorder_.run_to_solve.reset();  // the worker went with the box
   recorder_.next.reset();
   for (auto& role : lines_)
     for (auto& line : role) line.before = line.newest;

@@ -77,6 +77,8 @@ class Scenario {
   // The capture queue has no room for the next so many events.
   // The controller uses this link from now on. It must outlive the scenario's last run.
   void speakThrough(world::BoxLink& link);
+  // How far it advances at a time: 1 ms; the controller hears of the box no more often.
+  void setStep(Nanoseconds step) { step_ = step; }
   void overflowQueue(std::uint32_t events) { no_room_for_ += events; }
   void inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds duration, Nanoseconds jump = {});
   // Starts a run, lets the controller do it, and solves it as the worker would.
@@ -151,6 +153,7 @@ class Scenario {
   box::PerLine<LineCount> lines_{};
   std::vector<Event> events_;
   bool keeps_events_{false};
+  Nanoseconds step_{std::chrono::milliseconds{1}};
 };
 
 // The same events into another box.

@@ -12,7 +12,7 @@ using namespace probebox;
 using fuzz::require;
 
 int feedAnswers(const std::uint8_t* data, std::size_t size) {
-  fuzz::fed = {data, size};
+  fuzz::feeding({data, size});
   const auto subjects = report::subjectsOf({reinterpret_cast<const char*>(data), size}, "answers");
   if (!subjects) {
     require(subjects.error().what.starts_with("answers"), subjects.error().what);

@@ -235,7 +235,7 @@ void lookAt(const metrology::Result& result) {
 int feedCase(const std::uint8_t* data, std::size_t size) {
   constexpr std::size_t kChange = 6, kMostChanges = 8;
   if (size < 1) return 0;
-  fuzz::fed = {data, size};
+  fuzz::feeding({data, size});
   Dataset dataset = chosen(cases(), data[0]);
   const auto changes = std::min((size - 1) / kChange, kMostChanges);
   for (std::size_t k = 0; k < changes; ++k) {

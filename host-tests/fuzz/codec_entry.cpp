@@ -66,7 +66,7 @@ void feedAsValues(std::span<const std::byte> bytes) {
 }  // namespace
 
 int feedCodec(const std::uint8_t* data, std::size_t size) {
-  fuzz::fed = {data, size};
+  fuzz::feeding({data, size});
   if (size < 1) return 0;
   const auto bytes = std::as_bytes(std::span{data + 1, size - 1});
   feedAsBlock(bytes, formatsOf(data[0]));

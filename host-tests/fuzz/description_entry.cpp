@@ -53,7 +53,7 @@ std::string problemsOf(std::string_view file_name, std::string_view text) {
 }
 
 int feedDescription(const std::uint8_t* data, std::size_t size) {
-  fuzz::fed = {data, size};
+  fuzz::feeding({data, size});
   constexpr std::array kNames{"box.toml", "machine.toml", "probe.toml", "service.toml", "world.toml"};
   if (size < 1) return 0;
   std::string text;

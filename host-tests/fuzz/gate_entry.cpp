@@ -17,7 +17,7 @@ using Gate = stream::HelloGate;
 // data[0]: how finely the bytes come. Whatever comes, the gate takes no more than it has room for, decides for good,
 // and never lets a line of text in.
 int feedGate(const std::uint8_t* data, std::size_t size) {
-  fuzz::fed = {data, size};
+  fuzz::feeding({data, size});
   if (size < 1) return 0;
   const std::size_t piece = 1 + data[0];
   auto bytes = std::as_bytes(std::span{data + 1, size - 1});

@@ -45,7 +45,7 @@ void take(usb_probe::ReceiverDecoder& decoder, std::span<const std::byte> transf
 }  // namespace
 
 int feedReceiver(const std::uint8_t* data, std::size_t size) {
-  fuzz::fed = {data, size};
+  fuzz::feeding({data, size});
   if (size < 2) return 0;
   const std::size_t piece = 1 + data[0] * std::size_t{16};
   const std::size_t room = 1 + data[1] % 64;

@@ -21,7 +21,7 @@ class Listener : public link::StreamListener {
 }  // namespace
 
 int feedRecording(const std::uint8_t* data, std::size_t size) {
-  fuzz::fed = {data, size};
+  fuzz::feeding({data, size});
   std::istringstream in{std::string{reinterpret_cast<const char*>(data), size}};
   Listener listener;
   const auto end = link::readRecording(in, listener);

@@ -107,7 +107,7 @@ void network(std::span<const std::byte> bytes, std::size_t piece, Box& box) {
 }  // namespace
 
 int feedRegisters(const std::uint8_t* data, std::size_t size) {
-  fuzz::fed = {data, size};
+  fuzz::feeding({data, size});
   if (size < 2) return 0;
   const auto bytes = std::as_bytes(std::span{data + 2, size - 2});
   const std::size_t piece = 1 + data[1];

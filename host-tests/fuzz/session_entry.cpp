@@ -96,7 +96,7 @@ class Scene {
 }  // namespace
 
 int feedSession(const std::uint8_t* data, std::size_t size) {
-  fuzz::fed = {data, size};
+  fuzz::feeding({data, size});
   const auto all = std::as_bytes(std::span{data, size});
   // The same bytes as a host would read them: whatever a file holds, the reader ends.
   link::StreamListener nobody;

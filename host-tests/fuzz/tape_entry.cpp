@@ -48,7 +48,7 @@ void look(const std::string& line) {
 }  // namespace
 
 int feedTape(const std::uint8_t* data, std::size_t size) {
-  fuzz::fed = {data, size};
+  fuzz::feeding({data, size});
   if (size < 2) return 0;
   tape::Session session{(data[0] & 1U) != 0, (data[0] & 2U) != 0};
   const std::size_t piece = 1 + data[1] % 64;

@@ -2,6 +2,9 @@
 
 #include <utility>
 #include <vector>
+#if defined(__x86_64__) && defined(__GNUC__)
+#include <cpuid.h>
+#endif
 
 #include "protocol/codec/judging.hpp"
 #include "protocol/codec/packing.hpp"
@@ -86,6 +89,12 @@ PROBEBOX_KERNELS(sse4, __attribute__((target("sse4.2"))), false)
 PROBEBOX_KERNELS(avx2, __attribute__((target("avx2,bmi,bmi2,lzcnt"))), true)
 PROBEBOX_KERNELS(avx512, __attribute__((target("avx2,bmi,bmi2,lzcnt,avx512f,avx512vl,avx512bw,avx512dq"))), true)
 #define PROBEBOX_HAS(feature) (__builtin_cpu_supports(feature) != 0)
+
+// clang asks the processor for no lzcnt by name.
+bool hasLzcnt() {
+  unsigned a = 0, b = 0, c = 0, d = 0;
+  return __get_cpuid(0x80000001, &a, &b, &c, &d) != 0 && (c & bit_LZCNT) != 0;
+}
 #endif
 
 std::vector<NamedKernels> find() {
@@ -94,7 +103,7 @@ std::vector<NamedKernels> find() {
   if (!PROBEBOX_HAS("sse4.2")) return all;
   all.push_back({"SSE4.2", &sse4::kTable});
   // Where lzcnt is masked its bytes are bsr, which counts the other way.
-  if (!PROBEBOX_HAS("avx2") || !PROBEBOX_HAS("bmi") || !PROBEBOX_HAS("bmi2") || !PROBEBOX_HAS("lzcnt")) return all;
+  if (!PROBEBOX_HAS("avx2") || !PROBEBOX_HAS("bmi") || !PROBEBOX_HAS("bmi2") || !hasLzcnt()) return all;
   all.push_back({"AVX2", &avx2::kTable});
   if (!PROBEBOX_HAS("avx512f") || !PROBEBOX_HAS("avx512vl") || !PROBEBOX_HAS("avx512bw") || !PROBEBOX_HAS("avx512dq"))
     return all;

@@ -87,9 +87,51 @@ struct DelayInForce {
   }
 };
 
+// What turns samples into positions of the stylus' tip: machine position = counts * scale + offset_mm, tool position =
+// machine position - (screw_mm + screw_slope * machine position), tip = tool position + gain * deflection. Since
+// protocol 1.2.
+struct TipDescription {
+  bool has_deflection{};
+  bool turned{};
+  std::uint8_t referenced{};
+  std::uint8_t screws_unknown{};
+  std::array<double, 3> offset_mm{};
+  std::array<double, 3> screw_mm{};
+  std::array<double, 3> screw_slope{};
+  std::uint8_t screws{};
+  double ball_radius_mm{};
+  double noise_nm{};
+  std::uint64_t gain_result_id{};
+  std::array<std::array<double, 3>, 3> gain_sd{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field(
+        "has_deflection", self.has_deflection,
+        "0 where the channels are no deflections of the stylus: of a touch-trigger probe, or while a sensor head is in "
+        "the spindle");
+    field("turned", self.turned,
+          "1 while spindle A or the swivelling head is known not to stand at zero: the gain belongs to the probe at "
+          "zero");
+    field("referenced", self.referenced, "axes whose machine position is known: bit 0 X, 1 Y, 2 Z");
+    field("screws_unknown", self.screws_unknown,
+          "axes with a sensor on their screw that delivers no readings, a bit each");
+    field("offset_mm", self.offset_mm, "mm, X Y Z, machine position at count 0");
+    field("screw_mm", self.screw_mm,
+          "mm, X Y Z, what the warm screw adds at machine position 0; told again when it has changed by 0.2 um, but no "
+          "more often than every 5 s");
+    field("screw_slope", self.screw_slope, "mm per mm, its change over the axis");
+    field("screws", self.screws, "axes with a sensor on their screw, a bit each");
+    field("ball_radius_mm", self.ball_radius_mm, "mm, of the stylus' ball; 0 for none");
+    field("noise_nm", self.noise_nm,
+          "nm, standard deviation (k = 1) of one sample of one channel, as probe.toml states");
+    field("gain_result_id", self.gain_result_id,
+          "the result that measured the gain: it is in force; 0: the gain of probe.toml, whose uncertainty is unknown");
+    field("gain_sd", self.gain_sd, "row by row, standard deviation (k = 1) of the gain; zeros without a result");
+  }
+};
+
 // Describes the channels, box to host: after WELCOME, and again before the first block that another descriptor encodes
-// (a delay came into force, or a resumed stream returns to earlier blocks). Frames carry the CRC-32C of their
-// descriptor as its hash: decode a block with the descriptor whose hash its frame carries.
+// (a delay or a reference came into force, or a resumed stream returns to earlier blocks). Frames carry the CRC-32C of
+// their descriptor as its hash: decode a block with the descriptor whose hash its frame carries.
 struct Descriptor {
   static constexpr MessageType kType = MessageType::descriptor;
   std::string board{};
@@ -102,6 +144,7 @@ struct Descriptor {
   std::vector<ChannelDescription> channels{};
   std::array<std::array<double, 3>, 3> gain{};
   DelayInForce delay{};
+  TipDescription tip{};
   static constexpr void fields(auto& self, auto&& field) {
     field("board", self.board, "name of the board description");
     field("serial_number", self.serial_number, "of the box");
@@ -111,8 +154,11 @@ struct Descriptor {
     field("nominal_tick_period_ns", self.nominal_tick_period_ns, "ns, nominal period of the master clock");
     field("samples_per_tick", self.samples_per_tick, "1 to 100");
     field("channels", self.channels, "in the order of the columns of SAMPLES");
-    field("gain", self.gain, "row by row, nm of tip travel in machine axes X Y Z per nm of channel a b c");
+    field("gain", self.gain,
+          "row by row, nm of tip travel in machine axes X Y Z per nm of channel a b c: that of the delay's result in "
+          "force, or of probe.toml");
     field("delay", self.delay, "the system delay in force when this was sent");
+    field("tip", self.tip, "from samples to the tip; since protocol 1.2");
   }
 };
 

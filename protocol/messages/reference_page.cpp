@@ -23,6 +23,7 @@ template <class T>
 std::string structureName() {
   if constexpr (std::same_as<T, ChannelDescription>) return "ChannelDescription";
   if constexpr (std::same_as<T, DelayInForce>) return "DelayInForce";
+  if constexpr (std::same_as<T, TipDescription>) return "TipDescription";
   if constexpr (std::same_as<T, LinkCounters>) return "LinkCounters";
   if constexpr (std::same_as<T, EdgeCounters>) return "EdgeCounters";
   if constexpr (std::same_as<T, ClockStatus>) return "ClockStatus";
@@ -311,9 +312,10 @@ std::string control() {
 }
 
 std::string structures() {
-  return "## Structures\n\n" + structure<ChannelDescription>() + structure<DelayInForce>() + structure<LinkCounters>() +
-         structure<EdgeCounters>() + structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() +
-         structure<EventCounts>() + structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
+  return "## Structures\n\n" + structure<ChannelDescription>() + structure<DelayInForce>() +
+         structure<TipDescription>() + structure<LinkCounters>() + structure<EdgeCounters>() +
+         structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() + structure<EventCounts>() +
+         structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
          structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<InhibitHolder>() +
          structure<UnusedEvents>() + structure<NotLetIn>() + structure<NamedValue>() + structure<RestsOn>() +
          structure<ResultSummary>() + structure<ValueChange>() + structure<ValueInUse>() +

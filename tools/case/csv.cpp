@@ -6,11 +6,15 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/units/wording.hpp"
+
 namespace probebox::casefolder {
 namespace {
 
 using metrology::Refusal;
 using metrology::Table;
+
+constexpr std::size_t kLongestShown = 60;  // characters of a cell that is no number
 
 struct Place {
   std::string file;
@@ -52,7 +56,7 @@ void readHeader(std::string_view line, const Place& at, Table& table, Refusals& 
     const bool numeric = std::from_chars(name.data(), name.data() + name.size(), number).ec == std::errc{};
     if (name.empty() || numeric) {
       refusals.push_back({"bad-header", at.toText() + ", column " + std::to_string(table.columns.size() + 1) + ": '" +
-                                            std::string{name} +
+                                            shown(name, kLongestShown) +
                                             "' is no column name; the first line names the columns"});
     }
     table.columns.push_back({std::string{name}, {}});
@@ -73,7 +77,8 @@ void readRow(std::string_view line, const Place& at, Table& table, Refusals& ref
   for (std::size_t k = 0; k < cells.size(); ++k) {
     double value{};
     const auto [end, error] = std::from_chars(cells[k].data(), cells[k].data() + cells[k].size(), value);
-    const std::string where = at.toText() + ", column " + table.columns[k].name + ": '" + std::string{cells[k]} + "' ";
+    const std::string where = at.toText() + ", column " + shown(table.columns[k].name, kLongestShown) + ": '" +
+                              shown(cells[k], kLongestShown) + "' ";
     if (error != std::errc{} || end != cells[k].data() + cells[k].size()) {
       refusals.push_back({"not-a-number", where + "is not a number; write it as 1.25 or 1e-3"});
     } else if (!std::isfinite(value)) {

@@ -61,8 +61,12 @@ std::string axisLetter(const Subject& subject) {
   return letter != nullptr && letter->size() == 1 && result->find(kSixErrors) != nullptr ? *letter : "";
 }
 
+bool isByAngle(const Estimate& estimate) {
+  return estimate.key == kSixErrors || estimate.key.starts_with("position_dependent_");
+}
+
 std::string rowName(const Subject& subject, const Estimate& estimate, std::size_t row) {
-  if (estimate.key == kSixErrors && subject.result() != nullptr) {
+  if (isByAngle(estimate) && subject.result() != nullptr) {
     const auto* angles = subject.result()->find("angle_rad");
     if (angles != nullptr && row < angles->values.size()) return angleText(angles->values[row]);
   }
@@ -77,6 +81,8 @@ std::string rowName(const Subject& subject, const Estimate& estimate, std::size_
 
 std::string columnName(const Subject& subject, const Estimate& estimate, std::size_t column) {
   if (estimate.key == kSixErrors) return std::string{kErrorNames[column % kErrorNames.size()]} + axisLetter(subject);
+  if (estimate.key == "position_dependent_mm") return std::string{kErrorNames[column % 3]} + axisLetter(subject);
+  if (estimate.key == "position_dependent_rad") return std::string{kErrorNames[3 + column % 3]} + axisLetter(subject);
   if (estimate.columns == 3 && estimate.key.ends_with("_mm")) return std::string{kAxes[column]};
   return "column " + std::to_string(column + 1);
 }
@@ -96,6 +102,8 @@ std::string valueName(const Subject& subject, const Estimate& estimate, std::siz
 
 std::string titleOf(const Estimate& estimate) {
   if (estimate.key == kSixErrors) return "error motions of the axis";
+  if (estimate.key == "position_dependent_mm") return "position-dependent part of the translations";
+  if (estimate.key == "position_dependent_rad") return "position-dependent part of the rotations";
   if (estimate.key == "error_at_queries_mm") return "error of the head at the queried angles";
   return spaced(casefolder::labelOf(estimate.key).name);
 }

@@ -18,6 +18,9 @@ std::string axisLetter(const Subject& subject);
 // Error letters of rotary axes are those of ISO 230-7:2015: EXC to ECC are error motions, XOC, YOC, AOC, BOC location.
 std::string valueName(const Subject& subject, const metrology::Estimate& estimate, std::size_t k);
 
+// Tests whether the rows of a matrix are angles of the axis.
+bool isByAngle(const metrology::Estimate& estimate);
+
 // Names a row of a matrix ("60 deg", "B = 30 deg, L = 100 mm", "1") and a column ("EXC", "X").
 std::string rowName(const Subject& subject, const metrology::Estimate& estimate, std::size_t row);
 std::string columnName(const Subject& subject, const metrology::Estimate& estimate, std::size_t column);

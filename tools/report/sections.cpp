@@ -16,6 +16,7 @@
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
 #include "tools/report/reading_sd.hpp"
+#include "tools/report/values.hpp"
 
 namespace probebox::report {
 namespace {
@@ -92,6 +93,11 @@ std::string unitsOf(const Estimate& estimate) {
   return unit.empty() ? "" : " (" + unit + ")";
 }
 
+// A row of it would be lost in one paragraph.
+bool isLongMatrix(const Estimate& estimate) {
+  return estimate.shape == Shape::matrix && estimate.values.size() > 9;
+}
+
 // All numbers with their U, row by row.
 std::string numbersOf(const Estimate& estimate) {
   std::string values;
@@ -101,7 +107,8 @@ std::string numbersOf(const Estimate& estimate) {
     const auto u = combinedOf(estimate, k);
     const bool new_row = estimate.shape == Shape::matrix && k % estimate.columns == 0;
     values += k == 0 ? "" : new_row ? "; " : ", ";
-    values += valueDigits(unit, estimate.values[k], u);
+    // Without an uncertainty no more digits than a length of a metre has micrometres.
+    values += u ? valueDigits(unit, estimate.values[k], u) : shortly(estimate.values[k] * unit.factor, 7);
     if (u && *u > 0.0) values += " \u00b1 " + uncertaintyDigits(unit, *u);
   }
   if (shown < estimate.values.size()) values += " (the first " + std::to_string(shown) + " numbers)";
@@ -235,14 +242,17 @@ std::string factsTable(const Result& result) {
 
 std::string alsoTable(const Subject& subject) {
   const Result& result = *subject.result();
-  std::string text = "<h2>Found on the way</h2>\n<table>\n";
-  bool any = false;
+  std::string rows, tables;
   for (const auto& estimate : result.also) {
     if (standsElsewhere(estimate.key)) continue;
-    any = true;
-    text += row(titleOf(estimate) + unitsOf(estimate), numbersOf(estimate));
+    if (isLongMatrix(estimate)) {
+      tables += matrixTable(subject, estimate);
+    } else {
+      rows += row(titleOf(estimate) + unitsOf(estimate), numbersOf(estimate));
+    }
   }
-  return any ? text + "</table>\n" : "";
+  if (!rows.empty()) rows = "<h2>Found on the way</h2>\n<table>\n" + rows + "</table>\n";
+  return rows + tables;
 }
 
 std::string conditionsTable(const Subject& subject) {

@@ -115,7 +115,7 @@ Result resultOf(const Json& line) {
   result.method = line.at("method").get<std::string>();
   readEstimates(result, line);
   result.rms = number(line.at("rms"));
-  result.dof = line.at("dof").get<std::size_t>();
+  result.dof = line.at("dof").get_ref<const Json::number_unsigned_t&>();
   result.condition = number(line.at("condition"));
   result.warnings = line.at("warnings").get<std::vector<std::string>>();
   if (line.contains("chi2_reduced")) result.chi2_reduced = number(line.at("chi2_reduced"));

@@ -69,25 +69,6 @@ std::string left(std::size_t shown, std::size_t all) {
          " numbers; probebox solve --json has all of them.</p>\n";
 }
 
-std::string matrixTable(const Subject& subject, const Estimate& estimate) {
-  std::string text = heading(estimate, ", value \u00b1 U (k = 2)") +
-                     "<table class=\"values matrix\">\n<thead><tr><th>" +
-                     std::string{estimate.key == "six_errors" ? "angle" : "at"} + "</th>";
-  for (std::size_t column = 0; column < estimate.columns; ++column) {
-    text += "<th class=\"n\">" + escaped(withUnit(columnName(subject, estimate, column), unitOf(estimate, column))) +
-            "</th>";
-  }
-  text += "</tr></thead>\n<tbody>\n";
-  const std::size_t rows = std::min(estimate.values.size(), kMostCells) / estimate.columns;
-  for (std::size_t row = 0; row < rows; ++row) {
-    text += "<tr>" + element("td", rowName(subject, estimate, row));
-    for (std::size_t column = 0; column < estimate.columns; ++column)
-      text += cell(estimate, row * estimate.columns + column);
-    text += "</tr>\n";
-  }
-  return text + "</tbody></table>\n" + left(rows * estimate.columns, estimate.values.size());
-}
-
 // Down the columns, as one reads a list.
 std::string listTable(const Estimate& estimate) {
   const std::size_t shown = std::min(estimate.values.size(), kMostCells);
@@ -128,6 +109,25 @@ std::string shortTable(const Subject& subject, const Result& result) {
 }
 
 }  // namespace
+
+std::string matrixTable(const Subject& subject, const Estimate& estimate) {
+  std::string text = heading(estimate, ", value \u00b1 U (k = 2)") +
+                     "<table class=\"values matrix\">\n<thead><tr><th>" +
+                     std::string{isByAngle(estimate) ? "angle" : "at"} + "</th>";
+  for (std::size_t column = 0; column < estimate.columns; ++column) {
+    text += "<th class=\"n\">" + escaped(withUnit(columnName(subject, estimate, column), unitOf(estimate, column))) +
+            "</th>";
+  }
+  text += "</tr></thead>\n<tbody>\n";
+  const std::size_t rows = std::min(estimate.values.size(), kMostCells) / estimate.columns;
+  for (std::size_t row = 0; row < rows; ++row) {
+    text += "<tr>" + element("td", rowName(subject, estimate, row));
+    for (std::size_t column = 0; column < estimate.columns; ++column)
+      text += cell(estimate, row * estimate.columns + column);
+    text += "</tr>\n";
+  }
+  return text + "</tbody></table>\n" + left(rows * estimate.columns, estimate.values.size());
+}
 
 std::string valueTables(const Subject& subject) {
   const Result& result = *subject.result();

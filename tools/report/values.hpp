@@ -10,4 +10,7 @@ namespace probebox::report {
 // hold the full digits. Components that are zero by definition are listed below instead.
 std::string valueTables(const Subject& subject);
 
+// A table of one matrix alone.
+std::string matrixTable(const Subject& subject, const metrology::Estimate& estimate);
+
 }  // namespace probebox::report

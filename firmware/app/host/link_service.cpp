@@ -46,7 +46,8 @@ LinkService::LinkService(Options options, ControlDesk& desk, Feed& feed, StateBu
       transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples},
       reception_{loop_,
                  {.why_full = [this](std::size_t listener) { return whyFull(listener); },
-                  .enter = [this](Reception::Guest guest) { enter(std::move(guest)); }}} {}
+                  .enter = [this](Reception::Guest guest) { enter(std::move(guest)); }}},
+      description_{options_.descriptor, options_.probe} {}
 
 LinkService::~LinkService() {
   stop();
@@ -252,7 +253,7 @@ void LinkService::passOn(const stream::EncodedBlock& block) {
 void LinkService::passOn() {
   while (feed_.pop(item_)) {
     if (item_.kind == FeedItem::Kind::block) {
-      describe(item_.delay);
+      describe(item_.delay, item_.tool);
       a_block_has_come_ = true;
       history_.reachTrigger(item_.next_trigger);
       const stream::EncodedBlock block{.first = item_.first,
@@ -293,7 +294,7 @@ void LinkService::passOnReplies() {
 void LinkService::advance() {
   const MonoTime now = time_.now();
   const box::State& state = states_.newest();
-  if (!a_block_has_come_) describe(state.delay_applied ? state.snapshot.delay : published::DelayInForce{});
+  if (!a_block_has_come_) describe(state.delay_applied ? state.snapshot.delay : published::DelayInForce{}, {});
   if (std::exchange(state_seen_, state.at) != state.at) ++counters_.progress.links;
   const stream::Vitals of_box{.uptime_ms = uptimeMs(),
                               .clock_state = state.map.state,
@@ -312,14 +313,10 @@ void LinkService::advance() {
   openUsbPorts(now);
 }
 
-// The delay that is in the samples stands in the descriptor: blocks from here on go under it.
-void LinkService::describe(const published::DelayInForce& delay) {
-  if (delay.result_id == described_result_) return;
-  described_result_ = delay.result_id;
-  auto descriptor = options_.descriptor;
-  descriptor.delay = {
-      .calibrated = delay.calibrated, .tau_s = delay.tau_s, .sd_s = delay.sd_s, .result_id = delay.result_id};
-  history_.setDescriptor(messages::encoded(descriptor));
+// What is in the samples stands in the descriptor: blocks from here on go under it.
+void LinkService::describe(const published::DelayInForce& delay, const published::ToolInSamples& tool) {
+  if (description_.update(delay, tool, time_.now()))
+    history_.setDescriptor(messages::encoded(description_.descriptor()));
 }
 
 // Only marks the link: its own callback may be running.

@@ -19,6 +19,7 @@
 #include "firmware/app/host/host_link.hpp"
 #include "firmware/app/host/inside_request.hpp"
 #include "firmware/app/host/reception.hpp"
+#include "firmware/app/host/sample_description.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "firmware/app/threads/event_loop.hpp"
 #include "firmware/app/threads/feed.hpp"
@@ -36,7 +37,8 @@ class LinkService {
  public:
   struct Options {
     stream::SessionOptions session;
-    messages::Descriptor descriptor;  // without the delay in force
+    messages::Descriptor descriptor;  // without what is in force
+    ProbeOnMachine probe;
     std::size_t history_bytes = 2U << 20U;
     std::size_t history_pieces = 2048;
     std::size_t most_links = 8;  // per listener
@@ -106,7 +108,7 @@ class LinkService {
   void answerInside();
   bool answeredInside(const Reply& reply);
   void advance();
-  void describe(const published::DelayInForce& delay);
+  void describe(const published::DelayInForce& delay, const published::ToolInSamples& tool);
   void dropClosed();
   void close(Link& link);
   LinkVitals vitals() const;
@@ -132,7 +134,7 @@ class LinkService {
   std::uint64_t last_link_{};
   messages::LinkCounters from_gone_hosts_;
   MonoTime state_seen_{};
-  std::uint64_t described_result_{~std::uint64_t{0}};
+  SampleDescription description_;
   bool a_block_has_come_{};  // until then the number of the next sample comes from the state
   std::mutex replies_mutex_;
   std::deque<Reply> replies_;

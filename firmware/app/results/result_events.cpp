@@ -63,15 +63,35 @@ Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, 
   return Values{found->values, sd};
 }
 
+// The gain that the touches of a delay gave, where they tell its sd. Without one, that of probe.toml stays.
+void addGain(DelayActivated& event, const metrology::Result& result) {
+  constexpr std::string_view kKey = "gain_matrix";
+  constexpr double kMost = 1000;  // per channel: more does not fit the event, and is no probe
+  const auto* found = result.find(kKey);
+  if (found == nullptr || found->sd.empty()) return;
+  const auto gain = valuesOf(result, kKey, event.gain_ppm.size());
+  if (!gain) return;
+  const auto fits = [](double entry) { return std::abs(entry) < kMost; };
+  if (!std::ranges::all_of(gain->values, fits) || !std::ranges::all_of(gain->sd, fits)) return;
+  event.has_gain = true;
+  for (std::size_t i = 0; i < event.gain_ppm.size(); ++i) {
+    event.gain_ppm[i] = static_cast<std::int32_t>(std::lround(1e6 * gain->values[i]));
+    event.sd_gain_ppm[i] = static_cast<std::int32_t>(std::lround(1e6 * gain->sdOf(i)));
+  }
+}
+
 Outcome<std::vector<Event>> delay(const metrology::Result& result, std::uint64_t id, MonoTime now) {
   const bool per_axis = result.find("tau_axis_s") != nullptr;
   TRY(const auto tau, per_axis ? valuesOf(result, "tau_axis_s", kLinearAxes) : valuesOf(result, "tau_s", 1));
-  DelayActivated event{.result_id = id, .tau_s = {}, .sd_s = {}, .at = now};
+  DelayActivated event{};
+  event.result_id = id;
+  event.at = now;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const std::size_t i = per_axis ? axis : 0;
     event.tau_s[axis] = tau.values[i];
     event.sd_s[axis] = tau.sdOf(i);
   }
+  addGain(event, result);
   return std::vector<Event>{event};
 }
 
@@ -354,7 +374,11 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
 }
 
 std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
-  if (subject == kDelay) return DelayActivated{.result_id = 0, .tau_s = {}, .sd_s = {}, .at = now};
+  if (subject == kDelay) {
+    DelayActivated none{};
+    none.at = now;
+    return none;
+  }
   if (subject == kCentreline || subject == kCentrelineOfSlide) {
     CentrelineActivated none{};
     none.at = now;

@@ -135,8 +135,12 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
   const bool differs = was_proposed && comparison.differs();
   if (differs && !although_it_differs) return tooFarApart(record, comparison);
   const auto activation = mayChange() ? store::Activation::at_once : store::Activation::later;
-  TRY(auto accepted, store_.accept(id, by, utcNow(), activation, differs ? "although it differs" : ""));
-  record = std::move(accepted);
+  auto accepted = store_.accept(id, by, utcNow(), activation, differs ? "although it differs" : "");
+  if (!accepted) {
+    catchUp();
+    return accepted.error();
+  }
+  record = std::move(*accepted);
   readStore();
   if (was_active || record.state != store::State::active) return compared;
   tell(record);
@@ -175,7 +179,10 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& bindin
     if (auto beside = whyBeside(binding.subject)) return *beside;
   }
   auto changed = store_.rollBack(binding, by, utcNow());
-  if (!changed) return changed;
+  if (!changed) {
+    catchUp();
+    return changed;
+  }
   readStore();
   if (!changed->active) {
     if (const auto none = noneInForce(binding.subject, now_())) tell_core_(*none);
@@ -194,6 +201,7 @@ void ResultsInForce::activateWaiting() {
     if (!activated) {
       logError(named(id) + " is waiting and cannot come into force: " + activated.error().what);
       patient_until_ = now_() + kPatience;
+      catchUp();
       continue;
     }
     logInfo("the cut is over: result " + std::to_string(id) + " is now in force, accepted by " +
@@ -202,6 +210,25 @@ void ResultsInForce::activateWaiting() {
     if (const auto derived = deriveCentreline(*activated, activated->accepted_by)) logInfo(*derived);
   }
   readStore();
+}
+
+// A disk that fails behind the last write of a change refuses it, and has it all the same: the core applies what the
+// next start would find.
+void ResultsInForce::catchUp() {
+  const auto before = about();
+  readStore();
+  const auto after = about();
+  const auto has = [](const std::vector<InForceAbout>& all, const InForceAbout& one) {
+    return std::ranges::any_of(all, [&](const auto& each) { return each.subject == one.subject && each.id == one.id; });
+  };
+  for (const auto& gone : before) {
+    const bool replaced = std::ranges::find(after, gone.subject, &InForceAbout::subject) != after.end();
+    if (const auto none = replaced ? std::nullopt : noneInForce(gone.subject, now_())) tell_core_(*none);
+  }
+  for (const auto& present : after) {
+    if (has(before, present)) continue;
+    if (const auto record = store_.find(present.id)) tell(*record);
+  }
 }
 
 // Those of this probe, machine and mounting; nothing, and said in the log, when the store cannot be read.

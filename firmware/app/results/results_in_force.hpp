@@ -114,6 +114,7 @@ class ResultsInForce {
   void activateWaiting();
   std::optional<std::vector<store::Record>> ours(store::State state) const;
   void readStore();
+  void catchUp();
   RolledBack rollBack(const store::Binding& binding, const std::string& by);
 
   store::Store& store_;

@@ -71,6 +71,8 @@ std::optional<std::array<double, kLinearAxes>> ServedRecord::found(bool in_memor
 }
 
 void ServedRecord::note(const published::Snapshot& snapshot) {
+  // No axis follows a value that is not valid: behind a start in doubt it is only where the box believes them to be.
+  if (!snapshot.valid) return;
   Nanometres value_nm{};
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
     value_nm[axis] = static_cast<std::int32_t>(std::lround(snapshot.correction_mm[axis] * 1e6));

@@ -113,15 +113,18 @@ void StandingKeeper::look(const published::Snapshot& snapshot) {
   const bool failed_before = !problem().empty();
   if (was_just_tried && (!is_near || failed_before)) return;
   tried_at_ = snapshot.at;
-  // Between the old word and the new one the core keeps to both.
-  auto both = within(kept_mm_, margin_mm_, snapshot.at);
+  // Between the old bounds and the new ones the core keeps to both; also after a failure, which may have left either.
+  auto both = either_ ? *either_ : within(kept_mm_, margin_mm_, snapshot.at);
   const auto next = within(snapshot.correction_mm, ahead_mm_, snapshot.at);
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     both.least_mm[axis] = std::max(both.least_mm[axis], next.least_mm[axis]);
     both.greatest_mm[axis] = std::min(both.greatest_mm[axis], next.greatest_mm[axis]);
   }
+  both.at = snapshot.at;
+  either_ = both;
   tell_core_(both);
-  (void)keep(snapshot.correction_mm, ahead_mm_);
+  if (!keep(snapshot.correction_mm, ahead_mm_)) return;
+  either_.reset();
   tell_core_(within(kept_mm_, margin_mm_, snapshot.at));
 }
 

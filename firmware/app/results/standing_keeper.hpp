@@ -53,7 +53,8 @@ class StandingKeeper {
   std::function<void(const Event&)> tell_core_;
   Correction ahead_mm_{};
   Correction kept_mm_{};
-  Correction margin_mm_{};  // as stored
+  Correction margin_mm_{};                // as stored
+  std::optional<ServableWithin> either_;  // within what is stored, whichever attempts of writing it have succeeded
   bool was_valid_{};
   std::optional<MonoTime> tried_at_;
   mutable std::mutex mutex_;  // for problem_, which other threads ask for

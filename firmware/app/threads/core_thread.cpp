@@ -72,6 +72,7 @@ bool CoreThread::block(SampleIndex first, std::uint32_t count, std::span<const s
   item_.first = first;
   item_.count = count;
   item_.delay = box_.delayInSamples();
+  item_.tool = box_.toolInSamples();
   item_.next_trigger = box_.nextTrigger();
   item_.size = static_cast<std::uint32_t>(bytes.size());
   std::copy(bytes.begin(), bytes.end(), item_.bytes.begin());

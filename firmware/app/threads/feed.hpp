@@ -23,6 +23,7 @@ struct FeedItem {
   std::uint64_t count{};
   std::uint32_t size{};
   published::DelayInForce delay;  // applied to the samples of the block
+  published::ToolInSamples tool;  // as the block was closed
   std::uint32_t next_trigger{};   // with a block: all earlier triggers were given to the links or are lost
   box::PlacedTrigger trigger;
   std::array<std::byte, box::BlockBuilder::kMostBytes> bytes{};

@@ -230,6 +230,13 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .trigger_probe = triggerProbe(descriptions.probe)};
 }
 
+ProbeOnMachine probeOnMachine(const board::Descriptions& descriptions) {
+  const auto& machine = descriptions.machine;
+  return {.switches = descriptions.probe.by_switch.has_value(),
+          .head_swivels = machine.swivel_head.has_value(),
+          .head_tool = machine.sensor_head ? std::optional{machine.sensor_head->tool} : std::nullopt};
+}
+
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {
   messages::Descriptor descriptor;
   descriptor.board = descriptions.box.board_name;
@@ -240,6 +247,9 @@ messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, con
   descriptor.nominal_tick_period_ns = descriptions.box.sync_period.count();
   descriptor.samples_per_tick = static_cast<std::uint16_t>(descriptions.box.samples_per_tick);
   descriptor.gain = descriptions.probe.gain;
+  descriptor.tip.has_deflection = !descriptions.probe.by_switch;
+  descriptor.tip.ball_radius_mm = descriptions.probe.ball_diameter_mm / 2;
+  descriptor.tip.noise_nm = 1e3 * descriptions.probe.noise_um;
   const auto formats = box::channelFormats();
   for (std::size_t i = 0; i < latch::kChannels; ++i) {
     const bool position =

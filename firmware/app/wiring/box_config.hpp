@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "board/describe/parse.hpp"
+#include "firmware/app/host/sample_description.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
@@ -14,7 +15,8 @@ namespace probebox::app {
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions);
 procedure::Facts procedureFacts(const board::Descriptions& descriptions);
-// Without the delay in force, which changes while the box runs.
+ProbeOnMachine probeOnMachine(const board::Descriptions& descriptions);
+// Without what is in force, which changes while the box runs.
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version);
 // The digital inputs, with nothing counted yet.
 std::vector<messages::LineStatus> wireLines(const board::Box& box);

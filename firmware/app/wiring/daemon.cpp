@@ -53,6 +53,7 @@ LinkService::Options linkOptions(const board::Descriptions& descriptions) {
   options.session.queue_bytes = descriptions.service.stream.ring_blocks *
                                 codec::rawBlockSize(box::channelFormats(), descriptions.service.stream.block_samples);
   options.descriptor = wireDescriptor(descriptions, firmwareVersion());
+  options.probe = probeOnMachine(descriptions);
   return options;
 }
 

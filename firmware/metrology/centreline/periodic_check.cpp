@@ -295,8 +295,13 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   }
   addRunOuts(answer, means, ball);
   for (const auto& quantity : kQuantities) {
-    if (std::ranges::find(means.quantities, &quantity) == means.quantities.end()) {
-      answer.warn(std::string{quantity.key} + " was not measured: no reading at its swivel angle");
+    if (std::ranges::find(means.quantities, &quantity) != means.quantities.end()) continue;
+    const std::string key{quantity.key};
+    // A machine whose head does not swivel has none of them; one that was accepted is missed.
+    if (dataset.config.contains("accepted_" + key)) {
+      answer.warn(key + " was accepted once and is not measured now: no reading at its swivel angle");
+    } else {
+      answer.result().unobservable.push_back(key + ": no reading at its swivel angle");
     }
   }
   answer.result().convention = ball.x_is_radius ? "X in radius" : "X in diameters";

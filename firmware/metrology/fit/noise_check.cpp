@@ -66,8 +66,13 @@ std::optional<ChiSquareLaw> lawOf(const Result& result) {
   const Estimate* dof = result.find(kChiSquareDof);
   const Estimate* noise_dof = result.find(kNoiseDof);
   if (!result.chi2_reduced || dof == nullptr || !(dof->value() >= 1.0)) return std::nullopt;
-  const double learned = noise_dof == nullptr ? 0.0 : std::max(noise_dof->value(), 0.0);
-  return ChiSquareLaw{static_cast<std::size_t>(dof->value()), static_cast<std::size_t>(learned)};
+  // A result that was read from a file may say anything.
+  const auto count = [](double value) {
+    constexpr double kMost = 1e15;
+    return static_cast<std::size_t>(std::clamp(value, 0.0, kMost));
+  };
+  const double learned = noise_dof == nullptr || std::isnan(noise_dof->value()) ? 0.0 : noise_dof->value();
+  return ChiSquareLaw{count(dof->value()), count(learned)};
 }
 
 void NoiseCheck::report(Result& result, std::string_view noise) const {

@@ -2,6 +2,7 @@
 
 Status 77 where no python3 has NumPy.
 """
+import csv
 import math
 import random
 import subprocess
@@ -53,6 +54,26 @@ def check_recording(probebox, read, path, folder):
     return len(samples)
 
 
+def accept_a_delay(probebox, uri):
+    """Tips need one, and its gain."""
+    subprocess.run([probebox, "-u", uri, "calibrate", "delay-known-sphere", "--accept", "--by", "Ada"], check=True,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def check_tips(probebox, read, path, folder):
+    exported = folder / "points.csv"
+    subprocess.run([probebox, "export", str(path), "-o", str(exported), "--points"], check=True, stderr=subprocess.DEVNULL)
+    with open(exported, newline="") as file:
+        rows = list(csv.DictReader(file))
+    tips = read(str(path)).tip_mm
+    assert len(tips) == len(rows) > 100
+    for tip, row in zip(tips.tolist(), rows):
+        for k, axis in enumerate("xyz"):
+            cell = row[f"tip_{axis}_mm"]
+            assert math.isnan(tip[k]) if not cell else abs(tip[k] - float(cell)) < 1e-6, (axis, tip, cell)
+    assert any(row["tip_x_mm"] for row in rows)
+
+
 def check_damage(read, path, folder):
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 0x01
@@ -70,6 +91,10 @@ def main(probeboxd, probebox, readers):
         path = recording(probebox, uri, folder)
         count = check_recording(probebox, reader.read, path, folder)
         check_damage(reader.read, path, folder)
+        accept_a_delay(probebox, uri)
+        tips = folder / "tips.pbx"
+        subprocess.run([probebox, "-u", uri, "record", "-o", str(tips), "--for", "0.5"], check=True, stdout=subprocess.DEVNULL)
+        check_tips(probebox, reader.read, tips, folder)
         print(f"{count} samples as `export` has them")
 
 

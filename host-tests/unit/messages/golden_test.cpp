@@ -113,6 +113,11 @@ const std::map<std::string_view, std::string_view> kSince11 = {
 
 // What protocol 1.2 has behind that.
 const std::map<std::string_view, std::string_view> kSince12 = {
+    {"DESCRIPTOR",
+     "ad000101eacf602ab9b06ac5fe419e2c8b97939cd1418729b8a65010e5410f3d9cc3dbaff941d2ee0318ff60e241555c"
+     "a0221523d1c1e9e7de3fc3f2f7c1d09566848cbad941a96c0618aba4d9c1e060b229c40ccdf7412f95c18479e2f1c13a"
+     "20c794960c2bac9d7ac1e92036fdc16f5cc0244580f341d4f21a5af178f4c15cac91d3890ed9c1c1a9ee35fd95004296"
+     "7162e49287ea41fca26c6d5523f4414b1aab637d5fcac165503182ed7bf141"},
     {"list_results request", "5d4535ed8eb8e2cd"},
     {"status answer",
      "0200140004006f6f6f6f06006565656565650400636363630d0004006969696900000300676767010006006a6a6a6a6a6a18"

@@ -100,6 +100,13 @@ TEST(Report, HasTheNumbersOfTheSolve) {
         if (is_short) expected.insert(estimate.sd[k]);
       }
     }
+    for (const auto& also : solved->also) {
+      const bool is_table = also.shape == metrology::Shape::matrix && also.values.size() > 9;
+      for (std::size_t k = 0; is_table && k < also.values.size(); ++k) {
+        expected.insert(also.values[k]);
+        if (k < also.sd.size()) expected.insert(2.0 * also.sd[k]);
+      }
+    }
     const auto shown = tabled(pageOf(subjectIn(folder)));
     EXPECT_EQ(shown.size(), expected.size()) << folder;
     for (const double number : shown) {

@@ -166,6 +166,16 @@ class CommandLine {
         ->add_option("--triggers", export_.triggers,
                      "also write a table of the triggers: CSV, or NumPy if the name ends with .npy")
         ->type_name("FILE");
+    exporting->add_flag(
+        "--points", export_.points,
+        "add columns: the centre of the tip and the point of the surface that it touches (machine "
+        "position, mm, the system delay taken out), the normal of the surface, and standard deviations; "
+        "a value that the recording cannot tell is empty, and the reason is printed");
+    exporting
+        ->add_option("--friction", export_.friction,
+                     "with --points: largest coefficient of friction between ball and part, for the standard deviation "
+                     "of a surface point while the tip rests; default 0.2")
+        ->check(CLI::Range(0.0, 1.0));
   }
 
   // Off-line doors to what the box does: files in, files out.

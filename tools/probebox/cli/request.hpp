@@ -48,6 +48,8 @@ struct Export {
   std::string output;
   bool force{};
   std::string triggers;  // file of a separate table of triggers; empty for none
+  bool points{};         // columns about the tip and the surface
+  std::optional<double> friction;
 };
 struct Verify {
   std::string input;  // "-" is the standard input

@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "firmware/json/dataset_json.hpp"
 #include "protocol/messages/run_request.hpp"
@@ -17,6 +18,8 @@ namespace probebox::command {
 namespace {
 
 using messages::ProcedureState;
+
+constexpr std::size_t kMostOfOneRun = 3;  // results: no method has more subjects
 
 Outcome<messages::StartProcedure::Request, Trouble> requestOf(const Calibrate& choices) {
   TRY(auto options, optionsOf(choices));
@@ -54,12 +57,29 @@ class Run {
       return console_.fail({ExitStatus::failed, "aborted", "the calibration was aborted; start it again"});
     }
     if (last.result_id == 0) return tellDone(last.method);
-    const auto results = storedResults(run_.box(), console_, {.after_id = last.result_id - 1, .newest = 0}, 1);
+    const auto results =
+        storedResults(run_.box(), console_, {.after_id = last.result_id - 1, .newest = 0}, kMostOfOneRun);
     if (!results) return console_.fail(results.error());
-    if (!results->empty() && results->front().id == last.result_id) return propose(results->front());
+    if (!results->empty() && results->front().id == last.result_id) {
+      const ExitStatus concluded = propose(results->front());
+      noteOthers(*results);
+      return concluded;
+    }
     return console_.fail(
         {ExitStatus::failed, "no-result",
          "the box has no result " + std::to_string(last.result_id) + ", though it proposed it; look at its log"});
+  }
+
+  // What else the run determined is accepted by itself.
+  void noteOthers(const std::vector<messages::ResultSummary>& results) {
+    const auto& first = results.front();
+    for (const auto& other : results) {
+      const bool of_this_run = other.method == first.method && other.proposed_utc == first.proposed_utc;
+      if (other.id == first.id || other.state != messages::ResultState::proposed || !of_this_run) continue;
+      const auto id = std::to_string(other.id);
+      console_.note("result " + id + " about " + other.subject + " is proposed by the same run: probebox accept " + id +
+                    " --by NAME");
+    }
   }
 
   // No calibration after all.

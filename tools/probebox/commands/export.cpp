@@ -1,3 +1,6 @@
+#include <array>
+#include <charconv>
+#include <optional>
 #include <vector>
 
 #include "tools/probebox/commands/commands.hpp"
@@ -7,9 +10,12 @@
 #include "tools/probebox/tables/npy_rows.hpp"
 #include "tools/probebox/tables/scale.hpp"
 #include "tools/probebox/tables/table_of_recording.hpp"
+#include "tools/probebox/tables/tip_points.hpp"
 
 namespace probebox::command {
 namespace {
+
+constexpr double kUsualFriction = 0.2;  // of a ruby ball on steel, at most
 
 // Sample, its time, the channels in their units, and the delay in force.
 class ScaledRows : public CsvRows {
@@ -20,7 +26,9 @@ class ScaledRows : public CsvRows {
   std::string header(const messages::Descriptor& descriptor) override {
     std::string text = "sample,time_ns";
     for (const auto& channel : descriptor.channels) text += "," + csvName(columnName(channel));
-    return text + ",delay_result_id,tau_x_s,tau_y_s,tau_z_s\n";
+    text += ",delay_result_id,tau_x_s,tau_y_s,tau_z_s";
+    if (job().points != nullptr) columnsOf(TipPoint{}, [&](const std::string& name, double) { text += "," + name; });
+    return text + "\n";
   }
 
   void fill(std::string& line, const link::DecodedBlock& block, std::size_t k, SampleIndex sample) override {
@@ -33,6 +41,19 @@ class ScaledRows : public CsvRows {
       line += scales_[channel].text(block.column(channel)[k]);
     }
     line += delay_;
+    if (job().points != nullptr) columnsOf(job().points->of(block, k), [&](auto&&, double value) { add(line, value); });
+    line += '\n';
+  }
+
+  // To a nanometre; a value that is not known is an empty cell.
+  static void add(std::string& line, double value) {
+    constexpr int kDecimals = 6;
+    line += ',';
+    if (value != value) return;
+    std::array<char, 64> digits{};
+    line.append(
+        digits.data(),
+        std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, kDecimals).ptr);
   }
 
   void prepare(const messages::Descriptor& descriptor) {
@@ -44,7 +65,6 @@ class ScaledRows : public CsvRows {
       delay_ += ',';
       append(delay_, tau);
     }
-    delay_ += '\n';
   }
 
   std::vector<Scale> scales_;
@@ -58,7 +78,10 @@ ExitStatus run(const Export& options, const std::string& given, Console& console
     return console.fail(usage(*objection));
   const auto recording = chooseRecording(options.input, given);
   if (!recording) return console.fail(recording.error());
-  const TableJob job{*recording, options.output, options.force, options.triggers};
+  if (options.friction && !options.points) return console.fail(usage("--friction is about --points: give both"));
+  std::optional<TipPoints> points;
+  if (options.points) points.emplace(options.friction.value_or(kUsualFriction));
+  const TableJob job{*recording, options.output, options.force, options.triggers, points ? &*points : nullptr};
   if (job.output.ends_with(".npy")) {
     NpyRows rows{job};
     return writeTable(job, rows, console);

@@ -52,6 +52,9 @@ class CsvRows : public RowWriter {
   }
   const std::optional<std::string>& failure() const override { return failure_; }
 
+ protected:
+  const TableJob& job() const { return job_; }
+
  private:
   // Both include the line feed.
   virtual std::string header(const messages::Descriptor& descriptor) = 0;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "protocol/units/angle.hpp"
+#include "tools/probebox/tables/tip_points.hpp"
 
 namespace probebox::command {
 namespace {
@@ -78,6 +79,11 @@ void McapRows::declare(const messages::Descriptor& descriptor) {
   samples_ = file_->channel("/probebox/samples", file_->schema("probebox/msg/Sample", sample));
   gaps_ = file_->channel("/probebox/gaps",
                          file_->schema("probebox/msg/Gap", "int64 first_sample\nint64 samples\nstring reason\n"));
+  if (job_.points != nullptr) {
+    std::string point = "int64 sample\n";
+    columnsOf(TipPoint{}, [&](const std::string& name, double) { point += "float64 " + name + "\n"; });
+    points_ = file_->channel("/probebox/points", file_->schema("probebox/msg/Point", point));
+  }
   std::string trigger;
   fieldsOf({}, [&](std::string_view type, std::string_view name, auto) {
     trigger += std::string{type} + " " + std::string{name} + "\n";
@@ -117,6 +123,16 @@ void McapRows::row(const link::DecodedBlock& block, std::size_t k, SampleIndex s
   message.add(sample.index);
   for (std::size_t c = 0; c < channels.size(); ++c) message.add(scales_[c].value(block.column(c)[k]));
   put(samples_, newest_ns_, message);
+  if (job_.points != nullptr) tellPoint(block, k, sample);
+}
+
+void McapRows::tellPoint(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) {
+  const auto& point = job_.points->of(block, k);
+  if (!point.hasTip()) return;
+  CdrMessage message;
+  message.add(sample.index);
+  columnsOf(point, [&](auto&&, double value) { message.add(value); });
+  put(points_, newest_ns_, message);
 }
 
 // A gap has no time of its own: the last sample before it does.

@@ -11,7 +11,8 @@ namespace probebox::command {
 
 // Writes a recording as MCAP, for Foxglove and PlotJuggler. Topics: /probebox/samples (one message per sample, channels
 // as float64 in their units), /probebox/gaps (missing samples, with the reason), /probebox/triggers, /probebox/delay
-// (in force from there on). Times: ns, monotonic since the boot of the box. The metadata "probebox" names the box.
+// (in force from there on), and /probebox/points (samples whose tip is known) if they are wanted. Times: ns, monotonic
+// since the boot of the box. The metadata "probebox" names the box.
 class McapRows : public RowWriter {
  public:
   McapRows(const TableJob& job, std::ostream& standard) : job_{job}, standard_{standard} {}
@@ -27,6 +28,7 @@ class McapRows : public RowWriter {
  private:
   void declare(const messages::Descriptor& descriptor);
   void tellDelay(const messages::DelayInForce& delay, std::uint64_t time_ns);
+  void tellPoint(const link::DecodedBlock& block, std::size_t k, SampleIndex sample);
   void put(McapFile::Id channel, std::uint64_t time_ns, const CdrMessage& message);
 
   const TableJob& job_;
@@ -36,7 +38,7 @@ class McapRows : public RowWriter {
   std::optional<std::string> failure_;
   std::vector<Scale> scales_;
   std::optional<std::uint64_t> delay_told_;  // number of the result
-  McapFile::Id samples_{}, gaps_{}, triggers_{}, delays_{};
+  McapFile::Id samples_{}, gaps_{}, triggers_{}, delays_{}, points_{};
   std::uint64_t newest_ns_{};
 };
 

@@ -7,12 +7,19 @@
 #include <utility>
 
 #include "protocol/frame/bytes.hpp"
+#include "tools/probebox/tables/tip_points.hpp"
 
 namespace probebox::command {
 namespace {
 
-constexpr const char* kOwnFields = "('delay_result_id', ('tau_x_s', ('tau_y_s', ('tau_z_s',";
 constexpr std::size_t kCountWidth = 20;  // digits of the number of rows, filled up with spaces
+
+// Names that no channel may have.
+std::string ownFields() {
+  std::string names = "('delay_result_id', ('tau_x_s', ('tau_y_s', ('tau_z_s',";
+  columnsOf(TipPoint{}, [&](const std::string& name, double) { names += " ('" + name + "',"; });
+  return names;
+}
 
 // Quotes and what is not ASCII would need care in the header, and numpy takes no name twice.
 std::string npyFieldName(const messages::ChannelDescription& channel, const std::string& so_far) {
@@ -52,9 +59,11 @@ void NpyRows::begin(const messages::Descriptor& descriptor) {
   output_.emplace(std::move(output).value());
   types_ = field("sample", "<i8") + field("time_ns", "<i8");
   for (const auto& channel : descriptor.channels)
-    types_ += field(npyFieldName(channel, types_ + kOwnFields), typeOf(channel));
+    types_ += field(npyFieldName(channel, types_ + ownFields()), typeOf(channel));
   types_ += field("delay_result_id", "<u8");
   for (const auto* name : {"tau_x_s", "tau_y_s", "tau_z_s"}) types_ += field(name, "<f8");
+  if (job_.points != nullptr)
+    columnsOf(TipPoint{}, [&](const std::string& name, double) { types_ += field(name, "<f8"); });
   writeHeader();
 }
 
@@ -101,6 +110,9 @@ void NpyRows::row(const link::DecodedBlock& block, std::size_t k, SampleIndex sa
   }
   put(block.descriptor.delay.result_id);
   for (const auto tau : block.descriptor.delay.tau_s) put(tau);
+  if (job_.points != nullptr) {
+    columnsOf(job_.points->of(block, k), [&](auto&&, double value) { put(value); });
+  }
   if (!failure_ && !output_->write(row_)) failure_ = output_->failure();
   ++rows_;
 }

@@ -16,9 +16,9 @@ std::string npyHeader(const std::string& types, std::uint64_t rows);
 
 // Writes rows as a structured array of NumPy (.npy, format 1.0), which numpy.load() reads without pickle, little
 // endian: sample and time_ns i8; channels with a scale of one count as integers of their width, others as f8 in their
-// unit; then the delay in force: delay_result_id u8, tau_x_s, tau_y_s, tau_z_s f8. A channel with one of these names
-// gets a _ appended.
-// The number of rows is filled in at the end, so the output must be a file.
+// unit; then the delay in force: delay_result_id u8, tau_x_s, tau_y_s, tau_z_s f8; then the columns of a TipPoint, f8,
+// if they are wanted. A channel with one of these names gets a _ appended. The number of rows is filled in at the end,
+// so the output must be a file.
 class NpyRows : public RowWriter {
  public:
   explicit NpyRows(const TableJob& job) : job_{job} {}

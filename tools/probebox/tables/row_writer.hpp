@@ -26,11 +26,14 @@ class RowWriter {
   virtual const std::optional<std::string>& failure() const = 0;
 };
 
+class TipPoints;
+
 struct TableJob {
   std::string input;  // "-" is the standard input
   std::string output;
   bool force{};
   std::string triggers{};  // where they go; empty: nowhere
+  TipPoints* points{};     // for columns about the tip and the surface; nullptr: none
 };
 
 }  // namespace probebox::command

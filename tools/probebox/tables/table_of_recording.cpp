@@ -10,6 +10,7 @@
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/read_through.hpp"
 #include "tools/probebox/tables/scale.hpp"
+#include "tools/probebox/tables/tip_points.hpp"
 #include "tools/probebox/tables/trigger_table.hpp"
 
 namespace probebox::command {
@@ -157,6 +158,24 @@ void noteTriggers(const TableJob& job, const Rows& table, bool in_table, Console
   }
 }
 
+void notePoints(const TipPoints& points, Console& console) {
+  console.note(std::to_string(points.tips()) + " samples have a tip, " + std::to_string(points.surfaces()) +
+               " a point of the surface");
+  for (const auto& [why, missing] : points.missing()) {
+    console.note("  no " + std::string{missing.what} + " of " + std::to_string(missing.samples) + " samples, from " +
+                 std::to_string(missing.first) + " on: " + why);
+  }
+}
+
+Json describe(const TipPoints& points) {
+  Json missing = Json::array();
+  for (const auto& [why, lacks] : points.missing()) {
+    missing.push_back(
+        {{"what", lacks.what}, {"first_sample", lacks.first}, {"count_samples", lacks.samples}, {"reason", why}});
+  }
+  return {{"tips", points.tips()}, {"surface_points", points.surfaces()}, {"missing", missing}};
+}
+
 Json describe(const Rows& table) {
   Json delays = Json::array();
   for (const auto& [first, delay] : table.delays()) {
@@ -174,19 +193,21 @@ Json summary(const TableJob& job, const Rows& table, const link::RecordingEnd& e
   for (const auto& gap : table.missing()) {
     gaps.push_back({{"first_sample", gap.first}, {"count_samples", gap.count}, {"reason", gap.reason}});
   }
-  return {{"recording", job.input},
-          {"table", job.output},
-          {"rows", table.rows()},
-          {"missing_samples", table.missingSamples()},
-          {"gaps", gaps},
-          {"delays", describe(table)},
-          {"trigger_table", job.triggers},
-          {"triggers", table.triggers().size()},
-          {"missing_triggers", table.missingTriggers()},
-          {"damaged_frames", end.frames.bad()},
-          {"cut_bytes", end.cut_bytes},
-          {"end_known", end.closed},
-          {"box_restarts", table.restarts()}};
+  Json all{{"recording", job.input},
+           {"table", job.output},
+           {"rows", table.rows()},
+           {"missing_samples", table.missingSamples()},
+           {"gaps", gaps},
+           {"delays", describe(table)},
+           {"trigger_table", job.triggers},
+           {"triggers", table.triggers().size()},
+           {"missing_triggers", table.missingTriggers()},
+           {"damaged_frames", end.frames.bad()},
+           {"cut_bytes", end.cut_bytes},
+           {"end_known", end.closed},
+           {"box_restarts", table.restarts()}};
+  if (job.points != nullptr) all["points"] = describe(*job.points);
+  return all;
 }
 
 ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, const link::RecordingEnd& end,
@@ -204,10 +225,16 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
   }
   note(table, console);
   noteTriggers(job, table, writer.holdsTriggers(), console);
+  if (job.points != nullptr) notePoints(*job.points, console);
   if (console.json()) {
     console.object(summary(job, table, end));
   } else {
     console.note(std::to_string(table.rows()) + " rows in " + (job.output == "-" ? "the standard output" : job.output));
+  }
+  if (job.points != nullptr && job.points->tips() == 0 && table.rows() > 0) {
+    const auto& missing = job.points->missing();
+    return console.fail({ExitStatus::failed, "no-points",
+                         "no sample has a position of the tip: " + (missing.empty() ? "" : missing.begin()->first)});
   }
   if (table.channelsChanged()) {
     return console.fail(

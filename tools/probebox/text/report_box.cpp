@@ -242,6 +242,17 @@ Json describe(const messages::Descriptor& d) {
             {"tau_s", d.delay.tau_s},
             {"sd_s", d.delay.sd_s},
             {"result_id", d.delay.result_id}}},
+          {"tip",
+           {{"has_deflection", d.tip.has_deflection},
+            {"turned", d.tip.turned},
+            {"referenced_axes", d.tip.referenced},
+            {"offset_mm", d.tip.offset_mm},
+            {"screw_mm", d.tip.screw_mm},
+            {"screw_mm_per_mm", d.tip.screw_slope},
+            {"ball_radius_mm", d.tip.ball_radius_mm},
+            {"noise_nm", d.tip.noise_nm},
+            {"gain_result_id", d.tip.gain_result_id},
+            {"gain_sd", d.tip.gain_sd}}},
           {"channels", channelsOf(d)}};
 }
 

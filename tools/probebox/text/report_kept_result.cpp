@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "protocol/units/wording.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
@@ -79,6 +80,40 @@ std::string fitOf(const Result& result) {
   return all;
 }
 
+// "PASS: ..." of a result that was held against limits; empty for others.
+std::string verdictOf(const Result& result) {
+  const auto* verdict = result.find("verdict");
+  if (verdict == nullptr || verdict->values.empty()) return {};
+  const auto* worst = result.find("worst_ratio");
+  const bool fails = verdict->value() > 1.5, passes = verdict->value() < 0.5;
+  std::string all = fails    ? "FAIL: beyond the limit"
+                    : passes ? "PASS: within the limits, with U"
+                             : "WARN: less than U from the limit";
+  if (passes && !result.warnings.empty()) all = "WARN: within the limits, but with a warning";
+  if (worst != nullptr && !worst->values.empty())
+    all += printed("; worst |deviation| / (limit + U) = %.2g", worst->value());
+  return all + "\n";
+}
+
+// Values that were computed on the way, with their sd where it is known.
+std::string foundOnTheWayInWords(const Result& result) {
+  constexpr std::size_t kMost = 9;  // numbers of one of them; --json has all
+  std::string all;
+  for (const auto& estimate : result.also) {
+    const bool is_elsewhere = estimate.key == "verdict" || estimate.key == "worst_ratio" ||
+                              estimate.key == metrology::kChiSquareDof || estimate.key == metrology::kNoiseDof;
+    if (is_elsewhere) continue;
+    const auto label = casefolder::labelOf(estimate.key);
+    all += printed("\n  %-22s", label.name.c_str());
+    for (std::size_t k = 0; k < std::min(kMost, estimate.values.size()); ++k) {
+      const auto sd = k < estimate.sd.size() ? std::optional{estimate.sd[k]} : std::nullopt;
+      all += (k == 0 ? " " : ", ") + casefolder::withSd(label, estimate.values[k], sd);
+    }
+    if (estimate.values.size() > kMost) all += printed(", and %zu more", estimate.values.size() - kMost);
+  }
+  return all;
+}
+
 std::string listed(const char* title, const std::vector<std::string>& lines) {
   if (lines.empty()) return {};
   std::string all = std::string{"\n"} + title;
@@ -117,10 +152,11 @@ Json describe(const metrology::Refusal& refusal) {
 }
 
 std::string page(const Result& result, std::string_view axis) {
-  std::string all = "values (sd: k = 1; U: k = 2, with type B)";
+  std::string all = verdictOf(result) + "values (sd: k = 1; U: k = 2, with type B)";
   for (const auto& quantity : casefolder::quantitiesOf(result, axis))
     all += printed("\n  %-22s ", quantity.label.name.c_str()) + casefolder::withSdAndU(quantity);
   if (!result.convention.empty()) all += "\n  " + result.convention;
+  if (const auto also = foundOnTheWayInWords(result); !also.empty()) all += "\nfound on the way" + also;
   all += "\nfit" + fitOf(result);
   if (!result.budget.empty()) all += "\nuncertainty budget (k = 1)";
   for (const auto& contribution : result.budget) {

@@ -54,6 +54,32 @@ metrology::Dataset alignment(const std::array<double, 2>& centre, const std::arr
   return dataset;
 }
 
+// A delay with the gain of its touches; without sd, or not a gain at all, that of the description stays.
+TEST(ResultEvents, OfADelayTellTheGainOfItsTouches) {
+  store::Record record{};
+  record.id = 12;
+  record.binding.subject = "delay";
+  metrology::Result result;
+  result.method = "delay-known-sphere";
+  result.estimates = {metrology::Estimate::scalar("tau_s", 5e-3, 1e-6)};
+  const std::vector<double> gain{0.98, 0.01, -0.005, -0.012, 1.03, 0.004, 0.006, -0.008, 1.01};
+  const auto eventWith = [&](const std::vector<double>& values, std::vector<double> sd) {
+    result.also = {metrology::Estimate::matrix("gain_matrix", 3, values, std::move(sd))};
+    record.content = result;
+    return eventOf<DelayActivated>(record);
+  };
+  const auto event = eventWith(gain, std::vector<double>(9, 0.0004));
+  EXPECT_TRUE(event.has_gain);
+  EXPECT_EQ(event.gain_ppm[3], -12'000);
+  EXPECT_EQ(event.gain_ppm[8], 1'010'000);
+  EXPECT_EQ(event.sd_gain_ppm[4], 400);
+  EXPECT_FALSE(eventWith(gain, {}).has_gain) << "nobody knows how good it is";
+  EXPECT_FALSE(eventWith(std::vector<double>(9, 1e6), std::vector<double>(9, 1.0)).has_gain);
+  result.also.clear();
+  record.content = result;
+  EXPECT_FALSE(eventOf<DelayActivated>(record).has_gain);
+}
+
 TEST(ResultEvents, OfAnAlignmentTellTheTurningAxisOverZ) {
   const auto record = recordOf(alignment({330.02, 199.97}, {2e-4, -3e-4}));
   EXPECT_EQ(record.binding.subject, "centreline");

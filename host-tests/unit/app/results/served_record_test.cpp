@@ -21,6 +21,7 @@ class Served : public testing::Test {
     published::Snapshot snapshot;
     snapshot.correction_mm = correction_mm;
     snapshot.at = at;
+    snapshot.valid = true;
     return snapshot;
   }
   std::string path() const { return folder_.file("served-last"); }
@@ -51,6 +52,18 @@ TEST_F(Served, IsTheNewestOfAllThatAnyLineRead) {
   record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   record.note(snapshotOf({0.001, 0, 0}, MonoTime{1s}));
   EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before())[0], 0.002);
+}
+
+TEST_F(Served, HoldsNoValueThatNobodyFollows) {
+  ServedRecord record{path()};
+  auto in_doubt = snapshotOf({0.002, 0, 0}, MonoTime{1s});
+  in_doubt.valid = false;
+  record.note(in_doubt);
+  EXPECT_FALSE(ServedRecord{path()}.before());
+  record.note(snapshotOf({0.001, 0, 0}, MonoTime{2s}));
+  in_doubt.at = MonoTime{3s};
+  record.note(in_doubt);
+  EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before())[0], 0.001);
 }
 
 TEST_F(Served, IsNotBelievedOfAnotherRunOfTheComputerOrWhenDamaged) {

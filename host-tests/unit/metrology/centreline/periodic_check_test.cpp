@@ -246,7 +246,10 @@ TEST(PeriodicCheck, RefusesByName) {
   Dataset partial = check({}, 0.001, random);
   keepRows(tableNamed(partial, "centres"), [](std::size_t row) { return row < 8; });
   EXPECT_EQ(solve(partial)->find("Ycen_B45_mm"), nullptr);
-  EXPECT_THAT(solve(partial)->warnings, testing::Contains(HasSubstr("Ycen_B45_mm was not measured")));
+  EXPECT_THAT(solve(partial)->unobservable, testing::Contains(HasSubstr("Ycen_B45_mm: no reading")));
+  EXPECT_THAT(solve(partial)->warnings, testing::Not(testing::Contains(HasSubstr("Ycen_B45_mm"))));
+  partial.config["accepted_Ycen_B45_mm"] = 1.0;
+  EXPECT_THAT(solve(partial)->warnings, testing::Contains(HasSubstr("Ycen_B45_mm was accepted once")));
 }
 
 }  // namespace

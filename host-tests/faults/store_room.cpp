@@ -1,0 +1,246 @@
+#include "host-tests/faults/store_room.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "firmware/app/results/boot_counter.hpp"
+#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/results_in_force.hpp"
+#include "firmware/app/results/served_record.hpp"
+#include "firmware/app/results/standing_keeper.hpp"
+#include "firmware/store/store.hpp"
+#include "host-tests/faults/announcements.hpp"
+
+namespace probebox::faults {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr const char* kLine = "modbus:/dev/ttyS0";
+constexpr const char* kPerson = "person:Ada";
+constexpr app::StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.05}, {0.5, 0.05}}};
+
+app::Mounting mounting() {
+  app::Mounting here{.probe_serial_number = "1", .machine = "mill", .mounting = "spindle", .travel = {}};
+  here.travel.fill({-500, 500});
+  return here;
+}
+
+metrology::Result delayOf(double tau_s) {
+  metrology::Result result;
+  result.method = "delay-multi-speed";
+  result.estimates = {metrology::Estimate::scalar("tau_s", tau_s, 4e-6)};
+  return result;
+}
+
+std::string text(const Correction& value) {
+  return std::to_string(value[0]) + " " + std::to_string(value[1]) + " " + std::to_string(value[2]);
+}
+
+class StoreRoom {
+ public:
+  StoreRoom(const std::filesystem::path& folder, const Say& say)
+      : say_{say},
+        store_{store::Store::openAnyhow((folder / "results.db").string())},
+        results_{store_, mounting(), [this] { return now_; }, [](auto) { return std::optional<Error>{}; },
+                 [](const Event&) {}},
+        doors_{(folder / "doors").string(), [](bool) { return true; }},
+        served_{(folder / "served-last").string()},
+        boots_{app::countBoot((folder / "boots").string())},
+        keeper_{(folder / "served").string(), kLimits, [this](const Event& bounds) { takeBounds(bounds); }} {
+    results_.alsoAsk([this] { return doors_.anyInhibits(); });
+    (void)results_.restore();
+    before_ = served_.before();
+    for (const auto& event : keeper_.restore(now_, before_, std::nullopt)) {
+      if (const auto* standing = std::get_if<StandingRestored>(&event)) standing_ = *standing;
+      if (const auto* bounds = std::get_if<ServableWithin>(&event)) bounds_ = *bounds;
+    }
+    snapshot_.correction_mm = standing_.correction_mm;
+    look();
+    now_ += 2s;
+  }
+
+  void performAll() {
+    say_(keeper_.problem().empty() ? "ready" : "unready");
+    if (doors_.inhibits(kPerson)) inhibit(kPerson, false);
+    serveAround({0.010, -0.005, 0.001});
+    accept(propose(1e-3));
+    serveAround({0.030, -0.005, 0.001});
+    const auto second = propose(1.5e-3);
+    inhibit(kLine, true);
+    keepOrder(doors_.wordOrder(kLine) == 0 ? 1 : 0);
+    accept(second);
+    serveAround({0.031, 0.04, -0.001});
+    accept(propose(2e-3));
+    inhibit(kLine, false);
+    look();
+    rollBack();
+    inhibit(kPerson, true);
+    refuse();
+    serveAround({-0.02, 0.04, -0.03});
+    keeper_.finish(snapshot_);
+  }
+
+  void report() {
+    const auto records = store_.newest(1000);
+    if (!records) return say_("found notice " + records.error().what);
+    for (const auto& record : *records)
+      say_("found state " + std::to_string(record.id) + " " + std::string{store::name(record.state)});
+    for (const auto& each : doors_.holders()) say_("found held " + each.door);
+    for (const auto* door : {kLine, kPerson})
+      if (const auto order = doors_.wordOrder(door); order != 0)
+        say_("found order " + std::string{door} + " " + std::to_string(order));
+    if (before_) say_("found before " + text(*before_));
+    say_("found standing " + text(standing_.correction_mm) + " " + text(standing_.doubt_mm));
+    for (const auto& notice : {store_.notice(), store_.whyNotWritable(), keeper_.problem()})
+      if (!notice.empty()) say_("found notice " + notice);
+    for (const auto& damage : store_.damage()) say_("found notice " + damage);
+    // One of two copies is what a cut leaves; the doors themselves are compared.
+    if (const auto problem = doors_.problem(); !problem.empty() && problem.find("one of the two") == std::string::npos)
+      say_("found notice " + problem);
+  }
+
+ private:
+  template <class Done>
+  void attempt(const std::string& what, const Done& done) {
+    say_("doing " + what);
+    const std::optional<std::string> failed = done();
+    say_(failed ? "failed " + *failed : "done");
+    if (failed) sayWhatIsThere();
+    now_ += 2s;
+  }
+  void sayWhatIsThere() {
+    std::string all = "sees";
+    const auto records = store_.newest(1000);
+    if (!records) return;
+    for (const auto& record : *records)
+      all += " " + std::to_string(record.id) + " " + std::string{store::name(record.state)};
+    say_(all);
+  }
+
+  template <class Value>
+  static std::optional<std::string> whyNot(const Value& outcome) {
+    return outcome ? std::nullopt : std::optional{outcome.error().what};
+  }
+
+  store::Id nextId() {
+    const auto newest = store_.newest(1);
+    return newest && !newest->empty() ? newest->front().id + 1 : 1;
+  }
+
+  store::Id propose(double tau_s) {
+    const auto id = nextId();
+    attempt("propose " + std::to_string(id), [&] {
+      return whyNot(
+          store_.propose(results_.bindingFor("delay"), delayOf(tau_s), std::string(3000, 'x'), app::utcNow()));
+    });
+    return id;
+  }
+
+  void refuse() {
+    attempt("refuse " + std::to_string(nextId()), [&] {
+      return whyNot(
+          store_.refuse(results_.bindingFor("delay"), "delay-multi-speed", {"noisy", "too"}, "{}", app::utcNow()));
+    });
+  }
+
+  void accept(store::Id id) {
+    look();
+    const std::string what = doors_.anyInhibits() ? "await " : "accept ";
+    attempt(what + std::to_string(id), [&] { return whyNot(results_.accept(id, "Ada", true)); });
+  }
+
+  void rollBack() {
+    look();
+    attempt("back", [&] { return whyNot(results_.rollBack("delay", "Ada")); });
+  }
+
+  void inhibit(const char* door, bool on) {
+    attempt((on ? "hold " : "end ") + std::string{door}, [&] {
+      const auto failed = doors_.setInhibit(door, on, "");
+      return failed ? std::optional{failed->what} : std::nullopt;
+    });
+  }
+
+  void keepOrder(std::uint16_t order) {
+    attempt("order " + std::string{kLine} + " " + std::to_string(order), [&] {
+      const auto failed = doors_.keepWordOrder(kLine, order);
+      return failed ? std::optional{failed->what} : std::nullopt;
+    });
+  }
+
+  // The state of the core as the worker sees it; a result that waits comes into force when it may.
+  void look() {
+    const auto waiting = store_.inState(store::State::accepted);
+    const bool activates = waiting && !waiting->empty() && !doors_.anyInhibits() && now_ >= MonoTime{} + 1s;
+    const auto round = [&] {
+      box::State state;
+      state.at = now_;
+      state.events = 1;
+      state.snapshot.inhibited = doors_.anyInhibits();
+      results_.look(state);
+    };
+    if (!activates) return round();
+    attempt("activate " + std::to_string(waiting->front().id), [&]() -> std::optional<std::string> {
+      round();
+      return results_.isWaiting(waiting->front().id) ? std::optional<std::string>{"it still waits"} : std::nullopt;
+    });
+  }
+
+  // A core that goes as far as it is told it may, at once, and a CNC that reads just then.
+  void takeBounds(const Event& told) {
+    bounds_ = std::get<ServableWithin>(told);
+    serve(bounds_.greatest_mm);
+    serve(bounds_.least_mm);
+  }
+
+  void serveAround(const Correction& wanted_mm) {
+    snapshot_.valid = true;
+    snapshot_.correction_mm = wanted_mm;
+    for (std::size_t axis = 0; axis < wanted_mm.size(); ++axis)
+      snapshot_.correction_mm[axis] = std::clamp(wanted_mm[axis], bounds_.least_mm[axis], bounds_.greatest_mm[axis]);
+    serve(snapshot_.correction_mm);
+    keeper_.look(published::Snapshot{snapshot_});
+    now_ += 2s;
+  }
+
+  void serve(const Correction& value_mm) {
+    snapshot_.at = now_ += 1ms;
+    snapshot_.correction_mm = value_mm;
+    for (auto& each_mm : snapshot_.correction_mm) each_mm = std::round(each_mm * 1e6) * 1e-6;
+    say_("serving " + text(snapshot_.correction_mm));
+    served_.note(snapshot_);
+    say_("served " + text(snapshot_.correction_mm));
+  }
+
+  const Say& say_;
+  MonoTime now_{};
+  store::Store store_;
+  app::ResultsInForce results_;
+  app::DoorBook doors_;
+  app::ServedRecord served_;
+  std::uint16_t boots_;
+  ServableWithin bounds_;
+  published::Snapshot snapshot_;
+  app::StandingKeeper keeper_;
+  std::optional<Correction> before_;
+  StandingRestored standing_;
+};
+
+}  // namespace
+
+void runStoreRoom(const std::filesystem::path& folder, const Say& say) {
+  StoreRoom room{folder, say};
+  room.performAll();
+}
+
+void reportStoreRoom(const std::filesystem::path& folder, const Say& say) {
+  StoreRoom{folder, say}.report();
+}
+
+}  // namespace probebox::faults

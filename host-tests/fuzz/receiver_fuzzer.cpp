@@ -1,5 +1,0 @@
-#include "receiver_entry.hpp"
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  return feedReceiver(data, size);
-}

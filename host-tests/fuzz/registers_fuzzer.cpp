@@ -1,5 +1,0 @@
-#include "registers_entry.hpp"
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  return feedRegisters(data, size);
-}

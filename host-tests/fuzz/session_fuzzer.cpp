@@ -1,5 +1,0 @@
-#include "session_entry.hpp"
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  return feedSession(data, size);
-}
