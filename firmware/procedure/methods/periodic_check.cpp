@@ -93,8 +93,14 @@ void addCheck(metrology::Dataset& dataset, const BallReadings& found, const Fini
   if (ball.accepted_x_mm) config["accepted_Xcen_B0_mm"] = *ball.accepted_x_mm;
   if (ball.accepted_y_mm) {
     config["accepted_Ycen_B0_mm"] = *ball.accepted_y_mm;
-    config["accepted_Ycen_B45_mm"] = ball.accepted_y45_mm.value_or(*ball.accepted_y_mm);
-    config["accepted_Ycen_B90_mm"] = ball.accepted_y90_mm.value_or(*ball.accepted_y_mm);
+    // A value at an angle that is not read now is missed only where it was accepted at that angle.
+    const auto isRead = [&](double b_deg) {
+      return std::ranges::any_of(readings, [&](const Reading& r) { return checkAngle_deg(r.b_rad) == b_deg; });
+    };
+    if (ball.accepted_y45_mm || isRead(45))
+      config["accepted_Ycen_B45_mm"] = ball.accepted_y45_mm.value_or(*ball.accepted_y_mm);
+    if (ball.accepted_y90_mm || isRead(90))
+      config["accepted_Ycen_B90_mm"] = ball.accepted_y90_mm.value_or(*ball.accepted_y_mm);
   }
   if (ball.limit_mm) config["limit_mm"] = *ball.limit_mm;
   dataset.tables.insert(dataset.tables.begin(), {std::move(tables.centres), std::move(tables.z_touch)});

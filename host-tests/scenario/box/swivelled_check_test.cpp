@@ -90,6 +90,15 @@ TEST(SwivelledCheck, FailsWhereTheHeadHasMoved) {
   EXPECT_LT(std::abs(result->find("deviation_Xcen_B0_mm")->values[0]), 0.02) << "nothing shows at B = 0";
 }
 
+TEST(SwivelledCheck, MissesNoAngleThatWasNeverRead) {
+  Scenario scenario{usualWorld(), 4};
+  ASSERT_TRUE(scenario.facts.checked_ball->accepted_y_mm);
+  const auto result = measured(scenario, procedure::kPeriodicCheck);
+  ASSERT_TRUE(result);
+  EXPECT_FALSE(scenario.dataset().config.contains("accepted_Ycen_B45_mm"));
+  EXPECT_EQ(result->find("verdict")->values[0], 0);
+}
+
 TEST(SwivelledCheck, NeedsTheTurningAxisAndTheProbesLength) {
   auto facts = usualFacts();
   facts.checked_ball->swivels_rad = {2 * kEighth_rad};
