@@ -156,8 +156,7 @@ struct Descriptor {
     field("channels", self.channels, "in the order of the columns of SAMPLES");
     field("gain", self.gain,
           "row by row, nm of tip travel in machine axes X Y Z per nm of channel a b c: that of the delay's result in "
-          "force, "
-          "or of probe.toml");
+          "force, or of probe.toml");
     field("delay", self.delay, "the system delay in force when this was sent");
     field("tip", self.tip, "from samples to the tip; since protocol 1.2");
   }
