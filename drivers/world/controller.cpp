@@ -313,7 +313,12 @@ void Controller::withdraw() {
 void Controller::park() {
   rise();
   const auto& [x, y, z] = config_.park_mm;
-  route_.add({x, y, freeHeight(config_, machine_.tool(), machine_.commandedPose())});
+  // High enough to level the head there, which lowers the tip.
+  Pose level = machine_.commandedPose();
+  level.head_rad = 0;
+  route_.add({x, y,
+              std::max(freeHeight(config_, machine_.tool(), machine_.commandedPose()),
+                       freeHeight(config_, machine_.tool(), level))});
   enter(Activity::parking);
 }
 

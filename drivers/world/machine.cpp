@@ -26,6 +26,7 @@ Machine::Machine(const Config& config, std::uint64_t seed)
       head_{config.swivel_head},
       linear_errors_{config.linear_errors},
       motion_{config.axes.home_mm},
+      commanded_mm_{config.axes.home_mm},
       solids_{config},
       stylus_{config.probe},
       random_{seed, RandomStream::machine},
@@ -39,9 +40,11 @@ Machine::Machine(const Config& config, std::uint64_t seed)
 
 bool Machine::moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) {
   if (!atRest(now)) return false;
-  if (target_mm == motion_.target()) return true;
+  commanded_mm_ = target_mm;
+  const Vector3 reached_mm = drives_ ? drives_(target_mm, now) : target_mm;
+  if (reached_mm == motion_.target()) return true;
   const Move move =
-      ofTheBody(motion_.append(target_mm, {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}, now));
+      ofTheBody(motion_.append(reached_mm, {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}, now));
   if (hold_.is_head && comesFromAside(move)) ++crashes_;
   stylus_.follow(move, solids_, hold_);
   return true;

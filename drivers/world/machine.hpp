@@ -1,6 +1,8 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <utility>
 
 #include "drivers/world/config.hpp"
 #include "drivers/world/linear_errors.hpp"
@@ -32,6 +34,11 @@ class Machine {
  public:
   explicit Machine(const Config& config, std::uint64_t seed = 0);
 
+  // Takes a command of the control to where its drives really bring the axes, from the next move on: by corrections
+  // that the control adds, and by errors between motor and nut. Without one they go where they are told.
+  using Drives = std::function<Vector3(const Vector3& commanded_mm, MonoTime now)>;
+  void driveBy(Drives drives) { drives_ = std::move(drives); }
+
   // Commands, for a controller.
 
   // Starts a straight move from rest to rest at `now`. Returns false without effect while the last move lasts.
@@ -54,7 +61,7 @@ class Machine {
   // for an unknown mount.
   bool mountBalls(std::size_t mount, MonoTime now);
   std::size_t mount() const { return mount_; }
-  Vector3 commandedPosition() const { return motion_.target(); }
+  Vector3 commandedPosition() const { return commanded_mm_; }
 
   // The truth, for the sensors and for tests, `delay_s` before `at`.
 
@@ -105,6 +112,8 @@ class Machine {
   SwivelHeadConfig head_;
   LinearErrors linear_errors_;
   MotionHistory motion_;
+  Drives drives_;
+  Vector3 commanded_mm_;
   Solids solids_;
   Stylus stylus_;
   SensorHead sensor_head_;

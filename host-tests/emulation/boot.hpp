@@ -35,6 +35,7 @@ class Boot {
   messages::ProcedureStatus::Answer procedure();
   // Markers, homings, poses and cuts from a line of the controller: all of them or none.
   std::optional<Error> take(std::span<const Event> said);
+  app::Calibrations& calibrations() { return calibrations_; }
   const app::Calibrations& calibrations() const { return calibrations_; }
 
   // Starts a run by the desk; 0 when it was refused.

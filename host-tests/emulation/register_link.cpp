@@ -14,7 +14,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 double RegisterLink::value(std::uint16_t at) {
   const auto& entry = *modbus::find(at);
   const auto words = registers_.read(at, modbus::registersOf(entry.kind));
-  std::ranges::copy(words, image_.begin() + at);
+  std::ranges::copy(words, image_.begin() + entry.address);  // of a table's row, that of the first
   return modbus::decode(entry, modbus::WordOrder::high_first, image_);
 }
 

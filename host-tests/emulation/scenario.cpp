@@ -196,6 +196,7 @@ class Scenario::DirectLink : public world::BoxLink {
 box::BoxConfig Scenario::boxOf() const {
   auto box = boxWith(config_, probe_is_);
   EmulatedEncoders::describe(encoders_are_, box);
+  if (description_) description_(box);
   return box;
 }
 

@@ -91,6 +91,8 @@ class Scenario {
   const metrology::Dataset& dataset() const { return dataset_; }
   // A result about the delay comes into force.
   void activateDelay(const std::array<double, 3>& tau_s);
+  // Changes what the box is described as, from its next start on.
+  void describeBy(std::function<void(box::BoxConfig&)> description) { description_ = std::move(description); }
   // Restarts the daemon: a new box gets `restored` first, while the machine runs on. The lines are requested again, so
   // their edges count from 1.
   void restartBox(std::span<const Event> restored = {});
@@ -133,6 +135,7 @@ class Scenario {
     std::uint32_t before{};
   };
   world::Config config_;
+  std::function<void(box::BoxConfig&)> description_;
   ProbeIs probe_is_;
   Recorder recorder_;
   std::unique_ptr<box::Box> box_;

@@ -1,11 +1,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 
-#include "firmware/app/cnc/wishes.hpp"
-#include "firmware/modbus/register_image.hpp"
-#include "firmware/modbus/writable_registers.hpp"
-#include "host-tests/emulation/boot.hpp"
-#include "host-tests/emulation/register_link.hpp"
+#include "host-tests/emulation/line_of_the_box.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 // A controller that knows nothing but registers runs calibrations, accepts them, and the corrections follow.
@@ -17,58 +13,6 @@ namespace address = modbus::address;
 
 enum : std::uint16_t { kStart = 1, kAbort = 2, kAccept = 3 };
 enum : std::uint16_t { kDelayMultiSpeed = 1, kCentreline = 7, kSpindleOffset2x2 = 11 };
-
-// The box's side of one Modbus line, as CncLine and ModbusServer put it together, without the line.
-class LineOfTheBox {
- public:
-  LineOfTheBox(Office& office, Boot& boot) : office_{office}, boot_{boot} {}
-
-  Registers registers() {
-    return {[this](std::uint16_t first, std::size_t count) { return read(first, count); },
-            [this](std::uint16_t first, std::span<const std::uint16_t> values) { return write(first, values); }};
-  }
-  // The line was unplugged, or the box restarted.
-  void restart() { writable_.restart(); }
-
- private:
-  std::vector<std::uint16_t> read(std::uint16_t first, std::size_t count) {
-    const auto& snapshot = office_.scenario().state().snapshot;
-    published::LineState line;
-    line.boots = 1;
-    line.wish = wishes_.state(snapshot.calibration_run);
-    image_.fill(snapshot, line, boot_.inForce().served(), modbus::WordOrder::high_first);
-    writable_.show(image_.registers());
-    const auto words = std::as_const(image_).registers().subspan(first, count);
-    return {words.begin(), words.end()};
-  }
-  bool write(std::uint16_t first, std::span<const std::uint16_t> values) {
-    auto changed = writable_;
-    const auto events = changed.write(first, values);
-    if (!events) return false;
-    if (boot_.take(*events)) return false;
-    const bool wishes = changed.wish().commit != writable_.wish().commit;
-    writable_ = changed;
-    if (wishes) wishes_.make(writable_.wish());
-    return true;
-  }
-  void ask(messages::Operation operation, const std::vector<std::byte>& body,
-           const std::function<void(app::Reply)>& then) {
-    if (operation != messages::Operation::accept_result) return then(boot_.ask(operation, body));
-    // The worker's part of the desk.
-    const auto request = messages::decode<messages::AcceptResult::Request>(body).value();
-    const auto accepted = boot_.inForce().accept(request.id, request.by, request.although_it_differs);
-    if (accepted) return then(app::ok(messages::AcceptResult::Answer{}));
-    then(app::refused(messages::ErrorCode::wrong_state, accepted.error().what));
-  }
-
-  Office& office_;
-  Boot& boot_;
-  modbus::WritableRegisters writable_;
-  modbus::RegisterImage image_;
-  app::Wishes wishes_{"controller at line 1",
-                      [this](messages::Operation operation, const std::vector<std::byte>& body,
-                             const std::function<void(app::Reply)>& then) { ask(operation, body, then); }};
-};
 
 // A line at whose end nobody is.
 class DeadLink : public world::BoxLink {
