@@ -43,7 +43,7 @@ def check(binaries, folder, method, options):
                           capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     read = subprocess.run(["rs274", "-g", "-i", "rs.ini", "-t", "tool.tbl", "-v", "p.var", program], cwd=folder, capture_output=True,
-                          text=True, timeout=120)
+                          text=True, timeout=120, env=dict(os.environ, HOME=folder))  # where it keeps its tool table
     interpreted = read.stdout.splitlines()
     text = open(program).read()
     assert any("PROGRAM_END()" in line for line in interpreted), method + ": " + read.stdout[-500:] + read.stderr[-500:]
