@@ -70,6 +70,12 @@ TEST(Frame, WithoutRoomNothingIsEncoded) {
   const ByteVector too_long(0x10000);
   ByteVector large(bareSize(too_long.size()));
   EXPECT_EQ(encodeBare(kHeader, too_long, large), 0U);
+  ByteVector scratch(bareSize(payload.size()));
+  const std::size_t enough = delimitedMaxSize(payload.size());
+  ByteVector coded(enough, std::byte{0xEE});
+  EXPECT_EQ(encodeDelimited(kHeader, payload, scratch, std::span{coded}.first(enough - 1)), 0U);
+  EXPECT_EQ(coded, ByteVector(enough, std::byte{0xEE}));
+  EXPECT_GT(encodeDelimited(kHeader, payload, scratch, coded), 0U);
 }
 
 }  // namespace
