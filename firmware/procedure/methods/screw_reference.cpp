@@ -7,6 +7,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/sweep.hpp"
 #include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/wording.hpp"
 
 namespace probebox::procedure {
 namespace {
