@@ -8,6 +8,7 @@
 
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/subject_axis.hpp"
+#include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "protocol/units/angle.hpp"
 
@@ -16,9 +17,9 @@ namespace {
 
 constexpr std::string_view kDelay = "delay";
 constexpr std::string_view kDelayByJoint = "delay-joints";
-constexpr std::string_view kCentreline = "centreline";
+constexpr std::string_view kCentreline = metrology::kTurningAxis;
 constexpr std::string_view kCentrelineOfSlide = "centreline-slide";
-constexpr std::string_view kCentrelineFromTip = "centreline-stylus";
+constexpr std::string_view kCentrelineFromTip = metrology::kTurningAxisFromTip;
 constexpr std::string_view kStylusOffsetOf = "stylus-offset-";
 constexpr std::string_view kSensorHeadOf = "sensor-head-";
 constexpr std::string_view kSwivelOf = "swivel-";
@@ -37,30 +38,6 @@ std::optional<Axis> screwReferenceAxis(std::string_view subject) {
   constexpr std::string_view kReferenceOf = "screw-reference-";
   if (!subject.starts_with(kReferenceOf)) return std::nullopt;
   return screwAxis("screw-" + std::string{subject.substr(kReferenceOf.size())});
-}
-
-// Values of one key with their combined standard uncertainties (type A alone where the result states no other), 0 where
-// there is none. The error names the key.
-struct Values {
-  std::span<const double> values;
-  std::span<const double> sd;
-
-  double sdOf(std::size_t i) const { return i < sd.size() ? sd[i] : 0.0; }
-};
-Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, std::size_t count) {
-  const metrology::Estimate* found = result.find(key);
-  const std::string whose = "The result of " + result.method;
-  if (found == nullptr) return Error{whose + " has no value for " + std::string{key} + "."};
-  if (count != 0 && found->values.size() != count) {
-    return Error{whose + " has " + std::to_string(found->values.size()) + " values of " + std::string{key} + ", not " +
-                 std::to_string(count) + "."};
-  }
-  const auto is_finite = [](double value) { return std::isfinite(value); };
-  const bool combined = found->uncertainty.size() == found->values.size();
-  const auto& sd = combined ? found->uncertainty : found->sd;
-  if (!std::ranges::all_of(found->values, is_finite) || !std::ranges::all_of(sd, is_finite))
-    return Error{whose + " has a value of " + std::string{key} + " that is not a number: calibrate again."};
-  return Values{found->values, sd};
 }
 
 // The gain that the touches of a delay gave, where they tell its sd. Without one, that of probe.toml stays.
@@ -162,7 +139,8 @@ Outcome<std::vector<Event>> assembly(const metrology::Result& result, std::uint3
     return std::vector<Event>{ToolLengthActivated{.result_id = 0, .tool = tool, .length_mm = 0, .at = now}};
   TRY(const auto length, valuesOf(result, kGaugeLength, 1));
   if (!(length.values[0] > 0))
-    return Error{"The " + std::string{kGaugeLength} + " of tool " + std::to_string(tool) + " is not above 0."};
+    return Error{"The " + std::string{kGaugeLength} + " of tool " + std::to_string(tool) +
+                 " is not above 0: measure it again (probebox calibrate tool-assembly)."};
   return std::vector<Event>{
       ToolLengthActivated{.result_id = id, .tool = tool, .length_mm = length.values[0], .at = now}};
 }

@@ -76,6 +76,26 @@ void addToBudget(metrology::Result& result, const Estimate& offset, const std::s
 
 }  // namespace
 
+std::span<const double> uncertaintiesOf(const Estimate& estimate) {
+  const bool combined = estimate.uncertainty.size() == estimate.values.size();
+  return combined ? estimate.uncertainty : estimate.sd;
+}
+
+Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, std::size_t count) {
+  const metrology::Estimate* found = result.find(key);
+  const std::string whose = "The result of " + result.method;
+  if (found == nullptr) return Error{whose + " has no value for " + std::string{key} + "."};
+  if (count != 0 && found->values.size() != count) {
+    return Error{whose + " has " + std::to_string(found->values.size()) + " values of " + std::string{key} + ", not " +
+                 std::to_string(count) + "."};
+  }
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  const auto sd = uncertaintiesOf(*found);
+  if (!std::ranges::all_of(found->values, is_finite) || !std::ranges::all_of(sd, is_finite))
+    return Error{whose + " has a value of " + std::string{key} + " that is not a number: calibrate again."};
+  return Values{found->values, sd};
+}
+
 void appendAll(const metrology::Result& result, const std::string& subject, std::vector<messages::NamedValue>& values) {
   const auto angles = std::ranges::find(result.also, "angle_rad", &Estimate::key);
   for (const auto& estimate : result.estimates) {

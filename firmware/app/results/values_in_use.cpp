@@ -4,6 +4,7 @@
 #include <string>
 
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/app/results/result_values.hpp"
 
 namespace probebox::app {
 namespace {
@@ -15,17 +16,10 @@ std::string screwSubject(std::size_t axis) {
   return std::string{"screw-"} + "xyz"[axis];
 }
 
-// Standard uncertainty of a value: combined, or type A alone where the result states no other. 0 without one.
-double sdOf(const metrology::Estimate& estimate, std::size_t i) {
-  const bool combined = estimate.uncertainty.size() == estimate.values.size();
-  const auto& sd = combined ? estimate.uncertainty : estimate.sd;
-  return i < sd.size() ? sd[i] : 0.0;
-}
-
+// Of the first values; 0 without any.
 double largestSd(const metrology::Estimate& estimate, std::size_t count) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < count; ++i) largest = std::max(largest, sdOf(estimate, i));
-  return largest;
+  const auto sd = uncertaintiesOf(estimate);
+  return sd.empty() ? 0.0 : std::ranges::max(sd.first(std::min(count, sd.size())));
 }
 
 std::optional<procedure::ScrewFace> faceOf(const store::Record& record) {
