@@ -5,10 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "protocol/units/tolerances.hpp"
+
 namespace probebox::app {
 namespace {
-
-constexpr double kTurned_rad = 0.002;  // what a step of a method takes for the asked angle
 
 // A screw that warms up would change every descriptor; links keep 32 of them.
 constexpr double kScrewStep_mm = 0.0002;
@@ -37,7 +37,7 @@ messages::TipDescription SampleDescription::tipOf(const published::DelayInForce&
                                                   const published::ToolInSamples& tool) const {
   messages::TipDescription tip = stated_.tip;
   const auto turned = [&](RotaryAxis axis) {
-    return std::abs(tool.angles_rad[static_cast<std::size_t>(axis)].value_or(0)) > kTurned_rad;
+    return std::abs(tool.angles_rad[static_cast<std::size_t>(axis)].value_or(0)) > kPoseTolerance_rad;
   };
   tip.has_deflection = !probe_.switches && (!probe_.head_tool || tool.tool != *probe_.head_tool);
   tip.turned = turned(RotaryAxis::a) || (probe_.head_swivels && turned(RotaryAxis::b));
@@ -57,9 +57,9 @@ messages::TipDescription SampleDescription::tipOf(const published::DelayInForce&
   return tip;
 }
 
-bool SampleDescription::differs(const messages::Descriptor& next, MonoTime now) const {
-  if (!changed_ || next.delay.result_id != descriptor_.delay.result_id) return true;
-  const auto &a = descriptor_.tip, &b = next.tip;
+bool SampleDescription::differs(std::uint64_t delay_result, const messages::TipDescription& b, MonoTime now) const {
+  if (!changed_ || delay_result != descriptor_.delay.result_id) return true;
+  const auto& a = descriptor_.tip;
   const bool otherwise = a.has_deflection != b.has_deflection || a.turned != b.turned || a.referenced != b.referenced ||
                          a.screws_unknown != b.screws_unknown || a.offset_mm != b.offset_mm;
   return otherwise || (now - *changed_ >= kScrewPause && screwsDiffer(a, b));
@@ -67,12 +67,12 @@ bool SampleDescription::differs(const messages::Descriptor& next, MonoTime now) 
 
 bool SampleDescription::update(const published::DelayInForce& delay, const published::ToolInSamples& tool,
                                MonoTime now) {
-  messages::Descriptor next = stated_;
-  next.delay = {.calibrated = delay.calibrated, .tau_s = delay.tau_s, .sd_s = delay.sd_s, .result_id = delay.result_id};
-  if (delay.gain) next.gain = delay.gain->value;
-  next.tip = tipOf(delay, tool);
-  if (!differs(next, now)) return false;
-  descriptor_ = std::move(next);
+  const auto tip = tipOf(delay, tool);
+  if (!differs(delay.result_id, tip, now)) return false;
+  descriptor_.delay = {
+      .calibrated = delay.calibrated, .tau_s = delay.tau_s, .sd_s = delay.sd_s, .result_id = delay.result_id};
+  descriptor_.gain = delay.gain ? delay.gain->value : stated_.gain;
+  descriptor_.tip = tip;
   changed_ = now;
   return true;
 }

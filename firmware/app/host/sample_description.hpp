@@ -28,7 +28,7 @@ class SampleDescription {
 
  private:
   messages::TipDescription tipOf(const published::DelayInForce& delay, const published::ToolInSamples& tool) const;
-  bool differs(const messages::Descriptor& next, MonoTime now) const;
+  bool differs(std::uint64_t delay_result, const messages::TipDescription& tip, MonoTime now) const;
 
   messages::Descriptor stated_;
   ProbeOnMachine probe_;

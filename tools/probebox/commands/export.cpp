@@ -27,7 +27,8 @@ class ScaledRows : public CsvRows {
     std::string text = "sample,time_ns";
     for (const auto& channel : descriptor.channels) text += "," + csvName(columnName(channel));
     text += ",delay_result_id,tau_x_s,tau_y_s,tau_z_s";
-    if (job().points != nullptr) columnsOf(TipPoint{}, [&](const std::string& name, double) { text += "," + name; });
+    if (job().points != nullptr)
+      for (const auto name : kPointColumns) text.append(",").append(name);
     return text + "\n";
   }
 
@@ -41,7 +42,8 @@ class ScaledRows : public CsvRows {
       line += scales_[channel].text(block.column(channel)[k]);
     }
     line += delay_;
-    if (job().points != nullptr) columnsOf(job().points->of(block, k), [&](auto&&, double value) { add(line, value); });
+    if (job().points != nullptr)
+      for (const double value : valuesOf(job().points->of(block, k))) add(line, value);
     line += '\n';
   }
 

@@ -81,7 +81,7 @@ void McapRows::declare(const messages::Descriptor& descriptor) {
                          file_->schema("probebox/msg/Gap", "int64 first_sample\nint64 samples\nstring reason\n"));
   if (job_.points != nullptr) {
     std::string point = "int64 sample\n";
-    columnsOf(TipPoint{}, [&](const std::string& name, double) { point += "float64 " + name + "\n"; });
+    for (const auto name : kPointColumns) point += "float64 " + std::string{name} + "\n";
     points_ = file_->channel("/probebox/points", file_->schema("probebox/msg/Point", point));
   }
   std::string trigger;
@@ -131,7 +131,7 @@ void McapRows::tellPoint(const link::DecodedBlock& block, std::size_t k, SampleI
   if (!point.hasTip()) return;
   CdrMessage message;
   message.add(sample.index);
-  columnsOf(point, [&](auto&&, double value) { message.add(value); });
+  for (const double value : valuesOf(point)) message.add(value);
   put(points_, newest_ns_, message);
 }
 

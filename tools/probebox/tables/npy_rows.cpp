@@ -17,7 +17,7 @@ constexpr std::size_t kCountWidth = 20;  // digits of the number of rows, filled
 // Names that no channel may have.
 std::string ownFields() {
   std::string names = "('delay_result_id', ('tau_x_s', ('tau_y_s', ('tau_z_s',";
-  columnsOf(TipPoint{}, [&](const std::string& name, double) { names += " ('" + name + "',"; });
+  for (const auto name : kPointColumns) names += " ('" + std::string{name} + "',";
   return names;
 }
 
@@ -63,7 +63,7 @@ void NpyRows::begin(const messages::Descriptor& descriptor) {
   types_ += field("delay_result_id", "<u8");
   for (const auto* name : {"tau_x_s", "tau_y_s", "tau_z_s"}) types_ += field(name, "<f8");
   if (job_.points != nullptr)
-    columnsOf(TipPoint{}, [&](const std::string& name, double) { types_ += field(name, "<f8"); });
+    for (const auto name : kPointColumns) types_ += field(std::string{name}, "<f8");
   writeHeader();
 }
 
@@ -111,7 +111,7 @@ void NpyRows::row(const link::DecodedBlock& block, std::size_t k, SampleIndex sa
   put(block.descriptor.delay.result_id);
   for (const auto tau : block.descriptor.delay.tau_s) put(tau);
   if (job_.points != nullptr) {
-    columnsOf(job_.points->of(block, k), [&](auto&&, double value) { put(value); });
+    for (const double value : valuesOf(job_.points->of(block, k))) put(value);
   }
   if (!failure_ && !output_->write(row_)) failure_ = output_->failure();
   ++rows_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "firmware/latch/record.hpp"
 #include "protocol/codec/block.hpp"
 
 namespace probebox::command {
@@ -15,7 +16,6 @@ constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 constexpr Three kNone{kNotKnown, kNotKnown, kNotKnown};
 constexpr std::array<std::string_view, 7> kChannels{"deflection_a", "deflection_b", "deflection_c", "position_x",
                                                     "position_y",   "position_z",   "flags"};
-constexpr std::int64_t kClipped = 16;
 constexpr double kMillimetresPerNanometre = 1e-6;
 
 // Directions are taken from the motion within this time to either side.
@@ -51,6 +51,14 @@ std::string axesOf(unsigned mask) {
 }
 
 }  // namespace
+
+std::array<double, kPointColumns.size()> valuesOf(const TipPoint& point) {
+  std::array<double, kPointColumns.size()> values{};
+  auto next = values.begin();
+  for (const auto* three : {&point.tip_mm, &point.sd_tip_mm, &point.normal, &point.surface_mm, &point.sd_surface_mm})
+    next = std::ranges::copy(*three, next).out;
+  return values;
+}
 
 std::optional<std::string> whyNoTip(const messages::Descriptor& descriptor) {
   const auto& tip = descriptor.tip;
@@ -132,7 +140,7 @@ void TipPoints::computeBodies(const link::DecodedBlock& block) {
       body.mm[axis] = machine_mm - (tip.screw_mm[axis] + tip.screw_slope[axis] * machine_mm);
       body.pushed_mm[axis] = dot(block.descriptor.gain[axis], body.channels_mm);
     }
-    if (columns_[6] < channels.size()) body.clipped = (block.column(columns_[6])[k] & kClipped) != 0;
+    if (columns_[6] < channels.size()) body.clipped = (block.column(columns_[6])[k] & latch::flag::kClipped) != 0;
     bodies_.push_back(body);
   }
 }

@@ -23,19 +23,12 @@ struct TipPoint {
   bool hasTip() const { return tip_mm[0] == tip_mm[0]; }
 };
 
-// Calls column(name, value) for the 15 columns of a point, in the order of every format.
-void columnsOf(const TipPoint& point, auto&& column) {
-  constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
-  const auto three = [&](std::string_view before, const std::array<double, 3>& values, std::string_view after) {
-    for (std::size_t k = 0; k < values.size(); ++k)
-      column(std::string{before} + std::string{kAxes[k]} + std::string{after}, values[k]);
-  };
-  three("tip_", point.tip_mm, "_mm");
-  three("sd_tip_", point.sd_tip_mm, "_mm");
-  three("normal_", point.normal, "");
-  three("surface_", point.surface_mm, "_mm");
-  three("sd_surface_", point.sd_surface_mm, "_mm");
-}
+// Columns of a point, in the order of every format.
+inline constexpr std::array<std::string_view, 15> kPointColumns{
+    "tip_x_mm",     "tip_y_mm",     "tip_z_mm",        "sd_tip_x_mm",     "sd_tip_y_mm",
+    "sd_tip_z_mm",  "normal_x",     "normal_y",        "normal_z",        "surface_x_mm",
+    "surface_y_mm", "surface_z_mm", "sd_surface_x_mm", "sd_surface_y_mm", "sd_surface_z_mm"};
+std::array<double, kPointColumns.size()> valuesOf(const TipPoint& point);
 
 // Computes the points of one block after another, and counts why some are missing.
 class TipPoints {
