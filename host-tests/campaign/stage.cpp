@@ -2,10 +2,9 @@
 
 #include <cmath>
 #include <csignal>
-#include <fcntl.h>
-#include <sys/resource.h>
-#include <unistd.h>
 #include <utility>
+
+#include "host-tests/campaign/disk.hpp"
 
 namespace probebox::campaign {
 namespace {
@@ -62,29 +61,6 @@ metrology::Result delayFrom(std::uint64_t number) {
   result.method = "delay-multi-speed";
   result.estimates = {metrology::Estimate::scalar("tau_s", 3.8e-3 + 1e-6 * static_cast<double>(number), 1e-4)};
   return result;
-}
-
-// The disk takes no byte while it is full; the memory of /run does.
-void setDiskFull(bool full) {
-  rlimit limit{};
-  ::getrlimit(RLIMIT_FSIZE, &limit);
-  limit.rlim_cur = full ? 0 : limit.rlim_max;
-  ::setrlimit(RLIMIT_FSIZE, &limit);
-}
-
-// One copy of a small file is what a cut write leaves.
-void spoil(const std::filesystem::path& file, std::uint64_t bit) {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(file, error);
-  if (error || size == 0) return;
-  const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
-  char byte = 0;
-  const auto at = static_cast<off_t>(bit / 8 % size);
-  if (::pread(descriptor, &byte, 1, at) == 1) {
-    byte = static_cast<char>(byte ^ 1 << (bit % 8));
-    [[maybe_unused]] const auto written = ::pwrite(descriptor, &byte, 1, at);
-  }
-  ::close(descriptor);
 }
 
 }  // namespace

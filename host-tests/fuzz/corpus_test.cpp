@@ -1,7 +1,5 @@
-#include <cstdlib>
 #include <fstream>
 #include <gtest/gtest.h>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -29,16 +27,6 @@ TEST(Corpus, HoldsWhatTheEntryRequires) {
     ASSERT_EQ(PROBEBOX_FEED(bytes.data(), bytes.size()), 0) << inputs;
   }
   EXPECT_GT(inputs, 5U);
-}
-
-// PROBEBOX_INPUT=FILE: an input that a fuzzer has kept, once more, in this build.
-TEST(Corpus, HoldsForTheInputThatIsNamed) {
-  const char* name = std::getenv("PROBEBOX_INPUT");
-  if (name == nullptr) GTEST_SKIP() << "PROBEBOX_INPUT names no file";
-  std::ifstream file{name, std::ios::binary};
-  ASSERT_TRUE(file) << name;
-  const Bytes bytes{std::istreambuf_iterator<char>{file}, {}};
-  EXPECT_EQ(PROBEBOX_FEED(bytes.data(), bytes.size()), 0);
 }
 
 }  // namespace

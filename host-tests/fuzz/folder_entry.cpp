@@ -5,11 +5,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <stdlib.h>
 #include <string>
 #include <string_view>
 #include <variant>
 
+#include "host-tests/support/temporary_folder.hpp"
 #include "require.hpp"
 #include "tools/case/case_folder.hpp"
 
@@ -19,30 +19,11 @@ using namespace probebox;
 using fuzz::require;
 namespace fs = std::filesystem;
 
-// In memory where the system has such a folder; removed at the end of the process.
-class Scratch {
- public:
-  Scratch() {
-    const fs::path memory{"/dev/shm"};
-    std::string pattern = ((fs::exists(memory) ? memory : fs::temp_directory_path()) / "probebox-fuzz-XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-  }
-  ~Scratch() {
-    std::error_code none;
-    fs::remove_all(path_, none);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-
-  fs::path empty(const char* name) const {
-    fs::remove_all(path_ / name);
-    fs::create_directory(path_ / name);
-    return path_ / name;
-  }
-
- private:
-  fs::path path_;
-};
+fs::path empty(const fs::path& folder) {
+  fs::remove_all(folder);
+  fs::create_directory(folder);
+  return folder;
+}
 
 constexpr std::string_view kMark = "=== ";
 
@@ -95,12 +76,12 @@ void check(const metrology::Dataset& dataset, const fs::path& again) {
 
 int feedFolder(const std::uint8_t* data, std::size_t size) {
   fuzz::feeding({data, size});
-  static const Scratch scratch;
-  const auto folder = scratch.empty("case");
+  static const support::TemporaryFolder scratch{support::inMemory()};
+  const auto folder = empty(scratch.path() / "case");
   writeFiles({reinterpret_cast<const char*>(data), size}, folder);
   const auto read = casefolder::readCase(folder);
   if (read) {
-    check(*read, scratch.empty("again"));
+    check(*read, empty(scratch.path() / "again"));
     return 0;
   }
   if (const auto* unreadable = std::get_if<casefolder::Unreadable>(&read.error())) {

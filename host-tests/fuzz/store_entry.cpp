@@ -6,11 +6,11 @@
 #include <iterator>
 #include <map>
 #include <span>
-#include <stdlib.h>
 #include <string>
 #include <vector>
 
 #include "firmware/store/store.hpp"
+#include "host-tests/support/temporary_folder.hpp"
 #include "require.hpp"
 
 namespace {
@@ -53,32 +53,21 @@ Content contentOf(Store& store) {
 
 class Folder {
  public:
-  Folder() {
-    const fs::path memory{"/dev/shm"};
-    std::string pattern = ((fs::exists(memory) ? memory : fs::temp_directory_path()) / "probebox-fuzz-XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-    makeStore();
-  }
-  ~Folder() {
-    std::error_code none;
-    fs::remove_all(path_, none);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
+  Folder() { makeStore(); }
 
   const std::string& sound() const { return sound_; }
   const Content& content() const { return content_; }
 
   std::string put(const std::string& bytes) const {
-    for (const auto& entry : fs::directory_iterator{path_}) fs::remove_all(entry);
-    const auto file = (path_ / "results.db").string();
+    for (const auto& entry : fs::directory_iterator{folder_.path()}) fs::remove_all(entry);
+    const auto file = folder_.file("results.db");
     std::ofstream{file, std::ios::binary} << bytes;
     return file;
   }
 
  private:
   void makeStore() {
-    const auto file = (path_ / "results.db").string();
+    const auto file = folder_.file("results.db");
     {
       auto store = Store::open(file);
       require(store.ok());
@@ -100,7 +89,7 @@ class Folder {
     sound_.assign(std::istreambuf_iterator<char>{in}, {});
   }
 
-  fs::path path_;
+  support::TemporaryFolder folder_{support::inMemory()};
   std::string sound_;
   Content content_;
 };

@@ -9,8 +9,8 @@ namespace probebox::support {
 // Makes an empty folder for a test and removes it afterwards.
 class TemporaryFolder {
  public:
-  TemporaryFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "probebox-test-XXXXXX").string();
+  explicit TemporaryFolder(const std::filesystem::path& parent = std::filesystem::temp_directory_path()) {
+    std::string pattern = (parent / "probebox-test-XXXXXX").string();
     path_ = ::mkdtemp(pattern.data());
   }
   ~TemporaryFolder() {
@@ -26,5 +26,11 @@ class TemporaryFolder {
  private:
   std::filesystem::path path_;
 };
+
+// For folders that are written very often: in memory where the system has such a place.
+inline std::filesystem::path inMemory() {
+  const std::filesystem::path memory{"/dev/shm"};
+  return std::filesystem::exists(memory) ? memory : std::filesystem::temp_directory_path();
+}
 
 }  // namespace probebox::support

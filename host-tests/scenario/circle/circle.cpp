@@ -16,7 +16,7 @@ using world::operator-;
 using world::operator*;
 namespace address = modbus::address;
 
-enum : std::uint16_t { kStart = 1, kAccept = 3, kAcceptAlthoughItDiffers = 4 };
+enum : std::uint16_t { kStart = 1, kAccept = 3 };
 enum : std::uint16_t {
   kDelayPerAxis = 4,
   kCAxisAlignment = 8,
