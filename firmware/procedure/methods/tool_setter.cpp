@@ -188,9 +188,8 @@ constinit const LiveMethod kToolSetter{
     .solver = &metrology::kToolSetter,
     .steps =
         "faces +X, -X, +Y, -Y, +Z, +Z of the tool-setting device, or those of them that the tool reaches (`faces`), "
-        "three rounds with the probe and three with the tool of `--tool N`, at 5 mm/s, A and C at 0; the same at each "
-        "B of "
-        "`swivels_deg`",
+        "three rounds with the probe and three with the tool of `--tool N`, at 5 mm/s, A and C at 0; the same at "
+        "each B of `swivels_deg`",
     .needs = kNeedsOfToolSetter,
     .finds_a_place = true,
     .feature = Feature::tool_setter,
