@@ -1,6 +1,6 @@
 # Rooms and arrows.
 #
-# probebox_room(protocol/frame ARROWS protocol/units ... LIBRARIES PkgConfig::X [EXCEPT main.cpp ...] [SOURCES generated.cpp ...] [APART])
+# probebox_room(protocol/frame ARROWS protocol/units ... LIBRARIES PkgConfig::X [EXCEPT main.cpp ...] [SOURCES generated.cpp ...])
 # declares one room of the house: every header and source that lies in its folder, but those that EXCEPT names, and SOURCES from
 # elsewhere. Its headers are included by their path from the top (`#include "protocol/frame/reader.hpp"`), and that path exists
 # only inside the room's own include root: a directory of the build tree which holds a link to each of its headers. A room
@@ -9,12 +9,11 @@
 # PRIVATE_LIBRARIES where possible.
 #
 # Where a preset asks for it (CMAKE_UNITY_BUILD: the release), sources of a room are compiled several at once, which reads what
-# they all include only once; names are then unique in a room, also those in unnamed namespaces. APART stands at rooms of methods,
-# whose sources all have the same tables under the same names.
+# they all include only once; names are then unique in a room, also those in unnamed namespaces.
 set_property(GLOBAL PROPERTY PROBEBOX_ROOMS "")
 
 function(probebox_room room)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "APART" "" "EXCEPT;SOURCES;ARROWS;LIBRARIES;PRIVATE_LIBRARIES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "EXCEPT;SOURCES;ARROWS;LIBRARIES;PRIVATE_LIBRARIES")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "probebox_room(${room}): what is '${arg_UNPARSED_ARGUMENTS}'?")
   endif()
@@ -40,9 +39,6 @@ function(probebox_room room)
     add_library(probebox_${name} STATIC ${arg_SOURCES})
     target_link_libraries(probebox_${name} PUBLIC ${arrows} ${arg_LIBRARIES}
                           PRIVATE probebox_compile_options ${arg_PRIVATE_LIBRARIES})
-    if(arg_APART)
-      set_target_properties(probebox_${name} PROPERTIES UNITY_BUILD OFF)
-    endif()
     set(scope PUBLIC)
   else()
     add_library(probebox_${name} INTERFACE)

@@ -103,7 +103,7 @@ constexpr MethodKey kCKeys[]{
     {"heights", "rotating", "rotating (balls on the part) or slide (one ball, carried along Z)"}};
 constexpr MethodResult kCResults[]{{"C_tilt_rad", "x and y of the C axis per mm of Z, with heights rotating"},
                                    {"Z_slide_rad", "x and y of the slide per mm of Z, with heights slide"}};
-constexpr std::string_view kUnobservable[]{
+constexpr std::string_view kAxisAlignmentUnobservable[]{
     "the axis separately from the straightness and squareness of the Z slide: the tilt is relative to Z"};
 
 // A spindle that stood still leaves the tip, not its axis; a tip against a chuck on the slide is of no use to the box.
@@ -148,7 +148,7 @@ const Method kCAxisAlignment{.name = "c-axis-alignment",
                              .tables = kCTables,
                              .keys = kCKeys,
                              .results = kCResults,
-                             .unobservable = kUnobservable,
+                             .unobservable = kAxisAlignmentUnobservable,
                              .undetermined = undeterminedByAngles,
                              .subject = {.name = kTurningAxis, .of = subjectOfAlignment}};
 
@@ -161,7 +161,7 @@ const Method kAAxisAlignment{.name = "a-axis-alignment",
                              .keys = kAKeys,
                              .known = kAKnown,
                              .results = kAResults,
-                             .unobservable = kUnobservable,
+                             .unobservable = kAxisAlignmentUnobservable,
                              .undetermined = undeterminedByAngles,
                              .subject = {.name = "spindle-tilt"}};
 

@@ -16,7 +16,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kColumns{"C_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 3> kCentrelineColumns{"C_rad", "x_mm", "y_mm"};
 // The readings have been corrected by the previous delay; it stands in the case for the record.
 constexpr double kFarthestMean = 0.999;  // |w|^2 of three and more angles
 constexpr double kLeastHalfSine = 0.05;  // |sin(alpha/2)| of two
@@ -124,8 +124,10 @@ Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset) {
 Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
   TRY(const auto noise, statedNoise(dataset));
   TRY(const auto sense, configSense(dataset, "C_sense"));
-  TRY(const auto table, checkedTable(dataset, "readings", kColumns));
-  const auto value = [&](std::size_t column, std::size_t row) { return (*table->column(kColumns[column]))[row]; };
+  TRY(const auto table, checkedTable(dataset, "readings", kCentrelineColumns));
+  const auto value = [&](std::size_t column, std::size_t row) {
+    return (*table->column(kCentrelineColumns[column]))[row];
+  };
   std::vector<RotationReading> readings;
   for (std::size_t row = 0; row < table->rows(); ++row) {
     readings.push_back({.at = {value(1, row), value(2, row)}, .angle = sense * value(0, row)});
@@ -149,9 +151,10 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kTables[]{{"readings", kColumns, "a feature that turns with C, at an angle of C", true}};
-constexpr MethodKey kKeys[]{key::kSigma, key::kSigmaC, key::kCSense, key::kTauForTheRecord};
-constexpr MethodResult kResults[]{{"centre_mm", "centre of rotation, x y"}};
+constexpr MethodTable kCentrelineTables[]{
+    {"readings", kCentrelineColumns, "a feature that turns with C, at an angle of C", true}};
+constexpr MethodKey kCentrelineKeys[]{key::kSigma, key::kSigmaC, key::kCSense, key::kTauForTheRecord};
+constexpr MethodResult kCentrelineResults[]{{"centre_mm", "centre of rotation, x y"}};
 
 }  // namespace
 
@@ -164,9 +167,9 @@ const Method kCentreline{.name = "centreline",
                          .equations = "(B5)-(B8)",
                          .source = source::kMachine,
                          .solver = solveCentreline,
-                         .tables = kTables,
-                         .keys = kKeys,
-                         .results = kResults,
+                         .tables = kCentrelineTables,
+                         .keys = kCentrelineKeys,
+                         .results = kCentrelineResults,
                          .unobservable = kCentrelineUnobservable,
                          .subject = {.name = kTurningAxisFromTip}};
 

@@ -19,8 +19,8 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
-constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
+constexpr std::array<std::string_view, 3> kLimitedAccessColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 2> kLimitedAccessContactColumns{"C1_rad", "C2_rad"};
 
 // The readings that the source's steps need, those with the largest theta.
 std::optional<RimSteps> sourceReadings(const std::vector<RimReading>& readings) {
@@ -104,8 +104,10 @@ std::optional<RimCentre> turnedRimCentre(const RimSteps& steps) {
 
 Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
   TRY(const auto noise, statedNoise(dataset));
-  TRY(const auto table, checkedTable(dataset, "readings", kColumns));
-  const auto value = [&](std::size_t column, std::size_t row) { return (*table->column(kColumns[column]))[row]; };
+  TRY(const auto table, checkedTable(dataset, "readings", kLimitedAccessColumns));
+  const auto value = [&](std::size_t column, std::size_t row) {
+    return (*table->column(kLimitedAccessColumns[column]))[row];
+  };
   std::vector<RimReading> rim;
   std::vector<RotationReading> readings;
   for (std::size_t row = 0; row < table->rows(); ++row) {
@@ -122,7 +124,7 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
   const Eigen::Vector2d arm = fit.parameters.tail<2>();
   const double radius = arm.norm();
   Answer answer{dataset, fit, {noise.noise.position, noise.stated}};
-  answer.readings(*table, residualParts(noise.noise), kColumns[0], residualSense(noise.noise));
+  answer.readings(*table, residualParts(noise.noise), kLimitedAccessColumns[0], residualSense(noise.noise));
   answer.promiseVector("centre_mm", fit.parameters.head(2), pick(0, 2, 4));
   answer.promiseScalar("radius_mm", radius, Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / radius);
   answer.promiseScalar("psi0_rad", std::atan2(arm.x(), arm.y()),
@@ -136,7 +138,7 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
 
 Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
   TRY(const auto sigma, configSigma(dataset, "sigma_C_rad"));
-  TRY(const auto table, checkedTable(dataset, "contacts", kContactColumns));
+  TRY(const auto table, checkedTable(dataset, "contacts", kLimitedAccessContactColumns));
   const auto& clockwise = *table->column("C1_rad");
   const auto& anticlockwise = *table->column("C2_rad");
   const auto rows = static_cast<Eigen::Index>(clockwise.size());
@@ -162,13 +164,13 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kTables[]{{"readings", kColumns, "the ball at an angle of C", true}};
-constexpr MethodKey kKeys[]{key::kSigma, key::kSigmaC, key::kTauForTheRecord};
-constexpr MethodResult kResults[]{{"centre_mm", "centre of rotation, x y"},
-                                  {"radius_mm", "of the ball about it"},
-                                  {"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"}};
-constexpr MethodTable kContactTables[]{
-    {"contacts", kContactColumns, "signed angles of C at which the ball touches the stylus on either side"}};
+constexpr MethodTable kLimitedAccessTables[]{{"readings", kLimitedAccessColumns, "the ball at an angle of C", true}};
+constexpr MethodKey kLimitedAccessKeys[]{key::kSigma, key::kSigmaC, key::kTauForTheRecord};
+constexpr MethodResult kLimitedAccessResults[]{{"centre_mm", "centre of rotation, x y"},
+                                               {"radius_mm", "of the ball about it"},
+                                               {"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"}};
+constexpr MethodTable kContactTables[]{{"contacts", kLimitedAccessContactColumns,
+                                        "signed angles of C at which the ball touches the stylus on either side"}};
 constexpr MethodKey kContactKeys[]{key::kSigmaC};
 constexpr MethodResult kContactResults[]{{"C_shift_rad", "new zero of C in the old count"}};
 constexpr std::string_view kContactUnobservable[]{
@@ -181,9 +183,9 @@ const Method kCentrelineLimitedAccess{.name = "centreline-limited-access",
                                       .equations = "(B6)-(B8), (B26), (B27)",
                                       .source = source::kMachine,
                                       .solver = solveCentrelineLimitedAccess,
-                                      .tables = kTables,
-                                      .keys = kKeys,
-                                      .results = kResults,
+                                      .tables = kLimitedAccessTables,
+                                      .keys = kLimitedAccessKeys,
+                                      .results = kLimitedAccessResults,
                                       .unobservable = kCentrelineUnobservable,
                                       .subject = {.name = kTurningAxisFromTip}};
 

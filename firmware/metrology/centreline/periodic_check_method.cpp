@@ -4,57 +4,57 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::string_view kCentreColumns[]{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::string_view kXColumns[]{"B_deg", "C_deg", "A_deg", "x_mm"};
-constexpr std::string_view kZColumns[]{"B_deg", "C_deg", "A_deg", "z_mm"};
-constexpr MethodTable kTables[]{
-    {"centres", kCentreColumns, "centre of the ball at B 0, 45 or 90, C and A 0 or 180", true},
-    {"x_touch", kXColumns, "a touch along X at B = 90; needed where centres are there"},
-    {"z_touch", kZColumns, "a touch along Z at B = 0; needed where centres are there"}};
+constexpr std::string_view kPeriodicCheckCentreColumns[]{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::string_view kPeriodicCheckXColumns[]{"B_deg", "C_deg", "A_deg", "x_mm"};
+constexpr std::string_view kPeriodicCheckZColumns[]{"B_deg", "C_deg", "A_deg", "z_mm"};
+constexpr MethodTable kPeriodicCheckTables[]{
+    {"centres", kPeriodicCheckCentreColumns, "centre of the ball at B 0, 45 or 90, C and A 0 or 180", true},
+    {"x_touch", kPeriodicCheckXColumns, "a touch along X at B = 90; needed where centres are there"},
+    {"z_touch", kPeriodicCheckZColumns, "a touch along Z at B = 0; needed where centres are there"}};
 constexpr std::string_view kAccepted = "the value in the accepted calibration";
 constexpr std::string_view kLimit = "what it may be off the accepted value";
-constexpr MethodKey kKeys[]{{"effective_ball_radius_mm", kNeeded, "of ball plus stylus ball"},
-                            {"expected_ball_centre_z_mm", kNeeded, "Z of the ball's centre at B = 0"},
-                            {"x_is_radius", kNeeded, "false where X is programmed in diameters"},
-                            key::kSigma,
-                            key::kLengthResults[0],
-                            key::kLengthResults[1],
-                            key::kLengthResults[2],
-                            key::kLengthResults[3],
-                            {"sigma_touch_mm", "sigma_mm", "standard deviation of one touch (k = 1)"},
-                            {"limit_mm", "", "what any value may be off the accepted one"},
-                            key::kTauForTheRecord,
-                            {"accepted_ball_offset_x_mm", "", kAccepted},
-                            {"limit_ball_offset_x_mm", "limit_mm", kLimit},
-                            {"accepted_ball_offset_y_mm", "", kAccepted},
-                            {"limit_ball_offset_y_mm", "limit_mm", kLimit},
-                            {"accepted_stylus_offset_x_mm", "", kAccepted},
-                            {"limit_stylus_offset_x_mm", "limit_mm", kLimit},
-                            {"accepted_stylus_offset_y_mm", "", kAccepted},
-                            {"limit_stylus_offset_y_mm", "limit_mm", kLimit},
-                            {"accepted_Ycen_B90_mm", "", kAccepted},
-                            {"limit_Ycen_B90_mm", "limit_mm", kLimit},
-                            {"accepted_Zcen_B90_mm", "", kAccepted},
-                            {"limit_Zcen_B90_mm", "limit_mm", kLimit},
-                            {"accepted_Xcen_B0_mm", "", kAccepted},
-                            {"limit_Xcen_B0_mm", "limit_mm", kLimit},
-                            {"accepted_Ycen_B0_mm", "", kAccepted},
-                            {"limit_Ycen_B0_mm", "limit_mm", kLimit},
-                            {"accepted_Ycen_B45_mm", "", kAccepted},
-                            {"limit_Ycen_B45_mm", "limit_mm", kLimit},
-                            {"accepted_x_offset_error_mm", "0", kAccepted},
-                            {"limit_x_offset_error_mm", "limit_mm", kLimit},
-                            {"accepted_z_offset_error_mm", "0", kAccepted},
-                            {"limit_z_offset_error_mm", "limit_mm", kLimit}};
+constexpr MethodKey kPeriodicCheckKeys[]{{"effective_ball_radius_mm", kNeeded, "of ball plus stylus ball"},
+                                         {"expected_ball_centre_z_mm", kNeeded, "Z of the ball's centre at B = 0"},
+                                         {"x_is_radius", kNeeded, "false where X is programmed in diameters"},
+                                         key::kSigma,
+                                         key::kLengthResults[0],
+                                         key::kLengthResults[1],
+                                         key::kLengthResults[2],
+                                         key::kLengthResults[3],
+                                         {"sigma_touch_mm", "sigma_mm", "standard deviation of one touch (k = 1)"},
+                                         {"limit_mm", "", "what any value may be off the accepted one"},
+                                         key::kTauForTheRecord,
+                                         {"accepted_ball_offset_x_mm", "", kAccepted},
+                                         {"limit_ball_offset_x_mm", "limit_mm", kLimit},
+                                         {"accepted_ball_offset_y_mm", "", kAccepted},
+                                         {"limit_ball_offset_y_mm", "limit_mm", kLimit},
+                                         {"accepted_stylus_offset_x_mm", "", kAccepted},
+                                         {"limit_stylus_offset_x_mm", "limit_mm", kLimit},
+                                         {"accepted_stylus_offset_y_mm", "", kAccepted},
+                                         {"limit_stylus_offset_y_mm", "limit_mm", kLimit},
+                                         {"accepted_Ycen_B90_mm", "", kAccepted},
+                                         {"limit_Ycen_B90_mm", "limit_mm", kLimit},
+                                         {"accepted_Zcen_B90_mm", "", kAccepted},
+                                         {"limit_Zcen_B90_mm", "limit_mm", kLimit},
+                                         {"accepted_Xcen_B0_mm", "", kAccepted},
+                                         {"limit_Xcen_B0_mm", "limit_mm", kLimit},
+                                         {"accepted_Ycen_B0_mm", "", kAccepted},
+                                         {"limit_Ycen_B0_mm", "limit_mm", kLimit},
+                                         {"accepted_Ycen_B45_mm", "", kAccepted},
+                                         {"limit_Ycen_B45_mm", "limit_mm", kLimit},
+                                         {"accepted_x_offset_error_mm", "0", kAccepted},
+                                         {"limit_x_offset_error_mm", "limit_mm", kLimit},
+                                         {"accepted_z_offset_error_mm", "0", kAccepted},
+                                         {"limit_z_offset_error_mm", "limit_mm", kLimit}};
 constexpr KnownQuantity kKnown[]{{"sd_effective_ball_radius_mm", "effective_ball_radius_mm"},
                                  {"sd_expected_ball_centre_z_mm", "expected_ball_centre_z_mm", KnownKind::value}};
-constexpr MethodResult kResults[]{{"Ycen_B90_mm", "mean Y of the ball at B = 90"},
-                                  {"Xcen_B0_mm", "mean X at B = 0"},
-                                  {"Ycen_B0_mm", "mean Y at B = 0"},
-                                  {"Ycen_B45_mm", "mean Y at B = 45"},
-                                  {"x_offset_error_mm", "X offset error at B = 90 (B24)"},
-                                  {"z_offset_error_mm", "Z offset error at B = 0 (B24)"}};
-constexpr std::string_view kUnobservable[]{
+constexpr MethodResult kPeriodicCheckResults[]{{"Ycen_B90_mm", "mean Y of the ball at B = 90"},
+                                               {"Xcen_B0_mm", "mean X at B = 0"},
+                                               {"Ycen_B0_mm", "mean Y at B = 0"},
+                                               {"Ycen_B45_mm", "mean Y at B = 45"},
+                                               {"x_offset_error_mm", "X offset error at B = 90 (B24)"},
+                                               {"z_offset_error_mm", "Z offset error at B = 0 (B24)"}};
+constexpr std::string_view kPeriodicCheckUnobservable[]{
     "run-out of ball and stylus at B = 45 and 90: it cancels",
     "x_offset_error_mm and z_offset_error_mm separately from errors of the ball's radius and expected centre"};
 
@@ -66,11 +66,11 @@ const Method kPeriodicCheck{.name = "periodic-check",
                             .source = source::kMachine,
                             .solver = solvePeriodicCheck,
                             .judge = judgePeriodicCheck,
-                            .tables = kTables,
-                            .keys = kKeys,
+                            .tables = kPeriodicCheckTables,
+                            .keys = kPeriodicCheckKeys,
                             .known = kKnown,
-                            .results = kResults,
-                            .unobservable = kUnobservable,
+                            .results = kPeriodicCheckResults,
+                            .unobservable = kPeriodicCheckUnobservable,
                             .subject = {.name = "check"},
                             .also_about = {.name = {}, .of = stylusOffsetSubject, .needs = "stylus_offset_x_mm"}};
 

@@ -5,16 +5,17 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::string_view kColumns[]{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
+constexpr std::string_view kRimStepsColumns[]{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
 constexpr std::string_view kStylusColumns[]{"A_rad", "x_mm", "y_mm"};
-constexpr std::string_view kContactColumns[]{"C1_rad", "C2_rad"};
-constexpr MethodTable kTables[]{
-    {"readings", kColumns, "the ball at an angle of C from the zero in force in that loop; z_mm too where wanted",
-     true},
+constexpr std::string_view kRimStepsContactColumns[]{"C1_rad", "C2_rad"};
+constexpr MethodTable kRimStepsTables[]{
+    {"readings", kRimStepsColumns,
+     "the ball at an angle of C from the zero in force in that loop; z_mm too where wanted", true},
     {"stylus", kStylusColumns,
      "where wanted: the stylus at spindle 0 and 180 degrees; of x_mm, y_mm, z_mm the two across the spindle", true},
-    {"contacts", kContactColumns, "where wanted: angles of C at which the ball touches the stylus on either side"}};
-constexpr MethodKey kKeys[]{
+    {"contacts", kRimStepsContactColumns,
+     "where wanted: angles of C at which the ball touches the stylus on either side"}};
+constexpr MethodKey kRimStepsKeys[]{
     key::kSigma,
     key::kSigmaC,
     {"level_limit_mm", "0.01", "y at +theta and -theta within it are level"},
@@ -25,7 +26,8 @@ std::optional<std::string> subjectOfSteps(const Dataset& dataset) {
   return std::string{dataset.table("stylus") != nullptr ? kTurningAxis : kTurningAxisFromTip};
 }
 
-constexpr MethodResult kResults[]{{"centre_mm", "centre of rotation, x y"}, {"radius_mm", "of the ball about it"}};
+constexpr MethodResult kRimStepsResults[]{{"centre_mm", "centre of rotation, x y"},
+                                          {"radius_mm", "of the ball about it"}};
 
 }  // namespace
 
@@ -34,9 +36,9 @@ const Method kCentrelineBySteps{.name = "centreline-by-steps",
                                 .equations = "(B8), (B11), (B25)-(B27), (B33)",
                                 .source = source::kMachine,
                                 .solver = solveCentrelineBySteps,
-                                .tables = kTables,
-                                .keys = kKeys,
-                                .results = kResults,
+                                .tables = kRimStepsTables,
+                                .keys = kRimStepsKeys,
+                                .results = kRimStepsResults,
                                 .unobservable = kCentrelineUnobservable,
                                 .subject = {.name = kTurningAxis, .of = subjectOfSteps}};
 

@@ -65,13 +65,14 @@ Outcome<Result, Refusal> solveSpindleOffset2x2(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kColumns[]{"A_rad", "C_rad", "x_mm", "y_mm"};
-constexpr MethodTable kTables[]{{"readings", kColumns, "the ball at angles of spindle (A) and C", true}};
-constexpr MethodKey kKeys[]{key::kSigma, key::kASense, key::kCSense, key::kTauForTheRecord};
-constexpr MethodResult kResults[]{{"offset_C_minus_A_mm", "C axis less spindle axis, x y"},
-                                  {"stylus_offset_mm", "stylus from the spindle axis at spindle 0, x y"}};
+constexpr std::string_view kSpindleOffsetColumns[]{"A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr MethodTable kSpindleOffsetTables[]{
+    {"readings", kSpindleOffsetColumns, "the ball at angles of spindle (A) and C", true}};
+constexpr MethodKey kSpindleOffsetKeys[]{key::kSigma, key::kASense, key::kCSense, key::kTauForTheRecord};
+constexpr MethodResult kSpindleOffsetResults[]{{"offset_C_minus_A_mm", "C axis less spindle axis, x y"},
+                                               {"stylus_offset_mm", "stylus from the spindle axis at spindle 0, x y"}};
 constexpr Subject kSpindleOffset{.name = "spindle-offset"};
-constexpr std::string_view kUnobservable[]{
+constexpr std::string_view kSpindleOffsetUnobservable[]{
     "first harmonics of C and of the spindle separately from the offsets of ball and stylus"};
 
 }  // namespace
@@ -81,10 +82,10 @@ const Method kSpindleOffset2x2{.name = "spindle-offset-2x2",
                                .equations = "(B4), (B10)-(B12)",
                                .source = source::kMachine,
                                .solver = solveSpindleOffset2x2,
-                               .tables = kTables,
-                               .keys = kKeys,
-                               .results = kResults,
-                               .unobservable = kUnobservable,
+                               .tables = kSpindleOffsetTables,
+                               .keys = kSpindleOffsetKeys,
+                               .results = kSpindleOffsetResults,
+                               .unobservable = kSpindleOffsetUnobservable,
                                .undetermined = undeterminedByAngles,
                                .subject = kSpindleOffset,
                                .also_about = {.name = {}, .of = stylusOffsetSubject, .needs = "stylus_offset_mm"}};
@@ -94,9 +95,9 @@ const Method kSpindleOffsetFour{.name = "spindle-offset-four",
                                 .equations = "(B4), (B9)",
                                 .source = source::kMachine,
                                 .solver = solveSpindleOffsetFour,
-                                .tables = kTables,
-                                .keys = kKeys,
-                                .results = std::span{kResults}.first(1),
+                                .tables = kSpindleOffsetTables,
+                                .keys = kSpindleOffsetKeys,
+                                .results = std::span{kSpindleOffsetResults}.first(1),
                                 .undetermined = undeterminedByAngles,
                                 .subject = kSpindleOffset};
 

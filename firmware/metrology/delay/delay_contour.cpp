@@ -17,7 +17,7 @@ Outcome<Result, Refusal> solveDelayContour(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kKeys[]{
+constexpr MethodKey kContourKeys[]{
     {"shape", kNeeded, "sphere, cylinder, plane, plane-pair or box"},
     {"centre_mm", "", "nominal centre; needed but for a plane"},
     {"axis_direction", "", "axis of a cylinder, outward normal of a plane, normal of a pair of faces; needed there"},
@@ -27,8 +27,8 @@ constexpr MethodKey kKeys[]{
     of_delay::kGain,
     of_delay::kPreviousTau,
     of_delay::kProbeKind};
-constexpr MethodResult kResults[]{of_delay::kTau};
-constexpr std::string_view kUnobservable[]{
+constexpr MethodResult kContourResults[]{of_delay::kTau};
+constexpr std::string_view kContourUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps,
     "delays that differ between the axes; size and position of the feature: both are nuisance parameters of each scan",
     of_delay::kExactFeature};
@@ -41,9 +41,9 @@ const Method kDelayContour{.name = "delay-contour",
                            .source = source::kDelay,
                            .solver = solveDelayContour,
                            .tables = of_delay::kScanTables,
-                           .keys = kKeys,
-                           .results = kResults,
-                           .unobservable = kUnobservable,
+                           .keys = kContourKeys,
+                           .results = kContourResults,
+                           .unobservable = kContourUnobservable,
                            .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

@@ -257,28 +257,29 @@ Outcome<Result, Refusal> solveDelayFeature(const Dataset& dataset) {
 namespace {
 
 constexpr std::string_view kArticleColumns[]{"touch", "t_s", "x_mm", "y_mm", "z_mm"};
-constexpr MethodTable kTables[]{of_delay::kMachine,
-                                of_delay::kProbe,
-                                of_delay::kTouches,
-                                {"article", kArticleColumns, "position of the workpiece, where it moves"}};
-constexpr MethodKey kKeys[]{{"shape", kNeeded, "sphere, cylinder, plane-pair, box or plane"},
-                            {"axis_direction", "", "axis of a cylinder; needed there"},
-                            {"size_mm", "", "effective diameter, or distance of the faces; free without it"},
-                            {"size_axis_mm", "", "effective size of a box along x y z; needed there"},
-                            {"delays", "common", "common or each-axis"},
-                            {"article_has_own_delay", "false", "true where the stamps of article have another delay"},
-                            {"threshold_mm", "", "the points are where |A d| falls through it, not where it is zero"},
-                            of_delay::kGain,
-                            {"previous_tau_s", "0", "delay in the stamps already, with delays common"},
-                            {"previous_tau_axis_s", "[0,0,0]", "delays in the stamps already, with delays each-axis"}};
-constexpr KnownQuantity kKnown[]{{"sd_size_mm", "size_mm"}, {"sd_size_axis_mm", "size_axis_mm"}};
-constexpr MethodResult kResults[]{{"tau_s", "delay, with delays common"},
-                                  {"tau_axis_s", "delay of each axis, with delays each-axis"},
-                                  {"tau_article_s", "delay of article, with article_has_own_delay"},
-                                  {"size_mm", "effective size, where it is not known"}};
-constexpr std::string_view kUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
-                                           "delays that differ between the axes, where one is assumed for all",
-                                           of_delay::kExactFeature};
+constexpr MethodTable kFeatureTables[]{of_delay::kMachine,
+                                       of_delay::kProbe,
+                                       of_delay::kTouches,
+                                       {"article", kArticleColumns, "position of the workpiece, where it moves"}};
+constexpr MethodKey kFeatureKeys[]{
+    {"shape", kNeeded, "sphere, cylinder, plane-pair, box or plane"},
+    {"axis_direction", "", "axis of a cylinder; needed there"},
+    {"size_mm", "", "effective diameter, or distance of the faces; free without it"},
+    {"size_axis_mm", "", "effective size of a box along x y z; needed there"},
+    {"delays", "common", "common or each-axis"},
+    {"article_has_own_delay", "false", "true where the stamps of article have another delay"},
+    {"threshold_mm", "", "the points are where |A d| falls through it, not where it is zero"},
+    of_delay::kGain,
+    {"previous_tau_s", "0", "delay in the stamps already, with delays common"},
+    {"previous_tau_axis_s", "[0,0,0]", "delays in the stamps already, with delays each-axis"}};
+constexpr KnownQuantity kFeatureKnown[]{{"sd_size_mm", "size_mm"}, {"sd_size_axis_mm", "size_axis_mm"}};
+constexpr MethodResult kFeatureResults[]{{"tau_s", "delay, with delays common"},
+                                         {"tau_axis_s", "delay of each axis, with delays each-axis"},
+                                         {"tau_article_s", "delay of article, with article_has_own_delay"},
+                                         {"size_mm", "effective size, where it is not known"}};
+constexpr std::string_view kFeatureUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
+                                                  "delays that differ between the axes, where one is assumed for all",
+                                                  of_delay::kExactFeature};
 
 }  // namespace
 
@@ -287,11 +288,11 @@ const Method kDelayFeature{.name = "delay-feature",
                            .equations = "(A1)-(A9), (A11), (A12)",
                            .source = source::kDelay,
                            .solver = solveDelayFeature,
-                           .tables = kTables,
-                           .keys = kKeys,
-                           .known = kKnown,
-                           .results = kResults,
-                           .unobservable = kUnobservable,
+                           .tables = kFeatureTables,
+                           .keys = kFeatureKeys,
+                           .known = kFeatureKnown,
+                           .results = kFeatureResults,
+                           .unobservable = kFeatureUnobservable,
                            .undetermined = sizeBiasAtOneSpeed,
                            .subject = of_delay::kSubject};
 

@@ -54,7 +54,7 @@ std::size_t lowest(const Signal& signal) {
   return static_cast<std::size_t>(std::ranges::min_element(signal.values) - signal.values.begin());
 }
 
-struct Leg {
+struct Flank {
   double at{};  // of the line at time zero of the apex
   double slope{};
 };
@@ -68,7 +68,7 @@ constexpr Stretch kOfSource{0.40, 0.90};  // 60 to 10 % of the depth
 constexpr Stretch kSparse{0.10, 0.95};    // where that holds too few samples; the round apex hardly bends a start
 
 // Line through the samples of a stretch before or after the apex.
-std::optional<Leg> legOf(const Signal& signal, double apex, double half, double side, Stretch stretch) {
+std::optional<Flank> flankOf(const Signal& signal, double apex, double half, double side, Stretch stretch) {
   double n = 0.0;
   double st = 0.0;
   double sx = 0.0;
@@ -82,7 +82,7 @@ std::optional<Leg> legOf(const Signal& signal, double apex, double half, double 
   const double determinant = n * stt - st * st;
   if (n < 3.0 || !(determinant > 0.0)) return std::nullopt;
   const double slope = (n * stx - st * sx) / determinant;
-  return Leg{(sx - slope * st) / n, slope};
+  return Flank{(sx - slope * st) / n, slope};
 }
 
 struct Apex {
@@ -95,8 +95,8 @@ struct Apex {
 // Where the lines of in and out meet (A18), twice: the first time tells where to look.
 std::optional<Apex> apexOf(const Signal& signal, double rough, double half) {
   const auto legs = [&](double side) {
-    const auto leg = legOf(signal, rough, half, side, kOfSource);
-    return leg ? leg : legOf(signal, rough, half, side, kSparse);
+    const auto leg = flankOf(signal, rough, half, side, kOfSource);
+    return leg ? leg : flankOf(signal, rough, half, side, kSparse);
   };
   Apex apex{.time = rough};
   for (int round = 0; round < 2; ++round) {

@@ -4,14 +4,14 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr MethodTable kTables[]{
+constexpr MethodTable kInOutTables[]{
     of_delay::kMachine,
     of_delay::kProbe,
     {"probe", of_delay::kTouchDistanceColumns, "instead, with probe_kind distance: distance from the surface"},
     of_delay::kTouches};
-constexpr MethodKey kKeys[]{of_delay::kPreviousTau, of_delay::kFeature, of_delay::kProbeKind};
-constexpr MethodResult kResults[]{of_delay::kTau};
-constexpr std::string_view kUnobservable[]{
+constexpr MethodKey kInOutKeys[]{of_delay::kPreviousTau, of_delay::kFeature, of_delay::kProbeKind};
+constexpr MethodResult kInOutResults[]{of_delay::kTau};
+constexpr std::string_view kInOutUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps,
     "the delay of an axis across the direction of motion, and the position of the surface"};
 
@@ -22,10 +22,10 @@ const Method kDelayInOut{.name = "delay-in-out",
                          .equations = "(A1), (A17)-(A19)",
                          .source = source::kDelay,
                          .solver = solveDelayInOut,
-                         .tables = kTables,
-                         .keys = kKeys,
-                         .results = kResults,
-                         .unobservable = kUnobservable,
+                         .tables = kInOutTables,
+                         .keys = kInOutKeys,
+                         .results = kInOutResults,
+                         .unobservable = kInOutUnobservable,
                          .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

@@ -14,7 +14,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 2> kDelays{"common", "each-joint"};
+constexpr std::array<std::string_view, 2> kDelaysOfJoints{"common", "each-joint"};
 
 template <class Machine>
 Outcome<std::unique_ptr<Kinematics>, Refusal> readAs(const Dataset& dataset) {
@@ -35,7 +35,7 @@ Outcome<std::unique_ptr<Kinematics>, Refusal> kinematicsOf(const Dataset& datase
 Outcome<Result, Refusal> solveDelayJoints(const Dataset& dataset) {
   TRY(const auto kinematics, kinematicsOf(dataset));
   TRY(const auto diameter, configPositive(dataset, "effective_diameter_mm"));
-  TRY(const auto delays, configWord(dataset, "delays", kDelays));
+  TRY(const auto delays, configWord(dataset, "delays", kDelaysOfJoints));
   TouchQuestion question{.size_mm = diameter};
   if (delays.value_or("common") == "each-joint") question.delays = Delays::each_joint;
   question.kinematics = kinematics.get();
@@ -60,23 +60,23 @@ std::optional<std::string> subjectOfJoints(const Dataset& dataset) {
   return "delay-joints";
 }
 
-constexpr MethodTable kTables[]{
+constexpr MethodTable kJointsTables[]{
     {"machine", kJointColumns, "joint positions at their stamp: _rad of a revolute joint, _mm of a prismatic one"},
     of_delay::kProbe,
     of_delay::kTouches,
     {"chain", kChainColumns, "a joint of a serial machine, from the base on"},
     {"legs", kLegColumns, "instead of chain: a leg of a parallel platform"}};
-constexpr MethodKey kKeys[]{
+constexpr MethodKey kJointsKeys[]{
     {"tip_mm", kNeeded, "the tip with all joints at zero, or in the reference pose of the legs"},
     {"delays", "common", "common or each-joint"},
     of_delay::kDiameter,
     of_delay::kFeature,
     {"previous_tau_s", "0", "delay in the stamps already, with delays common; tau is the whole"},
     {"previous_tau_joint_s", "zeros", "delays in the stamps already, with delays each-joint; tau is the whole"}};
-constexpr MethodResult kResults[]{{"tau_s", "delay of all joints, with delays common"},
-                                  {"tau_joint_s", "delay of each joint, with delays each-joint"},
-                                  {"centre_mm", "centre of the sphere in the frame of the machine's base"}};
-constexpr std::string_view kUnobservable[]{
+constexpr MethodResult kJointsResults[]{{"tau_s", "delay of all joints, with delays common"},
+                                        {"tau_joint_s", "delay of each joint, with delays each-joint"},
+                                        {"centre_mm", "centre of the sphere in the frame of the machine's base"}};
+constexpr std::string_view kJointsUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps,
     "lengths and axes of the chain and the zeros of its joints: the stated ones are assumed exact",
     "delays that differ between the joints, where one is assumed for all"};
@@ -88,11 +88,11 @@ const Method kDelayJoints{.name = "delay-joints",
                           .equations = "(A1)-(A9), (A12), (A21)",
                           .source = source::kDelay,
                           .solver = solveDelayJoints,
-                          .tables = kTables,
-                          .keys = kKeys,
+                          .tables = kJointsTables,
+                          .keys = kJointsKeys,
                           .known = of_delay::kDiameterKnown,
-                          .results = kResults,
-                          .unobservable = kUnobservable,
+                          .results = kJointsResults,
+                          .unobservable = kJointsUnobservable,
                           .undetermined = sizeBiasAtOneSpeed,
                           .subject = {.name = "delay", .of = subjectOfJoints}};
 

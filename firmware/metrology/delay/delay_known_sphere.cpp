@@ -21,9 +21,9 @@ Outcome<Result, Refusal> solveDelayKnownSphere(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kKeys[]{
+constexpr MethodKey kKnownSphereKeys[]{
     {"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"}, of_delay::kFeature, of_delay::kPreviousTau};
-constexpr MethodResult kResults[]{
+constexpr MethodResult kKnownSphereResults[]{
     of_delay::kTau, of_delay::kCentre, {"gain_matrix", "gain of the probe (A3), where the touches span space"}};
 
 }  // namespace
@@ -34,9 +34,9 @@ const Method kDelayKnownSphere{.name = "delay-known-sphere",
                                .source = source::kDelay,
                                .solver = solveDelayKnownSphere,
                                .tables = of_delay::kTouchTables,
-                               .keys = kKeys,
+                               .keys = kKnownSphereKeys,
                                .known = of_delay::kDiameterKnown,
-                               .results = kResults,
+                               .results = kKnownSphereResults,
                                .unobservable = of_delay::kOneForAllAxes,
                                .undetermined = sizeBiasAtOneSpeed,
                                .subject = of_delay::kSubject};

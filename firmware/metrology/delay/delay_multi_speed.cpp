@@ -55,14 +55,14 @@ Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kKeys[]{{"effective_diameter_mm", "", "certified; with it also the static error"},
-                            of_delay::kFeature,
-                            of_delay::kPreviousTau};
-constexpr MethodResult kResults[]{
+constexpr MethodKey kMultiSpeedKeys[]{{"effective_diameter_mm", "", "certified; with it also the static error"},
+                                      of_delay::kFeature,
+                                      of_delay::kPreviousTau};
+constexpr MethodResult kMultiSpeedResults[]{
     of_delay::kTau,
     {"effective_diameter_mm", "size without delay"},
     {"static_error_mm", "that size less the certified one, where effective_diameter_mm is stated"}};
-constexpr std::string_view kUnobservable[]{
+constexpr std::string_view kMultiSpeedUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps, of_delay::kOneForAll,
     "the causes of the static error separately: size of the ball, threshold of the probe and form are one number"};
 
@@ -74,10 +74,10 @@ const Method kDelayMultiSpeed{.name = "delay-multi-speed",
                               .source = source::kDelay,
                               .solver = solveDelayMultiSpeed,
                               .tables = of_delay::kTouchTables,
-                              .keys = kKeys,
+                              .keys = kMultiSpeedKeys,
                               .known = of_delay::kDiameterKnown,
-                              .results = kResults,
-                              .unobservable = kUnobservable,
+                              .results = kMultiSpeedResults,
+                              .unobservable = kMultiSpeedUnobservable,
                               .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

@@ -30,8 +30,8 @@ Outcome<Result, Refusal> solveDelayNonNormal(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kKeys[]{of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTau};
-constexpr MethodResult kResults[]{of_delay::kTau, of_delay::kCentre};
+constexpr MethodKey kNonNormalKeys[]{of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTau};
+constexpr MethodResult kNonNormalResults[]{of_delay::kTau, of_delay::kCentre};
 
 }  // namespace
 
@@ -41,9 +41,9 @@ const Method kDelayNonNormal{.name = "delay-non-normal",
                              .source = source::kDelay,
                              .solver = solveDelayNonNormal,
                              .tables = of_delay::kTouchTables,
-                             .keys = kKeys,
+                             .keys = kNonNormalKeys,
                              .known = of_delay::kDiameterKnown,
-                             .results = kResults,
+                             .results = kNonNormalResults,
                              .unobservable = of_delay::kOneForAllAxes,
                              .undetermined = sizeBiasAtOneSpeed,
                              .subject = of_delay::kSubject};

@@ -16,8 +16,8 @@ Outcome<Result, Refusal> solveDelayPerAxis(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kKeys[]{of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTauAxis};
-constexpr MethodResult kResults[]{of_delay::kTauAxis, of_delay::kCentre};
+constexpr MethodKey kPerAxisKeys[]{of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTauAxis};
+constexpr MethodResult kPerAxisResults[]{of_delay::kTauAxis, of_delay::kCentre};
 
 }  // namespace
 
@@ -27,9 +27,9 @@ const Method kDelayPerAxis{.name = "delay-per-axis",
                            .source = source::kDelay,
                            .solver = solveDelayPerAxis,
                            .tables = of_delay::kTouchTables,
-                           .keys = kKeys,
+                           .keys = kPerAxisKeys,
                            .known = of_delay::kDiameterKnown,
-                           .results = kResults,
+                           .results = kPerAxisResults,
                            .unobservable = of_delay::kAnyDelay,
                            .undetermined = sizeBiasAtOneSpeed,
                            .subject = of_delay::kSubject};

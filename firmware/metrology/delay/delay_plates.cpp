@@ -59,14 +59,16 @@ Outcome<Result, Refusal> solveDelayPlates(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kKeys[]{{"gap_mm", kNeeded, "distance of the faces"},
-                            {"stylus_ball_diameter_mm", kNeeded, "of the stylus ball"},
-                            {"feature", "", "internal (a gap) or external (a block); without it the normals tell"},
-                            of_delay::kPreviousTau};
-constexpr KnownQuantity kKnown[]{{"sd_gap_mm", "gap_mm"}, {"sd_stylus_ball_diameter_mm", "stylus_ball_diameter_mm"}};
-constexpr MethodResult kResults[]{of_delay::kTau};
-constexpr std::string_view kUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
-                                           "the delay of an axis across the normal of the faces"};
+constexpr MethodKey kPlatesKeys[]{
+    {"gap_mm", kNeeded, "distance of the faces"},
+    {"stylus_ball_diameter_mm", kNeeded, "of the stylus ball"},
+    {"feature", "", "internal (a gap) or external (a block); without it the normals tell"},
+    of_delay::kPreviousTau};
+constexpr KnownQuantity kPlatesKnown[]{{"sd_gap_mm", "gap_mm"},
+                                       {"sd_stylus_ball_diameter_mm", "stylus_ball_diameter_mm"}};
+constexpr MethodResult kPlatesResults[]{of_delay::kTau};
+constexpr std::string_view kPlatesUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
+                                                 "the delay of an axis across the normal of the faces"};
 
 }  // namespace
 
@@ -76,10 +78,10 @@ const Method kDelayPlates{.name = "delay-plates",
                           .source = source::kDelay,
                           .solver = solveDelayPlates,
                           .tables = of_delay::kTouchTables,
-                          .keys = kKeys,
-                          .known = kKnown,
-                          .results = kResults,
-                          .unobservable = kUnobservable,
+                          .keys = kPlatesKeys,
+                          .known = kPlatesKnown,
+                          .results = kPlatesResults,
+                          .unobservable = kPlatesUnobservable,
                           .undetermined = sizeBiasAtOneSpeed,
                           .subject = of_delay::kSubject};
 

@@ -18,18 +18,18 @@ Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kKeys[]{{"centre_mm", kNeeded, "centre of the sphere; may be off by 0.2 mm"},
-                            of_delay::kSearchWindow,
-                            of_delay::kGain,
-                            of_delay::kPreviousTau,
-                            of_delay::kProbeKind,
-                            {"effective_radius_mm", "", "of sphere plus stylus ball; for the record"},
-                            {"r1_mm", "", "one commanded radius; for the record"},
-                            {"r2_mm", "", "the other commanded radius; for the record"},
-                            {"arcs_rad", "", "lengths of the arcs between steps; for the record"},
-                            {"centre_is_approximate", "", "for the record: the centre is always fitted"}};
-constexpr MethodResult kResults[]{of_delay::kTau};
-constexpr std::string_view kUnobservable[]{
+constexpr MethodKey kSteppedScanKeys[]{{"centre_mm", kNeeded, "centre of the sphere; may be off by 0.2 mm"},
+                                       of_delay::kSearchWindow,
+                                       of_delay::kGain,
+                                       of_delay::kPreviousTau,
+                                       of_delay::kProbeKind,
+                                       {"effective_radius_mm", "", "of sphere plus stylus ball; for the record"},
+                                       {"r1_mm", "", "one commanded radius; for the record"},
+                                       {"r2_mm", "", "the other commanded radius; for the record"},
+                                       {"arcs_rad", "", "lengths of the arcs between steps; for the record"},
+                                       {"centre_is_approximate", "", "for the record: the centre is always fitted"}};
+constexpr MethodResult kSteppedScanResults[]{of_delay::kTau};
+constexpr std::string_view kSteppedScanUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps,
     "delays that differ between the axes, and the radius: both are nuisance parameters of each scan"};
 
@@ -41,9 +41,9 @@ const Method kDelaySteppedScan{.name = "delay-stepped-scan",
                                .source = source::kDelay,
                                .solver = solveDelaySteppedScan,
                                .tables = of_delay::kScanTables,
-                               .keys = kKeys,
-                               .results = kResults,
-                               .unobservable = kUnobservable,
+                               .keys = kSteppedScanKeys,
+                               .results = kSteppedScanResults,
+                               .unobservable = kSteppedScanUnobservable,
                                .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 2> kDelays{"common", "each-axis"};
+constexpr std::array<std::string_view, 2> kDelaysOfAxes{"common", "each-axis"};
 
 Refusal badConfig(const std::string& what) {
   return {"bad-config", what};
@@ -47,7 +47,7 @@ Outcome<FeatureQuestion, Refusal> featureQuestion(const Dataset& dataset) {
   }
   question.axis = axis.value_or(question.axis);
   if (auto bad = readSizes(dataset, question)) return *bad;
-  TRY(const auto delays, configWord(dataset, "delays", kDelays));
+  TRY(const auto delays, configWord(dataset, "delays", kDelaysOfAxes));
   question.each_axis = delays.value_or("common") == "each-axis";
   TRY(const auto own, configSwitch(dataset, "article_has_own_delay"));
   question.own_article = own;

@@ -13,8 +13,8 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kColumns{"x_mm", "y_mm", "z_mm"};
-constexpr double kStraight = 0.01;  // thickness of an arc against its width
+constexpr std::array<std::string_view, 3> kCircleFitColumns{"x_mm", "y_mm", "z_mm"};
+constexpr double kStraightArc = 0.01;  // thickness of an arc against its width
 
 enum class Side { outside, inside };
 
@@ -44,7 +44,7 @@ std::optional<Refusal> badArc(const Eigen::MatrixX2d& points) {
   }
   if (auto refusal = equalPoints(points)) return refusal;
   const Eigen::VectorXd widths = widthsOf(points);
-  if (widths[0] >= kStraight * widths[1]) return std::nullopt;
+  if (widths[0] >= kStraightArc * widths[1]) return std::nullopt;
   return Refusal{
       "arc-too-short",
       "the points lie nearly on a straight line and do not determine the centre: touch further around the circle"};
@@ -61,7 +61,7 @@ std::optional<Refusal> badRadius(double radius, const CircleConfig& config) {
 
 Outcome<Result, Refusal> solveCircle(const Dataset& dataset, Side side) {
   TRY(const auto config, configOf(dataset));
-  TRY(const auto table, checkedTable(dataset, "points", kColumns));
+  TRY(const auto table, checkedTable(dataset, "points", kCircleFitColumns));
   const Rows3 points = pointRows(*table);
   Eigen::MatrixX2d projected{points.rows(), 2};
   projected << points.col(config.plane.low()), points.col(config.plane.high());
@@ -115,12 +115,13 @@ Outcome<Result, Refusal> solveBoreFit(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kTables[]{{"points", kColumns, "a stylus-ball centre at contact"}};
-constexpr MethodKey kKeys[]{key::kFeatureAxis, key::kSigma,          key::kStylusRadius,
-                            key::kLeastRadius, key::kGreatestRadius, key::kRobust};
-constexpr MethodResult kResults[]{{"centre_xy_mm", "centre across Z; centre_yz_mm or centre_xz_mm across X or Y"},
-                                  {"effective_radius_mm", "of the path of stylus-ball centres"},
-                                  {"radius_mm", "the feature's own, with stylus_ball_radius_mm"}};
+constexpr MethodTable kCircleFitTables[]{{"points", kCircleFitColumns, "a stylus-ball centre at contact"}};
+constexpr MethodKey kCircleFitKeys[]{key::kFeatureAxis, key::kSigma,          key::kStylusRadius,
+                                     key::kLeastRadius, key::kGreatestRadius, key::kRobust};
+constexpr MethodResult kCircleFitResults[]{
+    {"centre_xy_mm", "centre across Z; centre_yz_mm or centre_xz_mm across X or Y"},
+    {"effective_radius_mm", "of the path of stylus-ball centres"},
+    {"radius_mm", "the feature's own, with stylus_ball_radius_mm"}};
 constexpr std::string_view kBossUnobservable[]{"form of the boss separately from the noise of the readings"};
 constexpr std::string_view kBoreUnobservable[]{"form of the bore separately from the noise of the readings"};
 
@@ -131,10 +132,10 @@ const Method kBossFit{.name = "boss-fit",
                       .equations = "(B1), (B3a)",
                       .source = source::kMachine,
                       .solver = solveBossFit,
-                      .tables = kTables,
-                      .keys = kKeys,
+                      .tables = kCircleFitTables,
+                      .keys = kCircleFitKeys,
                       .known = kStylusRadiusKnown,
-                      .results = kResults,
+                      .results = kCircleFitResults,
                       .unobservable = kBossUnobservable};
 
 const Method kBoreFit{.name = "bore-fit",
@@ -142,10 +143,10 @@ const Method kBoreFit{.name = "bore-fit",
                       .equations = "(B1), (B3a)",
                       .source = source::kMachine,
                       .solver = solveBoreFit,
-                      .tables = kTables,
-                      .keys = kKeys,
+                      .tables = kCircleFitTables,
+                      .keys = kCircleFitKeys,
                       .known = kStylusRadiusKnown,
-                      .results = kResults,
+                      .results = kCircleFitResults,
                       .unobservable = kBoreUnobservable};
 
 }  // namespace probebox::metrology

@@ -27,8 +27,9 @@ constexpr std::array<std::string_view, 4> kPointColumns{"face", "x_mm", "y_mm", 
 constexpr std::array<std::string_view, 4> kFaceColumns{"face", "nx", "ny", "nz"};
 constexpr double kNominal = 0.866;    // cosine of 30 degrees
 constexpr double kLeastVolume = 0.1;  // of the normals: 6 degrees between two
-constexpr double kStraight = 0.01;    // thickness of a face's points against their width, width against their distance
-constexpr double kLeastWidth = 1.0;   // mm, root of the summed squares
+constexpr double kStraightFace =
+    0.01;                            // thickness of a face's points against their width, width against their distance
+constexpr double kLeastWidth = 1.0;  // mm, root of the summed squares
 
 // Points of one face.
 struct Face {
@@ -121,7 +122,7 @@ std::optional<Refusal> badFace(const Face& face, double name) {
   }
   const VectorXd widths = widthsOf(face);
   const Index last = face.normal.size() - 2;  // the widths that a line or a plane needs
-  if (widths[0] >= kLeastWidth && widths[last] >= kStraight * widths[0]) return std::nullopt;
+  if (widths[0] >= kLeastWidth && widths[last] >= kStraightFace * widths[0]) return std::nullopt;
   return collinear("face " + text(name));
 }
 
@@ -230,7 +231,7 @@ Outcome<Meeting, Refusal> meet(const Corner& corner, const VectorXd& parameters,
     Eigen::RowVectorXd shift = Eigen::RowVectorXd::Ones(n);  // of the face at the corner
     const Face& face = corner.faces[static_cast<std::size_t>(f)];
     const VectorXd arm = face.mean() - meeting.corner;
-    if (widthsOf(face)[0] < kStraight * arm.norm())
+    if (widthsOf(face)[0] < kStraightFace * arm.norm())
       return collinear("row " + std::to_string(f + 1) + " of table 'faces'");
     shift.head(n - 1) = arm.transpose() * leans[static_cast<std::size_t>(f)].slopes;
     meeting.slopes.middleCols(n * f, n) = inverted.col(f) * shift;

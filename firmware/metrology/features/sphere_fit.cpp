@@ -13,7 +13,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kColumns{"x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 3> kSphereFitColumns{"x_mm", "y_mm", "z_mm"};
 struct Config {
   SphereQuestion question;
   bool sigma_stated{};
@@ -80,7 +80,7 @@ void addReadings(Result& result, const Fit& fit, double sigma) {
 
 Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
   TRY(const auto config, readConfig(dataset));
-  TRY(const auto table, checkedTable(dataset, "points", kColumns));
+  TRY(const auto table, checkedTable(dataset, "points", kSphereFitColumns));
   const SphereQuestion& question = config.question;
   TRY(const auto fit, fitSphere(pointRows(*table), question));
   const bool radius_known = question.radius.has_value();
@@ -117,16 +117,17 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kTables[]{{"points", kColumns, "a stylus-ball centre at contact"}};
-constexpr MethodKey kKeys[]{key::kSigma,
-                            {"radius_mm", "", "effective radius where it is known; free without it"},
-                            key::kLeastRadius,
-                            key::kGreatestRadius,
-                            {"approximate_centre_mm", "", "on which side of points of one plane the sphere lies"},
-                            key::kRobust};
+constexpr MethodTable kSphereFitTables[]{{"points", kSphereFitColumns, "a stylus-ball centre at contact"}};
+constexpr MethodKey kSphereFitKeys[]{
+    key::kSigma,
+    {"radius_mm", "", "effective radius where it is known; free without it"},
+    key::kLeastRadius,
+    key::kGreatestRadius,
+    {"approximate_centre_mm", "", "on which side of points of one plane the sphere lies"},
+    key::kRobust};
 constexpr KnownQuantity kKnown[]{{"sd_radius_mm", "radius_mm"}};
-constexpr MethodResult kResults[]{{"centre_mm", "centre of the sphere"},
-                                  {"radius_mm", "effective radius, unless it is known"}};
+constexpr MethodResult kSphereFitResults[]{{"centre_mm", "centre of the sphere"},
+                                           {"radius_mm", "effective radius, unless it is known"}};
 constexpr std::string_view kUnobservable[]{"radius of the sphere and of the stylus ball separately: only their sum",
                                            "form of the sphere separately from the noise of the readings"};
 
@@ -137,10 +138,10 @@ const Method kSphereFit{.name = "sphere-fit",
                         .equations = "(B1)-(B3)",
                         .source = source::kMachine,
                         .solver = solveSphereFit,
-                        .tables = kTables,
-                        .keys = kKeys,
+                        .tables = kSphereFitTables,
+                        .keys = kSphereFitKeys,
                         .known = kKnown,
-                        .results = kResults,
+                        .results = kSphereFitResults,
                         .unobservable = kUnobservable};
 
 }  // namespace probebox::metrology

@@ -5,14 +5,15 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::string_view kFirstColumns[]{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
-constexpr std::string_view kBallColumns[]{"ball", "x_mm", "y_mm", "z_mm"};
-constexpr MethodTable kTables[]{
-    {"first", kFirstColumns, "centre of a ball with the axis turned to phi; column mount where there are several",
+constexpr std::string_view kAxisErrorsFirstColumns[]{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
+constexpr std::string_view kAxisErrorsBallColumns[]{"ball", "x_mm", "y_mm", "z_mm"};
+constexpr MethodTable kAxisErrorsTables[]{
+    {"first", kAxisErrorsFirstColumns,
+     "centre of a ball with the axis turned to phi; column mount where there are several", true},
+    {"second", kAxisErrorsBallColumns, "centre of a ball with the axis at zero; column mount where there are several",
      true},
-    {"second", kBallColumns, "centre of a ball with the axis at zero; column mount where there are several", true},
-    {"third", kBallColumns, "centre of a ball in the certificate, in the plate's own frame"}};
-constexpr MethodKey kKeys[]{
+    {"third", kAxisErrorsBallColumns, "centre of a ball in the certificate, in the plate's own frame"}};
+constexpr MethodKey kAxisErrorsKeys[]{
     {"axis_point_mm", kNeeded, "a point of the nominal axis"},
     {"axis_direction", kNeeded, "unit vector along the nominal axis"},
     {"axis", "", "its letter, for the box"},
@@ -28,11 +29,11 @@ constexpr MethodKey kKeys[]{
     {"sensor_matrix", "", "of the sensor head; for the record"},
     {"sensor_head_result", "", "number of the sensor head's calibration; for the record"}};
 constexpr KnownQuantity kKnown[]{{"sd_certificate_mm", "third", KnownKind::table}};
-constexpr MethodResult kResults[]{
+constexpr MethodResult kAxisErrorsResults[]{
     {"six_errors", "a row an angle: three translations in mm, three rotations in rad"},
     {"location_mm", "of the axis, across it, where four or more angles are spread wider than 60 degrees"},
     {"tilt_rad", "of the axis, likewise"}};
-constexpr std::string_view kUnobservable[]{
+constexpr std::string_view kAxisErrorsUnobservable[]{
     "XOC and YOC separately from position-dependent first harmonics (EXC, EYC)",
     "any error at the reference angle, and errors of the linear axes that all angles share"};
 
@@ -47,11 +48,11 @@ const Method kRotaryAxisErrors{.name = "rotary-axis-errors",
                                .equations = "(E2)-(E12)",
                                .source = source::kRotary,
                                .solver = solveRotaryAxisErrors,
-                               .tables = kTables,
-                               .keys = kKeys,
+                               .tables = kAxisErrorsTables,
+                               .keys = kAxisErrorsKeys,
                                .known = kKnown,
-                               .results = kResults,
-                               .unobservable = kUnobservable,
+                               .results = kAxisErrorsResults,
+                               .unobservable = kAxisErrorsUnobservable,
                                .subject = {.name = {}, .of = subjectOfAxis}};
 
 }  // namespace probebox::metrology

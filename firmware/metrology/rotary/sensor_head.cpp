@@ -68,15 +68,15 @@ MatrixXd displacementSlopes(const Matrix3d& inverse, const Vector3d& displacemen
   return slopes;
 }
 
-struct Balls {
+struct ReadBalls {
   Eigen::VectorXd values;
   MatrixXd slopes;
 };
 
-Balls ballsOf(const Table& table, const SensorHead& head, const Vector3d& tool) {
+ReadBalls readBalls(const Table& table, const SensorHead& head, const Vector3d& tool) {
   const MatrixXd readings = columnsOf(table, kReadingColumns);
   const Matrix3d inverted = inverse(head.matrix);
-  Balls balls{Eigen::VectorXd{3 * readings.rows()}, MatrixXd{3 * readings.rows(), kParameters}};
+  ReadBalls balls{Eigen::VectorXd{3 * readings.rows()}, MatrixXd{3 * readings.rows(), kParameters}};
   for (Index i = 0; i < readings.rows(); ++i) {
     const Vector3d sensors = readings.row(i).tail<3>().transpose();
     balls.values.segment<3>(3 * i) = head.ball(readings.row(i).head<3>().transpose(), tool, sensors);
@@ -142,7 +142,7 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   if (dataset.table("readings")) {
     TRY(const auto readings, checkedTable(dataset, "readings", kReadingColumns));
     const Vector3d vector = tool ? Vector3d{tool->data()} : Vector3d{Vector3d::Zero()};
-    const Balls balls = ballsOf(*readings, head, vector);
+    const ReadBalls balls = readBalls(*readings, head, vector);
     answer.promiseMatrix("ball_mm", 3, balls.values, balls.slopes);
   }
   for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
@@ -156,17 +156,18 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kTables[]{
+constexpr MethodTable kSensorHeadTables[]{
     {"moves", kMoveColumns, "place of the ball from the head's reference, and what the sensors say", true},
     {"readings", kReadingColumns, "where wanted: machine position, and what the sensors say"}};
-constexpr MethodKey kKeys[]{{"sigma_sensor", "", "standard deviation of one sensor (k = 1), in its unit"},
-                            {"tool_vector_mm", "[0,0,0]", "from the machine's position to the head's reference"},
-                            {"reference_mm", "", "the machine's position at the reference, u = 0; gives centred_mm"},
-                            {"tool", "", "the head's number, which the box needs"}};
-constexpr MethodResult kResults[]{{"sensor_matrix", "units of the sensors per mm, a row a sensor"},
-                                  {"sensor_zero", "of each sensor at the reference"},
-                                  {"ball_mm", "centre of the ball, a row a reading"}};
-constexpr std::string_view kUnobservable[]{
+constexpr MethodKey kSensorHeadKeys[]{
+    {"sigma_sensor", "", "standard deviation of one sensor (k = 1), in its unit"},
+    {"tool_vector_mm", "[0,0,0]", "from the machine's position to the head's reference"},
+    {"reference_mm", "", "the machine's position at the reference, u = 0; gives centred_mm"},
+    {"tool", "", "the head's number, which the box needs"}};
+constexpr MethodResult kSensorHeadResults[]{{"sensor_matrix", "units of the sensors per mm, a row a sensor"},
+                                            {"sensor_zero", "of each sensor at the reference"},
+                                            {"ball_mm", "centre of the ball, a row a reading"}};
+constexpr std::string_view kSensorHeadUnobservable[]{
     "the position of the ball separately from that of the head's reference: only moves relative to it"};
 
 std::optional<std::string> subjectOfHead(const Dataset& dataset) {
@@ -180,10 +181,10 @@ const Method kSensorHeadCalibration{.name = "sensor-head-calibration",
                                     .equations = "(E1)",
                                     .source = source::kRotary,
                                     .solver = solveSensorHeadCalibration,
-                                    .tables = kTables,
-                                    .keys = kKeys,
-                                    .results = kResults,
-                                    .unobservable = kUnobservable,
+                                    .tables = kSensorHeadTables,
+                                    .keys = kSensorHeadKeys,
+                                    .results = kSensorHeadResults,
+                                    .unobservable = kSensorHeadUnobservable,
                                     .subject = {.name = {}, .of = subjectOfHead}};
 
 }  // namespace probebox::metrology

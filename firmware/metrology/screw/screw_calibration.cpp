@@ -226,21 +226,22 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kTables[]{
+constexpr MethodTable kCalibrationTables[]{
     {"gain_cal", kGainColumns, "true error at a position and extension; K in its place where the gain stays", true},
     {"sector_cal", kFaceColumns, "a sample of three or more slow turns at a steady temperature"}};
-constexpr MethodKey kKeys[]{kScrewLength,
-                            kScrewOffset,
-                            {"sectors", kNeeded, "of the face table"},
-                            kAxisReversed,
-                            {"drift_limit_um_s", "0.1", "more drift is refused"},
-                            {"axis", "", "whose screw, X, Y or Z, for the box"},
-                            {kStandingGain, "", "in the place of gain_cal: it stays, and the face alone is measured"}};
-constexpr KnownQuantity kKnown[]{kScrewLengthKnown, kScrewOffsetKnown};
-constexpr MethodResult kResults[]{{"K", "gain (D2), unless it is stated"},
-                                  {"sector_table_um", "face table (D3), sum 0"},
-                                  {"drift_um_s", "of the sensor during sector_cal"}};
-constexpr std::string_view kUnobservable[]{
+constexpr MethodKey kCalibrationKeys[]{
+    kScrewLength,
+    kScrewOffset,
+    {"sectors", kNeeded, "of the face table"},
+    kAxisReversed,
+    {"drift_limit_um_s", "0.1", "more drift is refused"},
+    {"axis", "", "whose screw, X, Y or Z, for the box"},
+    {kStandingGain, "", "in the place of gain_cal: it stays, and the face alone is measured"}};
+constexpr KnownQuantity kCalibrationKnown[]{kScrewLengthKnown, kScrewOffsetKnown};
+constexpr MethodResult kCalibrationResults[]{{"K", "gain (D2), unless it is stated"},
+                                             {"sector_table_um", "face table (D3), sum 0"},
+                                             {"drift_um_s", "of the sensor during sector_cal"}};
+constexpr std::string_view kCalibrationUnobservable[]{
     kEvenHeat, "the mean height of the face separately from the zero of the sensor: the table sums to 0"};
 
 std::optional<std::string> subjectOfScrew(const Dataset& dataset) {
@@ -254,11 +255,11 @@ const Method kScrewCalibration{.name = "screw-calibration",
                                .equations = "(D1)-(D4)",
                                .source = source::kScrew,
                                .solver = solveScrewCalibration,
-                               .tables = kTables,
-                               .keys = kKeys,
-                               .known = kKnown,
-                               .results = kResults,
-                               .unobservable = kUnobservable,
+                               .tables = kCalibrationTables,
+                               .keys = kCalibrationKeys,
+                               .known = kCalibrationKnown,
+                               .results = kCalibrationResults,
+                               .unobservable = kCalibrationUnobservable,
                                .subject = {.name = {}, .of = subjectOfScrew}};
 
 }  // namespace probebox::metrology

@@ -77,23 +77,25 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kTables[]{{"cycle", kCycleColumns, "position, angle and speed of the screw, and its sensor"},
-                                {"sector_table", kSectorColumns, "a sector of the calibrated face table"}};
-constexpr MethodKey kKeys[]{kScrewLength,
-                            kScrewOffset,
-                            {"K", kNeeded, "calibrated gain"},
-                            {"threshold_rpm", kNeeded, "from this speed on the face table is not taken off (D5)"},
-                            kAxisReversed,
-                            {"reference_um", "0", "the sensor's reading of the cold screw"},
-                            {"extension_min_um", "", "a smaller extension is refused"},
-                            {"extension_max_um", "", "a larger extension is refused"},
-                            {"sigma_um", "", "standard deviation of one reading of the sensor (k = 1)"}};
-constexpr KnownQuantity kKnown[]{kScrewLengthKnown,
-                                 kScrewOffsetKnown,
-                                 {"sd_K", "K", KnownKind::value},
-                                 {"sd_reference_um", "reference_um", KnownKind::value}};
-constexpr MethodResult kResults[]{{"comp_um", "to add to the position, one a row of cycle"}};
-constexpr std::string_view kUnobservable[]{kEvenHeat};
+constexpr MethodTable kCompensationTables[]{
+    {"cycle", kCycleColumns, "position, angle and speed of the screw, and its sensor"},
+    {"sector_table", kSectorColumns, "a sector of the calibrated face table"}};
+constexpr MethodKey kCompensationKeys[]{
+    kScrewLength,
+    kScrewOffset,
+    {"K", kNeeded, "calibrated gain"},
+    {"threshold_rpm", kNeeded, "from this speed on the face table is not taken off (D5)"},
+    kAxisReversed,
+    {"reference_um", "0", "the sensor's reading of the cold screw"},
+    {"extension_min_um", "", "a smaller extension is refused"},
+    {"extension_max_um", "", "a larger extension is refused"},
+    {"sigma_um", "", "standard deviation of one reading of the sensor (k = 1)"}};
+constexpr KnownQuantity kCompensationKnown[]{kScrewLengthKnown,
+                                             kScrewOffsetKnown,
+                                             {"sd_K", "K", KnownKind::value},
+                                             {"sd_reference_um", "reference_um", KnownKind::value}};
+constexpr MethodResult kCompensationResults[]{{"comp_um", "to add to the position, one a row of cycle"}};
+constexpr std::string_view kCompensationUnobservable[]{kEvenHeat};
 
 }  // namespace
 
@@ -102,10 +104,10 @@ const Method kScrewCompensation{.name = "screw-compensation",
                                 .equations = "(D1), (D3), (D5)",
                                 .source = source::kScrew,
                                 .solver = solveScrewCompensation,
-                                .tables = kTables,
-                                .keys = kKeys,
-                                .known = kKnown,
-                                .results = kResults,
-                                .unobservable = kUnobservable};
+                                .tables = kCompensationTables,
+                                .keys = kCompensationKeys,
+                                .known = kCompensationKnown,
+                                .results = kCompensationResults,
+                                .unobservable = kCompensationUnobservable};
 
 }  // namespace probebox::metrology

@@ -57,13 +57,13 @@ FaceError faceAt(const ScrewModel& screw, double angle_rad, double sd_sector_um)
 }
 
 // The face under the sensor: its table, or how far from plane it may be.
-struct Face {
+struct FaceUnderSensor {
   ScrewModel screw;  // its sectors
   double sd_um{};    // of a value of the table, or of the face without one
 };
 
-Outcome<Face, Refusal> restFace(const Dataset& dataset) {
-  Face face;
+Outcome<FaceUnderSensor, Refusal> restFace(const Dataset& dataset) {
+  FaceUnderSensor face;
   TRY(const auto sd_sector, configPositive(dataset, "sd_T_um"));
   TRY(const auto sd_face, configPositive(dataset, "sd_face_um"));
   if (dataset.table("sector_table") == nullptr) {
@@ -118,7 +118,7 @@ struct RestFit {
   double face_sd_um{};
 };
 
-Outcome<RestFit, Refusal> fitRest(const Table& table, const Face& face) {
+Outcome<RestFit, Refusal> fitRest(const Table& table, const FaceUnderSensor& face) {
   const auto& times = *table.column("t_s");
   const auto& angles = *table.column("phi_rad");
   const auto& sensor = *table.column("sensor_um");
@@ -205,18 +205,18 @@ Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kTables[]{{"at_rest", kRestColumns, "a reading of the cold screw at rest"},
-                                {"sector_table", kSectorColumns, "a sector of the calibrated face table"}};
-constexpr MethodKey kKeys[]{
+constexpr MethodTable kReferenceTables[]{{"at_rest", kRestColumns, "a reading of the cold screw at rest"},
+                                         {"sector_table", kSectorColumns, "a sector of the calibrated face table"}};
+constexpr MethodKey kReferenceKeys[]{
     {"sd_T_um", "0", "standard deviation of a value of sector_table (k = 1)"},
     {"sd_face_um", "", "in the place of sector_table: standard deviation of the face over a turn (k = 1)"},
     {"drift_limit_um_s", "0.002", "more drift is refused"},
     {"resolution_um", "", "of a reading; without it the smallest difference between two"},
     {"axis", "", "whose screw, X, Y or Z, for the box"},
     {"screw_result", "", "number of the face table's result; for the record"}};
-constexpr MethodResult kResults[]{{"reference_um", "reading that means no extension (D1a)"},
-                                  {"drift_um_s", "of the sensor during at_rest"}};
-constexpr std::string_view kUnobservable[]{
+constexpr MethodResult kReferenceResults[]{{"reference_um", "reading that means no extension (D1a)"},
+                                           {"drift_um_s", "of the sensor during at_rest"}};
+constexpr std::string_view kReferenceUnobservable[]{
     "whether the screw is at the temperature at which the machine is right: a screw that is evenly warm is as steady",
     "a drift of the sensor itself, which looks like an extension"};
 
@@ -231,10 +231,10 @@ const Method kScrewReference{.name = "screw-reference",
                              .equations = "(D7)",
                              .source = source::kScrew,
                              .solver = solveScrewReference,
-                             .tables = kTables,
-                             .keys = kKeys,
-                             .results = kResults,
-                             .unobservable = kUnobservable,
+                             .tables = kReferenceTables,
+                             .keys = kReferenceKeys,
+                             .results = kReferenceResults,
+                             .unobservable = kReferenceUnobservable,
                              .subject = {.name = {}, .of = subjectOfReference}};
 
 }  // namespace probebox::metrology

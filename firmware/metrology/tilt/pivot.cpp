@@ -140,9 +140,9 @@ Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodResult kTableResults[]{
+constexpr MethodResult kPivotTableResults[]{
     {"pivot_yz_mm", "the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z"}};
-constexpr MethodResult kHeadResults[]{
+constexpr MethodResult kPivotHeadResults[]{
     {"pivot_xz_mm", "a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z"}};
 
 }  // namespace
@@ -154,7 +154,7 @@ const Method kTablePivot{.name = "table-pivot",
                          .solver = solveTablePivot,
                          .tables = kTableTiltTables,
                          .keys = kTableTiltKeys,
-                         .results = kTableResults,
+                         .results = kPivotTableResults,
                          .unobservable = kTableTiltUnobservable};
 
 const Method kHeadPivot{.name = "head-pivot",
@@ -165,7 +165,7 @@ const Method kHeadPivot{.name = "head-pivot",
                         .tables = kHeadTiltTables,
                         .keys = kHeadTiltKeys,
                         .known = kBallKnown,
-                        .results = kHeadResults,
+                        .results = kPivotHeadResults,
                         .unobservable = kHeadTiltUnobservable};
 
 }  // namespace probebox::metrology

@@ -160,10 +160,10 @@ Outcome<Result, Refusal> solveHeadPivot3d(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodResult kTableResults[]{
+constexpr MethodResult kPivotAxisTableResults[]{
     {"pivot_yz_mm", "the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z"},
     {"lean_yz_rad", "by which it leans in that plane; lean_xz_rad, lean_xy_rad likewise"}};
-constexpr MethodResult kHeadResults[]{
+constexpr MethodResult kPivotAxisHeadResults[]{
     {"pivot_xz_mm", "a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z"},
     {"lean_xz_rad", "by which it leans in that plane; lean_yz_rad, lean_xy_rad likewise"}};
 
@@ -176,7 +176,7 @@ const Method kTablePivot3d{.name = "table-pivot-3d",
                            .solver = solveTablePivot3d,
                            .tables = kTableTiltTables,
                            .keys = kTableTiltKeys,
-                           .results = kTableResults,
+                           .results = kPivotAxisTableResults,
                            .unobservable = kTableTiltUnobservable,
                            .subject = {.name = "table-pivot"}};
 
@@ -188,7 +188,7 @@ const Method kHeadPivot3d{.name = "head-pivot-3d",
                           .tables = kHeadTiltTables,
                           .keys = kHeadTiltKeys,
                           .known = kBallKnown,
-                          .results = kHeadResults,
+                          .results = kPivotAxisHeadResults,
                           .unobservable = kHeadTiltUnobservable,
                           .subject = {.name = "head-pivot"}};
 

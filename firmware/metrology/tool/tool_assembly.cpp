@@ -170,33 +170,34 @@ namespace {
 
 constexpr std::string_view kHolderColumns[]{"holder_id", "L1_mm", "sd_mm"};
 constexpr std::string_view kToolColumns[]{"tool_id", "L2_mm", "sd_mm"};
-constexpr MethodTable kTables[]{
+constexpr MethodTable kAssemblyTables[]{
     {"readings", kAssemblyColumns,
      "machine coordinates at contact; workpiece_variant 1 touches a workpiece, 0 the unit", true},
     {"holder_store", kHolderColumns, "where wanted: a holder in store"},
     {"tool_store", kToolColumns, "where wanted: a tool in store"},
     {"faces", kFaceColumns, "where wanted: number of the face that an axis (0, 1, 2) touched, and the configured one"}};
-constexpr MethodKey kKeys[]{{"L1_mm", "", "length of the holder; needed without stores"},
-                            {"L2_mm", "", "length of the tool; needed without stores"},
-                            {"part_mm", "", "size of the workpiece, x y z; needed for workpiece_variant 1"},
-                            {"approach_side", "1", "-1 where the machine counts Z against the tool"},
-                            {"holder_id", "", "row of holder_store; needed with it"},
-                            {"tool_id", "", "row of tool_store; needed with it"},
-                            {"measured_at_s", "", "seconds since 1970; needed with stores"},
-                            key::kSigma,
-                            {"sd_L1_mm", "", "standard uncertainty of L1_mm (k = 1)"},
-                            {"sd_L2_mm", "", "standard uncertainty of L2_mm (k = 1)"},
-                            {"sd_part_mm", "", "standard uncertainty of part_mm (k = 1)"},
-                            {"spread_limit_mm", "0.2", "readings further apart are refused"},
-                            {"compensation_limit_mm", "5", "a larger compensation is refused"},
-                            {"assembled_max_mm", "", "a longer assembly is refused"},
-                            key::kTauForTheRecord};
-constexpr KnownQuantity kKnown[]{{"sd_L1_mm", "L1_mm", KnownKind::value, true},
-                                 {"sd_L2_mm", "L2_mm", KnownKind::value, true},
-                                 {"sd_part_mm", "part_mm", KnownKind::value, true}};
-constexpr MethodResult kResults[]{{"assembled_length_mm", "L3 (C2)"},
-                                  {"compensation_mm", "W2x, W2y, L4: to add to the lengths in store"}};
-constexpr std::string_view kUnobservable[]{"an error of L1_mm: it biases the assembled length with unit sensitivity"};
+constexpr MethodKey kAssemblyKeys[]{{"L1_mm", "", "length of the holder; needed without stores"},
+                                    {"L2_mm", "", "length of the tool; needed without stores"},
+                                    {"part_mm", "", "size of the workpiece, x y z; needed for workpiece_variant 1"},
+                                    {"approach_side", "1", "-1 where the machine counts Z against the tool"},
+                                    {"holder_id", "", "row of holder_store; needed with it"},
+                                    {"tool_id", "", "row of tool_store; needed with it"},
+                                    {"measured_at_s", "", "seconds since 1970; needed with stores"},
+                                    key::kSigma,
+                                    {"sd_L1_mm", "", "standard uncertainty of L1_mm (k = 1)"},
+                                    {"sd_L2_mm", "", "standard uncertainty of L2_mm (k = 1)"},
+                                    {"sd_part_mm", "", "standard uncertainty of part_mm (k = 1)"},
+                                    {"spread_limit_mm", "0.2", "readings further apart are refused"},
+                                    {"compensation_limit_mm", "5", "a larger compensation is refused"},
+                                    {"assembled_max_mm", "", "a longer assembly is refused"},
+                                    key::kTauForTheRecord};
+constexpr KnownQuantity kAssemblyKnown[]{{"sd_L1_mm", "L1_mm", KnownKind::value, true},
+                                         {"sd_L2_mm", "L2_mm", KnownKind::value, true},
+                                         {"sd_part_mm", "part_mm", KnownKind::value, true}};
+constexpr MethodResult kAssemblyResults[]{{"assembled_length_mm", "L3 (C2)"},
+                                          {"compensation_mm", "W2x, W2y, L4: to add to the lengths in store"}};
+constexpr std::string_view kAssemblyUnobservable[]{
+    "an error of L1_mm: it biases the assembled length with unit sensitivity"};
 
 std::optional<std::string> oneEdged(const Dataset& dataset) {
   const auto part = configVector(dataset, "part_mm");
@@ -216,11 +217,11 @@ const Method kToolAssembly{.name = "tool-assembly",
                            .equations = "(C1)-(C4)",
                            .source = source::kTool,
                            .solver = solveToolAssembly,
-                           .tables = kTables,
-                           .keys = kKeys,
-                           .known = kKnown,
-                           .results = kResults,
-                           .unobservable = kUnobservable,
+                           .tables = kAssemblyTables,
+                           .keys = kAssemblyKeys,
+                           .known = kAssemblyKnown,
+                           .results = kAssemblyResults,
+                           .unobservable = kAssemblyUnobservable,
                            .undetermined = oneEdged,
                            .subject = {.name = {}, .of = subjectOfAssembly}};
 

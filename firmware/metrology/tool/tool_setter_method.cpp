@@ -7,15 +7,16 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::string_view kCentreColumns[]{"is_tool", "x_mm", "y_mm", "z_mm"};
-constexpr std::string_view kTouchColumns[]{"is_tool",   "nx",   "ny",   "nz",  "half_width_mm",
-                                           "radius_mm", "x_mm", "y_mm", "z_mm"};
-constexpr std::string_view kOffsetColumns[]{"B_deg", "x_mm", "y_mm", "z_mm"};
-constexpr MethodTable kTables[]{
-    {"readings", kCentreColumns, "machine position at the device's centre; B_deg too for several B", true},
-    {"touches", kTouchColumns, "instead of readings: machine position at contact with a face; B_deg too for several B"},
-    {"probe_offsets", kOffsetColumns, "for several B, in the place of probe_offset_mm"}};
-constexpr MethodKey kKeys[]{
+constexpr std::string_view kSetterCentreColumns[]{"is_tool", "x_mm", "y_mm", "z_mm"};
+constexpr std::string_view kSetterTouchColumns[]{"is_tool",   "nx",   "ny",   "nz",  "half_width_mm",
+                                                 "radius_mm", "x_mm", "y_mm", "z_mm"};
+constexpr std::string_view kSetterOffsetColumns[]{"B_deg", "x_mm", "y_mm", "z_mm"};
+constexpr MethodTable kSetterTables[]{
+    {"readings", kSetterCentreColumns, "machine position at the device's centre; B_deg too for several B", true},
+    {"touches", kSetterTouchColumns,
+     "instead of readings: machine position at contact with a face; B_deg too for several B"},
+    {"probe_offsets", kSetterOffsetColumns, "for several B, in the place of probe_offset_mm"}};
+constexpr MethodKey kSetterKeys[]{
     {"probe_offset_mm", "", "the probe's tip from the head's reference, x y z; needed but for several B"},
     {"sd_probe_offset_mm", "", "standard uncertainty of its coordinates (k = 1)"},
     key::kSigma,
@@ -32,16 +33,17 @@ constexpr MethodKey kKeys[]{
     {"tool", "", "number of the tool whose offset it is"},
     {"centreline_result", "", "number of the centreline's result; for the record"},
     key::kTauForTheRecord};
-constexpr KnownQuantity kKnown[]{{"sd_probe_offset_mm", "probe_offset_mm", KnownKind::value, true},
-                                 {"sd_probe_offset_mm", "probe_offsets", KnownKind::table, true},
-                                 {"sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", KnownKind::value},
-                                 {"sd_half_width_mm", "half_width_mm", KnownKind::column},
-                                 {"sd_centreline_mm", "centreline_mm", KnownKind::value, true},
-                                 {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, true}};
-constexpr MethodResult kResults[]{{"tool_offset_mm", "tool tip from the head's reference, x y z; a row a B"},
-                                  {"setter_mm", "place of the device, x y z; a row a B"},
-                                  {"link_mm", "the device from the turning axis, x y, with centreline_mm; a row a B"}};
-constexpr std::string_view kUnobservable[]{
+constexpr KnownQuantity kSetterKnown[]{{"sd_probe_offset_mm", "probe_offset_mm", KnownKind::value, true},
+                                       {"sd_probe_offset_mm", "probe_offsets", KnownKind::table, true},
+                                       {"sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", KnownKind::value},
+                                       {"sd_half_width_mm", "half_width_mm", KnownKind::column},
+                                       {"sd_centreline_mm", "centreline_mm", KnownKind::value, true},
+                                       {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, true}};
+constexpr MethodResult kSetterResults[]{
+    {"tool_offset_mm", "tool tip from the head's reference, x y z; a row a B"},
+    {"setter_mm", "place of the device, x y z; a row a B"},
+    {"link_mm", "the device from the turning axis, x y, with centreline_mm; a row a B"}};
+constexpr std::string_view kSetterUnobservable[]{
     "an error of probe_offset_mm: it biases tool and setting device with unit sensitivity"};
 
 // Axes along which the device was touched from one side alone; none of the third, where it stands.
@@ -73,11 +75,11 @@ const Method kToolSetter{.name = "tool-setter",
                          .equations = "(B22)-(B22c)",
                          .source = source::kMachine,
                          .solver = solveToolSetter,
-                         .tables = kTables,
-                         .keys = kKeys,
-                         .known = kKnown,
-                         .results = kResults,
-                         .unobservable = kUnobservable,
+                         .tables = kSetterTables,
+                         .keys = kSetterKeys,
+                         .known = kSetterKnown,
+                         .results = kSetterResults,
+                         .unobservable = kSetterUnobservable,
                          .undetermined = oneFaced,
                          .subject = {.name = {}, .of = subjectOfTool},
                          .also_about = {.name = "setter", .of = nullptr, .needs = "setter_mm"}};
