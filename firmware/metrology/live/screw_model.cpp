@@ -10,6 +10,12 @@ namespace {
 
 constexpr double kBand = 0.1;  // of the threshold, to either side
 
+// Of a turn, in sectors: 0 to count.
+double sectorsOf(double angle_rad, std::size_t count) {
+  const double turns = angle_rad / kTurn;
+  return (turns - std::floor(turns)) * static_cast<double>(count);
+}
+
 }  // namespace
 
 double leverOf(const ScrewModel& screw, double position_mm) {
@@ -22,14 +28,17 @@ double compensationUm(const ScrewModel& screw, double position_mm, double extens
 }
 
 std::size_t sectorAt(double angle_rad, std::size_t count) {
-  const double turns = angle_rad / kTurn;
-  const double share = turns - std::floor(turns);
   // A share that rounds up to a whole turn belongs to the last sector.
-  return std::min(static_cast<std::size_t>(share * static_cast<double>(count)), count - 1);
+  return std::min(static_cast<std::size_t>(sectorsOf(angle_rad, count)), count - 1);
 }
 
 double faceErrorUm(const ScrewModel& screw, double angle_rad) {
-  return screw.sector_count == 0 ? 0.0 : screw.sector_um[sectorAt(angle_rad, screw.sector_count)];
+  const std::size_t count = screw.sector_count;
+  if (count == 0) return 0.0;
+  const double from_first_centre_rad = angle_rad - kTurn / static_cast<double>(count) / 2;
+  const std::size_t before = sectorAt(from_first_centre_rad, count);
+  return std::lerp(screw.sector_um[before], screw.sector_um[(before + 1) % count],
+                   sectorsOf(from_first_centre_rad, count) - static_cast<double>(before));
 }
 
 double extensionUm(const ScrewModel& screw, double angle_rad, double speed_rpm, double sensor_um) {

@@ -15,7 +15,7 @@ inline constexpr std::size_t kMostSectors = 72;
 struct ScrewModel : BallScrew {
   double gain{};          // K of (D1): -1 (correction) or +1 (error) if the sensor measures the whole extension
   double reference_um{};  // reading of the sensor on the cold screw (D1a)
-  std::array<double, kMostSectors> sector_um{};  // T: deviation of the face from its mean plane, by sector
+  std::array<double, kMostSectors> sector_um{};  // T: deviation of the face from its mean plane, mean of a sector
   std::size_t sector_count{};                    // 0: no table
   double threshold_rpm{};  // above it the sensor averages over the face, and the table is not used
 };
@@ -29,7 +29,7 @@ double compensationUm(const ScrewModel& screw, double position_mm, double extens
 // (D3): sector of `count` equal ones at this angle; whole turns are ignored. count > 0.
 std::size_t sectorAt(double angle_rad, std::size_t count);
 
-// (D3): error of the face at this angle, um; 0 without a table.
+// (D3): error of the face at this angle, um, on the line between the middles of two sectors; 0 without a table.
 double faceErrorUm(const ScrewModel& screw, double angle_rad);
 
 // (D5) for a single reading: with the table below the threshold speed, without it above.

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "firmware/metrology/live/screw_model.hpp"
+
 namespace probebox::scenario {
 namespace {
 
@@ -33,6 +35,7 @@ constexpr double kPartReach_mm = 9;       // ball of the part and stylus' ball
 constexpr double kStylusLength_mm = 150;  // as in machine.toml
 constexpr double kPivot_mm = 60;          // above the gauge line, as the control has it
 constexpr std::array kAssumed_mm{330.0, 200.0};
+constexpr double kSensor_s = 0.02;  // of the screws: they follow their faces at the speeds of touches
 
 // From the gauge line to the stylus' ball, for a control that takes its pivot to be 60 mm above.
 Vector3 nominalTip(double b_rad) {
@@ -45,16 +48,6 @@ Vector3 nominalOffset() {
   const auto tools = warmingWorld().probe_spindle.further_tools;
   const auto& tool = *std::ranges::find(tools, kTool, &world::ToolConfig::number);
   return {tool.offset_mm[0], tool.offset_mm[1], -tool.length_mm};
-}
-
-// Of what a table in steps leaves of the curve that it follows.
-double sdOfSteps(const std::vector<double>& table) {
-  double squares = 0;
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    const double step = table[(i + 1) % table.size()] - table[i];
-    squares += step * step / 12;
-  }
-  return std::sqrt(squares / static_cast<double>(table.size()));
 }
 
 // A control without a program for the box: it stands where it is.
@@ -80,6 +73,7 @@ void describe(box::BoxConfig& box) {
   auto& corrections = box.corrections;
   corrections.mask = 0b1011;  // screw, swivel, centreline
   corrections.swivel.fitted = true;
+  for (auto& screw : corrections.screws) screw.model.threshold_rpm = metrology::thresholdRpm(2, kSensor_s);
   corrections.angles[1] = {.described = true, .from = corrections::AngleFrom::controller, .reference = {}, .stale = {}};
 }
 
@@ -120,7 +114,7 @@ world::Config hiddenWorld(std::uint64_t seed) {
     screw.time_constant_s = between(700, 1200);
     screw.face_um = {between(0.2, 0.5), between(0.05, 0.1)};
     screw.noise_um = 0.02;
-    screw.sensor_time_constant_s = 0.02;  // it follows the face at the speeds of touches
+    screw.sensor_time_constant_s = kSensor_s;
   }
   return config;
 }
@@ -181,8 +175,7 @@ void Circle::errorsOfMachine() {
     calibrate(kScrewCalibration, {static_cast<double>(axis + 1)});
     const auto* table = lastResult().find("sector_table_um");
     ASSERT_NE(table, nullptr);
-    sd_of_extension_mm_[axis] =
-        1e-3 * std::hypot(std::ranges::max(table->sd), config_.screws[axis].noise_um, sdOfSteps(table->values));
+    sd_of_extension_mm_[axis] = 1e-3 * std::hypot(std::ranges::max(table->sd), config_.screws[axis].noise_um);
   }
   calibrate(kCAxisAlignment);
   calibrate(kToolSetter, {0, 0, kTool * 1.0});

@@ -50,8 +50,31 @@ TEST(Screw, GivesTheSameShiftOfTheNutWhicheverWayTheAxisCounts) {
 
 TEST(Screw, FindsTheSectorOfTheWorkedExample) {
   EXPECT_EQ(sectorAt(200.0 * kPi / 180.0, 8), 4U);
-  EXPECT_DOUBLE_EQ(faceErrorUm(withTable(), 200.0 * kPi / 180.0), -2.606112);
   EXPECT_DOUBLE_EQ(faceErrorUm(worked(), 1.0), 0.0) << "without a table";
+}
+
+// Sector 4 of 8 has its middle at 202.5 degrees.
+TEST(Screw, TakesTheFaceOnTheLineBetweenTheMiddlesOfSectors) {
+  const auto at = [](double deg) { return faceErrorUm(withTable(), deg * kPi / 180.0); };
+  EXPECT_NEAR(at(202.5), -2.606112, 1e-12);
+  EXPECT_NEAR(at(200.0), -2.606112 + 2.5 / 45.0 * (-2.698666 + 2.606112), 1e-12);
+  EXPECT_NEAR(at(0.0), (1.405473 + 3.240705) / 2, 1e-12) << "between the last and the first";
+  EXPECT_NEAR(at(360.0), at(0.0), 1e-12);
+  EXPECT_NEAR(at(22.5 - 720.0), 3.240705, 1e-12);
+}
+
+// Constant sectors would leave up to pi/24 (3 + 2 x 0.8) = 0.60 um.
+TEST(Screw, FollowsTheFaceOfTheWorkedExampleWithinATenthOfAMicrometre) {
+  const auto face = [](double angle) { return 3.0 * std::cos(angle - 0.4) + 0.8 * std::cos(2 * angle - 1.9); };
+  ScrewModel screw = worked();
+  screw.sector_count = 24;
+  for (std::size_t i = 0; i < screw.sector_count; ++i) {
+    constexpr int kParts = 1000;
+    for (int k = 0; k < kParts; ++k)
+      screw.sector_um[i] += face(2 * kPi / 24 * (static_cast<double>(i) + (k + 0.5) / kParts)) / kParts;
+  }
+  for (double angle = -10.0; angle < 10.0; angle += 0.01)
+    EXPECT_NEAR(faceErrorUm(screw, angle), face(angle), 0.07) << angle;
 }
 
 RC_GTEST_PROP(Screw, SectorsTileTheTurn, ()) {
@@ -72,8 +95,8 @@ TEST(Screw, KeepsAngleAtTheVeryEndOfATurnInsideTheTable) {
 TEST(Screw, LeavesTheTableOutFromTheThresholdOn) {
   const ScrewModel screw = withTable();
   const double angle = 200.0 * kPi / 180.0;
-  EXPECT_DOUBLE_EQ(extensionUm(screw, angle, 63.9, 50.0), 52.606112);
-  EXPECT_DOUBLE_EQ(extensionUm(screw, angle, -63.9, 50.0), 52.606112);
+  EXPECT_DOUBLE_EQ(extensionUm(screw, angle, 63.9, 50.0), 50.0 - faceErrorUm(screw, angle));
+  EXPECT_DOUBLE_EQ(extensionUm(screw, angle, -63.9, 50.0), 50.0 - faceErrorUm(screw, angle));
   EXPECT_DOUBLE_EQ(extensionUm(screw, angle, 64.0, 50.0), 50.0);
   EXPECT_DOUBLE_EQ(extensionUm(screw, angle, -3000.0, 50.0), 50.0);
 }
@@ -162,7 +185,7 @@ TEST(ScrewCompensator, TakesTheTableWhileSlowAndAllowsForTheColdReading) {
   const double angle = 200.0 * kPi / 180.0;
   const double slow = compensator.step({350.0, angle, 5.0, 45.0}, 0.0).compensation_um;
   const double fast = compensator.step({350.0, angle, 500.0, 45.0}, 0.1).compensation_um;
-  EXPECT_NEAR(slow, -0.97 * 0.5 * (40.0 + 2.606112), 1e-9);
+  EXPECT_NEAR(slow, -0.97 * 0.5 * (40.0 - faceErrorUm(screw, angle)), 1e-9);
   EXPECT_NEAR(fast, -0.97 * 0.5 * 40.0, 1e-9);
 }
 

@@ -276,7 +276,7 @@ TEST(ScrewCompensation, RefusesByName) {
                .config = {{"screw_length_mm", 820.0}, {"orgoff_mm", 60.0}, {"K", -0.97}, {"threshold_rpm", 64.0}},
                .tables = {}};
   Table cycle = Table::withColumns("cycle", std::array<std::string_view, 4>{"x_mm", "phi_rad", "rpm", "sensor_um"});
-  cycle.append({350.0, 0.0, 5.0, 56.58});
+  cycle.append({350.0, kTurn / 4, 5.0, 56.58});
   Table table = Table::withColumns("sector_table", std::array<std::string_view, 2>{"sector", "T_um"});
   table.append({0.0, 0.5});
   table.append({1.0, -0.5});
@@ -287,7 +287,7 @@ TEST(ScrewCompensation, RefusesByName) {
     return refusalOf(dataset);
   };
   ASSERT_TRUE(solve(good).ok());
-  EXPECT_NEAR(solve(good)->find("comp_um")->values[0], -27.4413 + 0.97 * 0.5 * 0.5, 1e-9);
+  EXPECT_NEAR(solve(good)->find("comp_um")->values[0], -27.4413 + 0.97 * 0.5 * 0.5, 1e-9) << "the middle of a sector";
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "sector_table", "sector")[1] = 0.0; }), "bad-sectors");
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "sector_table", "sector")[1] = 2.0; }), "bad-sectors");
   EXPECT_EQ(refusal([](Dataset& d) { d.config["extension_max_um"] = 50.0; }), "extension-out-of-limits");
