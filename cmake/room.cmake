@@ -8,8 +8,8 @@
 # forbidden include does not compile. `LIBRARIES` are public when a header shows them, so keep them out of headers and use
 # PRIVATE_LIBRARIES where possible.
 #
-# The presets compile the sources of a room several at once (CMAKE_UNITY_BUILD), which reads what they all include only once; names
-# are then unique in a room, also those in unnamed namespaces. tools/setup/alone finds what a source then forgot to include.
+# The presets compile the sources of a room several at once (CMAKE_UNITY_BUILD), which reads what they all include only once;
+# names are then unique in a room, also those in unnamed namespaces. tools/setup/alone finds what a source then forgot to include.
 set_property(GLOBAL PROPERTY PROBEBOX_ROOMS "")
 
 function(probebox_room room)
