@@ -45,7 +45,7 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
                                           words.value_or(static_cast<modbus::WordOrder>(with_.doors.wordOrder(door_))),
                                           with_.doors.inhibits(door_)};
                                     },
-                                .line = [this] { return lineState(); },
+                                .line = [this](const published::Snapshot& snapshot) { return lineState(snapshot); },
                                 .results = [this] { return with_.calibrations.inForce().served(); },
                                 .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); }};
   if (!words) registers.keep = [this](modbus::WordOrder order) { return keep(order); };
@@ -90,8 +90,7 @@ const published::Snapshot& CncLine::toBeServed() {
   return snapshot;
 }
 
-published::LineState CncLine::lineState() {
-  const auto& snapshot = states_.newest().snapshot;
+published::LineState CncLine::lineState(const published::Snapshot& snapshot) {
   if (const auto in_force = with_.calibrations.inForce().served(); in_force != features_of_) {
     features_ = knownFeatures(with_.calibrations.factsNow());
     features_of_ = in_force;

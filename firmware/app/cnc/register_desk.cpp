@@ -66,7 +66,9 @@ RegisterDesk::~RegisterDesk() = default;
 RegisterDesk::Answer RegisterDesk::answer(const modbus::Request& request) {
   const Kept kept = faces_.kept();
   writable_.restore(kept.word_order, kept.inhibits);
-  image_.fill(faces_.snapshot(), faces_.line ? faces_.line() : published::LineState{},
+  // What the line adds belongs to the same instant: a newer snapshot may have come meanwhile.
+  const auto snapshot = faces_.snapshot();
+  image_.fill(snapshot, faces_.line ? faces_.line(snapshot) : published::LineState{},
               faces_.results ? faces_.results() : nullptr, writable_.wordOrder());
   switch (request.function()) {
     case modbus::Function::read_holding:

@@ -26,9 +26,9 @@ class RegisterDesk {
     std::function<bool(std::span<const Event>)> take;  // events of a write, without stamps; false refuses all of them
     std::function<Kept()> kept;                        // choices in force
     std::function<bool(modbus::WordOrder)> keep{};     // stores a choice; true: it is on the disk. Null: it is fixed
-    std::function<published::LineState()> line{};      // further values of the next answer
-    std::function<modbus::RegisterImage::Results()> results{};  // in force
-    std::function<void(const modbus::Wish&)> wish{};            // a request about a run or a result was committed
+    std::function<published::LineState(const published::Snapshot&)> line{};  // further values of the same answer
+    std::function<modbus::RegisterImage::Results()> results{};               // in force
+    std::function<void(const modbus::Wish&)> wish{};  // a request about a run or a result was committed
   };
   struct Answer {
     enum class Kind { answered, refused, failed };  // failed: the library made none
