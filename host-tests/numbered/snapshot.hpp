@@ -33,7 +33,8 @@ inline published::Snapshot numbered(std::uint32_t number) {
   snapshot.delay.calibrated = true;
   snapshot.delay.result_id = number;
   snapshot.last_trigger.number = number;
-  snapshot.calibration_run = snapshot.calibration_step = number;
+  snapshot.calibration_run = number;
+  snapshot.calibration_step = static_cast<std::uint16_t>(number);  // a register of 16 bits, which saturates
   snapshot.calibration_result_id = number;
   return snapshot;
 }
@@ -78,7 +79,7 @@ inline std::optional<std::string> whyTorn(std::span<const std::uint16_t> registe
 inline modbus::Request readRequest(std::uint16_t first, std::uint16_t count) {
   modbus::Request request;
   request.size = 8;
-  const std::array<unsigned, 6> head{1, 3, first >> 8U, first & 0xFFU, count >> 8U, count & 0xFFU};
+  const std::array<unsigned, 6> head{1, 3, unsigned{first} >> 8U, first & 0xFFU, unsigned{count} >> 8U, count & 0xFFU};
   for (std::size_t i = 0; i < head.size(); ++i) request.bytes[i] = static_cast<std::uint8_t>(head[i]);
   const auto crc = modbus::crc16(std::span{request.bytes}.first(6));
   request.bytes[6] = static_cast<std::uint8_t>(crc);
