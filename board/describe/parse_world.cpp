@@ -224,7 +224,7 @@ WorldFault readFault(Section& section) {
                "encoders-stuck", "probe-frozen", "probe-noisy", "clock-jumps", "angles-silent"}));
   fault.at_s = section.number("at_s", {0, 1e6});
   if (fault.kind == FaultKind::clock_jumps) {
-    fault.jump_us = section.number("jump_us", {-1e6, 1e6});
+    fault.jump_s = section.number("jump_s", {-1, 1});
   } else {
     fault.lasts_s = section.number("lasts_s", {0, 1e6});
   }

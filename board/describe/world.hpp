@@ -236,7 +236,7 @@ struct WorldFault {
   FaultKind kind{};
   double at_s{};  // since the start of the box
   double lasts_s{};
-  double jump_us{};  // of the master clock's phase
+  double jump_s{};  // of the master clock's phase
 };
 
 struct World {

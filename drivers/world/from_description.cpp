@@ -211,11 +211,11 @@ std::vector<Fault> faultsFromDescription(const board::World& description, MonoTi
                 static_cast<int>(FaultKind::drop_angles) == static_cast<int>(board::FaultKind::angles_silent));
   const auto seconds = [](double s) { return Nanoseconds{std::llround(1e9 * s)}; };
   std::vector<Fault> faults;
-  for (const auto& [kind, at_s, lasts_s, jump_us] : description.faults)
+  for (const auto& [kind, at_s, lasts_s, jump_s] : description.faults)
     faults.push_back({.kind = static_cast<FaultKind>(kind),
                       .at = start + seconds(at_s),
                       .duration = seconds(lasts_s),
-                      .jump = seconds(1e-6 * jump_us)});
+                      .jump = seconds(jump_s)});
   return faults;
 }
 

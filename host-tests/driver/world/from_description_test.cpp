@@ -84,8 +84,8 @@ TEST(FromDescription, GivesTheControllerAnErrorOfItsOwn) {
 
 TEST(FromDescription, SchedulesFaultsFromTheStartOn) {
   auto world = described();
-  world.faults = {{.kind = board::FaultKind::sync_silent, .at_s = 4, .lasts_s = 2, .jump_us = 0},
-                  {.kind = board::FaultKind::clock_jumps, .at_s = 5, .lasts_s = 0, .jump_us = -300}};
+  world.faults = {{.kind = board::FaultKind::sync_silent, .at_s = 4, .lasts_s = 2, .jump_s = 0},
+                  {.kind = board::FaultKind::clock_jumps, .at_s = 5, .lasts_s = 0, .jump_s = -300e-6}};
   const MonoTime start{std::chrono::seconds{100}};
   const auto faults = faultsFromDescription(world, start);
   ASSERT_EQ(faults.size(), 2U);

@@ -125,7 +125,7 @@ class TornReads : public testing::Test {
  private:
   static Context connected(Context master) {
     EXPECT_EQ(modbus_connect(master.get()), 0) << modbus_strerror(errno);
-    modbus_set_response_timeout(master.get(), 0, 300'000);
+    modbus_set_response_timeout(master.get(), 0, 150'000);
     return master;
   }
 

@@ -76,21 +76,21 @@ TEST(WorldToml, MayHaveATouchTriggerProbe) {
 TEST(WorldToml, SaysWhatGoesWrongAndWhen) {
   const auto world = worldWith(
       "[[fault]]\nkind = \"screw-sensors-silent\"\nat_s = 60\nlasts_s = 20.5\n"
-      "[[fault]]\nkind = \"clock-jumps\"\nat_s = 70\njump_us = -300\n");
+      "[[fault]]\nkind = \"clock-jumps\"\nat_s = 70\njump_s = -0.0003\n");
   ASSERT_TRUE(world.ok()) << world.error().what;
   ASSERT_EQ(world->faults.size(), 2U);
   EXPECT_EQ(world->faults[0].kind, FaultKind::screw_sensors_silent);
   EXPECT_EQ(world->faults[0].at_s, 60);
   EXPECT_EQ(world->faults[0].lasts_s, 20.5);
   EXPECT_EQ(world->faults[1].kind, FaultKind::clock_jumps);
-  EXPECT_EQ(world->faults[1].jump_us, -300);
+  EXPECT_EQ(world->faults[1].jump_s, -0.0003);
   EXPECT_TRUE(worldWith("")->faults.empty());
 }
 
 TEST(WorldToml, RefusesFaultsThatItCannotMake) {
   EXPECT_THAT(problemWith("[[fault]]\nkind = \"fire\"\nat_s = 1\nlasts_s = 1\n"), HasSubstr("probe-silent"));
   EXPECT_THAT(problemWith("[[fault]]\nkind = \"probe-silent\"\nat_s = 1\n"), HasSubstr("lasts_s"));
-  EXPECT_THAT(problemWith("[[fault]]\nkind = \"clock-jumps\"\nat_s = 1\nlasts_s = 1\n"), HasSubstr("jump_us"));
+  EXPECT_THAT(problemWith("[[fault]]\nkind = \"clock-jumps\"\nat_s = 1\nlasts_s = 1\n"), HasSubstr("jump_s"));
 }
 
 }  // namespace
