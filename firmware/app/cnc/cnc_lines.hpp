@@ -35,7 +35,6 @@ class CncLine final : public CncFace {
   bool take(std::span<const Event> said);
   RegisterServer::Faces faces(std::optional<modbus::WordOrder> words);
   bool keep(modbus::WordOrder order);
-  const published::Snapshot& toBeServed();
   published::LineState lineState(const published::Snapshot& snapshot);
 
   board::Access may_;

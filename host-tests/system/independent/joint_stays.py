@@ -77,6 +77,7 @@ def kill(m):
     for at_nm, unseen_s in ((4000, 0), (8000, 0.3)):
         m.to_ramp(at_nm)
         time.sleep(unseen_s)
+        m.box.master.write(138, 0)  # says something that has no correction in its answer
         m.box.kill()
         m.comes_back()
     m.to_rest()

@@ -67,10 +67,9 @@ TEST(SnapshotReads, AreNeverTornInAMillionAtFullSpeed) {
 
 // The same through all that makes an answer of a snapshot: 122 registers, in three formats of a correction.
 TEST(SnapshotReads, AreAnsweredWholeByEveryDesk) {
-  constexpr int kAnswers = 5'000;
+  constexpr int kAnswers = 5'000, kNew = 100;
   Published published;
   std::array<std::optional<std::string>, kReaders> torn;
-  std::array<std::uint32_t, kReaders> moved{};
   inThreads([&](std::size_t reader) {
     RegisterDesk desk{1,
                       "1.2.3",
@@ -86,7 +85,7 @@ TEST(SnapshotReads, AreAnsweredWholeByEveryDesk) {
                            }}};
     const auto request = support::readRequest(0, support::kNumberedRegisters);
     std::uint32_t last = 0;
-    for (int k = 0; k < kAnswers && !torn.at(reader); ++k) {
+    for (int answers = 0, seen = 0; (answers < kAnswers || seen < kNew) && !torn.at(reader); ++answers) {
       const auto [kind, frame] = desk.answer(request);
       if (kind != RegisterDesk::Answer::Kind::answered) {
         torn.at(reader) = "no answer";
@@ -96,14 +95,11 @@ TEST(SnapshotReads, AreAnsweredWholeByEveryDesk) {
       torn.at(reader) = whyTorn(values);
       if (!torn.at(reader) && values[50] != values[117])
         torn.at(reader) = "the line's own values are of another instant";
-      moved.at(reader) += values[117] != last ? 1U : 0U;
+      if (values[117] != last) ++seen;
       last = values[117];
     }
   });
-  for (std::size_t reader = 0; reader < kReaders; ++reader) {
-    EXPECT_FALSE(torn.at(reader)) << *torn.at(reader);
-    EXPECT_GT(moved.at(reader), 10U);
-  }
+  for (const auto& why : torn) EXPECT_FALSE(why) << *why;
 }
 
 }  // namespace
