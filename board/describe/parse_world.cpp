@@ -217,7 +217,23 @@ WorldCycle readCycle(Section section) {
   return cycle;
 }
 
+WorldFault readFault(Section& section) {
+  WorldFault fault;
+  fault.kind = static_cast<FaultKind>(section.choice(
+      "kind", {"probe-silent", "encoders-silent", "sync-silent", "edges-lost", "edges-doubled", "screw-sensors-silent",
+               "encoders-stuck", "probe-frozen", "probe-noisy", "clock-jumps", "angles-silent"}));
+  fault.at_s = section.number("at_s", {0, 1e6});
+  if (fault.kind == FaultKind::clock_jumps) {
+    fault.jump_s = section.number("jump_s", {-1, 1});
+  } else {
+    fault.lasts_s = section.number("lasts_s", {0, 1e6});
+  }
+  section.finish();
+  return fault;
+}
+
 World readWorld(Section& root) {
+  constexpr std::size_t kMostFaults = 32;
   World world;
   // TOML's integers are signed.
   world.seed = static_cast<std::uint64_t>(root.integer("seed", {0, 1e15}));
@@ -239,6 +255,7 @@ World readWorld(Section& root) {
   readWorldTools(root, world);
   readWorldHead(root, world);
   world.cycle = readCycle(root.section("cycle"));
+  for (auto& fault : root.sections("fault", kMostFaults)) world.faults.push_back(readFault(fault));
   return world;
 }
 

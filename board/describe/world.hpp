@@ -217,6 +217,28 @@ struct WorldCycle {
   std::uint32_t repeats{};  // of the whole list of speeds
 };
 
+// What goes wrong with the machine and its sensors, in the order of world::FaultKind.
+enum class FaultKind : std::uint8_t {
+  probe_silent,
+  encoders_silent,
+  sync_silent,
+  edges_lost,
+  edges_doubled,
+  screw_sensors_silent,
+  encoders_stuck,
+  probe_frozen,
+  probe_noisy,
+  clock_jumps,
+  angles_silent,
+};
+
+struct WorldFault {
+  FaultKind kind{};
+  double at_s{};  // since the start of the box
+  double lasts_s{};
+  double jump_s{};  // of the master clock's phase
+};
+
 struct World {
   std::uint64_t seed{};
   WorldDelays delays;
@@ -239,6 +261,7 @@ struct World {
   std::vector<WorldCutter> cutters;
   std::optional<WorldSensorHead> sensor_head;
   WorldCycle cycle;
+  std::vector<WorldFault> faults;
 };
 
 }  // namespace probebox::board

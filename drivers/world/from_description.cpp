@@ -205,6 +205,20 @@ Config fromDescription(const board::World& description, const board::Machine& ma
   return config;
 }
 
+std::vector<Fault> faultsFromDescription(const board::World& description, MonoTime start) {
+  static_assert(static_cast<int>(FaultKind::drop_drift) == static_cast<int>(board::FaultKind::screw_sensors_silent) &&
+                static_cast<int>(FaultKind::jump_clock) == static_cast<int>(board::FaultKind::clock_jumps) &&
+                static_cast<int>(FaultKind::drop_angles) == static_cast<int>(board::FaultKind::angles_silent));
+  const auto seconds = [](double s) { return Nanoseconds{std::llround(1e9 * s)}; };
+  std::vector<Fault> faults;
+  for (const auto& [kind, at_s, lasts_s, jump_s] : description.faults)
+    faults.push_back({.kind = static_cast<FaultKind>(kind),
+                      .at = start + seconds(at_s),
+                      .duration = seconds(lasts_s),
+                      .jump = seconds(jump_s)});
+  return faults;
+}
+
 ControllerConfig controllerFromDescription(const board::World& description, const Vector3& error_mm) {
   ControllerConfig config;
   config.nominal_centre_mm = description.sphere.centre_mm + error_mm;

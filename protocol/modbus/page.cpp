@@ -40,9 +40,9 @@ Rules for the master:
 - Tables by tool number have 99 rows of 16 registers; the address of row N is that of row 1, which is listed, plus 16 (N - 1). One request
   reads up to 125 registers: seven rows.
 - A request to unit 0 (broadcast) is done by every unit and answered by none. By TCP it is a request like any other.
-- By TCP 8 masters are served at once; one more takes the place of the one that has been silent for longest. All share the registers
-  that they write, so one alone should: then a request that is repeated over a new connection is done once. What is no Modbus over TCP ends the
-  connection.
+- By TCP 8 masters are served at once; one more takes the place of one that has asked for nothing yet, or else of the one that has been
+  silent for longest. All share the registers that they write, so one alone should: then a request that is repeated over a new
+  connection is done once. What is no Modbus over TCP ends the connection.
 - A frame begins after silence or behind a whole frame. What is inside another unit's answer, or inside a frame with a bad CRC, is never done;
   behind a damaged frame the box listens again after 50 ms of silence at the latest.
 - Exception 2 (illegal data address): an address outside the map, or a write to a register that is not marked `write`.

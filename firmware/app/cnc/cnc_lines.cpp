@@ -37,7 +37,7 @@ CncLine::CncLine(const Way& way, StateBuffer& states, const CncColleagues& colle
       server_{way.serve(faces(way.words))} {}
 
 RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
-  RegisterDesk::Faces registers{.snapshot = [this] { return toBeServed(); },
+  RegisterDesk::Faces registers{.snapshot = [this] { return states_.newest().snapshot; },
                                 .take = [this](std::span<const Event> said) { return take(said); },
                                 .kept =
                                     [this, words] {
@@ -45,7 +45,9 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
                                           words.value_or(static_cast<modbus::WordOrder>(with_.doors.wordOrder(door_))),
                                           with_.doors.inhibits(door_)};
                                     },
-                                .line = [this] { return lineState(); },
+                                .line = [this](const published::Snapshot& snapshot) { return lineState(snapshot); },
+                                // Written down before the answer that has it goes out.
+                                .serves = [this](const published::Snapshot& snapshot) { with_.served.note(snapshot); },
                                 .results = [this] { return with_.calibrations.inForce().served(); },
                                 .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); }};
   if (!words) registers.keep = [this](modbus::WordOrder order) { return keep(order); };
@@ -83,15 +85,7 @@ messages::CncLineStatus CncLine::status() const {
           .reopened = counters.reopened};
 }
 
-// Written down before the answer that has it goes out.
-const published::Snapshot& CncLine::toBeServed() {
-  const auto& snapshot = states_.newest().snapshot;
-  with_.served.note(snapshot);
-  return snapshot;
-}
-
-published::LineState CncLine::lineState() {
-  const auto& snapshot = states_.newest().snapshot;
+published::LineState CncLine::lineState(const published::Snapshot& snapshot) {
   if (const auto in_force = with_.calibrations.inForce().served(); in_force != features_of_) {
     features_ = knownFeatures(with_.calibrations.factsNow());
     features_of_ = in_force;

@@ -35,8 +35,7 @@ class CncLine final : public CncFace {
   bool take(std::span<const Event> said);
   RegisterServer::Faces faces(std::optional<modbus::WordOrder> words);
   bool keep(modbus::WordOrder order);
-  const published::Snapshot& toBeServed();
-  published::LineState lineState();
+  published::LineState lineState(const published::Snapshot& snapshot);
 
   board::Access may_;
   StateBuffer& states_;

@@ -62,7 +62,9 @@ void ModbusTcpServer::accept() {
 void ModbusTcpServer::makeRoom() {
   std::erase_if(masters_, [](const auto& master) { return master->gone; });
   if (masters_.size() < kMostMasters) return;
-  const auto quietest = std::ranges::min_element(masters_, {}, [](const auto& master) { return master->heard; });
+  const auto quietest = std::ranges::min_element(masters_, {}, [](const auto& master) {
+    return std::pair{master->has_asked, master->heard};
+  });
   dismiss(**quietest, "gave way to a newer one: " + std::to_string(kMostMasters) + " masters are served at once");
   masters_.erase(quietest);
 }
@@ -94,6 +96,7 @@ void ModbusTcpServer::receive(Master& master) {
 
 void ModbusTcpServer::answer(Master& master, modbus::TcpRequest& asked) {
   ++rounds_;
+  master.has_asked = true;
   master.heard = ++turn_;
   // The unit is the master's own word, and no broadcast.
   asked.request.bytes[0] = kUnit;

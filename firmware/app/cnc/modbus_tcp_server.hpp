@@ -29,7 +29,8 @@ Outcome<ModbusTcpOptions> parseModbusTcpOptions(std::string_view text);
 class ModbusTcpServer final : public RegisterServer {
  public:
   // Masters that may be connected at once; one more takes the place of the one that has been silent for longest, so
-  // that those who are gone without a word keep nobody out.
+  // that those who are gone without a word keep nobody out. Those who have not asked for anything yet go first: who
+  // only knocks, however often, displaces no master.
   static constexpr std::size_t kMostMasters = 8;
 
   // revision: of the firmware, for device identification.
@@ -44,6 +45,7 @@ class ModbusTcpServer final : public RegisterServer {
   struct Master {
     std::unique_ptr<io::BytePipe> pipe;
     modbus::TcpRequests requests;
+    bool has_asked{};
     std::uint64_t heard{};  // turn of its last request
     EventLoop::Watch watch;
     bool gone{};

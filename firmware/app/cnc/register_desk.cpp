@@ -20,6 +20,15 @@ constexpr int kMostWrites = MODBUS_MAX_WRITE_REGISTERS;
 constexpr std::size_t kShortRequest = 8;
 constexpr std::size_t kBesideValues = 9;  // bytes of a request that writes several registers
 
+// In any of its formats.
+bool hasCorrection(std::size_t first, std::size_t count) {
+  namespace address = modbus::address;
+  constexpr std::size_t kTriple = 3, kTripleOfPairs = 6;
+  const auto overlaps = [&](std::size_t at, std::size_t size) { return first < at + size && at < first + count; };
+  return overlaps(address::correction_i16, kTriple) || overlaps(address::correction_offset, kTriple) ||
+         overlaps(address::correction_f32, kTripleOfPairs) || overlaps(address::correction_i32, kTripleOfPairs);
+}
+
 }  // namespace
 
 // libmodbus builds the answers; requests are found before it sees them. It writes into a pipe, so that the bytes of an
@@ -66,12 +75,14 @@ RegisterDesk::~RegisterDesk() = default;
 RegisterDesk::Answer RegisterDesk::answer(const modbus::Request& request) {
   const Kept kept = faces_.kept();
   writable_.restore(kept.word_order, kept.inhibits);
-  image_.fill(faces_.snapshot(), faces_.line ? faces_.line() : published::LineState{},
+  // What the line adds belongs to the same instant: a newer snapshot may have come meanwhile.
+  const auto snapshot = faces_.snapshot();
+  image_.fill(snapshot, faces_.line ? faces_.line(snapshot) : published::LineState{},
               faces_.results ? faces_.results() : nullptr, writable_.wordOrder());
   switch (request.function()) {
     case modbus::Function::read_holding:
     case modbus::Function::read_input:
-      return read(request);
+      return read(request, snapshot);
     case modbus::Function::write_one:
     case modbus::Function::write_many:
       return write(request);
@@ -81,13 +92,14 @@ RegisterDesk::Answer RegisterDesk::answer(const modbus::Request& request) {
   return refuse(request, MODBUS_EXCEPTION_ILLEGAL_FUNCTION);
 }
 
-RegisterDesk::Answer RegisterDesk::read(const modbus::Request& request) {
+RegisterDesk::Answer RegisterDesk::read(const modbus::Request& request, const published::Snapshot& snapshot) {
   if (request.size != kShortRequest) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   const int wanted = request.word(4);
   if (wanted < 1 || wanted > kMostReads) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   if (request.address() + static_cast<std::size_t>(wanted) > modbus::kRegisterCount) {
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS);
   }
+  if (faces_.serves && hasCorrection(request.address(), static_cast<std::size_t>(wanted))) faces_.serves(snapshot);
   return reply(request);
 }
 

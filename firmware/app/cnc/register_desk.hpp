@@ -26,7 +26,9 @@ class RegisterDesk {
     std::function<bool(std::span<const Event>)> take;  // events of a write, without stamps; false refuses all of them
     std::function<Kept()> kept;                        // choices in force
     std::function<bool(modbus::WordOrder)> keep{};     // stores a choice; true: it is on the disk. Null: it is fixed
-    std::function<published::LineState()> line{};      // further values of the next answer
+    std::function<published::LineState(const published::Snapshot&)> line{};  // further values of the same answer
+    // The answer that is about to go out has the correction of this snapshot.
+    std::function<void(const published::Snapshot&)> serves{};
     std::function<modbus::RegisterImage::Results()> results{};  // in force
     std::function<void(const modbus::Wish&)> wish{};            // a request about a run or a result was committed
   };
@@ -48,7 +50,7 @@ class RegisterDesk {
  private:
   struct Library;
 
-  Answer read(const modbus::Request& request);
+  Answer read(const modbus::Request& request, const published::Snapshot& snapshot);
   Answer write(const modbus::Request& request);
   Answer identify(const modbus::Request& request);
   Answer reply(const modbus::Request& request);

@@ -70,6 +70,14 @@ std::optional<std::array<double, kLinearAxes>> ServedRecord::found(bool in_memor
   return served_mm;
 }
 
+std::optional<std::array<double, kLinearAxes>> ServedRecord::last() {
+  const std::lock_guard lock{mutex_};
+  if (!noted_nm_) return before_;
+  std::array<double, kLinearAxes> last_mm{};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) last_mm[axis] = (*noted_nm_)[axis] * 1e-6;
+  return last_mm;
+}
+
 void ServedRecord::note(const published::Snapshot& snapshot) {
   // No axis follows a value that is not valid: behind a start in doubt it is only where the box believes them to be.
   if (!snapshot.valid) return;

@@ -128,9 +128,9 @@ void StandingKeeper::look(const published::Snapshot& snapshot) {
   tell_core_(within(kept_mm_, margin_mm_, snapshot.at));
 }
 
-void StandingKeeper::finish(const published::Snapshot& snapshot) {
+void StandingKeeper::finish(const published::Snapshot& snapshot, const std::optional<Correction>& exactly) {
   // Not valid since the start: what the axes stand at is what was kept.
-  if (was_valid_ || snapshot.valid) (void)keep(snapshot.correction_mm, {});
+  if (was_valid_ || snapshot.valid) (void)keep(exactly.value_or(snapshot.correction_mm), {});
 }
 
 bool StandingKeeper::keep(const Correction& correction_mm, const Correction& margin_mm) {

@@ -38,8 +38,9 @@ class StandingKeeper {
 
   // Writes when necessary. An invalid correction is not applied by the CNC, so the stored one is kept.
   void look(const published::Snapshot& snapshot);
-  // Writes the final correction, when nothing is served any more.
-  void finish(const published::Snapshot& snapshot);
+  // Writes where the axes stand, when nothing is served any more. exactly: what a CNC has read last, if one has; the
+  // final correction otherwise.
+  void finish(const published::Snapshot& snapshot, const std::optional<Correction>& exactly = {});
 
   // Problem for a person; empty without one.
   std::string problem() const;

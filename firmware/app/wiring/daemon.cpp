@@ -116,7 +116,7 @@ struct Daemon::Parts {
     worker.stop();  // while the core still takes what it has to say
     calibrations.finishSolving(std::chrono::seconds{4});
     core.stop();
-    standing.finish(core_view.newest().snapshot);
+    standing.finish(core_view.newest().snapshot, served.last());
     writeJournal();
     writeLogHere();
   }
@@ -138,7 +138,6 @@ struct Daemon::Parts {
     drainLog();
     const auto& state = core_view.newest();
     calibrations.look(state);
-    served.note(state.snapshot);
     standing.look(state.snapshot);
     results_desk.look();
     if (const auto run = core.takeRunToSolve())

@@ -24,7 +24,9 @@ SimSource::SimSource(const board::World& world, const board::Machine& machine, s
     : world_{startingAt(world::fromDescription(world, machine), start), world.seed},
       link_{std::move(link)},
       controller_{world::controllerFromDescription(world), world_.machine(), *link_},
-      reached_{start} {}
+      reached_{start} {
+  for (const auto& fault : world::faultsFromDescription(world, start)) world_.inject(fault);
+}
 
 std::size_t SimSource::read(std::span<Event> into, MonoTime now) {
   advanceTo(now);

@@ -82,5 +82,19 @@ TEST(FromDescription, GivesTheControllerAnErrorOfItsOwn) {
   EXPECT_EQ(config.dwell, std::chrono::milliseconds{250});
 }
 
+TEST(FromDescription, SchedulesFaultsFromTheStartOn) {
+  auto world = described();
+  world.faults = {{.kind = board::FaultKind::sync_silent, .at_s = 4, .lasts_s = 2, .jump_s = 0},
+                  {.kind = board::FaultKind::clock_jumps, .at_s = 5, .lasts_s = 0, .jump_s = -300e-6}};
+  const MonoTime start{std::chrono::seconds{100}};
+  const auto faults = faultsFromDescription(world, start);
+  ASSERT_EQ(faults.size(), 2U);
+  EXPECT_EQ(faults[0].kind, FaultKind::stop_sync);
+  EXPECT_EQ(faults[0].at, start + std::chrono::seconds{4});
+  EXPECT_EQ(faults[0].duration, std::chrono::seconds{2});
+  EXPECT_EQ(faults[1].kind, FaultKind::jump_clock);
+  EXPECT_EQ(faults[1].jump, std::chrono::microseconds{-300});
+}
+
 }  // namespace
 }  // namespace probebox::world

@@ -4,7 +4,7 @@ import select
 import struct
 
 READ, READ_INPUT, WRITE_ONE, WRITE_MANY = 3, 4, 6, 16
-ILLEGAL_ADDRESS, ILLEGAL_VALUE = 2, 3
+ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
 
 
 class Refused(Exception):
@@ -27,10 +27,13 @@ class Master:
     def ask(self, request, answer_size, unit=1):
         """The answer without unit and checksum; asked again when nothing comes, as masters do."""
         whole = bytes([unit]) + request
-        for _ in range(60):
+        for attempt in range(60):
             os.write(self.line, whole + crc16(whole))
             answer = self.receive(answer_size + 3)
             if answer:
+                # It may be the answer to the request before, and this one's is still to come: the last one counts.
+                while attempt and (newer := self.receive(answer_size + 3)):
+                    answer = newer
                 assert answer[:1] == whole[:1] and crc16(answer[:-2]) == answer[-2:], answer.hex()
                 if answer[1] == request[0] | 0x80:
                     raise Refused(answer[2])
@@ -38,12 +41,14 @@ class Master:
                 return answer[1:-2]
         raise AssertionError("the box does not answer")
 
-    def receive(self, size):
+    def send(self, frame):
+        os.write(self.line, frame + crc16(frame))
+
+    def receive(self, size, patience_s=2.0):
         """A refusal is 5 bytes long; the line is silent behind an answer."""
         answer = b""
-        patience = 2.0
-        while len(answer) < size and select.select([self.line], [], [], patience)[0]:
-            answer += os.read(self.line, 512)
+        while len(answer) < size and select.select([self.line], [], [], patience_s)[0]:
+            answer += os.read(self.line, size - len(answer))
             if len(answer) == 5 and answer[1] & 0x80:
                 break
         return answer

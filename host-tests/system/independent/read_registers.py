@@ -10,7 +10,18 @@ import tempfile
 import time
 import tty
 
-from master import ILLEGAL_ADDRESS, ILLEGAL_VALUE, READ_INPUT, Master, refusal
+from master import (
+    ILLEGAL_ADDRESS,
+    ILLEGAL_FUNCTION,
+    ILLEGAL_VALUE,
+    READ,
+    READ_INPUT,
+    WRITE_MANY,
+    WRITE_ONE,
+    Master,
+    crc16,
+    refusal,
+)
 
 PATIENCE_S = 120
 
@@ -62,6 +73,51 @@ def check_refusals(m):
     assert m.is_silent_for(unit=7), "another unit's request is none of the box's"
 
 
+def check_homing(m):
+    """Outside of its travel an axis is nowhere; nothing of the write remains."""
+    until(lambda: m.values(43, "H") == 7)  # referenced, by the emulated controller
+    before = m.registers(130, 8)
+    for axis, position_mm in enumerate((10_000, -51, 51)):
+        positions = [0, 0, 0]
+        positions[axis] = position_mm * 10_000
+        said = struct.pack(">iiiHH", *positions, 1 << axis, 7)
+        assert refusal(lambda: m.write_many(130, said)) == ILLEGAL_VALUE, axis
+        assert m.registers(130, 8) == before and m.values(43, "H") == 7, axis
+
+
+def check_ranges_of_two_registers(m):
+    for first, value in ((150, 3_600_001), (154, -3_600_001), (240, 36_000_001), (248, 20_000_001), (248, -1)):
+        assert refusal(lambda: m.write_many(first, struct.pack(">i", value))) == ILLEGAL_VALUE, (first, value)
+        assert m.values(first, "i") == 0, first
+
+
+def check_functions(m):
+    """What the box does not have is refused, of whatever length it is."""
+    two_at_once = "17 0000 0001 0000 0001 02 0000"
+    for request in ("14 07 06 0004 0001 0002", "18 04de", "2b 0d 0000", "41 01 02 03", "64", "11", two_at_once):
+        assert refusal(lambda: m.ask(bytes.fromhex(request), 2)) == ILLEGAL_FUNCTION, request
+    m.send(bytes.fromhex("01 2b 0e 01 00"))
+    said = m.receive(200, patience_s=0.5)
+    assert b"probebox" in said and said[:3] == bytes.fromhex("01 2b 0e"), said
+
+
+def check_frames(m):
+    """Only a frame of its own is a request: not what stands inside another one."""
+    write = struct.pack(">BBHH", 1, WRITE_ONE, 138, 1)
+    inside = write + crc16(write)
+    answer_of_7 = bytes([7, READ, len(inside) + 2]) + bytes(2) + inside
+    damaged = struct.pack(">BBHHB", 1, WRITE_MANY, 144, 6, 12) + inside + bytes(4)
+    for frame in (answer_of_7 + crc16(answer_of_7), damaged + b"!!"):
+        for silence_s in (0, 0.06):
+            os.write(m.line, frame)
+            time.sleep(silence_s)
+            assert m.values(0, "H") == 0x5042, "and the next request is answered"
+            assert m.values(138, "H") == 0 and m.values(47, "H") == 0, frame.hex()
+    os.write(m.line, inside[:5])  # a master that dies in mid request
+    time.sleep(0.06)
+    assert m.values(138, "H") == 0
+
+
 def run(probeboxd, folder):
     ours, theirs = pty.openpty()
     tty.setraw(ours)
@@ -77,6 +133,10 @@ def run(probeboxd, folder):
         check_formats(m)
         check_word_order(m)
         check_refusals(m)
+        check_homing(m)
+        check_ranges_of_two_registers(m)
+        check_functions(m)
+        check_frames(m)
         print(f"{m.values(116, 'I')} samples produced, {m.values(118, 'I')} lost at the source, sigma {m.values(114, 'I')} ns")
     finally:
         daemon.send_signal(signal.SIGTERM)

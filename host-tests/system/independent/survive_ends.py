@@ -1,64 +1,14 @@
 """A box that is killed, and one whose line was unplugged, goes on as the controller left it. Written from
 protocol/MODBUS.md. `survive_ends.py PROBEBOXD PROBEBOX`; status 0 when all holds."""
-import json
 import os
-import pty
 import random
 import signal
 import struct
-import subprocess
 import sys
 import tempfile
 import time
-import tty
 
-from door import port_of
-from master import Master
-
-PATIENCE_S = 120
-
-
-class Box:
-    """A daemon with one serial line to the controller; the line outlives it."""
-
-    def __init__(self, probeboxd, probebox, folder, config=None):
-        self.config = ["--config", config] if config else []
-        self.probeboxd, self.probebox, self.folder = probeboxd, probebox, folder
-        ours, self.theirs = pty.openpty()
-        tty.setraw(ours)
-        tty.setraw(self.theirs)
-        self.master = Master(ours)
-        self.door = "modbus:" + os.ttyname(self.theirs)
-        self.daemon = None
-
-    def start(self):
-        command = [self.probeboxd, "--board", "sim", "--state", os.path.join(self.folder, "state")]
-        command += ["--link", "tcp:127.0.0.1:0", "--cnc", self.door] + self.config
-        log = open(os.path.join(self.folder, "log"), "a")
-        self.daemon = subprocess.Popen(command, stdout=log, stderr=log, env={**os.environ, "PROBEBOX_RENDEZVOUS": self.folder})
-
-    def kill(self):
-        self.daemon.kill()
-        self.daemon.wait(PATIENCE_S)
-
-    def command(self, *words):
-        port = port_of(self.daemon, self.folder)
-        done = subprocess.run(
-            [self.probebox, "-u", f"tcp:127.0.0.1:{port}", "--json", *words],
-            capture_output=True,
-            text=True,
-            timeout=PATIENCE_S,
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return json.loads(done.stdout.strip().splitlines()[-1])
-
-
-def until(condition):
-    end = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < end, "it did not come"
-        time.sleep(0.05)
-
+from box import PATIENCE_S, Box, config, until
 
 def word_order_survives(box):
     box.start()
@@ -103,24 +53,11 @@ NOISE_NM = 2  # of rounding
 
 def config_of_long_ramps(folder):
     """Screws that are warm within seconds, on a machine whose corrections may move by 2 um/s."""
-    board = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "board", "sim")
-    config = os.path.join(folder, "config")
-    os.mkdir(config)
-
-    def put(name, changes):
-        with open(os.path.join(board, name)) as file:
-            lines = file.read().splitlines()
-        for key, value in changes.items():
-            changed = [i for i, line in enumerate(lines) if line.split("=")[0].strip() == key]
-            assert changed, key
-            for i in changed:
-                lines[i] = f"{key} = {value}"
-        with open(os.path.join(config, name), "w") as file:
-            file.write("\n".join(lines) + "\n")
-
-    put("machine.toml", {"correction_rate_mm_s": RATE_NM_S * 1e-6, "rate_um_s": 1000})
-    put("world.toml", {"time_constant_s": 3})
-    return config
+    return config(
+        folder,
+        machine={"correction_rate_mm_s": RATE_NM_S * 1e-6, "rate_um_s": 1000},
+        world={"time_constant_s": 3},
+    )
 
 
 class Follower:

@@ -191,6 +191,19 @@ TEST_F(NetworkMaster, KeepsItsPlaceWhileItAsksAndOthersAreSilent) {
   EXPECT_THAT(reports(), HasSubstr("gave way to a newer one"));
 }
 
+TEST_F(NetworkMaster, KeepsItsPlaceHoweverManyKnockBetweenTwoOfItsRequests) {
+  show(xOf(-0.0125));
+  const auto controller = connect();
+  ASSERT_TRUE(controller);
+  std::vector<std::unique_ptr<io::BytePipe>> knocking;
+  for (int round = 0; round < 3; ++round) {
+    controller->write(bytesOf(kReadX));
+    EXPECT_EQ(received(*controller, kAnswerX.size()), kAnswerX);
+    for (std::size_t k = 0; k < 2 * ModbusTcpServer::kMostMasters; ++k) knocking.push_back(connect());
+    EXPECT_TRUE(isClosed(*knocking.at(knocking.size() - ModbusTcpServer::kMostMasters)));
+  }
+}
+
 TEST_F(NetworkMaster, IsTurnedOutWhenItDoesNotReadItsAnswers) {
   show(xOf(-0.0125));
   const auto deaf = connect();

@@ -5,7 +5,7 @@
 #include "board/describe/parse.hpp"
 #include "board/describe/sim_files.hpp"
 
-// What the axes and the switch of the emulated machine do wrong, in world.toml.
+// What the axes and the switch of the emulated machine do wrong, and what goes wrong with it, in world.toml.
 namespace probebox::board {
 namespace {
 
@@ -71,6 +71,26 @@ TEST(WorldToml, MayHaveATouchTriggerProbe) {
   EXPECT_THAT(problemWith("[touch_trigger]\nlobe_mm = 0.01\n"), HasSubstr("pre_travel_mm"));
   EXPECT_THAT(problemWith("[touch_trigger]\npre_travel_mm = 0.01\nchatter_probability = 2\n"),
               HasSubstr("chatter_probability"));
+}
+
+TEST(WorldToml, SaysWhatGoesWrongAndWhen) {
+  const auto world = worldWith(
+      "[[fault]]\nkind = \"screw-sensors-silent\"\nat_s = 60\nlasts_s = 20.5\n"
+      "[[fault]]\nkind = \"clock-jumps\"\nat_s = 70\njump_s = -0.0003\n");
+  ASSERT_TRUE(world.ok()) << world.error().what;
+  ASSERT_EQ(world->faults.size(), 2U);
+  EXPECT_EQ(world->faults[0].kind, FaultKind::screw_sensors_silent);
+  EXPECT_EQ(world->faults[0].at_s, 60);
+  EXPECT_EQ(world->faults[0].lasts_s, 20.5);
+  EXPECT_EQ(world->faults[1].kind, FaultKind::clock_jumps);
+  EXPECT_EQ(world->faults[1].jump_s, -0.0003);
+  EXPECT_TRUE(worldWith("")->faults.empty());
+}
+
+TEST(WorldToml, RefusesFaultsThatItCannotMake) {
+  EXPECT_THAT(problemWith("[[fault]]\nkind = \"fire\"\nat_s = 1\nlasts_s = 1\n"), HasSubstr("probe-silent"));
+  EXPECT_THAT(problemWith("[[fault]]\nkind = \"probe-silent\"\nat_s = 1\n"), HasSubstr("lasts_s"));
+  EXPECT_THAT(problemWith("[[fault]]\nkind = \"clock-jumps\"\nat_s = 1\nlasts_s = 1\n"), HasSubstr("jump_s"));
 }
 
 }  // namespace

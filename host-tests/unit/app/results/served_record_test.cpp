@@ -54,6 +54,16 @@ TEST_F(Served, IsTheNewestOfAllThatAnyLineRead) {
   EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before())[0], 0.002);
 }
 
+TEST_F(Served, IsWhatAnEarlierProcessServedUntilThisOneServes) {
+  EXPECT_FALSE(ServedRecord{path()}.last());
+  ServedRecord{path()}.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
+  ServedRecord record{path()};
+  EXPECT_DOUBLE_EQ((*record.last())[0], 0.002);
+  record.note(snapshotOf({0.003, 0, 0}, MonoTime{3s}));
+  EXPECT_DOUBLE_EQ((*record.last())[0], 0.003);
+  EXPECT_DOUBLE_EQ((*record.before())[0], 0.002);
+}
+
 TEST_F(Served, HoldsNoValueThatNobodyFollows) {
   ServedRecord record{path()};
   auto in_doubt = snapshotOf({0.002, 0, 0}, MonoTime{1s});
