@@ -67,7 +67,7 @@ bool Machine::slideRound(const Vector3& centre_mm, double turn_rad, double speed
   const Vector3 off_mm = motion_.target() - commanded_mm_, body = bodyFor(motion_.target());
   const Arc commanded = arcFrom(commanded_mm_, centre_mm, turn_rad);
   commanded_mm_ = commanded.at(commanded.length_mm());
-  motion_.append(arcFrom(motion_.target(), centre_mm + off_mm, turn_rad), limits(speed_mm_s), now);
+  motion_.appendArc(arcFrom(motion_.target(), centre_mm + off_mm, turn_rad), limits(speed_mm_s), now);
   stylus_.slide({now, 0}, body, solids_.sphere(), std::copysign(1, turn_rad));
   return true;
 }

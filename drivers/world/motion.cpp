@@ -89,7 +89,7 @@ const Move& MotionHistory::append(const Vector3& target, const MotionLimits& lim
   return move;
 }
 
-const Move& MotionHistory::append(const Arc& arc, const MotionLimits& limits, MonoTime start) {
+const Move& MotionHistory::appendArc(const Arc& arc, const MotionLimits& limits, MonoTime start) {
   Move& move = moves_[count_ % kRemembered];
   move = Move{.start = start,
               .from = rest_,

@@ -80,7 +80,7 @@ class MotionHistory {
 
   const Move& append(const Vector3& target, const MotionLimits& limits, MonoTime start);
   // Its arc begins where the last move ends.
-  const Move& append(const Arc& arc, const MotionLimits& limits, MonoTime start);
+  const Move& appendArc(const Arc& arc, const MotionLimits& limits, MonoTime start);
   bool atRest(MonoTime at) const;
   Vector3 target() const { return rest_; }  // where the last move ends
 

@@ -58,6 +58,10 @@ std::vector<Scan> scansOf(const Dataset& dataset, const Matrix3d& described) {
   return scans;
 }
 
+double determinantOf(const Matrix2d& m) {
+  return m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0);
+}
+
 // Length of a deflection under M.
 double lengthOf(const Vector3d& d, const Matrix2d& squares) {
   return std::sqrt(std::max(0.0, d.head<2>().dot(squares * d.head<2>()) + d.z() * d.z()));
@@ -137,12 +141,12 @@ std::optional<Matrix3d> scanGain(const Dataset& dataset, const Vector3d& centre_
   }
   // The symmetric root of M.
   const Matrix2d m = gain.squares();
-  const double determinant = m.determinant(), trace = m.trace();
+  const double determinant = determinantOf(m), trace = m.trace();
   if (!(determinant > 0) || !(trace > 0)) return std::nullopt;
   const double root = std::sqrt(determinant);
   const Matrix2d in_plane = (m + root * Matrix2d::Identity()) / std::sqrt(trace + 2 * root);
   const double middle = in_plane.trace() / 2,
-               spread = std::sqrt(std::max(0.0, middle * middle - in_plane.determinant()));
+               spread = std::sqrt(std::max(0.0, middle * middle - determinantOf(in_plane)));
   if (middle + spread > kLargest || middle - spread < 1 / kLargest) return std::nullopt;
   Matrix3d whole = Matrix3d::Identity();
   whole.topLeftCorner<2, 2>() = in_plane;
