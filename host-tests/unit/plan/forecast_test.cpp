@@ -78,7 +78,9 @@ TEST(Forecast, ScansWithoutStepsAreRefused) {
   procedure::fill(*plan, method, {.reach_mm = *facts.sphereReach_mm()});
   SimulatedRecording run{set_up, facts, 1};
   for (std::size_t i = 0; i < plan->step_count; ++i) {
-    plan->steps[i].touch.scan.depths_mm[1] = plan->steps[i].touch.scan.depths_mm[0];
+    auto& path = plan->steps[i].touch.scan;
+    path.depths_mm[1] = path.depths_mm[0];
+    path.ramp_rad = 1e-6;  // straight ways are a little deeper in their middle
     ASSERT_TRUE(run.take(plan->steps[i]));
   }
   const auto measured = procedure::runDataset(method, run.recording(), run.scales(), facts);
