@@ -2,6 +2,7 @@
 #include "tools/gcode/program.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
@@ -10,6 +11,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "interpreter.hpp"
+#include "tools/gcode/picture.hpp"
 #include "tools/gcode/unroll.hpp"
 
 namespace probebox::gcode {
@@ -191,6 +193,18 @@ TEST(Program, ReachesWhatThePlanAsksForInEveryDialect) {
       }
     }
   }
+}
+
+// Arcs are drawn round: many points of one red line lie on the circle of the arc, and none is its chord.
+TEST(Picture, ShowsTheArcsOfAScan) {
+  const auto blocks = unroll(planOf(cases()[9]), setting());
+  ASSERT_TRUE(blocks);
+  std::istringstream lines{picture(*blocks, setting(), "scan")};
+  std::ptrdiff_t most = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find("#c02020") != std::string::npos) most = std::max(most, std::ranges::count(line, ','));
+  }
+  EXPECT_GT(most, 20) << "80 degrees in steps of 3";
 }
 
 TEST(Program, MovesNothingBeforeTheOperatorStartsIt) {
