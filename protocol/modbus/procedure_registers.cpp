@@ -1,7 +1,6 @@
 // The block by which a controller starts a run, does its steps and accepts its result, and what is beside results.
 #include "protocol/modbus/map.hpp"
 #include "protocol/modbus/tables.hpp"
-#include "protocol/units/scan_path.hpp"
 
 namespace probebox::modbus {
 namespace {
@@ -116,10 +115,17 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "direction from the centre to where the scan begins, from X to Y"},
     {address::step_scan_ramp, "step: scan ramp", f32, 1, "deg", read,
      "over which a straight way leads from the end of an arc to the next one, at the other radius"},
-    {address::step_scan_radius, "step: scan radius", f32, 1, "mm", read,
-     "of the way of the stylus ball's centre about the feature's: arcs take them in turn, from the first on", 2, 2},
-    {address::step_scan_arc, "step: scan arc", f32, 1, "deg", read, "length of each arc or chord", ScanPath::kMostArcs,
-     2},
+    {address::step_scan_radius, "step: scan radius 1", f32, 1, "mm", read,
+     "of the way of the stylus ball's centre about the feature's: of arcs 1, 3, 5, 7, and where chords begin and end"},
+    {address::step_scan_radius + 2, "step: scan radius 2", f32, 1, "mm", read, "the same of arcs 2, 4, 6, 8"},
+    {address::step_scan_arc, "step: scan arc 1", f32, 1, "deg", read, "length of the first arc or chord"},
+    {address::step_scan_arc + 2, "step: scan arc 2", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 4, "step: scan arc 3", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 6, "step: scan arc 4", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 8, "step: scan arc 5", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 10, "step: scan arc 6", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 12, "step: scan arc 7", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 14, "step: scan arc 8", f32, 1, "deg", read, "as arc 1"},
 });
 
 }  // namespace

@@ -29,7 +29,7 @@ TEST(ScanGain, FindsHowTheDirectionsDiffer) {
   for (int round = 0; round < 10; ++round) {
     ScanScene scene;
     scene.tau_s = -0.004 + 0.001 * round;
-    scene.centre_error_mm = {0.08, -0.05, 0.02};
+    scene.centre_error_mm = {0.008, -0.005, 0.002};
     scene.inner_mm = 15.0;
     for (Eigen::Index row = 0; row < 2; ++row)
       for (Eigen::Index column = 0; column < 2; ++column) scene.gain(row, column) += normal(random);
