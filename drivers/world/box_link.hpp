@@ -4,6 +4,7 @@
 
 #include "drivers/world/vector.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/units/scan_path.hpp"
 
 // Connects the emulated controller to a box by its public interfaces, over a link that answers late or never.
 namespace probebox::world {
@@ -27,6 +28,7 @@ enum class StepKind : std::uint8_t {
   sweep = 3,   // the same, slowly and at constant speed
   hold = 4,    // stand still without touching anything
   rest = 5,    // the same, anywhere, for a stated time
+  scan = 6,    // in contact all the way around a ball
 };
 // Part that axis B turns in a step.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
@@ -58,6 +60,7 @@ struct Prompt {
   double shank_height_mm{};
   std::uint16_t mount{};  // required mount of the part's balls, from 1; 0: as they are
   double rest_s{};        // time to stand still
+  ScanPath scan{};
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

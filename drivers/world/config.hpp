@@ -84,6 +84,7 @@ struct ProbeConfig {
   double bounce_decay_s{0.004};     // time constant
   double stylus_frequency_hz{120};  // of the free stylus
   double dropout_probability{0};    // per sample
+  double friction{0.08};            // coefficient, while the stylus slides
   bool trigger_line{false};         // edges of role trigger, line 0: active while the stylus is in contact
 };
 

@@ -40,8 +40,13 @@ void Controller::advance(MonoTime now) {
     case Activity::travelling:
       return travel(Activity::settling);
     case Activity::settling:
-      if (elapsed(config_.settle)) post(MarkerPhase::begin, Activity::beginning);
-      return;
+      if (!elapsed(config_.settle)) return;
+      if (step_.kind == StepKind::scan) return enterScan();
+      return post(MarkerPhase::begin, Activity::beginning);
+    case Activity::entering:
+    case Activity::scanning:
+    case Activity::leaving:
+      return scan();
     case Activity::beginning:
     case Activity::ending:
     case Activity::abandoning:
@@ -82,8 +87,8 @@ void Controller::question() {
 }
 
 bool Controller::procedureHasGone() const {
-  const bool busy =
-      activity_ != Activity::asking && activity_ != Activity::withdrawing && activity_ != Activity::parking;
+  const bool busy = activity_ != Activity::asking && activity_ != Activity::withdrawing &&
+                    activity_ != Activity::parking && activity_ != Activity::leaving;
   if (!busy || !status_) return false;
   const bool measuring = status_->state == RunState::waiting || status_->state == RunState::running;
   return !measuring || status_->run != step_.run;
@@ -92,7 +97,7 @@ bool Controller::procedureHasGone() const {
 void Controller::leave() {
   const bool moves =
       activity_ == Activity::approaching || activity_ == Activity::dwelling || activity_ == Activity::retracting;
-  const bool may_touch = moves && touches(step_.kind);
+  const bool may_touch = pressing_ || (moves && touches(step_.kind));
   ++abandoned_steps_;
   if (may_touch) return enter(Activity::withdrawing);
   park();
@@ -262,7 +267,7 @@ void Controller::awaitAnswer() {
   if (const auto taken = link_.markerAnswer()) return answered(*taken);
   if (elapsed(config_.give_up)) {
     abandoned_steps_ += activity_ == Activity::ending ? 1 : 0;
-    return askAnew();
+    return finish();
   }
   if (now_ - posted_ < config_.resend_interval) return;
   link_.postMarker(marker_);
@@ -272,12 +277,13 @@ void Controller::awaitAnswer() {
 
 void Controller::answered(bool taken) {
   if (activity_ == Activity::beginning && taken) {
+    if (step_.kind == StepKind::scan) return enter(Activity::scanning);
     if (!touches(step_.kind)) return enter(Activity::dwelling);  // where it stands is recorded first
     machine_.moveTo(outOfSurface(-step_.overtravel_mm), step_.nominal_speed_mm_s, now_);
     return enter(Activity::approaching);
   }
   if (activity_ == Activity::ending) ++(taken ? finished_steps_ : abandoned_steps_);
-  askAnew();
+  finish();
 }
 
 void Controller::touch() {
@@ -305,12 +311,13 @@ void Controller::touch() {
 
 void Controller::withdraw() {
   if (!machine_.atRest(now_)) return;
-  const Vector3 outside = outOfSurface(step_.clearance_mm);
-  if (machine_.commandedPosition() == outside) return park();
+  const Vector3 outside = pressing_ ? offSurface() : outOfSurface(step_.clearance_mm);
+  if (norm(machine_.commandedPosition() - outside) < 1e-9) return park();
   machine_.moveTo(outside, step_.nominal_speed_mm_s, now_);
 }
 
 void Controller::park() {
+  pressing_ = false;
   rise();
   const auto& [x, y, z] = config_.park_mm;
   // High enough to level the head there, which lowers the tip.

@@ -19,9 +19,12 @@ enum class Activity : std::uint8_t {
   travelling,  // to the approach point
   settling,
   beginning,  // the marker is with the box
+  entering,   // onto the surface, to where a scan begins
   approaching,
+  scanning,
   dwelling,
   retracting,
+  leaving,      // the surface after a scan
   recording,    // at rest, the delayed streams catch up
   ending,       // the marker is with the box
   abandoning,   // the marker is with the box
@@ -76,6 +79,12 @@ class Controller {
   Vector3 beginning() const;
   Vector3 surface() const;
   Vector3 outOfSurface(double distance_mm) const;
+  void enterScan();
+  void scan();
+  bool nextWay();
+  void finish();
+  Vector3 onScan(double depth_mm) const;
+  Vector3 offSurface() const;
 
   ControllerConfig config_;
   Machine& machine_;
@@ -92,6 +101,9 @@ class Controller {
   MonoTime homed_{MonoTime::min()};  // when the box was told the position, or the machine last moved
   std::optional<Place> near_;        // where the probe is, unless at the free height
   Route route_;
+  bool pressing_{};    // a step has brought the stylus onto a surface, and not off it yet
+  std::size_t way_{};  // of a scan, that comes next
+  double scan_rad_{};  // where it begins
   std::uint64_t finished_steps_{};
   std::uint64_t abandoned_steps_{};
   std::uint64_t resent_markers_{};

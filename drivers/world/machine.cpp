@@ -43,10 +43,32 @@ bool Machine::moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) 
   commanded_mm_ = target_mm;
   const Vector3 reached_mm = drives_ ? drives_(target_mm, now) : target_mm;
   if (reached_mm == motion_.target()) return true;
-  const Move move =
-      ofTheBody(motion_.append(reached_mm, {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}, now));
+  const Move move = ofTheBody(motion_.append(reached_mm, limits(speed_mm_s), now));
   if (hold_.is_head && comesFromAside(move)) ++crashes_;
   stylus_.follow(move, solids_, hold_);
+  return true;
+}
+
+bool Machine::slideTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) {
+  if (!atRest(now)) return false;
+  commanded_mm_ = target_mm;
+  const Vector3 reached_mm = drives_ ? drives_(target_mm, now) : target_mm;
+  if (reached_mm == motion_.target()) return true;
+  const Vector3 body = bodyFor(motion_.target());
+  const double turns = cross(body + hold_.tip - solids_.sphere().centre, reached_mm - motion_.target())[2];
+  motion_.append(reached_mm, limits(speed_mm_s), now);
+  stylus_.slide({now, 0}, body, solids_.sphere(), std::copysign(1, turns));
+  return true;
+}
+
+// The drives are off by as much all along it.
+bool Machine::slideRound(const Vector3& centre_mm, double turn_rad, double speed_mm_s, MonoTime now) {
+  if (!atRest(now)) return false;
+  const Vector3 off_mm = motion_.target() - commanded_mm_, body = bodyFor(motion_.target());
+  const Arc commanded = arcFrom(commanded_mm_, centre_mm, turn_rad);
+  commanded_mm_ = commanded.at(commanded.length_mm());
+  motion_.appendArc(arcFrom(motion_.target(), centre_mm + off_mm, turn_rad), limits(speed_mm_s), now);
+  stylus_.slide({now, 0}, body, solids_.sphere(), std::copysign(1, turn_rad));
   return true;
 }
 

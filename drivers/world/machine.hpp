@@ -44,6 +44,10 @@ class Machine {
   // Starts a straight move from rest to rest at `now`. Returns false without effect while the last move lasts.
   bool moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now);
   bool traverseTo(const Vector3& target_mm, MonoTime now) { return moveTo(target_mm, axes_.traverse_mm_s, now); }
+  // The same while the stylus stays in contact with the datum sphere and its ball slides along it. The sense is that of
+  // the first such move. The second moves by an arc about a centre in the plane of X and Y.
+  bool slideTo(const Vector3& target_mm, double speed_mm_s, MonoTime now);
+  bool slideRound(const Vector3& centre_mm, double turn_rad, double speed_mm_s, MonoTime now);
   bool atRest(MonoTime now) const { return motion_.atRest(now) && now >= turned_at_; }
   // Turns the rotary axes to these angles without taking the shorter direction. Returns false without effect during a
   // motion. The true stop deviates by the noise of a stop.
@@ -103,6 +107,7 @@ class Machine {
   std::optional<double> shareUntilContact(const Pose& from, const Pose& to) const;
   bool comesFromAside(const Move& move) const;
   Move ofTheBody(const Move& move) const;
+  MotionLimits limits(double speed_mm_s) const { return {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}; }
   void standFrom(MonoTime since);
   void standStillFor(Nanoseconds duration, MonoTime now);
 

@@ -59,6 +59,23 @@ double Profile::timeAt(double distance_mm) const {
   return (early + late) / 2;
 }
 
+double Arc::length_mm() const {
+  return radius_mm * std::abs(turn_rad);
+}
+
+Vector3 Arc::at(double distance_mm) const {
+  const double angle_rad = from_rad + std::copysign(distance_mm / radius_mm, turn_rad);
+  return centre + radius_mm * Vector3{std::cos(angle_rad), std::sin(angle_rad), 0};
+}
+
+Arc arcFrom(const Vector3& point, const Vector3& centre, double turn_rad) {
+  const Vector3 off = point - centre;
+  return {.centre = {centre[0], centre[1], point[2]},
+          .radius_mm = std::hypot(off[0], off[1]),
+          .from_rad = std::atan2(off[1], off[0]),
+          .turn_rad = turn_rad};
+}
+
 const Move& MotionHistory::append(const Vector3& target, const MotionLimits& limits, MonoTime start) {
   const Vector3 path = target - rest_;
   Move& move = moves_[count_ % kRemembered];
@@ -69,6 +86,19 @@ const Move& MotionHistory::append(const Vector3& target, const MotionLimits& lim
               .profile = Profile{norm(path), limits}};
   ++count_;
   rest_ = target;
+  return move;
+}
+
+const Move& MotionHistory::appendArc(const Arc& arc, const MotionLimits& limits, MonoTime start) {
+  Move& move = moves_[count_ % kRemembered];
+  move = Move{.start = start,
+              .from = rest_,
+              .direction = {},
+              .length_mm = arc.length_mm(),
+              .profile = Profile{arc.length_mm(), limits},
+              .arc = arc};
+  ++count_;
+  rest_ = arc.at(arc.length_mm());
   return move;
 }
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
@@ -39,7 +40,20 @@ class Profile {
   double jerk_time_s_{};
 };
 
-// Describes one straight move of the body.
+// A way around a centre in the plane of X and Y.
+struct Arc {
+  Vector3 centre{};
+  double radius_mm{};
+  double from_rad{};
+  double turn_rad{};  // positive from X to Y
+
+  double length_mm() const;
+  Vector3 at(double distance_mm) const;
+};
+// Returns the way by that turn from a point on.
+Arc arcFrom(const Vector3& point, const Vector3& centre, double turn_rad);
+
+// Describes one move of the body, which is straight unless it has an arc.
 struct Move {
   MonoTime start{};
   Vector3 from{};
@@ -47,11 +61,12 @@ struct Move {
   double length_mm{};
   Profile profile;
   double profile_per_mm{1};  // of the profile's own distance, over this length
+  std::optional<Arc> arc{};
 
   // Time since the start at a distance within the length, and the speed then.
   double timeAt(double distance_mm) const { return profile.timeAt(distance_mm * profile_per_mm); }
   double speedAt(double time_s) const { return profile.speedAt(time_s) / profile_per_mm; }
-  Vector3 at(double distance_mm) const { return from + distance_mm * direction; }
+  Vector3 at(double distance_mm) const { return arc ? arc->at(distance_mm) : from + distance_mm * direction; }
   // Seconds from the start to the instant `delay_s` before `stamp`.
   double elapsed(MonoTime stamp, double delay_s) const { return toSeconds(stamp - start) - delay_s; }
 };
@@ -64,6 +79,8 @@ class MotionHistory {
   explicit MotionHistory(const Vector3& home) : rest_{home} {}
 
   const Move& append(const Vector3& target, const MotionLimits& limits, MonoTime start);
+  // Its arc begins where the last move ends.
+  const Move& appendArc(const Arc& arc, const MotionLimits& limits, MonoTime start);
   bool atRest(MonoTime at) const;
   Vector3 target() const { return rest_; }  // where the last move ends
 

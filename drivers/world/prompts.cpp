@@ -1,6 +1,10 @@
 #include "drivers/world/prompts.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::world {
 
@@ -11,6 +15,19 @@ bool movesOneAxis(StepKind kind) {
 bool touches(StepKind kind) {
   return kind == StepKind::touch || kind == StepKind::in_out;
 }
+
+namespace {
+
+bool isPath(const ScanPath& scan) {
+  const auto isArc = [](double rad) { return rad > 0 && rad < kTurn; };
+  const auto isDepth = [](double mm) { return mm > 0 && mm < 10; };
+  const auto arcs = std::span{scan.arcs_rad}.first(std::min(scan.count, ScanPath::kMostArcs));
+  return scan.count >= 1 && scan.count <= ScanPath::kMostArcs && std::ranges::all_of(arcs, isArc) &&
+         std::ranges::all_of(scan.depths_mm, isDepth) && std::isfinite(scan.start_rad) && std::abs(scan.sense) == 1 &&
+         (scan.chords || isArc(scan.ramp_rad));
+}
+
+}  // namespace
 
 bool canBeFollowed(const Prompt& prompt) {
   const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
@@ -23,6 +40,8 @@ bool canBeFollowed(const Prompt& prompt) {
                         (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);
   if (prompt.kind == StepKind::hold)
     return isDirection(prompt.outward_normal) && prompt.travel_mm >= 0 && prompt.travel_mm < 10 && turnable && timed;
+  if (prompt.kind == StepKind::scan)
+    return prompt.feature == StepFeature::datum_sphere && isPath(prompt.scan) && isLength(prompt.clearance_mm) && timed;
   const bool approaches =
       prompt.approach_direction == Vector3{} ||
       (isDirection(prompt.approach_direction) && dot(prompt.outward_normal, prompt.approach_direction) < 0);

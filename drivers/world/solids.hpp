@@ -48,6 +48,7 @@ class Solids {
   std::optional<Meeting> meet(const Move& way, double from_mm, const std::optional<Shank>& shank = {}) const;
   // Returns it for a tool, which can touch the tool-setting device only.
   std::optional<Meeting> meetTool(const Move& way, double from_mm, double radius_mm, bool nose = false) const;
+  const SolidBall& sphere() const { return sphere_; }
   // Returns all balls in the current pose.
   BallCentres ballCentres() const;
   // Returns whether the stylus ball, or the shank above it, would overlap a ball with the part in that pose.

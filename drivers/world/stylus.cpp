@@ -14,7 +14,8 @@ MonoTime Instant::rounded() const {
 Stylus::Stylus(const ProbeConfig& probe)
     : bounce_mm_{probe.bounce_mm},
       decay_s_{probe.bounce_decay_s},
-      angular_frequency_{kTurn * probe.stylus_frequency_hz} {}
+      angular_frequency_{kTurn * probe.stylus_frequency_hz},
+      friction_rad_{std::atan(probe.friction)} {}
 
 void Stylus::follow(const Move& move, const Solids& solids, const Hold& hold) {
   Move way = move;  // of the ball while it is free
@@ -23,10 +24,30 @@ void Stylus::follow(const Move& move, const Solids& solids, const Hold& hold) {
   if (free_from_mm < way.length_mm && !hold.is_head) meet(way, free_from_mm, solids, hold);
 }
 
+void Stylus::slide(const Instant& begin, const Vector3& body, const SolidBall& ball, double sense) {
+  constexpr double kOnIt_mm = 1e-6;
+  if (count_ == 0) return;
+  Contact& contact = contacts_[(count_ - 1) % kRemembered];
+  const bool touches = !contact.end && std::abs(norm(contact.point - ball.centre) - ball.reach_mm) < kOnIt_mm;
+  if (!touches || contact.slide) return;
+  contact.slide = Slide{.ball = ball, .sense = sense, .friction_rad = friction_rad_, .from = body + contact.tip};
+  contact.slides_from = begin;
+}
+
+// The ball sticks again where it is. Beyond the surface it is free.
+void Stylus::endSlide(Contact& contact, const Move& move) {
+  const Slide& slide = *contact.slide;
+  const auto held = slide.heldAt(move.from, contact.slides_from.elapsed(move.start, 0));
+  contact.slides_until = Instant{move.start, 0};
+  contact.point = held.value_or(move.from);
+  contact.normal = unit(contact.point - slide.ball.centre);
+}
+
 double Stylus::release(const Move& move) {
   if (count_ == 0) return 0;
   Contact& contact = contacts_[(count_ - 1) % kRemembered];
   if (contact.end) return 0;
+  if (contact.slide && !contact.slides_until) endSlide(contact, move);
   // The body presses while it is behind the tangent plane of the point where the ball sticks.
   const double outwards = dot(move.direction, contact.normal);
   const double depth_mm = dot(contact.point - move.from, contact.normal);
@@ -97,7 +118,11 @@ Vector3 Stylus::displaced(const Contact& contact, const Vector3& body, MonoTime 
   if (free_s >= 0) return -decayed(contact.ring_mm, free_s) * contact.normal;
   // A bounce goes off the surface alone.
   const double bounce_mm = std::abs(decayed(contact.bounce_mm, contact.begin.elapsed(at, delay_s)));
-  return contact.lever * (contact.point - (body + contact.tip)) + bounce_mm * contact.normal;
+  const Vector3 unheld = body + contact.tip;
+  const double slid_s = contact.slide ? contact.slides_from.elapsed(at, delay_s) : -1;
+  if (slid_s >= 0 && !(contact.slides_until && contact.slides_until->elapsed(at, delay_s) >= 0))
+    return contact.slide->heldAt(unheld, slid_s).value_or(unheld) - unheld;
+  return contact.lever * (contact.point - unheld) + bounce_mm * contact.normal;
 }
 
 Vector3 Stylus::displacement(const Vector3& body, MonoTime at, double delay_s) const {

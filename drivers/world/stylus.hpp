@@ -7,6 +7,7 @@
 #include "drivers/world/config.hpp"
 #include "drivers/world/motion.hpp"
 #include "drivers/world/shank.hpp"
+#include "drivers/world/slide.hpp"
 #include "drivers/world/solids.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
@@ -40,6 +41,10 @@ struct Contact {
   bool turned_into{};     // the part came to the stylus, which stood still
   // Displacement of the ball per displacement of the touched shank; 1 where the ball itself is touched.
   double lever{1};
+  // From `slides_from` until the body begins to withdraw the ball slides; then `point` is where it has come to.
+  std::optional<Slide> slide{};
+  Instant slides_from{};
+  std::optional<Instant> slides_until{};
 };
 
 // State of the probe's spindle: the stylus ball's centre, or the tip of a tool, relative to the body, and the
@@ -54,8 +59,8 @@ struct Hold {
 };
 
 // Emulates the stylus as a ball on a spring. In contact the ball sticks to the touched point for any direction of
-// approach; its centre never enters a solid grown by its radius. It bounces at contact and rings at release, both at
-// the frequency of the free stylus.
+// approach, unless it is made to slide; its centre never enters a solid grown by its radius. It bounces at contact and
+// rings at release, both at the frequency of the free stylus.
 class Stylus {
  public:
   static constexpr std::size_t kRemembered = 64;
@@ -64,6 +69,9 @@ class Stylus {
 
   // Finds the contacts that a move of the body makes and ends.
   void follow(const Move& move, const Solids& solids, const Hold& hold);
+
+  // The ball that touches `ball` slides along it from `begin` on, until a move that it follows.
+  void slide(const Instant& begin, const Vector3& body, const SolidBall& ball, double sense);
 
   // Makes a contact: the part turned against the resting stylus, its ball's centre at `point`, and stopped.
   void struckAt(const Vector3& point, const Instant& begin, const Hold& hold);
@@ -81,6 +89,7 @@ class Stylus {
   const Contact* contact(std::uint64_t number) const;
 
  private:
+  void endSlide(Contact& contact, const Move& move);
   double release(const Move& move);  // distance from which on the ball is free; the length when it stays in contact
   void meet(const Move& way, double from_mm, const Solids& solids, const Hold& hold);
   const Contact* contactAt(MonoTime at, double delay_s) const;
@@ -91,6 +100,7 @@ class Stylus {
   double bounce_mm_;
   double decay_s_;
   double angular_frequency_;
+  double friction_rad_;
   std::array<Contact, kRemembered> contacts_{};
   std::uint64_t count_{};
 };

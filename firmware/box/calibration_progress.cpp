@@ -47,6 +47,7 @@ published::StepNow stepOf(const procedure::Progress& progress, const procedure::
   now.travel_mm = step.touch.travel_mm;
   now.shank_height_mm = step.touch.shank_height_mm;
   now.rest_s = step.touch.rest_s;
+  now.scan = step.touch.scan;
   now.angles_rad = step.touch.rotary_angles_rad;
   return now;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocol/events/event.hpp"
+#include "protocol/units/scan_path.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::capture {
@@ -61,6 +62,7 @@ struct TouchRequest {
   MethodNote note{};
   SwitchOf switch_of{};  // for a touch by edges
   bool swivels{};        // B turns the probe, and not the part
+  ScanPath scan{};       // of a scan, in contact between its markers; without arcs for another step
 };
 
 // One recorded touch: the ranges of its rows, and the clock map for all of its stamps. Machine and probe share one map,

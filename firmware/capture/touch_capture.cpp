@@ -15,6 +15,17 @@ bool atTheEnd(const Deflection& deflection, double range_mm) {
                              [&](std::int32_t channel) { return std::abs(1e-6 * channel) >= range_mm; });
 }
 
+bool touches(const Deflection& deflection) {
+  double square = 0;
+  for (const std::int32_t channel : deflection.channels_nm) square += 1e-12 * channel * channel;
+  return square >= kContact_mm * kContact_mm;
+}
+
+bool hasHoleIn(const auto& rows) {
+  return std::ranges::adjacent_find(
+             rows, [](const auto& before, const auto& after) { return after.at - before.at > kHole; }) != rows.end();
+}
+
 }  // namespace
 
 const char* explain(TouchFault fault) {
@@ -64,6 +75,11 @@ const char* explain(TouchFault fault) {
     case TouchFault::rest_too_short:
       return "the readings of the screw's sensor cover less time than the step needs: stand still for all of it before "
              "the end marker";
+    case TouchFault::contact_lost:
+      return "the probe came off the surface during the scan: check the size of the sphere and where the control takes "
+             "its middle to be, or scan deeper (--overtravel)";
+    case TouchFault::samples_missing:
+      return "samples were missing for 10 ms and more during the scan: see the loss counters in status";
   }
   return "";
 }
@@ -119,6 +135,7 @@ void TouchCapture::push(const Deflection& deflection) {
   const auto& request = touch_.request;
   if (deflection.clipped) note(request.holds ? TouchFault::head_out_of_range : TouchFault::probe_clipped);
   if (request.holds && atTheEnd(deflection, request.head_range_mm)) note(TouchFault::head_out_of_range);
+  if (request.scan.count > 0 && !touches(deflection)) note(TouchFault::contact_lost);
   if (!recording_.append(ProbeRow{deflection.at, deflection.channels_nm})) note(TouchFault::recording_full);
 }
 
@@ -180,6 +197,7 @@ TouchFault TouchCapture::end(const TickMap& map) {
   const bool stands = touch_.request.holds || touch_.request.rest_s > 0;
   if (stands && !stoodStill()) note(TouchFault::moved);
   if (touch_.request.rest_s > 0 && !restedLongEnough()) note(TouchFault::rest_too_short);
+  if (touch_.request.scan.count > 0 && hasHole()) note(TouchFault::samples_missing);
   if (fault_ == TouchFault::none && !recording_.append(touch_)) note(TouchFault::recording_full);
   running_ = false;
   if (fault_ != TouchFault::none) recording_.truncate(touch_);
@@ -209,6 +227,10 @@ bool TouchCapture::restedLongEnough() const {
   if (rows.size() < 2) return false;
   const double span_s = toSeconds(rows.back().at - rows.front().at);
   return span_s * static_cast<double>(rows.size() + 1) / static_cast<double>(rows.size() - 1) >= touch_.request.rest_s;
+}
+
+bool TouchCapture::hasHole() const {
+  return hasHoleIn(recording_.machineRows(touch_)) || hasHoleIn(recording_.probeRows(touch_));
 }
 
 void TouchCapture::abandon() {

@@ -30,6 +30,8 @@ enum class TouchFault : std::uint8_t {
   still_deflected,
   triggered_twice,
   rest_too_short,
+  contact_lost,
+  samples_missing,
 };
 const char* explain(TouchFault fault);
 
@@ -41,6 +43,12 @@ inline constexpr Nanoseconds kBounce = std::chrono::milliseconds{20};
 
 // Longest time between two edges of one chattering contact of a probe's switch.
 inline constexpr Nanoseconds kChatter = std::chrono::milliseconds{5};
+
+// Less deflection than this in a scan is no contact: noise of channels stays far below.
+inline constexpr double kContact_mm = 0.005;
+
+// A hole in the samples of a scan that may hide a step of its path.
+inline constexpr Nanoseconds kHole = std::chrono::milliseconds{10};
 
 // Position tolerance of a machine at standstill: servo and encoder noise together.
 inline constexpr double kStill_mm = 0.02;
@@ -79,6 +87,7 @@ class TouchCapture {
   bool needs(Source source) const;
   bool stoodStill() const;
   bool restedLongEnough() const;
+  bool hasHole() const;
   TouchFault edgeFault() const;
 
   Recording recording_;

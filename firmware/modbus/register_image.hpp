@@ -43,6 +43,7 @@ class RegisterImage {
   void putState(const published::Snapshot& snapshot);
   void putLine(const published::LineState& line);
   void putStep(const published::Snapshot& snapshot, const published::KnownFeatures& features);
+  void putScan(const ScanPath& scan, double reach_mm);
   void putResults(const published::ServedResults& results);
   void putSlide(const published::Snapshot& snapshot, const published::ServedResults& results);
 

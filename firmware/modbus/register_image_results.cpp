@@ -16,6 +16,7 @@ namespace {
 using published::ServedResult;
 using published::ServedValue;
 
+constexpr std::uint8_t kScan = 6;                                       // procedure::Kind
 constexpr std::uint8_t kDatumSphere = 0, kPlates = 1, kToolSetter = 3;  // procedure::Feature
 constexpr std::size_t kMostBlockValues = 8;
 
@@ -59,7 +60,7 @@ unsigned sideOf(const std::array<double, 3>& normal) {
 
 // Centre of the stylus' ball at contact, from the centre of the feature; nothing where its size is not known.
 std::optional<std::array<double, 3>> targetOf(const published::StepNow& step, const published::KnownFeatures& known) {
-  const bool touches = step.kind <= 1 && step.shank_height_mm == 0;
+  const bool touches = (step.kind <= 1 && step.shank_height_mm == 0) || step.kind == kScan;
   if (!touches) return std::nullopt;
   std::array<double, 3> reach_mm{};
   if (step.feature == kDatumSphere) {
@@ -134,6 +135,7 @@ void RegisterImage::putStep(const published::Snapshot& snapshot, const published
                                            : 0U;
   put(address::step_fault, fault);
   put(address::step_rest, step.rest_s);
+  putScan(step.scan, target_mm ? features.sphere_reach_mm : 0);
   putTriple(address::step_normal, step.outward_normal, 1);
   putTriple(address::step_retract, step.retract_direction, 1);
   put(address::step_overtravel, step.overtravel_mm);
@@ -146,6 +148,16 @@ void RegisterImage::putStep(const published::Snapshot& snapshot, const published
   putTriple(address::step_target, target_mm.value_or(std::array<double, 3>{}), 1);
   const auto& [x, y, z] = features.setter_mm;
   putTriple(address::step_place, has_place ? std::array{x, y, z} : std::array<double, 3>{}, 1);
+}
+
+void RegisterImage::putScan(const ScanPath& scan, double reach_mm) {
+  put(address::step_scan_arcs, static_cast<double>(scan.count));
+  put(address::step_scan_bits, (scan.sense < 0 ? 1 : 0) + (scan.chords ? 2 : 0));
+  put(address::step_scan_start, scan.start_rad / kDegree);
+  put(address::step_scan_ramp, scan.ramp_rad / kDegree);
+  for (std::size_t i = 0; i < scan.depths_mm.size(); ++i)
+    put(address::step_scan_radius + 2 * i, reach_mm > 0 ? reach_mm - scan.depths_mm[i] : 0);
+  for (std::size_t i = 0; i < ScanPath::kMostArcs; ++i) put(address::step_scan_arc + 2 * i, scan.arcs_rad[i] / kDegree);
 }
 
 void RegisterImage::putResults(const published::ServedResults& results) {

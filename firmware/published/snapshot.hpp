@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "protocol/events/event.hpp"
+#include "protocol/units/scan_path.hpp"
 #include "protocol/units/time.hpp"
 
 // What the box publishes about itself at every tick: plain values that its servers read. Box alone writes a Snapshot.
@@ -207,6 +208,7 @@ struct StepNow {
   double travel_mm{};
   double shank_height_mm{};
   double rest_s{};  // to stand still for
+  ScanPath scan{};
   std::array<double, kRotaryAxes> angles_rad{};
   std::uint32_t repeats{};
   std::uint8_t fault{};  // why it is repeated: capture::TouchFault

@@ -1,6 +1,7 @@
 #include "host-tests/emulation/register_link.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace probebox::scenario {
@@ -48,6 +49,20 @@ world::Vector3 RegisterLink::vector(std::uint16_t at) {
   return {next(0), next(2), next(4)};
 }
 
+ScanPath RegisterLink::scan(double reach_mm) {
+  const auto row = [](std::uint16_t first, std::size_t i) { return static_cast<std::uint16_t>(first + 2 * i); };
+  const auto bits = static_cast<unsigned>(value(address::step_scan_bits));
+  ScanPath path{.start_rad = value(address::step_scan_start) * kDegree,
+                .ramp_rad = value(address::step_scan_ramp) * kDegree,
+                .sense = (bits & 1U) != 0 ? -1.0 : 1.0,
+                .chords = (bits & 2U) != 0,
+                .count = static_cast<std::size_t>(value(address::step_scan_arcs))};
+  for (std::size_t i = 0; i < path.depths_mm.size(); ++i)
+    path.depths_mm[i] = reach_mm - value(row(address::step_scan_radius, i));
+  for (std::size_t i = 0; i < path.count; ++i) path.arcs_rad.at(i) = value(row(address::step_scan_arc, i)) * kDegree;
+  return path;
+}
+
 std::optional<world::Prompt> RegisterLink::procedureStatus() {
   const auto number = [this](std::uint16_t at) { return static_cast<std::uint32_t>(value(at)); };
   world::Prompt prompt{.run = number(address::step_run),
@@ -75,6 +90,7 @@ std::optional<world::Prompt> RegisterLink::procedureStatus() {
   prompt.tool = number(address::step_tool);
   prompt.shank_height_mm = value(address::step_shank);
   prompt.rest_s = value(address::step_rest);
+  prompt.scan = scan(std::hypot(vector(address::step_target)[0], vector(address::step_target)[1]));
   prompt.mount = static_cast<std::uint16_t>(number(address::step_mount));
   return prompt;
 }

@@ -34,6 +34,7 @@ class RegisterLink : public world::BoxLink {
 
  private:
   world::Vector3 vector(std::uint16_t address);
+  ScanPath scan(double reach_mm);
 
   Registers registers_;
   std::optional<bool> taken_;

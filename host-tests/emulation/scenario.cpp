@@ -184,6 +184,7 @@ class Scenario::DirectLink : public world::BoxLink {
       prompt.tool = step.touch.tool;
       prompt.mount = step.touch.mount;
       prompt.rest_s = step.touch.rest_s;
+      prompt.scan = step.touch.scan;
     }
     return prompt;
   }

@@ -62,6 +62,7 @@ struct ProcedureOptions {
   std::uint16_t stations{};
   std::uint8_t mounts{};
   std::uint8_t faces{};
+  double reach_mm{};
   // As requested. Before a run starts they are replaced by travel, tools and heights above, so no event contains them.
   std::uint16_t turns{};  // of the screw
   bool head{};            // a sensor head measures instead of the probe
@@ -92,6 +93,7 @@ struct ProcedureOptions {
     field("mounts", self.mounts, "in how many ways the plate is put on the table, one after the other");
     field("faces", self.faces,
           "of the tool-setting device that the tool reaches: bit 0 +X, 1 -X, 2 +Y, 3 -Y, 4 +Z; 0: all of them");
+    field("reach_mm", self.reach_mm, "mm from the middle of the datum sphere to that of the stylus' ball at contact");
   }
 };
 

@@ -114,6 +114,12 @@ struct ProcedureStatus {
     double shank_height_mm{};
     std::uint16_t mount{};
     double rest_s{};
+    std::array<double, 2> scan_depths_mm{};
+    double scan_start_rad{};
+    double scan_ramp_rad{};
+    double scan_sense{};
+    bool scan_chords{};
+    std::vector<double> scan_arcs_rad{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -134,7 +140,7 @@ struct ProcedureStatus {
       field("kind", self.kind,
             "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
             "speed, 4 hold: stand still there for a dwell, and nothing is touched, 5 rest: stand still anywhere for "
-            "rest_s. Since 1.2, as all below");
+            "rest_s, 6 scan: in contact all the way around a ball. Since 1.2, as all below");
       field("feature", self.feature,
             "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part, "
             "3 the tool-setting device");
@@ -156,6 +162,14 @@ struct ProcedureStatus {
             "mm above the middle of the stylus' ball, along the tool, where its shank is to touch; 0: the ball is to");
       field("mount", self.mount, "how the ball plate has to be put on the table, from 1; 0 for another feature");
       field("rest_s", self.rest_s, "s to stand still for, in a rest; 0 for other kinds");
+      field("scan_depths_mm", self.scan_depths_mm,
+            "mm from contact towards the middle of the ball: the arcs of a scan alternate between these two, from the "
+            "first on; a scan is marked in contact, at its begin and at its end");
+      field("scan_start_rad", self.scan_start_rad, "rad from X to Y, direction from the middle to where a scan begins");
+      field("scan_ramp_rad", self.scan_ramp_rad, "rad, over which a straight way leads from one arc to the next");
+      field("scan_sense", self.scan_sense, "1 from X to Y, -1 the other way; 0: no scan");
+      field("scan_chords", self.scan_chords, "1: straight ways between points at the first depth in place of arcs");
+      field("scan_arcs_rad", self.scan_arcs_rad, "rad, of the arcs or chords, one after the other");
     }
   };
 };

@@ -12,7 +12,7 @@
 namespace probebox::modbus {
 
 inline constexpr std::uint16_t kMagic = 0x5042;
-inline constexpr std::uint16_t kMapVersion = 5;
+inline constexpr std::uint16_t kMapVersion = 6;
 // Addresses below this that are not in the map read 0; addresses from here on are refused.
 inline constexpr std::size_t kRegisterCount = 6600;
 
@@ -151,6 +151,12 @@ enum : std::uint16_t {
   step_angle = 888,
   step_target = 896,
   step_place = 902,
+  step_scan_arcs = 908,
+  step_scan_bits = 909,
+  step_scan_start = 910,
+  step_scan_ramp = 912,
+  step_scan_radius = 914,
+  step_scan_arc = 918,
 };
 }  // namespace address
 

@@ -68,7 +68,8 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::step_kind, "step: kind", u16, 1, "", read,
      "0 touch: in, a dwell, out; 1 in and out without a dwell; 2 jog of one axis in free space; 3 sweep: the same at "
      "constant speed; 4 hold: stand still, nothing is touched; 5 rest: stand still anywhere for the time of register "
-     "862. The registers from here on are 0 when no step is to be done"},
+     "862; 6 scan: in contact all the way along registers 908 to 933. The registers from here on are 0 when no step is "
+     "to be done"},
     {address::step_feature, "step: feature", u16, 1, "", read,
      "0 datum sphere, 1 plates, 2 ball on the part, 3 tool-setting device"},
     {address::step_side, "step: side", u16, 1, "", read,
@@ -105,6 +106,26 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "clear) 0, and the control looks for contact"},
     {address::step_place, "step: XYZ place", f32, 1, "mm", read,
      "machine position of the feature's centre, where the box knows it: setter and checked ball"},
+    {address::step_scan_arcs, "step: scan arcs", u16, 1, "", read,
+     "of a scan, in the plane of X and Y through the centre of the feature: how many of registers 918 to 933 count; 0: "
+     "no scan"},
+    {address::step_scan_bits, "step: scan bits", u16, 1, "", read,
+     "bit 0 clockwise seen from +Z, 1 straight chords between points at the first radius in place of arcs"},
+    {address::step_scan_start, "step: scan start", f32, 1, "deg", read,
+     "direction from the centre to where the scan begins, from X to Y"},
+    {address::step_scan_ramp, "step: scan ramp", f32, 1, "deg", read,
+     "over which a straight way leads from the end of an arc to the next one, at the other radius"},
+    {address::step_scan_radius, "step: scan radius 1", f32, 1, "mm", read,
+     "of the way of the stylus ball's centre about the feature's: of arcs 1, 3, 5, 7, and where chords begin and end"},
+    {address::step_scan_radius + 2, "step: scan radius 2", f32, 1, "mm", read, "the same of arcs 2, 4, 6, 8"},
+    {address::step_scan_arc, "step: scan arc 1", f32, 1, "deg", read, "length of the first arc or chord"},
+    {address::step_scan_arc + 2, "step: scan arc 2", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 4, "step: scan arc 3", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 6, "step: scan arc 4", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 8, "step: scan arc 5", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 10, "step: scan arc 6", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 12, "step: scan arc 7", f32, 1, "deg", read, "as arc 1"},
+    {address::step_scan_arc + 14, "step: scan arc 8", f32, 1, "deg", read, "as arc 1"},
 });
 
 }  // namespace

@@ -37,6 +37,8 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {35, "step: the probe's switch was open before it"},
     {36, "step: the probe's switch opened twice"},
     {37, "step: the rest was shorter than it has to be"},
+    {38, "step: the probe came off the surface during a scan"},
+    {39, "step: samples were missing during a scan"},
     {60, "step: its end marker never came"},
     {99, "a refusal that this version has no number for: see the page of the run"},
 });

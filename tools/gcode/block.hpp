@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -17,11 +18,17 @@ enum class Way : std::uint8_t {
   measure,   // at the measuring speed
 };
 
+// In the plane of X and Y, about a centre.
+struct Arc {
+  Eigen::Vector2d to_centre_mm;  // from where the move begins
+  bool clockwise{};
+};
 struct Move {
   Eigen::Vector3d to_mm;
   double feed_mm_min{};
   Way way{};
   bool z_only{};  // X and Y stay, wherever they are
+  std::optional<Arc> arc{};
 };
 // Turns the axes A, B and C, deg. used: the ones that are commanded.
 struct Turn {

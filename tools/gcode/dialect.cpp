@@ -40,6 +40,11 @@ std::string Dialect::comment(std::string_view text) const {
 }
 
 std::string Dialect::move(const Move& move) const {
+  if (move.arc) {
+    return (move.arc->clockwise ? "G2 X" : "G3 X") + decimal(move.to_mm.x()) + " Y" + decimal(move.to_mm.y()) + " I" +
+           decimal(move.arc->to_centre_mm.x()) + " J" + decimal(move.arc->to_centre_mm.y()) + " F" +
+           decimal(move.feed_mm_min);
+  }
   std::string words = "G1";
   if (!move.z_only) words += " X" + decimal(move.to_mm.x()) + " Y" + decimal(move.to_mm.y());
   return words + " Z" + decimal(move.to_mm.z()) + " F" + decimal(move.feed_mm_min);

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "tools/gcode/dialect.hpp"
+#include "tools/gcode/points_of.hpp"
 #include "tools/gcode/unroll.hpp"
 
 namespace probebox::gcode {
@@ -27,11 +28,15 @@ struct Frame {
   double scale{1};
 
   void add(const Blocks& blocks) {
+    std::optional<Vector3d> here;
     for (const auto& block : blocks) {
       const auto* move = std::get_if<Move>(&block);
       if (move == nullptr || move->z_only) continue;
-      least = least.cwiseMin(move->to_mm);
-      most = most.cwiseMax(move->to_mm);
+      for (const auto& point : pointsOf(*move, here.value_or(move->to_mm))) {
+        least = least.cwiseMin(point);
+        most = most.cwiseMax(point);
+      }
+      here = move->to_mm;
     }
     const double widest = std::max({(most - least).maxCoeff(), 1.0});
     scale = (kWidth - kMargin) / widest;
@@ -72,9 +77,11 @@ std::string pathOf(const Blocks& blocks, const Frame& frame, const View& view, c
   for (const auto& block : blocks) {
     const auto* move = std::get_if<Move>(&block);
     if (move == nullptr || move->z_only) continue;
-    if (here)
-      all += line(frame.point(view, *here), frame.point(view, move->to_mm), coloured ? colourOf(move->way) : "#c8c8c8",
-                  more);
+    if (here) {
+      std::string points;
+      for (const auto& point : pointsOf(*move, *here)) points += (points.empty() ? "" : " ") + frame.point(view, point);
+      all += line(frame.point(view, *here), points, coloured ? colourOf(move->way) : "#c8c8c8", more);
+    }
     here = move->to_mm;
   }
   return all;

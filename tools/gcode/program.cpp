@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/gcode/points_of.hpp"
 #include "tools/gcode/unroll.hpp"
 
 namespace probebox::gcode {
@@ -18,13 +19,17 @@ struct Extent {
   double fastest_mm_min{};
 
   explicit Extent(const Blocks& blocks) {
+    Eigen::Vector3d here = Eigen::Vector3d::Zero();
     for (const auto& block : blocks) {
       const auto* move = std::get_if<Move>(&block);
       if (move == nullptr) continue;
       fastest_mm_min = std::max(fastest_mm_min, move->feed_mm_min);
       if (move->z_only) continue;
-      least = least.cwiseMin(move->to_mm);
-      most = most.cwiseMax(move->to_mm);
+      for (const auto& point : pointsOf(*move, here)) {
+        least = least.cwiseMin(point);
+        most = most.cwiseMax(point);
+      }
+      here = move->to_mm;
     }
   }
 };

@@ -180,6 +180,7 @@ class Unroller {
   }
 
   void measure(const Step& step, const Place& place) {
+    if (step.kind == Kind::scan) return scan(step, place);
     blocks_.push_back(Wait{kSettle_s});
     mark(true, step);
     if (step.kind == Kind::hold) {
@@ -193,6 +194,30 @@ class Unroller {
       blocks_.push_back(Wait{kAfter_s});
     }
     mark(false, step);
+  }
+
+  // In contact from the first mark to the second.
+  void scan(const Step& step, const Place& place) {
+    const ScanPath& path = step.touch.scan;
+    const double feed = step.touch.retract_speed_mm_s * 60;
+    double angle_rad = path.start_rad;
+    const auto at = [&](double depth_mm) {
+      const double radius_mm = place.half_mm.x() - depth_mm;
+      return Vector3d{place.centre_mm + radius_mm * Vector3d{std::cos(angle_rad), std::sin(angle_rad), 0}};
+    };
+    move(at(path.depths_mm[0]), setting_.near_mm_min, Way::near);
+    blocks_.push_back(Wait{kSettle_s});
+    mark(true, step);
+    for (std::size_t i = 0; i < waysOf(path); ++i) {
+      const ScanWay way = wayOf(path, i);
+      const Eigen::Vector2d to_centre_mm = (place.centre_mm - here_).head<2>();
+      angle_rad += way.turn_rad;
+      move(at(way.to_depth_mm), feed, Way::measure);
+      if (way.is_arc) std::get<Move>(blocks_.back()).arc = Arc{to_centre_mm, way.turn_rad < 0};
+    }
+    blocks_.push_back(Wait{kAfter_s});
+    mark(false, step);
+    move(at(-step.clearance_mm), setting_.near_mm_min, Way::near);
   }
 
   // Wherever the machine stands above the safe height.

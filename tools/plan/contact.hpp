@@ -81,12 +81,4 @@ class Contact {
   Drive in_, out_;
 };
 
-// Duration of a step, s, without the way to the next one.
-inline double durationOf(const procedure::Step& step, const SetUp& set_up) {
-  if (step.kind == procedure::Kind::hold) return set_up.hold_s;
-  if (step.kind == procedure::Kind::rest) return step.touch.rest_s;
-  if (step.kind != procedure::Kind::sweep) return Contact{step, Eigen::Vector3d::Zero(), set_up}.duration();
-  return Drive{step.touch.travel_mm, step.touch.retract_speed_mm_s, set_up.acceleration_mm_s2}.duration();
-}
-
 }  // namespace probebox::plan

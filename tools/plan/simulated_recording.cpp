@@ -7,6 +7,7 @@
 #include "firmware/capture/touch_capture.hpp"
 #include "protocol/units/angle.hpp"
 #include "tools/plan/contact.hpp"
+#include "tools/plan/scan_motion.hpp"
 #include "tools/plan/simulated_facts.hpp"
 
 namespace probebox::plan {
@@ -55,6 +56,7 @@ capture::Scales SimulatedRecording::scales() const {
 bool SimulatedRecording::take(const procedure::Step& step) {
   if (step.kind == procedure::Kind::sweep) return sweep(step);
   if (step.kind == procedure::Kind::rest) return rest(step);
+  if (step.kind == procedure::Kind::scan) return scan(step);
   return step.kind == procedure::Kind::hold ? hold(step) : touch(step);
 }
 
@@ -153,6 +155,18 @@ bool SimulatedRecording::rest(const procedure::Step& step) {
            fits;
   });
   return end(touch, step.touch.rest_s) && fits;
+}
+
+bool SimulatedRecording::scan(const procedure::Step& step) {
+  const ScanMotion motion{step, set_up_};
+  const auto touch = begin(step);
+  bool fits = true;
+  sample(set_up_.machine_rate_hz, motion.duration(), [&](double t) {
+    fits = machineRow(t, motion.body(t - set_up_.delay_s) + noise(set_up_.machine_noise_um)) && fits;
+  });
+  sample(set_up_.probe_rate_hz, motion.duration(),
+         [&](double t) { fits = probeRow(t, motion.deflection(t) + noise(set_up_.probe_noise_um)) && fits; });
+  return end(touch, motion.duration()) && fits;
 }
 
 bool SimulatedRecording::machineRow(double t, const Vector3d& position) {

@@ -7,6 +7,7 @@
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "tools/plan/contact.hpp"
+#include "tools/plan/scan_motion.hpp"
 #include "tools/plan/simulated_facts.hpp"
 #include "tools/plan/simulated_recording.hpp"
 
@@ -17,6 +18,15 @@ std::string axisOf(const metrology::Dataset& dataset) {
   const auto axis = dataset.config.find("axis");
   const auto* letter = axis == dataset.config.end() ? nullptr : std::get_if<std::string>(&axis->second);
   return letter == nullptr ? std::string{} : *letter;
+}
+
+// Duration of a step, s, without the way to the next one.
+double durationOf(const procedure::Step& step, const SetUp& set_up) {
+  if (step.kind == procedure::Kind::hold) return set_up.hold_s;
+  if (step.kind == procedure::Kind::rest) return step.touch.rest_s;
+  if (step.kind == procedure::Kind::scan) return ScanMotion{step, set_up}.duration();
+  if (step.kind != procedure::Kind::sweep) return Contact{step, Eigen::Vector3d::Zero(), set_up}.duration();
+  return Drive{step.touch.travel_mm, step.touch.retract_speed_mm_s, set_up.acceleration_mm_s2}.duration();
 }
 
 }  // namespace

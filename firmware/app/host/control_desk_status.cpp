@@ -27,6 +27,13 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
   answer.travel_mm = step.touch.travel_mm;
   answer.shank_height_mm = step.touch.shank_height_mm;
   answer.rest_s = step.touch.rest_s;
+  const ScanPath& scan = step.touch.scan;
+  answer.scan_depths_mm = scan.depths_mm;
+  answer.scan_start_rad = scan.start_rad;
+  answer.scan_ramp_rad = scan.ramp_rad;
+  answer.scan_sense = scan.sense;
+  answer.scan_chords = scan.chords;
+  answer.scan_arcs_rad.assign(scan.arcs_rad.begin(), scan.arcs_rad.begin() + static_cast<std::ptrdiff_t>(scan.count));
   answer.tool = step.touch.tool;
   answer.mount = step.touch.mount;
   answer.b_moves = static_cast<messages::BMoves>(step.b_moves);

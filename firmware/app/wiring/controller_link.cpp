@@ -1,5 +1,6 @@
 #include "firmware/app/wiring/controller_link.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <utility>
@@ -13,6 +14,17 @@ namespace probebox::app {
 namespace {
 
 constexpr std::chrono::milliseconds kConnect{100};
+
+ScanPath scanOf(const messages::ProcedureStatus::Answer& answer) {
+  ScanPath scan{.depths_mm = answer.scan_depths_mm,
+                .start_rad = answer.scan_start_rad,
+                .ramp_rad = answer.scan_ramp_rad,
+                .sense = answer.scan_sense,
+                .chords = answer.scan_chords,
+                .count = std::min(answer.scan_arcs_rad.size(), ScanPath::kMostArcs)};
+  std::copy_n(answer.scan_arcs_rad.begin(), scan.count, scan.arcs_rad.begin());
+  return scan;
+}
 
 world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
   return {.run = answer.run,
@@ -36,7 +48,8 @@ world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
           .tool = answer.tool,
           .shank_height_mm = answer.shank_height_mm,
           .mount = answer.mount,
-          .rest_s = answer.rest_s};
+          .rest_s = answer.rest_s,
+          .scan = scanOf(answer)};
 }
 
 }  // namespace

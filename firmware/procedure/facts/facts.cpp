@@ -42,4 +42,9 @@ double ProbeTools::span_mm() const {
   return longest - shortest;
 }
 
+std::optional<double> Facts::sphereReach_mm() const {
+  if (!sphere_diameter_mm) return std::nullopt;
+  return (*sphere_diameter_mm + stylus_ball_diameter_mm) / 2;
+}
+
 }  // namespace probebox::procedure

@@ -191,6 +191,8 @@ struct Facts {
   double lengthOf(std::uint32_t probe_tool) const;
   // Of the assembly in force that says so; 0: machine.toml does.
   std::uint64_t lengthResultOf(std::uint32_t probe_tool) const;
+  // From the middle of the datum sphere to that of the stylus ball at contact.
+  std::optional<double> sphereReach_mm() const;
   // Replaces the length of a tool; nothing for one that does not carry the probe.
   void takeLength(std::uint32_t probe_tool, double length_mm, std::uint64_t result);
 };

@@ -34,7 +34,9 @@ namespace probebox::procedure {
   method(kSensorHeadCalibration)      \
   method(kCentrelineBySteps)          \
   method(kPreTravel)                  \
-  method(kScrewReference)
+  method(kScrewReference)             \
+  method(kDelaySteppedScan)           \
+  method(kDelayContour)
 // clang-format on
 
 #define PROBEBOX_DECLARE_LIVE_METHOD(name) extern const LiveMethod name;

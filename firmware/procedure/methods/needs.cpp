@@ -54,6 +54,11 @@ void addSphereSize(metrology::Dataset& dataset, const Facts& facts) {
   dataset.config["effective_diameter_mm"] = *facts.sphere_diameter_mm + facts.stylus_ball_diameter_mm;
 }
 
+Outcome<ProcedureOptions> withReach(ProcedureOptions options, const Facts& facts) {
+  options.reach_mm = facts.sphereReach_mm().value_or(0);
+  return options;
+}
+
 void takeB(ProcedureOptions& options, const BFacts& b) {
   options.b_count = static_cast<std::uint8_t>(b.count);
   options.b_angles_rad = b.angles_rad;

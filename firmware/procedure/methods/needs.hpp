@@ -26,6 +26,9 @@ inline constexpr std::array<std::array<double, 2>, 6> kPairs{{{5, 20}, {10, 20},
 // Adds effective_diameter_mm: diameters of the sphere and of the stylus ball, if the sphere's is known.
 void addSphereSize(metrology::Dataset& dataset, const Facts& facts);
 
+// Takes the distance of the stylus ball from the middle of the datum sphere at contact.
+Outcome<ProcedureOptions> withReach(ProcedureOptions options, const Facts& facts);
+
 // Takes axis and angles of B from their description.
 void takeB(ProcedureOptions& options, const BFacts& b);
 // Takes the numbers of the tools that carry the probe.

@@ -36,9 +36,17 @@ bool holds(const Plan& plan, const Step& step, std::uint32_t tool) {
   return plan.tool == 0 || tool != plan.tool;
 }
 
+// Around a ball as large as any datum sphere.
+Nanoseconds scanTimeOf(const Step& step) {
+  constexpr double kRadius_mm = 60;
+  const double scan_s = kRadius_mm * std::abs(turnOf(step.touch.scan)) / step.touch.retract_speed_mm_s;
+  return Nanoseconds{std::llround(1.5e9 * scan_s)};
+}
+
 // The machine may be slower than it was asked to be.
 Nanoseconds timeoutOf(const Step& step) {
   if (step.kind == Kind::rest) return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * step.touch.rest_s)};
+  if (step.kind == Kind::scan) return Procedure::kStepTimeout + scanTimeOf(step);
   const double travel_s = step.touch.travel_mm / step.touch.retract_speed_mm_s;
   return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * travel_s)};
 }
@@ -104,7 +112,7 @@ void Procedure::beginStep(const Marker& marker) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::wrong_tool);
   }
-  if ((step.kind == Kind::hold || step.kind == Kind::rest) && !marker.at_rest) {
+  if ((step.kind == Kind::hold || step.kind == Kind::rest || step.kind == Kind::scan) && !marker.at_rest) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::moved);
   }

@@ -17,6 +17,7 @@ enum class Kind : std::uint8_t {
   sweep = 3,   // the same at a constant speed, slow enough for the sensor of its screw
   hold = 4,    // stand still while a sensor head reads a ball without touching it
   rest = 5,    // stand still anywhere for touch.rest_s, while the sensor of a screw is read
+  scan = 6,    // lead the stylus along a surface, in contact all the way
 };
 
 // The part that B moves in a pose: the table with the part, or the head with the probe. Numbers as on the wire.
@@ -25,6 +26,8 @@ enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 // One step of the machine. A touch: take the pose, move onto the surface against the retract direction up to the
 // overtravel, retract at constant speed to the clearance and kRunOut_mm beyond. A jog or sweep: move touch.travel_mm
 // along the outward normal in free space. A hold: stand with the head's centre at that distance from the ball's centre.
+// A scan: come onto the ball along its normal to the first depth of touch.scan, be marked there, follow its ways with
+// an exact stop after each, be marked again, and withdraw along the normal to the clearance.
 struct Step {
   capture::TouchRequest touch;
   Feature feature{};

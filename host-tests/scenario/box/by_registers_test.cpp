@@ -12,7 +12,13 @@ using namespace std::chrono_literals;
 namespace address = modbus::address;
 
 enum : std::uint16_t { kStart = 1, kAbort = 2, kAccept = 3 };
-enum : std::uint16_t { kDelayMultiSpeed = 1, kCentreline = 7, kSpindleOffset2x2 = 11 };
+enum : std::uint16_t {
+  kDelayMultiSpeed = 1,
+  kCentreline = 7,
+  kSpindleOffset2x2 = 11,
+  kDelaySteppedScan = 26,
+  kDelayContour = 27
+};
 
 // A line at whose end nobody is.
 class DeadLink : public world::BoxLink {
@@ -97,6 +103,18 @@ TEST_F(ByRegisters, AWholeCalibrationIsRunAcceptedAndFollowed) {
   const auto& assumed = office_.scenario().box().state().snapshot.centreline;
   ASSERT_TRUE(assumed.has_z);
   EXPECT_NE(controller_.value(address::correction_f32), 0) << "the correction follows the turning axis";
+}
+
+// Radii, arcs, ramps and sense of a scan are all in registers.
+TEST_F(ByRegisters, ScansAreDoneAcceptedAndFollowed) {
+  for (const std::uint16_t method : {kDelaySteppedScan, kDelayContour}) {
+    calibrate(method);
+    EXPECT_EQ(number(address::status) & modbus::kDelayCalibrated, unsigned{modbus::kDelayCalibrated});
+    const double tau_ms = controller_.value(address::delay_f32), sd_ms = controller_.value(address::delay_sd_f32);
+    EXPECT_GT(sd_ms, 0);
+    EXPECT_NEAR(tau_ms, 1e3 * office_.scenario().truth().tau_s[0], 5 * sd_ms);
+    EXPECT_EQ(number(address::step_scan_arcs), 0U) << "no step is to be done any more";
+  }
 }
 
 TEST_F(ByRegisters, ARequestIsDoneOnceHoweverOftenItIsWritten) {

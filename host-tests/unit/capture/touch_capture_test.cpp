@@ -167,6 +167,33 @@ TEST(TouchCapture, RepeatsARestThatIsTooShortOrThatMoves) {
   EXPECT_EQ(rested(0.2), TouchFault::no_drift_rows);
 }
 
+// A second of a scan whose probe is deflected by so much; both streams without what lies in the hole.
+TouchFault scanned(std::int32_t deflection_nm, std::int64_t hole_ms = 0, bool of_probe = true) {
+  TouchCapture capture{Capacity{}};
+  TouchRequest request = kTouch;
+  request.scan.count = 1;
+  capture.begin(request);
+  const auto isThere = [&](std::int64_t ms, bool probe) {
+    return probe != of_probe || ms < 400 || ms >= 400 + hole_ms;
+  };
+  for (std::int64_t ms = 0; ms < 1000; ++ms) {
+    if (isThere(ms, false)) latchAll(capture, 1'000'000 * ms, {ms, 0, 0});
+    const std::int32_t now_nm = ms == 700 ? deflection_nm : 300'000;
+    if (isThere(ms, true))
+      capture.push(
+          Deflection{.sequence = 0, .channels_nm = {0, now_nm, 0}, .clipped = false, .at = monoTime(1'000'000 * ms)});
+  }
+  return capture.end(kLocked);
+}
+
+TEST(TouchCapture, RepeatsAScanThatComesOffTheSurfaceOrHasAHole) {
+  EXPECT_EQ(scanned(-300'000), TouchFault::none);
+  EXPECT_EQ(scanned(6'000), TouchFault::none);
+  EXPECT_EQ(scanned(2'000), TouchFault::contact_lost) << "one sample is enough: noise is far below";
+  EXPECT_EQ(scanned(300'000, 5), TouchFault::none) << "the solver leaves a short gap out";
+  for (const bool of_probe : {true, false}) EXPECT_EQ(scanned(300'000, 15, of_probe), TouchFault::samples_missing);
+}
+
 TEST(TouchDataset, GivesMillimetresWithSenseAndMasterSecondsFromTheTouchesOwnStart) {
   TouchCapture capture{Capacity{}};
   recordTouch(capture);

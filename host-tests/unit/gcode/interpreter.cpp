@@ -70,8 +70,17 @@ class Control {
     for (const double code : m) machine(code);
     for (const double code : g) {
       if (code == 0 || code == 1) return move(words, code == 0);
+      if (code == 2 || code == 3) return arc(words, static_cast<int>(code));
       if (code == 4) part().dwells.push_back(part().moves.size());
     }
+  }
+
+  // In the plane of X and Y, its centre from where it begins, as all these controls take it.
+  void arc(const std::map<char, double>& words, int code) {
+    const std::array centre_mm{now_.at_mm[0] + words.at('I'), now_.at_mm[1] + words.at('J')};
+    move(words, false);
+    part().moves.back().arc = code;
+    part().moves.back().centre_mm = centre_mm;
   }
 
   void machine(double code) {

@@ -12,7 +12,9 @@ struct Reached {
   std::array<double, 3> angles_deg{};
   double feed_mm_min{};
   bool rapid{};
-  bool z_only{};  // X and Y were not given yet
+  bool z_only{};                      // X and Y were not given yet
+  int arc{};                          // 2 clockwise, 3 the other way, 0: straight
+  std::array<double, 2> centre_mm{};  // of an arc
 };
 
 // A line that goes to the box: begin or end of a step.

@@ -2,6 +2,7 @@
 #include "tools/gcode/program.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
@@ -10,6 +11,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "interpreter.hpp"
+#include "tools/gcode/picture.hpp"
 #include "tools/gcode/unroll.hpp"
 
 namespace probebox::gcode {
@@ -58,10 +60,14 @@ std::vector<Case> cases() {
   sweep.speeds_mm_s[0] = 5;
   ProcedureOptions rest;
   rest.axis = 1;
-  return {
-      {&procedure::kDelayMultiSpeed, {}}, {&procedure::kDelayPlates, {}},         {&procedure::kDelayInOut, {}},
-      {&procedure::kDelayNonNormal, {}},  {&procedure::kCentreline, three},       {&procedure::kToolSetter, tool},
-      {&procedure::kTablePivot, tilted},  {&procedure::kScrewCalibration, sweep}, {&procedure::kScrewReference, rest}};
+  ProcedureOptions scan;
+  scan.reach_mm = 15.5;
+  return {{&procedure::kDelayMultiSpeed, {}},  {&procedure::kDelayPlates, {}},
+          {&procedure::kDelayInOut, {}},       {&procedure::kDelayNonNormal, {}},
+          {&procedure::kCentreline, three},    {&procedure::kToolSetter, tool},
+          {&procedure::kTablePivot, tilted},   {&procedure::kScrewCalibration, sweep},
+          {&procedure::kScrewReference, rest}, {&procedure::kDelaySteppedScan, scan},
+          {&procedure::kDelayContour, scan}};
 }
 
 procedure::Plan planOf(const Case& c) {
@@ -130,6 +136,31 @@ void expectSweep(const Part& run, const procedure::Step& step, const SentMark& b
   expectAt(run.moves[begin.after], from + step.touch.travel_mm * vectorOf(step.touch.outward_normal));
 }
 
+// In contact from the first mark to the second: every way ends at its angle and depth, arcs are about the middle of the
+// ball and turn the way that they should.
+void expectScan(const Part& run, const procedure::Step& step, const SentMark& begin, const SentMark& end) {
+  const ScanPath& path = step.touch.scan;
+  const Vector3d centre = centreOf(step);
+  ASSERT_EQ(end.after, begin.after + waysOf(path));
+  double angle_rad = path.start_rad;
+  const auto at = [&](double depth_mm) {
+    return Vector3d{centre + (15.5 - depth_mm) * Vector3d{std::cos(angle_rad), std::sin(angle_rad), 0}};
+  };
+  expectAt(run.moves[begin.after - 1], at(path.depths_mm[0]));
+  for (std::size_t i = 0; i < waysOf(path); ++i) {
+    const ScanWay way = wayOf(path, i);
+    const Reached& move = run.moves[begin.after + i];
+    angle_rad += way.turn_rad;
+    expectAt(move, at(way.to_depth_mm));
+    EXPECT_NEAR(move.feed_mm_min, 60 * step.touch.retract_speed_mm_s, 0.01);
+    EXPECT_EQ(move.arc, !way.is_arc ? 0 : path.sense > 0 ? 3 : 2);
+    if (!way.is_arc) continue;
+    EXPECT_NEAR(move.centre_mm[0], centre.x(), 2 * kRounding_mm);
+    EXPECT_NEAR(move.centre_mm[1], centre.y(), 2 * kRounding_mm);
+  }
+  expectAt(run.moves[end.after], at(-step.clearance_mm));
+}
+
 TEST(Program, ReachesWhatThePlanAsksForInEveryDialect) {
   for (const auto name : dialectNames()) {
     for (const auto& c : cases()) {
@@ -154,12 +185,26 @@ TEST(Program, ReachesWhatThePlanAsksForInEveryDialect) {
           expectSweep(run, plan.steps[i], begin, end);
         } else if (plan.steps[i].kind == Kind::rest) {
           EXPECT_EQ(begin.after, end.after) << "it stands still";
+        } else if (plan.steps[i].kind == Kind::scan) {
+          expectScan(run, plan.steps[i], begin, end);
         } else {
           expectTouch(run, plan.steps[i], begin, end);
         }
       }
     }
   }
+}
+
+// Arcs are drawn round: many points of one red line lie on the circle of the arc, and none is its chord.
+TEST(Picture, ShowsTheArcsOfAScan) {
+  const auto blocks = unroll(planOf(cases()[9]), setting());
+  ASSERT_TRUE(blocks);
+  std::istringstream lines{picture(*blocks, setting(), "scan")};
+  std::ptrdiff_t most = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find("#c02020") != std::string::npos) most = std::max(most, std::ranges::count(line, ','));
+  }
+  EXPECT_GT(most, 20) << "80 degrees in steps of 3";
 }
 
 TEST(Program, MovesNothingBeforeTheOperatorStartsIt) {

@@ -4,9 +4,13 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <memory>
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
+#include "tools/plan/simulated_facts.hpp"
+#include "tools/plan/simulated_recording.hpp"
 #include "tools/plan/simulated_run.hpp"
 
 namespace probebox::plan {
@@ -54,6 +58,35 @@ TEST(Forecast, IsWhatRunsThenScatterBy) {
   EXPECT_NEAR(errorsOverForecast({.method = &procedure::kDelayMultiSpeed}, "tau_s", set_up.delay_s, 60), 1, 0.3);
   EXPECT_NEAR(errorsOverForecast({.method = &procedure::kDelayPlates}, "tau_s", set_up.delay_s, 60), 1, 0.3);
   EXPECT_NEAR(errorsOverForecast({.method = &procedure::kDelayInOut}, "tau_s", set_up.delay_s, 60), 1, 0.3);
+}
+
+TEST(Forecast, OfScansIsWhatRunsThenScatterBy) {
+  const plan::SetUp set_up;
+  Wanted scan{.method = &procedure::kDelaySteppedScan};
+  scan.options.reach_mm = 15.5;
+  EXPECT_NEAR(errorsOverForecast(scan, "tau_s", set_up.delay_s, 30), 1, 0.35);
+  scan.method = &procedure::kDelayContour;
+  EXPECT_NEAR(errorsOverForecast(scan, "tau_s", set_up.delay_s, 30), 1, 0.35);
+}
+
+// A control that takes one radius all the way gives scans that tell of no delay.
+TEST(Forecast, ScansWithoutStepsAreRefused) {
+  const plan::SetUp set_up;
+  const auto facts = factsOf(set_up, 0);
+  const LiveMethod& method = procedure::kDelaySteppedScan;
+  const auto plan = std::make_unique<procedure::Plan>();
+  procedure::fill(*plan, method, {.reach_mm = *facts.sphereReach_mm()});
+  SimulatedRecording run{set_up, facts, 1};
+  for (std::size_t i = 0; i < plan->step_count; ++i) {
+    auto& path = plan->steps[i].touch.scan;
+    path.depths_mm[1] = path.depths_mm[0];
+    path.ramp_rad = 1e-6;  // straight ways are a little deeper in their middle
+    ASSERT_TRUE(run.take(plan->steps[i]));
+  }
+  const auto measured = procedure::runDataset(method, run.recording(), run.scales(), facts);
+  const auto solved = metrology::solve(measured.dataset);
+  ASSERT_FALSE(solved);
+  EXPECT_EQ(solved.error().name, "constant-radius") << solved.error().reason;
 }
 
 // What is stated of the probe does not scatter from run to run.

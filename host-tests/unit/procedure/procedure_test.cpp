@@ -154,8 +154,10 @@ TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
     const bool sweeps = method->takes_axis;  // the screw has to be chosen
     const bool of_a_tool = method->takes_tool;
     const bool by_head = method->kind == Kind::hold;
-    const ProcedureOptions options{
-        .tool = of_a_tool ? 4U : 0U, .head_tool = by_head ? 5U : 0U, .head_range_mm = by_head ? 0.5 : 0};
+    const ProcedureOptions options{.tool = of_a_tool ? 4U : 0U,
+                                   .head_tool = by_head ? 5U : 0U,
+                                   .head_range_mm = by_head ? 0.5 : 0,
+                                   .reach_mm = 15.5};
     const Plan plan = of(*method, sweeps ? kSweep : options);
     EXPECT_GT(plan.step_count, 0U);
     for (std::size_t k = 0; k < plan.step_count; ++k) {
@@ -198,7 +200,9 @@ TEST(LiveMethodNumbers, AreForEver) {
                                  "sensor-head-calibration",
                                  "centreline-by-steps",
                                  "pre-travel",
-                                 "screw-reference"};
+                                 "screw-reference",
+                                 "delay-stepped-scan",
+                                 "delay-contour"};
   ASSERT_GE(liveMethods().size(), kNumbered.size());
   std::set<std::uint16_t> numbers{0};
   for (std::size_t i = 0; i < liveMethods().size(); ++i) {

@@ -73,6 +73,8 @@ procedure::Facts factsOf(const Gcode& options) {
     std::copy_n(options.probe_tools.begin(), facts.probe_tools.count, facts.probe_tools.numbers.begin());
   }
   if (options.head_tool) facts.sensor_head->tool = *options.head_tool;
+  if (options.sphere_mm) facts.sphere_diameter_mm = options.sphere_mm;
+  if (options.stylus_mm) facts.stylus_ball_diameter_mm = *options.stylus_mm;
   return facts;
 }
 

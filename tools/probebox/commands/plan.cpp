@@ -68,8 +68,9 @@ Json forecastJson(const plan::Forecast& forecast) {
 std::string stepsOf(const plan::Forecast& forecast) {
   const auto& wanted = forecast.wanted;
   const bool holds = wanted.options.head || wanted.method->kind == procedure::Kind::hold;
-  const bool sweeps = wanted.method->takes_turns, rests = wanted.method->kind == procedure::Kind::rest;
-  const std::string one = sweeps ? "sweep" : rests ? "rest" : holds ? "hold" : "touch";
+  const bool sweeps = wanted.method->takes_turns, rests = wanted.method->kind == procedure::Kind::rest,
+             scans = wanted.method->kind == procedure::Kind::scan;
+  const std::string one = sweeps ? "sweep" : rests ? "rest" : scans ? "scan" : holds ? "hold" : "touch";
   return std::to_string(forecast.steps) + " " + one + (forecast.steps == 1 ? "" : one == "touch" ? "es" : "s");
 }
 

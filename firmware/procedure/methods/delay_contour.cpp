@@ -1,0 +1,59 @@
+#include "firmware/metrology/delay/delay_contour.hpp"
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "firmware/procedure/dataset/scan_readings.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
+#include "firmware/procedure/plan/scans.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array kNeedsOfDelayContour{&kSphereDiameter};
+constexpr std::array kSlowContour{20.0}, kFastContour{60.0};
+constexpr std::array kContourSpeeds{20.0, 40.0, 60.0};
+constexpr std::array<std::span<const double>, 3> kSpeedSetsOfDelayContour{kSlowContour, kFastContour, kContourSpeeds};
+
+// Of the longest chord, whose middle is as deep as the overtravel says. All lengths differ, so that a delay cannot take
+// one for another.
+constexpr std::array kChords{0.8, 1.0, 0.6, 0.95, 0.7, 0.9, 0.55, 0.85};
+
+void addContours(Plan& plan, const ProcedureOptions& options) {
+  const ProcedureOptions with = withDefaults(kDelayContour, options);
+  const double end_mm = with.reach_mm - kShallow * with.overtravel_mm, middle_mm = with.reach_mm - with.overtravel_mm;
+  ScanPath path{.chords = true, .count = kChords.size()};
+  for (std::size_t i = 0; i < kChords.size(); ++i) path.arcs_rad[i] = kChords[i] * 2 * std::acos(middle_mm / end_mm);
+  addScans(plan, with, path);
+}
+
+constexpr OwnSteps kContours{.fill = addContours};
+
+RunDataset contourDataset(const FinishedRun& run) {
+  RunDataset built = scanDataset(run);
+  built.dataset.config["shape"] = std::string{"sphere"};
+  built.dataset.config["feature"] = std::string{"external"};
+  return built;
+}
+
+}  // namespace
+
+constinit const LiveMethod kDelayContour{
+    .number = 27,
+    .solver = &metrology::kDelayContour,
+    .why_no_trigger = kNoDelayOfTrigger,
+    .steps =
+        "eight straight chords of different lengths along the equator of the datum sphere in contact, at 20, 40, "
+        "60 mm/s in either sense",
+    .needs = kNeedsOfDelayContour,
+    .kind = Kind::scan,
+    .usual = scansAt(20, 40, 60),
+    .own_steps = &kContours,
+    .also_refused = whyNoScans,
+    .described = withReach,
+    .dataset = contourDataset,
+    .speed_sets = kSpeedSetsOfDelayContour};
+
+}  // namespace probebox::procedure
