@@ -70,6 +70,7 @@ class Controller {
   void awaitAnswer();
   void answered(bool taken);
   void touch();
+  void turnUntilContact();
   void withdraw();
   void park();
   void level();

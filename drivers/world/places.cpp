@@ -33,8 +33,8 @@ Vector3 ballOfThePart(const ControllerConfig& config, const Prompt& step, const 
 Place aroundBall(const ControllerConfig& config, const Prompt& step, const Pose& pose, const Vector3& touching) {
   const bool of_part = step.feature == StepFeature::part_ball, by_shank = step.shank_height_mm != 0;
   const Vector3 ball = of_part ? ballOfThePart(config, step, pose) : config.nominal_centre_mm;
-  // A sensor head comes over its ball from above.
-  if (step.kind == StepKind::hold) return {Place::Shape::gap, ball - touching, 0, {}};
+  // A sensor head comes over its ball from above, and so does a stylus that stands beside it.
+  if (step.kind == StepKind::hold || step.kind == StepKind::turn) return {Place::Shape::gap, ball - touching, 0, {}};
   const double surface_mm = (of_part ? config.part.effective_radius_mm : config.nominal_effective_radius_mm) +
                             (by_shank ? config.shank.further_out_mm : 0);
   return {

@@ -12,6 +12,10 @@ bool touches(StepKind kind) {
   return kind == StepKind::touch || kind == StepKind::in_out;
 }
 
+bool standsStill(StepKind kind) {
+  return kind == StepKind::hold || kind == StepKind::turn;
+}
+
 bool canBeFollowed(const Prompt& prompt) {
   const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
   const auto isLength = [](double mm) { return mm > 0 && mm < 100; };
@@ -21,6 +25,11 @@ bool canBeFollowed(const Prompt& prompt) {
   if (movesOneAxis(prompt.kind)) return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && timed;
   const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
                         (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);
+  if (prompt.kind == StepKind::turn) {
+    const bool turned = std::isfinite(prompt.turn_line_rad) && std::isfinite(prompt.turn_to_rad);
+    return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && isLength(prompt.overtravel_mm) &&
+           turnable && turned && prompt.turn_speed_rad_s > 0 && prompt.feature == StepFeature::part_ball;
+  }
   if (prompt.kind == StepKind::hold)
     return isDirection(prompt.outward_normal) && prompt.travel_mm >= 0 && prompt.travel_mm < 10 && turnable && timed;
   const bool approaches =

@@ -52,6 +52,7 @@ struct StartProcedure {
     bool shank{};
     std::uint16_t stations{};
     std::uint8_t mounts{};
+    bool contacts{};
     static constexpr void fields(auto& self, auto&& field) {
       field("method", self.method, "such as delay-multi-speed");
       field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches; none: the method's own. Since 1.2, as all below");
@@ -75,6 +76,9 @@ struct StartProcedure {
       field("stations", self.stations,
             "at how many places the balls of the plate are read, for rotary-axis-errors; 0: all balls at every angle");
       field("mounts", self.mounts, "in how many mounts the plate is read, for rotary-axis-errors; 0: in one");
+      field("contacts", self.contacts,
+            "1: C turns until the ball touches the stylus on either side, before everything else, for "
+            "centreline-by-steps");
     }
   };
   struct Answer {
@@ -114,6 +118,9 @@ struct ProcedureStatus {
     double shank_height_mm{};
     std::uint16_t mount{};
     double rest_s{};
+    double turn_line_rad{};
+    double turn_to_rad{};
+    double turn_speed_rad_s{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -134,7 +141,7 @@ struct ProcedureStatus {
       field("kind", self.kind,
             "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
             "speed, 4 hold: stand still there for a dwell, and nothing is touched, 5 rest: stand still anywhere for "
-            "rest_s. Since 1.2, as all below");
+            "rest_s, 7 turn: stand beside the ball's place and turn C until the ball touches, and back. Since 1.2, as all below");
       field("feature", self.feature,
             "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part, "
             "3 the tool-setting device");
@@ -156,6 +163,12 @@ struct ProcedureStatus {
             "mm above the middle of the stylus' ball, along the tool, where its shank is to touch; 0: the ball is to");
       field("mount", self.mount, "how the ball plate has to be put on the table, from 1; 0 for another feature");
       field("rest_s", self.rest_s, "s to stand still for, in a rest; 0 for other kinds");
+      field("turn_line_rad", self.turn_line_rad,
+            "rad, in a turn: angle of C at whose place of the ball's centre the stylus stands beside it, by travel_mm "
+            "along the normal; 0 for other kinds");
+      field("turn_to_rad", self.turn_to_rad,
+            "rad, in a turn: C turns from its angle towards this one until contact, and no further");
+      field("turn_speed_rad_s", self.turn_speed_rad_s, "rad/s, in a turn: there and back");
     }
   };
 };

@@ -12,7 +12,7 @@
 namespace probebox::modbus {
 
 inline constexpr std::uint16_t kMagic = 0x5042;
-inline constexpr std::uint16_t kMapVersion = 5;
+inline constexpr std::uint16_t kMapVersion = 6;
 // Addresses below this that are not in the map read 0; addresses from here on are refused.
 inline constexpr std::size_t kRegisterCount = 6600;
 
@@ -119,6 +119,7 @@ enum : std::uint16_t {
   wish_read_by = 819,
   wish_stations = 820,
   wish_mounts = 821,
+  wish_contacts = 830,
   wish_of = 834,
   wish_what = 836,
   wish_commit = 837,
@@ -151,6 +152,9 @@ enum : std::uint16_t {
   step_angle = 888,
   step_target = 896,
   step_place = 902,
+  step_turn_line = 916,
+  step_turn_to = 918,
+  step_turn_speed = 920,
 };
 }  // namespace address
 

@@ -38,6 +38,8 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "0 the tip of the stylus, 1 a sensor head, 2 the shank too"},
     {address::wish_stations, "wish: stations", u16, 1, "", write, "places at which the balls of a plate are read"},
     {address::wish_mounts, "wish: mounts", u16, 1, "", write, "ways in which the plate is put on the table"},
+    {address::wish_contacts, "wish: contacts", u16, 1, "", write,
+     "1: C turns until the ball touches the stylus on either side, before everything else"},
     {address::wish_of, "wish: run or result", u32, 1, "", write,
      "for abort the run (0: whichever is in progress), for accept the result; register 102 has the last one's"},
     {address::wish_what, "wish: request", u16, 1, "", write,
@@ -68,7 +70,8 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::step_kind, "step: kind", u16, 1, "", read,
      "0 touch: in, a dwell, out; 1 in and out without a dwell; 2 jog of one axis in free space; 3 sweep: the same at "
      "constant speed; 4 hold: stand still, nothing is touched; 5 rest: stand still anywhere for the time of register "
-     "862. The registers from here on are 0 when no step is to be done"},
+     "862; 7 turn: stand beside the ball's place of register 916 by the travel along the normal, turn C from its angle "
+     "towards that of register 918 until the ball touches, stop, and turn back. The registers from here on are 0 when no step is to be done"},
     {address::step_feature, "step: feature", u16, 1, "", read,
      "0 datum sphere, 1 plates, 2 ball on the part, 3 tool-setting device"},
     {address::step_side, "step: side", u16, 1, "", read,
@@ -84,7 +87,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::step_fault, "step: fault", u16, 1, "", read, "why, a code of the list below; 0: it is not repeated"},
     {address::step_rest, "step: rest", f32, 1, "s", read, "of a rest: the time to stand still; 0 for other kinds"},
     {address::step_normal, "step: XYZ normal", f32, 1, "", read,
-     "outward normal of the surface; of a jog or sweep its direction"},
+     "outward normal of the surface; of a jog or sweep its direction; of a turn from the line to the stylus"},
     {address::step_retract, "step: XYZ retract", f32, 1, "", read,
      "direction of the way out; the way in is its opposite"},
     {address::step_overtravel, "step: overtravel", f32, 1, "mm", read,
@@ -94,7 +97,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "the speed must hold so far beyond the clearance on the way out"},
     {address::step_speed, "step: speed", f32, 1, "mm/s", read, "of both ways, for register 148"},
     {address::step_travel, "step: travel", f32, 1, "mm", read,
-     "length of a jog or sweep; of a hold the distance from the ball's centre"},
+     "length of a jog or sweep; of a hold the distance from the ball's centre, of a turn from its place on the line"},
     {address::step_shank, "step: shank height", f32, 1, "mm", read,
      "above the centre of the stylus' ball, where the shank touches; 0: the ball does"},
     {address::step_angle, "step: ABC angle", f32, 1, "deg", read,
@@ -105,6 +108,14 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "clear) 0, and the control looks for contact"},
     {address::step_place, "step: XYZ place", f32, 1, "mm", read,
      "machine position of the feature's centre, where the box knows it: setter and checked ball"},
+    {address::step_turn_line, "step: C on the line", f32, 1, "deg", read,
+     "of a turn: the angle of C at whose place of the ball's centre the stylus stands beside it, at its height; 0 for "
+     "other kinds"},
+    {address::step_turn_to, "step: C at most", f32, 1, "deg", read,
+     "of a turn: C turns from the angle of register 892 towards this one, and no further; where nothing has touched "
+     "until then it turns back"},
+    {address::step_turn_speed, "step: speed of C", f32, 1, "deg/s", read,
+     "of a turn: there and back; after the contact C stops within the overtravel of register 876, along the ball's way"},
 });
 
 }  // namespace

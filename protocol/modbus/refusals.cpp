@@ -37,6 +37,9 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {35, "step: the probe's switch was open before it"},
     {36, "step: the probe's switch opened twice"},
     {37, "step: the rest was shorter than it has to be"},
+    {42, "step: C turned and nothing touched the stylus"},
+    {43, "step: the ball touched the stylus from the wrong side"},
+    {44, "step: the angle of C at the contact was not known"},
     {60, "step: its end marker never came"},
     {99, "a refusal that this version has no number for: see the page of the run"},
 });

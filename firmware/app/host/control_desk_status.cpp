@@ -27,6 +27,11 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
   answer.travel_mm = step.touch.travel_mm;
   answer.shank_height_mm = step.touch.shank_height_mm;
   answer.rest_s = step.touch.rest_s;
+  if (const auto& turn = step.touch.until_contact) {
+    answer.turn_line_rad = turn->line_rad;
+    answer.turn_to_rad = turn->to_rad;
+    answer.turn_speed_rad_s = turn->speed_rad_s;
+  }
   answer.tool = step.touch.tool;
   answer.mount = step.touch.mount;
   answer.b_moves = static_cast<messages::BMoves>(step.b_moves);

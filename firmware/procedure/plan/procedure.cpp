@@ -39,6 +39,10 @@ bool holds(const Plan& plan, const Step& step, std::uint32_t tool) {
 // The machine may be slower than it was asked to be.
 Nanoseconds timeoutOf(const Step& step) {
   if (step.kind == Kind::rest) return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * step.touch.rest_s)};
+  if (const auto& turn = step.touch.until_contact) {
+    const double way_rad = std::abs(turn->to_rad - step.touch.rotary_angles_rad[2]);
+    return Procedure::kStepTimeout + Nanoseconds{std::llround(3e9 * way_rad / turn->speed_rad_s)};
+  }
   const double travel_s = step.touch.travel_mm / step.touch.retract_speed_mm_s;
   return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * travel_s)};
 }
@@ -104,7 +108,8 @@ void Procedure::beginStep(const Marker& marker) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::wrong_tool);
   }
-  if ((step.kind == Kind::hold || step.kind == Kind::rest) && !marker.at_rest) {
+  const bool stands = step.kind == Kind::hold || step.kind == Kind::rest || step.kind == Kind::turn;
+  if (stands && !marker.at_rest) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::moved);
   }

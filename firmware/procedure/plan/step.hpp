@@ -17,6 +17,7 @@ enum class Kind : std::uint8_t {
   sweep = 3,   // the same at a constant speed, slow enough for the sensor of its screw
   hold = 4,    // stand still while a sensor head reads a ball without touching it
   rest = 5,    // stand still anywhere for touch.rest_s, while the sensor of a screw is read
+  turn = 7,    // turn C until the ball touches the stylus, which stands still, and back (touch.until_contact)
 };
 
 // The part that B moves in a pose: the table with the part, or the head with the probe. Numbers as on the wire.
@@ -25,6 +26,9 @@ enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 // One step of the machine. A touch: take the pose, move onto the surface against the retract direction up to the
 // overtravel, retract at constant speed to the clearance and kRunOut_mm beyond. A jog or sweep: move touch.travel_mm
 // along the outward normal in free space. A hold: stand with the head's centre at that distance from the ball's centre.
+// A turn: stand touch.travel_mm along the outward normal beside the place of the ball's centre with C at line_rad, at its
+// height; turn C from the pose towards to_rad at constant speed, stop by overtravel_mm of the ball's way after the
+// contact, and turn back at the same speed.
 struct Step {
   capture::TouchRequest touch;
   Feature feature{};

@@ -121,6 +121,7 @@ struct RunChoices {
 struct Calibrate : RunChoices {
   std::optional<std::uint16_t> stations;
   std::optional<std::uint8_t> mounts;
+  bool contacts{};   // C turns until the ball touches, first
   std::string save;  // folder; empty: not saved
   bool abort{};      // start nothing; abort the current run
   bool accept{};
