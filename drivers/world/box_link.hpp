@@ -59,7 +59,7 @@ struct Prompt {
   double shank_height_mm{};
   std::uint16_t mount{};  // required mount of the part's balls, from 1; 0: as they are
   double rest_s{};        // time to stand still
-  // Of a turn: C with the ball on the line beside which the stylus stands, C at most, and its speed.
+  // Of a turn: C with the ball about on the line beside which the stylus stands, C at most, and its speed.
   double turn_line_rad{}, turn_to_rad{}, turn_speed_rad_s{};
 };
 

@@ -202,9 +202,7 @@ std::size_t Controller::mount() const {
 Place Controller::place() const {
   Prompt step = step_;
   step.mount = static_cast<std::uint16_t>(mount());
-  Pose at = step_.turns ? pose() : machine_.commandedPose();
-  if (step_.kind == StepKind::turn) at.c_rad = step_.turn_line_rad;
-  return placeOf(config_, step, tool(), at);
+  return placeOf(config_, step, tool(), step_.turns ? pose() : machine_.commandedPose());
 }
 
 void Controller::rise() {
@@ -361,7 +359,8 @@ void Controller::level() {
 
 // Where the machine stands as the step begins.
 Vector3 Controller::beginning() const {
-  if (!standsStill(step_.kind)) return outOfSurface(step_.clearance_mm);
+  if (step_.kind == StepKind::turn) return place().centre;
+  if (step_.kind != StepKind::hold) return outOfSurface(step_.clearance_mm);
   return place().centre + step_.travel_mm * step_.outward_normal;
 }
 

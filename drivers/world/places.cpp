@@ -1,6 +1,7 @@
 #include "drivers/world/places.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "drivers/world/vector.hpp"
@@ -33,12 +34,19 @@ Vector3 ballOfThePart(const ControllerConfig& config, const Prompt& step, const 
 Place aroundBall(const ControllerConfig& config, const Prompt& step, const Pose& pose, const Vector3& touching) {
   const bool of_part = step.feature == StepFeature::part_ball, by_shank = step.shank_height_mm != 0;
   const Vector3 ball = of_part ? ballOfThePart(config, step, pose) : config.nominal_centre_mm;
-  // A sensor head comes over its ball from above, and so does a stylus that stands beside it.
-  if (step.kind == StepKind::hold || step.kind == StepKind::turn) return {Place::Shape::gap, ball - touching, 0, {}};
+  // A sensor head comes over its ball from above.
+  if (step.kind == StepKind::hold) return {Place::Shape::gap, ball - touching, 0, {}};
   const double surface_mm = (of_part ? config.part.effective_radius_mm : config.nominal_effective_radius_mm) +
                             (by_shank ? config.shank.further_out_mm : 0);
   return {
       by_shank ? Place::Shape::beside : Place::Shape::round, ball - touching, surface_mm + config.safe_distance_mm, {}};
+}
+
+// Beside the line above the axis of C, at the height that the ball has there.
+Place besideLine(const ControllerConfig& config, const Prompt& step, const Vector3& tip) {
+  const auto& [x, y, z] = config.part.balls_mm[step.ball - 1U];
+  const Vector3 on_line = config.part.point_mm + Vector3{0, std::hypot(x, y), z};
+  return {Place::Shape::gap, on_line + step.travel_mm * step.outward_normal - tip, 0, {}};
 }
 
 Place aroundSetter(const ControllerConfig& config, std::uint32_t tool_number, const Vector3& tip) {
@@ -54,6 +62,7 @@ Place aroundSetter(const ControllerConfig& config, std::uint32_t tool_number, co
 
 Place placeOf(const ControllerConfig& config, const Prompt& step, std::uint32_t tool, const Pose& pose) {
   const Vector3 tip = tipIn(config, tool, pose);
+  if (step.kind == StepKind::turn) return besideLine(config, step, tip);
   switch (step.feature) {
     case StepFeature::plates:
       return {Place::Shape::gap, config.plates.middle_mm - tip, 0, {}};

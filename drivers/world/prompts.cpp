@@ -12,10 +12,6 @@ bool touches(StepKind kind) {
   return kind == StepKind::touch || kind == StepKind::in_out;
 }
 
-bool standsStill(StepKind kind) {
-  return kind == StepKind::hold || kind == StepKind::turn;
-}
-
 bool canBeFollowed(const Prompt& prompt) {
   const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
   const auto isLength = [](double mm) { return mm > 0 && mm < 100; };

@@ -7,8 +7,6 @@ namespace probebox::world {
 bool movesOneAxis(StepKind kind);
 // Returns whether the stylus or the tool touches a surface in the step.
 bool touches(StepKind kind);
-// Returns whether the linear axes stand beside the feature during the step.
-bool standsStill(StepKind kind);
 // Returns whether a machine can follow the prompt; it does not move for others.
 bool canBeFollowed(const Prompt& prompt);
 

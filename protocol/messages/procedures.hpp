@@ -141,7 +141,7 @@ struct ProcedureStatus {
       field("kind", self.kind,
             "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
             "speed, 4 hold: stand still there for a dwell, and nothing is touched, 5 rest: stand still anywhere for "
-            "rest_s, 7 turn: stand beside the ball's place and turn C until the ball touches, and back. Since 1.2, as all below");
+            "rest_s, 7 turn: stand beside the line and turn C until the ball touches, and back. Since 1.2, as all below");
       field("feature", self.feature,
             "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part, "
             "3 the tool-setting device");
@@ -164,8 +164,8 @@ struct ProcedureStatus {
       field("mount", self.mount, "how the ball plate has to be put on the table, from 1; 0 for another feature");
       field("rest_s", self.rest_s, "s to stand still for, in a rest; 0 for other kinds");
       field("turn_line_rad", self.turn_line_rad,
-            "rad, in a turn: angle of C at whose place of the ball's centre the stylus stands beside it, by travel_mm "
-            "along the normal; 0 for other kinds");
+            "rad, in a turn: angle of C with the ball about on the nominal line above the axis; the stylus stands beside "
+            "that line by travel_mm along the normal, at the height that the ball has there; 0 for other kinds");
       field("turn_to_rad", self.turn_to_rad,
             "rad, in a turn: C turns from its angle towards this one until contact, and no further");
       field("turn_speed_rad_s", self.turn_speed_rad_s, "rad/s, in a turn: there and back");

@@ -70,8 +70,9 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::step_kind, "step: kind", u16, 1, "", read,
      "0 touch: in, a dwell, out; 1 in and out without a dwell; 2 jog of one axis in free space; 3 sweep: the same at "
      "constant speed; 4 hold: stand still, nothing is touched; 5 rest: stand still anywhere for the time of register "
-     "862; 7 turn: stand beside the ball's place of register 916 by the travel along the normal, turn C from its angle "
-     "towards that of register 918 until the ball touches, stop, and turn back. The registers from here on are 0 when no step is to be done"},
+     "862; 7 turn: stand beside the nominal line above the axis of C by the travel along the normal, at the height that "
+     "the ball's centre has there, turn C from its angle towards that of register 918 until the ball touches, stop, "
+     "and turn back. The registers from here on are 0 when no step is to be done"},
     {address::step_feature, "step: feature", u16, 1, "", read,
      "0 datum sphere, 1 plates, 2 ball on the part, 3 tool-setting device"},
     {address::step_side, "step: side", u16, 1, "", read,
@@ -97,7 +98,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "the speed must hold so far beyond the clearance on the way out"},
     {address::step_speed, "step: speed", f32, 1, "mm/s", read, "of both ways, for register 148"},
     {address::step_travel, "step: travel", f32, 1, "mm", read,
-     "length of a jog or sweep; of a hold the distance from the ball's centre, of a turn from its place on the line"},
+     "length of a jog or sweep; of a hold the distance from the ball's centre, of a turn from the line"},
     {address::step_shank, "step: shank height", f32, 1, "mm", read,
      "above the centre of the stylus' ball, where the shank touches; 0: the ball does"},
     {address::step_angle, "step: ABC angle", f32, 1, "deg", read,
@@ -109,8 +110,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::step_place, "step: XYZ place", f32, 1, "mm", read,
      "machine position of the feature's centre, where the box knows it: setter and checked ball"},
     {address::step_turn_line, "step: C on the line", f32, 1, "deg", read,
-     "of a turn: the angle of C at whose place of the ball's centre the stylus stands beside it, at its height; 0 for "
-     "other kinds"},
+     "of a turn: angle of C with the ball about on the line above the axis; 0 for other kinds"},
     {address::step_turn_to, "step: C at most", f32, 1, "deg", read,
      "of a turn: C turns from the angle of register 892 towards this one, and no further; where nothing has touched "
      "until then it turns back"},

@@ -85,6 +85,9 @@ class Contact {
 inline double durationOf(const procedure::Step& step, const SetUp& set_up) {
   if (step.kind == procedure::Kind::hold) return set_up.hold_s;
   if (step.kind == procedure::Kind::rest) return step.touch.rest_s;
+  // At least to the place of the stylus, less the radii.
+  if (const auto& turn = step.touch.until_contact)
+    return std::abs(turn->to_rad - step.touch.rotary_angles_rad[2]) / turn->speed_rad_s;
   if (step.kind != procedure::Kind::sweep) return Contact{step, Eigen::Vector3d::Zero(), set_up}.duration();
   return Drive{step.touch.travel_mm, step.touch.retract_speed_mm_s, set_up.acceleration_mm_s2}.duration();
 }

@@ -34,6 +34,7 @@ class SimulatedRecording {
   bool hold(const procedure::Step& step);
   bool sweep(const procedure::Step& step);
   bool rest(const procedure::Step& step);
+  bool turn(const procedure::Step& step);
   bool machineRow(double t, const Eigen::Vector3d& position);
   bool probeRow(double t, const Eigen::Vector3d& channels_mm);
   Eigen::Vector3d surfaceOf(const procedure::Step& step) const;

@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
+#include <iterator>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "firmware/capture/turn_until_contact.hpp"
 #include "firmware/metrology/touch/pre_travel.hpp"
+#include "firmware/procedure/plan/wording.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::procedure {
@@ -29,8 +32,8 @@ constexpr std::size_t kFewest = 5;  // samples a way
 // One turn: C at contact, clockwise from the line, its variance from the probe alone, and where the stylus stood.
 struct Turned {
   double c_rad{};
-  double variance{};  // rad^2; of a switch 0, which is in mm
-  Vector3d at_mm;
+  double variance{};  // rad^2; 0 of a switch, whose repeatability is a length
+  Vector3d at_mm{Vector3d::Zero()};
 };
 
 Vector3d stoodAt(const FinishedRun& run, const capture::Touch& touch) {
@@ -81,7 +84,10 @@ std::optional<Onset> onsetOf(const std::vector<Deflected>& samples) {
   if (samples.size() < kFewest) return std::nullopt;
   const auto count = static_cast<double>(samples.size());
   Deflected mean;
-  for (const auto& [c_rad, mm] : samples) mean.c_rad += c_rad / count, mean.mm += mm / count;
+  for (const auto& [c_rad, mm] : samples) {
+    mean.c_rad += c_rad / count;
+    mean.mm += mm / count;
+  }
   double squares = 0, products = 0, rest = 0;
   for (const auto& [c_rad, mm] : samples) {
     squares += (c_rad - mean.c_rad) * (c_rad - mean.c_rad);
@@ -135,14 +141,14 @@ Outcome<Turned, Refusal> turnedOf(const FinishedRun& run, const capture::Touch& 
   return turned;
 }
 
-// The two turns in their order, and how a contact depends on what displaces it.
-struct Geometry {
-  Vector2d normal;    // from the ball to the stylus at +X; at -X it is mirrored
+// How a contact depends on what displaces it.
+struct Meeting {
+  Vector2d normal{Vector2d::Zero()};  // from the ball to the stylus at +X; at -X it is mirrored
   double lever_mm{};  // the ball's way along it per radian of C
 };
 
 // Both normals are mirror images where the stylus stands on either side of the line at equal heights.
-Geometry geometryOf(const Turned& plus, const Turned& minus, double radius_mm) {
+Meeting meetingOf(const Turned& plus, const Turned& minus, double radius_mm) {
   const double beside_mm = (plus.at_mm.x() - minus.at_mm.x()) / 2, half_rad = (plus.c_rad - minus.c_rad) / 2;
   const Vector2d to_stylus{beside_mm - radius_mm * std::sin(half_rad), radius_mm * (1 - std::cos(half_rad))};
   const Vector2d n = to_stylus.normalized();
@@ -152,17 +158,41 @@ Geometry geometryOf(const Turned& plus, const Turned& minus, double radius_mm) {
 std::optional<Refusal> whyNot(const Turned& plus, const Turned& minus, double beside_mm) {
   const Vector3d apart_mm = plus.at_mm - minus.at_mm;
   if (!(apart_mm.x() > beside_mm)) {
-    return Refusal{"wrong-side",
-                   "the stylus stood " + std::to_string(apart_mm.x()) +
-                       " mm further to +X in the first turn of C than in the second, not " +
-                       std::to_string(2 * beside_mm) + " mm: stand it to +X of the nominal line first, and then to -X"};
+    return Refusal{"wrong-side", "the stylus stood " + number(apart_mm.x()) +
+                                     " mm further to +X in the first turn of C than in the second, not " +
+                                     number(2 * beside_mm) +
+                                     " mm: stand it to +X of the nominal line first, and then to -X"};
   }
-  if (std::hypot(apart_mm.y(), apart_mm.z()) > kEqualHeights_mm) {
-    return Refusal{"unequal-heights", "the stylus stood at heights in the two turns of C that differ by " +
-                                          std::to_string(std::hypot(apart_mm.y(), apart_mm.z())) +
-                                          " mm across X, more than 0.1 mm: stand it at equal heights"};
+  const double higher_mm = apart_mm.tail<2>().norm();
+  if (higher_mm > kEqualHeights_mm) {
+    return Refusal{"unequal-heights", "the places of the stylus in the two turns of C differ by " + number(higher_mm) +
+                                          " mm across X, more than " + number(kEqualHeights_mm) +
+                                          " mm: stand it at equal heights on either side of the nominal line"};
   }
   return std::nullopt;
+}
+
+// What the pre-travel in force displaces the two contacts by, and the variance that it gives their middle.
+struct Displaced {
+  double plus_rad{}, minus_rad{};
+  double variance{};
+};
+
+Displaced byPreTravel(const PreTravel& pre_travel, std::span<const capture::Touch> contacts, const Meeting& meeting) {
+  const auto parts = [&](double side, const capture::Touch& touch) -> Eigen::RowVector4d {
+    const Eigen::AngleAxisd into_probe{-touch.request.rotary_angles_rad[0], Vector3d::UnitZ()};
+    return metrology::preTravelParts(into_probe * Vector3d{side * meeting.normal.x(), meeting.normal.y(), 0}) /
+           meeting.lever_mm;
+  };
+  const Eigen::RowVector4d plus = parts(1, contacts[0]), minus = parts(-1, contacts[1]), half = (minus - plus) / 2;
+  const Eigen::Vector4d way_mm{pre_travel.parts_mm.data()};
+  Displaced displaced{.plus_rad = plus.dot(way_mm), .minus_rad = minus.dot(way_mm)};
+  for (std::size_t i = 0; i < PreTravel::kParts; ++i) {
+    for (std::size_t k = 0; k < PreTravel::kParts; ++k)
+      displaced.variance +=
+          half[static_cast<Eigen::Index>(i)] * half[static_cast<Eigen::Index>(k)] * pre_travel.covariance[i][k];
+  }
+  return displaced;
 }
 
 }  // namespace
@@ -170,42 +200,35 @@ std::optional<Refusal> whyNot(const Turned& plus, const Turned& minus, double be
 Outcome<RimContacts, Refusal> rimContacts(const FinishedRun& run) {
   const auto contacts = run.recording.contacts();
   const auto& ball = run.facts.rim_ball;
-  if (contacts.size() != 2 || !ball || !ball->radius_mm || !ball->beside_mm)
-    return Refusal{"missing-contact", "the run has not two turns of C until contact, or [rim_ball] is described no more"};
+  if (contacts.size() != 2 || !ball || !ball->radius_mm || !ball->beside_mm) {
+    return Refusal{"missing-contact",
+                   "two turns of C until contact are needed, and [rim_ball] beside_mm and radius_mm in machine.toml: "
+                   "measure again"};
+  }
   TRY(const auto plus, turnedOf(run, contacts[0]));
   TRY(const auto minus, turnedOf(run, contacts[1]));
   if (const auto why = whyNot(plus, minus, *ball->beside_mm)) return *why;
-  const auto [n, lever_mm] = geometryOf(plus, minus, *ball->radius_mm);
-  RimContacts found{.clockwise_rad = plus.c_rad, .anticlockwise_rad = minus.c_rad};
-  // A stylus that stands higher by d meets the ball d n / lever later.
-  const double higher_rad = (plus.at_mm.y() - minus.at_mm.y()) * n.y() / (2 * lever_mm);
-  found.clockwise_rad -= higher_rad;
-  found.anticlockwise_rad -= higher_rad;
-  double of_each = run.facts.sigma_c_rad * run.facts.sigma_c_rad + (plus.variance + minus.variance) / 2;
-  double common = 0;
+  const Meeting meeting = meetingOf(plus, minus, *ball->radius_mm);
+  // A stylus that stands higher by d along the normal meets the ball d/lever later.
+  const double higher_rad = (plus.at_mm.y() - minus.at_mm.y()) * meeting.normal.y() / (2 * meeting.lever_mm);
+  RimContacts found{.clockwise_rad = plus.c_rad - higher_rad, .anticlockwise_rad = minus.c_rad - higher_rad};
+  const double of_c = run.facts.sigma_c_rad;
+  double of_each = of_c * of_c + (plus.variance + minus.variance) / 2, of_middle = 0;
   if (contacts[0].request.by_edges) {
     const auto& probe = run.facts.trigger_probe;
-    if (!probe || !probe->pre_travel)
+    if (!probe || !probe->pre_travel) {
       return Refusal{"no-pre-travel",
                      "no pre-travel of the touch-trigger probe is in force any more: calibrate it (probebox calibrate "
                      "pre-travel), accept it, and measure again"};
-    const auto parts = [&](double side, const capture::Touch& touch) {
-      const Eigen::AngleAxisd back{-touch.request.rotary_angles_rad[0], Vector3d::UnitZ()};
-      return metrology::preTravelParts(back * Vector3d{side * n.x(), n.y(), 0});
-    };
-    const Eigen::RowVector4d of_plus = parts(1, contacts[0]), of_minus = parts(-1, contacts[1]);
-    const Eigen::Vector4d way_mm{probe->pre_travel->parts_mm.data()};
-    found.clockwise_rad -= of_plus.dot(way_mm) / lever_mm;
-    found.anticlockwise_rad += of_minus.dot(way_mm) / lever_mm;
-    const Eigen::RowVector4d slope = (of_minus - of_plus) / (2 * lever_mm);
-    for (Eigen::Index i = 0; i < 4; ++i)
-      for (Eigen::Index k = 0; k < 4; ++k)
-        common += slope[i] * slope[k] *
-                  probe->pre_travel->covariance[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)];
-    of_each += std::pow(probe->repeatability_mm / lever_mm, 2) / 2;  // two edges
+    }
+    const Displaced displaced = byPreTravel(*probe->pre_travel, contacts, meeting);
+    found.clockwise_rad -= displaced.plus_rad;
+    found.anticlockwise_rad += displaced.minus_rad;
+    of_middle = displaced.variance;
+    of_each += std::pow(probe->repeatability_mm / meeting.lever_mm, 2) / 2;  // two edges
   }
-  // As if both were independent: their middle has the right sd.
-  found.sd_rad = std::sqrt(of_each + 2 * common);
+  // As if both were independent: then their middle has the right sd.
+  found.sd_rad = std::sqrt(of_each + 2 * of_middle);
   return found;
 }
 

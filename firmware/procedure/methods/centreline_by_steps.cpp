@@ -129,9 +129,10 @@ std::optional<Solved> nextLoop(const FinishedRun& run, const RunDataset& measure
   return answerOf(loops);
 }
 
-std::optional<LoopState> after(const LoopState& state, const Solved& solved) {
+std::optional<LoopState> after(const LoopState& state, const ProcedureOptions& options, const Solved& solved) {
   RimLoops loops = rimLoops(state);
-  if (!loops.contacted && loops.count == 1 && solved.loops == 1 && !solved.closes) {
+  if (options.contact_beside_mm > 0 && !loops.contacted) {
+    if (solved.loops != 1 || solved.closes) return std::nullopt;
     loops.zeros_rad[0] = solved.c_zero_rad;
     loops.contacted = true;
     return stateOf(loops);

@@ -57,7 +57,7 @@ struct Loops {
   // Worker: computes the answer that adds steps; nullopt when the run can be solved.
   std::optional<Solved> (*next)(const FinishedRun&, const RunDataset&){};
   // Core: the state after that answer; nullopt when the answer does not belong to this state. Does not allocate.
-  std::optional<LoopState> (*after)(const LoopState&, const Solved&){};
+  std::optional<LoopState> (*after)(const LoopState&, const ProcedureOptions&, const Solved&){};
 };
 
 // Values of options.axis for the rotary axis whose errors are measured.

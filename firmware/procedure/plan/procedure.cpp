@@ -156,7 +156,7 @@ void Procedure::solved(const Solved& solved) {
 // The steps that are done stay as they are.
 void Procedure::goOn(const Solved& solved) {
   const auto after = plan_.method->loops.after;
-  const auto loops = after != nullptr ? after(plan_.loops, solved) : std::nullopt;
+  const auto loops = after != nullptr ? after(plan_.loops, options_, solved) : std::nullopt;
   if (!loops) return;
   fill(plan_, *plan_.method, options_, *loops);
   takeReadings(plan_, probe_);

@@ -117,11 +117,11 @@ struct RunChoices {
   std::optional<std::uint32_t> tool;
   bool head{};
   bool shank{};
+  bool contacts{};  // C turns until the ball touches, first
 };
 struct Calibrate : RunChoices {
   std::optional<std::uint16_t> stations;
   std::optional<std::uint8_t> mounts;
-  bool contacts{};   // C turns until the ball touches, first
   std::string save;  // folder; empty: not saved
   bool abort{};      // start nothing; abort the current run
   bool accept{};

@@ -70,10 +70,6 @@ class RunCommands {
                      "number of mounts in which the ball plate is read, up to 4; for " + methods_.mounts)
         ->check(CLI::Range(1, 4))
         ->type_name("NUMBER");
-    calibrate->add_flag("--contacts", calibrate_.contacts,
-                        "first turn C until its ball touches the stylus on either side of the line, which finds the zero "
-                        "of C; for " +
-                            methods_.contacts);
     calibrate->add_option("--save", calibrate_.save, "also save the measured data as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts")->check(personsName());
@@ -129,6 +125,10 @@ class RunCommands {
     command->add_flag(
         "--shank", choices.shank,
         "measure with tip and shank of one stylus instead of tools of several lengths; for " + methods_.shank);
+    command->add_flag("--contacts", choices.contacts,
+                      "first turn C until its ball touches the stylus on either side of the line, which finds the zero of "
+                      "C; for " +
+                          methods_.contacts);
   }
 
   void declarePlan(Subcommands& commands) {

@@ -25,7 +25,6 @@ Outcome<messages::StartProcedure::Request, Trouble> requestOf(const Calibrate& c
   TRY(auto options, optionsOf(choices));
   options.stations = choices.stations.value_or(0);
   options.mounts = choices.mounts.value_or(0);
-  options.contacts = choices.contacts;
   return messages::requestOf(choices.method, options);
 }
 
