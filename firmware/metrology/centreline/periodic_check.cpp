@@ -66,21 +66,27 @@ double side(double degrees) {
   return std::abs(std::remainder(degrees, 360.0)) < 90.0 ? 1.0 : -1.0;
 }
 
-// Of one coordinate of a centre, and of a single touch.
+// Of one coordinate of a centre, of its height at B = 90, and of a single touch.
 struct Sigmas {
   Sigma centre;
+  double height90{1.0};
   double touch{1.0};
 
-  double of(const Quantity& quantity) const { return quantity.table == "centres" ? centre.value : touch; }
+  double of(const Quantity& quantity) const {
+    if (quantity.table != "centres") return touch;
+    return quantity.column == "z_mm" ? height90 : centre.value;
+  }
 };
 
 Outcome<Sigmas, Refusal> sigmasOf(const Dataset& dataset) {
   TRY(const auto centre, configSigma(dataset, "sigma_mm"));
   TRY(const auto touch, configPositive(dataset, "sigma_touch_mm"));
-  if (touch && !centre.stated) {
-    return Refusal{"missing-key", "config.json states sigma_touch_mm without sigma_mm: state both, or neither"};
+  TRY(const auto height90, configPositive(dataset, "sigma_Zcen_B90_mm"));
+  if ((touch || height90) && !centre.stated) {
+    return Refusal{"missing-key", std::string{"config.json states "} + (touch ? "sigma_touch_mm" : "sigma_Zcen_B90_mm") +
+                                      " without sigma_mm: state both, or neither"};
   }
-  return Sigmas{centre, touch.value_or(centre.value)};
+  return Sigmas{centre, height90.value_or(centre.value), touch.value_or(centre.value)};
 }
 
 // All means as one linear fit, so that residuals and degrees of freedom are common to them.

@@ -22,6 +22,8 @@ namespace {
 using namespace std::chrono_literals;
 using capture::TouchFault;
 using testing::HasSubstr;
+using world::operator+;
+using world::operator-;
 
 constexpr std::uint64_t kSeeds = 24;
 constexpr double kDegree = std::numbers::pi / 180;
@@ -60,23 +62,34 @@ ProcedureOptions options(Scenario& scenario, double off_deg = kOff_deg) {
   return described.value();
 }
 
-// Clockwise from `from_rad`: C with the centre of ball 1 at this X.
-double turnToX(const world::Config& config, const world::Machine& machine, double x_mm, double from_rad) {
+// Clockwise from `from_rad`: C at which ball 1 touches the stylus ball there, coming from the other side of the line.
+double contactAt(const world::Config& config, const world::Machine& machine, const world::Vector3& tip, double side,
+                 double from_rad) {
   const auto& part = config.part_spindle;
-  const auto xAt = [&](double clockwise_rad) {
-    return machine.partPoint(part.point_mm + part.balls_mm[0], {.c_rad = from_rad - clockwise_rad, .tilt_rad = 0})[0];
+  const double reach_mm = part.ball_radius_mm + config.sphere.stylus_ball_radius_mm;
+  const auto apart = [&](double clockwise_rad) {
+    const world::PartPose pose{.c_rad = from_rad - clockwise_rad, .tilt_rad = 0};
+    return norm(machine.partPoint(part.point_mm + part.balls_mm[0], pose) - tip);
   };
-  double low = -0.3, high = 0.3;  // X rises with the clockwise angle
+  double free = -0.3 * side, met = 0.15 * side;
   for (int i = 0; i < 60; ++i) {
-    const double middle = (low + high) / 2;
-    (xAt(middle) < x_mm ? low : high) = middle;
+    const double middle = (free + met) / 2;
+    (apart(middle) > reach_mm ? free : met) = middle;
   }
-  return (low + high) / 2;
+  return free;
 }
 
-// The nominal line as the stylus really stood to either side of it.
-double trueLine_mm(const Scenario& scenario, const world::Config& config) {
-  return controllerOf(config).part.point_mm[0] + scenario.machine().tipIn({}, 1)[0];
+// The middle of the angles at which the ball really meets the stylus, where the controller stands it.
+double trueMiddle_rad(const Scenario& scenario, const world::Config& config, double from_rad) {
+  const auto part = controllerOf(config).part;
+  const auto& [x, y, z] = part.balls_mm[0];
+  double sum_rad = 0;
+  for (const double side : {1.0, -1.0}) {
+    const world::Vector3 beside{side * *scenario.facts.rim_ball->beside_mm, std::hypot(x, y), z};
+    const world::Vector3 tip = part.point_mm + beside + scenario.machine().tipIn({}, 1);
+    sum_rad += contactAt(config, scenario.machine(), tip, side, from_rad);
+  }
+  return sum_rad / 2;
 }
 
 // Axis C at the height of the ball less that of the probe's spindle, at the stylus' own.
@@ -99,7 +112,7 @@ void add(Pairs& pairs, Scenario& scenario, const world::Config& config, const me
   EXPECT_TRUE(result.warnings.empty()) << result.warnings.front();
   EXPECT_EQ(scenario.machine().crashes(), 0U);
   const double from_rad = scenario.facts.rim_ball->c_on_line_rad;
-  const double truth_rad = turnToX(config, scenario.machine(), trueLine_mm(scenario, config), from_rad);
+  const double truth_rad = trueMiddle_rad(scenario, config, from_rad);
   EXPECT_NEAR(truth_rad, -kOff_deg * kDegree, 0.02) << "that is how far the ball was off";
   scenario::add(pairs.shift, result, "contact_shift_rad", {truth_rad}, 3e-5);
   const auto centre = trueCentre(config, scenario.machine());
@@ -154,7 +167,8 @@ TEST(RimContacts, MoveTheZeroOfTheFirstLoop) {
   const auto& contacts = *scenario.dataset().table("contacts");
   ASSERT_EQ(contacts.rows(), 1U);
   const double c1 = contacts.column("C1_rad")->front(), c2 = contacts.column("C2_rad")->front();
-  EXPECT_GT(c1, c2 + 0.1) << "both before the line: the stylus stood further from it than the radii";
+  EXPECT_GT(c1, c2) << "the stylus stood further from the line than the radii";
+  EXPECT_NEAR((c1 + c2) / 2, -kOff_deg * kDegree, 0.02);
   const auto& y = *scenario.dataset().table("readings")->column("y_mm");
   EXPECT_LT(std::abs(y[0] - y[1]), 0.3) << "3 degrees would be 2 mm on this rim";
   EXPECT_EQ(scenario.state().procedure.steps, 2U + 5U * (2U + scenario.dataset().table("readings")->rows()));
