@@ -283,7 +283,8 @@ void Controller::answered(bool taken) {
 
 void Controller::touch() {
   if (!machine_.atRest(now_)) return;
-  if (activity_ == Activity::approaching && (step_.kind == StepKind::touch || step_.kind == StepKind::turn)) return enter(Activity::dwelling);
+  if (activity_ == Activity::approaching && (step_.kind == StepKind::touch || step_.kind == StepKind::turn))
+    return enter(Activity::dwelling);
   const bool jogged = activity_ == Activity::approaching && movesOneAxis(step_.kind);
   if (activity_ == Activity::retracting || jogged) return enter(Activity::recording);
   if (activity_ == Activity::recording) {

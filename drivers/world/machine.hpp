@@ -50,8 +50,8 @@ class Machine {
   bool turnTo(const Pose& pose, MonoTime now) { return turnTo(pose, rotary_.speed_rad_s, now); }
   bool turnTo(const Pose& pose, double speed_rad_s, MonoTime now);
   // Turns C alone towards this angle and stops at the trigger when a ball of the part meets the free stylus, as a
-  // control with a skip function does, beyond_rad after the contact. Without contact C turns to the angle. Returns false
-  // without effect during a motion or while the stylus touches.
+  // control with a skip function does, beyond_rad after the contact. Without contact C turns to the angle. Returns
+  // false without effect during a motion or while the stylus touches.
   bool turnUntilContact(double c_rad, double speed_rad_s, MonoTime now, double beyond_rad = 0);
   const Pose& commandedPose() const { return commanded_; }
   // Changes to another tool, with a stylus of its own or one that cuts. Returns false without effect during a motion

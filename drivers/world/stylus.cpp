@@ -89,8 +89,7 @@ void Stylus::turnedBack(MonoTime from, double speed_rad_s) {
   turn.back_from = Instant{from, 0};
   turn.back_rad_s = speed_rad_s;
   contact.end = Instant{from, turn.beyond_rad / speed_rad_s};
-  contact.release_mm_s =
-      turn.rate_rad_s != 0 ? contact.speed_mm_s * speed_rad_s / std::abs(turn.rate_rad_s) : 0;
+  contact.release_mm_s = turn.rate_rad_s != 0 ? contact.speed_mm_s * speed_rad_s / std::abs(turn.rate_rad_s) : 0;
   contact.ring_mm = turn.beyond_rad > 0 ? amplitude(contact.release_mm_s) : 0;
 }
 

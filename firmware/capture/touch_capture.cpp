@@ -87,7 +87,8 @@ const char* explain(TouchFault fault) {
              "distance from the nominal line that the step states, that the ball is on the side that C turns from, and "
              "c_deg and beside_mm of [rim_ball] in machine.toml";
     case TouchFault::wrong_side:
-      return "the ball touched the stylus from the wrong side: take the angle of C that the step states first, and turn C "
+      return "the ball touched the stylus from the wrong side: take the angle of C that the step states first, and "
+             "turn C "
              "from there in the direction that it states";
     case TouchFault::no_angles:
       return "no angles of C arrived around the contact: check the encoder of C, and that it is referenced (`probebox "

@@ -15,8 +15,8 @@ inline constexpr double kTouched_mm = 0.03;
 // Angle of C at that stamp, interpolated; nullopt outside of the rows.
 std::optional<double> angleAt(std::span<const AngleRow> rows, MonoTime at);
 
-// What a turn lacks. Complete: the ball touched, coming from the side that was asked for, and left the stylus again, and
-// the angle of C is known at both.
+// What a turn lacks. Complete: the ball touched, coming from the side that was asked for, and left the stylus again,
+// and the angle of C is known at both.
 enum class TurnLacks : std::uint8_t { nothing, contact, release, angles, side };
 TurnLacks lackOf(const Recording& recording, const Touch& touch);
 

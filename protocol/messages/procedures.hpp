@@ -138,10 +138,11 @@ struct ProcedureStatus {
       field("nominal_speed_mm_s", self.nominal_speed_mm_s, "mm/s, speed to measure this step at");
       field("refusal", self.refusal, "why there is no result, and what to do");
       field("result_id", self.result_id, "the proposed result, 0 for none");
-      field("kind", self.kind,
-            "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
-            "speed, 4 hold: stand still there for a dwell, and nothing is touched, 5 rest: stand still anywhere for "
-            "rest_s, 7 turn: stand beside the line and turn C until the ball touches, and back. Since 1.2, as all below");
+      field(
+          "kind", self.kind,
+          "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
+          "speed, 4 hold: stand still there for a dwell, and nothing is touched, 5 rest: stand still anywhere for "
+          "rest_s, 7 turn: stand beside the line and turn C until the ball touches, and back. Since 1.2, as all below");
       field("feature", self.feature,
             "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part, "
             "3 the tool-setting device");
@@ -163,9 +164,10 @@ struct ProcedureStatus {
             "mm above the middle of the stylus' ball, along the tool, where its shank is to touch; 0: the ball is to");
       field("mount", self.mount, "how the ball plate has to be put on the table, from 1; 0 for another feature");
       field("rest_s", self.rest_s, "s to stand still for, in a rest; 0 for other kinds");
-      field("turn_line_rad", self.turn_line_rad,
-            "rad, in a turn: angle of C with the ball about on the nominal line above the axis; the stylus stands beside "
-            "that line by travel_mm along the normal, at the height that the ball has there; 0 for other kinds");
+      field(
+          "turn_line_rad", self.turn_line_rad,
+          "rad, in a turn: angle of C with the ball about on the nominal line above the axis; the stylus stands beside "
+          "that line by travel_mm along the normal, at the height that the ball has there; 0 for other kinds");
       field("turn_to_rad", self.turn_to_rad,
             "rad, in a turn: C turns from its angle towards this one until contact, and no further");
       field("turn_speed_rad_s", self.turn_speed_rad_s, "rad/s, in a turn: there and back");

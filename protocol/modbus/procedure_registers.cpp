@@ -70,7 +70,8 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::step_kind, "step: kind", u16, 1, "", read,
      "0 touch: in, a dwell, out; 1 in and out without a dwell; 2 jog of one axis in free space; 3 sweep: the same at "
      "constant speed; 4 hold: stand still, nothing is touched; 5 rest: stand still anywhere for the time of register "
-     "862; 7 turn: stand beside the nominal line above the axis of C by the travel along the normal, at the height that "
+     "862; 7 turn: stand beside the nominal line above the axis of C by the travel along the normal, at the height "
+     "that "
      "the ball's centre has there, turn C from its angle towards that of register 918 until the ball touches, stop, "
      "and turn back. The registers from here on are 0 when no step is to be done"},
     {address::step_feature, "step: feature", u16, 1, "", read,
@@ -115,7 +116,8 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "of a turn: C turns from the angle of register 892 towards this one, and no further; where nothing has touched "
      "until then it turns back"},
     {address::step_turn_speed, "step: speed of C", f32, 1, "deg/s", read,
-     "of a turn: there and back; after the contact C stops within the overtravel of register 876, along the ball's way"},
+     "of a turn: there and back; after the contact C stops within the overtravel of register 876, along the ball's "
+     "way"},
 });
 
 }  // namespace

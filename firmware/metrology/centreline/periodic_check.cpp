@@ -83,7 +83,8 @@ Outcome<Sigmas, Refusal> sigmasOf(const Dataset& dataset) {
   TRY(const auto touch, configPositive(dataset, "sigma_touch_mm"));
   TRY(const auto height90, configPositive(dataset, "sigma_Zcen_B90_mm"));
   if ((touch || height90) && !centre.stated) {
-    return Refusal{"missing-key", std::string{"config.json states "} + (touch ? "sigma_touch_mm" : "sigma_Zcen_B90_mm") +
+    return Refusal{"missing-key", std::string{"config.json states "} +
+                                      (touch ? "sigma_touch_mm" : "sigma_Zcen_B90_mm") +
                                       " without sigma_mm: state both, or neither"};
   }
   return Sigmas{centre, height90.value_or(centre.value), touch.value_or(centre.value)};

@@ -131,10 +131,11 @@ Outcome<Turned, Refusal> turnedOf(const FinishedRun& run, const capture::Touch& 
   }
   const auto onset = extrapolated(deflectionsOf(run, touch));
   if (!onset) {
-    return Refusal{"too-few-samples",
-                   "step " + std::to_string(touch.request.step + 1) +
-                       ": the deflection while C turned has too few samples on a way to be extrapolated to the contact: "
-                       "turn C at the speed that the step states, and stop after its overtravel"};
+    return Refusal{
+        "too-few-samples",
+        "step " + std::to_string(touch.request.step + 1) +
+            ": the deflection while C turned has too few samples on a way to be extrapolated to the contact: "
+            "turn C at the speed that the step states, and stop after its overtravel"};
   }
   turned.c_rad = clockwise(onset->c_rad);
   turned.variance = onset->variance;
@@ -144,7 +145,7 @@ Outcome<Turned, Refusal> turnedOf(const FinishedRun& run, const capture::Touch& 
 // How a contact depends on what displaces it.
 struct Meeting {
   Vector2d normal{Vector2d::Zero()};  // from the ball to the stylus at +X; at -X it is mirrored
-  double lever_mm{};  // the ball's way along it per radian of C
+  double lever_mm{};                  // the ball's way along it per radian of C
 };
 
 // Both normals are mirror images where the stylus stands on either side of the line at equal heights.

@@ -78,8 +78,9 @@ std::optional<metrology::Refusal> addContacts(metrology::Dataset& dataset, const
 // Contacts come before any touch, and are a case of their own until there are touches.
 RunDataset rimDataset(const FinishedRun& run) {
   const bool touched = !run.recording.touches().empty();
-  RunDataset built = touched ? ballDataset(run, addRimSteps)
-                             : RunDataset{{.method = std::string{run.method.name()}, .config = {}, .tables = {}}, {}, {}};
+  RunDataset built = touched
+                         ? ballDataset(run, addRimSteps)
+                         : RunDataset{{.method = std::string{run.method.name()}, .config = {}, .tables = {}}, {}, {}};
   if (run.recording.contacts().empty() || built.refusal) return built;
   built.refusal = addContacts(built.dataset, run);
   return built;
@@ -209,7 +210,8 @@ constinit const LiveMethod kCentrelineBySteps{
     .number = 23,
     .solver = &metrology::kCentrelineBySteps,
     .steps =
-        "with `--contacts` first C turned until the ball touches the stylus on either side of the line; then one ball, A "
+        "with `--contacts` first C turned until the ball touches the stylus on either side of the line; then one ball, "
+        "A "
         "at 0 and 180 degrees with C where the ball is nearly on the line along +Y; then C 40 degrees "
         "to either side of its zero (`--arc` halves), from a new zero as long as the two are not level, five "
         "loops at most; at last C at zero; five touches each",

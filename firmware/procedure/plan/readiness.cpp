@@ -69,7 +69,8 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
     if (const auto error = whyNoShank(method, facts)) return NotReady{Obstacle::state, error->what};
   }
   if (asked.contacts && !method.takes_contacts)
-    return NotReady{Obstacle::option, std::string{method.name()} + " takes no contacts by turning C: omit that option."};
+    return NotReady{Obstacle::option,
+                    std::string{method.name()} + " takes no contacts by turning C: omit that option."};
   if (asked.turns != 0 && !method.takes_turns) {
     const char* all = method.takes_axis ? " takes no turns of the screw: omit that option."
                                         : " has no options axis and turns: omit them.";

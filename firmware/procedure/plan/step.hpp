@@ -26,9 +26,9 @@ enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 // One step of the machine. A touch: take the pose, move onto the surface against the retract direction up to the
 // overtravel, retract at constant speed to the clearance and kRunOut_mm beyond. A jog or sweep: move touch.travel_mm
 // along the outward normal in free space. A hold: stand with the head's centre at that distance from the ball's centre.
-// A turn: stand touch.travel_mm along the outward normal beside the nominal line above the axis of C, at the height that
-// the ball's centre has there; turn C from the pose towards to_rad at constant speed, stop by overtravel_mm of the ball's way after the
-// contact, and turn back at the same speed.
+// A turn: stand touch.travel_mm along the outward normal beside the nominal line above the axis of C, at the height
+// that the ball's centre has there; turn C from the pose towards to_rad at constant speed, stop by overtravel_mm of the
+// ball's way after the contact, and turn back at the same speed.
 struct Step {
   capture::TouchRequest touch;
   Feature feature{};

@@ -37,9 +37,9 @@ std::string turnPrompt(const Step& step) {
          " deg; stand the stylus " + number(touch.travel_mm) + " mm to " + (touch.outward_normal[0] > 0 ? "+X" : "-X") +
          " of the nominal line along +Y above the axis of C, at the height (Y and Z) that the centre of ball " +
          std::to_string(touch.ball) + " has there (with C at about " + number(degrees(turn.line_rad)) +
-         " deg); turn C towards " + number(degrees(turn.to_rad)) +
-         " deg at " + number(degrees(turn.speed_rad_s)) + " deg/s until the ball touches, stop within " +
-         number(step.overtravel_mm) + " mm, and turn back to " + number(degrees(from_rad)) + " deg at the same speed";
+         " deg); turn C towards " + number(degrees(turn.to_rad)) + " deg at " + number(degrees(turn.speed_rad_s)) +
+         " deg/s until the ball touches, stop within " + number(step.overtravel_mm) + " mm, and turn back to " +
+         number(degrees(from_rad)) + " deg at the same speed";
 }
 
 }  // namespace probebox::procedure

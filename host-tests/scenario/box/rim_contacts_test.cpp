@@ -56,8 +56,7 @@ world::Config triggerWorld(std::uint64_t seed) {
 
 ProcedureOptions options(Scenario& scenario, double off_deg = kOff_deg) {
   scenario.facts.rim_ball->c_on_line_rad = (90 - off_deg) * kDegree;
-  const auto described =
-      procedure::described(procedure::kCentrelineBySteps, {.contacts = true}, scenario.facts);
+  const auto described = procedure::described(procedure::kCentrelineBySteps, {.contacts = true}, scenario.facts);
   EXPECT_TRUE(described) << described.error().what;
   return described.value();
 }

@@ -82,10 +82,8 @@ TEST(SwivelledCheck, DoesNotTakeTheDoubtOfTheDelayForScatter) {
   Scenario scenario{worldOf(5), 5};
   scenario.recorder().keeps_bytes = false;
   scenario.run(std::chrono::seconds{2});
-  scenario.push(DelayActivated{.result_id = 7,
-                               .tau_s = scenario.truth().tau_s,
-                               .sd_s = {kDoubt_s, kDoubt_s, kDoubt_s},
-                               .at = scenario.now()});
+  scenario.push(DelayActivated{
+      .result_id = 7, .tau_s = scenario.truth().tau_s, .sd_s = {kDoubt_s, kDoubt_s, kDoubt_s}, .at = scenario.now()});
   const auto solved = scenario.calibrate(procedure::kPeriodicCheck, checkOf(scenario));
   ASSERT_TRUE(solved && solved->ok());
   const auto& result = solved->value();

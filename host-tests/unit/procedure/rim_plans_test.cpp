@@ -86,8 +86,7 @@ TEST(RimPlan, NeedsToKnowWhereTheLineIs) {
   EXPECT_EQ(described(kCentreline, {}, facts).value().c_on_line_rad, 0);
 }
 
-constexpr ProcedureOptions kWithContacts{
-    .c_on_line_rad = 90 * kDegree, .contact_beside_mm = 300, .rim_radius_mm = 600};
+constexpr ProcedureOptions kWithContacts{.c_on_line_rad = 90 * kDegree, .contact_beside_mm = 300, .rim_radius_mm = 600};
 
 TEST(RimPlan, TurnsCTowardsTheStylusOnEitherSideFirstAndAsksForNothingElseUntilItKnowsTheZero) {
   const auto plan = std::make_unique<Plan>();
