@@ -42,7 +42,7 @@ SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOp
     // A run whose steps follow from its readings goes on.
     const auto next = procedure::nextLoop(method, run.recording(), run.scales(), facts, measured);
     if (!next) continue;
-    if (const auto loops = method.loops.after(plan->loops, *next)) {
+    if (const auto loops = method.loops.after(plan->loops, options, *next)) {
       procedure::fill(*plan, method, options, *loops);
       procedure::takeReadings(*plan, probe);
     }

@@ -68,9 +68,9 @@ double contactAt(const world::Config& config, const world::Machine& machine, con
   const double reach_mm = part.ball_radius_mm + config.sphere.stylus_ball_radius_mm;
   const auto apart = [&](double clockwise_rad) {
     const world::PartPose pose{.c_rad = from_rad - clockwise_rad, .tilt_rad = 0};
-    return norm(machine.partPoint(part.point_mm + part.balls_mm[0], pose) - tip);
+    return world::norm(machine.partPoint(part.point_mm + part.balls_mm[0], pose) - tip);
   };
-  double free = -0.3 * side, met = 0.15 * side;
+  double free = -0.3 * side, met = 0.3 * side;
   for (int i = 0; i < 60; ++i) {
     const double middle = (free + met) / 2;
     (apart(middle) > reach_mm ? free : met) = middle;
