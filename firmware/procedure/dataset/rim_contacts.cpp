@@ -77,7 +77,26 @@ std::vector<Deflected> deflectionsOf(const FinishedRun& run, const capture::Touc
 
 struct Onset {
   double c_rad{}, variance{};
+  double slope_mm{};  // per radian
 };
+
+// The free stylus before the contact: the mean deflection, and its variance.
+struct Free {
+  double mm{}, variance{};
+};
+
+std::optional<Free> freeBefore(const std::vector<Deflected>& all) {
+  constexpr std::ptrdiff_t kMost = 200, kMargin = 10;  // the last ones may touch already
+  const auto touched = std::ranges::find_if(all, [](const Deflected& each) { return each.mm > capture::kTouched_mm; });
+  const std::ptrdiff_t end = touched - all.begin() - kMargin, begin = std::max<std::ptrdiff_t>(end - kMost, 0);
+  const double count = static_cast<double>(end - begin);
+  if (count < static_cast<double>(kFewest)) return std::nullopt;
+  double sum = 0, squares = 0;
+  for (auto each = all.begin() + begin; each != all.begin() + end; ++each) sum += each->mm;
+  for (auto each = all.begin() + begin; each != all.begin() + end; ++each)
+    squares += std::pow(each->mm - sum / count, 2);
+  return Free{sum / count, squares / (count - 1) / count};
+}
 
 // Where the line through these samples has no deflection.
 std::optional<Onset> onsetOf(const std::vector<Deflected>& samples) {
@@ -98,12 +117,13 @@ std::optional<Onset> onsetOf(const std::vector<Deflected>& samples) {
   for (const auto& [c_rad, mm] : samples) rest += std::pow(mm - mean.mm - slope * (c_rad - mean.c_rad), 2);
   const double back_rad = mean.mm / slope;
   return Onset{mean.c_rad - back_rad,
-               rest / (count - 2) / (slope * slope) * (1 / count + back_rad * back_rad / squares)};
+               rest / (count - 2) / (slope * slope) * (1 / count + back_rad * back_rad / squares), slope};
 }
 
 // Deflections between two shares of the largest, on the way there and on the way back.
 std::optional<Onset> extrapolated(const std::vector<Deflected>& all) {
-  if (all.empty()) return std::nullopt;
+  const auto free = freeBefore(all);
+  if (!free) return std::nullopt;
   const double most_mm = std::ranges::max(all, {}, &Deflected::mm).mm;
   const auto deep = [&](const Deflected& each) { return each.mm > kTo * most_mm; };
   const auto first = std::ranges::find_if(all, deep);
@@ -111,11 +131,15 @@ std::optional<Onset> extrapolated(const std::vector<Deflected>& all) {
   const auto sloping = [&](auto from, auto to) {
     std::vector<Deflected> way;
     std::copy_if(from, to, std::back_inserter(way), [&](const Deflected& each) { return each.mm > kFrom * most_mm; });
+    for (auto& each : way) each.mm -= free->mm;
     return onsetOf(way);
   };
   const auto there = sloping(all.begin(), first), back = sloping(last, all.end());
   if (!there || !back) return std::nullopt;
-  return Onset{(there->c_rad + back->c_rad) / 2, (there->variance + back->variance) / 4};
+  // What the mean of the free stylus is off by moves both alike.
+  return Onset{(there->c_rad + back->c_rad) / 2,
+               (there->variance + back->variance) / 4 + free->variance / (there->slope_mm * there->slope_mm),
+               there->slope_mm};
 }
 
 Outcome<Turned, Refusal> turnedOf(const FinishedRun& run, const capture::Touch& touch) {
