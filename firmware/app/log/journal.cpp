@@ -13,7 +13,7 @@ namespace {
 
 // Frame types from here on are never sent over a link.
 constexpr std::uint8_t kEventFrame = 0x40;
-constexpr std::size_t kLargestEvent = 256;
+constexpr std::size_t kLargestEvent = 512;
 
 std::string withReason(const char* what, const std::filesystem::path& path) {
   return std::string{what} + " " + path.string() + ": " + std::strerror(errno) + ".";

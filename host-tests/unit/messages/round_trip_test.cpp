@@ -88,7 +88,7 @@ TEST(Events, TravelInAJournalLikeMessages) {
   std::uint64_t seed = 1;
   const auto check = [&]<std::size_t K>(std::integral_constant<std::size_t, K>) {
     const Event event = Filler{++seed}.made<std::variant_alternative_t<K, Event>>();
-    std::array<std::byte, 256> room{};
+    std::array<std::byte, 512> room{};  // as a journal has
     const auto size = encode(event, room);
     ASSERT_TRUE(size.ok());
     const auto back = decode<Event>(std::span<const std::byte>{room}.first(*size));
