@@ -181,6 +181,9 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "implausible",
     "clipped",
     "constant-sensor",
+    "missing-contact",
+    "wrong-side",
+    "unequal-heights",
 });
 
 std::vector<RefusalCode> all() {

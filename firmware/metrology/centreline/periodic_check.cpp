@@ -286,6 +286,7 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   TRY(const auto ball, ballOf(dataset));
   TRY(const auto sigmas, sigmasOf(dataset));
   if (auto refusal = badTables(dataset)) return *refusal;
+  TRY(const auto stop90, configPositive(dataset, "sigma_stop_B90_mm"));
   TRY(const auto means, fitMeans(dataset, sigmas));
 
   const auto& parameters = means.fit.parameters;
@@ -298,7 +299,11 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
     const Eigen::RowVectorXd row = pick(means.columns[k], 1, parameters.size()).row(0);
     const double value = parameters[means.columns[k]] - reference(quantity, ball);
     if (quantity.promised) answer.promiseScalar(std::string{quantity.key}, value, row);
-    if (!quantity.promised) answer.alsoScalar(std::string{quantity.key}, value, row);
+    if (quantity.promised) continue;
+    answer.alsoScalar(std::string{quantity.key}, value, row);
+    // One stop of B for all of its readings: their scatter does not show it.
+    auto& sd = answer.result().also.back().sd;
+    if (!sd.empty()) sd[0] = std::hypot(sd[0], stop90.value_or(0.0));
   }
   addRunOuts(answer, means, ball);
   for (const auto& quantity : kQuantities) {

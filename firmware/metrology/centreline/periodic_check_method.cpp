@@ -22,6 +22,7 @@ constexpr MethodKey kKeys[]{{"effective_ball_radius_mm", kNeeded, "of ball plus 
                             key::kLengthResults[2],
                             key::kLengthResults[3],
                             {"sigma_touch_mm", "sigma_mm", "standard deviation of one touch (k = 1)"},
+                            {"sigma_stop_B90_mm", "0", "what a stop of B moves Zcen_B90_mm by (k = 1)"},
                             {"sigma_Zcen_B90_mm", "sigma_mm", "the same of the height of one centre at B = 90"},
                             {"limit_mm", "", "what any value may be off the accepted one"},
                             key::kTauForTheRecord,

@@ -43,6 +43,13 @@ double swungX_mm(const Facts& facts, double b_rad) {
   return (nominalTip(*facts.swivel_head, b_rad, length_mm) - nominalTip(*facts.swivel_head, 0, length_mm)).x();
 }
 
+// From the axis of the head to the tip.
+double armOfHead_mm(const Facts& facts) {
+  const HeadFacts& head = *facts.swivel_head;
+  const double length_mm = facts.lengthOf(facts.probe_tools.numbers[0]);
+  return (nominalTip(head, 0, length_mm) - vectorOf(head.pivot_mm)).norm();
+}
+
 // Angles of B to the digits at which the check is defined; others as they are, for the solver to refuse.
 double checkAngle_deg(double b_rad) {
   const double near_deg = 45 * std::round(degrees(b_rad) / 45);
@@ -96,6 +103,8 @@ void addCheck(metrology::Dataset& dataset, const BallReadings& found, const Fini
   config["sigma_mm"] = sigmaWithAngle(level, facts);
   config["sigma_touch_mm"] = std::numbers::sqrt2 * sigmaOf(level);
   if (const double sigma_mm = sigmaOfHeight90(readings); sigma_mm > 0) config["sigma_Zcen_B90_mm"] = sigma_mm;
+  if (tables.x_touch.rows() > 0 && facts.swivel_head && facts.swivel_head->b.sigma_rad > 0)
+    config["sigma_stop_B90_mm"] = armOfHead_mm(facts) * facts.swivel_head->b.sigma_rad;
   // Common to all touches, so their scatter does not show it.
   const double sd_radius_mm =
       std::hypot(delayError_mm(run.recording), facts.sd_stylus_ball_diameter_mm.value_or(0) / 2);
