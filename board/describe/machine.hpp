@@ -67,6 +67,8 @@ struct PeriodicCheckDescription {
 struct RimBallDescription {
   double c_deg{};  // approximate C angle with the ball straight above the centre, along +Y
   std::optional<double> level_limit_mm;
+  std::optional<double> beside_mm;  // of the stylus from the line, while C turns until the ball touches it
+  std::optional<double> radius_mm;  // about, of the ball from C; required with it
 };
 
 // A ball plate on the table that C turns: certified positions of its balls, in the plate's frame.

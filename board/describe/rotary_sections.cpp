@@ -153,6 +153,13 @@ RimBallDescription readRimBall(Section section) {
   RimBallDescription ball;
   ball.c_deg = section.number("c_deg", {-360, 360});
   ball.level_limit_mm = section.numberIfThere("level_limit_mm", {1e-4, 10});
+  ball.beside_mm = section.numberIfThere("beside_mm", {1, 1000});
+  ball.radius_mm = section.numberIfThere("radius_mm", {5, 20'000});
+  if (ball.beside_mm.has_value() != ball.radius_mm.has_value())
+    section.problem(ball.beside_mm ? "radius_mm" : "beside_mm",
+                    "is missing: contacts by turning C need beside_mm and radius_mm, give both or neither");
+  else if (ball.beside_mm && *ball.beside_mm > 0.8 * *ball.radius_mm)
+    section.problem("beside_mm", "is more than 0.8 of radius_mm: the stylus must stand nearer to the line");
   section.finish();
   return ball;
 }

@@ -29,6 +29,7 @@ enum class StepKind : std::uint8_t {
   hold = 4,    // stand still without touching anything
   rest = 5,    // the same, anywhere, for a stated time
   scan = 6,    // in contact all the way around a ball
+  turn = 7,    // stand still beside the line while C turns until the ball touches, and back
 };
 // Part that axis B turns in a step.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
@@ -61,6 +62,8 @@ struct Prompt {
   std::uint16_t mount{};  // required mount of the part's balls, from 1; 0: as they are
   double rest_s{};        // time to stand still
   ScanPath scan{};
+  // Of a turn: C with the ball about on the line beside which the stylus stands, C at most, and its speed.
+  double turn_line_rad{}, turn_to_rad{}, turn_speed_rad_s{};
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

@@ -97,7 +97,7 @@ bool Controller::procedureHasGone() const {
 void Controller::leave() {
   const bool moves =
       activity_ == Activity::approaching || activity_ == Activity::dwelling || activity_ == Activity::retracting;
-  const bool may_touch = pressing_ || (moves && touches(step_.kind));
+  const bool may_touch = pressing_ || (moves && (touches(step_.kind) || step_.kind == StepKind::turn));
   ++abandoned_steps_;
   if (may_touch) return enter(Activity::withdrawing);
   park();
@@ -278,6 +278,7 @@ void Controller::awaitAnswer() {
 void Controller::answered(bool taken) {
   if (activity_ == Activity::beginning && taken) {
     if (step_.kind == StepKind::scan) return enter(Activity::scanning);
+    if (step_.kind == StepKind::turn) return turnUntilContact();
     if (!touches(step_.kind)) return enter(Activity::dwelling);  // where it stands is recorded first
     machine_.moveTo(outOfSurface(-step_.overtravel_mm), step_.nominal_speed_mm_s, now_);
     return enter(Activity::approaching);
@@ -288,7 +289,8 @@ void Controller::answered(bool taken) {
 
 void Controller::touch() {
   if (!machine_.atRest(now_)) return;
-  if (activity_ == Activity::approaching && step_.kind == StepKind::touch) return enter(Activity::dwelling);
+  if (activity_ == Activity::approaching && (step_.kind == StepKind::touch || step_.kind == StepKind::turn))
+    return enter(Activity::dwelling);
   const bool jogged = activity_ == Activity::approaching && movesOneAxis(step_.kind);
   if (activity_ == Activity::retracting || jogged) return enter(Activity::recording);
   if (activity_ == Activity::recording) {
@@ -303,14 +305,31 @@ void Controller::touch() {
     machine_.moveTo(target, step_.nominal_speed_mm_s, now_);
     return enter(Activity::approaching);
   }
+  if (step_.kind == StepKind::turn) {
+    machine_.turnTo(pose(), step_.turn_speed_rad_s, now_);
+    return enter(Activity::retracting);
+  }
   const double run_out_mm = step_.run_out_mm > 0 ? step_.run_out_mm : config_.run_out_mm;
   const double retract_mm = step_.overtravel_mm + step_.clearance_mm + run_out_mm;
   machine_.moveTo(machine_.commandedPosition() + retract_mm * step_.retract_direction, step_.nominal_speed_mm_s, now_);
   enter(Activity::retracting);
 }
 
+// The skip input stops C, as soon as its drive can.
+void Controller::turnUntilContact() {
+  const Vector3& ball = config_.part.balls_mm[step_.ball - 1U];
+  const double beyond_rad = step_.overtravel_mm / std::hypot(ball[0], ball[1]);
+  machine_.turnUntilContact(step_.turn_to_rad, step_.turn_speed_rad_s, now_, beyond_rad);
+  enter(Activity::approaching);
+}
+
 void Controller::withdraw() {
   if (!machine_.atRest(now_)) return;
+  if (step_.kind == StepKind::turn) {
+    if (machine_.commandedPose() == pose()) return park();
+    machine_.turnTo(pose(), step_.turn_speed_rad_s, now_);
+    return;
+  }
   const Vector3 outside = pressing_ ? offSurface() : outOfSurface(step_.clearance_mm);
   if (norm(machine_.commandedPosition() - outside) < 1e-9) return park();
   machine_.moveTo(outside, step_.nominal_speed_mm_s, now_);
@@ -348,6 +367,7 @@ void Controller::level() {
 
 // Where the machine stands as the step begins.
 Vector3 Controller::beginning() const {
+  if (step_.kind == StepKind::turn) return place().centre;
   if (step_.kind != StepKind::hold) return outOfSurface(step_.clearance_mm);
   return place().centre + step_.travel_mm * step_.outward_normal;
 }

@@ -73,6 +73,7 @@ class Controller {
   void awaitAnswer();
   void answered(bool taken);
   void touch();
+  void turnUntilContact();
   void withdraw();
   void park();
   void level();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace probebox::world {
 namespace {
@@ -21,6 +22,8 @@ Pose between(const Pose& from, const Pose& to, double share) {
 
 Machine::Machine(const Config& config, std::uint64_t seed)
     : axes_{config.axes},
+      part_point_{config.part_spindle.point_mm},
+      part_axis_{unit(config.part_spindle.direction)},
       rotary_{config.rotary},
       probe_spindle_{config.probe_spindle},
       head_{config.swivel_head},
@@ -84,11 +87,13 @@ Move Machine::ofTheBody(const Move& move) const {
   return real;
 }
 
-bool Machine::turnTo(const Pose& pose, MonoTime now) {
+bool Machine::turnTo(const Pose& pose, double speed_rad_s, MonoTime now) {
   if (!atRest(now)) return false;
   if (pose == commanded_) return true;
   if (turnedInto()) {
-    stylus_.freedAt(now);
+    // Further into the stylus is no way out.
+    if ((pose.c_rad - commanded_.c_rad) * (commanded_.c_rad - turned_from_c_rad_) > 0) ++crashes_;
+    stylus_.turnedBack(now, speed_rad_s);
   } else if (touching() || strikesOnTheWayTo(pose)) {
     ++crashes_;
   }
@@ -101,27 +106,45 @@ bool Machine::turnTo(const Pose& pose, MonoTime now) {
   standFrom(now);
   turned_from_c_rad_ = commanded_.c_rad;
   turns_since_ = now;
-  turned_at_ = now + Nanoseconds{std::llround(1e9 * wayBetween(commanded_, pose) / rotary_.speed_rad_s)};
+  turned_at_ = now + Nanoseconds{std::llround(1e9 * wayBetween(commanded_, pose) / speed_rad_s)};
   commanded_ = pose;
   return true;
 }
 
-bool Machine::turnUntilContact(double c_rad, double speed_rad_s, MonoTime now) {
+bool Machine::turnUntilContact(double c_rad, double speed_rad_s, MonoTime now, double beyond_rad) {
   if (!atRest(now) || touching() || tool_.radius_mm || tool_.head) return false;
   const double way_rad = c_rad - commanded_.c_rad;
   Pose target = stands_;
   target.c_rad += way_rad;
   const auto share = shareUntilContact(stands_, target);
-  const Nanoseconds duration{std::llround(1e9 * share.value_or(1) * std::abs(way_rad) / speed_rad_s)};
+  const double contact_rad = share.value_or(1) * way_rad;
+  const double on_rad = share ? std::copysign(std::min(beyond_rad, std::abs(way_rad - contact_rad)), way_rad) : 0;
+  const MonoTime struck = now + Nanoseconds{std::llround(1e9 * std::abs(contact_rad) / speed_rad_s)};
   turned_from_c_rad_ = commanded_.c_rad;
-  commanded_.c_rad += share.value_or(1) * way_rad;
-  stands_.c_rad += share.value_or(1) * way_rad;
+  commanded_.c_rad += contact_rad + on_rad;
+  stands_.c_rad += contact_rad;
   turns_since_ = now;
-  turned_at_ = now + duration;
+  turned_at_ = struck + Nanoseconds{std::llround(1e9 * std::abs(on_rad) / speed_rad_s)};
   solids_.turnPart(stands_.part());
   standFrom(now);
-  if (share) stylus_.struckAt(bodyFor(motion_.target()) + hold_.tip, Instant{turned_at_, 0}, hold_);
+  if (share) {
+    const Vector3 tip = bodyFor(motion_.target()) + hold_.tip;
+    stylus_.struckAt(tip, normalAt(tip), Instant{struck, 0}, hold_,
+                     {.axis = part_axis_,
+                      .through = part_point_,
+                      .rate_rad_s = std::copysign(speed_rad_s, way_rad),
+                      .beyond_rad = std::abs(on_rad)});
+  }
+  stands_.c_rad += on_rad;
   return true;
+}
+
+// From the ball that is nearest, outwards.
+Vector3 Machine::normalAt(const Vector3& tip) const {
+  const BallCentres balls = solids_.ballCentres();
+  const auto all = std::span{balls.centres}.first(balls.count);
+  const auto nearest = std::ranges::min_element(all, {}, [&](const Vector3& centre) { return norm(tip - centre); });
+  return unit(tip - *nearest);
 }
 
 // The part of the way from one pose to another after which a ball has come to the stylus.

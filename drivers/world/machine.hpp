@@ -51,11 +51,12 @@ class Machine {
   bool atRest(MonoTime now) const { return motion_.atRest(now) && now >= turned_at_; }
   // Turns the rotary axes to these angles without taking the shorter direction. Returns false without effect during a
   // motion. The true stop deviates by the noise of a stop.
-  bool turnTo(const Pose& pose, MonoTime now);
+  bool turnTo(const Pose& pose, MonoTime now) { return turnTo(pose, rotary_.speed_rad_s, now); }
+  bool turnTo(const Pose& pose, double speed_rad_s, MonoTime now);
   // Turns C alone towards this angle and stops at the trigger when a ball of the part meets the free stylus, as a
-  // control with a skip function does. Without contact C turns to the angle. Returns false without effect during a
-  // motion or while the stylus touches.
-  bool turnUntilContact(double c_rad, double speed_rad_s, MonoTime now);
+  // control with a skip function does, beyond_rad after the contact. Without contact C turns to the angle. Returns
+  // false without effect during a motion or while the stylus touches.
+  bool turnUntilContact(double c_rad, double speed_rad_s, MonoTime now, double beyond_rad = 0);
   const Pose& commandedPose() const { return commanded_; }
   // Changes to another tool, with a stylus of its own or one that cuts. Returns false without effect during a motion
   // and for an unknown tool.
@@ -104,6 +105,7 @@ class Machine {
   bool strikesOnTheWayTo(const Pose& pose) const;
   bool touching() const;
   bool turnedInto() const;
+  Vector3 normalAt(const Vector3& tip) const;
   std::optional<double> shareUntilContact(const Pose& from, const Pose& to) const;
   bool comesFromAside(const Move& move) const;
   Move ofTheBody(const Move& move) const;
@@ -112,6 +114,7 @@ class Machine {
   void standStillFor(Nanoseconds duration, MonoTime now);
 
   AxesConfig axes_;
+  Vector3 part_point_, part_axis_;  // with the table level
   RotaryConfig rotary_;
   ProbeSpindleConfig probe_spindle_;
   SwivelHeadConfig head_;

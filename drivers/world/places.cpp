@@ -1,6 +1,7 @@
 #include "drivers/world/places.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "drivers/world/vector.hpp"
@@ -41,6 +42,13 @@ Place aroundBall(const ControllerConfig& config, const Prompt& step, const Pose&
       by_shank ? Place::Shape::beside : Place::Shape::round, ball - touching, surface_mm + config.safe_distance_mm, {}};
 }
 
+// Beside the line above the axis of C, at the height that the ball has there.
+Place besideLine(const ControllerConfig& config, const Prompt& step, const Vector3& tip) {
+  const auto& [x, y, z] = config.part.balls_mm[step.ball - 1U];
+  const Vector3 on_line = config.part.point_mm + Vector3{0, std::hypot(x, y), z};
+  return {Place::Shape::gap, on_line + step.travel_mm * step.outward_normal - tip, 0, {}};
+}
+
 Place aroundSetter(const ControllerConfig& config, std::uint32_t tool_number, const Vector3& tip) {
   const auto& setter = config.setter;
   const auto& tool = toolNumbered(config, tool_number);
@@ -54,6 +62,7 @@ Place aroundSetter(const ControllerConfig& config, std::uint32_t tool_number, co
 
 Place placeOf(const ControllerConfig& config, const Prompt& step, std::uint32_t tool, const Pose& pose) {
   const Vector3 tip = tipIn(config, tool, pose);
+  if (step.kind == StepKind::turn) return besideLine(config, step, tip);
   switch (step.feature) {
     case StepFeature::plates:
       return {Place::Shape::gap, config.plates.middle_mm - tip, 0, {}};

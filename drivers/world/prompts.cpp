@@ -38,6 +38,11 @@ bool canBeFollowed(const Prompt& prompt) {
   if (movesOneAxis(prompt.kind)) return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && timed;
   const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
                         (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);
+  if (prompt.kind == StepKind::turn) {
+    const bool turned = std::isfinite(prompt.turn_line_rad) && std::isfinite(prompt.turn_to_rad);
+    return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && isLength(prompt.overtravel_mm) &&
+           turnable && turned && prompt.turn_speed_rad_s > 0 && prompt.feature == StepFeature::part_ball;
+  }
   if (prompt.kind == StepKind::hold)
     return isDirection(prompt.outward_normal) && prompt.travel_mm >= 0 && prompt.travel_mm < 10 && turnable && timed;
   if (prompt.kind == StepKind::scan)

@@ -81,10 +81,21 @@ void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const H
   ++count_;
 }
 
-void Stylus::struckAt(const Vector3& point, const Instant& begin, const Hold& hold) {
+double TurnAfterContact::turnedAt(double since_contact_s, MonoTime at, double delay_s) const {
+  const double there_rad = std::min(std::abs(rate_rad_s) * since_contact_s, beyond_rad);
+  const double back_rad = back_from ? std::max(back_rad_s * back_from->elapsed(at, delay_s), 0.0) : 0;
+  return std::copysign(std::max(there_rad - back_rad, 0.0), rate_rad_s);
+}
+
+void Stylus::struckAt(const Vector3& point, const Vector3& normal, const Instant& begin, const Hold& hold,
+                      const TurnAfterContact& turn) {
   Contact& contact = contacts_[count_ % kRemembered];
   contact = Contact{};
   contact.point = point;
+  contact.normal = normal;
+  contact.turn = turn;
+  contact.speed_mm_s = std::abs(turn.rate_rad_s * dot(cross(turn.axis, point - turn.through), normal));
+  contact.bounce_mm = amplitude(contact.speed_mm_s);
   contact.tip = hold.tip;
   contact.turned = hold.turned;
   contact.begin = begin;
@@ -92,8 +103,15 @@ void Stylus::struckAt(const Vector3& point, const Instant& begin, const Hold& ho
   ++count_;
 }
 
-void Stylus::freedAt(MonoTime at) {
-  if (count_ > 0) contacts_[(count_ - 1) % kRemembered].end = Instant{at, 0};
+void Stylus::turnedBack(MonoTime from, double speed_rad_s) {
+  if (count_ == 0) return;
+  Contact& contact = contacts_[(count_ - 1) % kRemembered];
+  auto& turn = contact.turn;
+  turn.back_from = Instant{from, 0};
+  turn.back_rad_s = speed_rad_s;
+  contact.end = Instant{from, turn.beyond_rad / speed_rad_s};
+  contact.release_mm_s = turn.rate_rad_s != 0 ? contact.speed_mm_s * speed_rad_s / std::abs(turn.rate_rad_s) : 0;
+  contact.ring_mm = turn.beyond_rad > 0 ? amplitude(contact.release_mm_s) : 0;
 }
 
 // A stylus that leaves the surface with this speed swings by speed / angular frequency; more would take it through.
@@ -117,12 +135,17 @@ Vector3 Stylus::displaced(const Contact& contact, const Vector3& body, MonoTime 
   const double free_s = contact.end ? contact.end->elapsed(at, delay_s) : -1;
   if (free_s >= 0) return -decayed(contact.ring_mm, free_s) * contact.normal;
   // A bounce goes off the surface alone.
-  const double bounce_mm = std::abs(decayed(contact.bounce_mm, contact.begin.elapsed(at, delay_s)));
+  const double touched_s = contact.begin.elapsed(at, delay_s);
+  const Vector3 bounced = std::abs(decayed(contact.bounce_mm, touched_s)) * contact.normal;
+  if (contact.turned_into) {
+    const Vector3 arm = contact.point - contact.turn.through;
+    return rotation(contact.turn.axis, contact.turn.turnedAt(touched_s, at, delay_s)) * arm - arm + bounced;
+  }
   const Vector3 unheld = body + contact.tip;
   const double slid_s = contact.slide ? contact.slides_from.elapsed(at, delay_s) : -1;
   if (slid_s >= 0 && !(contact.slides_until && contact.slides_until->elapsed(at, delay_s) >= 0))
     return contact.slide->heldAt(unheld, slid_s).value_or(unheld) - unheld;
-  return contact.lever * (contact.point - unheld) + bounce_mm * contact.normal;
+  return contact.lever * (contact.point - unheld) + bounced;
 }
 
 Vector3 Stylus::displacement(const Vector3& body, MonoTime at, double delay_s) const {

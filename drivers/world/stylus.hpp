@@ -24,6 +24,17 @@ struct Instant {
   MonoTime rounded() const;
 };
 
+// The part turns on after it has come to the stylus, which sticks to the touched point, and back.
+struct TurnAfterContact {
+  Vector3 axis{}, through{};  // of the part's spindle
+  double rate_rad_s{};        // signed, there
+  double beyond_rad{};        // at most so far
+  std::optional<Instant> back_from{};
+  double back_rad_s{};  // speed
+
+  double turnedAt(double since_contact_s, MonoTime at, double delay_s) const;
+};
+
 // Contact of the stylus ball or its shank. The ball's centre stays at `point` until the body releases it.
 struct Contact {
   Vector3 point{};   // mm
@@ -39,6 +50,7 @@ struct Contact {
   bool setter{};          // with the tool-setting device
   bool tool{};            // of a tool, and not of the stylus
   bool turned_into{};     // the part came to the stylus, which stood still
+  TurnAfterContact turn{};
   // Displacement of the ball per displacement of the touched shank; 1 where the ball itself is touched.
   double lever{1};
   // From `slides_from` until the body begins to withdraw the ball slides; then `point` is where it has come to.
@@ -73,10 +85,12 @@ class Stylus {
   // The ball that touches `ball` slides along it from `begin` on, until a move that it follows.
   void slide(const Instant& begin, const Vector3& body, const SolidBall& ball, double sense);
 
-  // Makes a contact: the part turned against the resting stylus, its ball's centre at `point`, and stopped.
-  void struckAt(const Vector3& point, const Instant& begin, const Hold& hold);
-  // Ends that contact: the part turns away.
-  void freedAt(MonoTime at);
+  // Makes a contact: the part turns against the resting stylus, its ball's centre at `point`, and on. normal: outwards
+  // from what struck it.
+  void struckAt(const Vector3& point, const Vector3& normal, const Instant& begin, const Hold& hold,
+                const TurnAfterContact& turn);
+  // Ends that contact: the part turns away at that speed, and leaves the stylus where it met it.
+  void turnedBack(MonoTime from, double speed_rad_s);
 
   // Returns the displacement of the stylus ball from its free position, mm, in machine axes, `delay_s` before `at`.
   // body: its position at that instant.

@@ -14,7 +14,7 @@ Nanoseconds ns(double seconds) {
   return Nanoseconds{std::llround(1e9 * seconds)};
 }
 
-// The way over a speed; nothing where the part came to a stylus at rest.
+// The way over a speed.
 double timeOver(double way_mm, double speed_mm_s) {
   return speed_mm_s > 0 ? way_mm / speed_mm_s : 0;
 }

@@ -150,7 +150,13 @@ void Box::record(const Count& count, std::optional<std::int32_t> screw_nm) {
 
 void Box::on(const AngleCount& count) {
   state_.lost.counts += angle_sequence_[static_cast<std::size_t>(count.axis)].missingBefore(count.sequence);
+  take(count);
+}
+
+void Box::take(const AngleCount& count) {
   corrections_.push(count);
+  const auto latched_rad = corrections_.latched_rad(count.axis);
+  if (count.axis == RotaryAxis::c && latched_rad) procedure_.push(capture::AngleRow{count.at, *latched_rad});
 }
 
 void Box::on(const Deflection& deflection) {
@@ -213,7 +219,7 @@ void Box::take(std::size_t axis, std::uint32_t sequence, std::int64_t counts, Mo
   if (axis < kLinearAxes)
     take(Count{static_cast<Axis>(axis), sequence, counts, at});
   else
-    corrections_.push(AngleCount{static_cast<RotaryAxis>(axis - kLinearAxes), sequence, counts, at});
+    take(AngleCount{static_cast<RotaryAxis>(axis - kLinearAxes), sequence, counts, at});
 }
 
 void Box::on(const Drift& drift) {

@@ -93,6 +93,7 @@ class Box {
   void take(const Deflection& deflection);
   void record(const Count& count, std::optional<std::int32_t> screw_nm);
   void take(const Count& count);
+  void take(const AngleCount& count);
   void take(std::size_t axis, std::uint32_t sequence, std::int64_t counts, MonoTime at);
   void drainLatch();
   void tick(const latch::Record& record);

@@ -48,6 +48,11 @@ published::StepNow stepOf(const procedure::Progress& progress, const procedure::
   now.shank_height_mm = step.touch.shank_height_mm;
   now.rest_s = step.touch.rest_s;
   now.scan = step.touch.scan;
+  if (const auto& turn = step.touch.until_contact) {
+    now.turn_line_rad = turn->line_rad;
+    now.turn_to_rad = turn->to_rad;
+    now.turn_speed_rad_s = turn->speed_rad_s;
+  }
   now.angles_rad = step.touch.rotary_angles_rad;
   return now;
 }

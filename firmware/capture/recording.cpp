@@ -16,14 +16,18 @@ Recording::Recording(Capacity capacity) {
   machine_rows_.reserve(capacity.machine_rows);
   probe_rows_.reserve(capacity.probe_rows);
   drift_rows_.reserve(capacity.drift_rows);
+  angle_rows_.reserve(capacity.angle_rows);
   touches_.reserve(capacity.touches);
+  contacts_.reserve(capacity.touches);
 }
 
 void Recording::clear() {
   machine_rows_.clear();
   probe_rows_.clear();
   drift_rows_.clear();
+  angle_rows_.clear();
   touches_.clear();
+  contacts_.clear();
 }
 
 bool Recording::append(const MachineRow& row) {
@@ -35,14 +39,18 @@ bool Recording::append(const ProbeRow& row) {
 bool Recording::append(const DriftRow& row) {
   return appendWithinCapacity(drift_rows_, row);
 }
+bool Recording::append(const AngleRow& row) {
+  return appendWithinCapacity(angle_rows_, row);
+}
 bool Recording::append(const Touch& touch) {
-  return appendWithinCapacity(touches_, touch);
+  return appendWithinCapacity(touch.request.until_contact ? contacts_ : touches_, touch);
 }
 
 void Recording::truncate(const Touch& touch) {
   machine_rows_.resize(touch.machine_begin);
   probe_rows_.resize(touch.probe_begin);
   drift_rows_.resize(touch.drift_begin);
+  angle_rows_.resize(touch.angle_begin);
 }
 
 std::span<const MachineRow> Recording::machineRows(const Touch& touch) const {
@@ -55,6 +63,10 @@ std::span<const ProbeRow> Recording::probeRows(const Touch& touch) const {
 
 std::span<const DriftRow> Recording::driftRows(const Touch& touch) const {
   return std::span{drift_rows_}.subspan(touch.drift_begin, touch.drift_end - touch.drift_begin);
+}
+
+std::span<const AngleRow> Recording::angleRows(const Touch& touch) const {
+  return std::span{angle_rows_}.subspan(touch.angle_begin, touch.angle_end - touch.angle_begin);
 }
 
 }  // namespace probebox::capture

@@ -32,6 +32,19 @@ struct DriftRow {
   std::int32_t reading_nm{};
 };
 
+// One angle of C by its encoder.
+struct AngleRow {
+  MonoTime at{};
+  double c_rad{};
+};
+
+// C turns towards an angle until the ball touches the stylus, which stands still, and back.
+struct TurnOfC {
+  double line_rad{};     // C with the ball about on the nominal line
+  double to_rad{};       // C must not turn beyond this angle, nor past the contact by more than the overtravel
+  double speed_rad_s{};  // there and back
+};
+
 // Numbers that a method attaches to its steps and reads from the recording; no other code reads them.
 using MethodNote = std::array<double, 3>;
 
@@ -63,6 +76,7 @@ struct TouchRequest {
   SwitchOf switch_of{};  // for a touch by edges
   bool swivels{};        // B turns the probe, and not the part
   ScanPath scan{};       // of a scan, in contact between its markers; without arcs for another step
+  std::optional<TurnOfC> until_contact{};
 };
 
 // One recorded touch: the ranges of its rows, and the clock map for all of its stamps. Machine and probe share one map,
@@ -73,6 +87,7 @@ struct Touch {
   std::size_t machine_begin{}, machine_end{};
   std::size_t probe_begin{}, probe_end{};
   std::size_t drift_begin{}, drift_end{};
+  std::size_t angle_begin{}, angle_end{};
   // First contact and last release, for a touch measured by the edges of a device.
   std::optional<MonoTime> contact{}, release{};
 };
@@ -81,6 +96,7 @@ struct Capacity {
   std::size_t machine_rows = 98'304;
   std::size_t probe_rows = 196'608;
   std::size_t drift_rows = 65'536;
+  std::size_t angle_rows = 32'768;
   std::size_t touches = 256;
 };
 
@@ -99,24 +115,29 @@ class Recording {
   bool append(const MachineRow& row);  // returns false when full
   bool append(const ProbeRow& row);
   bool append(const DriftRow& row);
-  bool append(const Touch& touch);
+  bool append(const AngleRow& row);
+  bool append(const Touch& touch);  // a contact by a turn of C is none of touches()
   // Removes the rows from the begin of this touch on.
   void truncate(const Touch& touch);
 
   std::size_t machineRowCount() const { return machine_rows_.size(); }
   std::size_t probeRowCount() const { return probe_rows_.size(); }
   std::size_t driftRowCount() const { return drift_rows_.size(); }
+  std::size_t angleRowCount() const { return angle_rows_.size(); }
   std::span<const Touch> touches() const { return touches_; }
+  std::span<const Touch> contacts() const { return contacts_; }  // by turns of C
   std::span<const MachineRow> machineRows(const Touch& touch) const;
   std::span<const ProbeRow> probeRows(const Touch& touch) const;
   std::span<const DriftRow> driftRows(const Touch& touch) const;
+  std::span<const AngleRow> angleRows(const Touch& touch) const;
 
  private:
   // Filled up to the reserved capacity only, so push_back never allocates.
   std::vector<MachineRow> machine_rows_;
   std::vector<ProbeRow> probe_rows_;
   std::vector<DriftRow> drift_rows_;
-  std::vector<Touch> touches_;
+  std::vector<AngleRow> angle_rows_;
+  std::vector<Touch> touches_, contacts_;
   std::array<double, kLinearAxes> offset_mm_{};
   DelayActivated delay_{};
 };

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "firmware/capture/turn_until_contact.hpp"
+
 namespace probebox::capture {
 namespace {
 
@@ -24,6 +26,22 @@ bool touches(const Deflection& deflection) {
 bool hasHoleIn(const auto& rows) {
   return std::ranges::adjacent_find(
              rows, [](const auto& before, const auto& after) { return after.at - before.at > kHole; }) != rows.end();
+}
+
+TouchFault faultOf(TurnLacks lack) {
+  switch (lack) {
+    case TurnLacks::nothing:
+      return TouchFault::none;
+    case TurnLacks::contact:
+      return TouchFault::no_contact;
+    case TurnLacks::release:
+      return TouchFault::no_trigger;
+    case TurnLacks::angles:
+      return TouchFault::no_angles;
+    case TurnLacks::side:
+      return TouchFault::wrong_side;
+  }
+  return TouchFault::none;
 }
 
 }  // namespace
@@ -80,6 +98,17 @@ const char* explain(TouchFault fault) {
              "its middle to be, or scan deeper (--overtravel)";
     case TouchFault::samples_missing:
       return "samples were missing for 10 ms and more during the scan: see the loss counters in status";
+    case TouchFault::no_contact:
+      return "C turned and nothing touched the stylus: check that the stylus stands at the height of the ball, at the "
+             "distance from the nominal line that the step states, that the ball is on the side that C turns from, and "
+             "c_deg and beside_mm of [rim_ball] in machine.toml";
+    case TouchFault::wrong_side:
+      return "the ball touched the stylus from the wrong side: take the angle of C that the step states first, and "
+             "turn C "
+             "from there in the direction that it states";
+    case TouchFault::no_angles:
+      return "no angles of C arrived around the contact: check the encoder of C, and that it is referenced (`probebox "
+             "status`)";
   }
   return "";
 }
@@ -100,8 +129,10 @@ void TouchCapture::begin(const TouchRequest& request) {
                  .probe_begin = recording_.probeRowCount(),
                  .probe_end = 0,
                  .drift_begin = recording_.driftRowCount(),
-                 .drift_end = 0};
-  row_kept_ = MonoTime::min();
+                 .drift_end = 0,
+                 .angle_begin = recording_.angleRowCount(),
+                 .angle_end = 0};
+  row_kept_ = probe_row_kept_ = angle_kept_ = MonoTime::min();
   fault_ = TouchFault::none;
   const bool of_probe = request.by_edges && request.switch_of == SwitchOf::probe;
   if (of_probe && level_[static_cast<std::size_t>(SwitchOf::probe)] == Level::active) note(TouchFault::still_deflected);
@@ -123,10 +154,7 @@ void TouchCapture::push(const Count& count, std::optional<std::int32_t> screw_nm
   axes_in_row_ |= static_cast<std::uint8_t>(1U << axis);
   if (axes_in_row_ != kAllAxes) return;
   axes_in_row_ = 0;
-  if (touch_.request.sweeps) {
-    if (row_kept_ != MonoTime::min() && row_.at - row_kept_ < kSweepInterval) return;
-    row_kept_ = row_.at;
-  }
+  if (!isDue(row_.at, row_kept_)) return;
   if (!recording_.append(row_)) note(TouchFault::recording_full);
 }
 
@@ -136,6 +164,7 @@ void TouchCapture::push(const Deflection& deflection) {
   if (deflection.clipped) note(request.holds ? TouchFault::head_out_of_range : TouchFault::probe_clipped);
   if (request.holds && atTheEnd(deflection, request.head_range_mm)) note(TouchFault::head_out_of_range);
   if (request.scan.count > 0 && !touches(deflection)) note(TouchFault::contact_lost);
+  if (!isDue(deflection.at, probe_row_kept_)) return;
   if (!recording_.append(ProbeRow{deflection.at, deflection.channels_nm})) note(TouchFault::recording_full);
 }
 
@@ -143,6 +172,19 @@ void TouchCapture::push(const Drift& drift) {
   const auto& request = touch_.request;
   if (!running_ || !request.sweeps || request.outward_normal[static_cast<std::size_t>(drift.axis)] == 0) return;
   if (!recording_.append(DriftRow{drift.at, drift.reading_nm})) note(TouchFault::recording_full);
+}
+
+void TouchCapture::push(const AngleRow& angle) {
+  if (!running_ || !touch_.request.until_contact || !isDue(angle.at, angle_kept_)) return;
+  if (!recording_.append(angle)) note(TouchFault::recording_full);
+}
+
+// Slow steps keep a row now and then.
+bool TouchCapture::isDue(MonoTime at, MonoTime& kept) const {
+  if (!touch_.request.sweeps && !touch_.request.until_contact) return true;
+  if (kept != MonoTime::min() && at - kept < kSweepInterval) return false;
+  kept = at;
+  return true;
 }
 
 void TouchCapture::push(const SourceLost& lost) {
@@ -189,12 +231,17 @@ TouchFault TouchCapture::end(const TickMap& map) {
   touch_.machine_end = recording_.machineRowCount();
   touch_.probe_end = recording_.probeRowCount();
   touch_.drift_end = recording_.driftRowCount();
+  touch_.angle_end = recording_.angleRowCount();
   if (map.state != ClockState::locked) note(TouchFault::clock_not_locked);
   if (touch_.machine_end - touch_.machine_begin < kFewestRows) note(TouchFault::no_machine_rows);
   if (needs(Source::drift) && touch_.drift_end - touch_.drift_begin < kFewestRows) note(TouchFault::no_drift_rows);
   if (needs(Source::probe) && touch_.probe_end - touch_.probe_begin < kFewestRows) note(TouchFault::no_probe_rows);
-  if (touch_.request.by_edges) note(edgeFault());
-  const bool stands = touch_.request.holds || touch_.request.rest_s > 0;
+  if (touch_.request.until_contact) {
+    note(faultOf(lackOf(recording_, touch_)));
+  } else if (touch_.request.by_edges) {
+    note(edgeFault());
+  }
+  const bool stands = touch_.request.holds || touch_.request.rest_s > 0 || touch_.request.until_contact;
   if (stands && !stoodStill()) note(TouchFault::moved);
   if (touch_.request.rest_s > 0 && !restedLongEnough()) note(TouchFault::rest_too_short);
   if (touch_.request.scan.count > 0 && hasHole()) note(TouchFault::samples_missing);

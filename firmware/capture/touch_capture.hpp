@@ -32,10 +32,14 @@ enum class TouchFault : std::uint8_t {
   rest_too_short,
   contact_lost,
   samples_missing,
+  no_contact = 22,
+  wrong_side,
+  no_angles,
 };
 const char* explain(TouchFault fault);
 
-// A screw turns slowly, for minutes: positions at this interval are enough for interpolation.
+// A screw turns slowly, for minutes, and so does C until its ball touches: rows at this interval are enough for
+// interpolation.
 inline constexpr Nanoseconds kSweepInterval = std::chrono::milliseconds{10};
 
 // A probe's switch bounces on its seat for this time after the release; a later edge is of another contact.
@@ -69,6 +73,7 @@ class TouchCapture {
   void push(const Deflection& deflection);
   void push(const Drift& drift);
   void push(const SourceLost& lost);
+  void push(const AngleRow& angle);
   // Edges of the tool-setting device, or of the switch of the probe. When they bounce, the first edge is the contact;
   // the release is the last edge of the device. Of the probe's switch it is the first closing after the chatter of the
   // contact (kChatter); what follows later than its bounces (kBounce) is a second contact, and a fault.
@@ -88,6 +93,7 @@ class TouchCapture {
   bool stoodStill() const;
   bool restedLongEnough() const;
   bool hasHole() const;
+  bool isDue(MonoTime at, MonoTime& kept) const;
   TouchFault edgeFault() const;
 
   Recording recording_;
@@ -98,7 +104,7 @@ class TouchCapture {
   std::array<Level, 2> level_{Level::inactive, Level::inactive};  // of each switch, after its newest edge
   MonoTime chatter_end_{};                                        // of the probe's switch, after the contact
   MachineRow row_;
-  MonoTime row_kept_{};  // the last one of a sweep
+  MonoTime row_kept_{}, probe_row_kept_{}, angle_kept_{};  // the last ones of what is recorded at kSweepInterval
   std::uint8_t axes_in_row_{};
   std::uint64_t incomplete_rows_{};
 };

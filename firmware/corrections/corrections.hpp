@@ -99,6 +99,10 @@ class Corrections {
   std::optional<TriggerStamp> nextTrigger() { return triggers_.next(); }
   std::uint32_t nextTriggerNumber() const { return triggers_.nextNumber(); }
   const AxisReference& reference(std::size_t axis) const { return references_[axis]; }
+  // Angle of the last latch of an encoder; nullopt without one or its reference.
+  std::optional<double> latched_rad(RotaryAxis axis) const {
+    return angles_[static_cast<std::size_t>(axis)].latched_rad();
+  }
   // Correction for screw expansion at the present position, nm, from the last valid extension, whether it is summed or
   // not. 0 for an axis without a screw or a reference; nullopt when the extension is older than T_hold.
   std::optional<std::int32_t> screw_nm(Axis axis, MonoTime now) const;

@@ -136,6 +136,9 @@ void RegisterImage::putStep(const published::Snapshot& snapshot, const published
   put(address::step_fault, fault);
   put(address::step_rest, step.rest_s);
   putScan(step.scan, target_mm ? features.sphere_reach_mm : 0);
+  put(address::step_turn_line, degrees(step.turn_line_rad));
+  put(address::step_turn_to, degrees(step.turn_to_rad));
+  put(address::step_turn_speed, degrees(step.turn_speed_rad_s));
   putTriple(address::step_normal, step.outward_normal, 1);
   putTriple(address::step_retract, step.retract_direction, 1);
   put(address::step_overtravel, step.overtravel_mm);

@@ -159,6 +159,7 @@ Wish WritableRegisters::wish() const {
   options.shank = words_[address::wish_read_by] == 2;
   options.stations = words_[address::wish_stations];
   options.mounts = static_cast<std::uint8_t>(words_[address::wish_mounts]);
+  options.contacts = words_[address::wish_contacts] != 0;
   return wish;
 }
 

@@ -209,6 +209,8 @@ struct StepNow {
   double shank_height_mm{};
   double rest_s{};  // to stand still for
   ScanPath scan{};
+  // Of a turn of C until contact.
+  double turn_line_rad{}, turn_to_rad{}, turn_speed_rad_s{};
   std::array<double, kRotaryAxes> angles_rad{};
   std::uint32_t repeats{};
   std::uint8_t fault{};  // why it is repeated: capture::TouchFault

@@ -91,6 +91,9 @@ std::optional<world::Prompt> RegisterLink::procedureStatus() {
   prompt.shank_height_mm = value(address::step_shank);
   prompt.rest_s = value(address::step_rest);
   prompt.scan = scan(std::hypot(vector(address::step_target)[0], vector(address::step_target)[1]));
+  prompt.turn_line_rad = value(address::step_turn_line) * kDegree;
+  prompt.turn_to_rad = value(address::step_turn_to) * kDegree;
+  prompt.turn_speed_rad_s = value(address::step_turn_speed) * kDegree;
   prompt.mount = static_cast<std::uint16_t>(number(address::step_mount));
   return prompt;
 }

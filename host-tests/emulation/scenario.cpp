@@ -185,6 +185,11 @@ class Scenario::DirectLink : public world::BoxLink {
       prompt.mount = step.touch.mount;
       prompt.rest_s = step.touch.rest_s;
       prompt.scan = step.touch.scan;
+      if (const auto& turn = step.touch.until_contact) {
+        prompt.turn_line_rad = turn->line_rad;
+        prompt.turn_to_rad = turn->to_rad;
+        prompt.turn_speed_rad_s = turn->speed_rad_s;
+      }
     }
     return prompt;
   }

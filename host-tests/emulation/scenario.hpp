@@ -57,6 +57,8 @@ world::Config usualWorld();
 box::BoxConfig usualBox(const world::Config& config);
 // The facts about features and rotary axes in the emulated board's descriptions.
 procedure::Facts usualFacts();
+// What a controller is told of a world, with its errors about where things are.
+world::ControllerConfig controllerOf(const world::Config& config);
 // The travel of its axes.
 app::MachineTravel usualTravel();
 

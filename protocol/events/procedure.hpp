@@ -63,10 +63,13 @@ struct ProcedureOptions {
   std::uint8_t mounts{};
   std::uint8_t faces{};
   double reach_mm{};
+  double contact_beside_mm{};
+  double rim_radius_mm{};
   // As requested. Before a run starts they are replaced by travel, tools and heights above, so no event contains them.
   std::uint16_t turns{};  // of the screw
   bool head{};            // a sensor head measures instead of the probe
   bool shank{};           // the shank of the stylus is the second length
+  bool contacts{};        // C turns until its ball touches the stylus, before everything else
   static constexpr void fields(auto& self, auto&& field) {
     field("speed_count", self.speed_count, "how many of the speeds are chosen");
     field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
@@ -94,6 +97,10 @@ struct ProcedureOptions {
     field("faces", self.faces,
           "of the tool-setting device that the tool reaches: bit 0 +X, 1 -X, 2 +Y, 3 -Y, 4 +Z; 0: all of them");
     field("reach_mm", self.reach_mm, "mm from the middle of the datum sphere to that of the stylus' ball at contact");
+    field("contact_beside_mm", self.contact_beside_mm,
+          "mm to either side of the nominal line, where the stylus stands while C turns until the ball touches it; 0: "
+          "the run has no such steps");
+    field("rim_radius_mm", self.rim_radius_mm, "mm, about, of that ball from C");
   }
 };
 

@@ -52,6 +52,7 @@ struct StartProcedure {
     bool shank{};
     std::uint16_t stations{};
     std::uint8_t mounts{};
+    bool contacts{};
     static constexpr void fields(auto& self, auto&& field) {
       field("method", self.method, "such as delay-multi-speed");
       field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches; none: the method's own. Since 1.2, as all below");
@@ -75,6 +76,9 @@ struct StartProcedure {
       field("stations", self.stations,
             "at how many places the balls of the plate are read, for rotary-axis-errors; 0: all balls at every angle");
       field("mounts", self.mounts, "in how many mounts the plate is read, for rotary-axis-errors; 0: in one");
+      field("contacts", self.contacts,
+            "1: C turns until the ball touches the stylus on either side, before everything else, for "
+            "centreline-by-steps");
     }
   };
   struct Answer {
@@ -120,6 +124,9 @@ struct ProcedureStatus {
     double scan_sense{};
     bool scan_chords{};
     std::vector<double> scan_arcs_rad{};
+    double turn_line_rad{};
+    double turn_to_rad{};
+    double turn_speed_rad_s{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -140,7 +147,8 @@ struct ProcedureStatus {
       field("kind", self.kind,
             "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
             "speed, 4 hold: stand still there for a dwell, and nothing is touched, 5 rest: stand still anywhere for "
-            "rest_s, 6 scan: in contact all the way around a ball. Since 1.2, as all below");
+            "rest_s, 6 scan: in contact all the way around a ball, 7 turn: stand beside the line and "
+            "turn C until the ball touches, and back. Since 1.2, as all below");
       field("feature", self.feature,
             "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part, "
             "3 the tool-setting device");
@@ -170,6 +178,13 @@ struct ProcedureStatus {
       field("scan_sense", self.scan_sense, "1 from X to Y, -1 the other way; 0: no scan");
       field("scan_chords", self.scan_chords, "1: straight ways between points at the first depth in place of arcs");
       field("scan_arcs_rad", self.scan_arcs_rad, "rad, of the arcs or chords, one after the other");
+      field(
+          "turn_line_rad", self.turn_line_rad,
+          "rad, in a turn: angle of C with the ball about on the nominal line above the axis; the stylus stands beside "
+          "that line by travel_mm along the normal, at the height that the ball has there; 0 for other kinds");
+      field("turn_to_rad", self.turn_to_rad,
+            "rad, in a turn: C turns from its angle towards this one until contact, and no further");
+      field("turn_speed_rad_s", self.turn_speed_rad_s, "rad/s, in a turn: there and back");
     }
   };
 };

@@ -20,6 +20,7 @@ void copyOptions(const auto& from, auto& to) {
   to.shank = from.shank;
   to.stations = from.stations;
   to.mounts = from.mounts;
+  to.contacts = from.contacts;
 }
 
 }  // namespace

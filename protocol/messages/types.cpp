@@ -33,7 +33,7 @@ constexpr auto kResultStates =
     std::to_array<std::string_view>({"proposed", "accepted", "active", "retired", "refused"});
 constexpr auto kStepFeatures = std::to_array<std::string_view>({"datum_sphere", "plates", "part_ball", "tool_setter"});
 constexpr auto kStepKinds =
-    std::to_array<std::string_view>({"touch", "in_out", "jog", "sweep", "hold", "rest", "scan"});
+    std::to_array<std::string_view>({"touch", "in_out", "jog", "sweep", "hold", "rest", "scan", "turn"});
 constexpr auto kBMoves = std::to_array<std::string_view>({"nothing", "table", "head"});
 constexpr auto kStepPhases = std::to_array<std::string_view>({"begin", "end", "abandon"});
 constexpr auto kClockStates = std::to_array<std::string_view>({"unlocked", "locked", "holdover", "ambiguous"});

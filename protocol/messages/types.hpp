@@ -106,7 +106,16 @@ enum class StepPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
 enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2, tool_setter = 3 };
 // Names the part that axis B turns: a tilting table under the part, or a swivelling head with the probe.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
-enum class StepKind : std::uint8_t { touch = 0, in_out = 1, jog = 2, sweep = 3, hold = 4, rest = 5, scan = 6 };
+enum class StepKind : std::uint8_t {
+  touch = 0,
+  in_out = 1,
+  jog = 2,
+  sweep = 3,
+  hold = 4,
+  rest = 5,
+  scan = 6,
+  turn = 7
+};
 
 // Names the type of an entry of a case's config.json.
 enum class CaseValue : std::uint8_t { flag = 0, number = 1, text = 2, numbers = 3, matrix = 4 };

@@ -119,6 +119,7 @@ enum : std::uint16_t {
   wish_read_by = 819,
   wish_stations = 820,
   wish_mounts = 821,
+  wish_contacts = 830,
   wish_of = 834,
   wish_what = 836,
   wish_commit = 837,
@@ -157,6 +158,9 @@ enum : std::uint16_t {
   step_scan_ramp = 912,
   step_scan_radius = 914,
   step_scan_arc = 918,
+  step_turn_line = 934,
+  step_turn_to = 936,
+  step_turn_speed = 938,
 };
 }  // namespace address
 

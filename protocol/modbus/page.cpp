@@ -56,15 +56,16 @@ Rules for the master:
   answer to function 6 that comes back may be answered once or twice again.
 
 A calibration by registers alone (service.toml must allow it: allow_calibrate, allow_marker, for the last step allow_accept):
-1. Write method and options (800 to 821), then run or result, request and commit (834 to 837). Wait until 838 is the commit number: 839 is 2
+1. Write method and options (800 to 821, 830), then run or result, request and commit (834 to 837). Wait until 838 is the commit number: 839 is 2
    (done; 842 has the run) or 3 (refused; 840 says why). While 839 is 1, or no answer came, the same write again is safe.
-2. Read 848 to 933 in one request. 848 = 1: a step is to be done; take tool, angles and the start of the approach (target plus clearance
+2. Read 848 to 939 in one request. 848 = 1: a step is to be done; take tool, angles and the start of the approach (target plus clearance
    against the way in), stand still.
-3. Write the begin marker: run, step, phase 0, speed, tool, angles, at rest 1, commit (144 to 157). Exception 3: read 848 to 933 again.
+3. Write the begin marker: run, step, phase 0, speed, tool, angles, at rest 1, commit (144 to 157). Exception 3: read 848 to 939 again.
 4. Move as 852 says: in by clearance plus overtravel, dwell where it is a touch, out by overtravel, clearance and run-out at that speed. Stand
    still for 0.2 s, then write the end marker (phase 1, another commit number).
    A scan is marked in contact: come onto the surface along the normal to the first radius before the begin marker, follow arcs and
    ramps with an exact stop after each, write the end marker, and withdraw along the normal of where it ended.
+   A turn (7) moves C alone, as 934 to 939 say.
 5. When 849 has risen, go to 2. When it has not after 1 s, or 859 has risen, the step is repeated: 860 says why. 848 = 2 without a motion of
    yours: a master before this one died in mid-step; write phase 2 (abandon), then go to 2.
 6. 848 = 3: the box solves. 4: register 102 has the number of the result; accept it by request 3. 5: refused, register 104 says why.

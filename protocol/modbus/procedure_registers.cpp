@@ -38,6 +38,8 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "0 the tip of the stylus, 1 a sensor head, 2 the shank too"},
     {address::wish_stations, "wish: stations", u16, 1, "", write, "places at which the balls of a plate are read"},
     {address::wish_mounts, "wish: mounts", u16, 1, "", write, "ways in which the plate is put on the table"},
+    {address::wish_contacts, "wish: contacts", u16, 1, "", write,
+     "1: C turns until the ball touches the stylus on either side, before everything else"},
     {address::wish_of, "wish: run or result", u32, 1, "", write,
      "for abort the run (0: whichever is in progress), for accept the result; register 102 has the last one's"},
     {address::wish_what, "wish: request", u16, 1, "", write,
@@ -68,8 +70,11 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::step_kind, "step: kind", u16, 1, "", read,
      "0 touch: in, a dwell, out; 1 in and out without a dwell; 2 jog of one axis in free space; 3 sweep: the same at "
      "constant speed; 4 hold: stand still, nothing is touched; 5 rest: stand still anywhere for the time of register "
-     "862; 6 scan: in contact all the way along registers 908 to 933. The registers from here on are 0 when no step is "
-     "to be done"},
+     "862; 6 scan: in contact all the way along registers 908 to 933; 7 turn: stand beside the nominal line above the "
+     "axis of C by the travel along the normal, at the height that the ball's centre has there, turn C from its angle "
+     "towards that of register 936 until the ball touches, stop, and turn back. The registers from here on are 0 when "
+     "no "
+     "step is to be done"},
     {address::step_feature, "step: feature", u16, 1, "", read,
      "0 datum sphere, 1 plates, 2 ball on the part, 3 tool-setting device"},
     {address::step_side, "step: side", u16, 1, "", read,
@@ -85,7 +90,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::step_fault, "step: fault", u16, 1, "", read, "why, a code of the list below; 0: it is not repeated"},
     {address::step_rest, "step: rest", f32, 1, "s", read, "of a rest: the time to stand still; 0 for other kinds"},
     {address::step_normal, "step: XYZ normal", f32, 1, "", read,
-     "outward normal of the surface; of a jog or sweep its direction"},
+     "outward normal of the surface; of a jog or sweep its direction; of a turn from the line to the stylus"},
     {address::step_retract, "step: XYZ retract", f32, 1, "", read,
      "direction of the way out; the way in is its opposite"},
     {address::step_overtravel, "step: overtravel", f32, 1, "mm", read,
@@ -95,7 +100,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "the speed must hold so far beyond the clearance on the way out"},
     {address::step_speed, "step: speed", f32, 1, "mm/s", read, "of both ways, for register 148"},
     {address::step_travel, "step: travel", f32, 1, "mm", read,
-     "length of a jog or sweep; of a hold the distance from the ball's centre"},
+     "length of a jog or sweep; of a hold the distance from the ball's centre, of a turn from the line"},
     {address::step_shank, "step: shank height", f32, 1, "mm", read,
      "above the centre of the stylus' ball, where the shank touches; 0: the ball does"},
     {address::step_angle, "step: ABC angle", f32, 1, "deg", read,
@@ -126,6 +131,14 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::step_scan_arc + 10, "step: scan arc 6", f32, 1, "deg", read, "as arc 1"},
     {address::step_scan_arc + 12, "step: scan arc 7", f32, 1, "deg", read, "as arc 1"},
     {address::step_scan_arc + 14, "step: scan arc 8", f32, 1, "deg", read, "as arc 1"},
+    {address::step_turn_line, "step: C on the line", f32, 1, "deg", read,
+     "of a turn: angle of C with the ball about on the line above the axis; 0 for other kinds"},
+    {address::step_turn_to, "step: C at most", f32, 1, "deg", read,
+     "of a turn: C turns from the angle of register 892 towards this one, and no further; where nothing has touched "
+     "until then it turns back"},
+    {address::step_turn_speed, "step: speed of C", f32, 1, "deg/s", read,
+     "of a turn: there and back; after the contact C stops within the overtravel of register 876, along the ball's "
+     "way"},
 });
 
 }  // namespace

@@ -100,7 +100,12 @@ procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
       .swivel_head = procedure::HeadFacts{
           .b = b, .pivot_mm = {0, 0, kPivot_mm}, .ball_mm = std::array<double, 3>{}, .sd_ball_mm = {}}};
   facts.probe_tools = {.count = 2, .numbers = {1, 2}, .lengths_mm = set_up.tool_lengths_mm};
-  facts.rim_ball = procedure::RimBall{.c_on_line_rad = std::numbers::pi / 2 + kFoundBy_rad, .level_limit_mm = {}};
+  const double touching_mm = (set_up.sphere_diameter_mm + set_up.stylus_ball_diameter_mm) / 2;
+  facts.rim_ball = procedure::RimBall{.c_on_line_rad = std::numbers::pi / 2 + kFoundBy_rad,
+                                      .level_limit_mm = {},
+                                      .beside_mm = 1.5 * touching_mm,
+                                      .radius_mm = set_up.ball_reach_mm,
+                                      .c_has_encoder = true};
   facts.probe_shank = procedure::ProbeShank{.tool = 1,
                                             .tip_length_mm = set_up.tool_lengths_mm[0],
                                             .radius_mm = set_up.shank_radius_mm,

@@ -9,6 +9,7 @@
 #include "tools/plan/contact.hpp"
 #include "tools/plan/scan_motion.hpp"
 #include "tools/plan/simulated_facts.hpp"
+#include "tools/plan/turn.hpp"
 
 namespace probebox::plan {
 namespace {
@@ -57,6 +58,7 @@ bool SimulatedRecording::take(const procedure::Step& step) {
   if (step.kind == procedure::Kind::sweep) return sweep(step);
   if (step.kind == procedure::Kind::rest) return rest(step);
   if (step.kind == procedure::Kind::scan) return scan(step);
+  if (step.kind == procedure::Kind::turn) return turn(step);
   return step.kind == procedure::Kind::hold ? hold(step) : touch(step);
 }
 
@@ -68,6 +70,7 @@ capture::Touch SimulatedRecording::begin(const procedure::Step& step) const {
   touch.machine_begin = recording_.machineRowCount();
   touch.probe_begin = recording_.probeRowCount();
   touch.drift_begin = recording_.driftRowCount();
+  touch.angle_begin = recording_.angleRowCount();
   return touch;
 }
 
@@ -75,6 +78,7 @@ bool SimulatedRecording::end(capture::Touch touch, double duration_s) {
   touch.machine_end = recording_.machineRowCount();
   touch.probe_end = recording_.probeRowCount();
   touch.drift_end = recording_.driftRowCount();
+  touch.angle_end = recording_.angleRowCount();
   const double pause_s = touch.request.rotary_angles_rad == pose_ ? set_up_.between_s : set_up_.turning_s;
   pose_ = touch.request.rotary_angles_rad;
   now_s_ += duration_s + pause_s;
@@ -166,6 +170,26 @@ bool SimulatedRecording::scan(const procedure::Step& step) {
   });
   sample(set_up_.probe_rate_hz, motion.duration(),
          [&](double t) { fits = probeRow(t, motion.deflection(t) + noise(set_up_.probe_noise_um)) && fits; });
+  return end(touch, motion.duration()) && fits;
+}
+
+// The stylus stands beside the line; the ball comes to it, presses it aside, and goes back.
+bool SimulatedRecording::turn(const procedure::Step& step) {
+  auto touch = begin(step);
+  const Turn motion{step, ballAt(set_up_, step.touch.ball), set_up_};
+  const double stop_rad = normal(set_up_.sigma_c_rad);  // the encoder does not see how far C stands beside it
+  const double interval_s = std::chrono::duration<double>{capture::kSweepInterval}.count();
+  bool fits = true;
+  sample(1 / interval_s, motion.duration(), [&](double t) {
+    fits = machineRow(t, motion.stylus() + noise(set_up_.machine_noise_um)) && fits;
+    fits = recording_.append(capture::AngleRow{at(now_s_ + t), motion.angle(t) - stop_rad}) && fits;
+    if (!step.touch.by_edges) fits = probeRow(t, motion.deflection(t) + noise(set_up_.probe_noise_um)) && fits;
+  });
+  if (step.touch.by_edges) {
+    const double sd_mm = 1e-3 * *set_up_.switch_repeatability_um;
+    touch.contact = at(now_s_ + motion.contactTime(normal(sd_mm)));
+    touch.release = at(now_s_ + motion.releaseTime(normal(sd_mm)));
+  }
   return end(touch, motion.duration()) && fits;
 }
 

@@ -35,6 +35,7 @@ class SimulatedRecording {
   bool sweep(const procedure::Step& step);
   bool rest(const procedure::Step& step);
   bool scan(const procedure::Step& step);
+  bool turn(const procedure::Step& step);
   bool machineRow(double t, const Eigen::Vector3d& position);
   bool probeRow(double t, const Eigen::Vector3d& channels_mm);
   Eigen::Vector3d surfaceOf(const procedure::Step& step) const;

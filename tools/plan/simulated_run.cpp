@@ -1,6 +1,7 @@
 #include "tools/plan/simulated_run.hpp"
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <variant>
 
@@ -25,6 +26,9 @@ double durationOf(const procedure::Step& step, const SetUp& set_up) {
   if (step.kind == procedure::Kind::hold) return set_up.hold_s;
   if (step.kind == procedure::Kind::rest) return step.touch.rest_s;
   if (step.kind == procedure::Kind::scan) return ScanMotion{step, set_up}.duration();
+  // At least to the place of the stylus, less the radii.
+  if (const auto& turn = step.touch.until_contact)
+    return std::abs(turn->to_rad - step.touch.rotary_angles_rad[2]) / turn->speed_rad_s;
   if (step.kind != procedure::Kind::sweep) return Contact{step, Eigen::Vector3d::Zero(), set_up}.duration();
   return Drive{step.touch.travel_mm, step.touch.retract_speed_mm_s, set_up.acceleration_mm_s2}.duration();
 }
@@ -52,7 +56,7 @@ SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOp
     // A run whose steps follow from its readings goes on.
     const auto next = procedure::nextLoop(method, run.recording(), run.scales(), facts, measured);
     if (!next) continue;
-    if (const auto loops = method.loops.after(plan->loops, *next)) {
+    if (const auto loops = method.loops.after(plan->loops, options, *next)) {
       procedure::fill(*plan, method, options, *loops);
       procedure::takeReadings(*plan, probe);
     }

@@ -58,6 +58,7 @@ MethodHelp methodHelp() {
       .tool = methodsWith([](const LiveMethod& method) { return method.takes_tool; }),
       .head = methodsWith([](const LiveMethod& method) { return !method.steps_by_head.empty(); }),
       .shank = methodsWith([](const LiveMethod& method) { return method.takesShank(); }),
+      .contacts = methodsWith([](const LiveMethod& method) { return method.takes_contacts; }),
       .usual_arcs = usualArcs(),
   };
 }

@@ -34,6 +34,11 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
   answer.scan_sense = scan.sense;
   answer.scan_chords = scan.chords;
   answer.scan_arcs_rad.assign(scan.arcs_rad.begin(), scan.arcs_rad.begin() + static_cast<std::ptrdiff_t>(scan.count));
+  if (const auto& turn = step.touch.until_contact) {
+    answer.turn_line_rad = turn->line_rad;
+    answer.turn_to_rad = turn->to_rad;
+    answer.turn_speed_rad_s = turn->speed_rad_s;
+  }
   answer.tool = step.touch.tool;
   answer.mount = step.touch.mount;
   answer.b_moves = static_cast<messages::BMoves>(step.b_moves);

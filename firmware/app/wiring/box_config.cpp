@@ -101,7 +101,12 @@ procedure::ProbeTools probeTools(const board::Machine& machine) {
 std::optional<procedure::RimBall> rimBall(const board::Machine& machine) {
   const auto& ball = machine.rim_ball;
   if (!ball) return std::nullopt;
-  return procedure::RimBall{.c_on_line_rad = radians(ball->c_deg), .level_limit_mm = ball->level_limit_mm};
+  const auto& c = machine.rotary_axes[static_cast<std::size_t>(RotaryAxis::c)];
+  return procedure::RimBall{.c_on_line_rad = radians(ball->c_deg),
+                            .level_limit_mm = ball->level_limit_mm,
+                            .beside_mm = ball->beside_mm,
+                            .radius_mm = ball->radius_mm,
+                            .c_has_encoder = c && c->angle_from == board::AngleFrom::encoder};
 }
 
 std::optional<procedure::ProbeShank> probeShank(const board::Machine& machine) {

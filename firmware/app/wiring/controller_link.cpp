@@ -49,7 +49,10 @@ world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
           .shank_height_mm = answer.shank_height_mm,
           .mount = answer.mount,
           .rest_s = answer.rest_s,
-          .scan = scanOf(answer)};
+          .scan = scanOf(answer),
+          .turn_line_rad = answer.turn_line_rad,
+          .turn_to_rad = answer.turn_to_rad,
+          .turn_speed_rad_s = answer.turn_speed_rad_s};
 }
 
 }  // namespace

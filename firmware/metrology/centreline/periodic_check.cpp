@@ -66,21 +66,28 @@ double side(double degrees) {
   return std::abs(std::remainder(degrees, 360.0)) < 90.0 ? 1.0 : -1.0;
 }
 
-// Of one coordinate of a centre, and of a single touch.
+// Of one coordinate of a centre, of its height at B = 90, and of a single touch.
 struct Sigmas {
   Sigma centre;
+  double height90{1.0};
   double touch{1.0};
 
-  double of(const Quantity& quantity) const { return quantity.table == "centres" ? centre.value : touch; }
+  double of(const Quantity& quantity) const {
+    if (quantity.table != "centres") return touch;
+    return quantity.column == "z_mm" ? height90 : centre.value;
+  }
 };
 
 Outcome<Sigmas, Refusal> sigmasOf(const Dataset& dataset) {
   TRY(const auto centre, configSigma(dataset, "sigma_mm"));
   TRY(const auto touch, configPositive(dataset, "sigma_touch_mm"));
-  if (touch && !centre.stated) {
-    return Refusal{"missing-key", "config.json states sigma_touch_mm without sigma_mm: state both, or neither"};
+  TRY(const auto height90, configPositive(dataset, "sigma_Zcen_B90_mm"));
+  if ((touch || height90) && !centre.stated) {
+    return Refusal{"missing-key", std::string{"config.json states "} +
+                                      (touch ? "sigma_touch_mm" : "sigma_Zcen_B90_mm") +
+                                      " without sigma_mm: state both, or neither"};
   }
-  return Sigmas{centre, touch.value_or(centre.value)};
+  return Sigmas{centre, height90.value_or(centre.value), touch.value_or(centre.value)};
 }
 
 // All means as one linear fit, so that residuals and degrees of freedom are common to them.
@@ -279,6 +286,7 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   TRY(const auto ball, ballOf(dataset));
   TRY(const auto sigmas, sigmasOf(dataset));
   if (auto refusal = badTables(dataset)) return *refusal;
+  TRY(const auto stop90, configPositive(dataset, "sigma_stop_B90_mm"));
   TRY(const auto means, fitMeans(dataset, sigmas));
 
   const auto& parameters = means.fit.parameters;
@@ -291,7 +299,11 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
     const Eigen::RowVectorXd row = pick(means.columns[k], 1, parameters.size()).row(0);
     const double value = parameters[means.columns[k]] - reference(quantity, ball);
     if (quantity.promised) answer.promiseScalar(std::string{quantity.key}, value, row);
-    if (!quantity.promised) answer.alsoScalar(std::string{quantity.key}, value, row);
+    if (quantity.promised) continue;
+    answer.alsoScalar(std::string{quantity.key}, value, row);
+    // One stop of B for all of its readings: their scatter does not show it.
+    auto& sd = answer.result().also.back().sd;
+    if (!sd.empty()) sd[0] = std::hypot(sd[0], stop90.value_or(0.0));
   }
   addRunOuts(answer, means, ball);
   for (const auto& quantity : kQuantities) {

@@ -186,12 +186,21 @@ std::optional<std::string> disagreement(const RimSteps& steps, const RimCentre& 
   return std::nullopt;
 }
 
-Outcome<double, Refusal> contactShift(const Dataset& dataset) {
-  if (!dataset.table("contacts")) return 0.0;
+// Of step 2: the zero of C that puts the ball on the nominal line, and its sd where that of a contact is stated.
+struct ContactShift {
+  double rad{};
+  std::optional<double> sd;
+};
+
+Outcome<ContactShift, Refusal> contactShift(const Dataset& dataset) {
+  if (!dataset.table("contacts")) return ContactShift{};
+  TRY(const auto sigma, configSigma(dataset, "sigma_contact_rad"));
   TRY(const auto table, checkedTable(dataset, "contacts", kContactColumns));
   Dataset alone{.method = std::string{kCZeroShift.name}, .config = {}, .tables = {*table}};
+  if (sigma.stated) alone.config["sigma_C_rad"] = sigma.value;
   TRY(const auto solved, solveCZeroShift(alone));
-  return solved.find("C_shift_rad")->value();
+  const auto& shift = *solved.find("C_shift_rad");
+  return ContactShift{shift.value(), sigma.stated ? std::optional{shift.sd.front()} : std::nullopt};
 }
 
 // What a case asks, read and checked.
@@ -199,7 +208,7 @@ struct Measured {
   StatedNoise noise;
   bool trust{true};  // the angles of C
   StylusOffset stylus;
-  double contact{};  // rad
+  ContactShift contact;
   std::vector<Loop> loops;
   Settled settled;
 };
@@ -347,7 +356,9 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   also.push_back(Estimate::vector("fit_centre_mm", {fitted.x(), fitted.y()}, {}));
   also.push_back(Estimate::vector("steps_centre_mm", {plain->centre.x(), plain->centre.y()}, {}));
   also.push_back(Estimate::scalar("steps_radius_mm", plain->radius, std::nullopt));
-  also.push_back(Estimate::scalar("C_shift_rad", measured.contact + measured.settled.zeros.back(), std::nullopt));
+  also.push_back(Estimate::scalar("C_shift_rad", measured.contact.rad + measured.settled.zeros.back(), std::nullopt));
+  if (dataset.table("contacts") != nullptr)
+    also.push_back(Estimate::scalar("contact_shift_rad", measured.contact.rad, measured.contact.sd));
   addStylus(also, *dataset.table("readings"), measured.stylus, measured.noise);
   return result;
 }

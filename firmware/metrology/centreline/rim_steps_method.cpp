@@ -18,6 +18,7 @@ constexpr MethodTable kRimStepsTables[]{
 constexpr MethodKey kRimStepsKeys[]{
     key::kSigma,
     key::kSigmaC,
+    {"sigma_contact_rad", "", "sd of an angle of C at a contact (k = 1), for the sd of contact_shift_rad"},
     {"level_limit_mm", "0.01", "y at +theta and -theta within it are level"},
     {"trust_C_angles", "true", "false where an angle of C is not what it says: the steps count"},
     key::kTauForTheRecord};

@@ -42,6 +42,10 @@ struct CheckedBall {
 struct RimBall {
   double c_on_line_rad{};  // approximate angle of C at which the ball is above the axis, along +Y
   std::optional<double> level_limit_mm;
+  // For contacts by turning C: how far beside the line the stylus stands, about how far the ball is from C, and whether
+  // an encoder tells the angle of C.
+  std::optional<double> beside_mm{}, radius_mm{};
+  bool c_has_encoder{};
 };
 
 // The balls that rotary-axis-errors reads, and the nominal axis C: along Z, through a point.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -9,8 +10,11 @@
 #include "firmware/metrology/centreline/limited_access.hpp"
 #include "firmware/metrology/centreline/rim_steps.hpp"
 #include "firmware/procedure/dataset/ball_readings.hpp"
+#include "firmware/procedure/dataset/rim_contacts.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/rim_loops.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/turns.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -20,6 +24,7 @@ namespace {
 constexpr std::array<std::string_view, 4> kReadingsColumnsOfCentrelineBySteps{"loop", "C_rad_clockwise_from_plus_y",
                                                                               "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 3> kStylusColumns{"A_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
 
 // Of C, clockwise from the zero of the loop, as measured.
 double angleOf(const Reading& reading, double c_on_line_rad) {
@@ -29,7 +34,7 @@ double angleOf(const Reading& reading, double c_on_line_rad) {
 
 // The loops of which there are touches.
 RimLoops loopsOf(const capture::Recording& recording) {
-  RimLoops loops{.count = 0};
+  RimLoops loops{.count = 0, .contacted = !recording.contacts().empty()};
   for (const auto& touch : recording.touches()) {
     const auto [loop, zero_rad, c_rad] = rimStep(touch.request.note);
     if (loop == 0 || loop > kMostRimLoops) continue;
@@ -60,6 +65,27 @@ void addRimSteps(metrology::Dataset& dataset, const BallReadings& found, const F
   dataset.tables.insert(dataset.tables.begin(), {std::move(table), std::move(stylus)});
 }
 
+// Of (B25).
+std::optional<metrology::Refusal> addContacts(metrology::Dataset& dataset, const FinishedRun& run) {
+  TRY(const auto contacts, rimContacts(run));
+  auto table = metrology::Table::withColumns("contacts", kContactColumns);
+  table.append({contacts.clockwise_rad, contacts.anticlockwise_rad});
+  dataset.config["sigma_contact_rad"] = contacts.sd_rad;
+  dataset.tables.push_back(std::move(table));
+  return std::nullopt;
+}
+
+// Contacts come before any touch, and are a case of their own until there are touches.
+RunDataset rimDataset(const FinishedRun& run) {
+  const bool touched = !run.recording.touches().empty();
+  RunDataset built = touched
+                         ? ballDataset(run, addRimSteps)
+                         : RunDataset{{.method = std::string{run.method.name()}, .config = {}, .tables = {}}, {}, {}};
+  if (run.recording.contacts().empty() || built.refusal) return built;
+  built.refusal = addContacts(built.dataset, run);
+  return built;
+}
+
 Solved answerOf(const RimLoops& loops) {
   return {.run = 0,
           .at = {},
@@ -68,10 +94,20 @@ Solved answerOf(const RimLoops& loops) {
           .closes = loops.closes};
 }
 
+// From the zero of C that the contacts show (B25).
+std::optional<Solved> firstLoop(const RunDataset& measured) {
+  const auto* contacts = measured.dataset.table("contacts");
+  if (contacts == nullptr) return std::nullopt;
+  const double middle_rad =
+      (contacts->column(kContactColumns[0])->front() + contacts->column(kContactColumns[1])->front()) / 2;
+  return answerOf({.count = 1, .zeros_rad = {middle_rad}, .contacted = true});
+}
+
 // A reading at zero when the last loop is level or the loops are used up, else one more loop from the corrected zero
 // (B26).
 std::optional<Solved> nextLoop(const FinishedRun& run, const RunDataset& measured) {
   RimLoops loops = loopsOf(run.recording);
+  if (loops.contacted && loops.count == 0) return firstLoop(measured);
   const auto* table = measured.dataset.table("readings");
   if (loops.closes || table == nullptr || table->rows() < 2) return std::nullopt;
   const auto row = [&](std::size_t k) {
@@ -94,8 +130,14 @@ std::optional<Solved> nextLoop(const FinishedRun& run, const RunDataset& measure
   return answerOf(loops);
 }
 
-std::optional<LoopState> after(const LoopState& state, const Solved& solved) {
+std::optional<LoopState> after(const LoopState& state, const ProcedureOptions& options, const Solved& solved) {
   RimLoops loops = rimLoops(state);
+  if (options.contact_beside_mm > 0 && !loops.contacted) {
+    if (solved.loops != 1 || solved.closes) return std::nullopt;
+    loops.zeros_rad[0] = solved.c_zero_rad;
+    loops.contacted = true;
+    return stateOf(loops);
+  }
   const bool next = solved.loops == loops.count + 1 && !solved.closes,
              same = solved.loops == loops.count && solved.closes;
   if (loops.closes || !(next || same) || solved.loops > kMostRimLoops) return std::nullopt;
@@ -108,8 +150,8 @@ std::optional<LoopState> after(const LoopState& state, const Solved& solved) {
 // Step 1 finds the offset of the stylus; then every loop has +theta and -theta from its zero, and the last one zero
 // too.
 Pose poseAt(const ProcedureOptions& options, const LoopState& state, std::size_t index) {
-  if (index < 2) return {{index == 0 ? 0.0 : kHalfTurn_rad, 0, options.c_on_line_rad}, 1};
   const RimLoops loops = rimLoops(state);
+  if (index < 2) return {{index == 0 ? 0.0 : kHalfTurn_rad, 0, options.c_on_line_rad - loops.zeros_rad[0]}, 1};
   const std::size_t k = index - 2, loop = std::min(k / 2, loops.count - 1);
   const double theta_rad = options.arc_rad / 2, zero_rad = loops.zeros_rad[loop];
   const double c_rad = k / 2 == loops.count ? 0 : k % 2 == 0 ? theta_rad : -theta_rad;
@@ -118,9 +160,40 @@ Pose poseAt(const ProcedureOptions& options, const LoopState& state, std::size_t
   return pose;
 }
 
-std::size_t poseCount(const ProcedureOptions&, const LoopState& state) {
+std::size_t poseCount(const ProcedureOptions& options, const LoopState& state) {
   const RimLoops loops = rimLoops(state);
+  if (options.contact_beside_mm > 0 && !loops.contacted) return 0;
   return 2 + 2 * loops.count + (loops.closes ? 1 : 0);
+}
+
+// Step 2 comes first: what it finds lets the other steps meet the ball.
+void addTurns(Plan& plan, const ProcedureOptions& with) {
+  if (with.contact_beside_mm == 0) return;
+  add(plan, turnBeside(1, with));
+  add(plan, turnBeside(-1, with));
+}
+
+Outcome<ProcedureOptions> completed(ProcedureOptions options, const Facts& facts) {
+  if (facts.rim_ball) options.c_on_line_rad = facts.rim_ball->c_on_line_rad;
+  if (!options.contacts) return options;
+  const std::string name = std::string{kCentrelineBySteps.name()} + " with contacts needs ";
+  if (!facts.rim_ball || !facts.rim_ball->beside_mm || !facts.rim_ball->radius_mm)
+    return Error{name +
+                 "to know where the stylus stands while C turns: give [rim_ball] beside_mm and radius_mm in "
+                 "machine.toml, or omit that option and put the ball to the line by hand."};
+  if (!facts.rim_ball->c_has_encoder)
+    return Error{name +
+                 "the angle of C at the contact, and no encoder tells it: wire the encoder of C to the box, and give "
+                 "[rotary_axis.C] angle_from = \"encoder\" in machine.toml, or omit that option."};
+  options.contact_beside_mm = *facts.rim_ball->beside_mm;
+  options.rim_radius_mm = *facts.rim_ball->radius_mm;
+  return options;
+}
+
+std::optional<Error> whyNoTurns(const ProcedureOptions& with) {
+  if (with.contact_beside_mm == 0) return std::nullopt;
+  if (auto error = outside("A radius of the rim", with.rim_radius_mm, 5, 20'000, "mm")) return error;
+  return outside("A distance of the stylus from the line", with.contact_beside_mm, 1, 0.8 * with.rim_radius_mm, "mm");
 }
 
 constexpr Poses kRimSteps{.count = poseCount, .at = poseAt};
@@ -137,7 +210,9 @@ constinit const LiveMethod kCentrelineBySteps{
     .number = 23,
     .solver = &metrology::kCentrelineBySteps,
     .steps =
-        "one ball, A at 0 and 180 degrees with C where the ball is nearly on the line along +Y; then C 40 degrees "
+        "with `--contacts` first C turned until the ball touches the stylus on either side of the line; then one ball, "
+        "A "
+        "at 0 and 180 degrees with C where the ball is nearly on the line along +Y; then C 40 degrees "
         "to either side of its zero (`--arc` halves), from a new zero as long as the two are not level, five "
         "loops at most; at last C at zero; five touches each",
     .needs = kNeedsOfCentrelineBySteps,
@@ -146,14 +221,14 @@ constinit const LiveMethod kCentrelineBySteps{
     .sides = kSphereSides,
     .poses = kRimSteps,
     .usual = with(readings(), [](auto& options) { options.arc_rad = kUsualRimArc_rad; }),
+    .takes_contacts = true,
     .least_arc_deg = 30,  // (B27)
-    .described = [](ProcedureOptions options, const Facts& facts) -> Outcome<ProcedureOptions> {
-      if (facts.rim_ball) options.c_on_line_rad = facts.rim_ball->c_on_line_rad;
-      return options;
-    },
-    .dataset = [](const FinishedRun& run) { return ballDataset(run, addRimSteps); },
+    .first_steps = addTurns,
+    .also_refused = whyNoTurns,
+    .described = completed,
+    .dataset = rimDataset,
     .loops = {.first = stateOf({}),
-              .most = stateOf({.count = kMostRimLoops, .zeros_rad = {}, .closes = true}),
+              .most = stateOf({.count = kMostRimLoops, .zeros_rad = {}, .closes = true, .contacted = true}),
               .next = nextLoop,
               .after = after}};
 

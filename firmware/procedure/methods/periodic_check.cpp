@@ -29,7 +29,7 @@ constexpr Fact kCheckedBall{
         "a description of the ball: give [periodic_check] ball_diameter_mm and ball_centre_z_mm in machine.toml."};
 constexpr std::array kNeedsOfPeriodicCheck{&kCheckedBall};
 
-// What a wrong delay adds to touches from one side, k = 1.
+// What a wrong delay displaces touches from one side by, k = 1: all of them outwards alike, as a wrong radius does.
 double delayError_mm(const capture::Recording& recording) {
   double speeds_mm_s = 0;
   for (const auto& touch : recording.touches()) speeds_mm_s += touch.request.retract_speed_mm_s;
@@ -41,6 +41,13 @@ double swungX_mm(const Facts& facts, double b_rad) {
   if (b_rad == 0 || !facts.swivel_head) return 0;
   const double length_mm = facts.lengthOf(facts.probe_tools.numbers[0]);
   return (nominalTip(*facts.swivel_head, b_rad, length_mm) - nominalTip(*facts.swivel_head, 0, length_mm)).x();
+}
+
+// From the axis of the head to the tip.
+double armOfHead_mm(const Facts& facts) {
+  const HeadFacts& head = *facts.swivel_head;
+  const double length_mm = facts.lengthOf(facts.probe_tools.numbers[0]);
+  return (nominalTip(head, 0, length_mm) - vectorOf(head.pivot_mm)).norm();
 }
 
 // Angles of B to the digits at which the check is defined; others as they are, for the solver to refuse.
@@ -72,21 +79,36 @@ CheckTables checkTables(const std::vector<Reading>& readings, const Facts& facts
   return tables;
 }
 
+// Of the height of one centre at B = 90, where the side of the stem cannot be touched; 0 without such readings.
+double sigmaOfHeight90(const std::vector<Reading>& readings) {
+  double squares = 0, count = 0;
+  for (const auto& reading : readings) {
+    if (checkAngle_deg(reading.b_rad) != 90) continue;
+    squares += reading.centre.sd_mm.z() * reading.centre.sd_mm.z();
+    ++count;
+  }
+  return count > 0 ? std::sqrt(squares / count) : 0;
+}
+
 void addCheck(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
   const auto& [readings, shank] = found;
   const Facts& facts = run.facts;
   auto& config = dataset.config;
   const CheckedBall& ball = *facts.checked_ball;
   auto tables = checkTables(readings, facts);
-  // The top is one touch, a centre in X or Y the middle of two, as is Y with the head swivelled. The tops share the
-  // delay's error, which their mean keeps whole, and so do the sides.
+  // The top is one touch, a centre in X or Y the middle of two, as is Y with the head swivelled.
   std::vector<Reading> level;
   std::ranges::copy_if(readings, std::back_inserter(level),
                        [](const Reading& reading) { return checkAngle_deg(reading.b_rad) == 0; });
-  const auto touches = static_cast<double>(std::max(tables.z_touch.rows(), tables.x_touch.rows()));
-  const double of_delay_mm = std::sqrt(touches) * delayError_mm(run.recording);
   config["sigma_mm"] = sigmaWithAngle(level, facts);
-  config["sigma_touch_mm"] = std::hypot(std::numbers::sqrt2 * sigmaOf(level), of_delay_mm);
+  config["sigma_touch_mm"] = std::numbers::sqrt2 * sigmaOf(level);
+  if (const double sigma_mm = sigmaOfHeight90(readings); sigma_mm > 0) config["sigma_Zcen_B90_mm"] = sigma_mm;
+  if (tables.x_touch.rows() > 0 && facts.swivel_head && facts.swivel_head->b.sigma_rad > 0)
+    config["sigma_stop_B90_mm"] = armOfHead_mm(facts) * facts.swivel_head->b.sigma_rad;
+  // Common to all touches, so their scatter does not show it.
+  const double sd_radius_mm =
+      std::hypot(delayError_mm(run.recording), facts.sd_stylus_ball_diameter_mm.value_or(0) / 2);
+  if (sd_radius_mm > 0) config["sd_effective_ball_radius_mm"] = sd_radius_mm;
   config["effective_ball_radius_mm"] = (ball.diameter_mm + facts.stylus_ball_diameter_mm) / 2;
   config["expected_ball_centre_z_mm"] = ball.centre_z_mm;
   config["x_is_radius"] = true;  // positions are, however X is programmed

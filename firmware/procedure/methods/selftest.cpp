@@ -16,13 +16,13 @@ namespace {
 constexpr double kJog_mm = 10;
 constexpr std::array<Side, 3> kPushes{kSphereSides[0], kSphereSides[2], kSphereSides[4]};
 
-void addJogs(Plan& plan, double speed_mm_s) {
+void addJogs(Plan& plan, const ProcedureOptions& with) {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     std::array<double, 3> direction{};
     direction[axis] = 1;
     const capture::TouchRequest jog{.outward_normal = direction,
                                     .retract_direction = direction,
-                                    .retract_speed_mm_s = speed_mm_s,
+                                    .retract_speed_mm_s = speedsOf(with).front(),
                                     .travel_mm = kJog_mm};
     add(plan, {.touch = jog, .kind = Kind::jog});
   }

@@ -57,7 +57,7 @@ struct Loops {
   // Worker: computes the answer that adds steps; nullopt when the run can be solved.
   std::optional<Solved> (*next)(const FinishedRun&, const RunDataset&){};
   // Core: the state after that answer; nullopt when the answer does not belong to this state. Does not allocate.
-  std::optional<LoopState> (*after)(const LoopState&, const Solved&){};
+  std::optional<LoopState> (*after)(const LoopState&, const ProcedureOptions&, const Solved&){};
 };
 
 // Values of options.axis for the rotary axis whose errors are measured.
@@ -87,12 +87,13 @@ struct LiveMethod {
   bool takes_axis{};   // --axis: whose screw
   bool takes_turns{};  // --turns of it
   bool takes_tool{};
+  bool takes_contacts{};  // --contacts: C turns until its ball touches, before everything else
   double least_arc_deg{1};
   std::uint16_t fewest_balls{2};
 
   // Hooks; nullptr: not needed.
   const OwnSteps* own_steps{};
-  void (*first_steps)(Plan&, double speed_mm_s){};  // before the touches
+  void (*first_steps)(Plan&, const ProcedureOptions& with_defaults){};  // before the touches
   std::optional<Error> (*also_refused)(const ProcedureOptions& with_defaults){};
   std::string (*prompt)(const Plan&, std::size_t step){};  // in place of the sentence about a touch
   // Completes the options from the descriptions.

@@ -38,6 +38,7 @@ std::optional<Error> unused(const LiveMethod& method, const ProcedureOptions& op
   if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !takes_b) return omit("angles of B");
   if (options.tool_count != 0 && usual.tool_count == 0) return omit("tools");
   if (options.tool != 0 && !method.takes_tool) return omit("tool");
+  if (options.contact_beside_mm != 0 && !method.takes_contacts) return omit("contacts by turning C");
   if (options.head_tool != 0 && !method.takesHead()) return because(" does not use a sensor head: omit that option.");
   if (options.shank_height_mm != 0 && !method.takesShank()) return because(" does not use a shank: omit that option.");
   const bool holds = options.head_tool != 0;
@@ -174,7 +175,7 @@ void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options,
   plan.loops = loops;
   if (method.own_steps != nullptr) return method.own_steps->fill(plan, options);
   const ProcedureOptions with = withDefaults(method, options);
-  if (method.first_steps != nullptr) method.first_steps(plan, speedsOf(with).front());
+  if (method.first_steps != nullptr) method.first_steps(plan, with);
   for (std::size_t reading = 0; reading < method.poses.count(with, loops); ++reading) {
     if (with.head_tool != 0) {
       Step step = holdAt(method.poses.at(with, loops, reading), method.feature, with);
@@ -190,7 +191,7 @@ void takeReadings(Plan& plan, ProbeKind probe) {
   if (probe != ProbeKind::trigger) return;
   for (std::size_t i = 0; i < plan.step_count; ++i) {
     auto& step = plan.steps[i];
-    const bool touches = step.kind == Kind::touch || step.kind == Kind::in_out;
+    const bool touches = step.kind == Kind::touch || step.kind == Kind::in_out || step.kind == Kind::turn;
     if (!touches || step.feature == Feature::tool_setter) continue;
     step.touch.by_edges = true;
     step.touch.switch_of = capture::SwitchOf::probe;

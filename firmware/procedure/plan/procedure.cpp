@@ -47,6 +47,10 @@ Nanoseconds scanTimeOf(const Step& step) {
 Nanoseconds timeoutOf(const Step& step) {
   if (step.kind == Kind::rest) return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * step.touch.rest_s)};
   if (step.kind == Kind::scan) return Procedure::kStepTimeout + scanTimeOf(step);
+  if (const auto& turn = step.touch.until_contact) {
+    const double way_rad = std::abs(turn->to_rad - step.touch.rotary_angles_rad[2]);
+    return Procedure::kStepTimeout + Nanoseconds{std::llround(3e9 * way_rad / turn->speed_rad_s)};
+  }
   const double travel_s = step.touch.travel_mm / step.touch.retract_speed_mm_s;
   return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * travel_s)};
 }
@@ -112,7 +116,9 @@ void Procedure::beginStep(const Marker& marker) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::wrong_tool);
   }
-  if ((step.kind == Kind::hold || step.kind == Kind::rest || step.kind == Kind::scan) && !marker.at_rest) {
+  const bool stands =
+      step.kind == Kind::hold || step.kind == Kind::rest || step.kind == Kind::scan || step.kind == Kind::turn;
+  if (stands && !marker.at_rest) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::moved);
   }
@@ -159,7 +165,7 @@ void Procedure::solved(const Solved& solved) {
 // The steps that are done stay as they are.
 void Procedure::goOn(const Solved& solved) {
   const auto after = plan_.method->loops.after;
-  const auto loops = after != nullptr ? after(plan_.loops, solved) : std::nullopt;
+  const auto loops = after != nullptr ? after(plan_.loops, options_, solved) : std::nullopt;
   if (!loops) return;
   fill(plan_, *plan_.method, options_, *loops);
   takeReadings(plan_, probe_);

@@ -56,6 +56,7 @@ class Procedure {
   void push(const Deflection& deflection) { capture_.push(deflection); }
   void push(const Drift& drift) { capture_.push(drift); }
   void push(const SourceLost& lost) { capture_.push(lost); }
+  void push(const capture::AngleRow& angle) { capture_.push(angle); }
   void push(const Edge& edge, capture::SwitchOf of = capture::SwitchOf::tool_setter) { capture_.push(edge, of); }
   void advance(MonoTime now);
   void solved(const Solved& solved);

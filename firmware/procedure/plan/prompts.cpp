@@ -6,6 +6,7 @@
 #include "firmware/procedure/plan/holds.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/scans.hpp"
+#include "firmware/procedure/plan/turns.hpp"
 #include "firmware/procedure/plan/wording.hpp"
 #include "protocol/units/angle.hpp"
 
@@ -90,6 +91,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   if (wanted.kind == Kind::sweep) return sweepPrompt(plan, step);
   if (wanted.kind == Kind::scan) return "scan " + ofAll(plan, step) + scanPrompt(wanted);
   if (wanted.kind == Kind::rest) return restPrompt(plan, step);
+  if (wanted.kind == Kind::turn) return "step " + ofAll(plan, step) + turnPrompt(wanted);
   if (wanted.kind == Kind::hold) return "step " + ofAll(plan, step) + holdPrompt(wanted);
   if (plan.method->prompt != nullptr) return plan.method->prompt(plan, step);
   std::string text = "touch " + ofAll(plan, step);

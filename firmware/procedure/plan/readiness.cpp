@@ -68,6 +68,9 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
   if (asked.shank) {
     if (const auto error = whyNoShank(method, facts)) return NotReady{Obstacle::state, error->what};
   }
+  if (asked.contacts && !method.takes_contacts)
+    return NotReady{Obstacle::option,
+                    std::string{method.name()} + " takes no contacts by turning C: omit that option."};
   if (asked.turns != 0 && !method.takes_turns) {
     const char* all = method.takes_axis ? " takes no turns of the screw: omit that option."
                                         : " has no options axis and turns: omit them.";
@@ -143,6 +146,7 @@ Outcome<ProcedureOptions> described(const LiveMethod& method, const ProcedureOpt
     TRY(const auto completed, method.described(options, facts));
     options = completed;
   }
+  options.contacts = false;
   if (by == ReadBy::shank && facts.probe_shank) {
     options.tool_count = 2;
     options.tools = {facts.probe_shank->tool, facts.probe_shank->tool};

@@ -18,6 +18,7 @@ enum class Kind : std::uint8_t {
   hold = 4,    // stand still while a sensor head reads a ball without touching it
   rest = 5,    // stand still anywhere for touch.rest_s, while the sensor of a screw is read
   scan = 6,    // lead the stylus along a surface, in contact all the way
+  turn = 7,    // turn C until the ball touches the stylus, which stands still, and back (touch.until_contact)
 };
 
 // The part that B moves in a pose: the table with the part, or the head with the probe. Numbers as on the wire.
@@ -28,6 +29,9 @@ enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 // along the outward normal in free space. A hold: stand with the head's centre at that distance from the ball's centre.
 // A scan: come onto the ball along its normal to the first depth of touch.scan, be marked there, follow its ways with
 // an exact stop after each, be marked again, and withdraw along the normal to the clearance.
+// A turn: stand touch.travel_mm along the outward normal beside the nominal line above the axis of C, at the height
+// that the ball's centre has there; turn C from the pose towards to_rad at constant speed, stop by overtravel_mm of the
+// ball's way after the contact, and turn back at the same speed.
 struct Step {
   capture::TouchRequest touch;
   Feature feature{};

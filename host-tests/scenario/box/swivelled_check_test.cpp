@@ -53,7 +53,7 @@ ProcedureOptions checkOf(Scenario& scenario) {
 }
 
 TEST(SwivelledCheck, ComparesTheAxesAtEveryAngleOfTheHead) {
-  Pulls pulls;
+  Pulls pulls, heights;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = worldOf(seed);
     Scenario scenario{config, seed};
@@ -66,12 +66,33 @@ TEST(SwivelledCheck, ComparesTheAxesAtEveryAngleOfTheHead) {
     add(pulls, *result, "Ycen_B0_mm", {level[1]}, 5e-4);
     add(pulls, *result, "Ycen_B45_mm", {half[1]}, 5e-4);
     add(pulls, *result, "Ycen_B90_mm", {whole[1]}, 5e-4);
+    add(heights, *result, "Zcen_B90_mm", {whole[2]}, 8e-4);
     // At 90 degrees a stylus of 150 mm under a pivot of 60 points along -X, 210 mm from where it hangs at 0.
     const double off_mm = whole[0] - 210 - *scenario.facts.checked_ball->accepted_x_mm;
     add(pulls, *result, "x_offset_error_mm", {off_mm}, 6e-4);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
   }
   pulls.expectHonest();
+  heights.expectHonest();
+}
+
+// It displaces all touches from one side alike: the scatter of the touches does not show it, the uncertainty does.
+TEST(SwivelledCheck, DoesNotTakeTheDoubtOfTheDelayForScatter) {
+  constexpr double kDoubt_s = 1e-4;
+  Scenario scenario{worldOf(5), 5};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(std::chrono::seconds{2});
+  scenario.push(DelayActivated{
+      .result_id = 7, .tau_s = scenario.truth().tau_s, .sd_s = {kDoubt_s, kDoubt_s, kDoubt_s}, .at = scenario.now()});
+  const auto solved = scenario.calibrate(procedure::kPeriodicCheck, checkOf(scenario));
+  ASSERT_TRUE(solved && solved->ok());
+  const auto& result = solved->value();
+  for (const auto& warning : result.warnings) EXPECT_EQ(warning.find("residuals-below-noise"), std::string::npos);
+  for (const char* key : {"x_offset_error_mm", "z_offset_error_mm"}) {
+    const auto* found = result.find(key);
+    EXPECT_LT(found->sd[0], 6e-4) << key;
+    EXPECT_NEAR(std::hypot(found->sd[0], 15 * kDoubt_s), found->uncertainty[0], 1e-4) << key << ", at 15 mm/s";
+  }
 }
 
 TEST(SwivelledCheck, FailsWhereTheHeadHasMoved) {

@@ -1,8 +1,10 @@
 #include "firmware/capture/touch_capture.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include "firmware/capture/touch_dataset.hpp"
+#include "firmware/capture/turn_until_contact.hpp"
 
 namespace probebox::capture {
 namespace {
@@ -192,6 +194,70 @@ TEST(TouchCapture, RepeatsAScanThatComesOffTheSurfaceOrHasAHole) {
   EXPECT_EQ(scanned(2'000), TouchFault::contact_lost) << "one sample is enough: noise is far below";
   EXPECT_EQ(scanned(300'000, 5), TouchFault::none) << "the solver leaves a short gap out";
   for (const bool of_probe : {true, false}) EXPECT_EQ(scanned(300'000, 15, of_probe), TouchFault::samples_missing);
+}
+
+// C turns from 0 at 0.1 rad/s for 10 s and back, while a switch is open between these times, or a probe is pushed.
+struct Turning {
+  bool by_switch{true};
+  double asked_rad{1};         // towards this
+  double sense{1};             // in which C really turns
+  double from_s{4}, to_s{16};  // contact
+  bool encoder{true};
+  double moved_counts{};
+};
+TouchFault turned(const Turning& how, TouchCapture& capture) {
+  TouchRequest request = kTouch;
+  request.by_edges = how.by_switch;
+  request.switch_of = SwitchOf::probe;
+  request.until_contact = TurnOfC{.line_rad = 0.5, .to_rad = how.asked_rad, .speed_rad_s = 0.1};
+  capture.begin(request);
+  for (std::int64_t i = 0; i <= 4000; ++i) {
+    const double t_s = 0.005 * static_cast<double>(i), c_rad = how.sense * 0.1 * (t_s < 10 ? t_s : 20 - t_s);
+    const std::int64_t at_ns = 5'000'000 * i;
+    latchAll(capture, at_ns, {i == 2000 ? static_cast<std::int64_t>(how.moved_counts) : 0, 0, 0});
+    if (how.encoder) capture.push(AngleRow{monoTime(at_ns), c_rad});
+    const bool touches = t_s >= how.from_s && t_s < how.to_s;
+    const auto pushed_nm = static_cast<std::int32_t>(touches ? 100'000 : 0);
+    if (!how.by_switch)
+      capture.push(
+          Deflection{.sequence = 0, .channels_nm = {pushed_nm, 0, 5}, .clipped = false, .at = monoTime(at_ns)});
+  }
+  std::uint32_t edges = 0;
+  for (const double at_s : {how.from_s, how.to_s}) {
+    const Level level = edges++ == 0 ? Level::active : Level::inactive;
+    if (how.by_switch && at_s > 0)
+      capture.push(Edge{LineRole::trigger, 0, level, edges, monoTime(std::llround(1e9 * at_s))}, SwitchOf::probe);
+  }
+  return capture.end(kLocked);
+}
+TouchFault turned(const Turning& how) {
+  TouchCapture capture{Capacity{}, {1e-3, 1e-3, 1e-3}};
+  return turned(how, capture);
+}
+
+TEST(TurnUntilContact, KeepsTheAnglesOfCAroundTheContact) {
+  for (const bool by_switch : {true, false}) {
+    TouchCapture capture{Capacity{}};
+    ASSERT_EQ(turned({.by_switch = by_switch}, capture), TouchFault::none);
+    EXPECT_TRUE(capture.recording().touches().empty()) << "a ball's centre does not follow from it";
+    ASSERT_EQ(capture.recording().contacts().size(), 1U);
+    const auto& touch = capture.recording().contacts().front();
+    const auto angles = capture.recording().angleRows(touch);
+    EXPECT_LT(angles.size(), 2100U) << "a row in 10 ms";
+    EXPECT_NEAR(*angleAt(angles, monoTime(4'003'000'000)), 0.4003, 1e-12);
+    EXPECT_FALSE(angleAt(angles, monoTime(20'100'000'000)));
+  }
+}
+
+TEST(TurnUntilContact, IsRepeatedWhereNothingTouchesOrFromTheWrongSide) {
+  for (const bool by_switch : {true, false}) {
+    EXPECT_EQ(turned({.by_switch = by_switch, .from_s = -1, .to_s = -1}), TouchFault::no_contact);
+    EXPECT_EQ(turned({.by_switch = by_switch, .sense = -1}), TouchFault::wrong_side);
+    EXPECT_EQ(turned({.by_switch = by_switch, .asked_rad = -1, .sense = -1}), TouchFault::none) << "asked for";
+    EXPECT_EQ(turned({.by_switch = by_switch, .encoder = false}), TouchFault::no_angles);
+    EXPECT_EQ(turned({.by_switch = by_switch, .moved_counts = 50}), TouchFault::moved) << "the stylus has to stand";
+  }
+  EXPECT_EQ(turned({.to_s = -1}), TouchFault::no_trigger) << "it never closed again";
 }
 
 TEST(TouchDataset, GivesMillimetresWithSenseAndMasterSecondsFromTheTouchesOwnStart) {

@@ -114,6 +114,14 @@ TEST(MachineToml, MayDescribeTheBallOnTheRim) {
   EXPECT_EQ(machine->rim_ball->c_deg, -12.5);
   EXPECT_EQ(machine->rim_ball->level_limit_mm.value(), 0.02);
   EXPECT_FALSE(machineWith("[rim_ball]\nc_deg = 0\n")->rim_ball->level_limit_mm);
+  const auto contacts = machineWith("[rim_ball]\nc_deg = 0\nbeside_mm = 40\nradius_mm = 600\n");
+  ASSERT_TRUE(contacts.ok()) << contacts.error().what;
+  EXPECT_EQ(contacts->rim_ball->beside_mm.value(), 40);
+  EXPECT_EQ(contacts->rim_ball->radius_mm.value(), 600);
+  EXPECT_THAT(machineProblem("[rim_ball]\nc_deg = 0\nbeside_mm = 40\n"),
+              testing::HasSubstr("'rim_ball.radius_mm' is missing: contacts by turning C need"));
+  EXPECT_THAT(machineProblem("[rim_ball]\nc_deg = 0\nbeside_mm = 40\nradius_mm = 45\n"),
+              testing::HasSubstr("more than 0.8 of radius_mm"));
   EXPECT_THAT(machineProblem("[rim_ball]\nlevel_limit_mm = 0\n"),
               testing::AllOf(testing::HasSubstr("missing key 'rim_ball.c_deg'"),
                              testing::HasSubstr("'rim_ball.level_limit_mm' = 0 is out of")));

@@ -71,7 +71,7 @@ constinit const LiveMethod kMadeUp{
                 if (done == 3) return std::nullopt;
                 return Solved{.run = 0, .at = {}, .loops = static_cast<std::uint8_t>(done + 1)};
               },
-              .after = [](const LoopState&, const Solved& solved) -> std::optional<LoopState> {
+              .after = [](const LoopState&, const ProcedureOptions&, const Solved& solved) -> std::optional<LoopState> {
                 return LoopState{{static_cast<double>(solved.loops)}};
               }}};
 constexpr std::array kMethods{&kMadeUp};

@@ -86,6 +86,49 @@ TEST(RimPlan, NeedsToKnowWhereTheLineIs) {
   EXPECT_EQ(described(kCentreline, {}, facts).value().c_on_line_rad, 0);
 }
 
+constexpr ProcedureOptions kWithContacts{.c_on_line_rad = 90 * kDegree, .contact_beside_mm = 300, .rim_radius_mm = 600};
+
+TEST(RimPlan, TurnsCTowardsTheStylusOnEitherSideFirstAndAsksForNothingElseUntilItKnowsTheZero) {
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, kCentrelineBySteps, kWithContacts);
+  ASSERT_EQ(plan->step_count, 2U);
+  for (const double side : {1, -1}) {
+    const auto& step = plan->steps[side > 0 ? 0 : 1];
+    ASSERT_TRUE(step.touch.until_contact);
+    EXPECT_EQ(step.kind, Kind::turn);
+    EXPECT_EQ(step.touch.outward_normal[0], side);
+    EXPECT_EQ(step.touch.travel_mm, 300);
+    // From beyond the line, by as much as the stylus stands on this side; X falls as C rises.
+    EXPECT_NEAR(600 * std::cos(step.touch.rotary_angles_rad[2]), -side * 300, 1e-9);
+    EXPECT_NEAR(600 * std::cos(step.touch.until_contact->to_rad), side * 300, 1e-9);
+    EXPECT_NEAR(600 * step.touch.until_contact->speed_rad_s, step.touch.retract_speed_mm_s, 1e-9);
+    EXPECT_GT(step.overtravel_mm, 0);
+  }
+  fill(*plan, kCentrelineBySteps, kWithContacts, stateOf({.zeros_rad = {0.02}, .contacted = true}));
+  ASSERT_EQ(plan->step_count, 22U);
+  EXPECT_NEAR(plan->steps[2].touch.rotary_angles_rad[2], 90 * kDegree - 0.02, 1e-12) << "the stylus, at the new zero";
+  EXPECT_NEAR(plan->steps[12].touch.rotary_angles_rad[2], 50 * kDegree - 0.02, 1e-12);
+}
+
+TEST(RimPlan, SaysWhatContactsLack) {
+  Facts facts;
+  facts.rim_ball = RimBall{.c_on_line_rad = 1.5, .level_limit_mm = {}};
+  const auto lacks = [&] {
+    const auto options = described(kCentrelineBySteps, {.contacts = true}, facts);
+    return options ? std::string{} : options.error().what;
+  };
+  EXPECT_THAT(lacks(), HasSubstr("give [rim_ball] beside_mm and radius_mm in machine.toml"));
+  facts.rim_ball->beside_mm = 30;
+  facts.rim_ball->radius_mm = 600;
+  EXPECT_THAT(lacks(), HasSubstr("[rotary_axis.C] angle_from = \"encoder\""));
+  facts.rim_ball->c_has_encoder = true;
+  EXPECT_EQ(lacks(), "");
+  EXPECT_EQ(described(kCentrelineBySteps, {}, facts)->contact_beside_mm, 0) << "nobody asked for them";
+  EXPECT_EQ(described(kCentrelineBySteps, {.contacts = true}, facts)->contact_beside_mm, 30);
+  EXPECT_THAT(readied(kCentreline, {.contacts = true}, facts, {}).error().what, HasSubstr("takes no contacts"));
+  EXPECT_THAT(refusal({.contact_beside_mm = 30, .rim_radius_mm = 31}), HasSubstr("1 to 24.8 mm"));
+}
+
 class RimRun : public testing::Test {
  protected:
   RimRun() {

@@ -117,6 +117,7 @@ struct RunChoices {
   std::optional<std::uint32_t> tool;
   bool head{};
   bool shank{};
+  bool contacts{};  // C turns until the ball touches, first
 };
 struct Calibrate : RunChoices {
   std::optional<std::uint16_t> stations;

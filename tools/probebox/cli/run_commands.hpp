@@ -125,6 +125,11 @@ class RunCommands {
     command->add_flag(
         "--shank", choices.shank,
         "measure with tip and shank of one stylus instead of tools of several lengths; for " + methods_.shank);
+    command->add_flag(
+        "--contacts", choices.contacts,
+        "first turn C until its ball touches the stylus on either side of the line, which finds the zero of "
+        "C; for " +
+            methods_.contacts);
   }
 
   void declarePlan(Subcommands& commands) {

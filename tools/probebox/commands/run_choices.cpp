@@ -28,6 +28,7 @@ Outcome<ProcedureOptions, Trouble> optionsOf(const RunChoices& choices) {
   options.tool = choices.tool.value_or(0);
   options.head = choices.head;
   options.shank = choices.shank;
+  options.contacts = choices.contacts;
   return options;
 }
 
@@ -63,6 +64,7 @@ std::string chosenOf(const plan::Wanted& wanted) {
   add_number("--tool", options.tool);
   if (options.head) add("--head");
   if (options.shank) add("--shank");
+  if (options.contacts) add("--contacts");
   return text;
 }
 

@@ -1,0 +1,204 @@
+#include <array>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <optional>
+
+#include "drivers/world/random.hpp"
+#include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
+#include "host-tests/emulation/scenario.hpp"
+#include "measured.hpp"
+#include "pulls.hpp"
+
+// centreline-by-steps with step 2 of the large lathe on the emulated machine: C turns until the ball touches the stylus
+// on either side of the line (B25), and the loops begin from the zero of C that this shows.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+using capture::TouchFault;
+using testing::HasSubstr;
+using world::operator+;
+using world::operator-;
+
+constexpr std::uint64_t kSeeds = 24;
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kOff_deg = 3;  // by which the ball was put beside the line by hand
+
+world::Config rimWorld(std::uint64_t seed) {
+  auto config = usualWorld();
+  world::Random random{seed, 57};
+  auto& part = config.part_spindle;
+  part.point_mm[0] += random.uniform(-0.05, 0.05);
+  part.point_mm[1] += random.uniform(-0.05, 0.05);
+  for (double& offset : config.probe_spindle.stylus_offset_mm) offset = random.uniform(-0.03, 0.03);
+  return config;
+}
+
+world::Config triggerWorld(std::uint64_t seed) {
+  auto config = rimWorld(seed);
+  world::Random random{seed, 58};
+  config.touch_trigger = {.fitted = true,
+                          .pre_travel_mm = random.uniform(0.005, 0.015),
+                          .lobe_mm = random.uniform(-0.004, 0.004),
+                          .axial_mm = random.uniform(0.001, 0.006),
+                          .hysteresis_mm = 0.0002,
+                          .repeatability_um = 0.4,
+                          .late_s = random.uniform(0.0002, 0.002),
+                          .chatter_probability = 0.2,
+                          .chatter_s = 0.0008};
+  return config;
+}
+
+ProcedureOptions options(Scenario& scenario, double off_deg = kOff_deg) {
+  scenario.facts.rim_ball->c_on_line_rad = (90 - off_deg) * kDegree;
+  const auto described = procedure::described(procedure::kCentrelineBySteps, {.contacts = true}, scenario.facts);
+  EXPECT_TRUE(described) << described.error().what;
+  return described.value();
+}
+
+// Clockwise from `from_rad`: C at which ball 1 touches the stylus ball there, coming from the other side of the line.
+double contactAt(const world::Config& config, const world::Machine& machine, const world::Vector3& tip, double side,
+                 double from_rad) {
+  const auto& part = config.part_spindle;
+  const double reach_mm = part.ball_radius_mm + config.sphere.stylus_ball_radius_mm;
+  const auto apart = [&](double clockwise_rad) {
+    const world::PartPose pose{.c_rad = from_rad - clockwise_rad, .tilt_rad = 0};
+    return world::norm(machine.partPoint(part.point_mm + part.balls_mm[0], pose) - tip);
+  };
+  double free = -0.3 * side, met = 0.3 * side;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (free + met) / 2;
+    (apart(middle) > reach_mm ? free : met) = middle;
+  }
+  return free;
+}
+
+// The middle of the angles at which the ball really meets the stylus, where the controller stands it.
+double trueMiddle_rad(const Scenario& scenario, const world::Config& config, double from_rad) {
+  const auto part = controllerOf(config).part;
+  const auto& [x, y, z] = part.balls_mm[0];
+  double sum_rad = 0;
+  for (const double side : {1.0, -1.0}) {
+    const world::Vector3 beside{side * *scenario.facts.rim_ball->beside_mm, std::hypot(x, y), z};
+    const world::Vector3 tip = part.point_mm + beside + scenario.machine().tipIn({}, 1);
+    sum_rad += contactAt(config, scenario.machine(), tip, side, from_rad);
+  }
+  return sum_rad / 2;
+}
+
+// Axis C at the height of the ball less that of the probe's spindle, at the stylus' own.
+std::array<double, 2> trueCentre(const world::Config& config, const world::Machine& machine) {
+  const auto& part = config.part_spindle;
+  const auto tip = [&](double a_rad) { return machine.tipIn({.a_rad = a_rad}, 1); };
+  std::array<double, 2> centre{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double lean = part.direction[i] / part.direction[2];
+    centre[i] = part.point_mm[i] + lean * part.balls_mm[0][2] - (tip(0)[i] + tip(std::numbers::pi)[i]) / 2;
+  }
+  return centre;
+}
+
+struct Pairs {
+  Pulls shift, centre;
+};
+
+void add(Pairs& pairs, Scenario& scenario, const world::Config& config, const metrology::Result& result) {
+  EXPECT_TRUE(result.warnings.empty()) << result.warnings.front();
+  EXPECT_EQ(scenario.machine().crashes(), 0U);
+  const double from_rad = scenario.facts.rim_ball->c_on_line_rad;
+  const double truth_rad = trueMiddle_rad(scenario, config, from_rad);
+  EXPECT_NEAR(truth_rad, -kOff_deg * kDegree, 0.02) << "that is how far the ball was off";
+  scenario::add(pairs.shift, result, "contact_shift_rad", {truth_rad}, 3e-5);
+  const auto centre = trueCentre(config, scenario.machine());
+  scenario::add(pairs.centre, result, "centre_mm", {centre[0], centre[1]}, 1e-3);
+}
+
+TEST(RimContacts, OfAScanningProbeFindTheZeroOfCWithTheUncertaintyThatTheyState) {
+  Pairs pairs;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = rimWorld(seed);
+    Scenario scenario{config, seed};
+    const auto result = measured(scenario, procedure::kCentrelineBySteps, options(scenario));
+    ASSERT_TRUE(result);
+    add(pairs, scenario, config, *result);
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
+  }
+  pairs.shift.expectHonest();
+  pairs.centre.expectHonest();
+}
+
+// Accepted, as the box would take it from its store.
+procedure::PreTravel accepted(const Scenario& scenario, const metrology::Result& result) {
+  store::Record record{};
+  record.id = 42;
+  record.binding.subject = metrology::subjectOf(scenario.dataset());
+  record.content = result;
+  return app::preTravelOf(record).value();
+}
+
+TEST(RimContacts, OfATouchTriggerProbeDoSoToo) {
+  Pairs pairs;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = triggerWorld(seed);
+    Scenario scenario{config, seed};
+    scenario.recorder().keeps_bytes = false;
+    scenario.run(2s);
+    const auto qualified = scenario.calibrate(procedure::kPreTravel);
+    ASSERT_TRUE(qualified && qualified->ok());
+    scenario.facts.trigger_probe->pre_travel = accepted(scenario, qualified->value());
+    const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, options(scenario));
+    ASSERT_TRUE(solved);
+    ASSERT_TRUE(solved->ok()) << solved->error().reason;
+    add(pairs, scenario, config, solved->value());
+  }
+  pairs.shift.expectHonest();
+}
+
+// Loops that begin where the contacts put the zero do not begin where it was put by hand.
+TEST(RimContacts, MoveTheZeroOfTheFirstLoop) {
+  Scenario scenario{rimWorld(2), 2};
+  ASSERT_TRUE(measured(scenario, procedure::kCentrelineBySteps, options(scenario)));
+  const auto& contacts = *scenario.dataset().table("contacts");
+  ASSERT_EQ(contacts.rows(), 1U);
+  const double c1 = contacts.column("C1_rad")->front(), c2 = contacts.column("C2_rad")->front();
+  EXPECT_GT(c1, c2) << "the stylus stood further from the line than the radii";
+  EXPECT_NEAR((c1 + c2) / 2, -kOff_deg * kDegree, 0.02);
+  const auto& y = *scenario.dataset().table("readings")->column("y_mm");
+  EXPECT_LT(std::abs(y[0] - y[1]), 0.3) << "3 degrees would be 2 mm on this rim";
+  EXPECT_EQ(scenario.state().procedure.steps, 2U + 5U * (2U + scenario.dataset().table("readings")->rows()));
+}
+
+std::optional<metrology::Solved> begun(Scenario& scenario, const ProcedureOptions& chosen) {
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  scenario.activateDelay(scenario.truth().tau_s);
+  return scenario.calibrate(procedure::kCentrelineBySteps, chosen);
+}
+
+// The ball is somewhere else, and C turns past the stylus.
+TEST(RimContacts, AreRefusedWhereNothingTouches) {
+  Scenario scenario{rimWorld(3), 3};
+  const auto solved = begun(scenario, options(scenario, 120));
+  EXPECT_FALSE(solved);
+  EXPECT_EQ(scenario.state().procedure.state, procedure::State::refused);
+  EXPECT_EQ(scenario.state().procedure.last_fault, TouchFault::no_contact);
+  EXPECT_THAT(capture::explain(TouchFault::no_contact), HasSubstr("beside_mm of [rim_ball] in machine.toml"));
+  EXPECT_EQ(scenario.machine().crashes(), 0U);
+}
+
+TEST(RimContacts, AreRefusedWithoutAnEncoderOfC) {
+  Scenario scenario{rimWorld(4), 4};
+  const auto chosen = options(scenario);
+  scenario.describeBy([](box::BoxConfig& box) { box.corrections.angles[2] = {}; });
+  scenario.restartBox();
+  EXPECT_FALSE(begun(scenario, chosen));
+  EXPECT_EQ(scenario.state().procedure.last_fault, TouchFault::no_angles);
+}
+
+}  // namespace
+}  // namespace probebox::scenario
