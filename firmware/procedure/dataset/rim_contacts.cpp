@@ -56,6 +56,7 @@ struct Deflected {
 // Deflection over C in the direction in which the stylus was pushed. One value a row at which C is known.
 std::vector<Deflected> deflectionsOf(const FinishedRun& run, const capture::Touch& touch) {
   const auto rows = run.recording.probeRows(touch);
+  if (rows.size() < kFewest) return {};
   const auto channels = [&](std::size_t row) {
     const auto& nm = rows[row].channels_nm;
     return Vector3d{1e-6 * nm[0], 1e-6 * nm[1], 1e-6 * nm[2]};
