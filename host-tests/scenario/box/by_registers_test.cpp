@@ -16,6 +16,7 @@ enum : std::uint16_t {
   kDelayMultiSpeed = 1,
   kCentreline = 7,
   kSpindleOffset2x2 = 11,
+  kCentrelineBySteps = 23,
   kDelaySteppedScan = 26,
   kDelayContour = 27
 };
@@ -115,6 +116,18 @@ TEST_F(ByRegisters, ScansAreDoneAcceptedAndFollowed) {
     EXPECT_NEAR(tau_ms, 1e3 * office_.scenario().truth().tau_s[0], 5 * sd_ms);
     EXPECT_EQ(number(address::step_scan_arcs), 0U) << "no step is to be done any more";
   }
+}
+
+// So are the angles and the speed of C of a turn until contact.
+TEST_F(ByRegisters, TurnsUntilContactAreDoneAndAccepted) {
+  calibrate(kDelayMultiSpeed);
+  EXPECT_TRUE(controller_.write(address::wish_contacts, {1}));
+  calibrate(kCentrelineBySteps);
+  const auto result = boot_.calibrations().find(number(address::calibration_result));
+  ASSERT_TRUE(result && result->result() != nullptr);
+  EXPECT_NE(result->result()->find("contact_shift_rad"), nullptr);
+  EXPECT_EQ(office_.scenario().machine().crashes(), 0U);
+  EXPECT_EQ(controller_.value(address::step_turn_to), 0) << "no step is to be done any more";
 }
 
 TEST_F(ByRegisters, ARequestIsDoneOnceHoweverOftenItIsWritten) {
