@@ -13,6 +13,8 @@
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
+#include "rim_truth.hpp"
+#include "some_switch.hpp"
 
 // centreline-by-steps with step 2 of the large lathe on the emulated machine: C turns until the ball touches the stylus
 // on either side of the line (B25), and the loops begin from the zero of C that this shows.
@@ -42,15 +44,7 @@ world::Config rimWorld(std::uint64_t seed) {
 world::Config triggerWorld(std::uint64_t seed) {
   auto config = rimWorld(seed);
   world::Random random{seed, 58};
-  config.touch_trigger = {.fitted = true,
-                          .pre_travel_mm = random.uniform(0.005, 0.015),
-                          .lobe_mm = random.uniform(-0.004, 0.004),
-                          .axial_mm = random.uniform(0.001, 0.006),
-                          .hysteresis_mm = 0.0002,
-                          .repeatability_um = 0.4,
-                          .late_s = random.uniform(0.0002, 0.002),
-                          .chatter_probability = 0.2,
-                          .chatter_s = 0.0008};
+  config.touch_trigger = someSwitch(random);
   return config;
 }
 
@@ -89,18 +83,6 @@ double trueMiddle_rad(const Scenario& scenario, const world::Config& config, dou
     sum_rad += contactAt(config, scenario.machine(), tip, side, from_rad);
   }
   return sum_rad / 2;
-}
-
-// Axis C at the height of the ball less that of the probe's spindle, at the stylus' own.
-std::array<double, 2> trueCentre(const world::Config& config, const world::Machine& machine) {
-  const auto& part = config.part_spindle;
-  const auto tip = [&](double a_rad) { return machine.tipIn({.a_rad = a_rad}, 1); };
-  std::array<double, 2> centre{};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const double lean = part.direction[i] / part.direction[2];
-    centre[i] = part.point_mm[i] + lean * part.balls_mm[0][2] - (tip(0)[i] + tip(std::numbers::pi)[i]) / 2;
-  }
-  return centre;
 }
 
 struct Pairs {

@@ -11,6 +11,7 @@
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
+#include "rim_truth.hpp"
 
 // centreline-by-steps on the emulated machine: every loop begins from the zero of C that the one before it has found.
 namespace probebox::scenario {
@@ -40,18 +41,6 @@ world::Config rimWorld(std::uint64_t seed) {
 ProcedureOptions options(Scenario& scenario, double off_line_deg, const ProcedureOptions& chosen = {}) {
   scenario.facts.rim_ball->c_on_line_rad = (90 - off_line_deg) * kDegree;
   return procedure::described(procedure::kCentrelineBySteps, chosen, scenario.facts).value();
-}
-
-// Axis C at the height of the ball less that of the probe's spindle, at the stylus' own.
-std::array<double, 2> trueCentre(const world::Config& config, const world::Machine& machine) {
-  const auto& part = config.part_spindle;
-  const auto tip = [&](double a_rad) { return machine.tipIn({.a_rad = a_rad}, 1); };
-  std::array<double, 2> centre{};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const double lean = part.direction[i] / part.direction[2];
-    centre[i] = part.point_mm[i] + lean * part.balls_mm[0][2] - (tip(0)[i] + tip(std::numbers::pi)[i]) / 2;
-  }
-  return centre;
 }
 
 // How far the ball of the leaning axis stands from +X at C = 0.

@@ -14,6 +14,7 @@
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
+#include "some_switch.hpp"
 
 // A box with a touch-trigger probe, which delivers edges of its switch and no samples, on the emulated machine.
 namespace probebox::scenario {
@@ -29,15 +30,7 @@ constexpr std::uint64_t kSeeds = 20;
 world::Config worldOf(std::uint64_t seed) {
   world::Config config = usualWorld();
   world::Random random{seed, 91};
-  config.touch_trigger = {.fitted = true,
-                          .pre_travel_mm = random.uniform(0.005, 0.015),
-                          .lobe_mm = random.uniform(-0.004, 0.004),
-                          .axial_mm = random.uniform(0.001, 0.006),
-                          .hysteresis_mm = 0.0002,
-                          .repeatability_um = 0.4,
-                          .late_s = random.uniform(0.0002, 0.002),
-                          .chatter_probability = 0.2,
-                          .chatter_s = 0.0008};
+  config.touch_trigger = someSwitch(random);
   config.part_spindle.point_mm[0] += random.uniform(-0.05, 0.05);
   config.part_spindle.point_mm[1] += random.uniform(-0.05, 0.05);
   return config;
