@@ -40,7 +40,8 @@ double delayAlong(const TwoStreams& streams, const metrology::Result& result) {
   return tau;
 }
 
-std::optional<Likeness> likenessOf(const TwoStreams& streams, double tau) {
+// In the window alone: around a whole scan the middle of the sphere that is a little off bends one of the two.
+std::optional<Likeness> likenessOf(const TwoStreams& streams, double tau, const Window& window) {
   const double limit = streams.whole_contact ? kInContact * *std::ranges::max_element(streams.probe) : -1.0;
   double n = 0.0;
   double sd = 0.0;
@@ -50,7 +51,7 @@ std::optional<Likeness> likenessOf(const TwoStreams& streams, double tau) {
   for (std::size_t k = 0; k < streams.probe_s.size(); ++k) {
     const auto q = valueAt(streams.machine_s, streams.machine_mm, streams.probe_s[k] + tau);
     const double d = streams.probe[k];
-    if (!q || d < limit) continue;
+    if (!q || d < limit || streams.probe_s[k] < window.from || streams.probe_s[k] > window.until) continue;
     n += 1.0, sd += d, sq += *q, sdd += d * d, sdq += d * *q;
   }
   const double determinant = n * sdd - sd * sd;
@@ -110,9 +111,9 @@ std::vector<Plot> streamPictures(const metrology::Dataset& dataset, const metrol
   const auto streams = twoStreams(dataset);
   if (!streams || (result.find("tau_s") == nullptr && result.find("tau_axis_s") == nullptr)) return {};
   const double tau = delayAlong(*streams, result);
-  const auto likeness = likenessOf(*streams, tau);
-  if (!likeness) return {};
   const Window window = windowOf(*streams);
+  const auto likeness = likenessOf(*streams, tau, window);
+  if (!likeness) return {};
   return {drawn(*streams, window, *likeness, 0.0, "As stamped"),
           drawn(*streams, window, *likeness, tau, "Delay taken out")};
 }
