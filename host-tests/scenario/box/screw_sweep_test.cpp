@@ -136,9 +136,9 @@ TEST(ScrewSweep, InForceTakesTheFaceOutOfWhatIsServedAndMeasured) {
   // The root mean square of two harmonics of 3 and 0.8 um.
   EXPECT_NEAR(before.served_um, std::sqrt((9 + 0.64) / 2), 0.15);
   EXPECT_NEAR(before.measured_um, std::sqrt((9 + 0.64) / 2), 0.15);
-  // What a table of 24 steps leaves of them is 0.18 um; a reading's noise is 0.1 um.
-  EXPECT_NEAR(after.served_um, std::hypot(0.18, 0.1), 0.05);
-  EXPECT_NEAR(after.measured_um, std::hypot(0.18, 0.1), 0.05);
+  // A reading's noise is 0.1 um; of the face a table of 24 sectors leaves 0.03 um, and would leave 0.18 um in steps.
+  EXPECT_NEAR(after.served_um, std::hypot(0.03, 0.1), 0.03);
+  EXPECT_NEAR(after.measured_um, std::hypot(0.03, 0.1), 0.03);
 }
 
 TEST(ScrewSweep, IsRefusedWhileTheScrewIsStillWarming) {

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
@@ -32,15 +34,17 @@ class DescribedDaemon : public testing::Test {
   ~DescribedDaemon() override { unsetenv("XDG_RUNTIME_DIR"); }
 
   void write(const char* file, const std::string& text) const { std::ofstream{config_ / file} << text; }
-  // A file of the emulated board with one text exchanged for another.
-  void overrule(const char* file, const std::string& from, const std::string& to) const {
+  // A file of the emulated board with one text exchanged for another; the line where that stands.
+  std::ptrdiff_t overrule(const char* file, const std::string& from, const std::string& to) const {
     std::ifstream in{std::filesystem::path{SIM_BOARD} / file};
     std::ostringstream text;
     text << in.rdbuf();
     auto changed = text.str();
     const auto at = changed.find(from);
-    ASSERT_NE(at, std::string::npos) << from;
+    EXPECT_NE(at, std::string::npos) << from;
+    if (at == std::string::npos) return 0;
     write(file, changed.replace(at, from.size(), to));
+    return 1 + std::count(changed.begin(), changed.begin() + static_cast<std::ptrdiff_t>(at), '\n');
   }
 
   std::vector<std::string> command() const {
@@ -86,8 +90,8 @@ TEST_F(DescribedDaemon, RunsWithWhatTheCheckAccepts) {
 }
 
 TEST_F(DescribedDaemon, RefusesAToolWithoutANumber) {
-  overrule("machine.toml", "number = 1\nlength_mm = 150 ", "length_mm = 150 ");
-  expectRefused("machine.toml:85: missing key 'tool.number': add it to [tool]");
+  const auto line = overrule("machine.toml", "number = 1\nlength_mm = 150 ", "length_mm = 150 ");
+  expectRefused("machine.toml:" + std::to_string(line - 1) + ": missing key 'tool.number': add it to [tool]");
 }
 
 TEST_F(DescribedDaemon, RefusesNumbersThatNothingCouldHold) {
