@@ -100,7 +100,7 @@ void add(Pairs& pairs, Scenario& scenario, const world::Config& config, const me
   scenario::add(pairs.centre, result, "centre_mm", {centre[0], centre[1]}, 1e-3);
 }
 
-TEST(RimContacts, OfAScanningProbeFindTheZeroOfCWithTheUncertaintyThatTheyState) {
+TEST(RimContacts, OfAScanningProbeFindTheZeroOfCAsUncertainAsItSays) {
   Pairs pairs;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = rimWorld(seed);
@@ -123,7 +123,7 @@ procedure::PreTravel accepted(const Scenario& scenario, const metrology::Result&
   return app::preTravelOf(record).value();
 }
 
-TEST(RimContacts, OfATouchTriggerProbeDoSoToo) {
+TEST(RimContacts, OfATouchTriggerProbeFindItAsUncertainAsItSays) {
   Pairs pairs;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = triggerWorld(seed);

@@ -56,11 +56,11 @@ void expectHonest(const LiveMethod& method, double most_sd_s) {
   pulls.expectHonest();
 }
 
-TEST(LiveSteppedScan, FindsTheDelayWithTheUncertaintyThatItStates) {
+TEST(LiveSteppedScan, FindsTheDelayAsUncertainAsItSays) {
   expectHonest(procedure::kDelaySteppedScan, 8e-6);
 }
 
-TEST(LiveContour, FindsTheDelayWithTheUncertaintyThatItStates) {
+TEST(LiveContour, FindsTheDelayAsUncertainAsItSays) {
   expectHonest(procedure::kDelayContour, 8e-6);
 }
 
