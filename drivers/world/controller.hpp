@@ -104,7 +104,7 @@ class Controller {
   Route route_;
   bool pressing_{};    // a step has brought the stylus onto a surface, and not off it yet
   std::size_t way_{};  // of a scan, that comes next
-  double scan_rad_{};  // where it begins
+  double scan_rad_{};  // where it has come to
   std::uint64_t finished_steps_{};
   std::uint64_t abandoned_steps_{};
   std::uint64_t resent_markers_{};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "drivers/world/config.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::world {
@@ -38,10 +39,12 @@ bool canBeFollowed(const Prompt& prompt) {
   if (movesOneAxis(prompt.kind)) return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && timed;
   const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
                         (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);
+  const bool is_part = prompt.feature == StepFeature::part_ball;
+  if (is_part && (prompt.ball < 1 || prompt.ball > PartSpindleConfig::kMostBalls)) return false;
   if (prompt.kind == StepKind::turn) {
     const bool turned = std::isfinite(prompt.turn_line_rad) && std::isfinite(prompt.turn_to_rad);
     return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && isLength(prompt.overtravel_mm) &&
-           turnable && turned && prompt.turn_speed_rad_s > 0 && prompt.feature == StepFeature::part_ball;
+           turnable && turned && prompt.turn_speed_rad_s > 0 && is_part;
   }
   if (prompt.kind == StepKind::hold)
     return isDirection(prompt.outward_normal) && prompt.travel_mm >= 0 && prompt.travel_mm < 10 && turnable && timed;

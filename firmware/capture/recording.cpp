@@ -18,7 +18,7 @@ Recording::Recording(Capacity capacity) {
   drift_rows_.reserve(capacity.drift_rows);
   angle_rows_.reserve(capacity.angle_rows);
   touches_.reserve(capacity.touches);
-  contacts_.reserve(capacity.touches);
+  contacts_.reserve(capacity.contacts);
 }
 
 void Recording::clear() {

@@ -98,6 +98,7 @@ struct Capacity {
   std::size_t drift_rows = 65'536;
   std::size_t angle_rows = 32'768;
   std::size_t touches = 256;
+  std::size_t contacts = 8;
 };
 
 // Holds the rows of all touches of one run at native rates with their own stamps. Allocates in the constructor only.

@@ -17,15 +17,18 @@ bool atTheEnd(const Deflection& deflection, double range_mm) {
                              [&](std::int32_t channel) { return std::abs(1e-6 * channel) >= range_mm; });
 }
 
-bool touches(const Deflection& deflection) {
+bool isInContact(const Deflection& deflection) {
   double square = 0;
   for (const std::int32_t channel : deflection.channels_nm) square += 1e-12 * channel * channel;
   return square >= kContact_mm * kContact_mm;
 }
 
+// Of a stream that is slow anyway three intervals.
 bool hasHoleIn(const auto& rows) {
+  const Nanoseconds interval = (rows.back().at - rows.front().at) / static_cast<std::int64_t>(rows.size() - 1);
+  const Nanoseconds hole = std::max(kHole, 3 * interval);
   return std::ranges::adjacent_find(
-             rows, [](const auto& before, const auto& after) { return after.at - before.at > kHole; }) != rows.end();
+             rows, [&](const auto& before, const auto& after) { return after.at - before.at > hole; }) != rows.end();
 }
 
 TouchFault faultOf(TurnLacks lack) {
@@ -104,8 +107,7 @@ const char* explain(TouchFault fault) {
              "c_deg and beside_mm of [rim_ball] in machine.toml";
     case TouchFault::wrong_side:
       return "the ball touched the stylus from the wrong side: take the angle of C that the step states first, and "
-             "turn C "
-             "from there in the direction that it states";
+             "turn C from there in the direction that it states";
     case TouchFault::no_angles:
       return "no angles of C arrived around the contact: check the encoder of C, and that it is referenced (`probebox "
              "status`)";
@@ -163,7 +165,7 @@ void TouchCapture::push(const Deflection& deflection) {
   const auto& request = touch_.request;
   if (deflection.clipped) note(request.holds ? TouchFault::head_out_of_range : TouchFault::probe_clipped);
   if (request.holds && atTheEnd(deflection, request.head_range_mm)) note(TouchFault::head_out_of_range);
-  if (request.scan.count > 0 && !touches(deflection)) note(TouchFault::contact_lost);
+  if (request.scan.count > 0 && !isInContact(deflection)) note(TouchFault::contact_lost);
   if (!isDue(deflection.at, probe_row_kept_)) return;
   if (!recording_.append(ProbeRow{deflection.at, deflection.channels_nm})) note(TouchFault::recording_full);
 }
@@ -244,7 +246,7 @@ TouchFault TouchCapture::end(const TickMap& map) {
   const bool stands = touch_.request.holds || touch_.request.rest_s > 0 || touch_.request.until_contact;
   if (stands && !stoodStill()) note(TouchFault::moved);
   if (touch_.request.rest_s > 0 && !restedLongEnough()) note(TouchFault::rest_too_short);
-  if (touch_.request.scan.count > 0 && hasHole()) note(TouchFault::samples_missing);
+  if (fault_ == TouchFault::none && touch_.request.scan.count > 0 && hasHole()) note(TouchFault::samples_missing);
   if (fault_ == TouchFault::none && !recording_.append(touch_)) note(TouchFault::recording_full);
   running_ = false;
   if (fault_ != TouchFault::none) recording_.truncate(touch_);

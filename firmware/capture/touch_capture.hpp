@@ -32,7 +32,7 @@ enum class TouchFault : std::uint8_t {
   rest_too_short,
   contact_lost,
   samples_missing,
-  no_contact = 22,
+  no_contact,
   wrong_side,
   no_angles,
 };

@@ -10,12 +10,6 @@ namespace {
 
 constexpr double kMillimetresPerNanometre = 1e-6;
 
-// Of the tool: the encoders sit on the motors, and a warm screw lies between.
-double millimetres(const MachineRow& row, const Scales& scales, double offset_mm, std::size_t axis) {
-  return static_cast<double>(row.counts[axis]) * scales.mm_per_count[axis] + offset_mm -
-         row.screw_nm[axis] * kMillimetresPerNanometre;
-}
-
 // Stamps of one touch as seconds of the master clock from its origin on.
 struct Seconds {
   MonoTime origin;
@@ -26,8 +20,8 @@ struct Seconds {
 void appendMachine(metrology::Table& machine, const Recording& recording, const Touch& touch, const Scales& scales,
                    const Seconds& seconds) {
   for (const MachineRow& row : recording.machineRows(touch)) {
-    const auto position = [&](std::size_t axis) { return millimetres(row, scales, recording.offset_mm()[axis], axis); };
-    machine.append({static_cast<double>(touch.request.step), seconds(row.at), position(0), position(1), position(2)});
+    const auto& [x, y, z] = position_mm(row, scales, recording.offset_mm());
+    machine.append({static_cast<double>(touch.request.step), seconds(row.at), x, y, z});
   }
 }
 
@@ -38,6 +32,16 @@ void appendRequest(metrology::Table& touches, const TouchRequest& request) {
 }
 
 }  // namespace
+
+std::array<double, kLinearAxes> position_mm(const MachineRow& row, const Scales& scales,
+                                            const std::array<double, kLinearAxes>& offset_mm) {
+  std::array<double, kLinearAxes> at_mm{};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    at_mm[axis] = static_cast<double>(row.counts[axis]) * scales.mm_per_count[axis] + offset_mm[axis] -
+                  row.screw_nm[axis] * kMillimetresPerNanometre;
+  }
+  return at_mm;
+}
 
 double masterSecondsPerNs(const TickMap& map, Nanoseconds nominal_period) {
   constexpr double kTwoToThe32 = 4294967296.0;

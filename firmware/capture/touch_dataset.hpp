@@ -13,6 +13,10 @@ struct Scales {
   Nanoseconds nominal_period{};                    // of the master clock
 };
 
+// Of the tool, mm: the encoders sit on the motors, and a warm screw lies between. offset_mm: of the recording.
+std::array<double, kLinearAxes> position_mm(const MachineRow& row, const Scales& scales,
+                                            const std::array<double, kLinearAxes>& offset_mm);
+
 // Returns the seconds of the master clock in one nanosecond of CLOCK_MONOTONIC.
 double masterSecondsPerNs(const TickMap& map, Nanoseconds nominal_period);
 

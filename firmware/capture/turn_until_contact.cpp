@@ -9,16 +9,18 @@ namespace probebox::capture {
 namespace {
 
 constexpr std::size_t kFewestAngles = 5;
-constexpr std::size_t kAtRest = 5;  // rows before C turns: the controller waits after its marker
+constexpr std::size_t kAtRest = 5;    // rows before C turns
+constexpr double kTouched_mm = 0.03;  // a deflection that is a contact, and no noise or vibration
 
 // First stamp at which the ball touches.
 std::optional<MonoTime> contactOf(const Recording& recording, const Touch& touch) {
   if (touch.request.by_edges) return touch.contact;
   const auto rows = recording.probeRows(touch);
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    if (deflectionOf(rows, row) > kTouched_mm) return rows[row].at;
-  }
-  return std::nullopt;
+  const auto rest_mm = restOf(rows);
+  const auto first =
+      std::ranges::find_if(rows, [&](const ProbeRow& row) { return touches(deflectionFrom(rest_mm, row)); });
+  if (first == rows.end()) return std::nullopt;
+  return first->at;
 }
 
 }  // namespace
@@ -33,17 +35,26 @@ std::optional<double> angleAt(std::span<const AngleRow> rows, MonoTime at) {
   return before->c_rad + share * (after->c_rad - before->c_rad);
 }
 
-double deflectionOf(std::span<const ProbeRow> rows, std::size_t row) {
-  const std::size_t first = std::min(kAtRest, rows.size());
-  double squares = 0;
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    double rest_nm = 0;
-    for (std::size_t i = 0; i < first; ++i)
-      rest_nm += static_cast<double>(rows[i].channels_nm[channel]) / static_cast<double>(first);
-    const double off_mm = 1e-6 * (static_cast<double>(rows[row].channels_nm[channel]) - rest_nm);
-    squares += off_mm * off_mm;
+std::array<double, 3> restOf(std::span<const ProbeRow> rows) {
+  std::array<double, 3> rest_mm{};
+  const auto first = rows.first(std::min(kAtRest, rows.size()));
+  for (const auto& row : first) {
+    for (std::size_t channel = 0; channel < 3; ++channel)
+      rest_mm[channel] += 1e-6 * row.channels_nm[channel] / static_cast<double>(first.size());
   }
-  return std::sqrt(squares);
+  return rest_mm;
+}
+
+std::array<double, 3> deflectionFrom(const std::array<double, 3>& rest_mm, const ProbeRow& row) {
+  std::array<double, 3> deflection_mm{};
+  for (std::size_t channel = 0; channel < 3; ++channel)
+    deflection_mm[channel] = 1e-6 * row.channels_nm[channel] - rest_mm[channel];
+  return deflection_mm;
+}
+
+bool touches(const std::array<double, 3>& deflection_mm) {
+  const auto& [a, b, c] = deflection_mm;
+  return std::hypot(a, b, c) > kTouched_mm;
 }
 
 TurnLacks lackOf(const Recording& recording, const Touch& touch) {

@@ -1,5 +1,5 @@
 #pragma once
-#include <cstddef>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -9,9 +9,6 @@
 // Steps in which C turns until the ball on the rim touches the stylus, which stands still.
 namespace probebox::capture {
 
-// Deflection that is a contact, and no noise or vibration.
-inline constexpr double kTouched_mm = 0.03;
-
 // Angle of C at that stamp, interpolated; nullopt outside of the rows.
 std::optional<double> angleAt(std::span<const AngleRow> rows, MonoTime at);
 
@@ -20,7 +17,10 @@ std::optional<double> angleAt(std::span<const AngleRow> rows, MonoTime at);
 enum class TurnLacks : std::uint8_t { nothing, contact, release, angles, side };
 TurnLacks lackOf(const Recording& recording, const Touch& touch);
 
-// Deflection in units of the channels, against the mean at the start; rows in order.
-double deflectionOf(std::span<const ProbeRow> rows, std::size_t row);
+// Means of the channels, mm, over the first rows: the controller waits after its marker, so C does not turn yet.
+std::array<double, 3> restOf(std::span<const ProbeRow> rows);
+// Deflection from there, mm.
+std::array<double, 3> deflectionFrom(const std::array<double, 3>& rest_mm, const ProbeRow& row);
+bool touches(const std::array<double, 3>& deflection_mm);
 
 }  // namespace probebox::capture

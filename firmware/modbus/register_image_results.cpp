@@ -156,11 +156,11 @@ void RegisterImage::putStep(const published::Snapshot& snapshot, const published
 void RegisterImage::putScan(const ScanPath& scan, double reach_mm) {
   put(address::step_scan_arcs, static_cast<double>(scan.count));
   put(address::step_scan_bits, (scan.sense < 0 ? 1 : 0) + (scan.chords ? 2 : 0));
-  put(address::step_scan_start, scan.start_rad / kDegree);
-  put(address::step_scan_ramp, scan.ramp_rad / kDegree);
+  put(address::step_scan_start, degrees(scan.start_rad));
+  put(address::step_scan_ramp, degrees(scan.ramp_rad));
   for (std::size_t i = 0; i < scan.depths_mm.size(); ++i)
     put(address::step_scan_radius + 2 * i, reach_mm > 0 ? reach_mm - scan.depths_mm[i] : 0);
-  for (std::size_t i = 0; i < ScanPath::kMostArcs; ++i) put(address::step_scan_arc + 2 * i, scan.arcs_rad[i] / kDegree);
+  for (std::size_t i = 0; i < ScanPath::kMostArcs; ++i) put(address::step_scan_arc + 2 * i, degrees(scan.arcs_rad[i]));
 }
 
 void RegisterImage::putResults(const published::ServedResults& results) {

@@ -34,7 +34,7 @@ class Tape {
 
   std::string write(Ask ask) {
     line("%");
-    if (ask != Ask::centreline && ask != Ask::delay) corrections();
+    if (hasCorrection(ask)) corrections();
     if (ask == Ask::centreline || ask == Ask::all) centreline();
     if (ask == Ask::delay || ask == Ask::all) delay();
     line("%");
@@ -105,6 +105,10 @@ std::string record(const published::Snapshot& snapshot) {
   unsigned sum = 0;
   for (const char c : text) sum ^= static_cast<unsigned char>(c);
   return text + printed("*%02X", sum) + kEnd;
+}
+
+bool hasCorrection(Ask ask) {
+  return ask != Ask::centreline && ask != Ask::delay;
 }
 
 std::string tape(const published::Snapshot& snapshot, Ask ask, const Form& form) {

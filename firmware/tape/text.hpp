@@ -30,6 +30,9 @@ std::uint16_t statusOf(const published::Snapshot& snapshot);
 // characters before the asterisk by exclusive or, two hexadecimal digits.
 std::string record(const published::Snapshot& snapshot);
 
+// Whether the text that is asked for has the correction.
+bool hasCorrection(Ask ask);
+
 // A tape between two lines of "%". Without a valid value it has a comment in the place of it: a control that reads it
 // keeps what it has.
 std::string tape(const published::Snapshot& snapshot, Ask ask, const Form& form);

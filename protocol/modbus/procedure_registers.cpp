@@ -73,8 +73,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "862; 6 scan: in contact all the way along registers 908 to 933; 7 turn: stand beside the nominal line above the "
      "axis of C by the travel along the normal, at the height that the ball's centre has there, turn C from its angle "
      "towards that of register 936 until the ball touches, stop, and turn back. The registers from here on are 0 when "
-     "no "
-     "step is to be done"},
+     "no step is to be done"},
     {address::step_feature, "step: feature", u16, 1, "", read,
      "0 datum sphere, 1 plates, 2 ball on the part, 3 tool-setting device"},
     {address::step_side, "step: side", u16, 1, "", read,
@@ -137,7 +136,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "of a turn: C turns from the angle of register 892 towards this one, and no further; where nothing has touched "
      "until then it turns back"},
     {address::step_turn_speed, "step: speed of C", f32, 1, "deg/s", read,
-     "of a turn: there and back; after the contact C stops within the overtravel of register 876, along the ball's "
+     "of a turn: there and back; C stops within the overtravel of register 876 after the contact, along the ball's "
      "way"},
 });
 

@@ -39,9 +39,9 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {37, "step: the rest was shorter than it has to be"},
     {38, "step: the probe came off the surface during a scan"},
     {39, "step: samples were missing during a scan"},
-    {42, "step: C turned and nothing touched the stylus"},
-    {43, "step: the ball touched the stylus from the wrong side"},
-    {44, "step: the angle of C at the contact was not known"},
+    {40, "step: C turned and nothing touched the stylus"},
+    {41, "step: the ball touched the stylus from the wrong side"},
+    {42, "step: the angle of C at the contact was not known"},
     {60, "step: its end marker never came"},
     {99, "a refusal that this version has no number for: see the page of the run"},
 });

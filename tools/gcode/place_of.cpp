@@ -47,7 +47,9 @@ std::optional<Error> whyUnknown(const Step& step, const Setting& setting) {
   if (!setting.safe_z_mm) return missing("a height above everything", "--safe-z MM, in the work offset");
   if (movesOneAxis(step) || step.kind == procedure::Kind::rest) return std::nullopt;
   if (step.touch.shank_height_mm > 0)
-    return Error{"A run by the shank has its heights from machine.toml: use the loop program, which asks the box."};
+    return Error{
+        "A run by the shank has its heights from machine.toml: let the control read its steps from the box "
+        "(docs/integrator.md)."};
   if (step.b_moves == procedure::BMoves::head && step.touch.tool == 0 && setting.probe_tool == 0)
     return missing("whose length keeps the tip in place while the head swivels",
                    "--probe-tools NUMBER, the tool that carries the probe");

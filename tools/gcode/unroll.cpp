@@ -33,14 +33,9 @@ std::optional<Error> whyNot(const procedure::Plan& plan, const Setting& setting)
   if (plan.method->loops.next != nullptr)
     return Error{
         "The later steps of " + std::string{plan.method->name()} +
-        " follow from what the earlier ones measure, and a program without registers cannot know them: use the "
-        "loop program on a control that reads registers."};
+        " follow from what the earlier ones measure, and a program without registers cannot know them: let the control "
+        "read its steps from the box (docs/integrator.md)."};
   for (std::size_t i = 0; i < plan.step_count; ++i) {
-    if (plan.steps[i].kind == Kind::turn)
-      return Error{
-          "Step " + std::to_string(i + 1) +
-          " turns C until the ball touches, and the next ones follow from where it did: use the loop program on a "
-          "control that reads registers."};
     if (auto error = whyUnknown(plan.steps[i], setting)) return error;
     const double feed = plan.steps[i].touch.retract_speed_mm_s * 60;
     if (feed <= setting.most_mm_min) continue;

@@ -14,7 +14,9 @@ TextLine::TextLine(const TextOptions& options, const board::Access& may, StateBu
       device_{options.line.path},
       door_{(options.face == TextOptions::Face::tape ? "tape:" : "records:") + device_},
       server_{options,
-              {.snapshot = [this] { return toBeServed(); },
+              {.snapshot = [this] { return states_.newest().snapshot; },
+               // Written down before it goes out.
+               .serves = [this](const published::Snapshot& snapshot) { with_.served.note(snapshot); },
                .take = [this](const tape::Said& said) { return with_.desk.take(said, door_, states_.newest(), may_); },
                .run = [this] { return states_.newest().snapshot.calibration_run; },
                .report = [this](const std::string& text) { warnings_.warn(time_.now(), text); },
@@ -44,13 +46,6 @@ messages::CncLineStatus TextLine::status() const {
           .skipped_bytes = 0,
           .unsent = counters.unsent,
           .reopened = counters.reopened};
-}
-
-// Written down before the text that has it goes out.
-published::Snapshot TextLine::toBeServed() {
-  const auto& snapshot = states_.newest().snapshot;
-  with_.served.note(snapshot);
-  return snapshot;
 }
 
 // A control's own display beside the box's encoders, in the log: they differ by the correction and by lost counts.

@@ -20,7 +20,6 @@ class TextLine final : public CncFace {
   std::uint64_t rounds() const override { return server_.rounds(); }
 
  private:
-  published::Snapshot toBeServed();
   void compare(const tape::Positions& reached);
 
   board::Access may_;

@@ -102,8 +102,10 @@ void TextServer::sendRecord() {
 }
 
 void TextServer::show(tape::Ask ask) {
-  const bool took = session_.send(tape::tape(faces_.snapshot(), ask, options_.form));
+  const auto snapshot = faces_.snapshot();
+  const bool took = session_.send(tape::tape(snapshot, ask, options_.form));
   ++(took ? sent_ : unsent_);
+  if (took && tape::hasCorrection(ask)) faces_.serves(snapshot);
 }
 
 void TextServer::answer(const std::string& text) {

@@ -50,7 +50,9 @@ class TextServer {
  public:
   // All of these are called on the thread of run().
   struct Faces {
-    std::function<published::Snapshot()> snapshot;                // for the next record or tape
+    std::function<published::Snapshot()> snapshot;  // for the next record or tape
+    // The text that goes out next has the correction of this snapshot.
+    std::function<void(const published::Snapshot&)> serves;
     std::function<std::optional<Error>(const tape::Said&)> take;  // all of a line or nothing; returns why it refuses
     std::function<std::uint32_t()> run;                           // present run, for markers
     std::function<void(const std::string&)> report;       // the line was lost, or is back; a line that was refused

@@ -72,9 +72,9 @@ std::optional<std::array<double, kLinearAxes>> ServedRecord::found(bool in_memor
 
 std::optional<std::array<double, kLinearAxes>> ServedRecord::last() {
   const std::lock_guard lock{mutex_};
-  if (!noted_nm_) return before_;
+  if (!last_nm_) return before_;
   std::array<double, kLinearAxes> last_mm{};
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) last_mm[axis] = (*noted_nm_)[axis] * 1e-6;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) last_mm[axis] = (*last_nm_)[axis] * 1e-6;
   return last_mm;
 }
 
@@ -85,7 +85,10 @@ void ServedRecord::note(const published::Snapshot& snapshot) {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
     value_nm[axis] = static_cast<std::int32_t>(std::lround(snapshot.correction_mm[axis] * 1e6));
   const std::lock_guard lock{mutex_};
-  if (!file_ || snapshot.at < noted_at_ || noted_nm_ == value_nm) return;
+  if (snapshot.at < noted_at_) return;
+  noted_at_ = snapshot.at;
+  last_nm_ = value_nm;
+  if (!file_ || written_nm_ == value_nm) return;
   Bytes bytes{};
   frame::ByteWriter writer{bytes};
   writer.put(kMark);
@@ -101,8 +104,7 @@ void ServedRecord::note(const published::Snapshot& snapshot) {
     return;
   }
   failing_ = false;
-  noted_nm_ = value_nm;
-  noted_at_ = snapshot.at;
+  written_nm_ = value_nm;
 }
 
 }  // namespace probebox::app

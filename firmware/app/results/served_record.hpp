@@ -35,9 +35,9 @@ class ServedRecord {
   std::string boot_id_;
   std::optional<std::array<double, kLinearAxes>> before_;
   std::mutex mutex_;
-  std::optional<Nanometres> noted_nm_;
-  MonoTime noted_at_{};
-  bool failing_{};  // a failure was reported
+  std::optional<Nanometres> last_nm_, written_nm_;  // the same, unless the file takes nothing
+  MonoTime noted_at_{};                             // stamp of the last one
+  bool failing_{};                                  // a failure was reported
 };
 
 }  // namespace probebox::app

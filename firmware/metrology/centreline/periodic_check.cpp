@@ -298,10 +298,12 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
     const Quantity& quantity = *means.quantities[k];
     const Eigen::RowVectorXd row = pick(means.columns[k], 1, parameters.size()).row(0);
     const double value = parameters[means.columns[k]] - reference(quantity, ball);
-    if (quantity.promised) answer.promiseScalar(std::string{quantity.key}, value, row);
-    if (quantity.promised) continue;
+    if (quantity.promised) {
+      answer.promiseScalar(std::string{quantity.key}, value, row);
+      continue;
+    }
     answer.alsoScalar(std::string{quantity.key}, value, row);
-    // One stop of B for all of its readings: their scatter does not show it.
+    // Zcen_B90_mm: one stop of B for all of its readings, whose scatter does not show it.
     auto& sd = answer.result().also.back().sd;
     if (!sd.empty()) sd[0] = std::hypot(sd[0], stop90.value_or(0.0));
   }

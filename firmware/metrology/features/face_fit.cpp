@@ -27,8 +27,8 @@ constexpr std::array<std::string_view, 4> kPointColumns{"face", "x_mm", "y_mm", 
 constexpr std::array<std::string_view, 4> kFaceColumns{"face", "nx", "ny", "nz"};
 constexpr double kNominal = 0.866;    // cosine of 30 degrees
 constexpr double kLeastVolume = 0.1;  // of the normals: 6 degrees between two
-constexpr double kStraightFace =
-    0.01;                            // thickness of a face's points against their width, width against their distance
+// Thickness of a face's points against their width, width against their distance.
+constexpr double kStraightFace = 0.01;
 constexpr double kLeastWidth = 1.0;  // mm, root of the summed squares
 
 // Points of one face.

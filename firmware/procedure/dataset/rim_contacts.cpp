@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "firmware/capture/touch_dataset.hpp"
 #include "firmware/capture/turn_until_contact.hpp"
+#include "firmware/metrology/fit/line.hpp"
 #include "firmware/metrology/touch/pre_travel.hpp"
 #include "firmware/procedure/plan/wording.hpp"
 #include "protocol/units/angle.hpp"
@@ -39,40 +40,38 @@ struct Turned {
 Vector3d stoodAt(const FinishedRun& run, const capture::Touch& touch) {
   Vector3d sum = Vector3d::Zero();
   const auto rows = run.recording.machineRows(touch);
-  for (const auto& row : rows) {
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const auto k = static_cast<std::size_t>(axis);
-      sum[axis] += static_cast<double>(row.counts[k]) * run.scales.mm_per_count[k] - 1e-6 * row.screw_nm[k];
-    }
-  }
-  const auto& offset_mm = run.recording.offset_mm();
-  return sum / static_cast<double>(rows.size()) + Vector3d{offset_mm[0], offset_mm[1], offset_mm[2]};
+  for (const auto& row : rows) sum += Vector3d{capture::position_mm(row, run.scales, run.recording.offset_mm()).data()};
+  return sum / static_cast<double>(rows.size());
 }
 
-struct Deflected {
-  double c_rad{}, mm{};
+// While C turned, from where the stylus stood freely: one deflection a row at which C is known.
+struct Deflections {
+  std::vector<double> c_rad;
+  std::vector<Vector3d> mm;
+  Vector3d pushed{Vector3d::Zero()};  // unit vector, in which it gave way
+
+  std::size_t size() const { return c_rad.size(); }
+  double along(std::size_t row) const { return mm[row].dot(pushed); }
 };
 
-// Deflection over C in the direction in which the stylus was pushed. One value a row at which C is known.
-std::vector<Deflected> deflectionsOf(const FinishedRun& run, const capture::Touch& touch) {
+bool touches(const Vector3d& mm) {
+  return capture::touches({mm.x(), mm.y(), mm.z()});
+}
+
+Deflections deflectionsOf(const FinishedRun& run, const capture::Touch& touch) {
+  Deflections all;
   const auto rows = run.recording.probeRows(touch);
-  if (rows.size() < kFewest) return {};
-  const auto channels = [&](std::size_t row) {
-    const auto& nm = rows[row].channels_nm;
-    return Vector3d{1e-6 * nm[0], 1e-6 * nm[1], 1e-6 * nm[2]};
-  };
-  Vector3d rest = Vector3d::Zero(), pushed = Vector3d::Zero();
-  for (std::size_t row = 0; row < kFewest; ++row) rest += channels(row) / static_cast<double>(kFewest);
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    const double off_mm = capture::deflectionOf(rows, row);
-    if (off_mm > capture::kTouched_mm) pushed += channels(row) - rest;
+  const auto angles = run.recording.angleRows(touch);
+  const auto rest_mm = capture::restOf(rows);
+  for (const auto& row : rows) {
+    const Vector3d mm{capture::deflectionFrom(rest_mm, row).data()};
+    if (touches(mm)) all.pushed += mm;
+    if (const auto c_rad = capture::angleAt(angles, row.at)) {
+      all.c_rad.push_back(*c_rad);
+      all.mm.push_back(mm);
+    }
   }
-  pushed.normalize();
-  std::vector<Deflected> all;
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    const auto c_rad = capture::angleAt(run.recording.angleRows(touch), rows[row].at);
-    if (c_rad) all.push_back({*c_rad, (channels(row) - rest).dot(pushed)});
-  }
+  all.pushed.normalize();
   return all;
 }
 
@@ -86,56 +85,54 @@ struct Free {
   double mm{}, variance{};
 };
 
-std::optional<Free> freeBefore(const std::vector<Deflected>& all) {
-  constexpr std::ptrdiff_t kMost = 200, kMargin = 10;  // the last ones may touch already
-  const auto touched = std::ranges::find_if(all, [](const Deflected& each) { return each.mm > capture::kTouched_mm; });
-  const std::ptrdiff_t end = touched - all.begin() - kMargin, begin = std::max<std::ptrdiff_t>(end - kMost, 0);
-  const double count = static_cast<double>(end - begin);
-  if (count < static_cast<double>(kFewest)) return std::nullopt;
+std::optional<Free> freeBefore(const Deflections& all) {
+  constexpr std::size_t kMost = 200, kMargin = 10;  // the last ones may touch already
+  const auto touched = static_cast<std::size_t>(std::ranges::find_if(all.mm, touches) - all.mm.begin());
+  if (touched < kMargin + kFewest) return std::nullopt;
+  const std::size_t end = touched - kMargin, begin = end - std::min(kMost, end);
+  const auto count = static_cast<double>(end - begin);
   double sum = 0, squares = 0;
-  for (auto each = all.begin() + begin; each != all.begin() + end; ++each) sum += each->mm;
-  for (auto each = all.begin() + begin; each != all.begin() + end; ++each)
-    squares += std::pow(each->mm - sum / count, 2);
+  for (std::size_t row = begin; row < end; ++row) sum += all.along(row);
+  for (std::size_t row = begin; row < end; ++row) squares += std::pow(all.along(row) - sum / count, 2);
   return Free{sum / count, squares / (count - 1) / count};
 }
 
-// Where the line through these samples has no deflection.
-std::optional<Onset> onsetOf(const std::vector<Deflected>& samples) {
-  if (samples.size() < kFewest) return std::nullopt;
-  const auto count = static_cast<double>(samples.size());
-  Deflected mean;
-  for (const auto& [c_rad, mm] : samples) {
-    mean.c_rad += c_rad / count;
-    mean.mm += mm / count;
+// Where the line through these rows has the deflection of the free stylus.
+std::optional<Onset> onsetOf(const Deflections& all, const std::vector<std::size_t>& rows, const Free& free) {
+  if (rows.size() < kFewest) return std::nullopt;
+  std::vector<double> c_rad;
+  metrology::Rows3 mm{static_cast<Eigen::Index>(rows.size()), 3};
+  for (const std::size_t row : rows) {
+    mm.row(static_cast<Eigen::Index>(c_rad.size())) = all.mm[row].transpose();
+    c_rad.push_back(all.c_rad[row]);
   }
-  double squares = 0, products = 0, rest = 0;
-  for (const auto& [c_rad, mm] : samples) {
-    squares += (c_rad - mean.c_rad) * (c_rad - mean.c_rad);
-    products += (c_rad - mean.c_rad) * (mm - mean.mm);
-  }
-  const double slope = products / squares;
-  if (!(squares > 0) || slope == 0) return std::nullopt;
-  for (const auto& [c_rad, mm] : samples) rest += std::pow(mm - mean.mm - slope * (c_rad - mean.c_rad), 2);
-  const double back_rad = mean.mm / slope;
-  return Onset{mean.c_rad - back_rad,
-               rest / (count - 2) / (slope * slope) * (1 / count + back_rad * back_rad / squares), slope};
+  const auto line = metrology::fitLine(c_rad, mm);
+  const double slope = line.slope.dot(all.pushed);
+  if (!(line.sxx > 0) || slope == 0) return std::nullopt;
+  const auto count = static_cast<double>(line.n);
+  const double back_rad = (line.mean.dot(all.pushed) - free.mm) / slope;
+  return Onset{
+      line.t_mean - back_rad,
+      line.scatterAlong(all.pushed) / (count - 2) / (slope * slope) * (1 / count + back_rad * back_rad / line.sxx),
+      slope};
 }
 
-// Deflections between two shares of the largest, on the way there and on the way back.
-std::optional<Onset> extrapolated(const std::vector<Deflected>& all) {
+// From deflections between two shares of the largest, on the way there and on the way back.
+std::optional<Onset> extrapolated(const Deflections& all) {
   const auto free = freeBefore(all);
   if (!free) return std::nullopt;
-  const double most_mm = std::ranges::max(all, {}, &Deflected::mm).mm;
-  const auto deep = [&](const Deflected& each) { return each.mm > kTo * most_mm; };
-  const auto first = std::ranges::find_if(all, deep);
-  const auto last = std::find_if(all.rbegin(), all.rend(), deep).base();
-  const auto sloping = [&](auto from, auto to) {
-    std::vector<Deflected> way;
-    std::copy_if(from, to, std::back_inserter(way), [&](const Deflected& each) { return each.mm > kFrom * most_mm; });
-    for (auto& each : way) each.mm -= free->mm;
-    return onsetOf(way);
-  };
-  const auto there = sloping(all.begin(), first), back = sloping(last, all.end());
+  std::vector<double> along;
+  for (std::size_t row = 0; row < all.size(); ++row) along.push_back(all.along(row));
+  const double most_mm = std::ranges::max(along);
+  const auto deep = [&](double mm) { return mm > kTo * most_mm; };
+  const auto first = static_cast<std::size_t>(std::ranges::find_if(along, deep) - along.begin());
+  const auto last = static_cast<std::size_t>(std::find_if(along.rbegin(), along.rend(), deep).base() - along.begin());
+  std::vector<std::size_t> on_the_way, on_the_way_back;
+  for (std::size_t row = 0; row < all.size(); ++row) {
+    if (along[row] > kFrom * most_mm && row < first) on_the_way.push_back(row);
+    if (along[row] > kFrom * most_mm && row >= last) on_the_way_back.push_back(row);
+  }
+  const auto there = onsetOf(all, on_the_way, *free), back = onsetOf(all, on_the_way_back, *free);
   if (!there || !back) return std::nullopt;
   // What the mean of the free stylus is off by moves both alike.
   return Onset{(there->c_rad + back->c_rad) / 2,

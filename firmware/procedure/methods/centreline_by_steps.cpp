@@ -211,10 +211,9 @@ constinit const LiveMethod kCentrelineBySteps{
     .solver = &metrology::kCentrelineBySteps,
     .steps =
         "with `--contacts` first C turned until the ball touches the stylus on either side of the line; then one ball, "
-        "A "
-        "at 0 and 180 degrees with C where the ball is nearly on the line along +Y; then C 40 degrees "
-        "to either side of its zero (`--arc` halves), from a new zero as long as the two are not level, five "
-        "loops at most; at last C at zero; five touches each",
+        "A at 0 and 180 degrees with C where the ball is nearly on the line along +Y; then C 40 degrees to either side "
+        "of its zero (`--arc` halves), from a new zero as long as the two are not level, five loops at most; at last C "
+        "at zero; five touches each",
     .needs = kNeedsOfCentrelineBySteps,
     .finds_a_place = true,
     .feature = Feature::part_ball,

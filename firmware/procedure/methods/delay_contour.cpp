@@ -13,9 +13,6 @@ namespace probebox::procedure {
 namespace {
 
 constexpr std::array kNeedsOfDelayContour{&kSphereDiameter};
-constexpr std::array kSlowContour{20.0}, kFastContour{60.0};
-constexpr std::array kContourSpeeds{20.0, 40.0, 60.0};
-constexpr std::array<std::span<const double>, 3> kSpeedSetsOfDelayContour{kSlowContour, kFastContour, kContourSpeeds};
 
 // Of the longest chord, whose middle is as deep as the overtravel says. All lengths differ, so that a delay cannot take
 // one for another.
@@ -49,11 +46,11 @@ constinit const LiveMethod kDelayContour{
         "60 mm/s in either sense",
     .needs = kNeedsOfDelayContour,
     .kind = Kind::scan,
-    .usual = scansAt(20, 40, 60),
+    .usual = kUsualScan,
     .own_steps = &kContours,
     .also_refused = whyNoScans,
     .described = withReach,
     .dataset = contourDataset,
-    .speed_sets = kSpeedSetsOfDelayContour};
+    .speed_sets = kScanSpeedSets};
 
 }  // namespace probebox::procedure

@@ -1,6 +1,5 @@
 #include "firmware/metrology/delay/delay_stepped_scan.hpp"
 
-#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -14,9 +13,6 @@ namespace probebox::procedure {
 namespace {
 
 constexpr std::array kNeedsOfDelaySteppedScan{&kSphereDiameter};
-constexpr std::array kSlowScan{20.0}, kFastScan{60.0};
-constexpr std::array kScanSpeeds{20.0, 40.0, 60.0};
-constexpr std::array<std::span<const double>, 3> kSpeedSetsOfDelaySteppedScan{kSlowScan, kFastScan, kScanSpeeds};
 
 constexpr double kRamp_mm = 0.8;  // of the way between two depths: some 20 ms with an exact stop at either end
 
@@ -37,8 +33,8 @@ RunDataset steppedDataset(const FinishedRun& run) {
   RunDataset built = scanDataset(run);
   auto& config = built.dataset.config;
   const double reach_mm = run.facts.sphereReach_mm().value_or(0);
-  for (const auto& scan : run.recording.touches().first(std::min<std::size_t>(1, run.recording.touches().size()))) {
-    const ScanPath& path = scan.request.scan;
+  if (!run.recording.touches().empty()) {
+    const ScanPath& path = run.recording.touches().front().request.scan;
     config["r1_mm"] = reach_mm - path.depths_mm[0];
     config["r2_mm"] = reach_mm - path.depths_mm[1];
     config["arcs_rad"] = std::vector<double>(path.arcs_rad.begin(), path.arcs_rad.begin() + path.count);
@@ -59,11 +55,11 @@ constinit const LiveMethod kDelaySteppedScan{
         "deeper than the others",
     .needs = kNeedsOfDelaySteppedScan,
     .kind = Kind::scan,
-    .usual = scansAt(20, 40, 60),
+    .usual = kUsualScan,
     .own_steps = &kSteppedScans,
     .also_refused = whyNoScans,
     .described = withReach,
     .dataset = steppedDataset,
-    .speed_sets = kSpeedSetsOfDelaySteppedScan};
+    .speed_sets = kScanSpeedSets};
 
 }  // namespace probebox::procedure

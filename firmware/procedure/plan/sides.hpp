@@ -36,16 +36,6 @@ constexpr ProcedureOptions touchesAt(auto... speeds_mm_s) {
           .clearance_mm = kClearance_mm};
 }
 
-// Deepest of a scan: the probe has to stay clear of its end though the control takes the middle of the sphere to be
-// off.
-inline constexpr double kScanDeep_mm = 0.6;
-
-constexpr ProcedureOptions scansAt(auto... speeds_mm_s) {
-  ProcedureOptions options = touchesAt(speeds_mm_s...);
-  options.overtravel_mm = kScanDeep_mm;
-  return options;
-}
-
 // Returns a copy of the options after `change`.
 constexpr ProcedureOptions with(ProcedureOptions options, auto change) {
   change(options);

@@ -14,7 +14,7 @@
 #include "measured.hpp"
 #include "pulls.hpp"
 #include "rim_truth.hpp"
-#include "some_switch.hpp"
+#include "touch_trigger_probe.hpp"
 
 // centreline-by-steps with step 2 of the large lathe on the emulated machine: C turns until the ball touches the stylus
 // on either side of the line (B25), and the loops begin from the zero of C that this shows.
@@ -114,15 +114,6 @@ TEST(RimContacts, OfAScanningProbeFindTheZeroOfCAsUncertainAsItSays) {
   pairs.centre.expectHonest();
 }
 
-// Accepted, as the box would take it from its store.
-procedure::PreTravel accepted(const Scenario& scenario, const metrology::Result& result) {
-  store::Record record{};
-  record.id = 42;
-  record.binding.subject = metrology::subjectOf(scenario.dataset());
-  record.content = result;
-  return app::preTravelOf(record).value();
-}
-
 TEST(RimContacts, OfATouchTriggerProbeFindItAsUncertainAsItSays) {
   Pairs pairs;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -132,7 +123,7 @@ TEST(RimContacts, OfATouchTriggerProbeFindItAsUncertainAsItSays) {
     scenario.run(2s);
     const auto qualified = scenario.calibrate(procedure::kPreTravel);
     ASSERT_TRUE(qualified && qualified->ok());
-    scenario.facts.trigger_probe->pre_travel = accepted(scenario, qualified->value());
+    scenario.facts.trigger_probe->pre_travel = acceptedPreTravel(scenario, qualified->value());
     const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, options(scenario));
     ASSERT_TRUE(solved);
     ASSERT_TRUE(solved->ok()) << solved->error().reason;

@@ -14,7 +14,7 @@
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
-#include "some_switch.hpp"
+#include "touch_trigger_probe.hpp"
 
 // A box with a touch-trigger probe, which delivers edges of its switch and no samples, on the emulated machine.
 namespace probebox::scenario {
@@ -49,23 +49,12 @@ std::optional<metrology::Result> run(Scenario& scenario, const LiveMethod& metho
   return solved->value();
 }
 
-// Accepted, as the box would take it from its store.
-procedure::PreTravel accepted(const Scenario& scenario, const metrology::Result& result) {
-  store::Record record{};
-  record.id = 42;
-  record.binding.subject = metrology::subjectOf(scenario.dataset());
-  record.content = result;
-  EXPECT_EQ(record.binding.subject, app::kPreTravelSubject);
-  EXPECT_TRUE(app::activationOf(record, {})->empty()) << "the core does not use it";
-  return app::preTravelOf(record).value();
-}
-
 // No delay is in force, as none is needed.
 std::optional<metrology::Result> qualified(Scenario& scenario) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   const auto result = run(scenario, procedure::kPreTravel);
-  if (result) scenario.facts.trigger_probe->pre_travel = accepted(scenario, *result);
+  if (result) scenario.facts.trigger_probe->pre_travel = acceptedPreTravel(scenario, *result);
   return result;
 }
 

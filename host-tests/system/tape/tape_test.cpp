@@ -105,6 +105,7 @@ class TextOnCable : public ::testing::Test {
   std::string heard_;
   std::atomic<bool> refuses_{};
   std::atomic<int> positions_{};
+  std::atomic<unsigned> served_{};  // sequence of the correction that was sent last
 
  private:
   TextServer::Faces faces() {
@@ -113,6 +114,7 @@ class TextOnCable : public ::testing::Test {
                   const std::lock_guard lock{mutex_};
                   return snapshot_;
                 },
+            .serves = [this](const published::Snapshot& snapshot) { served_ = snapshot.sequence; },
             .take = [this](const tape::Said& said) -> std::optional<Error> {
               if (refuses_) return Error{"no run waits for it"};
               const std::lock_guard lock{mutex_};
@@ -182,6 +184,20 @@ TEST_F(TextOnCable, ATapeIsReadOnRequestAndByAReaderThatStarts) {
   heard_.clear();
   print("\x11");
   EXPECT_THAT(heardUntil("#604="), HasSubstr("#602=-0.0125"));
+}
+
+// After the end of a box that decides where the joints stand.
+TEST_F(TextOnCable, OnlyATextWithTheCorrectionCountsAsRead) {
+  show(some());
+  serve("tape:");
+  for (const char* request : {"DELAY\r\n", "CENTRELINE\r\n"}) print(request);
+  ASSERT_TRUE(eventually([this] { return server_->counters().sent == 2; }));
+  EXPECT_EQ(served_, 0U);
+  for (const char* request : {"CORRECTIONS\r\n", "ALL\r\n", "STATUS\r\n"}) {
+    served_ = 0;
+    print(request);
+    EXPECT_TRUE(eventually([this] { return served_ == 42; })) << request;
+  }
 }
 
 TEST_F(TextOnCable, LinesOfDprntBecomeMarkersOfThePresentRun) {

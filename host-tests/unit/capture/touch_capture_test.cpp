@@ -169,8 +169,10 @@ TEST(TouchCapture, RepeatsARestThatIsTooShortOrThatMoves) {
   EXPECT_EQ(rested(0.2), TouchFault::no_drift_rows);
 }
 
-// A second of a scan whose probe is deflected by so much; both streams without what lies in the hole.
-TouchFault scanned(std::int32_t deflection_nm, std::int64_t hole_ms = 0, bool of_probe = true) {
+// A second of a scan whose probe is deflected by so much; both streams without what lies in the hole. every_ms: between
+// positions.
+TouchFault scanned(std::int32_t deflection_nm, std::int64_t hole_ms = 0, bool of_probe = true,
+                   std::int64_t every_ms = 1) {
   TouchCapture capture{Capacity{}};
   TouchRequest request = kTouch;
   request.scan.count = 1;
@@ -179,7 +181,7 @@ TouchFault scanned(std::int32_t deflection_nm, std::int64_t hole_ms = 0, bool of
     return probe != of_probe || ms < 400 || ms >= 400 + hole_ms;
   };
   for (std::int64_t ms = 0; ms < 1000; ++ms) {
-    if (isThere(ms, false)) latchAll(capture, 1'000'000 * ms, {ms, 0, 0});
+    if (isThere(ms, false) && ms % every_ms == 0) latchAll(capture, 1'000'000 * ms, {ms, 0, 0});
     const std::int32_t now_nm = ms == 700 ? deflection_nm : 300'000;
     if (isThere(ms, true))
       capture.push(
@@ -194,6 +196,8 @@ TEST(TouchCapture, RepeatsAScanThatComesOffTheSurfaceOrHasAHole) {
   EXPECT_EQ(scanned(2'000), TouchFault::contact_lost) << "one sample is enough: noise is far below";
   EXPECT_EQ(scanned(300'000, 5), TouchFault::none) << "the solver leaves a short gap out";
   for (const bool of_probe : {true, false}) EXPECT_EQ(scanned(300'000, 15, of_probe), TouchFault::samples_missing);
+  EXPECT_EQ(scanned(300'000, 0, false, 20), TouchFault::none) << "a control that tells its positions at 50 Hz";
+  EXPECT_EQ(scanned(300'000, 100, false, 20), TouchFault::samples_missing);
 }
 
 // C turns from 0 at 0.1 rad/s for 10 s and back, while a switch is open between these times, or a probe is pushed.

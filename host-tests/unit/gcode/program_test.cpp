@@ -370,7 +370,8 @@ TEST(Unroll, RefusesByNameWhatTheProgramWouldHaveToKnow) {
   EXPECT_THAT(whyNot(cases()[0], slow), testing::HasSubstr("--most-feed"));
   EXPECT_THAT(whyNot(cases()[4], no_ball), testing::HasSubstr("--ball"));
   EXPECT_THAT(whyNot(headPivot(), setting()), testing::HasSubstr("--probe-tools"));
-  EXPECT_THAT(whyNot({&procedure::kCentrelineBySteps, {}}, setting()), testing::HasSubstr("loop program"));
+  EXPECT_THAT(whyNot({&procedure::kCentrelineBySteps, {}}, setting()),
+              testing::HasSubstr("read its steps from the box"));
 }
 
 }  // namespace

@@ -92,8 +92,8 @@ std::optional<Trouble> whyNotGiven(const Gcode& options, const procedure::Plan& 
     const bool head = step.b_moves == procedure::BMoves::head;
     if (head && dialect.tipControl({}).empty())
       return usage(std::string{dialect.name()} +
-                   " has no code that keeps the tip in place while a head swivels: use the "
-                   "loop program");
+                   " has no code that keeps the tip in place while a head swivels: let the control read its steps from "
+                   "the box (docs/integrator.md)");
   }
   return std::nullopt;
 }

@@ -64,14 +64,18 @@ Json forecastJson(const plan::Forecast& forecast) {
           {"dropped", dropped}};
 }
 
-// "25 touches", "1 sweep".
+// "25 touches", "1 sweep", "2 turns of C and 25 touches".
 std::string stepsOf(const plan::Forecast& forecast) {
   const auto& wanted = forecast.wanted;
   const bool holds = wanted.options.head || wanted.method->kind == procedure::Kind::hold;
   const bool sweeps = wanted.method->takes_turns, rests = wanted.method->kind == procedure::Kind::rest,
              scans = wanted.method->kind == procedure::Kind::scan;
   const std::string one = sweeps ? "sweep" : rests ? "rest" : scans ? "scan" : holds ? "hold" : "touch";
-  return std::to_string(forecast.steps) + " " + one + (forecast.steps == 1 ? "" : one == "touch" ? "es" : "s");
+  const std::size_t turns = wanted.options.contacts ? 2 : 0, others = forecast.steps - turns;
+  return (turns > 0 ? std::to_string(turns) + " turns of C and " : "") + std::to_string(others) + " " + one +
+         (others == 1      ? ""
+          : one == "touch" ? "es"
+                           : "s");
 }
 
 std::string forecastPage(const plan::Forecast& forecast) {

@@ -1,8 +1,10 @@
 #include "firmware/app/results/served_record.hpp"
 
+#include <csignal>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -62,6 +64,25 @@ TEST_F(Served, IsWhatAnEarlierProcessServedUntilThisOneServes) {
   record.note(snapshotOf({0.003, 0, 0}, MonoTime{3s}));
   EXPECT_DOUBLE_EQ((*record.last())[0], 0.003);
   EXPECT_DOUBLE_EQ((*record.before())[0], 0.002);
+}
+
+// An orderly end writes it elsewhere.
+TEST_F(Served, KnowsWhatWasReadThoughItsFileTakesNothing) {
+  ServedRecord homeless{folder_.file("no such folder/served-last")};
+  homeless.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
+  EXPECT_DOUBLE_EQ((*homeless.last())[0], 0.002);
+
+  ServedRecord record{path()};
+  record.note(snapshotOf({0.001, 0, 0}, MonoTime{1s}));
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit nothing{.rlim_cur = 0, .rlim_max = before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &nothing);
+  record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_DOUBLE_EQ((*record.last())[0], 0.002);
+  EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before())[0], 0.001) << "the disk had no room for more";
 }
 
 TEST_F(Served, HoldsNoValueThatNobodyFollows) {
