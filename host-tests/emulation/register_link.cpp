@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::scenario {
 namespace {
 
 namespace address = modbus::address;
-constexpr double kDegree = std::numbers::pi / 180;
 
 }  // namespace
 

@@ -2,20 +2,18 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iterator>
 #include <random>
 #include <set>
 #include <utility>
 
+#include "host-tests/support/file_content.hpp"
+
 namespace probebox::faults {
 namespace {
 
-constexpr std::size_t kDiskBlock = 4096;
+using support::contentOf;
 
-std::string contentOf(const std::filesystem::path& path) {
-  std::ifstream file{path, std::ios::binary};
-  return {std::istreambuf_iterator<char>{file}, {}};
-}
+constexpr std::size_t kDiskBlock = 4096;
 
 bool chance(std::uint64_t& random) {
   random = std::mt19937_64{random}();

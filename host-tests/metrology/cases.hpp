@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <cmath>
 #include <functional>
 #include <gmock/gmock.h>
@@ -23,6 +24,10 @@ inline double uniform(std::mt19937_64& random, double low, double high) {
 
 inline double gauss(std::mt19937_64& random, double sigma) {
   return sigma * std::normal_distribution<double>{0.0, 1.0}(random);
+}
+
+inline Eigen::Vector3d anywhere(std::mt19937_64& random, double size) {
+  return {uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
 }
 
 inline Table& addTable(Dataset& dataset, std::string name, std::initializer_list<std::string_view> columns) {
@@ -60,6 +65,12 @@ inline void keepRows(Table& table, const std::function<bool(std::size_t)>& which
 inline std::string refusalOf(const Dataset& dataset) {
   const auto solved = solve(dataset);
   return solved.ok() ? "" : solved.error().name;
+}
+
+inline double tauOf(const Dataset& dataset) {
+  const auto solved = solve(dataset);
+  EXPECT_TRUE(solved.ok()) << solved.error().reason;
+  return solved.ok() ? solved->find("tau_s")->value() : std::nan("");
 }
 
 // Over many trials: errors against the stated sd, and against the smallest sd that the data allow.

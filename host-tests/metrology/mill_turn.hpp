@@ -12,6 +12,7 @@
 namespace probebox::metrology {
 
 inline constexpr double kPi = std::numbers::pi;
+inline const std::vector<double> kOpposed{0.0, kPi};
 
 // A mill-turn machine. The moving reference is where the spindle axis meets its gauge line.
 struct Machine {

@@ -6,13 +6,12 @@
 #include <functional>
 
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology::simulation {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 // From 0 to 1 with the least jerk.
 double eased(double share) {

@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/angle.hpp"
 
 // A swivelling head whose gauge line and tool direction are off, read by a control that believes them right.
 namespace probebox::metrology {
-
-inline constexpr double kDegree = std::numbers::pi / 180.0;
 
 // The control believes the axis along uB through the reference point and the tool along Z at B = 0.
 struct Head {

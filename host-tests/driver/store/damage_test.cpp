@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "host-tests/support/file_content.hpp"
 #include "old_schema.hpp"
 #include "scratch.hpp"
 
@@ -17,6 +18,7 @@
 namespace probebox::store {
 namespace {
 
+using support::contentOf;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -25,11 +27,6 @@ using testing::Not;
 
 Binding about(const std::string& subject) {
   return {subject, "P-1001", "mill 3", "spindle"};
-}
-
-std::string contentOf(const std::string& path) {
-  std::ifstream in{path, std::ios::binary};
-  return {std::istreambuf_iterator<char>{in}, {}};
 }
 
 void put(const std::string& path, const std::string& content) {

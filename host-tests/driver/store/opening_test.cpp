@@ -5,14 +5,16 @@
 #include <random>
 #include <sqlite3.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include "host-tests/support/file_content.hpp"
+#include "in_child.hpp"
 #include "scratch.hpp"
 
 namespace probebox::store {
 namespace {
 
+using support::contentOf;
 using testing::AllOf;
 using testing::AnyOf;
 using testing::HasSubstr;
@@ -29,11 +31,6 @@ class Hand {
  private:
   sqlite3* handle_{};
 };
-
-std::string contentOf(const std::string& path) {
-  std::ifstream in{path, std::ios::binary};
-  return {std::istreambuf_iterator<char>{in}, {}};
-}
 
 void write(const std::string& path, const std::string& content) {
   std::ofstream{path, std::ios::binary | std::ios::trunc} << content;
@@ -145,16 +142,6 @@ TEST(StoreOpening, NamesALockedFileAndWorksAgainAfterwards) {
     other.run("COMMIT");
   }
   EXPECT_TRUE(store.accept(id, "Ada", "t1"));
-}
-
-// Runs `check` in a child process, which may limit itself without harm to the other tests.
-template <class Check>
-bool holdsInChild(Check check) {
-  const auto child = ::fork();
-  if (child == 0) ::_exit(check() ? 0 : 1);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 TEST(StoreOpening, NamesAReadOnlyFile) {

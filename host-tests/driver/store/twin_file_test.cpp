@@ -8,9 +8,10 @@
 #include <random>
 #include <sys/resource.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include "host-tests/support/file_content.hpp"
+#include "in_child.hpp"
 #include "scratch.hpp"
 
 namespace {
@@ -53,10 +54,7 @@ class TwinFileTest : public testing::Test {
  protected:
   std::string path() const { return (scratch_.directory() / "settings").string(); }
   TwinFile open() const { return TwinFile::open(path(), kRoom); }
-  std::string bytes() const {
-    std::ifstream in{path(), std::ios::binary};
-    return {std::istreambuf_iterator<char>{in}, {}};
-  }
+  std::string bytes() const { return support::contentOf(path()); }
   void put(const std::string& content) const { std::ofstream{path(), std::ios::binary | std::ios::trunc} << content; }
   std::string filled(const std::string& content) const {
     auto file = open();
@@ -68,15 +66,6 @@ class TwinFileTest : public testing::Test {
 };
 
 // A child may limit itself without harm to the other tests.
-template <class Check>
-bool holdsInChild(Check check) {
-  const auto child = ::fork();
-  if (child == 0) ::_exit(check() ? 0 : 1);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
 TEST_F(TwinFileTest, KeepsWhatWasWrittenLast) {
   {
     auto file = open();

@@ -6,6 +6,7 @@
 #include "drivers/usb_probe/decode.hpp"
 #include "drivers/usb_probe/emulator.hpp"
 #include "host-tests/support/no_alloc.hpp"
+#include "instants.hpp"
 
 // Packets of version 2: axis counts and index latches on the sample counter of the deflections.
 namespace probebox::usb_probe {
@@ -13,8 +14,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr MonoTime kStart = monoTime(1'000'000'000);
-constexpr MonoTime kArrived = monoTime(5'000'000'000);
 constexpr std::uint8_t kX = 0, kZ = 2, kC = 5;
 
 // Counter 0 is Z, 2 is X with its index, 3 is C; 1 is not wired.
@@ -40,7 +39,7 @@ EmulatedReceiver receiver(std::size_t counters, std::uint32_t first = 0) {
                           }};
 }
 
-std::vector<Event> decoded(ReceiverDecoder& decoder, std::span<const std::byte> transfer, std::size_t room = 256) {
+std::vector<Event> eventsOf(ReceiverDecoder& decoder, std::span<const std::byte> transfer, std::size_t room = 256) {
   std::vector<Event> all;
   std::vector<Event> events(room);
   decoder.begin(transfer, kArrived, true);
@@ -56,7 +55,7 @@ TEST(AxisCounters, FollowTheDeflectionOfTheirSampleWithTheSameNumber) {
   for (const std::size_t room : {1U, 2U, 3U, 64U}) {
     const auto taken = device.samples();
     const auto packet = device.packet(device.nextPacketAt());
-    const auto events = decoded(decoder, packet, room);
+    const auto events = eventsOf(decoder, packet, room);
     ASSERT_EQ(events.size(), 8U);
     for (std::uint32_t i = 0; i < 4; ++i) {
       const auto& deflection = std::get<CountedDeflection>(events[2 * i]);
@@ -79,7 +78,7 @@ TEST(AxisCounters, OfAReceiverWithoutWiredAxesAreLeftOut) {
   auto device = receiver(4);
   ReceiverDecoder decoder;
   device.pulse(2, kStart + 1'500us);
-  EXPECT_EQ(decoded(decoder, device.packet(device.nextPacketAt())).size(), 4U);
+  EXPECT_EQ(eventsOf(decoder, device.packet(device.nextPacketAt())).size(), 4U);
 }
 
 TEST(AxisCounters, SayWhichOfThemLostCounts) {
@@ -87,7 +86,7 @@ TEST(AxisCounters, SayWhichOfThemLostCounts) {
   ReceiverDecoder decoder{wiring()};
   device.breakWire(2);
   device.breakWire(1);
-  const auto events = decoded(decoder, device.packet(device.nextPacketAt()));
+  const auto events = eventsOf(decoder, device.packet(device.nextPacketAt()));
   EXPECT_EQ(std::get<CountedAxes>(events[1]).faults, 1U << kX);
 }
 
@@ -97,7 +96,7 @@ TEST(IndexLatches, ComeBetweenTheSamplesThatTheyLieBetween) {
   device.pulse(2, kStart + 1'250us);
   device.pulse(0, kStart + 1'500us);  // its index is not used
   device.pulse(2, kStart + 3'750us);
-  const auto events = decoded(decoder, device.packet(device.nextPacketAt()));
+  const auto events = eventsOf(decoder, device.packet(device.nextPacketAt()));
   ASSERT_EQ(events.size(), 10U);
   const auto& between = std::get<CountedIndex>(events[4]);
   EXPECT_EQ(between.counter, 101U);
@@ -111,7 +110,7 @@ TEST(IndexLatches, ComeBetweenTheSamplesThatTheyLieBetween) {
   // One that came with the packet after: before its first sample.
   device.packet(device.nextPacketAt());
   device.pulse(2, kStart + 7'500us);
-  const auto later = decoded(decoder, device.packet(device.nextPacketAt()));
+  const auto later = eventsOf(decoder, device.packet(device.nextPacketAt()));
   EXPECT_EQ(std::get<CountedIndex>(later[0]).counter, 107U);
   EXPECT_EQ(std::get<CountedDeflection>(later[1]).counter, 108U);
 }

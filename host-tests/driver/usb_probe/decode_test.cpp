@@ -9,14 +9,12 @@
 
 #include "drivers/usb_probe/emulator.hpp"
 #include "host-tests/support/no_alloc.hpp"
+#include "instants.hpp"
 
 namespace probebox::usb_probe {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr MonoTime kStart = monoTime(1'000'000'000);
-constexpr MonoTime kArrived = monoTime(5'000'000'000);
 
 // A slow sine on each channel, the third beyond the range.
 std::array<Micrometres, 3> waveform(Nanoseconds since_start) {

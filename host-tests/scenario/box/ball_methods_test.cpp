@@ -21,7 +21,7 @@ using world::operator*;
 using world::operator+;
 using world::operator-;
 
-constexpr std::uint64_t kSeeds = 12;
+constexpr std::uint64_t kBallSeeds = 12;
 
 // Of the emulated machine, in X and Y at the height of the ball.
 struct Truth {
@@ -48,7 +48,7 @@ Truth truthOf(const world::Config& config) {
   return truth;
 }
 
-world::Config worldOf(std::uint64_t seed) {
+world::Config ballWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   const auto step = static_cast<double>(seed);
   config.part_spindle.point_mm[0] += 0.01 * step;
@@ -62,8 +62,8 @@ std::vector<double> both(const std::array<double, 2>& xy) {
 
 TEST(LiveSpindleOffset, OfFourPosesTellsAxesAndStylusApart) {
   Pulls offset, stylus;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kBallSeeds; ++seed) {
+    const auto config = ballWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kSpindleOffset2x2);
     ASSERT_TRUE(result);
@@ -79,8 +79,8 @@ TEST(LiveSpindleOffset, OfFourPosesTellsAxesAndStylusApart) {
 
 TEST(LiveSpindleOffset, OfAxesThatTurnTogether) {
   Pulls offset;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kBallSeeds; ++seed) {
+    const auto config = ballWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kSpindleOffsetFour);
     ASSERT_TRUE(result);
@@ -92,8 +92,8 @@ TEST(LiveSpindleOffset, OfAxesThatTurnTogether) {
 
 TEST(LiveLimitedAccess, FindsTheAxisFromAnArc) {
   Pulls centre, ball;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kBallSeeds; ++seed) {
+    const auto config = ballWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kCentrelineLimitedAccess);
     ASSERT_TRUE(result);
@@ -121,7 +121,7 @@ TEST(LiveLimitedAccess, TurnsAsFarAsItIsTold) {
 
 TEST(LivePeriodicCheck, ReadsWhatNeedsNoSwivel) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= kBallSeeds; ++seed) {
     world::Config config = usualWorld();
     const double lower_mm = 1e-4 * static_cast<double>(seed);
     config.part_spindle.point_mm[2] -= lower_mm;

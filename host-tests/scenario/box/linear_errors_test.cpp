@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 constexpr std::size_t kPlateBalls = 6;
 constexpr std::size_t kStops = 3;
 const ProcedureOptions kByThirds{.angles = kStops, .balls = kPlateBalls};
-const Vector3d kAxisPoint{330, 200, -300};
+const Vector3d kTableAxis{330, 200, -300};
 
 // Six balls at equal pitch and height, errors of C, and errors of X, Y and Z of some micrometres over the plate.
 world::Config plateWorld(std::uint64_t seed, bool straight = false) {
@@ -100,8 +100,8 @@ std::array<double, 6> errorsOnTheScales(const Scenario& scenario, const world::C
   }
   const Eigen::Isometry3d seen{Eigen::umeyama(straight, scales, false)};
   const Eigen::AngleAxisd turn{phi_rad, Vector3d::UnitZ()};
-  const Eigen::Matrix3Xd ideal = turn.toRotationMatrix() * ((seen * straight).colwise() - kAxisPoint);
-  const Eigen::Matrix3Xd real = (seen * turned).colwise() - kAxisPoint;
+  const Eigen::Matrix3Xd ideal = turn.toRotationMatrix() * ((seen * straight).colwise() - kTableAxis);
+  const Eigen::Matrix3Xd real = (seen * turned).colwise() - kTableAxis;
   const Eigen::Isometry3d motion{Eigen::umeyama(ideal, real, false)};
   const Eigen::AngleAxisd rotation{motion.linear()};
   const Vector3d eps = rotation.angle() * rotation.axis(), shift = motion.translation();

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <chrono>
 #include <gtest/gtest.h>
 #include <optional>
@@ -37,6 +38,11 @@ inline void add(Pulls& pulls, const metrology::Result& result, const char* key, 
     EXPECT_LT(found->sd[i], most_sd);
     pulls.add(found->values[i], truth[i], found->sd[i]);
   }
+}
+
+// The tool that has number 4, in whatever config.
+auto& toolFour(auto& config) {
+  return *std::ranges::find(config.probe_spindle.further_tools, 4U, &world::ToolConfig::number);
 }
 
 // With the true delay in force. Nothing but the touches that were asked for may happen.

@@ -29,14 +29,14 @@ TEST_P(Planned, RunStatesWhatWasForecast) {
   ASSERT_TRUE(expected) << expected.error().reason;
   const auto& forecast = expected->estimates.front();
   double squares = 0;
-  constexpr int kSeeds = 3;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  constexpr int kPlanSeeds = 3;
+  for (std::uint64_t seed = 1; seed <= kPlanSeeds; ++seed) {
     Scenario scenario{config, seed};
     scenario.recorder().keeps_bytes = false;
     scenario.run(2s);
     const auto solved = scenario.calibrate(*GetParam());
     ASSERT_TRUE(solved && solved->ok());
-    squares += std::pow(solved->value().find(forecast.key)->sd.front(), 2) / kSeeds;
+    squares += std::pow(solved->value().find(forecast.key)->sd.front(), 2) / kPlanSeeds;
   }
   EXPECT_GT(std::sqrt(squares), 0.7 * forecast.sd.front());
   EXPECT_LT(std::sqrt(squares), 1.4 * forecast.sd.front());

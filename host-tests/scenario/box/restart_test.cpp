@@ -16,7 +16,7 @@ using messages::ProcedureState;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-world::Config warmingUp() {
+world::Config warmingSlowly() {
   auto config = warmingWorld();
   for (auto& screw : config.screws) screw.time_constant_s = 60;
   return config;
@@ -80,7 +80,7 @@ class Restart : public testing::Test {
 
   const support::TemporaryFolder folder_;
   const std::string file_ = folder_.file("results.db");
-  Office office_{2U << 20U, stream::TriggerHistory::kKept, warmingUp()};
+  Office office_{2U << 20U, stream::TriggerHistory::kKept, warmingSlowly()};
   std::optional<Boot> boot_;
   std::vector<Event> restored_;
   std::uint64_t received_before_{};

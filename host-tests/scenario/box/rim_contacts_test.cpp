@@ -2,7 +2,6 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <numbers>
 #include <optional>
 
 #include "drivers/world/random.hpp"
@@ -12,6 +11,7 @@
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
+#include "protocol/units/angle.hpp"
 #include "pulls.hpp"
 #include "rim_truth.hpp"
 #include "touch_trigger_probe.hpp"
@@ -27,8 +27,7 @@ using testing::HasSubstr;
 using world::operator+;
 using world::operator-;
 
-constexpr std::uint64_t kSeeds = 24;
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::uint64_t kContactSeeds = 24;
 constexpr double kOff_deg = 3;  // by which the ball was put beside the line by hand
 
 world::Config rimWorld(std::uint64_t seed) {
@@ -102,7 +101,7 @@ void add(Pairs& pairs, Scenario& scenario, const world::Config& config, const me
 
 TEST(RimContacts, OfAScanningProbeFindTheZeroOfCAsUncertainAsItSays) {
   Pairs pairs;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= kContactSeeds; ++seed) {
     const auto config = rimWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kCentrelineBySteps, options(scenario));
@@ -116,7 +115,7 @@ TEST(RimContacts, OfAScanningProbeFindTheZeroOfCAsUncertainAsItSays) {
 
 TEST(RimContacts, OfATouchTriggerProbeFindItAsUncertainAsItSays) {
   Pairs pairs;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= kContactSeeds; ++seed) {
     const auto config = triggerWorld(seed);
     Scenario scenario{config, seed};
     scenario.recorder().keeps_bytes = false;

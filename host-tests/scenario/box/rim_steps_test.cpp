@@ -10,6 +10,7 @@
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
+#include "protocol/units/angle.hpp"
 #include "pulls.hpp"
 #include "rim_truth.hpp"
 
@@ -22,11 +23,10 @@ using procedure::LiveMethod;
 using testing::Each;
 using testing::ElementsAre;
 
-constexpr std::uint64_t kSeeds = 24;
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::uint64_t kRimStepSeeds = 24;
 
 // An axis and a stylus that are somewhere else than those of the board.
-world::Config rimWorld(std::uint64_t seed) {
+world::Config steppedRimWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   std::mt19937_64 random{seed};
   const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
@@ -38,7 +38,7 @@ world::Config rimWorld(std::uint64_t seed) {
 }
 
 // The ball is put to the line by hand: it stands so far beside it, clockwise, where C is said to have it on the line.
-ProcedureOptions options(Scenario& scenario, double off_line_deg, const ProcedureOptions& chosen = {}) {
+ProcedureOptions rimOptions(Scenario& scenario, double off_line_deg, const ProcedureOptions& chosen = {}) {
   scenario.facts.rim_ball->c_on_line_rad = (90 - off_line_deg) * kDegree;
   return procedure::described(procedure::kCentrelineBySteps, chosen, scenario.facts).value();
 }
@@ -53,10 +53,10 @@ double ballFromX(const world::Config& config) {
 
 TEST(LiveRimSteps, FindTheCentreWithTheUncertaintyThatTheyState) {
   Pulls pulls, styli;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = rimWorld(seed);
+  for (std::uint64_t seed = 1; seed <= kRimStepSeeds; ++seed) {
+    const auto config = steppedRimWorld(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, procedure::kCentrelineBySteps, options(scenario, 0.9));
+    const auto result = measured(scenario, procedure::kCentrelineBySteps, rimOptions(scenario, 0.9));
     ASSERT_TRUE(result);
     EXPECT_TRUE(result->warnings.empty()) << result->warnings.front();
     const auto centre = trueCentre(config, scenario.machine());
@@ -72,8 +72,8 @@ TEST(LiveRimSteps, FindTheCentreWithTheUncertaintyThatTheyState) {
 }
 
 TEST(LiveRimSteps, GoRoundUntilTheBallIsOnTheLine) {
-  Scenario scenario{rimWorld(2), 2};
-  ASSERT_TRUE(measured(scenario, procedure::kCentrelineBySteps, options(scenario, 0.9)));
+  Scenario scenario{steppedRimWorld(2), 2};
+  ASSERT_TRUE(measured(scenario, procedure::kCentrelineBySteps, rimOptions(scenario, 0.9)));
   const auto& readings = *scenario.dataset().table("readings");
   EXPECT_THAT(*readings.column("loop"), ElementsAre(1, 1, 2, 2, 2));
   const double theta = 40 * kDegree;
@@ -89,23 +89,23 @@ TEST(LiveRimSteps, GoRoundUntilTheBallIsOnTheLine) {
 }
 
 TEST(LiveRimSteps, NeedOneLoopWhereTheBallIsOnTheLineAtOnce) {
-  const auto config = rimWorld(3);
+  const auto config = steppedRimWorld(3);
   Scenario scenario{config, 3};
   ASSERT_TRUE(measured(scenario, procedure::kCentrelineBySteps,
-                       options(scenario, ballFromX(config) / kDegree, {.arc_rad = std::numbers::pi / 3})));
+                       rimOptions(scenario, ballFromX(config) / kDegree, {.arc_rad = std::numbers::pi / 3})));
   EXPECT_THAT(*scenario.dataset().table("readings")->column("loop"), ElementsAre(1, 1, 1));
 }
 
 // An axis that stops beside its angle by more than the limit wants never gets there.
 TEST(LiveRimSteps, AreGivenUpAfterFiveLoops) {
-  auto config = rimWorld(4);
+  auto config = steppedRimWorld(4);
   config.rotary.noise_rad = 1e-4;
   Scenario scenario{config, 4};
   scenario.facts.rim_ball->level_limit_mm = 1e-6;
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   scenario.activateDelay(scenario.truth().tau_s);
-  const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, options(scenario, 0.9));
+  const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, rimOptions(scenario, 0.9));
   ASSERT_TRUE(solved);
   ASSERT_FALSE(solved->ok());
   EXPECT_EQ(solved->error().name, "not-level");
@@ -115,14 +115,14 @@ TEST(LiveRimSteps, AreGivenUpAfterFiveLoops) {
 
 // A shared error of the delay makes balls larger, and moves no centre.
 TEST(LiveRimSteps, AreNotMovedByAWrongDelay) {
-  const auto config = rimWorld(5);
+  const auto config = steppedRimWorld(5);
   Scenario scenario{config, 5};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   auto tau_s = scenario.truth().tau_s;
   for (double& tau : tau_s) tau += 1e-3;
   scenario.activateDelay(tau_s);
-  const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, options(scenario, 0.9));
+  const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, rimOptions(scenario, 0.9));
   ASSERT_TRUE(solved && solved->ok());
   const auto centre = trueCentre(config, scenario.machine());
   const auto* found = solved->value().find("centre_mm");
@@ -133,7 +133,7 @@ TEST(LiveRimSteps, NeedADelayAndDoNotGoOnWithoutOne) {
   Scenario scenario{usualWorld(), 6};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, options(scenario, 0.9));
+  const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, rimOptions(scenario, 0.9));
   ASSERT_TRUE(solved && !solved->ok());
   EXPECT_EQ(solved->error().name, "no-delay");
   EXPECT_EQ(scenario.state().procedure.steps, 20U);

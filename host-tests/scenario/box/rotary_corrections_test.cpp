@@ -1,12 +1,12 @@
 #include <cmath>
 #include <gtest/gtest.h>
-#include <numbers>
 #include <random>
 
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "protocol/units/angle.hpp"
 #include "pulls.hpp"
 #include "watched_twin.hpp"
 
@@ -23,13 +23,12 @@ using world::operator+;
 using world::operator-;
 using world::operator*;
 
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kAngles = 12;
-constexpr std::size_t kBalls = 8;
+constexpr std::size_t kTableBalls = 8;
 constexpr double kSigma_mm = 0.0005;
 constexpr auto kRotary = static_cast<std::size_t>(published::SourceKind::rotary);
 
-world::Config turningWorld() {
+world::Config turningTableWorld() {
   auto config = usualWorld();
   config.part_spindle.direction = {5e-5, -8e-5, 1};
   config.part_spindle.errors = {.cosine_mm = {0.006, -0.004, 0.002},
@@ -42,7 +41,7 @@ world::Config turningWorld() {
 
 class TurningTable : public testing::Test {
  protected:
-  explicit TurningTable(const world::Config& world = turningWorld(), std::uint64_t seed = 1)
+  explicit TurningTable(const world::Config& world = turningTableWorld(), std::uint64_t seed = 1)
       : config{world}, scenario{world, seed}, random{static_cast<unsigned>(seed)} {
     scenario.recorder().keeps_bytes = false;
     // Where the machine's builder says that the axis is, and along Z.
@@ -59,8 +58,8 @@ class TurningTable : public testing::Test {
     auto first = metrology::Table::withColumns("first", kFirst);
     auto second = metrology::Table::withColumns("second", std::span{kFirst}.last(4));
     auto third = metrology::Table::withColumns("third", std::span{kFirst}.last(4));
-    for (std::size_t i = 0; i < kBalls; ++i) {
-      const double at = kTurn * static_cast<double>(i) / kBalls;
+    for (std::size_t i = 0; i < kTableBalls; ++i) {
+      const double at = kTurn * static_cast<double>(i) / kTableBalls;
       const auto ball = static_cast<double>(i + 1);
       const Vector3 own{120 * std::cos(at), 120 * std::sin(at), i % 2 == 0 ? -10.0 : 10.0};
       const auto& machine = scenario.machine();
@@ -148,7 +147,7 @@ TEST_F(TurningTable, IsCorrectedAtEveryAngleWithinWhatTheResultStates) {
 // A fixture that is made anew for every seed.
 class SeededTable : public TurningTable {
  public:
-  explicit SeededTable(std::uint64_t seed) : TurningTable{turningWorld(), seed} {}
+  explicit SeededTable(std::uint64_t seed) : TurningTable{turningTableWorld(), seed} {}
   void TestBody() override {}
   void addTo(Pulls& pulls) {
     scenario.run(2s);
@@ -189,7 +188,7 @@ TEST_F(TurningTable, IsHeldThroughASilenceOfItsEncoderAndThenStandsStill) {
 }
 
 world::Config unknownAtPowerUp() {
-  auto config = turningWorld();
+  auto config = turningTableWorld();
   config.encoders.c_power_up_deg = 123.4;
   return config;
 }

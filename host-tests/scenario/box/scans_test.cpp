@@ -25,7 +25,7 @@ ProcedureOptions asDescribed(const Scenario& scenario, ProcedureOptions options 
 
 // Delay, friction, gain and the place of the sphere differ from world to world. The control takes its middle to be
 // 0.14 mm and more beside where usualWorld() has it.
-world::Config worldOf(std::uint64_t seed) {
+world::Config scanWorld(std::uint64_t seed) {
   world::Random random{seed, 96};
   auto config = usualWorld();
   const double tau_s = random.uniform(0.001, 0.009);
@@ -38,10 +38,10 @@ world::Config worldOf(std::uint64_t seed) {
   return config;
 }
 
-void expectHonest(const LiveMethod& method, double most_sd_s) {
+void expectHonestScans(const LiveMethod& method, double most_sd_s) {
   Pulls pulls;
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {
-    Scenario scenario{worldOf(seed), seed};
+    Scenario scenario{scanWorld(seed), seed};
     scenario.recorder().keeps_bytes = false;
     scenario.run(2s);
     const auto solved = scenario.calibrate(method, asDescribed(scenario));
@@ -57,11 +57,11 @@ void expectHonest(const LiveMethod& method, double most_sd_s) {
 }
 
 TEST(LiveSteppedScan, FindsTheDelayAsUncertainAsItSays) {
-  expectHonest(procedure::kDelaySteppedScan, 8e-6);
+  expectHonestScans(procedure::kDelaySteppedScan, 8e-6);
 }
 
 TEST(LiveContour, FindsTheDelayAsUncertainAsItSays) {
-  expectHonest(procedure::kDelayContour, 8e-6);
+  expectHonestScans(procedure::kDelayContour, 8e-6);
 }
 
 // Friction adds the same share to every deflection, and none of it is a delay: the same noise, the same answer.

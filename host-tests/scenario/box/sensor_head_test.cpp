@@ -26,7 +26,7 @@ using Eigen::Vector3d;
 using procedure::LiveMethod;
 using testing::HasSubstr;
 
-constexpr std::uint64_t kSeeds = 10;
+constexpr std::uint64_t kHeadSeeds = 10;
 
 world::ToolConfig& headIn(world::Config& config) {
   auto& tools = config.probe_spindle.further_tools;
@@ -82,7 +82,7 @@ std::optional<metrology::Solved> readByHead(Scenario& scenario, ProcedureOptions
 
 TEST(LiveSensorHead, FindsItsSensorsAsWellAsItSays) {
   Pulls entries, places;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= kHeadSeeds; ++seed) {
     auto config = headWorld(seed, 0);
     Scenario scenario{config, seed};
     const auto solved = calibrated(scenario);
@@ -150,7 +150,7 @@ TEST(LiveSensorHead, AsksAgainForABallThatIsBeyondItsSensors) {
 
 TEST(LiveBallPlateByHead, TellsTheErrorsOfTheAxisAtEveryAngle) {
   Pulls translations, rotations;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= kHeadSeeds; ++seed) {
     const auto config = headWorld(seed, 0);
     Scenario scenario{config, seed};
     scenario.facts.sensor_head->sd_centre_offset_mm = 0;
@@ -183,7 +183,7 @@ TEST(LiveBallPlateByHead, TellsTheErrorsOfTheAxisAtEveryAngle) {
 // The whole chain: where the axis is depends on where the head's centre is, which is stated with an sd.
 TEST(LiveBallPlateByHead, FindsWhereTheAxisIsAsFarAsTheHeadsCentreIsKnown) {
   Pulls places, tilts;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= kHeadSeeds; ++seed) {
     const double sd_mm = usualFacts().sensor_head->sd_centre_offset_mm;
     auto config = headWorld(seed, sd_mm);
     config.part_spindle.errors = {};

@@ -11,6 +11,7 @@
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
+#include "protocol/units/angle.hpp"
 #include "pulls.hpp"
 
 // Methods that swivel the head or change the tool that carries the probe, run on the emulated machine.
@@ -24,11 +25,10 @@ using world::operator*;
 using world::operator+;
 using world::operator-;
 
-constexpr std::uint64_t kSeeds = 20;
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::uint64_t kSwivelSeeds = 20;
 
 // A head that swivels about some other line, a spindle that leans some other way, styli that hang elsewhere.
-world::Config worldOf(std::uint64_t seed) {
+world::Config swivelWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   std::mt19937_64 random{seed};
   const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
@@ -62,8 +62,8 @@ world::Vector3 errorOf(const world::Machine& machine, double b_rad, std::uint32_
 
 TEST(LiveSwivelError, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) {
   Pulls across, along;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kSwivelSeeds; ++seed) {
+    const auto config = swivelWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kSwivelError);
     ASSERT_TRUE(result);
@@ -107,8 +107,8 @@ TEST(LiveSwivelError, ReadsTheSphereAtEveryAngleWithEveryTool) {
 
 TEST(LiveHeadPivot, FindsTheAxisOfTheHeadWithTheUncertaintyThatItStates) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kSwivelSeeds; ++seed) {
+    const auto config = swivelWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kHeadPivot);
     ASSERT_TRUE(result);
@@ -122,8 +122,8 @@ TEST(LiveHeadPivot, FindsTheAxisOfTheHeadWithTheUncertaintyThatItStates) {
 
 TEST(LiveSpindleAlignment, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatItStates) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kSwivelSeeds; ++seed) {
+    const auto config = swivelWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kAAxisAlignment);
     ASSERT_TRUE(result);
@@ -136,7 +136,7 @@ TEST(LiveSpindleAlignment, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatI
 
 // Shanks that run out and lean otherwise than that of the board.
 world::Config shankWorld(std::uint64_t seed) {
-  world::Config config = worldOf(seed);
+  world::Config config = swivelWorld(seed);
   std::mt19937_64 random{seed + 1000};
   const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
   auto& shank = *config.probe_spindle.shank;
@@ -153,7 +153,7 @@ ProcedureOptions byShank(const procedure::LiveMethod& method) {
 
 TEST(LiveSpindleAlignmentByShank, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatItStates) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= kSwivelSeeds; ++seed) {
     const auto config = shankWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kAAxisAlignment, byShank(procedure::kAAxisAlignment));
@@ -188,7 +188,7 @@ TEST(LiveSpindleAlignmentByShank, TouchesFromOppositeSidesWithTheSpindleTurnedBe
 
 TEST(LiveSwivelErrorByShank, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) {
   Pulls across;
-  for (std::uint64_t seed = 1; seed <= 2 * kSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 2 * kSwivelSeeds; ++seed) {
     const auto config = shankWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kSwivelError, byShank(procedure::kSwivelError));

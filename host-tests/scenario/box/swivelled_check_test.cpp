@@ -8,6 +8,7 @@
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
+#include "protocol/units/angle.hpp"
 #include "pulls.hpp"
 
 // periodic-check with the head at 0, 45 and 90 degrees on the emulated machine.
@@ -19,12 +20,11 @@ using world::operator+;
 using world::operator-;
 using world::Vector3;
 
-constexpr std::uint64_t kSeeds = 20;
-constexpr double kEighth_rad = std::numbers::pi / 4;
+constexpr std::uint64_t kCheckSeeds = 20;
 constexpr double kHalfTurn_rad = std::numbers::pi;
 
 // A head that swivels about some other line.
-world::Config worldOf(std::uint64_t seed) {
+world::Config checkWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   world::Random random{seed, 99};
   for (const std::size_t i : {0U, 2U}) config.swivel_head.pivot_mm[i] += random.uniform(-0.02, 0.02);
@@ -46,7 +46,7 @@ Vector3 meanOf(const Scenario& scenario, const world::Config& config, double b_r
 }
 
 ProcedureOptions checkOf(Scenario& scenario) {
-  scenario.facts.checked_ball->swivels_rad = {kEighth_rad, 2 * kEighth_rad};
+  scenario.facts.checked_ball->swivels_rad = {45 * kDegree, 90 * kDegree};
   const auto options = procedure::described(procedure::kPeriodicCheck, {}, scenario.facts, procedure::ReadBy::tip);
   EXPECT_TRUE(options) << options.error().what;
   return options ? *options : ProcedureOptions{};
@@ -54,14 +54,14 @@ ProcedureOptions checkOf(Scenario& scenario) {
 
 TEST(SwivelledCheck, ComparesTheAxesAtEveryAngleOfTheHead) {
   Pulls pulls, heights;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kCheckSeeds; ++seed) {
+    const auto config = checkWorld(seed);
     Scenario scenario{config, seed};
     const auto options = checkOf(scenario);
     const auto result = measured(scenario, procedure::kPeriodicCheck, options);
     ASSERT_TRUE(result);
-    const Vector3 level = meanOf(scenario, config, 0), half = meanOf(scenario, config, kEighth_rad),
-                  whole = meanOf(scenario, config, 2 * kEighth_rad);
+    const Vector3 level = meanOf(scenario, config, 0), half = meanOf(scenario, config, 45 * kDegree),
+                  whole = meanOf(scenario, config, 90 * kDegree);
     add(pulls, *result, "Xcen_B0_mm", {level[0]}, 5e-4);
     add(pulls, *result, "Ycen_B0_mm", {level[1]}, 5e-4);
     add(pulls, *result, "Ycen_B45_mm", {half[1]}, 5e-4);
@@ -79,7 +79,7 @@ TEST(SwivelledCheck, ComparesTheAxesAtEveryAngleOfTheHead) {
 // It displaces all touches from one side alike: the scatter of the touches does not show it, the uncertainty does.
 TEST(SwivelledCheck, DoesNotTakeTheDoubtOfTheDelayForScatter) {
   constexpr double kDoubt_s = 1e-4;
-  Scenario scenario{worldOf(5), 5};
+  Scenario scenario{checkWorld(5), 5};
   scenario.recorder().keeps_bytes = false;
   scenario.run(std::chrono::seconds{2});
   scenario.push(DelayActivated{
@@ -122,7 +122,7 @@ TEST(SwivelledCheck, MissesNoAngleThatWasNeverRead) {
 
 TEST(SwivelledCheck, NeedsTheTurningAxisAndTheProbesLength) {
   auto facts = usualFacts();
-  facts.checked_ball->swivels_rad = {2 * kEighth_rad};
+  facts.checked_ball->swivels_rad = {90 * kDegree};
   facts.checked_ball->accepted_x_mm.reset();
   const auto why = [&] {
     const auto options = procedure::described(procedure::kPeriodicCheck, {}, facts, procedure::ReadBy::tip);

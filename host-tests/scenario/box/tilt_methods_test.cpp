@@ -1,12 +1,12 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <numbers>
 #include <random>
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
+#include "protocol/units/angle.hpp"
 #include "pulls.hpp"
 
 // Methods that tilt the table under the part, run on the emulated machine.
@@ -19,11 +19,10 @@ using world::operator*;
 using world::operator+;
 using world::operator-;
 
-constexpr std::uint64_t kSeeds = 20;
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::uint64_t kTiltSeeds = 20;
 
 // The table's axis somewhere else, leaning some other way.
-world::Config worldOf(std::uint64_t seed) {
+world::Config tiltWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   std::mt19937_64 random{seed};
   const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
@@ -59,8 +58,8 @@ void judge(Pulls& pulls, const metrology::Result& result, const metrology::Datas
 
 TEST(LiveTablePivot, FindsTheAxisWithTheUncertaintyThatItStates) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kTiltSeeds; ++seed) {
+    const auto config = tiltWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kTablePivot);
     ASSERT_TRUE(result);
@@ -74,8 +73,8 @@ TEST(LiveTablePivot, FindsItFromOtherTiltsToo) {
   Pulls pulls;
   ProcedureOptions options{.b_count = 3, .b_axis = {1, 0, 0}};
   options.b_angles_rad = {-50 * kDegree, 0, 40 * kDegree};
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(100 + seed);
+  for (std::uint64_t seed = 1; seed <= kTiltSeeds; ++seed) {
+    const auto config = tiltWorld(100 + seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kTablePivot, options);
     ASSERT_TRUE(result);

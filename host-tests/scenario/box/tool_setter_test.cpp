@@ -22,15 +22,11 @@ using procedure::LiveMethod;
 using world::operator+;
 using world::operator-;
 
-constexpr std::uint64_t kSeeds = 24;
+constexpr std::uint64_t kSetterSeeds = 24;
 constexpr ProcedureOptions kTool4{.tool = 4};
 
-auto& toolFour(auto& config) {
-  return *std::ranges::find(config.probe_spindle.further_tools, 4U, &world::ToolConfig::number);
-}
-
 // Device, tool and stylus are not quite where the descriptions have them; of the stylus that is as uncertain as stated.
-world::Config worldOf(std::uint64_t seed, double sd_probe_offset_mm) {
+world::Config setterWorld(std::uint64_t seed, double sd_probe_offset_mm) {
   world::Config config = usualWorld();
   world::Random random{seed, 90};
   for (double& at : config.tool_setter.centre_mm) at += random.uniform(-0.03, 0.03);
@@ -70,8 +66,8 @@ std::optional<metrology::Solved> setOn(Scenario& scenario, double wrong_delay_us
 
 TEST(LiveToolSetter, FindsToolAndDeviceAsWellAsItSays) {
   Pulls tool, device;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed, usualFacts().tool_setter->sd_probe_offset_mm.value());
+  for (std::uint64_t seed = 1; seed <= kSetterSeeds; ++seed) {
+    const auto config = setterWorld(seed, usualFacts().tool_setter->sd_probe_offset_mm.value());
     Scenario scenario{config, seed};
     const auto solved = setOn(scenario);
     ASSERT_TRUE(solved && solved->ok()) << solved->error().reason;
@@ -90,8 +86,8 @@ TEST(LiveToolSetter, FindsToolAndDeviceAsWellAsItSays) {
 // The touches alone, where the probe is known exactly: what is stated for them must hold without it.
 TEST(LiveToolSetter, KnowsHowWellItTouches) {
   Pulls tool, device;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed, 0);
+  for (std::uint64_t seed = 1; seed <= kSetterSeeds; ++seed) {
+    const auto config = setterWorld(seed, 0);
     Scenario scenario{config, seed};
     ASSERT_TRUE(setOn(scenario));
     auto dataset = scenario.dataset();
@@ -115,7 +111,7 @@ TEST(LiveToolSetter, DependsNeitherOnTheDelayNorOnHowLateTheDeviceIs) {
   };
   std::vector<metrology::Result> results;
   for (const auto& lag : {Lag{0, 0}, Lag{0.003, 0}, Lag{0.0004, 800}}) {
-    auto config = worldOf(3, 0);
+    auto config = setterWorld(3, 0);
     config.tool_setter.late_s = lag.of_device_s;
     Scenario scenario{config, 3};
     const auto solved = setOn(scenario, lag.wrong_delay_us);
@@ -137,7 +133,7 @@ TEST(LiveToolSetter, DependsNeitherOnTheDelayNorOnHowLateTheDeviceIs) {
 }
 
 TEST(LiveToolSetter, IsSavedWithEveryDigit) {
-  Scenario scenario{worldOf(1, 0), 1};
+  Scenario scenario{setterWorld(1, 0), 1};
   const auto solved = setOn(scenario);
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "tool-4") << "another tool's offset stays in force beside it";
@@ -199,8 +195,8 @@ TEST(LiveToolAssembly, FindsWhatTheToolIsOffAsWellAsItSays) {
   const auto& unit = facts.tool_setter.value();
   const auto& holder = std::ranges::find(facts.tools, 4U, &procedure::ToolFacts::number)->holder.value();
   Pulls off, length;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    auto config = worldOf(seed, 0);
+  for (std::uint64_t seed = 1; seed <= kSetterSeeds; ++seed) {
+    auto config = setterWorld(seed, 0);
     world::Random random{seed, 91};
     config.tool_setter.centre_mm = usualWorld().tool_setter.centre_mm;
     for (double& at : config.tool_setter.centre_mm) at += unit.sd_accepted_mm * random.normal();
@@ -219,7 +215,7 @@ TEST(LiveToolAssembly, FindsWhatTheToolIsOffAsWellAsItSays) {
 }
 
 TEST(LiveToolAssembly, IsSavedWithEveryDigitAndWithWhatGoesBackToTheStores) {
-  Scenario scenario{worldOf(2, 0), 2};
+  Scenario scenario{setterWorld(2, 0), 2};
   const auto solved = setOn(scenario, 0, procedure::kToolAssembly);
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "assembly-4");

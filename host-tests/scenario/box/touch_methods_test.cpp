@@ -17,10 +17,10 @@ namespace {
 using namespace std::chrono_literals;
 using procedure::LiveMethod;
 
-constexpr std::uint64_t kSeeds = 40;
+constexpr std::uint64_t kTouchSeeds = 40;
 
 // A machine whose delay differs from seed to seed; with `each_axis` also from axis to axis.
-world::Config worldOf(std::uint64_t seed, bool each_axis) {
+world::Config touchWorld(std::uint64_t seed, bool each_axis) {
   world::Config config = usualWorld();
   const double tau_s = 0.002 + 0.0001 * static_cast<double>(seed);
   config.delays.tau_machine_s = {tau_s, tau_s, tau_s};
@@ -52,8 +52,8 @@ std::optional<metrology::Result> run(Scenario& scenario, const procedure::LiveMe
 void expectHonest(const procedure::LiveMethod& method, std::optional<double> bounce_mm = {}) {
   const bool each_axis = &method == &procedure::kDelayPerAxis;
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    world::Config config = worldOf(seed, each_axis);
+  for (std::uint64_t seed = 1; seed <= kTouchSeeds; ++seed) {
+    world::Config config = touchWorld(seed, each_axis);
     if (bounce_mm) config.probe.bounce_mm = *bounce_mm;
     Scenario scenario{config, seed};
     const auto result = run(scenario, method);

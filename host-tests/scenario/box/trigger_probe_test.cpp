@@ -24,10 +24,10 @@ using namespace std::chrono_literals;
 using procedure::LiveMethod;
 using testing::HasSubstr;
 
-constexpr std::uint64_t kSeeds = 20;
+constexpr std::uint64_t kSwitchSeeds = 20;
 
 // A switch with some other pre-travel, late by some other time, that chatters.
-world::Config worldOf(std::uint64_t seed) {
+world::Config switchWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   world::Random random{seed, 91};
   config.touch_trigger = someSwitch(random);
@@ -36,8 +36,8 @@ world::Config worldOf(std::uint64_t seed) {
   return config;
 }
 
-std::optional<metrology::Result> run(Scenario& scenario, const LiveMethod& method,
-                                     const ProcedureOptions& options = {}) {
+std::optional<metrology::Result> runWithSwitch(Scenario& scenario, const LiveMethod& method,
+                                               const ProcedureOptions& options = {}) {
   const auto contacts = scenario.machine().stylus().contactCount();
   const auto solved = scenario.calibrate(method, options);
   EXPECT_TRUE(solved && solved->ok()) << method.name() << ": "
@@ -53,7 +53,7 @@ std::optional<metrology::Result> run(Scenario& scenario, const LiveMethod& metho
 std::optional<metrology::Result> qualified(Scenario& scenario) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const auto result = run(scenario, procedure::kPreTravel);
+  const auto result = runWithSwitch(scenario, procedure::kPreTravel);
   if (result) scenario.facts.trigger_probe->pre_travel = acceptedPreTravel(scenario, *result);
   return result;
 }
@@ -105,8 +105,8 @@ std::vector<double> pivotOf(const Scenario& scenario, const world::Config& confi
 
 TEST(TriggerProbe, ShowsItsPreTravelByDirection) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kSwitchSeeds; ++seed) {
+    const auto config = switchWorld(seed);
     Scenario scenario{config, seed};
     const auto result = qualified(scenario);
     ASSERT_TRUE(result);
@@ -122,17 +122,17 @@ TEST(TriggerProbe, ShowsItsPreTravelByDirection) {
 
 TEST(TriggerProbe, FindsAxesAsWellAsItSays) {
   Pulls centre, pivot;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(100 + seed);
+  for (std::uint64_t seed = 1; seed <= kSwitchSeeds; ++seed) {
+    const auto config = switchWorld(100 + seed);
     Scenario scenario{config, seed};
     ASSERT_TRUE(qualified(scenario));
-    const auto found = run(scenario, procedure::kCentreline, {.angles = 5});
+    const auto found = runWithSwitch(scenario, procedure::kCentreline, {.angles = 5});
     ASSERT_TRUE(found);
     addWhole(centre, *found, "centre_mm", centreOf(scenario, config, -160), 1e-3);
     EXPECT_TRUE(found->warnings.empty()) << found->warnings.front();
     EXPECT_EQ(scenario.dataset().table("probe"), nullptr) << "there are no samples";
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *found);
-    const auto tilted = run(scenario, procedure::kTablePivot);
+    const auto tilted = runWithSwitch(scenario, procedure::kTablePivot);
     ASSERT_TRUE(tilted);
     addWhole(pivot, *tilted, "pivot_yz_mm", pivotOf(scenario, config), 2e-3);
   }
@@ -143,11 +143,11 @@ TEST(TriggerProbe, FindsAxesAsWellAsItSays) {
 // Half of the readings have A at 90 or 270 degrees, so lobes that did not turn with the probe would move the centres.
 TEST(TriggerProbe, TurnsItsLobesWithTheSpindle) {
   Pulls offset;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(200 + seed);
+  for (std::uint64_t seed = 1; seed <= kSwitchSeeds; ++seed) {
+    const auto config = switchWorld(200 + seed);
     Scenario scenario{config, seed};
     ASSERT_TRUE(qualified(scenario));
-    const auto found = run(scenario, procedure::kSpindleOffsetFour);
+    const auto found = runWithSwitch(scenario, procedure::kSpindleOffsetFour);
     ASSERT_TRUE(found);
     addWhole(offset, *found, "offset_C_minus_A_mm", offsetOf(config), 1e-3);
   }
@@ -156,13 +156,13 @@ TEST(TriggerProbe, TurnsItsLobesWithTheSpindle) {
 
 TEST(TriggerProbe, TurnsItsLobesWithTheHead) {
   Pulls pivot;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    auto config = worldOf(300 + seed);
+  for (std::uint64_t seed = 1; seed <= kSwitchSeeds; ++seed) {
+    auto config = switchWorld(300 + seed);
     world::Random random{seed, 92};
     for (const std::size_t i : {0U, 2U}) config.swivel_head.pivot_mm[i] += random.uniform(-0.05, 0.05);
     Scenario scenario{config, seed};
     ASSERT_TRUE(qualified(scenario));
-    const auto found = run(scenario, procedure::kHeadPivot);
+    const auto found = runWithSwitch(scenario, procedure::kHeadPivot);
     ASSERT_TRUE(found);
     const auto& pivot_mm = config.swivel_head.pivot_mm;
     // Positions are those of the first tool's stylus ball, 150 mm below the reference.
@@ -172,7 +172,7 @@ TEST(TriggerProbe, TurnsItsLobesWithTheHead) {
 }
 
 TEST(TriggerProbe, RefusesAReadingWhosePreTravelIsNotInForceAnyMore) {
-  Scenario scenario{worldOf(8), 8};
+  Scenario scenario{switchWorld(8), 8};
   ASSERT_TRUE(qualified(scenario));
   const auto number = scenario.start(procedure::kCentreline);
   scenario.facts.trigger_probe->pre_travel.reset();
@@ -184,7 +184,7 @@ TEST(TriggerProbe, RefusesAReadingWhosePreTravelIsNotInForceAnyMore) {
 }
 
 TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
-  Scenario scenario{worldOf(7), 7};
+  Scenario scenario{switchWorld(7), 7};
   ASSERT_TRUE(qualified(scenario));
   std::vector<std::string_view> ran;
   for (const LiveMethod* method : procedure::liveMethods()) {
@@ -194,7 +194,7 @@ TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
     const auto options =
         procedure::described(*method, measures_tool ? ProcedureOptions{.tool = 4} : ProcedureOptions{}, scenario.facts);
     ASSERT_TRUE(options.ok()) << options.error().what;
-    EXPECT_TRUE(run(scenario, *method, *options)) << method->name();
+    EXPECT_TRUE(runWithSwitch(scenario, *method, *options)) << method->name();
     ran.push_back(method->name());
   }
   EXPECT_THAT(ran, testing::UnorderedElementsAre("c-axis-alignment", "centreline", "centreline-by-steps",

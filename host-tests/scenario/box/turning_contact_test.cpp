@@ -1,9 +1,9 @@
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
-#include <numbers>
 
 #include "host-tests/emulation/scenario.hpp"
+#include "protocol/units/angle.hpp"
 
 // Step 2 of a large lathe (CN101976057, metrology B25): the stylus stands at equal heights on either side of the line,
 // and C turns until its ball touches. The stamps of the trigger say where C was.
@@ -14,14 +14,13 @@ using namespace std::chrono_literals;
 using world::Vector3;
 using world::operator+;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kRim_mm = 60;
 constexpr double kBeside_mm = 15;
 constexpr double kSpeed_rad_s = 0.05;
 // The ball of the rim is 0.9 degrees away from the line along +Y when C stands at 0.
 constexpr double kOff_rad = 0.9 * kDegree;
 
-world::Config rimWorld() {
+world::Config turningRimWorld() {
   auto config = usualWorld();
   config.part_spindle.direction = {0, 0, 1};
   config.part_spindle.ball_count = 1;
@@ -36,7 +35,7 @@ world::Config rimWorld() {
 // A machine that this test commands itself, and a box.
 class TurnedUntilContact : public testing::TestWithParam<std::uint64_t> {
  protected:
-  const world::Config config{rimWorld()};
+  const world::Config config{turningRimWorld()};
   Recorder recorder;
   box::Box box{usualBox(config), recorder};
   world::World world{config, GetParam()};

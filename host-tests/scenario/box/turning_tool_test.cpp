@@ -2,7 +2,6 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -12,6 +11,7 @@
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
+#include "protocol/units/angle.hpp"
 #include "pulls.hpp"
 
 // A turning tool reaches one face of the setting device an axis, at B = 0 or with the head swivelled to 45 and 90
@@ -27,18 +27,13 @@ using world::operator+;
 using world::operator-;
 using world::Vector3;
 
-constexpr std::uint64_t kSeeds = 20;
-constexpr double kEighth_rad = std::numbers::pi / 4;
+constexpr std::uint64_t kTurningToolSeeds = 20;
 constexpr std::uint8_t kFaces = 1 + 8 + 16;  // +X, -Y, +Z
 constexpr Vector3 kNormals{1, -1, 1};
 constexpr double kSdHalfWidth_mm = 4e-4, kSdBall_mm = 6e-4;
 
-auto& toolFour(auto& config) {
-  return *std::ranges::find(config.probe_spindle.further_tools, 4U, &world::ToolConfig::number);
-}
-
 // A tool with a nose somewhere near its place; device and stylus ball as uncertain as stated.
-world::Config worldOf(std::uint64_t seed) {
+world::Config turningToolWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   world::Random random{seed, 96};
   for (double& at : config.tool_setter.centre_mm) at += random.uniform(-0.03, 0.03);
@@ -65,7 +60,7 @@ procedure::Facts factsOf(const std::vector<double>& swivels_rad) {
   return facts;
 }
 
-std::optional<metrology::Result> run(Scenario& scenario, const LiveMethod& method) {
+std::optional<metrology::Result> runToolFour(Scenario& scenario, const LiveMethod& method) {
   const auto options = procedure::described(method, {.tool = 4}, scenario.facts, procedure::ReadBy::tip);
   EXPECT_TRUE(options) << options.error().what;
   return measured(scenario, method, *options);
@@ -96,11 +91,11 @@ Vector3 nominalTip(const procedure::Facts& facts, double b_rad) {
 
 TEST(TurningTool, IsSetByTheFacesThatItReaches) {
   Pulls tool, device;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kTurningToolSeeds; ++seed) {
+    const auto config = turningToolWorld(seed);
     Scenario scenario{config, seed};
     scenario.facts = factsOf({});
-    const auto result = run(scenario, procedure::kToolSetter);
+    const auto result = runToolFour(scenario, procedure::kToolSetter);
     ASSERT_TRUE(result);
     EXPECT_EQ(scenario.state().procedure.steps, 2U * 3U * 4U) << "+X, -Y and +Z twice";
     const Vector3 edge = tipOf(scenario, config, 4, 0) - *toolFour(config).radius_mm * kNormals;
@@ -118,9 +113,9 @@ TEST(TurningTool, IsSetByTheFacesThatItReaches) {
 // The head leans and its pivot is elsewhere: what the machine's geometry does there cancels between probe and tool.
 TEST(TurningTool, IsSetAtEveryAngleOfTheHeadAndLinkedToTheTurningAxis) {
   Pulls tool, device, link;
-  constexpr std::array kSwivels{0.0, kEighth_rad, 2 * kEighth_rad};
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    auto config = worldOf(seed);
+  constexpr std::array kSwivels{0.0, 45 * kDegree, 90 * kDegree};
+  for (std::uint64_t seed = 1; seed <= kTurningToolSeeds; ++seed) {
+    auto config = turningToolWorld(seed);
     world::Random random{seed, 97};
     for (const std::size_t i : {0U, 2U}) config.swivel_head.pivot_mm[i] += random.uniform(-0.03, 0.03);
     config.swivel_head.noise_rad = 0;
@@ -136,7 +131,7 @@ TEST(TurningTool, IsSetAtEveryAngleOfTheHeadAndLinkedToTheTurningAxis) {
         .z_mm = -160,
         .tilt_rad = std::array{tilt[0] + 3e-6 * random.normal(), tilt[1] + 3e-6 * random.normal()},
         .sd_tilt_rad = 3e-6};
-    const auto result = run(scenario, procedure::kToolSetter);
+    const auto result = runToolFour(scenario, procedure::kToolSetter);
     ASSERT_TRUE(result);
     EXPECT_THAT(result->find("B_deg")->values, testing::ElementsAre(0, 45, 90));
     for (std::size_t k = 0; k < kSwivels.size(); ++k) {
@@ -157,10 +152,10 @@ TEST(TurningTool, IsSetAtEveryAngleOfTheHeadAndLinkedToTheTurningAxis) {
 }
 
 TEST(TurningTool, IsNotSetWhereTheDeviceHasMovedThoughTheHeadSwivels) {
-  auto config = worldOf(3);
+  auto config = turningToolWorld(3);
   config.tool_setter.centre_mm[0] += 0.2;
   Scenario scenario{config, 3};
-  scenario.facts = factsOf({0, kEighth_rad});
+  scenario.facts = factsOf({0, 45 * kDegree});
   scenario.run(std::chrono::seconds{2});
   scenario.activateDelay(scenario.truth().tau_s);
   const auto options =
@@ -176,15 +171,15 @@ TEST(TurningTool, IsAssembledByTheFacesThatItReaches) {
   const auto described = factsOf({});
   const auto& unit = *described.tool_setter;
   const auto& holder = std::ranges::find(described.tools, 4U, &procedure::ToolFacts::number)->holder.value();
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    auto config = worldOf(seed);
+  for (std::uint64_t seed = 1; seed <= kTurningToolSeeds; ++seed) {
+    auto config = turningToolWorld(seed);
     world::Random random{seed, 98};
     config.tool_setter.centre_mm = usualWorld().tool_setter.centre_mm;
     for (double& at : config.tool_setter.centre_mm) at += unit.sd_accepted_mm * random.normal();
     const double true_holder_mm = holder.length_mm + holder.sd_mm * random.normal();
     Scenario scenario{config, seed};
     scenario.facts = described;
-    const auto result = run(scenario, procedure::kToolAssembly);
+    const auto result = runToolFour(scenario, procedure::kToolAssembly);
     ASSERT_TRUE(result);
     const auto& tool = toolFour(config);
     const double nose_mm = *tool.radius_mm;
@@ -198,7 +193,7 @@ TEST(TurningTool, IsAssembledByTheFacesThatItReaches) {
 }
 
 TEST(TurningTool, NeedsItsFacesWhereTheHeadSwivels) {
-  auto facts = factsOf({0, kEighth_rad});
+  auto facts = factsOf({0, 45 * kDegree});
   std::ranges::find(facts.tools, 4U, &procedure::ToolFacts::number)->faces = 0;
   const auto options = procedure::described(procedure::kToolSetter, {.tool = 4}, facts, procedure::ReadBy::tip);
   ASSERT_FALSE(options);

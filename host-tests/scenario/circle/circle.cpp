@@ -7,6 +7,7 @@
 #include <random>
 
 #include "firmware/metrology/live/screw_model.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::scenario {
 namespace {
@@ -28,7 +29,6 @@ enum : std::uint16_t {
 };
 constexpr std::uint16_t kTool = 4;
 constexpr std::uint16_t kToolRow = 1000 + 16 * (kTool - 1);
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kHeadAngle = 45 * kDegree;
 constexpr double kReach_mm = 15.5;        // datum sphere and stylus' ball
 constexpr double kPartReach_mm = 9;       // ball of the part and stylus' ball

@@ -2,7 +2,8 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::scenario {
 namespace {
@@ -12,7 +13,6 @@ using world::Vector3;
 using world::operator+;
 using world::operator-;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kTraverse_mm_s = 60;
 constexpr double kClearance_mm = 1;
 constexpr double kOvertravel_mm = 0.8;

@@ -4,7 +4,6 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <iterator>
 #include <string>
 #include <unistd.h>
 
@@ -12,12 +11,14 @@
 #include "host-tests/faults/store_room.hpp"
 #include "host-tests/faults/supervised.hpp"
 #include "host-tests/faults/trial.hpp"
+#include "host-tests/support/file_content.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 // What a box keeps, with a fault at some of its system calls; bin/faults tries every one.
 namespace probebox::faults {
 namespace {
 
+using support::contentOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -60,11 +61,6 @@ INSTANTIATE_TEST_SUITE_P(All, Faults,
                            std::erase(text, '-');
                            return text;
                          });
-
-std::string contentOf(const std::filesystem::path& path) {
-  std::ifstream file{path, std::ios::binary};
-  return {std::istreambuf_iterator<char>{file}, {}};
-}
 
 void appendTo(const std::filesystem::path& path, std::string_view text, const Say& say) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);

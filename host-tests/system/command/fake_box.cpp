@@ -28,7 +28,7 @@ MonoTime now() {
 
 class FakeBox::Loop {
  public:
-  Loop(const FakeBoxOptions& options, Accept accept)
+  Loop(const FakeBoxOptions& options, NextHost accept)
       : options_{options}, next_host_{std::move(accept)}, answers_{options} {
     history_.setDescriptor(messages::encoded(fakeDescriptor()));
   }
@@ -151,7 +151,7 @@ class FakeBox::Loop {
   }
 
   FakeBoxOptions options_;
-  Accept next_host_;
+  NextHost next_host_;
   FakeAnswers answers_;
   stream::History history_{1 << 20, 1024, {messages::Profile::fast}};
   stream::Transcoder transcoder_{kFormats, kBlock};
@@ -169,7 +169,7 @@ FakeBox::FakeBox(const FakeBoxOptions& options, unsigned port) {
   run();
 }
 
-FakeBox::FakeBox(const FakeBoxOptions& options, Accept accept)
+FakeBox::FakeBox(const FakeBoxOptions& options, NextHost accept)
     : loop_{std::make_unique<Loop>(options, std::move(accept))} {
   run();
 }

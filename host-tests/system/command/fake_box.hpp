@@ -33,14 +33,14 @@ struct FakeBoxOptions {
 };
 
 // The next host that waits, or an empty connection.
-using Accept = std::function<io::Connection()>;
+using NextHost = std::function<io::Connection()>;
 
 // A box in this process: the firmware's own session over real TCP or another carrier, with made-up samples and scripted
 // answers. Its samples have no true rate: 50 for each round of its thread.
 class FakeBox {
  public:
   explicit FakeBox(const FakeBoxOptions& options = {}, unsigned port = 0);
-  FakeBox(const FakeBoxOptions& options, Accept accept);
+  FakeBox(const FakeBoxOptions& options, NextHost accept);
   ~FakeBox();
   FakeBox(const FakeBox&) = delete;
   FakeBox& operator=(const FakeBox&) = delete;

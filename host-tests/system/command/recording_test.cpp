@@ -5,11 +5,11 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <iterator>
 #include <sstream>
 #include <thread>
 
 #include "fake_box.hpp"
+#include "host-tests/support/file_content.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
 
@@ -17,13 +17,9 @@ namespace probebox::command {
 namespace {
 
 using namespace std::chrono_literals;
+using support::contentOf;
 using testing::AllOf;
 using testing::HasSubstr;
-
-std::string contentOf(const std::string& path) {
-  std::ifstream in{path, std::ios::binary};
-  return {std::istreambuf_iterator<char>{in}, {}};
-}
 
 std::vector<std::vector<double>> rowsOf(const std::string& csv) {
   std::istringstream lines{csv};

@@ -2,10 +2,10 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <iterator>
 #include <sstream>
 #include <thread>
 
+#include "host-tests/support/file_content.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
 #include "tools/replay/replay_box.hpp"
@@ -13,6 +13,7 @@
 namespace probebox::command {
 namespace {
 
+using support::contentOf;
 using testing::HasSubstr;
 
 std::string table(int rows) {
@@ -23,11 +24,6 @@ std::string table(int rows) {
     text << 1000 + k << ',' << 70'000LL * k + k % 13 << ',' << k % 3 << '\n';
   }
   return text.str();
-}
-
-std::string contentOf(const std::string& path) {
-  std::ifstream in{path, std::ios::binary};
-  return {std::istreambuf_iterator<char>{in}, {}};
 }
 
 // The recording as a box, in a thread.

@@ -4,10 +4,10 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <iterator>
 #include <thread>
 
 #include "fake_box.hpp"
+#include "host-tests/support/file_content.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
 #include "tools/replay/replay_box.hpp"
@@ -17,14 +17,10 @@ namespace probebox::command {
 namespace {
 
 using namespace std::chrono_literals;
+using support::contentOf;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-
-std::string contentOf(const std::string& path) {
-  std::ifstream in{path, std::ios::binary};
-  return {std::istreambuf_iterator<char>{in}, {}};
-}
 
 std::vector<std::string> linesOf(const std::string& text) {
   std::vector<std::string> lines;

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "on_the_machine.hpp"
+#include "protocol/units/angle.hpp"
 #include "tools/case/case_folder.hpp"
 
 // Cases that were measured without the box: it solves them, somebody accepts, and the CNC is told what to add.
@@ -11,8 +12,6 @@ namespace probebox::command {
 namespace {
 
 using testing::HasSubstr;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // A head that swivels about Y with its gauge line and its tool off (B20), read at two lengths.
 metrology::Dataset swivelling() {

@@ -1,9 +1,8 @@
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <gmock/gmock.h>
-#include <iterator>
 
+#include "host-tests/support/file_content.hpp"
 #include "on_the_machine.hpp"
 #include "tools/case/case_folder.hpp"
 
@@ -11,6 +10,7 @@
 namespace probebox::command {
 namespace {
 
+using support::contentOf;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
@@ -41,10 +41,6 @@ class StoredResults : public OnTheMachine {
     EXPECT_EQ(done.status, 0) << done.err;
     std::filesystem::remove_all(folder);
     return std::to_string(done.object()["result_id"].get<int>());
-  }
-  static std::string contentOf(const std::string& path) {
-    std::ifstream file{path};
-    return {std::istreambuf_iterator<char>{file}, {}};
   }
 
  private:

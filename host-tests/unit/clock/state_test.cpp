@@ -215,11 +215,14 @@ TEST(Tick, PathNeverAllocates) {
 }
 
 TEST(Config, RefusesWhatCannotWorkByName) {
-  EXPECT_FALSE(clock::whyRefused({}));
-  EXPECT_THAT(clock::whyRefused({.nominal_period = Nanoseconds{50'000}})->what, testing::HasSubstr("nominal period"));
-  EXPECT_THAT(clock::whyRefused({.jitter = Nanoseconds{400'000}})->what, testing::HasSubstr("jitter"));
-  EXPECT_THAT(clock::whyRefused({.frequency_wander_ppb_per_sqrt_s = NAN})->what, testing::HasSubstr("wander"));
-  EXPECT_THAT(clock::whyRefused({.max_ppm = 500})->what, testing::HasSubstr("max_ppm"));
+  EXPECT_FALSE(clock::whyRefused(clock::ClockConfig{}));
+  EXPECT_THAT(clock::whyRefused(clock::ClockConfig{.nominal_period = Nanoseconds{50'000}})->what,
+              testing::HasSubstr("nominal period"));
+  EXPECT_THAT(clock::whyRefused(clock::ClockConfig{.jitter = Nanoseconds{400'000}})->what,
+              testing::HasSubstr("jitter"));
+  EXPECT_THAT(clock::whyRefused(clock::ClockConfig{.frequency_wander_ppb_per_sqrt_s = NAN})->what,
+              testing::HasSubstr("wander"));
+  EXPECT_THAT(clock::whyRefused(clock::ClockConfig{.max_ppm = 500})->what, testing::HasSubstr("max_ppm"));
 }
 
 }  // namespace

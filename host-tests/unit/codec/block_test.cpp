@@ -12,15 +12,15 @@
 namespace probebox::codec {
 namespace {
 
-struct Sample {
+struct WholeBlock {
   BlockHeader header;
   std::vector<ChannelFormat> formats;
   Values columns;
   std::vector<std::byte> block;
 };
 
-Sample anyBlock() {
-  Sample s;
+WholeBlock anyBlock() {
+  WholeBlock s;
   s.formats = *rc::gen::nonEmpty(rc::gen::container<std::vector<ChannelFormat>>(anyFormat()));
   s.header = {.first = {*rc::gen::arbitrary<std::int64_t>()},
               .count = *rc::gen::inRange<std::uint16_t>(1, 40),

@@ -17,14 +17,14 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-struct Sample {
+struct Columns {
   BlockHeader header;
   std::vector<ChannelFormat> formats;
   Values columns;
 };
 
-Sample anySample(std::uint16_t most = 400) {
-  Sample s;
+Columns anyColumns(std::uint16_t most = 400) {
+  Columns s;
   s.formats = *rc::gen::nonEmpty(rc::gen::container<std::vector<ChannelFormat>>(anyFormat()));
   if (s.formats.size() > 6) s.formats.resize(6);
   s.header = {.first = {*rc::gen::arbitrary<std::int64_t>()}, .count = *rc::gen::inRange<std::uint16_t>(1, most)};
@@ -35,7 +35,7 @@ Sample anySample(std::uint16_t most = 400) {
   return s;
 }
 
-Bytes coded(const Sample& s, const Kernels& kernels = codec::kernels()) {
+Bytes coded(const Columns& s, const Kernels& kernels = codec::kernels()) {
   Bytes block(rawBlockSize(s.formats, s.header.count));
   const auto size = encodeFast(s.header, s.formats, s.columns, block, kernels);
   EXPECT_TRUE(size.ok()) << "the size of raw is always enough";
@@ -51,7 +51,7 @@ std::vector<ChannelFormat> scanFormats() {
 
 TEST(FastBlock, GivesBackEveryValueAndIsNeverLongerThanRaw) {
   EXPECT_TRUE(rc::check("decode(encode(x)) == x", [] {
-    const auto s = anySample();
+    const auto s = anyColumns();
     const auto block = coded(s);
     RC_ASSERT(!block.empty());
     Values columns(s.columns.size());
@@ -68,7 +68,7 @@ TEST(FastBlock, DifferencesBeyondTheirTypeWrap) {
   constexpr auto kHigh = std::numeric_limits<std::int64_t>::max();
   for (const Values& column :
        {Values{kLow, kHigh, kLow, kHigh, kLow}, Values{0, kLow, kHigh, 0, kLow, 1, kHigh, -1, 3, 3, 3, kLow}}) {
-    const Sample s{{.count = static_cast<std::uint16_t>(column.size())}, {{8, true}}, column};
+    const Columns s{{.count = static_cast<std::uint16_t>(column.size())}, {{8, true}}, column};
     Values back(column.size());
     ASSERT_TRUE(decode(coded(s), s.formats, back).ok());
     EXPECT_EQ(back, column);
@@ -76,7 +76,7 @@ TEST(FastBlock, DifferencesBeyondTheirTypeWrap) {
 }
 
 // Same bytes and same values, whichever inner loops made them and read them.
-::testing::AssertionResult sameWithEveryProcessor(const Sample& s) {
+::testing::AssertionResult sameWithEveryProcessor(const Columns& s) {
   const auto block = coded(s, *allKernels().front().kernels);
   for (const auto& here : allKernels()) {
     const auto name = std::string{here.name} + ", " + std::to_string(s.header.count) + " samples";
@@ -91,15 +91,15 @@ TEST(FastBlock, DifferencesBeyondTheirTypeWrap) {
 TEST(FastBlock, IsTheSameWithEveryProcessor) {
   if (allKernels().size() == 1) GTEST_SKIP() << "this processor has plain instructions only";
   EXPECT_TRUE(rc::check("all kernels give the same bytes and values", [&] {
-    const auto result = sameWithEveryProcessor(anySample(600));
+    const auto result = sameWithEveryProcessor(anyColumns(600));
     if (!result) RC_FAIL(result.message());
   }));
 }
 
 // Noise of so many bits as it is, summed up once, three times, and with something far away now and then: every
 // predictor, every width, columns that end anywhere in a group, and tracked alone, in twos, threes and fours.
-Sample ofWidth(unsigned width, std::uint16_t count) {
-  Sample s{{.first = {7}, .count = count}, std::vector<ChannelFormat>(9, {8, true}), {}};
+Columns ofWidth(unsigned width, std::uint16_t count) {
+  Columns s{{.first = {7}, .count = count}, std::vector<ChannelFormat>(9, {8, true}), {}};
   std::uint64_t state = 1 + width + 100U * count;
   const auto noise = [&]() -> std::uint64_t {
     state = state * 6364136223846793005U + 1442695040888963407U;
@@ -132,7 +132,7 @@ TEST(FastBlock, IsTheSameForEveryWidthAndLength) {
 
 TEST(FastBlock, CutAnywhereIsAnErrorAndNeverAValue) {
   EXPECT_TRUE(rc::check("truncated at every byte", [] {
-    const auto s = anySample(40);
+    const auto s = anyColumns(40);
     auto block = coded(s);
     Values columns(s.columns.size());
     for (std::size_t size = 0; size < block.size(); ++size) {
@@ -145,7 +145,7 @@ TEST(FastBlock, CutAnywhereIsAnErrorAndNeverAValue) {
 
 TEST(FastBlock, DamagedIsAnErrorOrValuesThatFitTheirChannels) {
   EXPECT_TRUE(rc::check("any byte changed", [] {
-    const auto s = anySample(60);
+    const auto s = anyColumns(60);
     auto block = coded(s);
     for (int times = *rc::gen::inRange(1, 4); times > 0; --times)
       block[*rc::gen::inRange<std::size_t>(0, block.size())] = static_cast<std::byte>(*rc::gen::inRange(0, 256));
@@ -183,7 +183,7 @@ TEST(FastBlock, WhatCanBeForeseenCostsNothing) {
   for (int k = 0; k < 200; ++k) columns.push_back(-7'000);
   for (int k = 0; k < 200; ++k) columns.push_back(1'000'000 + 250 * k);
   for (int k = 0; k < 200; ++k) columns.push_back(k == 77 ? 12 : 4);
-  const Sample s{{.count = 200}, {{4, true}, {8, true}, {2, false}}, columns};
+  const Columns s{{.count = 200}, {{4, true}, {8, true}, {2, false}}, columns};
   EXPECT_LE(coded(s).size(), rawBlockSize(s.formats, 0) + 2 + 5 + 12);
 }
 
@@ -214,7 +214,7 @@ TEST(FastBlock, OfTheReferenceScanIsSmall) {
   std::size_t wire = 0;
   Bytes scratch(1U << 15U), into(1U << 15U);
   for (std::size_t b = 0; b < kBlocks; ++b) {
-    Sample s{{.count = kCount}, scanFormats(), {}};
+    Columns s{{.count = kCount}, scanFormats(), {}};
     for (std::size_t c = 0; c < s.formats.size(); ++c) {
       const auto from = signal.begin() + static_cast<std::ptrdiff_t>((c * kBlocks + b) * kCount);
       s.columns.insert(s.columns.end(), from, from + kCount);
@@ -230,7 +230,7 @@ TEST(FastBlock, ACorruptedByteCostsOneFrame) {
   const auto signal = support::ScanSignal{}.columns(kCount * kBlocks, 5);
   Bytes wire, scratch(1U << 15U), into(1U << 15U);
   for (std::size_t b = 0; b < kBlocks; ++b) {
-    Sample s{{.count = kCount}, scanFormats(), {}};
+    Columns s{{.count = kCount}, scanFormats(), {}};
     for (std::size_t c = 0; c < s.formats.size(); ++c) {
       const auto from = signal.begin() + static_cast<std::ptrdiff_t>((c * kBlocks + b) * kCount);
       s.columns.insert(s.columns.end(), from, from + kCount);

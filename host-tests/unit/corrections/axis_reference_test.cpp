@@ -10,9 +10,9 @@ constexpr double kMmPerCount = 1e-4;
 constexpr std::int64_t kPowerUp = 123'456'789;  // what the counter shows at machine position 0
 
 // An axis with an incremental encoder whose counts come late by tau, and a mark.
-class Axis {
+class ReferencedAxis {
  public:
-  explicit Axis(const ReferenceConfig& config, double tau_s = 0) : reference{config}, tau_s_{tau_s} {}
+  explicit ReferencedAxis(const ReferenceConfig& config, double tau_s = 0) : reference{config}, tau_s_{tau_s} {}
 
   // Moves at this speed for a while, latched every millisecond; the mark's edge comes when its place is passed.
   void move(double speed_mm_s, double seconds, double mark_mm = 1e9) {
@@ -55,7 +55,7 @@ ReferenceConfig marked() {
 }
 
 TEST(AxisReference, IsThereAfterTheMarkAndNotBefore) {
-  Axis axis{marked()};
+  ReferencedAxis axis{marked()};
   axis.move(1, 2, 3.0);  // the mark is 3 mm from where the machine was switched on
   EXPECT_FALSE(axis.reference.referenced());
   EXPECT_FALSE(axis.reference.position_mm());
@@ -65,7 +65,7 @@ TEST(AxisReference, IsThereAfterTheMarkAndNotBefore) {
 }
 
 TEST(AxisReference, WaitsForASlowerPassWhileTheDelayIsNotKnown) {
-  Axis axis{marked(), 0.005};
+  ReferencedAxis axis{marked(), 0.005};
   axis.move(50, 0.2, 3.0);  // 0.25 mm of lag that nobody knows of
   EXPECT_FALSE(axis.reference.referenced());
   EXPECT_EQ(axis.reference.unusedIndexes(), 1U);
@@ -75,7 +75,7 @@ TEST(AxisReference, WaitsForASlowerPassWhileTheDelayIsNotKnown) {
 
 // Counts that come late stand still yet when the mark is passed.
 TEST(AxisReference, DoesNotJudgeAQuickStepOverTheMarkWhileTheDelayIsNotKnown) {
-  Axis axis{marked(), 0.005};
+  ReferencedAxis axis{marked(), 0.005};
   axis.move(1, 2.9, 3.0);
   axis.move(0, 0.5);
   axis.move(40, 0.005, 3.0);
@@ -98,7 +98,7 @@ TEST(AxisReference, DoesNotJudgeAQuickStepOverTheMarkWhileTheDelayIsNotKnown) {
 }
 
 TEST(AxisReference, LooksTheMarkUpInCountsThatCameTheDelayLater) {
-  Axis axis{marked(), 0.005};
+  ReferencedAxis axis{marked(), 0.005};
   axis.reference.setDelay(0.005, 2e-6);
   axis.move(50, 0.2, 3.0);
   ASSERT_TRUE(axis.reference.referenced());
@@ -109,7 +109,7 @@ TEST(AxisReference, LooksTheMarkUpInCountsThatCameTheDelayLater) {
 TEST(AxisReference, KnowsThatAMarkHasTwoSides) {
   auto config = marked();
   config.index_width_mm = 0.4;
-  Axis up{config}, down{config};
+  ReferencedAxis up{config}, down{config};
   up.move(1, 4, 3.0);
   down.move(1, 4);
   down.move(-1, 2, 3.4);  // its other side comes first on the way down
@@ -119,7 +119,7 @@ TEST(AxisReference, KnowsThatAMarkHasTwoSides) {
 }
 
 TEST(AxisReference, IsLostWhenTheMarkComesAtTheWrongCount) {
-  Axis axis{marked()};
+  ReferencedAxis axis{marked()};
   axis.move(1, 4, 3.0);
   axis.move(-1, 2, 3.0);
   EXPECT_TRUE(axis.reference.referenced()) << "a mark at the right count changes nothing";
@@ -137,7 +137,7 @@ TEST(AxisReference, IsLostWhenTheCountsMoveFasterThanTheAxisCan) {
   auto config = marked();
   config.by = ReferenceBy::homing;
   config.maximum_speed_mm_s = 200;
-  Axis axis{config};
+  ReferencedAxis axis{config};
   axis.move(0, 0.2);
   ASSERT_TRUE(axis.reference.homed(-40));
   axis.move(150, 0.5);
@@ -152,7 +152,7 @@ TEST(AxisReference, IsLostWhenTheCountsMoveFasterThanTheAxisCan) {
 TEST(AxisReference, IsTakenFromTheControllerOnlyAtRest) {
   auto config = marked();
   config.by = ReferenceBy::homing;
-  Axis axis{config};
+  ReferencedAxis axis{config};
   EXPECT_FALSE(axis.reference.homed(7)) << "no count has come";
   axis.move(5, 0.5);
   EXPECT_FALSE(axis.reference.homed(7)) << "it moves";
@@ -165,7 +165,7 @@ TEST(AxisReference, IsTakenFromTheControllerOnlyWithinTheTravel) {
   auto config = marked();
   config.by = ReferenceBy::homing;
   config.travel = {-50, 450};
-  Axis axis{config};
+  ReferencedAxis axis{config};
   axis.move(0, 0.2);
   for (const double nowhere_mm : {1e6, 450.01, -50.01, -1e308, HUGE_VAL, std::nan("")}) {
     EXPECT_FALSE(axis.reference.homed(nowhere_mm)) << nowhere_mm;
@@ -179,7 +179,7 @@ TEST(AxisReference, OfRepeatingMarksNeedsHomingAndIsCheckedByEach) {
   auto config = marked();
   config.by = ReferenceBy::homing;
   config.index_pitch_mm = 10;
-  Axis axis{config};
+  ReferencedAxis axis{config};
   axis.move(1, 2, 1.0);
   EXPECT_FALSE(axis.reference.referenced());
   axis.move(0, 0.2);
@@ -192,7 +192,7 @@ TEST(AxisReference, OfRepeatingMarksNeedsHomingAndIsCheckedByEach) {
 }
 
 TEST(AxisReference, GoesWithTheEncoder) {
-  Axis axis{marked()};
+  ReferencedAxis axis{marked()};
   axis.move(1, 4, 3.0);
   axis.reference.encoderLost();
   EXPECT_FALSE(axis.reference.referenced());

@@ -1,11 +1,11 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <numbers>
 #include <random>
 #include <vector>
 
 #include "joint.hpp"
+#include "protocol/units/angle.hpp"
 
 // The same joint on a machine with a head that swivels by B, and a table that C turns, or that B carries and C turns.
 // What is served is compared with real points that are turned about real axes.
@@ -14,7 +14,6 @@ namespace probebox::corrections {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
-inline constexpr double kDegree = std::numbers::pi / 180;
 inline constexpr auto kSwivel = static_cast<std::size_t>(SourceKind::swivel);
 inline constexpr auto kRotary = static_cast<std::size_t>(SourceKind::rotary);
 

@@ -7,6 +7,7 @@
 #include "board/describe/parse.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 #include "machine_with.hpp"
+#include "problems.hpp"
 
 // [encoder.AXIS]: how each axis is read, mixed by axis; slips are refused by file, line and remedy.
 namespace probebox::board {
@@ -33,11 +34,6 @@ Box boxWith(std::string_view encoders, std::string_view more = "") {
   auto box = parseBox(boxText(encoders, "axes", more), "box.toml");
   EXPECT_TRUE(box.ok()) << box.error().what;
   return box.ok() ? *box : Box{};
-}
-std::string problemOf(const std::string& text) {
-  const auto box = parseBox(text, "box.toml");
-  EXPECT_FALSE(box.ok()) << text;
-  return box.ok() ? "" : box.error().what;
 }
 std::string with(std::string_view axis_text, std::string_view more) {
   return std::string{axis_text} + std::string{more} + "\n";
@@ -68,9 +64,9 @@ TEST(Encoders, ThatTheSyncLineLatchesHaveItsRate) {
   const auto box = boxWith(with(kCounterX, "latched_by = \"capture\"\nlatched_value = \"capture\"\nlatch_channel = 2"));
   EXPECT_EQ(box.devices.encoders_by_axis[0]->rate_hz, 1000);
   EXPECT_EQ(std::get<CounterEncoder>(box.devices.encoders_by_axis[0]->by).latch_channel, 2);
-  EXPECT_THAT(problemOf(boxText(with(kCounterX, "latched_by = \"index\"\nrate_hz = 100"))),
+  EXPECT_THAT(problemOfBox(boxText(with(kCounterX, "latched_by = \"index\"\nrate_hz = 100"))),
               AllOf(HasSubstr("box.toml:19: 'encoder.X.rate_hz'"), HasSubstr("1000 Hz"), HasSubstr("remove it")));
-  EXPECT_THAT(problemOf(boxText(with(kCounterX, "latched_by = \"index\"\nindex = true"))),
+  EXPECT_THAT(problemOfBox(boxText(with(kCounterX, "latched_by = \"index\"\nindex = true"))),
               HasSubstr("box.toml:19: 'encoder.X.index' = true, and the sync line latches on the same index input"));
 }
 
@@ -87,11 +83,11 @@ TEST(Encoders, OfAReceiverHaveAChannelEachAndTheRateOfItsSamples) {
   ASSERT_TRUE(encoder);
   EXPECT_EQ(std::get<ReceiverEncoder>(encoder->by).channel, 3);
   EXPECT_TRUE(tellsIndex(*encoder));
-  EXPECT_THAT(problemOf(receiverBox("[encoder.X]\nkind = \"receiver\"\nchannel = 8\n")),
+  EXPECT_THAT(problemOfBox(receiverBox("[encoder.X]\nkind = \"receiver\"\nchannel = 8\n")),
               HasSubstr("box.toml:17: 'encoder.X.channel' = 8 is out of its range: give a value from 0 to 7"));
-  EXPECT_THAT(problemOf(receiverBox("[encoder.X]\nkind = \"receiver\"\n")),
+  EXPECT_THAT(problemOfBox(receiverBox("[encoder.X]\nkind = \"receiver\"\n")),
               HasSubstr("missing key 'encoder.X.channel'"));
-  EXPECT_THAT(problemOf(receiverBox("[encoder.X]\nkind = \"receiver\"\nchannel = 0\nrate_hz = 100\n")),
+  EXPECT_THAT(problemOfBox(receiverBox("[encoder.X]\nkind = \"receiver\"\nchannel = 0\nrate_hz = 100\n")),
               AllOf(HasSubstr("box.toml:18: 'encoder.X.rate_hz'"), HasSubstr("probe.toml: remove it")));
 }
 
@@ -105,44 +101,44 @@ TEST(Encoders, OfTheControllerAreNumberedByOneCounter) {
   EXPECT_EQ(std::get<ControlEncoder>(encoder->by).counter_rate_hz, 1e6);
   const auto usual = boxWith("[encoder.X]\nkind = \"control\"\nrate_hz = 250\n");
   EXPECT_EQ(std::get<ControlEncoder>(usual.devices.encoders_by_axis[0]->by).counter_rate_hz, 250);
-  EXPECT_THAT(problemOf(boxText("[encoder.X]\n" + axis + "[encoder.Y]\nkind = \"control\"\nrate_hz = 250\n")),
+  EXPECT_THAT(problemOfBox(boxText("[encoder.X]\n" + axis + "[encoder.Y]\nkind = \"control\"\nrate_hz = 250\n")),
               AllOf(HasSubstr("'encoder.Y'"), HasSubstr("one counter"), HasSubstr("write the same")));
 }
 
 TEST(Encoders, AndDevicesMustAgree) {
-  EXPECT_THAT(problemOf(boxText("")), AllOf(HasSubstr("'encoder' is not there"), HasSubstr("describe each axis")));
-  EXPECT_THAT(problemOf(boxText(kCounterX, "none")),
+  EXPECT_THAT(problemOfBox(boxText("")), AllOf(HasSubstr("'encoder' is not there"), HasSubstr("describe each axis")));
+  EXPECT_THAT(problemOfBox(boxText(kCounterX, "none")),
               AllOf(HasSubstr("box.toml:15: 'encoder' is there"), HasSubstr("write encoders = \"axes\"")));
-  EXPECT_THAT(problemOf(boxText("[encoder.X]\nkind = \"receiver\"\n")), HasSubstr("needs a receiver on USB"));
+  EXPECT_THAT(problemOfBox(boxText("[encoder.X]\nkind = \"receiver\"\n")), HasSubstr("needs a receiver on USB"));
 }
 
 TEST(Encoders, AreRefusedWhereTheyCannotBeRead) {
-  EXPECT_THAT(problemOf(boxText("[encoder.X]\nkind = \"conter\"\n")), HasSubstr("did you mean \"counter\"?"));
-  EXPECT_THAT(problemOf(boxText("[encoder.X]\nkind = \"counter\"\n")),
+  EXPECT_THAT(problemOfBox(boxText("[encoder.X]\nkind = \"conter\"\n")), HasSubstr("did you mean \"counter\"?"));
+  EXPECT_THAT(problemOfBox(boxText("[encoder.X]\nkind = \"counter\"\n")),
               HasSubstr("box.toml:15: missing key 'encoder.X.device'"));
-  EXPECT_THAT(problemOf(boxText(with(kCounterX, "bits = 4"))), HasSubstr("give a value from 8 to 64"));
-  EXPECT_THAT(problemOf(boxText("[encoder.V]\nkind = \"control\"\n")),
+  EXPECT_THAT(problemOfBox(boxText(with(kCounterX, "bits = 4"))), HasSubstr("give a value from 8 to 64"));
+  EXPECT_THAT(problemOfBox(boxText("[encoder.V]\nkind = \"control\"\n")),
               AllOf(HasSubstr("'encoder.V' is a secondary axis (ISO 841)"), HasSubstr("remove it")));
-  EXPECT_THAT(problemOf(boxText(with(kLinesC, "absolute = true"))), HasSubstr("A and B only count: remove it"));
-  EXPECT_THAT(problemOf(boxText(with(kCounterX, "") + "[encoder.Y]\nkind = \"counter\"\ndevice = \"counter0\"\n")),
+  EXPECT_THAT(problemOfBox(boxText(with(kLinesC, "absolute = true"))), HasSubstr("A and B only count: remove it"));
+  EXPECT_THAT(problemOfBox(boxText(with(kCounterX, "") + "[encoder.Y]\nkind = \"counter\"\ndevice = \"counter0\"\n")),
               HasSubstr("box.toml:19: 'encoder.Y' reads what [encoder.X] reads: give it a 'device' or a 'count'"));
 }
 
 TEST(Encoders, ThatCountLinesNeedTwoFreeOnesOfOneChip) {
   auto text = std::string{kLinesC};
   text.replace(text.find("line = 21"), 9, "line = 4");
-  EXPECT_THAT(problemOf(boxText(text)), HasSubstr("of \"encoder C b\" is that of \"sync\""));
+  EXPECT_THAT(problemOfBox(boxText(text)), HasSubstr("of \"encoder C b\" is that of \"sync\""));
   text = kLinesC;
   text.replace(text.rfind("gpiochip0"), 9, "gpiochip1");
-  EXPECT_THAT(problemOf(boxText(text)),
+  EXPECT_THAT(problemOfBox(boxText(text)),
               AllOf(HasSubstr("'encoder.C.b' is on the chip \"gpiochip1\""), HasSubstr("take two lines of one chip")));
 }
 
 TEST(Encoders, HaveOneIndexInputAtMost) {
   const std::string index = "[[index]]\naxis = \"X\"\nchip = \"gpiochip0\"\nline = 9\n";
-  EXPECT_THAT(problemOf(boxText(with(kCounterX, "index = true"), "axes", index)),
+  EXPECT_THAT(problemOfBox(boxText(with(kCounterX, "index = true"), "axes", index)),
               HasSubstr("[[index]] has a line for X too: keep the one that the mark is wired to"));
-  EXPECT_THAT(problemOf(boxText("[encoder.B]\nkind = \"counter\"\ndevice = \"c\"\nindex = true\n")),
+  EXPECT_THAT(problemOfBox(boxText("[encoder.B]\nkind = \"counter\"\ndevice = \"c\"\nindex = true\n")),
               HasSubstr("rotary axes are not referenced by a mark"));
 }
 

@@ -37,7 +37,7 @@ TEST(MachineToml, SaysWhatIsWrongWithASensorHead) {
 }
 
 // The emulated board's world, its head described differently.
-Outcome<World> worldWith(const std::string& head) {
+Outcome<World> worldWithHead(const std::string& head) {
   std::string text{simFile("world.toml")};
   const auto begin = text.find("[sensor_head]"), end = text.find("[rotary_axes]");
   text.replace(begin, end - begin, head);
@@ -48,18 +48,18 @@ constexpr const char* kSensors = "sensors = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n"
 
 TEST(WorldToml, MayHaveASensorHead) {
   const std::string head = "[sensor_head]\nnumber = 6\nlength_mm = 170\nrange_mm = 0.4\nnoise_um = 0.1\n";
-  EXPECT_FALSE(worldWith("")->sensor_head);
-  const auto world = worldWith(head + kSensors);
+  EXPECT_FALSE(worldWithHead("")->sensor_head);
+  const auto world = worldWithHead(head + kSensors);
   ASSERT_TRUE(world.ok()) << world.error().what;
   EXPECT_EQ(world->sensor_head->number, 6U);
   EXPECT_EQ(world->sensor_head->sensors[2][2], 1);
   EXPECT_EQ(world->sensor_head->offset_mm[0], 0);
-  EXPECT_THAT(worldWith(head + "sensors = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]\n").error().what,
+  EXPECT_THAT(worldWithHead(head + "sensors = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]\n").error().what,
               HasSubstr("lie nearly in one plane"));
-  EXPECT_THAT(worldWith(head).error().what, HasSubstr("missing key 'sensor_head.sensors'"));
+  EXPECT_THAT(worldWithHead(head).error().what, HasSubstr("missing key 'sensor_head.sensors'"));
   for (const char* other : {"number = 1", "number = 2", "number = 4"}) {
     std::string twice = head + kSensors;
-    EXPECT_THAT(worldWith(twice.replace(twice.find("number = 6"), 10, other)).error().what,
+    EXPECT_THAT(worldWithHead(twice.replace(twice.find("number = 6"), 10, other)).error().what,
                 HasSubstr("is there twice"));
   }
 }

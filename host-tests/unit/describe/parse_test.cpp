@@ -4,6 +4,7 @@
 
 #include "board/describe/sim_files.hpp"
 #include "machine_with.hpp"
+#include "problems.hpp"
 
 namespace probebox::board {
 namespace {
@@ -35,17 +36,8 @@ probe = "sim"
 )";
 
 // The box above with one text exchanged for another.
-std::string boxWith(std::string_view old_text, std::string_view new_text) {
-  std::string text{kBox};
-  const auto at = text.find(old_text);
-  EXPECT_NE(at, std::string::npos);
-  return text.replace(at, old_text.size(), new_text);
-}
-
-std::string problemOf(const std::string& text) {
-  const auto box = parseBox(text, "box.toml");
-  EXPECT_FALSE(box.ok()) << text;
-  return box.ok() ? "" : box.error().what;
+std::string exchangedInBox(std::string_view old_text, std::string_view new_text) {
+  return exchanged(std::string{kBox}, old_text, new_text);
 }
 
 TEST(BoxToml, ShowsItselfOnUsbByTheNumbersOfItsVendor) {
@@ -61,9 +53,9 @@ TEST(BoxToml, ShowsItselfOnUsbByTheNumbersOfItsVendor) {
 }
 
 TEST(BoxToml, RefusesWhatCannotGoOutOverUsb) {
-  EXPECT_THAT(problemOf(std::string{kBox} + "[usb]\nvendor_id = 0x12345\n"), HasSubstr("vendor_id"));
-  EXPECT_THAT(problemOf(std::string{kBox} + "[usb]\nproduct = \"two\\nlines\"\n"), HasSubstr("a line break"));
-  EXPECT_THAT(problemOf(boxWith("serial_number = \"7\"", "serial_number = \"\u00fc7\"")), HasSubstr("ASCII"));
+  EXPECT_THAT(problemOfBox(std::string{kBox} + "[usb]\nvendor_id = 0x12345\n"), HasSubstr("vendor_id"));
+  EXPECT_THAT(problemOfBox(std::string{kBox} + "[usb]\nproduct = \"two\\nlines\"\n"), HasSubstr("a line break"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("serial_number = \"7\"", "serial_number = \"\u00fc7\"")), HasSubstr("ASCII"));
 }
 
 TEST(BoxToml, GivesLinesByRole) {
@@ -82,42 +74,43 @@ TEST(BoxToml, GivesLinesByRole) {
 }
 
 TEST(BoxToml, NamesFileLineAndNearestKeyOfAnUnknownOne) {
-  EXPECT_EQ(problemOf(boxWith("serial_number", "serial_nummer")),
+  EXPECT_EQ(problemOfBox(exchangedInBox("serial_number", "serial_nummer")),
             "box.toml:3: unknown key 'box.serial_nummer': did you mean 'serial_number'?");
-  EXPECT_EQ(problemOf(boxWith("serial_number", "serial_number = \"7\"\ncolour")),
+  EXPECT_EQ(problemOfBox(exchangedInBox("serial_number", "serial_number = \"7\"\ncolour")),
             "box.toml:4: unknown key 'box.colour': remove it");
 }
 
 TEST(BoxToml, RefusesADoubtfulUnit) {
-  EXPECT_EQ(problemOf(boxWith("period_ns", "period_us")),
+  EXPECT_EQ(problemOfBox(exchangedInBox("period_ns", "period_us")),
             "box.toml:8: unknown key 'sync.period_us': the key says us, and this value is in ns: convert it and write "
             "'period_ns'");
-  EXPECT_THAT(problemOf(boxWith("period_ns", "period")), HasSubstr("names no unit"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("period_ns", "period")), HasSubstr("names no unit"));
 }
 
 TEST(BoxToml, RefusesAWrongType) {
-  EXPECT_THAT(problemOf(boxWith("1_000_000", "\"1 ms\"")),
+  EXPECT_THAT(problemOfBox(exchangedInBox("1_000_000", "\"1 ms\"")),
               AllOf(HasSubstr("box.toml:8:"), HasSubstr("write a whole number")));
-  EXPECT_THAT(problemOf(boxWith("\"7\"", "7")), AllOf(HasSubstr("box.toml:3:"), HasSubstr("double quotes")));
-  EXPECT_THAT(problemOf(boxWith("[devices]", "[[devices]]")), HasSubstr("write a table, [devices]"));
-  EXPECT_THAT(problemOf(boxWith("line = 4", "line = 4.5")), HasSubstr("neither an offset nor a name"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("\"7\"", "7")), AllOf(HasSubstr("box.toml:3:"), HasSubstr("double quotes")));
+  EXPECT_THAT(problemOfBox(exchangedInBox("[devices]", "[[devices]]")), HasSubstr("write a table, [devices]"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("line = 4", "line = 4.5")), HasSubstr("neither an offset nor a name"));
 }
 
 TEST(BoxToml, TellsWhichKeyIsMissingAndWhere) {
-  EXPECT_EQ(problemOf(boxWith("board_name = \"b1\"\n", "")),
+  EXPECT_EQ(problemOfBox(exchangedInBox("board_name = \"b1\"\n", "")),
             "box.toml:1: missing key 'box.board_name': add it to [box]");
-  EXPECT_THAT(problemOf(boxWith("[devices]\nencoders = \"sim\"\nencoder_rate_hz = 1000\nprobe = \"sim\"\n", "")),
-              HasSubstr("missing key 'devices'"));
+  EXPECT_THAT(
+      problemOfBox(exchangedInBox("[devices]\nencoders = \"sim\"\nencoder_rate_hz = 1000\nprobe = \"sim\"\n", "")),
+      HasSubstr("missing key 'devices'"));
 }
 
 TEST(BoxToml, RefusesValuesOutOfRangeAndSaysTheRange) {
-  EXPECT_THAT(problemOf(boxWith("1_000_000", "1000")), HasSubstr("give a value from 100000 to 10000000"));
-  EXPECT_THAT(problemOf(boxWith("line = 4", "line = -1")), HasSubstr("neither an offset nor a name"));
-  EXPECT_THAT(problemOf(boxWith("\"Z\"", "\"W\"")), HasSubstr("write one of \"X\", \"Y\", \"Z\""));
+  EXPECT_THAT(problemOfBox(exchangedInBox("1_000_000", "1000")), HasSubstr("give a value from 100000 to 10000000"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("line = 4", "line = -1")), HasSubstr("neither an offset nor a name"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("\"Z\"", "\"W\"")), HasSubstr("write one of \"X\", \"Y\", \"Z\""));
 }
 
 TEST(BoxToml, RefusesTwoInputsOnOneLine) {
-  EXPECT_THAT(problemOf(boxWith("line = \"TOUCH\"", "line = 4")),
+  EXPECT_THAT(problemOfBox(exchangedInBox("line = \"TOUCH\"", "line = 4")),
               HasSubstr("'trigger.line' of \"trigger 1\" is that of \"sync\": give each a line of its own"));
 }
 
@@ -144,27 +137,28 @@ TEST(BoxToml, RefusesALoopBackThatIsHalfThereOrOnALineInUse) {
     return std::string{kBox} + "[loop_back]\n" + std::string{output} + "\n" + std::string{input} + "\n";
   };
   constexpr std::string_view kOutput = "output = { chip = \"gpiochip0\", line = 20 }";
-  EXPECT_THAT(problemOf(with(kOutput, "")), HasSubstr("missing key 'loop_back.input'"));
-  EXPECT_THAT(problemOf(with(kOutput, "input = { chip = \"gpiochip0\", line = 4 }")),
+  EXPECT_THAT(problemOfBox(with(kOutput, "")), HasSubstr("missing key 'loop_back.input'"));
+  EXPECT_THAT(problemOfBox(with(kOutput, "input = { chip = \"gpiochip0\", line = 4 }")),
               AllOf(HasSubstr("box.toml:22:"), HasSubstr("of \"loop-back input\" is that of \"sync\"")));
-  EXPECT_THAT(problemOf(with(kOutput, "input = { chip = \"gpiochip0\", line = 20 }")),
+  EXPECT_THAT(problemOfBox(with(kOutput, "input = { chip = \"gpiochip0\", line = 20 }")),
               HasSubstr("of \"loop-back input\" is that of \"loop-back output\""));
-  EXPECT_THAT(problemOf(with(kOutput, "input = { chip = \"gpiochip0\", line = 21, pull = \"up\" }")),
+  EXPECT_THAT(problemOfBox(with(kOutput, "input = { chip = \"gpiochip0\", line = 21, pull = \"up\" }")),
               HasSubstr("unknown key 'loop_back.input.pull'"));
-  EXPECT_THAT(problemOf(with("output = 20", "input = 21")), HasSubstr("write a table"));
+  EXPECT_THAT(problemOfBox(with("output = 20", "input = 21")), HasSubstr("write a table"));
 }
 
 TEST(BoxToml, TellsAllProblemsInTheOrderOfTheFile) {
-  auto text = boxWith("serial_number", "serial");
+  auto text = exchangedInBox("serial_number", "serial");
   text.replace(text.find("1_000_000"), 9, "5");
-  EXPECT_THAT(problemOf(text), ::testing::MatchesRegex(
-                                   "box.toml:3: [^\n]*serial_number[^\n]*\nbox.toml:8: [^\n]*out of its range[^\n]*"));
+  EXPECT_THAT(
+      problemOfBox(text),
+      ::testing::MatchesRegex("box.toml:3: [^\n]*serial_number[^\n]*\nbox.toml:8: [^\n]*out of its range[^\n]*"));
 }
 
 TEST(BoxToml, SaysWhereATextStopsBeingToml) {
-  EXPECT_THAT(problemOf("[box\nboard_name = 1"), HasSubstr("box.toml:1:"));
-  EXPECT_THAT(problemOf(std::string{"a = \xff\xfe\x00", 7}), HasSubstr("not TOML"));
-  EXPECT_THAT(problemOf("[box]\nboard_name = \"a\"\nboard_name = \"b\"\n"), HasSubstr("box.toml:3:"));
+  EXPECT_THAT(problemOfBox("[box\nboard_name = 1"), HasSubstr("box.toml:1:"));
+  EXPECT_THAT(problemOfBox(std::string{"a = \xff\xfe\x00", 7}), HasSubstr("not TOML"));
+  EXPECT_THAT(problemOfBox("[box]\nboard_name = \"a\"\nboard_name = \"b\"\n"), HasSubstr("box.toml:3:"));
 }
 
 TEST(MachineToml, RefusesASenseOfZeroAndAReversedTravel) {

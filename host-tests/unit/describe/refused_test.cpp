@@ -5,6 +5,7 @@
 #include "board/describe/parse.hpp"
 #include "board/describe/sim_files.hpp"
 #include "machine_with.hpp"
+#include "problems.hpp"
 
 // Slips that are TOML, of the right type, and still no description: each is refused by file, line, key and remedy.
 namespace probebox::board {
@@ -16,32 +17,23 @@ using ::testing::Not;
 
 // A file of the emulated board with one text exchanged for another.
 std::string simWith(const char* file, std::string_view from, std::string_view to) {
-  std::string text{simFile(file)};
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+  return exchanged(std::string{simFile(file)}, from, to);
 }
 
-template <class T>
-std::string problemOf(const Outcome<T>& outcome) {
-  EXPECT_FALSE(outcome.ok());
-  return outcome.ok() ? "" : outcome.error().what;
-}
-
-std::string boxProblem(std::string_view from, std::string_view to) {
+std::string simBoxProblem(std::string_view from, std::string_view to) {
   return problemOf(parseBox(simWith("box.toml", from, to), "box.toml"));
 }
-std::string machineProblem(std::string_view from, std::string_view to) {
+std::string simMachineProblem(std::string_view from, std::string_view to) {
   return problemOf(parseMachine(simWith("machine.toml", from, to), "machine.toml"));
 }
 
 TEST(Refused, AToolOrHolderWithoutANumber) {
   const std::string tool = "[[tool]]\nnumber = 7\nlength_mm = 100\n", nameless = "[[tool]]\nlength_mm = 100\n";
-  EXPECT_EQ(board::machineProblem(nameless), "machine.toml:26: missing key 'tool.number': add it to [tool]");
-  EXPECT_EQ(board::machineProblem(tool + nameless + nameless),
+  EXPECT_EQ(machineProblem(nameless), "machine.toml:26: missing key 'tool.number': add it to [tool]");
+  EXPECT_EQ(machineProblem(tool + nameless + nameless),
             "machine.toml:29: missing key 'tool.number': add it to [tool]\n"
             "machine.toml:31: missing key 'tool.number': add it to [tool]");
-  EXPECT_THAT(board::machineProblem("[[holder]]\nlength_mm = 50\n[[holder]]\nlength_mm = 50\n"),
+  EXPECT_THAT(machineProblem("[[holder]]\nlength_mm = 50\n[[holder]]\nlength_mm = 50\n"),
               HasSubstr("missing key 'holder.number'"));
   const auto world = parseWorld(std::string{simFile("world.toml")} + "[[tool]]\nlength_mm = 10\nradius_mm = 1\n" +
                                     "[[tool]]\nlength_mm = 10\nradius_mm = 1\n",
@@ -52,91 +44,92 @@ TEST(Refused, AToolOrHolderWithoutANumber) {
 TEST(Refused, WholeNumbersThatADoubleDoesNotHold) {
   for (const char* const number : {"9007199254740993", "9223372036854775807", "-9223372036854775808"}) {
     EXPECT_THAT(
-        boxProblem("period_ns = 1_000_000", std::string{"period_ns = "} + number),
+        simBoxProblem("period_ns = 1_000_000", std::string{"period_ns = "} + number),
         AllOf(HasSubstr("box.toml:12: 'sync.period_ns' = "), HasSubstr("give a value from 100000 to 10000000")));
-    EXPECT_THAT(machineProblem("travel_min_mm = -50", std::string{"travel_min_mm = "} + number),
+    EXPECT_THAT(simMachineProblem("travel_min_mm = -50", std::string{"travel_min_mm = "} + number),
                 AllOf(HasSubstr("machine.toml:12: 'axis.X.travel_min_mm' = "), HasSubstr("from -50000 to 50000")));
   }
 }
 
 TEST(Refused, RangesInMoreDigitsThanAPersonReads) {
   EXPECT_EQ(
-      machineProblem("correction_rate_mm_s = 0.05    #", "correction_rate_mm_s = 1e-300 #"),
+      simMachineProblem("correction_rate_mm_s = 0.05    #", "correction_rate_mm_s = 1e-300 #"),
       "machine.toml:20: 'axis.X.correction_rate_mm_s' = 1e-300 is out of its range: give a value from 0.000001 to "
       "1000");
 }
 
 TEST(Refused, DevicesThatThereAreNot) {
   EXPECT_THAT(
-      boxProblem("drift = \"sim\"", "drift = \"anything\""),
+      simBoxProblem("drift = \"sim\"", "drift = \"anything\""),
       AllOf(HasSubstr("box.toml:69: 'devices.drift' = \"anything\" is not known"), HasSubstr("\"none\", \"sim\"")));
-  EXPECT_THAT(boxProblem("encoders = \"sim\"", "encoders = \"simm\""),
+  EXPECT_THAT(simBoxProblem("encoders = \"sim\"", "encoders = \"simm\""),
               HasSubstr("'devices.encoders' = \"simm\" is not known: did you mean \"sim\"?"));
-  EXPECT_THAT(boxProblem("probe = \"sim\"", "probe = \"usb:RX-1\""),
+  EXPECT_THAT(simBoxProblem("probe = \"sim\"", "probe = \"usb:RX-1\""),
               AllOf(HasSubstr("box.toml:68: 'devices.probe' = \"usb:RX-1\" does not go with encoders = \"sim\""),
                     HasSubstr("write \"sim\" for both")));
   EXPECT_THAT(
-      boxProblem("encoders = \"sim\"\nencoder_rate_hz = 1000   # how often all axes are latched\nprobe = \"sim\"",
-                 "encoders = \"none\"\nencoder_rate_hz = 1000\nprobe = \"none\""),
+      simBoxProblem("encoders = \"sim\"\nencoder_rate_hz = 1000   # how often all axes are latched\nprobe = \"sim\"",
+                    "encoders = \"none\"\nencoder_rate_hz = 1000\nprobe = \"none\""),
       HasSubstr("'devices.drift' = \"sim\" needs the emulated machine"));
 }
 
 TEST(Refused, TwoLinesWhereThereIsOne) {
-  EXPECT_THAT(boxProblem("axis = \"Z\"", "axis = \"Y\""),
+  EXPECT_THAT(simBoxProblem("axis = \"Z\"", "axis = \"Y\""),
               AllOf(HasSubstr("box.toml:38: 'index.axis' = \"Y\" has an [[index]] already: describe one for each axis"),
                     Not(HasSubstr("index.name"))));
   EXPECT_THAT(
-      boxProblem("name = \"tool setter\"", "name = \"probe trigger\""),
+      simBoxProblem("name = \"tool setter\"", "name = \"probe trigger\""),
       HasSubstr("box.toml:22: 'trigger.name' = \"probe trigger\" is there twice: give each line a name of its own"));
   std::string many;
   for (int k = 0; k < 20; ++k) many += "[[skip]]\nchip = \"c\"\nline = " + std::to_string(100 + k) + "\n";
-  EXPECT_THAT(boxProblem("[loop_back]", many + "[loop_back]"),
+  EXPECT_THAT(simBoxProblem("[loop_back]", many + "[loop_back]"),
               HasSubstr("'skip' is there 21 times: give at most 16 [[skip]]"));
 }
 
 TEST(Refused, PositionsThatTheMachineDoesNotReach) {
-  EXPECT_THAT(machineProblem("index_mm = 150 ", "index_mm = 451 "),
+  EXPECT_THAT(simMachineProblem("index_mm = 150 ", "index_mm = 451 "),
               AllOf(HasSubstr("machine.toml:17: 'axis.X.index_mm' has X = 451"),
                     HasSubstr("travels from -50 to 450 mm: correct it, or the travel in [axis.X]")));
-  EXPECT_THAT(machineProblem("ball_centre_z_mm = -160", "ball_centre_z_mm = 160"), HasSubstr("has Z = 160"));
-  EXPECT_THAT(machineProblem("ball_mm = [120, 80, -150]", "ball_mm = [1200, 80, 150]"),
+  EXPECT_THAT(simMachineProblem("ball_centre_z_mm = -160", "ball_centre_z_mm = 160"), HasSubstr("has Z = 160"));
+  EXPECT_THAT(simMachineProblem("ball_mm = [120, 80, -150]", "ball_mm = [1200, 80, 150]"),
               AllOf(HasSubstr("'swivel_head.ball_mm' has X = 1200"), HasSubstr("'swivel_head.ball_mm' has Z = 150")));
-  EXPECT_THAT(machineProblem("accepted_mm = [120, 200, -315]", "accepted_mm = [120, 200, -50]"),
+  EXPECT_THAT(simMachineProblem("accepted_mm = [120, 200, -315]", "accepted_mm = [120, 200, -50]"),
               AllOf(HasSubstr("'tool_setter.accepted_mm' has Z = 100"), Not(HasSubstr("X ="))))
       << "the probe's tip is 150 mm below the reference that places are counted from";
-  EXPECT_THAT(machineProblem("assumed_x_mm = 330", "assumed_x_mm = 3300"),
+  EXPECT_THAT(simMachineProblem("assumed_x_mm = 330", "assumed_x_mm = 3300"),
               HasSubstr("'centreline.assumed_x_mm' has X = 3300"));
   EXPECT_TRUE(parseMachine(simWith("machine.toml", "assumed_x_mm = 330", "assumed_x_mm = 700"), "machine.toml"))
       << "a large chuck turns about a point that the stylus does not reach";
 }
 
 TEST(Refused, ScrewsThatEndBeforeTheirAxis) {
-  EXPECT_THAT(machineProblem("length_mm = 820", "length_mm = 1"),
+  EXPECT_THAT(simMachineProblem("length_mm = 820", "length_mm = 1"),
               HasSubstr("'screw.X.length_mm' = 1 is out of its range: give a value from 50 to 50000"));
-  EXPECT_THAT(machineProblem("length_mm = 820", "length_mm = 600"),
+  EXPECT_THAT(simMachineProblem("length_mm = 820", "length_mm = 600"),
               HasSubstr("'screw.X.length_mm' = 600 is too short: at one end of the travel the nut is 610 mm from"));
-  EXPECT_THAT(machineProblem("offset_mm = 160", "offset_mm = -160"),
+  EXPECT_THAT(simMachineProblem("offset_mm = 160", "offset_mm = -160"),
               HasSubstr("'screw.X.offset_mm' = -160 puts the nut 210 mm beyond the fixed bearing"));
-  EXPECT_THAT(machineProblem("offset_mm = 120", "offset_mm = -120"),
+  EXPECT_THAT(simMachineProblem("offset_mm = 120", "offset_mm = -120"),
               HasSubstr("'screw.Z.offset_mm' = -120 puts the nut"))
       << "the bearing is at the high end";
 }
 
 TEST(Refused, NamesThatAPersonCannotRead) {
-  EXPECT_THAT(machineProblem("\"emulated three-axis mill\"", "\"mill\\u001b[2J\""),
+  EXPECT_THAT(simMachineProblem("\"emulated three-axis mill\"", "\"mill\\u001b[2J\""),
               HasSubstr("machine.toml:4: 'machine.name' = \"mill?[2J\" holds a control character (U+001B)"));
-  EXPECT_THAT(machineProblem("\"emulated three-axis mill\"", "\"\\u202Ellim\""), HasSubstr("direction of writing"));
-  EXPECT_THAT(machineProblem("\"emulated three-axis mill\"", "\"" + std::string(20'000, 'a') + "\""),
+  EXPECT_THAT(simMachineProblem("\"emulated three-axis mill\"", "\"\\u202Ellim\""), HasSubstr("direction of writing"));
+  EXPECT_THAT(simMachineProblem("\"emulated three-axis mill\"", "\"" + std::string(20'000, 'a') + "\""),
               HasSubstr("'machine.name' has 20000 characters: write at most 100"));
-  EXPECT_THAT(machineProblem("\"emulated three-axis mill\"", "\"  \""), HasSubstr("is empty"));
+  EXPECT_THAT(simMachineProblem("\"emulated three-axis mill\"", "\"  \""), HasSubstr("is empty"));
   EXPECT_TRUE(
       parseMachine(simWith("machine.toml", "emulated three-axis mill", "Fr\u00e4se \u2116 5, \u5317\u4eac"), "m"));
 }
 
 TEST(Refused, MountingsThatAreMisspelt) {
-  EXPECT_THAT(machineProblem("mounting = \"spindle\"", "mounting = \"spindel\""),
+  EXPECT_THAT(simMachineProblem("mounting = \"spindle\"", "mounting = \"spindel\""),
               HasSubstr("machine.toml:5: 'machine.mounting' = \"spindel\": did you mean \"spindle\"?"));
-  EXPECT_THAT(machineProblem("mounting = \"spindle\"", "mounting = \"Turret\""), HasSubstr("did you mean \"turret\"?"));
+  EXPECT_THAT(simMachineProblem("mounting = \"spindle\"", "mounting = \"Turret\""),
+              HasSubstr("did you mean \"turret\"?"));
   for (const char* const own : {"turret 3", "spindle 2", "the long adapter"})
     EXPECT_TRUE(
         parseMachine(simWith("machine.toml", "mounting = \"spindle\"", "mounting = \"" + std::string{own} + "\""), "m"))
@@ -144,9 +137,9 @@ TEST(Refused, MountingsThatAreMisspelt) {
 }
 
 TEST(Refused, SourcesThatNothingFeeds) {
-  EXPECT_THAT(machineProblem("sources = [\"screw\"] ", "sources = [\"swivle\"] "),
+  EXPECT_THAT(simMachineProblem("sources = [\"screw\"] ", "sources = [\"swivle\"] "),
               HasSubstr("names \"swivle\", which is no source of corrections: did you mean \"swivel\"?"));
-  EXPECT_THAT(machineProblem("sources = [\"screw\"] ", "sources = [\"screw\", \"swivel\", \"screw\"] "),
+  EXPECT_THAT(simMachineProblem("sources = [\"screw\"] ", "sources = [\"screw\", \"swivel\", \"screw\"] "),
               AllOf(HasSubstr("names \"swivel\", and no [swivel] is described: add it, or remove the name"),
                     HasSubstr("names \"screw\" twice")));
   const auto bare = machineWith("", "sources = [\"screw\", \"rotary\", \"centreline\"]\n");

@@ -6,6 +6,7 @@
 
 #include "board/describe/parse.hpp"
 #include "host-tests/support/temporary_folder.hpp"
+#include "problems.hpp"
 
 // Sensors on converters: what box.toml says of them, and what it refuses.
 namespace probebox::board {
@@ -43,22 +44,11 @@ probe = ")" +
          probe + "\"\ndrift = \"" + drift + "\"\n" + sections;  // the first section is in line 13
 }
 
-std::string problemOf(const std::string& text) {
-  const auto box = parseBox(text, "box.toml");
-  EXPECT_FALSE(box.ok());
-  return box.ok() ? "" : box.error().what;
-}
-
-std::string exchanged(std::string text, std::string_view from, std::string_view to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
-}
 std::string probeProblem(std::string_view from, std::string_view to) {
-  return problemOf(boxToml("iio", "none", exchanged(kProbe, from, to)));
+  return problemOfBox(boxToml("iio", "none", exchanged(kProbe, from, to)));
 }
 std::string screwProblem(std::string_view from, std::string_view to) {
-  return problemOf(boxToml("none", "iio", exchanged(kScrew, from, to)));
+  return problemOfBox(boxToml("none", "iio", exchanged(kScrew, from, to)));
 }
 
 TEST(Sensors, AreReadAsDescribed) {
@@ -94,15 +84,15 @@ rate_hz = 2000
 }
 
 TEST(Sensors, GoWithTheirWordInDevices) {
-  EXPECT_THAT(problemOf(boxToml("iio", "none", "")),
+  EXPECT_THAT(problemOfBox(boxToml("iio", "none", "")),
               AllOf(HasSubstr("box.toml:11: 'devices.probe' = \"iio\" needs"), HasSubstr("add [probe_adc]")));
-  EXPECT_THAT(problemOf(boxToml("none", "iio", "")),
+  EXPECT_THAT(problemOfBox(boxToml("none", "iio", "")),
               AllOf(HasSubstr("box.toml:12: 'devices.drift' = \"iio\" needs"), HasSubstr("add a [[drift]]")));
-  EXPECT_THAT(problemOf(boxToml("none", "none", kProbe)),
+  EXPECT_THAT(problemOfBox(boxToml("none", "none", kProbe)),
               AllOf(HasSubstr("box.toml:13: 'probe_adc' is read with probe = \"iio\""), HasSubstr("or remove")));
-  EXPECT_THAT(problemOf(boxToml("none", "none", kScrew)),
+  EXPECT_THAT(problemOfBox(boxToml("none", "none", kScrew)),
               AllOf(HasSubstr("box.toml:13: 'drift' is read with drift = \"iio\""), HasSubstr("or remove")));
-  EXPECT_THAT(problemOf(boxToml("iio", "ads1115", kProbe)),
+  EXPECT_THAT(problemOfBox(boxToml("iio", "ads1115", kProbe)),
               AllOf(HasSubstr("box.toml:12: 'devices.drift' = \"ads1115\" is not known"), HasSubstr("\"iio\"")));
 }
 
@@ -125,12 +115,12 @@ TEST(Sensors, AreRefusedWithLineAndRemedy) {
 }
 
 TEST(Sensors, OneChannelOrAxisIsNotReadTwice) {
-  EXPECT_THAT(problemOf(boxToml("none", "iio", kScrew + exchanged(kScrew, "voltage0", "voltage1"))),
+  EXPECT_THAT(problemOfBox(boxToml("none", "iio", kScrew + exchanged(kScrew, "voltage0", "voltage1"))),
               HasSubstr("box.toml:19: 'drift.axis' = \"X\" has a [[drift]] already"));
-  EXPECT_THAT(problemOf(boxToml("none", "iio", kScrew + exchanged(kScrew, "\"X\"", "\"Y\""))),
+  EXPECT_THAT(problemOfBox(boxToml("none", "iio", kScrew + exchanged(kScrew, "\"X\"", "\"Y\""))),
               HasSubstr("box.toml:21: 'drift.channel' = \"voltage0\" of \"ads1115\" is read for another sensor"));
   const auto other_rate = exchanged(exchanged(kScrew, "\"X\"", "\"Y\""), "voltage0\"", "voltage1\"\nrate_hz = 20");
-  EXPECT_THAT(problemOf(boxToml("none", "iio", kScrew + other_rate)), HasSubstr("write the same for both"));
+  EXPECT_THAT(problemOfBox(boxToml("none", "iio", kScrew + other_rate)), HasSubstr("write the same for both"));
 }
 
 // A vendor's example is one that a box takes.

@@ -41,7 +41,7 @@ TEST(MachineToml, SaysWhereThereIsNoShankToTouchWith) {
 }
 
 // The emulated board's world, its shank described differently.
-Outcome<World> worldWith(const std::string& shank) {
+Outcome<World> worldWithShank(const std::string& shank) {
   std::string text{simFile("world.toml")};
   const auto begin = text.find("[probe_spindle.shank]"), end = text.find("[[probe_spindle.further_tool]]");
   text.replace(begin, end - begin, shank);
@@ -49,17 +49,18 @@ Outcome<World> worldWith(const std::string& shank) {
 }
 
 TEST(WorldToml, MayHaveAShank) {
-  EXPECT_FALSE(worldWith("")->probe_spindle->shank);
-  const auto world = worldWith("[probe_spindle.shank]\nradius_mm = 4\nfrom_mm = 20\nto_mm = 70\nlean_x_rad = 0.001\n");
+  EXPECT_FALSE(worldWithShank("")->probe_spindle->shank);
+  const auto world =
+      worldWithShank("[probe_spindle.shank]\nradius_mm = 4\nfrom_mm = 20\nto_mm = 70\nlean_x_rad = 0.001\n");
   ASSERT_TRUE(world.ok()) << world.error().what;
   const auto& shank = world->probe_spindle->shank.value();
   EXPECT_EQ(shank.radius_mm, 4);
   EXPECT_EQ(shank.lean[0], 0.001);
   EXPECT_EQ(shank.offset_mm[1], 0);
   EXPECT_EQ(shank.lever, 1);
-  EXPECT_THAT(worldWith("[probe_spindle.shank]\nradius_mm = 4\nfrom_mm = 70\nto_mm = 20\n").error().what,
+  EXPECT_THAT(worldWithShank("[probe_spindle.shank]\nradius_mm = 4\nfrom_mm = 70\nto_mm = 20\n").error().what,
               HasSubstr("to_mm' is not above 'from_mm'"));
-  EXPECT_THAT(worldWith("[probe_spindle.shank]\nradius_mm = 4\nfrom_mm = 20\n").error().what,
+  EXPECT_THAT(worldWithShank("[probe_spindle.shank]\nradius_mm = 4\nfrom_mm = 20\n").error().what,
               HasSubstr("missing key 'probe_spindle.shank.to_mm'"));
 }
 

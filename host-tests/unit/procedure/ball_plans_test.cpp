@@ -12,6 +12,7 @@
 #include "firmware/procedure/plan/prompts.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
+#include "refusal.hpp"
 
 // The poses in which methods that read one ball are planned.
 namespace probebox::procedure {
@@ -38,25 +39,20 @@ std::vector<std::pair<double, double>> posesOf(const LiveMethod& method, const P
   return poses;
 }
 
-std::string refusal(const LiveMethod& method, const ProcedureOptions& options) {
-  const auto why = whyRefused(method, options, std::numeric_limits<double>::infinity());
-  return why ? why->what : "";
-}
-
-using Pose = std::pair<double, double>;
+using Turns = std::pair<double, double>;
 
 TEST(BallPlans, TurnBothSpindlesIndependentlyOrTogether) {
-  const auto two_by_two = ElementsAre(Pose{0, 0}, Pose{0, 180}, Pose{180, 0}, Pose{180, 180});
+  const auto two_by_two = ElementsAre(Turns{0, 0}, Turns{0, 180}, Turns{180, 0}, Turns{180, 180});
   EXPECT_THAT(posesOf(kSpindleOffset2x2), two_by_two) << "C turns between any two readings";
   EXPECT_THAT(posesOf(kPeriodicCheck), two_by_two);
-  EXPECT_THAT(posesOf(kSpindleOffsetFour), ElementsAre(Pose{0, 0}, Pose{90, 90}, Pose{180, 180}, Pose{270, 270}));
+  EXPECT_THAT(posesOf(kSpindleOffsetFour), ElementsAre(Turns{0, 0}, Turns{90, 90}, Turns{180, 180}, Turns{270, 270}));
 }
 
 TEST(BallPlans, StayWithinReach) {
   const auto method = kCentrelineLimitedAccess;
-  EXPECT_THAT(posesOf(method), ElementsAre(Pose{0, -40}, Pose{0, 0}, Pose{0, 40}));
+  EXPECT_THAT(posesOf(method), ElementsAre(Turns{0, -40}, Turns{0, 0}, Turns{0, 40}));
   EXPECT_THAT(posesOf(method, {.arc_rad = std::numbers::pi / 3, .angles = 5}),
-              ElementsAre(Pose{0, -30}, Pose{0, -15}, Pose{0, 0}, Pose{0, 15}, Pose{0, 30}));
+              ElementsAre(Turns{0, -30}, Turns{0, -15}, Turns{0, 0}, Turns{0, 15}, Turns{0, 30}));
   EXPECT_THAT(refusal(method, {.arc_rad = 0.4}), HasSubstr("30 to 360 degrees"));
   EXPECT_THAT(refusal(method, {.angles = 1}), HasSubstr("2 to 30 angles"));
 }

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <limits>
 #include <memory>
 #include <numbers>
 #include <set>
@@ -15,6 +14,7 @@
 #include "firmware/procedure/plan/readiness.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "locked_clock.hpp"
+#include "refusal.hpp"
 
 // Steps at which a sensor head stands still over a ball: what is asked for, what it needs, and what is asked again.
 namespace probebox::procedure {
@@ -31,11 +31,8 @@ std::unique_ptr<Plan> planned(const LiveMethod& method, const ProcedureOptions& 
   return plan;
 }
 
-std::string refusal(const LiveMethod& method, const ProcedureOptions& options) {
-  // The limit of the probe is none of the head's.
-  const auto why = whyRefused(method, options, 0.01);
-  return why ? why->what : "";
-}
+// The limit of the probe is none of the head's.
+constexpr double kProbeLimit_mm = 0.01;
 
 Facts factsWithHead() {
   Facts facts;
@@ -76,7 +73,7 @@ TEST(HoldPlan, MovesEveryAxisAloneToEitherSideOfTheMiddle) {
 
 TEST(HoldPlan, ReadsAPlateWithOneHoldWhereTheProbeTouchesFiveTimes) {
   const ProcedureOptions options{.angles = 12, .balls = 3, .head_tool = 5, .head_range_mm = 0.5};
-  EXPECT_EQ(refusal(kRotaryAxisErrors, options), "") << "the probe would need 195 touches";
+  EXPECT_EQ(refusal(kRotaryAxisErrors, options, kProbeLimit_mm), "") << "the probe would need 195 touches";
   const auto plan = planned(kRotaryAxisErrors, options);
   ASSERT_EQ(plan->step_count, 13U * 3U);
   for (std::size_t k = 0; k < plan->step_count; ++k) {
@@ -93,20 +90,21 @@ TEST(HoldPlan, ReadsAPlateWithOneHoldWhereTheProbeTouchesFiveTimes) {
 }
 
 TEST(HoldPlan, RefusesWhatAHeadCannotUse) {
-  EXPECT_THAT(refusal(kSensorHeadCalibration, {}), HasSubstr("give [sensor_head] tool and range_mm"));
-  EXPECT_EQ(refusal(kSensorHeadCalibration, kHead), "");
+  EXPECT_THAT(refusal(kSensorHeadCalibration, {}, kProbeLimit_mm), HasSubstr("give [sensor_head] tool and range_mm"));
+  EXPECT_EQ(refusal(kSensorHeadCalibration, kHead, kProbeLimit_mm), "");
   auto touching = kHead;
   touching.overtravel_mm = 0.3;
-  EXPECT_THAT(refusal(kRotaryAxisErrors, touching), HasSubstr("takes no overtravel and clearance"));
+  EXPECT_THAT(refusal(kRotaryAxisErrors, touching, kProbeLimit_mm), HasSubstr("takes no overtravel and clearance"));
   auto fast = kHead;
   fast.speed_count = 1;
   fast.speeds_mm_s[0] = 5;
-  EXPECT_THAT(refusal(kRotaryAxisErrors, fast), HasSubstr("takes no speeds when a sensor head measures"));
-  EXPECT_THAT(refusal(kCentreline, kHead), HasSubstr("does not use a sensor head"));
+  EXPECT_THAT(refusal(kRotaryAxisErrors, fast, kProbeLimit_mm),
+              HasSubstr("takes no speeds when a sensor head measures"));
+  EXPECT_THAT(refusal(kCentreline, kHead, kProbeLimit_mm), HasSubstr("does not use a sensor head"));
   auto many = kHead;
   many.angles = 30;
   many.balls = 7;
-  EXPECT_THAT(refusal(kRotaryAxisErrors, many), HasSubstr("217 holds"));
+  EXPECT_THAT(refusal(kRotaryAxisErrors, many, kProbeLimit_mm), HasSubstr("217 holds"));
 }
 
 TEST(HoldPlan, NeedsAHeadThatIsDescribedAndCalibratedAndNoDelay) {

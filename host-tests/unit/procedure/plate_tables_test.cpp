@@ -4,13 +4,13 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <numbers>
 #include <set>
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/plate_poses.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
 #include "obedient_machine.hpp"
+#include "protocol/units/angle.hpp"
 
 // Tables of a ball plate in several mounts, where C stops beside its angles and reports where.
 namespace probebox::procedure {
@@ -18,7 +18,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
 const BallPlate kPlate{
     .axis_point_mm = {10, -5, 0}, .sd_mm = {}, .balls_mm = {{60, 0, 50}, {-30, 50, 50}, {-30, -50, 80}}};
 

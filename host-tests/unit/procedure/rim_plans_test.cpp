@@ -1,7 +1,6 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <limits>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -15,6 +14,8 @@
 #include "firmware/procedure/plan/readiness.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "obedient_machine.hpp"
+#include "protocol/units/angle.hpp"
+#include "refusal.hpp"
 
 // centreline-by-steps: what is asked for, loop by loop, and how a run goes on.
 namespace probebox::procedure {
@@ -24,7 +25,6 @@ using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr ProcedureOptions kOptions{.c_on_line_rad = 90 * kDegree};
 
 // Of every reading, in degrees.
@@ -35,11 +35,6 @@ std::vector<double> anglesOfC(const RimLoops& loops, const ProcedureOptions& opt
   for (std::size_t k = 0; k < plan->step_count; k += 5)
     angles.push_back(plan->steps[k].touch.rotary_angles_rad[2] / kDegree);
   return angles;
-}
-
-std::string refusal(const ProcedureOptions& options) {
-  const auto why = whyRefused(kCentrelineBySteps, options, 1);
-  return why ? why->what : "";
 }
 
 // C of the machine is right-handed, the angles of the method are clockwise.
@@ -67,13 +62,13 @@ TEST(RimPlan, ReadsTheStylusFirstWithTheSpindleTurnedByHalfATurn) {
 }
 
 TEST(RimPlan, HasRoomForAllLoops) {
-  EXPECT_EQ(refusal(kOptions), "");
+  EXPECT_EQ(refusal(kCentrelineBySteps, kOptions, 1), "");
   auto options = kOptions;
   options.speed_count = 3;
   options.speeds_mm_s = {10, 20, 30};
-  EXPECT_THAT(refusal(options), HasSubstr("would be 195 touches"));
-  EXPECT_THAT(refusal({.arc_rad = 0.4}), HasSubstr("30 to 360 degrees"));
-  EXPECT_THAT(refusal({.angles = 5}), HasSubstr("takes no rotary angles"));
+  EXPECT_THAT(refusal(kCentrelineBySteps, options, 1), HasSubstr("would be 195 touches"));
+  EXPECT_THAT(refusal(kCentrelineBySteps, {.arc_rad = 0.4}, 1), HasSubstr("30 to 360 degrees"));
+  EXPECT_THAT(refusal(kCentrelineBySteps, {.angles = 5}, 1), HasSubstr("takes no rotary angles"));
 }
 
 TEST(RimPlan, NeedsToKnowWhereTheLineIs) {
@@ -126,7 +121,8 @@ TEST(RimPlan, SaysWhatContactsLack) {
   EXPECT_EQ(described(kCentrelineBySteps, {}, facts)->contact_beside_mm, 0) << "nobody asked for them";
   EXPECT_EQ(described(kCentrelineBySteps, {.contacts = true}, facts)->contact_beside_mm, 30);
   EXPECT_THAT(readied(kCentreline, {.contacts = true}, facts, {}).error().what, HasSubstr("takes no contacts"));
-  EXPECT_THAT(refusal({.contact_beside_mm = 30, .rim_radius_mm = 31}), HasSubstr("1 to 24.8 mm"));
+  EXPECT_THAT(refusal(kCentrelineBySteps, {.contact_beside_mm = 30, .rim_radius_mm = 31}, 1),
+              HasSubstr("1 to 24.8 mm"));
 }
 
 class RimRun : public testing::Test {

@@ -1,7 +1,6 @@
 #include <array>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -12,6 +11,7 @@
 #include "firmware/procedure/plan/prompts.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
+#include "refusal.hpp"
 
 // The plan of tool-setter, what it needs, and which tool has to be in the spindle.
 namespace probebox::procedure {
@@ -23,11 +23,6 @@ std::unique_ptr<Plan> planned(const ProcedureOptions& options, const LiveMethod&
   auto plan = std::make_unique<Plan>();
   fill(*plan, method, options);
   return plan;
-}
-
-std::string refusal(const LiveMethod& method, const ProcedureOptions& options) {
-  const auto why = whyRefused(method, options, std::numeric_limits<double>::infinity());
-  return why ? why->what : "";
 }
 
 TEST(SetterPlan, TouchesTheSameFacesWithTheProbeAndThenWithTheTool) {

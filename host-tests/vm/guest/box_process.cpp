@@ -7,20 +7,16 @@
 #include <spawn.h>
 #include <sstream>
 #include <sys/wait.h>
-#include <system_error>
 #include <unistd.h>
 
 #include "box_user.hpp"
+#include "fail.hpp"
 
 namespace probebox::vm {
 namespace {
 
 // A guest has one box at a time.
 const std::filesystem::path kFolder = "/tmp/box";
-
-[[noreturn]] void fail(const std::string& what) {
-  throw std::system_error{errno, std::generic_category(), what};
-}
 
 void giveToBoxUser(const std::filesystem::path& path) {
   if (chown(path.c_str(), kBoxUser, kBoxGroup) != 0) fail(path);

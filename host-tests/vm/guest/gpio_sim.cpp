@@ -1,26 +1,17 @@
 #include "gpio_sim.hpp"
 
-#include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
 #include <string_view>
 #include <sys/stat.h>
-#include <system_error>
 #include <unistd.h>
 #include <utility>
 
 #include "box_user.hpp"
+#include "fail.hpp"
 #include "kernel_files.hpp"
 
 namespace probebox::vm {
-namespace {
-
-[[noreturn]] void fail(const std::string& what) {
-  throw std::system_error{errno, std::generic_category(), what};
-}
-
-}  // namespace
-
 GpioSim::GpioSim(std::string label, const std::vector<std::string>& line_names)
     : folder_{"/sys/kernel/config/gpio-sim/" + label}, label_{std::move(label)} {
   const auto bank = folder_ + "/bank";

@@ -11,12 +11,12 @@
 #include <sys/mount.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include <system_error>
 #include <thread>
 #include <unistd.h>
 #include <utility>
 
 #include "box_user.hpp"
+#include "fail.hpp"
 #include "kernel_files.hpp"
 
 namespace probebox::vm {
@@ -25,10 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kGadget = ReceiverGadget::kFolder;
-
-[[noreturn]] void fail(const std::string& what) {
-  throw std::system_error{errno, std::generic_category(), what};
-}
 
 }  // namespace
 

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-const Mounting kMounting{"P-1001", "mill 3", "spindle"};
+const Mounting kOnTheMill{"P-1001", "mill 3", "spindle"};
 
 metrology::Result delayOf(double tau_s) {
   metrology::Result result;
@@ -25,7 +25,7 @@ metrology::Result delayOf(double tau_s) {
 class InForce : public testing::Test {
  protected:
   // A box that follows no delay longer than the longest one.
-  ResultsInForce boxWith(double longest_s, const Mounting& mounting = kMounting) {
+  ResultsInForce boxWith(double longest_s, const Mounting& mounting = kOnTheMill) {
     told_.clear();
     return {store_, mounting, [] { return MonoTime{5s}; },
             [longest_s](std::span<const Event> events) -> std::optional<Error> {
@@ -46,7 +46,7 @@ class InForce : public testing::Test {
   }
 
   store::Id propose(double tau_s) {
-    const store::Binding binding{"delay", kMounting.probe_serial_number, kMounting.machine, kMounting.mounting};
+    const store::Binding binding{"delay", kOnTheMill.probe_serial_number, kOnTheMill.machine, kOnTheMill.mounting};
     const auto id = store_.propose(binding, delayOf(tau_s), "", "2026-01-01T00:00:00Z");
     EXPECT_TRUE(id);
     return id ? *id : 0;
@@ -78,7 +78,7 @@ TEST_F(InForce, WaitsForADoorThatHoldsACutWhichTheCoreDoesNotKnowOf) {
 
 // Stored by an older firmware, or by a mind of its own.
 TEST_F(InForce, IsNothingThatTheMachineCannotBe) {
-  auto mounting = kMounting;
+  auto mounting = kOnTheMill;
   mounting.travel = {{{-50, 450}, {-50, 350}, {-400, 50}}};
   auto results = boxWith(1e9, mounting);
   letChange(results);
@@ -143,7 +143,7 @@ class HeadInForce : public InForce {
  protected:
   std::unique_ptr<ResultsInForce> started() {
     auto results = std::make_unique<ResultsInForce>(
-        store_, kMounting, [] { return MonoTime{5s}; }, [](std::span<const Event>) { return std::optional<Error>{}; },
+        store_, kOnTheMill, [] { return MonoTime{5s}; }, [](std::span<const Event>) { return std::optional<Error>{}; },
         [this](const Event& event) { told_.push_back(event); });
     results->restore();
     letChange(*results);
@@ -154,7 +154,7 @@ class HeadInForce : public InForce {
     result.method = "sensor-head-calibration";
     const std::vector<double> sd(matrix.size(), 1e-4);
     result.estimates = {metrology::Estimate::matrix("sensor_matrix", 3, std::move(matrix), sd)};
-    const store::Binding binding{subject, kMounting.probe_serial_number, kMounting.machine, kMounting.mounting};
+    const store::Binding binding{subject, kOnTheMill.probe_serial_number, kOnTheMill.machine, kOnTheMill.mounting};
     return store_.propose(binding, result, "", "2026-01-01T00:00:00Z").value();
   }
 };

@@ -15,7 +15,7 @@ using testing::IsEmpty;
 using Correction = StandingKeeper::Correction;
 
 constexpr StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.02}, {0.5, 0}}};
-constexpr MonoTime kNow{1000s};
+constexpr MonoTime kStart{1000s};
 
 class Standing : public testing::Test {
  protected:
@@ -29,7 +29,7 @@ class Standing : public testing::Test {
   };
   static Restored restored(StandingKeeper& keeper, const std::optional<Correction>& exactly = std::nullopt,
                            const std::optional<store::Standing>& of_before = std::nullopt) {
-    const auto events = keeper.restore(kNow, exactly, of_before);
+    const auto events = keeper.restore(kStart, exactly, of_before);
     return {std::get<StandingRestored>(events.at(0)), std::get<ServableWithin>(events.at(1))};
   }
   Restored afterAnEnd(const std::optional<Correction>& exactly = std::nullopt) {
@@ -40,7 +40,7 @@ class Standing : public testing::Test {
     published::Snapshot snapshot;
     snapshot.valid = valid;
     snapshot.correction_mm = correction_mm;
-    snapshot.at = kNow + later;
+    snapshot.at = kStart + later;
     return snapshot;
   }
 

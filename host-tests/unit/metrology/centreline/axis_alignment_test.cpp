@@ -26,8 +26,6 @@ std::vector<Row> read(std::vector<Row> rows, const Machine& machine, double leng
   return rows;
 }
 
-const std::vector<double> kOpposed{0.0, kPi};
-
 std::vector<Row> together(double step) {
   std::vector<Row> rows;
   for (int k = 0; k < 4; ++k) rows.push_back({0.0, step * k, step * k, {}});

@@ -20,8 +20,6 @@ using testing::AllOf;
 using testing::Gt;
 using testing::Lt;
 
-constexpr double kPi = std::numbers::pi;
-
 Dataset centrelineDataset(const std::vector<RotationReading>& readings, double sigma) {
   Dataset dataset{.method = "centreline", .config = {{"sigma_mm", sigma}}, .tables = {}};
   Table& table = addTable(dataset, "readings", {"C_rad", "x_mm", "y_mm"});
@@ -41,7 +39,7 @@ std::vector<RotationReading> turnedFeature(const Vector2d& centre, const Vector2
 }
 
 std::vector<double> randomAngles(std::mt19937_64& random) {
-  const double arc = uniform(random, 1.0, 2.0 * kPi);
+  const double arc = uniform(random, 1.0, 2.0 * std::numbers::pi);
   std::vector<double> angles;
   const int n = std::uniform_int_distribution<int>{3, 15}(random);
   for (int k = 0; k < n; ++k) angles.push_back(arc * k / n + uniform(random, -0.05, 0.05));
@@ -119,16 +117,18 @@ TEST(Centreline, ReachesTheBoundWithNoiseOfTheAngle) {
 }
 
 TEST(Centreline, GivesTheWorkedExamples) {
-  const std::vector<RotationReading> two{{{21.25, 4.25}, 0.0}, {{1.596751771, 19.862611751}, 75.0 * kPi / 180.0}};
+  const std::vector<RotationReading> two{{{21.25, 4.25}, 0.0},
+                                         {{1.596751771, 19.862611751}, 75.0 * std::numbers::pi / 180.0}};
   const auto first = solve(centrelineDataset(two, 0.001));
   EXPECT_NEAR(first->find("centre_mm")->values[0], 1.25, 1e-8);
   EXPECT_NEAR(first->find("centre_mm")->values[1], -0.75, 1e-8);
   // (B5): sd is sigma / (sqrt2 |sin(alpha/2)|).
-  EXPECT_NEAR(first->find("centre_mm")->sd[0], 0.001 / std::numbers::sqrt2 / std::sin(37.5 * kPi / 180.0), 1e-12);
+  EXPECT_NEAR(first->find("centre_mm")->sd[0], 0.001 / std::numbers::sqrt2 / std::sin(37.5 * std::numbers::pi / 180.0),
+              1e-12);
 
   const std::vector<RotationReading> three{{{21.251, 4.248}, 0.0},
-                                           {{13.357450814, 15.936974409}, 40.0 * kPi / 180.0},
-                                           {{-7.148502318, 18.078414172}, 100.0 * kPi / 180.0}};
+                                           {{13.357450814, 15.936974409}, 40.0 * std::numbers::pi / 180.0},
+                                           {{-7.148502318, 18.078414172}, 100.0 * std::numbers::pi / 180.0}};
   const auto second = solve(centrelineDataset(three, 0.001));
   EXPECT_NEAR(second->find("centre_mm")->values[0], 1.248769855, 1e-8);
   EXPECT_NEAR(second->find("centre_mm")->values[1], -0.751509719, 1e-8);
@@ -138,7 +138,7 @@ TEST(Centreline, GivesTheWorkedExamples) {
 
 // (B5) as printed, for any two angles.
 RC_GTEST_PROP(Centreline, OfTwoReadingsIsThePrintedFormula, ()) {
-  const double alpha = *rc::gen::inRange(7, 353) * kPi / 180.0;
+  const double alpha = *rc::gen::inRange(7, 353) * std::numbers::pi / 180.0;
   const Vector2d p1{*rc::gen::inRange(-100, 100) / 4.0, *rc::gen::inRange(-100, 100) / 4.0};
   const Vector2d p2{*rc::gen::inRange(-100, 100) / 4.0 + 0.1, *rc::gen::inRange(-100, 100) / 4.0};
   const auto solved = solve(centrelineDataset({{p1, 0.3}, {p2, 0.3 + alpha}}, 0.0));
@@ -218,9 +218,9 @@ TEST(Centreline, RefusesByName) {
   };
   EXPECT_EQ(refusal({0.0}), "too-few-readings");
   EXPECT_EQ(refusal({1.0, 1.0}), "angles-too-close");
-  EXPECT_EQ(refusal({0.0, 2.0 * kPi}), "angles-too-close");
-  EXPECT_EQ(refusal({0.0, 5.7 * kPi / 180.0}), "angles-too-close");
-  EXPECT_EQ(refusal({0.0, 5.8 * kPi / 180.0}), "");
+  EXPECT_EQ(refusal({0.0, 2.0 * std::numbers::pi}), "angles-too-close");
+  EXPECT_EQ(refusal({0.0, 5.7 * std::numbers::pi / 180.0}), "angles-too-close");
+  EXPECT_EQ(refusal({0.0, 5.8 * std::numbers::pi / 180.0}), "");
   EXPECT_EQ(refusal({0.0, 0.02, 0.04, 0.06}), "angles-too-close");
   EXPECT_EQ(refusal({0.0, 0.0, 0.0}), "angles-too-close");
   auto dataset = centrelineDataset(turnedFeature({0, 0}, {20, 3}, {0.0, 3.0}, 0.001, 0.0, random), 0.001);

@@ -9,6 +9,7 @@
 
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/fisher.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -17,9 +18,7 @@ using Eigen::Vector2d;
 using Eigen::VectorXd;
 using testing::HasSubstr;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
-struct Chuck {
+struct ReachedChuck {
   Vector2d centre{0.35, -0.62};
   double radius{600.0};
   double psi{0.9 * kDegree};
@@ -32,13 +31,13 @@ struct Chuck {
   }
 };
 
-Chuck randomChuck(std::mt19937_64& random) {
+ReachedChuck randomReachedChuck(std::mt19937_64& random) {
   return {{uniform(random, -0.5, 0.5), uniform(random, -0.5, 0.5)},
           uniform(random, 300, 1500),
           uniform(random, -0.03, 0.03)};
 }
 
-Dataset rimDataset(const Chuck& chuck, const std::vector<double>& angles, double sigma, double sigma_c,
+Dataset rimDataset(const ReachedChuck& chuck, const std::vector<double>& angles, double sigma, double sigma_c,
                    std::mt19937_64& random) {
   Dataset dataset{
       .method = "centreline-limited-access", .config = {{"sigma_mm", sigma}, {"sigma_C_rad", sigma_c}}, .tables = {}};
@@ -59,7 +58,7 @@ TEST(LimitedAccess, ReachesTheBoundAndStatesItsUncertainty) {
   Judgement centre;
   Judgement rim;
   for (int trial = 0; trial < 600; ++trial) {
-    const Chuck chuck = randomChuck(random);
+    const ReachedChuck chuck = randomReachedChuck(random);
     const double sigma = uniform(random, 3e-4, 3e-3);
     const double sigma_c = trial % 2 == 0 ? 0.0 : uniform(random, 1e-6, 2e-5);
     const auto angles = fiveAngles(uniform(random, 25, 50) * kDegree);
@@ -69,7 +68,7 @@ TEST(LimitedAccess, ReachesTheBoundAndStatesItsUncertainty) {
     const auto covariance = smallestCovariance(
         [&](const VectorXd& p) {
           // p: centre, radius, psi (in mm at the rim), and the error of every angle in units of its own sigma.
-          const Chuck at{p.head<2>(), p[2], p[3] / 1000.0};
+          const ReachedChuck at{p.head<2>(), p[2], p[3] / 1000.0};
           VectorXd values{3 * n};
           for (Eigen::Index k = 0; k < n; ++k) {
             values.segment<2>(2 * k) = at.ball(angles[static_cast<std::size_t>(k)] + p[4 + k] * sigma_c / sigma);
@@ -95,7 +94,7 @@ TEST(LimitedAccess, ReachesTheBoundAndStatesItsUncertainty) {
 TEST(LimitedAccess, IsExactWithoutNoise) {
   std::mt19937_64 random{2};
   for (int trial = 0; trial < 50; ++trial) {
-    const Chuck chuck = randomChuck(random);
+    const ReachedChuck chuck = randomReachedChuck(random);
     for (const double sigma_c : {0.0, 1e-5}) {
       Dataset dataset = rimDataset(chuck, fiveAngles(0.7), 0.0, 0.0, random);
       dataset.config["sigma_mm"] = 0.001;
@@ -117,7 +116,7 @@ TEST(LimitedAccess, SourceStepsGiveTheWorkedExample) {
   const Vector2d plus{393.19448823, 452.892081501};
   const Vector2d minus{-378.055484459, 465.00784424};
   EXPECT_NEAR(remainingShift(plus, minus), -0.015707963, 1e-9);
-  Chuck straight;
+  ReachedChuck straight;
   straight.psi = 0.0;
   const double theta = 40.0 * kDegree;
   EXPECT_NEAR(straight.ball(theta).x(), 386.022565812, 1e-8);
@@ -148,7 +147,7 @@ TEST(LimitedAccess, RefusesByName) {
 }
 
 // Where the rim ball touches a stylus ball: both radii together off the ball's path, found by bisection.
-double contact(const Chuck& chuck, const Vector2d& stylus, double reach, double inside, double outside) {
+double contact(const ReachedChuck& chuck, const Vector2d& stylus, double reach, double inside, double outside) {
   for (int step = 0; step < 100; ++step) {
     const double middle = (inside + outside) / 2.0;
     ((chuck.ball(middle) - stylus).norm() < reach ? inside : outside) = middle;
@@ -159,7 +158,7 @@ double contact(const Chuck& chuck, const Vector2d& stylus, double reach, double 
 TEST(CZeroShift, PutsTheBallOnTheNominalLine) {
   std::mt19937_64 random{5};
   for (int trial = 0; trial < 50; ++trial) {
-    const Chuck chuck = randomChuck(random);
+    const ReachedChuck chuck = randomReachedChuck(random);
     const double h = uniform(random, 20, 40);
     const double reach = 15.5;
     const double y = chuck.radius + chuck.centre.y() - uniform(random, 0.0, 0.5);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -13,11 +14,10 @@ using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 using testing::HasSubstr;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kRe = 12.5;
 constexpr double kExpectedZ = 80.0;
 
-struct Machine {
+struct CheckedMachine {
   Vector3d centreline{0.02, -0.006, 0.0};  // C axis, parallel to Z
   Vector3d ball{1.9, 1.4, kExpectedZ};     // on the chuck at C = 0, from the C axis
   Vector3d stylus{0.025, -0.026, 0.0};     // from the spindle axis, at A = 0
@@ -33,7 +33,7 @@ struct Machine {
   }
 };
 
-Dataset check(const Machine& machine, double sigma, std::mt19937_64& random, bool diameters = false) {
+Dataset check(const CheckedMachine& machine, double sigma, std::mt19937_64& random, bool diameters = false) {
   Dataset dataset{.method = "periodic-check",
                   .config = {{"effective_ball_radius_mm", kRe},
                              {"expected_ball_centre_z_mm", kExpectedZ},
@@ -70,7 +70,7 @@ TEST(PeriodicCheck, FindsWhatTheMachineIsAndStatesItsUncertainty) {
   Judgement x;
   Judgement z;
   for (int trial = 0; trial < 500; ++trial) {
-    Machine machine;
+    CheckedMachine machine;
     machine.centreline = {uniform(random, -.02, .02), uniform(random, -.02, .02), 0.0};
     machine.ball = {uniform(random, -3, 3), uniform(random, -3, 3), kExpectedZ};
     machine.x_offset_error = uniform(random, -.03, .03);
@@ -96,7 +96,7 @@ TEST(PeriodicCheck, FindsWhatTheMachineIsAndStatesItsUncertainty) {
 
 TEST(PeriodicCheck, IsExactWithoutNoiseAndWithADropOut) {
   std::mt19937_64 random{2};
-  const Machine machine;
+  const CheckedMachine machine;
   Dataset dataset = check(machine, 0.0, random);
   keepRows(tableNamed(dataset, "centres"), [](std::size_t row) { return row != 1 && row != 6; });
   const auto solved = solve(dataset);
@@ -122,7 +122,7 @@ TEST(PeriodicCheck, GivesTheWorkedExample) {
 
 TEST(PeriodicCheck, NeedsTouchesWhereItsCentresWereReadOnly) {
   std::mt19937_64 random{11};
-  const Machine machine;
+  const CheckedMachine machine;
   Dataset dataset = check(machine, 0.0, random);
   dataset.tables.erase(dataset.tables.begin() + 1);
   EXPECT_EQ(solve(dataset).error().name, "missing-table") << "centres at B = 90 ask for X";
@@ -150,7 +150,8 @@ TEST(PeriodicCheck, WeighsASingleTouchByASigmaOfItsOwn) {
 TEST(PeriodicCheck, TakesTheDiameterOffWhereXCountsDiameters) {
   std::mt19937_64 random{4};
   const auto solved = solve(check({}, 0.0, random, true));
-  EXPECT_NEAR(solved->find("x_offset_error_mm")->value(), 2.0 * Machine{}.x_offset_error, 1e-9) << "in diameters too";
+  EXPECT_NEAR(solved->find("x_offset_error_mm")->value(), 2.0 * CheckedMachine{}.x_offset_error, 1e-9)
+      << "in diameters too";
 }
 
 TEST(PeriodicCheck, PassesWarnsAndFailsAgainstWhatWasAccepted) {
@@ -202,7 +203,7 @@ TEST(PeriodicCheck, TellsWhereTheBallIsAndWhetherItOrTheStylusHasMoved) {
   std::mt19937_64 random{7};
   Moments pull;
   for (int trial = 0; trial < 200; ++trial) {
-    const Machine machine;
+    const CheckedMachine machine;
     const auto solved = solve(check(machine, 0.001, random));
     const auto& centre = *solved->find("ball_centre_mm");
     const Vector3d truth = machine.centreline + machine.ball + Vector3d{0, 0, machine.z_offset_error};

@@ -6,14 +6,13 @@
 
 #include "firmware/metrology/centreline/limited_access.hpp"
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 using Eigen::Vector2d;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct Chuck {
   Vector2d centre{0.35, -0.62};

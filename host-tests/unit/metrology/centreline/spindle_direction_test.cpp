@@ -13,8 +13,6 @@ using Eigen::VectorXd;
 
 constexpr double kTip = 160.0;
 constexpr double kRadii = 12.5 + 5.0;  // ball and shank
-const std::vector<double> kOpposed{0.0, kPi};
-
 struct Touch {
   double length{};
   double spindle{};

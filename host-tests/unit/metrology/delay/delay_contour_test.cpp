@@ -18,12 +18,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using namespace contour;
 
-double tauOf(const Dataset& dataset) {
-  const auto solved = solve(dataset);
-  EXPECT_TRUE(solved.ok()) << solved.error().reason;
-  return solved.ok() ? solved->find("tau_s")->value() : std::nan("");
-}
-
 TEST(FeatureDistance, IsThatOfTheNearestPointOfTheSurface) {
   std::mt19937_64 random{1};
   for (const auto& feature : features()) {

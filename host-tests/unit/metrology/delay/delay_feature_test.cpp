@@ -25,10 +25,10 @@ using testing::Gt;
 using testing::Lt;
 
 #ifdef __SANITIZE_ADDRESS__
-constexpr int kTrials = 5;
+constexpr int kFeatureTrials = 5;
 constexpr int kRounds = 20;
 #else
-constexpr int kTrials = 200;
+constexpr int kFeatureTrials = 200;
 constexpr int kRounds = 160;
 #endif
 
@@ -152,7 +152,7 @@ TEST_P(DelayOfFeature, IsUnbiasedAndAsUncertainAsItSays) {
   std::mt19937_64 random{71};
   Moments tau;
   Moments size;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < kFeatureTrials; ++trial) {
     const Scene scene = elsewhere(GetParam().scene, random);
     const auto solved = solve(measure(GetParam(), scene, random));
     ASSERT_TRUE(solved.ok()) << solved.error().reason;

@@ -47,7 +47,7 @@ double boundOf(const Scene& scene) {
                    information);
 }
 
-std::string refusalOf(const Dataset& dataset) {
+std::string refusalOfDrive(const Dataset& dataset) {
   const auto solved = solveDelayInOut(dataset);
   return solved.ok() ? "solved" : solved.error().name;
 }
@@ -281,23 +281,23 @@ TEST(DelayInOut, IsRefusedWhenTheRecordDoesNotSuffice) {
   std::mt19937_64 random{45};
   Scene resting = inOut();
   resting.dwell_s = 0.03;
-  EXPECT_EQ(refusalOf(record(resting, random)), "flat-apex");
+  EXPECT_EQ(refusalOfDrive(record(resting, random)), "flat-apex");
   Dataset loose = record(inOut(), random);
   for (std::size_t k = 0; k < loose.tables[1].rows(); k += 3) loose.tables[1].columns[2].values[k] *= 0.9;
-  EXPECT_EQ(refusalOf(loose), "residual-too-large");
+  EXPECT_EQ(refusalOfDrive(loose), "residual-too-large");
   Scene untouched = inOut();
   untouched.overtravel_mm = 1e-9;
-  EXPECT_EQ(refusalOf(record(untouched, random)), "no-contact");
+  EXPECT_EQ(refusalOfDrive(record(untouched, random)), "no-contact");
 
   Dataset clipped = record(inOut(), random);
   for (auto& value : clipped.tables[1].columns[2].values) value = std::clamp(value, -0.3, 0.3);
-  EXPECT_EQ(refusalOf(clipped), "clipped");
+  EXPECT_EQ(refusalOfDrive(clipped), "clipped");
   Dataset missing = record(inOut(), random);
   for (auto& column : missing.tables[1].columns) column.values.erase(column.values.begin() + 40);
-  EXPECT_EQ(refusalOf(missing), "gap");
+  EXPECT_EQ(refusalOfDrive(missing), "gap");
   Dataset not_a_number = record(inOut(), random);
   not_a_number.tables[1].columns[3].values[30] = std::nan("");
-  EXPECT_EQ(refusalOf(not_a_number), "not-finite");
+  EXPECT_EQ(refusalOfDrive(not_a_number), "not-finite");
 }
 
 }  // namespace

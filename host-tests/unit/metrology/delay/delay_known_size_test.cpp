@@ -21,12 +21,12 @@ using testing::Gt;
 using testing::Lt;
 
 #ifdef __SANITIZE_ADDRESS__
-constexpr int kTrials = 20;
+constexpr int kSizeTrials = 20;
 #else
-constexpr int kTrials = 100;
+constexpr int kSizeTrials = 100;
 #endif
 
-struct Setting {
+struct SizeSetting {
   std::string name;
   Scene scene;
   double least_efficiency{1.0};  // against the reference precision; two-sided
@@ -34,7 +34,7 @@ struct Setting {
 };
 
 // Names the setting in a message.
-void PrintTo(const Setting& setting, std::ostream* out) {
+void PrintTo(const SizeSetting& setting, std::ostream* out) {
   *out << setting.name;
 }
 
@@ -42,7 +42,7 @@ const Estimate& delayOf(const Result& result) {
   return result.estimates.front();
 }
 
-class DelayOfKnownSize : public testing::TestWithParam<Setting> {};
+class DelayOfKnownSize : public testing::TestWithParam<SizeSetting> {};
 
 TEST_P(DelayOfKnownSize, IsUnbiasedEfficientAndAsUncertainAsItSays) {
   std::mt19937_64 random{20260102};
@@ -50,7 +50,7 @@ TEST_P(DelayOfKnownSize, IsUnbiasedEfficientAndAsUncertainAsItSays) {
   Moments centre;
   Moments gain;
   double reference_sd = 0.0;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < kSizeTrials; ++trial) {
     const Scene scene = simulation::shuffled(GetParam().scene, random);
     reference_sd = simulation::referencePrecision(scene).tau_sd_s;
     const auto solved = solve(measure(scene, random));
@@ -142,24 +142,27 @@ void ring(Scene& scene) {
 
 INSTANTIATE_TEST_SUITE_P(
     Settings, DelayOfKnownSize,
-    testing::Values(
-        Setting{"Sphere", simulation::knownSphere()}, Setting{"SphereNoisy", with(simulation::knownSphere(), noisy)},
-        Setting{"SphereFast", with(simulation::knownSphere(), fast)},
-        Setting{"SphereLossy", with(simulation::knownSphere(), lossy), 0.8},
-        Setting{"SphereSlow", with(simulation::knownSphere(), slow)},
-        Setting{"SphereJitter", with(simulation::knownSphere(), jittering), 0.7},
-        Setting{"SphereJitterMuch", with(simulation::knownSphere(), jitteringMuch)},
-        Setting{"SphereJitterPast", with(simulation::knownSphere(), jitteringPastEachOther)},
-        Setting{"SphereSparse", with(simulation::knownSphere(), sparse)},
-        Setting{"SphereSparseAndSlow", with(simulation::knownSphere(), sparseAndSlow)},
-        Setting{"SphereHeavyMachine", with(simulation::knownSphere(), heavy), 0.4},
-        Setting{"EachAxisSparse", with(simulation::perAxis(), sparse)},
-        Setting{"OffTheNormalJitterMuch", with(simulation::nonNormal(), jitteringMuch)},
-        Setting{"SphereFromWithin", with(simulation::knownSphere(), ring)}, Setting{"Plates", simulation::plates()},
-        Setting{"PlatesOfABlock", with(simulation::plates(), block)},
-        Setting{"PlatesGentle", with(simulation::plates(), gentle)}, Setting{"EachAxis", simulation::perAxis()},
-        Setting{"EachAxisNoisy", with(simulation::perAxis(), noisy)}, Setting{"OffTheNormal", simulation::nonNormal()},
-        Setting{"FarOffTheNormal", with(simulation::nonNormal(), steep), 0.8}),
+    testing::Values(SizeSetting{"Sphere", simulation::knownSphere()},
+                    SizeSetting{"SphereNoisy", with(simulation::knownSphere(), noisy)},
+                    SizeSetting{"SphereFast", with(simulation::knownSphere(), fast)},
+                    SizeSetting{"SphereLossy", with(simulation::knownSphere(), lossy), 0.8},
+                    SizeSetting{"SphereSlow", with(simulation::knownSphere(), slow)},
+                    SizeSetting{"SphereJitter", with(simulation::knownSphere(), jittering), 0.7},
+                    SizeSetting{"SphereJitterMuch", with(simulation::knownSphere(), jitteringMuch)},
+                    SizeSetting{"SphereJitterPast", with(simulation::knownSphere(), jitteringPastEachOther)},
+                    SizeSetting{"SphereSparse", with(simulation::knownSphere(), sparse)},
+                    SizeSetting{"SphereSparseAndSlow", with(simulation::knownSphere(), sparseAndSlow)},
+                    SizeSetting{"SphereHeavyMachine", with(simulation::knownSphere(), heavy), 0.4},
+                    SizeSetting{"EachAxisSparse", with(simulation::perAxis(), sparse)},
+                    SizeSetting{"OffTheNormalJitterMuch", with(simulation::nonNormal(), jitteringMuch)},
+                    SizeSetting{"SphereFromWithin", with(simulation::knownSphere(), ring)},
+                    SizeSetting{"Plates", simulation::plates()},
+                    SizeSetting{"PlatesOfABlock", with(simulation::plates(), block)},
+                    SizeSetting{"PlatesGentle", with(simulation::plates(), gentle)},
+                    SizeSetting{"EachAxis", simulation::perAxis()},
+                    SizeSetting{"EachAxisNoisy", with(simulation::perAxis(), noisy)},
+                    SizeSetting{"OffTheNormal", simulation::nonNormal()},
+                    SizeSetting{"FarOffTheNormal", with(simulation::nonNormal(), steep), 0.8}),
     [](const auto& setting) { return setting.param.name; });
 
 class KnownSizeMethod : public testing::TestWithParam<Scene> {};

@@ -28,7 +28,7 @@ double sdOf(const Result& result, std::string_view key) {
   return *result.find(key)->standardDeviation();
 }
 
-struct Setting {
+struct TouchSetting {
   std::string name;
   std::function<void(Scene&)> change;
   // Against the reference precision, which knows of neither jitter nor lost samples. Two-sided: twice as good is a
@@ -39,21 +39,21 @@ struct Setting {
 
 // Sanitizers run ten times slower; there the memory is looked at, not the statistics.
 #ifdef __SANITIZE_ADDRESS__
-constexpr int kTrials = 20;
+constexpr int kTouchTrials = 20;
 #else
-constexpr int kTrials = 100;
+constexpr int kTouchTrials = 100;
 #endif
 
-class DelayOverRandomTouches : public testing::TestWithParam<Setting> {};
+class DelayOverRandomTouches : public testing::TestWithParam<TouchSetting> {};
 
 TEST_P(DelayOverRandomTouches, IsUnbiasedEfficientAndAsUncertainAsItSays) {
   // A mean of squares over so many trials is itself uncertain by this.
-  const double uncertainty = std::sqrt(2.0 / kTrials);
+  const double uncertainty = std::sqrt(2.0 / kTouchTrials);
   std::mt19937_64 random{20260101};
   Moments tau;
   Moments diameter;
   simulation::Reference reference;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < kTouchTrials; ++trial) {
     Scene scene;
     GetParam().change(scene);
     scene = simulation::shuffled(scene, random);
@@ -90,25 +90,27 @@ std::function<void(Scene&)> shortDwell(double Scene::*changed, double value) {
 
 INSTANTIATE_TEST_SUITE_P(
     Settings, DelayOverRandomTouches,
-    testing::Values(Setting{"Usual", [](Scene&) {}, 2.0}, Setting{"NoBounce", [](Scene& s) { s.bounce_mm = 0.0; }, 2.0},
-                    Setting{"TenTimesTheNoise",
-                            [](Scene& s) {
-                              s.machine_sigma_mm *= 10.0;
-                              s.probe_sigma_mm *= 10.0;
-                            },
-                            2.0},
-                    Setting{"SlowStreams", rates(333.0, 787.0), 1.4}, Setting{"FastProbe", rates(1000.0, 4000.0), 1.2},
-                    Setting{"CoarseEncoder", [](Scene& s) { s.machine_resolution_mm = 0.001; }, 1.8},
-                    Setting{"Jitter", [](Scene& s) { s.stamp_jitter_s = 1e-5; }, 1.2},
-                    Setting{"LostSamples", [](Scene& s) { s.lost_share = 0.1; }, 1.5},
-                    Setting{"TwoSpeeds",
-                            [](Scene& s) {
-                              s.speeds_mm_s = {10.0, 30.0};
-                            },
-                            2.0},
-                    Setting{"ShallowTouches", shortDwell(&Scene::overtravel_mm, 0.3), 1.5},
-                    Setting{"GentleRamps", shortDwell(&Scene::acceleration_mm_s2, 5000.0), 1.8},
-                    Setting{"FromWithin", [](Scene& s) { s.radius_mm = -12.0; }, 2.0}),
+    testing::Values(TouchSetting{"Usual", [](Scene&) {}, 2.0},
+                    TouchSetting{"NoBounce", [](Scene& s) { s.bounce_mm = 0.0; }, 2.0},
+                    TouchSetting{"TenTimesTheNoise",
+                                 [](Scene& s) {
+                                   s.machine_sigma_mm *= 10.0;
+                                   s.probe_sigma_mm *= 10.0;
+                                 },
+                                 2.0},
+                    TouchSetting{"SlowStreams", rates(333.0, 787.0), 1.4},
+                    TouchSetting{"FastProbe", rates(1000.0, 4000.0), 1.2},
+                    TouchSetting{"CoarseEncoder", [](Scene& s) { s.machine_resolution_mm = 0.001; }, 1.8},
+                    TouchSetting{"Jitter", [](Scene& s) { s.stamp_jitter_s = 1e-5; }, 1.2},
+                    TouchSetting{"LostSamples", [](Scene& s) { s.lost_share = 0.1; }, 1.5},
+                    TouchSetting{"TwoSpeeds",
+                                 [](Scene& s) {
+                                   s.speeds_mm_s = {10.0, 30.0};
+                                 },
+                                 2.0},
+                    TouchSetting{"ShallowTouches", shortDwell(&Scene::overtravel_mm, 0.3), 1.5},
+                    TouchSetting{"GentleRamps", shortDwell(&Scene::acceleration_mm_s2, 5000.0), 1.8},
+                    TouchSetting{"FromWithin", [](Scene& s) { s.radius_mm = -12.0; }, 2.0}),
     [](const auto& setting) { return setting.param.name; });
 
 TEST(DelayMultiSpeed, IsExactWithoutNoise) {
@@ -139,7 +141,7 @@ TEST(DelayMultiSpeed, OpposedTouchesAloneGiveASize) {
 
 TEST(DelayMultiSpeed, TellsTheStaticErrorOfAKnownSize) {
   std::mt19937_64 random{8};
-  Dataset dataset = measure({}, random);
+  Dataset dataset = measure(Scene{}, random);
   dataset.config["effective_diameter_mm"] = 31.002;
   const auto solved = solveDelayMultiSpeed(dataset);
   ASSERT_TRUE(solved.ok());
@@ -149,7 +151,7 @@ TEST(DelayMultiSpeed, TellsTheStaticErrorOfAKnownSize) {
 
 TEST(DelayMultiSpeed, DoesNotDependOnWhereTheMachineStands) {
   std::mt19937_64 random{9};
-  const Dataset dataset = measure({}, random);
+  const Dataset dataset = measure(Scene{}, random);
   const Eigen::Matrix3d turn{Eigen::AngleAxisd{0.7, Eigen::Vector3d{1, 2, 3}.normalized()}};
   const auto here = solveDelayMultiSpeed(dataset);
   const auto there = solveDelayMultiSpeed(moved(dataset, turn, {100, -50, 20}));
@@ -160,7 +162,7 @@ TEST(DelayMultiSpeed, DoesNotDependOnWhereTheMachineStands) {
 
 TEST(DelayMultiSpeed, DoesNotDependOnTheOrderOfTheTouches) {
   std::mt19937_64 random{10};
-  const Dataset dataset = measure({}, random);
+  const Dataset dataset = measure(Scene{}, random);
   Dataset turned = dataset;
   for (auto& column : turned.tables[2].columns) std::ranges::reverse(column.values);
   const auto one = solveDelayMultiSpeed(dataset);
@@ -172,7 +174,7 @@ TEST(DelayMultiSpeed, DoesNotDependOnTheOrderOfTheTouches) {
 
 TEST(DelayMultiSpeed, GivesEqualDigitsForEqualData) {
   std::mt19937_64 random{11};
-  const Dataset dataset = measure({}, random);
+  const Dataset dataset = measure(Scene{}, random);
   EXPECT_EQ(valueOf(solveDelayMultiSpeed(dataset).value(), "tau_s"),
             valueOf(solveDelayMultiSpeed(dataset).value(), "tau_s"));
 }

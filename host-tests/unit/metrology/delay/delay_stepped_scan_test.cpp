@@ -25,33 +25,27 @@ using testing::Gt;
 using testing::Lt;
 
 #ifdef __SANITIZE_ADDRESS__
-constexpr int kTrials = 20;
+constexpr int kScanTrials = 20;
 #else
-constexpr int kTrials = 80;
+constexpr int kScanTrials = 80;
 #endif
 
-double tauOf(const Dataset& dataset) {
-  const auto solved = solve(dataset);
-  EXPECT_TRUE(solved.ok()) << solved.error().reason;
-  return solved.ok() ? solved->find("tau_s")->value() : std::nan("");
-}
-
-struct Setting {
+struct ScanSetting {
   std::string name;
   std::function<void(ScanScene&)> change;
   double least_efficiency{0.85};  // against (A17b), which knows of neither jitter nor lost samples
 };
 
-std::vector<Setting> settings();
+std::vector<ScanSetting> settings();
 
 // Adds to what all settings have in common.
-void tryOut(const Setting& setting, Moments& all) {
+void tryOut(const ScanSetting& setting, Moments& all) {
   SCOPED_TRACE(setting.name);
-  const double uncertainty = std::sqrt(2.0 / kTrials);
+  const double uncertainty = std::sqrt(2.0 / kScanTrials);
   std::mt19937_64 random{51};
   Moments tau;
   double bound = 0.0;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < kScanTrials; ++trial) {
     ScanScene scene;
     setting.change(scene);
     scene.tau_s = uniform(random, -0.008, 0.008);
@@ -75,38 +69,38 @@ TEST(DelayOverRandomScans, IsUnbiasedEfficientAndAsUncertainAsItSays) {
   expectHonest(all);
 }
 
-std::function<void(ScanScene&)> rates(double machine_hz, double probe_hz) {
+std::function<void(ScanScene&)> scanRates(double machine_hz, double probe_hz) {
   return [=](ScanScene& scene) {
     scene.machine_rate_hz = machine_hz;
     scene.probe_rate_hz = probe_hz;
   };
 }
 
-std::vector<Setting> settings() {
-  return {
-      Setting{"Usual", [](ScanScene&) {}},
-      Setting{"FastProbe", rates(500.0, 3000.0)},
-      Setting{"FastMachine", rates(2000.0, 300.0)},
-      Setting{"EqualRates", rates(700.0, 700.0)},
-      Setting{"OneSpeed", [](ScanScene& s) { s.speeds_mm_s = {40.0}; }},
-      Setting{"FiveTimesTheNoise",
-              [](ScanScene& s) {
-                s.machine_sigma_mm *= 5.0;
-                s.probe_sigma_mm *= 5.0;
-              },
-              0.75},
-      Setting{"NoisyMachine", [](ScanScene& s) { s.machine_sigma_mm *= 5.0; }, 0.75},
-      Setting{"LostSamples", [](ScanScene& s) { s.lost_share = 0.05; }, 0.75},
-      Setting{"Jitter", [](ScanScene& s) { s.stamp_jitter_s = 2e-5; }, 0.65},
-      Setting{"CoarseEncoder", [](ScanScene& s) { s.machine_resolution_mm = 0.001; }, 0.65},
-      Setting{"SmallSphere",
-              [](ScanScene& s) {
-                s.sphere_mm = 8.0;
-                s.outer_mm = 7.85;
-                s.inner_mm = 7.7;
-                s.speeds_mm_s = {10.0, 15.0};
-              }},
-      Setting{"CoupledGain", [](ScanScene& s) { s.gain << .98, .01, -.005, -.012, 1.03, .004, .006, -.008, 1.01; }}};
+std::vector<ScanSetting> settings() {
+  return {ScanSetting{"Usual", [](ScanScene&) {}},
+          ScanSetting{"FastProbe", scanRates(500.0, 3000.0)},
+          ScanSetting{"FastMachine", scanRates(2000.0, 300.0)},
+          ScanSetting{"EqualRates", scanRates(700.0, 700.0)},
+          ScanSetting{"OneSpeed", [](ScanScene& s) { s.speeds_mm_s = {40.0}; }},
+          ScanSetting{"FiveTimesTheNoise",
+                      [](ScanScene& s) {
+                        s.machine_sigma_mm *= 5.0;
+                        s.probe_sigma_mm *= 5.0;
+                      },
+                      0.75},
+          ScanSetting{"NoisyMachine", [](ScanScene& s) { s.machine_sigma_mm *= 5.0; }, 0.75},
+          ScanSetting{"LostSamples", [](ScanScene& s) { s.lost_share = 0.05; }, 0.75},
+          ScanSetting{"Jitter", [](ScanScene& s) { s.stamp_jitter_s = 2e-5; }, 0.65},
+          ScanSetting{"CoarseEncoder", [](ScanScene& s) { s.machine_resolution_mm = 0.001; }, 0.65},
+          ScanSetting{"SmallSphere",
+                      [](ScanScene& s) {
+                        s.sphere_mm = 8.0;
+                        s.outer_mm = 7.85;
+                        s.inner_mm = 7.7;
+                        s.speeds_mm_s = {10.0, 15.0};
+                      }},
+          ScanSetting{"CoupledGain",
+                      [](ScanScene& s) { s.gain << .98, .01, -.005, -.012, 1.03, .004, .006, -.008, 1.01; }}};
 }
 
 ScanScene withoutNoise() {
@@ -203,7 +197,7 @@ TEST(DelaySteppedScan, DoesNotDependOnWhereAndWhenTheMachineStands) {
 // What comes earlier in the stamps goes into the answer one to one, and a previous delay is added.
 TEST(DelaySteppedScan, FollowsTheStampsAndAddsThePreviousDelay) {
   std::mt19937_64 random{55};
-  Dataset dataset = measure({}, random);
+  Dataset dataset = measure(ScanScene{}, random);
   const double tau = tauOf(dataset);
   for (double& time : columnNamed(dataset, "machine", "t_s")) time -= 0.003;
   EXPECT_NEAR(tauOf(dataset), tau - 0.003, 1e-8);
@@ -217,7 +211,7 @@ TEST(DelaySteppedScan, FollowsTheStampsAndAddsThePreviousDelay) {
 TEST(DelaySteppedScan, MayComeFromAProbeThatDoesNotTouch) {
   std::mt19937_64 random{61};
   Moments tau;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < kScanTrials; ++trial) {
     const ScanScene scene;
     Dataset dataset = measure(scene, random);
     Table& probe = tableNamed(dataset, "probe");
@@ -243,7 +237,7 @@ TEST(DelaySteppedScan, LeavesOutGapsAndSpikes) {
   std::mt19937_64 random{56};
   for (const auto* stream : {"machine", "probe"}) {
     Moments tau;
-    for (int trial = 0; trial < kTrials; ++trial) {
+    for (int trial = 0; trial < kScanTrials; ++trial) {
       const ScanScene scene;
       Dataset dataset = measure(scene, random);
       const double from = uniform(random, 0.2, 1.2);
@@ -315,7 +309,7 @@ TEST(DelaySteppedScan, IsRefusedWhenTheWindowDoesNotSuit) {
 
 TEST(DelaySteppedScan, IsRefusedWhenTheRecordIsBad) {
   std::mt19937_64 random{58};
-  const Dataset good = measure({}, random);
+  const Dataset good = measure(ScanScene{}, random);
   const auto refusal = [&](const std::function<void(Dataset&)>& damage) {
     Dataset dataset = good;
     damage(dataset);
@@ -347,7 +341,7 @@ TEST(DelaySteppedScan, IsRefusedWhenTheRecordIsBad) {
 
 TEST(DelaySteppedScan, IsRefusedWhenTheTipSlips) {
   std::mt19937_64 random{59};
-  Dataset dataset = measure({}, random);
+  Dataset dataset = measure(ScanScene{}, random);
   const auto& times = columnNamed(dataset, "probe", "t_s");
   for (std::size_t k = 0; k < times.size(); ++k) {
     columnNamed(dataset, "probe", "a")[k] *= 1.0 + 0.1 * std::sin(40.0 * times[k]);

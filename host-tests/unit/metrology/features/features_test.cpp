@@ -7,6 +7,7 @@
 
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/fisher.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -14,8 +15,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct Round {
   Vector2d centre{12.0, -7.0};

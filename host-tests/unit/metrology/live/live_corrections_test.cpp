@@ -11,6 +11,7 @@
 #include "firmware/metrology/live/swivel_correction.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/support/no_alloc.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -18,8 +19,6 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 using Row1 = AngleTable<1>::Row;
 

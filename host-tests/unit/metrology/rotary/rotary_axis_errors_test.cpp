@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <numbers>
 
 #include "firmware/metrology/fit/rigid_motion.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/fisher.hpp"
+#include "protocol/units/angle.hpp"
+#include "turned.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -21,13 +22,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using testing::Contains;
 using testing::HasSubstr;
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
-
-Matrix3d turned(const Vector3d& rotation) {
-  const double angle = rotation.norm();
-  return angle == 0.0 ? Matrix3d::Identity() : AngleAxisd{angle, rotation / angle}.toRotationMatrix();
-}
 
 struct Plate {
   std::vector<Vector3d> balls;

@@ -3,10 +3,11 @@
 #include <array>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <numbers>
 
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/angle.hpp"
+#include "turned.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -14,16 +15,6 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
-
-Vector3d anywhere(std::mt19937_64& random, double size) {
-  return {uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
-}
-
-Matrix3d turned(const Vector3d& rotation) {
-  return AngleAxisd{rotation.norm(), rotation.normalized()}.toRotationMatrix();
-}
 
 struct Bench {
   std::vector<Vector3d> balls;   // as they are, in the plate's frame

@@ -5,21 +5,15 @@
 #include <array>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <numbers>
 
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
-
-Vector3d anywhere(std::mt19937_64& random, double size) {
-  return {uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
-}
 
 // Three sensors that look along their own directions at a ball, in volts.
 struct Sensors {

@@ -4,10 +4,10 @@
 #include <complex>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <numbers>
 
 #include "firmware/metrology/live/screw_model.hpp"
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -15,8 +15,6 @@ namespace {
 using testing::AllOf;
 using testing::Gt;
 using testing::Lt;
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 // A screw whose temperature rises by some degrees everywhere, and whose end face is not plane.
 struct Screw {

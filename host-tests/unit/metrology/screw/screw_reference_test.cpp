@@ -3,10 +3,10 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <numbers>
 #include <vector>
 
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -14,7 +14,6 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kReading_um = 12.5;
 
 struct Rest {

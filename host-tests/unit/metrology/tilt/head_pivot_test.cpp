@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -12,9 +13,7 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
-struct Head {
+struct PivotedHead {
   Vector3d axis{0, 1, 0};
   Vector3d pivot{-0.04, 0, -132.0};  // from the moving reference
   Vector3d tip{-0.17, 0, 100.0};     // spindle axis at the stylus' length, from the moving reference, at B = 0
@@ -31,7 +30,7 @@ TEST(HeadPivot, ReachesTheBoundAndStatesItsUncertainty) {
   std::mt19937_64 random{4};
   Judgement judgement;
   for (int trial = 0; trial < 600; ++trial) {
-    Head head;
+    PivotedHead head;
     head.axis.y() = trial % 3 == 0 ? -1.0 : 1.0;
     head.pivot = {uniform(random, -.1, .1), 0, uniform(random, -200, -80)};
     const double sigma = uniform(random, 3e-4, 3e-3);

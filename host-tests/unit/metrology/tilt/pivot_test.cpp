@@ -2,20 +2,18 @@
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <numbers>
 #include <rapidcheck/gtest.h>
 
 #include "firmware/metrology/tilt/pivot_axis.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/fisher.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct Tilting {
   Vector3d axis{1, 0, 0};          // machine axis that the control knows

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::array<std::array<double, 3>, 5> kSides{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}}};
-constexpr double kSpeed_mm_s = 40, kRadius_mm = 15;
+constexpr double kApproach_mm_s = 40, kBall_mm = 15;
 
 struct Run {
   std::vector<SwitchedTouch> touches;
@@ -28,13 +28,13 @@ Run touchedWith(double jitter_s, double switch_sd_mm, std::mt19937_64& random) {
     for (const auto& side : kSides) {
       const double in_s = jitter_s * normal(random), out_s = jitter_s * normal(random);
       const double in_mm = switch_sd_mm * normal(random), out_mm = switch_sd_mm * normal(random);
-      const double off_mm = (kSpeed_mm_s * (out_s - in_s) - in_mm - out_mm) / 2;
+      const double off_mm = (kApproach_mm_s * (out_s - in_s) - in_mm - out_mm) / 2;
       const Vector3d n{side.data()};
       run.touches.push_back({.normal = n,
-                             .at_mm = (kRadius_mm + off_mm) * n,
+                             .at_mm = (kBall_mm + off_mm) * n,
                              .sd_mm = 1e-6,
-                             .speed_mm_s = kSpeed_mm_s,
-                             .late_s = 5e-4 + (in_s + out_s) / 2 + (in_mm - out_mm) / (2 * kSpeed_mm_s)});
+                             .speed_mm_s = kApproach_mm_s,
+                             .late_s = 5e-4 + (in_s + out_s) / 2 + (in_mm - out_mm) / (2 * kApproach_mm_s)});
       run.reading.push_back(reading);
     }
   }

@@ -9,6 +9,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -17,7 +18,6 @@ using Eigen::AngleAxisd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kSigma = 0.001;
 
 // How an answer follows when all positions move by v.
