@@ -12,5 +12,7 @@ pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3>=3.40)
 pkg_check_modules(TOMLPP REQUIRED IMPORTED_TARGET tomlplusplus>=3.2)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd>=252)
 pkg_check_modules(NCURSES REQUIRED IMPORTED_TARGET ncursesw>=6.3)
+# Its macros (_DEFAULT_SOURCE, _XOPEN_SOURCE) are implied in C++, and what is precompiled without them serves nobody who has them.
+set_target_properties(PkgConfig::NCURSES PROPERTIES INTERFACE_COMPILE_OPTIONS "")
 # Debian compiles toml++ into a shared library; the header-only form asserts on some bytes.
 target_compile_definitions(PkgConfig::TOMLPP INTERFACE TOML_HEADER_ONLY=0)

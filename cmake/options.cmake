@@ -18,7 +18,9 @@ target_compile_options(probebox_compile_options INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wnon-virtual-dtor -Wold-style-cast
   -Woverloaded-virtual -Wcast-align -Wimplicit-fallthrough
   # Same events, same bytes: no fused multiply-add that one machine has and another lacks.
-  -ffp-contract=off)
+  -ffp-contract=off
+  # Of all or of none: what is precompiled serves no source that a library of its own gives this option (GLib of Debian 13).
+  -pthread)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # g++ 12 reports false overflows and uninitialised reads inside std::vector, std::variant and Eigen at -O2.
   target_compile_options(probebox_compile_options INTERFACE

@@ -12,6 +12,15 @@
 # names are then unique in a room, also those in unnamed namespaces. tools/setup/alone finds what a source then forgot to include.
 set_property(GLOBAL PROPERTY PROBEBOX_ROOMS "")
 
+# What most sources include of the standard library and Eigen is compiled once for all rooms. Headers of the house are not in it:
+# they would be seen from everywhere.
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "")
+add_library(probebox_precompiled STATIC ${CMAKE_BINARY_DIR}/precompiled.cpp)
+target_link_libraries(probebox_precompiled PRIVATE probebox_compile_options Eigen3::Eigen)
+target_precompile_headers(probebox_precompiled PRIVATE
+  <Eigen/Geometry> <algorithm> <array> <charconv> <chrono> <cmath> <functional> <map> <memory> <numeric> <optional> <random>
+  <span> <sstream> <string> <string_view> <utility> <variant> <vector>)
+
 function(probebox_room room)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "EXCEPT;SOURCES;ARROWS;LIBRARIES;PRIVATE_LIBRARIES")
   if(arg_UNPARSED_ARGUMENTS)
@@ -39,6 +48,7 @@ function(probebox_room room)
     add_library(probebox_${name} STATIC ${arg_SOURCES})
     target_link_libraries(probebox_${name} PUBLIC ${arrows} ${arg_LIBRARIES}
                           PRIVATE probebox_compile_options ${arg_PRIVATE_LIBRARIES})
+    target_precompile_headers(probebox_${name} REUSE_FROM probebox_precompiled)
     set(scope PUBLIC)
   else()
     add_library(probebox_${name} INTERFACE)

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <utility>
 
 namespace probebox::metrology {
 namespace {
@@ -13,7 +14,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 using Pivoted = Eigen::ColPivHouseholderQR<MatrixXd>;
-using Plain = Eigen::HouseholderQR<MatrixXd>;
 using PlainInPlace = Eigen::HouseholderQR<Eigen::Ref<MatrixXd>>;
 using Svd = Eigen::JacobiSVD<MatrixXd>;
 using Eigensolver = Eigen::SelfAdjointEigenSolver<MatrixXd>;
@@ -42,8 +42,9 @@ FactoredSolution solveInPlace(MatrixXd& rows, const VectorXd& values) {
 }
 
 FactoredSolution solveRefined(const MatrixXd& rows, const VectorXd& values) {
-  const Plain qr{rows};
-  FactoredSolution result{qr.solve(values), upperOf(qr.matrixQR())};
+  MatrixXd packed = rows;
+  const PlainInPlace qr{packed};
+  FactoredSolution result{qr.solve(values), upperOf(packed)};
   const VectorXd left = values - rows * result.solution;
   result.solution += VectorXd{qr.solve(left)};
   return result;
@@ -56,11 +57,13 @@ MatrixXd inverseOfUpper(const MatrixXd& upper) {
 }
 
 MatrixXd orthonormalColumns(const MatrixXd& columns) {
-  return Plain{columns}.householderQ() * MatrixXd::Identity(columns.rows(), columns.cols());
+  MatrixXd packed = columns;
+  return PlainInPlace{packed}.householderQ() * MatrixXd::Identity(columns.rows(), columns.cols());
 }
 
 MatrixXd complementOf(const VectorXd& direction) {
-  const MatrixXd basis = Plain{direction}.householderQ();
+  MatrixXd packed = direction;
+  const MatrixXd basis = PlainInPlace{packed}.householderQ();
   return basis.rightCols(direction.size() - 1);
 }
 
@@ -77,13 +80,13 @@ std::optional<MatrixXd> solveInvertible(const MatrixXd& matrix, const MatrixXd& 
 }
 
 VectorXd solutionOf(const MatrixXd& matrix, const VectorXd& right) {
-  return Eigen::FullPivLU<MatrixXd>{matrix}.solve(right);
+  return solveSquare(matrix, right);
 }
 
 std::optional<VectorXd> solutionIfInvertible(const MatrixXd& matrix, const VectorXd& right) {
-  const Eigen::FullPivLU<MatrixXd> lu{matrix};
-  if (!lu.isInvertible()) return std::nullopt;
-  return VectorXd{lu.solve(right)};
+  auto solution = solveInvertible(matrix, right);
+  if (!solution) return std::nullopt;
+  return VectorXd{std::move(*solution)};
 }
 
 MatrixXd solveCholesky(const MatrixXd& normal, const MatrixXd& right) {
