@@ -32,4 +32,13 @@ std::vector<Estimate> valuesAbout(const Result& result, std::string_view subject
   return found.empty() ? result.estimates : found;
 }
 
+std::string unitOfRms(const Result& result) {
+  constexpr std::array<std::string_view, 4> kUnits{"mm", "um", "rad", "units of the sensors"};
+  if (!result.residuals.unit.empty()) return result.residuals.unit;
+  for (const auto unit : kUnits) {
+    if (result.design_per.ends_with(", " + std::string{unit})) return std::string{unit};
+  }
+  return "mm";
+}
+
 }  // namespace probebox::metrology

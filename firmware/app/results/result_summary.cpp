@@ -106,7 +106,7 @@ messages::ResultSummary summaryOf(const store::Record& record) {
     std::erase_if(others.estimates, isListed);
     appendAll(others, record.binding.subject, summary.values);
     summary.rms = result->rms;
-    summary.rms_unit = result->residuals.unit.empty() ? "mm" : result->residuals.unit;
+    summary.rms_unit = metrology::unitOfRms(*result);
     summary.dof = static_cast<std::uint32_t>(result->dof);
     summary.condition = result->condition;
     summary.chi2_reduced = result->chi2_reduced.value_or(0.0);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "firmware/metrology/fit/noise_check.hpp"
+#include "firmware/metrology/subject_values.hpp"
 #include "protocol/units/wording.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
@@ -74,9 +75,9 @@ std::string shareOf(const Contribution& contribution, const Result& result) {
 }
 
 std::string fitOf(const Result& result) {
-  const std::string unit = result.residuals.unit.empty() ? "" : " " + result.residuals.unit;
-  std::string all = printed("\n  residual rms %.3g%s, %zu degrees of freedom, condition %.3g", result.rms, unit.c_str(),
-                            result.dof, result.condition);
+  const std::string unit = metrology::unitOfRms(result);
+  std::string all = printed("\n  residual rms %.3g %s, %zu degrees of freedom, condition %.3g", result.rms,
+                            unit.c_str(), result.dof, result.condition);
   if (result.chi2_reduced) all += "\n  " + casefolder::chiSquareText(result);
   for (const auto& dropped : result.dropped) all += "\n  left out: " + dropped.name + ": " + dropped.reason;
   return all;

@@ -71,6 +71,10 @@ TEST(SummaryOfAResult, HasTheUnitOfItsResiduals) {
   record.content = result;
   EXPECT_EQ(summaryOf(record).rms_unit, "um");
   result.residuals.unit = "";
+  result.design_per = "one reading of the sensor, um";
+  record.content = result;
+  EXPECT_EQ(summaryOf(record).rms_unit, "um") << "the store has no residuals";
+  result.design_per = "";
   record.content = result;
   EXPECT_EQ(summaryOf(record).rms_unit, "mm") << "of a version that did not say: it had no other";
 }
