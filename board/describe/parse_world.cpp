@@ -70,6 +70,7 @@ WorldProbe readProbe(Section section) {
   probe.bounce_mm = section.number("bounce_mm", {0, 10}, 0.0);
   probe.bounce_decay_s = section.number("bounce_decay_s", {1e-5, 1}, 0.005);
   probe.dropout_probability = section.number("dropout_probability", kProbability, 0.0);
+  probe.friction = section.number("friction", {0, 0.5}, 0.08);
   section.finish();
   return probe;
 }

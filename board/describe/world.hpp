@@ -76,6 +76,7 @@ struct WorldProbe {
   double bounce_mm{};  // first amplitude of the stylus' bounce at contact and at release
   double bounce_decay_s{};
   double dropout_probability{};  // per sample
+  double friction{};             // coefficient, while the stylus slides
 };
 
 // A touch-trigger probe instead of the scanning one. Pre-travel is the travel of the body from contact until the switch

@@ -32,6 +32,7 @@ ProbeConfig probeOf(const board::WorldProbe& described) {
   probe.range_mm = described.range_mm;
   probe.bounce_mm = described.bounce_mm;
   probe.bounce_decay_s = described.bounce_decay_s;
+  probe.friction = described.friction;
   probe.dropout_probability = described.dropout_probability;
   probe.trigger_line = true;  // the emulated box has a line for it
   return probe;

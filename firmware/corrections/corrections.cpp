@@ -369,7 +369,9 @@ void Corrections::describeRotary(MonoTime now) {
                    .error_mm = says ? swivel_.held().value() : Vector{},
                    .tool = tool_.number(),
                    .has_tool_length = tool_.length_mm().has_value(),
-                   .tool_length_mm = tool_.length_mm().value_or(0)};
+                   .tool_length_mm = tool_.length_mm().value_or(0),
+                   .tool_length_from = tool_.lengthFrom(),
+                   .tool_length_result = tool_.lengthResult()};
 }
 
 // Where no source needs any, all axes count.

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
 
 namespace probebox::corrections {
@@ -16,6 +17,7 @@ inline constexpr std::size_t kMostMeasuredTools = 99;
 struct ToolLength {
   std::uint32_t number{};
   double length_mm{};
+  std::uint64_t result_id{};  // the assembly in force that says so; 0: none does
 };
 
 // The tools described in machine.toml.
@@ -33,7 +35,7 @@ class ToolInSpindle {
     if (!pose.has_tool) return;
     number_ = pose.tool;
     told_mm_ = pose.tool_length_mm;
-    length_mm_ = lengthNow();
+    known_ = lengthNow();
   }
   // A measured length replaces the described one, and never one that the controller sends.
   void activate(const ToolLengthActivated& activated) {
@@ -41,23 +43,32 @@ class ToolInSpindle {
     while (place < measured_count_ && measured_[place].number != activated.tool) ++place;
     if (place == measured_.size()) return;
     measured_count_ = std::max(measured_count_, place + 1);
-    measured_[place] = {.number = activated.tool, .length_mm = activated.result_id != 0 ? activated.length_mm : 0};
-    length_mm_ = lengthNow();
+    measured_[place] = {.number = activated.tool,
+                        .length_mm = activated.result_id != 0 ? activated.length_mm : 0,
+                        .result_id = activated.result_id};
+    known_ = lengthNow();
   }
 
   std::uint32_t number() const { return number_; }  // 0: no tool
   // nullopt without a tool, or when neither controller, a result in force nor machine.toml gives its length.
-  std::optional<double> length_mm() const { return length_mm_; }
+  std::optional<double> length_mm() const { return known_ ? std::optional{known_->length_mm} : std::nullopt; }
+  published::LengthFrom lengthFrom() const {
+    using enum published::LengthFrom;
+    if (!known_) return nobody;
+    if (known_->result_id != 0) return result;
+    return told_mm_ > 0 ? controller : description;
+  }
+  std::uint64_t lengthResult() const { return known_ ? known_->result_id : 0; }
 
  private:
-  std::optional<double> lengthNow() const {
+  std::optional<ToolLength> lengthNow() const {
     if (number_ == 0) return std::nullopt;
-    if (told_mm_ > 0) return told_mm_;
+    if (told_mm_ > 0) return ToolLength{.number = number_, .length_mm = told_mm_};
     using Lengths = std::span<const ToolLength>;
     for (const auto known :
          {Lengths{measured_}.first(measured_count_), Lengths{config_.lengths}.first(config_.count)}) {
       const auto found = std::ranges::find(known, number_, &ToolLength::number);
-      if (found != known.end() && found->length_mm > 0) return found->length_mm;
+      if (found != known.end() && found->length_mm > 0) return *found;
     }
     return std::nullopt;
   }
@@ -67,7 +78,7 @@ class ToolInSpindle {
   std::size_t measured_count_{};
   std::uint32_t number_{};
   double told_mm_{};  // by the controller; 0: it leaves it to the box
-  std::optional<double> length_mm_;
+  std::optional<ToolLength> known_;
 };
 
 }  // namespace probebox::corrections

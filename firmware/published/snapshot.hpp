@@ -135,6 +135,9 @@ struct RotaryAxisState {
   std::array<double, 6> sd_errors{};  // largest standard deviation (k = 1) of all angles
 };
 
+// Who says how long the tool is.
+enum class LengthFrom : std::uint8_t { nobody = 0, description = 1, result = 2, controller = 3 };
+
 // The swivelling head and the tool in it.
 struct SwivelState {
   std::uint64_t result_id{};  // result in force; 0: none
@@ -142,6 +145,8 @@ struct SwivelState {
   std::uint32_t tool{};       // as told last, 0 for none
   bool has_tool_length{};
   double tool_length_mm{};
+  LengthFrom tool_length_from{};
+  std::uint64_t tool_length_result{};  // the assembly in force that says so; 0: another source does
 };
 
 enum class CalibrationState : std::uint16_t {

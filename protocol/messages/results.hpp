@@ -57,6 +57,9 @@ struct ResultSummary {
   std::uint32_t value_count{};
   std::vector<RestsOn> rests_on{};
   std::string as_this_machine_by{};
+  std::uint32_t about_count{};
+  std::string why_not_in_force{};
+  std::string rms_unit{};
   static constexpr void fields(auto& self, auto&& field) {
     field("id", self.id, "of the result, never used twice");
     field("state", self.state, "0 proposed, 1 accepted, 2 active, 3 retired");
@@ -68,7 +71,7 @@ struct ResultSummary {
     field("machine", self.machine, "the machine that the result is bound to");
     field("mounting", self.mounting, "the mounting that the result is bound to");
     field("values", self.values, "what was found");
-    field("rms", self.rms, "root mean square of the residuals, mm");
+    field("rms", self.rms, "root mean square of the residuals, in rms_unit");
     field("dof", self.dof, "degrees of freedom");
     field("condition", self.condition, "condition number of the solved system");
     field("chi2_reduced", self.chi2_reduced, "near 1 when the residuals are as large as stated");
@@ -84,6 +87,14 @@ struct ResultSummary {
     field("as_this_machine_by", self.as_this_machine_by,
           "who said that its case, which does not name probe, machine and mounting, was measured here; since protocol "
           "1.2");
+    field("about_count", self.about_count,
+          "so many of its values, the first, are about the subject; the same readings gave the others; since protocol "
+          "1.2");
+    field("why_not_in_force", self.why_not_in_force,
+          "why this box, as it is described now, cannot have it in force, whatever its state; empty where it can, and "
+          "for one that is retired; since protocol 1.2");
+    field("rms_unit", self.rms_unit,
+          "unit of rms: mm, um, rad; empty from a box that does not say; since protocol 1.2");
   }
 };
 
@@ -226,11 +237,13 @@ struct RollbackResult {
     std::uint64_t retired_id{};
     std::uint64_t active_id{};
     bool withdrawn{};
+    std::vector<std::string> notes{};
     static constexpr void fields(auto& self, auto&& field) {
       field("subject", self.subject, "what was asked about");
       field("retired_id", self.retired_id, "the result that is retired now; 0 for none");
       field("active_id", self.active_id, "the result that came back into force; 0: none about the subject is in force");
       field("withdrawn", self.withdrawn, "1 when the retired result only waited: nothing in force has changed");
+      field("notes", self.notes, "what a person should know about the effect; since protocol 1.2");
     }
   };
 };

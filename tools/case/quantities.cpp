@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdio>
 
+#include "firmware/metrology/subject_values.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::casefolder {
@@ -29,6 +30,8 @@ constexpr auto kByAxis = std::to_array<ByAxis>({{"tau_axis_s", "XYZ"},
                                                 {"tilt_rad", "ABC"},
                                                 {"A_tilt_rad", "XY"},
                                                 {"C_tilt_rad", "XY"},
+                                                {"Z_slide_rad", "XY"},
+                                                {"link_mm", "XY"},
                                                 {"mount_t_mm", "XYZ"},
                                                 {"axis_point_mm", "XYZ"},
                                                 {"axis_direction", "XYZ"},
@@ -123,6 +126,12 @@ std::vector<Quantity> quantitiesOf(const metrology::Result& result, std::string_
     }
   }
   return all;
+}
+
+std::vector<Quantity> quantitiesAbout(const metrology::Result& result, std::string_view subject) {
+  auto about = result;
+  about.estimates = metrology::valuesAbout(result, subject);
+  return quantitiesOf(about, rotaryAxisOf(subject));
 }
 
 std::string rotaryAxisOf(std::string_view subject) {

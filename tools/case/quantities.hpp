@@ -23,6 +23,9 @@ struct Quantity {
 // ISO 230: EXC to ECC at an angle, XOC and AOC for its location.
 std::vector<Quantity> quantitiesOf(const metrology::Result& result, std::string_view axis = {});
 
+// Those that are about the subject (metrology::valuesAbout).
+std::vector<Quantity> quantitiesAbout(const metrology::Result& result, std::string_view subject);
+
 // Name and unit of one such key.
 Label quantityLabel(const std::string& key, std::string_view axis = {});
 

@@ -62,7 +62,8 @@ Label labelOf(const std::string& key) {
   }
   const auto ends = [&](std::string_view suffix) { return key.ends_with(suffix); };
   const auto without = [&](std::string_view suffix) { return key.substr(0, key.size() - suffix.size()); };
-  const bool rotation = ends("tilt_rad") || key == "position_dependent_rad" || key.starts_with("lean");
+  const bool rotation =
+      ends("tilt_rad") || key == "Z_slide_rad" || key == "position_dependent_rad" || key.starts_with("lean");
   if (ends("_mm_s")) return {without("_mm_s"), "mm/s", 1.0};
   if (ends("_um_s")) return {without("_um_s"), "um/s", 1.0};
   if (ends("_mm")) return isSmall(key) ? Label{without("_mm"), "um", 1e3} : Label{without("_mm"), "mm", 1.0};

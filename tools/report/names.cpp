@@ -20,6 +20,10 @@ constexpr std::string_view kSixErrors = "six_errors";
 constexpr std::array<std::string_view, 6> kErrorNames{"EX", "EY", "EZ", "EA", "EB", "EC"};
 constexpr std::array<std::string_view, 3> kAxes{"X", "Y", "Z"};
 constexpr std::array<std::string_view, 3> kTurns{"A", "B", "C"};
+constexpr std::array<std::string_view, 3> kChannels{"a", "b", "c"};
+constexpr std::array<std::string_view, 4> kTerms{"sin B", "L sin B", "1 - cos B", "L (1 - cos B)"};
+constexpr std::string_view kGainMatrix = "gain_matrix", kSensorMatrix = "sensor_matrix";
+constexpr std::string_view kSwivelTerms = "swivel_terms_mm", kLeftByAngle = "left_by_angle_mm";
 
 std::string angleText(double angle_rad) {
   return shortly(std::round(degrees(angle_rad) * 1e4) / 1e4, 6) + " deg";
@@ -76,6 +80,9 @@ std::string rowName(const Subject& subject, const Estimate& estimate, std::size_
       row < length->size()) {
     return "B = " + shortly((*swivel)[row], 6) + " deg, L = " + shortly((*length)[row], 6) + " mm";
   }
+  if ((estimate.key == kSwivelTerms || estimate.key == kGainMatrix) && row < kAxes.size())
+    return std::string{kAxes[row]};
+  if (estimate.key == kSensorMatrix) return "sensor " + std::to_string(row + 1);
   return std::to_string(row + 1);
 }
 
@@ -83,7 +90,11 @@ std::string columnName(const Subject& subject, const Estimate& estimate, std::si
   if (estimate.key == kSixErrors) return std::string{kErrorNames[column % kErrorNames.size()]} + axisLetter(subject);
   if (estimate.key == "position_dependent_mm") return std::string{kErrorNames[column % 3]} + axisLetter(subject);
   if (estimate.key == "position_dependent_rad") return std::string{kErrorNames[3 + column % 3]} + axisLetter(subject);
-  if (estimate.columns == 3 && estimate.key.ends_with("_mm")) return std::string{kAxes[column]};
+  if (estimate.key == kSwivelTerms && column < kTerms.size()) return std::string{kTerms[column]};
+  if (estimate.key == kLeftByAngle && column <= kAxes.size()) return column == 0 ? "B" : std::string{kAxes[column - 1]};
+  if (estimate.key == kGainMatrix && column < kChannels.size()) return "channel " + std::string{kChannels[column]};
+  const bool by_axis = estimate.key.ends_with("_mm") || estimate.key == kSensorMatrix;
+  if (estimate.columns == 3 && by_axis) return std::string{kAxes[column]};
   return "column " + std::to_string(column + 1);
 }
 
@@ -105,6 +116,8 @@ std::string titleOf(const Estimate& estimate) {
   if (estimate.key == "position_dependent_mm") return "position-dependent part of the translations";
   if (estimate.key == "position_dependent_rad") return "position-dependent part of the rotations";
   if (estimate.key == "error_at_queries_mm") return "error of the head at the queried angles";
+  if (estimate.key == kSwivelTerms) return "terms of the error of the head, L the length of the tool";
+  if (estimate.key == kLeftByAngle) return "left at each angle";
   return spaced(casefolder::labelOf(estimate.key).name);
 }
 
@@ -112,6 +125,11 @@ Label unitOf(const Estimate& estimate, std::size_t k) {
   if (estimate.key == kSixErrors) {
     return k % kErrorNames.size() < 3 ? Label{estimate.key, "um", 1e3} : Label{estimate.key, "urad", 1e6};
   }
+  if (estimate.key == kLeftByAngle)
+    return k % estimate.columns == 0 ? Label{estimate.key, "deg", 1} : Label{estimate.key, "um", 1e3};
+  // mm, and mm per mm of the tool.
+  if (estimate.key == kSwivelTerms)
+    return k % 2 == 0 ? Label{estimate.key, "um", 1e3} : Label{estimate.key, "um/m", 1e6};
   return casefolder::labelOf(estimate.key);
 }
 

@@ -1,6 +1,7 @@
 #include "tools/report/sections.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -107,12 +108,26 @@ std::string numbersOf(const Estimate& estimate) {
     const auto u = combinedOf(estimate, k);
     const bool new_row = estimate.shape == Shape::matrix && k % estimate.columns == 0;
     values += k == 0 ? "" : new_row ? "; " : ", ";
-    // Without an uncertainty no more digits than a length of a metre has micrometres.
-    values += u ? valueDigits(unit, estimate.values[k], u) : shortly(estimate.values[k] * unit.factor, 7);
+    // Without an uncertainty no more digits than a length of a metre has micrometres, and what residuals have.
+    const bool of_residuals = estimate.key.find("rms") != std::string::npos;
+    values +=
+        u ? valueDigits(unit, estimate.values[k], u) : shortly(estimate.values[k] * unit.factor, of_residuals ? 3 : 7);
     if (u && *u > 0.0) values += " \u00b1 " + uncertaintyDigits(unit, *u);
   }
   if (shown < estimate.values.size()) values += " (the first " + std::to_string(shown) + " numbers)";
   return values;
+}
+
+// The model of a swivelling head.
+bool isModel(const Estimate& estimate) {
+  return estimate.key == "model" || estimate.key == "recommended_model";
+}
+
+std::string modelOf(const Estimate& estimate) {
+  constexpr std::array kModels{"sine", "rigid", "free"};
+  const double number = estimate.value();
+  return number >= 0 && number < static_cast<double>(kModels.size()) ? kModels[static_cast<std::size_t>(number)]
+                                                                     : shortly(number, 3);
 }
 
 // "EXC at 60 deg" of a component's key such as "six_errors[2][0]".
@@ -155,6 +170,12 @@ std::string furthestOff(const Result& result, double sd) {
          " sd";
 }
 
+// What readings scatter by: nobody reads micrometres as 9.856e-04 mm.
+std::string ofAReading(double value, const std::string& unit) {
+  if (unit == "mm") return shortly(1e3 * value, 3) + " um";
+  return shortly(value, 3) + (unit.empty() ? "" : " " + unit);
+}
+
 }  // namespace
 
 std::string heading(const Subject& subject) {
@@ -194,13 +215,13 @@ std::string budgetTable(const Result& result) {
 
 std::string residualsTable(const Result& result) {
   std::string text = "<h2>Residuals</h2>\n<table>\n";
-  const std::string unit = result.residuals.unit.empty() ? "" : " " + result.residuals.unit;
-  text += row("residual rms", shortly(result.rms, 4) + unit);
+  const auto& unit = result.residuals.unit;
+  text += row("residual rms", ofAReading(result.rms, unit));
   const auto sd = readingSd(result);
   if (sd)
-    text += row("sd of one reading", shortly(*sd, 4) + unit + (result.chi2_reduced ? "" : ", from these residuals"));
+    text += row("sd of one reading", ofAReading(*sd, unit) + (result.chi2_reduced ? "" : ", from these residuals"));
   if (sd && !result.residuals.values.empty() && result.dof > 0) text += row("furthest off", furthestOff(result, *sd));
-  text += row("degrees of freedom", std::to_string(result.dof));
+  text += row("degrees of freedom", std::to_string(result.dof) + ", of the sd");
   if (result.chi2_reduced) text += row("against the noise", casefolder::chiSquareText(result));
   return text + "</table>\n";
 }
@@ -248,10 +269,10 @@ std::string alsoTable(const Subject& subject) {
     if (isLongMatrix(estimate)) {
       tables += matrixTable(subject, estimate);
     } else {
-      rows += row(titleOf(estimate) + unitsOf(estimate), numbersOf(estimate));
+      rows += row(titleOf(estimate) + unitsOf(estimate), isModel(estimate) ? modelOf(estimate) : numbersOf(estimate));
     }
   }
-  if (!rows.empty()) rows = "<h2>Found on the way</h2>\n<table>\n" + rows + "</table>\n";
+  if (!rows.empty()) rows = "<h2>Found on the way (\u00b1 U, k = 2)</h2>\n<table>\n" + rows + "</table>\n";
   return rows + tables;
 }
 

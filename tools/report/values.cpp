@@ -48,7 +48,7 @@ std::string cell(const Estimate& estimate, std::size_t k) {
   const auto u = combinedOf(estimate, k);
   std::string text =
       "<td class=\"n\">" + titled("span", "", valueDigits(unit, estimate.values[k], u), estimate.values[k]);
-  if (u) text += titled("small", "", " \u00b1 " + uncertaintyDigits(unit, *u), 2.0 * *u);
+  if (u && *u > 0) text += titled("small", "", " \u00b1 " + uncertaintyDigits(unit, *u), 2.0 * *u);
   return text + "</td>";
 }
 

@@ -129,7 +129,8 @@ std::string ControlDesk::whereItStands(std::uint64_t result) const {
   const auto& in_force = with_.calibrations.inForce();
   if (in_force.isWaiting(result)) return " is accepted and waits for the end of the cut";
   const auto active = in_force.active();
-  return std::ranges::find(active, result) != active.end() ? " is in force" : " waits to be accepted";
+  if (std::ranges::find(active, result) != active.end()) return " is in force";
+  return in_force.wasAccepted(result) ? " is no longer in force" : " waits to be accepted";
 }
 
 Reply ControlDesk::describeProcedure(const box::State& state) const {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "firmware/app/results/result_values.hpp"
+#include "firmware/metrology/subject_values.hpp"
 
 namespace probebox::app {
 namespace {
@@ -16,17 +17,12 @@ namespace {
 constexpr std::size_t kMostValues = 60;  // what an answer of a link holds
 constexpr std::size_t kMostNamed = 6;    // of them in a sentence
 
-// The quantities of a subject; a result may hold others. The first stem that fits counts; others compare what they
-// promise.
+// What is compared where it is not valuesAbout() the subject. The first stem that fits counts.
 struct Quantities {
   std::string_view stem;
   std::array<std::string_view, 3> keys;
 };
 constexpr std::array kQuantities{
-    Quantities{"centreline", {"centre_mm", "C_tilt_rad", "Z_slide_rad"}},
-    Quantities{"tool-", {"tool_offset_mm", "", ""}},
-    Quantities{"setter", {"setter_mm", "link_mm", ""}},
-    Quantities{"spindle-offset", {"offset_C_minus_A_mm", "", ""}},
     Quantities{"spindle-tilt", {"A_tilt_rad", "", ""}},
     Quantities{"sensor-head-", {"sensor_matrix", "sensor_zero", ""}},
     Quantities{"swivel-", {"swivel_terms_mm", "", ""}},
@@ -54,7 +50,7 @@ std::vector<Estimate> quantitiesOf(const metrology::Result& result, const std::s
   }
   const auto listed =
       std::ranges::find_if(kQuantities, [&](const Quantities& each) { return subject.starts_with(each.stem); });
-  if (listed == kQuantities.end()) return result.estimates;
+  if (listed == kQuantities.end()) return metrology::valuesAbout(result, subject);
   std::vector<Estimate> found;
   for (const auto key : listed->keys) {
     if (const auto* estimate = key.empty() ? nullptr : result.find(key)) found.push_back(*estimate);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "firmware/app/results/result_values.hpp"
+#include "firmware/metrology/subject_values.hpp"
 
 namespace probebox::app {
 namespace {
@@ -94,8 +95,18 @@ messages::ResultSummary summaryOf(const store::Record& record) {
   summary.machine = record.binding.machine;
   summary.mounting = record.binding.mounting;
   if (const metrology::Result* result = record.result()) {
-    appendAll(*result, record.binding.subject, summary.values);
+    auto about = *result;
+    about.estimates = metrology::valuesAbout(*result, record.binding.subject);
+    appendAll(about, record.binding.subject, summary.values);
+    summary.about_count = static_cast<std::uint32_t>(summary.values.size());
+    const auto isListed = [&](const metrology::Estimate& each) {
+      return std::ranges::find(about.estimates, each.key, &metrology::Estimate::key) != about.estimates.end();
+    };
+    auto others = *result;
+    std::erase_if(others.estimates, isListed);
+    appendAll(others, record.binding.subject, summary.values);
     summary.rms = result->rms;
+    summary.rms_unit = metrology::unitOfRms(*result);
     summary.dof = static_cast<std::uint32_t>(result->dof);
     summary.condition = result->condition;
     summary.chi2_reduced = result->chi2_reduced.value_or(0.0);
@@ -178,6 +189,10 @@ messages::Corrections::Answer correctionsAnswer(const box::State& state, std::ve
       answer.centreline_calibrated &&
       std::ranges::find(in_use, "centreline-slide", &messages::ValueInUse::name) != in_use.end();
   answer.in_use = std::move(in_use);
+  if (swivel.tool != 0)
+    answer.in_use.push_back({.name = "length of tool " + std::to_string(swivel.tool),
+                             .source = static_cast<messages::ValueSource>(swivel.tool_length_from),
+                             .result_id = swivel.tool_length_result});
   return answer;
 }
 

@@ -114,6 +114,7 @@ Reply ResultsDesk::listResults(std::span<const std::byte> body) {
     auto summary = summaryOf(record);
     summary.waiting_for_cut = calibrations_.inForce().isWaiting(record.id);
     summary.as_this_machine_by = calibrations_.adoptedBy(record.id);
+    summary.why_not_in_force = calibrations_.inForce().whyNotInForce(record).value_or("");
     const auto rests_on = calibrations_.restsOn(record.id);
     if (!rests_on) return whyNot(rests_on.error());
     for (const auto& [id, subject, in_force] : *rests_on) summary.rests_on.push_back({id, subject, !in_force});
@@ -176,11 +177,13 @@ Reply ResultsDesk::rollBack(std::span<const std::byte> body, const board::Access
       request->id != 0 ? in_force.rollBack(request->id, request->by) : in_force.rollBack(request->subject, request->by);
   if (!changed) return whyNot(changed.error());
   sayWhenItIsTrue();
-  const auto& [retired, active] = *changed;
+  const auto& retired = changed->retired;
+  const auto& active = changed->active;
   return ok(messages::RollbackResult::Answer{.subject = (retired ? *retired : *active).binding.subject,
                                              .retired_id = retired ? retired->id : 0,
                                              .active_id = active ? active->id : 0,
-                                             .withdrawn = only_waited});
+                                             .withdrawn = only_waited,
+                                             .notes = changed->notes});
 }
 
 Reply ResultsDesk::history(std::span<const std::byte> body) {
@@ -238,6 +241,8 @@ Reply ResultsDesk::getResult(std::span<const std::byte> body) {
     document_.text = wants_dataset ? std::move(dataset).value() : documentOf(*record);
     answer.summary = summaryOf(*record);
     answer.summary.waiting_for_cut = calibrations_.inForce().isWaiting(record->id);
+    answer.summary.as_this_machine_by = calibrations_.adoptedBy(record->id);
+    answer.summary.why_not_in_force = calibrations_.inForce().whyNotInForce(*record).value_or("");
     answer.summary.values.clear();
     answer.summary.warnings.clear();
   }

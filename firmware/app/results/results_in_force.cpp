@@ -102,12 +102,28 @@ bool ResultsInForce::mayChange() const {
 
 std::optional<store::Failure> ResultsInForce::otherBinding(const store::Record& record) const {
   const auto& binding = record.binding;
-  if (binding == bindingFor(binding.subject)) return std::nullopt;
-  return store::Failure{
-      store::Reason::other_binding,
-      named(record.id) + " is for probe " + binding.probe_serial_number + " in " + binding.mounting + " of " +
-          binding.machine +
-          ", which differs from what this box describes now: correct the descriptions, or calibrate again."};
+  const auto here = bindingFor(binding.subject);
+  std::string was, is;
+  const auto compare = [&](const char* what, const std::string& one, const std::string& other) {
+    if (one == other) return;
+    was.append(was.empty() ? "" : ", ").append(what).append(" ").append(one);
+    is.append(is.empty() ? "" : ", ").append(other);
+  };
+  compare("probe", binding.probe_serial_number, here.probe_serial_number);
+  compare("machine", binding.machine, here.machine);
+  compare("mounting", binding.mounting, here.mounting);
+  if (was.empty()) return std::nullopt;
+  return store::Failure{store::Reason::other_binding, named(record.id) + " is for " + was +
+                                                          ", and this box describes " + is +
+                                                          " now: correct the descriptions, or calibrate again."};
+}
+
+std::optional<std::string> ResultsInForce::whyNotInForce(const store::Record& record) const {
+  if (record.state == store::State::retired) return std::nullopt;
+  if (const auto other = otherBinding(record)) return other->what;
+  if (record.result() == nullptr) return std::nullopt;
+  const auto told = fitActivation(record);
+  return told ? std::nullopt : std::optional{told.error().what};
 }
 
 std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& record) const {
@@ -141,6 +157,10 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
     return accepted.error();
   }
   record = std::move(*accepted);
+  {
+    const std::lock_guard lock{mutex_};
+    once_accepted_.insert(id);
+  }
   readStore();
   if (was_active || record.state != store::State::active) return compared;
   tell(record);
@@ -161,7 +181,7 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(store::Id id, const std::str
     auto withdrawn = store_.withdraw(id, by, utcNow());
     readStore();
     if (!withdrawn) return withdrawn.error();
-    return store::RolledBack{.retired = std::move(*withdrawn), .active = std::nullopt};
+    return Return{{.retired = std::move(*withdrawn), .active = std::nullopt}, {}};
   }
   if (found.state != store::State::active) {
     return store::Failure{store::Reason::not_possible_now,
@@ -181,15 +201,19 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& bindin
   auto changed = store_.rollBack(binding, by, utcNow());
   if (!changed) {
     catchUp();
-    return changed;
+    return changed.error();
   }
   readStore();
-  if (!changed->active) {
-    if (const auto none = noneInForce(binding.subject, now_())) tell_core_(*none);
-    return changed;
+  if (changed->active) {
+    tell(*changed->active);
+  } else if (const auto none = noneInForce(binding.subject, now_())) {
+    tell_core_(*none);
   }
-  tell(*changed->active);
-  return changed;
+  Return back{std::move(*changed), {}};
+  if (back.active) back.notes = notesOn(*back.active);
+  if (!back.retired) return back;
+  for (auto& sentence : dependantsOn(back.retired->id)) back.notes.push_back(std::move(sentence));
+  return back;
 }
 
 void ResultsInForce::activateWaiting() {
@@ -319,6 +343,11 @@ std::optional<procedure::CalibratedHead> ResultsInForce::sensorHead(std::uint32_
   const std::lock_guard lock{mutex_};
   const auto found = std::ranges::find(sensor_heads_, tool, &procedure::CalibratedHead::tool);
   return found == sensor_heads_.end() ? std::nullopt : std::optional{*found};
+}
+
+bool ResultsInForce::wasAccepted(store::Id id) const {
+  const std::lock_guard lock{mutex_};
+  return once_accepted_.contains(id);
 }
 
 bool ResultsInForce::isWaiting(store::Id id) const {

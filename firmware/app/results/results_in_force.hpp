@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -39,13 +40,16 @@ struct Acceptance : store::Record {
 };
 
 // Manages the results in force: acceptance, waiting for the end of a cut, rollback. Each change is stored before the
-// core is told. For the worker's thread, except active(), isWaiting(), about(), measuredFacts(), served(),
-// storageProblems() and sensorHead(): any thread may call these.
+// core is told. For the worker's thread, except active(), isWaiting(), wasAccepted(), about(), measuredFacts(),
+// served(), storageProblems() and sensorHead(): any thread may call these.
 class ResultsInForce {
  public:
   using WhyUnfit = std::function<std::optional<Error>(std::span<const Event>)>;
   using Accepted = Outcome<Acceptance, store::Failure>;
-  using RolledBack = Outcome<store::RolledBack, store::Failure>;
+  struct Return : store::RolledBack {
+    std::vector<std::string> notes;  // what a person should know about the effect
+  };
+  using RolledBack = Outcome<Return, store::Failure>;
 
   // why_unfit: explains why the core cannot apply the events of a result. tell_core: passes an event to the core and
   // waits until it is taken. `store` outlives this.
@@ -77,9 +81,14 @@ class ResultsInForce {
   RolledBack rollBack(const std::string& subject, const std::string& by);
   RolledBack rollBack(store::Id id, const std::string& by);
 
+  // Why this box, as it is described now, cannot have the result in force; nothing for one that is retired.
+  std::optional<std::string> whyNotInForce(const store::Record& record) const;
+
   // Results in force that the core applies, without those that no longer fit the configuration.
   std::vector<std::uint64_t> active() const;
   bool isWaiting(store::Id id) const;
+  // True once somebody has accepted the result, since this process began. Any thread.
+  bool wasAccepted(store::Id id) const;
   // The offset in force of the stylus that this tool carries. For the worker's thread.
   struct StylusOffset {
     store::Id id{};
@@ -130,6 +139,7 @@ class ResultsInForce {
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> active_;
   std::vector<std::uint64_t> waiting_;
+  std::set<store::Id> once_accepted_;
   std::vector<procedure::CalibratedHead> sensor_heads_;
   std::vector<std::string> storage_problems_;
   std::vector<std::string> rests_on_retired_;

@@ -81,6 +81,7 @@ std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span
     if (std::ranges::find(in_force, subject, &InForceAbout::subject) == in_force.end())
       values.push_back({.name = subject, .source = source, .result_id = 0});
   };
+  unlessMeasured("delay", ValueSource::unknown);
   for (std::size_t axis = 0; axis < described.screws.size(); ++axis) {
     if (!described.screws[axis]) continue;
     unlessMeasured(screwSubject(axis), ValueSource::description);
@@ -89,6 +90,9 @@ std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span
   if (described.checked_ball) unlessMeasured("check", ValueSource::description);
   if (described.tool_setter)
     unlessMeasured("setter", described.tool_setter->accepted_mm ? ValueSource::description : ValueSource::unknown);
+  const auto& carriers = described.probe_tools;
+  for (std::size_t i = 0; i < carriers.count; ++i)
+    unlessMeasured("assembly-" + std::to_string(carriers.numbers.at(i)), ValueSource::description);
   if (described.trigger_probe) unlessMeasured(std::string{kPreTravelSubject}, ValueSource::unknown);
   if (described.sensor_head)
     unlessMeasured("sensor-head-" + std::to_string(described.sensor_head->tool), ValueSource::unknown);

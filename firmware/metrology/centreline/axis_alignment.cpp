@@ -48,7 +48,7 @@ Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
   const Eigen::MatrixXd rows = pick(2, 2, parameters.size());
   const bool by_slide = heights.value_or("rotating") == "slide";
   answer.promiseVector(by_slide ? "Z_slide_rad" : "C_tilt_rad", parameters.segment<2>(2), rows);
-  answer.alsoVector("centre_mm", parameters.head(2), pick(0, 2, parameters.size()));
+  answer.promiseVector("centre_mm", parameters.head(2), pick(0, 2, parameters.size()));
   answer.result().also.push_back(Estimate::scalar("mean_z_mm", table.mean_lever, std::nullopt));
   if (!by_slide) answer.alsoVector("taper_on_diameter", 2.0 * parameters.segment<2>(2), 2.0 * rows);
   if (ball->turned == Turned::c_only) {
@@ -102,7 +102,8 @@ constexpr MethodKey kCKeys[]{
     key::kTauForTheRecord,
     {"heights", "rotating", "rotating (balls on the part) or slide (one ball, carried along Z)"}};
 constexpr MethodResult kCResults[]{{"C_tilt_rad", "x and y of the C axis per mm of Z, with heights rotating"},
-                                   {"Z_slide_rad", "x and y of the slide per mm of Z, with heights slide"}};
+                                   {"Z_slide_rad", "x and y of the slide per mm of Z, with heights slide"},
+                                   {"centre_mm", "x and y of the axis at the mean of the heights (mean_z_mm)"}};
 constexpr std::string_view kAxisAlignmentUnobservable[]{
     "the axis separately from the straightness and squareness of the Z slide: the tilt is relative to Z"};
 

@@ -9,9 +9,9 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 9> kConditions{"probe",       "probe_tool",    "pre_travel_result",
-                                                      "machine",     "mounting",      "measured_utc",
-                                                      "measured_by", "temperature_c", "note"};
+constexpr std::array<std::string_view, 10> kConditions{
+    "probe",    "probe_tool",   "delay_result", "pre_travel_result", "machine",
+    "mounting", "measured_utc", "measured_by",  "temperature_c",     "note"};
 
 }  // namespace
 

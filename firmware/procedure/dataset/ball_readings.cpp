@@ -143,6 +143,7 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const
                               "no system delay is in force, so the touches are displaced from the surface by an "
                               "unknown lag: calibrate the delay first, accept it, and measure again"};
   }
+  dataset.config["delay_result"] = static_cast<double>(delay.result_id);
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
   TRY(auto found, readingsOf(dataset, run.recording));
   if (auto refusal = centreTouches(found.shank, found.readings, run.facts)) return refusal;

@@ -53,6 +53,7 @@ Rounds roundsOf(const FinishedRun& of) {
                       "calibrate the delay first, accept it, and measure again"};
     return found;
   }
+  if (delay.result_id != 0) dataset.config["delay_result"] = static_cast<double>(delay.result_id);
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
   auto touches = metrology::switchedTouches(dataset, delay.tau_s);
   if (!touches) {

@@ -29,7 +29,8 @@ board::World described() {
                  .range_mm = 0.8,
                  .bounce_mm = 0.01,
                  .bounce_decay_s = 0.003,
-                 .dropout_probability = 0.005};
+                 .dropout_probability = 0.005,
+                 .friction = 0.12};
   world.sphere = {{1, 2, 3}, 10, 2};
   world.cycle = {.speeds_mm_s = {5}, .overtravel_mm = 0.5, .clearance_mm = 1, .dwell_s = 0.25, .repeats = 1};
   return world;
@@ -64,6 +65,7 @@ TEST(FromDescription, TakesEveryValue) {
   EXPECT_EQ(config.probe.bounce_mm, 0.01);
   EXPECT_EQ(config.probe.bounce_decay_s, 0.003);
   EXPECT_EQ(config.probe.dropout_probability, 0.005);
+  EXPECT_EQ(config.probe.friction, 0.12);
   EXPECT_TRUE(config.probe.trigger_line);
   EXPECT_EQ((World{config, 1}.truth().effective_radius_mm), 12);
 }

@@ -41,14 +41,21 @@ TEST(Corrections, TakeTheLengthOfAToolFromWhoKnowsItBest) {
   };
   PoseTold pose{.axes = 0, .angles_rad = {}, .has_tool = true, .tool = 4, .tool_length_mm = 0, .at = {}};
   corrections.push(pose);
+  using enum published::LengthFrom;
+  const auto& said = corrections.state().swivel;
   EXPECT_EQ(length_mm(), 150) << "machine.toml";
+  EXPECT_EQ(said.tool_length_from, description);
   corrections.push(ToolLengthActivated{.result_id = 7, .tool = 4, .length_mm = 150.25, .at = {}});
   EXPECT_EQ(length_mm(), 150.25) << "the tool that is in the spindle already";
+  EXPECT_EQ(said.tool_length_from, result);
+  EXPECT_EQ(said.tool_length_result, 7U);
   corrections.push(ToolLengthActivated{.result_id = 8, .tool = 5, .length_mm = 90, .at = {}});
   EXPECT_EQ(length_mm(), 150.25) << "another tool";
   pose.tool_length_mm = 151;
   corrections.push(pose);
   EXPECT_EQ(length_mm(), 151) << "the controller";
+  EXPECT_EQ(said.tool_length_from, controller);
+  EXPECT_EQ(said.tool_length_result, 0U);
   pose.tool_length_mm = 0;
   pose.tool = 5;
   corrections.push(pose);
@@ -57,6 +64,11 @@ TEST(Corrections, TakeTheLengthOfAToolFromWhoKnowsItBest) {
   corrections.push(pose);
   corrections.push(ToolLengthActivated{.result_id = 0, .tool = 4, .length_mm = 0, .at = {}});
   EXPECT_EQ(length_mm(), 150) << "rolled back";
+  EXPECT_EQ(said.tool_length_from, description);
+  pose.tool = 9;
+  corrections.push(pose);
+  EXPECT_EQ(length_mm(), 0) << "nobody knows that tool";
+  EXPECT_EQ(said.tool_length_from, nobody);
 }
 
 TEST(Corrections, AreRefusedASourceThatTheMachineDoesNotHave) {

@@ -73,6 +73,22 @@ TEST(WorldToml, MayHaveATouchTriggerProbe) {
               HasSubstr("chatter_probability"));
 }
 
+TEST(WorldToml, SaysHowMuchASlidingStylusRubs) {
+  constexpr std::string_view kKey = "friction = 0.08";
+  const std::string world{simFile("world.toml")};
+  const auto at = world.find(kKey);
+  ASSERT_NE(at, std::string::npos);
+  const auto with = [&](std::string_view line) {
+    auto changed = world;
+    return parseWorld(changed.replace(at, kKey.size(), line), "world.toml");
+  };
+  EXPECT_EQ(with("friction = 0.2")->probe.friction, 0.2);
+  EXPECT_EQ(with("friction = 0")->probe.friction, 0);
+  EXPECT_EQ(with("")->probe.friction, 0.08) << "what steel on ruby has, where nothing is said";
+  EXPECT_THAT(with("friction = 0.8").error().what, HasSubstr("'probe.friction' = 0.8 is out of its range"));
+  EXPECT_THAT(with("friction = -0.1").error().what, HasSubstr("'probe.friction' = -0.1 is out of its range"));
+}
+
 TEST(WorldToml, SaysWhatGoesWrongAndWhen) {
   const auto world = worldWith(
       "[[fault]]\nkind = \"screw-sensors-silent\"\nat_s = 60\nlasts_s = 20.5\n"

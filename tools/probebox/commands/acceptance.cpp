@@ -5,27 +5,30 @@
 #include <optional>
 #include <utility>
 
-#include "tools/case/quantities.hpp"
 #include "tools/probebox/commands/kept_result.hpp"
 #include "tools/probebox/text/comparison.hpp"
 #include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_kept_result.hpp"
 
 namespace probebox::command {
 namespace {
 
-// Nothing where there is nothing to compare: a refusal, which the box does not accept, or a result that is in force.
+// Nothing where there is nothing to compare: a refusal or a result for another probe, which the box does not accept, or
+// a result that is in force. adopted_by: who said that its case, which names no machine, was measured here.
 Outcome<std::optional<Comparison>, Trouble> compare(link::Client& box, const Acceptance& acceptance,
-                                                    std::string& subject, Console& console) {
+                                                    std::string& subject, std::string& adopted_by, Console& console) {
   TRY(const auto proposed, keptResult(box, console, acceptance.id));
   subject = proposed.summary.subject;
-  if (proposed.result() == nullptr || proposed.summary.state == messages::ResultState::active)
+  adopted_by = proposed.summary.as_this_machine_by;
+  if (proposed.result() == nullptr || proposed.summary.state == messages::ResultState::active ||
+      !proposed.summary.why_not_in_force.empty())
     return std::optional<Comparison>{};
   TRY(const auto in_force, keptInForce(box, console));
   const auto same = std::ranges::find_if(
       in_force, [&](const KeptResult& other) { return answersTheSame(other.summary, proposed.summary); });
   const bool first = same == in_force.end();
-  return std::optional{comparisonOf(*proposed.result(), first ? nullptr : same->result(), first ? 0 : same->summary.id,
-                                    casefolder::rotaryAxisOf(subject))};
+  return std::optional{
+      comparisonOf(*proposed.result(), first ? nullptr : same->result(), first ? 0 : same->summary.id, subject)};
 }
 
 // "y" or "yes" alone is consent.
@@ -63,9 +66,9 @@ Outcome<messages::AcceptResult::Answer, Trouble> accept(link::Client& box, const
 }  // namespace
 
 ExitStatus acceptOn(link::Client& box, const Acceptance& acceptance, Console& console) {
-  std::string subject;
+  std::string subject, adopted_by;
   Json beside;  // null where there is nothing to compare
-  const auto comparison = compare(box, acceptance, subject, console);
+  const auto comparison = compare(box, acceptance, subject, adopted_by, console);
   if (!comparison) {
     // A box of before has no such request; it decides by itself.
     if (comparison.error().name != nameOf(messages::ErrorCode::unknown_operation))
@@ -73,7 +76,10 @@ ExitStatus acceptOn(link::Client& box, const Acceptance& acceptance, Console& co
     console.note("the firmware of this box cannot show what is in force beside this result: update it");
   } else if (*comparison) {
     beside = describe(**comparison);
-    if (!console.json()) console.line(page(**comparison, acceptance.id, subject));
+    if (!console.json()) {
+      console.line(page(**comparison, acceptance.id, subject));
+      if (!adopted_by.empty()) console.line("  " + adoptedBy(adopted_by));
+    }
   }
   const auto accepted = accept(box, acceptance, console);
   if (!accepted) return refuse(accepted.error(), acceptance.id, beside, console);

@@ -15,11 +15,10 @@
 namespace probebox::command {
 namespace {
 
-using messages::ResultState;
 using messages::ResultSummary;
 
-// In this order: what counts now, what will, what could, what did.
-constexpr std::array kOrder{ResultState::active, ResultState::accepted, ResultState::proposed, ResultState::retired};
+// In this order: what counts now, what will, what could, what would elsewhere, what did.
+constexpr std::array kOrder{"in force", "waits for the end of the cut", "proposed", "not in force here", "retired"};
 constexpr std::size_t kMostValues = 8;  // of one result; `show` has all
 
 // Who did what last, and when.
@@ -33,15 +32,18 @@ std::string pageOf(const ResultSummary& result) {
   std::string all = printed("  %-5llu ", static_cast<unsigned long long>(result.id)) + result.subject + ", " +
                     result.method + ", " + whoAndWhen(result);
   const auto axis = casefolder::rotaryAxisOf(result.subject);
-  for (std::size_t i = 0; i < std::min(kMostValues, result.values.size()); ++i) {
+  // A box of before does not say which are about the subject.
+  const std::size_t about = result.about_count == 0 ? result.values.size() : result.about_count;
+  for (std::size_t i = 0; i < std::min({kMostValues, about, result.values.size()}); ++i) {
     const auto& value = result.values[i];
     const auto label = casefolder::quantityLabel(value.key, axis);
     const auto sd = value.has_sd ? std::optional{value.sd} : std::nullopt;
     all += printed("\n          %-22s ", label.name.c_str()) + casefolder::withSd(label, value.value, sd);
   }
-  if (result.values.size() > kMostValues)
-    all += "\n          and " + std::to_string(result.values.size() - kMostValues) + " more: probebox show " +
-           std::to_string(result.id);
+  if (about > kMostValues)
+    all +=
+        "\n          and " + std::to_string(about - kMostValues) + " more: probebox show " + std::to_string(result.id);
+  if (!result.why_not_in_force.empty()) all += "\n          " + shown(result.why_not_in_force);
   for (const auto& other : result.rests_on) {
     if (other.retired)
       all += "\n          rests on result " + std::to_string(other.id) + ", which is retired: repeat this one";
@@ -70,10 +72,10 @@ ExitStatus run(const Results& options, const std::string& uri, Console& console)
   const auto all = storedResults(**box, console, {}, std::numeric_limits<std::size_t>::max());
   if (!all) return console.fail(all.error());
   bool nothing = true;
-  for (const auto state : kOrder) {
+  for (const std::string_view standing : kOrder) {
     bool first = true;
     for (const auto& result : *all) {
-      if (result.state != state || !isAbout(result, options.subject)) continue;
+      if (standingOf(result) != standing || !isAbout(result, options.subject)) continue;
       nothing = false;
       if (console.json()) {
         Json object = describe(result);
@@ -81,7 +83,7 @@ ExitStatus run(const Results& options, const std::string& uri, Console& console)
         console.object(object);
         continue;
       }
-      if (first) console.line(standingOf(result));
+      if (first) console.line(std::string{standing});
       first = false;
       console.line(pageOf(result));
     }

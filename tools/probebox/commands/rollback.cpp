@@ -32,9 +32,11 @@ ExitStatus run(const Rollback& options, const std::string& uri, Console& console
                     {"retired_id", rolled_back->retired_id},
                     {"active_id", rolled_back->active_id},
                     {"withdrawn", rolled_back->withdrawn},
-                    {"by", options.by}});
+                    {"by", options.by},
+                    {"notes", rolled_back->notes}});
   } else {
     console.line(inWords(*rolled_back, options.by));
+    for (const auto& note : rolled_back->notes) console.line("  " + note);
   }
   return ExitStatus::ok;
 }

@@ -33,7 +33,7 @@ void showPage(const KeptResult& kept, const Transitions& history, Console& conso
   const auto number = std::to_string(kept.summary.id);
   console.line(headOf(kept.summary));
   if (kept.result() != nullptr) {
-    console.line(page(*kept.result(), casefolder::rotaryAxisOf(kept.summary.subject)));
+    console.line(page(*kept.result(), kept.summary.subject));
   } else {
     console.line("refused: " + kept.refusal()->name + "\n  " + kept.refusal()->reason);
   }

@@ -69,6 +69,7 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
   if (console.json()) {
     Json all = describe(*status);
     all["cut_in_progress"] = corrections ? Json(cut_is_on) : Json(nullptr);
+    all["in_use"] = corrections ? describe(*corrections)["in_use"] : Json(nullptr);
     all["newest_results"] = Json::array();
     for (const auto& result : *results) all["newest_results"].push_back(describe(result));
     console.object(all);
@@ -77,6 +78,7 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
   console.line(page(*status));
   // A line has no name to list among those who hold an inhibit.
   if (cut_is_on && status->inhibits.empty()) console.line(cutLine());
+  if (corrections && !corrections->in_use.empty()) console.line(sourcesInUse(corrections->in_use));
   if (!results->empty()) console.line("newest results");
   for (const auto& result : *results) console.line("  " + line(result));
   return ExitStatus::ok;

@@ -68,14 +68,14 @@ std::optional<double> Comparison::worstInSd() const {
 }
 
 Comparison comparisonOf(const metrology::Result& proposed, const metrology::Result* in_force, std::uint64_t in_force_id,
-                        std::string_view axis) {
+                        std::string_view subject) {
   Comparison comparison;
   std::vector<Quantity> before;
   if (in_force != nullptr) {
     comparison.in_force = in_force_id;
-    before = casefolder::quantitiesOf(*in_force, axis);
+    before = casefolder::quantitiesAbout(*in_force, subject);
   }
-  for (auto& now : casefolder::quantitiesOf(proposed, axis)) {
+  for (auto& now : casefolder::quantitiesAbout(proposed, subject)) {
     const auto same = std::ranges::find(before, now.key, &Quantity::key);
     comparison.changes.push_back({std::move(now), same == before.end() ? std::nullopt : std::optional{*same}});
   }

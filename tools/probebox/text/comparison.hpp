@@ -26,9 +26,9 @@ struct Comparison {
   std::optional<double> worstInSd() const;
 };
 
-// in_force: null for none. axis: as in quantitiesOf.
+// Of the values about the subject. in_force: null for none.
 Comparison comparisonOf(const metrology::Result& proposed, const metrology::Result* in_force, std::uint64_t in_force_id,
-                        std::string_view axis);
+                        std::string_view subject);
 
 Json describe(const Comparison& comparison);
 // Prints value, sd and U of both and their difference; of many values only those that differ most.

@@ -36,12 +36,16 @@ struct RecordedStatus {
 Json describe(const RecordedStatus& status);
 std::string page(const RecordedStatus& status);
 std::string page(const messages::ResultSummary& result);
+// Unit of its residual rms; of a box that does not say, the one that its values suggest.
+std::string rmsUnitOf(const messages::ResultSummary& result);
 // "17  proposed  delay-multi-speed  tau 5447.1 +/- 5.0 us"
 std::string line(const messages::ResultSummary& result);
 Json inhibitsOf(const std::vector<messages::InhibitHolder>& holders);
 std::string line(const messages::InhibitHolder& holder);
 std::string line(const messages::Corrections::Answer& corrections);
 std::string page(const messages::Corrections::Answer& corrections);
+// Rows of the status page: the values in use, by their source.
+std::string sourcesInUse(const std::vector<messages::ValueInUse>& values);
 std::string line(const messages::ResultTransition& transition);
 
 // Reports the outcome of an acceptance. comparison: with the result in force before; null for none.

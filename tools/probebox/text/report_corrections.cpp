@@ -1,5 +1,7 @@
 #include <array>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "protocol/units/angle.hpp"
 #include "tools/probebox/text/report.hpp"
@@ -220,6 +222,24 @@ std::string page(const messages::Corrections::Answer& c) {
            printed("X %+.1f Y %+.1f um over 100 mm of Z", c.centreline_slope[0] * 1e5, c.centreline_slope[1] * 1e5) +
            (c.centreline_of_slide ? ", of the Z slide that carries the chuck" : "");
   for (const auto& value : c.in_use) all += "\n  " + lineOf(value);
+  return all;
+}
+
+std::string sourcesInUse(const std::vector<messages::ValueInUse>& values) {
+  using messages::ValueSource;
+  constexpr std::array kTitles{
+      std::pair{"from results", ValueSource::result}, std::pair{"from descriptions", ValueSource::description},
+      std::pair{"from the control", ValueSource::controller}, std::pair{"unknown", ValueSource::unknown}};
+  std::string all;
+  for (const auto& [title, source] : kTitles) {
+    std::string names;
+    for (const auto& value : values) {
+      if (value.source != source) continue;
+      names += (names.empty() ? "" : ", ") + value.name;
+      if (value.result_id != 0) names += " (" + std::to_string(value.result_id) + ")";
+    }
+    if (!names.empty()) all += (all.empty() ? "" : "\n") + printed("%-18s ", title) + names;
+  }
   return all;
 }
 

@@ -1,9 +1,11 @@
 #include "tools/probebox/text/report_kept_result.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "firmware/metrology/fit/noise_check.hpp"
+#include "firmware/metrology/subject_values.hpp"
 #include "protocol/units/wording.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
@@ -73,9 +75,10 @@ std::string shareOf(const Contribution& contribution, const Result& result) {
 }
 
 std::string fitOf(const Result& result) {
-  std::string all = printed("\n  residual rms %.3g, %zu degrees of freedom, condition %.3g", result.rms, result.dof,
-                            result.condition);
-  if (result.chi2_reduced) all += printed(", reduced chi-square %.3g", *result.chi2_reduced);
+  const std::string unit = metrology::unitOfRms(result);
+  std::string all = printed("\n  residual rms %.3g %s, %zu degrees of freedom, condition %.3g", result.rms,
+                            unit.c_str(), result.dof, result.condition);
+  if (result.chi2_reduced) all += "\n  " + casefolder::chiSquareText(result);
   for (const auto& dropped : result.dropped) all += "\n  left out: " + dropped.name + ": " + dropped.reason;
   return all;
 }
@@ -95,13 +98,25 @@ std::string verdictOf(const Result& result) {
   return all + "\n";
 }
 
+bool isIn(const std::vector<casefolder::Quantity>& quantities, std::string_view key) {
+  return std::ranges::find(quantities, key, &casefolder::Quantity::key) != quantities.end();
+}
+
+std::string linesOf(const std::vector<casefolder::Quantity>& quantities) {
+  std::string all;
+  for (const auto& quantity : quantities)
+    all += printed("\n  %-22s ", quantity.label.name.c_str()) + casefolder::withSdAndU(quantity);
+  return all;
+}
+
 // Values that were computed on the way, with their sd where it is known.
-std::string foundOnTheWayInWords(const Result& result) {
+std::string foundOnTheWayInWords(const Result& result, const std::vector<casefolder::Quantity>& listed) {
   constexpr std::size_t kMost = 9;  // numbers of one of them; --json has all
   std::string all;
   for (const auto& estimate : result.also) {
     const bool is_elsewhere = estimate.key == "verdict" || estimate.key == "worst_ratio" ||
-                              estimate.key == metrology::kChiSquareDof || estimate.key == metrology::kNoiseDof;
+                              estimate.key == metrology::kChiSquareDof || estimate.key == metrology::kNoiseDof ||
+                              isIn(listed, estimate.key) || isIn(listed, estimate.key + "[0]");
     if (is_elsewhere) continue;
     const auto label = casefolder::labelOf(estimate.key);
     all += printed("\n  %-22s", label.name.c_str());
@@ -151,12 +166,14 @@ Json describe(const metrology::Refusal& refusal) {
   return {{"refusal", refusal.name}, {"reason", refusal.reason}};
 }
 
-std::string page(const Result& result, std::string_view axis) {
-  std::string all = verdictOf(result) + "values (sd: k = 1; U: k = 2, with type B)";
-  for (const auto& quantity : casefolder::quantitiesOf(result, axis))
-    all += printed("\n  %-22s ", quantity.label.name.c_str()) + casefolder::withSdAndU(quantity);
+std::string page(const Result& result, std::string_view subject) {
+  const auto about = casefolder::quantitiesAbout(result, subject);
+  std::string all = verdictOf(result) + "values (sd: k = 1; U: k = 2, with type B)" + linesOf(about);
+  auto others = casefolder::quantitiesOf(result, casefolder::rotaryAxisOf(subject));
+  std::erase_if(others, [&](const auto& each) { return isIn(about, each.key); });
   if (!result.convention.empty()) all += "\n  " + result.convention;
-  if (const auto also = foundOnTheWayInWords(result); !also.empty()) all += "\nfound on the way" + also;
+  if (!others.empty()) all += "\nfrom the same readings" + linesOf(others);
+  if (const auto also = foundOnTheWayInWords(result, about); !also.empty()) all += "\nfound on the way" + also;
   all += "\nfit" + fitOf(result);
   if (!result.budget.empty()) all += "\nuncertainty budget (k = 1)";
   for (const auto& contribution : result.budget) {
@@ -171,6 +188,9 @@ std::string page(const Result& result, std::string_view axis) {
 }
 
 std::string standingOf(const messages::ResultSummary& summary) {
+  const bool counts =
+      summary.state == messages::ResultState::active || summary.state == messages::ResultState::accepted;
+  if (counts && !summary.why_not_in_force.empty()) return "not in force here";
   switch (summary.state) {
     case messages::ResultState::active:
       return "in force";
@@ -181,13 +201,17 @@ std::string standingOf(const messages::ResultSummary& summary) {
   }
 }
 
+std::string adoptedBy(const std::string& person) {
+  return "its case names no machine; " + shown(person) + " said that it is this one";
+}
+
 std::string headOf(const messages::ResultSummary& summary) {
   std::string all = "result " + std::to_string(summary.id) + ", " + summary.method + ", about " + summary.subject +
                     ": " + standingOf(summary) + "\n  proposed " + summary.proposed_utc;
   if (!summary.accepted_by.empty()) all += "; accepted by " + shown(summary.accepted_by) + " " + summary.accepted_utc;
   if (!summary.retired_utc.empty()) all += "; retired " + summary.retired_utc;
-  if (!summary.as_this_machine_by.empty())
-    all += "\n  its case names no machine; " + shown(summary.as_this_machine_by) + " said that it is this one";
+  if (!summary.as_this_machine_by.empty()) all += "\n  " + adoptedBy(summary.as_this_machine_by);
+  if (!summary.why_not_in_force.empty()) all += "\n  " + shown(summary.why_not_in_force);
   for (const auto& other : summary.rests_on) {
     all += "\n  rests on result " + std::to_string(other.id) + " about " + shown(other.subject) +
            (other.retired ? ", which is RETIRED: repeat this one" : "");

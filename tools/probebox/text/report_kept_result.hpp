@@ -13,11 +13,14 @@ namespace probebox::command {
 Json describe(const metrology::Result& result, std::string_view axis);
 Json describe(const metrology::Refusal& refusal);
 
-// axis: as in casefolder::quantitiesOf.
-std::string page(const metrology::Result& result, std::string_view axis);
+// Values about the subject first.
+std::string page(const metrology::Result& result, std::string_view subject);
 
-// "in force", "waits for the end of the cut", "proposed", "retired", "refused".
+// "in force", "waits for the end of the cut", "proposed", "retired", "refused"; "not in force here" for one of another
+// probe, machine or mounting than the box describes now, and for one that does not fit what it describes.
 std::string standingOf(const messages::ResultSummary& summary);
+// Who said that a case, which names no machine, was measured here.
+std::string adoptedBy(const std::string& person);
 // Number, method, subject, state, who accepted it and when, and its probe, machine and mounting.
 std::string headOf(const messages::ResultSummary& summary);
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "protocol/units/wording.hpp"
+#include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/probebox/text/report.hpp"
 
@@ -16,12 +17,32 @@ Json restsOn(const messages::ResultSummary& result) {
   return all;
 }
 
+// Null where it is no length.
+Json rmsInMm(const messages::ResultSummary& result) {
+  const auto unit = rmsUnitOf(result);
+  if (unit == "mm") return result.rms;
+  return unit == "um" ? Json(result.rms * 1e-3) : Json(nullptr);
+}
+
+// As the store has it, unless that says "active" of what this box does not use.
+std::string stateHere(const messages::ResultSummary& result) {
+  const bool of_another = result.state == messages::ResultState::active && !result.why_not_in_force.empty();
+  return of_another ? "not here" : std::string{nameOf(result.state)};
+}
+
 }  // namespace
 
 std::string readable(const messages::NamedValue& value) {
-  const auto label = casefolder::labelOf(value.key);
+  const auto label = casefolder::quantityLabel(value.key);
   const auto sd = value.has_sd ? std::optional{value.sd} : std::nullopt;
   return label.name + " " + casefolder::withSd(label, value.value, sd);
+}
+
+std::string rmsUnitOf(const messages::ResultSummary& result) {
+  if (!result.rms_unit.empty()) return result.rms_unit;
+  const bool in_um =
+      std::ranges::any_of(result.values, [](const auto& value) { return value.key.find("_um") != std::string::npos; });
+  return in_um ? "um" : "mm";
 }
 
 Json describe(const messages::ResultSummary& result) {
@@ -35,7 +56,7 @@ Json describe(const messages::ResultSummary& result) {
           {"method", result.method},
           {"result", values},
           {"sd", sd},
-          {"rms_mm", result.rms},
+          {"rms_mm", rmsInMm(result)},
           {"dof", result.dof},
           {"condition", result.condition},
           {"chi2_reduced", result.chi2_reduced},
@@ -50,24 +71,25 @@ Json describe(const messages::ResultSummary& result) {
           {"subject", result.subject},
           {"waiting_for_cut", result.waiting_for_cut},
           {"rests_on", restsOn(result)},
-          {"as_this_machine_by", result.as_this_machine_by}};
+          {"as_this_machine_by", result.as_this_machine_by},
+          {"why_not_in_force", result.why_not_in_force},
+          {"rms", result.rms},
+          {"rms_unit", rmsUnitOf(result)}};
 }
 
 std::string page(const messages::ResultSummary& result) {
   std::string all =
       "result " + std::to_string(result.id) + ", " + result.method + ", " + std::string{nameOf(result.state)};
   for (const auto& value : result.values) all += "\n  " + readable(value);
-  const bool in_um =
-      std::ranges::any_of(result.values, [](const auto& value) { return value.key.find("_um") != std::string::npos; });
-  all += printed("\n  residual rms %.3g %s, %u degrees of freedom, condition %.3g", result.rms, in_um ? "um" : "mm",
-                 static_cast<unsigned>(result.dof), result.condition);
+  all += printed("\n  residual rms %.3g %s, %u degrees of freedom, condition %.3g", result.rms,
+                 rmsUnitOf(result).c_str(), static_cast<unsigned>(result.dof), result.condition);
   for (const auto& warning : result.warnings) all += "\n  warning: " + warning;
   return all;
 }
 
 std::string line(const messages::ResultSummary& result) {
   std::string all = printed("%-5llu ", static_cast<unsigned long long>(result.id)) +
-                    printed("%-9s ", std::string{nameOf(result.state)}.c_str()) + result.method;
+                    printed("%-9s ", stateHere(result).c_str()) + result.subject;
   if (!result.values.empty()) all += "  " + readable(result.values.front());
   if (!result.accepted_by.empty()) all += ", accepted by " + shown(result.accepted_by);
   return result.waiting_for_cut ? all + ", waits for the end of the cut" : all;

@@ -165,9 +165,8 @@ Answer comparison(link::Client& box, Console& console, std::uint64_t id) {
     if (other.summary.id != id && command::answersTheSame(other.summary, proposed.summary)) same = &other;
   }
   const auto& subject = proposed.summary.subject;
-  const auto compared =
-      command::comparisonOf(*proposed.result(), same == nullptr ? nullptr : same->result(),
-                            same == nullptr ? 0 : same->summary.id, casefolder::rotaryAxisOf(subject));
+  const auto compared = command::comparisonOf(*proposed.result(), same == nullptr ? nullptr : same->result(),
+                                              same == nullptr ? 0 : same->summary.id, subject);
   Json object = describe(compared);
   Json changes = Json::array();
   for (const auto& change : compared.changes) {

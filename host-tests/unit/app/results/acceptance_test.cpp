@@ -328,6 +328,63 @@ TEST_F(Accepting, OfAScrewGivesFaceAndReferenceEachItsSource) {
   EXPECT_TRUE(inForce("screw-x")) << "the face stays";
 }
 
+TEST_F(Accepting, AndGoingBackNameWhatRestsOnTheRetired) {
+  const auto delayOf = [](double tau_s) { return resultOf("delay-plates", {Estimate::scalar("tau_s", tau_s, 4e-6)}); };
+  const auto first = acceptedAs("delay", delayOf(0.00385)).id;
+  const auto centreline = propose("centreline", centreAt(0.154, -0.11, "centreline-by-steps"), {.rests_on = {first}});
+  ASSERT_TRUE(results_.accept(centreline, "Ada"));
+  const auto sentence =
+      HasSubstr("Result " + std::to_string(centreline) + " about centreline rests on a retired result");
+  EXPECT_THAT(acceptedAs("delay", delayOf(0.003851)).notes, ElementsAre(sentence));
+  const auto back = results_.rollBack(std::string{"delay"}, "Ada");
+  ASSERT_TRUE(back);
+  EXPECT_THAT(back->notes, IsEmpty()) << "it rests on the one that is in force again";
+  const auto none = results_.rollBack(first, "Ada");
+  ASSERT_TRUE(none);
+  EXPECT_THAT(none->notes, ElementsAre(sentence));
+  EXPECT_THAT(results_.restsOnRetired(), ElementsAre(sentence));
+}
+
+TEST_F(Accepting, SaysWhatStandsAgainstAResultOfAnotherProbe) {
+  auto elsewhere = results_.bindingFor("centreline");
+  elsewhere.probe_serial_number = "P-2002";
+  elsewhere.mounting = "turret";
+  const auto id = store_.propose(elsewhere, centreAt(0.154, -0.11), "", "2026-01-01T00:00:00Z").value();
+  const auto why = results_.whyNotInForce(store_.find(id).value());
+  ASSERT_TRUE(why);
+  EXPECT_THAT(*why, HasSubstr("is for probe P-2002, mounting turret, and this box describes P-1001, spindle now"));
+  EXPECT_EQ(results_.accept(id, "Ada").error().what, *why);
+  const auto here = acceptedAs("centreline", centreAt(0.154, -0.11, "centreline-by-steps"));
+  EXPECT_FALSE(results_.whyNotInForce(here));
+}
+
+TEST_F(Accepting, IsRememberedWhateverBecomesOfTheResult) {
+  const auto first = acceptedAs("centreline", centreAt(0.154, -0.11)).id;
+  const auto second = propose("centreline", centreAt(0.154, -0.11));
+  EXPECT_TRUE(results_.wasAccepted(first));
+  EXPECT_FALSE(results_.wasAccepted(second));
+  ASSERT_TRUE(results_.rollBack(first, "Ada"));
+  EXPECT_TRUE(results_.wasAccepted(first));
+}
+
+TEST_F(Accepting, NamesTheSourceOfTheDelayAndOfTheLengthsOfTheProbesTools) {
+  procedure::Facts described;
+  described.probe_tools = {.count = 2, .numbers = {1, 2}, .lengths_mm = {150, 200}};
+  const auto sourceOf = [&](const std::string& name) {
+    for (const auto& value : valuesInUse(described, results_.about()))
+      if (value.name == name) return static_cast<int>(value.source);
+    return -1;
+  };
+  EXPECT_EQ(sourceOf("delay"), static_cast<int>(messages::ValueSource::unknown));
+  acceptedAs("delay", resultOf("delay-plates", {Estimate::scalar("tau_s", 0.004, 4e-6)}));
+  EXPECT_EQ(sourceOf("delay"), static_cast<int>(messages::ValueSource::result));
+  auto assembly = resultOf("tool-assembly", {Estimate::scalar("assembled_length_mm", 88, 1e-3)});
+  assembly.also = {Estimate::scalar("gauge_length_mm", 150.02, 1e-3)};
+  acceptedAs("assembly-1", assembly);
+  EXPECT_EQ(sourceOf("assembly-1"), static_cast<int>(messages::ValueSource::result));
+  EXPECT_EQ(sourceOf("assembly-2"), static_cast<int>(messages::ValueSource::description));
+}
+
 TEST_F(Accepting, DuringACutChangesNothingAndTheSumWaitsToo) {
   acceptedAs("centreline-stylus", centreAt(0.174, -0.1233));
   letCut(true);

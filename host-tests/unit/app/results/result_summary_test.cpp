@@ -44,6 +44,56 @@ TEST(SummaryOfAResult, NamesTheErrorsOfARotaryAxisByTheirAngle) {
   EXPECT_EQ(summaryOf(record).values[7].key, "EY_at_60_deg_mm") << "of an axis that the case does not name";
 }
 
+// The readings of one run determine two quantities: each result shows its own first.
+TEST(SummaryOfAResult, BeginsWithTheValuesOfItsSubject) {
+  metrology::Result result;
+  result.estimates = {metrology::Estimate::vector("offset_C_minus_A_mm", {330, 200}, {1e-4, 1e-4}),
+                      metrology::Estimate::vector("stylus_offset_mm", {0.006, 0.017}, {1e-4, 1e-4})};
+  result.residuals.unit = "mm";
+  store::Record record{};
+  record.binding.subject = "stylus-offset-1";
+  record.content = result;
+  const auto of_stylus = summaryOf(record);
+  ASSERT_EQ(of_stylus.values.size(), 4U) << "programs find all of them";
+  EXPECT_EQ(of_stylus.about_count, 2U);
+  EXPECT_EQ(of_stylus.values[0].key, "stylus_offset_mm[0]");
+  EXPECT_EQ(of_stylus.values[2].key, "offset_C_minus_A_mm[0]");
+  record.binding.subject = "spindle-offset";
+  EXPECT_EQ(summaryOf(record).values[0].key, "offset_C_minus_A_mm[0]");
+}
+
+TEST(SummaryOfAResult, HasTheUnitOfItsResiduals) {
+  metrology::Result result;
+  result.estimates = {metrology::Estimate::scalar("K", -1, 0.01)};
+  result.residuals.unit = "um";
+  store::Record record{};
+  record.binding.subject = "screw-x";
+  record.content = result;
+  EXPECT_EQ(summaryOf(record).rms_unit, "um");
+  result.residuals.unit = "";
+  result.design_per = "one reading of the sensor, um";
+  record.content = result;
+  EXPECT_EQ(summaryOf(record).rms_unit, "um") << "the store has no residuals";
+  result.design_per = "";
+  record.content = result;
+  EXPECT_EQ(summaryOf(record).rms_unit, "mm") << "of a version that did not say: it had no other";
+}
+
+TEST(TheCorrectionsAnswer, SaysWhoKnowsTheLengthOfTheToolInTheSpindle) {
+  box::State state;
+  state.snapshot.swivel.tool = 4;
+  state.snapshot.swivel.tool_length_from = published::LengthFrom::controller;
+  auto answer = correctionsAnswer(state);
+  ASSERT_EQ(answer.in_use.size(), 1U);
+  EXPECT_EQ(answer.in_use[0].name, "length of tool 4");
+  EXPECT_EQ(answer.in_use[0].source, messages::ValueSource::controller);
+  state.snapshot.swivel.tool_length_from = published::LengthFrom::result;
+  state.snapshot.swivel.tool_length_result = 17;
+  answer = correctionsAnswer(state);
+  EXPECT_EQ(answer.in_use[0].source, messages::ValueSource::result);
+  EXPECT_EQ(answer.in_use[0].result_id, 17U);
+}
+
 TEST(SummaryOfAResult, ComesInPartsWhereItIsTooLargeForOneAnswer) {
   constexpr std::size_t kMost = 12'000;
   metrology::Result result;

@@ -1,0 +1,78 @@
+#include <gmock/gmock.h>
+#include <string>
+
+#include "on_the_machine.hpp"
+
+// What a person is told about results in force: whose they are, what they rest on, and what they are about.
+namespace probebox::command {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class WhatIsInForce : public OnTheMachine {
+ protected:
+  void acceptDelay() {
+    const auto delay = box({"calibrate", "--speed", "20,40", "--accept", "--by", "Ada", "--although-it-differs"});
+    ASSERT_EQ(delay.status, 0) << delay.err;
+  }
+};
+
+TEST_F(WhatIsInForce, NamesWhatRestsOnADelayThatIsReplacedOrRolledBack) {
+  ASSERT_NO_FATAL_FAILURE(acceptDelay());
+  const auto axis = box({"calibrate", "centreline", "--angles", "3", "--accept", "--by", "Ada", "--json"});
+  ASSERT_EQ(axis.status, 0) << axis.err;
+  EXPECT_THAT(box({"show", "2"}).out, HasSubstr("rests on result 1 about delay"));
+  const auto sentence = HasSubstr("Result 2 about centreline-stylus rests on a retired result, 1 about delay");
+  const auto next = box({"calibrate", "--speed", "20,40", "--accept", "--by", "Bob", "--although-it-differs"});
+  ASSERT_EQ(next.status, 0) << next.err;
+  EXPECT_THAT(next.out, sentence);
+  EXPECT_THAT(box({"status"}).out, sentence);
+  const auto back = box({"rollback", "delay", "--by", "Bob"});
+  EXPECT_THAT(back.out, AllOf(HasSubstr("result 1 is in force again"), Not(sentence)));
+  EXPECT_THAT(box({"status"}).out, AllOf(HasSubstr("result 3 is no longer in force"), Not(HasSubstr("waits"))))
+      << "the last run";
+  EXPECT_THAT(box({"rollback", "1", "--by", "Bob"}).out, sentence);
+}
+
+TEST_F(WhatIsInForce, IsNothingOfAStylusThatWasExchanged) {
+  ASSERT_NO_FATAL_FAILURE(acceptDelay());
+  start([](board::Descriptions& changed) { changed.probe.stylus = "long"; });
+  const auto page = box({"results"}).out;
+  EXPECT_THAT(page, AllOf(Not(HasSubstr("\nin force")), HasSubstr("not in force here"),
+                          HasSubstr("is for probe SIM-PROBE-1, and this box describes SIM-PROBE-1, stylus long now")));
+  EXPECT_NE(page.rfind("in force\n", 0), 0U) << page;
+  EXPECT_THAT(box({"show", "1"}).out, HasSubstr("about delay: not in force here"));
+  EXPECT_THAT(box({"status"}).out, AllOf(HasSubstr("results in force   none"), HasSubstr("1     not here  delay")));
+  const auto object = box({"results", "--json"}).object();
+  EXPECT_EQ(object["standing"], "not in force here");
+  EXPECT_THAT(object["why_not_in_force"].get<std::string>(), HasSubstr("stylus long"));
+  const auto refused = box({"rollback", "delay", "--by", "Ada"});
+  EXPECT_THAT(refused.err, Not(HasSubstr("did you mean"))) << "the word was right";
+  EXPECT_THAT(box({"rollback", "delya", "--by", "Ada"}).err, HasSubstr("did you mean delay?"));
+
+  // One that cannot be accepted is not held beside what is in force first.
+  const auto again = box({"accept", "1", "--by", "Ada"});
+  EXPECT_EQ(again.status, 4);
+  EXPECT_EQ(again.out, "");
+}
+
+TEST_F(WhatIsInForce, IsOneQuantityASubject) {
+  ASSERT_NO_FATAL_FAILURE(acceptDelay());
+  const auto run = box({"calibrate", "spindle-offset-2x2"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const auto accepted = box({"accept", "3", "--by", "Ada"});
+  ASSERT_EQ(accepted.status, 0) << accepted.err;
+  EXPECT_THAT(accepted.out, AllOf(HasSubstr("stylus offset X"), Not(HasSubstr("offset C minus A"))));
+  EXPECT_THAT(box({"results", "stylus-offset-1"}).out,
+              AllOf(HasSubstr("stylus offset X"), Not(HasSubstr("offset C minus A"))));
+  EXPECT_THAT(box({"status"}).out, HasSubstr("3     active    stylus-offset-1  stylus offset X"));
+  const auto shown = box({"show", "3"}).out;
+  EXPECT_LT(shown.find("stylus offset X"), shown.find("from the same readings"));
+  EXPECT_GT(shown.find("offset C minus A X"), shown.find("from the same readings"));
+  EXPECT_THAT(shown, HasSubstr("at 2 degrees of freedom (99.9 % of honest readings"));
+}
+
+}  // namespace
+}  // namespace probebox::command
