@@ -10,6 +10,7 @@
 #
 # The presets compile the sources of a room several at once (CMAKE_UNITY_BUILD), which reads what they all include only once;
 # names are then unique in a room, also those in unnamed namespaces. tools/setup/alone finds what a source then forgot to include.
+# PROBEBOX_ALONE, a list of rooms, compiles theirs one by one: quicker where one source at a time changes (tools/mutate).
 set_property(GLOBAL PROPERTY PROBEBOX_ROOMS "")
 
 # What most sources include of the standard library and Eigen is compiled once for all rooms. Headers of the house are not in it:
@@ -50,6 +51,9 @@ function(probebox_room room)
                           PRIVATE probebox_compile_options ${arg_PRIVATE_LIBRARIES})
     target_precompile_headers(probebox_${name} REUSE_FROM probebox_precompiled)
     set(scope PUBLIC)
+    if(room IN_LIST PROBEBOX_ALONE)
+      set_target_properties(probebox_${name} PROPERTIES UNITY_BUILD OFF)
+    endif()
   else()
     add_library(probebox_${name} INTERFACE)
     target_link_libraries(probebox_${name} INTERFACE ${arrows} ${arg_LIBRARIES})

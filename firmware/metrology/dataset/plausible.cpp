@@ -31,11 +31,30 @@ constexpr auto kUnits = std::to_array<Unit>({
     {"_deg", {-6e7, 6e7, "degrees", kLeastSigma}},
     {"_rpm", {-1e6, 1e6, "1/min", kLeastSigma}},
     {"_mm", {-1e5, 1e5, "mm", kLeastSigma}},  // 100 m: longer than the largest machine tool
-    {"_um", {-1e7, 1e7, "um", kLeastSigma}},  // 10 m
+    {"_um", {-5e3, 5e3, "um", kLeastSigma}},  // what a screw of 5 m stretches by in 80 K
     {"_ms", {-1e6, 1e6, "ms", kLeastSigma}},
     {"_k", {-1e3, 1e3, "K", kLeastSigma}},
     {"_c", {-273.15, 1e3, "degrees Celsius", kLeastSigma}},
     {"_s", {-1e3, 1e3, "s", kLeastSigma}},  // a duration
+});
+// Quantities that cannot be as large, or as small, as others of their unit.
+constexpr auto kNamed = std::to_array<Unit>({
+    {"K", {-10, 10, "", kLeastSigma}},         // about 1: the nut is off by what the screw stretches
+    {"T_um", {-500, 500, "um", kLeastSigma}},  // the worked face of a screw's end
+    {"screw_length_mm", {10, 1e5, "mm", kLeastSigma}},
+    {"ux_mm", {-20, 20, "mm", kLeastSigma}},  // a ball inside the nest of a sensor head
+    {"uy_mm", {-20, 20, "mm", kLeastSigma}},
+    {"uz_mm", {-20, 20, "mm", kLeastSigma}},
+    {"stylus_ball_radius_mm", {0.01, 50, "mm", kLeastSigma}},
+    {"effective_ball_radius_mm", {0.05, 500, "mm", kLeastSigma}},  // datum sphere and stylus ball
+    {"x_offset_error_mm", {-10, 10, "mm", kLeastSigma}},           // of a machine that still moves
+    {"z_offset_error_mm", {-10, 10, "mm", kLeastSigma}},
+    {"tau_s", {-1, 1, "s", kLeastSigma}},  // no control loop lags by a second
+    {"tau_axis_s", {-1, 1, "s", kLeastSigma}},
+    {"tau_joint_s", {-1, 1, "s", kLeastSigma}},
+    {"previous_tau_s", {-1, 1, "s", kLeastSigma}},
+    {"previous_tau_axis_s", {-1, 1, "s", kLeastSigma}},
+    {"previous_tau_joint_s", {-1, 1, "s", kLeastSigma}},
 });
 // Seconds since some epoch, 300 years at most.
 constexpr PlausibleRange kStamp{-1e10, 1e10, "s", kLeastSigma};
@@ -73,14 +92,21 @@ std::optional<Objection> objectionTo(double value, const PlausibleRange& range, 
 std::optional<Refusal> refuse(const Table& table, const Column& column) {
   const auto range = plausibleRange(column.name);
   const bool is_sigma = isSigma(column.name);
+  std::optional<Refusal> first;
   for (std::size_t row = 0; row < column.values.size(); ++row) {
-    if (const auto objection = objectionTo(column.values[row], range, is_sigma)) {
-      return Refusal{objection->name, "table '" + table.name + "', column '" + column.name + "', row " +
-                                          std::to_string(row + 1) + " " + objection->what +
-                                          ": leave the reading out or measure it again"};
+    const auto objection = objectionTo(column.values[row], range, is_sigma);
+    if (!objection) continue;
+    // One is a gross error; of several, finite all of them, the column is in another unit.
+    if (first) {
+      if (std::isfinite(column.values[row]) && first->name == "implausible" && !range.unit.empty())
+        first->reason += ", nor is it the only one: give the column in " + std::string{range.unit};
+      return first;
     }
+    first = Refusal{objection->name, "table '" + table.name + "', column '" + column.name + "', row " +
+                                         std::to_string(row + 1) + " " + objection->what +
+                                         ": leave the reading out or measure it again"};
   }
-  return std::nullopt;
+  return first;
 }
 
 std::optional<Refusal> refuse(const std::string& key, std::span<const double> values, bool several) {
@@ -92,7 +118,8 @@ std::optional<Refusal> refuse(const std::string& key, std::span<const double> va
     const bool finite = std::isfinite(values[k]);
     return Refusal{finite ? objection->name : "bad-config",
                    "config key '" + key + "'" + (several ? ", number " + std::to_string(k + 1) + "," : "") + " " +
-                       objection->what + ": correct it in config.json"};
+                       objection->what + ": correct it in config.json" +
+                       (finite && !range.unit.empty() ? ", in " + std::string{range.unit} : std::string{})};
   }
   return std::nullopt;
 }
@@ -124,6 +151,9 @@ std::optional<Refusal> refuse(const Estimate& estimate, std::span<const double> 
 
 PlausibleRange plausibleRange(std::string_view name) {
   if (std::ranges::find(kStamps, name) != kStamps.end()) return kStamp;
+  for (const auto& named : kNamed) {
+    if (name == named.suffix) return named.range;
+  }
   for (const auto& unit : kUnits) {
     if (name.ends_with(unit.suffix) || name == unit.suffix.substr(1)) return unit.range;
   }

@@ -25,6 +25,7 @@ using metrology::Dataset;
 using metrology::Result;
 using metrology::Solved;
 using metrology::Table;
+using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
 
@@ -68,6 +69,15 @@ class SlippedReadings : public testing::TestWithParam<std::string> {
     }
     return largest;
   }
+  // Whether a promised value without an uncertainty is another than before, by more than a hundredth.
+  bool changesWhatHasNoSd(const Result& answer) const {
+    return std::ranges::any_of(good.estimates, [&](const auto& before) {
+      const auto* after = answer.find(before.key);
+      return before.uncertainty.empty() && after != nullptr &&
+             !std::ranges::equal(before.values, after->values,
+                                 [](double was, double is) { return std::abs(is - was) <= 0.01 * std::abs(was); });
+    });
+  }
 
   Dataset dataset;
   Result good;
@@ -108,6 +118,103 @@ TEST_P(SlippedReadings, DegreesAreNotTakenForRadiansWithoutAWord) {
       column.values = before;
     }
   }
+}
+
+// What a number becomes where somebody writes it in another unit than the column's.
+struct Unit {
+  std::string_view suffix;
+  std::string_view written;
+  double factor;
+};
+constexpr Unit kWrongUnits[]{{"_mm", "um", 1e3},
+                             {"_um", "mm", 1e-3},
+                             {"_um", "nm", 1e3},
+                             {"_s", "ms", 1e3},
+                             {"_rad", "deg", 180 / std::numbers::pi},
+                             {"_deg", "rad", std::numbers::pi / 180},
+                             {"_rad", "mrad", 1e3}};
+
+bool isIn(std::string_view column, std::string_view unit) {
+  if (unit == "_s" && column.ends_with("_mm_s")) return false;
+  return column.ends_with(unit) || (unit == "_rad" && column.find("_rad_") != std::string_view::npos);
+}
+
+// Columns whose unit nothing can tell, and why: what they say in another unit is another machine's honest reading.
+const std::map<std::string, std::set<std::string>> kAnyUnit{
+    {"c-zero-shift", {"C1_rad", "C2_rad", "C1_rad C2_rad"}},  // two angles, and their mean is the answer
+    {"centreline-by-steps", {"x_mm"}},                        // of the stylus: half a difference of two
+    {"screw-compensation", {"phi_rad"}},                      // a screw turns as often as it likes
+    {"screw-reference", {"phi_rad"}},                         // likewise, and stands
+    {"sensor-head-calibration", {"y_mm", "z_mm"}},            // places on a machine of 60 m
+    {"swivel-error", {"B_deg"}},                              // of the queries: answered as asked
+    {"tool-setter", {"y_mm"}},                                // a place on a machine of 23 m
+};
+
+TEST_P(SlippedReadings, AWholeColumnInAnotherUnitIsToldOrChangesNothing) {
+  constexpr double kMost = 5;  // standard deviations
+  const auto any_unit = kAnyUnit.find(GetParam());
+  std::set<std::string> untold;
+  for (auto& table : dataset.tables) {
+    const Table before = table;
+    for (const auto& wrong : kWrongUnits) {
+      for (std::size_t alone = 0; alone <= table.columns.size(); ++alone) {  // or, last, all columns of the unit
+        std::string columns;
+        for (std::size_t k = 0; k < table.columns.size(); ++k) {
+          auto& column = table.columns[k];
+          if (!isIn(column.name, wrong.suffix) || (alone != k && alone < table.columns.size())) continue;
+          columns += (columns.empty() ? "" : " ") + column.name;
+          for (auto& value : column.values) value *= wrong.factor;
+        }
+        if (columns.empty()) continue;
+        const auto solved = metrology::solve(dataset);
+        table = before;
+        if (objects(solved) || (changeOf(*solved) <= kMost && !changesWhatHasNoSd(*solved))) continue;
+        untold.insert(columns);
+        EXPECT_TRUE(any_unit != kAnyUnit.end() && any_unit->second.contains(columns))
+            << "table " << table.name << ", " << columns << " in " << wrong.written << ": " << changeOf(*solved);
+      }
+    }
+  }
+  if (any_unit == kAnyUnit.end()) return;
+  for (const auto& column : any_unit->second)
+    EXPECT_TRUE(untold.contains(column)) << column << " is told by now: take it off the list";
+}
+
+// What `solve` says of a case in which a column, or a key, has another unit.
+std::string saidOf(const std::string& name, const std::string& table, const std::string& what, double factor) {
+  auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / name).value();
+  if (table.empty()) std::get<double>(dataset.config.at(what)) *= factor;
+  for (auto& each : dataset.tables) {
+    for (auto& column : each.columns) {
+      if (each.name != table || column.name != what) continue;
+      for (auto& value : column.values) value *= factor;
+    }
+  }
+  const auto solved = metrology::solve(dataset);
+  if (!solved) return solved.error().name + ": " + solved.error().reason;
+  std::string all;
+  for (const auto& warning : solved->warnings) all += warning + "\n";
+  return all;
+}
+
+TEST(WrongUnit, IsToldWithItsPlaceAndTheRightOne) {
+  EXPECT_EQ(saidOf("screw-calibration", "gain_cal", "ext_um", 1), "");
+  EXPECT_THAT(
+      saidOf("screw-calibration", "gain_cal", "ext_um", 1e3),
+      AllOf(HasSubstr("implausible: table 'gain_cal', column 'ext_um', row 1 "), HasSubstr("give the column in um")));
+  EXPECT_THAT(saidOf("screw-calibration", "gain_cal", "error_um", 1e-3),
+              AllOf(HasSubstr("column 'error_um' of table 'gain_cal'"), HasSubstr("are these millimetres?")));
+  EXPECT_THAT(saidOf("screw-calibration", "sector_cal", "t_s", 1e3),
+              AllOf(HasSubstr("column 't_s' of table 'sector_cal'"), HasSubstr("are these milliseconds?")))
+      << "the limit of the drift would let through a thousand times as much";
+  EXPECT_THAT(saidOf("rotary-axis-errors", "first", "phi_rad", 1e3),
+              AllOf(HasSubstr("column 'phi_rad' of table 'first'"), HasSubstr("are these milliradians?")));
+  EXPECT_THAT(saidOf("screw-calibration", "", "screw_length_mm", 1e-3),
+              AllOf(HasSubstr("implausible: config key 'screw_length_mm'"), HasSubstr("in mm")));
+  EXPECT_THAT(saidOf("bore-fit", "", "stylus_ball_radius_mm", 1e3),
+              AllOf(HasSubstr("implausible: config key 'stylus_ball_radius_mm'"), HasSubstr("in mm")));
+  EXPECT_THAT(saidOf("periodic-check", "x_touch", "x_mm", 1e3),
+              HasSubstr("implausible: the answer 'x_offset_error_mm'"));
 }
 
 // Readings without which there is no answer and with which there is no other to compare: nothing can object to them.

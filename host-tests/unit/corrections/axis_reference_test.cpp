@@ -73,6 +73,15 @@ TEST(AxisReference, WaitsForASlowerPassWhileTheDelayIsNotKnown) {
   EXPECT_TRUE(axis.reference.referenced());
 }
 
+TEST(AxisReference, CountsEveryMarkThatItCannotUse) {
+  ReferencedAxis axis{marked()};
+  axis.move(50, 0.061, 3.0);
+  axis.move(-50, 0.01, 3.0);  // back over it before the first pass was judged
+  axis.move(0, 0.5);
+  EXPECT_FALSE(axis.reference.referenced());
+  EXPECT_EQ(axis.reference.unusedIndexes(), 2U);
+}
+
 // Counts that come late stand still yet when the mark is passed.
 TEST(AxisReference, DoesNotJudgeAQuickStepOverTheMarkWhileTheDelayIsNotKnown) {
   ReferencedAxis axis{marked(), 0.005};

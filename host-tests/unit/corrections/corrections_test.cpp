@@ -1,6 +1,9 @@
 #include "firmware/corrections/corrections.hpp"
 
 #include <gtest/gtest.h>
+#include <utility>
+
+#include "machine_on_a_desk.hpp"
 
 namespace probebox::corrections {
 namespace {
@@ -69,6 +72,27 @@ TEST(Corrections, TakeTheLengthOfAToolFromWhoKnowsItBest) {
   corrections.push(pose);
   EXPECT_EQ(length_mm(), 0) << "nobody knows that tool";
   EXPECT_EQ(said.tool_length_from, nobody);
+}
+
+// A machine whose only screw is that of this axis.
+TEST(Corrections, WaitForTheReferencesOfTheAxesThatTheyNeedAndForNoOther) {
+  for (const auto axis : {Axis::x, Axis::y, Axis::z}) {
+    auto config = MachineOnADesk::usual();
+    std::swap(config.screws[0], config.screws.at(static_cast<std::size_t>(axis)));
+    MachineOnADesk machine{config};
+    machine.run(0.5);
+    for (const auto other : {Axis::x, Axis::y, Axis::z}) {
+      if (other == axis) continue;
+      machine.corrections.push(AxisHomed{other, machine.position_mm.at(static_cast<std::size_t>(other)), machine.now});
+    }
+    machine.run(0.1);
+    EXPECT_FALSE(machine.snapshot().referenced) << static_cast<int>(axis);
+    MachineOnADesk alone{config};
+    alone.run(0.5);
+    alone.corrections.push(AxisHomed{axis, alone.position_mm.at(static_cast<std::size_t>(axis)), alone.now});
+    alone.run(0.1);
+    EXPECT_TRUE(alone.snapshot().referenced) << static_cast<int>(axis);
+  }
 }
 
 TEST(Corrections, AreRefusedASourceThatTheMachineDoesNotHave) {

@@ -105,6 +105,26 @@ TEST(RimPlan, TurnsCTowardsTheStylusOnEitherSideFirstAndAsksForNothingElseUntilI
   EXPECT_NEAR(plan->steps[12].touch.rotary_angles_rad[2], 50 * kDegree - 0.02, 1e-12);
 }
 
+// C may turn as slowly as a third of what it was asked for.
+TEST(RimProcedure, WaitsForAContactForAsLongAsTheTurnToItMayTake) {
+  Procedure procedure{liveMethods(), capture::Capacity{}};
+  auto options = kWithContacts;
+  options.c_on_line_rad = 150 * kDegree;
+  procedure.start({.run = 1, .method = kCentrelineBySteps.number, .at = {}, .options = options});
+  ObedientMachine machine{procedure};
+  Marker begin{.procedure = 1, .step = 0, .phase = MarkerPhase::begin, .at = monoTime(0)};
+  begin.rotary_angles_rad = procedure.plan().steps[0].touch.rotary_angles_rad;
+  begin.at_rest = true;
+  procedure.mark(begin, kLocked);
+  // Over 600 mm, 300 mm to either side of the line.
+  const auto& touch = procedure.plan().steps[0].touch;
+  const double longest_s = 3 * 2 * std::asin(0.5) / touch.until_contact->speed_rad_s;
+  machine.wait(Procedure::kStepTimeout + Nanoseconds{std::llround(0.999e9 * longest_s)});
+  EXPECT_EQ(procedure.progress().state, State::running);
+  machine.wait(Nanoseconds{std::llround(0.002e9 * longest_s)});
+  EXPECT_TRUE(procedure.progress().timed_out);
+}
+
 TEST(RimPlan, SaysWhatContactsLack) {
   Facts facts;
   facts.rim_ball = RimBall{.c_on_line_rad = 1.5, .level_limit_mm = {}};

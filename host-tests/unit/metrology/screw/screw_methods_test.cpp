@@ -219,7 +219,7 @@ TEST(ScrewCalibration, RefusesByName) {
   EXPECT_EQ(refusal([](Dataset& d) { d.config["sectors"] = 7.5; }), "bad-sectors");
   EXPECT_EQ(refusal([](Dataset& d) { d.config["sectors"] = 1000.0; }), "bad-sectors");
   EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("screw_length_mm"); }), "missing-key");
-  EXPECT_EQ(refusal([](Dataset& d) { d.config["screw_length_mm"] = 0.0; }), "bad-config");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["screw_length_mm"] = 0.0; }), "implausible");
   EXPECT_EQ(refusal([](Dataset& d) { d.tables.pop_back(); }), "missing-table");
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "gain_cal", "error_um")[3] = std::nan(""); }), "not-finite");
 }
