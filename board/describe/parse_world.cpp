@@ -233,6 +233,22 @@ WorldFault readFault(Section& section) {
   return fault;
 }
 
+WorldOutsideControl readOutsideControl(Section section, const World& world) {
+  WorldOutsideControl control;
+  control.port = static_cast<std::uint16_t>(section.integer("port", {1, 65535}));
+  control.cycle_ns = 1000 * section.integer("cycle_us", {100, 10'000}, 1000);
+  const std::size_t usual = world.swivel_head || !world.tilting_table ? 0 : 1;
+  control.b_swivels_head = section.choice("b_turns", {"head", "table"}, usual) == 0;
+  const bool is_there = control.b_swivels_head ? world.swivel_head.has_value() : world.tilting_table.has_value();
+  if (section.good("b_turns") && !is_there) {
+    section.problem("b_turns", control.b_swivels_head
+                                   ? "= \"head\", but there is no [swivel_head]: describe it, or remove b_turns"
+                                   : "= \"table\", but there is no [tilting_table]: describe it, or remove b_turns");
+  }
+  section.finish();
+  return control;
+}
+
 World readWorld(Section& root) {
   constexpr std::size_t kMostFaults = 32;
   World world;
@@ -256,6 +272,8 @@ World readWorld(Section& root) {
   readWorldTools(root, world);
   readWorldHead(root, world);
   world.cycle = readCycle(root.section("cycle"));
+  if (auto section = root.sectionIfThere("outside_control"))
+    world.outside_control = readOutsideControl(std::move(*section), world);
   for (auto& fault : root.sections("fault", kMostFaults)) world.faults.push_back(readFault(fault));
   return world;
 }

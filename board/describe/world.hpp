@@ -240,6 +240,13 @@ struct WorldFault {
   double jump_s{};  // of the master clock's phase
 };
 
+// A control outside of the box that leads the machine cycle by cycle, in place of the emulated one.
+struct WorldOutsideControl {
+  std::uint16_t port{};  // of TCP on this computer
+  std::int64_t cycle_ns{};
+  bool b_swivels_head{};  // and tilts no table
+};
+
 struct World {
   std::uint64_t seed{};
   WorldDelays delays;
@@ -262,6 +269,7 @@ struct World {
   std::vector<WorldCutter> cutters;
   std::optional<WorldSensorHead> sensor_head;
   WorldCycle cycle;
+  std::optional<WorldOutsideControl> outside_control;
   std::vector<WorldFault> faults;
 };
 

@@ -97,17 +97,44 @@ bool Machine::turnTo(const Pose& pose, double speed_rad_s, MonoTime now) {
   } else if (touching() || strikesOnTheWayTo(pose)) {
     ++crashes_;
   }
+  turn(pose, now, now + Nanoseconds{std::llround(1e9 * wayBetween(commanded_, pose) / speed_rad_s)});
+  return true;
+}
+
+void Machine::turn(const Pose& pose, MonoTime from, MonoTime until) {
   if (pose.a_rad != commanded_.a_rad) stands_.a_rad = stopAt(pose.a_rad, rotary_.noise_rad);
   if (pose.c_rad != commanded_.c_rad) stands_.c_rad = stopAt(pose.c_rad, rotary_.noise_rad);
   if (pose.table_rad != commanded_.table_rad) stands_.table_rad = stopAt(pose.table_rad, rotary_.noise_rad);
   if (pose.head_rad != commanded_.head_rad) stands_.head_rad = stopAt(pose.head_rad, head_.noise_rad);
   hold_ = holdAt(stands_, tool_);
   solids_.turnPart(stands_.part());
-  standFrom(now);
+  standFrom(from);
   turned_from_c_rad_ = commanded_.c_rad;
-  turns_since_ = now;
-  turned_at_ = now + Nanoseconds{std::llround(1e9 * wayBetween(commanded_, pose) / speed_rad_s)};
+  turns_since_ = from;
+  turned_at_ = until;
   commanded_ = pose;
+}
+
+void Machine::follow(const Vector3& position_mm, MonoTime from, MonoTime until) {
+  commanded_mm_ = position_mm;
+  if (position_mm == motion_.target()) return;
+  const double speed_mm_s = norm(position_mm - motion_.target()) / toSeconds(until - from);
+  const Move move = ofTheBody(motion_.append(position_mm, steady(speed_mm_s), from));
+  if (hold_.is_head && comesFromAside(move)) ++crashes_;
+  stylus_.follow(move, solids_, hold_);
+}
+
+void Machine::followPose(const Pose& pose, MonoTime from, MonoTime until) {
+  if (pose == commanded_) return;
+  if (touching() || strikesOnTheWayTo(pose)) ++crashes_;
+  turn(pose, from, until);
+}
+
+bool Machine::followTool(std::uint32_t number, MonoTime from) {
+  if (number == tool_.number) return true;
+  if (!hasTool(number)) return false;
+  change(toolOf(number));
+  standFrom(from);
   return true;
 }
 
@@ -173,13 +200,16 @@ bool Machine::takeTool(std::uint32_t number, MonoTime now) {
   constexpr Nanoseconds kChange = std::chrono::seconds{3};
   if (!atRest(now)) return false;
   if (number == tool_.number) return true;
-  const ToolConfig tool = toolOf(number);
-  if (tool.number != number) return false;
+  if (!hasTool(number)) return false;
+  change(toolOf(number));
+  standStillFor(kChange, now);
+  return true;
+}
+
+void Machine::change(const ToolConfig& tool) {
   if (touching()) ++crashes_;
   tool_ = tool;
   hold_ = holdAt(stands_, tool_);
-  standStillFor(kChange, now);
-  return true;
 }
 
 bool Machine::mountBalls(std::size_t mount, MonoTime now) {

@@ -58,10 +58,23 @@ class Machine {
   // false without effect during a motion or while the stylus touches.
   bool turnUntilContact(double c_rad, double speed_rad_s, MonoTime now, double beyond_rad = 0);
   const Pose& commandedPose() const { return commanded_; }
+  // Commands, for a control outside that leads the axes cycle by cycle, in place of those above. They may lie ahead of
+  // what the sensors have been asked for.
+
+  // Moves at constant speed during one cycle, and stops there unless the next one goes on.
+  void follow(const Vector3& position_mm, MonoTime from, MonoTime until);
+  // Turns the rotary axes during one cycle. The encoder of C knows the last turn alone: it is true of an axis at rest.
+  void followPose(const Pose& pose, MonoTime from, MonoTime until);
+  // Changes the tool at once: how long that takes is up to the control. False without effect for an unknown one.
+  bool followTool(std::uint32_t number, MonoTime from);
+  // Tells whether stylus or tool touches something where the last command ends.
+  bool touching() const;
+
   // Changes to another tool, with a stylus of its own or one that cuts. Returns false without effect during a motion
   // and for an unknown tool.
   bool takeTool(std::uint32_t number, MonoTime now);
   std::uint32_t tool() const { return tool_.number; }
+  bool hasTool(std::uint32_t number) const { return toolOf(number).number == number; }
   // Puts the balls on the part's spindle into another mount, from 1. Returns false without effect during a motion and
   // for an unknown mount.
   bool mountBalls(std::size_t mount, MonoTime now);
@@ -103,13 +116,14 @@ class Machine {
   Hold holdAt(const Pose& pose, const ToolConfig& tool) const;
   ToolConfig toolOf(std::uint32_t number) const;
   bool strikesOnTheWayTo(const Pose& pose) const;
-  bool touching() const;
   bool turnedInto() const;
   Vector3 normalAt(const Vector3& tip) const;
   std::optional<double> shareUntilContact(const Pose& from, const Pose& to) const;
   bool comesFromAside(const Move& move) const;
   Move ofTheBody(const Move& move) const;
   MotionLimits limits(double speed_mm_s) const { return {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}; }
+  void turn(const Pose& pose, MonoTime from, MonoTime until);
+  void change(const ToolConfig& tool);
   void standFrom(MonoTime since);
   void standStillFor(Nanoseconds duration, MonoTime now);
 

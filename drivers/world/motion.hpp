@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "drivers/world/vector.hpp"
@@ -14,6 +15,11 @@ struct MotionLimits {
   double acceleration_mm_s2{};
   double jerk_time_s{};
 };
+
+// Of a move at one speed all along, as a control commands it within one of its cycles.
+inline MotionLimits steady(double speed_mm_s) {
+  return {speed_mm_s, std::numeric_limits<double>::infinity(), 0};
+}
 
 // Computes the distance along a straight line over time, from rest to rest: a trapezoid of speed averaged over the jerk
 // time. Speed and acceleration stay within their limits, |jerk| within 2 acceleration / jerk time.
@@ -74,7 +80,7 @@ struct Move {
 // Remembers the latest moves for late readers. Before the oldest move the body rests at its start.
 class MotionHistory {
  public:
-  static constexpr std::size_t kRemembered = 128;
+  static constexpr std::size_t kRemembered = 512;
 
   explicit MotionHistory(const Vector3& home) : rest_{home} {}
 

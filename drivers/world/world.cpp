@@ -20,6 +20,20 @@ void World::advanceTo(MonoTime now) {
   now_ = std::max(now_, now);
 }
 
+void World::follow(const Lead& lead, MonoTime from, MonoTime until) {
+  // A nut drifts with its screw while the motor rests; less than this is no move.
+  constexpr double kDrift_mm = 1e-5;
+  machine_.followTool(lead.tool, from);
+  machine_.followPose(lead.pose, from, until);
+  const bool commanded = lead.motor_mm != led_to_mm_;
+  led_to_mm_ = lead.motor_mm;
+  Vector3 nut_mm = machine_.commandedPosition();
+  // The error depends on where the nut is: by a ten-thousandth of it.
+  for (int round = 0; round < 3; ++round)
+    for (std::size_t i = 0; i < 3; ++i) nut_mm[i] = lead.motor_mm[i] + screws_.nutError_mm(i, nut_mm[i], until);
+  if (commanded || norm(nut_mm - machine_.commandedPosition()) > kDrift_mm) machine_.follow(nut_mm, from, until);
+}
+
 // What happened is worked out when it is asked for: there is no queue that could overflow.
 std::size_t World::poll(std::span<Event> into) {
   std::size_t filled = 0;

@@ -9,6 +9,7 @@
 #include "drivers/world/fault.hpp"
 #include "drivers/world/fault_schedule.hpp"
 #include "drivers/world/index_lines.hpp"
+#include "drivers/world/lead.hpp"
 #include "drivers/world/machine.hpp"
 #include "drivers/world/physical_edge.hpp"
 #include "drivers/world/probe.hpp"
@@ -40,6 +41,9 @@ class World {
   // including its delay; `lost` marks an edge for which the kernel has no room.
   std::size_t pollEdges(std::span<PhysicalEdge> into);
 
+  // Does what a control outside commands in one of its cycles. Nuts stand where warm screws put them.
+  void follow(const Lead& lead, MonoTime from, MonoTime until);
+
   // Returns the machine, which the emulated controller commands; it uses nothing else of the world.
   Machine& machine() { return machine_; }
 
@@ -57,6 +61,7 @@ class World {
  private:
   Config config_;
   MonoTime now_{};
+  Vector3 led_to_mm_{};
   Ledger ledger_;
   FaultSchedule faults_;
   Machine machine_;

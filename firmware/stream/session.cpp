@@ -22,6 +22,7 @@ constexpr std::size_t kOutboxMessages = 32;
 constexpr int kMissedSigns = 3;
 constexpr int kDescriptorRepeats = 3;
 constexpr std::uint8_t kControlStream = 0;
+constexpr std::uint8_t kSampleStream = 1;
 
 }  // namespace
 
@@ -73,7 +74,10 @@ void Session::handle(const frame::Frame& received) {
     case MessageType::start:
       return begin(received);
     case MessageType::stop:
-      return halt();
+      if (const auto stop = messages::decode<messages::Stop>(received.payload)) {
+        return stop->stream == kSampleStream ? halt() : refuseStream(type);
+      }
+      return refuse(ErrorCode::malformed, type, "STOP is cut off");
     case MessageType::credit:
       if (const auto credit = messages::decode<messages::Credit>(received.payload)) {
         start_.credit_bytes = std::max(start_.credit_bytes, credit->total_bytes);
@@ -128,6 +132,7 @@ void Session::greet(const frame::Frame& received) {
 void Session::begin(const frame::Frame& received) {
   const auto start = messages::decode<messages::Start>(received.payload);
   if (!start) return refuse(ErrorCode::malformed, MessageType::start, "START is cut off");
+  if (start->stream != kSampleStream) return refuseStream(MessageType::start);
   if (state_ == SessionState::streaming) {
     // START is sent again until a heartbeat says streaming; credit may have grown in between.
     auto running = start_;
@@ -184,6 +189,10 @@ void Session::hangUp() {
 void Session::refuse(ErrorCode code, MessageType about, std::string_view text) {
   ++unexpected_;
   send(messages::RefusalView{code, about, text});
+}
+
+void Session::refuseStream(MessageType about) {
+  refuse(ErrorCode::refused, about, "this box has one stream, the samples: name stream 1");
 }
 
 // Only what a host says is answered: two boxes on one line must not refuse each other for ever.

@@ -89,6 +89,7 @@ class Session {
   void halt();
   void hangUp();
   void refuse(messages::ErrorCode code, messages::MessageType about, std::string_view text);
+  void refuseStream(messages::MessageType about);
   void unexpected(messages::MessageType about);
   bool isGreeted() const { return state_ == SessionState::greeted || state_ == SessionState::streaming; }
 

@@ -256,7 +256,9 @@ std::string stream() {
              "of the frames behind it; keep the last ones and decode a block with the one whose hash is in its "
              "frame.") +
          message<TestPattern>("Box to host.") +
-         message<Start>("Host to box; sent again until a HEARTBEAT says streaming.") +
+         message<Start>(
+             "Host to box; sent again until a HEARTBEAT says streaming. The samples are stream 1; START and STOP of "
+             "any other are refused and change nothing.") +
          message<Stop>("Host to box. A HEARTBEAT with streaming 0 closes the ledger.") +
          message<Credit>(
              "Host to box; also the host's sign of life, at least every 0.5 s: three missed and the link is down.") +

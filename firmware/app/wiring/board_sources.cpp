@@ -21,10 +21,11 @@ namespace {
 
 using Sources = std::vector<std::unique_ptr<io::EventSource>>;
 
-Sources openSim(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now) {
+Outcome<Sources> openSim(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now) {
+  TRY(auto machine,
+      SimSource::open(*descriptions.world, descriptions.machine, std::make_unique<ControllerLink>(box), now));
   Sources sources;
-  sources.push_back(std::make_unique<SimSource>(*descriptions.world, descriptions.machine,
-                                                std::make_unique<ControllerLink>(box), now));
+  sources.push_back(std::move(machine));
   return sources;
 }
 
@@ -88,7 +89,8 @@ bool countsSamples(const board::Devices& devices) {
 Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now,
                              Counters& counters) {
   if (auto refused = whyUnsupported(descriptions)) return *refused;
-  return isEmulated(descriptions) ? openSim(descriptions, box, now) : openReal(descriptions, counters);
+  if (isEmulated(descriptions)) return openSim(descriptions, box, now);
+  return openReal(descriptions, counters);
 }
 
 std::unique_ptr<gpio::LoopBack> loopBackOf(const board::Descriptions& descriptions) {

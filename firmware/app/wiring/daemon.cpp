@@ -351,6 +351,10 @@ std::optional<Error> whyRefused(const Options& options, const board::Description
   add(whyNoAddresses(options, descriptions.service));
   if (options.time_scale != 1.0 && !isEmulated(descriptions))
     add(Error{"--time-scale is for the emulated machine only: real edges are stamped in real time."});
+  if (options.time_scale != 1.0 && descriptions.world && descriptions.world->outside_control)
+    add(
+        Error{"--time-scale is not for a machine that an outside control leads, which is in real time: remove it, or "
+              "[outside_control] of world.toml."});
   return refused;
 }
 

@@ -19,6 +19,16 @@ world::Config startingAt(world::Config config, MonoTime start) {
 
 }  // namespace
 
+Outcome<std::unique_ptr<SimSource>> SimSource::open(const board::World& world, const board::Machine& machine,
+                                                    std::unique_ptr<world::BoxLink> link, MonoTime start) {
+  auto source = std::make_unique<SimSource>(world, machine, std::move(link), start);
+  if (world.outside_control) {
+    TRY(auto control, OutsideControl::open(world, source->world_));
+    source->outside_control_ = std::move(control);
+  }
+  return source;
+}
+
 SimSource::SimSource(const board::World& world, const board::Machine& machine, std::unique_ptr<world::BoxLink> link,
                      MonoTime start)
     : world_{startingAt(world::fromDescription(world, machine), start), world.seed},
@@ -34,6 +44,10 @@ std::size_t SimSource::read(std::span<Event> into, MonoTime now) {
 }
 
 void SimSource::advanceTo(MonoTime now) {
+  if (outside_control_) {
+    outside_control_->serve(now);
+    return world_.advanceTo(outside_control_->known(now));
+  }
   while (reached_ < now) {
     reached_ = std::min(reached_ + kCycle, now);
     controller_.advance(reached_);

@@ -9,13 +9,17 @@
 #include "drivers/world/box_link.hpp"
 #include "drivers/world/controller.hpp"
 #include "drivers/world/world.hpp"
+#include "firmware/app/wiring/outside_control.hpp"
+#include "protocol/units/outcome.hpp"
 
 namespace probebox::app {
 
 // Replaces all drivers by the emulated machine. Its controller runs in the same thread and reaches the box only through
-// `link`.
+// `link`; where world.toml names an outside control, that one leads the machine instead.
 class SimSource : public io::EventSource {
  public:
+  static Outcome<std::unique_ptr<SimSource>> open(const board::World& world, const board::Machine& machine,
+                                                  std::unique_ptr<world::BoxLink> link, MonoTime start);
   SimSource(const board::World& world, const board::Machine& machine, std::unique_ptr<world::BoxLink> link,
             MonoTime start);
 
@@ -29,6 +33,7 @@ class SimSource : public io::EventSource {
   world::World world_;
   std::unique_ptr<world::BoxLink> link_;
   world::Controller controller_;
+  std::unique_ptr<OutsideControl> outside_control_;
   MonoTime reached_;
 };
 

@@ -46,6 +46,30 @@ TEST(WorldToml, DescribesErrorsOfLinearAxesByTheirNamesInISO230) {
   EXPECT_DOUBLE_EQ(axes.waves[2][0].amplitude_mm, 0.003);
 }
 
+TEST(WorldToml, NamesAControlOutsideAndWhatItsBTurns) {
+  EXPECT_FALSE(worldWith("")->outside_control);
+  const auto usual = worldWith("[outside_control]\nport = 7630\n");
+  ASSERT_TRUE(usual.ok()) << usual.error().what;
+  EXPECT_EQ(usual->outside_control->port, 7630);
+  EXPECT_EQ(usual->outside_control->cycle_ns, 1'000'000);
+  EXPECT_TRUE(usual->outside_control->b_swivels_head);
+  const auto slow = worldWith("[outside_control]\nport = 7630\ncycle_us = 4000\nb_turns = \"table\"\n");
+  ASSERT_TRUE(slow.ok()) << slow.error().what;
+  EXPECT_EQ(slow->outside_control->cycle_ns, 4'000'000);
+  EXPECT_FALSE(slow->outside_control->b_swivels_head);
+}
+
+TEST(WorldToml, RefusesAControlOutsideThatTurnsWhatIsNotThere) {
+  std::string without{simFile("world.toml")};
+  const auto begin = without.find("[tilting_table]");
+  without.erase(begin, without.find("\n[", begin) - begin);
+  const auto world = parseWorld(without + "[outside_control]\nport = 7630\nb_turns = \"table\"\n", "world.toml");
+  ASSERT_FALSE(world.ok());
+  EXPECT_THAT(world.error().what, HasSubstr("'outside_control.b_turns' = \"table\", but there is no [tilting_table]"));
+  EXPECT_THAT(problemWith("[outside_control]\n"), HasSubstr("port"));
+  EXPECT_THAT(problemWith("[outside_control]\nport = 70000\n"), HasSubstr("port"));
+}
+
 TEST(WorldToml, RefusesWhatNoErrorOfALinearAxisIs) {
   EXPECT_THAT(problemWith("[linear_axes.EYX]\nscale_um_m = 12\n"), HasSubstr("scale_um_m"));
   EXPECT_THAT(problemWith("[linear_axes.EXC]\nwave_um = 1\n"), HasSubstr("EXC"));

@@ -1,3 +1,4 @@
+#include <array>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -105,6 +106,30 @@ TEST(Start, OfAnUnknownProfileIsRefusedByName) {
   host.read(box.take());
   ASSERT_EQ(host.refusals.size(), 1U);
   EXPECT_EQ(host.refusals[0].code, ErrorCode::refused);
+  EXPECT_EQ(box.session.state(), SessionState::greeted);
+}
+
+TEST(Start, OfAnotherStreamIsRefusedAndChangesNothing) {
+  Box box;
+  Host host;
+  begin(box, host, {.stream = 2});
+  host.read(box.take());
+  ASSERT_EQ(host.refusals.size(), 1U);
+  EXPECT_EQ(host.refusals[0].code, ErrorCode::refused);
+  EXPECT_EQ(host.refusals[0].about, MessageType::start);
+  EXPECT_THAT(host.refusals[0].text, HasSubstr("name stream 1"));
+  EXPECT_EQ(box.session.state(), SessionState::greeted);
+  box.hear(messages::Start{});
+  for (const auto other : std::array<std::uint8_t, 3>{0, 2, 255}) {
+    box.hear(messages::Start{.stream = other});
+    box.hear(messages::Stop{.stream = other});
+  }
+  box.produce(10);
+  host.read(box.take());
+  EXPECT_EQ(host.refusals.size(), 7U);
+  EXPECT_THAT(host.refusals.back().text, HasSubstr("name stream 1"));
+  EXPECT_EQ(host.received, 10U);
+  box.hear(messages::Stop{});
   EXPECT_EQ(box.session.state(), SessionState::greeted);
 }
 
