@@ -43,9 +43,10 @@ build_packages() { # SOURCE ARCH
     DEB_BUILD_OPTIONS="nocheck parallel=$(nproc)" dpkg-buildpackage "${options[@]}")
 }
 
-# Makes the folder of a release in which packages of ARCH are built, once.
-make_build_root() { # ROOT RELEASE ARCH
-  local native packages=() package sources=$1.sources
+# Makes the folder of a release in which packages of ARCH are built, once; with "tests" also what the tests need.
+make_build_root() { # ROOT RELEASE ARCH [tests]
+  local native packages=() package sources=$1.sources backports=''
+  [[ $2 != bookworm ]] || backports=/bookworm-backports  # whose own libgpiod is too old
   [[ ! -e $1/made ]] || return 0
   [[ $EUID -eq 0 ]] || { echo "A root for $2 can only be made by root: run this as root." >&2; return 1; }
   . "$probebox_setup/apt_entries.sh"
@@ -57,7 +58,11 @@ make_build_root() { # ROOT RELEASE ARCH
   if [[ $3 == "$native" ]]; then packages+=(g++); else packages+=("crossbuild-essential-$3" qemu-user-static); fi
   for package in "${probebox_packages[@]}"; do
     case $package in
-      libeigen3-dev | libcli11-dev | libgtest-dev | libgmock-dev | libbenchmark-dev | librapidcheck-dev | libumockdev-dev) ;;
+      libeigen3-dev | libcli11-dev) ;;
+      libgtest-dev | libgmock-dev | libbenchmark-dev | librapidcheck-dev | libumockdev-dev)
+        [[ -z ${4:-} ]] || packages+=("$package:$3")
+        ;;
+      libgpiod-dev) packages+=("$package:$3$backports") ;;
       lib*-dev) packages+=("$package:$3") ;;
     esac
   done
@@ -80,22 +85,31 @@ release_sources() { # RELEASE INTO
   find "$2" -type f ! -exec grep -q '[^[:space:]]' {} \; -delete
 }
 
-# Builds in that folder. A compiler launcher of the environment, such as ccache, is used there too.
+# Runs a command in such a folder, with the project at its own place. A compiler launcher of the environment, such as ccache, is
+# used there too.
+in_build_root() { # ROOT COMMAND...
+  # shellcheck disable=SC2016
+  unshare --mount --pid --fork --mount-proc bash -c '
+    set -e
+    root=$1
+    shift
+    mkdir -p "$root/$PWD"
+    mount --bind "$PWD" "$root/$PWD"
+    mount -t proc proc "$root/proc"
+    mount --rbind /dev "$root/dev"
+    cache=${CCACHE_DIR:-}
+    if [[ ${CCACHE_CONFIGPATH:-} ]]; then
+      cache=$(sed -n "s/^cache_dir = //p" "$CCACHE_CONFIGPATH")
+      cp "$CCACHE_CONFIGPATH" "$root/tmp/"
+    fi
+    [[ -z $cache ]] || { mkdir -p "$root/$cache" && mount --bind "$cache" "$root/$cache"; }
+    exec chroot "$root" env LC_ALL=C.UTF-8 bash -c "cd \"\$0\" && exec \"\$@\"" "$PWD" "$@"
+    ' in_build_root "$@"
+}
+
 build_packages_in_root() { # RELEASE ARCH
   local root=${XDG_CACHE_HOME:-$HOME/.cache}/probebox/package/$1-$2
   make_build_root "$root" "$1" "$2" || return 1
   # shellcheck disable=SC2016
-  unshare --mount --pid --fork --mount-proc bash -c '
-    set -e
-    root=$1 source=$2
-    shift 2
-    mkdir -p "$root/$PWD"
-    mount --bind "$PWD" "$root/$PWD"
-    mount -t proc proc "$root/proc"
-    if [[ ${CCACHE_CONFIGPATH:-} ]]; then
-      cache=$(sed -n "s/^cache_dir = //p" "$CCACHE_CONFIGPATH")
-      mkdir -p "$root/$cache" && mount --bind "$cache" "$root/$cache" && cp "$CCACHE_CONFIGPATH" "$root/tmp/"
-    fi
-    exec chroot "$root" bash -c "cd \"\$0\" && set -e && . tools/setup/debian.sh && build_packages \"\$@\"" "$PWD" "$source" "$@"
-    ' package "$root" "build/package/$1/source" "$2"
+  in_build_root "$root" bash -c 'set -e; . tools/setup/debian.sh; build_packages "$@"' package "build/package/$1/source" "$2"
 }
