@@ -13,9 +13,8 @@
 
 namespace probebox::app {
 
-// Lets a program on this computer lead the emulated machine, by lines of text over TCP that board/sim/world.toml
-// explains
-// ([outside_control]). One at a time: another one waits until the first has gone.
+// Lets a program on this computer lead the emulated machine, by lines of text over TCP ([outside_control] in
+// board/sim/world.toml explains them). One at a time: another one waits until the first has gone.
 class OutsideControl {
  public:
   static Outcome<std::unique_ptr<OutsideControl>> open(const board::World& description, world::World& world);
