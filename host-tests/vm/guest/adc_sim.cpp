@@ -5,20 +5,16 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <string_view>
-#include <system_error>
 #include <unistd.h>
 #include <utility>
 
+#include "fail.hpp"
 #include "kernel_files.hpp"
 
 namespace probebox::vm {
 namespace {
 
 constexpr const char* kDriver = "/sys/bus/platform/drivers/adc-sim";
-
-[[noreturn]] void fail(const std::string& what) {
-  throw std::system_error{errno, std::generic_category(), what};
-}
 
 }  // namespace
 
