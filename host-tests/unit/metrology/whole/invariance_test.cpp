@@ -43,7 +43,7 @@ Vector3d onChuck(double a, double c, double lever) {
 }
 
 Setup spindle(const char* method, const char* lever, Follows offset, const char* key, std::mt19937_64& random) {
-  Setup setup{emptyDataset(method), {{key, offset}, {"stylus_offset_mm", Follows::no}}};
+  Setup setup{emptyDataset(method), {{key, offset}, {"centre_mm", Follows::xy}, {"stylus_offset_mm", Follows::no}}};
   Table& readings = *lever ? addTable(setup.dataset, "readings", {"A_rad", "C_rad", "x_mm", "y_mm", lever})
                            : addTable(setup.dataset, "readings", {"A_rad", "C_rad", "x_mm", "y_mm"});
   for (const double height : *lever ? std::vector<double>{50, 120, 200} : std::vector<double>{0}) {
