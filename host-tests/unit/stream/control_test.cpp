@@ -50,6 +50,29 @@ TEST(Control, ARequestSentAgainIsDoneOnceAndAnsweredTheSame) {
   EXPECT_EQ(messages::encoded(host.answers[0]), messages::encoded(host.answers[1]));
 }
 
+// A host that was away may ask again for all that it had asked for.
+TEST(Control, EachOfTheLatestRequestsIsAnsweredTheSameAgain) {
+  Box box;
+  Host host;
+  begin(box, host);
+  const auto askAll = [&](auto&& answer) {
+    for (std::uint32_t id = 1; id <= ControlChannel::kRemembered; ++id) {
+      box.hear(request(id));
+      answer(id);
+    }
+    host.read(box.take());
+  };
+  askAll([&](std::uint32_t id) {
+    box.session.answer(box.session.nextRequest()->ticket, ErrorCode::ok, {}, std::vector<std::byte>(id, std::byte{9}));
+  });
+  const auto before = std::move(host.answers);
+  host.answers.clear();
+  askAll([&](std::uint32_t id) { EXPECT_FALSE(box.session.nextRequest().has_value()) << id << " is done twice"; });
+  ASSERT_EQ(host.answers.size(), before.size());
+  for (std::size_t k = 0; k < before.size(); ++k)
+    EXPECT_EQ(messages::encoded(host.answers[k]), messages::encoded(before[k])) << k;
+}
+
 TEST(Control, AnIdThatIsUsedForSomethingElseIsRefused) {
   Box box;
   Host host;
