@@ -32,6 +32,14 @@ double Screws::nutError_mm(std::size_t axis, double position_mm, MonoTime at) co
   return lever * extension_um(axis, at) * 1e-3;
 }
 
+double Screws::nutPosition_mm(std::size_t axis, double motor_mm, MonoTime at) const {
+  double nut_mm = motor_mm;
+  // The error depends on where the nut is by a ten-thousandth, so each round leaves that much of what the last one
+  // left.
+  for (int round = 0; round < 3; ++round) nut_mm = motor_mm + nutError_mm(axis, nut_mm, at);
+  return nut_mm;
+}
+
 // The sum of two harmonics of the screw's turn, as a face that is cut askew and a little bent gives.
 double Screws::face_um(std::size_t axis, double motor_mm) const {
   const auto& screw = screws_[axis];

@@ -29,6 +29,8 @@ class Screws {
   double motorPosition_mm(std::size_t axis, double position_mm, MonoTime at) const {
     return position_mm - nutError_mm(axis, position_mm, at);
   }
+  // Its inverse: the position of the nut for a motor that stands there.
+  double nutPosition_mm(std::size_t axis, double motor_mm, MonoTime at) const;
   // Returns the contribution of the sensor's face to a reading, um, at this position of the motor encoder.
   double face_um(std::size_t axis, double motor_mm) const;
 

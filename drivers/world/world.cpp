@@ -27,10 +27,8 @@ void World::follow(const Lead& lead, MonoTime from, MonoTime until) {
   machine_.followPose(lead.pose, from, until);
   const bool commanded = lead.motor_mm != led_to_mm_;
   led_to_mm_ = lead.motor_mm;
-  Vector3 nut_mm = machine_.commandedPosition();
-  // The error depends on where the nut is: by a ten-thousandth of it.
-  for (int round = 0; round < 3; ++round)
-    for (std::size_t i = 0; i < 3; ++i) nut_mm[i] = lead.motor_mm[i] + screws_.nutError_mm(i, nut_mm[i], until);
+  Vector3 nut_mm{};
+  for (std::size_t i = 0; i < 3; ++i) nut_mm[i] = screws_.nutPosition_mm(i, lead.motor_mm[i], until);
   if (commanded || norm(nut_mm - machine_.commandedPosition()) > kDrift_mm) machine_.follow(nut_mm, from, until);
 }
 

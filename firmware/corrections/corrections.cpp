@@ -365,13 +365,8 @@ void Corrections::describeRotary(MonoTime now) {
   }
   const auto health = swivel_.held().health();
   const bool says = health == Health::good || health == Health::held;
-  state_.swivel = {.result_id = swivel_.resultId(),
-                   .error_mm = says ? swivel_.held().value() : Vector{},
-                   .tool = tool_.number(),
-                   .has_tool_length = tool_.length_mm().has_value(),
-                   .tool_length_mm = tool_.length_mm().value_or(0),
-                   .tool_length_from = tool_.lengthFrom(),
-                   .tool_length_result = tool_.lengthResult()};
+  state_.swivel = {.result_id = swivel_.resultId(), .error_mm = says ? swivel_.held().value() : Vector{}};
+  tool_.describe(state_.swivel);
 }
 
 // Where no source needs any, all axes count.

@@ -52,15 +52,21 @@ class ToolInSpindle {
   std::uint32_t number() const { return number_; }  // 0: no tool
   // nullopt without a tool, or when neither controller, a result in force nor machine.toml gives its length.
   std::optional<double> length_mm() const { return known_ ? std::optional{known_->length_mm} : std::nullopt; }
+  void describe(published::SwivelState& state) const {
+    state.tool = number_;
+    state.has_tool_length = known_.has_value();
+    state.tool_length_mm = known_ ? known_->length_mm : 0;
+    state.tool_length_from = lengthFrom();
+    state.tool_length_result = known_ ? known_->result_id : 0;
+  }
+
+ private:
   published::LengthFrom lengthFrom() const {
     using enum published::LengthFrom;
     if (!known_) return nobody;
     if (known_->result_id != 0) return result;
     return told_mm_ > 0 ? controller : description;
   }
-  std::uint64_t lengthResult() const { return known_ ? known_->result_id : 0; }
-
- private:
   std::optional<ToolLength> lengthNow() const {
     if (number_ == 0) return std::nullopt;
     if (told_mm_ > 0) return ToolLength{.number = number_, .length_mm = told_mm_};

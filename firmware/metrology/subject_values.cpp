@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace probebox::metrology {
 namespace {
 
-// The first stem that fits counts.
-struct KeysAbout {
-  std::string_view stem;
-  std::array<std::string_view, 3> keys;
-};
 constexpr std::array kKeysAbout{
     KeysAbout{"centreline", {"centre_mm", "C_tilt_rad", "Z_slide_rad"}},
     KeysAbout{"spindle-offset", {"offset_C_minus_A_mm", "", ""}},
@@ -21,15 +17,20 @@ constexpr std::array kKeysAbout{
 
 }  // namespace
 
-std::vector<Estimate> valuesAbout(const Result& result, std::string_view subject) {
-  const auto listed =
-      std::ranges::find_if(kKeysAbout, [&](const KeysAbout& each) { return subject.starts_with(each.stem); });
-  if (listed == kKeysAbout.end()) return result.estimates;
+std::optional<std::vector<Estimate>> estimatesListed(const Result& result, std::span<const KeysAbout> listed,
+                                                     std::string_view subject) {
+  const auto fits = std::ranges::find_if(listed, [&](const KeysAbout& each) { return subject.starts_with(each.stem); });
+  if (fits == listed.end()) return std::nullopt;
   std::vector<Estimate> found;
-  for (const auto key : listed->keys) {
+  for (const auto key : fits->keys) {
     if (const auto* estimate = key.empty() ? nullptr : result.find(key)) found.push_back(*estimate);
   }
-  return found.empty() ? result.estimates : found;
+  return found;
+}
+
+std::vector<Estimate> valuesAbout(const Result& result, std::string_view subject) {
+  auto found = estimatesListed(result, kKeysAbout, subject);
+  return found && !found->empty() ? std::move(*found) : result.estimates;
 }
 
 std::string unitOfRms(const Result& result) {

@@ -15,7 +15,7 @@ probebox_browser_packages=(chromium)
 # What opens recordings in tests (system.readers). Without them the tests that need them are skipped.
 # shellcheck disable=SC2034
 probebox_reader_packages=(tshark python3-numpy python3-pyte)
-# A control without a machine (host-tests/cnc), some 50 MB. Where it cannot be had, those tests are skipped.
+# A control without a machine (host-tests/cnc), 34 MB to fetch. Where it cannot be had, those tests are skipped.
 # shellcheck disable=SC2034
 probebox_cnc_packages=(linuxcnc-uspace util-linux)
 # What `probebox view` and `probebox interference` need (docs/view.md). Without them those two say what is missing.

@@ -17,17 +17,13 @@ namespace {
 constexpr std::size_t kMostValues = 60;  // what an answer of a link holds
 constexpr std::size_t kMostNamed = 6;    // of them in a sentence
 
-// What is compared where it is not valuesAbout() the subject. The first stem that fits counts.
-struct Quantities {
-  std::string_view stem;
-  std::array<std::string_view, 3> keys;
-};
-constexpr std::array kQuantities{
-    Quantities{"spindle-tilt", {"A_tilt_rad", "", ""}},
-    Quantities{"sensor-head-", {"sensor_matrix", "sensor_zero", ""}},
-    Quantities{"swivel-", {"swivel_terms_mm", "", ""}},
-    Quantities{"screw-reference-", {"reference_um", "", ""}},
-    Quantities{"screw-", {"K", "sector_table_um", ""}},
+// What is compared where it is not valuesAbout() the subject.
+constexpr std::array kCompared{
+    metrology::KeysAbout{"spindle-tilt", {"A_tilt_rad", "", ""}},
+    metrology::KeysAbout{"sensor-head-", {"sensor_matrix", "sensor_zero", ""}},
+    metrology::KeysAbout{"swivel-", {"swivel_terms_mm", "", ""}},
+    metrology::KeysAbout{"screw-reference-", {"reference_um", "", ""}},
+    metrology::KeysAbout{"screw-", {"K", "sector_table_um", ""}},
 };
 
 using metrology::Estimate;
@@ -48,14 +44,8 @@ std::vector<Estimate> quantitiesOf(const metrology::Result& result, const std::s
   if (subject.starts_with("stylus-offset-")) {
     if (const auto offset = stylusOffsetOf(result)) return {*offset};
   }
-  const auto listed =
-      std::ranges::find_if(kQuantities, [&](const Quantities& each) { return subject.starts_with(each.stem); });
-  if (listed == kQuantities.end()) return metrology::valuesAbout(result, subject);
-  std::vector<Estimate> found;
-  for (const auto key : listed->keys) {
-    if (const auto* estimate = key.empty() ? nullptr : result.find(key)) found.push_back(*estimate);
-  }
-  return found;
+  if (auto listed = metrology::estimatesListed(result, kCompared, subject)) return std::move(*listed);
+  return metrology::valuesAbout(result, subject);
 }
 
 // Takes centre_mm of a centreline to another height, along its own slope.

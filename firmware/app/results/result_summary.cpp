@@ -53,6 +53,21 @@ messages::StampedTrigger stampedTrigger(const published::TriggerStamp& trigger) 
   return stamped;
 }
 
+messages::ValueSource sourceOf(published::LengthFrom from) {
+  using enum messages::ValueSource;
+  switch (from) {
+    case published::LengthFrom::description:
+      return description;
+    case published::LengthFrom::result:
+      return result;
+    case published::LengthFrom::controller:
+      return controller;
+    case published::LengthFrom::nobody:
+      break;
+  }
+  return unknown;
+}
+
 }  // namespace
 
 messages::Trigger wireTrigger(const box::PlacedTrigger& placed) {
@@ -191,7 +206,7 @@ messages::Corrections::Answer correctionsAnswer(const box::State& state, std::ve
   answer.in_use = std::move(in_use);
   if (swivel.tool != 0)
     answer.in_use.push_back({.name = "length of tool " + std::to_string(swivel.tool),
-                             .source = static_cast<messages::ValueSource>(swivel.tool_length_from),
+                             .source = sourceOf(swivel.tool_length_from),
                              .result_id = swivel.tool_length_result});
   return answer;
 }

@@ -22,7 +22,8 @@ Outcome<std::unique_ptr<OutsideControl>> OutsideControl::open(const board::World
 }
 
 OutsideControl::OutsideControl(const board::World& description, world::World& world, tcp::Listener listener)
-    : description_{description},
+    : swivels_head_{description.outside_control->b_swivels_head && description.swivel_head},
+      tilts_table_{!description.outside_control->b_swivels_head && description.tilting_table},
       world_{world},
       following_{{.cycle = Nanoseconds{description.outside_control->cycle_ns}}, world},
       listener_{std::move(listener)} {}
@@ -73,10 +74,9 @@ std::optional<std::string> OutsideControl::take(std::string_view values, MonoTim
   std::string more;
   if (!words || words >> more) return "a line is a number, X Y Z in mm, A B C in degrees, and the tool's number";
   const double b_rad = angles_deg[1] * kDegree;
-  const bool head = description_.outside_control->b_swivels_head;
   lead.pose = {.a_rad = angles_deg[0] * kDegree,
-               .head_rad = head && description_.swivel_head ? b_rad : 0,
-               .table_rad = !head && description_.tilting_table ? b_rad : 0,
+               .head_rad = swivels_head_ ? b_rad : 0,
+               .table_rad = tilts_table_ ? b_rad : 0,
                .c_rad = angles_deg[2] * kDegree};
   return following_.take(lead, now);
 }

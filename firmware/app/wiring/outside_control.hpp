@@ -31,7 +31,7 @@ class OutsideControl {
   std::optional<std::string> take(std::string_view values, MonoTime now);
   void send();
 
-  board::World description_;
+  bool swivels_head_, tilts_table_;  // by B
   world::World& world_;
   world::Following following_;
   tcp::Listener listener_;

@@ -13,10 +13,10 @@ namespace probebox::command {
 
 using namespace std::chrono_literals;
 
-// A daemon with the emulated machine, ten times as fast as real time, and the command that speaks to it.
+// A daemon with the emulated machine, faster than real time, and the command that speaks to it.
 class OnTheMachine : public testing::Test {
  protected:
-  OnTheMachine() {
+  explicit OnTheMachine(double time_scale = 10) : time_scale_{time_scale} {
     start([](board::Descriptions&) {});
   }
   // Anew, with descriptions that somebody has changed.
@@ -25,7 +25,7 @@ class OnTheMachine : public testing::Test {
     daemon_.reset();
     options.state = directory_.file("state");
     options.links = {"tcp:127.0.0.1:0"};
-    options.time_scale = 10;
+    options.time_scale = time_scale_;
     options.solver = PROBEBOXD;
     auto descriptions = app::loadDescriptions(options);
     ASSERT_TRUE(descriptions) << descriptions.error().what;
@@ -43,6 +43,7 @@ class OnTheMachine : public testing::Test {
   }
   bool locked() { return box({"status", "--json"}).out.find("\"locked\"") != std::string::npos; }
 
+  double time_scale_;
   RuntimeDirectory directory_;
   board::Descriptions descriptions_;
   std::unique_ptr<app::Daemon> daemon_;

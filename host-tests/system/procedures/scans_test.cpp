@@ -15,6 +15,7 @@ using testing::HasSubstr;
 
 class ScanOnTheMachine : public OnTheMachine, public testing::WithParamInterface<std::string> {
  protected:
+  ScanOnTheMachine() : OnTheMachine{4} {}  // a scan is spoilt by streams that fall silent, as on a busy computer
   double trueTau_s() const {
     const auto& delays = descriptions_.world->delays;
     return delays.tau_machine_s[0] - delays.tau_probe_s;
@@ -52,10 +53,6 @@ TEST_P(ScanOnTheMachine, FindsTheDelayThatComesIntoForce) {
   const auto in_force = box({"info", "--json"}).object()["delay"];
   for (const auto& axis : in_force["tau_s"]) EXPECT_EQ(axis, proposed["result"]["tau_s"]);
   EXPECT_EQ(box({"report", id, "-o", directory_.file("scan.html")}).status, 0);
-
-  // What rests on a delay can be measured now.
-  const auto centreline = box({"calibrate", "centreline", "--angles", "3", "--json"});
-  EXPECT_EQ(centreline.status, 0) << centreline.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, ScanOnTheMachine, testing::Values("delay-stepped-scan", "delay-contour"));

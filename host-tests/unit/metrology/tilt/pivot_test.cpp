@@ -1,5 +1,4 @@
 // A tilting table in three dimensions, its axes anywhere and not quite parallel to X or Y.
-#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -8,53 +7,13 @@
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/fisher.hpp"
 #include "protocol/units/angle.hpp"
+#include "tilting_table.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
-
-struct Tilting {
-  Vector3d axis{1, 0, 0};          // machine axis that the control knows
-  Vector3d skew{0, 0, 0};          // what it is off
-  Vector3d pivot{0, -12.3, 45.6};  // a point of the axis
-  Vector3d c_axis{-3.0, -5.3, 0};  // C at tilt zero, parallel to Z
-  Vector3d ball{40, 2, 255.6};     // at tilt and C zero
-
-  Vector3d at(double tilt, double c) const {
-    const Vector3d on_c = c_axis + AngleAxisd{c * kDegree, Vector3d::UnitZ()} * (ball - c_axis);
-    return pivot + AngleAxisd{tilt * kDegree, (axis + skew).normalized()} * (on_c - pivot);
-  }
-};
-
-Tilting randomTable(std::mt19937_64& random, double skew) {
-  Tilting table;
-  table.skew = {0, uniform(random, -skew, skew), uniform(random, -skew, skew)};
-  table.pivot = {0, uniform(random, -20, 20), uniform(random, -40, 40)};
-  table.c_axis = {uniform(random, -3, 3), table.pivot.y() + uniform(random, -10, 10), 0};
-  // The pivot counts where the readings are: half way between C = 0 and 180.
-  table.pivot.x() = table.c_axis.x();
-  table.ball = {uniform(random, 20, 60), uniform(random, -20, 20), uniform(random, 120, 260)};
-  return table;
-}
-
-Dataset tableDataset(const Tilting& table, const std::vector<double>& tilts, const std::vector<double>& cs,
-                     double sigma, std::mt19937_64& random) {
-  Dataset dataset{.method = "table-pivot",
-                  .config = {{"sigma_mm", sigma},
-                             {"tilt_axis", std::vector<double>{table.axis.x(), table.axis.y(), table.axis.z()}}},
-                  .tables = {}};
-  Table& readings = addTable(dataset, "readings", {"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"});
-  for (const double tilt : tilts) {
-    for (const double c : cs) {
-      const Vector3d at = table.at(tilt, c);
-      readings.append(
-          {tilt, c, at.x() + gauss(random, sigma), at.y() + gauss(random, sigma), at.z() + gauss(random, sigma)});
-    }
-  }
-  return dataset;
-}
 
 // Two points at two tilts fit a skew axis exactly, whatever one reading is off; the way along the axis tells.
 TEST(TablePivot, RefusesABadReadingThatItsPartnerContradicts) {
