@@ -22,6 +22,8 @@ target_compile_options(probebox_compile_options INTERFACE
   # Of all or of none: what is precompiled serves no source that a library of its own gives this option (GLib of Debian 13).
   -pthread)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # Collect garbage later: a twelfth less time to build, a twentieth more memory.
+  target_compile_options(probebox_compile_options INTERFACE --param=ggc-min-expand=300)
   # g++ 12 reports false overflows and uninitialised reads inside std::vector, std::variant and Eigen at -O2.
   target_compile_options(probebox_compile_options INTERFACE
     -Wno-stringop-overflow -Wno-stringop-overread -Wno-array-bounds -Wno-maybe-uninitialized -Wno-restrict)

@@ -9,7 +9,7 @@ namespace {
 constexpr Range kLength_mm{1e-3, 50'000};
 constexpr Range kPlace_mm{-50'000, 50'000};
 constexpr std::size_t kMostSolids = 200;
-constexpr std::size_t kMostTools = 99;
+constexpr std::size_t kMostCellTools = 99;
 
 CellSolid readSolid(Section& section, const std::vector<CellSolid>& before) {
   CellSolid solid;
@@ -63,7 +63,7 @@ Cell readCell(Section& root) {
   cell.least_mm = section.number("least_mm", {0, 100}, 0);
   section.finish();
   for (auto& solid : root.sections("solid", kMostSolids)) cell.solids.push_back(readSolid(solid, cell.solids));
-  for (auto& tool : root.sections("tool", kMostTools)) cell.tools.push_back(readTool(tool, cell.tools));
+  for (auto& tool : root.sections("tool", kMostCellTools)) cell.tools.push_back(readTool(tool, cell.tools));
   return cell;
 }
 

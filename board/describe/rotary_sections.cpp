@@ -13,7 +13,7 @@
 namespace probebox::board {
 namespace {
 
-constexpr Range kSeconds{0, 3600};
+constexpr Range kHold_s{0, 3600};
 constexpr double kUsualStale_s = 0.25;
 constexpr double kUsualSpeed_deg_s = 36'000;  // 100 turns a second
 constexpr std::string_view kLetters = "ABC";
@@ -22,7 +22,7 @@ RotaryAxisDescription readRotaryAxis(Section section) {
   RotaryAxisDescription axis;
   axis.angle_from = static_cast<AngleFrom>(section.choice("angle_from", {"encoder", "controller"}));
   if (axis.angle_from == AngleFrom::controller) {
-    axis.stale_s = section.number("stale_s", kSeconds);
+    axis.stale_s = section.number("stale_s", kHold_s);
     section.finish();
     return axis;
   }
@@ -52,7 +52,7 @@ SwivelDescription readSwivel(Section section, double hold_s, const Machine& mach
   swivel.axis = static_cast<RotaryLetter>(section.choice("axis", {"A", "B", "C"}));
   if (section.good("axis")) requireDescribed(section, "axis", swivel.axis, machine);
   swivel.by_angle = section.flag("by_angle", false);
-  swivel.hold_s = section.number("hold_s", kSeconds, hold_s);
+  swivel.hold_s = section.number("hold_s", kHold_s, hold_s);
   section.finish();
   return swivel;
 }
@@ -93,7 +93,7 @@ RotaryTableDescription readTable(Section section, double hold_s, const Machine& 
                       "has the length " + plain(length) + ": write one of length 1, such as [0, 0, -1]");
     table.measured_length_mm = section.number("measured_length_mm", {0, 2000});
   }
-  table.hold_s = section.number("hold_s", kSeconds, hold_s);
+  table.hold_s = section.number("hold_s", kHold_s, hold_s);
   section.finish();
   return table;
 }

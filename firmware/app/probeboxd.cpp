@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -9,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <time.h>
+#include <variant>
 
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/log/log.hpp"
@@ -149,17 +149,12 @@ int run(const probebox::app::Options& options) {
 int main(int argc, char** argv) {
   // The daemon runs itself to solve a case; nothing else of it is set up there.
   if (argc == 3 && std::string_view{argv[1]} == "--solver") return probebox::app::solveInChild(argv[2]);
-  CLI::App command;
-  probebox::app::Options options;
-  options.solver = "/proc/self/exe";
-  probebox::app::declareOptions(command, options);
   try {
-    command.parse(argc, argv);
+    auto asked = probebox::app::readCommandLine(argc, argv, kUsage);
+    if (const int* status = std::get_if<int>(&asked)) return *status;
+    auto& options = std::get<probebox::app::Options>(asked);
+    options.solver = "/proc/self/exe";
     return run(options);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return command.exit(error);
-    probebox::app::logError(std::string{error.what()} + ": see probeboxd --help.");
-    return kUsage;
   } catch (const std::exception& error) {
     probebox::app::logError(error.what());
     return kFailed;

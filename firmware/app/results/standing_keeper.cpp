@@ -16,7 +16,7 @@ using Correction = StandingKeeper::Correction;
 constexpr std::size_t kMostStandingBytes = 200;
 
 // All that the file holds.
-struct Content {
+struct StandingBounds {
   Correction correction_mm{};
   Correction margin_mm{};
   std::string utc{};
@@ -27,9 +27,9 @@ struct Content {
   }
 };
 
-std::optional<Content> contentOf(const store::TwinFile& file) {
+std::optional<StandingBounds> contentOf(const store::TwinFile& file) {
   if (file.content().empty()) return std::nullopt;
-  const auto content = messages::decode<Content>(std::as_bytes(std::span{file.content()}));
+  const auto content = messages::decode<StandingBounds>(std::as_bytes(std::span{file.content()}));
   return content ? std::optional{*content} : std::nullopt;
 }
 
@@ -134,7 +134,7 @@ void StandingKeeper::finish(const published::Snapshot& snapshot, const std::opti
 }
 
 bool StandingKeeper::keep(const Correction& correction_mm, const Correction& margin_mm) {
-  const auto bytes = messages::encoded(Content{correction_mm, margin_mm, utcNow()});
+  const auto bytes = messages::encoded(StandingBounds{correction_mm, margin_mm, utcNow()});
   const auto kept = file_.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   setProblem(kept ? "" : kept.error().what);
   if (!kept) return false;

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <string>
 
+#include "firmware/app/log/log.hpp"
 #include "firmware/app/wiring/daemon.hpp"
 
 namespace probebox::app {
@@ -58,6 +59,20 @@ void declareOptions(CLI::App& command, Options& options) {
   command.add_flag("--check", options.check,
                    "check descriptions and addresses, print every problem and exit, with status 2 where there is one");
   command.add_flag("--usb-identity", options.usb_identity, "print the USB identity for probebox-usb-setup and exit");
+}
+
+std::variant<Options, int> readCommandLine(int argc, char** argv, int wrong_usage) {
+  CLI::App command;
+  Options options;
+  declareOptions(command, options);
+  try {
+    command.parse(argc, argv);
+    return options;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return command.exit(error);
+    logError(std::string{error.what()} + ": see probeboxd --help.");
+    return wrong_usage;
+  }
 }
 
 }  // namespace probebox::app

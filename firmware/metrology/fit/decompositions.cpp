@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <cmath>
 #include <utility>
 
 namespace probebox::metrology {
@@ -62,9 +63,12 @@ MatrixXd orthonormalColumns(const MatrixXd& columns) {
 }
 
 MatrixXd complementOf(const VectorXd& direction) {
-  MatrixXd packed = direction;
-  const MatrixXd basis = PlainInPlace{packed}.householderQ();
-  return basis.rightCols(direction.size() - 1);
+  // A mirror that takes the first axis to +/- direction takes the others across it.
+  VectorXd across_mirror = direction;
+  across_mirror[0] += std::copysign(1.0, direction[0]);
+  const MatrixXd mirror = MatrixXd::Identity(direction.size(), direction.size()) -
+                          across_mirror * across_mirror.transpose() * (2.0 / across_mirror.squaredNorm());
+  return mirror.rightCols(direction.size() - 1);
 }
 
 MatrixXd solveSquare(const MatrixXd& matrix, const MatrixXd& right) {

@@ -11,7 +11,7 @@ namespace probebox::command {
 namespace {
 
 constexpr std::string_view kAxes = "XYZ";
-constexpr milliseconds kPause{100};  // the box publishes the state of its axes every 10 ms
+constexpr milliseconds kAxesPublished{100};  // the box publishes the state of its axes every 10 ms
 constexpr int kLooks = 10;
 
 Outcome<messages::HomeAxes::Request, Trouble> requestOf(const Home& options) {
@@ -38,7 +38,7 @@ bool allReferenced(const messages::Corrections::Answer& now, std::uint8_t axes) 
 Outcome<messages::Corrections::Answer, Trouble> outcome(link::Client& box, std::uint8_t axes, std::uint32_t refused,
                                                         const Console& console) {
   for (int look = 0;; ++look) {
-    for (const auto pause = patienceOf(console, kPause); box.round(pause);) {
+    for (const auto pause = patienceOf(console, kAxesPublished); box.round(pause);) {
     }
     if (console.interrupted()) return interruption();
     auto now = ask<messages::Corrections>(box, console);

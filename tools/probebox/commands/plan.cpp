@@ -16,7 +16,7 @@
 namespace probebox::command {
 namespace {
 
-constexpr std::size_t kShown = 5;  // proposals, on a page
+constexpr std::size_t kProposals = 5;  // proposals, on a page
 
 plan::SetUp setUpOf(const Plan& options) {
   plan::SetUp set_up;
@@ -98,7 +98,7 @@ ExitStatus propose(const plan::Wanted& wanted, const Plan& options, Console& con
          printed("no set of touches that this method can use fits into %g s; allow more time", *options.time_s)});
   if (!console.json()) console.line(forecastPage(found->front()));
   if (!console.json()) console.line("the most precise that fit into " + printed("%g s:", *options.time_s));
-  for (std::size_t i = 0; i < std::min(kShown, found->size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kProposals, found->size()); ++i) {
     const auto& one = (*found)[i];
     if (console.json())
       console.object(forecastJson(one));
