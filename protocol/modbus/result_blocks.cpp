@@ -28,6 +28,12 @@ constexpr BlockValue kLocation[]{
     {"tilt about Y", rad, {{{"tilt_rad", 1}}}}, {"tilt about Z", rad, {{{"tilt_rad", 2}}}}};
 constexpr BlockValue kGain[]{{"gain", number, {{{"K", 0}}}}};
 
+// The weights of preTravelParts().
+constexpr BlockValue kPreTravel[]{{"across", mm, {{{"pre_travel_mm", 0}}}},
+                                  {"cos 3 phi", mm, {{{"pre_travel_mm", 1}}}},
+                                  {"sin 3 phi", mm, {{{"pre_travel_mm", 2}}}},
+                                  {"along", mm, {{{"pre_travel_mm", 3}}}}};
+
 constexpr BlockValue kColdReading[]{{"reading", um, {{{"reference_um", 0}}}}};
 
 constexpr std::string_view kLocationMeans =
@@ -58,6 +64,11 @@ constexpr ResultBlock kBlocks[]{
      "um, measured reading of the sensor (D1a); the one in use, measured or not, is register 760"},
     {"screw-reference-y", 776, "Y cold screw", kColdReading, "as X"},
     {"screw-reference-z", 784, "Z cold screw", kColdReading, "as X"},
+    {"pre-travel", 944, "pre-travel", kPreTravel,
+     "of a touch-trigger probe, for cycles of the control: a touch along the unit normal n, in the probe's own axes, "
+     "is p "
+     "deep when the switch opens: p = h (p0 + p1 cos 3 phi + p2 sin 3 phi) + p3 abs(nz) of these four in turn, "
+     "h = sqrt(nx^2 + ny^2), phi = atan2(ny, nx)"},
 };
 
 constexpr BlockValue kTool[]{{"X offset", mm, {{{"tool_offset_mm", 0}}}},

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <gmock/gmock.h>
 
 #include "firmware/modbus/identification.hpp"
@@ -55,6 +56,27 @@ TEST(ResultImage, ShowsAPivotByTheCoordinatesOfItsPlane) {
   const unsigned state = image[471];
   EXPECT_EQ(state & 3U, kInForce | kRestsOnRetired);
   EXPECT_EQ(state >> kFirstKnownBit, 0b1000101U) << "X, Z and the place along the axis";
+}
+
+TEST(ResultImage, ShowsThePreTravelOfATouchTriggerProbe) {
+  RegisterImage image;
+  const ServedResult measured{
+      .subject = "pre-travel",
+      .result_id = 11,
+      .probe_tool = 2,
+      .rests_on_retired = false,
+      .values = {{"pre_travel_mm", {0.01, 0.002, -0.001, 0.004}, {0.0001, 0.0002, 0.0003, 0.0004}}}};
+  image.fill({}, LineState{}, inForce({measured}), WordOrder::high_first);
+  for (std::uint16_t part = 0; part < 4; ++part) {
+    const auto of_part = static_cast<std::uint16_t>(2 * part);
+    const double value_mm = measured.values[0].values[part];
+    EXPECT_NEAR(valueAt(image, 944 + of_part), value_mm, 1e-8);
+    EXPECT_NEAR(valueAt(image, 952 + of_part), measured.values[0].sd[part], 1e-9);
+    EXPECT_EQ(valueAt(image, 960 + of_part), std::round(value_mm * 1e6)) << "nm";
+  }
+  EXPECT_EQ(valueAt(image, 968), 11);
+  EXPECT_EQ(image[970], 2) << "the probe's number";
+  EXPECT_EQ(image[971], kInForce | 0xF0U);
 }
 
 TEST(ResultImage, HasATableOfToolsThatOneRequestReadsARowOf) {
