@@ -43,6 +43,7 @@ SimulatedRecording::SimulatedRecording(const SetUp& set_up, const procedure::Fac
   recording_.clear();
   const double tau = set_up.delay_s;
   recording_.setDelay({.result_id = 1, .tau_s = {tau, tau, tau}, .sd_s = {}, .at = {}});
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) beside_rad_[axis] = stopOff(axis);
 }
 
 double SimulatedRecording::duration() const {
@@ -54,7 +55,21 @@ capture::Scales SimulatedRecording::scales() const {
           .nominal_period = std::chrono::milliseconds{1}};
 }
 
+// An axis keeps its stop until it is sent elsewhere.
+void SimulatedRecording::stopAt(const procedure::Step& step) {
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
+    if (step.touch.rotary_angles_rad[axis] != pose_[axis]) beside_rad_[axis] = stopOff(axis);
+  }
+}
+
+// The spindle carries a straight stylus, so its stops move nothing.
+double SimulatedRecording::stopOff(std::size_t axis) {
+  const std::array<double, kRotaryAxes> sigma_rad{0, set_up_.sigma_b_rad, set_up_.sigma_c_rad};
+  return normal(sigma_rad[axis]);
+}
+
 bool SimulatedRecording::take(const procedure::Step& step) {
+  stopAt(step);
   if (step.kind == procedure::Kind::sweep) return sweep(step);
   if (step.kind == procedure::Kind::rest) return rest(step);
   if (step.kind == procedure::Kind::scan) return scan(step);
@@ -177,12 +192,12 @@ bool SimulatedRecording::scan(const procedure::Step& step) {
 bool SimulatedRecording::turn(const procedure::Step& step) {
   auto touch = begin(step);
   const Turn motion{step, ballAt(set_up_, step.touch.ball), set_up_};
-  const double stop_rad = normal(set_up_.sigma_c_rad);  // the encoder does not see how far C stands beside it
+  beside_rad_[2] = stopOff(2);  // C has moved, and its encoder does not see how far it stands beside
   const double interval_s = std::chrono::duration<double>{capture::kSweepInterval}.count();
   bool fits = true;
   sample(1 / interval_s, motion.duration(), [&](double t) {
     fits = machineRow(t, motion.stylus() + noise(set_up_.machine_noise_um)) && fits;
-    fits = recording_.append(capture::AngleRow{at(now_s_ + t), motion.angle(t) - stop_rad}) && fits;
+    fits = recording_.append(capture::AngleRow{at(now_s_ + t), motion.angle(t) - beside_rad_[2]}) && fits;
     if (!step.touch.by_edges) fits = probeRow(t, motion.deflection(t) + noise(set_up_.probe_noise_um)) && fits;
   });
   if (step.touch.by_edges) {
@@ -240,11 +255,12 @@ Vector3d SimulatedRecording::setterFaceOf(const procedure::Step& step) const {
 Vector3d SimulatedRecording::ballOf(const procedure::Step& step) const {
   if (step.feature != procedure::Feature::part_ball) return Vector3d::Zero();
   // A carries the probe, whose stylus is straight: only C and the table move the ball.
-  const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2], Vector3d::UnitZ()};
+  const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2] + beside_rad_[2], Vector3d::UnitZ()};
   const Vector3d ball = turn * ballAt(set_up_, step.touch.ball);
   if (step.b_moves != procedure::BMoves::table) return ball;
   // About an axis through the middle of the table.
-  return Eigen::AngleAxisd{step.touch.rotary_angles_rad[1], vectorOf(facts_.tilting_table->axis)} * ball;
+  const double tilt_rad = step.touch.rotary_angles_rad[1] + beside_rad_[1];
+  return Eigen::AngleAxisd{tilt_rad, vectorOf(facts_.tilting_table->axis)} * ball;
 }
 
 // From what the positions are of to what touches.
@@ -256,12 +272,12 @@ Vector3d SimulatedRecording::tipOf(const procedure::Step& step) const {
   const Vector3d hanging{0, 0, -(length_mm - step.touch.shank_height_mm)};
   if (!swivels) return hanging;
   const Vector3d pivot = vectorOf(facts_.swivel_head->pivot_mm);
-  return pivot +
-         Eigen::AngleAxisd{step.touch.rotary_angles_rad[1], vectorOf(facts_.swivel_head->b.axis)} * (hanging - pivot);
+  const double swivel_rad = step.touch.rotary_angles_rad[1] + beside_rad_[1];
+  return pivot + Eigen::AngleAxisd{swivel_rad, vectorOf(facts_.swivel_head->b.axis)} * (hanging - pivot);
 }
 
 double SimulatedRecording::normal(double sigma) {
-  return std::normal_distribution<double>{0.0, sigma}(random_);
+  return sigma * std::normal_distribution<double>{}(random_);
 }
 
 Vector3d SimulatedRecording::noise(double sigma_um) {

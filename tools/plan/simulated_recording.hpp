@@ -27,6 +27,8 @@ class SimulatedRecording {
   capture::Scales scales() const;
 
  private:
+  void stopAt(const procedure::Step& step);
+  double stopOff(std::size_t axis);
   capture::Touch begin(const procedure::Step& step) const;
   bool end(capture::Touch touch, double duration_s);
   bool touch(const procedure::Step& step);
@@ -51,7 +53,8 @@ class SimulatedRecording {
   std::mt19937_64 random_;
   capture::Recording recording_;
   double now_s_;
-  std::array<double, 3> pose_{};
+  std::array<double, 3> pose_{};        // A, B, C of the last step, rad
+  std::array<double, 3> beside_rad_{};  // by which their present stops are off
 };
 
 }  // namespace probebox::plan

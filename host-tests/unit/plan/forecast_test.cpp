@@ -10,6 +10,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
+#include "host-tests/metrology/moments.hpp"
 #include "tools/plan/completed.hpp"
 #include "tools/plan/simulated_facts.hpp"
 #include "tools/plan/simulated_recording.hpp"
@@ -113,6 +114,45 @@ TEST(Forecast, OfContactsOfATouchTriggerProbeIsWhatRunsThenScatterBy) {
   set_up.switch_repeatability_um = 0.25;
   set_up.sd_pre_travel_um = 1e-3;  // what is in force is the same in every run
   expectForecastOfContacts(set_up);
+}
+
+TEST(Forecast, OfContactsOfAScanningProbeIsWhatRunsThenScatterBy) {
+  expectForecastOfContacts({});
+}
+
+// Scatter of runs about their mean, neither larger nor smaller than the forecast. independent: components of the value
+// whose errors are independent.
+void expectScatter(const LiveMethod& method, const char* key, std::size_t independent = 2) {
+  SCOPED_TRACE(std::string{method.name()});
+  constexpr std::uint64_t kRuns = 30;
+  const SetUp set_up;
+  const auto expected = forecastOf(&method);
+  const auto options = completed({.method = &method}, factsOf(set_up, 0));
+  ASSERT_TRUE(options) << options.error().reason;
+  std::vector<std::vector<double>> runs;
+  for (std::uint64_t run = 0; run < kRuns; ++run) {
+    const auto measured = simulatedRun(method, *options, set_up, 1000 + run);
+    ASSERT_TRUE(measured.solved) << measured.solved.error().reason;
+    runs.push_back(measured.solved->find(key)->values);
+  }
+  metrology::Moments errors;
+  for (std::size_t k = 0; k < runs.front().size(); ++k) {
+    double mean = 0;
+    for (const auto& run : runs) mean += run[k] / kRuns;
+    const double sd = sdOf(expected, key, k) * std::sqrt(1 - 1.0 / kRuns);
+    for (const auto& run : runs) errors.add(run[k] - mean, sd);
+  }
+  metrology::expectHonest(errors, independent * (kRuns - 1));
+}
+
+// The sd hold what a stop of C, of the table or of the head is off.
+TEST(Forecast, OfAxesIsWhatRunsThenScatterBy) {
+  expectScatter(procedure::kCentreline, "centre_mm");
+  expectScatter(procedure::kCentrelineLimitedAccess, "centre_mm");
+  expectScatter(procedure::kSpindleOffset2x2, "offset_C_minus_A_mm");
+  expectScatter(procedure::kCAxisAlignment, "C_tilt_rad");
+  expectScatter(procedure::kTablePivot, "pivot_yz_mm");
+  expectScatter(procedure::kHeadPivot, "pivot_xz_mm");
 }
 
 // A control that takes one radius all the way gives scans that tell of no delay.
