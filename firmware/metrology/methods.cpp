@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "firmware/metrology/centreline/axis_alignment.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
@@ -109,17 +110,16 @@ std::string subjectOf(const Dataset& dataset) {
 }
 
 std::vector<NamedSubject> subjectsOf(const Dataset& dataset) {
-  std::vector<NamedSubject> subjects{{subjectOf(dataset), {}}};
+  std::vector<NamedSubject> subjects{{subjectOf(dataset)}};
   const Method* method = methodNamed(dataset.method);
   if (method == nullptr) return subjects;
-  if (auto also = nameOf(method->also_about, dataset)) subjects.push_back({*std::move(also), method->also_about.needs});
+  if (method->also_about == nullptr) return subjects;
+  for (auto& also : method->also_about(dataset)) subjects.push_back(std::move(also));
   return subjects;
 }
 
 bool isSubject(std::string_view name) {
-  return std::ranges::any_of(kMethods, [name](const Method* method) {
-    return method->subject.name == name || method->also_about.name == name;
-  });
+  return std::ranges::any_of(kMethods, [name](const Method* method) { return method->subject.name == name; });
 }
 
 }  // namespace probebox::metrology

@@ -22,13 +22,9 @@ Solved solve(const Dataset& dataset, const Method& method);
 std::string subjectOf(const Dataset& dataset);
 
 // All subjects that a result of the case may answer, subjectOf() first.
-struct NamedSubject {
-  std::string name;
-  std::string_view needs;  // key of a value without which the result does not answer it; empty: none
-};
 std::vector<NamedSubject> subjectsOf(const Dataset& dataset);
 
-// True if a method has this subject, apart from numbers and letters of axes.
+// True if a method has this as its first subject, apart from numbers and letters of axes.
 bool isSubject(std::string_view name);
 
 }  // namespace probebox::metrology

@@ -33,6 +33,22 @@ std::vector<Estimate> valuesAbout(const Result& result, std::string_view subject
   return found && !found->empty() ? std::move(*found) : result.estimates;
 }
 
+Result withKey(Result result, std::string_view key, std::string_view as) {
+  for (auto* list : {&result.estimates, &result.also}) {
+    for (auto& estimate : *list) {
+      if (estimate.key == key) estimate.key = as;
+    }
+  }
+  const auto rename = [&](std::vector<std::string>& components) {
+    for (auto& name : components) {
+      if (name == key || name.starts_with(std::string{key} + "[")) name.replace(0, key.size(), as);
+    }
+  };
+  if (result.covariance) rename(result.covariance->components);
+  if (result.weakest) rename(result.weakest->components);
+  return result;
+}
+
 std::string unitOfRms(const Result& result) {
   constexpr std::array<std::string_view, 4> kUnits{"mm", "um", "rad", "units of the sensors"};
   if (!result.residuals.unit.empty()) return result.residuals.unit;

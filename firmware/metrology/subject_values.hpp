@@ -25,6 +25,9 @@ std::optional<std::vector<Estimate>> estimatesListed(const Result& result, std::
 // place of an axis whose method promises its direction alone. For other subjects: all that the result promises.
 std::vector<Estimate> valuesAbout(const Result& result, std::string_view subject);
 
+// The result with the value of one key under another, in its covariance and its worst-determined combination too.
+Result withKey(Result result, std::string_view key, std::string_view as);
+
 // Unit of the residual rms: mm, um, rad. Residuals are not stored with a result; what one reading is (design_per) ends
 // with it.
 std::string unitOfRms(const Result& result);

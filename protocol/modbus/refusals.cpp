@@ -186,6 +186,7 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "missing-contact",
     "wrong-side",
     "unequal-heights",
+    "bad-tool",
 });
 
 std::vector<RefusalCode> all() {

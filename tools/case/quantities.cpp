@@ -20,9 +20,11 @@ constexpr std::string_view kAt = "_at_", kDegrees = "_deg_";
 
 // Vectors whose components belong to machine axes.
 struct ByAxis {
-  std::string_view key;
+  std::string_view key;  // or how it begins, with a number behind it: "..._tool_"
   std::string_view axes;
   std::string_view name = {};  // where the key's own repeats the axes
+
+  bool fits(std::string_view stem) const { return key.ends_with('_') ? stem.starts_with(key) : stem == key; }
 };
 constexpr auto kByAxis = std::to_array<ByAxis>({{"tau_axis_s", "XYZ"},
                                                 {"centre_mm", "XYZ"},
@@ -39,6 +41,7 @@ constexpr auto kByAxis = std::to_array<ByAxis>({{"tau_axis_s", "XYZ"},
                                                 {"setter_mm", "XYZ"},
                                                 {"compensation_mm", "XYZ"},
                                                 {"stylus_offset_mm", "XY"},
+                                                {"stylus_offset_of_tool_", "XY"},
                                                 {"offset_C_minus_A_mm", "XY"},
                                                 {"pivot_xz_mm", "XZ", "pivot"},
                                                 {"pivot_yz_mm", "YZ", "pivot"}});
@@ -97,7 +100,7 @@ Label quantityLabel(const std::string& key, std::string_view axis) {
   Label label = labelOf(stem);
   label.name = spaced(label.name);
   if (bracket == std::string::npos) return label;
-  const auto known = std::ranges::find(kByAxis, stem, &ByAxis::key);
+  const auto known = std::ranges::find_if(kByAxis, [&](const ByAxis& each) { return each.fits(stem); });
   const auto component = static_cast<std::size_t>(std::atoi(key.c_str() + bracket + 1));
   if (known == kByAxis.end() || component >= known->axes.size() || key.find('[', bracket + 1) != std::string::npos) {
     label.name += key.substr(bracket);

@@ -12,6 +12,7 @@
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/subject_values.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 
 namespace probebox::app {
@@ -248,11 +249,16 @@ void Calibrations::cancelProposal() {
 Outcome<std::vector<store::Id>, store::Failure> Calibrations::stored(const Case& solved_case,
                                                                      const metrology::Solved& solved) {
   std::vector<store::Id> ids;
-  for (const auto& [subject, needs] : solved_case.subjects) {
+  for (const auto& [subject, needs, kept_as] : solved_case.subjects) {
     if (!ids.empty() && (!solved || solved->find(needs) == nullptr)) continue;
-    TRY(const auto id, solved ? storedAbout(subject, solved_case, *solved)
-                              : store_.refuse(in_force_.bindingFor(subject), solved_case.method, solved.error(),
-                                              *solved_case.text, utcNow()));
+    if (!solved) {
+      TRY(const auto refused, store_.refuse(in_force_.bindingFor(subject), solved_case.method, solved.error(),
+                                            *solved_case.text, utcNow()));
+      ids.push_back(refused);
+      continue;
+    }
+    TRY(const auto id,
+        storedAbout(subject, solved_case, kept_as.empty() ? *solved : metrology::withKey(*solved, needs, kept_as)));
     ids.push_back(id);
   }
   return ids;

@@ -8,6 +8,7 @@
 #include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/results_in_force.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 
 namespace probebox::app {
 namespace {
@@ -80,7 +81,7 @@ std::optional<store::Failure> ResultsInForce::whyBeside(const std::string& subje
 }
 
 std::optional<ResultsInForce::StylusOffset> ResultsInForce::stylusOffset(std::uint32_t probe_tool) const {
-  const auto in_force = store_.active(bindingFor(stylusOffsetSubject(probe_tool)));
+  const auto in_force = store_.active(bindingFor(metrology::stylusOffsetSubject(probe_tool)));
   if (!in_force || !*in_force) return std::nullopt;
   auto offset = stylusOffsetOf(*(*in_force)->result());
   if (!offset) return std::nullopt;

@@ -129,10 +129,6 @@ std::uint32_t probeToolOf(const metrology::Result& result) {
   return error == std::errc{} && end == text.data() + text.size() && tool > 0 ? tool : 1;
 }
 
-std::string stylusOffsetSubject(std::uint32_t probe_tool) {
-  return "stylus-offset-" + std::to_string(probe_tool);
-}
-
 std::optional<metrology::Result> relativeToSpindle(metrology::Result from_tip, const Estimate& offset,
                                                    store::Id offset_id) {
   auto centre = std::ranges::find(from_tip.estimates, "centre_mm", &Estimate::key);

@@ -38,9 +38,6 @@ std::optional<metrology::Estimate> stylusOffsetOf(const metrology::Result& resul
 // Number of the tool that carries the probe, as stated by the case (probe_tool); 1 by default.
 std::uint32_t probeToolOf(const metrology::Result& result);
 
-// "stylus-offset-3".
-std::string stylusOffsetSubject(std::uint32_t probe_tool);
-
 // Converts a centreline relative to the stylus tip to one relative to the spindle axis by adding the stylus offset.
 // Standard deviations are combined; without that of the offset a value has none. The original is kept as tip_centre_mm,
 // the offset as stylus_offset_in_force_mm, which marks the result as converted. Nothing if it has no centre_mm.

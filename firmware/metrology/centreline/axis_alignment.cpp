@@ -32,6 +32,20 @@ Answer answerOf(const Dataset& dataset, const BallTable& table, const BallFit& b
   return answer;
 }
 
+std::string stylusKey(std::uint32_t tool) {
+  return "stylus_offset_of_tool_" + std::to_string(tool) + "_mm";
+}
+
+// (B11) by tool. Spindle and C turned together leave the stylus in the place of the ball.
+void promiseStyli(Answer& answer, const BallFit& ball, const SpindleReadings& read) {
+  if (ball.styli < 0) return;
+  const auto& parameters = ball.fit.parameters;
+  for (const auto& [tool, set] : read.tip_of_tool) {
+    const auto at = ball.styli + static_cast<Eigen::Index>(2 * set);
+    answer.promiseVector(stylusKey(tool), parameters.segment<2>(at), pick(at, 2, parameters.size()));
+  }
+}
+
 }  // namespace
 
 Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
@@ -86,6 +100,7 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
     const Eigen::Vector2d c{c_tilt->data()};
     answer.promiseVector("A_minus_C_rad", tilt - c, rows);
   }
+  promiseStyli(answer, *ball, read);
   answer.result().convention = "x and y of the spindle axis per mm of Z, relative to Z";
   return std::move(answer).take(true);
 }
@@ -119,7 +134,9 @@ std::optional<std::string> subjectOfAlignment(const Dataset& dataset) {
 constexpr std::string_view kAColumns[]{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
 constexpr std::string_view kShankColumns[]{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm", "ux", "uy"};
 constexpr MethodTable kATables[]{
-    {"readings", kAColumns, "the ball, read with a tip of that length; column ball where ball_offset_mm is stated",
+    {"readings", kAColumns,
+     "the ball, read with a tip of that length; column tool where the number of its tool is known, column ball where "
+     "ball_offset_mm is stated",
      true},
     {"shank", kShankColumns, "where a shank touched: from the side (ux,uy); column ball as in readings", true}};
 constexpr MethodKey kAKeys[]{key::kSigma,
@@ -136,8 +153,28 @@ constexpr MethodKey kAKeys[]{key::kSigma,
                              {"C_tilt_rad", "", "tilt of the C axis, x y, from the alignment of C"}};
 constexpr KnownQuantity kAKnown[]{{"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value},
                                   {"sd_ball_offset_mm", "ball_offset_mm", KnownKind::value}};
-constexpr MethodResult kAResults[]{{"A_tilt_rad", "x and y of the spindle axis per mm of Z"},
-                                   {"A_minus_C_rad", "that less the tilt of C, with C_tilt_rad"}};
+constexpr MethodResult kAResults[]{
+    {"A_tilt_rad", "x and y of the spindle axis per mm of Z"},
+    {"A_minus_C_rad", "that less the tilt of C, with C_tilt_rad"},
+    {"stylus_offset_of_tool_N_mm", "tip of that tool from the spindle axis, x and y at A = 0; with column tool"}};
+constexpr std::string_view kAUnobservable[]{kAxisAlignmentUnobservable[0],
+                                            "first harmonic of the spindle separately from the offsets of its tips"};
+
+std::optional<std::string> undeterminedOfA(const Dataset& dataset) {
+  if (auto by_angles = undeterminedByAngles(dataset)) return by_angles;
+  const auto* readings = dataset.table("readings");
+  if (readings == nullptr || readings->column(kTool) != nullptr) return std::nullopt;
+  if (dataset.table("edges") != nullptr)
+    return "offset of each tool's stylus: the lobes of the pre-travel turn with the stylus as its offset does";
+  return "offset of each tool's stylus: no column 'tool' says which tool carries the tip";
+}
+
+std::vector<NamedSubject> styliOfAlignment(const Dataset& dataset) {
+  std::vector<NamedSubject> subjects;
+  for (const auto tool : toolsOfTips(dataset))
+    subjects.push_back({.name = stylusOffsetSubject(tool), .needs = stylusKey(tool), .kept_as = "stylus_offset_mm"});
+  return subjects;
+}
 
 }  // namespace
 
@@ -162,8 +199,9 @@ const Method kAAxisAlignment{.name = "a-axis-alignment",
                              .keys = kAKeys,
                              .known = kAKnown,
                              .results = kAResults,
-                             .unobservable = kAxisAlignmentUnobservable,
-                             .undetermined = undeterminedByAngles,
-                             .subject = {.name = "spindle-tilt"}};
+                             .unobservable = kAUnobservable,
+                             .undetermined = undeterminedOfA,
+                             .subject = {.name = "spindle-tilt"},
+                             .also_about = styliOfAlignment};
 
 }  // namespace probebox::metrology

@@ -18,8 +18,9 @@ Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset);
 // lengths, or with tip and shank, or from two balls of one holder (CN101976057, docs/metrology.md B.7, (B15), (B16)).
 // Tables and config: readSpindleReadings; sigma_mm, and sigma_shank_mm of one touch with the shank; tool_direction, 1
 // when the tool points along +Z from the spindle as the sources have it, -1 along -Z; C_tilt_rad, as c-axis-alignment
-// gives it. Gives A_tilt_rad and, where C_tilt_rad is stated, A_minus_C_rad. Refuses: span-too-small (10 mm of length),
-// spindle-not-turned, and what fitBall and readSpindleReadings refuse.
+// gives it. Gives A_tilt_rad and, where C_tilt_rad is stated, A_minus_C_rad; by tool stylus_offset_of_tool_N_mm, unless
+// spindle and C turned together (B11). Refuses: span-too-small (10 mm of length), spindle-not-turned, and what fitBall
+// and readSpindleReadings refuse.
 Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset);
 
 extern const Method kCAxisAlignment;

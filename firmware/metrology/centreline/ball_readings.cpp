@@ -176,6 +176,7 @@ Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColu
   std::vector<std::string_view> columns{"A_rad", "C_rad", "x_mm", "y_mm"};
   if (!named.lever.empty()) columns.push_back(named.lever);
   columns.insert(columns.end(), named.further.begin(), named.further.end());
+  if (!named.parted_by.empty()) columns.push_back(named.parted_by);
   TRY(const auto table, checkedTable(dataset, named.table, columns));
   TRY(const auto spindle_sense, configSense(dataset, "A_sense"));
   TRY(const auto c_sense, configSense(dataset, "C_sense"));
@@ -184,11 +185,11 @@ Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColu
   };
 
   BallTable ball{.readings = {}, .warnings = equalRows(*table), .levers = {}, .mean_lever = 0.0};
-  std::map<double, std::size_t> sets;
+  std::map<std::pair<double, double>, std::size_t> sets;
   const std::size_t rows = table->rows();
   for (std::size_t row = 0; row < rows; ++row) {
     const double lever = value(named.lever, row);
-    const auto set = sets.try_emplace(lever, sets.size()).first->second;
+    const auto set = sets.try_emplace({lever, value(named.parted_by, row)}, sets.size()).first->second;
     ball.readings.push_back({.at = {value("x_mm", row), value("y_mm", row)},
                              .spindle = spindle_sense * value("A_rad", row),
                              .c = c_sense * value("C_rad", row),

@@ -62,10 +62,11 @@ struct BallColumns {
   std::string_view table{"readings"};
   std::string_view lever{};  // empty: none
   std::vector<std::string_view> further{};
+  std::string_view parted_by{};  // column by which rows with the same lever are parted into sets; empty: none
 };
 
 // Table{<lever>,A_rad,C_rad,x_mm,y_mm} and further columns. Config: A_sense, C_sense. Rows with the same lever form a
-// set; levers are relative to their mean, `mean_lever`.
+// set, unless `parted_by` parts them; levers are relative to their mean, `mean_lever`.
 struct BallTable {
   std::vector<BallReading> readings;
   std::vector<std::string> warnings;

@@ -61,6 +61,10 @@ constexpr std::string_view kPeriodicCheckUnobservable[]{
     "run-out of ball and stylus at B = 45 and 90: it cancels",
     "x_offset_error_mm and z_offset_error_mm separately from errors of the ball's radius and expected centre"};
 
+std::vector<NamedSubject> stylusOfCheck(const Dataset& dataset) {
+  return {{.name = stylusOffsetSubject(probeToolOf(dataset)), .needs = "stylus_offset_x_mm"}};
+}
+
 }  // namespace
 
 const Method kPeriodicCheck{.name = "periodic-check",
@@ -75,6 +79,6 @@ const Method kPeriodicCheck{.name = "periodic-check",
                             .results = kPeriodicCheckResults,
                             .unobservable = kPeriodicCheckUnobservable,
                             .subject = {.name = "check"},
-                            .also_about = {.name = {}, .of = stylusOffsetSubject, .needs = "stylus_offset_x_mm"}};
+                            .also_about = stylusOfCheck};
 
 }  // namespace probebox::metrology

@@ -75,6 +75,10 @@ constexpr Subject kSpindleOffset{.name = "spindle-offset"};
 constexpr std::string_view kSpindleOffsetUnobservable[]{
     "first harmonics of C and of the spindle separately from the offsets of ball and stylus"};
 
+std::vector<NamedSubject> stylusOfFourPoses(const Dataset& dataset) {
+  return {{.name = stylusOffsetSubject(probeToolOf(dataset)), .needs = "stylus_offset_mm"}};
+}
+
 }  // namespace
 
 const Method kSpindleOffset2x2{.name = "spindle-offset-2x2",
@@ -88,7 +92,7 @@ const Method kSpindleOffset2x2{.name = "spindle-offset-2x2",
                                .unobservable = kSpindleOffsetUnobservable,
                                .undetermined = undeterminedByAngles,
                                .subject = kSpindleOffset,
-                               .also_about = {.name = {}, .of = stylusOffsetSubject, .needs = "stylus_offset_mm"}};
+                               .also_about = stylusOfFourPoses};
 
 const Method kSpindleOffsetFour{.name = "spindle-offset-four",
                                 .title = "C axis against spindle",

@@ -1,6 +1,7 @@
 #include "firmware/metrology/centreline/spindle_readings.hpp"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -17,6 +18,7 @@ using Eigen::Vector3d;
 
 constexpr double kTwoDirections = 0.1;  // of the opposed sides, least over greatest
 constexpr double kSameHeight = 1e-9;    // mm
+constexpr std::string_view kTips = "readings";
 
 // The second ball of a holder.
 struct SecondBall {
@@ -57,7 +59,11 @@ std::optional<Refusal> toFirstBall(BallTable& balls, const Table& table, const S
 Outcome<BallTable, Refusal> readTable(const Dataset& dataset, std::string_view name,
                                       std::vector<std::string_view> further, const std::optional<SecondBall>& second) {
   if (second) further.push_back("ball");
-  auto balls = readBallTable(dataset, {.table = name, .lever = kTipLength, .further = std::move(further)});
+  const bool by_tool = name == kTips && dataset.table(name) != nullptr && dataset.table(name)->column(kTool) != nullptr;
+  auto balls = readBallTable(dataset, {.table = name,
+                                       .lever = kTipLength,
+                                       .further = std::move(further),
+                                       .parted_by = by_tool ? kTool : std::string_view{}});
   if (!balls || !second) return balls;
   if (auto refusal = toFirstBall(*balls, *dataset.table(name), *second)) return *refusal;
   return balls;
@@ -107,7 +113,7 @@ void append(BallTable& tips, BallTable shank) {
 }
 
 SpindleReadings withNames(BallTable table, std::size_t tips) {
-  SpindleReadings all{.table = std::move(table), .names = {}, .lengths = {}, .spreads = {}};
+  SpindleReadings all{.table = std::move(table), .names = {}, .lengths = {}, .spreads = {}, .tip_of_tool = {}};
   for (std::size_t k = 0; k < all.table.readings.size(); ++k) {
     const auto& reading = all.table.readings[k];
     const auto name = k < tips ? "readings " + std::to_string(k + 1) : "shank " + std::to_string(k - tips + 1);
@@ -122,11 +128,52 @@ SpindleReadings withNames(BallTable table, std::size_t tips) {
   return all;
 }
 
+// A number of a tool.
+bool isNumber(double value) {
+  return value >= 1 && value < 1e9 && value == std::round(value);
+}
+
+std::optional<Refusal> badTool(const Table& table) {
+  const auto* tools = table.column(kTool);
+  if (tools == nullptr) return std::nullopt;
+  const auto bad = std::ranges::find_if_not(*tools, isNumber);
+  if (bad == tools->end()) return std::nullopt;
+  return Refusal{"bad-tool", "table '" + table.name + "', row " + std::to_string(bad - tools->begin() + 1) + ": tool " +
+                                 text(*bad) + "; give the number of the tool that carries the tip, from 1 on"};
+}
+
+// Of several tips that one tool carries none is its stylus.
+std::map<std::uint32_t, std::size_t> tipOfTool(const Dataset& dataset, const BallTable& tips) {
+  const auto* tools = dataset.table(kTips)->column(kTool);
+  if (tools == nullptr) return {};
+  std::map<std::uint32_t, std::set<std::size_t>> tips_of;
+  for (std::size_t row = 0; row < tools->size(); ++row)
+    tips_of[static_cast<std::uint32_t>((*tools)[row])].insert(tips.readings[row].set);
+  std::map<std::uint32_t, std::size_t> only;
+  for (const auto& [tool, sets] : tips_of) {
+    if (sets.size() == 1) only.emplace(tool, *sets.begin());
+  }
+  return only;
+}
+
 }  // namespace
+
+std::set<std::uint32_t> toolsOfTips(const Dataset& dataset) {
+  const auto* table = dataset.table(kTips);
+  const auto* tools = table == nullptr ? nullptr : table->column(kTool);
+  if (tools == nullptr) return {};
+  std::set<std::uint32_t> numbers;
+  for (const double tool : *tools) {
+    if (isNumber(tool)) numbers.insert(static_cast<std::uint32_t>(tool));
+  }
+  return numbers;
+}
 
 Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset, double shank_spread) {
   TRY(const auto second, secondBall(dataset));
-  TRY(auto tips, readTable(dataset, "readings", {}, second));
+  TRY(auto tips, readTable(dataset, kTips, {}, second));
+  if (auto refusal = badTool(*dataset.table(kTips))) return *refusal;
+  auto tip_of_tool = tipOfTool(dataset, tips);
   const std::size_t count = tips.readings.size();
   if (const auto* table = dataset.table("shank")) {
     TRY(auto shank, readTable(dataset, "shank", {"ux", "uy"}, second));
@@ -134,7 +181,9 @@ Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset, do
     for (auto& reading : shank.readings) reading.spread = shank_spread;
     append(tips, std::move(shank));
   }
-  return withNames(std::move(tips), count);
+  auto all = withNames(std::move(tips), count);
+  all.tip_of_tool = std::move(tip_of_tool);
+  return all;
 }
 
 }  // namespace probebox::metrology

@@ -8,6 +8,17 @@
 
 namespace probebox::metrology {
 
+namespace {
+
+// From 1 on.
+std::optional<long long> statedNumber(const Dataset& dataset, std::string_view key) {
+  const auto found = dataset.config.find(key);
+  const auto* number = found == dataset.config.end() ? nullptr : std::get_if<double>(&found->second);
+  return number != nullptr && *number >= 1 ? std::optional{std::llround(*number)} : std::nullopt;
+}
+
+}  // namespace
+
 bool hasSize(const Method& method) {
   return std::ranges::any_of(method.known, [](const KnownQuantity& known) { return known.kind == KnownKind::size; });
 }
@@ -37,14 +48,16 @@ std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method
 }
 
 std::optional<std::string> numberedSubject(const Dataset& dataset, std::string_view prefix, std::string_view key) {
-  const auto found = dataset.config.find(key);
-  const auto* number = found == dataset.config.end() ? nullptr : std::get_if<double>(&found->second);
-  if (number == nullptr || !(*number >= 1)) return std::nullopt;
-  return std::string{prefix} + std::to_string(std::llround(*number));
+  const auto number = statedNumber(dataset, key);
+  return number ? std::optional{std::string{prefix} + std::to_string(*number)} : std::nullopt;
 }
 
-std::optional<std::string> stylusOffsetSubject(const Dataset& dataset) {
-  return numberedSubject(dataset, "stylus-offset-", "probe_tool").value_or("stylus-offset-1");
+std::uint32_t probeToolOf(const Dataset& dataset) {
+  return static_cast<std::uint32_t>(statedNumber(dataset, "probe_tool").value_or(1));
+}
+
+std::string stylusOffsetSubject(std::uint32_t tool) {
+  return "stylus-offset-" + std::to_string(tool);
 }
 
 std::optional<std::string> letteredSubject(const Dataset& dataset, std::string_view prefix, std::string_view letters) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -59,7 +60,13 @@ struct MethodResult {
 struct Subject {
   std::string_view name;                                              // "delay"; empty: the method's own name
   std::optional<std::string> (*of)(const Dataset& dataset){nullptr};  // "screw-x"; nothing where the case does not say
-  std::string_view needs{};  // key of a value without which a result is not about the subject; empty: none
+};
+
+// A subject of the results of one case.
+struct NamedSubject {
+  std::string name;       // "stylus-offset-3"
+  std::string needs{};    // key of a value without which a result does not answer it; empty: none
+  std::string kept_as{};  // key of that value in the result about this subject; empty: the same
 };
 
 struct Method {
@@ -76,7 +83,7 @@ struct Method {
   std::span<const std::string_view> unobservable{};  // by any readings of this kind
   Remark undetermined{};                             // quantities that the readings of a case leave undetermined
   Subject subject{};
-  Subject also_about{};  // a second quantity that the same readings determine; neither name nor function: none
+  std::vector<NamedSubject> (*also_about)(const Dataset&){nullptr};  // quantities that the same readings determine
 };
 
 // True if the method relies on the length of a piece, which expands with temperature.
@@ -96,9 +103,11 @@ std::string unusedKey(std::string_view key, std::string_view method);
 // "tool-4" of the prefix "tool-" and the number that the key states; nothing without one.
 std::optional<std::string> numberedSubject(const Dataset& dataset, std::string_view prefix, std::string_view key);
 
-// Subject of the offset of a probe's stylus from the spindle axis: "stylus-offset-3" by the key `probe_tool`, the
-// number of the tool that carries the probe; "stylus-offset-1" without it.
-std::optional<std::string> stylusOffsetSubject(const Dataset& dataset);
+// Number of the tool that carries the probe, by the key `probe_tool`; 1 without it.
+std::uint32_t probeToolOf(const Dataset& dataset);
+
+// Subject of the offset from the spindle axis of the stylus that this tool carries: "stylus-offset-3".
+std::string stylusOffsetSubject(std::uint32_t tool);
 
 // "rotary-c" of the prefix "rotary-" and the letter of key `axis`, in lower case; nothing where it is none of these
 // letters.

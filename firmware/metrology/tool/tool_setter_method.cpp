@@ -68,6 +68,10 @@ std::optional<std::string> subjectOfTool(const Dataset& dataset) {
   return numberedSubject(dataset, "tool-", "tool");
 }
 
+std::vector<NamedSubject> alsoSetter(const Dataset&) {
+  return {{.name = "setter", .needs = "setter_mm"}};
+}
+
 }  // namespace
 
 const Method kToolSetter{.name = "tool-setter",
@@ -82,6 +86,6 @@ const Method kToolSetter{.name = "tool-setter",
                          .unobservable = kSetterUnobservable,
                          .undetermined = oneFaced,
                          .subject = {.name = {}, .of = subjectOfTool},
-                         .also_about = {.name = "setter", .of = nullptr, .needs = "setter_mm"}};
+                         .also_about = alsoSetter};
 
 }  // namespace probebox::metrology

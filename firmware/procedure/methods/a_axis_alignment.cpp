@@ -6,6 +6,7 @@
 #include "firmware/procedure/dataset/b_tables.hpp"
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/dataset/shank_readings.hpp"
+#include "firmware/procedure/dataset/switched_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/needs.hpp"
 
@@ -32,10 +33,14 @@ void addSpindleAlignment(metrology::Dataset& dataset, const BallReadings& found,
   addLengthResults(dataset, facts, toolsOf(readings));
   dataset.config["tool_direction"] = -1.0;  // a spindle that holds its tool downwards
   auto table = metrology::Table::withColumns("readings", kColumnsOfAAxisAlignment);
+  metrology::Column tools{.name = "tool", .values = {}};
   for (const auto& reading : readings) {
     table.append({facts.lengthOf(reading.tool), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
                   reading.centre.centre_mm.y()});
+    tools.values.push_back(reading.tool);
   }
+  // The lobes of each switch turn with its stylus and are in its offset, which is not told then.
+  if (!readsBySwitch(run)) table.columns.push_back(std::move(tools));
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
   if (!shank.empty()) addShankOfAlignment(dataset, shank, facts, armOf(readings) * facts.sigma_c_rad);
 }

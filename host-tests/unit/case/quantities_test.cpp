@@ -44,6 +44,7 @@ TEST(Quantities, AreNamedAlikeFromTheirKeysAlone) {
   }
   EXPECT_EQ(quantityLabel("pivot_xz_mm[1]").name, "pivot Z");
   EXPECT_EQ(quantityLabel("centre_mm[0]").name, "centre X");
+  EXPECT_EQ(quantityLabel("stylus_offset_of_tool_12_mm[1]").name, "stylus offset of tool 12 Y");
   EXPECT_EQ(quantityLabel("comp_um[7]").name, "comp[7]") << "no axis of the machine";
   EXPECT_EQ(quantityLabel("tau_s").unit, "us");
 }
