@@ -301,7 +301,8 @@ Hold Machine::holdAt(const Pose& pose, const ToolConfig& tool) const {
             .turned = swivelled * rotation(probe_spindle_.direction, pose.a_rad),
             .tool_radius_mm = tool.radius_mm,
             .nose = tool.nose,
-            .is_head = tool.head.has_value()};
+            .is_head = tool.head.has_value(),
+            .pre_travel = tool.length_mm / probe_spindle_.stylus_length_mm};
   if (const auto& shank = tool.shank) {
     const double length_mm = shank->to_mm - shank->from_mm;
     const Vector3 low{shank->offset_mm[0], shank->offset_mm[1], shank->from_mm - tool.length_mm};

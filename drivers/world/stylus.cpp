@@ -77,7 +77,8 @@ void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const H
                                             .speed_mm_s = normal_mm_s,
                                             .setter = meeting->setter,
                                             .tool = hold.tool_radius_mm.has_value(),
-                                            .lever = meeting->lever};
+                                            .lever = meeting->lever,
+                                            .pre_travel = hold.pre_travel / meeting->lever};
   ++count_;
 }
 
@@ -98,6 +99,7 @@ void Stylus::struckAt(const Vector3& point, const Vector3& normal, const Instant
   contact.bounce_mm = amplitude(contact.speed_mm_s);
   contact.tip = hold.tip;
   contact.turned = hold.turned;
+  contact.pre_travel = hold.pre_travel;
   contact.begin = begin;
   contact.turned_into = true;
   ++count_;

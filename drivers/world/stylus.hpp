@@ -53,6 +53,7 @@ struct Contact {
   TurnAfterContact turn{};
   // Displacement of the ball per displacement of the touched shank; 1 where the ball itself is touched.
   double lever{1};
+  double pre_travel{1};  // of the switch, over that of the first tool touched by its ball
   // From `slides_from` until the body begins to withdraw the ball slides; then `point` is where it has come to.
   std::optional<Slide> slide{};
   Instant slides_from{};
@@ -68,6 +69,7 @@ struct Hold {
   bool nose{};                             // about the tip, and not above it
   bool is_head{};                          // a sensor head, which touches nothing
   std::optional<Shank> shank{};            // above the stylus' ball
+  double pre_travel{1};                    // of its switch, over that with the first tool
 };
 
 // Emulates the stylus as a ball on a spring. In contact the ball sticks to the touched point for any direction of

@@ -48,6 +48,10 @@ Outcome<BallCentres, Refusal> switchedCentres(const std::vector<SwitchedTouch>& 
                                               const std::vector<std::size_t>& reading_of_touch, double switch_sd_mm) {
   const double sigma_mm = pooledSigma(touches, switch_sd_mm);
   BallCentres centres;
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (reading_of_touch[i] == kAlone)
+      centres.alone.push_back({.touch = i, .at_mm = touches[i].at_mm, .sd_mm = sigma_mm});
+  }
   double sum_of_squares = 0;
   for (std::size_t reading = 0; std::ranges::find(reading_of_touch, reading) != reading_of_touch.end(); ++reading) {
     Rows3 points{std::ranges::count(reading_of_touch, reading), 3};
@@ -66,6 +70,7 @@ Outcome<BallCentres, Refusal> switchedCentres(const std::vector<SwitchedTouch>& 
   centres.chi2_reduced = sum_of_squares / static_cast<double>(centres.dof);
   const double wider = checkNoise(centres.chi2_reduced, {.dof = centres.dof}, {}).widening;
   for (auto& ball : centres.readings) ball.sd_mm *= wider;
+  for (auto& touch : centres.alone) touch.sd_mm *= wider;
   return centres;
 }
 

@@ -67,11 +67,9 @@ Posed posedOf(const capture::Recording& recording) {
   return posed;
 }
 
-Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
-                                                     const capture::Recording& recording) {
-  auto [readings, reading_of_touch] = posedOf(recording);
+BallReadings placed(std::vector<Reading> readings, const metrology::BallCentres& centres,
+                    const capture::Recording& recording) {
   BallReadings found;
-  TRY(const auto centres, metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s));
   for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres.readings[i];
   for (const auto& [touch, at_mm, sd_mm] : centres.alone) {
     const auto& at = recording.touches()[touch].request;
@@ -88,15 +86,21 @@ Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& t
   return found;
 }
 
+Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
+                                                     const capture::Recording& recording) {
+  auto posed = posedOf(recording);
+  TRY(const auto centres, metrology::ballCentres(touches, posed.reading_of_touch, recording.delay().tau_s));
+  return placed(std::move(posed.readings), centres, recording);
+}
+
 using AddTables = void (*)(metrology::Dataset&, const BallReadings&, const FinishedRun&);
 
 Outcome<BallReadings, metrology::Refusal> switchedReadings(const std::vector<metrology::SwitchedTouch>& touches,
                                                            const FinishedRun& run) {
-  auto [readings, reading_of_touch] = posedOf(run.recording);
+  auto posed = posedOf(run.recording);
   TRY(const auto centres,
-      metrology::switchedCentres(touches, reading_of_touch, run.facts.trigger_probe->repeatability_mm));
-  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres.readings[i];
-  return BallReadings{std::move(readings), {}};
+      metrology::switchedCentres(touches, posed.reading_of_touch, run.facts.trigger_probe->repeatability_mm));
+  return placed(std::move(posed.readings), centres, run.recording);
 }
 
 // What one sd of every cause of the pre-travel's uncertainty changes the tables of the method by.
@@ -114,10 +118,23 @@ std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset
   return std::nullopt;
 }
 
+// Each tool has a pre-travel of its own, which the method cancels.
+std::optional<metrology::Refusal> addByCancelling(metrology::Dataset& dataset, const FinishedRun& run,
+                                                  const std::vector<metrology::SwitchedTouch>& touches,
+                                                  AddTables tables) {
+  TRY(auto found, switchedReadings(touches, run));
+  if (auto refusal = centreTouches(found.shank, found.readings, run.facts)) return refusal;
+  tables(dataset, found, run);
+  if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found.readings));
+  return std::nullopt;
+}
+
 // Readings of a touch-trigger probe. Its ways in and out cancel the delay, so none has to be in force.
 std::optional<metrology::Refusal> addSwitchedReadings(metrology::Dataset& dataset, const FinishedRun& run,
                                                       AddTables tables) {
   dataset.tables.push_back(posesOf(run.recording));
+  TRY(auto touches, metrology::switchedTouches(dataset, {}));
+  if (run.method.cancels_pre_travel) return addByCancelling(dataset, run, touches, tables);
   const auto& pre_travel = run.facts.trigger_probe->pre_travel;
   if (!pre_travel) {
     return metrology::Refusal{"no-pre-travel",
@@ -125,7 +142,6 @@ std::optional<metrology::Refusal> addSwitchedReadings(metrology::Dataset& datase
                               "displaced from the surface by an unknown way: calibrate it (probebox calibrate "
                               "pre-travel), accept it, and measure again"};
   }
-  TRY(auto touches, metrology::switchedTouches(dataset, {}));
   touches = withoutPreTravel(touches, run, Eigen::Vector4d{pre_travel->parts_mm.data()});
   dataset.config["pre_travel_result"] = static_cast<double>(pre_travel->result_id);
   TRY(const auto found, switchedReadings(touches, run));

@@ -68,7 +68,8 @@ struct LiveMethod {
   const metrology::Method* solver{};  // its name is the name of the method
   // Completes "METHOD ..." where a touch-trigger probe cannot give the readings, with the remedy; empty where it can.
   std::string_view why_no_trigger{};
-  std::string_view steps;             // what the machine does, for the docs
+  bool cancels_pre_travel{};  // opposite touches and half turns of A cancel that of each tool: none has to be in force
+  std::string_view steps;     // what the machine does, for the docs
   std::string_view steps_by_head{};   // with --head; empty: the method does not take it
   std::string_view steps_by_shank{};  // with --shank; empty: the method does not take it
   std::string_view steps_about_b{};   // with --axis B; empty: the method measures no rotary axis of choice

@@ -25,6 +25,7 @@ std::optional<Error> whyNoTrigger(const LiveMethod& method, const TriggerProbe& 
     return Error{name +
                  " with a sensor head reads samples of its sensors, and a box with a touch-trigger probe has none: "
                  "describe the probe as kind = \"scanning\" in probe.toml, and connect the head in its place."};
+  if (method.cancels_pre_travel) return std::nullopt;
   if (by == ReadBy::shank && method.takesShank())
     return Error{name +
                  " with the shank needs a scanning probe, because the pre-travel of a switch is another one there: "

@@ -171,6 +171,33 @@ TEST(TriggerProbe, TurnsItsLobesWithTheHead) {
   pivot.expectHonest();
 }
 
+// Each tool has a pre-travel of its own, and none is in force: it is in the offset of its stylus, and not in the tilt.
+TEST(TriggerProbe, FindsTheLeanOfItsSpindleWithoutAPreTravel) {
+  for (const auto by : {procedure::ReadBy::tip, procedure::ReadBy::shank}) {
+    Pulls tilt;
+    for (std::uint64_t seed = 1; seed <= kSwitchSeeds; ++seed) {
+      auto config = switchWorld(400 + seed);
+      world::Random random{seed, 93};
+      for (const std::size_t i : {0U, 1U}) config.probe_spindle.direction[i] = random.uniform(-3e-4, 3e-4);
+      Scenario scenario{config, seed};
+      scenario.facts.trigger_probe = procedure::TriggerProbe{.repeatability_mm = 4e-4};
+      scenario.run(2s);
+      EXPECT_FALSE(procedure::whyUnready(procedure::kAAxisAlignment, scenario.facts, false, by));
+      const auto options = procedure::described(procedure::kAAxisAlignment, {}, scenario.facts, by);
+      const auto found = runWithSwitch(scenario, procedure::kAAxisAlignment, *options);
+      ASSERT_TRUE(found);
+      const auto& direction = config.probe_spindle.direction;
+      addWhole(tilt, *found, "A_tilt_rad", {direction[0], direction[1]}, 4e-5);
+      EXPECT_EQ(metrology::subjectsOf(scenario.dataset()).size(), 1U) << "the lobes are in the offsets of the styli";
+      EXPECT_EQ(scenario.dataset().config.count("pre_travel_result"), 0U);
+      if (seed > 1) continue;
+      expectTheSameFrom(scenario.dataset(), *found);
+      EXPECT_THAT(found->unobservable, testing::Contains(HasSubstr("lobes of the pre-travel")));
+    }
+    tilt.expectHonest();
+  }
+}
+
 TEST(TriggerProbe, RefusesAReadingWhosePreTravelIsNotInForceAnyMore) {
   Scenario scenario{switchWorld(8), 8};
   ASSERT_TRUE(qualified(scenario));
@@ -197,10 +224,10 @@ TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
     EXPECT_TRUE(runWithSwitch(scenario, *method, *options)) << method->name();
     ran.push_back(method->name());
   }
-  EXPECT_THAT(ran, testing::UnorderedElementsAre("c-axis-alignment", "centreline", "centreline-by-steps",
-                                                 "centreline-limited-access", "head-pivot", "periodic-check",
-                                                 "rotary-axis-errors", "spindle-offset-2x2", "spindle-offset-four",
-                                                 "table-pivot", "tool-assembly", "tool-setter"));
+  EXPECT_THAT(ran, testing::UnorderedElementsAre("a-axis-alignment", "c-axis-alignment", "centreline",
+                                                 "centreline-by-steps", "centreline-limited-access", "head-pivot",
+                                                 "periodic-check", "rotary-axis-errors", "spindle-offset-2x2",
+                                                 "spindle-offset-four", "table-pivot", "tool-assembly", "tool-setter"));
 }
 
 TEST(TriggerProbe, NeedsItsPreTravelBeforeItFindsAPlace) {
@@ -223,11 +250,10 @@ TEST(TriggerProbe, IsRefusedWhereItCannotGiveTheReadings) {
     EXPECT_THAT(procedure::whyUnready(*method, facts, true)->what, HasSubstr("a touch-trigger probe delivers none"));
   EXPECT_THAT(procedure::whyUnready(procedure::kSelftest, facts, true)->what, HasSubstr("no channels"));
   EXPECT_THAT(procedure::whyUnready(procedure::kSensorHeadCalibration, facts, true)->what, HasSubstr("sensor head"));
-  for (const auto* method : {&procedure::kAAxisAlignment, &procedure::kSwivelError}) {
-    EXPECT_THAT(procedure::whyUnready(*method, facts, true)->what, HasSubstr("it reads with two tools"));
-    EXPECT_THAT(procedure::whyUnready(*method, facts, true, procedure::ReadBy::shank)->what,
-                HasSubstr("pre-travel of a switch is another one there"));
-  }
+  const auto& swivel = procedure::kSwivelError;
+  EXPECT_THAT(procedure::whyUnready(swivel, facts, true)->what, HasSubstr("it reads with two tools"));
+  EXPECT_THAT(procedure::whyUnready(swivel, facts, true, procedure::ReadBy::shank)->what,
+              HasSubstr("pre-travel of a switch is another one there"));
   const auto ready = procedure::readied(procedure::kCentreline, {.overtravel_mm = 0.1}, facts, {});
   ASSERT_FALSE(ready.ok());
   EXPECT_THAT(ready.error().what, HasSubstr("give 0.3 to"));
