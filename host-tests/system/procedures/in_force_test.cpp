@@ -74,5 +74,20 @@ TEST_F(WhatIsInForce, IsOneQuantityASubject) {
   EXPECT_THAT(shown, HasSubstr("at 2 degrees of freedom (99.9 % of honest readings"));
 }
 
+TEST_F(WhatIsInForce, IsTheStylusOfEveryToolByItself) {
+  ASSERT_NO_FATAL_FAILURE(acceptDelay());
+  const auto run = box({"calibrate", "a-axis-alignment"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const auto accepted = box({"accept", "4", "--by", "Ada"});
+  ASSERT_EQ(accepted.status, 0) << accepted.err;
+  EXPECT_THAT(accepted.out, AllOf(HasSubstr("stylus-offset-2"), HasSubstr("stylus offset X"), Not(HasSubstr("tilt"))));
+  EXPECT_THAT(box({"results", "stylus-offset-2"}).out,
+              AllOf(HasSubstr("stylus offset X"), Not(HasSubstr("stylus offset of tool"))));
+  const auto shown = box({"show", "4"}).out;
+  EXPECT_GT(shown.find("stylus offset of tool 1 X"), shown.find("from the same readings")) << shown;
+  EXPECT_EQ(shown.find("stylus offset of tool 2"), std::string::npos) << shown;
+  EXPECT_THAT(box({"results", "stylus-offset-1"}).out, HasSubstr("proposed"));
+}
+
 }  // namespace
 }  // namespace probebox::command
