@@ -65,7 +65,7 @@ make_loader() { # WORK ARCH BOARD
   case $2 in amd64) target=x86_64-efi file=BOOTX64.EFI ;; arm64) target=arm64-efi file=BOOTAA64.EFI ;; esac
   mkdir -p "$1/efi/EFI/BOOT" "$1/efi/probebox"
   grub-mkimage -d "$1/boot-efi/$target" -O "$target" -p /probebox -o "$1/efi/EFI/BOOT/$file" \
-    part_gpt fat squash4 xzio linux boot loadenv regexp normal echo test
+    part_gpt fat squash4 xzio linux boot loadenv regexp normal echo test sleep reboot
   sed "s#@CMDLINE@#$(board_setting "$3" cmdline)#" board/image/grub.cfg >"$1/efi/probebox/grub.cfg"
   grub-editenv "$1/efi/probebox/grubenv" create
   grub-editenv "$1/efi/probebox/grubenv" set "ORDER=A B" A_OK=1 B_OK=1 A_TRY=0 B_TRY=0
