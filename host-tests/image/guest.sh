@@ -45,7 +45,7 @@ holds() { # WHAT COMMAND...
   fi
 }
 box() { build/bin/probebox -u "tcp:127.0.0.1:$(cat "$work/box/port")" "$@"; }
-cable() { build/bin/probebox -u "serial:$(cat "$work/box/link")" "$@"; }
+cable() { build/bin/probebox -u "serial:$(cat "$work/box/link"),baud=115200" "$@"; }
 
 # Gives the copy a shell of root on its console, for `inside`: a box as it is made has none.
 give_a_shell() {
