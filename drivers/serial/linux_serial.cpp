@@ -180,7 +180,7 @@ Outcome<std::unique_ptr<io::BytePipe>> openSerial(const std::string& path, const
   if (!claim(line.get())) return openFailure(path, EBUSY);
   if (!configure(line.get(), settings, *speed)) {
     return Error{path + ": the line does not support " + describe(settings) +
-                 "; choose a speed and format that it supports"};
+                 "; choose a speed and format that it supports, such as baud=115200"};
   }
   return std::unique_ptr<io::BytePipe>{std::make_unique<SerialPipe>(std::move(line), path)};
 }
