@@ -7,7 +7,6 @@ namespace probebox::board {
 namespace {
 
 constexpr Range kLength_mm{1e-3, 50'000};
-constexpr Range kPlace_mm{-50'000, 50'000};
 constexpr std::size_t kMostSolids = 200;
 constexpr std::size_t kMostCellTools = 99;
 
@@ -27,7 +26,7 @@ CellSolid readSolid(Section& section, const std::vector<CellSolid>& before) {
     solid.radius_mm = section.number("radius_mm", kLength_mm);
   }
   if (solid.shape == SolidShape::cylinder) solid.height_mm = section.number("height_mm", kLength_mm);
-  solid.at_mm = section.vector("at_mm", kPlace_mm);
+  solid.at_mm = section.vector("at_mm", kPosition_mm);
   solid.turn_deg = section.vectorIfThere("turn_deg", {-360, 360}).value_or(std::array<double, 3>{});
   section.finish();
   return solid;
@@ -59,7 +58,7 @@ Cell readCell(Section& root) {
   Cell cell;
   auto section = root.section("cell");
   cell.name = section.text("name");
-  cell.program_zero_mm = section.vectorIfThere("program_zero_mm", kPlace_mm).value_or(std::array<double, 3>{});
+  cell.program_zero_mm = section.vectorIfThere("program_zero_mm", kPosition_mm).value_or(std::array<double, 3>{});
   cell.least_mm = section.number("least_mm", {0, 100}, 0);
   section.finish();
   for (auto& solid : root.sections("solid", kMostSolids)) cell.solids.push_back(readSolid(solid, cell.solids));

@@ -18,8 +18,6 @@ namespace {
 
 // The registers of the CNC end here.
 constexpr Range kCorrection_mm{0, 3.2767};
-constexpr Range kPosition_mm{-50'000, 50'000};
-constexpr Range kSeconds{0, 3600};
 
 // Marks and the speed at which counts are still believed. The axis' travel has been read.
 ReferenceDescription readReference(Section& axis) {
@@ -111,7 +109,7 @@ CentrelineDescription readCentreline(Section section, double hold_s, const Machi
   requireNear(section, "assumed_y_mm", centreline.assumed_y_mm, 1, machine);
   centreline.correct_x = section.flag("correct_x", true);
   centreline.correct_y = section.flag("correct_y", true);
-  centreline.hold_s = section.number("hold_s", kSeconds, hold_s);
+  centreline.hold_s = section.number("hold_s", kDuration_s, hold_s);
   section.finish();
   return centreline;
 }
@@ -213,7 +211,7 @@ Machine readMachine(Section& root) {
   if (auto plate = root.sectionIfThere("ball_plate")) machine.ball_plate = readBallPlate(std::move(*plate), machine);
 
   auto corrections = root.section("corrections");
-  const double hold_s = machine.corrections.hold_s = corrections.number("hold_s", kSeconds);
+  const double hold_s = machine.corrections.hold_s = corrections.number("hold_s", kDuration_s);
   readScrews(root, hold_s, machine);
   machine.centreline = readCentreline(root.section("centreline", false), hold_s, machine);
   readTools(root, machine);

@@ -10,7 +10,6 @@
 namespace probebox::board {
 namespace {
 
-constexpr Range kAnywhere{-50'000, 50'000};
 constexpr Range kCloseToOne{-10, 10};  // of a matrix
 // A delay beyond half a second is milliseconds written as seconds.
 constexpr Range kDelay{-0.5, 0.5};
@@ -47,7 +46,7 @@ WorldEncoders readEncoders(Section section) {
   encoders.noise_um = section.number("noise_um", {0, 1000});
   encoders.counts_per_mm = section.number("counts_per_mm", {1e-3, 1e9});
   encoders.dropout_probability = section.number("dropout_probability", kProbability, 0.0);
-  encoders.power_up_mm = section.vectorIfThere("power_up_mm", kAnywhere).value_or(Vector3{});
+  encoders.power_up_mm = section.vectorIfThere("power_up_mm", kPosition_mm).value_or(Vector3{});
   section.finish();
   return encoders;
 }
@@ -56,7 +55,7 @@ WorldAxes readAxes(Section section) {
   WorldAxes axes;
   axes.acceleration_mm_s2 = section.number("acceleration_mm_s2", {1, 1e5});
   axes.traverse_mm_s = section.number("traverse_mm_s", {0.1, 5000});
-  axes.home_mm = section.vector("home_mm", kAnywhere);
+  axes.home_mm = section.vector("home_mm", kPosition_mm);
   section.finish();
   return axes;
 }
@@ -77,7 +76,7 @@ WorldProbe readProbe(Section section) {
 
 WorldSphere readSphere(Section section) {
   WorldSphere sphere;
-  sphere.centre_mm = section.vector("centre_mm", kAnywhere);
+  sphere.centre_mm = section.vector("centre_mm", kPosition_mm);
   sphere.radius_mm = section.number("radius_mm", {0.1, 1000});
   sphere.stylus_ball_radius_mm = section.number("stylus_ball_radius_mm", {0.005, 50});
   section.finish();
@@ -86,7 +85,7 @@ WorldSphere readSphere(Section section) {
 
 WorldPlates readPlates(Section section) {
   WorldPlates plates;
-  plates.middle_mm = section.vector("middle_mm", kAnywhere);
+  plates.middle_mm = section.vector("middle_mm", kPosition_mm);
   plates.gap_mm = section.number("gap_mm", {1, 1000});
   plates.width_mm = section.number("width_mm", {1, 1000});
   plates.height_mm = section.number("height_mm", {1, 1000});
@@ -103,11 +102,11 @@ std::array<double, 2> readTilt(Section& section) {
 WorldPartSpindle readPartSpindle(Section section) {
   constexpr std::size_t kMostBalls = 8;
   WorldPartSpindle spindle;
-  spindle.point_mm = section.vector("point_mm", kAnywhere);
+  spindle.point_mm = section.vector("point_mm", kPosition_mm);
   spindle.tilt = readTilt(section);
   spindle.ball_radius_mm = section.number("ball_radius_mm", {0.1, 1000});
   for (auto& ball : section.sections("ball", kMostBalls)) {
-    spindle.balls_mm.push_back(ball.vector("at_mm", kAnywhere));
+    spindle.balls_mm.push_back(ball.vector("at_mm", kPosition_mm));
     ball.finish();
   }
   for (auto& mount : section.sections("further_mount", 3)) spindle.further_mounts.push_back(readWorldMount(mount));
@@ -133,8 +132,10 @@ Swing readSwing(Section& section) {
 
 WorldTiltingTable readTiltingTable(Section section) {
   const auto [axis, lean] = readSwing(section);
-  const WorldTiltingTable table{
-      .axis = axis, .point_mm = section.vector("point_mm", kAnywhere), .lean = lean, .errors = readAxisErrors(section)};
+  const WorldTiltingTable table{.axis = axis,
+                                .point_mm = section.vector("point_mm", kPosition_mm),
+                                .lean = lean,
+                                .errors = readAxisErrors(section)};
   section.finish();
   return table;
 }

@@ -31,9 +31,9 @@ constexpr std::array kOfUnits{
     OfUnit{"_deg", {-360, 360}},
     OfUnit{"_ns", {0, 1e9}},
     OfUnit{"_us", {0, 1e6}},
-    OfUnit{"_um", {-1e5, 1e5}},        // 0.1 m
-    OfUnit{"_mm", {-50'000, 50'000}},  // the largest gantries are shorter than 50 m
-    OfUnit{"_s", {-1, 1e6}},           // half a second of lead to twelve days of warming up
+    OfUnit{"_um", {-1e5, 1e5}},  // 0.1 m
+    OfUnit{"_mm", kPosition_mm},
+    OfUnit{"_s", {-1, 1e6}},  // half a second of lead to twelve days of warming up
 };
 // Counts, numbers and ratios. Doubles hold every whole number of this size.
 constexpr Range kWithoutUnit{-1e15, 1e15};

@@ -13,7 +13,6 @@
 namespace probebox::board {
 namespace {
 
-constexpr Range kHold_s{0, 3600};
 constexpr double kUsualStale_s = 0.25;
 constexpr double kUsualSpeed_deg_s = 36'000;  // 100 turns a second
 constexpr std::string_view kLetters = "ABC";
@@ -22,7 +21,7 @@ RotaryAxisDescription readRotaryAxis(Section section) {
   RotaryAxisDescription axis;
   axis.angle_from = static_cast<AngleFrom>(section.choice("angle_from", {"encoder", "controller"}));
   if (axis.angle_from == AngleFrom::controller) {
-    axis.stale_s = section.number("stale_s", kHold_s);
+    axis.stale_s = section.number("stale_s", kDuration_s);
     section.finish();
     return axis;
   }
@@ -52,7 +51,7 @@ SwivelDescription readSwivel(Section section, double hold_s, const Machine& mach
   swivel.axis = static_cast<RotaryLetter>(section.choice("axis", {"A", "B", "C"}));
   if (section.good("axis")) requireDescribed(section, "axis", swivel.axis, machine);
   swivel.by_angle = section.flag("by_angle", false);
-  swivel.hold_s = section.number("hold_s", kHold_s, hold_s);
+  swivel.hold_s = section.number("hold_s", kDuration_s, hold_s);
   section.finish();
   return swivel;
 }
@@ -93,7 +92,7 @@ RotaryTableDescription readTable(Section section, double hold_s, const Machine& 
                       "has the length " + plain(length) + ": write one of length 1, such as [0, 0, -1]");
     table.measured_length_mm = section.number("measured_length_mm", {0, 2000});
   }
-  table.hold_s = section.number("hold_s", kHold_s, hold_s);
+  table.hold_s = section.number("hold_s", kDuration_s, hold_s);
   section.finish();
   return table;
 }
@@ -122,7 +121,7 @@ TiltDescription readTilt(Section& section, std::string_view angles) {
 HeadDescription readHead(Section section, const Machine& machine) {
   HeadDescription head{.swivel = readTilt(section, "angles_deg"),
                        .pivot_mm = section.vector("pivot_mm", {-2000, 2000}),
-                       .ball_mm = section.vectorIfThere("ball_mm", {-50'000, 50'000}),
+                       .ball_mm = section.vectorIfThere("ball_mm", kPosition_mm),
                        .sd_ball_mm = section.numberIfThere("sd_ball_mm", {1e-6, 1})};
   if (head.ball_mm) requireReachable(section, "ball_mm", *head.ball_mm, machine);
   if (head.sd_ball_mm && !head.ball_mm)

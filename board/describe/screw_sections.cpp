@@ -7,8 +7,6 @@
 namespace probebox::board {
 namespace {
 
-constexpr Range kScrewPosition_mm{-50'000, 50'000};
-
 // (D1): the nut is between the fixed bearing and the sensor wherever the axis stands.
 void requireNutOnScrew(Section& section, const ScrewDescription& screw, const AxisDescription& axis) {
   for (const char* const key : {"length_mm", "offset_mm", "fixed_bearing"})
@@ -30,7 +28,7 @@ void requireNutOnScrew(Section& section, const ScrewDescription& screw, const Ax
 ScrewDescription readScrew(Section section, double hold_s, const AxisDescription& axis) {
   ScrewDescription screw;
   screw.length_mm = section.number("length_mm", {50, 50'000});
-  screw.offset_mm = section.number("offset_mm", kScrewPosition_mm);
+  screw.offset_mm = section.number("offset_mm", kPosition_mm);
   screw.pitch_mm = section.number("pitch_mm", {0.1, 200});
   screw.reversed = section.choice("fixed_bearing", {"low", "high"}) == 1;
   requireNutOnScrew(section, screw, axis);
@@ -41,9 +39,9 @@ ScrewDescription readScrew(Section section, double hold_s, const AxisDescription
   screw.extension_max_um = section.number("extension_max_um", {-1e4, 1e4}, 300);
   screw.rate_um_s = section.number("rate_um_s", {1e-4, 1e4}, 5);
   screw.threshold_rpm = section.number("threshold_rpm", {0, 1e5}, 60);
-  screw.sector_zero_mm = section.number("sector_zero_mm", kScrewPosition_mm, 0);
+  screw.sector_zero_mm = section.number("sector_zero_mm", kPosition_mm, 0);
   screw.stale_s = section.number("stale_s", {1e-3, 3600}, 1);
-  screw.hold_s = section.number("hold_s", {0, 3600}, hold_s);
+  screw.hold_s = section.number("hold_s", kDuration_s, hold_s);
   if (screw.extension_min_um >= screw.extension_max_um) {
     const char* const key = section.good("extension_max_um") ? "extension_max_um" : "extension_min_um";
     section.problem(key, "leaves no room from " + plain(screw.extension_min_um) + " to " +

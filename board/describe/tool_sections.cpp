@@ -16,7 +16,6 @@
 namespace probebox::board {
 namespace {
 
-constexpr Range kSetterPlace_mm{-50'000, 50'000};
 constexpr Range kHalfWidth_mm{0.5, 500};
 
 template <class Description>
@@ -96,7 +95,7 @@ ToolSetterDescription readDescribedSetter(Section section, const Machine& machin
   setter.sd_half_width_mm = section.numberIfThere("sd_half_width_mm", {1e-6, 1});
   setter.probe_offset_mm = section.vector("probe_offset_mm", {-5000, 5000});
   setter.sd_probe_offset_mm = section.numberIfThere("sd_probe_offset_mm", {1e-6, 1});
-  setter.accepted_mm = section.vectorIfThere("accepted_mm", kSetterPlace_mm);
+  setter.accepted_mm = section.vectorIfThere("accepted_mm", kPosition_mm);
   if (section.good("accepted_mm") && section.good("probe_offset_mm")) {
     auto probe_at_mm = *setter.accepted_mm;  // with the probe's tip in the middle of the device
     for (std::size_t i = 0; i < probe_at_mm.size(); ++i) probe_at_mm.at(i) -= setter.probe_offset_mm.at(i);
@@ -120,7 +119,7 @@ ToolSetterDescription readDescribedSetter(Section section, const Machine& machin
 
 WorldToolSetter readEmulatedSetter(Section section) {
   WorldToolSetter setter;
-  setter.centre_mm = section.vector("centre_mm", kSetterPlace_mm);
+  setter.centre_mm = section.vector("centre_mm", kPosition_mm);
   setter.half_width_mm = section.vector("half_width_mm", kHalfWidth_mm);
   setter.late_s = section.number("late_s", {0, 0.02});
   setter.repeatability_um = section.number("repeatability_um", {0, 100}, 0);
