@@ -19,6 +19,7 @@ using Eigen::Vector3d;
 constexpr double kTwoDirections = 0.1;  // of the opposed sides, least over greatest
 constexpr double kSameHeight = 1e-9;    // mm
 constexpr std::string_view kTips = "readings";
+constexpr std::size_t kMostTools = 64;  // as many as a machine may describe
 
 // The second ball of a holder.
 struct SecondBall {
@@ -137,7 +138,13 @@ std::optional<Refusal> badTool(const Table& table) {
   const auto* tools = table.column(kTool);
   if (tools == nullptr) return std::nullopt;
   const auto bad = std::ranges::find_if_not(*tools, isNumber);
-  if (bad == tools->end()) return std::nullopt;
+  if (bad == tools->end()) {
+    const std::set<double> all{tools->begin(), tools->end()};
+    if (all.size() <= kMostTools) return std::nullopt;
+    return Refusal{"bad-tool", "table '" + table.name + "' names " + std::to_string(all.size()) +
+                                   " tools, each with a result of its own; give a case at most " +
+                                   std::to_string(kMostTools)};
+  }
   return Refusal{"bad-tool", "table '" + table.name + "', row " + std::to_string(bad - tools->begin() + 1) + ": tool " +
                                  text(*bad) + "; give the number of the tool that carries the tip, from 1 on"};
 }

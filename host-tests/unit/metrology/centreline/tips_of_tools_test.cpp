@@ -204,5 +204,14 @@ TEST(StyliOfTools, NeedNumbersOfTools) {
   }
 }
 
+TEST(StyliOfTools, AreOfAsManyToolsAsAMachineMayHave) {
+  for (const unsigned count : {64U, 65U}) {
+    std::vector<TipOfTool> tips;
+    for (unsigned tool = 1; tool <= count; ++tool) tips.push_back({tool, 100.0 + tool, {0, 0}});
+    const auto solved = solve(plainCase(tips, fourPoses(count)));
+    EXPECT_EQ(solved.ok() ? "" : solved.error().name, count == 64 ? "" : "bad-tool");
+  }
+}
+
 }  // namespace
 }  // namespace probebox::metrology
