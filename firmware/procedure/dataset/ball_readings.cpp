@@ -118,11 +118,9 @@ std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset
   return std::nullopt;
 }
 
-// Each tool has a pre-travel of its own, which the method cancels.
-std::optional<metrology::Refusal> addByCancelling(metrology::Dataset& dataset, const FinishedRun& run,
-                                                  const std::vector<metrology::SwitchedTouch>& touches,
-                                                  AddTables tables) {
-  TRY(auto found, switchedReadings(touches, run));
+// Takes the middle of the ball out of touches with the shank, and adds the method's tables.
+std::optional<metrology::Refusal> addFound(metrology::Dataset& dataset, BallReadings found, const FinishedRun& run,
+                                           AddTables tables) {
   if (auto refusal = centreTouches(found.shank, found.readings, run.facts)) return refusal;
   tables(dataset, found, run);
   if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found.readings));
@@ -134,7 +132,10 @@ std::optional<metrology::Refusal> addSwitchedReadings(metrology::Dataset& datase
                                                       AddTables tables) {
   dataset.tables.push_back(posesOf(run.recording));
   TRY(auto touches, metrology::switchedTouches(dataset, {}));
-  if (run.method.cancels_pre_travel) return addByCancelling(dataset, run, touches, tables);
+  if (run.method.cancels_pre_travel) {  // each tool has one of its own
+    TRY(auto found, switchedReadings(touches, run));
+    return addFound(dataset, std::move(found), run, tables);
+  }
   const auto& pre_travel = run.facts.trigger_probe->pre_travel;
   if (!pre_travel) {
     return metrology::Refusal{"no-pre-travel",
@@ -162,10 +163,7 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const
   dataset.config["delay_result"] = static_cast<double>(delay.result_id);
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
   TRY(auto found, readingsOf(dataset, run.recording));
-  if (auto refusal = centreTouches(found.shank, found.readings, run.facts)) return refusal;
-  tables(dataset, found, run);
-  if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found.readings));
-  return std::nullopt;
+  return addFound(dataset, std::move(found), run, tables);
 }
 
 }  // namespace
