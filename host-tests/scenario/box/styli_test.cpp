@@ -1,19 +1,18 @@
 #include <algorithm>
-#include <array>
 #include <gtest/gtest.h>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "firmware/metrology/methods.hpp"
 #include "firmware/modbus/register_image.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/boot.hpp"
+#include "host-tests/emulation/register_link.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 #include "measured.hpp"
-#include "protocol/modbus/map.hpp"
-#include "protocol/modbus/register.hpp"
 #include "pulls.hpp"
 
 // Offsets of the styli of several tools, which a-axis-alignment finds on the emulated machine beside the spindle's
@@ -86,14 +85,6 @@ TEST(LiveStyli, OfTheToolWhoseShankIsTheSecondLength) {
   pulls.expectHonest();
 }
 
-double registerAt(const modbus::RegisterImage& image, std::uint16_t address) {
-  const auto& entry = *modbus::find(address);
-  std::array<std::uint16_t, modbus::kRegisterCount> words{};
-  for (std::size_t i = 0; i < modbus::registersOf(entry.kind); ++i)
-    words[entry.address + i] = image[static_cast<std::uint16_t>(address + i)];
-  return modbus::decode(entry, modbus::WordOrder::high_first, words);
-}
-
 // From one run to three results, each accepted by itself, and to the registers.
 TEST(LiveStyli, AreServedByToolOnceAccepted) {
   const support::TemporaryFolder folder;
@@ -119,11 +110,18 @@ TEST(LiveStyli, AreServedByToolOnceAccepted) {
 
   modbus::RegisterImage image;
   image.fill({}, published::LineState{}, boot.inForce().served(), modbus::WordOrder::high_first);
+  RegisterLink controller{{.read =
+                               [&](std::uint16_t first, std::size_t count) {
+                                 std::vector<std::uint16_t> words;
+                                 while (words.size() < count) words.push_back(image[first++]);
+                                 return words;
+                               },
+                           .write = {}}};
   for (const unsigned tool : {1U, 2U}) {
     const auto truth = offsetOfTool(config, tool);
     const auto row = static_cast<std::uint16_t>(5000 + 16 * (tool - 1));
-    EXPECT_NEAR(registerAt(image, row), truth[0], 2e-3) << tool;
-    EXPECT_NEAR(registerAt(image, static_cast<std::uint16_t>(row + 2)), truth[1], 2e-3) << tool;
+    EXPECT_NEAR(controller.value(row), truth[0], 2e-3) << tool;
+    EXPECT_NEAR(controller.value(static_cast<std::uint16_t>(row + 2)), truth[1], 2e-3) << tool;
     EXPECT_GT(image[static_cast<std::uint16_t>(row + 8)], 5) << "sd, 0.01 um";
     EXPECT_LT(image[static_cast<std::uint16_t>(row + 8)], 100);
     const auto in_force = boot.inForce().stylusOffset(tool);
