@@ -4,7 +4,7 @@
 # Makes $work, with a copy of the image; ended by finish.
 make_guest() { # IMAGE
   work=$(mktemp -d "${TMPDIR:-/var/tmp}/probebox-guest.XXXXXX")
-  guest='' more=()
+  guest=''
   trap finish EXIT
   trap 'exit 130' INT TERM
   cp --sparse=always "$1" "$work/disk.img"
@@ -19,7 +19,7 @@ stop_box() {
   guest=''
 }
 power_on() {
-  host-tests/image/boot "$work/disk.img" "$work/box" "${more[@]}" &
+  host-tests/image/boot "$work/disk.img" "$work/box" &
   guest=$!
 }
 start_box() {
