@@ -26,9 +26,11 @@ std::optional<Refusal> refuseSpan(const BallTable& table, std::string_view lever
                  "column '" + std::string{lever} + "' spans " + text(span) + " mm, less than 10: read further apart"};
 }
 
-Answer answerOf(const Dataset& dataset, const BallTable& table, const BallFit& ball, const Sigma& sigma) {
-  Answer answer{dataset, ball.fit, sigma};
-  for (const auto& warning : table.warnings) answer.warn(warning);
+Answer answerOf(const Dataset& dataset, const BallTable& table, const BallFit& ball, const StatedNoise& noise) {
+  Answer answer{dataset, ball.fit, noise.sigma()};
+  for (const auto& warnings : {noise.warnings, table.warnings}) {
+    for (const auto& warning : warnings) answer.warn(warning);
+  }
   return answer;
 }
 
@@ -49,14 +51,14 @@ void promiseStyli(Answer& answer, const BallFit& ball, const SpindleReadings& re
 }  // namespace
 
 Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
-  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto noise, statedNoise(dataset));
   TRY(const auto heights, configWord(dataset, "heights", kHeights));
   TRY(const auto table, readBallTable(dataset, {.lever = "z_mm"}));
   if (auto refusal = refuseSpan(table, "z_mm")) return *refusal;
   const auto ball =
-      fitBall(table.readings, {.sloped = true, .arm_per_set = true, .stylus_per_set = false}, sigma.value);
+      fitBall(table.readings, {.sloped = true, .arm_per_set = true, .stylus_per_set = false}, noise.noise);
   if (!ball) return ball.error();
-  Answer answer = answerOf(dataset, table, *ball, sigma);
+  Answer answer = answerOf(dataset, table, *ball, noise);
   answer.readings(*dataset.table("readings"), kBallParts, "z_mm");
   const auto& parameters = ball->fit.parameters;
   const Eigen::MatrixXd rows = pick(2, 2, parameters.size());
@@ -77,16 +79,16 @@ Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
 
 Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
   TRY(const auto direction, configSense(dataset, "tool_direction"));
-  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto noise, statedNoise(dataset));
   TRY(const auto c_tilt, configPlane(dataset, "C_tilt_rad"));
-  TRY(const auto of_shank, relativeSigma(dataset, "sigma_shank_mm", sigma));
+  TRY(const auto of_shank, relativeSigma(dataset, "sigma_shank_mm", noise.sigma()));
   TRY(const auto read, readSpindleReadings(dataset, of_shank.ratio));
   const BallTable& table = read.table;
   if (auto refusal = refuseSpan(table, kTipLength)) return *refusal;
   const auto ball =
-      fitBall(table.readings, {.sloped = true, .arm_per_set = false, .stylus_per_set = true}, sigma.value);
+      fitBall(table.readings, {.sloped = true, .arm_per_set = false, .stylus_per_set = true}, noise.noise);
   if (!ball) return ball.error();
-  Answer answer = answerOf(dataset, table, *ball, sigma);
+  Answer answer = answerOf(dataset, table, *ball, noise);
   answer.readings(read.names, read.lengths, kTipLength);
   auto& residuals = answer.result().residuals.values;
   for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= read.spreads[k];
@@ -108,10 +110,14 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
 namespace {
 
 constexpr std::string_view kCColumns[]{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
-constexpr MethodTable kCTables[]{
-    {"readings", kCColumns, "a ball at the height z_mm, at angles of spindle (A) and C", true}};
+constexpr MethodTable kCTables[]{{"readings", kCColumns,
+                                  "a ball at the height z_mm, at angles of spindle (A) and C; column stop, the number "
+                                  "of the stop of C, where rows of "
+                                  "one stop are apart",
+                                  true}};
 constexpr MethodKey kCKeys[]{
     key::kSigma,
+    key::kSigmaC,
     key::kASense,
     key::kCSense,
     key::kTauForTheRecord,
@@ -136,10 +142,12 @@ constexpr std::string_view kShankColumns[]{"tip_length_mm", "A_rad", "C_rad", "x
 constexpr MethodTable kATables[]{
     {"readings", kAColumns,
      "the ball, read with a tip of that length; column tool where the number of its tool is known, column ball where "
-     "ball_offset_mm is stated",
+     "ball_offset_mm is stated, column stop as for c-axis-alignment",
      true},
-    {"shank", kShankColumns, "where a shank touched: from the side (ux,uy); column ball as in readings", true}};
+    {"shank", kShankColumns, "where a shank touched: from the side (ux,uy); columns ball and stop as in readings",
+     true}};
 constexpr MethodKey kAKeys[]{key::kSigma,
+                             key::kSigmaC,
                              key::kLengthResults[0],
                              key::kLengthResults[1],
                              key::kLengthResults[2],

@@ -9,6 +9,7 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/shared_errors.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -95,23 +96,26 @@ class Columns {
   Eigen::Index count() const { return count_; }
   Eigen::Index arms() const { return arms_; }
   Eigen::Index styli() const { return styli_; }
+  // Where the arm of a reading stands.
+  Eigen::Index armOf(const BallReading& reading) const { return at(arms_, arm_per_set_, reading); }
 
   // d (x, y) / d unknowns. Shape: 2 x count().
   Eigen::MatrixXd rowsOf(const BallReading& reading) const {
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(2, count_);
-    const auto at = [&](Eigen::Index first, bool per_set) {
-      return first + static_cast<Eigen::Index>(per_set ? 2 * reading.set : 0);
-    };
     rows.leftCols<2>().setIdentity();
     if (sloped_) rows.middleCols<2>(2) = reading.lever * Eigen::Matrix2d::Identity();
-    if (arms_ >= 0) rows.middleCols<2>(at(arms_, arm_per_set_)) = turn(reading.c);
-    if (styli_ >= 0) rows.middleCols<2>(at(styli_, stylus_per_set_)) = -turn(reading.spindle);
+    if (arms_ >= 0) rows.middleCols<2>(armOf(reading)) = turn(reading.c);
+    if (styli_ >= 0) rows.middleCols<2>(at(styli_, stylus_per_set_, reading)) = -turn(reading.spindle);
     if (const auto radius = radii_.find(reading.set); radius != radii_.end())
       rows.col(radius->second) = *reading.shank_side;
     return rows;
   }
 
  private:
+  static Eigen::Index at(Eigen::Index first, bool per_set, const BallReading& reading) {
+    return first + static_cast<Eigen::Index>(per_set ? 2 * reading.set : 0);
+  }
+
   bool sloped_{};
   bool arm_per_set_{};
   bool stylus_per_set_{};
@@ -121,41 +125,100 @@ class Columns {
   std::map<std::size_t, Eigen::Index> radii_;  // by set
 };
 
+// Every row divided by its own sd.
+struct Rows {
+  Eigen::MatrixXd design;
+  Eigen::VectorXd values;
+  std::vector<const BallReading*> readings;
+};
+
+Rows rowsOf(std::span<const BallReading> readings, const Columns& columns, double sigma) {
+  Eigen::Index count = 0;
+  for (const auto& reading : readings) count += reading.shank_side ? 1 : 2;
+  Rows rows{Eigen::MatrixXd::Zero(count, columns.count()), Eigen::VectorXd{count}, {}};
+  for (const auto& reading : readings) {
+    const double sd = sigma * reading.spread;
+    const Eigen::MatrixXd both = columns.rowsOf(reading) / sd;
+    const auto row = static_cast<Eigen::Index>(rows.readings.size());
+    if (const auto& side = reading.shank_side) {
+      rows.design.row(row) = side->transpose() * both;
+      rows.values[row] = side->dot(reading.at) / sd;
+      rows.readings.push_back(&reading);
+    } else {
+      rows.design.middleRows<2>(row) = both;
+      rows.values.segment<2>(row) = reading.at / sd;
+      rows.readings.insert(rows.readings.end(), 2, &reading);
+    }
+  }
+  return rows;
+}
+
+// What one sd of the angle of C moves each row by, in sds of the row.
+Eigen::VectorXd movedByC(const Rows& rows, const Columns& columns, const Eigen::VectorXd& parameters,
+                         const RotationNoise& noise) {
+  Eigen::VectorXd moved{rows.values.size()};
+  for (Eigen::Index row = 0; row < moved.size();) {
+    const BallReading& reading = *rows.readings[static_cast<std::size_t>(row)];
+    const Eigen::Vector2d arm = parameters.segment<2>(columns.armOf(reading)) + reading.beyond;
+    const Eigen::Vector2d step = noise.angle / (noise.position * reading.spread) * (turn(reading.c + kTurn / 4) * arm);
+    if (const auto& side = reading.shank_side) {
+      moved[row++] = side->dot(step);
+    } else {
+      moved.segment<2>(row) = step;
+      row += 2;
+    }
+  }
+  return moved;
+}
+
+// Fits again, with what the stops of C are off. The arms of the first fit are known well enough for that.
+Outcome<Fit, Refusal> fitWithStops(Rows rows, const Columns& columns, const Eigen::VectorXd& parameters,
+                                   const RotationNoise& noise) {
+  std::vector<double> stops;
+  for (const auto* reading : rows.readings) stops.push_back(reading->stop);
+  shareErrors(rows.design, rows.values, movedByC(rows, columns, parameters, noise), stops);
+  return linearLeastSquares(rows.design, rows.values);
+}
+
+// The stop of C of every row.
+std::vector<double> stopsOf(const Table& table) {
+  if (const auto* numbers = table.column(kStop)) return *numbers;
+  const auto& c = *table.column("C_rad");
+  std::vector<double> stops{0};
+  for (std::size_t row = 1; row < c.size(); ++row) {
+    const bool turned = std::abs(std::remainder(c[row] - c[row - 1], kTurn)) > kSameStop_rad;
+    stops.push_back(stops.back() + (turned ? 1 : 0));
+  }
+  return stops;
+}
+
+// Whether o or k is far less certain than a reading, because of the angles at which they were read.
+bool badlyAngled(const Fit& fit, std::span<const BallReading> readings, bool sloped, double sigma) {
+  double levers = 0.0;
+  for (const auto& reading : readings) levers += reading.lever * reading.lever;
+  const double unit = 1.0 / (sigma * sigma);
+  return inflation(fit.cofactor(0, 0) * unit, readings.size()) > kInflationLimit ||
+         (sloped && fit.cofactor(2, 2) * unit * levers > kInflationLimit);
+}
+
 }  // namespace
 
-Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const BallModel& model, double sigma) {
+Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const BallModel& model,
+                                  const RotationNoise& noise) {
   const auto turned = turnedOf(readings);
   if (!turned) return tooClose("the axis from the ball's offset");
   if (auto refusal = slopeHidden(model, *turned)) return *refusal;
   const Columns columns{readings, model, *turned};
-  Eigen::Index rows = 0;
-  for (const auto& reading : readings) rows += reading.shank_side ? 1 : 2;
-  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, columns.count());
-  Eigen::VectorXd values{rows};
-  double levers = 0.0;
-  Eigen::Index row = 0;
-  for (const auto& reading : readings) {
-    const Eigen::MatrixXd both = columns.rowsOf(reading);
-    if (const auto& side = reading.shank_side) {
-      design.row(row) = side->transpose() * both / reading.spread;
-      values[row++] = side->dot(reading.at) / reading.spread;
-    } else {
-      design.middleRows<2>(row) = both / reading.spread;
-      values.segment<2>(row) = reading.at / reading.spread;
-      row += 2;
-    }
-    levers += reading.lever * reading.lever;
-  }
-  auto fit = linearLeastSquares(design / sigma, values / sigma);
+  const Rows rows = rowsOf(readings, columns, noise.position);
+  auto fit = linearLeastSquares(rows.design, rows.values);
   if (!fit) {
     return fit.error().name == "ill-conditioned" ? tooClose("the axes from the offsets of ball and stylus")
                                                  : fit.error();
   }
-  const double unit = 1.0 / (sigma * sigma);
-  if (inflation(fit->cofactor(0, 0) * unit, readings.size()) > kInflationLimit ||
-      (model.sloped && fit->cofactor(2, 2) * unit * levers > kInflationLimit)) {
+  if (badlyAngled(*fit, readings, model.sloped, noise.position))
     return tooClose("the axes from the offsets of ball and stylus");
-  }
+  if (noise.angle > 0 && columns.arms() >= 0) fit = fitWithStops(rows, columns, fit->parameters, noise);
+  if (!fit) return fit.error();
   return BallFit{std::move(fit).value(), *turned, columns.arms(), columns.styli()};
 }
 
@@ -177,6 +240,9 @@ Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColu
   if (!named.lever.empty()) columns.push_back(named.lever);
   columns.insert(columns.end(), named.further.begin(), named.further.end());
   if (!named.parted_by.empty()) columns.push_back(named.parted_by);
+  const Table* given = dataset.table(named.table);
+  const bool numbered = given != nullptr && given->column(kStop) != nullptr;
+  if (numbered && std::ranges::find(columns, kStop) == columns.end()) columns.push_back(kStop);
   TRY(const auto table, checkedTable(dataset, named.table, columns));
   TRY(const auto spindle_sense, configSense(dataset, "A_sense"));
   TRY(const auto c_sense, configSense(dataset, "C_sense"));
@@ -187,6 +253,7 @@ Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColu
   BallTable ball{.readings = {}, .warnings = equalRows(*table), .levers = {}, .mean_lever = 0.0};
   std::map<std::pair<double, double>, std::size_t> sets;
   const std::size_t rows = table->rows();
+  const auto stops = stopsOf(*table);
   for (std::size_t row = 0; row < rows; ++row) {
     const double lever = value(named.lever, row);
     const auto set = sets.try_emplace({lever, value(named.parted_by, row)}, sets.size()).first->second;
@@ -194,7 +261,8 @@ Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColu
                              .spindle = spindle_sense * value("A_rad", row),
                              .c = c_sense * value("C_rad", row),
                              .set = set,
-                             .lever = lever});
+                             .lever = lever,
+                             .stop = stops[row]});
     if (set == ball.levers.size()) ball.levers.push_back(lever);
   }
   ball.centreLevers();

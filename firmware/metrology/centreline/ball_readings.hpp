@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
@@ -25,7 +26,9 @@ struct BallReading {
   // Unit vector of the side touched by a shank: the reading counts along it only, and is further out by the radii of
   // ball and shank, the same for every touch of a set (B16). All readings of a set have a side, or none.
   std::optional<Eigen::Vector2d> shank_side{};
-  double spread{1.0};  // its sd, in units of sigma
+  double spread{1.0};            // its sd, in units of sigma
+  double stop{};                 // number of the stop of C, at which it was read
+  Eigen::Vector2d beyond{0, 0};  // from the fitted ball to the one that was read, at C = 0; mm
 };
 
 // Model (B4): m = o + R2(C) r - R2(A) s. o: C axis minus spindle axis; r: offset of the ball from C; s: offset of the
@@ -53,10 +56,12 @@ struct BallFit {
   Eigen::Index styli{};  // column of the first stylus offset; -1: not in the model
 };
 
-// sigma: mm, of one coordinate. Refuses: angles-too-close (neither axis turned, or o or k more than 20 times less
-// certain than a reading, |sin(alpha/2)| < 0.05 for two angles), spindle-not-turned or c-not-turned (needed to separate
-// k), and what linearLeastSquares refuses.
-Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const BallModel& model, double sigma);
+// noise.angle: of each stop of C; all readings of one stop are off by it together, along their arms' tangents, which
+// takes a C that turned. Its size is stated, not fitted. Refuses: angles-too-close (neither axis turned, or o or k more
+// than 20 times less certain than a reading, |sin(alpha/2)| < 0.05 for two angles), spindle-not-turned or c-not-turned
+// (needed to separate k), and what linearLeastSquares refuses.
+Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const BallModel& model,
+                                  const RotationNoise& noise);
 
 struct BallColumns {
   std::string_view table{"readings"};
@@ -65,8 +70,13 @@ struct BallColumns {
   std::string_view parted_by{};  // column by which rows with the same lever are parted into sets; empty: none
 };
 
+// Column that numbers the stops of C, where a method has it: rows with one number were read without C turning in
+// between.
+inline constexpr std::string_view kStop = "stop";
+
 // Table{<lever>,A_rad,C_rad,x_mm,y_mm} and further columns. Config: A_sense, C_sense. Rows with the same lever form a
-// set, unless `parted_by` parts them; levers are relative to their mean, `mean_lever`.
+// set, unless `parted_by` parts them; levers are relative to their mean, `mean_lever`. Without a column `stop` each
+// change of C from row to row begins a stop.
 struct BallTable {
   std::vector<BallReading> readings;
   std::vector<std::string> warnings;

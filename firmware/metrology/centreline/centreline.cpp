@@ -116,9 +116,9 @@ Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset) {
   TRY(const auto position, configSigma(dataset, "sigma_mm"));
   TRY(const auto angle, configSigma(dataset, "sigma_C_rad"));
   const bool both = position.stated && angle.stated;
-  return StatedNoise{.noise = {position.value, both ? angle.value : 0.0},
-                     .stated = position.stated,
-                     .angle_ignored = angle.stated && !position.stated};
+  StatedNoise noise{.noise = {position.value, both ? angle.value : 0.0}, .stated = position.stated, .warnings = {}};
+  if (angle.stated && !position.stated) noise.warnings.emplace_back("sigma_C_rad is not used: it also needs sigma_mm");
+  return noise;
 }
 
 Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
@@ -134,7 +134,7 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
   }
   TRY(const auto fit, fitRotation(readings, noise.noise));
 
-  Answer answer{dataset, fit, {noise.noise.position, noise.stated}};
+  Answer answer{dataset, fit, noise.sigma()};
   answer.readings(*table, residualParts(noise.noise), "C_rad", residualSense(noise.noise));
   answer.promiseVector("centre_mm", fit.parameters.head(2), pick(0, 2, 4));
   answer.alsoVector("arm_mm", fit.parameters.tail(2), pick(2, 2, 4));
@@ -144,7 +144,7 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
   if (noise.stated && fit.parameters.tail<2>().norm() < 5.0 * noise.noise.position) {
     answer.warn("the feature lies within 5 sigma of the centre: the readings cannot confirm the angles");
   }
-  if (noise.angle_ignored) answer.warn("sigma_C_rad is not used: it also needs sigma_mm");
+  for (const auto& warning : noise.warnings) answer.warn(warning);
   for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   return std::move(answer).take(true);
 }

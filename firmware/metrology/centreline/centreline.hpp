@@ -1,8 +1,11 @@
 #pragma once
 #include <Eigen/Core>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
+#include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
@@ -39,11 +42,13 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset);
 std::span<const std::string_view> residualParts(const RotationNoise& noise);
 double residualSense(const RotationNoise& noise);
 
-// sigma_mm and sigma_C_rad of a case for fitRotation. Refuses: bad-config.
+// sigma_mm and sigma_C_rad of a case. Refuses: bad-config.
 struct StatedNoise {
   RotationNoise noise;
   bool stated{};
-  bool angle_ignored{};  // sigma_C_rad without sigma_mm
+  std::vector<std::string> warnings;  // sigma_C_rad without sigma_mm
+
+  Sigma sigma() const { return {noise.position, stated}; }
 };
 Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset);
 

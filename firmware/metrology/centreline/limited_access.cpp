@@ -123,14 +123,14 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
 
   const Eigen::Vector2d arm = fit.parameters.tail<2>();
   const double radius = arm.norm();
-  Answer answer{dataset, fit, {noise.noise.position, noise.stated}};
+  Answer answer{dataset, fit, noise.sigma()};
   answer.readings(*table, residualParts(noise.noise), kLimitedAccessColumns[0], residualSense(noise.noise));
   answer.promiseVector("centre_mm", fit.parameters.head(2), pick(0, 2, 4));
   answer.promiseScalar("radius_mm", radius, Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / radius);
   answer.promiseScalar("psi0_rad", std::atan2(arm.x(), arm.y()),
                        Eigen::RowVector4d{0.0, 0.0, arm.y(), -arm.x()} / (radius * radius));
   compareWithSource(answer, rim, fit.parameters.head<2>(), noise);
-  if (noise.angle_ignored) answer.warn("sigma_C_rad is not used: it also needs sigma_mm");
+  for (const auto& warning : noise.warnings) answer.warn(warning);
   for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   answer.result().convention = "C clockwise from +Y; psi0 is the angle of the ball at C = 0";
   return std::move(answer).take(true);

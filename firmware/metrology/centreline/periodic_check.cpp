@@ -8,7 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/shared_errors.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -66,20 +68,20 @@ double side(double degrees) {
   return std::abs(std::remainder(degrees, 360.0)) < 90.0 ? 1.0 : -1.0;
 }
 
-// Of one coordinate of a centre, of its height at B = 90, and of a single touch.
+// Of one coordinate of a centre, of its height at B = 90, of a single touch, and of a stop of C.
 struct Sigmas {
-  Sigma centre;
+  StatedNoise centre;
   double height90{1.0};
   double touch{1.0};
 
   double of(const Quantity& quantity) const {
     if (quantity.table != "centres") return touch;
-    return quantity.column == "z_mm" ? height90 : centre.value;
+    return quantity.column == "z_mm" ? height90 : centre.noise.position;
   }
 };
 
 Outcome<Sigmas, Refusal> sigmasOf(const Dataset& dataset) {
-  TRY(const auto centre, configSigma(dataset, "sigma_mm"));
+  TRY(auto centre, statedNoise(dataset));
   TRY(const auto touch, configPositive(dataset, "sigma_touch_mm"));
   TRY(const auto height90, configPositive(dataset, "sigma_Zcen_B90_mm"));
   if ((touch || height90) && !centre.stated) {
@@ -87,7 +89,8 @@ Outcome<Sigmas, Refusal> sigmasOf(const Dataset& dataset) {
                                       (touch ? "sigma_touch_mm" : "sigma_Zcen_B90_mm") +
                                       " without sigma_mm: state both, or neither"};
   }
-  return Sigmas{centre, height90.value_or(centre.value), touch.value_or(centre.value)};
+  const double usual = centre.noise.position;
+  return Sigmas{std::move(centre), height90.value_or(usual), touch.value_or(usual)};
 }
 
 // All means as one linear fit, so that residuals and degrees of freedom are common to them.
@@ -97,17 +100,55 @@ struct Means {
   std::vector<std::string> readings;  // name of each row
   std::vector<double> swivels;        // degrees, of each row
   std::vector<double> sigmas;         // of each row
+  std::vector<double> stops;          // of C, of each row
+  std::vector<std::string> warnings;
   Fit fit;
 };
 
-Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas) {
+// Number of the pose of a row. C comes to each pose anew.
+double poseOf(const Table& table, std::size_t row) {
+  const auto turned = [&](std::string_view column) { return side((*table.column(column))[row]) < 0 ? 1.0 : 0.0; };
+  return 4 * std::round((*table.column("B_deg"))[row] / 45.0) + 2 * turned("C_deg") + turned("A_deg");
+}
+
+struct Row {
+  double value{};
+  Eigen::Index mean{};
+  double ball{};
+  double stylus{};
+  const Quantity* quantity{};
+};
+
+// Offset of the ball from the C axis at C = 0, in X or Y; nothing where no reading tells it.
+std::optional<double> ballOffset(const Means& means, std::string_view column, bool x_is_radius) {
+  for (std::size_t k = 0; k < means.quantities.size(); ++k) {
+    const Quantity& quantity = *means.quantities[k];
+    if (!quantity.ball || quantity.column != column) continue;
+    const double offset = means.fit.parameters[means.columns[k] + 1];
+    return quantity.table == "x_touch" && !x_is_radius ? offset / 2 : offset;
+  }
+  return std::nullopt;
+}
+
+// What one sd of the angle of C moves each row by, in sds of the row; nothing where that is not known.
+std::optional<Eigen::VectorXd> movedByC(const Means& means, std::span<const Row> rows, double sigma_rad,
+                                        bool x_is_radius) {
+  const auto x = ballOffset(means, "x_mm", x_is_radius);
+  const auto y = ballOffset(means, "y_mm", x_is_radius);
+  if (!x || !y) return std::nullopt;
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const Quantity& quantity = *rows[k].quantity;
+    const double in_sds = rows[k].ball * sigma_rad / means.sigmas[k];
+    const double shown = quantity.table == "x_touch" && !x_is_radius ? 2.0 : 1.0;
+    if (quantity.column == "x_mm") moved[static_cast<Eigen::Index>(k)] = -shown * in_sds * *y;
+    if (quantity.column == "y_mm") moved[static_cast<Eigen::Index>(k)] = in_sds * *x;
+  }
+  return moved;
+}
+
+Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas, bool x_is_radius) {
   Means means;
-  struct Row {
-    double value{};
-    Eigen::Index mean{};
-    double ball{};
-    double stylus{};
-  };
   std::vector<Row> rows;
   Eigen::Index parameters = 0;
   for (const auto& quantity : kQuantities) {
@@ -119,9 +160,10 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas) {
       means.readings.push_back(table.name + " " + std::to_string(row + 1) + ", " + std::string{quantity.column});
       means.swivels.push_back(quantity.swivel);
       means.sigmas.push_back(sigmas.of(quantity));
+      means.stops.push_back(poseOf(table, row));
       rows.push_back({(*table.column(quantity.column))[row], parameters,
                       quantity.ball ? side((*table.column("C_deg"))[row]) : 0.0,
-                      quantity.stylus ? side((*table.column("A_deg"))[row]) : 0.0});
+                      quantity.stylus ? side((*table.column("A_deg"))[row]) : 0.0, &quantity});
     }
     if (rows.size() == before) continue;
     means.quantities.push_back(&quantity);
@@ -146,6 +188,15 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas) {
                    "degrees, and X with C at 0 and 180"};
   }
   means.fit = std::move(fit).value();
+  const double sigma_c = sigmas.centre.noise.angle;
+  if (sigma_c <= 0) return means;
+  const auto moved = movedByC(means, rows, sigma_c, x_is_radius);
+  if (!moved) {
+    means.warnings.emplace_back("sigma_C_rad is not used: no reading tells how far the ball is from the C axis in X");
+    return means;
+  }
+  shareErrors(design, values, *moved, means.stops);
+  TRY(means.fit, linearLeastSquares(design, values));
   return means;
 }
 
@@ -287,13 +338,16 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   TRY(const auto sigmas, sigmasOf(dataset));
   if (auto refusal = badTables(dataset)) return *refusal;
   TRY(const auto stop90, configPositive(dataset, "sigma_stop_B90_mm"));
-  TRY(const auto means, fitMeans(dataset, sigmas));
+  TRY(const auto means, fitMeans(dataset, sigmas, ball.x_is_radius));
 
   const auto& parameters = means.fit.parameters;
-  Answer answer{dataset, means.fit, sigmas.centre};
+  Answer answer{dataset, means.fit, sigmas.centre.sigma()};
+  for (const auto& warnings : {sigmas.centre.warnings, means.warnings}) {
+    for (const auto& warning : warnings) answer.warn(warning);
+  }
   answer.readings(means.readings, means.swivels, "B_deg");
   auto& residuals = answer.result().residuals.values;
-  for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= means.sigmas[k] / sigmas.centre.value;
+  for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= means.sigmas[k] / sigmas.centre.noise.position;
   for (std::size_t k = 0; k < means.quantities.size(); ++k) {
     const Quantity& quantity = *means.quantities[k];
     const Eigen::RowVectorXd row = pick(means.columns[k], 1, parameters.size()).row(0);

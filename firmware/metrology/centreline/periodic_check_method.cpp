@@ -18,6 +18,7 @@ constexpr MethodKey kPeriodicCheckKeys[]{
     {"expected_ball_centre_z_mm", kNeeded, "Z of the ball's centre at B = 0"},
     {"x_is_radius", kNeeded, "false where X is programmed in diameters"},
     key::kSigma,
+    key::kSigmaC,
     key::kLengthResults[0],
     key::kLengthResults[1],
     key::kLengthResults[2],

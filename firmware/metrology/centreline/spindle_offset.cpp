@@ -18,9 +18,9 @@ struct Offset {
 
 // What both methods have in common: the fit, and the offset of the axes.
 Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
-  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto noise, statedNoise(dataset));
   TRY(const auto table, readBallTable(dataset, {}));
-  TRY(auto ball, fitBall(table.readings, {}, sigma.value));
+  TRY(auto ball, fitBall(table.readings, {}, noise.noise));
   if (ball.turned == Turned::c_only) {
     return Refusal{"spindle-not-turned",
                    "the spindle stood still: the offset of the stylus cannot be separated from the spindle axis; read "
@@ -31,11 +31,13 @@ Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
                    "the C axis stood still: the offset of the ball cannot be separated from the C axis; read with C at "
                    "0 and 180 degrees"};
   }
-  Answer answer{dataset, ball.fit, sigma};
+  Answer answer{dataset, ball.fit, noise.sigma()};
   answer.readings(*dataset.table("readings"), kBallParts, "C_rad");
   const auto& parameters = ball.fit.parameters;
   answer.promiseVector("offset_C_minus_A_mm", parameters.head(2), pick(0, 2, parameters.size()));
-  for (const auto& warning : table.warnings) answer.warn(warning);
+  for (const auto& warnings : {noise.warnings, table.warnings}) {
+    for (const auto& warning : warnings) answer.warn(warning);
+  }
   return Offset{std::move(ball), std::move(answer)};
 }
 
@@ -67,8 +69,9 @@ namespace {
 
 constexpr std::string_view kSpindleOffsetColumns[]{"A_rad", "C_rad", "x_mm", "y_mm"};
 constexpr MethodTable kSpindleOffsetTables[]{
-    {"readings", kSpindleOffsetColumns, "the ball at angles of spindle (A) and C", true}};
-constexpr MethodKey kSpindleOffsetKeys[]{key::kSigma, key::kASense, key::kCSense, key::kTauForTheRecord};
+    {"readings", kSpindleOffsetColumns, "the ball at angles of spindle (A) and C; column stop as for c-axis-alignment",
+     true}};
+constexpr MethodKey kSpindleOffsetKeys[]{key::kSigma, key::kSigmaC, key::kASense, key::kCSense, key::kTauForTheRecord};
 constexpr MethodResult kSpindleOffsetResults[]{{"offset_C_minus_A_mm", "C axis less spindle axis, x y"},
                                                {"stylus_offset_mm", "stylus from the spindle axis at spindle 0, x y"}};
 constexpr Subject kSpindleOffset{.name = "spindle-offset"};

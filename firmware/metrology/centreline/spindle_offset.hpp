@@ -8,9 +8,9 @@ namespace probebox::metrology {
 
 // Method "spindle-offset-four": C axis minus spindle axis from readings with spindle and C turned together, usually at
 // 0, 90, 180 and 270 degrees (CN101976057 equations 1a, 1b; docs/metrology.md B.4). Least squares of all coordinates
-// (B4); the source's half sums (B9) are the same for half of the data. Table readings{A_rad,C_rad,x_mm,y_mm}. Config:
-// sigma_mm, A_sense, C_sense. Gives offset_C_minus_A_mm. Refuses: c-not-turned, spindle-not-turned, and what fitBall
-// refuses.
+// (B4); the source's half sums (B9) are the same for half of the data. Table readings{A_rad,C_rad,x_mm,y_mm}, with stop
+// too (kStop). Config: sigma_mm, sigma_C_rad, A_sense, C_sense. Gives offset_C_minus_A_mm. Refuses: c-not-turned,
+// spindle-not-turned, and what fitBall refuses.
 Outcome<Result, Refusal> solveSpindleOffsetFour(const Dataset& dataset);
 
 // Method "spindle-offset-2x2": the same from readings with spindle and C turned independently, usually each at 0 and

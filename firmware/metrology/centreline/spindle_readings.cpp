@@ -52,6 +52,7 @@ std::optional<Refusal> toFirstBall(BallTable& balls, const Table& table, const S
                                      text(which[row]) + "; number the balls of the holder 1 and 2"};
     }
     auto& reading = balls.readings[row];
+    reading.beyond = second.offset.head<2>();
     reading.at -= turn(reading.c) * second.offset.head<2>() + second.c_tilt * second.offset.z();
   }
   return std::nullopt;
@@ -103,9 +104,12 @@ std::optional<Refusal> takeSides(BallTable& shank, const Table& table) {
   return refuseOneSided(shank);
 }
 
-void append(BallTable& tips, BallTable shank) {
+// numbered: the stops of both tables count as one.
+void append(BallTable& tips, BallTable shank, bool numbered) {
+  const double stops = numbered ? 0 : 1 + std::ranges::max(tips.readings, {}, &BallReading::stop).stop;
   for (auto& reading : shank.readings) {
     reading.set += tips.levers.size();
+    reading.stop += stops;
     tips.readings.push_back(reading);
   }
   tips.levers.insert(tips.levers.end(), shank.levers.begin(), shank.levers.end());
@@ -183,10 +187,13 @@ Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset, do
   auto tip_of_tool = tipOfTool(dataset, tips);
   const std::size_t count = tips.readings.size();
   if (const auto* table = dataset.table("shank")) {
-    TRY(auto shank, readTable(dataset, "shank", {"ux", "uy"}, second));
+    const bool numbered = dataset.table(kTips)->column(kStop) != nullptr;
+    std::vector<std::string_view> further{"ux", "uy"};
+    if (numbered) further.push_back(kStop);
+    TRY(auto shank, readTable(dataset, "shank", std::move(further), second));
     if (auto refusal = takeSides(shank, *table)) return *refusal;
     for (auto& reading : shank.readings) reading.spread = shank_spread;
-    append(tips, std::move(shank));
+    append(tips, std::move(shank), numbered);
   }
   auto all = withNames(std::move(tips), count);
   all.tip_of_tool = std::move(tip_of_tool);

@@ -32,9 +32,10 @@ std::set<std::uint32_t> toolsOfTips(const Dataset& dataset);
 
 // Tables readings{tip_length_mm,A_rad,C_rad,x_mm,y_mm}, with `tool` where the numbers of the tools are known, and, for
 // touches with a shank, shank{..,ux,uy}: the side from which it touched. shank_spread: sd of such a touch in units of
-// that of a tip's coordinate. Config: A_sense, C_sense; if both tables have a column `ball` (1 or 2), ball_offset_mm,
-// the second ball from the first at C = 0, and C_tilt_rad, the direction of the C axis, unless both balls are at one
-// height. Refuses: bad-ball, bad-tool, bad-direction, not-opposed, missing-key, and what readBallTable refuses.
+// that of a tip's coordinate. Where `readings` has a column `stop`, `shank` has it as well. Config: A_sense, C_sense;
+// if both tables have a column `ball` (1 or 2), ball_offset_mm, the second ball from the first at C = 0, and
+// C_tilt_rad, the direction of the C axis, unless both balls are at one height. Refuses: bad-ball, bad-tool,
+// bad-direction, not-opposed, missing-key, and what readBallTable refuses.
 Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset, double shank_spread);
 
 }  // namespace probebox::metrology

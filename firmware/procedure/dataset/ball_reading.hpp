@@ -18,6 +18,7 @@ struct Reading {
   double number{};
   double ball{};
   double a_rad{}, b_rad{}, c_rad{};
+  double stop{};          // number of the stop of C, from 0
   std::uint32_t tool{};   // tool that carried the probe
   std::uint16_t mount{};  // of the plate; 0 for another feature
   capture::MethodNote note{};
@@ -29,6 +30,7 @@ struct ShankReading {
   double number{};       // of the reading that it belongs to
   Eigen::Vector3d side;  // unit vector from the ball to the touched side
   double a_rad{}, b_rad{}, c_rad{};
+  double stop{};          // number of the stop of C, from 0
   Eigen::Vector3d at_mm;  // used along `side` only
   double sd_mm{};         // k = 1
 };

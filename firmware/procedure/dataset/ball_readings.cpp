@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 
@@ -11,11 +10,12 @@
 #include "firmware/procedure/dataset/shank_readings.hpp"
 #include "firmware/procedure/dataset/switched_readings.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 4> kOffsetColumns{"A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 5> kOffsetColumns{"A_rad", "C_rad", "x_mm", "y_mm", "stop"};
 constexpr std::array<std::string_view, 12> kCentresColumns{
     "reading", "ball", "A_rad", "B_rad", "C_rad", "x_mm", "y_mm", "z_mm", "sd_x_mm", "sd_y_mm", "sd_z_mm", "radius_mm"};
 constexpr std::array<std::string_view, 6> kPosesColumns{"touch", "reading", "ball", "A_rad", "B_rad", "C_rad"};
@@ -46,11 +46,25 @@ struct Posed {
   std::vector<std::size_t> reading_of_touch;
 };
 
+// The stop of C of every touch: C stands where it is until it is sent elsewhere.
+std::vector<double> stopsOf(const capture::Recording& recording) {
+  std::vector<double> stops;
+  double at_rad = 0;
+  for (const auto& touch : recording.touches()) {
+    const double c_rad = touch.request.rotary_angles_rad[2];
+    const bool turned = !stops.empty() && std::abs(c_rad - at_rad) > kSameStop_rad;
+    stops.push_back(stops.empty() ? 0 : stops.back() + (turned ? 1 : 0));
+    at_rad = c_rad;
+  }
+  return stops;
+}
+
 Posed posedOf(const capture::Recording& recording) {
   Posed posed;
   auto& [readings, reading_of_touch] = posed;
-  for (const auto& touch : recording.touches()) {
-    const auto& at = touch.request;
+  const auto stops = stopsOf(recording);
+  for (std::size_t touch = 0; touch < stops.size(); ++touch) {
+    const auto& at = recording.touches()[touch].request;
     const bool by_shank = at.shank_height_mm > 0;
     reading_of_touch.push_back(by_shank ? metrology::kAlone : at.reading);
     if (by_shank || at.reading < readings.size()) continue;
@@ -59,6 +73,7 @@ Posed posedOf(const capture::Recording& recording) {
                         .a_rad = at.rotary_angles_rad[0],
                         .b_rad = at.rotary_angles_rad[1],
                         .c_rad = at.rotary_angles_rad[2],
+                        .stop = stops[touch],
                         .tool = at.tool,
                         .mount = at.mount,
                         .note = at.note,
@@ -70,6 +85,7 @@ Posed posedOf(const capture::Recording& recording) {
 BallReadings placed(std::vector<Reading> readings, const metrology::BallCentres& centres,
                     const capture::Recording& recording) {
   BallReadings found;
+  const auto stops = stopsOf(recording);
   for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres.readings[i];
   for (const auto& [touch, at_mm, sd_mm] : centres.alone) {
     const auto& at = recording.touches()[touch].request;
@@ -79,6 +95,7 @@ BallReadings placed(std::vector<Reading> readings, const metrology::BallCentres&
                            .a_rad = a_rad,
                            .b_rad = b_rad,
                            .c_rad = c_rad,
+                           .stop = stops[touch],
                            .at_mm = at_mm,
                            .sd_mm = sd_mm});
   }
@@ -181,38 +198,27 @@ RunDataset ballDataset(const FinishedRun& run,
   return built;
 }
 
-double armOf(const std::vector<Reading>& readings) {
-  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-  std::vector<Eigen::Vector2d> places;
-  for (const auto& reading : readings) {
-    if (reading.ball == readings.front().ball) places.emplace_back(reading.centre.centre_mm.head<2>());
-  }
-  for (const auto& place : places) middle += place / static_cast<double>(places.size());
-  double reach = 0;
-  for (const auto& place : places) reach += (place - middle).norm() / static_cast<double>(places.size());
-  return reach;
+void addSigmas(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts) {
+  dataset.config["sigma_mm"] = sigmaOf(readings);
+  dataset.config["sigma_C_rad"] = facts.sigma_c_rad;
 }
 
 void addCentreline(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts,
                    std::span<const std::string_view> columns, double sense) {
-  dataset.config["sigma_mm"] = sigmaOf(readings);
-  dataset.config["sigma_C_rad"] = facts.sigma_c_rad;
+  addSigmas(dataset, readings, facts);
   auto table = metrology::Table::withColumns("readings", columns);
   for (const auto& reading : readings)
     table.append({sense * reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y()});
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
 }
 
-double sigmaWithAngle(const std::vector<Reading>& readings, const Facts& facts) {
-  return std::hypot(sigmaOf(readings), armOf(readings) * facts.sigma_c_rad / std::numbers::sqrt2);
-}
-
 void addSpindleOffset(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
   const auto& readings = found.readings;
-  dataset.config["sigma_mm"] = sigmaWithAngle(readings, run.facts);
+  addSigmas(dataset, readings, run.facts);
   auto table = metrology::Table::withColumns("readings", kOffsetColumns);
   for (const auto& reading : readings)
-    table.append({reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y()});
+    table.append(
+        {reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y(), reading.stop});
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
 }
 

@@ -24,12 +24,8 @@ struct BallReadings {
 RunDataset ballDataset(const FinishedRun& run,
                        void (*tables)(metrology::Dataset&, const BallReadings&, const FinishedRun&));
 
-// sd of one coordinate with the positioning error of C, for methods that have no key for it: it acts in one direction
-// of two, and where every reading is a separate stop of C, half of its variance belongs to each coordinate.
-double sigmaWithAngle(const std::vector<Reading>& readings, const Facts& facts);
-
-// Mean distance of the positions of the first ball from their mean: the arm of an error of the angle.
-double armOf(const std::vector<Reading>& readings);
+// Keys sigma_mm, of one coordinate, and sigma_C_rad, of a stop of C.
+void addSigmas(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts);
 
 // Table readings and keys of one ball at several angles of C. sense: 1 where the first of the columns counts
 // right-handed about +Z, -1 clockwise.

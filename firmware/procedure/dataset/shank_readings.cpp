@@ -16,8 +16,8 @@ namespace {
 using Eigen::Vector3d;
 using metrology::Table;
 
-constexpr std::array<std::string_view, 7> kAlignmentColumns{"tip_length_mm", "A_rad", "C_rad", "x_mm",
-                                                            "y_mm",          "ux",    "uy"};
+constexpr std::array<std::string_view, 8> kAlignmentColumns{"tip_length_mm", "A_rad", "C_rad", "x_mm",
+                                                            "y_mm",          "ux",    "uy",    "stop"};
 constexpr std::array<std::string_view, 8> kShankColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
 // More than any shank is off its nominal radius.
 constexpr double kRadiusTolerance_mm = 0.1;
@@ -115,15 +115,13 @@ std::optional<metrology::Refusal> centreTouches(std::vector<ShankReading>& touch
   return std::nullopt;
 }
 
-void addShankOfAlignment(metrology::Dataset& dataset, const std::vector<ShankReading>& touches, const Facts& facts,
-                         double angle_mm) {
+void addShankOfAlignment(metrology::Dataset& dataset, const std::vector<ShankReading>& touches, const Facts& facts) {
   auto table = Table::withColumns("shank", kAlignmentColumns);
   for (const auto& touch : touches) {
     table.append({facts.probe_shank->length_mm(), touch.a_rad, touch.c_rad, touch.at_mm.x(), touch.at_mm.y(),
-                  touch.side.x(), touch.side.y()});
+                  touch.side.x(), touch.side.y(), touch.stop});
   }
-  // Two touches from opposed sides do not average what they share.
-  dataset.config["sigma_shank_mm"] = std::hypot(sigmaOf(touches), angle_mm);
+  dataset.config["sigma_shank_mm"] = sigmaOf(touches);
   dataset.tables.insert(dataset.tables.begin() + 1, std::move(table));
 }
 

@@ -18,10 +18,8 @@ namespace probebox::procedure {
 std::optional<metrology::Refusal> centreTouches(std::vector<ShankReading>& touches,
                                                 const std::vector<Reading>& readings, const Facts& facts);
 
-// Table shank of a-axis-alignment, one row per touch, and sigma_shank_mm. angle_mm: displacement of the ball by the
-// positioning error of C (k = 1), shared by the touches of one pose.
-void addShankOfAlignment(metrology::Dataset& dataset, const std::vector<ShankReading>& touches, const Facts& facts,
-                         double angle_mm);
+// Table shank of a-axis-alignment, one row per touch, and sigma_shank_mm.
+void addShankOfAlignment(metrology::Dataset& dataset, const std::vector<ShankReading>& touches, const Facts& facts);
 // Table shank of swivel-error: each row is the mean of the touches from one side at one angle of B, as a control with
 // nominal kinematics reports them, averaged over half a turn of A. The length of the shank is added to table queries.
 void addShankOfSwivel(metrology::Dataset& dataset, const std::vector<ShankReading>& touches, const Facts& facts);

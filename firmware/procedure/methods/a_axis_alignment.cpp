@@ -13,7 +13,8 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 5> kColumnsOfAAxisAlignment{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 6> kColumnsOfAAxisAlignment{"tip_length_mm", "A_rad", "C_rad",
+                                                                   "x_mm",          "y_mm",  "stop"};
 
 constexpr std::array kNeedsOfAAxisAlignment{&kProbeLengths};
 
@@ -29,20 +30,20 @@ constexpr Poses kTwoByTwoByLength{
 void addSpindleAlignment(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
   const auto& [readings, shank] = found;
   const Facts& facts = run.facts;
-  dataset.config["sigma_mm"] = sigmaWithAngle(readings, facts);
+  addSigmas(dataset, readings, facts);
   addLengthResults(dataset, facts, toolsOf(readings));
   dataset.config["tool_direction"] = -1.0;  // a spindle that holds its tool downwards
   auto table = metrology::Table::withColumns("readings", kColumnsOfAAxisAlignment);
   metrology::Column tools{.name = "tool", .values = {}};
   for (const auto& reading : readings) {
     table.append({facts.lengthOf(reading.tool), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
-                  reading.centre.centre_mm.y()});
+                  reading.centre.centre_mm.y(), reading.stop});
     tools.values.push_back(reading.tool);
   }
   // The lobes of each switch turn with its stylus and are in its offset, which is not told then.
   if (!readsBySwitch(run)) table.columns.push_back(std::move(tools));
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
-  if (!shank.empty()) addShankOfAlignment(dataset, shank, facts, armOf(readings) * facts.sigma_c_rad);
+  if (!shank.empty()) addShankOfAlignment(dataset, shank, facts);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -11,7 +10,7 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 5> kColumnsOfCAxisAlignment{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 6> kColumnsOfCAxisAlignment{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm", "stop"};
 
 // The part turns as seldom as possible: C is outermost, then A, then the balls.
 constexpr Poses kHeights{
@@ -36,13 +35,12 @@ double heightOf(const std::vector<Reading>& readings, double ball) {
 
 void addAlignment(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
   auto readings = found.readings;
-  // Here the two readings of one stop of C share its error: for the mean of four that is one of its full size in each.
-  dataset.config["sigma_mm"] = std::hypot(sigmaOf(readings), armOf(readings) * run.facts.sigma_c_rad);
+  addSigmas(dataset, readings, run.facts);
   std::ranges::stable_sort(readings, {}, [](const Reading& r) { return std::array{r.ball, r.c_rad, r.a_rad}; });
   auto table = metrology::Table::withColumns("readings", kColumnsOfCAxisAlignment);
   for (const auto& reading : readings) {
     table.append({heightOf(readings, reading.ball), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
-                  reading.centre.centre_mm.y()});
+                  reading.centre.centre_mm.y(), reading.stop});
   }
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
 }

@@ -100,7 +100,7 @@ void addCheck(metrology::Dataset& dataset, const BallReadings& found, const Fini
   std::vector<Reading> level;
   std::ranges::copy_if(readings, std::back_inserter(level),
                        [](const Reading& reading) { return checkAngle_deg(reading.b_rad) == 0; });
-  config["sigma_mm"] = sigmaWithAngle(level, facts);
+  addSigmas(dataset, level, facts);
   config["sigma_touch_mm"] = std::numbers::sqrt2 * sigmaOf(level);
   if (const double sigma_mm = sigmaOfHeight90(readings); sigma_mm > 0) config["sigma_Zcen_B90_mm"] = sigma_mm;
   if (tables.x_touch.rows() > 0 && facts.swivel_head && facts.swivel_head->b.sigma_rad > 0)

@@ -121,7 +121,7 @@ void addErrors(Pulls& translations, Pulls& rotations, const metrology::Result& r
 
 TEST(LiveStations, TellTheErrorsOfCFromThoseOfTheLinearAxes) {
   Pulls translations, rotations, few_translations, few_rotations;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const auto config = plateWorld(seed);
     Scenario scenario{config, seed};
     describePlate(scenario, config, true);

@@ -122,7 +122,7 @@ TEST(LiveStyli, AreServedByToolOnceAccepted) {
     const auto row = static_cast<std::uint16_t>(5000 + 16 * (tool - 1));
     EXPECT_NEAR(controller.value(row), truth[0], 2e-3) << tool;
     EXPECT_NEAR(controller.value(static_cast<std::uint16_t>(row + 2)), truth[1], 2e-3) << tool;
-    EXPECT_GT(image[static_cast<std::uint16_t>(row + 8)], 5) << "sd, 0.01 um";
+    EXPECT_GT(image[static_cast<std::uint16_t>(row + 8)], 2) << "sd, 0.01 um";
     EXPECT_LT(image[static_cast<std::uint16_t>(row + 8)], 100);
     const auto in_force = boot.inForce().stylusOffset(tool);
     ASSERT_TRUE(in_force);

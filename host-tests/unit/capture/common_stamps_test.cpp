@@ -103,5 +103,22 @@ TEST_F(Stamps, KeepTheExpansionOfEachScrewAndThatItIsNotKnown) {
   EXPECT_EQ(rows[0].screw_nm[2], 33);
 }
 
+// A read that comes late, behind a later one of its axis.
+TEST_F(Stamps, TakeNoCountThatIsNotLaterThanTheLastOne) {
+  for (int i = 0; i < 10; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      push(axis, i * 1ms);
+      stamps.push({static_cast<Axis>(axis), 0, -1, monoTime(Nanoseconds{i * 1ms - 500us}.count())}, 0);
+      stamps.push({static_cast<Axis>(axis), 0, -1, monoTime(Nanoseconds{i * 1ms}.count())}, 0);
+    }
+  }
+  ASSERT_EQ(rows.size(), 10U);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(toNs(rows[i].at), static_cast<std::int64_t>(i) * 1'000'000);
+    for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(rows[i].counts[axis], countsAt(axis, rows[i].at));
+  }
+  EXPECT_EQ(stamps.incomplete(), 0U);
+}
+
 }  // namespace
 }  // namespace probebox::capture

@@ -24,6 +24,7 @@ struct Turned {
   double noise_mm{};
   double interval_s{0.01};
   bool by_edges{};
+  int free_rows{1000};  // at most, before the contact
 };
 
 class Contacts : public testing::Test {
@@ -49,7 +50,8 @@ class Contacts : public testing::Test {
     touch.angle_begin = recording.angleRowCount();
     const double at_mm = how.at_mm != 0 ? how.at_mm : how.side * kBeside_mm;
     const auto count = [](double mm) { return std::llround(1e6 * mm); };
-    for (double t_s = 0; t_s < all_s; t_s += how.interval_s) {
+    const double contact_s = 0.5 + turning_s - kBeyond_rad / kSpeed_rad_s;
+    for (double t_s = std::max(0.0, contact_s - how.free_rows * how.interval_s); t_s < all_s; t_s += how.interval_s) {
       const auto at = monoTime(std::llround(1e9 * t_s));
       const double there_s = std::clamp(t_s - 0.5, 0.0, turning_s),
                    back_s = std::clamp(t_s - 0.5 - turning_s, 0.0, turning_s);
@@ -118,6 +120,17 @@ TEST_F(Contacts, HaveTheUncertaintyOfTheirLines) {
 TEST_F(Contacts, OfOneSideAreNone) {
   record({.side = 1, .contact_rad = 0.03});
   EXPECT_EQ(refusal(), "missing-contact");
+}
+
+// Five rows and more, and ten that may touch already. The first deflection that counts as a contact, beyond 0.03 mm, is
+// two rows after it.
+TEST_F(Contacts, NeedRowsOfTheFreeStylus) {
+  for (const auto& [rows, refused] : {std::pair{12, true}, {13, false}}) {
+    recording.clear();
+    record({.side = 1, .contact_rad = 0.03, .free_rows = rows});
+    record({.side = -1, .contact_rad = -0.05});
+    EXPECT_EQ(refusal(), refused ? "too-few-samples" : "none") << rows;
+  }
 }
 
 TEST_F(Contacts, NeedToKnowTheRim) {

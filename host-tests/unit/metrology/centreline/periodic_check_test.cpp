@@ -2,6 +2,7 @@
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <map>
 #include <numbers>
 
 #include "host-tests/metrology/cases.hpp"
@@ -23,6 +24,7 @@ struct CheckedMachine {
   Vector3d stylus{0.025, -0.026, 0.0};     // from the spindle axis, at A = 0
   double x_offset_error{0.0095};           // of the tool table at B = 90
   double z_offset_error{0.0125};           // and at B = 0
+  double sigma_c_rad{0};                   // of every stop of C
 
   // What the control shows when the stylus is centred on the ball: its tool table knows all but the stylus' run-out.
   Vector3d centred(double b, double c, double a) const {
@@ -42,10 +44,12 @@ Dataset check(const CheckedMachine& machine, double sigma, std::mt19937_64& rand
                   .tables = {}};
   Table centres =
       Table::withColumns("centres", std::array<std::string_view, 6>{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"});
+  std::map<std::array<double, 3>, double> off;  // of C in every pose, degrees
   for (const double b : {90.0, 0.0, 45.0}) {
     for (const double c : {0.0, 180.0}) {
       for (const double a : {0.0, 180.0}) {
-        const Vector3d at = machine.centred(b, c, a);
+        if (machine.sigma_c_rad > 0) off[{b, c, a}] = gauss(random, machine.sigma_c_rad) / kDegree;
+        const Vector3d at = machine.centred(b, c + off[{b, c, a}], a);
         centres.append(
             {b, c, a, at.x() + gauss(random, sigma), at.y() + gauss(random, sigma), at.z() + gauss(random, sigma)});
       }
@@ -54,7 +58,8 @@ Dataset check(const CheckedMachine& machine, double sigma, std::mt19937_64& rand
   Table x = Table::withColumns("x_touch", std::array<std::string_view, 4>{"B_deg", "C_deg", "A_deg", "x_mm"});
   for (const double c : {0.0, 180.0}) {
     // The tip lies along X here; from +X it touches the ball, Re short of it. X counts from the C axis.
-    const Vector3d chuck = AngleAxisd{c * kDegree, Vector3d::UnitZ()} * machine.ball;
+    const double turned = c + off[{90.0, c, 180.0 - c}];
+    const Vector3d chuck = AngleAxisd{turned * kDegree, Vector3d::UnitZ()} * machine.ball;
     const double radius = chuck.x() + kRe + machine.x_offset_error;
     x.append({90.0, c, 180.0 - c, (diameters ? 2.0 : 1.0) * radius + gauss(random, sigma)});
   }
@@ -92,6 +97,52 @@ TEST(PeriodicCheck, FindsWhatTheMachineIsAndStatesItsUncertainty) {
   expectHonest(means);
   expectHonest(x, 0.88);
   expectHonest(z, 0.88);
+}
+
+// A stop of C moves the ball along one direction, which X does not see where the ball is at Y = 0.
+TEST(PeriodicCheck, StatesWhatStopsOfCLeave) {
+  std::mt19937_64 random{21};
+  Judgement x, y, side;
+  Moments anywhere;
+  for (int trial = 0; trial < 800; ++trial) {
+    CheckedMachine machine;
+    const bool along_x = trial % 2 == 0;
+    const double reach = uniform(random, 30, 90), angle = along_x ? 0 : uniform(random, 0, 2 * std::numbers::pi);
+    machine.ball = {reach * std::cos(angle), reach * std::sin(angle), kExpectedZ};
+    const double sigma = uniform(random, 3e-4, 3e-3), across = sigma * uniform(random, 0.3, 3);
+    machine.sigma_c_rad = across / reach;
+    const bool diameters = trial % 4 >= 2;
+    Dataset dataset = check(machine, sigma, random, diameters);
+    dataset.config["sigma_C_rad"] = machine.sigma_c_rad;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto add = [&](Judgement& into, const char* key, double truth, double bound) {
+      const double error = solved->find(key)->value() - truth, sd = solved->find(key)->sd[0];
+      if (along_x) into.add(error, sd, bound);
+      anywhere.add(error, sd);
+    };
+    add(x, "Xcen_B0_mm", machine.centreline.x(), sigma / 2);
+    for (const char* key : {"Ycen_B0_mm", "Ycen_B45_mm", "Ycen_B90_mm"})
+      add(y, key, machine.centreline.y(), std::hypot(sigma, across) / 2);
+    add(side, "x_offset_error_mm", (diameters ? 2 : 1) * machine.x_offset_error, sigma / std::numbers::sqrt2);
+  }
+  expectHonest(x);
+  expectHonest(y);
+  expectHonest(side);
+  expectHonest(anywhere);
+}
+
+TEST(PeriodicCheck, SaysThatAStopOfCIsNotUsedWhereTheBallIsUnknown) {
+  std::mt19937_64 random{22};
+  Dataset dataset = check({}, 0.001, random);
+  dataset.config["sigma_C_rad"] = 1e-5;
+  const auto& b = columnNamed(dataset, "centres", "B_deg");
+  const std::vector<double> at = b;
+  keepRows(tableNamed(dataset, "centres"), [&](std::size_t row) { return at[row] == 45.0; });
+  std::erase_if(dataset.tables, [](const Table& table) { return table.name != "centres"; });
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_THAT(solved->warnings, testing::Contains(HasSubstr("sigma_C_rad is not used")));
 }
 
 TEST(PeriodicCheck, IsExactWithoutNoiseAndWithADropOut) {
