@@ -34,6 +34,14 @@ copy_source() { # VERSION INTO
     "$(git rev-parse HEAD)" "$(sed -n 's/^Maintainer: //p' debian/control)" "$date" >"$2/source/debian/changelog"
 }
 
+# Puts npm's packages of the page into a copy of the tree.
+copy_npm_packages() { # INTO
+  local web=tools/view/web
+  fetch_npm_packages || return 1
+  rm -rf "$1/source/$web/node_modules"
+  cp -a "$web/node_modules" "$1/source/$web/"
+}
+
 # Builds the packages of a copy of the tree; they come to lie beside it. Objects are kept, so that the next time is short.
 build_packages() { # SOURCE ARCH
   local options=(-b -us -uc -nc -a "$2")
@@ -47,13 +55,7 @@ build_packages() { # SOURCE ARCH
 make_build_root() { # ROOT RELEASE ARCH [tests]
   local native packages=() package sources=$1.sources backports=''
   [[ $2 != bookworm ]] || backports=/bookworm-backports  # whose own libgpiod is too old
-  [[ ! -e $1/made ]] || return 0
-  [[ $EUID -eq 0 ]] || { echo "A root for $2 can only be made by root: run this as root." >&2; return 1; }
-  . "$probebox_setup/apt_entries.sh"
   native=$(dpkg --print-architecture)
-  rm -rf "$1"
-  mkdir -p "$1" "$sources"
-  release_sources "$2" "$sources"
   packages=(debhelper dpkg-dev fakeroot cmake ninja-build pkg-config libeigen3-dev libcli11-dev nlohmann-json3-dev ccache)
   if [[ $3 == "$native" ]]; then packages+=(g++); else packages+=("crossbuild-essential-$3" qemu-user-static); fi
   for package in "${probebox_packages[@]}"; do
@@ -66,9 +68,17 @@ make_build_root() { # ROOT RELEASE ARCH [tests]
       lib*-dev) packages+=("$package:$3") ;;
     esac
   done
+  # Of the page, only what compiles it: npm's packages come with the tree.
+  [[ ${4:-} ]] || packages+=(nodejs "libcpp-httplib-dev:$3" "libfcl-dev:$3")
+  [[ ${packages[*]} != "$(cat "$1/made" 2>/dev/null)" ]] || return 0
+  [[ $EUID -eq 0 ]] || { echo "A root for $2 can only be made by root: run this as root." >&2; return 1; }
+  . "$probebox_setup/apt_entries.sh"
+  rm -rf --one-file-system "$1"
+  mkdir -p "$1" "$sources"
+  release_sources "$2" "$sources"
   mmdebstrap --quiet --mode=root --variant=minbase --architectures="$native${3/#/,}" --dpkgopt=force-unsafe-io \
     --aptopt='APT::Default-Release "'"$2"'"' --include="$(IFS=, && echo "${packages[*]}")" "$2" "$1" "$sources"/*
-  touch "$1/made"
+  echo "${packages[*]}" >"$1/made"
 }
 
 # Writes this machine's entries of apt for another release, with its backports, which have libgpiod 2 for Debian 12.

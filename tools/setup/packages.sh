@@ -18,7 +18,8 @@ probebox_reader_packages=(tshark python3-numpy python3-pyte)
 # A control without a machine (host-tests/cnc), 34 MB to fetch. Where it cannot be had, those tests are skipped.
 # shellcheck disable=SC2034
 probebox_cnc_packages=(linuxcnc-uspace util-linux)
-# What `probebox view` and `probebox interference` need (docs/view.md). Without them those two say what is missing.
+# What `probebox view` and `probebox interference` need (docs/view.md), some 200 MB. tools/test installs it; without it those two
+# say what is missing.
 # shellcheck disable=SC2034
 probebox_view_packages=(libcpp-httplib-dev nodejs npm libfcl-dev)
 # What the tests on a real kernel need beyond that (host-tests/vm). Where these cannot be had, those tests are skipped.
@@ -30,6 +31,8 @@ missing_packages() { # PACKAGE...
   for package in "$@"; do
     if [[ $package == libgpiod-dev ]] && command -v pkg-config >/dev/null; then
       pkg-config --atleast-version=2.1 libgpiod || echo "$package"
+    elif [[ $package == npm ]] && command -v npm >/dev/null; then
+      :  # of the maker's own package of node, with which Debian's cannot be installed
     elif ! dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed; then
       echo "$package"
     fi
@@ -80,6 +83,16 @@ install_packages() {
     fi
   done
   [[ ${#plain[@]} -eq 0 ]] || apt-get install -y --no-install-recommends "${plain[@]}"
+}
+
+# Of the page, once for each lock file.
+fetch_npm_packages() {
+  local web=tools/view/web lock
+  lock=$(cksum <"$web/package-lock.json")
+  [[ $lock != "$(cat "$web/node_modules/fetched-for" 2>/dev/null)" ]] || return 0
+  echo "Fetching npm's packages (once) ..."
+  npm ci --prefix "$web" --ignore-scripts --no-audit --no-fund >build/packages-npm.log 2>&1 || return 1
+  echo "$lock" >"$web/node_modules/fetched-for"
 }
 
 ensure_packages() { # LOG [PACKAGE...]

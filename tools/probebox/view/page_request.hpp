@@ -16,7 +16,8 @@ namespace probebox::view {
 // place would start a run that was not requested.
 class PageRequest {
  public:
-  explicit PageRequest(const std::string& text) : object_{nlohmann::json::parse(text, nullptr, false)} {
+  // Braces around a json would make an array of it.
+  explicit PageRequest(const std::string& text) : object_(nlohmann::json::parse(text, nullptr, false)) {
     if (!object_.is_object()) objection_ = "a request has to be a JSON object";
   }
 
