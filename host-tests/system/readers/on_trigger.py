@@ -6,7 +6,7 @@ import json
 import subprocess
 import sys
 
-from captured import PATIENCE_S, box, recording, table, touching
+from captured import PATIENCE_S, box, table, touching
 
 
 def main(probeboxd, probebox):
