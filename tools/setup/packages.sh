@@ -91,7 +91,7 @@ fetch_npm_packages() {
   lock=$(cksum <"$web/package-lock.json")
   [[ $lock != "$(cat "$web/node_modules/fetched-for" 2>/dev/null)" ]] || return 0
   echo "Fetching npm's packages (once) ..."
-  npm ci --prefix "$web" --ignore-scripts --no-audit --no-fund >build/packages-npm.log 2>&1 || return 1
+  timeout 180 npm ci --prefix "$web" --ignore-scripts --no-audit --no-fund --fetch-retries=1 >build/packages-npm.log 2>&1 || return 1
   echo "$lock" >"$web/node_modules/fetched-for"
 }
 
