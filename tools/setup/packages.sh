@@ -18,10 +18,13 @@ probebox_reader_packages=(tshark python3-numpy python3-pyte)
 # A control without a machine (host-tests/cnc), 34 MB to fetch. Where it cannot be had, those tests are skipped.
 # shellcheck disable=SC2034
 probebox_cnc_packages=(linuxcnc-uspace util-linux)
-# What `probebox view` and `probebox interference` need (docs/view.md), some 200 MB. tools/test installs it; without it those two
-# say what is missing.
+# What `probebox interference` measures distances with. Without it the command says what is missing.
 # shellcheck disable=SC2034
-probebox_view_packages=(libcpp-httplib-dev nodejs npm libfcl-dev)
+probebox_distance_packages=(libfcl-dev)
+# What `probebox view` needs (docs/view.md), some 200 MB, and npm's packages beside them. `tools/test --view` installs it; without it
+# the command says what is missing.
+# shellcheck disable=SC2034
+probebox_view_packages=(libcpp-httplib-dev nodejs npm)
 # What the tests on a real kernel need beyond that (host-tests/vm). Where these cannot be had, those tests are skipped.
 probebox_vm_packages=(qemu-system-x86 busybox-static cpio kmod udev systemd xz-utils make gcc)
 

@@ -79,6 +79,10 @@ async function calibrateTab(page) {
   check((await refusal.textContent()).length > 20, "a refusal names the remedy");
   await picture(page, "calibrate-refused");
 
+  // The chart freezes at the first touch, whenever a busy computer comes to look.
+  await page.keyboard.press("Alt+1");
+  await page.keyboard.press("f");
+  await page.keyboard.press("Alt+2");
   await page.locator(".methods button").first().click();
   await page.locator("summary").click();
   await page.getByLabel("Speeds, mm/s").fill("5, 10");
@@ -87,7 +91,6 @@ async function calibrateTab(page) {
   await page.waitForSelector("section[aria-label='Calibration in progress'] td");
   await screens(page, "calibrate-running", "Calibrate, running");
   await page.keyboard.press("Alt+1");
-  await page.keyboard.press("f");
   await page.waitForFunction(() => globalThis.probeboxLive?.isFrozen());
   await picture(page, "live-frozen");
   await page.keyboard.press("Alt+2");

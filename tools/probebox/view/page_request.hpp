@@ -56,9 +56,9 @@ class PageRequest {
     if (found == std::string_view::npos) refuse("axis", "a letter of X Y Z A B C");
     return found == std::string_view::npos ? std::uint8_t{0} : static_cast<std::uint8_t>(found + 1);
   }
-  std::optional<Trouble> trouble() const {
+  std::optional<command::Trouble> trouble() const {
     if (!objection_) return std::nullopt;
-    return Trouble{command::ExitStatus::usage, "refused", *objection_};
+    return command::Trouble{command::ExitStatus::usage, "refused", *objection_};
   }
 
  private:
