@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "board/describe/unit.hpp"
 #include "protocol/units/ball_screw.hpp"
 
 // Describes the machine tool as its integrator knows it (machine.toml). Axes and signs as in ISO 841.
@@ -208,8 +209,9 @@ struct Machine {
   Programming x_programming{Programming::radius};
   // Certified sizes of the features to calibrate on.
   std::optional<double> datum_sphere_diameter_mm;
-  std::optional<double> datum_gap_mm;  // between two parallel plates across X
-  double sigma_c_rad{};                // sd of a C angle (k = 1)
+  std::optional<CalibratedSphere> datum_sphere_certificate;  // of that diameter, from unit.toml
+  std::optional<double> datum_gap_mm;                        // between two parallel plates across X
+  double sigma_c_rad{};                                      // sd of a C angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
   std::optional<RimBallDescription> rim_ball;
   std::optional<BallPlateDescription> ball_plate;

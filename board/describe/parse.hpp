@@ -8,6 +8,7 @@
 #include "board/describe/machine.hpp"
 #include "board/describe/probe.hpp"
 #include "board/describe/service.hpp"
+#include "board/describe/unit.hpp"
 #include "board/describe/world.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -29,6 +30,7 @@ Outcome<Machine> parseMachine(std::string_view text, std::string_view file_name)
 Outcome<Probe> parseProbe(std::string_view text, std::string_view file_name);
 Outcome<Service> parseService(std::string_view text, std::string_view file_name);
 Outcome<World> parseWorld(std::string_view text, std::string_view file_name);
+Outcome<Unit> parseUnit(std::string_view text, std::string_view file_name);
 
 // Finds the trigger that the tool-setting device is wired to; nothing without a device or without its trigger.
 std::optional<std::uint8_t> lineOfToolSetter(const Box& box, const Machine& machine);

@@ -8,6 +8,7 @@
 #include "board/describe/line_sections.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/sensor_sections.hpp"
+#include "board/describe/usb_text.hpp"
 
 namespace probebox::board {
 namespace {
@@ -46,14 +47,6 @@ LoopBack loopBack(Section pair, TakenLines& taken) {
   lines.input = lineOf(pair, "input", "loop-back", taken);
   pair.finish();
   return lines;
-}
-
-// What goes into a USB string, and through the script that sets the gadget up.
-std::string usbText(Section& section, std::string_view key, std::optional<std::string> usual = {}) {
-  auto text = section.text(key, std::move(usual));
-  if (!std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; }))
-    section.problem(key, "= " + inQuotes(text) + " goes out over USB: write plain ASCII characters");
-  return text;
 }
 
 UsbIdentity usbIdentity(Section section) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
@@ -28,19 +29,22 @@ std::vector<std::string> addresses(Section& root, std::string_view key, const st
 }
 
 Access readAccess(Section& section) {
-  return {.allow_marker = section.flag("allow_marker", false),
-          .allow_homing = section.flag("allow_homing", false),
-          .allow_inhibit = section.flag("allow_inhibit", false),
-          .allow_calibrate = section.flag("allow_calibrate", false),
-          .allow_accept = section.flag("allow_accept", false)};
+  Access access{.allow_marker = section.flag("allow_marker", false),
+                .allow_homing = section.flag("allow_homing", false),
+                .allow_inhibit = section.flag("allow_inhibit", false),
+                .allow_calibrate = section.flag("allow_calibrate", false),
+                .allow_accept = section.flag("allow_accept", false)};
+  const bool provision = section.flag("allow_provision", false);
+  if (section.has("allow_provision")) access.allow_provision = provision;
+  return access;
 }
 
 // An address that nothing has would leave its link with the rights of [access], and nobody would notice.
 void readDoors(Section& root, Service& service) {
   for (auto& section : root.sections("door", 2 * kMostAddresses)) {
-    const Door door{.address = section.text("address", {}, kLongestAddress),
-                    .read_only = section.flag("read_only", false),
-                    .access = readAccess(section)};
+    Door door{.address = section.text("address", {}, kLongestAddress),
+              .read_only = section.flag("read_only", false),
+              .access = readAccess(section)};
     const auto named = [&](const std::vector<std::string>& all) { return std::ranges::count(all, door.address) > 0; };
     if (section.good("address") && !named(service.links) && !named(service.cnc))
       section.problem("address", "is neither in links nor in cnc: write it as it is written there");
@@ -48,8 +52,9 @@ void readDoors(Section& root, Service& service) {
       section.problem("address", "has a [[door]] already: write one for each address");
     if (door.read_only && door.access != Access{})
       section.problem("read_only", "contradicts a right that the door gives: remove one of them");
+    if (door.read_only) door.access.allow_provision = false;
     section.finish();
-    service.doors.push_back(door);
+    service.doors.push_back(std::move(door));
   }
 }
 

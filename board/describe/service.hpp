@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,8 @@ struct Access {
   bool allow_inhibit{false};    // declare that a cut begins or ends
   bool allow_calibrate{false};  // start and abort procedures, propose cases
   bool allow_accept{false};     // accept, roll back, switch sources
+  // Write the identity of a box that has none. Not named: over USB alone.
+  std::optional<bool> allow_provision{};
 
   friend bool operator==(const Access&, const Access&) = default;
 };

@@ -18,6 +18,7 @@
 #include "firmware/app/wiring/daemon.hpp"
 #include "firmware/app/wiring/service_manager.hpp"
 #include "firmware/app/wiring/start_folder.hpp"
+#include "firmware/app/wiring/unit_in_use.hpp"
 
 namespace {
 
@@ -115,9 +116,10 @@ int begin(const std::filesystem::path& folder) {
 
 int run(const probebox::app::Options& options) {
   if (!options.init.empty()) return begin(options.init);
-  const auto descriptions = accepted(options);
+  auto descriptions = accepted(options);
   if (!descriptions) return kUsage;
   if (options.usb_identity) {
+    if (const auto unit = probebox::app::unitOf(options)) (void)probebox::board::applyUnit(*unit, *descriptions);
     printUsbIdentity(descriptions->box);
     return 0;
   }

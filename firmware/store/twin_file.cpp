@@ -132,6 +132,20 @@ TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes) {
   return file;
 }
 
+Outcome<std::string, Failure> TwinFile::peek(const std::string& path, std::size_t most_bytes) {
+  TwinFile file{path, most_bytes};
+  file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file.descriptor_ < 0 && errno == ENOENT) return std::string{};
+  if (file.descriptor_ < 0) return Failure{Reason::unavailable, path + " cannot be read (" + reasonNow() + ")"};
+  std::optional<Copy> newest;
+  for (std::size_t i = 0; i < kCopies; ++i) {
+    auto copy = copyIn(blockAt(file.descriptor_, i, file.copy_bytes_));
+    if (copy && (!newest || copy->number > newest->number)) newest = std::move(copy);
+  }
+  if (!newest) return Failure{Reason::unavailable, path + " is damaged"};
+  return std::move(newest->content);
+}
+
 void TwinFile::read() {
   std::array<std::optional<Copy>, kCopies> copies;
   const Copy* newest = nullptr;

@@ -18,6 +18,10 @@ class TwinFile {
   // never deleted. Never fails: whyNotWritable() reports problems of the disk.
   static TwinFile open(const std::string& path, std::size_t most_bytes);
 
+  // Reads the newest intact text and changes nothing, beside another process that may write: for who only looks. Empty
+  // where there is no file.
+  static Outcome<std::string, Failure> peek(const std::string& path, std::size_t most_bytes);
+
   TwinFile(TwinFile&& other) noexcept;
   TwinFile& operator=(TwinFile&& other) noexcept;
   ~TwinFile();

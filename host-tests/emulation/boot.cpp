@@ -36,9 +36,10 @@ Boot::Boot(Office& office, const std::filesystem::path& file)
       standing_{(file.parent_path() / "served").string(), kLimits, [this](const Event& bounds) { tell(bounds); }},
       results_{calibrations_, core_, doors_},
       loop_back_{std::nullopt, nullptr},
+      unit_{app::UnitRecord{(file.parent_path() / "unit").string()}, "office", {}},
       worker_{[] {}},
       desk_{{"office", "0", {}},
-            {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, doors_, standing_, counters_,
+            {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, doors_, standing_, counters_,
              sources_, [] { return std::vector<messages::CncLineStatus>{}; }, usualTravel()},
             [](const app::Reply&) {}} {}
 

@@ -64,6 +64,7 @@ class Boot {
   app::StandingKeeper standing_;
   app::ResultsDesk results_;
   app::LoopBackDesk loop_back_;
+  app::UnitDesk unit_;
   app::Worker worker_;
   app::ControlDesk desk_;
 };

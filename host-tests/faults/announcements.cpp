@@ -27,6 +27,10 @@ bool alike(const Correction& a, const Correction& b, const Correction& doubt = {
   return true;
 }
 
+bool isOfTheUnit(std::string_view change) {
+  return change.starts_with("unit ");
+}
+
 bool isOfADoor(std::string_view change) {
   return change.starts_with("hold ") || change.starts_with("end ") || change.starts_with("order ");
 }
@@ -58,7 +62,7 @@ void Acknowledged::hear(std::string_view line) {
   } else if (line == "done") {
     if (isOfADoor(doing_)) {
       storeUncertain();
-    } else {
+    } else if (!isOfTheUnit(doing_)) {
       before_ = kept_;
       may_be_undone_ = false;
     }
@@ -66,7 +70,7 @@ void Acknowledged::hear(std::string_view line) {
     doing_.clear();
     ++changes_;
   } else if (line.starts_with("failed ")) {
-    if (isOfADoor(doing_)) {
+    if (isOfADoor(doing_) || isOfTheUnit(doing_)) {
       uncertain_.insert(doing_);
     } else if (refused_change_.empty()) {
       refused_change_ = doing_;
@@ -140,6 +144,7 @@ void Acknowledged::apply(std::string_view change, Kept& kept) {
     retire("active", kept);
     if (again != 0) kept.states[again] = "active";
   }
+  if (what == "unit") kept.unit = words.at(1);
   if (what == "hold") kept.held.insert(words.at(1));
   if (what == "end") kept.held.erase(words.at(1));
   if (what == "order") {
@@ -154,6 +159,7 @@ Acknowledged::Found Acknowledged::read(const std::vector<std::string>& lines) {
     const auto words = wordsOf(line);
     if (words.size() < 3 || words[0] != "found") continue;
     if (words[1] == "state") found.kept.states[std::stoull(words[2])] = words.at(3);
+    if (words[1] == "unit") found.kept.unit = words[2];
     if (words[1] == "held") found.kept.held.insert(words[2]);
     if (words[1] == "order") found.kept.orders[words[2]] = words.at(3);
     if (words[1] == "before") found.before = correctionFrom(words, 2);
@@ -179,6 +185,7 @@ std::optional<std::string> Acknowledged::whyBroken(const std::vector<std::string
   if (found.kept.states != kept_.states && found.kept.states != then.states && !undone && !done_all_the_same)
     return "results:" + told(found.kept.states) + " where were acknowledged" + told(kept_.states);
   if (auto doors = whyDoorsBroken(kept_, found, after)) return doors;
+  if (auto unit = whyUnitBroken(found, after)) return unit;
   return whyCorrectionBroken(found, after);
 }
 
@@ -204,6 +211,15 @@ std::optional<std::string> Acknowledged::whyDoorsBroken(const Kept& expected, co
   for (const auto& door : expected.held) text += " " + door;
   for (const auto& [door, order] : expected.orders) text += " " + door + "=" + order;
   return text;
+}
+
+// What was acknowledged is there; what was refused is not, unless the disk took nothing any more in the middle of it.
+std::optional<std::string> Acknowledged::whyUnitBroken(const Found& found, const After& after) const {
+  auto then = kept_;
+  apply(doing_, then);
+  if (found.kept.unit == kept_.unit || found.kept.unit == then.unit) return std::nullopt;
+  if (after.disk_died && uncertain_.contains("unit " + found.kept.unit)) return std::nullopt;
+  return "the box is '" + found.kept.unit + "' where was acknowledged '" + kept_.unit + "'";
 }
 
 std::optional<std::string> Acknowledged::whyCorrectionBroken(const Found& found, const After& after) const {

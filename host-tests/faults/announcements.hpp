@@ -17,14 +17,15 @@ using Correction = std::array<double, 3>;
 // What a store room has to hold, as far as it has acknowledged.
 //
 //     doing WHAT      a change that is about to be made: propose ID, refuse ID, accept ID, await ID, activate ID, back,
-//                     hold DOOR, end DOOR, order DOOR NUMBER
+//                     hold DOOR, end DOOR, order DOOR NUMBER, unit SERIAL
 //     done            it is acknowledged
 //     failed WHY      it was refused
 //     sees ID STATE ...   all results as the box has them after a refusal: what its disk did not acknowledge may be
 //     done ready           the boot is over, and changes begin serving X Y Z   a correction that a CNC is about to
 //     read; served X Y Z: it has found ...       what a boot finds: state ID STATE, held DOOR, order DOOR NUMBER,
 //     before X Y Z (the correction that
-//                     was served last), standing X Y Z DX DY DZ (where the axes are, and the doubt), notice WHY
+//                     was served last), standing X Y Z DX DY DZ (where the axes are, and the doubt), unit SERIAL,
+//                     notice WHY
 class Acknowledged {
  public:
   void hear(std::string_view line);
@@ -47,6 +48,7 @@ class Acknowledged {
     std::vector<store::Id> retired;  // in this order
     std::set<std::string> held;
     std::map<std::string, std::string> orders;
+    std::string unit;  // serial number
   };
   struct Found;
   static Found read(const std::vector<std::string>& lines);
@@ -55,6 +57,7 @@ class Acknowledged {
   void see(std::string_view states);
   static void retire(std::string_view state, Kept& kept);
   std::optional<std::string> whyDoorsBroken(const Kept& expected, const Found& found, const After& after) const;
+  std::optional<std::string> whyUnitBroken(const Found& found, const After& after) const;
   std::optional<std::string> whyCorrectionBroken(const Found& found, const After& after) const;
 
   Kept kept_;

@@ -13,6 +13,7 @@
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/app/results/served_record.hpp"
 #include "firmware/app/results/standing_keeper.hpp"
+#include "firmware/app/results/unit_record.hpp"
 #include "firmware/store/store.hpp"
 #include "host-tests/faults/announcements.hpp"
 
@@ -52,7 +53,8 @@ class StoreRoom {
         doors_{(folder / "doors").string(), [](bool) { return true; }},
         served_{(folder / "served-last").string()},
         boots_{app::countBoot((folder / "boots").string())},
-        keeper_{(folder / "served").string(), kLimits, [this](const Event& bounds) { takeBounds(bounds); }} {
+        keeper_{(folder / "served").string(), kLimits, [this](const Event& bounds) { takeBounds(bounds); }},
+        unit_{(folder / "unit").string()} {
     results_.alsoAsk([this] { return doors_.anyInhibits(); });
     (void)results_.restore();
     before_ = served_.before();
@@ -82,6 +84,7 @@ class StoreRoom {
     rollBack();
     inhibit(kPerson, true);
     refuse();
+    if (!unit_.locked()) provision("A1");
     serveAround({-0.02, 0.04, -0.03});
     keeper_.finish(snapshot_);
   }
@@ -97,10 +100,12 @@ class StoreRoom {
         say_("found order " + std::string{door} + " " + std::to_string(order));
     if (before_) say_("found before " + text(*before_));
     say_("found standing " + text(standing_.correction_mm) + " " + text(standing_.doubt_mm));
+    if (unit_.inUse()) say_("found unit " + unit_.inUse()->serial_number);
     for (const auto& notice : {store_.notice(), store_.whyNotWritable(), keeper_.problem()})
       if (!notice.empty()) say_("found notice " + notice);
     for (const auto& damage : store_.damage()) say_("found notice " + damage);
     // One of two copies is what a cut leaves; the doors themselves are compared.
+    if (unit_.locked() != unit_.inUse().has_value()) say_("found notice a unit that is half there");
     if (const auto problem = doors_.problem(); !problem.empty() && problem.find("one of the two") == std::string::npos)
       say_("found notice " + problem);
   }
@@ -167,6 +172,15 @@ class StoreRoom {
     });
   }
 
+  void provision(const std::string& serial_number) {
+    attempt("unit " + serial_number, [&] {
+      return whyNot(unit_.write("[unit]\nserial_number = \"" + serial_number +
+                                    "\"\nvendor = \"V\"\nmodel = \"M\"\nboard = \"b\"\n[usb]\nvendor_id = "
+                                    "1\nproduct_id = 2\n",
+                                "b"));
+    });
+  }
+
   void keepOrder(std::uint16_t order) {
     attempt("order " + std::string{kLine} + " " + std::to_string(order), [&] {
       const auto failed = doors_.keepWordOrder(kLine, order);
@@ -228,6 +242,7 @@ class StoreRoom {
   ServableWithin bounds_;
   published::Snapshot snapshot_;
   app::StandingKeeper keeper_;
+  app::UnitRecord unit_;
   std::optional<Correction> before_;
   StandingRestored standing_;
 };

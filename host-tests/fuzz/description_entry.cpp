@@ -24,6 +24,7 @@ std::string read(std::string_view name, std::string_view text) {
   if (name == "machine.toml") return problems(board::parseMachine(text, name));
   if (name == "probe.toml") return problems(board::parseProbe(text, name));
   if (name == "service.toml") return problems(board::parseService(text, name));
+  if (name == "unit.toml") return problems(board::parseUnit(text, name));
   return problems(board::parseWorld(text, name));
 }
 
@@ -54,7 +55,7 @@ std::string problemsOf(std::string_view file_name, std::string_view text) {
 
 int feedDescription(const std::uint8_t* data, std::size_t size) {
   fuzz::feeding({data, size});
-  constexpr std::array kNames{"box.toml", "machine.toml", "probe.toml", "service.toml", "world.toml"};
+  constexpr std::array kNames{"box.toml", "machine.toml", "probe.toml", "service.toml", "world.toml", "unit.toml"};
   if (size < 1) return 0;
   std::string text;
   for (std::size_t k = 1; k < size; ++k) text += static_cast<char>(data[k]);

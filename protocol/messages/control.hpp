@@ -4,5 +4,6 @@
 #include "protocol/messages/results.hpp"
 #include "protocol/messages/self_test.hpp"
 #include "protocol/messages/status.hpp"
+#include "protocol/messages/unit.hpp"
 
 // Everything that can be asked of a box. Each operation has its number, a Request and an Answer. Since protocol 1.0.

@@ -51,6 +51,7 @@ std::string structureName() {
   if constexpr (std::same_as<T, ResultTransition>) return "ResultTransition";
   if constexpr (std::same_as<T, CaseEntry>) return "CaseEntry";
   if constexpr (std::same_as<T, CaseColumn>) return "CaseColumn";
+  if constexpr (std::same_as<T, SphereCertificate>) return "SphereCertificate";
 }
 
 template <class T>
@@ -310,7 +311,11 @@ std::string control() {
              "Where the axes are, as the controller knows it, for axes whose encoder is of kind \"control\". Sent "
              "again "
              "and again, one request for each reading of the controller; their time comes from its counter. Allowed as "
-             "markers are. Since protocol 1.2.");
+             "markers are. Since protocol 1.2.") +
+         operation<Provision>(
+             "Writes the identity of a box, once: a box that has one refuses, and so does one that measures or cuts. "
+             "Allowed over USB, elsewhere as allow_provision says. Since protocol 1.2.") +
+         operation<DescribeUnit>("The identity of the box. Since protocol 1.2.");
 }
 
 std::string structures() {
@@ -323,7 +328,7 @@ std::string structures() {
          structure<ResultSummary>() + structure<ValueChange>() + structure<ValueInUse>() +
          structure<ResultTransition>() + structure<CorrectionSource>() + structure<AxisStatus>() +
          structure<StampedTrigger>() + structure<RotaryAxisStatus>() + structure<SwivelStatus>() +
-         structure<CaseEntry>() + structure<CaseColumn>();
+         structure<CaseEntry>() + structure<CaseColumn>() + structure<SphereCertificate>();
 }
 
 std::string numbers() {

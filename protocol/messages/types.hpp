@@ -66,6 +66,8 @@ enum class Operation : std::uint16_t {
   follow_case = 18,
   get_result = 19,
   tell_positions = 20,
+  provision = 21,
+  describe_unit = 22,
 };
 
 // Selects the coding of the columns of a block.

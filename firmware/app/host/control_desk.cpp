@@ -76,9 +76,12 @@ ControlDesk::ControlDesk(Identity identity, const Colleagues& colleagues, std::f
 std::optional<Reply> ControlDesk::handle(const Caller& caller, const stream::PendingRequest& request,
                                          const box::State& state, const LinkVitals& vitals) {
   followLoops(state.procedure);
-  if (ResultsDesk::answers(request.operation) || request.operation == Operation::loop_back)
-    return askWorker(caller, request);
-  Reply reply = answer(caller.may, request, state, vitals);
+  const auto operation = request.operation;
+  const auto why_not = operation == Operation::provision ? whyNotProvision(caller, state) : std::nullopt;
+  const bool for_worker =
+      ResultsDesk::answers(operation) || UnitDesk::answers(operation) || operation == Operation::loop_back;
+  if (for_worker && !why_not) return askWorker(caller, request);
+  Reply reply = why_not ? refused(ErrorCode::wrong_state, why_not->what) : answer(caller.may, request, state, vitals);
   reply.link = caller.link;
   reply.ticket = request.ticket;
   return reply;
@@ -262,6 +265,13 @@ Reply ControlDesk::abortProcedure(const board::Access& may, std::span<const std:
   return ok(messages::Nothing{});
 }
 
+// Whoever may not do it at all hears that first, from the desk itself.
+std::optional<Error> ControlDesk::whyNotProvision(const Caller& caller, const box::State& state) const {
+  if (!caller.may.allow_provision.value_or(false)) return std::nullopt;
+  const bool run_is_on = last_run_ > state.procedure.run || inProgress(state.procedure.state);
+  return UnitDesk::whyNotNow(state.snapshot.inhibited || with_.doors.anyInhibits(), run_is_on);
+}
+
 std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::PendingRequest& request) {
   auto body = std::make_shared<std::vector<std::byte>>(request.body.begin(), request.body.end());
   const auto job = [this, caller, body, ticket = request.ticket, operation = request.operation] {
@@ -271,6 +281,7 @@ std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::
       reply_later_(std::move(reply));
     };
     if (operation == Operation::loop_back) return then(with_.loop_back.answer(*body, caller.may));
+    if (UnitDesk::answers(operation)) return then(with_.unit.answer(operation, *body, caller.may));
     with_.results.answer(operation, *body, caller, then);
   };
   const auto busy = [&](const char* why) {

@@ -7,6 +7,7 @@
 
 #include "board/describe/service.hpp"
 #include "firmware/app/host/loop_back_desk.hpp"
+#include "firmware/app/host/unit_desk.hpp"
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/caller.hpp"
 #include "firmware/app/results/door_book.hpp"
@@ -55,6 +56,7 @@ class ControlDesk {
     const Calibrations& calibrations;
     ResultsDesk& results;
     LoopBackDesk& loop_back;
+    UnitDesk& unit;
     DoorBook& doors;
     const StandingKeeper& standing;
     Counters& counters;
@@ -92,6 +94,7 @@ class ControlDesk {
   std::string whereItStands(std::uint64_t result) const;
   std::optional<Error> whyNot(const Event& said, const box::State& state, const board::Access& may) const;
   std::optional<Error> post(Event said, const box::State& state, const board::Access& may);
+  std::optional<Error> whyNotProvision(const Caller& caller, const box::State& state) const;
   std::optional<Reply> askWorker(const Caller& caller, const stream::PendingRequest& request);
 
   Identity identity_;

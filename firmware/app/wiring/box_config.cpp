@@ -213,9 +213,17 @@ std::optional<procedure::TriggerProbe> triggerProbe(const board::Probe& probe) {
   return procedure::TriggerProbe{.repeatability_mm = 1e-3 * probe.by_switch->repeatability_um};
 }
 
+std::optional<procedure::SphereCertificate> sphereCertificate(const board::Machine& machine) {
+  const auto& certified = machine.datum_sphere_certificate;
+  if (!certified) return std::nullopt;
+  return procedure::SphereCertificate{
+      .sd_mm = certified->sd_mm(), .in_words = certified->inWords(), .next_due = certified->next_due};
+}
+
 procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
   const auto& machine = descriptions.machine;
   return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
+          .sphere_certificate = sphereCertificate(machine),
           .gap_mm = machine.datum_gap_mm,
           .stylus_ball_diameter_mm = descriptions.probe.ball_diameter_mm,
           .sd_stylus_ball_diameter_mm = descriptions.probe.sd_ball_diameter_mm,

@@ -29,6 +29,7 @@
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/box_config.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
+#include "firmware/app/wiring/unit_in_use.hpp"
 #include "version.hpp"
 
 namespace probebox::app {
@@ -71,16 +72,12 @@ std::string firmwareVersion() {
   return PROBEBOX_VERSION;
 }
 
-Outcome<board::Descriptions> loadDescriptions(const Options& options) {
-  return options.board == "sim" ? board::simDescriptions(options.config)
-                                : board::loadDirectory(options.board, options.config);
-}
-
 // Constructed from the top; ~Parts() says in which order the threads end.
 struct Daemon::Parts {
-  Parts(const Options& options, const board::Descriptions& descriptions, const std::filesystem::path& state,
-        store::Store store, std::optional<JournalWriter> journal_writer)
-      : time{options.time_scale},
+  Parts(const Options& options, board::Descriptions described, const std::filesystem::path& state, store::Store store,
+        std::optional<JournalWriter> journal_writer, UnitDesk unit)
+      : descriptions{std::move(described)},
+        time{options.time_scale},
         core{boxConfig(descriptions), events, commands, core_wake_up, counters},
         calibrations{
             std::move(store),
@@ -100,10 +97,11 @@ struct Daemon::Parts {
         journal_queue{journal ? &core.openJournal() : nullptr},
         results_desk{calibrations, core_view, doors},
         loop_back_desk{descriptions.box.loop_back, loopBackOf(descriptions)},
+        unit_desk{std::move(unit)},
         worker{[this] { workerRound(); }},
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk,
-              loop_back_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); },
+              loop_back_desk, unit_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); },
               travelOf(descriptions.machine), controlAxes(descriptions.box.devices)},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
@@ -172,13 +170,14 @@ struct Daemon::Parts {
   Outcome<void> openLinks(const std::vector<std::string>& texts, const board::Service& service);
   Outcome<tcp::Listener> listenForCnc(const tcp::Address& address);
   Outcome<void> openCncLines(const std::vector<std::string>& texts, const board::Service& service);
-  Outcome<void> openMachine(const board::Descriptions& descriptions);
+  Outcome<void> openMachine();
   Outcome<void> serve(tcp::Listener listener, const board::Door* door, const board::Access& otherwise);
   void announce();
   std::vector<Event> fromBefore();
   void run();
   Condition condition(Nanoseconds patience);
 
+  const board::Descriptions descriptions;
   io::Descriptor state_lock;
   TimeSource time;
   Counters counters;
@@ -200,6 +199,7 @@ struct Daemon::Parts {
   std::uint64_t journal_lost_said{};
   ResultsDesk results_desk;
   LoopBackDesk loop_back_desk;
+  UnitDesk unit_desk;
   Worker worker;
   ControlDesk desk;
   LinkService links;
@@ -285,7 +285,7 @@ Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts,
   return {};
 }
 
-Outcome<void> Daemon::Parts::openMachine(const board::Descriptions& descriptions) {
+Outcome<void> Daemon::Parts::openMachine() {
   if (!reachable_at && isEmulated(descriptions)) {
     // The emulated controller is a host like any other and needs a door.
     TRY(auto listener, tcp::Listener::open({.host = "127.0.0.1", .port = 0}));
@@ -341,23 +341,6 @@ Daemon::Condition Daemon::Parts::condition(Nanoseconds patience) {
   return {.goes_on = finding.all_went_on, .in_words = text};
 }
 
-std::optional<Error> whyRefused(const Options& options, const board::Descriptions& descriptions) {
-  std::optional<Error> refused;
-  const auto add = [&](const std::optional<Error>& error) {
-    if (error) refused = Error{refused ? refused->what + "\n" + error->what : error->what};
-  };
-  add(whyUnsupported(descriptions));
-  add(box::whyRefused(boxConfig(descriptions)));
-  add(whyNoAddresses(options, descriptions.service));
-  if (options.time_scale != 1.0 && !isEmulated(descriptions))
-    add(Error{"--time-scale is for the emulated machine only: real edges are stamped in real time."});
-  if (options.time_scale != 1.0 && descriptions.world && descriptions.world->outside_control)
-    add(
-        Error{"--time-scale is not for a machine that an outside control leads, which is in real time: remove it, or "
-              "[outside_control] of world.toml."});
-  return refused;
-}
-
 Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const board::Descriptions& descriptions,
                                                std::vector<PassedSocket> passed) {
   if (const auto refused = whyRefused(options, descriptions)) return *refused;
@@ -371,14 +354,19 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
     journal.emplace(std::move(created));
   }
 
-  auto parts = std::make_unique<Parts>(options, descriptions, state.path, std::move(store), std::move(journal));
+  auto described = descriptions;
+  auto unit_desk = takeUnit(state.path, described);
+  auto parts = std::make_unique<Parts>(options, std::move(described), state.path, std::move(store), std::move(journal),
+                                       std::move(unit_desk));
   parts->state_lock = std::move(state.lock);
-  if (const auto problem = parts->doors.problem(); !problem.empty()) logWarning(problem);
-  const auto& service = descriptions.service;
+  for (const auto& problem : {parts->doors.problem(), parts->unit_desk.problem()}) {
+    if (!problem.empty()) logWarning(problem);
+  }
+  const auto& service = parts->descriptions.service;
   TRY(parts->adopt(std::move(passed), cncLinesOf(options, service), service));
   TRY(parts->openLinks(linksOf(options, service), service));
   TRY(parts->openCncLines(cncLinesOf(options, service), service));
-  TRY(parts->openMachine(descriptions));
+  TRY(parts->openMachine());
   parts->announce();
   parts->run();
   return std::unique_ptr<Daemon>{new Daemon{std::move(parts)}};

@@ -48,8 +48,12 @@ Outcome<LinkAddress> parseLink(const std::string& text) {
   return Error{"The link '" + text + "' is neither tcp:HOST:PORT nor serial:DEVICE[,baud=921600] nor usb."};
 }
 
+std::filesystem::path stateDirectory(const std::filesystem::path& chosen) {
+  return chosen.empty() ? usualStateDirectory() : chosen;
+}
+
 Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen) {
-  const auto path = chosen.empty() ? usualStateDirectory() : chosen;
+  const auto path = stateDirectory(chosen);
   std::error_code error;
   std::filesystem::create_directories(path, error);
   if (error) {

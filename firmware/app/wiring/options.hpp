@@ -39,6 +39,9 @@ struct StateDirectory {
   io::Descriptor lock;
   std::string notice{};  // why nothing can be stored there; empty if it can
 };
+// The folder that takeStateDirectory() takes, without making or locking it.
+std::filesystem::path stateDirectory(const std::filesystem::path& chosen);
+
 // Takes --state, or $STATE_DIRECTORY (systemd), or ~/.local/state/probebox. Makes it when missing; error when another
 // daemon has it. A full, read-only or broken disk is no error: the box then runs and stores nothing.
 Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen);

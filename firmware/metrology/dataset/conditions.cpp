@@ -9,9 +9,9 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 10> kConditions{
-    "probe",    "probe_tool",   "delay_result", "pre_travel_result", "machine",
-    "mounting", "measured_utc", "measured_by",  "temperature_c",     "note"};
+constexpr std::array<std::string_view, 12> kConditions{
+    "probe",       "probe_tool",    "delay_result", "pre_travel_result",  "machine",        "mounting", "measured_utc",
+    "measured_by", "temperature_c", "note",         "sphere_certificate", "sphere_next_due"};
 
 }  // namespace
 

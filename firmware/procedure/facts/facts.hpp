@@ -168,10 +168,18 @@ struct TriggerProbe {
   std::optional<PreTravel> pre_travel{};
 };
 
+// Certificate of the datum sphere.
+struct SphereCertificate {
+  double sd_mm{};        // of the diameter (k = 1)
+  std::string in_words;  // for the record of a measurement
+  std::string next_due;  // "2028-04-17"
+};
+
 // A priori knowledge about features, stylus and rotary axes, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;  // certified diameter of the datum sphere
-  std::optional<double> gap_mm;              // between the plates, certified
+  std::optional<SphereCertificate> sphere_certificate{};
+  std::optional<double> gap_mm;  // between the plates, certified
   double stylus_ball_diameter_mm{};
   std::optional<double> sd_stylus_ball_diameter_mm{};
   double sigma_c_rad{};  // positioning uncertainty of the rotary axis C (k = 1)

@@ -1,6 +1,7 @@
 #include "firmware/procedure/methods/needs.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "firmware/procedure/plan/plan.hpp"
@@ -52,6 +53,12 @@ constinit const Fact kTriggerProbe{
 void addSphereSize(metrology::Dataset& dataset, const Facts& facts) {
   if (!facts.sphere_diameter_mm) return;
   dataset.config["effective_diameter_mm"] = *facts.sphere_diameter_mm + facts.stylus_ball_diameter_mm;
+  const auto& certificate = facts.sphere_certificate;
+  if (!certificate) return;
+  dataset.config["sd_effective_diameter_mm"] =
+      std::hypot(certificate->sd_mm, facts.sd_stylus_ball_diameter_mm.value_or(0));
+  dataset.config["sphere_certificate"] = certificate->in_words;
+  dataset.config["sphere_next_due"] = certificate->next_due;
 }
 
 Outcome<ProcedureOptions> withReach(ProcedureOptions options, const Facts& facts) {

@@ -301,7 +301,7 @@ TEST(ServiceToml, GivesADoorRightsOfItsOwnInPlaceOfTheOthers) {
   ASSERT_TRUE(service.ok()) << service.error().what;
   EXPECT_EQ(service->accessAt("usb"), Access{.allow_accept = true});
   EXPECT_EQ(service->accessAt("modbus:/dev/ttyS2"), (Access{.allow_marker = true, .allow_inhibit = true}));
-  EXPECT_EQ(service->accessAt("tcp:0.0.0.0:7627"), Access{});
+  EXPECT_EQ(service->accessAt("tcp:0.0.0.0:7627"), Access{.allow_provision = false});
   EXPECT_TRUE(service->doorAt("tcp:0.0.0.0:7627")->read_only);
   EXPECT_EQ(service->doorAt("usb"), nullptr);
 }

@@ -106,6 +106,9 @@ void forEachMessage(auto&& call) {
   call("get_result request", GetResult::Request{});
   call("get_result answer", GetResult::Answer{});
   call("tell_positions request", TellPositions::Request{});
+  call("provision request", Provision::Request{});
+  call("provision answer", Provision::Answer{});
+  call("describe_unit answer", DescribeUnit::Answer{});
 }
 
 }  // namespace probebox::messages

@@ -10,6 +10,7 @@
 #include "tools/probebox/cli/run_commands.hpp"
 #include "tools/probebox/cli/subcommands.hpp"
 #include "tools/probebox/cli/validators.hpp"
+#include "tools/probebox/cli/vendor_commands.hpp"
 
 namespace probebox::command {
 namespace {
@@ -41,6 +42,7 @@ class CommandLine {
     addSolving();
     runs_.declare(commands_);
     results_.declare(commands_);
+    vendor_.declare(commands_);
   }
 
   CLI::App& app() { return app_; }
@@ -262,6 +264,7 @@ class CommandLine {
   Subcommands commands_{app_, request_};
   RunCommands runs_;
   ResultCommands results_;
+  VendorCommands vendor_;
   std::string policy_{"record"};
   std::string pack_profile_{"fast"};
   std::string record_profile_{"fast"};

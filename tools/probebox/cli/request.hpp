@@ -195,9 +195,15 @@ struct Inhibit {
   std::string door;  // with off: the door whose inhibit ends; empty: one's own
 };
 
+// Writes the identity of a box, once.
+struct Provision {
+  std::string input;  // unit.toml
+  bool check{};       // only look whether the file is good
+};
+
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
                          Calibrate, Plan, Gcode, Selftest, Propose, Accept, Rollback, Results, Show, History,
-                         Corrections, Home, Inhibit, View, Interference>;
+                         Corrections, Home, Inhibit, View, Interference, Provision>;
 
 struct Request {
   Job job;

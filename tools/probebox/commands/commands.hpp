@@ -32,6 +32,7 @@ ExitStatus run(const History& options, const std::string& uri, Console& console)
 ExitStatus run(const Corrections& options, const std::string& uri, Console& console);
 ExitStatus run(const Inhibit& options, const std::string& uri, Console& console);
 ExitStatus run(const Interference& options, const std::string& uri, Console& console);
+ExitStatus run(const Provision& options, const std::string& uri, Console& console);
 // In tools/probebox/view, which may be left out of a build.
 ExitStatus run(const View& options, const std::string& uri, Console& console);
 

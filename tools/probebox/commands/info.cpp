@@ -5,16 +5,27 @@
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/read_through.hpp"
 #include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_unit.hpp"
 
 namespace probebox::command {
 namespace {
 
-ExitStatus show(const messages::Descriptor& descriptor, const messages::Corrections::Answer* now, Console& console) {
+using Unit = messages::DescribeUnit::Answer;
+
+// now, unit: null for a recording, and of a box that does not know them.
+ExitStatus show(const messages::Descriptor& descriptor, const messages::Corrections::Answer* now, const Unit* unit,
+                Console& console) {
   if (console.json()) {
     Json all = describe(descriptor);
     all["cut_in_progress"] = now == nullptr ? Json(nullptr) : Json(now->inhibited);
+    all["unit"] = unit == nullptr ? Json(nullptr) : describe(*unit, today());
     console.object(all);
     return ExitStatus::ok;
+  }
+  if (unit != nullptr) {
+    auto rows = page(*unit, today());
+    rows.pop_back();
+    console.line(rows);
   }
   console.line(page(descriptor));
   if (now != nullptr && now->inhibited) console.line("a cut is on: no result comes into force (probebox inhibit)");
@@ -32,7 +43,7 @@ ExitStatus ofRecording(const std::string& path, Console& console) {
   FirstDescriptor listener;
   const auto end = readThrough(path, listener, console, {.enough = [&] { return listener.found.has_value(); }});
   if (!end) return conclude(end.error(), console);
-  if (listener.found) return show(*listener.found, nullptr, console);
+  if (listener.found) return show(*listener.found, nullptr, nullptr, console);
   return console.fail(
       {ExitStatus::usage, "no-descriptor", path + " does not identify its box: its beginning is cut off"});
 }
@@ -57,13 +68,16 @@ ExitStatus run(const Info&, const std::string& given, Console& console) {
     const auto now = ask<messages::Corrections>(**box, console);
     const auto& descriptor = *(*box)->reader().descriptor();
     // A recording that is served as a box answers nothing.
-    if (!now && now.error().status == ExitStatus::box_refused) return show(descriptor, nullptr, console);
+    if (!now && now.error().status == ExitStatus::box_refused) return show(descriptor, nullptr, nullptr, console);
     if (!now) return console.fail(now.error());
-    if (isUpToDate(descriptor, *now)) return show(descriptor, &*now, console);
+    const auto unit = ask<messages::DescribeUnit>(**box, console);
+    if (!unit && unit.error().status != ExitStatus::box_refused) return console.fail(unit.error());
+    const auto* known = unit ? &*unit : nullptr;
+    if (isUpToDate(descriptor, *now)) return show(descriptor, &*now, known, console);
     if (look == kLooks) {
       console.note(
           "the delay below is that of the latest samples; another one is in force, and no sample has come since");
-      return show(descriptor, &*now, console);
+      return show(descriptor, &*now, known, console);
     }
     for (const auto pause = patienceOf(console, kPause); (*box)->round(pause);) {
     }

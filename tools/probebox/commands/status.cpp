@@ -7,6 +7,7 @@
 #include "tools/probebox/link/read_through.hpp"
 #include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_unit.hpp"
 
 namespace probebox::command {
 
@@ -42,6 +43,12 @@ ExitStatus ofRecording(const std::string& path, Console& console) {
   return ExitStatus::ok;
 }
 
+// What makes results less than traceable.
+void warn(const messages::DescribeUnit::Answer& unit, Console& console) {
+  if (const auto sentence = overdue(unit, today())) console.line(printed("%-18s %s", "overdue", sentence->c_str()));
+  for (const auto& note : unit.notes) console.line(printed("%-18s %s", "unit", note.c_str()));
+}
+
 // The newest last. A box of before gives all that it has: the newest of them are kept.
 Outcome<std::vector<messages::ResultSummary>, Trouble> newestResults(link::Client& box, const Console& console) {
   auto all = storedResults(box, console, {.after_id = 0, .newest = kNewest}, std::numeric_limits<std::size_t>::max());
@@ -63,6 +70,9 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
   const auto corrections = ask<messages::Corrections>(**box, console);
   if (!corrections && corrections.error().status != ExitStatus::box_refused) return console.fail(corrections.error());
   const bool cut_is_on = corrections && corrections->inhibited;
+  // A recording has none, and neither has a box of before.
+  const auto unit = ask<messages::DescribeUnit>(**box, console);
+  if (!unit && unit.error().status != ExitStatus::box_refused) return console.fail(unit.error());
   // A proposed one is found here after its command has ended.
   const auto results = newestResults(**box, console);
   if (!results) return console.fail(results.error());
@@ -70,12 +80,14 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
     Json all = describe(*status);
     all["cut_in_progress"] = corrections ? Json(cut_is_on) : Json(nullptr);
     all["in_use"] = corrections ? describe(*corrections)["in_use"] : Json(nullptr);
+    all["unit"] = unit ? describe(*unit, today()) : Json(nullptr);
     all["newest_results"] = Json::array();
     for (const auto& result : *results) all["newest_results"].push_back(describe(result));
     console.object(all);
     return ExitStatus::ok;
   }
   console.line(page(*status));
+  if (unit) warn(*unit, console);
   // A line has no name to list among those who hold an inhibit.
   if (cut_is_on && status->inhibits.empty()) console.line(cutLine());
   if (corrections && !corrections->in_use.empty()) console.line(sourcesInUse(corrections->in_use));

@@ -44,10 +44,11 @@ class Desk : public testing::Test {
   StandingKeeper standing_{folder_.file("served"), {}, [](const Event&) {}};
   ResultsDesk results_{calibrations_, core_, doors_};
   LoopBackDesk loop_back_{std::nullopt, nullptr};
+  UnitDesk unit_{UnitRecord{folder_.file("unit")}, "board", {}};
   Worker worker_{[] {}};
   ControlDesk desk_{{"board", "0", {}},
-                    {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, doors_, standing_, counters_,
-                     sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
+                    {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, doors_, standing_,
+                     counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
                     [](const Reply&) {}};
 };
 
@@ -68,6 +69,39 @@ TEST_F(Desk, BeginsNoCutWithAMarkerThatBelongsToNoRun) {
   EXPECT_FALSE(doors_.inhibits(kDoor));
   EXPECT_FALSE(take({CutInhibit{.active = true, .at = {}}}));
   EXPECT_TRUE(doors_.inhibits(kDoor));
+}
+
+constexpr const char* kUnit =
+    "[unit]\nserial_number = \"A1\"\nvendor = \"V\"\nmodel = \"M\"\nboard = \"board\"\n[usb]\nvendor_id = "
+    "1\nproduct_id = "
+    "2\n";
+
+TEST_F(Desk, ProvisionsOnlyWithTheRightToAndAtRest) {
+  const auto ask = [&](std::optional<bool> may) {
+    const auto body = messages::encoded(messages::Provision::Request{.text = kUnit});
+    return desk_.handle({.link = 1, .door = "network", .may = {.allow_provision = may}},
+                        {.ticket = 1, .operation = messages::Operation::provision, .body = body}, state_, {});
+  };
+  const auto refused = [&] {
+    const auto reply = ask(true);
+    return reply && reply->code == messages::ErrorCode::wrong_state ? reply->text : "";
+  };
+  state_.procedure.state = procedure::State::running;
+  EXPECT_THAT(refused(), HasSubstr("procedure is in progress"));
+  state_.procedure.state = procedure::State::idle;
+  state_.snapshot.inhibited = true;
+  EXPECT_THAT(refused(), HasSubstr("A cut is on"));
+  state_.snapshot.inhibited = false;
+  ASSERT_FALSE(doors_.setInhibit(kDoor, true, "")) << "the core has not heard of it yet";
+  EXPECT_THAT(refused(), HasSubstr("A cut is on"));
+  ASSERT_FALSE(doors_.setInhibit(kDoor, false, ""));
+  EXPECT_FALSE(ask(true)) << "the worker answers";
+  for (const auto may : {std::optional<bool>{}, std::optional{false}}) {
+    const auto body = messages::encoded(messages::Provision::Request{.text = kUnit});
+    const auto reply = unit_.answer(messages::Operation::provision, body, {.allow_provision = may});
+    EXPECT_EQ(reply.code, messages::ErrorCode::not_permitted);
+    EXPECT_THAT(reply.text, HasSubstr("allow_provision"));
+  }
 }
 
 }  // namespace

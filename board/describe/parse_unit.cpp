@@ -1,0 +1,130 @@
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "board/describe/document.hpp"
+#include "board/describe/parse.hpp"
+#include "board/describe/usb_text.hpp"
+
+namespace probebox::board {
+namespace {
+
+constexpr std::size_t kMostUpdateKeys = 8;
+
+// "2026-04-17" as a day of the calendar.
+std::optional<std::chrono::year_month_day> dayOf(std::string_view text) {
+  constexpr std::string_view kForm = "dddd-dd-dd";
+  const auto fits = [](char c, char form) { return form == 'd' ? c >= '0' && c <= '9' : c == form; };
+  if (text.size() != kForm.size() || !std::ranges::equal(text, kForm, fits)) return std::nullopt;
+  const auto number = [&](std::size_t from, std::size_t count) {
+    int value = 0;
+    std::from_chars(text.data() + from, text.data() + from + count, value);
+    return value;
+  };
+  const std::chrono::year_month_day day{std::chrono::year{number(0, 4)},
+                                        std::chrono::month{static_cast<unsigned>(number(5, 2))},
+                                        std::chrono::day{static_cast<unsigned>(number(8, 2))}};
+  return day.ok() && number(0, 4) >= 1990 ? std::optional{day} : std::nullopt;
+}
+
+std::string dayText(Section& section, std::string_view key) {
+  auto text = section.text(key);
+  if (section.good(key) && !dayOf(text))
+    section.problem(key, "= " + inQuotes(text) + " is no day: write year, month and day, such as \"2026-04-17\"");
+  return text;
+}
+
+CalibratedSphere calibratedSphere(Section section) {
+  CalibratedSphere sphere;
+  sphere.serial_number = section.text("serial_number");
+  sphere.diameter_mm = section.number("diameter_mm", {0.1, 1000});
+  sphere.expanded_uncertainty_um = section.number("expanded_uncertainty_um", {1e-3, 100});
+  sphere.coverage_factor = section.number("coverage_factor", {1, 4});
+  sphere.certificate = section.text("certificate");
+  sphere.laboratory = section.text("laboratory");
+  sphere.date = dayText(section, "date");
+  sphere.next_due = dayText(section, "next_due");
+  if (section.good("date") && section.good("next_due") && sphere.next_due <= sphere.date)
+    section.problem("next_due", "is not after 'sphere.date': give the day on which the calibration has to be repeated");
+  section.finish();
+  return sphere;
+}
+
+// As `openssl x509 -fingerprint -sha256` prints it, with or without colons.
+std::optional<std::string> fingerprint(std::string_view text) {
+  std::string digits;
+  for (const char c : text) {
+    if (c != ':') digits += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  const bool good = digits.size() == 64 && digits.find_first_not_of("0123456789abcdef") == std::string::npos;
+  return good ? std::optional{digits} : std::nullopt;
+}
+
+std::vector<std::string> updateKeys(Section section) {
+  std::vector<std::string> keys;
+  for (const auto& [text, line] : section.texts("update_keys", kMostUpdateKeys)) {
+    if (const auto digits = fingerprint(text))
+      keys.push_back(*digits);
+    else
+      section.problemAt(line, "update_keys",
+                        "has " + inQuotes(text) +
+                            ", which is no SHA-256 fingerprint: write the 64 hexadecimal digits that openssl x509 "
+                            "-fingerprint -sha256 prints");
+  }
+  section.finish();
+  return keys;
+}
+
+Unit readUnit(Section& root) {
+  Unit unit;
+  auto identity = root.section("unit");
+  unit.serial_number = usbText(identity, "serial_number");
+  unit.vendor = usbText(identity, "vendor");
+  unit.model = usbText(identity, "model");
+  unit.board = identity.text("board");
+  identity.finish();
+  auto usb = root.section("usb");
+  unit.usb_vendor_id = static_cast<std::uint16_t>(usb.integer("vendor_id", {1, 0xFFFF}));
+  unit.usb_product_id = static_cast<std::uint16_t>(usb.integer("product_id", {0, 0xFFFF}));
+  usb.finish();
+  if (auto sphere = root.sectionIfThere("sphere")) unit.sphere = calibratedSphere(std::move(*sphere));
+  if (auto trust = root.sectionIfThere("trust")) unit.update_keys = updateKeys(std::move(*trust));
+  return unit;
+}
+
+}  // namespace
+
+std::string CalibratedSphere::inWords() const {
+  return certificate + " of " + laboratory + ", " + date + ": sphere " + serial_number + ", " + plain(diameter_mm) +
+         " mm, U = " + plain(expanded_uncertainty_um) + " um (k = " + plain(coverage_factor) + ")";
+}
+
+std::optional<std::string> applyUnit(const Unit& unit, Descriptions& descriptions) {
+  auto& box = descriptions.box;
+  box.serial_number = unit.serial_number;
+  box.usb = {.vendor_id = unit.usb_vendor_id,
+             .product_id = unit.usb_product_id,
+             .manufacturer = unit.vendor,
+             .product = unit.model};
+  if (!unit.sphere) return std::nullopt;
+  auto& described_mm = descriptions.machine.datum_sphere_diameter_mm;
+  const auto& sphere = *unit.sphere;
+  constexpr double kRounding_mm = 5e-7;  // of a value written to the nanometre
+  const double within_mm = 1e-3 * sphere.expanded_uncertainty_um + kRounding_mm;
+  if (described_mm && std::abs(*described_mm - sphere.diameter_mm) > within_mm)
+    return "[datum_sphere] of machine.toml has " + plain(*described_mm) + " mm, which is not the certified sphere of " +
+           "this box (" + sphere.inWords() + "): results are not traceable. Remove the section to use that sphere.";
+  described_mm = sphere.diameter_mm;
+  descriptions.machine.datum_sphere_certificate = sphere;
+  return std::nullopt;
+}
+
+Outcome<Unit> parseUnit(std::string_view text, std::string_view file_name) {
+  return readDocument<Unit>(text, file_name, readUnit);
+}
+
+}  // namespace probebox::board

@@ -1,0 +1,71 @@
+#include "firmware/app/host/unit_desk.hpp"
+
+#include <utility>
+
+#include "firmware/app/log/log.hpp"
+#include "protocol/messages/unit.hpp"
+
+namespace probebox::app {
+namespace {
+
+using messages::ErrorCode;
+using messages::Operation;
+
+messages::SphereCertificate wireSphere(const board::CalibratedSphere& sphere) {
+  return {.serial_number = sphere.serial_number,
+          .diameter_mm = sphere.diameter_mm,
+          .expanded_uncertainty_um = sphere.expanded_uncertainty_um,
+          .coverage_factor = sphere.coverage_factor,
+          .certificate = sphere.certificate,
+          .laboratory = sphere.laboratory,
+          .date = sphere.date,
+          .next_due = sphere.next_due};
+}
+
+}  // namespace
+
+UnitDesk::UnitDesk(UnitRecord record, std::string board_name, std::vector<std::string> notes)
+    : record_{std::move(record)}, board_name_{std::move(board_name)}, notes_{std::move(notes)} {}
+
+bool UnitDesk::answers(Operation operation) {
+  return operation == Operation::provision || operation == Operation::describe_unit;
+}
+
+Reply UnitDesk::answer(Operation operation, std::span<const std::byte> body, const board::Access& may) {
+  return operation == Operation::provision ? provision(body, may) : describe();
+}
+
+std::optional<Error> UnitDesk::whyNotNow(bool cut_is_on, bool run_is_on) {
+  if (cut_is_on) return Error{"A cut is on: provision the box when it is over."};
+  if (run_is_on) return Error{"A measuring procedure is in progress: provision the box when it is over."};
+  return std::nullopt;
+}
+
+Reply UnitDesk::provision(std::span<const std::byte> body, const board::Access& may) {
+  const auto request = messages::decode<messages::Provision::Request>(body);
+  if (!request) return malformed(Operation::provision);
+  if (!may.allow_provision.value_or(false)) return notPermitted("allow_provision");
+  const auto unit = record_.write(request->text, board_name_);
+  if (!unit) return refused(ErrorCode::refused, unit.error().what);
+  logInfo("the box was provisioned as " + unit->serial_number);
+  return ok(messages::Provision::Answer{.serial_number = unit->serial_number});
+}
+
+Reply UnitDesk::describe() const {
+  messages::DescribeUnit::Answer answer{.provisioned = record_.locked(), .notes = notes_};
+  if (!record_.problem().empty()) answer.notes.push_back(record_.problem());
+  if (const auto& unit = record_.unit()) {
+    answer.in_use = record_.inUse().has_value();
+    answer.serial_number = unit->serial_number;
+    answer.vendor = unit->vendor;
+    answer.model = unit->model;
+    answer.board = unit->board;
+    answer.usb_vendor_id = unit->usb_vendor_id;
+    answer.usb_product_id = unit->usb_product_id;
+    if (unit->sphere) answer.sphere.push_back(wireSphere(*unit->sphere));
+    answer.update_keys = unit->update_keys;
+  }
+  return ok(answer);
+}
+
+}  // namespace probebox::app

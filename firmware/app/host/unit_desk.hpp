@@ -1,0 +1,37 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <string>
+
+#include "board/describe/service.hpp"
+#include "firmware/app/results/reply.hpp"
+#include "firmware/app/results/unit_record.hpp"
+#include "firmware/box/state.hpp"
+
+namespace probebox::app {
+
+// Answers requests about the identity of the box. On the worker's thread but for whyNotNow().
+class UnitDesk {
+ public:
+  // notes: sentences about the unit in use, for hosts.
+  UnitDesk(UnitRecord record, std::string board_name, std::vector<std::string> notes);
+
+  static bool answers(messages::Operation operation);
+  Reply answer(messages::Operation operation, std::span<const std::byte> body, const board::Access& may);
+
+  // Why nothing may be written now: a cut or a run is on.
+  static std::optional<Error> whyNotNow(bool cut_is_on, bool run_is_on);
+
+  // Any thread.
+  const std::string& problem() const { return record_.problem(); }
+
+ private:
+  Reply provision(std::span<const std::byte> body, const board::Access& may);
+  Reply describe() const;
+
+  UnitRecord record_;
+  std::string board_name_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,32 @@
+// What a daemon can be started with.
+#include "firmware/app/wiring/addresses.hpp"
+#include "firmware/app/wiring/board_sources.hpp"
+#include "firmware/app/wiring/box_config.hpp"
+#include "firmware/app/wiring/daemon.hpp"
+#include "firmware/box/box.hpp"
+
+namespace probebox::app {
+
+Outcome<board::Descriptions> loadDescriptions(const Options& options) {
+  return options.board == "sim" ? board::simDescriptions(options.config)
+                                : board::loadDirectory(options.board, options.config);
+}
+
+std::optional<Error> whyRefused(const Options& options, const board::Descriptions& descriptions) {
+  std::optional<Error> refused;
+  const auto add = [&](const std::optional<Error>& error) {
+    if (error) refused = Error{refused ? refused->what + "\n" + error->what : error->what};
+  };
+  add(whyUnsupported(descriptions));
+  add(box::whyRefused(boxConfig(descriptions)));
+  add(whyNoAddresses(options, descriptions.service));
+  if (options.time_scale != 1.0 && !isEmulated(descriptions))
+    add(Error{"--time-scale is for the emulated machine only: real edges are stamped in real time."});
+  if (options.time_scale != 1.0 && descriptions.world && descriptions.world->outside_control)
+    add(
+        Error{"--time-scale is not for a machine that an outside control leads, which is in real time: remove it, or "
+              "[outside_control] of world.toml."});
+  return refused;
+}
+
+}  // namespace probebox::app

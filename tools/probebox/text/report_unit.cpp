@@ -1,0 +1,87 @@
+#include "tools/probebox/text/report_unit.hpp"
+
+#include <chrono>
+
+#include "tools/probebox/text/report.hpp"
+
+namespace probebox::command {
+namespace {
+
+using messages::SphereCertificate;
+using Unit = messages::DescribeUnit::Answer;
+
+std::string unitRow(const char* name, const std::string& value) {
+  return printed("%-18s %s\n", name, value.c_str());
+}
+
+bool isOverdue(const SphereCertificate& sphere, const std::string& today) {
+  return sphere.next_due <= today;
+}
+
+std::string sphereText(const SphereCertificate& s) {
+  return s.serial_number +
+         printed(", %.9g mm, U = %.6g um (k = %g)", s.diameter_mm, s.expanded_uncertainty_um, s.coverage_factor);
+}
+
+std::string certificateText(const SphereCertificate& s, const std::string& today) {
+  return s.certificate + " of " + s.laboratory + ", " + s.date + ", next due " + s.next_due +
+         (isOverdue(s, today) ? " (OVERDUE)" : "");
+}
+
+}  // namespace
+
+std::string today() {
+  const auto now = std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now());
+  const std::chrono::year_month_day day{now};
+  return printed("%04d-%02u-%02u", static_cast<int>(day.year()), static_cast<unsigned>(day.month()),
+                 static_cast<unsigned>(day.day()));
+}
+
+std::optional<std::string> overdue(const Unit& unit, const std::string& today) {
+  if (unit.sphere.empty() || !isOverdue(unit.sphere.front(), today)) return std::nullopt;
+  const auto& sphere = unit.sphere.front();
+  return "the certificate " + sphere.certificate + " of the sphere " + sphere.serial_number + " was due on " +
+         sphere.next_due + ": have it calibrated";
+}
+
+Json describe(const Unit& unit, const std::string& today) {
+  if (!unit.provisioned) return nullptr;
+  Json spheres = nullptr;
+  if (!unit.sphere.empty()) {
+    const auto& s = unit.sphere.front();
+    spheres = {{"serial_number", s.serial_number},
+               {"diameter_mm", s.diameter_mm},
+               {"expanded_uncertainty_um", s.expanded_uncertainty_um},
+               {"coverage_factor", s.coverage_factor},
+               {"certificate", s.certificate},
+               {"laboratory", s.laboratory},
+               {"date", s.date},
+               {"next_due", s.next_due},
+               {"overdue", isOverdue(s, today)}};
+  }
+  return {{"in_use", unit.in_use},
+          {"serial_number", unit.serial_number},
+          {"vendor", unit.vendor},
+          {"model", unit.model},
+          {"board", unit.board},
+          {"usb_vendor_id", unit.usb_vendor_id},
+          {"usb_product_id", unit.usb_product_id},
+          {"sphere", spheres},
+          {"update_keys_sha256", unit.update_keys},
+          {"notes", unit.notes}};
+}
+
+std::string page(const Unit& unit, const std::string& today) {
+  if (!unit.provisioned) return unitRow("unit", "not provisioned (probebox provision)");
+  std::string all = unitRow("unit", unit.vendor + " " + unit.model + ", " + unit.serial_number +
+                                        (unit.in_use ? "" : " (from the next start on)"));
+  all += unitRow("USB numbers", printed("%04x:%04x", unsigned{unit.usb_vendor_id}, unsigned{unit.usb_product_id}));
+  if (unit.sphere.empty()) all += unitRow("sphere", "none with a certificate");
+  for (const auto& sphere : unit.sphere)
+    all += unitRow("sphere", sphereText(sphere)) + unitRow("its certificate", certificateText(sphere, today));
+  for (const auto& key : unit.update_keys) all += unitRow("update key", "SHA-256 " + key);
+  for (const auto& note : unit.notes) all += unitRow("note", note);
+  return all;
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,21 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "protocol/messages/unit.hpp"
+#include "tools/probebox/cli/json.hpp"
+
+// Formats the identity of a box.
+namespace probebox::command {
+
+// Today by the clock of this computer, UTC: "2026-11-26".
+std::string today();
+
+Json describe(const messages::DescribeUnit::Answer& unit, const std::string& today);
+// Rows as those of info; without an identity one that says so.
+std::string page(const messages::DescribeUnit::Answer& unit, const std::string& today);
+
+// A sentence for status where the certificate of the sphere has run out.
+std::optional<std::string> overdue(const messages::DescribeUnit::Answer& unit, const std::string& today);
+
+}  // namespace probebox::command
