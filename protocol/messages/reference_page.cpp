@@ -51,6 +51,7 @@ std::string structureName() {
   if constexpr (std::same_as<T, ResultTransition>) return "ResultTransition";
   if constexpr (std::same_as<T, CaseEntry>) return "CaseEntry";
   if constexpr (std::same_as<T, CaseColumn>) return "CaseColumn";
+  if constexpr (std::same_as<T, ProcessStatus>) return "ProcessStatus";
   if constexpr (std::same_as<T, SphereCertificate>) return "SphereCertificate";
 }
 
@@ -328,7 +329,7 @@ std::string structures() {
          structure<ResultSummary>() + structure<ValueChange>() + structure<ValueInUse>() +
          structure<ResultTransition>() + structure<CorrectionSource>() + structure<AxisStatus>() +
          structure<StampedTrigger>() + structure<RotaryAxisStatus>() + structure<SwivelStatus>() +
-         structure<CaseEntry>() + structure<CaseColumn>() + structure<SphereCertificate>();
+         structure<CaseEntry>() + structure<CaseColumn>() + structure<SphereCertificate>() + structure<ProcessStatus>();
 }
 
 std::string numbers() {

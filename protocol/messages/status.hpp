@@ -197,6 +197,22 @@ struct NotLetIn {
   }
 };
 
+// The daemon as the kernel sees it. Since protocol 1.2.
+struct ProcessStatus {
+  std::uint64_t resident_bytes{};
+  bool is_root{};
+  std::uint64_t capabilities{};
+  bool no_new_privileges{};
+  bool calls_filtered{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("resident_bytes", self.resident_bytes, "bytes of memory; 0: not known, and neither is the rest");
+    field("is_root", self.is_root, "it runs as root");
+    field("capabilities", self.capabilities, "bits of its effective capabilities (capabilities(7)); 0 for none");
+    field("no_new_privileges", self.no_new_privileges, "it can gain none (PR_SET_NO_NEW_PRIVS)");
+    field("calls_filtered", self.calls_filtered, "its system calls are filtered (seccomp)");
+  }
+};
+
 struct Status {
   static constexpr Operation kOperation = Operation::status;
   using Request = Nothing;
@@ -225,6 +241,7 @@ struct Status {
     std::vector<std::string> storage_problems{};
     NotLetIn not_let_in{};
     std::vector<std::string> rests_on_retired{};
+    ProcessStatus process{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -254,6 +271,7 @@ struct Status {
       field("not_let_in", self.not_let_in, "connections that never became a link; since protocol 1.2");
       field("rests_on_retired", self.rests_on_retired,
             "a sentence for each result in force that rests on a retired result; since protocol 1.2");
+      field("process", self.process, "the daemon as the kernel sees it; since protocol 1.2");
     }
   };
 };

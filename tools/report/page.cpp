@@ -2,10 +2,10 @@
 
 #include "tools/report/change.hpp"
 #include "tools/report/decision.hpp"
+#include "tools/report/document_head.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/pictures.hpp"
 #include "tools/report/sections.hpp"
-#include "tools/report/style.hpp"
 #include "tools/report/values.hpp"
 
 namespace probebox::report {
@@ -37,10 +37,7 @@ std::string article(const Subject& subject) {
 std::string page(std::span<const Subject> subjects, const std::string& version) {
   std::string title = "probebox report";
   if (subjects.size() == 1) title += ": " + subjects.front().name;
-  std::string text =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width\"/>\n" +
-      element("title", title) + "\n<style>" + std::string{style()} + "</style>\n</head>\n<body>\n";
+  std::string text = documentHead(title);
   for (const auto& subject : subjects) text += article(subject);
   return text + "<p class=\"small\">probebox " + escaped(version) +
          "; equations as numbered in docs/metrology.md; sd is one standard deviation (k = 1), U = 2 combined standard "

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/process_status.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
 #include "protocol/messages/control.hpp"
@@ -84,6 +85,7 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   for (auto problem : {with_.doors.problem(), with_.standing.problem(), with_.unit.problem()}) {
     if (!problem.empty()) answer.storage_problems.push_back(std::move(problem));
   }
+  answer.process = processStatus();
   answer.lines = identity_.lines;
   for (auto& line : answer.lines) {
     const auto& counters = state.lines.at(line.role).at(line.line);

@@ -1,4 +1,5 @@
-"""A box gets its identity: once, through a door that may, and it keeps it through any end."""
+"""A box gets its identity, once, through a door that may, and keeps it through any end; and its factory sheet."""
+import json
 import os
 import subprocess
 import sys
@@ -103,7 +104,53 @@ def door_without_the_right(probeboxd, probebox, folder):
         box.stop()
 
 
+LINES = [
+    *("identity", "sphere", "firmware", "inputs", "storage", "clock", "stamp-lateness", "edges", "samples", "late-ticks"),
+    *("link", "memory", "sandbox", "exposure"),
+]
+
+
+def sheet_of(box, name, *words):
+    """The sheet as JSON and as a page; the exit status says whether a line fails."""
+    path = os.path.join(box.folder, name)
+    port = port_of(box.daemon, box.folder)
+    command = [box.probebox, "-u", f"tcp:127.0.0.1:{port}", "--json", "factory-test", "-o", path, "--for", "2", *words]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.stdout, done.stderr
+    sheet = json.loads(done.stdout)
+    failed = [row["name"] for row in sheet["rows"] if row["verdict"] == "failed"]
+    assert sheet["failed"] == len(failed) and done.returncode == (1 if failed else 0), (done.returncode, sheet)
+    with open(path) as page:
+        return {row["name"]: row for row in sheet["rows"]}, page.read()
+
+
+def factory_sheet(probeboxd, probebox, folder):
+    box = Box(probeboxd, probebox, folder)
+    box.start()
+    rows, page = sheet_of(box, "bare.html")
+    assert list(rows) == LINES, rows
+    assert rows["identity"]["verdict"] == "failed" and "not provisioned" in rows["identity"]["measured"], rows
+    assert "FAILED" in page
+    box.command("inhibit", "on", "--by", "Ada")
+    assert "a cut is on" in refused(box, 4, "factory-test", "-o", os.path.join(folder, "none.html"))
+    assert not os.path.exists(os.path.join(folder, "none.html"))
+    box.command("inhibit", "off", "--by", "Ada")
+    box.command("provision", unit(folder, "unit.toml", **{"25.00018": "25.00005"}))
+    box.stop()
+    box.start()
+    rows, page = sheet_of(box, "sheet.html", "--by", "Ada")
+    for name in ("identity", "sphere", "firmware", "inputs", "storage", "clock", "stamp-lateness", "link", "memory"):
+        assert rows[name]["verdict"] == "passed", rows[name]
+    assert rows["exposure"]["verdict"] == "not told by this box", rows
+    for row in rows.values():
+        assert row["measured"].replace("+", "&#43;") in page or row["measured"] in page, row
+    counted = int(rows["samples"]["measured"].split(": ")[1].split()[0])
+    assert 3000 < counted < 6000, rows["samples"]  # 2 s at 2000 a second, on a crowded computer
+    assert "PB-000123" in page and "Ada" in page
+    box.stop()
+
+
 if __name__ == "__main__":
-    for trial in (provisioned_once, overdue_and_other_sphere, door_without_the_right):
+    for trial in (provisioned_once, overdue_and_other_sphere, door_without_the_right, factory_sheet):
         with tempfile.TemporaryDirectory() as folder:
             trial(*sys.argv[1:], folder)

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <memory>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -46,7 +47,10 @@ TEST(ManPage, HasEveryCommandWithItsOptions) {
     const auto page = manPage(app, '1', "probebox", "a purpose");
     EXPECT_THAT(page, AllOf(HasSubstr(".TH PROBEBOX 1"), HasSubstr("probebox \\- a purpose")));
     ASSERT_GT(commandsOf(app).size(), 20U);
-    for (const auto* command : commandsOf(app)) EXPECT_THAT(page, HasSubstr("\n.SS " + command->get_name()));
+    for (const auto* command : commandsOf(app)) {
+      const auto name = std::regex_replace(command->get_name(), std::regex{"-"}, "\\-");
+      EXPECT_THAT(page, HasSubstr("\n.SS " + name));
+    }
     EXPECT_THAT(page, HasSubstr("\\fB\\-\\-policy\\fR"));
   });
 }

@@ -201,9 +201,17 @@ struct Provision {
   bool check{};       // only look whether the file is good
 };
 
+// Measures a box before it is shipped and writes a sheet.
+struct FactoryTest {
+  std::string output;  // "-" is the standard output
+  double seconds{10};  // of samples
+  std::string by;
+  bool force{};
+};
+
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
                          Calibrate, Plan, Gcode, Selftest, Propose, Accept, Rollback, Results, Show, History,
-                         Corrections, Home, Inhibit, View, Interference, Provision>;
+                         Corrections, Home, Inhibit, View, Interference, Provision, FactoryTest>;
 
 struct Request {
   Job job;

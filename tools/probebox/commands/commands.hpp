@@ -33,6 +33,7 @@ ExitStatus run(const Corrections& options, const std::string& uri, Console& cons
 ExitStatus run(const Inhibit& options, const std::string& uri, Console& console);
 ExitStatus run(const Interference& options, const std::string& uri, Console& console);
 ExitStatus run(const Provision& options, const std::string& uri, Console& console);
+ExitStatus run(const FactoryTest& options, const std::string& uri, Console& console);
 // In tools/probebox/view, which may be left out of a build.
 ExitStatus run(const View& options, const std::string& uri, Console& console);
 

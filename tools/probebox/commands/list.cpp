@@ -63,7 +63,7 @@ Found lookedAt(const usb_host::Device& device, milliseconds patience, const Cons
   return {uri, seen, {}, name, obstacle};
 }
 
-Json describe(const Found& found) {
+Json describeFound(const Found& found) {
   Json json{{"uri", found.uri},
             {"board", found.descriptor.board},
             {"serial_number", found.descriptor.serial_number},
@@ -93,7 +93,7 @@ void showTable(const std::vector<Cells>& rows, Console& console) {
 void show(const std::vector<Found>& boxes, Console& console) {
   if (console.json()) {
     Json list = Json::array();
-    for (const auto& found : boxes) list.push_back(describe(found));
+    for (const auto& found : boxes) list.push_back(describeFound(found));
     console.object({{"boxes", list}});
   } else if (!boxes.empty()) {
     std::vector<Cells> rows{{"URI", "BOARD", "SERIAL NUMBER", "MACHINE", "FIRMWARE", "CLOCK", "STATE"}};

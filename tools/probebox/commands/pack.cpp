@@ -28,7 +28,7 @@ constexpr auto kUnits =
                                      "urad", "rad", "K",  "mK", "V",  "mV", "uV", "Hz", "ppm",    "ppb"});
 
 // The narrowest integer that holds the column.
-messages::ChannelDescription describe(const std::string& name, std::span<const std::int64_t> column) {
+messages::ChannelDescription channelOf(const std::string& name, std::span<const std::int64_t> column) {
   messages::ChannelDescription channel;
   channel.name = name;
   const auto end = name.rfind('_');
@@ -93,19 +93,19 @@ Outcome<IntegerTable> readInput(const Pack& options, Console& console) {
       file, [&](std::uint64_t done) { console.progress("reading  " + progressBar(done, unknown ? 0 : size)); }));
 }
 
-messages::Descriptor describe(const IntegerTable& table) {
+messages::Descriptor descriptorOf(const IntegerTable& table) {
   messages::Descriptor descriptor;
   descriptor.board = "table";
   descriptor.firmware_version = "probebox " PROBEBOX_VERSION;
   for (std::size_t c = 1; c < table.columns.size(); ++c)
-    descriptor.channels.push_back(describe(table.names[c], table.columns[c]));
+    descriptor.channels.push_back(channelOf(table.names[c], table.columns[c]));
   return descriptor;
 }
 
 // Stretch by stretch of samples that follow each other.
 bool make(const IntegerTable& table, link::RecordingMaker& maker, Console& console) {
   const auto& samples = table.columns.front();
-  if (!maker.begin(describe(table))) return false;
+  if (!maker.begin(descriptorOf(table))) return false;
   std::vector<std::span<const std::int64_t>> stretch(table.columns.size() - 1);
   constexpr std::size_t kMostAtOnce = 1U << 16U;  // progress is seen, and frames are whole
   for (std::size_t begin = 0; begin < samples.size() && !console.interrupted();) {
@@ -144,7 +144,7 @@ ExitStatus run(const Pack& options, const std::string&, Console& console) {
   if (const auto objection = Output::objectionTo(options.output, options.force)) return console.fail(usage(*objection));
   const auto table = readInput(options, console);
   if (!table) return console.fail({ExitStatus::usage, "unreadable-table", table.error().what});
-  if (const auto size = messages::encodedSize(describe(*table)); size > frame::kMaxPayload) {
+  if (const auto size = messages::encodedSize(descriptorOf(*table)); size > frame::kMaxPayload) {
     return console.fail(usage("the names of the columns take " + std::to_string(size) + " bytes of a recording: " +
                               std::to_string(frame::kMaxPayload) + " are the most; shorten them"));
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "firmware/json/dataset_json.hpp"
@@ -10,6 +9,7 @@
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/followed_run.hpp"
 #include "tools/probebox/link/read_through.hpp"
+#include "tools/probebox/link/settled_status.hpp"
 #include "tools/probebox/text/report.hpp"
 #include "tools/probebox/text/report_indexes.hpp"
 #include "tools/probebox/text/report_loop_back.hpp"
@@ -20,9 +20,6 @@ namespace probebox::command {
 namespace {
 
 using metrology::Finding;
-
-constexpr milliseconds kClockPatience{20'000};
-constexpr milliseconds kClockPeriod{250};
 
 class Findings {
  public:
@@ -107,18 +104,6 @@ std::optional<Trouble> judgeIndexes(const link::Uri& uri, Console& console, Find
   TRY(const auto corrections, ask<messages::Corrections>(*box, console));
   for (const auto& finding : silentIndexes(status.lines, corrections.axes)) findings.add(finding);
   return std::nullopt;
-}
-
-// A box that has just started needs a moment for its clock.
-Outcome<messages::Status::Answer, Trouble> settledStatus(link::Client& box, Console& console) {
-  const auto deadline = link::now() + kClockPatience;
-  while (true) {
-    auto status = ask<messages::Status>(box, console);
-    if (!status || status->clock.state == ClockState::locked || link::now() > deadline) return status;
-    console.progress("waiting for the master clock");
-    std::this_thread::sleep_for(kClockPeriod);
-    if (console.interrupted()) return interruption();
-  }
 }
 
 // What the steps showed, also when the box refused the run because of it.

@@ -81,6 +81,7 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
     all["cut_in_progress"] = corrections ? Json(cut_is_on) : Json(nullptr);
     all["in_use"] = corrections ? describe(*corrections)["in_use"] : Json(nullptr);
     all["unit"] = unit ? describe(*unit, today()) : Json(nullptr);
+    all["process"] = describe(status->process);
     all["newest_results"] = Json::array();
     for (const auto& result : *results) all["newest_results"].push_back(describe(result));
     console.object(all);

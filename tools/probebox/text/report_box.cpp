@@ -364,7 +364,7 @@ Json describe(const RecordedStatus& r) {
   };
   not_recorded({"receiver", "queue_high_water_events", "events", "sources", "lines", "procedure", "active_result_ids",
                 "links", "not_let_in", "modbus", "cnc_lines", "usb_ports", "inhibits", "storage_problems",
-                "newest_results", "rests_on_retired", "cut_in_progress"});
+                "newest_results", "rests_on_retired", "cut_in_progress", "unit", "process"});
   all["clock"]["frequency_ppb"] = nullptr;
   if (!r.map) all["clock"]["tick"] = nullptr;
   if (!r.beat) all["clock"]["edges"] = nullptr;

@@ -30,11 +30,18 @@ std::string certificateText(const SphereCertificate& s, const std::string& today
 
 }  // namespace
 
+std::string nowUtc() {
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  const auto date = std::chrono::floor<std::chrono::days>(now);
+  const std::chrono::year_month_day day{date};
+  const std::chrono::hh_mm_ss time{now - date};
+  return printed("%04d-%02u-%02uT%02d:%02d:%02dZ", static_cast<int>(day.year()), static_cast<unsigned>(day.month()),
+                 static_cast<unsigned>(day.day()), static_cast<int>(time.hours().count()),
+                 static_cast<int>(time.minutes().count()), static_cast<int>(time.seconds().count()));
+}
+
 std::string today() {
-  const auto now = std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now());
-  const std::chrono::year_month_day day{now};
-  return printed("%04d-%02u-%02u", static_cast<int>(day.year()), static_cast<unsigned>(day.month()),
-                 static_cast<unsigned>(day.day()));
+  return nowUtc().substr(0, 10);
 }
 
 std::optional<std::string> overdue(const Unit& unit, const std::string& today) {
@@ -69,6 +76,15 @@ Json describe(const Unit& unit, const std::string& today) {
           {"sphere", spheres},
           {"update_keys_sha256", unit.update_keys},
           {"notes", unit.notes}};
+}
+
+Json describe(const messages::ProcessStatus& process) {
+  if (process.resident_bytes == 0) return nullptr;
+  return {{"resident_bytes", process.resident_bytes},
+          {"is_root", process.is_root},
+          {"capabilities", process.capabilities},
+          {"no_new_privileges", process.no_new_privileges},
+          {"calls_filtered", process.calls_filtered}};
 }
 
 std::string page(const Unit& unit, const std::string& today) {

@@ -2,16 +2,22 @@
 #include <optional>
 #include <string>
 
+#include "protocol/messages/status.hpp"
 #include "protocol/messages/unit.hpp"
 #include "tools/probebox/cli/json.hpp"
 
-// Formats the identity of a box.
+// Formats the identity of a box, and its daemon as the kernel sees it.
 namespace probebox::command {
 
 // Today by the clock of this computer, UTC: "2026-11-26".
 std::string today();
 
+// Now: "2026-11-26T08:15:00Z".
+std::string nowUtc();
+
 Json describe(const messages::DescribeUnit::Answer& unit, const std::string& today);
+// Null where the box does not tell it.
+Json describe(const messages::ProcessStatus& process);
 // Rows as those of info; without an identity one that says so.
 std::string page(const messages::DescribeUnit::Answer& unit, const std::string& today);
 

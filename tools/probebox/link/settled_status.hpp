@@ -1,0 +1,9 @@
+#pragma once
+#include "tools/probebox/link/box.hpp"
+
+namespace probebox::command {
+
+// The status once the master clock is locked, or after 20 s: a box that has just started needs a moment.
+Outcome<messages::Status::Answer, Trouble> settledStatus(link::Client& box, Console& console);
+
+}  // namespace probebox::command
