@@ -80,6 +80,11 @@ Service readService(Section& root) {
 
 }  // namespace
 
+Access onUsb(Access named) {
+  named.allow_provision = named.allow_provision.value_or(true);
+  return named;
+}
+
 const Door* Service::doorAt(std::string_view address) const {
   const auto door = std::ranges::find(doors, address, &Door::address);
   return door == doors.end() ? nullptr : &*door;

@@ -21,6 +21,10 @@ struct Access {
   friend bool operator==(const Access&, const Access&) = default;
 };
 
+// Returns the rights of hosts on USB: whoever holds the cable holds the box, and may provision it unless `named` says
+// otherwise.
+Access onUsb(Access named);
+
 // Gives a link or a line rights of its own instead of those of [access].
 struct Door {
   std::string address;  // as in links or cnc

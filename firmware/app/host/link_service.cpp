@@ -67,9 +67,7 @@ void LinkService::serve(const usb_gadget::PortAddress& port, const board::Access
   usb_ports_.push_back(std::make_unique<UsbPort>());
   usb_ports_.back()->name = "usb";
   usb_ports_.back()->address = port;
-  usb_ports_.back()->may = may;
-  // Whoever holds the cable holds the box.
-  if (!may.allow_provision) usb_ports_.back()->may.allow_provision = true;
+  usb_ports_.back()->may = board::onUsb(may);
 }
 
 void LinkService::start() {

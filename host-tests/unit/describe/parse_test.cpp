@@ -291,6 +291,20 @@ TEST(ServiceToml, AllowsNothingThatItDoesNotName) {
   EXPECT_TRUE(service->links.empty());
 }
 
+TEST(ServiceToml, LetsUsbProvisionUnlessItSaysOtherwise) {
+  const auto on_usb = [](const std::string& text) {
+    const auto service = parseService("links = [\"usb\"]\ncnc = []\n" + text, "service.toml");
+    EXPECT_TRUE(service.ok()) << service.error().what;
+    return onUsb(service->accessAt("usb")).allow_provision;
+  };
+  EXPECT_EQ(on_usb(""), true);
+  EXPECT_EQ(on_usb("[access]\nallow_accept = true\n"), true);
+  EXPECT_EQ(on_usb("[access]\nallow_provision = false\n"), false);
+  EXPECT_EQ(on_usb("[[door]]\naddress = \"usb\"\nallow_provision = false\n"), false);
+  EXPECT_EQ(on_usb("[[door]]\naddress = \"usb\"\nread_only = true\n"), false);
+  EXPECT_FALSE(parseService("links = []\ncnc = []\n", "service.toml")->access.allow_provision);
+}
+
 TEST(ServiceToml, GivesADoorRightsOfItsOwnInPlaceOfTheOthers) {
   const auto service = parseService(
       "links = [\"usb\", \"tcp:0.0.0.0:7627\"]\ncnc = [\"modbus:/dev/ttyS2\"]\n"
