@@ -209,9 +209,18 @@ struct FactoryTest {
   bool force{};
 };
 
+// Writes a calibration certificate of a stored result.
+struct Certificate {
+  std::uint64_t id{};
+  std::string output;    // "-" is the standard output
+  std::string by;        // who issues it
+  std::string next_due;  // of this calibration; empty: not stated
+  bool force{};
+};
+
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
                          Calibrate, Plan, Gcode, Selftest, Propose, Accept, Rollback, Results, Show, History,
-                         Corrections, Home, Inhibit, View, Interference, Provision, FactoryTest>;
+                         Corrections, Home, Inhibit, View, Interference, Provision, FactoryTest, Certificate>;
 
 struct Request {
   Job job;

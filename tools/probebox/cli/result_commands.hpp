@@ -27,6 +27,19 @@ class ResultCommands {
     addId(commands.add("show", "show everything about one result: values with sd and U, fit, budget, history",
                        "probebox show 17", show_),
           show_.id);
+    auto* certificate = commands.add(
+        "certificate",
+        "write a calibration certificate of a stored result: measured values, U and coverage, traceability, "
+        "conditions, budget; it prints on A4",
+        "probebox certificate 17 -o certificate-17.html --by Grace --next-due 2027-11-26", certificate_);
+    addId(certificate, certificate_.id);
+    certificate->add_option("-o,--output", certificate_.output, "the HTML to write; - is the standard output")
+        ->required();
+    certificate->add_option("--by", certificate_.by, "the name of the person who issues it")->check(personsName());
+    certificate->add_option("--next-due", certificate_.next_due, "when the calibration has to be repeated, as agreed")
+        ->check(day())
+        ->type_name("DAY");
+    certificate->add_flag("--force", certificate_.force, "overwrite an existing file");
     commands
         .add("history", "list every change of stored results, with person and time", "probebox history delay", history_)
         ->add_option("what", history_.what, "only one result (its number), one subject or one method");
@@ -93,6 +106,7 @@ class ResultCommands {
   Results results_;
   Show show_;
   History history_;
+  Certificate certificate_;
   Propose propose_;
   Accept accept_;
   Rollback rollback_;

@@ -34,6 +34,7 @@ ExitStatus run(const Inhibit& options, const std::string& uri, Console& console)
 ExitStatus run(const Interference& options, const std::string& uri, Console& console);
 ExitStatus run(const Provision& options, const std::string& uri, Console& console);
 ExitStatus run(const FactoryTest& options, const std::string& uri, Console& console);
+ExitStatus run(const Certificate& options, const std::string& uri, Console& console);
 // In tools/probebox/view, which may be left out of a build.
 ExitStatus run(const View& options, const std::string& uri, Console& console);
 

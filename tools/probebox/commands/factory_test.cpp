@@ -125,8 +125,8 @@ void addRates(const StreamTrial& trial, const messages::Descriptor& descriptor, 
 void addLink(const StreamTrial& stream, const BacklogTrial& link, Sheet& sheet) {
   const double needed = static_cast<double>(stream.bytes) / stream.seconds;
   sheet.rows.push_back({"link", "throughput of the link",
-                        printed("%.3g kB/s (%.3g kB in %.3g s); samples take %.3g kB/s", 1e-3 * link.bytesPerSecond(),
-                                1e-3 * static_cast<double>(link.bytes), link.seconds, 1e-3 * needed),
+                        printed("%.3g MB/s (%.3g MB in %.3g s); samples take %.3g MB/s", 1e-6 * link.bytesPerSecond(),
+                                1e-6 * static_cast<double>(link.bytes), link.seconds, 1e-6 * needed),
                         printed("%g times what samples take", kLinkMargin),
                         verdict(link.bytes > 0 && link.bytesPerSecond() >= kLinkMargin * needed)});
 }

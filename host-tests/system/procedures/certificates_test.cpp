@@ -1,0 +1,81 @@
+#include <fstream>
+#include <gmock/gmock.h>
+#include <regex>
+
+#include "board/describe/start_files.hpp"
+#include "host-tests/support/file_content.hpp"
+#include "on_the_machine.hpp"
+
+// From a box without an identity to a certificate of what it measured on its certified sphere.
+namespace probebox::command {
+namespace {
+
+using support::contentOf;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class Certificates : public OnTheMachine {
+ protected:
+  std::string certificate(const std::string& id, const std::vector<std::string>& options = {}) {
+    const auto path = directory_.file("certificate-" + id + ".html");
+    std::vector<std::string> words{"certificate", id, "-o", path};
+    words.insert(words.end(), options.begin(), options.end());
+    const auto done = box(words);
+    EXPECT_EQ(done.status, 0) << done.err;
+    return contentOf(path);
+  }
+  void provision() {
+    std::string text{board::startFile("unit.toml")};
+    const auto exchange = [&](const std::string& from, const std::string& to) {
+      const auto at = text.find(from);
+      ASSERT_NE(at, std::string::npos) << from;
+      text.replace(at, from.size(), to);
+    };
+    exchange("my board", "sim");
+    exchange("25.00018", "25.0001");
+    exchange("2028-04-17", "2999-04-17");
+    std::ofstream{directory_.file("unit.toml")} << text;
+    const auto done = box({"provision", directory_.file("unit.toml")});
+    ASSERT_EQ(done.status, 0) << done.err;
+    start([](board::Descriptions&) {});
+  }
+};
+
+TEST_F(Certificates, HaveTheValuesOfTheStoredResultAndTheSpheresUncertainty) {
+  const auto bare = box({"calibrate", "delay-known-sphere", "--accept", "--by", "Ada"});
+  ASSERT_EQ(bare.status, 0) << bare.err;
+  EXPECT_THAT(certificate("1"), AllOf(HasSubstr("<p>NOT TRACEABLE</p>"), Not(HasSubstr("sd_effective_diameter_mm"))));
+
+  provision();
+  const auto measured = box({"calibrate", "delay-known-sphere", "--accept", "--although-it-differs", "--by", "Ada"});
+  ASSERT_EQ(measured.status, 0) << measured.err;
+  const auto page = certificate("2", {"--by", "Grace", "--next-due", "2027-11-26"});
+  EXPECT_THAT(page, AllOf(HasSubstr("Traceable to the certificate of the reference sphere"),
+                          HasSubstr("2026-0417 of Laboratory"), HasSubstr("sd_effective_diameter_mm"),
+                          HasSubstr("Calibration certificate PB-000123-2"), HasSubstr("by Ada"), HasSubstr("Grace"),
+                          HasSubstr("2027-11-26"), HasSubstr("emulated three-axis mill"), HasSubstr("SIM-PROBE-1")));
+
+  const auto stored = box({"show", "2", "--json"}).object();
+  const std::regex row{
+      "<td>delay tau</td><td class=\"n\">([0-9.]+)</td><td>us</td><td class=\"n\">([0-9.]+)</td>"
+      "<td class=\"n\">2</td><td class=\"n\">([0-9.]+)</td>"};
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(page, found, row)) << page;
+  const double value_us = std::stod(found[1]), u_us = std::stod(found[2]), expanded_us = std::stod(found[3]);
+  EXPECT_NEAR(value_us, 1e6 * stored["result"]["tau_s"].get<double>(), 0.1 * expanded_us);
+  EXPECT_NEAR(expanded_us, 1e6 * stored["expanded_k2"]["tau_s"].get<double>(), 0.06 * expanded_us);
+  EXPECT_NEAR(expanded_us, 2 * u_us, 0.1 * expanded_us);
+  // 0.1 um of the diameter at 25 mm/s: 2 us, whatever the readings scatter by.
+  EXPECT_GE(u_us, 2);
+}
+
+TEST_F(Certificates, AreRefusedForWhatIsNoResult) {
+  const auto path = directory_.file("none.html");
+  EXPECT_EQ(box({"certificate", "7", "-o", path}).status, 4);
+  EXPECT_EQ(box({"certificate", "1", "-o", path, "--next-due", "2027-02-30"}).status, 2);
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+}  // namespace
+}  // namespace probebox::command

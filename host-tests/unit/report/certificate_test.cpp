@@ -1,0 +1,108 @@
+#include "tools/report/certificate.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "well_formed.hpp"
+
+namespace probebox::report {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+class CalibrationCertificate : public testing::Test {
+ protected:
+  CalibrationCertificate() {
+    result_.method = "delay-known-sphere";
+    result_.estimates = {metrology::Estimate::scalar("tau_s", 5.2033e-3, 3e-6)};
+    result_.estimates[0].uncertainty = {5e-6};
+    result_.dof = 6;
+    result_.budget = {{"readings", false, {3e-6}}, {"sd_effective_diameter_mm", true, {4e-6}}};
+    result_.conditions = {{"measured_utc", "2026-11-26T08:00:00Z"},
+                          {"temperature_c", "20.5"},
+                          {"note", "<first>"},
+                          {"sphere_certificate", "2026-0417 of Lab: sphere S-1, 25.0001 mm, U = 0.2 um (k = 2)"},
+                          {"sphere_next_due", "2028-04-17"}};
+  }
+  std::string page() const {
+    const Subject subject{"result 17", result_.method, {}, result_};
+    const auto text = certificatePage(subject, facts_, "1.2.3");
+    EXPECT_EQ(WellFormed::objectionTo(text), "");
+    return text;
+  }
+  void forget(std::string_view name) {
+    std::erase_if(result_.conditions, [&](const auto& condition) { return condition.name == name; });
+  }
+
+  metrology::Result result_;
+  CertificateFacts facts_{.number = "PB-1-17",
+                          .box = "Acme Box, PB-1",
+                          .probe = "P-9",
+                          .machine = "mill 3",
+                          .mounting = "spindle",
+                          .stored_utc = "2026-11-26T08:01:00Z",
+                          .accepted = "by Ada, 2026-11-26T09:00:00Z",
+                          .rests_on = {},
+                          .issued_utc = "2026-11-27T10:00:00Z",
+                          .issued_by = "Grace",
+                          .next_due = "2027-11-26"};
+};
+
+TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) {
+  const auto text = page();
+  EXPECT_THAT(
+      text,
+      HasSubstr("<td>delay tau</td><td class=\"n\">5203</td><td>us</td><td class=\"n\">5.0</td>"
+                "<td class=\"n\">2</td><td class=\"n\">10</td><td class=\"n\">46</td><td class=\"n\">94.9 %</td>"))
+      << "6 * (5 / 3)^4 = 46.3 degrees of freedom";
+  for (const auto* words : {"PB-1-17", "Acme Box, PB-1", "mill 3", "P-9, spindle", "2026-11-26T08:00:00Z",
+                            "20.5 \u00b0C", "by Ada, 2026-11-26T09:00:00Z", "Grace", "2027-11-26", "&lt;first&gt;",
+                            "sd_effective_diameter_mm", "(A12)", "measurand", "coverage probability", "2028-04-17"})
+    EXPECT_THAT(text, HasSubstr(words));
+}
+
+TEST_F(CalibrationCertificate, NamesTheCertificateThatItIsTraceableTo) {
+  EXPECT_FALSE(whyNotTraceable(result_, facts_));
+  EXPECT_THAT(page(), HasSubstr("<p>Traceable to the certificate of the reference sphere</p><ul><li>2026-0417 of Lab"));
+  EXPECT_THAT(page(), Not(HasSubstr("NOT TRACEABLE")));
+}
+
+TEST_F(CalibrationCertificate, SaysAtTheTopThatItIsNotTraceable) {
+  forget("sphere_certificate");
+  const auto text = page();
+  const auto at = text.find("<p>NOT TRACEABLE</p>");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_LT(at, text.find("<h2>"));
+  EXPECT_THAT(text, HasSubstr("no certificate of a reference sphere is on record"));
+}
+
+TEST_F(CalibrationCertificate, OfASphereThatWasOverdueIsNotTraceable) {
+  result_.conditions[0].value = "2028-04-16T23:59:59Z";
+  EXPECT_FALSE(whyNotTraceable(result_, facts_));
+  result_.conditions[0].value = "2028-04-17T00:00:00Z";
+  ASSERT_TRUE(whyNotTraceable(result_, facts_));
+  EXPECT_THAT(*whyNotTraceable(result_, facts_), HasSubstr("was due on 2028-04-17"));
+  forget("measured_utc");
+  EXPECT_FALSE(whyNotTraceable(result_, facts_)) << "stored before";
+  facts_.stored_utc = "2029-01-01T00:00:00Z";
+  EXPECT_TRUE(whyNotTraceable(result_, facts_));
+}
+
+TEST_F(CalibrationCertificate, SaysWhatNobodyHasStated) {
+  facts_.accepted = facts_.issued_by = facts_.next_due = "";
+  facts_.rests_on = {"It rests on result 3 about delay."};
+  forget("temperature_c");
+  result_.warnings = {"a touch is late"};
+  result_.estimates[0].sd = result_.estimates[0].uncertainty = {};
+  const auto text = page();
+  EXPECT_THAT(text, HasSubstr("accepted by nobody: it is a proposal"));
+  EXPECT_THAT(text, HasSubstr("It rests on result 3 about delay."));
+  EXPECT_THAT(text, HasSubstr("<td>temperature</td><td>not stated</td>"));
+  EXPECT_THAT(text, HasSubstr("<td>next calibration due</td><td>not stated</td>"));
+  EXPECT_THAT(text, HasSubstr("a touch is late"));
+  EXPECT_THAT(text, HasSubstr("<td class=\"n\">unknown</td>"));
+}
+
+}  // namespace
+}  // namespace probebox::report

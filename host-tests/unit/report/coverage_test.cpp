@@ -1,0 +1,38 @@
+#include "tools/report/coverage.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <numbers>
+
+namespace probebox::report {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+// JCGM 100:2008, table G.2 (95.45 % at these k), and closed forms for 1, 2 and 4 degrees of freedom.
+TEST(Coverage, IsThatOfStudentsT) {
+  EXPECT_NEAR(coverageProbability(2, kInfinite), 0.954500, 1e-6);
+  EXPECT_NEAR(coverageProbability(2, 1), 2 / std::numbers::pi * std::atan(2.0), 1e-9);
+  EXPECT_NEAR(coverageProbability(2, 2), 2 / std::sqrt(6.0), 1e-9);
+  EXPECT_NEAR(coverageProbability(2, 4), 0.883883, 1e-6);
+  for (const auto& [dof, k] : {std::pair{1.0, 13.97}, {5.0, 2.65}, {10.0, 2.28}, {20.0, 2.13}, {50.0, 2.05}})
+    EXPECT_NEAR(coverageProbability(k, dof), 0.9545, 0.0006) << dof;
+  EXPECT_NEAR(coverageProbability(2, 1e5), coverageProbability(2, kInfinite), 1e-5);
+}
+
+TEST(Coverage, CombinesDegreesOfFreedomByWelchAndSatterthwaite) {
+  metrology::Result result;
+  result.dof = 6;
+  metrology::Estimate estimate{.key = "a_mm", .values = {1, 2, 3}, .sd = {1, 1, 0}, .uncertainty = {1, 2, 5}};
+  EXPECT_EQ(effectiveDof(result, estimate, 0), 6);
+  EXPECT_EQ(effectiveDof(result, estimate, 1), 96) << "6 * (2 / 1)^4";
+  EXPECT_EQ(effectiveDof(result, estimate, 2), kInfinite) << "type B alone";
+  result.chi2_reduced = 1.1;
+  EXPECT_EQ(effectiveDof(result, estimate, 0), kInfinite) << "the noise was stated";
+  result.also = {metrology::Estimate::scalar("noise_dof", 40, std::nullopt)};
+  EXPECT_EQ(effectiveDof(result, estimate, 0), 40);
+}
+
+}  // namespace
+}  // namespace probebox::report

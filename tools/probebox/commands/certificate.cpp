@@ -1,0 +1,90 @@
+#include "tools/report/certificate.hpp"
+
+#include <string>
+#include <utility>
+
+#include "firmware/json/dataset_json.hpp"
+#include "tools/probebox/cli/output.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/kept_result.hpp"
+#include "tools/probebox/link/stored_results.hpp"
+#include "tools/probebox/text/report_kept_result.hpp"
+#include "tools/probebox/text/report_unit.hpp"
+
+namespace probebox::command {
+namespace {
+
+struct Certified {
+  report::Subject subject;
+  report::CertificateFacts facts;
+};
+
+std::string boxInWords(const messages::Descriptor& descriptor, const messages::DescribeUnit::Answer* unit) {
+  const bool named = unit != nullptr && unit->provisioned && unit->in_use;
+  return (named ? unit->vendor + " " + unit->model : "probebox, board " + descriptor.board) + ", " +
+         descriptor.serial_number + ", firmware " + descriptor.firmware_version;
+}
+
+Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& box, Console& console) {
+  TRY(auto kept, keptResult(box, console, options.id));
+  const auto id = std::to_string(options.id);
+  if (kept.result() == nullptr)
+    return Trouble{
+        ExitStatus::failed, "refused-result",
+        "result " + id + " is a refusal, of which there is no certificate; probebox show " + id + " says why"};
+  Certified all{{"result " + id + ", " + standingOf(kept.summary), kept.summary.method, {}, *kept.result()}, {}};
+  if (kept.dataset_kept) {
+    TRY(const auto text, keptDataset(box, console, options.id));
+    if (auto dataset = json::datasetFromJson(text)) all.subject.dataset = std::move(dataset).value();
+  }
+  const auto unit = ask<messages::DescribeUnit>(box, console);
+  const auto& descriptor = *box.reader().descriptor();
+  auto& facts = all.facts;
+  facts = {.number = descriptor.serial_number + "-" + id,
+           .box = boxInWords(descriptor, unit ? &*unit : nullptr),
+           .probe = kept.summary.probe,
+           .machine = kept.summary.machine,
+           .mounting = kept.summary.mounting,
+           .stored_utc = kept.summary.proposed_utc,
+           .accepted = kept.summary.accepted_by.empty()
+                           ? ""
+                           : "by " + kept.summary.accepted_by + ", " + kept.summary.accepted_utc,
+           .rests_on = {},
+           .issued_utc = nowUtc(),
+           .issued_by = options.by,
+           .next_due = options.next_due};
+  TRY(const auto listed, storedResults(box, console, {.after_id = options.id - 1, .newest = 0}, 1));
+  if (listed.empty() || listed.front().id != options.id) return all;
+  for (const auto& other : listed.front().rests_on)
+    facts.rests_on.push_back("It rests on result " + std::to_string(other.id) + " about " + other.subject +
+                             (other.retired ? ", which is no longer in force." : "."));
+  return all;
+}
+
+}  // namespace
+
+ExitStatus run(const Certificate& options, const std::string& uri, Console& console) {
+  if (options.output == "-") console.keepOutputForData();
+  if (const auto objection = Output::objectionTo(options.output, options.force))
+    return console.fail({ExitStatus::usage, "output-exists", *objection});
+  const auto box = openBox(uri, console);
+  if (!box) return console.fail(box.error());
+  const auto all = certified(options, **box, console);
+  if (!all) return console.fail(all.error());
+  auto output = Output::open(options.output, options.force, console.out());
+  if (!output) return console.fail({ExitStatus::usage, "not-written", output.error().what});
+  if (!output->write(report::certificatePage(all->subject, all->facts, PROBEBOX_VERSION)) || !output->finish())
+    return console.fail({ExitStatus::usage, "not-written", output->failure()});
+  const auto why = report::whyNotTraceable(*all->subject.result(), all->facts);
+  if (console.json())
+    console.object({{"output", options.output},
+                    {"certificate", all->facts.number},
+                    {"result_id", options.id},
+                    {"traceable", !why.has_value()},
+                    {"why_not_traceable", why ? Json(*why) : Json(nullptr)}});
+  else
+    console.line(options.output + ": certificate " + all->facts.number + (why ? ", not traceable" : ", traceable"));
+  return ExitStatus::ok;
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,176 @@
+#include "tools/report/certificate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "firmware/metrology/methods.hpp"
+#include "tools/case/readable.hpp"
+#include "tools/report/coverage.hpp"
+#include "tools/report/document_head.hpp"
+#include "tools/report/html.hpp"
+#include "tools/report/names.hpp"
+#include "tools/report/sections.hpp"
+
+namespace probebox::report {
+namespace {
+
+using metrology::Estimate;
+using metrology::Result;
+
+constexpr double kCoverageFactor = 2;
+constexpr std::size_t kMostCertified = 600;  // rows; a page nobody reads is no certificate
+
+std::string conditionOf(const Result& result, std::string_view name) {
+  const auto found = std::ranges::find(result.conditions, name, &metrology::Condition::name);
+  return found == result.conditions.end() ? "" : found->value;
+}
+
+// When it was measured, else when the box stored it.
+std::string measuredUtc(const Result& result, const CertificateFacts& facts) {
+  const auto stated = conditionOf(result, "measured_utc");
+  return stated.empty() ? facts.stored_utc : stated;
+}
+
+std::string factRow(const std::string& name, const std::string& value) {
+  return "<tr>" + element("td", name) + element("td", value) + "</tr>\n";
+}
+
+std::string percent(double probability) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%.1f %%", 100 * probability);
+  return text.data();
+}
+
+std::string dofText(double dof) {
+  constexpr double kMany = 1000;
+  return dof < kMany ? std::to_string(static_cast<long>(std::floor(dof))) : "\u221e";
+}
+
+std::string certifiedRow(const Subject& subject, const Estimate& estimate, std::size_t k) {
+  const auto unit = unitOf(estimate, k);
+  const auto u = combinedOf(estimate, k);
+  const auto cell = [](const std::string& text) { return "<td class=\"n\">" + escaped(text) + "</td>"; };
+  std::string row = "<tr>" + element("td", valueName(subject, estimate, k)) +
+                    cell(valueDigits(unit, estimate.values[k], u)) + element("td", unit.unit);
+  if (!u || !(*u > 0)) return row + cell("unknown") + cell("") + cell("unknown") + cell("") + cell("") + "</tr>\n";
+  const double dof = effectiveDof(*subject.result(), estimate, k);
+  return row + cell(casefolder::withUnit({unit.name, "", unit.factor}, *u)) + cell("2") +
+         cell(uncertaintyDigits(unit, *u)) + cell(dofText(dof)) +
+         cell(percent(coverageProbability(kCoverageFactor, std::floor(dof)))) + "</tr>\n";
+}
+
+std::string resultTable(const Subject& subject) {
+  std::string text =
+      "<h2>Result</h2>\n<table class=\"values matrix\">\n<thead><tr><th>measurand</th><th class=\"n\">measured "
+      "value</th>"
+      "<th>unit</th><th class=\"n\">standard uncertainty u</th><th class=\"n\">coverage factor k</th>"
+      "<th class=\"n\">expanded uncertainty U</th><th class=\"n\">eff. deg. of freedom</th>"
+      "<th class=\"n\">coverage probability</th></tr></thead>\n<tbody>\n";
+  std::size_t rows = 0, all = 0;
+  std::string zero;
+  for (const auto& estimate : subject.result()->estimates) {
+    for (std::size_t k = 0; k < estimate.values.size(); ++k) {
+      if (casefolder::zeroByDefinition(estimate, k)) {
+        zero += (zero.empty() ? "" : ", ") + valueName(subject, estimate, k);
+        continue;
+      }
+      if (++all > kMostCertified) continue;
+      ++rows;
+      text += certifiedRow(subject, estimate, k);
+    }
+  }
+  text += "</tbody></table>\n";
+  if (rows < all)
+    text += "<p class=\"small\">The first " + std::to_string(rows) + " of " + std::to_string(all) + " values.</p>\n";
+  if (!zero.empty()) text += "<p class=\"small\">" + escaped("Zero by definition: " + zero + ".") + "</p>\n";
+  if (const auto& convention = subject.result()->convention; !convention.empty())
+    text += "<p class=\"small\">" + escaped(convention) + "</p>\n";
+  return text +
+         "<p class=\"small\">u is the combined standard measurement uncertainty; U = k u. The effective degrees of "
+         "freedom "
+         "are those of JCGM 100:2008, G.4 (Welch-Satterthwaite): type A with those of the readings, type B with "
+         "infinitely "
+         "many. The coverage probability is that of Student's t.</p>\n";
+}
+
+std::string traceabilityBox(const Subject& subject, const CertificateFacts& facts) {
+  const Result& result = *subject.result();
+  const auto why = whyNotTraceable(result, facts);
+  std::string text =
+      why ? "<div class=\"verdict failed\"><p>NOT TRACEABLE</p><ul>" + element("li", *why)
+          : "<div class=\"verdict neutral\"><p>Traceable to the certificate of the reference sphere</p><ul>" +
+                element("li", conditionOf(result, "sphere_certificate"));
+  if (facts.accepted.empty())
+    text += element("li", "This result was accepted by nobody: it is a proposal, and not in force.");
+  for (const auto& sentence : facts.rests_on) text += element("li", sentence);
+  if (!result.warnings.empty()) text += element("li", std::to_string(result.warnings.size()) + " warnings, below.");
+  return text + "</ul></div>\n";
+}
+
+std::string traceabilityTable(const Result& result) {
+  const auto sphere = conditionOf(result, "sphere_certificate");
+  const auto due = conditionOf(result, "sphere_next_due");
+  return "<h2>Metrological traceability</h2>\n<table>\n" +
+         factRow("reference", sphere.empty() ? "none with a certificate on record" : sphere) +
+         factRow("its next calibration", due.empty() ? "not known" : due) +
+         factRow("scales and clock",
+                 "the encoders of the machine and the clock of the box have no certificate on record; the values rely "
+                 "on them") +
+         "</table>\n";
+}
+
+std::string orNotStated(const std::string& text) {
+  return text.empty() ? "not stated" : text;
+}
+
+std::string circumstances(const Subject& subject, const CertificateFacts& facts) {
+  const Result& result = *subject.result();
+  const auto temperature = conditionOf(result, "temperature_c");
+  std::string text = "<h2>Conditions of the measurement</h2>\n<table>\n" + factRow("machine", facts.machine) +
+                     factRow("probe", facts.probe + ", " + facts.mounting) + factRow("measured with", facts.box) +
+                     factRow("measured", measuredUtc(result, facts)) +
+                     factRow("temperature", temperature.empty() ? "not stated" : temperature + " \u00b0C") +
+                     factRow("accepted", facts.accepted.empty() ? "by nobody" : facts.accepted);
+  constexpr std::array<std::string_view, 7> kElsewhere{
+      "machine", "probe", "mounting", "measured_utc", "temperature_c", "sphere_next_due", "sphere_certificate"};
+  for (const auto& [name, value] : result.conditions)
+    if (std::ranges::find(kElsewhere, name) == kElsewhere.end()) text += factRow(name, value);
+  return text + "</table>\n";
+}
+
+std::string issue(const CertificateFacts& facts) {
+  return "<h2>Issue</h2>\n<table>\n" + factRow("certificate", facts.number) + factRow("issued", facts.issued_utc) +
+         factRow("issued by", orNotStated(facts.issued_by)) +
+         factRow("next calibration due", orNotStated(facts.next_due)) + factRow("signature", "") + "</table>\n";
+}
+
+}  // namespace
+
+std::optional<std::string> whyNotTraceable(const Result& result, const CertificateFacts& facts) {
+  if (conditionOf(result, "sphere_certificate").empty())
+    return "This result is not metrologically traceable: no certificate of a reference sphere is on record for it. Its "
+           "uncertainty is that of the readings and of the inputs in the budget alone.";
+  const auto due = conditionOf(result, "sphere_next_due");
+  const auto day = measuredUtc(result, facts).substr(0, due.size());
+  if (due.empty() || day < due) return std::nullopt;
+  return "This result is not metrologically traceable: it was measured on " + day +
+         ", and the certificate of the reference sphere was due on " + due + ".";
+}
+
+std::string certificatePage(const Subject& subject, const CertificateFacts& facts, const std::string& version) {
+  const Result& result = *subject.result();
+  const auto* method = metrology::methodNamed(subject.method);
+  const std::string title{method == nullptr ? std::string_view{subject.method} : method->title};
+  return documentHead("Calibration certificate " + facts.number) + "<article>\n" +
+         element("h1", "Calibration certificate " + facts.number) + "\n<p class=\"small\">" + escaped(title) + ", " +
+         escaped(subject.name) + "</p>\n" + traceabilityBox(subject, facts) + resultTable(subject) +
+         warningsList(result) + traceabilityTable(result) + circumstances(subject, facts) + budgetTable(result) +
+         factsTable(result) + unobservableList(subject) + issue(facts) + "</article>\n<p class=\"small\">probebox " +
+         escaped(version) +
+         "; terms of JCGM 200:2012 and JCGM 100:2008, equations as numbered in docs/metrology.md. It states what was "
+         "measured, and is no certificate of an accredited laboratory.</p>\n</body>\n</html>\n";
+}
+
+}  // namespace probebox::report

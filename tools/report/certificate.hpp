@@ -1,0 +1,30 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/report/subject.hpp"
+
+namespace probebox::report {
+
+// What a certificate says beside its result.
+struct CertificateFacts {
+  std::string number;  // of the certificate
+  std::string box;     // which box measured: vendor, model, serial number, firmware
+  std::string probe, machine, mounting;
+  std::string stored_utc;             // when the result was stored, ISO 8601
+  std::string accepted;               // by whom and when; empty: by nobody
+  std::vector<std::string> rests_on;  // sentences about results that it was computed with
+  std::string issued_utc, issued_by;
+  std::string next_due;  // of this calibration; empty: not stated
+};
+
+// Why the result is not metrologically traceable, a sentence for a person; nothing where it is, to the sphere's
+// certificate that its conditions name.
+std::optional<std::string> whyNotTraceable(const metrology::Result& result, const CertificateFacts& facts);
+
+// Writes a calibration certificate of a result, with the terms of JCGM 200:2012 (VIM) and JCGM 100:2008 (GUM): one HTML
+// document that prints on A4. version: of the program that writes it.
+std::string certificatePage(const Subject& subject, const CertificateFacts& facts, const std::string& version);
+
+}  // namespace probebox::report

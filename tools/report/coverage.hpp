@@ -1,0 +1,17 @@
+#pragma once
+#include <cstddef>
+
+#include "firmware/metrology/dataset/estimate.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+
+// Coverage of an expanded uncertainty, JCGM 100:2008 annex G.
+namespace probebox::report {
+
+// Probability that a value of Student's t with `dof` degrees of freedom, which may be infinite, lies within +- k.
+double coverageProbability(double k, double dof);
+
+// Effective degrees of freedom of the combined uncertainty of value `at`, Welch-Satterthwaite (G.2b): type A with those
+// of the readings, type B with infinitely many. Infinite where the noise of the readings was stated.
+double effectiveDof(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at);
+
+}  // namespace probebox::report
