@@ -45,10 +45,17 @@ bool limit(decltype(RLIMIT_CPU) resource, rlim_t most) {
   return setrlimit(resource, &both) == 0;
 }
 
+// Where the service manager has left none, it need not allow capset(2) either.
 bool dropRights() {
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
-  std::array<__user_cap_data_struct, 2> none{};
-  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && syscall(SYS_capset, &header, none.data()) == 0;
+  std::array<__user_cap_data_struct, 2> held{};
+  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || syscall(SYS_capget, &header, held.data()) != 0) return false;
+  const auto empty = [](const __user_cap_data_struct& sets) {
+    return (sets.effective | sets.permitted | sets.inheritable) == 0;
+  };
+  if (std::all_of(held.begin(), held.end(), empty)) return true;
+  held = {};
+  return syscall(SYS_capset, &header, held.data()) == 0;
 }
 
 // Leaves no more files, processes, rights, system calls or core dumps than a calculation needs. Returns what could not
