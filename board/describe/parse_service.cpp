@@ -33,7 +33,8 @@ Access readAccess(Section& section) {
                 .allow_homing = section.flag("allow_homing", false),
                 .allow_inhibit = section.flag("allow_inhibit", false),
                 .allow_calibrate = section.flag("allow_calibrate", false),
-                .allow_accept = section.flag("allow_accept", false)};
+                .allow_accept = section.flag("allow_accept", false),
+                .allow_update = section.flag("allow_update", false)};
   const bool provision = section.flag("allow_provision", false);
   if (section.has("allow_provision")) access.allow_provision = provision;
   return access;

@@ -15,6 +15,7 @@ struct Access {
   bool allow_inhibit{false};    // declare that a cut begins or ends
   bool allow_calibrate{false};  // start and abort procedures, propose cases
   bool allow_accept{false};     // accept, roll back, switch sources
+  bool allow_update{false};     // hand over new firmware
   // Write the identity of a box that has none. Not named: over USB alone.
   std::optional<bool> allow_provision{};
 

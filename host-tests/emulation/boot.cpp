@@ -39,8 +39,8 @@ Boot::Boot(Office& office, const std::filesystem::path& file)
       unit_{app::UnitRecord{(file.parent_path() / "unit").string()}, "office", {}},
       worker_{[] {}},
       desk_{{"office", "0", {}},
-            {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, doors_, standing_, counters_,
-             sources_, [] { return std::vector<messages::CncLineStatus>{}; }, usualTravel()},
+            {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, doors_, standing_,
+             counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }, usualTravel()},
             [](const app::Reply&) {}} {}
 
 std::vector<Event> Boot::restored(const std::optional<std::array<double, kLinearAxes>>& exactly) {

@@ -65,6 +65,7 @@ class Boot {
   app::ResultsDesk results_;
   app::LoopBackDesk loop_back_;
   app::UnitDesk unit_;
+  app::UpdateDesk updates_{{}, {}, {}};
   app::Worker worker_;
   app::ControlDesk desk_;
 };

@@ -5,5 +5,6 @@
 #include "protocol/messages/self_test.hpp"
 #include "protocol/messages/status.hpp"
 #include "protocol/messages/unit.hpp"
+#include "protocol/messages/updates.hpp"
 
 // Everything that can be asked of a box. Each operation has its number, a Request and an Answer. Since protocol 1.0.

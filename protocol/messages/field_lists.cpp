@@ -164,10 +164,10 @@ std::string fieldLists(const Language& language) {
   messages.operator()<Hello, Welcome, Descriptor, TestPattern, Start, Stop, Credit, Gap, Trigger, TriggerGap, Heartbeat,
                       Request, Answer, Refusal>();
   const auto operations = [&]<class... Op>() { (all.operation<Op>(), ...); };
-  operations.
-  operator()<Status, PostMarker, StartProcedure, ProcedureStatus, AbortProcedure, ListResults, AcceptResult,
-             Corrections, GetDataset, RollbackResult, ResultHistory, SetInhibit, HomeAxes, EnableSources, LoopBack,
-             TellPose, ProposeCase, FollowCase, GetResult, TellPositions, Provision, DescribeUnit>();
+  operations.operator()<Status, PostMarker, StartProcedure, ProcedureStatus, AbortProcedure, ListResults, AcceptResult,
+                        Corrections, GetDataset, RollbackResult, ResultHistory, SetInhibit, HomeAxes, EnableSources,
+                        LoopBack, TellPose, ProposeCase, FollowCase, GetResult, TellPositions, Provision, DescribeUnit,
+                        OfferUpdate, SendUpdate, InstallUpdate, UpdateStatus>();
   all.exempt(nameOf(MessageType::samples));  // its payload is a block of protocol/codec
   if (const auto missing = all.missing<MessageType>() + all.missing<Operation>(); !missing.empty()) {
     std::cerr << "protocol/messages/field_lists.cpp does not list" << missing << "\n";

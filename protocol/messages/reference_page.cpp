@@ -316,7 +316,17 @@ std::string control() {
          operation<Provision>(
              "Writes the identity of a box, once: a box that has one refuses, and so does one that measures or cuts. "
              "Allowed over USB, elsewhere as allow_provision says. Since protocol 1.2.") +
-         operation<DescribeUnit>("The identity of the box. Since protocol 1.2.");
+         operation<DescribeUnit>("The identity of the box. Since protocol 1.2.") +
+         operation<OfferUpdate>(
+             "A bundle of new firmware is to come. Refused while a cut or a run is on, where the box has no updater, "
+             "and when the disk has no room. Allowed by allow_update, as the two after it. Since protocol 1.2.") +
+         operation<SendUpdate>("A part of that bundle. Several may be on their way at once. Since protocol 1.2.") +
+         operation<InstallUpdate>(
+             "The bundle is complete: it is checked, installed, and started when neither a cut nor a run is on. Since "
+             "protocol 1.2.") +
+         operation<UpdateStatus>(
+             "How far an update has come, and what came of the last one, also after the restart of the box. Since "
+             "protocol 1.2.");
 }
 
 std::string structures() {
@@ -336,7 +346,7 @@ std::string numbers() {
   return "## Numbers\n\n" + names<ErrorCode>("error codes", 0, 11) + names<GapReason>("gap reasons", 0, 6) +
          names<Profile>("profiles", 0, 3) + names<Policy>("policies", 0, 2) + names<ClockState>("clock states", 0, 4) +
          names<ProcedureState>("procedure states", 0, 7) + names<ResultState>("result states", 0, 5) +
-         names<StepPhase>("step phases", 0, 3);
+         names<StepPhase>("step phases", 0, 3) + names<UpdateState>("update states", 0, 10);
 }
 
 std::string page() {

@@ -242,6 +242,7 @@ struct Status {
     NotLetIn not_let_in{};
     std::vector<std::string> rests_on_retired{};
     ProcessStatus process{};
+    std::string update{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -272,6 +273,8 @@ struct Status {
       field("rests_on_retired", self.rests_on_retired,
             "a sentence for each result in force that rests on a retired result; since protocol 1.2");
       field("process", self.process, "the daemon as the kernel sees it; since protocol 1.2");
+      field("update", self.update,
+            "what came of the last update, or how far one is; empty for none; since protocol 1.2");
     }
   };
 };

@@ -19,10 +19,11 @@ constexpr auto kErrorCodes =
     std::to_array<std::string_view>({"ok", "malformed", "unknown_operation", "not_permitted", "busy", "not_found",
                                      "refused", "wrong_state", "too_large", "version_mismatch", "differs"});
 constexpr auto kOperations = std::to_array<std::string_view>(
-    {"status",        "post_marker",    "start_procedure", "procedure_status", "abort_procedure", "list_results",
-     "accept_result", "corrections",    "get_dataset",     "rollback_result",  "result_history",  "set_inhibit",
-     "home_axes",     "enable_sources", "loop_back",       "tell_pose",        "propose_case",    "follow_case",
-     "get_result",    "tell_positions", "provision",       "describe_unit"});
+    {"status",         "post_marker",    "start_procedure", "procedure_status", "abort_procedure", "list_results",
+     "accept_result",  "corrections",    "get_dataset",     "rollback_result",  "result_history",  "set_inhibit",
+     "home_axes",      "enable_sources", "loop_back",       "tell_pose",        "propose_case",    "follow_case",
+     "get_result",     "tell_positions", "provision",       "describe_unit",    "offer_update",    "send_update",
+     "install_update", "update_status"});
 constexpr auto kProfiles = std::to_array<std::string_view>({"raw", "fast", "tight"});
 constexpr auto kPolicies = std::to_array<std::string_view>({"live", "record"});
 constexpr auto kGapReasons = std::to_array<std::string_view>(
@@ -37,6 +38,9 @@ constexpr auto kStepKinds =
 constexpr auto kBMoves = std::to_array<std::string_view>({"nothing", "table", "head"});
 constexpr auto kStepPhases = std::to_array<std::string_view>({"begin", "end", "abandon"});
 constexpr auto kClockStates = std::to_array<std::string_view>({"unlocked", "locked", "holdover", "ambiguous"});
+constexpr auto kUpdateStates =
+    std::to_array<std::string_view>({"none", "receiving", "checking", "waiting", "installing", "installed",
+                                     "restarting", "done", "not_installed", "gone_back"});
 constexpr auto kWireErrors = std::to_array<std::string_view>(
     {"a field is cut off", "no room for it", "a text or list is longer than 65535", "unknown alternative"});
 
@@ -80,6 +84,9 @@ std::string_view nameOf(BMoves moves) {
 }
 std::string_view nameOf(ClockState state) {
   return pick(kClockStates, static_cast<std::size_t>(state));
+}
+std::string_view nameOf(UpdateState state) {
+  return pick(kUpdateStates, static_cast<std::size_t>(state));
 }
 std::string_view nameOf(WireError error) {
   return pick(kWireErrors, static_cast<std::size_t>(error));

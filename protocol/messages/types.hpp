@@ -68,6 +68,10 @@ enum class Operation : std::uint16_t {
   tell_positions = 20,
   provision = 21,
   describe_unit = 22,
+  offer_update = 23,
+  send_update = 24,
+  install_update = 25,
+  update_status = 26,
 };
 
 // Selects the coding of the columns of a block.
@@ -125,6 +129,20 @@ enum class CaseValue : std::uint8_t { flag = 0, number = 1, text = 2, numbers = 
 // Selects a stored part of a result, as JSON text: the result or refusal, or the measured data.
 enum class ResultDocument : std::uint8_t { result = 0, dataset = 1 };
 
+// Names how far an update of the box has come.
+enum class UpdateState : std::uint8_t {
+  none = 0,
+  receiving = 1,
+  checking = 2,
+  waiting = 3,
+  installing = 4,
+  installed = 5,
+  restarting = 6,
+  done = 7,
+  not_installed = 8,
+  gone_back = 9,
+};
+
 using BootId = std::array<std::byte, 16>;
 
 // Return the name for messages and JSON; "unknown" for a number that a later version added.
@@ -141,5 +159,6 @@ std::string_view nameOf(StepFeature feature);
 std::string_view nameOf(StepKind kind);
 std::string_view nameOf(BMoves moves);
 std::string_view nameOf(ClockState state);
+std::string_view nameOf(UpdateState state);
 
 }  // namespace probebox::messages

@@ -78,8 +78,8 @@ std::optional<Reply> ControlDesk::handle(const Caller& caller, const stream::Pen
   followLoops(state.procedure);
   const auto operation = request.operation;
   const auto why_not = operation == Operation::provision ? whyNotProvision(caller, state) : std::nullopt;
-  const bool for_worker =
-      ResultsDesk::answers(operation) || UnitDesk::answers(operation) || operation == Operation::loop_back;
+  const bool for_worker = ResultsDesk::answers(operation) || UnitDesk::answers(operation) ||
+                          UpdateDesk::answers(operation) || operation == Operation::loop_back;
   if (for_worker && !why_not) return askWorker(caller, request);
   Reply reply = why_not ? refused(ErrorCode::wrong_state, why_not->what) : answer(caller.may, request, state, vitals);
   reply.link = caller.link;
@@ -282,6 +282,7 @@ std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::
     };
     if (operation == Operation::loop_back) return then(with_.loop_back.answer(*body, caller.may));
     if (UnitDesk::answers(operation)) return then(with_.unit.answer(operation, *body, caller.may));
+    if (UpdateDesk::answers(operation)) return then(with_.updates.answer(operation, *body, caller));
     with_.results.answer(operation, *body, caller, then);
   };
   const auto busy = [&](const char* why) {

@@ -20,6 +20,7 @@
 #include "firmware/app/threads/source_table.hpp"
 #include "firmware/app/threads/time_source.hpp"
 #include "firmware/app/threads/worker.hpp"
+#include "firmware/app/update/update_desk.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "firmware/stream/control_channel.hpp"
@@ -57,6 +58,7 @@ class ControlDesk {
     ResultsDesk& results;
     LoopBackDesk& loop_back;
     UnitDesk& unit;
+    UpdateDesk& updates;
     DoorBook& doors;
     const StandingKeeper& standing;
     Counters& counters;

@@ -56,6 +56,11 @@ void declareOptions(CLI::App& command, Options& options) {
       .add_option("--init", options.init,
                   "write commented descriptions to begin with into this folder and exit; none is overwritten")
       ->type_name("FOLDER");
+  command
+      .add_option("--updater", options.updater,
+                  "folder where the program that installs updates says what it does; without it none are taken "
+                  "(probebox update)")
+      ->type_name("FOLDER");
   command.add_flag("--check", options.check,
                    "check descriptions and addresses, print every problem and exit, with status 2 where there is one");
   command.add_flag("--usb-identity", options.usb_identity, "print the USB identity for probebox-usb-setup and exit");

@@ -1,9 +1,7 @@
 #include "firmware/app/wiring/daemon.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <fstream>
 #include <thread>
 #include <unistd.h>
 #include <utility>
@@ -27,6 +25,7 @@
 #include "firmware/app/threads/worker.hpp"
 #include "firmware/app/wiring/addresses.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
+#include "firmware/app/wiring/boot_id.hpp"
 #include "firmware/app/wiring/box_config.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
 #include "firmware/app/wiring/unit_in_use.hpp"
@@ -37,18 +36,9 @@ namespace {
 
 constexpr std::size_t kQueueBytes = 1024 * 1024;  // 0.08 s of 100 000 samples a second with the counts of six axes
 
-messages::BootId bootId() {
-  messages::BootId id{};
-  std::ifstream random{"/dev/urandom", std::ios::binary};
-  std::array<char, sizeof id> bytes{};
-  random.read(bytes.data(), bytes.size());
-  for (std::size_t i = 0; i < id.size(); ++i) id[i] = static_cast<std::byte>(bytes[i]);
-  return id;
-}
-
 LinkService::Options linkOptions(const board::Descriptions& descriptions) {
   LinkService::Options options;
-  options.session.boot_id = bootId();
+  options.session.boot_id = newBootId();
   options.session.firmware_version = firmwareVersion();
   options.session.queue_pieces = descriptions.service.stream.ring_blocks;
   options.session.queue_bytes = descriptions.service.stream.ring_blocks *
@@ -98,12 +88,14 @@ struct Daemon::Parts {
         results_desk{calibrations, core_view, doors},
         loop_back_desk{descriptions.box.loop_back, loopBackOf(descriptions)},
         unit_desk{std::move(unit)},
+        update_desk{state / "update", options.updater, {[this] { return machineNow(); }, [this] { worker.notify(); }}},
         worker{[this] { workerRound(); }},
-        desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
-             {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk,
-              loop_back_desk, unit_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); },
-              travelOf(descriptions.machine), controlAxes(descriptions.box.devices)},
-             [this](Reply reply) { links.reply(std::move(reply)); }},
+        desk{
+            {descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
+            {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk, loop_back_desk,
+             unit_desk, update_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); },
+             travelOf(descriptions.machine), controlAxes(descriptions.box.devices)},
+            [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 
   ~Parts() {
@@ -138,9 +130,18 @@ struct Daemon::Parts {
     calibrations.look(state);
     standing.look(state.snapshot);
     results_desk.look();
+    update_desk.look();
     if (const auto run = core.takeRunToSolve())
       calibrations.solve(*run, *core.plan().method, core.recording(), core.scales());
     worker.alsoWaitFor(calibrations.solverDescriptor());
+  }
+
+  // What an update has to wait for. For the worker's thread.
+  UpdateDesk::Machine machineNow() {
+    const auto& now = core_view.newest();
+    return {.cut_is_on = doors.anyInhibits() || now.snapshot.inhibited,
+            .run_is_on =
+                now.procedure.state >= procedure::State::waiting && now.procedure.state <= procedure::State::solving};
   }
 
   void writeJournal() {
@@ -200,6 +201,7 @@ struct Daemon::Parts {
   ResultsDesk results_desk;
   LoopBackDesk loop_back_desk;
   UnitDesk unit_desk;
+  UpdateDesk update_desk;
   Worker worker;
   ControlDesk desk;
   LinkService links;

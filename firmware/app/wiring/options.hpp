@@ -23,6 +23,7 @@ struct Options {
   std::vector<std::string> cnc;
   std::filesystem::path journal;  // empty: none
   std::filesystem::path init;     // folder in which to write starting descriptions; empty: none
+  std::filesystem::path updater;  // folder where the program that installs updates reports; empty: there is none
   double time_scale = 1.0;
   bool check = false;
   bool usb_identity = false;

@@ -109,6 +109,13 @@ void forEachMessage(auto&& call) {
   call("provision request", Provision::Request{});
   call("provision answer", Provision::Answer{});
   call("describe_unit answer", DescribeUnit::Answer{});
+  call("offer_update request", OfferUpdate::Request{});
+  call("offer_update answer", OfferUpdate::Answer{});
+  call("send_update request", SendUpdate::Request{});
+  call("send_update answer", SendUpdate::Answer{});
+  call("install_update request", InstallUpdate::Request{});
+  call("install_update answer", InstallUpdate::Answer{});
+  call("update_status answer", UpdateStatus::Answer{});
 }
 
 }  // namespace probebox::messages

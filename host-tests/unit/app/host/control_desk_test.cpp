@@ -45,10 +45,11 @@ class Desk : public testing::Test {
   ResultsDesk results_{calibrations_, core_, doors_};
   LoopBackDesk loop_back_{std::nullopt, nullptr};
   UnitDesk unit_{UnitRecord{folder_.file("unit")}, "board", {}};
+  UpdateDesk updates_{folder_.file("update"), {}, {}};
   Worker worker_{[] {}};
   ControlDesk desk_{{"board", "0", {}},
-                    {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, doors_, standing_,
-                     counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
+                    {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, doors_,
+                     standing_, counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
                     [](const Reply&) {}};
 };
 
