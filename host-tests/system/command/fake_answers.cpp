@@ -54,6 +54,9 @@ metrology::Dataset fakeDataset() {
 }
 
 Reply FakeAnswers::answer(Operation operation, std::span<const std::byte> body) {
+  if (options_.answers_first) {
+    if (auto reply = options_.answers_first(operation, body)) return std::move(*reply);
+  }
   switch (operation) {
     case Operation::status:
       return status();

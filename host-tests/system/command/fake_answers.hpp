@@ -20,11 +20,7 @@ metrology::Dataset fakeDataset();
 // The scripted other side of the control channel. Every question about the procedure moves it on by one step.
 class FakeAnswers {
  public:
-  struct Reply {
-    messages::ErrorCode code{};
-    std::string text;
-    std::vector<std::byte> body;
-  };
+  using Reply = FakeReply;
 
   explicit FakeAnswers(const FakeBoxOptions& options) : options_{options}, running_{options.busy} {}
 

@@ -1,13 +1,24 @@
 #pragma once
 #include <atomic>
+#include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "drivers/io/byte_pipe.hpp"
+#include "protocol/messages/types.hpp"
 
 namespace probebox::command {
+
+struct FakeReply {
+  messages::ErrorCode code{};
+  std::string text;
+  std::vector<std::byte> body;
+};
 
 // How the box of a test behaves.
 struct FakeBoxOptions {
@@ -30,6 +41,8 @@ struct FakeBoxOptions {
   bool refused_before{};               // its first run was refused
   bool forgets_results{};              // its firmware cannot show stored results
   bool line_inhibits{};                // an inhibit line of the box is active
+  // Answers before the script does, which answers where this does not.
+  std::function<std::optional<FakeReply>(messages::Operation, std::span<const std::byte>)> answers_first{};
 };
 
 // The next host that waits, or an empty connection.

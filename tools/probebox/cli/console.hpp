@@ -62,6 +62,8 @@ class Console {
   bool hasKeys() const { return static_cast<bool>(streams_.enter_pressed); }
   bool enterPressed() const { return hasKeys() && streams_.enter_pressed(); }
   bool outIsTerminal() const { return streams_.out_is_terminal; }
+  // Where it is none, progress() draws nothing.
+  bool errIsTerminal() const { return streams_.err_is_terminal; }
 
   // The standard output carries data (-o -): answers go to the standard error from now on.
   void keepOutputForData() { answers_ = &streams_.err; }

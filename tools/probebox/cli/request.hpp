@@ -218,9 +218,17 @@ struct Certificate {
   bool force{};
 };
 
+// Hands a bundle to the box, and follows what comes of it.
+struct Update {
+  std::string bundle;  // empty: only show how an update stands
+  bool force{};        // also a version that is not newer
+  bool no_wait{};      // end when the box has the bundle
+  double patience_s{1800};
+};
+
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
                          Calibrate, Plan, Gcode, Selftest, Propose, Accept, Rollback, Results, Show, History,
-                         Corrections, Home, Inhibit, View, Interference, Provision, FactoryTest, Certificate>;
+                         Corrections, Home, Inhibit, View, Interference, Provision, FactoryTest, Certificate, Update>;
 
 struct Request {
   Job job;

@@ -35,6 +35,7 @@ ExitStatus run(const Interference& options, const std::string& uri, Console& con
 ExitStatus run(const Provision& options, const std::string& uri, Console& console);
 ExitStatus run(const FactoryTest& options, const std::string& uri, Console& console);
 ExitStatus run(const Certificate& options, const std::string& uri, Console& console);
+ExitStatus run(const Update& options, const std::string& uri, Console& console);
 // In tools/probebox/view, which may be left out of a build.
 ExitStatus run(const View& options, const std::string& uri, Console& console);
 

@@ -121,6 +121,7 @@ void addStorage(const messages::Status::Answer& s, std::string& all) {
   for (const auto& holder : s.inhibits) all += row("a cut is on", line(holder));
   for (const auto& sentence : s.rests_on_retired) all += row("repeat", sentence);
   for (const auto& problem : s.storage_problems) all += row("storage", problem);
+  if (!s.update.empty()) all += row("update", s.update);
 }
 
 Json cncLinesOf(const std::vector<messages::CncLineStatus>& lines) {
@@ -316,7 +317,8 @@ Json describe(const messages::Status::Answer& s) {
           {"usb_ports", usbPortsOf(s.usb_ports)},
           {"inhibits", inhibitsOf(s.inhibits)},
           {"rests_on_retired", s.rests_on_retired},
-          {"storage_problems", s.storage_problems}};
+          {"storage_problems", s.storage_problems},
+          {"update", s.update}};
 }
 
 std::string page(const messages::Status::Answer& s) {
@@ -362,9 +364,26 @@ Json describe(const RecordedStatus& r) {
   const auto not_recorded = [&all](std::initializer_list<const char*> keys) {
     for (const auto* key : keys) all[key] = nullptr;
   };
-  not_recorded({"receiver", "queue_high_water_events", "events", "sources", "lines", "procedure", "active_result_ids",
-                "links", "not_let_in", "modbus", "cnc_lines", "usb_ports", "inhibits", "storage_problems",
-                "newest_results", "rests_on_retired", "cut_in_progress", "unit", "process"});
+  not_recorded({"receiver",
+                "queue_high_water_events",
+                "events",
+                "sources",
+                "lines",
+                "procedure",
+                "active_result_ids",
+                "links",
+                "not_let_in",
+                "modbus",
+                "cnc_lines",
+                "usb_ports",
+                "inhibits",
+                "storage_problems",
+                "newest_results",
+                "rests_on_retired",
+                "cut_in_progress",
+                "unit",
+                "process",
+                "update"});
   all["clock"]["frequency_ppb"] = nullptr;
   if (!r.map) all["clock"]["tick"] = nullptr;
   if (!r.beat) all["clock"]["edges"] = nullptr;

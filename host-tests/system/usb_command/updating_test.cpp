@@ -1,0 +1,69 @@
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <thread>
+
+#include "box_on_usb.hpp"
+#include "firmware/app/update/update_desk.hpp"
+#include "host-tests/support/bundle_file.hpp"
+
+namespace probebox::command {
+namespace {
+
+using namespace std::chrono_literals;
+
+// A box on USB whose updates the firmware's own desk answers.
+class Updating : public BoxOnUsb {
+ protected:
+  void SetUp() override {
+    BoxOnUsb::SetUp();
+    if (!bus_) return;
+    box_ = std::make_unique<FakeBox>(
+        FakeBoxOptions{.answers_first = [this](auto operation, auto body) { return answer(operation, body); }},
+        [this] { return gadget_->accept(); });
+  }
+
+  std::optional<FakeReply> answer(messages::Operation operation, std::span<const std::byte> body) {
+    if (!app::UpdateDesk::answers(operation)) return std::nullopt;
+    const std::lock_guard lock{mutex_};
+    do {
+      look_again_ = false;
+      desk_.look();
+    } while (look_again_);
+    auto reply = desk_.answer(operation, body, {.link = 1, .door = "usb", .may = {.allow_update = true}});
+    return FakeReply{reply.code, std::move(reply.text), std::move(reply.body)};
+  }
+  std::uint64_t received() {
+    const std::lock_guard lock{mutex_};
+    const auto reply = desk_.answer(messages::Operation::update_status, {}, {});
+    return messages::decode<messages::UpdateStatus::Answer>(reply.body)->received_bytes;
+  }
+
+  std::mutex mutex_;
+  bool look_again_{};
+  app::UpdateDesk desk_{directory_.file("update"),
+                        directory_.file("reports"),
+                        {[] { return app::UpdateDesk::Machine{}; }, [this] { look_again_ = true; }}};
+  const std::string file_{directory_.file("box.raucb")};
+};
+
+TEST_F(Updating, ABundleGoesOnAfterTheCableWasPulled) {
+  const auto bundle = support::writeBundle(file_, 6'000'000, "2.0");
+  const std::jthread person{[this] {
+    while (received() < 2'000'000) std::this_thread::sleep_for(1ms);
+    unplug();
+    std::this_thread::sleep_for(100ms);
+    plugIn();
+  }};
+  const auto update = probebox({"-u", "usb", "--json", "update", file_, "--no-wait"});
+  EXPECT_EQ(update.status, 0) << update.err;
+  EXPECT_THAT(update.err, testing::HasSubstr("waiting for usb:PB-0001 to come back"));
+  EXPECT_GE(update.object()["sent_bytes"], bundle.size());
+  EXPECT_LT(update.object()["sent_bytes"], bundle.size() + 100'000) << "what had arrived is not sent again";
+  EXPECT_EQ(update.object()["state"], "waiting");
+  std::ifstream in{directory_.file("update/bundle"), std::ios::binary};
+  EXPECT_TRUE((std::string{std::istreambuf_iterator<char>{in}, {}} == bundle));
+}
+
+}  // namespace
+}  // namespace probebox::command
