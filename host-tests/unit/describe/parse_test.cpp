@@ -308,12 +308,12 @@ TEST(ServiceToml, LetsUsbProvisionUnlessItSaysOtherwise) {
 TEST(ServiceToml, GivesADoorRightsOfItsOwnInPlaceOfTheOthers) {
   const auto service = parseService(
       "links = [\"usb\", \"tcp:0.0.0.0:7627\"]\ncnc = [\"modbus:/dev/ttyS2\"]\n"
-      "[access]\nallow_accept = true\n"
+      "[access]\nallow_accept = true\nallow_update = true\n"
       "[[door]]\naddress = \"modbus:/dev/ttyS2\"\nallow_marker = true\nallow_inhibit = true\n"
       "[[door]]\naddress = \"tcp:0.0.0.0:7627\"\nread_only = true\n",
       "service.toml");
   ASSERT_TRUE(service.ok()) << service.error().what;
-  EXPECT_EQ(service->accessAt("usb"), Access{.allow_accept = true});
+  EXPECT_EQ(service->accessAt("usb"), (Access{.allow_accept = true, .allow_update = true}));
   EXPECT_EQ(service->accessAt("modbus:/dev/ttyS2"), (Access{.allow_marker = true, .allow_inhibit = true}));
   EXPECT_EQ(service->accessAt("tcp:0.0.0.0:7627"), Access{.allow_provision = false});
   EXPECT_TRUE(service->doorAt("tcp:0.0.0.0:7627")->read_only);

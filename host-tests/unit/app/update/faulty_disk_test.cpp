@@ -88,19 +88,19 @@ class FaultyDisk : public testing::Test {
 };
 
 TEST_F(FaultyDisk, AFullOneIsNamedAndLeavesNothingBehind) {
-  std::size_t refused = 0;
+  std::size_t named = 0;
   atEveryCall([&](std::size_t at, const std::filesystem::path& folder) {
     const auto ended = transferWith(at, {Decision::What::fail, ENOSPC}, true, folder);
     ASSERT_FALSE(ended.hung);
     ASSERT_FALSE(ended.said.empty());
     if (ended.said.back() != "handed over") {
-      ++refused;
+      named += ended.said.back().starts_with("disk-full") ? 1U : 0U;
       EXPECT_TRUE(ended.said.back().starts_with("disk-full") || ended.said.back().starts_with("disk-failed"))
           << ended.said.back();
     }
     expectToBeGoodAgain(folder);
   });
-  EXPECT_GT(refused, 10U);
+  EXPECT_GT(named, 10U) << "while the bundle itself was written";
 }
 
 TEST_F(FaultyDisk, OneFailureIsNamedOrMadeGood) {
