@@ -40,7 +40,7 @@ std::uint64_t randomNumber() {
 }
 
 std::string sentence(const UpdateStatus::Answer& now) {
-  const auto version = now.version.empty() ? "an update" : "update to " + now.version;
+  const auto version = now.version.empty() ? "a bundle" : "version " + now.version;
   const auto with = [&](const std::string& what) {
     return version + " " + what + (now.text.empty() ? "" : ": " + now.text);
   };

@@ -1,4 +1,5 @@
 #include <chrono>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -58,6 +59,7 @@ class UpdateOverTcp : public testing::Test {
   class Command {
    public:
     Command(std::vector<std::string> arguments, std::string log) : log_{std::move(log)} {
+      std::fflush(nullptr);
       pid_ = ::fork();
       if (pid_ != 0) return;
       std::vector<char*> raw;
@@ -155,7 +157,7 @@ TEST_F(UpdateOverTcp, FromTheFileToTheVersionThatRuns) {
   ASSERT_TRUE(eventually([&] { return received() == 0; })) << "the bundle is removed";
   auto status = command("status", {});
   EXPECT_EQ(status.status(), 0);
-  EXPECT_THAT(status.said(), HasSubstr("update to 2.0 runs"));
+  EXPECT_THAT(status.said(), HasSubstr("\"update\":\"version 2.0 runs: as the updater says\""));
 }
 
 TEST_F(UpdateOverTcp, AKilledDaemonGoesOnWithWhatItHas) {

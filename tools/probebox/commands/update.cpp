@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <thread>
@@ -249,8 +250,9 @@ ExitStatus showHowItStands(const std::string& given, Console& console) {
   }
   if (!status->running_version.empty()) console.line("running    version " + status->running_version);
   if (status->state != UpdateState::none) {
-    console.line("update     " + std::string{nameOf(status->state)} +
-                 (status->version.empty() ? "" : ", version " + status->version) +
+    std::string state{nameOf(status->state)};
+    std::ranges::replace(state, '_', ' ');
+    console.line("update     " + state + (status->version.empty() ? "" : ", version " + status->version) +
                  (status->text.empty() ? "" : ": " + status->text));
   }
   if (status->total_bytes > 0) {
