@@ -50,7 +50,7 @@ start_box() {
 holds() { # WHAT COMMAND...
   if "${@:2}" >"$work/said" 2>&1; then
     echo "  ok  $1"
-    grep '^      (' "$work/said" || true
+    grep -a '^      (' "$work/said" || true
   else
     echo "  NOT $1"
     cat "$work/said"
