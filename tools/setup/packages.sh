@@ -88,7 +88,7 @@ install_packages() {
   [[ ${#plain[@]} -eq 0 ]] || apt-get install -y --no-install-recommends "${plain[@]}"
 }
 
-# Of the page, once for each lock file.
+# Fetches npm's packages of the page, once for each lock file.
 fetch_npm_packages() {
   local web=tools/view/web lock
   lock=$(cksum <"$web/package-lock.json")

@@ -23,6 +23,7 @@
 #include "firmware/app/threads/chain_watch.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "firmware/app/threads/worker.hpp"
+#include "firmware/app/update/update_desk.hpp"
 #include "firmware/app/wiring/addresses.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/boot_id.hpp"

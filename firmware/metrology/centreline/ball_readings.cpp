@@ -153,7 +153,8 @@ Rows rowsOf(std::span<const BallReading> readings, const Columns& columns, doubl
   return rows;
 }
 
-// What one sd of the angle of C moves each row by, in sds of the row.
+// Returns how far one sd of the angle of C moves each row, in sds of the row. Where spindle and C turned together, r - s
+// stands for r, from which a stylus in its spindle differs by a few micrometres.
 Eigen::VectorXd movedByC(const Rows& rows, const Columns& columns, const Eigen::VectorXd& parameters,
                          const RotationNoise& noise) {
   Eigen::VectorXd moved{rows.values.size()};

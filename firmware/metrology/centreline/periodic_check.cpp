@@ -130,7 +130,8 @@ std::optional<double> ballOffset(const Means& means, std::string_view column, bo
   return std::nullopt;
 }
 
-// What one sd of the angle of C moves each row by, in sds of the row; nothing where that is not known.
+// Returns how far one sd of the angle of C moves each row, in sds of the row; nothing where the ball's offset is not
+// known.
 std::optional<Eigen::VectorXd> movedByC(const Means& means, std::span<const Row> rows, double sigma_rad,
                                         bool x_is_radius) {
   const auto x = ballOffset(means, "x_mm", x_is_radius);
