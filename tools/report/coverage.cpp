@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Those of the sd of the readings.
+// Those of the sd of the readings. Without spare readings it comes from the stated noise, or there is none.
 double dofOfReadings(const metrology::Result& result) {
-  if (!result.chi2_reduced) return static_cast<double>(result.dof);
+  if (!result.chi2_reduced) return result.dof == 0 ? kInfinite : static_cast<double>(result.dof);
   const auto* of_noise = result.find(metrology::kNoiseDof);
   return of_noise != nullptr ? of_noise->value() : kInfinite;
 }

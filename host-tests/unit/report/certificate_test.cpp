@@ -89,6 +89,11 @@ TEST_F(CalibrationCertificate, OfASphereThatWasOverdueIsNotTraceable) {
   EXPECT_TRUE(whyNotTraceable(result_, facts_));
 }
 
+TEST_F(CalibrationCertificate, OfStatedNoiseWithoutSpareReadingsHasACoverage) {
+  result_.dof = 0;
+  EXPECT_THAT(page(), HasSubstr("<td class=\"n\">\u221e</td><td class=\"n\">95.4 %</td>"));
+}
+
 TEST_F(CalibrationCertificate, SaysWhatNobodyHasStated) {
   facts_.accepted = facts_.issued_by = facts_.next_due = "";
   facts_.rests_on = {"It rests on result 3 about delay."};

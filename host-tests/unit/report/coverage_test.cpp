@@ -34,5 +34,14 @@ TEST(Coverage, CombinesDegreesOfFreedomByWelchAndSatterthwaite) {
   EXPECT_EQ(effectiveDof(result, estimate, 0), 40);
 }
 
+// As many readings as unknowns leave no chi-square: their sd is then known from the stated noise alone.
+TEST(Coverage, OfStatedNoiseWithoutSpareReadingsIsThatOfTheNormalDistribution) {
+  const metrology::Result result;
+  const metrology::Estimate estimate{.key = "a_mm", .values = {1}, .sd = {1}, .uncertainty = {2}};
+  ASSERT_EQ(result.dof, 0);
+  EXPECT_EQ(effectiveDof(result, estimate, 0), kInfinite);
+  EXPECT_NEAR(coverageProbability(2, effectiveDof(result, estimate, 0)), 0.9545, 1e-4);
+}
+
 }  // namespace
 }  // namespace probebox::report
