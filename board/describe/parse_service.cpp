@@ -40,6 +40,11 @@ Access readAccess(Section& section) {
   return access;
 }
 
+bool givesARight(Access access) {
+  if (!access.allow_provision.value_or(false)) access.allow_provision.reset();
+  return access != Access{};
+}
+
 // An address that nothing has would leave its link with the rights of [access], and nobody would notice.
 void readDoors(Section& root, Service& service) {
   for (auto& section : root.sections("door", 2 * kMostAddresses)) {
@@ -51,7 +56,7 @@ void readDoors(Section& root, Service& service) {
       section.problem("address", "is neither in links nor in cnc: write it as it is written there");
     if (section.good("address") && service.doorAt(door.address) != nullptr)
       section.problem("address", "has a [[door]] already: write one for each address");
-    if (door.read_only && door.access != Access{})
+    if (door.read_only && givesARight(door.access))
       section.problem("read_only", "contradicts a right that the door gives: remove one of them");
     if (door.read_only) door.access.allow_provision = false;
     section.finish();

@@ -302,6 +302,7 @@ TEST(ServiceToml, LetsUsbProvisionUnlessItSaysOtherwise) {
   EXPECT_EQ(on_usb("[access]\nallow_provision = false\n"), false);
   EXPECT_EQ(on_usb("[[door]]\naddress = \"usb\"\nallow_provision = false\n"), false);
   EXPECT_EQ(on_usb("[[door]]\naddress = \"usb\"\nread_only = true\n"), false);
+  EXPECT_EQ(on_usb("[[door]]\naddress = \"usb\"\nread_only = true\nallow_provision = false\n"), false);
   EXPECT_FALSE(parseService("links = []\ncnc = []\n", "service.toml")->access.allow_provision);
 }
 
@@ -329,6 +330,8 @@ TEST(ServiceToml, RefusesADoorThatLeadsNowhereOrContradictsItself) {
   EXPECT_THAT(problem("address = \"usb:other\"\n"), HasSubstr("'door.address' is neither in links nor in cnc"));
   EXPECT_THAT(problem("allow_accept = true\n"), HasSubstr("address"));
   EXPECT_THAT(problem("address = \"usb\"\nread_only = true\nallow_marker = true\n"), HasSubstr("contradicts a right"));
+  EXPECT_THAT(problem("address = \"usb\"\nread_only = true\nallow_provision = true\n"),
+              HasSubstr("contradicts a right"));
   EXPECT_THAT(problem("address = \"usb\"\n[[door]]\naddress = \"usb\"\n"), HasSubstr("has a [[door]] already"));
   EXPECT_THAT(problem("address = \"usb\"\nallow_homming = true\n"), HasSubstr("allow_homing"));
 }
