@@ -42,6 +42,15 @@ constexpr std::size_t kEntryBytes = 192;
 constexpr std::size_t kColumnBytes = 192;
 constexpr std::size_t kRowBytes = 48;
 
+// Whoever proposes a case may write anything into it: traceable is only what the box measures itself on its sphere.
+std::optional<Error> whyClaimed(const messages::CaseEntry& entry) {
+  if (entry.key != "sphere_certificate" && entry.key != "sphere_next_due") return std::nullopt;
+  return Error{
+      "certificate-claimed: The case states '" + entry.key +
+      "', which the box takes from its own runs alone, on the certified sphere of its unit.toml: remove it from "
+      "config.json, or measure on this box (probebox calibrate)."};
+}
+
 std::size_t bytesOf(const messages::CaseEntry& entry) {
   const std::size_t rows = entry.columns == 0 ? 0 : entry.numbers.size() / entry.columns;
   return kEntryBytes + entry.key.size() + entry.text.size() + sizeof(double) * entry.numbers.size() + kRowBytes * rows;
@@ -82,6 +91,7 @@ Outcome<std::optional<metrology::Dataset>> IncomingCase::add(const messages::Pro
 
 std::optional<Error> IncomingCase::append(const messages::ProposeCase::Request& piece) {
   for (const auto& entry : piece.config) {
+    if (auto error = whyClaimed(entry)) return error;
     bytes_ += bytesOf(entry);
     TRY(auto value, valueOf(entry));
     dataset_.config.insert_or_assign(entry.key, std::move(value));

@@ -19,7 +19,7 @@ class IncomingCase {
   static constexpr std::size_t kMostColumns = 256;      // of all tables
 
   // Adds a piece; returns the case after its last piece, nothing before. Errors discard the case: too-large,
-  // too-many-rows, too-many-columns.
+  // too-many-rows, too-many-columns, certificate-claimed (it states the certificate of a sphere).
   Outcome<std::optional<metrology::Dataset>> add(const messages::ProposeCase::Request& piece);
 
  private:

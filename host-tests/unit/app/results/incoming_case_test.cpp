@@ -48,6 +48,22 @@ TEST(IncomingCase, IsPutTogetherFromItsPieces) {
   EXPECT_EQ(**whole, expected);
 }
 
+// Who proposes a case may write anything into it; only a measurement of the box itself is traceable to a certificate.
+TEST(IncomingCase, DoesNotClaimACertificateOfTheSphere) {
+  for (const std::string key : {"sphere_certificate", "sphere_next_due"}) {
+    for (const auto kind : {messages::CaseValue::text, messages::CaseValue::number}) {
+      IncomingCase incoming;
+      auto claiming = piece(7, false, true);
+      claiming.config = {{.key = key, .kind = kind, .numbers = {20280417}, .columns = 0, .text = "2028-04-17"}};
+      ASSERT_TRUE(incoming.add(piece(7, true, false)).ok());
+      const auto answer = incoming.add(claiming);
+      ASSERT_FALSE(answer.ok()) << key;
+      EXPECT_THAT(answer.error().what, AllOf(HasSubstr("'" + key + "'"), HasSubstr("remove it from config.json")));
+      EXPECT_FALSE(incoming.add(piece(7, false, true)).ok()) << "it is discarded";
+    }
+  }
+}
+
 TEST(IncomingCase, IsNotMixedWithAnother) {
   IncomingCase incoming;
   ASSERT_TRUE(incoming.add(piece(7, true, false)).ok());
