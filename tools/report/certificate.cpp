@@ -142,6 +142,7 @@ std::string circumstances(const Subject& subject, const CertificateFacts& facts)
 
 std::string issue(const CertificateFacts& facts) {
   return "<h2>Issue</h2>\n<table>\n" + factRow("certificate", facts.number) + factRow("issued", facts.issued_utc) +
+         factRow("issued from a box with firmware", orNotStated(facts.firmware)) +
          factRow("issued by", orNotStated(facts.issued_by)) +
          factRow("next calibration due", orNotStated(facts.next_due)) + factRow("signature", "") + "</table>\n";
 }

@@ -9,8 +9,9 @@ namespace probebox::report {
 
 // What a certificate says beside its result.
 struct CertificateFacts {
-  std::string number;  // of the certificate
-  std::string box;     // which box measured: vendor, model, serial number, firmware
+  std::string number;    // of the certificate
+  std::string box;       // which box measured: vendor, model, serial number
+  std::string firmware;  // of the box at the time of issue; a result does not keep that of its measurement
   std::string probe, machine, mounting;
   std::string stored_utc;             // when the result was stored, ISO 8601
   std::string accepted;               // by whom and when; empty: by nobody

@@ -38,6 +38,7 @@ class CalibrationCertificate : public testing::Test {
   metrology::Result result_;
   CertificateFacts facts_{.number = "PB-1-17",
                           .box = "Acme Box, PB-1",
+                          .firmware = "9.8.7",
                           .probe = "P-9",
                           .machine = "mill 3",
                           .mounting = "spindle",
@@ -92,6 +93,13 @@ TEST_F(CalibrationCertificate, OfASphereThatWasOverdueIsNotTraceable) {
 TEST_F(CalibrationCertificate, OfStatedNoiseWithoutSpareReadingsHasACoverage) {
   result_.dof = 0;
   EXPECT_THAT(page(), HasSubstr("<td class=\"n\">\u221e</td><td class=\"n\">95.4 %</td>"));
+}
+
+// A result does not keep the firmware that measured it, which may have been another one.
+TEST_F(CalibrationCertificate, NamesTheFirmwareAsThatOfItsIssue) {
+  const auto text = page();
+  EXPECT_THAT(text, HasSubstr("<td>issued from a box with firmware</td><td>9.8.7</td>"));
+  EXPECT_THAT(text, HasSubstr("<td>measured with</td><td>Acme Box, PB-1</td>"));
 }
 
 TEST_F(CalibrationCertificate, SaysWhatNobodyHasStated) {

@@ -22,7 +22,7 @@ struct Certified {
 std::string boxInWords(const messages::Descriptor& descriptor, const messages::DescribeUnit::Answer* unit) {
   const bool named = unit != nullptr && unit->provisioned && unit->in_use;
   return (named ? unit->vendor + " " + unit->model : "probebox, board " + descriptor.board) + ", " +
-         descriptor.serial_number + ", firmware " + descriptor.firmware_version;
+         descriptor.serial_number;
 }
 
 Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& box, Console& console) {
@@ -42,6 +42,7 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
   auto& facts = all.facts;
   facts = {.number = descriptor.serial_number + "-" + id,
            .box = boxInWords(descriptor, unit ? &*unit : nullptr),
+           .firmware = descriptor.firmware_version,
            .probe = kept.summary.probe,
            .machine = kept.summary.machine,
            .mounting = kept.summary.mounting,
