@@ -43,7 +43,6 @@ class CommandLine {
     runs_.declare(commands_);
     results_.declare(commands_);
     vendor_.declare(commands_);
-    addUpdate();
   }
 
   CLI::App& app() { return app_; }
@@ -73,13 +72,6 @@ class CommandLine {
 
   static messages::Profile profileOf(const std::string& name) {
     return name == "raw" ? messages::Profile::raw : messages::Profile::fast;
-  }
-
-  static void addPatience(CLI::App* command, double& patience_s) {
-    command->add_option("--patience", patience_s, "seconds to wait for a box that was unplugged or restarted")
-        ->check(seconds())
-        ->type_name("SECONDS")
-        ->capture_default_str();
   }
 
   void addLooking() {
@@ -260,17 +252,6 @@ class CommandLine {
     report->add_flag("--force", report_.force, "overwrite an existing file");
   }
 
-  void addUpdate() {
-    auto* update = commands_.add(
-        "update", "install new firmware: send a bundle to the box, wait for its restart, and say what runs then",
-        "probebox -u usb update mybox-arm64-1.4.raucb", update_);
-    update->add_option("bundle", update_.bundle,
-                       "the bundle that tools/image made (.raucb); without it show how an update stands");
-    update->add_flag("--force", update_.force, "install it even if its version is not above the one that runs");
-    update->add_flag("--no-wait", update_.no_wait, "exit when the box has the bundle");
-    addPatience(update, update_.patience_s);
-  }
-
   CLI::App app_{kAbout, "probebox"};
   Request request_;
   Subcommands commands_{app_, request_};
@@ -297,7 +278,6 @@ class CommandLine {
   Report report_;
   Corrections corrections_;
   View view_;
-  Update update_;
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "tools/probebox/cli/request.hpp"
+#include "tools/probebox/cli/validators.hpp"
 
 namespace probebox::command {
 
@@ -26,5 +27,12 @@ class Subcommands {
   CLI::App& app_;
   Request& request_;
 };
+
+inline void addPatience(CLI::App* command, double& patience_s) {
+  command->add_option("--patience", patience_s, "seconds to wait for a box that was unplugged or restarted")
+      ->check(seconds())
+      ->type_name("SECONDS")
+      ->capture_default_str();
+}
 
 }  // namespace probebox::command

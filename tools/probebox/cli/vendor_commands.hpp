@@ -18,6 +18,7 @@ class VendorCommands {
     provision->add_option("file", provision_.input, "unit.toml, as docs/vendor.md describes it")->required();
     provision->add_flag("--check", provision_.check, "only check the file; needs no box");
     declareFactoryTest(commands);
+    declareUpdate(commands);
   }
 
  private:
@@ -36,8 +37,20 @@ class VendorCommands {
     test->add_flag("--force", factory_test_.force, "overwrite an existing file");
   }
 
+  void declareUpdate(Subcommands& commands) {
+    auto* update = commands.add(
+        "update", "install new firmware: send a bundle to the box, wait for its restart, and say what runs then",
+        "probebox -u usb update mybox-arm64-1.4.raucb", update_);
+    update->add_option("bundle", update_.bundle,
+                       "the bundle that tools/image made (.raucb); without it show how an update stands");
+    update->add_flag("--force", update_.force, "install it even if its version is not above the one that runs");
+    update->add_flag("--no-wait", update_.no_wait, "exit when the box has the bundle");
+    addPatience(update, update_.patience_s);
+  }
+
   Provision provision_;
   FactoryTest factory_test_;
+  Update update_;
 };
 
 }  // namespace probebox::command
