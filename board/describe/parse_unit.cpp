@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <cctype>
-#include <charconv>
-#include <chrono>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -9,27 +7,12 @@
 #include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/usb_text.hpp"
+#include "protocol/units/calendar.hpp"
 
 namespace probebox::board {
 namespace {
 
 constexpr std::size_t kMostUpdateKeys = 8;
-
-// "2026-04-17" as a day of the calendar.
-std::optional<std::chrono::year_month_day> dayOf(std::string_view text) {
-  constexpr std::string_view kForm = "dddd-dd-dd";
-  const auto fits = [](char c, char form) { return form == 'd' ? c >= '0' && c <= '9' : c == form; };
-  if (text.size() != kForm.size() || !std::ranges::equal(text, kForm, fits)) return std::nullopt;
-  const auto number = [&](std::size_t from, std::size_t count) {
-    int value = 0;
-    std::from_chars(text.data() + from, text.data() + from + count, value);
-    return value;
-  };
-  const std::chrono::year_month_day day{std::chrono::year{number(0, 4)},
-                                        std::chrono::month{static_cast<unsigned>(number(5, 2))},
-                                        std::chrono::day{static_cast<unsigned>(number(8, 2))}};
-  return day.ok() && number(0, 4) >= 1990 ? std::optional{day} : std::nullopt;
-}
 
 std::string dayText(Section& section, std::string_view key) {
   auto text = section.text(key);

@@ -85,6 +85,11 @@ struct InstallUpdate {
   };
 };
 
+// Tests whether nothing more comes of the installation that has this state.
+constexpr bool isOver(UpdateState state) {
+  return state == UpdateState::done || state == UpdateState::not_installed || state == UpdateState::gone_back;
+}
+
 // Reports how an update stands. Since protocol 1.2.
 struct UpdateStatus {
   static constexpr Operation kOperation = Operation::update_status;

@@ -1,15 +1,14 @@
 #include "firmware/app/results/results_in_force.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <ctime>
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/served_results.hpp"
+#include "protocol/units/calendar.hpp"
 
 namespace probebox::app {
 namespace {
@@ -24,12 +23,7 @@ store::Failure cutIsOn(const std::string& what) {
 }  // namespace
 
 std::string utcNow() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text.data();
+  return isoUtc(std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now()));
 }
 
 ResultsInForce::ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now,

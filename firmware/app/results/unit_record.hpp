@@ -6,6 +6,7 @@
 
 #include "board/describe/unit.hpp"
 #include "firmware/store/twin_file.hpp"
+#include "protocol/messages/unit.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::app {
@@ -14,7 +15,7 @@ namespace probebox::app {
 // (docs/vendor.md). One thread; inUse() and problem() any.
 class UnitRecord {
  public:
-  static constexpr std::size_t kMostBytes = 8000;
+  static constexpr std::size_t kMostBytes = messages::Provision::kMostBytes;
 
   explicit UnitRecord(const std::string& path);
 

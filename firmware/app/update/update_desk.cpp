@@ -29,10 +29,6 @@ constexpr const char* kNoUpdater =
 constexpr const char* kLost =
     "the box does not know this offer any more: it was restarted, or took another bundle. Offer the bundle again.";
 
-bool isOver(UpdateState state) {
-  return state == UpdateState::done || state == UpdateState::gone_back || state == UpdateState::not_installed;
-}
-
 // Even a host that keeps nothing else can tell it from those before.
 std::uint64_t randomNumber() {
   std::random_device random;

@@ -100,7 +100,8 @@ TEST(CommandLine, RefusesNumbersThatMakeNoSense) {
   for (const auto* line :
        {"watch --for -1", "watch --for nan", "watch --for inf", "watch --for 1s", "watch --for 0", "watch --count 2.5",
         "watch --count 0", "watch --count -3", "calibrate --overtravel nan", "calibrate --speed 10,inf",
-        "calibrate --clearance -1", "accept zero --by Ada", "accept 99999999999999999999999 --by Ada"}) {
+        "calibrate --clearance -1", "accept zero --by Ada", "accept 99999999999999999999999 --by Ada",
+        "certificate 1 -o a.html --next-due 2027-02-30", "certificate 1 -o a.html --next-due 0001-01-01"}) {
     EXPECT_THAT(complaint(line), AllOf(HasSubstr("such as"), HasSubstr("--help"))) << line;
   }
 }

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <sstream>
 #include <string>
 #include <string_view>
 
+#include "protocol/units/calendar.hpp"
 #include "protocol/units/wording.hpp"
 
 // Validators of command-line values. Only parse.cpp and the headers that it alone includes use them.
@@ -104,13 +104,7 @@ inline CLI::Validator axisPosition() {
 // A day of the calendar, such as "2027-11-26".
 inline CLI::Validator day() {
   const auto check = [](std::string& text) {
-    int year = 0;
-    unsigned month = 0, of_month = 0;
-    const bool formed = text.size() == 10 && text[4] == '-' && text[7] == '-' && readsAs(text.substr(0, 4), year) &&
-                        readsAs(text.substr(5, 2), month) && readsAs(text.substr(8, 2), of_month);
-    const std::chrono::year_month_day date{std::chrono::year{year}, std::chrono::month{month},
-                                           std::chrono::day{of_month}};
-    return formed && date.ok() ? std::string{} : text + " is not a day, such as 2027-11-26";
+    return dayOf(text) ? std::string{} : text + " is not a day, such as 2027-11-26";
   };
   return CLI::Validator{check, "", "day"};
 }

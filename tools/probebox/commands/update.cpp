@@ -20,10 +20,6 @@ using messages::UpdateStatus;
 constexpr milliseconds kPollEvery{500};
 constexpr int kMostOffers = 5;  // each time that the box has forgotten one, such as by a restart
 
-bool isOver(UpdateState state) {
-  return state == UpdateState::done || state == UpdateState::not_installed || state == UpdateState::gone_back;
-}
-
 // A box of before updates answers what would be good advice for any other request.
 Trouble explained(Trouble trouble) {
   if (trouble.name == nameOf(messages::ErrorCode::unknown_operation)) {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "protocol/units/calendar.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -31,13 +32,7 @@ std::string certificateText(const SphereCertificate& s, const std::string& today
 }  // namespace
 
 std::string nowUtc() {
-  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
-  const auto date = std::chrono::floor<std::chrono::days>(now);
-  const std::chrono::year_month_day day{date};
-  const std::chrono::hh_mm_ss time{now - date};
-  return printed("%04d-%02u-%02uT%02d:%02d:%02dZ", static_cast<int>(day.year()), static_cast<unsigned>(day.month()),
-                 static_cast<unsigned>(day.day()), static_cast<int>(time.hours().count()),
-                 static_cast<int>(time.minutes().count()), static_cast<int>(time.seconds().count()));
+  return isoUtc(std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now()));
 }
 
 std::string today() {
