@@ -1,5 +1,6 @@
 #include "tools/report/coverage.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -37,7 +38,8 @@ double effectiveDof(const metrology::Result& result, const metrology::Estimate& 
   const double dof = dofOfReadings(result);
   if (at >= estimate.sd.size() || at >= estimate.uncertainty.size()) return dof;
   const double type_a = estimate.sd[at];
-  return type_a > 0 ? dof * std::pow(estimate.uncertainty[at] / type_a, 4) : kInfinite;
+  // Rounding may leave the uncertainty a digit below its own part.
+  return type_a > 0 ? dof * std::pow(std::max(1.0, estimate.uncertainty[at] / type_a), 4) : kInfinite;
 }
 
 }  // namespace probebox::report
