@@ -80,7 +80,7 @@ make_disk() { # WORK ARCH BOARD IMAGE VERSION
   mkfs.vfat --invariant -F 16 -n EFI "$work/efi.img" >/dev/null
   (cd "$work/efi" && find . -mindepth 1 -type d | sort | sed 's#^\./#::#' | xargs mmd -i "$work/efi.img" &&
     find . -type f | sort | while read -r file; do mcopy -m -i "$work/efi.img" "$file" "::${file#./}"; done)
-  mkdir -p "$work"/data/{descriptions,state,rauc,incoming}
+  mkdir -p "$work"/data/{descriptions,state,rauc}
   descriptions_of "$3" "$work/data/descriptions"
   # A version that its maker has tested is not given up on the first day because a description is wrong.
   echo "$5" >"$work/data/rauc/confirmed"
