@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "protocol/messages/fields.hpp"
+#include "protocol/units/megabytes.hpp"
 
 namespace probebox::app {
 namespace {
@@ -54,10 +55,6 @@ std::filesystem::path made(std::filesystem::path folder) {
   return folder;
 }
 
-std::string inMegabytes(std::uint64_t bytes) {
-  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
-}
-
 std::uint64_t sizeOf(int file) {
   struct stat about {};
   return ::fstat(file, &about) == 0 ? static_cast<std::uint64_t>(about.st_size) : 0;
@@ -94,7 +91,8 @@ Outcome<void> BundleFile::open() {
 std::optional<Error> BundleFile::fail(const std::string& doing, int error) {
   drop();
   if (error == ENOSPC || error == EDQUOT)
-    return Error{"disk-full: the box's disk is full: retire or remove what is not needed, or use a smaller bundle."};
+    return Error{
+        "disk-full: the box's disk has filled up, and what came of the bundle is removed: use a smaller bundle."};
   return Error{"disk-failed: " + doing + ": " + std::strerror(error) + ". Check the disk of the box."};
 }
 
@@ -114,6 +112,9 @@ std::optional<Error> BundleFile::note(std::uint64_t stored, std::uint64_t instal
 }
 
 std::optional<Error> BundleFile::begin(const Bundle& bundle) {
+  if (bundle.total_bytes > kMost)
+    return Error{"too-large: the bundle has " + inMegabytes(bundle.total_bytes) + ", and a box takes " +
+                 inMegabytes(kMost) + " at most."};
   const bool same = bundle_ && bundle_->sha256 == bundle.sha256 && bundle_->total_bytes == bundle.total_bytes;
   if (!same) drop();
   struct statvfs disk {};

@@ -27,6 +27,7 @@ struct Bundle {
 class BundleFile {
  public:
   static constexpr std::uint64_t kSpare = 16U << 20U;  // bytes that a bundle leaves free for results
+  static constexpr std::uint64_t kMost = 200U << 20U;  // bytes that the updater takes
 
   // Makes the folder where it is missing.
   explicit BundleFile(std::filesystem::path folder);
@@ -40,8 +41,8 @@ class BundleFile {
   // Names what the bundle was handed over for; 0: not handed over.
   std::uint64_t installation() const { return installation_; }
 
-  // Keeps what is there of the same bundle, drops another one. Error disk-full: no room for it and for the copy that
-  // the updater makes.
+  // Keeps what is there of the same bundle, drops another one. Errors: too-large, disk-full (no room for it and for the
+  // copy that the updater makes).
   std::optional<Error> begin(const Bundle& bundle);
   // Adds what follows received(). On an error (disk-full or the disk's own) everything is dropped: results need room.
   std::optional<Error> append(std::span<const std::byte> bytes);

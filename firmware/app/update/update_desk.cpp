@@ -182,7 +182,9 @@ Reply UpdateDesk::install(std::span<const std::byte> body) {
   return ok(InstallUpdate::Answer{.installation = checking_->installation});
 }
 
-Reply UpdateDesk::status() const {
+Reply UpdateDesk::status() {
+  // The first report of a box comes after the start of this program.
+  if (parts_) report_ = parts_->updater.report();
   auto answer = current();
   if (const auto why = whyNotNow()) answer.why_not = why->what;
   return ok(answer);
@@ -270,11 +272,13 @@ void UpdateDesk::follow(Clock::time_point now) {
   auto& [updater, file] = *parts_;
   report_ = updater.report();
   if (!report_ || report_->installation != file.installation()) {
-    if (now - handed_over_ < kUntaken || !updater.takeBack()) return tellWords();
+    const auto waited = now - handed_over_;
+    if (waited < kUntaken || (!updater.takeBack() && waited < kUnreported)) return tellWords();
     const auto installation = file.installation();
     static_cast<void>(file.setInstallation(0));
     failed_installation_ = installation;
-    why_failed_ = "updater-silent: the updater of this box does not take the bundle: restart the box and try again.";
+    why_failed_ =
+        "updater-silent: the updater of this box reports nothing about the bundle: restart the box and try again.";
     logError(why_failed_);
   } else if (report_->state == UpdateState::installed && !restart_asked_ && !whyNotNow()) {
     const auto why = updater.askRestart();

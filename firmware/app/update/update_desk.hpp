@@ -32,6 +32,8 @@ class UpdateDesk {
   };
   static constexpr std::chrono::seconds kAbandoned{30};  // another bundle may be offered after this silence
   static constexpr std::chrono::minutes kUntaken{10};    // the updater has to take a request within this time
+  // It reports before it removes a request, and is ended after half an hour.
+  static constexpr std::chrono::minutes kUnreported{40};
 
   // folder: for the bundle. reports: folder of the updater; empty where the box has none, and nothing is touched then.
   UpdateDesk(const std::filesystem::path& folder, const std::filesystem::path& reports, Colleagues colleagues);
@@ -59,7 +61,7 @@ class UpdateDesk {
   Reply offer(std::span<const std::byte> body, Clock::time_point now);
   Reply send(std::span<const std::byte> body, Clock::time_point now);
   Reply install(std::span<const std::byte> body);
-  Reply status() const;
+  Reply status();
   messages::UpdateStatus::Answer current() const;
   std::optional<Error> whyNotNow() const;
   std::optional<Reply> whyNotThis(std::uint32_t offer) const;

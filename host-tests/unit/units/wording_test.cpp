@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <string>
 
+#include "protocol/units/megabytes.hpp"
+
 namespace probebox {
 namespace {
 
@@ -12,6 +14,11 @@ using testing::HasSubstr;
 TEST(PersonsName, MayBeOfAnyScript) {
   for (const auto* name : {"Ada", "A", "Zoë O'Neil-Šimić", "李 明", "محمد", "Ада", "shift 2 (night)"})
     EXPECT_FALSE(whyNoName(name)) << name;
+}
+
+TEST(InMegabytes, HasOneDecimal) {
+  EXPECT_EQ(inMegabytes(62'449'999), "62.4 MB");
+  EXPECT_EQ(inMegabytes(0), "0.0 MB");
 }
 
 TEST(PersonsName, IsNotBlank) {

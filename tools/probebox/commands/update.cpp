@@ -4,6 +4,7 @@
 #include <thread>
 #include <utility>
 
+#include "protocol/units/megabytes.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/bundle_to_send.hpp"
@@ -32,10 +33,6 @@ Trouble explained(Trouble trouble) {
 
 bool linkIsLost(const Trouble& trouble) {
   return trouble.name == "link-lost" || trouble.name == "timed-out" || trouble.name == "no-box";
-}
-
-std::string inMegabytes(std::uint64_t bytes) {
-  return printed("%.1f MB", static_cast<double>(bytes) * 1e-6);
 }
 
 Json describe(const UpdateStatus::Answer& status) {

@@ -114,6 +114,24 @@ TEST_F(UpdateDeskTest, AnUpdaterThatIsSilentIsGivenUp) {
   EXPECT_FALSE(std::filesystem::exists(box_.requests() / "request"));
 }
 
+// It reports before it removes a request, unless the power or its disk failed.
+TEST_F(UpdateDeskTest, AnUpdaterThatTookTheRequestAndSaysNothingIsGivenUp) {
+  hand(bundleBytes(10'000));
+  std::filesystem::remove(box_.requests() / "request");
+  box_.look(UpdateDesk::kUnreported - std::chrono::seconds{1});
+  EXPECT_EQ(box_.status().state, UpdateState::waiting);
+  box_.look(std::chrono::seconds{2});
+  EXPECT_EQ(box_.status().state, UpdateState::not_installed);
+  EXPECT_THAT(box_.status().text, StartsWith("updater-silent"));
+  EXPECT_EQ(box_.offerReply(bundleBytes(10'000)).code, ErrorCode::ok) << "the next one is taken";
+}
+
+TEST_F(UpdateDeskTest, TellsTheVersionThatRunsAsSoonAsTheUpdaterHasReported) {
+  EXPECT_EQ(box_.status().running_version, "");
+  std::ofstream{box_.reports() / "state"} << "state none\nrunning 7.1\n";
+  EXPECT_EQ(box_.status().running_version, "7.1");
+}
+
 TEST_F(UpdateDeskTest, ABundleWithAnotherHashIsRefusedAndRemoved) {
   auto bytes = bundleBytes(2'500'000);
   const auto sha256 = sha256Of(bytes);
@@ -184,12 +202,13 @@ TEST_F(UpdateDeskTest, OneBundleAtATime) {
   EXPECT_EQ(box_.send(one, 4'000, 4'000).code, ErrorCode::not_found) << "it would go into the other one";
 }
 
-TEST_F(UpdateDeskTest, ABundleThatTheDiskCannotHoldIsRefusedByName) {
-  for (const std::uint64_t size : {std::uint64_t{1} << 50U, ~std::uint64_t{0}, (~std::uint64_t{0} >> 1U) + 2}) {
+TEST_F(UpdateDeskTest, ABundleThatIsTooLargeIsRefusedByName) {
+  for (const std::uint64_t size :
+       {BundleFile::kMost + 1, std::uint64_t{1} << 50U, ~std::uint64_t{0}, (~std::uint64_t{0} >> 1U) + 2}) {
     const auto reply =
         box_.ask<messages::OfferUpdate>({.name = "huge", .version = {}, .total_bytes = size, .sha256 = {}});
     EXPECT_EQ(reply.code, ErrorCode::refused) << size;
-    EXPECT_THAT(reply.text, StartsWith("disk-full"));
+    EXPECT_THAT(reply.text, StartsWith("too-large"));
   }
 }
 
