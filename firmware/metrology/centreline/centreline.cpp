@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "firmware/metrology/centreline/ball_readings.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
