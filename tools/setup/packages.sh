@@ -18,6 +18,9 @@ probebox_reader_packages=(tshark python3-numpy python3-pyte)
 # A control without a machine (host-tests/cnc), 34 MB to fetch. Where it cannot be had, those tests are skipped.
 # shellcheck disable=SC2034
 probebox_cnc_packages=(linuxcnc-uspace util-linux)
+# What looks at bundles as the updater of an image does. Without them those tests are skipped.
+# shellcheck disable=SC2034
+probebox_update_packages=(rauc squashfs-tools openssl)
 # What `probebox interference` measures distances with. Without it the command says what is missing.
 # shellcheck disable=SC2034
 probebox_distance_packages=(libfcl-dev)
