@@ -7,6 +7,7 @@ find_package(CLI11 2.1 REQUIRED)
 pkg_check_modules(GPIOD REQUIRED IMPORTED_TARGET libgpiod>=2.1)
 pkg_check_modules(USB REQUIRED IMPORTED_TARGET libusb-1.0>=1.0.26)
 find_library(AIO_LIBRARY aio REQUIRED)  # libaio has no pkg-config file
+pkg_check_modules(MD REQUIRED IMPORTED_TARGET libmd>=1.0)
 pkg_check_modules(MODBUS REQUIRED IMPORTED_TARGET libmodbus>=3.1)
 pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3>=3.40)
 pkg_check_modules(TOMLPP REQUIRED IMPORTED_TARGET tomlplusplus>=3.2)

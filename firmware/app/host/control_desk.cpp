@@ -53,10 +53,6 @@ std::optional<Error> whyNotHomed(const AxisHomed& homed, const box::State& state
                "standstill."};
 }
 
-bool inProgress(procedure::State state) {
-  return state == procedure::State::waiting || state == procedure::State::running || state == procedure::State::solving;
-}
-
 // Why a marker does not belong to what is being done.
 std::optional<Error> whyStray(const Marker& marker, const box::State& state) {
   if (marker.phase > MarkerPhase::abandon) return Error{"A marker's phase is 0 begin, 1 end or 2 abandon."};
@@ -268,8 +264,8 @@ Reply ControlDesk::abortProcedure(const board::Access& may, std::span<const std:
 // Whoever may not do it at all hears that first, from the desk itself.
 std::optional<Error> ControlDesk::whyNotProvision(const Caller& caller, const box::State& state) const {
   if (!caller.may.allow_provision.value_or(false)) return std::nullopt;
-  const bool run_is_on = last_run_ > state.procedure.run || inProgress(state.procedure.state);
-  return UnitDesk::whyNotNow(state.snapshot.inhibited || with_.doors.anyInhibits(), run_is_on);
+  return whyNotAtRest({.cut_is_on = state.snapshot.inhibited || with_.doors.anyInhibits(),
+                       .run_is_on = last_run_ > state.procedure.run || inProgress(state.procedure.state)});
 }
 
 std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::PendingRequest& request) {

@@ -35,12 +35,6 @@ Reply UnitDesk::answer(Operation operation, std::span<const std::byte> body, con
   return operation == Operation::provision ? provision(body, may) : describe();
 }
 
-std::optional<Error> UnitDesk::whyNotNow(bool cut_is_on, bool run_is_on) {
-  if (cut_is_on) return Error{"A cut is on: provision the box when it is over."};
-  if (run_is_on) return Error{"A measuring procedure is in progress: provision the box when it is over."};
-  return std::nullopt;
-}
-
 Reply UnitDesk::provision(std::span<const std::byte> body, const board::Access& may) {
   const auto request = messages::decode<messages::Provision::Request>(body);
   if (!request) return malformed(Operation::provision);

@@ -1,16 +1,14 @@
 #pragma once
-#include <optional>
 #include <span>
 #include <string>
 
 #include "board/describe/service.hpp"
 #include "firmware/app/results/reply.hpp"
 #include "firmware/app/results/unit_record.hpp"
-#include "firmware/box/state.hpp"
 
 namespace probebox::app {
 
-// Answers requests about the identity of the box. On the worker's thread but for whyNotNow().
+// Answers requests about the identity of the box. On the worker's thread but for problem().
 class UnitDesk {
  public:
   // notes: sentences about the unit in use, for hosts.
@@ -19,10 +17,6 @@ class UnitDesk {
   static bool answers(messages::Operation operation);
   Reply answer(messages::Operation operation, std::span<const std::byte> body, const board::Access& may);
 
-  // Why nothing may be written now: a cut or a run is on.
-  static std::optional<Error> whyNotNow(bool cut_is_on, bool run_is_on);
-
-  // Any thread.
   const std::string& problem() const { return record_.problem(); }
 
  private:

@@ -32,7 +32,6 @@ class BundleFile {
   // Makes the folder where it is missing.
   explicit BundleFile(std::filesystem::path folder);
 
-  const std::filesystem::path& folder() const { return folder_; }
   // Null while there is none.
   const Bundle* bundle() const { return bundle_ ? &*bundle_ : nullptr; }
   std::uint64_t received() const { return received_; }

@@ -92,14 +92,7 @@ Reply UpdateDesk::answer(Operation operation, std::span<const std::byte> body, c
 
 std::optional<Error> UpdateDesk::whyNotNow() const {
   if (!parts_) return Error{kNoUpdater};
-  const auto machine = with_.machine();
-  if (machine.cut_is_on)
-    return Error{
-        "cut-on: a cut is on, and the box is not changed during one: go on when it is over (probebox inhibit)."};
-  if (machine.run_is_on)
-    return Error{
-        "run-on: a calibration is in progress: go on when it is over, or end it (probebox calibrate --abort)."};
-  return std::nullopt;
+  return whyNotAtRest(with_.activity());
 }
 
 Reply UpdateDesk::offer(std::span<const std::byte> body, Clock::time_point now) {

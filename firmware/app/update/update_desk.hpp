@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "firmware/app/results/activity.hpp"
 #include "firmware/app/results/caller.hpp"
 #include "firmware/app/results/reply.hpp"
 #include "firmware/app/update/bundle_file.hpp"
@@ -22,12 +23,8 @@ namespace probebox::app {
 class UpdateDesk {
  public:
   using Clock = std::chrono::steady_clock;
-  struct Machine {
-    bool cut_is_on{};  // says any door, or a line
-    bool run_is_on{};
-  };
   struct Colleagues {
-    std::function<Machine()> machine;
+    std::function<Activity()> activity;
     std::function<void()> look_again;  // calls look() soon
   };
   static constexpr std::chrono::seconds kAbandoned{30};  // another bundle may be offered after this silence

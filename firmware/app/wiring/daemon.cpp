@@ -89,7 +89,7 @@ struct Daemon::Parts {
         results_desk{calibrations, core_view, doors},
         loop_back_desk{descriptions.box.loop_back, loopBackOf(descriptions)},
         unit_desk{std::move(unit)},
-        update_desk{state / "update", options.updater, {[this] { return machineNow(); }, [this] { worker.notify(); }}},
+        update_desk{state / "update", options.updater, {[this] { return activity(); }, [this] { worker.notify(); }}},
         worker{[this] { workerRound(); }},
         desk{
             {descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
@@ -138,11 +138,10 @@ struct Daemon::Parts {
   }
 
   // What an update has to wait for. For the worker's thread.
-  UpdateDesk::Machine machineNow() {
+  Activity activity() {
     const auto& now = core_view.newest();
     return {.cut_is_on = doors.anyInhibits() || now.snapshot.inhibited,
-            .run_is_on =
-                now.procedure.state >= procedure::State::waiting && now.procedure.state <= procedure::State::solving};
+            .run_is_on = procedure::inProgress(now.procedure.state)};
   }
 
   void writeJournal() {

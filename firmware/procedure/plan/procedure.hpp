@@ -18,6 +18,11 @@ enum class State : std::uint8_t {
   aborted = 6,
 };
 
+// Whether a run in this state still needs the machine or the worker.
+inline bool inProgress(State state) {
+  return state >= State::waiting && state <= State::solving;
+}
+
 // State of a run. Plain data, published as a whole.
 struct Progress {
   std::uint32_t run{};

@@ -95,7 +95,7 @@ def door_without_the_right(probeboxd, probebox, folder):
         box.start()
         if allowed:
             box.command("inhibit", "on", "--by", "Ada")
-            assert "A cut is on" in refused(box, 4, "provision", unit(here, "unit.toml"))
+            assert "a cut is on" in refused(box, 4, "provision", unit(here, "unit.toml"))
             box.command("inhibit", "off", "--by", "Ada")
             box.command("provision", unit(here, "unit.toml"))
         else:

@@ -12,7 +12,6 @@ namespace {
 struct Received : link::StreamListener {
   void onFrame(const frame::Frame& frame) override {
     if (frame.header.type != static_cast<std::uint8_t>(messages::MessageType::samples)) return;
-    if (bytes == 0) first_at = link::now();
     bytes += frame.payload.size() + frame::kOverhead;
     last_at = link::now();
   }
@@ -29,7 +28,7 @@ struct Received : link::StreamListener {
   SampleTally tally;
   std::optional<SampleIndex> first;
   std::uint64_t bytes{};
-  MonoTime first_at{}, last_at{};
+  MonoTime last_at{};
 };
 
 }  // namespace

@@ -185,8 +185,8 @@ class Errand {
     auto words = inWords(last_);
     if (last_.state == UpdateState::installing) {
       console_.progress(words + " " + progressBar(last_.percent, 100) + "  " + last_.text);
-    } else if (last_.state == UpdateState::installed && !last_.why_not.empty()) {
-      words += " (" + last_.why_not + ")";
+    } else if (last_.state == UpdateState::installed) {
+      for (const auto& why : {last_.text, last_.why_not}) words += why.empty() ? "" : " (" + why + ")";
     }
     if (std::exchange(said_, words) != words) console_.note(words);
   }

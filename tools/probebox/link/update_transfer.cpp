@@ -26,7 +26,7 @@ Outcome<std::uint32_t, Trouble> UpdateTransfer::run() {
                                             .total_bytes = bundle_.bytes(),
                                             .sha256 = bundle_.sha256()}));
   offer_ = offered.offer;
-  next_ = held_ = resumed_ = offered.received_bytes;
+  next_ = held_ = offered.received_bytes;
   progress_(held_);
   while (held_ < bundle_.bytes()) {
     if (console_.interrupted()) return interruption();

@@ -24,8 +24,6 @@ class UpdateTransfer {
 
   // Returns the offer by which the box knows the complete bundle.
   Outcome<std::uint32_t, Trouble> run();
-  // What the box held before, and what was sent.
-  std::uint64_t resumedBytes() const { return resumed_; }
   std::uint64_t sentBytes() const { return sent_; }
 
  private:
@@ -50,7 +48,6 @@ class UpdateTransfer {
   std::uint64_t next_{};
   std::uint64_t held_{};  // by the box
   bool goes_back_{};      // the box lacks a part before those under way
-  std::uint64_t resumed_{};
   std::uint64_t sent_{};
 };
 

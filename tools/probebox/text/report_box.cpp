@@ -364,26 +364,9 @@ Json describe(const RecordedStatus& r) {
   const auto not_recorded = [&all](std::initializer_list<const char*> keys) {
     for (const auto* key : keys) all[key] = nullptr;
   };
-  not_recorded({"receiver",
-                "queue_high_water_events",
-                "events",
-                "sources",
-                "lines",
-                "procedure",
-                "active_result_ids",
-                "links",
-                "not_let_in",
-                "modbus",
-                "cnc_lines",
-                "usb_ports",
-                "inhibits",
-                "storage_problems",
-                "newest_results",
-                "rests_on_retired",
-                "cut_in_progress",
-                "unit",
-                "process",
-                "update"});
+  not_recorded({"receiver", "queue_high_water_events", "events", "sources", "lines", "procedure", "links"});
+  not_recorded({"not_let_in", "modbus", "cnc_lines", "usb_ports", "unit", "process", "update", "storage_problems"});
+  not_recorded({"active_result_ids", "newest_results", "rests_on_retired", "inhibits", "cut_in_progress"});
   all["clock"]["frequency_ppb"] = nullptr;
   if (!r.map) all["clock"]["tick"] = nullptr;
   if (!r.beat) all["clock"]["edges"] = nullptr;

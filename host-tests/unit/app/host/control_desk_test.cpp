@@ -10,6 +10,7 @@ namespace probebox::app {
 namespace {
 
 using testing::HasSubstr;
+using testing::StartsWith;
 
 constexpr board::Access kAll{
     .allow_marker = true, .allow_homing = true, .allow_inhibit = true, .allow_calibrate = true, .allow_accept = true};
@@ -88,13 +89,13 @@ TEST_F(Desk, ProvisionsOnlyWithTheRightToAndAtRest) {
     return reply && reply->code == messages::ErrorCode::wrong_state ? reply->text : "";
   };
   state_.procedure.state = procedure::State::running;
-  EXPECT_THAT(refused(), HasSubstr("procedure is in progress"));
+  EXPECT_THAT(refused(), StartsWith("run-on"));
   state_.procedure.state = procedure::State::idle;
   state_.snapshot.inhibited = true;
-  EXPECT_THAT(refused(), HasSubstr("A cut is on"));
+  EXPECT_THAT(refused(), StartsWith("cut-on"));
   state_.snapshot.inhibited = false;
   ASSERT_FALSE(doors_.setInhibit(kDoor, true, "")) << "the core has not heard of it yet";
-  EXPECT_THAT(refused(), HasSubstr("A cut is on"));
+  EXPECT_THAT(refused(), StartsWith("cut-on"));
   ASSERT_FALSE(doors_.setInhibit(kDoor, false, ""));
   EXPECT_FALSE(ask(true)) << "the worker answers";
   for (const auto may : {std::optional<bool>{}, std::optional{false}}) {

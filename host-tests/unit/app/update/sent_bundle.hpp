@@ -98,7 +98,7 @@ class SentBundle {
   void report(const std::string& lines) { std::ofstream{reports() / "state"} << lines; }
 
   std::filesystem::path folder;
-  UpdateDesk::Machine machine;
+  Activity machine;
   board::Access may{kMayUpdate};
   UpdateDesk::Clock::time_point now{UpdateDesk::Clock::now()};
   std::uint32_t offered{};

@@ -125,6 +125,12 @@ TEST(PeriodicCheck, StatesWhatStopsOfCLeave) {
     for (const char* key : {"Ycen_B0_mm", "Ycen_B45_mm", "Ycen_B90_mm"})
       add(y, key, machine.centreline.y(), std::hypot(sigma, across) / 2);
     add(side, "x_offset_error_mm", (diameters ? 2 : 1) * machine.x_offset_error, sigma / std::numbers::sqrt2);
+    // C comes to every pose anew: what one angle of the head says, another one does not.
+    const auto& [names, values] = solved->covariance.value();
+    const auto at = [&](const char* key) {
+      return static_cast<std::size_t>(std::ranges::find(names, key) - names.begin());
+    };
+    EXPECT_NEAR(values.at(at("Ycen_B0_mm") * names.size() + at("Ycen_B90_mm")), 0.0, 1e-6 * sigma * sigma);
   }
   expectHonest(x);
   expectHonest(y);
