@@ -19,7 +19,7 @@ Failure notAcceptable(const Record& record) {
   }
   return {Reason::not_possible_now, which(record) + " is " + std::string{name(record.state)} +
                                         ", and only a proposed one can be accepted; calibrate again, or return to the "
-                                        "previous result with `probebox rollback`"};
+                                        "previous result with `probebox rollback ID --by NAME`"};
 }
 
 Failure notWaiting(const Record& record) {

@@ -112,7 +112,7 @@ Outcome<void, Failure> markDamaged(Database& database) {
 
 namespace {
 
-constexpr const char* kRemedy = ": calibrate again, or go back with `probebox rollback`";
+constexpr const char* kRemedy = ": calibrate again, or go back with `probebox rollback ID --by NAME`";
 
 Outcome<void, Failure> addDamagedResults(Database& database, std::vector<std::string>& all) {
   Statement rows{database,

@@ -74,7 +74,7 @@ std::optional<store::Failure> ResultsInForce::whyBeside(const std::string& subje
                             "A result about " + subject + " cannot be in force beside result " +
                                 std::to_string(each.id) + " about " + other +
                                 ": both are served as the turning axis. Withdraw that one first (probebox rollback " +
-                                std::to_string(each.id) + ")."};
+                                std::to_string(each.id) + " --by NAME)."};
     }
   }
   return std::nullopt;

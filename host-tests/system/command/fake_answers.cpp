@@ -265,10 +265,26 @@ Reply FakeAnswers::kept(std::span<const std::byte> body) const {
   return ok(answer);
 }
 
+messages::AcceptResult::Answer FakeAnswers::compared() const {
+  messages::AcceptResult::Answer answer{.state = messages::ResultState::proposed, .subject = "delay"};
+  answer.first_of_subject = options_.in_force_tau_s == 0;
+  if (answer.first_of_subject) return answer;
+  answer.compared_with = oneInForce().id;
+  answer.changes.push_back({.key = "tau_s",
+                            .value = FakeBox::kTau_s,
+                            .sd = FakeBox::kSd_s,
+                            .has_sd = true,
+                            .before = options_.in_force_tau_s,
+                            .sd_before = FakeBox::kSd_s,
+                            .has_sd_before = true});
+  return answer;
+}
+
 Reply FakeAnswers::accept(std::span<const std::byte> body) {
   const auto request = read<messages::AcceptResult::Request>(body);
   if (options_.forbids_accepting) return no(ErrorCode::not_permitted, "accepting over a link is off; see service.toml");
   if (request.id != FakeBox::kResultId || !proposed_) return no(ErrorCode::not_found, "there is no such result");
+  if (request.compare_only) return ok(compared());
   const double before_s = options_.in_force_tau_s;
   const double in_sd =
       before_s == 0 ? 0 : std::abs(FakeBox::kTau_s - before_s) / std::hypot(FakeBox::kSd_s, FakeBox::kSd_s);

@@ -36,6 +36,7 @@ class FakeAnswers {
   Reply procedure();
   Reply mark(std::span<const std::byte> body);
   Reply results(std::span<const std::byte> body) const;
+  messages::AcceptResult::Answer compared() const;
   Reply accept(std::span<const std::byte> body);
   Reply rollBack(std::span<const std::byte> body) const;
   Reply history(std::span<const std::byte> body) const;

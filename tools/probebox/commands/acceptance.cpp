@@ -1,6 +1,5 @@
 #include "tools/probebox/commands/acceptance.hpp"
 
-#include <algorithm>
 #include <istream>
 #include <optional>
 #include <utility>
@@ -20,15 +19,16 @@ Outcome<std::optional<Comparison>, Trouble> compare(link::Client& box, const Acc
   TRY(const auto proposed, keptResult(box, console, acceptance.id));
   subject = proposed.summary.subject;
   adopted_by = proposed.summary.as_this_machine_by;
+  if (!proposed.dataset_kept && proposed.summary.state == messages::ResultState::proposed)
+    console.note("the box does not keep the measured data of result " + std::to_string(acceptance.id) +
+                 " (of results that nobody has accepted, those of the newest 20): there can be no report and no "
+                 "certificate of it");
   if (proposed.result() == nullptr || proposed.summary.state == messages::ResultState::active ||
       !proposed.summary.why_not_in_force.empty())
     return std::optional<Comparison>{};
-  TRY(const auto in_force, keptInForce(box, console));
-  const auto same = std::ranges::find_if(
-      in_force, [&](const KeptResult& other) { return answersTheSame(other.summary, proposed.summary); });
-  const bool first = same == in_force.end();
-  return std::optional{
-      comparisonOf(*proposed.result(), first ? nullptr : same->result(), first ? 0 : same->summary.id, subject)};
+  const auto compared = comparisonByBox(box, console, proposed);
+  // What speaks against it is the answer to accepting it, too.
+  return compared ? std::optional{*compared} : std::nullopt;
 }
 
 // "y" or "yes" alone is consent.

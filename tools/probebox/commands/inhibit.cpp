@@ -1,8 +1,22 @@
+#include <string>
+#include <vector>
+
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
+namespace {
+
+// To end one's own is right where one holds none, but seldom what was meant.
+void sayWhoseIsLeft(const Inhibit& options, const std::vector<messages::InhibitHolder>& holders, Console& console) {
+  if (options.what != "off" || holders.empty()) return;
+  console.note((options.by.empty() ? "this link" : options.by) +
+               " holds no inhibit now; to end another's: probebox inhibit off --door '" + holders.front().door +
+               "' --by NAME");
+}
+
+}  // namespace
 
 // Says who holds an inhibit, after having set or ended one.
 ExitStatus run(const Inhibit& options, const std::string& uri, Console& console) {
@@ -20,6 +34,7 @@ ExitStatus run(const Inhibit& options, const std::string& uri, Console& console)
     console.object({{"inhibits", inhibitsOf(status->inhibits)}, {"cut_in_progress", corrections->inhibited}});
     return ExitStatus::ok;
   }
+  sayWhoseIsLeft(options, status->inhibits, console);
   if (status->inhibits.empty())
     console.line(corrections->inhibited ? cutLine() : "nobody holds an inhibit, and no inhibit line is active");
   for (const auto& holder : status->inhibits) console.line("a cut is on: " + line(holder));

@@ -74,6 +74,16 @@ bool answersTheSame(const messages::ResultSummary& one, const messages::ResultSu
          one.mounting == other.mounting;
 }
 
+Outcome<Comparison, Trouble> comparisonByBox(link::Client& box, Console& console, const KeptResult& proposed) {
+  if (proposed.result() == nullptr) return Trouble{ExitStatus::failed, "refused", proposed.refusal()->reason};
+  messages::AcceptResult::Request question{.id = proposed.summary.id};
+  question.compare_only = true;
+  TRY(const auto answer, ask<messages::AcceptResult>(box, console, question));
+  if (answer.compared_with == 0) return nothingBeside(*proposed.result(), proposed.summary.subject);
+  TRY(const auto in_force, keptResult(box, console, answer.compared_with));
+  return comparisonOf(answer, *proposed.result(), in_force.result());
+}
+
 Outcome<std::vector<KeptResult>, Trouble> keptInForce(link::Client& box, Console& console) {
   TRY(const auto status, ask<messages::Status>(box, console));
   std::vector<KeptResult> all;

@@ -8,6 +8,7 @@
 #include "protocol/messages/control.hpp"
 #include "protocol/units/outcome.hpp"
 #include "tools/probebox/link/box.hpp"
+#include "tools/probebox/text/comparison.hpp"
 
 namespace probebox::command {
 
@@ -28,6 +29,10 @@ Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, s
 
 // True for two results of the same subject, probe, machine and mounting: at most one of them can be in force.
 bool answersTheSame(const messages::ResultSummary& one, const messages::ResultSummary& other);
+
+// Asks the box how a result compares with the one in force of its subject, and changes nothing. Trouble: it cannot be accepted,
+// with the reason.
+Outcome<Comparison, Trouble> comparisonByBox(link::Client& box, Console& console, const KeptResult& proposed);
 
 // The results in force, of every subject.
 Outcome<std::vector<KeptResult>, Trouble> keptInForce(link::Client& box, Console& console);

@@ -54,8 +54,11 @@ class Inputs {
 
   Outcome<std::uint64_t, Trouble> inForceAbout(const std::string& subject) {
     TRY(const auto all, keptInForce(*box_, console_));
-    for (const auto& kept : all) {
-      if (kept.summary.subject == subject || kept.summary.method == subject) return kept.summary.id;
+    // Some subjects have the name of a method that answers another one too.
+    for (const auto key : {&messages::ResultSummary::subject, &messages::ResultSummary::method}) {
+      for (const auto& kept : all) {
+        if (kept.summary.*key == subject) return kept.summary.id;
+      }
     }
     return Trouble{ExitStatus::usage, "unreadable-input",
                    subject +

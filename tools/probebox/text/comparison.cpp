@@ -31,7 +31,7 @@ std::string differenceOf(const Change& change) {
 
 std::string linesOf(const Change& change) {
   std::string all = printed("\n  %-22s ", change.now.label.name.c_str()) + casefolder::withSdAndU(change.now);
-  if (!change.before) return all + printed("\n  %-22s ", "  in force") + "has no such value";
+  if (!change.before) return all;
   all += printed("\n  %-22s ", "  in force") + casefolder::withSdAndU(*change.before);
   return all + printed("\n  %-22s ", "  difference") + differenceOf(change);
 }
@@ -48,6 +48,16 @@ Json describe(const Change& change) {
   all["difference"] = change.now.value - change.before->value;
   all["difference_in_sd"] = in_sd ? Json(*in_sd) : Json(nullptr);
   return all;
+}
+
+// Value and sd are the box's, which may have moved them to another height; name, unit and U are the result's.
+Quantity quantityFrom(const std::vector<Quantity>& listed, const std::string& key, const std::string& axis,
+                      double value, std::optional<double> sd) {
+  const auto same = std::ranges::find(listed, key, &Quantity::key);
+  auto quantity = same == listed.end() ? Quantity{key, casefolder::quantityLabel(key, axis), {}, {}, {}} : *same;
+  quantity.value = value;
+  quantity.sd = sd;
+  return quantity;
 }
 
 }  // namespace
@@ -67,18 +77,25 @@ std::optional<double> Comparison::worstInSd() const {
   return worst;
 }
 
-Comparison comparisonOf(const metrology::Result& proposed, const metrology::Result* in_force, std::uint64_t in_force_id,
-                        std::string_view subject) {
+Comparison comparisonOf(const messages::AcceptResult::Answer& answer, const metrology::Result& proposed,
+                        const metrology::Result* in_force) {
+  if (answer.compared_with == 0 || in_force == nullptr) return nothingBeside(proposed, answer.subject);
+  const auto axis = casefolder::rotaryAxisOf(answer.subject);
+  const auto now = casefolder::quantitiesOf(proposed, axis), before = casefolder::quantitiesOf(*in_force, axis);
+  Comparison comparison{.in_force = answer.compared_with, .changes = {}};
+  for (const auto& change : answer.changes) {
+    comparison.changes.push_back(
+        {quantityFrom(now, change.key, axis, change.value, change.has_sd ? std::optional{change.sd} : std::nullopt),
+         quantityFrom(before, change.key, axis, change.before,
+                      change.has_sd_before ? std::optional{change.sd_before} : std::nullopt)});
+  }
+  return comparison;
+}
+
+Comparison nothingBeside(const metrology::Result& proposed, std::string_view subject) {
   Comparison comparison;
-  std::vector<Quantity> before;
-  if (in_force != nullptr) {
-    comparison.in_force = in_force_id;
-    before = casefolder::quantitiesAbout(*in_force, subject);
-  }
-  for (auto& now : casefolder::quantitiesAbout(proposed, subject)) {
-    const auto same = std::ranges::find(before, now.key, &Quantity::key);
-    comparison.changes.push_back({std::move(now), same == before.end() ? std::nullopt : std::optional{*same}});
-  }
+  for (auto& now : casefolder::quantitiesAbout(proposed, subject))
+    comparison.changes.push_back({std::move(now), std::nullopt});
   return comparison;
 }
 
@@ -96,6 +113,7 @@ std::string page(const Comparison& comparison, std::uint64_t proposed_id, const 
   std::string all = "result " + std::to_string(proposed_id) + " about " + subject + ": ";
   all += comparison.in_force == 0 ? "the first of its subject, there is none to compare it with"
                                   : "would replace result " + std::to_string(comparison.in_force);
+  if (comparison.changes.empty()) all += ", with which it has no value in common";
   auto changes = comparison.changes;
   const bool cut = changes.size() > kMostShown;
   if (cut) std::ranges::stable_sort(changes, std::ranges::greater{}, sortKey);

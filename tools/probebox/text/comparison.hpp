@@ -5,17 +5,18 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/result.hpp"
+#include "protocol/messages/results.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/probebox/cli/console.hpp"
 
 namespace probebox::command {
 
-// Compares a proposed result with the one in force of the same subject, for display only: the box decides whether they
-// differ too much.
+// A proposed result beside the one in force of the same subject, as the box compared them: it decides what is compared,
+// at which height, and whether they differ too much.
 struct Comparison {
   struct Change {
     casefolder::Quantity now;
-    std::optional<casefolder::Quantity> before;  // empty where the result in force has no such value
+    std::optional<casefolder::Quantity> before;  // empty where none is in force
     // The difference in sd of the difference; empty unless both sd are known.
     std::optional<double> inSd() const;
   };
@@ -26,9 +27,11 @@ struct Comparison {
   std::optional<double> worstInSd() const;
 };
 
-// Of the values about the subject. in_force: null for none.
-Comparison comparisonOf(const metrology::Result& proposed, const metrology::Result* in_force, std::uint64_t in_force_id,
-                        std::string_view subject);
+// answer: of the box, to compare_only. The results give names, units and U; in_force: null where none is.
+Comparison comparisonOf(const messages::AcceptResult::Answer& answer, const metrology::Result& proposed,
+                        const metrology::Result* in_force);
+// Nothing to compare with: the values about the subject alone.
+Comparison nothingBeside(const metrology::Result& proposed, std::string_view subject);
 
 Json describe(const Comparison& comparison);
 // Prints value, sd and U of both and their difference; of many values only those that differ most.

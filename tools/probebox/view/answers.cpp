@@ -159,14 +159,9 @@ Answer history(link::Client& box, Console& console, const std::string& subject) 
 Answer comparison(link::Client& box, Console& console, std::uint64_t id) {
   TRY(const auto proposed, command::keptResult(box, console, id));
   if (proposed.result() == nullptr) return std::string{"null"};
-  TRY(const auto in_force, command::keptInForce(box, console));
-  const command::KeptResult* same = nullptr;
-  for (const auto& other : in_force) {
-    if (other.summary.id != id && command::answersTheSame(other.summary, proposed.summary)) same = &other;
-  }
   const auto& subject = proposed.summary.subject;
-  const auto compared = command::comparisonOf(*proposed.result(), same == nullptr ? nullptr : same->result(),
-                                              same == nullptr ? 0 : same->summary.id, subject);
+  const auto by_box = command::comparisonByBox(box, console, proposed);
+  const auto compared = by_box ? *by_box : command::nothingBeside(*proposed.result(), subject);
   Json object = describe(compared);
   Json changes = Json::array();
   for (const auto& change : compared.changes) {
