@@ -76,6 +76,8 @@ std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
   if (words[address::wish_speeds] > kMostSpeeds) return refuse("a run has up to 8 speeds");
   if (words[address::wish_read_by] > 2) return refuse("read by is 0 the tip, 1 a sensor head, 2 the shank too");
   if (words[address::wish_axis] > 6) return refuse("the axis is 0 to 6");
+  if (words[address::wish_contacts] > 1) return refuse("contacts is 0 or 1");
+  if (words[address::wish_what] > 4) return refuse("a request is 1 start, 2 abort, 3 or 4 accept");
   if (words[address::wish_mounts] > 255) return refuse("there are up to 255 mounts");
   return std::nullopt;
 }

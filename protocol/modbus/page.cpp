@@ -43,11 +43,11 @@ Rules for the master:
 - By TCP 8 masters are served at once; one more takes the place of one that has asked for nothing yet, or else of the one that has been
   silent for longest. All share the registers that they write, so one alone should: then a request that is repeated over a new
   connection is done once. What is no Modbus over TCP ends the connection.
-- A frame begins after silence or behind a whole frame. What is inside another unit's answer, or inside a frame with a bad CRC, is never done;
-  behind a damaged frame the box listens again after 50 ms of silence at the latest.
+- A frame begins after silence or behind a whole frame. What is inside another unit's answer, or inside a frame with a bad CRC, is not done
+  unless the line falls silent for 50 ms in its middle: after such a silence the box listens for a new frame.
 - Exception 2 (illegal data address): an address outside the map, or a write to a register that is not marked `write`.
   Exception 3 (illegal data value): a value outside its range, or a write that service.toml does not allow; both at once where the write
-  has both words of a value. A write to a commit register answers so for all that it commits: a homing outside of the travel, of
+  has both words of a value. A line that may do nothing writes register 128 alone. A write to a commit register answers so for all that it commits: a homing outside of the travel, of
   an axis that moves or tells its position itself, a marker that belongs to no step, a pose without values. Exception 4 (device
   failure): a word order that cannot be stored. A refused write changes nothing, except an inhibit that cannot be stored: it
   holds until the box ends, and reads 1.
@@ -70,7 +70,7 @@ A calibration by registers alone (service.toml must allow it: allow_calibrate, a
    yours: a master before this one died in mid-step; write phase 2 (abandon), then go to 2.
 6. 848 = 3: the box solves. 4: register 102 has the number of the result; accept it by request 3. 5: refused, register 104 says why.
 A master that dies at any point leaves nothing half done: the step is given up after 60 s and asked for again, the run waits, and request 2
-(abort) ends it. Corrections follow when register 839 is 2 after the accept, unless 844 says that a cut is on.
+(abort) ends it. Runs are counted from 1 at each start of the box: a master that sees register 50 change begins anew. Corrections follow when register 839 is 2 after the accept, unless 844 says that a cut is on.
 )";
 
 void row(std::ostream& out, const Register& entry) {

@@ -49,7 +49,9 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
                                 // Written down before the answer that has it goes out.
                                 .serves = [this](const published::Snapshot& snapshot) { with_.served.note(snapshot); },
                                 .results = [this] { return with_.calibrations.inForce().served(); },
-                                .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); }};
+                                .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); },
+                                .may_wish = [this](const modbus::Wish& wish) { return mayWish(wish); },
+                                .only_looks = may_ == board::Access{}};
   if (!words) registers.keep = [this](modbus::WordOrder order) { return keep(order); };
   return {.registers = std::move(registers),
           .report =
@@ -102,16 +104,22 @@ published::LineState CncLine::lineState(const published::Snapshot& snapshot) {
                                                           : modbus::refusal::of_step + unsigned{step.fault});
     }
   }
-  return {.boots = with_.boots,
-          .calibration_refusal = refusal,
-          .wish = wishes_.state(snapshot.calibration_run),
-          .features = features_};
+  return {.boots = with_.boots, .calibration_refusal = refusal, .wish = wishes_.state(snapshot), .features = features_};
 }
 
 bool CncLine::take(std::span<const Event> said) {
   const auto error = with_.desk.take(said, door_, states_.newest(), may_);
   if (error) refused_.warn(time_.now(), "What " + name_ + " wrote was refused: " + error->what);
   return !error;
+}
+
+bool CncLine::mayWish(const modbus::Wish& wish) {
+  using What = modbus::Wish::What;
+  const bool runs = wish.what == What::start || wish.what == What::abort;
+  if (runs ? may_.allow_calibrate : may_.allow_accept) return true;
+  refused_.warn(time_.now(), "What " + name_ + " asked for was refused: service.toml does not allow it " +
+                                 (runs ? "allow_calibrate" : "allow_accept"));
+  return false;
 }
 
 bool CncLine::keep(modbus::WordOrder order) {

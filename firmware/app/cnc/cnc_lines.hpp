@@ -34,6 +34,7 @@ class CncLine final : public CncFace {
  private:
   bool take(std::span<const Event> said);
   RegisterServer::Faces faces(std::optional<modbus::WordOrder> words);
+  bool mayWish(const modbus::Wish& wish);
   bool keep(modbus::WordOrder order);
   published::LineState lineState(const published::Snapshot& snapshot);
 

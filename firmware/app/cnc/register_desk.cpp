@@ -119,9 +119,14 @@ RegisterDesk::Answer RegisterDesk::write(const modbus::Request& request) {
   }
   for (std::size_t i = 0; i < wanted; ++i) values[i] = request.word(data_at + 2 * i);
 
+  if (faces_.only_looks && (request.address() != modbus::address::word_order || wanted > 1))
+    return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   auto changed = writable_;
   const auto outcome = changed.write(request.address(), std::span{values}.first(wanted));
   if (!outcome) return refuse(request, static_cast<unsigned>(outcome.error().code));
+  const bool wishes = changed.wish().commit != writable_.wish().commit;
+  if (wishes && faces_.may_wish && !faces_.may_wish(changed.wish()))
+    return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   const auto order = writable_.wordOrder();
   const bool reorders = changed.wordOrder() != order;
   if (reorders && !faces_.keep) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
@@ -131,7 +136,6 @@ RegisterDesk::Answer RegisterDesk::write(const modbus::Request& request) {
     if (reorders) faces_.keep(order);
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   }
-  const bool wishes = changed.wish().commit != writable_.wish().commit;
   writable_ = changed;
   if (wishes && faces_.wish) faces_.wish(writable_.wish());
   return reply(request);

@@ -31,6 +31,8 @@ class RegisterDesk {
     std::function<void(const published::Snapshot&)> serves{};
     std::function<modbus::RegisterImage::Results()> results{};  // in force
     std::function<void(const modbus::Wish&)> wish{};            // a request about a run or a result was committed
+    std::function<bool(const modbus::Wish&)> may_wish{};        // false refuses it. Null: all are allowed
+    bool only_looks{};  // may write nothing but the word order of its own answers
   };
   struct Answer {
     enum class Kind { answered, refused, failed };  // failed: the library made none

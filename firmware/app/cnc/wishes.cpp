@@ -66,7 +66,7 @@ void Wishes::make(const modbus::Wish& wish) {
   {
     const std::lock_guard lock{present_->mutex};
     present_->commit = wish.commit;
-    present_->starts = wish.what == What::start;
+    present_->what = wish.what;
     present_->state = {.answered = present_->state.answered, .outcome = kInHand};
     if (!asked) {
       present_->state = {
@@ -83,10 +83,15 @@ void Wishes::make(const modbus::Wish& wish) {
   });
 }
 
-published::WishState Wishes::state(std::uint32_t present_run) const {
+published::WishState Wishes::state(const published::Snapshot& shown) const {
   const std::lock_guard lock{present_->mutex};
   auto state = present_->state;
-  const bool is_unseen = present_->starts && state.outcome == kDone && state.number > present_run;
+  if (state.outcome != kDone) return state;
+  const bool is_shown = state.number <= shown.calibration_run;
+  const bool still_runs = shown.calibration == published::CalibrationState::running &&
+                          (state.number == 0 || state.number == shown.calibration_run);
+  const bool is_unseen =
+      (present_->what == What::start && !is_shown) || (present_->what == What::abort && (!is_shown || still_runs));
   if (is_unseen) state.outcome = kInHand;
   return state;
 }

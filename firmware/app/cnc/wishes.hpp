@@ -9,6 +9,7 @@
 #include "firmware/app/results/reply.hpp"
 #include "firmware/modbus/writable_registers.hpp"
 #include "firmware/published/served_results.hpp"
+#include "firmware/published/snapshot.hpp"
 #include "protocol/messages/types.hpp"
 
 namespace probebox::app {
@@ -23,8 +24,8 @@ class Wishes {
   Wishes(std::string by, Ask ask) : by_{std::move(by)}, ask_{std::move(ask)} {}
 
   void make(const modbus::Wish& wish);
-  // State for the registers. A start counts as done once the box shows the run.
-  published::WishState state(std::uint32_t present_run) const;
+  // State for the registers. A start counts as done once the box shows the run, an abort once it shows its end.
+  published::WishState state(const published::Snapshot& shown) const;
 
  private:
   // Shared with pending answers, so it may outlive this object.
@@ -32,7 +33,7 @@ class Wishes {
     std::mutex mutex;
     published::WishState state;
     std::uint16_t commit{};  // of the request in hand
-    bool starts{};
+    modbus::Wish::What what{};
   };
 
   std::string by_;

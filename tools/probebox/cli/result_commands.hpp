@@ -74,7 +74,7 @@ class ResultCommands {
   void declareMachine(Subcommands& commands) {
     auto* home =
         commands.add("home", "tell the box the positions of axes after homing; for axes with reference = \"homing\"",
-                     "probebox home X=0 Y=0 Z=120.5", home_);
+                     "probebox home X=0 Y=0 Z=-120.5", home_);
     home->add_option("axis", home_.axes, "axis and machine position in mm; the axis must have stood still for 0.1 s")
         ->required()
         ->check(axisPosition())

@@ -8,6 +8,15 @@
 namespace probebox::app {
 namespace {
 
+modbus::Request writeRequest(std::uint16_t address, std::uint16_t value) {
+  auto request = support::readRequest(address, value);
+  request.bytes[1] = 6;
+  const auto crc = modbus::crc16(std::span{request.bytes}.first(6));
+  request.bytes[6] = static_cast<std::uint8_t>(crc);
+  request.bytes[7] = static_cast<std::uint8_t>(crc >> 8U);
+  return request;
+}
+
 class Desk : public testing::Test {
  protected:
   void answer(const modbus::Request& request) {
@@ -42,13 +51,41 @@ TEST_F(Desk, TakesNoOtherRequestForIt) {
     read(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(count));
     EXPECT_EQ(served_, 0U) << first << " " << count;
   }
-  auto cut = support::readRequest(138, 1);
-  cut.bytes[1] = 6;
-  const auto crc = modbus::crc16(std::span{cut.bytes}.first(6));
-  cut.bytes[6] = static_cast<std::uint8_t>(crc);
-  cut.bytes[7] = static_cast<std::uint8_t>(crc >> 8U);
+  const auto cut = writeRequest(138, 1);
   answer(cut);
   EXPECT_EQ(served_, 0U) << "an inhibit is written";
+}
+
+RegisterDesk::Faces facesOfAnybody() {
+  return {.snapshot = [] { return support::numbered(1); },
+          .take = [](std::span<const Event>) { return true; },
+          .kept = [] { return RegisterDesk::Kept{}; },
+          .keep = [](modbus::WordOrder) { return true; }};
+}
+
+TEST(DeskOfAReader, TakesNoWriteButTheOrderOfItsOwnWords) {
+  auto faces = facesOfAnybody();
+  faces.only_looks = true;
+  RegisterDesk desk{1, "1.2.3", std::move(faces)};
+  for (const std::uint16_t address : std::initializer_list<std::uint16_t>{138, 147, 157, 800, 837}) {
+    EXPECT_EQ(desk.answer(writeRequest(address, 0)).kind, RegisterDesk::Answer::Kind::refused) << address;
+  }
+  EXPECT_EQ(desk.answer(writeRequest(128, 1)).kind, RegisterDesk::Answer::Kind::answered);
+}
+
+TEST(DeskOfAController, TakesNoRequestThatItsLineMayNotMake) {
+  auto faces = facesOfAnybody();
+  int made = 0;
+  faces.wish = [&](const modbus::Wish&) { ++made; };
+  faces.may_wish = [](const modbus::Wish& wish) { return wish.what != modbus::Wish::What::start; };
+  RegisterDesk desk{1, "1.2.3", std::move(faces)};
+  desk.answer(writeRequest(836, 1));
+  EXPECT_EQ(desk.answer(writeRequest(837, 7)).kind, RegisterDesk::Answer::Kind::refused);
+  EXPECT_EQ(made, 0);
+  desk.answer(writeRequest(836, 2));
+  EXPECT_EQ(desk.answer(writeRequest(837, 7)).kind, RegisterDesk::Answer::Kind::answered)
+      << "nothing was committed before";
+  EXPECT_EQ(made, 1);
 }
 
 }  // namespace
