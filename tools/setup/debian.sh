@@ -57,7 +57,7 @@ make_build_root() { # ROOT RELEASE ARCH [tests]
   [[ $2 != bookworm ]] || backports=/bookworm-backports  # whose own libgpiod is too old
   native=$(dpkg --print-architecture)
   packages=(debhelper dpkg-dev fakeroot cmake ninja-build pkg-config libeigen3-dev libcli11-dev nlohmann-json3-dev ccache)
-  if [[ $3 == "$native" ]]; then packages+=(g++); else packages+=("crossbuild-essential-$3" qemu-user-static); fi
+  if [[ $3 == "$native" ]]; then packages+=(g++); else packages+=("crossbuild-essential-$3" "pkgconf:$3" qemu-user-static); fi
   for package in "${probebox_packages[@]}"; do
     case $package in
       libeigen3-dev | libcli11-dev) ;;
