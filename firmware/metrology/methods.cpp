@@ -110,9 +110,10 @@ std::string subjectOf(const Dataset& dataset) {
 }
 
 std::vector<NamedSubject> subjectsOf(const Dataset& dataset) {
-  std::vector<NamedSubject> subjects{{subjectOf(dataset)}};
+  std::vector<NamedSubject> subjects{{.name = subjectOf(dataset)}};
   const Method* method = methodNamed(dataset.method);
   if (method == nullptr) return subjects;
+  subjects.front().independent_of = method->subject.independent_of;
   if (method->also_about == nullptr) return subjects;
   for (auto& also : method->also_about(dataset)) subjects.push_back(std::move(also));
   return subjects;

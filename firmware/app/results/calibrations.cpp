@@ -119,7 +119,8 @@ void Calibrations::solve(std::uint32_t run, const procedure::LiveMethod& method,
   dataset_ = std::make_shared<const std::string>(json::toJson(dataset));
   const bool lasts = method.calibrates;
   Case next{.subjects = metrology::subjectsOf(dataset),
-            .origin = {.rests_on = namedResults(dataset)},
+            .origin = {},
+            .named = namedResults(dataset),
             .method = dataset.method,
             .text = dataset_,
             .proposed = false,
@@ -213,11 +214,12 @@ void Calibrations::propose(metrology::Dataset dataset, const std::string& as_thi
   const auto nameless = whyNameless(dataset, here);
   if (nameless && as_this_machine_by.empty()) return then(*nameless);
   addProbeTool(dataset, facts_);
-  store::Origin origin{.rests_on = namedResults(dataset)};
+  store::Origin origin;
   if (nameless) origin.by = as_this_machine_by, origin.remark = kAsThisMachine;
   auto text = std::make_shared<const std::string>(json::toJson(dataset));
   Case next{.subjects = metrology::subjectsOf(dataset),
             .origin = std::move(origin),
+            .named = namedResults(dataset),
             .method = dataset.method,
             .text = std::move(text),
             .proposed = true,
@@ -249,7 +251,8 @@ void Calibrations::cancelProposal() {
 Outcome<std::vector<store::Id>, store::Failure> Calibrations::stored(const Case& solved_case,
                                                                      const metrology::Solved& solved) {
   std::vector<store::Id> ids;
-  for (const auto& [subject, needs, kept_as] : solved_case.subjects) {
+  for (const auto& about : solved_case.subjects) {
+    const auto& [subject, needs, kept_as, independent_of] = about;
     if (!ids.empty() && (!solved || solved->find(needs) == nullptr)) continue;
     if (!solved) {
       TRY(const auto refused, store_.refuse(in_force_.bindingFor(subject), solved_case.method, solved.error(),
@@ -258,37 +261,42 @@ Outcome<std::vector<store::Id>, store::Failure> Calibrations::stored(const Case&
       continue;
     }
     TRY(const auto id,
-        storedAbout(subject, solved_case, kept_as.empty() ? *solved : metrology::withKey(*solved, needs, kept_as)));
+        storedAbout(about, solved_case, kept_as.empty() ? *solved : metrology::withKey(*solved, needs, kept_as)));
     ids.push_back(id);
   }
   return ids;
 }
 
 // A centreline from the stylus' tip is one from the spindle axis where the offset of that stylus is in force.
-Outcome<store::Id, store::Failure> Calibrations::storedAbout(const std::string& subject, const Case& solved_case,
-                                                             const metrology::Result& result) {
-  const auto propose = [&](const std::string& about, const metrology::Result& found, const store::Origin& origin) {
-    return store_.propose(in_force_.bindingFor(about), found, *solved_case.text, utcNow(), origin);
+Outcome<store::Id, store::Failure> Calibrations::storedAbout(const metrology::NamedSubject& about,
+                                                             const Case& solved_case, const metrology::Result& result) {
+  const auto& subject = about.name;
+  auto origin = solved_case.origin;
+  for (const auto& [key, id] : solved_case.named) {
+    if (std::ranges::find(about.independent_of, key, &metrology::MethodKey::name) == about.independent_of.end())
+      origin.rests_on.push_back(id);
+  }
+  const auto propose = [&](const std::string& name, const metrology::Result& found) {
+    return store_.propose(in_force_.bindingFor(name), found, *solved_case.text, utcNow(), origin);
   };
   const auto offset =
       subject == metrology::kTurningAxisFromTip ? in_force_.stylusOffset(probeToolOf(result)) : std::nullopt;
   const auto whole = offset ? relativeToSpindle(result, offset->value, offset->id) : std::nullopt;
-  if (!whole) return propose(subject, result, solved_case.origin);
-  auto origin = solved_case.origin;
+  if (!whole) return propose(subject, result);
   origin.rests_on.push_back(offset->id);
-  return propose(std::string{metrology::kTurningAxis}, *whole, origin);
+  return propose(std::string{metrology::kTurningAxis}, *whole);
 }
 
 // Results that the case names in its keys "..._result": it was measured or computed with them.
-std::vector<store::Id> Calibrations::namedResults(const metrology::Dataset& dataset) {
-  std::vector<store::Id> ids;
+std::vector<Calibrations::NamedResult> Calibrations::namedResults(const metrology::Dataset& dataset) {
+  std::vector<NamedResult> named;
   for (const auto& [key, value] : dataset.config) {
     const auto* number = std::get_if<double>(&value);
     if (!key.ends_with("_result") || number == nullptr || !(*number >= 1 && *number < 1e15)) continue;
     const auto id = static_cast<store::Id>(*number);
-    if (store_.find(id)) ids.push_back(id);
+    if (store_.find(id)) named.push_back({key, id});
   }
-  return ids;
+  return named;
 }
 
 std::string Calibrations::adoptedBy(store::Id id) {

@@ -84,10 +84,16 @@ class Calibrations {
   std::string lastRefusal() const;
 
  private:
+  // A result that a case names in its key "..._result".
+  struct NamedResult {
+    std::string key;
+    store::Id id{};
+  };
   // A case that waits for the solver or is being solved, in order of arrival. Only a proposal can be cancelled.
   struct Case {
     std::vector<metrology::NamedSubject> subjects;
-    store::Origin origin;
+    store::Origin origin;  // rests_on is that of each subject
+    std::vector<NamedResult> named;
     std::string method;
     std::shared_ptr<const std::string> text;  // JSON, as solved and stored
     bool proposed{};
@@ -98,9 +104,9 @@ class Calibrations {
   void attend();
   void conclude(const Case& run, std::uint32_t number, bool lasts, const metrology::Solved& solved);
   Outcome<std::vector<store::Id>, store::Failure> stored(const Case& solved_case, const metrology::Solved& solved);
-  Outcome<store::Id, store::Failure> storedAbout(const std::string& subject, const Case& solved_case,
+  Outcome<store::Id, store::Failure> storedAbout(const metrology::NamedSubject& about, const Case& solved_case,
                                                  const metrology::Result& result);
-  std::vector<store::Id> namedResults(const metrology::Dataset& dataset);
+  std::vector<NamedResult> namedResults(const metrology::Dataset& dataset);
   std::optional<store::Id> keep(const Case& run, const metrology::Solved& solved);
   void setRefusal(const std::string& text);
   void insist(const Event& command);

@@ -180,7 +180,10 @@ std::optional<std::string> undeterminedOfA(const Dataset& dataset) {
 std::vector<NamedSubject> styliOfAlignment(const Dataset& dataset) {
   std::vector<NamedSubject> subjects;
   for (const auto tool : toolsOfTips(dataset))
-    subjects.push_back({.name = stylusOffsetSubject(tool), .needs = stylusKey(tool), .kept_as = "stylus_offset_mm"});
+    subjects.push_back({.name = stylusOffsetSubject(tool),
+                        .needs = stylusKey(tool),
+                        .kept_as = "stylus_offset_mm",
+                        .independent_of = key::kLengthResults});
   return subjects;
 }
 

@@ -35,15 +35,16 @@ struct Quantity {
 constexpr std::array<std::string_view, 4> kRunOuts{"ball_offset_x_mm", "ball_offset_y_mm", "stylus_offset_x_mm",
                                                    "stylus_offset_y_mm"};
 
-constexpr std::array<Quantity, 7> kQuantities{{
-    {"Ycen_B90_mm", "centres", "y_mm", 90.0, true, true},
-    {"Zcen_B90_mm", "centres", "z_mm", 90.0, true, true, false},
-    {"Xcen_B0_mm", "centres", "x_mm", 0.0, true, true},
-    {"Ycen_B0_mm", "centres", "y_mm", 0.0, true, true},
-    {"Ycen_B45_mm", "centres", "y_mm", 45.0, true, true},
-    {"x_offset_error_mm", "x_touch", "x_mm", 90.0, true, false},
-    {"z_offset_error_mm", "z_touch", "z_mm", 0.0, false, false},
-}};
+constexpr Quantity kXAtLevel{"Xcen_B0_mm", "centres", "x_mm", 0.0, true, true};
+constexpr Quantity kYAtLevel{"Ycen_B0_mm", "centres", "y_mm", 0.0, true, true};
+constexpr Quantity kZAtLevel{"z_offset_error_mm", "z_touch", "z_mm", 0.0, false, false};
+constexpr Quantity kYAt45{"Ycen_B45_mm", "centres", "y_mm", 45.0, true, true};
+constexpr Quantity kYAt90{"Ycen_B90_mm", "centres", "y_mm", 90.0, true, true};
+constexpr Quantity kZAt90{"Zcen_B90_mm", "centres", "z_mm", 90.0, true, true, false};
+constexpr Quantity kXAt90{"x_offset_error_mm", "x_touch", "x_mm", 90.0, true, false};
+
+// In the order of the answer: by angle of the head.
+constexpr std::array kQuantities{&kXAtLevel, &kYAtLevel, &kZAtLevel, &kYAt45, &kYAt90, &kZAt90, &kXAt90};
 
 std::optional<Refusal> badAngles(const Table& table) {
   const auto wrong = [&](std::string_view column, std::size_t row, const char* allowed) {
@@ -152,7 +153,8 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas, b
   Means means;
   std::vector<Row> rows;
   Eigen::Index parameters = 0;
-  for (const auto& quantity : kQuantities) {
+  for (const Quantity* each : kQuantities) {
+    const Quantity& quantity = *each;
     if (dataset.table(quantity.table) == nullptr) continue;
     const Table& table = *dataset.table(quantity.table);
     const std::size_t before = rows.size();
@@ -265,7 +267,7 @@ Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, 
 // Run-outs of ball and stylus at C = 0 and spindle = 0, from x and y at B = 0, and where the ball is: what the next
 // check starts from once this one is accepted.
 void addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
-  std::array<const Quantity*, 2> wanted{&kQuantities[2], &kQuantities[3]};  // Xcen_B0, Ycen_B0
+  constexpr std::array wanted{&kXAtLevel, &kYAtLevel};
   std::array<Eigen::Index, 2> at{};
   for (std::size_t k = 0; k < 2; ++k) {
     const auto found = std::ranges::find(means.quantities, wanted[k]);
@@ -287,7 +289,7 @@ void addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
     centre[k] = parameters[mean] + parameters[mean + 1];
     rows.row(k) = one(mean) + one(mean + 1);
   }
-  const auto z = std::ranges::find(means.quantities, &kQuantities[6]);
+  const auto z = std::ranges::find(means.quantities, &kZAtLevel);
   if (z == means.quantities.end()) return;
   const Eigen::Index touched = means.columns[static_cast<std::size_t>(z - means.quantities.begin())];
   centre[2] = parameters[touched] - ball.radius;
@@ -363,9 +365,9 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
     if (!sd.empty()) sd[0] = std::hypot(sd[0], stop90.value_or(0.0));
   }
   addRunOuts(answer, means, ball);
-  for (const auto& quantity : kQuantities) {
-    if (std::ranges::find(means.quantities, &quantity) != means.quantities.end()) continue;
-    const std::string key{quantity.key};
+  for (const Quantity* quantity : kQuantities) {
+    if (std::ranges::find(means.quantities, quantity) != means.quantities.end()) continue;
+    const std::string key{quantity->key};
     // A machine whose head does not swivel has none of them; one that was accepted is missed.
     if (dataset.config.contains("accepted_" + key)) {
       answer.warn(key + " was accepted once and is not measured now: no reading at its swivel angle");
@@ -380,10 +382,10 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
 std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result) {
   TRY(const auto run_outs, judgeRunOuts(dataset, result));
   Worst worst = run_outs;
-  for (const Quantity& quantity : kQuantities) {
-    if (!result.find(quantity.key)) continue;
-    const Estimate estimate = *result.find(quantity.key);
-    TRY(const auto verdict, judge(dataset, estimate, quantity.table != "centres", result));
+  for (const Quantity* quantity : kQuantities) {
+    if (!result.find(quantity->key)) continue;
+    const Estimate estimate = *result.find(quantity->key);
+    TRY(const auto verdict, judge(dataset, estimate, quantity->table != "centres", result));
     worsen(worst, verdict);
   }
   if (!worst) return std::nullopt;

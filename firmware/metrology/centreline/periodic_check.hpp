@@ -14,10 +14,10 @@ namespace probebox::metrology {
 // Config: effective_ball_radius_mm, expected_ball_centre_z_mm, x_is_radius (false where X is programmed in diameters),
 // sigma_mm, sigma_C_rad (each pose is a stop of C of its own), sigma_touch_mm (of one touch, where it differs from that
 // of a centre), sigma_Zcen_B90_mm, sigma_stop_B90_mm. A table of touches may be missing where no centre was read at its
-// angle. Gives Ycen_B90_mm, Xcen_B0_mm, Ycen_B0_mm, Ycen_B45_mm (B23) as far as their angle was read, and
-// x_offset_error_mm, z_offset_error_mm (B24); also Zcen_B90_mm, the run-outs ball_offset_x_mm, _y_mm (at C = 0) and
-// stylus_offset_x_mm, _y_mm (spindle = 0), and ball_centre_mm at C = 0, from which the next check starts once this is
-// accepted. Refuses: bad-angle (other angles than these), missing-orientation (no means over 0 and 180).
+// angle. Gives, by angle, Xcen_B0_mm, Ycen_B0_mm (B23), z_offset_error_mm (B24), Ycen_B45_mm, Ycen_B90_mm (B23),
+// x_offset_error_mm (B24), as far as their angle was read; also Zcen_B90_mm, the run-outs ball_offset_x_mm, _y_mm (at C
+// = 0) and stylus_offset_x_mm, _y_mm (spindle = 0), and ball_centre_mm at C = 0, from which the next check starts once
+// this is accepted. Refuses: bad-angle (other angles than these), missing-orientation (no means over 0 and 180).
 Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset);
 
 // Judges such a result once its values have their combined uncertainty, type A and B. With accepted_<key> (0 for the

@@ -36,34 +36,36 @@ constexpr MethodKey kPeriodicCheckKeys[]{
     {"limit_stylus_offset_x_mm", "limit_mm", kLimit},
     {"accepted_stylus_offset_y_mm", "", kAccepted},
     {"limit_stylus_offset_y_mm", "limit_mm", kLimit},
-    {"accepted_Ycen_B90_mm", "", kAccepted},
-    {"limit_Ycen_B90_mm", "limit_mm", kLimit},
-    {"accepted_Zcen_B90_mm", "", kAccepted},
-    {"limit_Zcen_B90_mm", "limit_mm", kLimit},
     {"accepted_Xcen_B0_mm", "", kAccepted},
     {"limit_Xcen_B0_mm", "limit_mm", kLimit},
     {"accepted_Ycen_B0_mm", "", kAccepted},
     {"limit_Ycen_B0_mm", "limit_mm", kLimit},
+    {"accepted_z_offset_error_mm", "0", kAccepted},
+    {"limit_z_offset_error_mm", "limit_mm", kLimit},
     {"accepted_Ycen_B45_mm", "", kAccepted},
     {"limit_Ycen_B45_mm", "limit_mm", kLimit},
+    {"accepted_Ycen_B90_mm", "", kAccepted},
+    {"limit_Ycen_B90_mm", "limit_mm", kLimit},
+    {"accepted_Zcen_B90_mm", "", kAccepted},
+    {"limit_Zcen_B90_mm", "limit_mm", kLimit},
     {"accepted_x_offset_error_mm", "0", kAccepted},
-    {"limit_x_offset_error_mm", "limit_mm", kLimit},
-    {"accepted_z_offset_error_mm", "0", kAccepted},
-    {"limit_z_offset_error_mm", "limit_mm", kLimit}};
+    {"limit_x_offset_error_mm", "limit_mm", kLimit}};
 constexpr KnownQuantity kKnown[]{{"sd_effective_ball_radius_mm", "effective_ball_radius_mm"},
                                  {"sd_expected_ball_centre_z_mm", "expected_ball_centre_z_mm", KnownKind::value}};
-constexpr MethodResult kPeriodicCheckResults[]{{"Ycen_B90_mm", "mean Y of the ball at B = 90"},
-                                               {"Xcen_B0_mm", "mean X at B = 0"},
+constexpr MethodResult kPeriodicCheckResults[]{{"Xcen_B0_mm", "mean X of the ball at B = 0"},
                                                {"Ycen_B0_mm", "mean Y at B = 0"},
+                                               {"z_offset_error_mm", "Z offset error at B = 0 (B24)"},
                                                {"Ycen_B45_mm", "mean Y at B = 45"},
-                                               {"x_offset_error_mm", "X offset error at B = 90 (B24)"},
-                                               {"z_offset_error_mm", "Z offset error at B = 0 (B24)"}};
+                                               {"Ycen_B90_mm", "mean Y at B = 90"},
+                                               {"x_offset_error_mm", "X offset error at B = 90 (B24)"}};
 constexpr std::string_view kPeriodicCheckUnobservable[]{
     "run-out of ball and stylus at B = 45 and 90: it cancels",
     "x_offset_error_mm and z_offset_error_mm separately from errors of the ball's radius and expected centre"};
 
 std::vector<NamedSubject> stylusOfCheck(const Dataset& dataset) {
-  return {{.name = stylusOffsetSubject(probeToolOf(dataset)), .needs = "stylus_offset_x_mm"}};
+  return {{.name = stylusOffsetSubject(probeToolOf(dataset)),
+           .needs = "stylus_offset_x_mm",
+           .independent_of = key::kLengthResults}};
 }
 
 }  // namespace

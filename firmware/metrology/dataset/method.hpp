@@ -60,13 +60,15 @@ struct MethodResult {
 struct Subject {
   std::string_view name;                                              // "delay"; empty: the method's own name
   std::optional<std::string> (*of)(const Dataset& dataset){nullptr};  // "screw-x"; nothing where the case does not say
+  std::span<const MethodKey> independent_of{};  // keys "..._result" that name results without an effect on it
 };
 
 // A subject of the results of one case.
 struct NamedSubject {
-  std::string name;       // "stylus-offset-3"
-  std::string needs{};    // key of a value without which a result does not answer it; empty: none
-  std::string kept_as{};  // key of that value in the result about this subject; empty: the same
+  std::string name;                             // "stylus-offset-3"
+  std::string needs{};                          // key of a value without which a result does not answer it; empty: none
+  std::string kept_as{};                        // key of that value in the result about this subject; empty: the same
+  std::span<const MethodKey> independent_of{};  // as that of a Subject
 };
 
 struct Method {

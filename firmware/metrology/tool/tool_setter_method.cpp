@@ -64,6 +64,9 @@ std::optional<std::string> oneFaced(const Dataset& dataset) {
          "tool_offset_mm, and the offset is that of the edge that touched, with the radius of the tool's nose unknown";
 }
 
+constexpr std::array kCentrelineResult{
+    MethodKey{"centreline_result", "", "number of the centreline's result; for the record"}};
+
 std::optional<std::string> subjectOfTool(const Dataset& dataset) {
   return numberedSubject(dataset, "tool-", "tool");
 }
@@ -85,7 +88,7 @@ const Method kToolSetter{.name = "tool-setter",
                          .results = kSetterResults,
                          .unobservable = kSetterUnobservable,
                          .undetermined = oneFaced,
-                         .subject = {.name = {}, .of = subjectOfTool},
+                         .subject = {.name = {}, .of = subjectOfTool, .independent_of = kCentrelineResult},
                          .also_about = alsoSetter};
 
 }  // namespace probebox::metrology

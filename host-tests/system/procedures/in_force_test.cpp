@@ -1,6 +1,8 @@
+#include <fstream>
 #include <gmock/gmock.h>
 #include <string>
 
+#include "host-tests/support/file_content.hpp"
 #include "on_the_machine.hpp"
 
 // What a person is told about results in force: whose they are, what they rest on, and what they are about.
@@ -87,6 +89,23 @@ TEST_F(WhatIsInForce, IsTheStylusOfEveryToolByItself) {
   EXPECT_GT(shown.find("stylus offset of tool 1 X"), shown.find("from the same readings")) << shown;
   EXPECT_EQ(shown.find("stylus offset of tool 2"), std::string::npos) << shown;
   EXPECT_THAT(box({"results", "stylus-offset-1"}).out, HasSubstr("proposed"));
+}
+
+// A stylus hangs where it does however long its tool is.
+TEST_F(WhatIsInForce, IsNoStylusThatRestsOnALengthOfATool) {
+  ASSERT_NO_FATAL_FAILURE(acceptDelay());
+  const auto saved = directory_.file("alignment");
+  const auto run = box({"calibrate", "a-axis-alignment", "--save", saved});
+  ASSERT_EQ(run.status, 0) << run.err;
+  auto config = support::contentOf(saved + "/config.json");
+  ASSERT_TRUE(config.starts_with("{"));
+  // Any result stands in for the assembly that has the length.
+  std::ofstream{saved + "/config.json"} << config.insert(1, "\"length_1_result\": 2, ");
+  const auto proposed = box({"propose", saved});
+  ASSERT_EQ(proposed.status, 0) << proposed.err;
+  const auto on_length = HasSubstr("rests on result 2 about spindle-tilt"), on_delay = HasSubstr("rests on result 1");
+  EXPECT_THAT(box({"show", "5"}).out, AllOf(HasSubstr("about spindle-tilt"), on_length, on_delay));
+  EXPECT_THAT(box({"show", "6"}).out, AllOf(HasSubstr("about stylus-offset-1"), Not(on_length), on_delay));
 }
 
 }  // namespace

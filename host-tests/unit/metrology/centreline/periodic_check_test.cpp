@@ -1,9 +1,14 @@
 // The periodic check against a machine in three dimensions: swivel, spindle and C each turn what hangs on them.
+#include "firmware/metrology/centreline/periodic_check.hpp"
+
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <map>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "host-tests/metrology/cases.hpp"
 #include "protocol/units/angle.hpp"
@@ -97,6 +102,19 @@ TEST(PeriodicCheck, FindsWhatTheMachineIsAndStatesItsUncertainty) {
   expectHonest(means);
   expectHonest(x, 0.88);
   expectHonest(z, 0.88);
+}
+
+TEST(PeriodicCheck, ListsItsValuesByAngleOfTheHead) {
+  std::mt19937_64 random{3};
+  const auto solved = solve(check(CheckedMachine{}, 1e-3, random));
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  std::vector<std::string> keys;
+  for (const auto& estimate : solved->estimates) keys.push_back(estimate.key);
+  EXPECT_EQ(keys, (std::vector<std::string>{"Xcen_B0_mm", "Ycen_B0_mm", "z_offset_error_mm", "Ycen_B45_mm",
+                                            "Ycen_B90_mm", "x_offset_error_mm"}));
+  std::vector<std::string_view> described;
+  for (const auto& result : kPeriodicCheck.results) described.push_back(result.key);
+  EXPECT_TRUE(std::ranges::equal(keys, described));
 }
 
 // A stop of C moves the ball along one direction, which X does not see where the ball is at Y = 0.

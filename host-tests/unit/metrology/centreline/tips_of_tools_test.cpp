@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/subject_values.hpp"
 #include "host-tests/metrology/fisher.hpp"
@@ -71,6 +72,26 @@ std::vector<TipOfTool> someTips(std::mt19937_64& random, std::size_t count) {
 
 const std::string kOfTool7 = "stylus_offset_of_tool_7_mm", kOfTool5 = "stylus_offset_of_tool_5_mm";
 
+// So its result does not rest on what has the lengths.
+TEST(StyliOfTools, AreWhereTheyAreWhateverTheLengthsAre) {
+  std::mt19937_64 random{47};
+  const auto tips = someTips(random, 2);
+  const auto poses = fourPoses(2);
+  auto longer = tips;
+  longer[0].length += 0.3;
+  const VectorXd positions = positionsOf(poses, tips, randomMachine(random, 3e-4));
+  const auto as_it_is = solve(caseOf(poses, tips, positions, 1e-3)),
+             off = solve(caseOf(poses, longer, positions, 1e-3));
+  ASSERT_TRUE(as_it_is && off);
+  EXPECT_GT(std::abs(as_it_is->find("A_tilt_rad")->values[0] - off->find("A_tilt_rad")->values[0]), 1e-9);
+  for (const auto& key : {kOfTool7, kOfTool5}) {
+    for (const std::size_t i : {0U, 1U})
+      EXPECT_NEAR(as_it_is->find(key)->values[i], off->find(key)->values[i], 1e-12) << key;
+  }
+  for (const auto& subject : subjectsOf(caseOf(poses, tips, positions, 1e-3)))
+    EXPECT_EQ(subject.independent_of.size(), subject.name == "spindle-tilt" ? 0U : 4U) << subject.name;
+}
+
 // Two or three tools, sometimes two of one length; readings missing; C at other angles or still.
 TEST(StyliOfTools, ReachTheBoundAndStateTheirUncertainty) {
   std::mt19937_64 random{41};
@@ -124,7 +145,7 @@ Dataset plainCase(const std::vector<TipOfTool>& tips, const std::vector<ReadWith
 std::vector<std::string> namesOf(const Dataset& dataset) {
   const auto solved = solve(dataset);
   std::vector<std::string> names;
-  for (const auto& [name, needs, kept_as] : subjectsOf(dataset)) {
+  for (const auto& [name, needs, kept_as, independent_of] : subjectsOf(dataset)) {
     if (needs.empty() || (solved && solved->find(needs) != nullptr)) names.push_back(name);
   }
   return names;
@@ -137,8 +158,9 @@ TEST(StyliOfTools, AreOneSubjectATool) {
   const auto dataset = plainCase(tips, fourPoses(2));
   EXPECT_THAT(namesOf(dataset), ElementsAre("spindle-tilt", "stylus-offset-5", "stylus-offset-7"));
   const auto solved = solve(dataset);
-  for (const auto& [name, needs, kept_as] : subjectsOf(dataset)) {
+  for (const auto& [name, needs, kept_as, independent_of] : subjectsOf(dataset)) {
     if (needs.empty()) continue;
+    EXPECT_EQ(independent_of.size(), key::kLengthResults.size());
     const Vector2d truth = name == "stylus-offset-7" ? tips[0].offset : tips[1].offset;
     const auto kept = withKey(*solved, needs, kept_as);
     const auto about = valuesAbout(kept, name);
