@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/report/coverage.hpp"
@@ -95,6 +96,26 @@ std::string resultTable(const Subject& subject) {
          "many. The coverage probability is that of Student's t.</p>\n";
 }
 
+// True where nobody has stated how uncertain the diameter of the stylus ball is.
+bool ballIsAssumed(const Result& result) {
+  return conditionOf(result, metrology::kStylusBall).ends_with(metrology::kAssumedExact);
+}
+
+// The stylus ball, as far as the values rely on its diameter.
+std::string stylusBall(const Result& result) {
+  const auto stated = conditionOf(result, metrology::kStylusBall);
+  if (!stated.empty()) return stated;
+  constexpr std::array<std::string_view, 4> kSizes{"effective_diameter_mm", "effective_ball_radius_mm",
+                                                   "stylus_ball_radius_mm", "stylus_ball_diameter_mm"};
+  const auto* method = metrology::methodNamed(result.method);
+  const auto isSize = [&](const metrology::MethodKey& key) {
+    return std::ranges::find(kSizes, key.name) != kSizes.end();
+  };
+  return method != nullptr && std::ranges::none_of(method->keys, isSize)
+             ? "the values do not rely on its diameter"
+             : "not on record: whether its sd is stated or assumed is not known";
+}
+
 std::string traceabilityBox(const Subject& subject, const CertificateFacts& facts) {
   const Result& result = *subject.result();
   const auto why = whyNotTraceable(result, facts);
@@ -102,6 +123,7 @@ std::string traceabilityBox(const Subject& subject, const CertificateFacts& fact
       why ? "<div class=\"verdict failed\"><p>NOT TRACEABLE</p><ul>" + element("li", *why)
           : "<div class=\"verdict neutral\"><p>Traceable to the certificate of the reference sphere</p><ul>" +
                 element("li", conditionOf(result, "sphere_certificate"));
+  if (ballIsAssumed(result)) text += element("li", "Stylus ball: " + conditionOf(result, metrology::kStylusBall) + ".");
   if (facts.accepted.empty())
     text += element("li", "This result was accepted by nobody: it is a proposal, and not in force.");
   for (const auto& sentence : facts.rests_on) text += element("li", sentence);
@@ -114,7 +136,7 @@ std::string traceabilityTable(const Result& result) {
   const auto due = conditionOf(result, "sphere_next_due");
   return "<h2>Metrological traceability</h2>\n<table>\n" +
          factRow("reference", sphere.empty() ? "none with a certificate on record" : sphere) +
-         factRow("its next calibration", due.empty() ? "not known" : due) +
+         factRow("its next calibration", due.empty() ? "not known" : due) + factRow("stylus ball", stylusBall(result)) +
          factRow("scales and clock",
                  "the encoders of the machine and the clock of the box have no certificate on record; the values rely "
                  "on them") +
@@ -133,8 +155,9 @@ std::string circumstances(const Subject& subject, const CertificateFacts& facts)
                      factRow("measured", measuredUtc(result, facts)) +
                      factRow("temperature", temperature.empty() ? "not stated" : temperature + " \u00b0C") +
                      factRow("accepted", facts.accepted.empty() ? "by nobody" : facts.accepted);
-  constexpr std::array<std::string_view, 7> kElsewhere{
-      "machine", "probe", "mounting", "measured_utc", "temperature_c", "sphere_next_due", "sphere_certificate"};
+  constexpr std::array<std::string_view, 8> kElsewhere{
+      "machine",       "probe",           "mounting",           "measured_utc",
+      "temperature_c", "sphere_next_due", "sphere_certificate", metrology::kStylusBall};
   for (const auto& [name, value] : result.conditions)
     if (std::ranges::find(kElsewhere, name) == kElsewhere.end()) text += factRow(name, value);
   return text + "</table>\n";

@@ -9,9 +9,9 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 12> kConditions{
-    "probe",       "probe_tool",    "delay_result", "pre_travel_result",  "machine",        "mounting", "measured_utc",
-    "measured_by", "temperature_c", "note",         "sphere_certificate", "sphere_next_due"};
+constexpr std::array<std::string_view, 13> kConditions{
+    "probe",       "probe_tool",    "delay_result", "pre_travel_result",  "machine",         "mounting", "measured_utc",
+    "measured_by", "temperature_c", "note",         "sphere_certificate", "sphere_next_due", kStylusBall};
 
 }  // namespace
 

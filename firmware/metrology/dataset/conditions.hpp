@@ -8,8 +8,14 @@
 namespace probebox::metrology {
 
 // Tests for the keys that every method accepts for the record: probe, probe_tool (number of the tool that carries it),
-// machine, mounting, measured_utc, measured_by, temperature_c, note, sphere_certificate, sphere_next_due.
+// delay_result, pre_travel_result, machine, mounting, measured_utc, measured_by, temperature_c, note,
+// sphere_certificate, sphere_next_due, stylus_ball.
 bool isCondition(std::string_view key);
+
+// Diameter of the stylus ball that a case relies on, in words, with its standard deviation as stated; or it ends with
+// kAssumedExact.
+inline constexpr std::string_view kStylusBall = "stylus_ball";
+inline constexpr std::string_view kAssumedExact = "assumed to be exact: U holds no error of it";
 
 // Those keys that the case states, in this order.
 std::vector<Condition> conditionsOf(const Dataset& dataset);

@@ -33,6 +33,9 @@ constinit const LiveMethod kDelayPlates{.number = 3,
                                           auto& config = built.dataset.config;
                                           if (run.facts.gap_mm) config["gap_mm"] = *run.facts.gap_mm;
                                           config["stylus_ball_diameter_mm"] = run.facts.stylus_ball_diameter_mm;
+                                          if (const auto& sd = run.facts.sd_stylus_ball_diameter_mm)
+                                            config["sd_stylus_ball_diameter_mm"] = *sd;
+                                          addStylusBall(built.dataset, run.facts);
                                           config["feature"] = std::string{"internal"};
                                           return built;
                                         }};

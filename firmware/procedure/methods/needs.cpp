@@ -4,7 +4,9 @@
 #include <cmath>
 #include <string>
 
+#include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/wording.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
@@ -50,13 +52,22 @@ constinit const Fact kTriggerProbe{
     .missing =
         "a touch-trigger probe: give [probe] kind = \"trigger\" in probe.toml; a scanning probe has no pre-travel."};
 
+void addStylusBall(metrology::Dataset& dataset, const Facts& facts, bool in_budget) {
+  const auto& sd = facts.sd_stylus_ball_diameter_mm;
+  const std::string stated = sd ? "sd " + number(*sd) + " mm (k = 1)" : "sd not stated";
+  dataset.config[std::string{metrology::kStylusBall}] =
+      "diameter " + number(facts.stylus_ball_diameter_mm) + " mm, " + stated +
+      (sd && in_budget ? ", as stated in probe.toml" : ", " + std::string{metrology::kAssumedExact});
+}
+
 void addSphereSize(metrology::Dataset& dataset, const Facts& facts) {
   if (!facts.sphere_diameter_mm) return;
   dataset.config["effective_diameter_mm"] = *facts.sphere_diameter_mm + facts.stylus_ball_diameter_mm;
+  addStylusBall(dataset, facts);
   const auto& certificate = facts.sphere_certificate;
+  const double sd_mm = std::hypot(certificate ? certificate->sd_mm : 0, facts.sd_stylus_ball_diameter_mm.value_or(0));
+  if (sd_mm > 0) dataset.config["sd_effective_diameter_mm"] = sd_mm;
   if (!certificate) return;
-  dataset.config["sd_effective_diameter_mm"] =
-      std::hypot(certificate->sd_mm, facts.sd_stylus_ball_diameter_mm.value_or(0));
   dataset.config["sphere_certificate"] = certificate->in_words;
   dataset.config["sphere_next_due"] = certificate->next_due;
 }

@@ -23,8 +23,12 @@ inline constexpr std::string_view kNoDelayOfTrigger =
 // Pairs of speeds, mm/s, that separate a delay from a size.
 inline constexpr std::array<std::array<double, 2>, 6> kPairs{{{5, 20}, {10, 20}, {5, 40}, {10, 40}, {5, 60}, {10, 60}}};
 
-// Adds effective_diameter_mm: diameters of the sphere and of the stylus ball, if the sphere's is known; with a
-// certificate also its sd and the certificate for the record.
+// Adds for the record which diameter of the stylus ball a case relies on, and whether its sd is as stated, or it is
+// assumed to be exact: where none is stated, or the case has no place for it (in_budget).
+void addStylusBall(metrology::Dataset& dataset, const Facts& facts, bool in_budget = true);
+
+// Adds effective_diameter_mm: diameters of the sphere and of the stylus ball, if the sphere's is known; its sd where
+// either states one; with a certificate also that for the record.
 void addSphereSize(metrology::Dataset& dataset, const Facts& facts);
 
 // Takes the distance of the stylus ball from the middle of the datum sphere at contact.

@@ -109,6 +109,7 @@ void addCheck(metrology::Dataset& dataset, const BallReadings& found, const Fini
   const double sd_radius_mm =
       std::hypot(delayError_mm(run.recording), facts.sd_stylus_ball_diameter_mm.value_or(0) / 2);
   if (sd_radius_mm > 0) config["sd_effective_ball_radius_mm"] = sd_radius_mm;
+  addStylusBall(dataset, facts);
   config["effective_ball_radius_mm"] = (ball.diameter_mm + facts.stylus_ball_diameter_mm) / 2;
   config["expected_ball_centre_z_mm"] = ball.centre_z_mm;
   config["x_is_radius"] = true;  // positions are, however X is programmed

@@ -129,7 +129,9 @@ RunDataset setterDataset(const FinishedRun& of) {
   auto& tables = run.dataset.tables;
   const bool one_sided =
       std::ranges::any_of(rounds, [](const Round& round) { return round.side(0) != 0 || round.side(1) != 0; });
-  if (!several_b && !one_sided) {
+  const bool by_touches = several_b || one_sided;
+  addStylusBall(run.dataset, of.facts, by_touches);
+  if (!by_touches) {
     tables.insert(tables.begin(), readingsOf(rounds, setter, ball_mm));
     return std::move(run);
   }

@@ -38,14 +38,15 @@ class Certificates : public OnTheMachine {
     std::ofstream{directory_.file("unit.toml")} << text;
     const auto done = box({"provision", directory_.file("unit.toml")});
     ASSERT_EQ(done.status, 0) << done.err;
-    start([](board::Descriptions&) {});
+    start([](board::Descriptions& changed) { changed.probe.sd_ball_diameter_mm = 0.0005; });
   }
 };
 
 TEST_F(Certificates, HaveTheValuesOfTheStoredResultAndTheSpheresUncertainty) {
   const auto bare = box({"calibrate", "delay-known-sphere", "--accept", "--by", "Ada"});
   ASSERT_EQ(bare.status, 0) << bare.err;
-  EXPECT_THAT(certificate("1"), AllOf(HasSubstr("<p>NOT TRACEABLE</p>"), Not(HasSubstr("sd_effective_diameter_mm"))));
+  EXPECT_THAT(certificate("1"), AllOf(HasSubstr("<p>NOT TRACEABLE</p>"), Not(HasSubstr("sd_effective_diameter_mm")),
+                                      HasSubstr("Stylus ball: diameter 6 mm, sd not stated, assumed to be exact")));
 
   provision();
   const auto measured = box({"calibrate", "delay-known-sphere", "--accept", "--although-it-differs", "--by", "Ada"});
@@ -54,7 +55,8 @@ TEST_F(Certificates, HaveTheValuesOfTheStoredResultAndTheSpheresUncertainty) {
   EXPECT_THAT(page, AllOf(HasSubstr("Traceable to the certificate of the reference sphere"),
                           HasSubstr("2026-0417 of Laboratory"), HasSubstr("sd_effective_diameter_mm"),
                           HasSubstr("Calibration certificate PB-000123-2"), HasSubstr("by Ada"), HasSubstr("Grace"),
-                          HasSubstr("2027-11-26"), HasSubstr("emulated three-axis mill"), HasSubstr("SIM-PROBE-1")));
+                          HasSubstr("2027-11-26"), HasSubstr("emulated three-axis mill"), HasSubstr("SIM-PROBE-1"),
+                          HasSubstr("<td>stylus ball</td><td>diameter 6 mm, sd 0.0005 mm (k = 1), as stated")));
 
   const auto stored = box({"show", "2", "--json"}).object();
   const std::regex row{

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "firmware/metrology/dataset/conditions.hpp"
 #include "well_formed.hpp"
 
 namespace probebox::report {
@@ -76,6 +77,29 @@ TEST_F(CalibrationCertificate, SaysAtTheTopThatItIsNotTraceable) {
   ASSERT_NE(at, std::string::npos);
   EXPECT_LT(at, text.find("<h2>"));
   EXPECT_THAT(text, HasSubstr("no certificate of a reference sphere is on record"));
+}
+
+// Its sd is in the budget where it is stated; a value of 0 that nobody stated has to be seen.
+TEST_F(CalibrationCertificate, SaysWhetherTheSdOfTheStylusBallIsStatedOrAssumed) {
+  const auto withBall = [&](const std::string& words) {
+    forget(metrology::kStylusBall);
+    result_.conditions.push_back({std::string{metrology::kStylusBall}, words});
+    return page();
+  };
+  const std::string stated = "diameter 6 mm, sd 0.0005 mm (k = 1), as stated in probe.toml";
+  auto text = withBall(stated);
+  EXPECT_THAT(text, HasSubstr("<td>stylus ball</td><td>" + stated + "</td>"));
+  EXPECT_THAT(text, Not(HasSubstr("Stylus ball")));
+  const std::string assumed = "diameter 6 mm, sd not stated, " + std::string{metrology::kAssumedExact};
+  text = withBall(assumed);
+  EXPECT_THAT(text, HasSubstr("<td>stylus ball</td><td>" + assumed + "</td>"));
+  const auto at_the_top = text.find("<li>Stylus ball: " + assumed);
+  ASSERT_NE(at_the_top, std::string::npos);
+  EXPECT_LT(at_the_top, text.find("<h2>"));
+  forget(metrology::kStylusBall);
+  EXPECT_THAT(page(), HasSubstr("<td>stylus ball</td><td>not on record"));
+  result_.method = "centreline";
+  EXPECT_THAT(page(), HasSubstr("<td>stylus ball</td><td>the values do not rely on its diameter</td>"));
 }
 
 TEST_F(CalibrationCertificate, OfASphereThatWasOverdueIsNotTraceable) {
