@@ -1,0 +1,92 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <gtest/gtest.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "box_process.hpp"
+#include "box_rights.hpp"
+#include "host_command.hpp"
+#include "played_machine.hpp"
+
+namespace probebox::vm {
+
+// The whole daemon, without privileges, on a machine that is played through devices of the kernel.
+class BoxOnAMachine : public testing::Test {
+ protected:
+  static constexpr const char* kUri = "tcp:127.0.0.1:7627";
+
+  static HostCommand command(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"-u", kUri});
+    arguments.emplace_back("--json");
+    return {HostUser::stranger, arguments};
+  }
+  static nlohmann::json status() {
+    auto asked = command({"status"});
+    return asked.status() == 0 ? nlohmann::json::parse(asked.out()) : nlohmann::json{};
+  }
+  static bool eventually(const std::function<bool()>& is_so) {
+    for (int tries = 0; tries < 200; ++tries, std::this_thread::sleep_for(std::chrono::milliseconds{300})) {
+      if (is_so()) return true;
+    }
+    return false;
+  }
+  static std::string problemOf(const std::string& name) {
+    for (const auto& source : status()["sources"]) {
+      if (source["name"].get<std::string>().find(name) != std::string::npos) return source["problem"];
+    }
+    return "there is no source " + name;
+  }
+  static bool isReady() {
+    const auto now = status();
+    if (now.is_null() || now["clock"]["state"] != "locked") return false;
+    if (!now["receiver"].is_null() && now["receiver"]["state"] != "locked") return false;
+    return std::ranges::all_of(now["sources"], [](const auto& source) { return source["problem"] == ""; });
+  }
+
+  // A calibration that was accepted, to the delay that the machine really has.
+  // late_s: of what the kernel stamps, at most.
+  static void expectTruth(HostCommand& calibration, double tau_s, double late_s) {
+    ASSERT_EQ(calibration.status(), 0) << calibration.err() << calibration.out();
+    nlohmann::json proposed;
+    for (const auto& object : calibration.objects()) {
+      if (object.contains("result")) proposed = object;
+    }
+    ASSERT_FALSE(proposed.is_null()) << calibration.out();
+    const double found_s = proposed["result"]["tau_s"], sd_s = proposed["sd"]["tau_s"];
+    std::printf("delay: %.1f us found, sd %.1f us, %.1f us true\n", 1e6 * found_s, 1e6 * sd_s, 1e6 * tau_s);
+    EXPECT_LT(sd_s, 2e-5);
+    EXPECT_NEAR(found_s, tau_s, 4 * sd_s + late_s);
+    auto history = command({"history"});
+    ASSERT_EQ(history.status(), 0) << history.err();
+    EXPECT_NE(history.out().find("\"active\""), std::string::npos) << history.out();
+  }
+
+  static std::int64_t lostSamples() { return status()["ledger"]["lost_at_source_samples"]; }
+  // Of a machine that has parked: no source came back with a step.
+  static void expectPositionsOf(const world::Machine& machine) {
+    nlohmann::json axes;
+    EXPECT_TRUE(eventually([&] {
+      auto asked = command({"corrections"});
+      axes = asked.status() == 0 ? nlohmann::json::parse(asked.out())["axes"] : nlohmann::json::array();
+      return axes.size() == 3 &&
+             std::ranges::all_of(axes, [](const auto& axis) { return axis["referenced"] == true; }) &&
+             machine.speedAt(kernelNow()) == 0;
+    })) << axes.dump(1);
+    const auto true_mm = machine.positionAt(kernelNow());
+    for (std::size_t axis = 0; axis < axes.size(); ++axis)
+      EXPECT_NEAR(axes[axis]["position_mm"].get<double>(), true_mm[axis], 0.01) << "axis " << axis;
+  }
+
+  BoxRights rights;
+  BoxProcess box{MACHINE_BOARD};
+  world::Config config = PlayedMachine::config();
+  PlayedMachine machine{config, "127.0.0.1:7627"};
+};
+
+}  // namespace probebox::vm
