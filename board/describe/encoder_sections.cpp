@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "board/describe/secondary_axes.hpp"
+
 namespace probebox::board {
 namespace {
 
@@ -194,12 +196,7 @@ Encoders readEncoders(Section& root, const Box& box, TakenLines& taken) {
     checkShared(*axes, axis, encoders);
     checkCounterOfControl(*axes, axis, encoders);
   }
-  for (const std::string secondary : {"U", "V", "W"}) {
-    if (!axes->sectionIfThere(secondary)) continue;
-    axes->problem(secondary,
-                  "is a secondary axis (ISO 841), and this firmware latches X, Y, Z and A, B, C: remove it; "
-                  "positions of a secondary axis are added by the control (kind = \"control\")");
-  }
+  refuseSecondaryAxes(*axes);
   if (wanted && std::ranges::none_of(encoders, [](const auto& encoder) { return encoder.has_value(); }))
     root.problem("encoder", "describes no axis: add [encoder.X], or write encoders = \"none\" in [devices]");
   axes->finish();

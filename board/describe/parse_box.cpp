@@ -7,6 +7,7 @@
 #include "board/describe/encoder_sections.hpp"
 #include "board/describe/line_sections.hpp"
 #include "board/describe/parse.hpp"
+#include "board/describe/secondary_axes.hpp"
 #include "board/describe/sensor_sections.hpp"
 #include "board/describe/usb_text.hpp"
 
@@ -28,7 +29,7 @@ std::vector<IndexLine> indexLines(Section& root, TakenLines& taken) {
   std::vector<IndexLine> lines;
   std::array<bool, 3> has_mark{};
   for (auto& section : root.sections("index", kMostLines)) {
-    const auto axis = section.choice("axis", {"X", "Y", "Z"});
+    const auto axis = linearAxisOf(section);
     const std::string name{"XYZ"[axis]};
     const bool again = std::exchange(has_mark.at(axis), true);
     if (again && section.good("axis"))

@@ -9,6 +9,7 @@
 #include "board/describe/places.hpp"
 #include "board/describe/rotary_sections.hpp"
 #include "board/describe/screw_sections.hpp"
+#include "board/describe/secondary_axes.hpp"
 #include "board/describe/shank_sections.hpp"
 #include "board/describe/spelling.hpp"
 #include "board/describe/tool_sections.hpp"
@@ -200,6 +201,7 @@ Machine readMachine(Section& root) {
   auto axes = root.section("axis");
   for (std::size_t axis = 0; axis < machine.axes.size(); ++axis)
     readAxis(axes.section(std::string{"XYZ"[axis]}), axis, machine);
+  refuseSecondaryAxes(axes);
   axes.finish();
 
   machine.datum_sphere_diameter_mm = readSize(root, "datum_sphere", "diameter_mm");

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "board/describe/places.hpp"
+#include "board/describe/secondary_axes.hpp"
 #include "board/describe/tool_sections.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -171,6 +172,7 @@ void readRotary(Section& root, double hold_s, Machine& machine) {
     if (auto section = axes.sectionIfThere(std::string{kLetters[axis]}))
       machine.rotary_axes.at(axis) = readRotaryAxis(std::move(*section));
   }
+  refuseSecondaryAxes(axes);
   axes.finish();
   if (auto section = root.sectionIfThere("swivel")) machine.swivel = readSwivel(std::move(*section), hold_s, machine);
   if (auto section = root.sectionIfThere("rotary_table"))

@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "board/describe/secondary_axes.hpp"
+
 namespace probebox::board {
 namespace {
 
@@ -59,6 +61,7 @@ void readScrews(Section& root, double hold_s, Machine& machine) {
     if (auto section = screws.sectionIfThere(std::string{"XYZ"[axis]}))
       machine.screws.at(axis) = readScrew(std::move(*section), hold_s, machine.axes.at(axis));
   }
+  refuseSecondaryAxes(screws);
   screws.finish();
 }
 

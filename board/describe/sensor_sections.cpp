@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "board/describe/secondary_axes.hpp"
+
 namespace probebox::board {
 namespace {
 
@@ -69,7 +71,7 @@ ProbeAdc probeAdc(Section section, TakenChannels& taken) {
 
 DriftSensor driftSensor(Section section, TakenChannels& taken, std::set<std::size_t>& axes) {
   DriftSensor sensor;
-  const auto axis = section.choice("axis", {"X", "Y", "Z"});
+  const auto axis = linearAxisOf(section);
   sensor.axis = static_cast<std::uint8_t>(axis);
   if (section.good("axis") && !axes.insert(axis).second)
     section.problem("axis",

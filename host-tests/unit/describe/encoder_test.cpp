@@ -117,8 +117,6 @@ TEST(Encoders, AreRefusedWhereTheyCannotBeRead) {
   EXPECT_THAT(problemOfBox(boxText("[encoder.X]\nkind = \"counter\"\n")),
               HasSubstr("box.toml:15: missing key 'encoder.X.device'"));
   EXPECT_THAT(problemOfBox(boxText(with(kCounterX, "bits = 4"))), HasSubstr("give a value from 8 to 64"));
-  EXPECT_THAT(problemOfBox(boxText("[encoder.V]\nkind = \"control\"\n")),
-              AllOf(HasSubstr("'encoder.V' is a secondary axis (ISO 841)"), HasSubstr("remove it")));
   EXPECT_THAT(problemOfBox(boxText(with(kLinesC, "absolute = true"))), HasSubstr("A and B only count: remove it"));
   EXPECT_THAT(problemOfBox(boxText(with(kCounterX, "") + "[encoder.Y]\nkind = \"counter\"\ndevice = \"counter0\"\n")),
               HasSubstr("box.toml:19: 'encoder.Y' reads what [encoder.X] reads: give it a 'device' or a 'count'"));

@@ -102,7 +102,7 @@ TEST(Sensors, AreRefusedWithLineAndRemedy) {
               AllOf(HasSubstr("box.toml:16: 'drift.channel'"), HasSubstr("in_voltage0_raw in sysfs is \"voltage0\"")));
   EXPECT_THAT(screwProblem("um_per_unit = 0.5", "um_per_unit = 0"),
               AllOf(HasSubstr("box.toml:17: 'drift.um_per_unit' = 0"), HasSubstr("write how many um")));
-  EXPECT_THAT(screwProblem("\"X\"", "\"W\""), HasSubstr("box.toml:14: 'drift.axis' = \"W\" is not known"));
+  EXPECT_THAT(screwProblem("\"X\"", "\"Q\""), HasSubstr("box.toml:14: 'drift.axis' = \"Q\" is not known"));
   EXPECT_THAT(screwProblem("um_per_unit = 0.5", "um_per_unit = 0.5\nrate_hz = 1000"),
               HasSubstr("'drift.rate_hz' = 1000 is out of its range: give a value from 1 to 100"));
   EXPECT_THAT(screwProblem("um_per_unit = 0.5", "um_per_unit = 0.5\nbuffered = true"),
