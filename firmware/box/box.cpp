@@ -89,6 +89,7 @@ void Box::on(const TimeAdvanced& time) {
   latch_.setClock(clock_.map());
   latch_.advance(time.at);
   procedure_.advance(time.at);
+  rate_meter_.advance(time.at);
   drainLatch();
   if (block_.olderThan(config_.block_age, time.at)) closeBlock();
   publish(time.at);
@@ -132,6 +133,7 @@ void Box::on(const Count& count) {
 }
 
 void Box::take(const Count& count) {
+  rate_meter_.sample(count);
   latch_.push(count);
   corrections_.push(count);
   // The encoders sit on the motors, so a warm screw puts the tool elsewhere than they say: what is measured is where
@@ -228,6 +230,7 @@ void Box::on(const Drift& drift) {
 }
 
 void Box::take(const Deflection& deflection) {
+  rate_meter_.sample(deflection);
   latch_.push(deflection);
   procedure_.push(deflection);
 }
@@ -348,6 +351,7 @@ void Box::publish(MonoTime now) {
                           .counters = control_clock_.counters()};
   state_.latch = latch;
   state_.procedure = progress;
+  state_.rates = rate_meter_.rates();
   state_.incomplete_rows = procedure_.incompleteRows() + common_stamps_.incomplete();
   state_.stray_markers = procedure_.strayMarkers();
   outputs_.state(state_);

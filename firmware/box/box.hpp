@@ -7,6 +7,7 @@
 #include "firmware/box/block_builder.hpp"
 #include "firmware/box/outputs.hpp"
 #include "firmware/box/parked_changes.hpp"
+#include "firmware/box/rate_meter.hpp"
 #include "firmware/box/receiver_axes.hpp"
 #include "firmware/box/sequence_watch.hpp"
 #include "firmware/box/state.hpp"
@@ -118,6 +119,7 @@ class Box {
   std::array<SequenceWatch, kRotaryAxes> angle_sequence_;
   SequenceWatch probe_sequence_;
   ReceiverAxes receiver_axes_;
+  RateMeter rate_meter_;
   std::uint64_t lost_in_queue_samples_{};
   std::uint64_t source_losses_untold_{};  // those among them that were lost at their source before
   std::uint64_t unencodable_samples_{};

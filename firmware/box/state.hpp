@@ -2,11 +2,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/clock/counter_clock.hpp"
 #include "firmware/clock/estimator.hpp"
 #include "firmware/latch/latch.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
+#include "firmware/procedure/plan/rates.hpp"
 #include "firmware/published/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
@@ -54,7 +56,8 @@ struct State {
   ProbeClock control_clock;  // of positions that the controller sends
   latch::LatchCounters latch;
   procedure::Progress procedure;
-  bool delay_applied{true};  // false when the delay in force exceeds the buffer
+  std::optional<procedure::Rates> rates;  // over the last second; nothing in the first
+  bool delay_applied{true};               // false when the delay in force exceeds the buffer
   std::uint64_t incomplete_rows{};
   std::uint64_t stray_markers{};
   std::uint64_t events{};

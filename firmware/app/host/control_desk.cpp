@@ -10,6 +10,7 @@
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/rates.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/units/nearest.hpp"
 #include "protocol/units/wording.hpp"
@@ -51,6 +52,15 @@ std::optional<Error> whyNotHomed(const AxisHomed& homed, const box::State& state
   return Error{std::string{"The axis "} + "XYZ"[axis] +
                " has not been seen to stand still for 0.1 s, or its encoder tells its position itself: home it at "
                "standstill."};
+}
+
+// Otherwise the first touches would show it, one by one.
+std::optional<Error> whyTooSlow(const procedure::LiveMethod& method, const ProcedureOptions& options,
+                                const procedure::Facts& facts, const procedure::Rates& measured) {
+  const auto plan = std::make_unique<procedure::Plan>();
+  procedure::fill(*plan, method, options);
+  procedure::takeReadings(*plan, facts.trigger_probe ? procedure::ProbeKind::trigger : procedure::ProbeKind::scanning);
+  return procedure::whyTooSlow(*plan, facts, measured);
 }
 
 // Why a marker does not belong to what is being done.
@@ -229,6 +239,8 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   }
   if (state.map.state != ClockState::locked)
     return refused(ErrorCode::wrong_state, "The master clock is not locked: check the sync line, then start again.");
+  if (const auto error = state.rates ? whyTooSlow(*method, options, facts, *state.rates) : std::nullopt)
+    return refused(ErrorCode::wrong_state, error->what);
   const ProcedureStarted started{.run = std::max(last_run_, state.procedure.run) + 1,
                                  .method = method->number,
                                  .at = with_.time.now(),

@@ -29,7 +29,6 @@ constexpr double kSeen = 0.05;        // rms of the normals along a direction in
 constexpr double kHardlySeen = 0.01;  // and along one where it is, unless it looks like the steps
 constexpr double kLikeSteps = 0.25;   // of their squares
 constexpr double kOwnShare = 0.05;    // of the squares of the rate, that no error of the place may look like
-constexpr std::size_t kLeastOfContour = 50;
 
 // Rows of one scan as points on their stamps.
 struct Points {

@@ -11,6 +11,9 @@
 
 namespace probebox::metrology {
 
+// Samples that a scan needs of machine and probe.
+inline constexpr std::size_t kLeastOfContour = 50;
+
 // One scan along a feature, in contact all the way.
 struct ContourScan {
   std::string name;

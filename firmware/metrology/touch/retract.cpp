@@ -14,23 +14,23 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::size_t kTrusted = 5;  // samples that tell a ramp from noise
+constexpr std::size_t kTrusted = RetractNeeds::kPositions;
 // Fractions of the deflection at rest between which the probe's line is fitted. The lower keeps off the seating of the
 // stylus; above the upper the machine still gathers speed.
 constexpr double kAtRest = 0.85;
-constexpr double kLowest = 0.04;
+constexpr double kLowest = RetractNeeds::kLowest;
 constexpr double kHighest = 0.80;
 // The window of the source. All of it must lie on the line, but where the machine still gathers speed.
 constexpr double kSourceLowest = 0.10;
-constexpr double kSourceHighest = 0.60;
+constexpr double kSourceHighest = RetractNeeds::kHighest;
 // How much of that window may miss: a spike, the guard of a cut.
 constexpr double kMissing = 0.25;
 // The machine's window in overtravels from its apex.
 constexpr double kFrom = 0.25;
-constexpr double kUntil = 3.0;
+constexpr double kUntil = RetractNeeds::kUntil;
 constexpr double kTrustedFrom = 0.8;
 // The latest that the machine may reach its speed.
-constexpr double kLatestRamp = 0.7;
+constexpr double kLatestRamp = RetractNeeds::kFrom;
 // After a fast drive and a short rest the stylus still rings from the approach, and the end of a ramp hides in the
 // noise: so much later, as long as the window of the source stays.
 constexpr double kSettling_s = 0.004;

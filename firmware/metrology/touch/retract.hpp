@@ -33,6 +33,17 @@ double separationTime(const Line& probe);
 // Machine position at zero deflection (A7), mm, displaced by the lag: M = P - tau v (A2).
 Eigen::Vector3d separationPoint(const Line& machine, const Line& probe);
 
+// What the lines need of a touch, to be sure of before it is made.
+struct RetractNeeds {
+  static constexpr std::size_t kPositions = 5;  // tell a ramp from noise
+  // Travel of the machine, in overtravels from its apex: the latest at which it may reach its speed, and the end of its
+  // window.
+  static constexpr double kFrom = 0.7, kUntil = 3.0;
+  static constexpr std::size_t kDeflections = 4;  // three, and one for the ends of the window
+  // Shares of the deflection at rest: where the machine may still gather speed, and where the stylus seats.
+  static constexpr double kHighest = 0.60, kLowest = 0.04;
+};
+
 // Finds the windows and fits the lines.
 // Refuses, about this touch alone: no-contact, truncated (a record that ends before separation), too-few-samples (under
 // three in a window), gap, speed-not-constant (within 2 %), speed-differs (from the nominal by more than 20 %),

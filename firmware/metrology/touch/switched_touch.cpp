@@ -13,8 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kWindow_mm = 0.2;  // of way to either side of an edge
-constexpr std::size_t kFewestRows = 5;
 constexpr double kSteadiness = 0.02;  // of the speed
 constexpr double kNoise = 5;          // deviations of a slope that noise may make
 constexpr double kNominal = 0.2;      // of the speed that was asked for
@@ -52,12 +50,12 @@ Outcome<Edge, Refusal> placeAt(double edge_s, double sense, const Positions& of,
   const auto refuse = [&](const char* name, const std::string& what) {
     return Refusal{name, planned.name + (sense < 0 ? ", way in: " : ", way out: ") + what};
   };
-  const double window_s = kWindow_mm / planned.speed_mm_s;
+  const double window_s = kWayAtAnEdge_mm / planned.speed_mm_s;
   std::size_t begin = 0, end = of.times.size();
   while (begin < end && of.times[begin] < edge_s - window_s) ++begin;
   while (end > begin && of.times[end - 1] > edge_s + window_s) --end;
-  if (end - begin < 2 * kFewestRows) {
-    return refuse("too-few-samples", "fewer than " + std::to_string(2 * kFewestRows) +
+  if (end - begin < 2 * kFewestAtAnEdge) {
+    return refuse("too-few-samples", "fewer than " + std::to_string(2 * kFewestAtAnEdge) +
                                          " positions about the edge: touch more slowly, or latch more often");
   }
   const std::size_t middle = begin + (end - begin) / 2;

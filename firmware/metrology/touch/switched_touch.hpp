@@ -13,6 +13,10 @@ namespace probebox::metrology {
 // Times of contact on the way in and release on the way out of a switched device, on the stamps of table machine.
 inline constexpr std::string_view kEdgesColumns[]{"touch", "contact_s", "release_s"};
 
+// Positions that each side of an edge needs, and the way on which they are looked for.
+inline constexpr std::size_t kFewestAtAnEdge = 5;
+inline constexpr double kWayAtAnEdge_mm = 0.2;
+
 // A touch measured by the edges of a switch, reduced to one position.
 struct SwitchedTouch {
   Eigen::Vector3d normal;  // outward

@@ -64,14 +64,22 @@ TEST(Encoders, ACounterThatIsUnpluggedComesBackAndItsAxisAloneIsNotReferenced) {
   config.encoders.power_up_mm = {1, 1, 1};  // they only count: every axis has to be referenced
   Scenario scenario{config, 3, ProbeIs::stamped, EncodersAre::polled};
   ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().snapshot.referenced; }, 20s));
+  scenario.run(2s);
+  ASSERT_TRUE(scenario.state().rates);
+  EXPECT_NEAR(scenario.state().rates->positions_hz[1], 1000, 20);
+  EXPECT_NEAR(scenario.state().rates->deflections_hz, 2000, 20);
   scenario.encoders().counter(1).unplug();
   scenario.run(500ms);
   EXPECT_FALSE(scenario.state().snapshot.referenced);
   EXPECT_EQ(scenario.state().lost.sources_gone, 1U);
   EXPECT_TRUE(scenario.state().snapshot.axes[0].referenced);
   EXPECT_FALSE(scenario.state().snapshot.axes[1].referenced);
+  scenario.run(2s);
+  EXPECT_EQ(scenario.state().rates->positions_hz[1], 0) << "over a whole window";
+  EXPECT_NEAR(scenario.state().rates->positions_hz[2], 1000, 20);
   scenario.encoders().counter(1).plugIn(scenario.now());
   scenario.run(3s);
+  EXPECT_NEAR(scenario.state().rates->positions_hz[1], 1000, 20);
   EXPECT_EQ(scenario.encoders().source(1).problem(), "");
   const auto received = scenario.recorded().received;
   scenario.run(1s);

@@ -335,6 +335,18 @@ TEST_F(OnTheMachine, CalibratesTheSensorHeadAndReadsThePlateWithIt) {
   EXPECT_THAT(box({"calibrate", "rotary-axis-errors", "--head"}).err, HasSubstr("none is in force"));
 }
 
+// Positions at 50 Hz hold too little of a fast touch, which is told before the machine moves.
+TEST_F(OnTheMachine, TellsBeforeARunThatItsPositionsComeTooSlowly) {
+  start([](board::Descriptions& slow) { slow.box.devices.encoder_rate_hz = slow.world->encoders.rate_hz = 50; });
+  const auto refused = box({"calibrate", "delay-known-sphere", "--speed", "40"});
+  EXPECT_EQ(refused.status, 4);
+  EXPECT_THAT(refused.err,
+              testing::ContainsRegex("The encoder of X delivers (49\\.[0-9]|50(\\.[0-9])?) positions a second, "
+                                     "and a touch at 40 mm/s needs 174: move at 11\\.[3-6] mm/s or less"));
+  EXPECT_THAT(refused.out, testing::Not(HasSubstr("touch 1")));
+  EXPECT_EQ(box({"calibrate", "delay-known-sphere", "--speed", "10"}).status, 0);
+}
+
 TEST_F(OnTheMachine, RefusesOptionsThatTheMethodCannotUse) {
   const auto slow = box({"calibrate", "delay-known-sphere", "--speed", "0.01"});
   EXPECT_EQ(slow.status, 4);
