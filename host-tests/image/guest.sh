@@ -82,7 +82,7 @@ counted() { # NAME=VALUE...: in grubenv
 give_a_shell() {
   local efi=$work/disk.img@@1M
   mcopy -n -i "$efi" ::probebox/grub.cfg "$work/grub.cfg"
-  sed -i '/^linux /s/$/ systemd.debug_shell=ttyS0 systemd.show_status=no/' "$work/grub.cfg"
+  sed -i '/^linux /s/\bconsole=\(tty[A-Z0-9]*\).*/& systemd.debug_shell=\1 systemd.show_status=no/' "$work/grub.cfg"
   mcopy -o -i "$efi" "$work/grub.cfg" ::probebox/grub.cfg
 }
 # Runs a command in the box, once it answers hosts, and prints what it prints; its exit status is the command's.

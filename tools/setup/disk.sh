@@ -4,6 +4,17 @@ probebox_image_packages=(mmdebstrap squashfs-tools-ng squashfs-tools dosfstools 
 # Sizes of partitions, MiB. A slot has room for a root that has grown; holes take no place in the file.
 probebox_efi_mib=16 probebox_slot_mib=160 probebox_data_mib=256
 
+# Lets this computer run the programs of another processor, which install themselves into the root.
+make_runnable() { # ARCH
+  [[ $1 != "$(dpkg --print-architecture)" ]] || return 0
+  ensure_packages build/packages-foreign.log qemu-user-static binfmt-support arch-test
+  arch-test "$1" >/dev/null && return
+  [[ $EUID -eq 0 ]] || { echo "tools/image: programs of $1 do not run here: update-binfmts --enable, as root" >&2; return 1; }
+  mountpoint -q /proc/sys/fs/binfmt_misc || mount -t binfmt_misc binfmt_misc /proc/sys/fs/binfmt_misc
+  update-binfmts --enable
+  arch-test "$1" >/dev/null || { echo "tools/image: programs of $1 do not run here, with qemu-user-static neither" >&2; return 1; }
+}
+
 # A value of board/NAME/image.conf; empty where it has none.
 board_setting() { # BOARD NAME
   sed -n "s/^$2 \+//p" "board/$1/image.conf"
@@ -66,7 +77,7 @@ make_loader() { # WORK ARCH BOARD
   mkdir -p "$1/efi/EFI/BOOT" "$1/efi/probebox"
   grub-mkimage -d "$1/boot-efi/$target" -O "$target" -p /probebox -o "$1/efi/EFI/BOOT/$file" \
     part_gpt fat squash4 xzio linux boot loadenv regexp normal echo test sleep reboot
-  sed "s#@CMDLINE@#$(board_setting "$3" cmdline)#" board/image/grub.cfg >"$1/efi/probebox/grub.cfg"
+  sed "s#@CMDLINE@#$(board_setting "$3" cmdline) $(board_setting "$3" "cmdline_$2")#" board/image/grub.cfg >"$1/efi/probebox/grub.cfg"
   grub-editenv "$1/efi/probebox/grubenv" create
   grub-editenv "$1/efi/probebox/grubenv" set "ORDER=A B" A_OK=1 B_OK=1 A_TRY=0 B_TRY=0
 }

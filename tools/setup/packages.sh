@@ -21,6 +21,9 @@ probebox_cnc_packages=(linuxcnc-uspace util-linux)
 # What looks at bundles as the updater of an image does. Without them those tests are skipped.
 # shellcheck disable=SC2034
 probebox_update_packages=(rauc squashfs-tools openssl)
+# A PC and a board with an arm64 processor to boot images in (host-tests/image). tools/test --image installs it.
+# shellcheck disable=SC2034
+probebox_emulated_packages=(qemu-system-x86 ovmf qemu-system-arm qemu-efi-aarch64 mtools)
 # What `probebox interference` measures distances with. Without it the command says what is missing.
 # shellcheck disable=SC2034
 probebox_distance_packages=(libfcl-dev)
