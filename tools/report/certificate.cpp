@@ -11,6 +11,7 @@
 #include "tools/report/coverage.hpp"
 #include "tools/report/document_head.hpp"
 #include "tools/report/html.hpp"
+#include "tools/report/measurand.hpp"
 #include "tools/report/names.hpp"
 #include "tools/report/sections.hpp"
 
@@ -49,26 +50,60 @@ std::string dofText(double dof) {
   return dof < kMany ? std::to_string(static_cast<long>(std::floor(dof))) : "\u221e";
 }
 
+// How much of u squared comes from the diameter of the sphere; nothing where no certificate is on record for it.
+std::string shareOfSphere(const Result& result, const Estimate& estimate, std::size_t k, double u) {
+  if (conditionOf(result, "sphere_certificate").empty()) return "";
+  std::size_t at = k;
+  for (const auto& before : result.estimates) {
+    if (&before == &estimate) break;
+    at += before.values.size();
+  }
+  const auto sphere = std::ranges::find(result.budget, "sd_effective_diameter_mm", &metrology::Contribution::name);
+  if (sphere == result.budget.end() || at >= sphere->sd.size()) return percent(0);
+  return percent(sphere->sd[at] * sphere->sd[at] / (u * u));
+}
+
 std::string certifiedRow(const Subject& subject, const Estimate& estimate, std::size_t k) {
   const auto unit = unitOf(estimate, k);
   const auto u = combinedOf(estimate, k);
   const auto cell = [](const std::string& text) { return "<td class=\"n\">" + escaped(text) + "</td>"; };
   std::string row = "<tr>" + element("td", valueName(subject, estimate, k)) +
                     cell(valueDigits(unit, estimate.values[k], u)) + element("td", unit.unit);
-  if (!u || !(*u > 0)) return row + cell("unknown") + cell("") + cell("unknown") + cell("") + cell("") + "</tr>\n";
+  if (!u || !(*u > 0))
+    return row + cell("unknown") + cell("") + cell("unknown") + cell("") + cell("") + cell("") + "</tr>\n";
   const double dof = effectiveDof(*subject.result(), estimate, k);
   return row + cell(casefolder::withUnit({unit.name, "", unit.factor}, *u)) + cell("2") +
          cell(uncertaintyDigits(unit, *u)) + cell(dofText(dof)) +
-         cell(percent(coverageProbability(kCoverageFactor, std::floor(dof)))) + "</tr>\n";
+         cell(percent(coverageProbability(kCoverageFactor, std::floor(dof)))) +
+         cell(shareOfSphere(*subject.result(), estimate, k, *u)) + "</tr>\n";
 }
 
-std::string resultTable(const Subject& subject) {
+// Where the values hold, and what they are of: without it a centre on an inclined axis is no measurand.
+std::string placesTable(const Subject& subject, const CertificateFacts& facts) {
+  constexpr std::array<std::string_view, 6> kPlaces{"mean_z_mm",      "along_mm", "axis_point_mm",
+                                                    "axis_direction", "arm_mm",   "effective_diameter_mm"};
+  std::string rows;
+  for (const auto& estimate : subject.result()->also) {
+    if (std::ranges::find(kPlaces, estimate.key) == kPlaces.end()) continue;
+    for (std::size_t k = 0; k < estimate.values.size(); ++k) {
+      const auto unit = unitOf(estimate, k);
+      rows += factRow(valueName(subject, estimate, k),
+                      valueDigits(unit, estimate.values[k], combinedOf(estimate, k)) + " " + unit.unit);
+    }
+  }
+  if (const auto what = measurandOf(facts.subject); !what.empty())
+    rows = factRow("measurand", std::string{what}) + rows;
+  return rows.empty() ? "" : "<table>\n" + rows + "</table>\n";
+}
+
+std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
   std::string text =
       "<h2>Result</h2>\n<table class=\"values matrix\">\n<thead><tr><th>measurand</th><th class=\"n\">measured "
       "value</th>"
       "<th>unit</th><th class=\"n\">standard uncertainty u</th><th class=\"n\">coverage factor k</th>"
       "<th class=\"n\">expanded uncertainty U</th><th class=\"n\">eff. deg. of freedom</th>"
-      "<th class=\"n\">coverage probability</th></tr></thead>\n<tbody>\n";
+      "<th class=\"n\">coverage probability</th><th class=\"n\">of u\u00b2, the sphere's "
+      "certificate</th></tr></thead>\n<tbody>\n";
   std::size_t rows = 0, all = 0;
   std::string zero;
   for (const auto& estimate : subject.result()->estimates) {
@@ -86,6 +121,7 @@ std::string resultTable(const Subject& subject) {
   if (rows < all)
     text += "<p class=\"small\">The first " + std::to_string(rows) + " of " + std::to_string(all) + " values.</p>\n";
   if (!zero.empty()) text += "<p class=\"small\">" + escaped("Zero by definition: " + zero + ".") + "</p>\n";
+  text += placesTable(subject, facts);
   if (const auto& convention = subject.result()->convention; !convention.empty())
     text += "<p class=\"small\">" + escaped(convention) + "</p>\n";
   return text +
@@ -119,10 +155,15 @@ std::string stylusBall(const Result& result) {
 std::string traceabilityBox(const Subject& subject, const CertificateFacts& facts) {
   const Result& result = *subject.result();
   const auto why = whyNotTraceable(result, facts);
-  std::string text =
-      why ? "<div class=\"verdict failed\"><p>NOT TRACEABLE</p><ul>" + element("li", *why)
-          : "<div class=\"verdict neutral\"><p>Traceable to the certificate of the reference sphere</p><ul>" +
-                element("li", conditionOf(result, "sphere_certificate"));
+  std::string text = why ? "<div class=\"verdict failed\"><p>NOT TRACEABLE</p><ul>" + element("li", *why)
+                         : "<div class=\"verdict neutral\"><p>Traceable to the certificate of the reference sphere, as "
+                           "far as u rests on "
+                           "it</p><ul>" +
+                               element("li", conditionOf(result, "sphere_certificate")) +
+                               element("li",
+                                       "Not traceable is what the values owe to the scales of the machine and the "
+                                       "clock of the box, of which "
+                                       "no certificate is on record.");
   if (ballIsAssumed(result)) text += element("li", "Stylus ball: " + conditionOf(result, metrology::kStylusBall) + ".");
   if (facts.accepted.empty())
     text += element("li", "This result was accepted by nobody: it is a proposal, and not in force.");
@@ -189,7 +230,7 @@ std::string certificatePage(const Subject& subject, const CertificateFacts& fact
   const std::string title{method == nullptr ? std::string_view{subject.method} : method->title};
   return documentHead("Calibration certificate " + facts.number) + "<article>\n" +
          element("h1", "Calibration certificate " + facts.number) + "\n<p class=\"small\">" + escaped(title) + ", " +
-         escaped(subject.name) + "</p>\n" + traceabilityBox(subject, facts) + resultTable(subject) +
+         escaped(subject.name) + "</p>\n" + traceabilityBox(subject, facts) + resultTable(subject, facts) +
          warningsList(result) + traceabilityTable(result) + circumstances(subject, facts) + budgetTable(result) +
          factsTable(result) + unobservableList(subject) + issue(facts) + "</article>\n<p class=\"small\">probebox " +
          escaped(version) +

@@ -10,6 +10,7 @@ namespace probebox::report {
 // What a certificate says beside its result.
 struct CertificateFacts {
   std::string number;    // of the certificate
+  std::string subject;   // what the result is about
   std::string box;       // which box measured: vendor, model, serial number
   std::string firmware;  // of the box at the time of issue; a result does not keep that of its measurement
   std::string probe, machine, mounting;

@@ -9,6 +9,7 @@
 namespace probebox::report {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -38,6 +39,7 @@ class CalibrationCertificate : public testing::Test {
 
   metrology::Result result_;
   CertificateFacts facts_{.number = "PB-1-17",
+                          .subject = "delay",
                           .box = "Acme Box, PB-1",
                           .firmware = "9.8.7",
                           .probe = "P-9",
@@ -54,10 +56,10 @@ class CalibrationCertificate : public testing::Test {
 TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) {
   const auto text = page();
   EXPECT_THAT(
-      text,
-      HasSubstr("<td>delay tau</td><td class=\"n\">5203</td><td>us</td><td class=\"n\">5.0</td>"
-                "<td class=\"n\">2</td><td class=\"n\">10</td><td class=\"n\">46</td><td class=\"n\">94.9 %</td>"))
-      << "6 * (5 / 3)^4 = 46.3 degrees of freedom";
+      text, HasSubstr("<td>delay tau</td><td class=\"n\">5203</td><td>us</td><td class=\"n\">5.0</td>"
+                      "<td class=\"n\">2</td><td class=\"n\">10</td><td class=\"n\">46</td><td class=\"n\">94.9 %</td>"
+                      "<td class=\"n\">64.0 %</td>"))
+      << "6 * (5 / 3)^4 = 46.3 degrees of freedom; (4 / 5)^2 of u^2 is the sphere's";
   for (const auto* words : {"PB-1-17", "Acme Box, PB-1", "mill 3", "P-9, spindle", "2026-11-26T08:00:00Z",
                             "20.5 \u00b0C", "by Ada, 2026-11-26T09:00:00Z", "Grace", "2027-11-26", "&lt;first&gt;",
                             "sd_effective_diameter_mm", "(A12)", "measurand", "coverage probability", "2028-04-17"})
@@ -66,8 +68,24 @@ TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) 
 
 TEST_F(CalibrationCertificate, NamesTheCertificateThatItIsTraceableTo) {
   EXPECT_FALSE(whyNotTraceable(result_, facts_));
-  EXPECT_THAT(page(), HasSubstr("<p>Traceable to the certificate of the reference sphere</p><ul><li>2026-0417 of Lab"));
+  EXPECT_THAT(page(), HasSubstr("<p>Traceable to the certificate of the reference sphere, as far as u rests on it</p>"
+                                "<ul><li>2026-0417 of Lab"));
+  EXPECT_THAT(page(), HasSubstr("scales of the machine and the clock of the box"));
   EXPECT_THAT(page(), Not(HasSubstr("NOT TRACEABLE")));
+}
+
+TEST_F(CalibrationCertificate, SaysWhatTheValuesAreOfAndWhereTheyHold) {
+  EXPECT_THAT(page(), HasSubstr("by how much the stamps of the machine"));
+  result_.method = "c-axis-alignment";
+  result_.also = {metrology::Estimate::scalar("mean_z_mm", 155.0, std::nullopt)};
+  facts_.subject = "centreline-stylus";
+  EXPECT_THAT(page(), AllOf(HasSubstr("from the tip of the stylus with the spindle at A = 0"), HasSubstr("155")));
+  facts_.subject = "centreline";
+  EXPECT_THAT(page(), Not(HasSubstr("tip of the stylus with")));
+  for (const auto* known : {"screw-reference-x", "screw-x", "tool-4", "rotary-c"}) {
+    facts_.subject = known;
+    EXPECT_THAT(page(), HasSubstr("<td>measurand</td>")) << known;
+  }
 }
 
 TEST_F(CalibrationCertificate, SaysAtTheTopThatItIsNotTraceable) {

@@ -41,6 +41,7 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
   const auto& descriptor = *box.reader().descriptor();
   auto& facts = all.facts;
   facts = {.number = descriptor.serial_number + "-" + id,
+           .subject = kept.summary.subject,
            .box = boxInWords(descriptor, unit ? &*unit : nullptr),
            .firmware = descriptor.firmware_version,
            .probe = kept.summary.probe,
@@ -68,6 +69,9 @@ ExitStatus run(const Certificate& options, const std::string& uri, Console& cons
   if (options.output == "-") console.keepOutputForData();
   if (const auto objection = Output::objectionTo(options.output, options.force))
     return console.fail({ExitStatus::usage, "output-exists", *objection});
+  if (!options.next_due.empty() && options.next_due < nowUtc().substr(0, options.next_due.size()))
+    return console.fail(
+        {ExitStatus::usage, "past-day", "--next-due " + options.next_due + " is over: name a day to come"});
   const auto box = openBox(uri, console);
   if (!box) return console.fail(box.error());
   const auto all = certified(options, **box, console);

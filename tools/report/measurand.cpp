@@ -1,0 +1,62 @@
+#include "tools/report/measurand.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace probebox::report {
+namespace {
+
+struct Measurand {
+  std::string_view subject;  // or how it begins, with a number or an axis behind it: "tool-"
+  std::string_view sentence;
+};
+
+// docs/results.md, Subject and binding. A is the angle of the spindle that carries the probe, C the turning axis.
+constexpr auto kMeasurands = std::to_array<Measurand>({
+    {"delay",
+     "by how much the stamps of the machine's positions are later than those of the probe's deflections, by axis; the "
+     "gain "
+     "turns deflections into machine axes, with the spindle at A = 0"},
+    {"delay-joints", "by how much the stamps of the joints' positions are later than those of the probe's deflections"},
+    {"centreline", "the turning axis C from the axis of the spindle that carries the probe"},
+    {"centreline-stylus",
+     "the turning axis C from the tip of the stylus with the spindle at A = 0: the offset of the tip from the "
+     "spindle's "
+     "axis is part of it"},
+    {"centreline-slide",
+     "the turning axis C of a chuck that the Z slide carries, from the axis of the spindle that carries the probe"},
+    {"stylus-offset-", "the tip of the stylus from the axis of the spindle that carries it, at A = 0"},
+    {"spindle-offset", "the turning axis C minus the axis of the spindle that carries the probe"},
+    {"spindle-tilt", "the direction of the axis of the spindle that carries the probe, against Z"},
+    {"head-pivot",
+     "the axis about which the head swivels, from the tip of the stylus with the head upright, so it holds for its "
+     "length"},
+    {"table-pivot",
+     "the axis about which the table tilts, in coordinates of the stylus' tip with the spindle at A = 0: those of the "
+     "spindle's axis differ by the offset of the tip"},
+    {"swivel-", "what the reported centre of a ball is off when the head swivels, against the upright head"},
+    {"rotary-",
+     "the error motions of a rotary axis about the point named here, relative to the axis at angle zero, and its "
+     "location and orientation (ISO 230-1, ISO 230-7)"},
+    {"screw-", "the extension of a ball screw by its sensor: gain, and the error of the measured face by sector"},
+    {"screw-reference-", "the reading of the sensor that means no extension"},
+    {"tool-", "the tip of a tool from the reference of the head"},
+    {"setter", "the place of the device that tools are set on"},
+    {"assembly-", "the length and the offset of a tool in its holder"},
+    {"sensor-head-", "what turns the readings of a sensor head into machine axes, and its readings at the centre"},
+    {"check", "the errors that a ball shows at different angles of the axes, against its accepted place"},
+});
+
+}  // namespace
+
+std::string_view measurandOf(std::string_view subject) {
+  // The longest that fits: "screw-reference-x" is no "screw-".
+  const Measurand* found = nullptr;
+  for (const auto& each : kMeasurands) {
+    const bool fits = each.subject.ends_with('-') ? subject.starts_with(each.subject) : subject == each.subject;
+    if (fits && (found == nullptr || each.subject.size() > found->subject.size())) found = &each;
+  }
+  return found == nullptr ? std::string_view{} : found->sentence;
+}
+
+}  // namespace probebox::report
