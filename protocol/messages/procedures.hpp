@@ -68,7 +68,8 @@ struct StartProcedure {
             "1 X, 2 Y, 3 Z: whose screw, for screw-calibration and screw-reference; 5 B, 6 C (0: C): for "
             "rotary-axis-errors");
       field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
-      field("tool", self.tool, "number of the tool, for tool-setter and tool-assembly");
+      field("tool", self.tool,
+            "number of the tool, for tool-setter and tool-assembly; of the one that carries the probe, for pre-travel");
       field("head", self.head, "1: read with the sensor head in the place of the probe, for rotary-axis-errors");
       field(
           "shank", self.shank,

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
 #include "tools/case/method_text.hpp"
 
 namespace {
@@ -22,6 +23,23 @@ std::optional<std::string> replaced(const std::string& page, const std::string& 
   const auto to = page.find("<!-- end of " + name + " -->\n");
   if (from == std::string::npos || to == std::string::npos || to < from) return std::nullopt;
   return page.substr(0, from + begin.size()) + text + page.substr(to);
+}
+
+std::string_view byTrigger(const procedure::LiveMethod& method, std::string_view option) {
+  const auto by = option == " --head"    ? procedure::ReadBy::head
+                  : option == " --shank" ? procedure::ReadBy::shank
+                                         : procedure::ReadBy::tip;
+  switch (procedure::byTrigger(method, by)) {
+    case procedure::ByTrigger::refused:
+      return "no";
+    case procedure::ByTrigger::as_it_is:
+      return "yes";
+    case procedure::ByTrigger::with_pre_travel:
+      break;
+  }
+  return method.usual.tool_count == 0     ? "with `pre-travel` in force"
+         : by == procedure::ReadBy::shank ? "with that of the tip's tool in force"
+                                          : "with that of each tool in force";
 }
 
 void addRun(std::ostream& out, const procedure::LiveMethod& method, std::string_view option, std::string_view steps) {
@@ -42,7 +60,8 @@ void addRun(std::ostream& out, const procedure::LiveMethod& method, std::string_
   if (option == " --head") add("`[sensor_head]`");
   if (!told.empty() && !places.empty()) told += ", ";
   told += places;
-  out << "| `" << method.name() << option << "` | " << steps << " | " << told << (told.empty() ? "|\n" : " |\n");
+  out << "| `" << method.name() << option << "` | " << steps << " | " << told << (told.empty() ? "| " : " | ")
+      << byTrigger(method, option) << " |\n";
 }
 
 // What the machine does for each live method, in alphabetical order.
@@ -52,7 +71,7 @@ std::string tableOfRuns() {
     if (method->calibrates) sorted[method->name()] = method;
   }
   std::ostringstream out;
-  out << "| method | steps | told beforehand |\n|---|---|---|\n";
+  out << "| method | steps | told beforehand | by a touch-trigger probe |\n|---|---|---|---|\n";
   for (const auto& [name, method] : sorted) {
     addRun(out, *method, "", method->steps);
     if (method->measuresBOrC()) addRun(out, *method, " --axis B", method->steps_about_b);

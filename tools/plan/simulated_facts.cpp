@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "firmware/procedure/methods/needs.hpp"
@@ -62,12 +63,18 @@ procedure::SensorHead sensorHead(const SetUp& set_up) {
   return head;
 }
 
-procedure::TriggerProbe triggerProbe(const SetUp& set_up) {
+procedure::TriggerProbe triggerProbe(const SetUp& set_up, std::span<const std::uint32_t> tools) {
   procedure::PreTravel pre_travel{.result_id = 1, .parts_mm = {}, .covariance = {}};
   const double sd_mm = 1e-3 * set_up.sd_pre_travel_um;
   for (std::size_t part = 0; part < procedure::PreTravel::kParts; ++part)
     pre_travel.covariance[part][part] = sd_mm * sd_mm;
-  return {.repeatability_mm = 1e-3 * *set_up.switch_repeatability_um, .pre_travel = pre_travel};
+  procedure::TriggerProbe probe{.repeatability_mm = 1e-3 * *set_up.switch_repeatability_um,
+                                .pre_travels = {pre_travel}};
+  for (const std::uint32_t tool : tools) {
+    pre_travel.tool = tool;
+    probe.pre_travels.push_back(pre_travel);
+  }
+  return probe;
 }
 
 }  // namespace
@@ -116,7 +123,7 @@ procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
                   .sd_mm = 0,
                   .holder = procedure::HolderFacts{.number = 1, .length_mm = 62, .sd_mm = set_up.sd_holder_mm}}};
   facts.sensor_head = sensorHead(set_up);
-  if (set_up.switch_repeatability_um) facts.trigger_probe = triggerProbe(set_up);
+  if (set_up.switch_repeatability_um) facts.trigger_probe = triggerProbe(set_up, facts.carriers());
   return facts;
 }
 

@@ -56,6 +56,7 @@ MethodHelp methodHelp() {
       .rotary_axis = methodsWith([](const LiveMethod& method) { return method.measuresBOrC(); }),
       .mounts = methodsWith([](const LiveMethod& method) { return method.usual.mounts != 0; }),
       .tool = methodsWith([](const LiveMethod& method) { return method.takes_tool; }),
+      .probe_tool = methodsWith([](const LiveMethod& method) { return method.takes_probe_tool; }),
       .head = methodsWith([](const LiveMethod& method) { return !method.steps_by_head.empty(); }),
       .shank = methodsWith([](const LiveMethod& method) { return method.takesShank(); }),
       .contacts = methodsWith([](const LiveMethod& method) { return method.takes_contacts; }),

@@ -278,6 +278,10 @@ std::string named(const store::Record& record) {
 
 constexpr std::string_view kPreTravelSubject = "pre-travel";
 
+std::optional<std::uint32_t> preTravelToolOf(std::string_view subject) {
+  return subject == kPreTravelSubject ? 0 : numberBehind(std::string{kPreTravelSubject} + "-", subject);
+}
+
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
   const metrology::Result* result = record.result();
   if (result == nullptr) return Error{named(record) + " is a refusal."};
@@ -299,7 +303,8 @@ Outcome<procedure::PreTravel> preTravelOf(const store::Record& record) {
     return Error{named(record) +
                  " has no pre-travel along the stylus: touch the sphere from below its equator as well."};
   TRY(const auto parts, valuesOf(*result, kKey, kParts));
-  procedure::PreTravel found{.result_id = record.id, .parts_mm = {}, .covariance = {}};
+  const auto tool = preTravelToolOf(record.binding.subject).value_or(0);
+  procedure::PreTravel found{.result_id = record.id, .tool = tool, .parts_mm = {}, .covariance = {}};
   std::ranges::copy(parts.values, found.parts_mm.begin());
   for (std::size_t i = 0; i < kParts; ++i)
     for (std::size_t k = 0; k < kParts; ++k)
@@ -339,7 +344,7 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
     TRY(calibratedHeadOf(record));
     return std::vector<Event>{};
   }
-  if (subject == kPreTravelSubject) {
+  if (preTravelToolOf(subject)) {
     TRY(preTravelOf(record));
     return std::vector<Event>{};
   }

@@ -39,6 +39,8 @@ std::optional<MeasuredLength> measuredLengthOf(const store::Record& record);
 // Reads the pre-travel of a touch-trigger probe from its result. Errors name what is missing.
 Outcome<procedure::PreTravel> preTravelOf(const store::Record& record);
 extern const std::string_view kPreTravelSubject;
+// Number of the tool of "pre-travel-2", 0 of "pre-travel"; nullopt for other subjects.
+std::optional<std::uint32_t> preTravelToolOf(std::string_view subject);
 
 // Event that deactivates a subject.
 std::optional<Event> noneInForce(std::string_view subject, MonoTime now);

@@ -63,8 +63,8 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
   }
   if (const auto length = measuredLengthOf(record)) facts.tool_lengths.push_back(*length);
   if (record.binding.subject == "centreline") facts.turning_axis = turningAxisOf(record);
-  if (record.binding.subject == kPreTravelSubject) {
-    if (const auto found = preTravelOf(record)) facts.pre_travel = *found;
+  if (preTravelToolOf(record.binding.subject)) {
+    if (const auto found = preTravelOf(record)) facts.pre_travels.push_back(*found);
   }
   if (record.binding.subject != "setter") return;
   const auto* setter = result->find("setter_mm");
@@ -81,7 +81,9 @@ std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span
     if (std::ranges::find(in_force, subject, &InForceAbout::subject) == in_force.end())
       values.push_back({.name = subject, .source = source, .result_id = 0});
   };
-  unlessMeasured("delay", ValueSource::unknown);
+  // A box with a touch-trigger probe can measure neither of the two, and needs neither.
+  const bool scans = !described.trigger_probe;
+  if (scans) unlessMeasured("delay", ValueSource::unknown);
   for (std::size_t axis = 0; axis < described.screws.size(); ++axis) {
     if (!described.screws[axis]) continue;
     unlessMeasured(screwSubject(axis), ValueSource::description);
@@ -93,8 +95,14 @@ std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span
   const auto& carriers = described.probe_tools;
   for (std::size_t i = 0; i < carriers.count; ++i)
     unlessMeasured("assembly-" + std::to_string(carriers.numbers.at(i)), ValueSource::description);
-  if (described.trigger_probe) unlessMeasured(std::string{kPreTravelSubject}, ValueSource::unknown);
-  if (described.sensor_head)
+  if (described.trigger_probe) {
+    unlessMeasured(std::string{kPreTravelSubject}, ValueSource::unknown);
+    // swivel-error reads with several tools.
+    const auto tools = described.swivel_head ? described.carriers() : std::vector<std::uint32_t>{};
+    for (std::size_t i = 0; tools.size() > 1 && i < tools.size(); ++i)
+      unlessMeasured(std::string{kPreTravelSubject} + "-" + std::to_string(tools[i]), ValueSource::unknown);
+  }
+  if (described.sensor_head && scans)
     unlessMeasured("sensor-head-" + std::to_string(described.sensor_head->tool), ValueSource::unknown);
   return values;
 }

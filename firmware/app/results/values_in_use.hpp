@@ -23,7 +23,7 @@ struct MeasuredFacts {
   std::array<std::optional<procedure::ScrewFace>, kLinearAxes> screw_faces;
   std::optional<procedure::TurningAxis> turning_axis;
   std::vector<MeasuredLength> tool_lengths;
-  std::optional<procedure::PreTravel> pre_travel;  // of a touch-trigger probe
+  std::vector<procedure::PreTravel> pre_travels;  // of a touch-trigger probe, one a tool
 };
 
 // A subject, and the result in force about it.

@@ -35,6 +35,12 @@ inline constexpr std::array<MethodKey, 4> kLengthResults{
      {"length_2_result", "", "the same of the second"},
      {"length_3_result", "", "the same of the third"},
      {"length_4_result", "", "the same of the fourth"}}};
+// The same of the pre-travels of a touch-trigger probe.
+inline constexpr std::array<MethodKey, 4> kPreTravelResults{
+    {{"pre_travel_1_result", "", "number of the pre-travel that was taken out with the first tool; for the record"},
+     {"pre_travel_2_result", "", "the same with the second"},
+     {"pre_travel_3_result", "", "the same with the third"},
+     {"pre_travel_4_result", "", "the same with the fourth"}}};
 }  // namespace key
 
 inline constexpr KnownQuantity kStylusRadiusKnown[]{

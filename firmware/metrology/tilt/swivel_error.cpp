@@ -287,6 +287,10 @@ constexpr MethodKey kMethodKeys[]{
     key::kLengthResults[1],
     key::kLengthResults[2],
     key::kLengthResults[3],
+    key::kPreTravelResults[0],
+    key::kPreTravelResults[1],
+    key::kPreTravelResults[2],
+    key::kPreTravelResults[3],
     key::kTauForTheRecord};
 constexpr MethodResult kResults[]{{"error_at_queries_mm", "error at the tip, a row a query, x y z"}};
 constexpr std::string_view kUnobservable[]{"any error at B = 0: all results are relative to B = 0",

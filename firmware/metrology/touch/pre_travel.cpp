@@ -187,6 +187,10 @@ constexpr std::string_view kUnobservable[]{
     "a pre-travel from below that differs from the one from above: it goes into the part along the stylus by 1.5 "
     "times"};
 
+std::optional<std::string> preTravelSubject(const Dataset& dataset) {
+  return numberedSubject(dataset, "pre-travel-", "probe_tool");
+}
+
 }  // namespace
 
 const Method kPreTravel{.name = "pre-travel",
@@ -198,6 +202,7 @@ const Method kPreTravel{.name = "pre-travel",
                         .keys = kKeys,
                         .known = kKnown,
                         .results = kResults,
-                        .unobservable = kUnobservable};
+                        .unobservable = kUnobservable,
+                        .subject = {.name = "pre-travel", .of = preTravelSubject}};
 
 }  // namespace probebox::metrology

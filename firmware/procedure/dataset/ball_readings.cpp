@@ -120,27 +120,33 @@ Outcome<BallReadings, metrology::Refusal> switchedReadings(const std::vector<met
   return placed(std::move(posed.readings), centres, run.recording);
 }
 
-// What one sd of every cause of the pre-travel's uncertainty changes the tables of the method by.
-std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset, const FinishedRun& run,
-                                                     const std::vector<metrology::SwitchedTouch>& touches,
-                                                     AddTables tables) {
-  const auto& pre_travel = run.facts.trigger_probe->pre_travel;
-  const Eigen::Matrix4d causes = causesOf(*pre_travel);
-  for (Eigen::Index cause = 0; cause < causes.cols(); ++cause) {
-    TRY(const auto found, switchedReadings(withoutPreTravel(touches, run, causes.col(cause)), run));
-    metrology::Dataset shifted{.method = dataset.method, .config = dataset.config, .tables = {}};
-    tables(shifted, found, run);
-    addShifts(dataset, shifted, static_cast<std::size_t>(cause) + 1);
-  }
+// Takes the middle of the ball out of touches with the shank, and adds the method's tables.
+std::optional<metrology::Refusal> addTables(metrology::Dataset& dataset, BallReadings& found, const FinishedRun& run,
+                                            AddTables tables) {
+  if (auto refusal = centreTouches(found.shank, found.readings, run.facts)) return refusal;
+  tables(dataset, found, run);
   return std::nullopt;
 }
 
-// Takes the middle of the ball out of touches with the shank, and adds the method's tables.
-std::optional<metrology::Refusal> addFound(metrology::Dataset& dataset, BallReadings found, const FinishedRun& run,
-                                           AddTables tables) {
-  if (auto refusal = centreTouches(found.shank, found.readings, run.facts)) return refusal;
-  tables(dataset, found, run);
+void addCentres(metrology::Dataset& dataset, const BallReadings& found) {
   if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found.readings));
+}
+
+// What one sd of every cause of the pre-travels' uncertainty changes the tables of the method by. Each tool's was
+// measured by itself, so no cause is common to two of them.
+std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset, const FinishedRun& run,
+                                                     const std::vector<metrology::SwitchedTouch>& touches,
+                                                     const std::vector<PreTravel>& pre_travels, AddTables tables) {
+  std::size_t number = 0;
+  for (const auto& pre_travel : pre_travels) {
+    const Eigen::Matrix4d causes = causesOf(pre_travel);
+    for (Eigen::Index cause = 0; cause < causes.cols(); ++cause) {
+      TRY(auto found, switchedReadings(withoutPreTravel(touches, run, pre_travel.tool, causes.col(cause)), run));
+      metrology::Dataset shifted{.method = dataset.method, .config = dataset.config, .tables = {}};
+      if (auto refusal = addTables(shifted, found, run, tables)) return refusal;
+      addShifts(dataset, shifted, ++number);
+    }
+  }
   return std::nullopt;
 }
 
@@ -151,21 +157,18 @@ std::optional<metrology::Refusal> addSwitchedReadings(metrology::Dataset& datase
   TRY(auto touches, metrology::switchedTouches(dataset, {}));
   if (run.method.cancels_pre_travel) {  // each tool has one of its own
     TRY(auto found, switchedReadings(touches, run));
-    return addFound(dataset, std::move(found), run, tables);
+    if (auto refusal = addTables(dataset, found, run, tables)) return refusal;
+    addCentres(dataset, found);
+    return std::nullopt;
   }
-  const auto& pre_travel = run.facts.trigger_probe->pre_travel;
-  if (!pre_travel) {
-    return metrology::Refusal{"no-pre-travel",
-                              "no pre-travel of the touch-trigger probe is in force any more, so the touches are "
-                              "displaced from the surface by an unknown way: calibrate it (probebox calibrate "
-                              "pre-travel), accept it, and measure again"};
-  }
-  touches = withoutPreTravel(touches, run, Eigen::Vector4d{pre_travel->parts_mm.data()});
-  dataset.config["pre_travel_result"] = static_cast<double>(pre_travel->result_id);
-  TRY(const auto found, switchedReadings(touches, run));
-  tables(dataset, found, run);
-  if (auto refusal = addPreTravelShifts(dataset, run, touches, tables)) return refusal;
-  if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found.readings));
+  TRY(const auto pre_travels, preTravelsOf(run));
+  for (const auto& pre_travel : pre_travels)
+    touches = withoutPreTravel(std::move(touches), run, pre_travel.tool, Eigen::Vector4d{pre_travel.parts_mm.data()});
+  addPreTravelResults(dataset, pre_travels);
+  TRY(auto found, switchedReadings(touches, run));
+  if (auto refusal = addTables(dataset, found, run, tables)) return refusal;
+  if (auto refusal = addPreTravelShifts(dataset, run, touches, pre_travels, tables)) return refusal;
+  addCentres(dataset, found);
   return std::nullopt;
 }
 
@@ -180,7 +183,9 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const
   dataset.config["delay_result"] = static_cast<double>(delay.result_id);
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
   TRY(auto found, readingsOf(dataset, run.recording));
-  return addFound(dataset, std::move(found), run, tables);
+  if (auto refusal = addTables(dataset, found, run, tables)) return refusal;
+  addCentres(dataset, found);
+  return std::nullopt;
 }
 
 }  // namespace

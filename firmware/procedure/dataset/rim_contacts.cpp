@@ -238,17 +238,17 @@ Outcome<RimContacts, Refusal> rimContacts(const FinishedRun& run) {
   const double of_c = run.facts.sigma_c_rad;
   double of_each = of_c * of_c + (plus.variance + minus.variance) / 2, of_middle = 0;
   if (contacts[0].request.by_edges) {
-    const auto& probe = run.facts.trigger_probe;
-    if (!probe || !probe->pre_travel) {
+    const auto* pre_travel = run.facts.preTravelOf(contacts[0].request.tool);
+    if (pre_travel == nullptr) {
       return Refusal{"no-pre-travel",
                      "no pre-travel of the touch-trigger probe is in force any more: calibrate it (probebox calibrate "
                      "pre-travel), accept it, and measure again"};
     }
-    const Displaced displaced = byPreTravel(*probe->pre_travel, contacts, meeting);
+    const Displaced displaced = byPreTravel(*pre_travel, contacts, meeting);
     found.clockwise_rad -= displaced.plus_rad;
     found.anticlockwise_rad += displaced.minus_rad;
     of_middle = displaced.variance;
-    of_each += std::pow(probe->repeatability_mm / meeting.lever_mm, 2) / 2;  // two edges
+    of_each += std::pow(run.facts.trigger_probe->repeatability_mm / meeting.lever_mm, 2) / 2;  // two edges
   }
   // As if both were independent: then their middle has the right sd.
   found.sd_rad = std::sqrt(of_each + 2 * of_middle);

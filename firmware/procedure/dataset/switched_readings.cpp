@@ -6,9 +6,11 @@
 #include <string>
 #include <utility>
 
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/pre_travel_shifts.hpp"
 #include "firmware/metrology/touch/pre_travel.hpp"
 #include "firmware/procedure/dataset/ball_reading.hpp"
+#include "firmware/procedure/plan/wording.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -24,6 +26,10 @@ Eigen::Quaterniond intoProbe(const capture::TouchRequest& touch, const Facts& fa
   if (touch.swivels && facts.swivel_head)
     turned = Eigen::AngleAxisd{b_rad, vectorOf(facts.swivel_head->b.axis)} * turned;
   return turned.conjugate();
+}
+
+bool byShank(const capture::TouchRequest& touch) {
+  return touch.shank_height_mm > 0;
 }
 
 // The columns that differ; nothing where none does.
@@ -51,11 +57,43 @@ bool readsBySwitch(const FinishedRun& run) {
          touches.front().request.switch_of == capture::SwitchOf::probe;
 }
 
+Outcome<std::vector<PreTravel>, metrology::Refusal> preTravelsOf(const FinishedRun& run) {
+  std::vector<PreTravel> found;
+  for (const auto& touch : run.recording.touches()) {
+    const std::uint32_t tool = touch.request.tool;
+    const bool known = std::ranges::find(found, tool, &PreTravel::tool) != found.end();
+    if (known || byShank(touch.request)) continue;
+    const auto* in_force = run.facts.preTravelOf(tool);
+    if (in_force == nullptr) {
+      return metrology::Refusal{
+          "no-pre-travel", "no pre-travel of the touch-trigger probe" +
+                               (tool == 0 ? "" : " in tool " + std::to_string(tool)) +
+                               " is in force any more, so its touches are displaced from the surface by an unknown "
+                               "way: calibrate it (" +
+                               preTravelCommand(tool) + "), accept it, and measure again"};
+    }
+    found.push_back(*in_force);
+    found.back().tool = tool;
+  }
+  return found;
+}
+
+void addPreTravelResults(metrology::Dataset& dataset, const std::vector<PreTravel>& pre_travels) {
+  static_assert(kMostProbeTools == metrology::key::kPreTravelResults.size());
+  for (std::size_t i = 0; i < pre_travels.size(); ++i) {
+    const auto key = pre_travels[i].tool == 0 ? "pre_travel_result" : metrology::key::kPreTravelResults.at(i).name;
+    dataset.config[std::string{key}] = static_cast<double>(pre_travels[i].result_id);
+  }
+}
+
 std::vector<metrology::SwitchedTouch> withoutPreTravel(std::vector<metrology::SwitchedTouch> touches,
-                                                       const FinishedRun& run, const Eigen::Vector4d& parts_mm) {
+                                                       const FinishedRun& run, std::uint32_t tool,
+                                                       const Eigen::Vector4d& parts_mm) {
   for (std::size_t i = 0; i < touches.size(); ++i) {
+    const auto& request = run.recording.touches()[i].request;
+    if (request.tool != tool || byShank(request)) continue;
     auto& touch = touches[i];
-    const Eigen::Vector3d n = intoProbe(run.recording.touches()[i].request, run.facts) * touch.normal;
+    const Eigen::Vector3d n = intoProbe(request, run.facts) * touch.normal;
     touch.at_mm += metrology::preTravelParts(n).dot(parts_mm) * touch.normal;
   }
   return touches;

@@ -36,6 +36,24 @@ void Facts::takeLength(std::uint32_t probe_tool, double length_mm, std::uint64_t
   probe_shank->tip_result = result;
 }
 
+std::vector<std::uint32_t> Facts::carriers() const {
+  std::vector<std::uint32_t> numbers{probe_tools.numbers.begin(), probe_tools.numbers.begin() + probe_tools.count};
+  if (probe_shank && std::ranges::find(numbers, probe_shank->tool) == numbers.end())
+    numbers.push_back(probe_shank->tool);
+  return numbers;
+}
+
+const PreTravel* Facts::preTravelOf(std::uint32_t probe_tool) const {
+  if (!trigger_probe) return nullptr;
+  const auto& all = trigger_probe->pre_travels;
+  const auto of = [&](std::uint32_t tool) {
+    const auto found = std::ranges::find(all, tool, &PreTravel::tool);
+    return found == all.end() ? nullptr : &*found;
+  };
+  if (const auto* own = of(probe_tool)) return own;
+  return carriers() == std::vector{probe_tool} ? of(0) : nullptr;
+}
+
 double ProbeTools::span_mm() const {
   if (count == 0) return 0;
   const auto [shortest, longest] = std::ranges::minmax(std::span{lengths_mm}.first(count));

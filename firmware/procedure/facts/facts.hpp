@@ -158,14 +158,15 @@ struct SensorHead {
 struct PreTravel {
   static constexpr std::size_t kParts = 4;
   std::uint64_t result_id{};
+  std::uint32_t tool{};  // that carried the probe; 0: whichever methods that name none read with
   std::array<double, kParts> parts_mm{};
   std::array<std::array<double, kParts>, kParts> covariance{};  // mm^2
 };
 
 // A touch-trigger probe, which reports contacts by a switch and delivers no samples.
 struct TriggerProbe {
-  double repeatability_mm{};  // k = 1, of the depth at which the switch opens or closes
-  std::optional<PreTravel> pre_travel{};
+  double repeatability_mm{};             // k = 1, of the depth at which the switch opens or closes
+  std::vector<PreTravel> pre_travels{};  // one a tool
 };
 
 // Certificate of the datum sphere.
@@ -203,6 +204,11 @@ struct Facts {
   double lengthOf(std::uint32_t probe_tool) const;
   // Of the assembly in force that says so; 0: machine.toml does.
   std::uint64_t lengthResultOf(std::uint32_t probe_tool) const;
+  // Numbers of the tools that carry the probe, that of the shank included.
+  std::vector<std::uint32_t> carriers() const;
+  // Pre-travel in force of a touch-trigger probe in this tool (0: of methods that name none); nullptr without one. Each
+  // tool has one of its own. Where one tool alone carries the probe, it is that of tool 0.
+  const PreTravel* preTravelOf(std::uint32_t probe_tool) const;
   // From the middle of the datum sphere to that of the stylus ball at contact.
   std::optional<double> sphereReach_mm() const;
   // Replaces the length of a tool; nothing for one that does not carry the probe.

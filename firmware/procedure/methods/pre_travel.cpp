@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
@@ -43,7 +45,10 @@ void addSphere(Plan& plan, const ProcedureOptions& options) {
     for (const Ring& ring : kRings) {
       for (int i = 0; i < ring.touches; ++i) {
         const auto direction = directionOf(ring, i);
-        add(plan, {.touch = {.outward_normal = direction, .retract_direction = direction, .retract_speed_mm_s = speed},
+        add(plan, {.touch = {.outward_normal = direction,
+                             .retract_direction = direction,
+                             .retract_speed_mm_s = speed,
+                             .tool = with.tool},
                    .turns = true,
                    .overtravel_mm = with.overtravel_mm,
                    .clearance_mm = with.clearance_mm});
@@ -66,8 +71,20 @@ double shankRadius(const Facts& facts, double height_mm) {
   return kUsualShank * facts.stylus_ball_diameter_mm;
 }
 
+std::optional<NotReady> whyNoCarrier(const ProcedureOptions& asked, const Facts& facts) {
+  const auto carriers = facts.carriers();
+  if (asked.tool == 0 || std::ranges::find(carriers, asked.tool) != carriers.end()) return std::nullopt;
+  std::string known;
+  for (const auto carrier : carriers) known += (known.empty() ? "" : ", ") + std::to_string(carrier);
+  return NotReady{Obstacle::unknown, "tool " + std::to_string(asked.tool) + " does not carry the probe: " +
+                                         (known.empty() ? "give [probe_tools] numbers in machine.toml, or omit --tool."
+                                                        : "measure with one of " + known +
+                                                              ", or add it to [probe_tools] in machine.toml.")};
+}
+
 // The shank has to pass the equator while the ball touches below it.
-std::optional<NotReady> whyNoRoom(const ProcedureOptions& asked, const Facts& facts) {
+std::optional<NotReady> whyUnfitSphere(const ProcedureOptions& asked, const Facts& facts) {
+  if (auto why = whyNoCarrier(asked, facts)) return why;
   if (!facts.sphere_diameter_mm) return std::nullopt;  // whyUnready() says so
   const double overtravel_mm = withDefaults(kPreTravel, asked).overtravel_mm;
   const double sphere_mm = *facts.sphere_diameter_mm / 2, ball_mm = facts.stylus_ball_diameter_mm / 2;
@@ -96,15 +113,20 @@ constinit const LiveMethod kPreTravel{
     .steps =
         "the datum sphere in 43 directions with a touch-trigger probe, at 5 mm/s: every 30 degrees at the equator and "
         "20 degrees below it, every 60 degrees 12 degrees below and 40 above it, every 120 degrees 65 above it, and "
-        "the top four times; A, B and C at 0",
+        "the top four times; A, B and C at 0, with the tool of `--tool N` for methods that read with several",
     .needs = kNeedsOfPreTravel,
     .usual = touchesAt(kSpeed_mm_s),
+    .takes_probe_tool = true,
     .own_steps = &kSphere,
     .also_refused = whyTooMany,
-    .why_unfit = whyNoRoom,
+    .why_unfit = whyUnfitSphere,
     .dataset = [](const FinishedRun& run) {
       RunDataset built{touchesOf(run), {}, {}};
       addSphereSize(built.dataset, run.facts);
+      const std::uint32_t tool = run.recording.touches().front().request.tool;
+      // That of the one tool which carries the probe serves all methods.
+      const bool others = run.facts.carriers() != std::vector{tool};
+      if (tool != 0 && others) built.dataset.config["probe_tool"] = static_cast<double>(tool);
       return built;
     }};
 

@@ -26,6 +26,7 @@ constexpr Poses kByLength{
 
 }  // namespace
 
+// With a touch-trigger probe the pre-travel of each tip is taken out; that of a shank cancels (A24).
 constinit const LiveMethod kSwivelError{
     .number = 17,
     .solver = &metrology::kSwivelError,

@@ -85,10 +85,11 @@ struct LiveMethod {
   // Defaults of the options. A method takes approach, arc, angles, balls, angles of B, tools, stations and mounts only
   // where they have a default here.
   ProcedureOptions usual{};
-  bool takes_axis{};   // --axis: whose screw
-  bool takes_turns{};  // --turns of it
-  bool takes_tool{};
-  bool takes_contacts{};  // --contacts: C turns until its ball touches, before everything else
+  bool takes_axis{};        // --axis: whose screw
+  bool takes_turns{};       // --turns of it
+  bool takes_tool{};        // --tool: the one to measure
+  bool takes_probe_tool{};  // --tool: which of those that carry the probe
+  bool takes_contacts{};    // --contacts: C turns until its ball touches, before everything else
   double least_arc_deg{1};
   std::uint16_t fewest_balls{2};
 

@@ -37,7 +37,7 @@ std::optional<Error> unused(const LiveMethod& method, const ProcedureOptions& op
   const bool takes_b = usual.b_count != 0 && (about_b || !method.measuresBOrC());
   if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !takes_b) return omit("angles of B");
   if (options.tool_count != 0 && usual.tool_count == 0) return omit("tools");
-  if (options.tool != 0 && !method.takes_tool) return omit("tool");
+  if (options.tool != 0 && !method.takes_tool && !method.takes_probe_tool) return omit("tool");
   if (options.contact_beside_mm != 0 && !method.takes_contacts) return omit("contacts by turning C");
   if (options.head_tool != 0 && !method.takesHead()) return because(" does not use a sensor head: omit that option.");
   if (options.shank_height_mm != 0 && !method.takesShank()) return because(" does not use a shank: omit that option.");
@@ -171,7 +171,7 @@ void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options)
 void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options, const LoopState& loops) {
   plan.method = &method;
   plan.step_count = 0;
-  plan.tool = options.tool;
+  plan.tool = method.takes_tool ? options.tool : 0;
   plan.loops = loops;
   if (method.own_steps != nullptr) return method.own_steps->fill(plan, options);
   const ProcedureOptions with = withDefaults(method, options);

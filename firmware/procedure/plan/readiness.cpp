@@ -1,6 +1,8 @@
 #include "firmware/procedure/plan/readiness.hpp"
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/wording.hpp"
@@ -17,29 +19,37 @@ constexpr const char* kNoSensorHead =
 
 constexpr double kLeastWay_mm = 0.3;  // for lines through the positions about an edge
 
+// The tools whose stylus balls read; 0 where the method names none.
+std::vector<std::uint32_t> tipsOf(const LiveMethod& method, const Facts& facts, ReadBy by) {
+  if (method.usual.tool_count == 0) return {0};
+  if (by == ReadBy::shank)
+    return facts.probe_shank ? std::vector{facts.probe_shank->tool} : std::vector<std::uint32_t>{};
+  const auto& tools = facts.probe_tools;
+  return {tools.numbers.begin(), tools.numbers.begin() + tools.count};
+}
+
 // Why a touch-trigger probe cannot make the run; nothing where it can. It needs no delay: in and out cancel it.
-std::optional<Error> whyNoTrigger(const LiveMethod& method, const TriggerProbe& probe, ReadBy by) {
+std::optional<Error> whyNoTrigger(const LiveMethod& method, const Facts& facts, ReadBy by) {
   const std::string name{method.name()};
-  if (!method.why_no_trigger.empty()) return Error{name + " " + std::string{method.why_no_trigger}};
-  if (by == ReadBy::head || method.kind == Kind::hold)
+  const ByTrigger runs = byTrigger(method, by);
+  if (runs == ByTrigger::refused && !method.why_no_trigger.empty())
+    return Error{name + " " + std::string{method.why_no_trigger}};
+  if (runs == ByTrigger::refused)
     return Error{name +
-                 " with a sensor head reads samples of its sensors, and a box with a touch-trigger probe has none: "
-                 "describe the probe as kind = \"scanning\" in probe.toml, and connect the head in its place."};
-  if (method.cancels_pre_travel) return std::nullopt;
-  if (by == ReadBy::shank && method.takesShank())
-    return Error{name +
-                 " with the shank needs a scanning probe, because the pre-travel of a switch is another one there: "
-                 "connect a scanning probe and describe it as kind = \"scanning\" in probe.toml."};
-  if (method.usual.tool_count != 0)
-    return Error{name +
-                 " needs a scanning probe, because it reads with two tools: a touch-trigger probe has another "
-                 "pre-travel in each, and only one is in force. Connect a scanning probe and describe it as kind = "
-                 "\"scanning\" in probe.toml."};
-  const bool reads_by_probe = method.kind == Kind::touch && method.feature != Feature::tool_setter;
-  if (!method.finds_a_place || !reads_by_probe || probe.pre_travel) return std::nullopt;
-  return Error{name +
-               " needs the pre-travel of the touch-trigger probe, and none is in force: calibrate it first (probebox "
-               "calibrate pre-travel) and accept it."};
+                 " with a sensor head reads samples of its sensors while it stands beside the ball, and a box with a "
+                 "touch-trigger probe has no channels for them: " +
+                 (method.kind == Kind::touch ? "omit --head, and the same balls are touched with the touch-trigger "
+                                               "probe; or describe"
+                                             : "describe") +
+                 " the probe as kind = \"scanning\" in probe.toml, and connect the head in its place."};
+  if (runs == ByTrigger::as_it_is) return std::nullopt;
+  for (const std::uint32_t tool : tipsOf(method, facts, by)) {
+    if (facts.preTravelOf(tool) != nullptr) continue;
+    const std::string number = std::to_string(tool);
+    return Error{name + " needs the pre-travel of the touch-trigger probe" + (tool == 0 ? "" : " in tool " + number) +
+                 ", and none is in force: calibrate it first (" + preTravelCommand(tool) + ") and accept it."};
+  }
+  return std::nullopt;
 }
 
 std::optional<Error> whyTooShort(const ProcedureOptions& asked) {
@@ -53,6 +63,13 @@ std::optional<Error> whyTooShort(const ProcedureOptions& asked) {
 
 }  // namespace
 
+ByTrigger byTrigger(const LiveMethod& method, ReadBy by) {
+  if (!method.why_no_trigger.empty() || by == ReadBy::head || method.kind == Kind::hold) return ByTrigger::refused;
+  const bool reads_by_probe = method.kind == Kind::touch && method.feature != Feature::tool_setter;
+  return method.finds_a_place && reads_by_probe && !method.cancels_pre_travel ? ByTrigger::with_pre_travel
+                                                                              : ByTrigger::as_it_is;
+}
+
 ReadBy readBy(const ProcedureOptions& asked) {
   if (asked.head) return ReadBy::head;
   return asked.shank ? ReadBy::shank : ReadBy::tip;
@@ -61,6 +78,9 @@ ReadBy readBy(const ProcedureOptions& asked) {
 Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts,
                                             const MachineNow& now) {
   if (facts.trigger_probe) {
+    // Before anything that would have to be described or calibrated for it in vain.
+    if (byTrigger(method, readBy(asked)) == ByTrigger::refused)
+      return NotReady{Obstacle::state, whyNoTrigger(method, facts, readBy(asked))->what};
     if (const auto error = whyTooShort(asked)) return NotReady{Obstacle::option, error->what};
   }
   if (asked.head) {
@@ -97,7 +117,7 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
 std::optional<Error> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force, ReadBy by) {
   const std::string name{method.name()};
   if (facts.trigger_probe) {
-    if (auto error = whyNoTrigger(method, *facts.trigger_probe, by)) return error;
+    if (auto error = whyNoTrigger(method, facts, by)) return error;
   }
   for (const Fact* fact : method.needs) {
     const bool replaced = fact->shank_replaces && by == ReadBy::shank;

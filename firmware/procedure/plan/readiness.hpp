@@ -18,6 +18,11 @@ enum class ReadBy : std::uint8_t {
 
 ReadBy readBy(const ProcedureOptions& asked);
 
+// Whether a touch-trigger probe makes the run: not at all, as it is, or with the pre-travel in force of each tool whose
+// stylus ball reads.
+enum class ByTrigger : std::uint8_t { refused, as_it_is, with_pre_travel };
+ByTrigger byTrigger(const LiveMethod& method, ReadBy by);
+
 // Completes the options of a run from the descriptions, or explains why it cannot be started as requested:
 // options without effect, a sensor head, shank, ball or tool that is not described, no room for a sweep.
 Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts,

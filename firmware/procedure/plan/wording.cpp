@@ -21,4 +21,8 @@ std::string mountPrompt(const capture::TouchRequest& touch) {
   return touch.mount > 1 ? "the ball plate in mount " + std::to_string(touch.mount) + ", " : "";
 }
 
+std::string preTravelCommand(std::uint32_t tool) {
+  return "probebox calibrate pre-travel" + (tool == 0 ? "" : " --tool " + std::to_string(tool));
+}
+
 }  // namespace probebox::procedure

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "firmware/capture/recording.hpp"
@@ -16,5 +17,8 @@ std::size_t axisAlong(const std::array<double, 3>& direction);
 
 // Tells how to put the plate on the table, if not as at the start; empty otherwise.
 std::string mountPrompt(const capture::TouchRequest& touch);
+
+// Command that measures the pre-travel of a touch-trigger probe in a tool; 0: of methods that name none.
+std::string preTravelCommand(std::uint32_t tool);
 
 }  // namespace probebox::procedure

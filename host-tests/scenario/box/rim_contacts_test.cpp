@@ -122,7 +122,7 @@ TEST(RimContacts, OfATouchTriggerProbeFindItAsUncertainAsItSays) {
     scenario.run(2s);
     const auto qualified = scenario.calibrate(procedure::kPreTravel);
     ASSERT_TRUE(qualified && qualified->ok());
-    scenario.facts.trigger_probe->pre_travel = acceptedPreTravel(scenario, qualified->value());
+    scenario.facts.trigger_probe->pre_travels = {acceptedPreTravel(scenario, qualified->value())};
     const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, options(scenario));
     ASSERT_TRUE(solved);
     ASSERT_TRUE(solved->ok()) << solved->error().reason;

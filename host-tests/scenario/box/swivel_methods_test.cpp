@@ -13,6 +13,7 @@
 #include "measured.hpp"
 #include "protocol/units/angle.hpp"
 #include "pulls.hpp"
+#include "swivel_truth.hpp"
 
 // Methods that swivel the head or change the tool that carries the probe, run on the emulated machine.
 namespace probebox::scenario {
@@ -21,44 +22,8 @@ namespace {
 using namespace std::chrono_literals;
 using procedure::LiveMethod;
 using testing::ElementsAre;
-using world::operator*;
-using world::operator+;
-using world::operator-;
 
 constexpr std::uint64_t kSwivelSeeds = 20;
-
-// A head that swivels about some other line, a spindle that leans some other way, styli that hang elsewhere.
-world::Config swivelWorld(std::uint64_t seed) {
-  world::Config config = usualWorld();
-  std::mt19937_64 random{seed};
-  const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
-  auto& head = config.swivel_head;
-  for (const std::size_t i : {0U, 2U}) head.pivot_mm[i] += within(0.05);
-  head.direction = {within(3e-4), 1, within(3e-4)};
-  auto& spindle = config.probe_spindle;
-  spindle.direction = {within(3e-4), within(3e-4), 1};
-  for (double& offset : spindle.stylus_offset_mm) offset = within(0.03);
-  for (auto& tool : spindle.further_tools) {
-    for (double& offset : tool.offset_mm) offset = within(0.03);
-  }
-  return config;
-}
-
-// From the gauge line to the stylus ball, as machine.toml has it: a pivot 60 mm above, swivelled about Y.
-world::Vector3 nominalTip(double b_rad, double length_mm) {
-  const double arm_mm = 60 + length_mm;
-  return {-arm_mm * std::sin(b_rad), 0, 60 - arm_mm * std::cos(b_rad)};
-}
-
-// Where the control sees a ball that stands still, less where it sees it at B = 0, half a turn of A averaged out.
-world::Vector3 errorOf(const world::Machine& machine, double b_rad, std::uint32_t tool, double length_mm) {
-  const auto off = [&](double at_rad) {
-    const auto one = machine.tipIn({.head_rad = at_rad}, tool);
-    const auto other = machine.tipIn({.a_rad = std::numbers::pi, .head_rad = at_rad}, tool);
-    return nominalTip(at_rad, length_mm) - 0.5 * (one + other);
-  };
-  return off(b_rad) - off(0);
-}
 
 TEST(LiveSwivelError, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) {
   Pulls across, along;
@@ -134,23 +99,6 @@ TEST(LiveSpindleAlignment, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatI
   pulls.expectHonest();
 }
 
-// Shanks that run out and lean otherwise than that of the board.
-world::Config shankWorld(std::uint64_t seed) {
-  world::Config config = swivelWorld(seed);
-  std::mt19937_64 random{seed + 1000};
-  const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
-  auto& shank = *config.probe_spindle.shank;
-  for (double& offset : shank.offset_mm) offset = within(0.05);
-  for (double& lean : shank.lean) lean = within(2e-3);
-  shank.radius_mm += within(0.05);
-  shank.lever = 1.1 + within(0.1);
-  return config;
-}
-
-ProcedureOptions byShank(const procedure::LiveMethod& method) {
-  return procedure::described(method, {}, usualFacts(), procedure::ReadBy::shank).value();
-}
-
 TEST(LiveSpindleAlignmentByShank, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatItStates) {
   Pulls pulls;
   for (std::uint64_t seed = 1; seed <= kSwivelSeeds; ++seed) {
@@ -201,10 +149,7 @@ TEST(LiveSwivelErrorByShank, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) 
     ASSERT_EQ(queries.rows(), 4U) << "both lengths at 45 and 90 degrees";
     for (std::size_t row = 0; row < queries.rows(); ++row) {
       const double b_rad = queries.column("B_deg")->at(row) * kDegree, length_mm = queries.column("L_mm")->at(row);
-      // A tool as long as the shank is high up, in the same spindle: its tip is where the axis of that spindle is.
-      world::Config shorter = config;
-      shorter.probe_spindle.further_tools = {{.number = 9, .length_mm = length_mm}};
-      const auto truth = errorOf(world::Machine{shorter}, b_rad, 9, length_mm);
+      const auto truth = errorOfShank(config, b_rad, length_mm);
       for (std::size_t i = 0; i < 3; ++i) {
         const double value = error->values[3 * row + i], sd = error->sd[3 * row + i];
         EXPECT_LT(sd, 1e-3);

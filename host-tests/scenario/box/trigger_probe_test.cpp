@@ -3,6 +3,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
+#include "plate_truth.hpp"
 #include "pulls.hpp"
 #include "touch_trigger_probe.hpp"
 
@@ -22,7 +24,9 @@ namespace {
 
 using namespace std::chrono_literals;
 using procedure::LiveMethod;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr std::uint64_t kSwitchSeeds = 20;
 
@@ -34,40 +38,6 @@ world::Config switchWorld(std::uint64_t seed) {
   config.part_spindle.point_mm[0] += random.uniform(-0.05, 0.05);
   config.part_spindle.point_mm[1] += random.uniform(-0.05, 0.05);
   return config;
-}
-
-std::optional<metrology::Result> runWithSwitch(Scenario& scenario, const LiveMethod& method,
-                                               const ProcedureOptions& options = {}) {
-  const auto contacts = scenario.machine().stylus().contactCount();
-  const auto solved = scenario.calibrate(method, options);
-  EXPECT_TRUE(solved && solved->ok()) << method.name() << ": "
-                                      << (solved ? solved->error().reason
-                                                 : capture::explain(scenario.state().procedure.last_fault));
-  if (!solved || !solved->ok()) return std::nullopt;
-  EXPECT_EQ(scenario.machine().crashes(), 0U);
-  EXPECT_EQ(scenario.machine().stylus().contactCount() - contacts, scenario.state().procedure.steps);
-  return solved->value();
-}
-
-// No delay is in force, as none is needed.
-std::optional<metrology::Result> qualified(Scenario& scenario) {
-  scenario.recorder().keeps_bytes = false;
-  scenario.run(2s);
-  const auto result = runWithSwitch(scenario, procedure::kPreTravel);
-  if (result) scenario.facts.trigger_probe->pre_travel = acceptedPreTravel(scenario, *result);
-  return result;
-}
-
-// With its whole uncertainty: that of the pre-travel is common to all readings.
-void addWhole(Pulls& pulls, const metrology::Result& result, const char* key, const std::vector<double>& truth,
-              double most_mm) {
-  const auto* found = result.find(key);
-  ASSERT_NE(found, nullptr) << key;
-  ASSERT_GE(found->uncertainty.size(), truth.size()) << key;
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    EXPECT_LT(found->uncertainty[i], most_mm) << key;
-    pulls.add(found->values[i], truth[i], found->uncertainty[i]);
-  }
 }
 
 // Where axis C passes the height of the ball, relative to the machine's reference with the stylus at A = 0.
@@ -140,6 +110,32 @@ TEST(TriggerProbe, FindsAxesAsWellAsItSays) {
   pivot.expectHonest();
 }
 
+// What the sensor head measures without touching, and what such a box does in its place.
+TEST(TriggerProbe, FindsTheErrorsOfARotaryAxisByTouchingItsBalls) {
+  Pulls translations, rotations;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    auto config = turningWorld(500 + seed);
+    world::Random random{seed, 95};
+    config.touch_trigger = someSwitch(random);
+    Scenario scenario{config, seed};
+    ASSERT_TRUE(qualified(scenario));
+    const auto result = runWithSwitch(scenario, procedure::kRotaryAxisErrors, {.angles = 5});
+    ASSERT_TRUE(result);
+    const auto& six = *result->find("six_errors");
+    ASSERT_EQ(six.uncertainty.size(), 30U);
+    for (std::size_t stop = 0; stop < 5; ++stop) {
+      const auto truth = trueErrors(config, scenario.machine(), 2 * std::numbers::pi / 5 * static_cast<double>(stop));
+      for (std::size_t e = 0; e < 6; ++e) {
+        const double u = six.uncertainty[6 * stop + e];
+        EXPECT_LT(u, e < 3 ? 2e-3 : 5e-5);
+        (e < 3 ? translations : rotations).add(six.values[6 * stop + e], truth[e], u);
+      }
+    }
+  }
+  translations.expectHonest();
+  rotations.expectHonest();
+}
+
 // Half of the readings have A at 90 or 270 degrees, so lobes that did not turn with the probe would move the centres.
 TEST(TriggerProbe, TurnsItsLobesWithTheSpindle) {
   Pulls offset;
@@ -202,7 +198,7 @@ TEST(TriggerProbe, RefusesAReadingWhosePreTravelIsNotInForceAnyMore) {
   Scenario scenario{switchWorld(8), 8};
   ASSERT_TRUE(qualified(scenario));
   const auto number = scenario.start(procedure::kCentreline);
-  scenario.facts.trigger_probe->pre_travel.reset();
+  scenario.facts.trigger_probe->pre_travels.clear();
   const auto solved = scenario.finish(number);
   ASSERT_TRUE(solved);
   ASSERT_FALSE(solved->ok());
@@ -212,7 +208,7 @@ TEST(TriggerProbe, RefusesAReadingWhosePreTravelIsNotInForceAnyMore) {
 
 TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
   Scenario scenario{switchWorld(7), 7};
-  ASSERT_TRUE(qualified(scenario));
+  for (const std::uint32_t tool : {0U, 1U, 2U}) ASSERT_TRUE(qualified(scenario, tool));
   std::vector<std::string_view> ran;
   for (const LiveMethod* method : procedure::liveMethods()) {
     if (procedure::whyUnready(*method, scenario.facts, false)) continue;
@@ -224,10 +220,11 @@ TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
     EXPECT_TRUE(runWithSwitch(scenario, *method, *options)) << method->name();
     ran.push_back(method->name());
   }
-  EXPECT_THAT(ran, testing::UnorderedElementsAre("a-axis-alignment", "c-axis-alignment", "centreline",
-                                                 "centreline-by-steps", "centreline-limited-access", "head-pivot",
-                                                 "periodic-check", "rotary-axis-errors", "spindle-offset-2x2",
-                                                 "spindle-offset-four", "table-pivot", "tool-assembly", "tool-setter"));
+  EXPECT_THAT(ran,
+              testing::UnorderedElementsAre("a-axis-alignment", "c-axis-alignment", "centreline", "centreline-by-steps",
+                                            "centreline-limited-access", "head-pivot", "periodic-check",
+                                            "rotary-axis-errors", "spindle-offset-2x2", "spindle-offset-four",
+                                            "swivel-error", "table-pivot", "tool-assembly", "tool-setter"));
 }
 
 TEST(TriggerProbe, NeedsItsPreTravelBeforeItFindsAPlace) {
@@ -236,7 +233,7 @@ TEST(TriggerProbe, NeedsItsPreTravelBeforeItFindsAPlace) {
   const auto why = procedure::whyUnready(procedure::kCentreline, facts, true);
   ASSERT_TRUE(why);
   EXPECT_THAT(why->what, HasSubstr("probebox calibrate pre-travel"));
-  facts.trigger_probe->pre_travel = procedure::PreTravel{};
+  facts.trigger_probe->pre_travels = {procedure::PreTravel{}};
   EXPECT_FALSE(procedure::whyUnready(procedure::kCentreline, facts, false)) << "and no delay";
   EXPECT_FALSE(procedure::whyUnready(procedure::kToolSetter, facts, false));
   facts.trigger_probe.reset();
@@ -245,15 +242,20 @@ TEST(TriggerProbe, NeedsItsPreTravelBeforeItFindsAPlace) {
 
 TEST(TriggerProbe, IsRefusedWhereItCannotGiveTheReadings) {
   auto facts = usualFacts();
-  facts.trigger_probe = procedure::TriggerProbe{.pre_travel = procedure::PreTravel{}};
+  facts.trigger_probe = procedure::TriggerProbe{.pre_travels = {procedure::PreTravel{}}};
   for (const auto* method : {&procedure::kDelayMultiSpeed, &procedure::kDelayPlates, &procedure::kDelayInOut})
     EXPECT_THAT(procedure::whyUnready(*method, facts, true)->what, HasSubstr("a touch-trigger probe delivers none"));
   EXPECT_THAT(procedure::whyUnready(procedure::kSelftest, facts, true)->what, HasSubstr("no channels"));
-  EXPECT_THAT(procedure::whyUnready(procedure::kSensorHeadCalibration, facts, true)->what, HasSubstr("sensor head"));
-  const auto& swivel = procedure::kSwivelError;
-  EXPECT_THAT(procedure::whyUnready(swivel, facts, true)->what, HasSubstr("it reads with two tools"));
-  EXPECT_THAT(procedure::whyUnready(swivel, facts, true, procedure::ReadBy::shank)->what,
-              HasSubstr("pre-travel of a switch is another one there"));
+  EXPECT_THAT(procedure::whyUnready(procedure::kSensorHeadCalibration, facts, true)->what,
+              AllOf(HasSubstr("has no channels for them: describe"), Not(HasSubstr("--head"))));
+  const auto& rotary = procedure::kRotaryAxisErrors;
+  EXPECT_THAT(procedure::whyUnready(rotary, facts, true, procedure::ReadBy::head)->what,
+              HasSubstr("omit --head, and the same balls are touched with the touch-trigger probe"));
+  EXPECT_FALSE(procedure::whyUnready(rotary, facts, true)) << "as that remedy says";
+  facts.sensor_head->calibrated.reset();
+  const auto by_head = procedure::readied(rotary, {.head = true}, facts, {});
+  ASSERT_FALSE(by_head.ok());
+  EXPECT_THAT(by_head.error().what, HasSubstr("omit --head")) << "a calibration of the head would be refused";
   const auto ready = procedure::readied(procedure::kCentreline, {.overtravel_mm = 0.1}, facts, {});
   ASSERT_FALSE(ready.ok());
   EXPECT_THAT(ready.error().what, HasSubstr("give 0.3 to"));

@@ -187,6 +187,7 @@ TEST(Help, NamesEveryMethodThatCalibratesAndWhichOfThemTakeAnOption) {
   EXPECT_EQ(methods.usual_arcs,
             "360 for centreline and rotary-axis-errors, 80 for centreline-limited-access and centreline-by-steps");
   EXPECT_EQ(methods.tool, "tool-setter and tool-assembly");
+  EXPECT_EQ(methods.probe_tool, "pre-travel");
   EXPECT_EQ(methods.head, "rotary-axis-errors");
   EXPECT_EQ(methods.shank, "swivel-error and a-axis-alignment");
 }

@@ -120,6 +120,24 @@ TEST(Forecast, OfContactsOfAScanningProbeIsWhatRunsThenScatterBy) {
   expectForecastOfContacts({});
 }
 
+// A pre-travel along the tool is in the answer as a length of the tool is.
+TEST(Forecast, OfASwivelErrorByTouchTriggerHoldsThePreTravelOfEachTool) {
+  const Wanted wanted{.method = &procedure::kSwivelError};
+  plan::SetUp set_up;
+  set_up.switch_repeatability_um = 0.25;
+  set_up.sd_pre_travel_um = 1e-3;
+  const auto exact = forecast(wanted, set_up);
+  ASSERT_TRUE(exact) << exact.error().reason;
+  set_up.sd_pre_travel_um = 2;
+  const auto rough = forecast(wanted, set_up);
+  ASSERT_TRUE(rough) << rough.error().reason;
+  EXPECT_GT(rough->estimates.front().uncertainty.front(), 2 * exact->estimates.front().uncertainty.front());
+  EXPECT_TRUE(forecast({.method = &procedure::kSwivelError, .options = {.shank = true}}, set_up));
+  const auto by_head = forecast({.method = &procedure::kRotaryAxisErrors, .options = {.head = true}}, set_up);
+  ASSERT_FALSE(by_head);
+  EXPECT_THAT(by_head.error().reason, testing::HasSubstr("omit --head"));
+}
+
 // Scatter of runs about their mean, neither larger nor smaller than the forecast. independent: components of the value
 // whose errors are independent.
 void expectScatter(const LiveMethod& method, const char* key, std::size_t independent = 2) {

@@ -163,7 +163,7 @@ TEST_F(Contacts, OfASwitchNeedItsPreTravel) {
   EXPECT_EQ(refusal(), "no-pre-travel");
   facts.trigger_probe = TriggerProbe{.repeatability_mm = 0.0005};
   EXPECT_EQ(refusal(), "no-pre-travel");
-  facts.trigger_probe->pre_travel = PreTravel{};
+  facts.trigger_probe->pre_travels = {PreTravel{}};
   const auto contacts = found();
   ASSERT_TRUE(contacts) << contacts.error().reason;
   EXPECT_NEAR(contacts->clockwise_rad, 0.03, 1e-6);

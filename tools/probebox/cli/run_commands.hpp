@@ -117,11 +117,16 @@ class RunCommands {
     command->add_option("--turns", choices.turns, "whole turns of the screw, 3 or more; for " + methods_.turns)
         ->check(positive())
         ->type_name("NUMBER");
-    command->add_option("--tool", choices.tool, "number of the tool that is measured; for " + methods_.tool)
+    command
+        ->add_option("--tool", choices.tool,
+                     "number of the tool that is measured, for " + methods_.tool +
+                         "; of the tool that carries the probe, for " + methods_.probe_tool)
         ->check(positive())
         ->type_name("NUMBER");
     command->add_flag("--head", choices.head,
-                      "measure with the sensor head instead of the probe, one position per ball; for " + methods_.head);
+                      "measure with the sensor head instead of the probe, one position per ball; not on a box with a "
+                      "touch-trigger probe; for " +
+                          methods_.head);
     command->add_flag(
         "--shank", choices.shank,
         "measure with tip and shank of one stylus instead of tools of several lengths; for " + methods_.shank);

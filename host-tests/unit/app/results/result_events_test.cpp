@@ -227,6 +227,19 @@ TEST(ResultEvents, GiveAPreTravelItsWholeCovariance) {
   EXPECT_NEAR(found->covariance[3][0], 6e-8, 1e-15);
 }
 
+TEST(ResultEvents, TellWhichToolAPreTravelIsOf) {
+  EXPECT_EQ(preTravelToolOf("pre-travel"), 0U);
+  EXPECT_EQ(preTravelToolOf("pre-travel-12"), 12U);
+  EXPECT_FALSE(preTravelToolOf("pre-travel-"));
+  EXPECT_FALSE(preTravelToolOf("delay"));
+  auto record = preTravelRecord();
+  EXPECT_EQ(preTravelOf(record)->tool, 0U);
+  record.binding.subject = "pre-travel-2";
+  EXPECT_EQ(preTravelOf(record)->tool, 2U);
+  ASSERT_TRUE(activationOf(record, kNow));
+  EXPECT_TRUE(activationOf(record, kNow)->empty());
+}
+
 TEST(ResultEvents, BringTheCombinedUncertaintyIntoForce) {
   store::Record record{};
   record.id = 12;
