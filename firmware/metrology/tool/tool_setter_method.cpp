@@ -16,6 +16,7 @@ constexpr MethodTable kSetterTables[]{
     {"touches", kSetterTouchColumns,
      "instead of readings: machine position at contact with a face; B_deg too for several B"},
     {"probe_offsets", kSetterOffsetColumns, "for several B, in the place of probe_offset_mm"}};
+constexpr MethodKey kCentrelineResult{"centreline_result", "", "number of the centreline's result; for the record"};
 constexpr MethodKey kSetterKeys[]{
     {"probe_offset_mm", "", "the probe's tip from the head's reference, x y z; needed but for several B"},
     {"sd_probe_offset_mm", "", "standard uncertainty of its coordinates (k = 1)"},
@@ -31,7 +32,7 @@ constexpr MethodKey kSetterKeys[]{
     {"sd_C_tilt_rad", "", "standard uncertainty of its components (k = 1)"},
     {"accepted_link_mm", "", "accepted link; a row a B"},
     {"tool", "", "number of the tool whose offset it is"},
-    {"centreline_result", "", "number of the centreline's result; for the record"},
+    kCentrelineResult,
     key::kTauForTheRecord};
 constexpr KnownQuantity kSetterKnown[]{{"sd_probe_offset_mm", "probe_offset_mm", KnownKind::value, true},
                                        {"sd_probe_offset_mm", "probe_offsets", KnownKind::table, true},
@@ -64,8 +65,8 @@ std::optional<std::string> oneFaced(const Dataset& dataset) {
          "tool_offset_mm, and the offset is that of the edge that touched, with the radius of the tool's nose unknown";
 }
 
-constexpr std::array kCentrelineResult{
-    MethodKey{"centreline_result", "", "number of the centreline's result; for the record"}};
+// link_mm alone is relative to it.
+constexpr MethodKey kNotOfTool[]{kCentrelineResult};
 
 std::optional<std::string> subjectOfTool(const Dataset& dataset) {
   return numberedSubject(dataset, "tool-", "tool");
@@ -88,7 +89,7 @@ const Method kToolSetter{.name = "tool-setter",
                          .results = kSetterResults,
                          .unobservable = kSetterUnobservable,
                          .undetermined = oneFaced,
-                         .subject = {.name = {}, .of = subjectOfTool, .independent_of = kCentrelineResult},
+                         .subject = {.name = {}, .of = subjectOfTool, .independent_of = kNotOfTool},
                          .also_about = alsoSetter};
 
 }  // namespace probebox::metrology

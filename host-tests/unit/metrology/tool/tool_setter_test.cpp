@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
+#include "firmware/metrology/methods.hpp"
 #include "host-tests/metrology/setter_cases.hpp"
 
 namespace probebox::metrology {
@@ -114,6 +115,17 @@ TEST(ToolSetter, RefusesByName) {
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "readings", "is_tool")[0] = 0.5; }), "bad-flag");
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "readings", "is_tool") = {0, 0, 0, 0}; }), "tool-not-measured");
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "readings", "is_tool") = {1, 1, 1, 1}; }), "probe-not-measured");
+}
+
+// Of the results of one case, only the place of the device is relative to the turning axis.
+TEST(ToolSetter, RestsOnTheCentrelineWithThePlaceOfTheDeviceAlone) {
+  const auto subjects = subjectsOf({.method = "tool-setter", .config = {{"tool", 4.0}}, .tables = {}});
+  ASSERT_EQ(subjects.size(), 2U);
+  EXPECT_EQ(subjects[0].name, "tool-4");
+  ASSERT_EQ(subjects[0].independent_of.size(), 1U);
+  EXPECT_EQ(subjects[0].independent_of[0].name, "centreline_result");
+  EXPECT_EQ(subjects[1].name, "setter");
+  EXPECT_TRUE(subjects[1].independent_of.empty());
 }
 
 }  // namespace
