@@ -305,30 +305,6 @@ TEST_F(Accepting, OfAnAssemblyGivesMethodsTheLengthOfTheirTool) {
   EXPECT_EQ(facts.lengthResultOf(2), 0U) << "machine.toml has its length";
 }
 
-TEST_F(Accepting, OfAPreTravelGivesItToTheToolThatItWasMeasuredWith) {
-  procedure::Facts described;
-  described.trigger_probe = procedure::TriggerProbe{};
-  described.probe_tools = {.count = 2, .numbers = {1, 2}, .lengths_mm = {150, 200}};
-  const auto unknown = [&] {
-    std::vector<std::string> names;
-    for (const auto& value : valuesInUse(described, results_.about()))
-      if (value.source == messages::ValueSource::unknown) names.push_back(value.name);
-    return names;
-  };
-  EXPECT_THAT(unknown(), ElementsAre("pre-travel")) << "a delay could not be measured with it";
-  described.swivel_head = procedure::HeadFacts{};
-  EXPECT_THAT(unknown(), ElementsAre("pre-travel", "pre-travel-1", "pre-travel-2"));
-
-  const auto parts = Estimate::vector("pre_travel_mm", {0.01, 0.002, 0, 0.004}, {1e-4, 1e-4, 1e-4, 2e-4});
-  const auto id = acceptedAs("pre-travel-2", resultOf("pre-travel", {parts})).id;
-  EXPECT_THAT(unknown(), ElementsAre("pre-travel", "pre-travel-1"));
-  described.trigger_probe->pre_travels = results_.measuredFacts().pre_travels;
-  ASSERT_NE(described.preTravelOf(2), nullptr);
-  EXPECT_EQ(described.preTravelOf(2)->result_id, id);
-  EXPECT_EQ(described.preTravelOf(1), nullptr);
-  EXPECT_EQ(described.preTravelOf(0), nullptr) << "no tool is named there";
-}
-
 TEST_F(Accepting, OfAScrewGivesFaceAndReferenceEachItsSource) {
   procedure::Facts described;
   described.screws[0] = procedure::ScrewFacts{};
