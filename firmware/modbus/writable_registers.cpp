@@ -68,7 +68,7 @@ void WritableRegisters::restore(WordOrder order, bool inhibits) {
 std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
   const auto refuse = [](std::string_view reason) { return WriteRefusal{ExceptionCode::illegal_value, reason}; };
   if (words[address::word_order] > 1) return refuse("word order is 0 or 1");
-  if (words[address::marker_phase] > 2) return refuse("the phase of a marker is 0, 1 or 2");
+  if (words[address::marker_phase] > 3) return refuse("the phase of a marker is 0, 1, 2 or 3");
   if (words[address::marker_at_rest] > 1) return refuse("at rest is 0 or 1");
   if (words[address::inhibit] > 1) return refuse("inhibit is 0 or 1");
   if (words[address::home_axes] > 7) return refuse("the axes that were homed are bits 0 to 2");

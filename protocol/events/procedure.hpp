@@ -8,7 +8,8 @@
 // Events of a measuring procedure: its options, its start and end, and what the controller says of its steps.
 namespace probebox {
 
-enum class MarkerPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
+// pass: the way of the step was gone in the air, in a dry run before the first reading.
+enum class MarkerPhase : std::uint8_t { begin = 0, end = 1, abandon = 2, pass = 3 };
 
 // State of the machine during a calibration, as sent by the controller: angles, tool and step, which the encoders do
 // not show.
@@ -24,7 +25,7 @@ struct Marker {
   static constexpr void fields(auto& self, auto&& field) {
     field("procedure", self.procedure, "the run that the step belongs to, as the box numbered it");
     field("step", self.step, "step of the procedure, from 0");
-    field("phase", self.phase, "0 begin, 1 end, 2 abandon (the step is repeated)");
+    field("phase", self.phase, "0 begin, 1 end, 2 abandon (the step is repeated), 3 pass (a dry run)");
     field("rotary_angles_rad", self.rotary_angles_rad, "rad, A B C");
     field("tool", self.tool, "tool number, 0 for none");
     field("nominal_speed_mm_s", self.nominal_speed_mm_s, "mm/s, commanded measuring speed of the step");

@@ -66,6 +66,8 @@ A calibration by registers alone (service.toml must allow it: allow_calibrate, a
    A scan is marked in contact: come onto the surface along the normal to the first radius before the begin marker, follow arcs and
    ramps with an exact stop after each, write the end marker, and withdraw along the normal of where it ended.
    A turn (7) moves C alone, as 934 to 939 say.
+   A dry run comes before the first begin marker: go the way of each step in the air and write a marker of phase 3 (pass) in place of both; the
+   box then asks for the next step, and behind the last one for the first step again. A begin marker on the way is refused.
 5. When 849 has risen, go to 2. When it has not after 1 s, or 859 has risen, the step is repeated: 860 says why. 848 = 2 without a motion of
    yours: a master before this one died in mid-step; write phase 2 (abandon), then go to 2.
 6. 848 = 3: the box solves. 4: register 102 has the number of the result; accept it by request 3. 5: refused, register 104 says why.

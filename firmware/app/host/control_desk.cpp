@@ -65,10 +65,11 @@ std::optional<Error> whyTooSlow(const procedure::LiveMethod& method, const Proce
 
 // Why a marker does not belong to what is being done.
 std::optional<Error> whyStray(const Marker& marker, const box::State& state) {
-  if (marker.phase > MarkerPhase::abandon) return Error{"A marker's phase is 0 begin, 1 end or 2 abandon."};
+  if (marker.phase > MarkerPhase::pass) return Error{"A marker's phase is 0 begin, 1 end, 2 abandon or 3 pass."};
   const auto& progress = state.procedure;
   if (!inProgress(progress.state)) return Error{"No procedure is running: start one with probebox calibrate."};
-  if (marker.procedure == progress.run && marker.step == progress.step) return std::nullopt;
+  if (marker.procedure == progress.run && marker.step == progress.step)
+    return procedure::whyNotNow(progress, marker.phase);
   return Error{"The box is at step " + std::to_string(progress.step) + " of run " + std::to_string(progress.run) +
                ", not at step " + std::to_string(marker.step) + " of run " + std::to_string(marker.procedure) +
                ": read its status and send the marker for that step."};

@@ -57,6 +57,15 @@ Nanoseconds timeoutOf(const Step& step) {
 
 }  // namespace
 
+std::optional<Error> whyNotNow(const Progress& progress, MarkerPhase phase) {
+  if (phase != MarkerPhase::pass) {
+    if (!progress.passing) return std::nullopt;
+    return Error{"A dry run is at this step: pass the others too, to the first one again, or abort the run."};
+  }
+  if (progress.state == State::waiting && (progress.passing || progress.step == 0)) return std::nullopt;
+  return Error{"A dry run comes before the first reading: abort the run, and start it again."};
+}
+
 void Procedure::start(const ProcedureStarted& started, const DelayActivated& delay,
                       const std::array<double, kLinearAxes>& offset_mm) {
   // A run is given up by abort only, and the worker may still be reading the recording.
@@ -91,7 +100,11 @@ void Procedure::mark(const Marker& marker, const TickMap& map) {
     ++stray_markers_;
     return;
   }
-  if (progress_.state == State::waiting && marker.phase == MarkerPhase::begin) {
+  if (whyNotNow(progress_, marker.phase)) {
+    ++stray_markers_;
+  } else if (marker.phase == MarkerPhase::pass) {
+    passStep();
+  } else if (progress_.state == State::waiting && marker.phase == MarkerPhase::begin) {
     beginStep(marker);
   } else if (progress_.state == State::running && marker.phase == MarkerPhase::end) {
     endStep(map);
@@ -140,6 +153,12 @@ void Procedure::endStep(const TickMap& map) {
   ++progress_.step;
   progress_.state = progress_.step == progress_.steps ? State::solving : State::waiting;
   ready_to_solve_ = progress_.state == State::solving;
+}
+
+// After the last step the first one is asked for again, to be measured.
+void Procedure::passStep() {
+  progress_.step = (progress_.step + 1) % progress_.steps;
+  progress_.passing = progress_.step != 0;
 }
 
 void Procedure::repeatStep(capture::TouchFault fault) {

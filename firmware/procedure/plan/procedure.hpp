@@ -1,10 +1,12 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 
 #include "firmware/capture/touch_capture.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/units/outcome.hpp"
 
 namespace probebox::procedure {
 
@@ -35,7 +37,11 @@ struct Progress {
   bool timed_out{};                  // the end of a step never came
   std::uint64_t result_id{};
   LoopState loops{};  // known so far
+  bool passing{};     // a dry run is at this step: nothing was recorded yet
 };
+
+// Why a marker of the present step is not taken in this state of a dry run.
+std::optional<Error> whyNotNow(const Progress& progress, MarkerPhase phase);
 
 // Runs measuring procedures step by step: a marker begins a step, a marker ends it, and a faulty step is repeated.
 // Later steps of methods with loops depend on earlier measurements; the worker supplies them with Solved.
@@ -78,6 +84,7 @@ class Procedure {
  private:
   void beginStep(const Marker& marker);
   void endStep(const TickMap& map);
+  void passStep();
   void repeatStep(capture::TouchFault fault);
   void goOn(const Solved& solved);
 

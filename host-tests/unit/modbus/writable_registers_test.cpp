@@ -59,7 +59,7 @@ TEST(WritableRegisters, RefuseByName) {
       << "runs past the last writable register";
   EXPECT_EQ(refusalOf(registers, 65535, {1, 1}), ExceptionCode::illegal_address);
   EXPECT_EQ(refusalOf(registers, 128, {2}), ExceptionCode::illegal_value);
-  EXPECT_EQ(refusalOf(registers, 146, {1, 3}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, 146, {1, 4}), ExceptionCode::illegal_value);
   EXPECT_EQ(refusalOf(registers, 156, {2}), ExceptionCode::illegal_value);
 }
 

@@ -101,6 +101,37 @@ TEST_F(MultiSpeedProcedure, StartsAStepAnewWhenTheMachineBeginsItAgainOrGivesItU
   EXPECT_EQ(procedure.recording().machineRowCount(), 10U);
 }
 
+TEST_F(MultiSpeedProcedure, PassesAllStepsInADryRunBeforeItMeasures) {
+  start(1);
+  const auto steps = procedure.progress().steps;
+  for (std::uint32_t step = 0; step < steps; ++step) {
+    EXPECT_EQ(procedure.progress().step, step);
+    machine.mark(MarkerPhase::pass);
+  }
+  EXPECT_EQ(procedure.progress().step, 0U);
+  EXPECT_EQ(procedure.progress().state, State::waiting);
+  EXPECT_EQ(procedure.recording().touches().size(), 0U);
+  touchAll();
+  EXPECT_EQ(procedure.recording().touches().size(), steps);
+  EXPECT_EQ(procedure.progress().state, State::solving);
+}
+
+TEST_F(MultiSpeedProcedure, MeasuresNothingInTheMiddleOfADryRunAndPassesNothingBehindAReading) {
+  start(1);
+  machine.mark(MarkerPhase::pass);
+  machine.touch();
+  EXPECT_EQ(procedure.progress().step, 1U);
+  EXPECT_EQ(procedure.recording().touches().size(), 0U);
+  EXPECT_EQ(procedure.strayMarkers(), 2U);
+  procedure.abort({.run = 1, .at = {}});
+  start(2);
+  EXPECT_FALSE(procedure.progress().passing);
+  machine.touch();
+  machine.mark(MarkerPhase::pass);
+  EXPECT_EQ(procedure.progress().step, 1U);
+  EXPECT_EQ(procedure.strayMarkers(), 3U);
+}
+
 TEST_F(MultiSpeedProcedure, AsksAgainWhenTheEndOfAStepNeverComes) {
   start(1);
   machine.mark(MarkerPhase::begin);
