@@ -18,13 +18,15 @@ HOME_MM = (120, 80, -100)
 PATIENCE_S = 3600.0  # of the whole program: steps that a busy computer spoils are repeated
 
 
-def as_integrator(room, cable):
+def as_integrator(room, cable, ini="mill.ini", hal="mill.hal", measure="probebox_measure.hal"):
     """What somebody with this machine edits in the kit."""
-    room.edit("probebox_measure.hal", ("modbus:/dev/ttyS2,baud=19200,parity=even", "modbus:%s,baud=115200,parity=none" % cable.ports[1]))
+    room.edit(measure, ("modbus:/dev/ttyS2,baud=19200,parity=even", "modbus:%s,baud=115200,parity=none" % cable.ports[1]))
+    # Nobody is there to start a program again behind its dry run.
+    room.edit("probebox_places.ngc", ("#<_pb_dry> = 1 ", "#<_pb_dry> = 0 "))
     homes = [("\nHOME = %d\nHOME_OFFSET = %d\n" % (was, was), "\nHOME = %d\nHOME_OFFSET = %d\n" % (now, now))
              for was, now in zip((10, -20, 110), HOME_MM)]
-    room.edit("mill.ini", ("HALFILE = mill.hal", "HALFILE = emulated_machine.hal"),
-              ("HALFILE = probebox.hal", "HALFILE = probebox_measure.hal"), *homes,
+    corrections = [] if "HALFILE = " + measure in open(os.path.join(room.kit, ini)).read() else [("HALFILE = probebox.hal", "HALFILE = " + measure)]
+    room.edit(ini, ("HALFILE = " + hal, "HALFILE = emulated_machine.hal"), *corrections, *homes,
               ("_ACCELERATION = 1000", "_ACCELERATION = 5000"),
               # Feedback is as late as this computer is busy.
               ("MIN_FERROR = 10", "MIN_FERROR = 2000"), ("\nFERROR = 50", "\nFERROR = 2000"))
