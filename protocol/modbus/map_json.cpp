@@ -22,24 +22,6 @@ std::string quoted(std::string_view text) {
   return out + '"';
 }
 
-// "X correction" in nm to "probebox.x-correction-nm": one pin for each representation.
-std::string pinOf(const Register& entry) {
-  std::string name{"probebox."};
-  for (const char c : entry.name) {
-    const auto letter = static_cast<unsigned char>(c);
-    if (std::isalnum(letter) != 0) {
-      name += static_cast<char>(std::tolower(letter));
-    } else if (name.back() != '-' && name.back() != '.') {
-      name += '-';
-    }
-  }
-  while (name.back() == '-') name.pop_back();
-  if (entry.kind == Kind::i16) name += "-i16";
-  if (entry.kind == Kind::offset_i16) name += "-offset";
-  if (entry.unit == "nm" || entry.unit == "ns") name += "-" + std::string{entry.unit};
-  return name;
-}
-
 void put(std::ostream& out, const Register& entry) {
   const auto kind = static_cast<std::size_t>(entry.kind);
   out << R"({"address": )" << entry.address << R"(, "name": )" << quoted(entry.name) << R"(, "kind": )"
@@ -47,7 +29,7 @@ void put(std::ostream& out, const Register& entry) {
       << R"(, "unit": )" << quoted(entry.unit) << R"(, "access": )"
       << (entry.access == Access::write ? R"("write")" : R"("read")");
   if (entry.rows > 1) out << R"(, "rows": )" << entry.rows << R"(, "row_registers": )" << entry.row_registers;
-  out << R"(, "hal_pin": )" << quoted(pinOf(entry)) << R"(, "hal_type": )" << quoted(kHalTypes[kind])
+  out << R"(, "hal_pin": )" << quoted(halPinOf(entry)) << R"(, "hal_type": )" << quoted(kHalTypes[kind])
       << R"(, "hal_direction": )" << (entry.access == Access::write ? R"("in")" : R"("out")") << R"(, "meaning": )"
       << quoted(entry.meaning) << "}";
 }
@@ -65,6 +47,23 @@ void list(std::ostream& out, std::string_view name, const All& all, auto&& put_o
 }
 
 }  // namespace
+
+std::string halPinOf(const Register& entry) {
+  std::string name{"probebox."};
+  for (const char c : entry.name) {
+    const auto letter = static_cast<unsigned char>(c);
+    if (std::isalnum(letter) != 0) {
+      name += static_cast<char>(std::tolower(letter));
+    } else if (name.back() != '-' && name.back() != '.') {
+      name += '-';
+    }
+  }
+  while (name.back() == '-') name.pop_back();
+  if (entry.kind == Kind::i16) name += "-i16";
+  if (entry.kind == Kind::offset_i16) name += "-offset";
+  if (entry.unit == "nm" || entry.unit == "ns") name += "-" + std::string{entry.unit};
+  return name;
+}
 
 std::string mapAsJson(std::span<const MethodNumber> methods) {
   std::ostringstream out;

@@ -3,6 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/modbus/register.hpp"
+
 namespace probebox::modbus {
 
 // One value of register "calibration method".
@@ -16,5 +18,8 @@ std::string referencePage(std::span<const MethodNumber> methods);
 
 // The text of protocol/map.json: the same for programs, with the name of a HAL pin for each register.
 std::string mapAsJson(std::span<const MethodNumber> methods);
+
+// "X correction" in nm is "probebox.x-correction-nm": one pin for each representation.
+std::string halPinOf(const Register& entry);
 
 }  // namespace probebox::modbus

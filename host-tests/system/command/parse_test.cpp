@@ -133,6 +133,17 @@ TEST(CommandLine, WritesNoProgramWithWhatIsNoNumberOrPlace) {
     EXPECT_THAT(complaint(gcode + "--tape " + device), HasSubstr("is not the path of a device")) << device;
 }
 
+TEST(CommandLine, WritesALoopProgramForAllMethodsAlone) {
+  const std::string loop = "gcode --loop --dialect fanuc -o a.nc ";
+  EXPECT_EQ(complaint(loop + "--axes XYZBC --force"), "accepted");
+  EXPECT_THAT(complaint(loop + "delay-multi-speed"), HasSubstr("omit the method"));
+  EXPECT_THAT(complaint(loop + "--speed 10"), AllOf(HasSubstr("--speed"), HasSubstr("is not for --loop")));
+  for (const char* axes : {"XZC", "XYZZ", "XYZU"})
+    EXPECT_THAT(complaint(loop + "--axes " + axes), HasSubstr("are XYZ")) << axes;
+  EXPECT_THAT(complaint("gcode --dialect fanuc -o a.nc"), HasSubstr("is missing"));
+  EXPECT_THAT(complaint("gcode delay-multi-speed --dialect fanuc -o a.nc --axes XYZ"), HasSubstr("is for --loop"));
+}
+
 // A step that is no number would pass over every hit.
 TEST(CommandLine, NamesTheRangeOfANumber) {
   const std::string check = "interference --cell cell.toml --gcode part.ngc ";

@@ -55,6 +55,11 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
                    "serial line to the box as the control names it, for linuxcnc; default: /dev/ttyS1")
       ->check(device())
       ->type_name("DEVICE");
+  gcode->add_flag("--loop", options.loop,
+                  "the program that reads each step from the box's registers, for fanuc and siemens; its places are "
+                  "edited in it");
+  gcode->add_option("--axes", options.axes, "with --loop: axes as the control numbers them; default: XYZABC")
+      ->type_name("LETTERS");
   gcode->add_flag("--force", options.force, "overwrite existing files");
   gcode->add_option("--safe-z", options.safe_z_mm, "height above everything, in the work offset")
       ->check(between(-kFurthest_mm, kFurthest_mm))

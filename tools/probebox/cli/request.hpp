@@ -138,6 +138,8 @@ struct Plan : RunChoices {
   std::optional<double> acceleration_mm_s2;
 };
 struct Gcode : RunChoices {
+  bool loop{};       // the program that reads its steps from the box, in place of the steps of one method
+  std::string axes;  // of the control, for that program, as it numbers them; empty: XYZABC
   std::string dialect;
   std::string output;   // the program, or its picture where the name ends with .svg; "-" is the standard output
   std::string picture;  // empty: none

@@ -1,5 +1,7 @@
 #pragma once
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -162,11 +164,45 @@ class RunCommands {
 
   void declareGcode(Subcommands& commands) {
     auto* gcode = commands.add(
-        "gcode", "write the steps of a calibration as a program for a control that cannot read registers",
+        "gcode",
+        "write the steps of a calibration as a program for a control that cannot read registers; with --loop, the "
+        "program "
+        "for all methods of a control that can",
         "probebox gcode delay-multi-speed --dialect fanuc --sphere 25 --stylus 6 --safe-z 80 -o delay.nc", gcode_);
-    gcode->add_option("method", gcode_.method, "a method that calibrate runs")->required();
+    gcode->add_option("method", gcode_.method, "a method that calibrate runs; not with --loop");
     addChoices(gcode, gcode_);
     declareProgram(gcode, gcode_);
+    gcode->callback([this, gcode, &commands] {
+      checkGcode(gcode_);
+      if (gcode_.loop) checkLoop(*gcode);
+      commands.request().job = gcode_;
+    });
+  }
+
+  // What is about one method has no place in the program for all of them.
+  static void checkLoop(const CLI::App& gcode) {
+    constexpr std::array kTaken{"--loop", "--axes", "--dialect", "--output", "--force"};
+    for (const auto* given : gcode.get_options([](const CLI::Option* option) { return option->count() > 0; })) {
+      const bool taken = std::ranges::any_of(kTaken, [&](const char* name) { return given->check_name(name); });
+      if (!taken)
+        throw CLI::ValidationError{given->get_name(),
+                                   "is not for --loop: places are edited in the program, and what the "
+                                   "run shall be is the box's own"};
+    }
+  }
+
+  static void checkGcode(const Gcode& options) {
+    if (options.loop && !options.method.empty())
+      throw CLI::ValidationError{"--loop", "is one program for all methods, named when it is called: omit the method"};
+    if (!options.loop && options.method.empty())
+      throw CLI::ValidationError{"method", "is missing: name a method that calibrate runs, or give --loop"};
+    if (options.axes.empty()) return;
+    if (!options.loop) throw CLI::ValidationError{"--axes", "is for --loop"};
+    std::string rest = options.axes;
+    std::ranges::sort(rest);
+    const bool once = std::ranges::adjacent_find(rest) == rest.end();
+    if (!options.axes.starts_with("XYZ") || !once || rest.find_first_not_of("ABCXYZ") != std::string::npos)
+      throw CLI::ValidationError{"--axes", "are XYZ, then those of A, B and C that the control has, such as XYZBC"};
   }
 
   static void checkCalibrate(const Calibrate& options) {

@@ -6,6 +6,7 @@
 
 #include "firmware/procedure/plan/plan.hpp"
 #include "protocol/units/angle.hpp"
+#include "tools/gcode/loop/loop.hpp"
 #include "tools/gcode/picture.hpp"
 #include "tools/gcode/program.hpp"
 #include "tools/gcode/unroll.hpp"
@@ -160,9 +161,24 @@ Outcome<Written, Trouble> unrolled(const Gcode& options) {
                  gcode::picture(*blocks, setting, heading.command), plan.step_count};
 }
 
+// One program for all methods.
+ExitStatus runLoop(const Gcode& options, Console& console) {
+  const auto text = gcode::loop::loopProgram(options.dialect, options.axes.empty() ? "XYZABC" : options.axes);
+  if (!text) return console.fail(usage(text.error().what));
+  if (auto trouble = write(options.output, *text, options.force, console)) return console.fail(*trouble);
+  if (options.output == "-") return ExitStatus::ok;
+  if (console.json()) {
+    console.object({{"output", options.output}});
+  } else {
+    console.line(options.output + ": the loop program for " + options.dialect + "; edit its places");
+  }
+  return ExitStatus::ok;
+}
+
 }  // namespace
 
 ExitStatus run(const Gcode& options, const std::string&, Console& console) {
+  if (options.loop) return runLoop(options, console);
   const auto written = unrolled(options);
   if (!written) return console.fail(written.error());
   const bool only_picture = options.output.ends_with(".svg");

@@ -1,0 +1,204 @@
+#include "tools/gcode/loop/loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <memory>
+#include <span>
+#include <sstream>
+
+#include "kit.hpp"
+#include "text_program.hpp"
+
+// The loop programs of Fanuc and Siemens, run as texts against an emulated box and its machine.
+namespace probebox::scenario {
+namespace {
+
+namespace address = modbus::address;
+
+constexpr double kSafeZ_mm = -100;  // as probebox_places.ngc has it, for tools that are no longer than the probe
+// Values of probebox_run.
+enum Came { kDone = 0, kBeyond = 2, kRefused = 3, kSilent = 6 };
+
+struct Run {
+  double method{}, axis{}, tool{};
+  Came came{kDone};
+};
+// Touches with and without a dwell, jogs, sweeps, a rest (whose screws still warm up), touches of the setter with a
+// cutting tool, the head swivelled, C turned, holds.
+constexpr std::array kRuns =
+    std::to_array<Run>({{4}, {6}, {9}, {10, 1}, {25, 1, 0, kRefused}, {20, 0, 4}, {17}, {8}, {22}});
+
+// One control, one machine, one box.
+class Session {
+ public:
+  explicit Session(double dry) : dry_{dry} {}
+  virtual ~Session() = default;
+  // The value of probebox_run.
+  virtual double run(const Run& run) = 0;
+  std::string why() {
+    auto& box = control.registers();
+    std::ostringstream text;
+    text << "refusal of the run " << box.value(address::calibration_refusal) << ", of the wish "
+         << box.value(address::wish_refusal) << ", state " << box.value(address::step_state) << ", step "
+         << box.value(address::step_number) << ", fault " << box.value(address::step_fault);
+    return text.str();
+  }
+  Control control{1};
+
+ protected:
+  double dry_;
+};
+
+class OfTheKit final : public Session {
+ public:
+  explicit OfTheKit(double dry) : Session{dry} {}
+  double run(const Run& run) override {
+    kit.call("begin", {});
+    kit.variables["_pb_dry"] = dry_;
+    kit.call("ask", {1, 7});
+    kit.call("stand", {1, 0, 0, 0});
+    const double came = kit.call("run", {run.method, run.axis, run.tool});
+    kit.call("stand", {control.tool() * 1.0, control.position('A'), control.position('B'), control.position('C')});
+    return came;
+  }
+  Kit kit{control};
+};
+
+class OfAText final : public Session {
+ public:
+  OfAText(const std::string& dialect, double dry) : Session{dry} {
+    const auto text = gcode::loop::loopProgram(dialect, "XYZABC");
+    EXPECT_TRUE(text) << (text ? "" : text.error().what);
+    if (dialect == "fanuc") {
+      program = std::make_unique<FanucProgram>(control, *text);
+    } else {
+      program = std::make_unique<SiemensProgram>(control, *text);
+    }
+    program->set("_pb_dry", dry_);
+  }
+  double run(const Run& run) override {
+    try {
+      program->call(run.method, run.axis, run.tool);
+      EXPECT_EQ(program->get("main/came"), 0);
+      alarm.clear();
+    } catch (const Alarm& stopped) {
+      alarm = stopped.what();
+      EXPECT_NE(program->get("main/came"), 0) << alarm;
+    }
+    return program->get("main/came");
+  }
+  std::unique_ptr<TextProgram> program;
+  std::string alarm;
+};
+
+void expectSame(const std::vector<Commanded>& of_kit, const std::vector<Commanded>& of_text, std::size_t from) {
+  ASSERT_EQ(of_kit.size(), of_text.size());
+  for (std::size_t i = from; i < of_kit.size(); ++i) {
+    const auto &one = of_kit[i], &other = of_text[i];
+    ASSERT_EQ(one.is, other.is) << i;
+    for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_NEAR(one.to[axis], other.to[axis], 1e-6) << i;
+    ASSERT_NEAR(one.feed_mm_min, other.feed_mm_min, 1e-6) << i;
+    ASSERT_EQ(one.guarded, other.guarded) << i;
+  }
+}
+
+class LoopProgram : public testing::TestWithParam<std::string> {
+ protected:
+  // Nothing was touched, the run is over, and the machine stands at the safe height.
+  static void expectUntouched(OfAText& text) {
+    EXPECT_EQ(text.control.contacts(), 0U);
+    EXPECT_EQ(text.control.crashes(), 0U);
+    EXPECT_GE(text.control.lowest_mm, kSafeZ_mm - 1e-6);
+    EXPECT_EQ(text.control.registers().value(address::step_state), 6) << "aborted";
+  }
+};
+
+TEST_P(LoopProgram, MakesTheMovesOfTheKitsOwnLoop) {
+  OfTheKit kit{0};
+  OfAText text{GetParam(), 0};
+  for (const auto& run : kRuns) {
+    const auto from = kit.control.commanded().size();
+    ASSERT_EQ(kit.run(run), run.came) << "method " << run.method << ", " << kit.why();
+    ASSERT_EQ(text.run(run), run.came) << "method " << run.method << ", " << text.why() << text.alarm;
+    EXPECT_EQ(text.control.registers().value(address::calibration_method), run.method);
+    if (run.came == kDone) {
+      EXPECT_GT(kit.control.commanded().size(), from) << "method " << run.method;
+    }
+    expectSame(kit.control.commanded(), text.control.commanded(), from);
+    if (HasFatalFailure()) FAIL() << "method " << run.method;
+  }
+  EXPECT_EQ(text.control.crashes(), 0U);
+  EXPECT_EQ(text.control.plc().refusedWrites(), 0U);
+}
+
+TEST_P(LoopProgram, GoesItsWholeWayAboveEverythingFirst) {
+  OfAText text{GetParam(), 1};
+  auto& control = text.control;
+  std::size_t dry_end = 0;
+  control.at_stop = [&] {
+    EXPECT_EQ(control.contacts(), 0U);
+    EXPECT_GE(control.lowest_mm, kSafeZ_mm - 1e-6);
+    EXPECT_EQ(control.registers().value(address::step_number), 0);
+    EXPECT_EQ(control.registers().value(address::step_state), 1);
+    dry_end = control.commanded().size();
+  };
+  ASSERT_EQ(text.run({4}), kDone) << text.why() << text.alarm;
+  ASSERT_NE(dry_end, 0U);
+  EXPECT_LT(control.lowest_mm, kSafeZ_mm - 20) << "then it measures";
+  const auto& all = control.commanded();
+  const auto dry = std::span{all}.first(dry_end);
+  for (std::size_t i = dry_end; i < all.size(); ++i) {
+    if (all[i].is != Commanded::Is::move) continue;
+    const bool was_there = std::ranges::any_of(dry, [&](const Commanded& one) {
+      return one.is == Commanded::Is::move && std::abs(one.to[0] - all[i].to[0]) < 1e-6 &&
+             std::abs(one.to[1] - all[i].to[1]) < 1e-6;
+    });
+    EXPECT_TRUE(was_there) << "the dry run left out " << all[i].to[0] << " " << all[i].to[1];
+  }
+}
+
+TEST_P(LoopProgram, EndsBehindADryRunThatIsAllThatWasAskedFor) {
+  OfAText text{GetParam(), 2};
+  EXPECT_EQ(text.run({4}), kDone) << text.why() << text.alarm;
+  expectUntouched(text);
+}
+
+TEST_P(LoopProgram, RefusesAStepBeyondItsLimits) {
+  for (const auto& [limit, most] : {std::pair{"_pb_most_feed", 200.0}, std::pair{"_pb_most_way", 0.3}}) {
+    OfAText text{GetParam(), 0};
+    text.program->set(limit, most);
+    EXPECT_EQ(text.run({4}), kBeyond) << limit << text.why() << text.alarm;
+    expectUntouched(text);
+  }
+}
+
+TEST_P(LoopProgram, RefusesAKindThatItDoesNotKnow) {
+  OfAText text{GetParam(), 0};
+  EXPECT_EQ(text.run({26}), kBeyond) << "a scan; " << text.why() << text.alarm;
+  expectUntouched(text);
+}
+
+TEST_P(LoopProgram, RisesAndStopsWhereTheBoxFallsSilentDuringATouch) {
+  OfAText text{GetParam(), 0};
+  auto& control = text.control;
+  control.at_move = [&] { control.plc().setLine(control.contacts() == 0); };
+  EXPECT_EQ(text.run({4}), kSilent) << text.why() << text.alarm;
+  EXPECT_EQ(control.contacts(), 1U) << "no other touch";
+  EXPECT_GE(control.position('Z'), kSafeZ_mm - 1e-6);
+  EXPECT_EQ(control.crashes(), 0U);
+}
+
+TEST_P(LoopProgram, StopsWhereTheProbeTouchesOnTheWay) {
+  OfAText text{GetParam(), 0};
+  text.program->set("_pb_sphere_x", 120 - 14);
+  EXPECT_THROW(text.program->call(4, 0, 0), Alarm) << text.why();
+  EXPECT_TRUE(text.control.commanded().back().guarded);
+  EXPECT_EQ(text.control.contacts(), 1U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, LoopProgram, testing::Values("fanuc", "siemens"),
+                         [](const auto& given) { return given.param; });
+
+}  // namespace
+}  // namespace probebox::scenario

@@ -1,0 +1,275 @@
+#include "text_program.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <sstream>
+
+namespace probebox::scenario {
+namespace {
+
+bool begins(const std::string& text, std::string_view with) {
+  return text.starts_with(with);
+}
+
+std::string upper(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
+// As SiemensWriter names it.
+std::string siemensName(const std::string& of) {
+  std::string name = upper(of.starts_with("_pb_") ? of.substr(1) : "pbl_" + of);
+  std::ranges::replace(name, '/', '_');
+  return name;
+}
+
+// Words of a block: letter and text up to the next word; "X=" of Siemens counts as X.
+std::map<char, std::string> wordsOf(const std::string& text) {
+  std::map<char, std::string> words;
+  std::istringstream all{text};
+  for (std::string word; all >> word;) {
+    const std::size_t from = word.size() > 1 && word[1] == '=' ? 2 : 1;
+    if (word[0] == 'G' && words.contains('G')) continue;  // G153
+    words[word[0]] = word.substr(from);
+  }
+  return words;
+}
+
+}  // namespace
+
+void TextProgram::run(const std::string& name) {
+  const auto found = programs_.find(name);
+  if (found == programs_.end()) throw Alarm{"no program " + name};
+  const Lines& lines = found->second;
+  for (std::size_t at = 0; at < lines.size(); ++at) {
+    last = name + ": " + lines[at];
+    const auto then = line(lines[at]);
+    if (then == "return") return;
+    if (then.empty()) continue;
+    const auto label = std::ranges::find_if(lines, [&](const auto& one) { return isLabel(one, then.substr(2)); });
+    if (label == lines.end()) throw Alarm{"no label " + then + " in " + name};
+    at = static_cast<std::size_t>(label - lines.begin());
+  }
+}
+
+void TextProgram::turnBy(const std::map<char, std::string>& words) {
+  std::array<double, 3> to{};
+  for (const char axis : {'A', 'B', 'C'}) {
+    const auto word = words.find(axis);
+    to.at(static_cast<std::size_t>(axis - 'A')) = word == words.end() ? control_.position(axis) : valueOf(word->second);
+  }
+  control_.turn(to);
+}
+
+FanucProgram::FanucProgram(Control& control, std::string_view text) : TextProgram{control} {
+  known_ = [this](const std::string&, double index) { return read(static_cast<int>(std::lround(index))); };
+  std::istringstream all{std::string{text}};
+  std::string name;
+  for (std::string one; std::getline(all, one);) {
+    if (one == "%") continue;
+    if (begins(one, "O")) {
+      name = one.substr(1, 4);
+      continue;
+    }
+    if (name == "9049" && begins(one, "(#")) {
+      std::istringstream words{one.substr(2, one.size() - 3)};
+      int number = 0;
+      std::string of;
+      words >> number >> of;
+      numbers_[of] = number;
+    }
+    if (one.empty() || one.front() == '(') continue;
+    // "N1 G53" is a label, and then a block.
+    const auto space = one.front() == 'N' ? one.find(' ') : std::string::npos;
+    if (space != std::string::npos) programs_[name].push_back(one.substr(0, space));
+    programs_[name].push_back(space == std::string::npos ? one : one.substr(space + 1));
+  }
+}
+
+void FanucProgram::call(double method, double axis, double tool) {
+  variables_[1] = method;
+  variables_[2] = axis;
+  variables_[3] = tool;
+  run("9010");
+}
+
+double FanucProgram::read(int number) {
+  if (number >= 5021 && number <= 5026) return control_.position("XYZABC"[number - 5021]);
+  if (number >= 5041 && number <= 5043) return control_.position("XYZ"[number - 5041]);
+  if (number == 4120) return control_.tool();
+  if (number == 1033)
+    return static_cast<std::int32_t>(control_.plc().answer(static_cast<std::uint32_t>(variables_[1133])));
+  if (number >= 1000 && number != 1133) throw Alarm{"no variable #" + std::to_string(number)};
+  return variables_[number];
+}
+
+double FanucProgram::get(const std::string& name) const {
+  const auto found = variables_.find(numbers_.at(upper(name)));
+  return found == variables_.end() ? 0 : found->second;
+}
+
+void FanucProgram::write(int number, double value) {
+  if (number == 3000) throw Alarm{"#3000 " + last};
+  if (number > 999 && number != 1133) throw Alarm{"no variable #" + std::to_string(number)};
+  for (const auto& [name, preset] : preset_) {
+    if (numbers_.at(upper(name)) == number) value = preset;
+  }
+  variables_[number] = value;
+}
+
+std::string FanucProgram::line(const std::string& text) {
+  if (text == "M99") return "return";
+  if (begins(text, "GOTO ")) return "->" + text.substr(5);
+  if (begins(text, "IF [")) {
+    const auto end = text.rfind("] GOTO ");
+    return holds(text.substr(4, end - 4), known_) ? "->" + text.substr(end + 7) : "";
+  }
+  if (begins(text, "M98 P")) {
+    run(text.substr(5));
+    return {};
+  }
+  if (text.front() == '#') {
+    const auto equals = text.find('=');
+    const auto end = begins(text, "#3000") ? text.find(' ') : text.size();
+    const double value = valueOf(text.substr(equals + 1, end - equals - 1));
+    write(static_cast<int>(std::lround(valueOf(text.substr(1, equals - 1)))), value);
+    return {};
+  }
+  if (text.front() == 'N') return {};
+  block(text);
+  return {};
+}
+
+void FanucProgram::block(const std::string& text) {
+  auto words = wordsOf(text);
+  const auto value = [&](char letter) { return valueOf(words[letter]); };
+  if (text == "G53") return control_.wait(0.008);
+  if (begins(text, "G4 ")) return control_.wait(value('P') / 1000);
+  if (text == "M0") return control_.stop();
+  if (begins(text, "T")) return control_.takeTool(static_cast<unsigned>(value('T')));
+  if (begins(text, "G0 ")) return turnBy(words);
+  const bool guarded = begins(text, "G31 ");
+  if (guarded || begins(text, "G1 ")) {
+    return control_.move({value('X'), value('Y'), value('Z')}, value('F'), guarded);
+  }
+  for (const std::string_view known : {"G17 ", "G90 ", "G10 L2 P6 X0 Y0 Z0", "G59", "G49"}) {
+    if (begins(text, known)) return;
+  }
+  throw Alarm{"an unknown block: " + text};
+}
+
+SiemensProgram::SiemensProgram(Control& control, std::string_view text) : TextProgram{control} {
+  known_ = [this](const std::string& name, double index) { return read(name, index); };
+  std::istringstream all{std::string{text}};
+  std::string name;
+  for (std::string one; std::getline(all, one);) {
+    if (begins(one, "%_N_")) {
+      name = one.substr(4, one.rfind('_') - 4);
+    } else if (begins(one, "DEF CHAN REAL ")) {
+      variables_[one.substr(14)] = 0;
+    } else if (begins(one, "DEF CHAN INT ")) {
+      whole_.insert(one.substr(13));
+      variables_[one.substr(13)] = 0;
+    } else if (!one.empty() && one.front() != ';' && !begins(one, "PROC ")) {
+      programs_[name].push_back(one);
+    }
+  }
+}
+
+void SiemensProgram::call(double method, double axis, double tool) {
+  variables_["PB_OF_METHOD"] = method;
+  variables_["PB_OF_AXIS"] = axis;
+  variables_["PB_OF_TOOL"] = tool;
+  run("PROBEBOX");
+}
+
+double SiemensProgram::read(const std::string& name, double index) {
+  const auto word = [&](double at) { return control_.plc().word(static_cast<std::size_t>(at) / 2); };
+  const auto both = [&] { return std::uint32_t{word(index)} << 16U | word(index + 2); };
+  if (begins(name, "$A_DB") && std::fmod(index, name == "$A_DBW" ? 2 : 4) != 0) throw Alarm{"an odd place of " + name};
+  if (name == "$A_DBW") return static_cast<std::int16_t>(word(index));
+  if (name == "$A_DBD") return static_cast<std::int32_t>(both());
+  if (name == "$A_DBR") return std::bit_cast<float>(both());
+  if (begins(name, "$AA_IM")) return control_.position(name.back());
+  if (name == "$AC_MEA") return touched_;
+  if (name == "$P_TOOLNO") return control_.tool();
+  if (name == "PB_N" && index != std::floor(index)) throw Alarm{"an index that is no integer"};
+  if (name == "PB_N") return table_[static_cast<int>(index)];
+  const auto found = variables_.find(name);
+  if (found == variables_.end()) throw Alarm{"not defined: " + name};
+  return found->second;
+}
+
+double SiemensProgram::get(const std::string& name) const {
+  return variables_.at(siemensName(name));
+}
+
+void SiemensProgram::write(const std::string& target, double value) {
+  const auto bracket = target.find('[');
+  const auto name = target.substr(0, bracket);
+  if (bracket == std::string::npos) {
+    if (!variables_.contains(name)) throw Alarm{"not defined: " + name};
+    if (name.size() > 31) throw Alarm{"too long: " + name};
+    const auto preset = std::ranges::find_if(preset_, [&](const auto& one) { return siemensName(one.first) == name; });
+    variables_[name] = preset != preset_.end() ? preset->second : whole_.contains(name) ? std::round(value) : value;
+    return;
+  }
+  const double index = valueOf(target.substr(bracket + 1, target.size() - bracket - 2));
+  if (name == "PB_N") {
+    table_[static_cast<int>(index)] = value;
+    return;
+  }
+  const auto at = static_cast<std::size_t>(index) / 2;
+  if (name == "$A_DBW") {
+    if (value < -32768 || value > 32767) throw Alarm{"beyond 16 bits: " + target};
+    return control_.plc().set(at, static_cast<std::uint16_t>(value));
+  }
+  if (name != "$A_DBD" || std::fmod(index, 4) != 0) throw Alarm{"nothing to assign to: " + target};
+  const auto all = static_cast<std::uint32_t>(static_cast<std::int32_t>(value));
+  control_.plc().set(at, static_cast<std::uint16_t>(all >> 16U));
+  control_.plc().set(at + 1, static_cast<std::uint16_t>(all));
+}
+
+std::string SiemensProgram::line(const std::string& text) {
+  if (text == "M17") return "return";
+  if (text.back() == ':' || begins(text, "MSG(")) return {};
+  if (begins(text, "GOTO ")) return "->" + text.substr(5);
+  if (begins(text, "IF ")) {
+    const auto end = text.rfind(" GOTO ");
+    return holds(text.substr(3, end - 3), known_) ? "->" + text.substr(end + 6) : "";
+  }
+  if (begins(text, "SETAL(")) throw Alarm{last};
+  if (programs_.contains(text)) {
+    run(text);
+    return {};
+  }
+  const auto equals = text.find('=');
+  if (begins(text, "PB") || begins(text, "$A_DB")) {
+    write(text.substr(0, equals), valueOf(text.substr(equals + 1)));
+    return {};
+  }
+  block(text);
+  return {};
+}
+
+void SiemensProgram::block(const std::string& text) {
+  const bool guarded = begins(text, "MEAS=1 ");
+  auto words = wordsOf(guarded ? text.substr(7) : text);
+  const auto value = [&](char letter) { return valueOf(words[letter]); };
+  if (text == "STOPRE") return control_.wait(0.004);
+  if (begins(text, "G4 ")) return control_.wait(value('F'));
+  if (text == "M0") return control_.stop();
+  if (begins(text, "T=")) return control_.takeTool(static_cast<unsigned>(value('T')));
+  if (begins(text, "G0 G153 ")) return turnBy(words);
+  if (guarded || begins(text, "G1 G153 ")) {
+    touched_ = 0;
+    return control_.move({value('X'), value('Y'), value('Z')}, value('F'), guarded);
+  }
+  for (const std::string_view known : {"G17 ", "G90 ", "M6", "D0"}) {
+    if (begins(text, known)) return;
+  }
+  throw Alarm{"an unknown block: " + text};
+}
+
+}  // namespace probebox::scenario

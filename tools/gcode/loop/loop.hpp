@@ -1,0 +1,14 @@
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::gcode::loop {
+
+// The loop program for a control that reads registers: the box tells each step, the control moves. One program for all
+// methods. dialect: fanuc or siemens. axes: letters as the control numbers its axes, such as "XYZABC". Refuses dialects
+// whose controls cannot read registers, with the remedy.
+Outcome<std::string> loopProgram(std::string_view dialect, const std::string& axes);
+
+}  // namespace probebox::gcode::loop

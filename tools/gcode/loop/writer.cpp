@@ -1,0 +1,336 @@
+#include "tools/gcode/loop/writer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+
+namespace probebox::gcode::loop {
+namespace {
+
+constexpr std::size_t kColumns = 76;  // of a comment
+constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kOpposites{
+    {{"EQ", "NE"}, {"NE", "EQ"}, {"LT", "GE"}, {"GE", "LT"}, {"GT", "LE"}, {"LE", "GT"}}};
+
+std::string_view oppositeOf(std::string_view relation) {
+  const auto found = std::ranges::find(kOpposites, relation, &std::pair<std::string_view, std::string_view>::first);
+  return found == kOpposites.end() ? std::string_view{} : found->second;
+}
+
+}  // namespace
+
+Outcome<std::string> Writer::write(const std::vector<Subprogram>& subprograms) {
+  for (const auto& subprogram : subprograms) {
+    by_name_.emplace(subprogram.name, &subprogram);
+    gather(subprogram.body);
+  }
+  begin(subprograms);
+  for (const auto& subprogram : subprograms) {
+    owner_ = subprogram.name;
+    end_label_ = newLabel();
+    pressing_ = false;
+    beginSubprogram(subprogram);
+    if (subprogram.name == "look") {
+      look();
+    } else {
+      body(subprogram.body);
+    }
+    label(end_label_);
+    endSubprogram();
+  }
+  end();
+  if (failure_) return *failure_;
+  return std::move(text_);
+}
+
+void Writer::fail(const std::string& what) {
+  if (!failure_) failure_ = Error{"probebox_" + owner_ + ": " + what};
+}
+
+void Writer::comments(std::string_view text) {
+  while (text.size() > kColumns) {
+    auto cut = text.rfind(' ', kColumns);
+    if (cut == std::string_view::npos || cut == 0) cut = kColumns;
+    line(comment(text.substr(0, cut)));
+    text.remove_prefix(std::min(text.size(), text[cut] == ' ' ? cut + 1 : cut));
+  }
+  if (!text.empty()) line(comment(text));
+}
+
+const std::vector<std::string>& Writer::headOfStep() {
+  static const std::vector<std::string> head{"probebox.step-run", "probebox.step-number", "probebox.step-repeats",
+                                             "probebox.step-state"};
+  return head;
+}
+
+std::string Writer::copyOf(std::string_view pin) {
+  std::string name = "_pb_box_" + std::string{pin.substr(pin.find('.') + 1)};
+  std::ranges::replace(name, '-', '_');
+  return name;
+}
+
+void Writer::explain(std::string_view control, const std::vector<std::string>& needs) {
+  comments("Loop program of a probebox for " + std::string{control} +
+           ". The box says by its registers which step is to be done. This program was not run on a control: it is the "
+           "loop program of the LinuxCNC kit, which LinuxCNC does run, in another language.");
+  comments(
+      "The box only advises: no motion stop depends on it. The probe's skip input stays wired to the control, and "
+      "stops "
+      "every move but those that press the probe into a surface.");
+  comments(
+      "First of all edit the places, heights, tools and limits below (probebox_places). Each run goes its whole way "
+      "above "
+      "everything, stops, and touches at the next start. Override low, a hand on it. At the touches the override is "
+      "100 "
+      "percent.");
+  for (const auto& need : needs) comments(need);
+  comments(
+      "Areas that the PLC transfers, in words of 16 bits. Read them in turn, every 100 ms or faster, each by one "
+      "request "
+      "(function 3):");
+  const auto range = [](const Area& area, std::uint16_t from) {
+    return std::to_string(from) + " to " + std::to_string(from + area.count - 1);
+  };
+  for (const auto& area : areasRead())
+    comments("registers " + range(area, area.first) + " into words " + range(area, area.word));
+  comments(
+      "Write these (function 16) when the commit that is named differs from the one that was sent last, until the box "
+      "has answered, be it by an exception; send nothing after a start of the PLC until then. Where one commit sends "
+      "three, in this order:");
+  for (const auto& area : areasWritten())
+    comments("words " + range(area, area.word) + " to registers " + range(area, area.first) + ", commit " +
+             std::to_string(area.commit));
+}
+
+void Writer::gather(const Value& value) {
+  if (value.is == Value::Is::pin && ofStep(value.name)) step_pins_.insert(value.name);
+  for (const auto& argument : value.arguments) gather(argument);
+}
+
+void Writer::gather(const std::vector<Statement>& statements) {
+  for (const auto& one : statements) {
+    for (const auto& value : one.values) gather(value);
+    for (const auto& word : one.words) gather(word.value);
+    for (const auto& each : one.bodies) gather(each);
+  }
+}
+
+// A copy is of one instant where run, number, repeats and state are the same before and behind it. While the box
+// records, the step stays the one that is copied: only its state is read, since the recording has room for so much.
+void Writer::look() {
+  const int again = newLabel(), behind = newLabel();
+  const auto& head = headOfStep();
+  const auto live = [&](const std::string& pin) { return read(*placeRead(pin)); };
+  for (std::size_t i = 0; i + 1 < head.size(); ++i) jumpIf(live(head[i]), "NE", variable(copyOf(head[i])), again);
+  const auto state = variable(copyOf(head.back()));
+  jumpIf(live(head.back()), "EQ", state, behind);
+  assign(state, live(head.back()));
+  jumpIf(state, "NE", number(1), behind);
+  label(again);
+  for (const auto& pin : head) assign(variable(copyOf(pin)), live(pin));
+  for (const auto& pin : step_pins_) {
+    if (std::ranges::find(head, pin) == head.end()) assign(variable(copyOf(pin)), live(pin));
+  }
+  for (const auto& pin : head) jumpIf(live(pin), "NE", variable(copyOf(pin)), again);
+  label(behind);
+}
+
+std::string Writer::number(double value) const {
+  std::array<char, 48> digits{};
+  std::snprintf(digits.data(), digits.size(), "%.6f", value);
+  std::string text{digits.data()};
+  while (text.back() == '0') text.pop_back();
+  if (text.back() == '.') text.pop_back();
+  return text;
+}
+
+std::string Writer::text(const Value& value) {
+  switch (value.is) {
+    case Value::Is::number:
+      return number(value.number);
+    case Value::Is::variable: {
+      if (value.name == "_tool") return tool();
+      for (const char axis : {'a', 'b', 'c'}) {
+        if (value.name != std::string{"_"} + axis) continue;
+        const auto letter = static_cast<char>(axis - 'a' + 'A');
+        return has(letter) ? position(letter) : number(0);
+      }
+      if (value.name == "_lathe_diameter_mode") return number(0);  // settings() has it
+      return variable(value.name == "_value" ? "_pb_value" : value.name);
+    }
+    case Value::Is::table: {
+      Value index = value.arguments[0];
+      shift(index);
+      return table(text(index));
+    }
+    case Value::Is::pin: {
+      if (ofStep(value.name)) return variable(copyOf(value.name));
+      if (value.name.starts_with("probebox.position-")) {
+        const auto letter = static_cast<char>(value.name.back() - 'a' + 'A');
+        return has(letter) ? position(letter) : number(0);
+      }
+      if (const auto place = placeRead(value.name)) return read(*place);
+      return variable(copyOf(value.name));
+    }
+    case Value::Is::call:
+      return call(value.name, text(value.arguments[0]));
+    case Value::Is::operation:
+      break;
+  }
+  const auto left = text(value.arguments[0]), right = text(value.arguments[1]);
+  if (!oppositeOf(value.name).empty() || value.name == "AND" || value.name == "OR") fail("a condition as a value");
+  return value.name == "MOD" ? remainder(left, right) : operation(left, value.name, right);
+}
+
+// The first constant of an index names the table.
+bool Writer::shift(Value& index) const {
+  if (index.is == Value::Is::number) {
+    index.number = placeOfTable(static_cast<int>(index.number));
+    return true;
+  }
+  return !index.arguments.empty() && shift(index.arguments[0]);
+}
+
+void Writer::body(const std::vector<Statement>& statements) {
+  for (const auto& one : statements) statement(one);
+}
+
+void Writer::statement(const Statement& one) {
+  switch (one.is) {
+    case Statement::Is::comment:
+      return comments(one.text);
+    case Statement::Is::message:
+      return message(one.text);
+    case Statement::Is::abort:
+      return abort(one.text);
+    case Statement::Is::assign:
+      return assignment(one);
+    case Statement::Is::call: {
+      if (!by_name_.contains(one.text) && one.text != "look") return fail("there is no subprogram " + one.text);
+      std::vector<std::string> given;
+      for (const auto& argument : one.values) given.push_back(text(argument));
+      for (std::size_t i = 0; i < given.size(); ++i) assign(variable(one.text + "/" + std::to_string(i + 1)), given[i]);
+      return callSubprogram(one.text);
+    }
+    case Statement::Is::choice:
+      return choice(one);
+    case Statement::Is::repeat:
+      return repeat(one);
+    case Statement::Is::leave:
+      return loops_.empty() ? fail("a break outside of a loop") : jump(loops_.back());
+    case Statement::Is::give:
+      assign(variable("_pb_value"), text(one.values[0]));
+      return jump(end_label_);
+    case Statement::Is::block:
+      return block(one);
+  }
+}
+
+void Writer::assignment(const Statement& one) {
+  const Value& target = one.values[0];
+  if (!one.text.empty()) comments(one.text);
+  const auto value = text(one.values[1]);
+  if (target.is == Value::Is::pin) {
+    if (const auto place = placeWritten(target.name)) return write(*place, value);
+    if (placeRead(target.name)) return fail(target.name + " is not written");
+    return assign(variable(copyOf(target.name)), value);
+  }
+  if (target.is != Value::Is::variable && target.is != Value::Is::table) return fail("nothing can be assigned to that");
+  assign(text(target), value);
+}
+
+void Writer::jumpUnlessRelation(const Value& condition, int to) {
+  const auto opposite = oppositeOf(condition.name);
+  if (condition.is != Value::Is::operation || opposite.empty()) return fail("no condition");
+  const auto left = text(condition.arguments[0]), right = text(condition.arguments[1]);
+  jumpIf(left, opposite, right, to);
+}
+
+// One comparison a jump: controls differ in how they join several.
+void Writer::jumpUnless(const Value& condition, int to) {
+  if (condition.is == Value::Is::operation && condition.name == "AND") {
+    jumpUnless(condition.arguments[0], to);
+    return jumpUnless(condition.arguments[1], to);
+  }
+  if (condition.is == Value::Is::operation && condition.name == "OR") {
+    const int next = newLabel(), holds = newLabel();
+    jumpUnless(condition.arguments[0], next);
+    jump(holds);
+    label(next);
+    jumpUnless(condition.arguments[1], to);
+    return label(holds);
+  }
+  jumpUnlessRelation(condition, to);
+}
+
+void Writer::choice(const Statement& one) {
+  const int behind = newLabel();
+  for (std::size_t i = 0; i < one.bodies.size(); ++i) {
+    if (i >= one.values.size()) {
+      body(one.bodies[i]);
+      continue;
+    }
+    const bool last = i + 1 == one.bodies.size();
+    const int next = last ? behind : newLabel();
+    jumpUnless(one.values[i], next);
+    body(one.bodies[i]);
+    if (last) continue;
+    jump(behind);
+    label(next);
+  }
+  label(behind);
+}
+
+void Writer::repeat(const Statement& one) {
+  const int again = newLabel(), behind = newLabel();
+  loops_.push_back(behind);
+  label(again);
+  jumpUnless(one.values[0], behind);
+  body(one.bodies[0]);
+  jump(again);
+  label(behind);
+  loops_.pop_back();
+}
+
+void Writer::block(const Statement& one) {
+  std::map<char, std::string> words;
+  std::set<int> g, m;
+  for (const auto& word : one.words) {
+    if (word.letter == 'G') {
+      g.insert(static_cast<int>(10 * word.value.number + 0.5));
+    } else if (word.letter == 'M') {
+      m.insert(static_cast<int>(word.value.number));
+    } else {
+      words[word.letter] = text(word.value);
+    }
+  }
+  if (g.contains(170)) return settings();
+  if (g.contains(80) || g.contains(100) || g.contains(593)) return;  // of settings()
+  if (g.contains(40)) return wait(words['P']);
+  if (g.contains(0) || g.contains(10)) return motion(one, words);
+  if (m.contains(6)) return takeTool(words['T']);
+  if (m.contains(0)) return stop();
+  if (m.contains(66)) return settle();
+  if (m.contains(64) || m.contains(65)) {
+    pressing_ = m.contains(64);
+    return;
+  }
+  fail("unknown block " + one.text);
+}
+
+void Writer::motion(const Statement& one, const std::map<char, std::string>& words) {
+  std::map<char, std::string> linear, rotary;
+  for (const auto& [letter, value] : words) {
+    if (letter >= 'X') linear[letter] = value;
+    if (letter <= 'C') rotary[letter] = value;
+  }
+  const auto feed = words.find('F');
+  if (!linear.empty() && !rotary.empty()) return fail("linear and rotary axes in one block: " + one.text);
+  if (!linear.empty()) return move(linear, feed == words.end() ? std::string{} : feed->second, !pressing_);
+  for (const auto& [letter, value] : rotary) {
+    if (!has(letter)) return abort(std::string{"A STEP TURNS AN AXIS THAT IS NOT THERE: "} + letter);
+  }
+  if (!rotary.empty()) turn(rotary);
+}
+
+}  // namespace probebox::gcode::loop

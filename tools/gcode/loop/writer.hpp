@@ -1,0 +1,112 @@
+#pragma once
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/units/outcome.hpp"
+#include "tools/gcode/loop/areas.hpp"
+#include "tools/gcode/loop/program_text.hpp"
+
+namespace probebox::gcode::loop {
+
+// What a control is told that the program is to know of it.
+struct Axes {
+  std::string letters{
+      "XYZABC"};  // as the control numbers its axes, from 1; rotary axes that are not here are not moved
+};
+
+// Writes the loop program in the language of one control. Flow becomes labels and jumps, which all of them have; a
+// dialect says how each is written.
+class Writer {
+ public:
+  explicit Writer(Axes axes) : axes_{std::move(axes)} {}
+  virtual ~Writer() = default;
+
+  // All subprograms. The first one is the program that is called.
+  Outcome<std::string> write(const std::vector<Subprogram>& subprograms);
+
+ protected:
+  // Of the whole file, before the subprograms and behind them.
+  virtual void begin(const std::vector<Subprogram>& subprograms) = 0;
+  virtual void end() = 0;
+  virtual void beginSubprogram(const Subprogram& subprogram) = 0;
+  virtual void endSubprogram() = 0;
+  virtual std::string comment(std::string_view text) const = 0;
+  virtual std::string variable(const std::string& name) = 0;
+  // Where the place of that number (1000 to 1399) of a table is in the control, and what is there.
+  virtual int placeOfTable(int number) const = 0;
+  virtual std::string table(const std::string& index) = 0;
+  virtual std::string number(double value) const;
+  virtual std::string call(const std::string& function, const std::string& argument) const = 0;
+  virtual std::string operation(const std::string& left, std::string_view sign, const std::string& right) const = 0;
+  virtual std::string remainder(const std::string& left, const std::string& right) const = 0;
+  // Gives what stands for a register or a position in a value; a dialect may write lines before that.
+  virtual std::string read(const Place& place) = 0;
+  virtual void write(const Place& place, const std::string& value) = 0;
+  virtual std::string position(char axis) = 0;  // in the machine's own coordinates
+  virtual std::string tool() const = 0;         // its number
+  // Flow.
+  virtual void assign(const std::string& target, const std::string& value) = 0;
+  virtual void label(int number) = 0;
+  virtual void jump(int number) = 0;
+  virtual void jumpIf(const std::string& left, std::string_view relation, const std::string& right, int number) = 0;
+  virtual void callSubprogram(const std::string& name) = 0;
+  virtual void giveBack() = 0;
+  virtual void abort(std::string_view text) = 0;
+  virtual void message(std::string_view text) = 0;
+  // Blocks.
+  virtual void settings() = 0;  // modes, and the machine's own coordinates
+  virtual void wait(const std::string& seconds) = 0;
+  virtual void settle() = 0;  // the program does not run ahead of the motion
+  virtual void stop() = 0;
+  virtual void takeTool(const std::string& number) = 0;
+  virtual void turn(const std::map<char, std::string>& to) = 0;
+  // guarded: stops the program where the probe touches.
+  virtual void move(const std::map<char, std::string>& to, const std::string& feed, bool guarded) = 0;
+
+  void line(const std::string& text) { text_ += text + "\n"; }
+  void comments(std::string_view text);
+  const Axes& axes() const { return axes_; }
+  bool has(char axis) const { return axes_.letters.find(axis) != std::string::npos; }
+  void fail(const std::string& what);
+  int newLabel() { return ++labels_; }
+  std::string text(const Value& value);
+  const std::set<std::string>& stepPins() const { return step_pins_; }
+  // What an integrator has to know and to do, as comments.
+  void explain(std::string_view control, const std::vector<std::string>& needs);
+  // Assigns the copies of the registers of the step.
+  void look();
+  // The step's registers by which a torn copy is recognised.
+  static const std::vector<std::string>& headOfStep();
+  static std::string copyOf(std::string_view pin);  // name of its variable
+
+ private:
+  void body(const std::vector<Statement>& statements);
+  void statement(const Statement& statement);
+  void assignment(const Statement& statement);
+  void choice(const Statement& statement);
+  void repeat(const Statement& statement);
+  void block(const Statement& statement);
+  void motion(const Statement& statement, const std::map<char, std::string>& words);
+  void jumpUnless(const Value& condition, int label);
+  void jumpUnlessRelation(const Value& condition, int label);
+  void gather(const Value& value);
+  void gather(const std::vector<Statement>& statements);
+  bool shift(Value& index) const;
+
+  Axes axes_;
+  std::string text_;
+  std::string owner_;
+  int labels_{};
+  std::vector<int> loops_;  // labels behind the loops that are open
+  int end_label_{};
+  bool pressing_{};  // the probe is meant to touch
+  std::map<std::string, const Subprogram*> by_name_;
+  std::set<std::string> step_pins_;
+  std::optional<Error> failure_;
+};
+
+}  // namespace probebox::gcode::loop
