@@ -1,6 +1,6 @@
 #pragma once
+#include <algorithm>
 #include <chrono>
-#include <cstdint>
 #include <optional>
 
 #include "firmware/procedure/plan/rates.hpp"
@@ -9,25 +9,29 @@
 
 namespace probebox::box {
 
-// Rate of one source over a window, from the stamps of its samples: a source that comes back in mid-window is not taken
-// for a slow one.
+// Rate of one source over the last whole window or the running one, whichever is higher: a source that has just come is
+// neither absent nor slow.
 class RateOfSource {
  public:
   void sample(MonoTime at) {
     if (samples_++ == 0) first_ = at;
     last_ = at;
   }
-  // Hz of the window that ends here; begins the next.
-  double close() {
-    const double span_s = toSeconds(last_ - first_);
-    const double hz = samples_ < 2 || !(span_s > 0) ? samples_ : (samples_ - 1) / span_s;
+  double hz() const { return std::max(before_hz_, running_hz()); }
+  void closeWindow() {
+    before_hz_ = samples_ < 2 ? samples_ : running_hz();
     samples_ = 0;
-    return hz;
   }
 
  private:
+  double running_hz() const {
+    const double span_s = toSeconds(last_ - first_);
+    return samples_ < 2 || !(span_s > 0) ? 0 : (samples_ - 1) / span_s;
+  }
+
   double samples_{};
   MonoTime first_{}, last_{};
+  double before_hz_{};
 };
 
 // Rates at which counts of X, Y, Z and deflections reach the core.
@@ -41,19 +45,24 @@ class RateMeter {
     if (!begun_) begun_ = now;
     if (now - *begun_ < kWindow) return;
     begun_ = now;
-    rates_.emplace();
-    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) rates_->positions_hz[axis] = axes_[axis].close();
-    rates_->deflections_hz = probe_.close();
+    has_window_ = true;
+    for (auto& axis : axes_) axis.closeWindow();
+    probe_.closeWindow();
   }
 
-  // Of the last whole window; nothing before its end.
-  const std::optional<procedure::Rates>& rates() const { return rates_; }
+  // Nothing before the first window has ended, unless every source has come.
+  std::optional<procedure::Rates> rates() const {
+    const procedure::Rates all{{axes_[0].hz(), axes_[1].hz(), axes_[2].hz()}, probe_.hz()};
+    const bool have_come =
+        std::ranges::none_of(all.positions_hz, [](double hz) { return hz == 0; }) && all.deflections_hz != 0;
+    return has_window_ || have_come ? std::optional{all} : std::nullopt;
+  }
 
  private:
   std::array<RateOfSource, kLinearAxes> axes_;
   RateOfSource probe_;
   std::optional<MonoTime> begun_;
-  std::optional<procedure::Rates> rates_;
+  bool has_window_{};
 };
 
 }  // namespace probebox::box

@@ -7,7 +7,7 @@ std::vector<std::uint16_t> LineOfTheBox::read(std::uint16_t first, std::size_t c
   published::LineState line;
   line.boots = 1;
   line.features.sphere_reach_mm = office_.scenario().facts.sphereReach_mm().value_or(0);
-  line.wish = wishes_.state(snapshot.calibration_run);
+  line.wish = wishes_.state(snapshot);
   image_.fill(snapshot, line, boot_.inForce().served(), modbus::WordOrder::high_first);
   writable_.show(image_.registers());
   const auto words = std::as_const(image_).registers().subspan(first, count);

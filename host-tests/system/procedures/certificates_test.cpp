@@ -51,11 +51,11 @@ TEST_F(Certificates, HaveTheValuesOfTheStoredResultAndTheSpheresUncertainty) {
   provision();
   const auto measured = box({"calibrate", "delay-known-sphere", "--accept", "--although-it-differs", "--by", "Ada"});
   ASSERT_EQ(measured.status, 0) << measured.err;
-  const auto page = certificate("2", {"--by", "Grace", "--next-due", "2027-11-26"});
+  const auto page = certificate("2", {"--by", "Grace", "--next-due", "2127-11-26"});
   EXPECT_THAT(page, AllOf(HasSubstr("Traceable to the certificate of the reference sphere"),
                           HasSubstr("2026-0417 of Laboratory"), HasSubstr("sd_effective_diameter_mm"),
                           HasSubstr("Calibration certificate PB-000123-2"), HasSubstr("by Ada"), HasSubstr("Grace"),
-                          HasSubstr("2027-11-26"), HasSubstr("emulated three-axis mill"), HasSubstr("SIM-PROBE-1"),
+                          HasSubstr("2127-11-26"), HasSubstr("emulated three-axis mill"), HasSubstr("SIM-PROBE-1"),
                           HasSubstr("<td>stylus ball</td><td>diameter 6 mm, sd 0.0005 mm (k = 1), as stated")));
 
   const auto stored = box({"show", "2", "--json"}).object();
@@ -76,6 +76,7 @@ TEST_F(Certificates, AreRefusedForWhatIsNoResult) {
   const auto path = directory_.file("none.html");
   EXPECT_EQ(box({"certificate", "7", "-o", path}).status, 4);
   EXPECT_EQ(box({"certificate", "1", "-o", path, "--next-due", "2027-02-30"}).status, 2);
+  EXPECT_EQ(box({"certificate", "1", "-o", path, "--next-due", "2020-01-01"}).status, 2) << "a day that is over";
   EXPECT_FALSE(std::filesystem::exists(path));
 }
 

@@ -21,6 +21,8 @@ class BoxOnAMachine : public testing::Test {
  protected:
   static constexpr const char* kUri = "tcp:127.0.0.1:7627";
 
+  explicit BoxOnAMachine(bool homes = true) : machine{config, "127.0.0.1:7627", homes} {}
+
   static HostCommand command(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"-u", kUri});
     arguments.emplace_back("--json");
@@ -86,7 +88,7 @@ class BoxOnAMachine : public testing::Test {
   BoxRights rights;
   BoxProcess box{MACHINE_BOARD};
   world::Config config = PlayedMachine::config();
-  PlayedMachine machine{config, "127.0.0.1:7627"};
+  PlayedMachine machine;
 };
 
 }  // namespace probebox::vm

@@ -11,7 +11,7 @@ namespace probebox::vm {
 // sensor from its dummy device.
 class MachineOnCounters : public BoxOnAMachine {
  protected:
-  MachineOnCounters() { std::filesystem::create_directory(kScrew); }
+  explicit MachineOnCounters(bool homes = true) : BoxOnAMachine{homes} { std::filesystem::create_directory(kScrew); }
   ~MachineOnCounters() override {
     machine.stop();
     std::error_code ignored;

@@ -7,6 +7,7 @@
 #include <pthread.h>
 #include <sched.h>
 #include <stdexcept>
+#include <sys/mman.h>
 
 #include "board/describe/parse.hpp"
 #include "drivers/tcp/address.hpp"
@@ -30,6 +31,12 @@ tcp::Address addressOf(const std::string& box) {
   const auto address = tcp::parseAddress(box);
   if (!address) throw std::runtime_error{address.error().what};
   return *address;
+}
+
+world::ControllerConfig controllerThat(bool homes) {
+  auto config = world::controllerFromDescription(*emulated().world);
+  config.homes = homes;
+  return config;
 }
 
 }  // namespace
@@ -66,10 +73,8 @@ world::Config PlayedMachine::config() {
   return config;
 }
 
-PlayedMachine::PlayedMachine(const world::Config& config, const std::string& box)
-    : link_{addressOf(box)},
-      machine_{config, 1},
-      controller_{world::controllerFromDescription(*emulated().world), machine_, link_} {}
+PlayedMachine::PlayedMachine(const world::Config& config, const std::string& box, bool homes)
+    : link_{addressOf(box)}, machine_{config, 1}, controller_{controllerThat(homes), machine_, link_} {}
 
 void PlayedMachine::start(PlayedSensors& sensors) {
   thread_ = std::thread{[this, &sensors] { run(sensors); }};
@@ -107,6 +112,8 @@ std::uint64_t PlayedMachine::finishedSteps() {
 }
 
 void PlayedMachine::run(PlayedSensors& sensors) {
+  // A page of a program comes from this computer's files, and may seem to take seconds.
+  mlockall(MCL_CURRENT | MCL_FUTURE);
   // On time whatever the box does, but below the kernel's interrupt threads (50).
   const sched_param priority{.sched_priority = 10};
   pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);

@@ -58,7 +58,8 @@ class PlayedMachine {
  public:
   static world::Config config();
 
-  PlayedMachine(const world::Config& config, const std::string& box);
+  // homes: the controller tells where its axes are after a start.
+  PlayedMachine(const world::Config& config, const std::string& box, bool homes);
   ~PlayedMachine() { stop(); }
   PlayedMachine(const PlayedMachine&) = delete;
   PlayedMachine& operator=(const PlayedMachine&) = delete;

@@ -15,9 +15,11 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::StartsWith;
 
+// Its control homes nothing, so that a mark alone references an axis.
 class WiredMachine : public MachineOnCounters {
  protected:
-  // From a mark that X passes in its first jog, in the place of a homing.
+  WiredMachine() : MachineOnCounters{false} {}
+  // By a mark that X passes in its jog.
   void referenceXByItsMark() {
     const auto file = box.board() / "machine.toml";
     std::ostringstream text;

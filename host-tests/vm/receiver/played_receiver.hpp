@@ -24,14 +24,12 @@ struct PlayedCounts {
 // sample has been taken, in a transfer of its own.
 class PlayedReceiver {
  public:
-  // start: when the first sample is taken; mount: where FunctionFS is mounted; gadget: its folder in configfs; counts:
-  // where config has axis counters.
+  // start: when the first sample is taken; mount: where FunctionFS is mounted; gadget: its folder in configfs.
   static Outcome<std::unique_ptr<PlayedReceiver>> open(const usb_probe::EmulatedReceiver::Config& config,
                                                        usb_probe::EmulatedReceiver::Waveform waveform, MonoTime start,
                                                        const std::filesystem::path& mount,
                                                        const std::filesystem::path& gadget,
-                                                       const std::string& controller,
-                                                       usb_probe::EmulatedReceiver::Counts counts = {});
+                                                       const std::string& controller);
   ~PlayedReceiver();
 
   // Readable when the bus has done something.
@@ -49,7 +47,7 @@ class PlayedReceiver {
 
  private:
   PlayedReceiver(const usb_probe::EmulatedReceiver::Config& config, usb_probe::EmulatedReceiver::Waveform waveform,
-                 MonoTime start, usb_probe::EmulatedReceiver::Counts counts);
+                 MonoTime start);
   void takeBusEvents();
   void settle();
   void send(std::span<const std::byte> packet);
