@@ -23,24 +23,43 @@ struct Arc {
   Eigen::Vector2d to_centre_mm;  // from where the move begins
   bool clockwise{};
 };
+// Activates the length offset of a tool in the same block as a move of Z.
+struct LengthOffset {
+  std::uint32_t tool{};
+  bool tip_control{};  // also keeps the tip in place while the head swivels
+};
 struct Move {
+  enum class Axes : std::uint8_t { xyz, z, xy };
   Eigen::Vector3d to_mm;
   double feed_mm_min{};
   Way way{};
-  bool z_only{};  // X and Y stay, wherever they are
+  Axes axes{Axes::xyz};  // the others stay, wherever they are
   std::optional<Arc> arc{};
+  std::optional<LengthOffset> length{};
+  bool free{};  // meets nothing: the control's skip input may stop it
 };
-// Turns the axes A, B and C, deg. used: the ones that are commanded.
+// False where X and Y are wherever the operator has left them.
+inline bool knowsPlace(const Move& move) {
+  return move.axes != Move::Axes::z || move.length;
+}
+// Turns the spindle to A, and the axes B and C, deg. used: the ones that are commanded.
 struct Turn {
   std::array<double, 3> to_deg{};
   std::array<bool, 3> used{};
+  std::optional<double> feed_deg_min{};  // under tip control, where linear axes move along; else at rapid
+};
+// Raises Z in machine coordinates and cancels length offset and tip control on the way.
+struct Retract {
+  bool tip_control{};  // was active
 };
 struct TakeTool {
   std::uint32_t number{};
 };
-// Keeps the tip in place while a head swivels, from here until it is switched off.
-struct TipControl {
-  std::uint32_t tool{};  // whose length counts; 0 switches it off
+// Raises an alarm unless a length offset is active.
+struct CheckLength {};
+// The probe is pressed into a surface from here, or free again.
+struct Contact {
+  bool begin{};
 };
 struct Wait {
   double s{};
@@ -56,12 +75,13 @@ struct Mark {
 // Waits for the operator.
 struct Stop {
   std::string text;
+  std::string message;  // the same in at most 26 characters, which controls with custom macros display
 };
 struct Note {
   std::string text;
 };
 
-using Block = std::variant<Move, Turn, TakeTool, TipControl, Wait, Mark, Stop, Note>;
+using Block = std::variant<Move, Turn, Retract, TakeTool, CheckLength, Contact, Wait, Mark, Stop, Note>;
 using Blocks = std::vector<Block>;
 
 }  // namespace probebox::gcode

@@ -39,37 +39,58 @@ std::string Dialect::comment(std::string_view text) const {
   return "(" + plain(text) + ")";
 }
 
+std::string placeWords(const Move& move) {
+  std::string words;
+  if (move.axes != Move::Axes::z) words += " X" + decimal(move.to_mm.x()) + " Y" + decimal(move.to_mm.y());
+  if (move.axes != Move::Axes::xy) words += " Z" + decimal(move.to_mm.z());
+  return words;
+}
+
+bool isAxisWord(std::string_view word) {
+  if (word.empty() || std::string_view{"ABCUVW"}.find(word.front()) == std::string_view::npos) return false;
+  if (word.size() == 1) return true;
+  const auto number = word.substr(1, word.size() - 2);
+  return word.back() == '=' && std::ranges::all_of(number, [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
 std::string Dialect::move(const Move& move) const {
   if (move.arc) {
     return (move.arc->clockwise ? "G2 X" : "G3 X") + decimal(move.to_mm.x()) + " Y" + decimal(move.to_mm.y()) + " I" +
            decimal(move.arc->to_centre_mm.x()) + " J" + decimal(move.arc->to_centre_mm.y()) + " F" +
            decimal(move.feed_mm_min);
   }
-  std::string words = "G1";
-  if (!move.z_only) words += " X" + decimal(move.to_mm.x()) + " Y" + decimal(move.to_mm.y());
-  return words + " Z" + decimal(move.to_mm.z()) + " F" + decimal(move.feed_mm_min);
+  return "G1" + placeWords(move) + " F" + decimal(move.feed_mm_min);
 }
 
-std::string Dialect::turn(const Turn& turn) const {
-  std::string words = "G0";
+std::string Dialect::orient(double angle_deg) const {
+  return "M19 R" + decimal(angle_deg);
+}
+
+Dialect::Lines Dialect::turn(const Turn& turn, const Words& words) const {
+  Lines lines;
+  std::string together;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (turn.used[axis]) words += std::string{" "} + "ABC"[axis] + decimal(turn.to_deg[axis]);
+    if (!turn.used[axis]) continue;
+    const std::string& word = words[axis];
+    if (isAxisWord(word)) {
+      together += " " + word + decimal(turn.to_deg[axis]);
+      continue;
+    }
+    double orientation_deg = std::fmod(turn.to_deg[axis], 360);
+    if (orientation_deg < 0) orientation_deg += 360;
+    lines.push_back(word.empty() ? orient(orientation_deg) : word + decimal(orientation_deg));
   }
-  return words;
+  if (!together.empty())
+    lines.push_back(turn.feed_deg_min ? "G1" + together + " F" + decimal(*turn.feed_deg_min) : "G0" + together);
+  return lines;
 }
 
-std::vector<std::string> Dialect::take(const TakeTool& tool) const {
-  if (tool.number == 0) return {comment("THE PROBE IS IN THE SPINDLE, ITS LENGTH OFFSET ACTIVE")};
-  const std::string number = std::to_string(tool.number);
-  return {"T" + number + " M6", "G43 H" + number};
+Dialect::Lines Dialect::take(const TakeTool& tool) const {
+  return {"T" + std::to_string(tool.number) + " M6"};
 }
 
 std::string Dialect::wait(double s) const {
   return "G4 P" + decimal(s);
-}
-
-std::vector<std::string> Dialect::stop(std::string_view text) const {
-  return {comment(text), "M0"};
 }
 
 const Dialect* dialectNamed(std::string_view name) {

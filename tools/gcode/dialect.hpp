@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tools/gcode/block.hpp"
+#include "tools/gcode/setting.hpp"
 
 namespace probebox::gcode {
 
@@ -19,27 +20,46 @@ enum class Marks : std::uint8_t {
 // them share.
 class Dialect {
  public:
+  using Lines = std::vector<std::string>;
+
   virtual ~Dialect() = default;
   virtual std::string_view name() const = 0;
   virtual std::string_view control() const = 0;
   // A sentence: on what controls or simulators programs of this dialect have run.
   virtual std::string_view tried() const = 0;
   // What the control needs for these marks, one sentence per line.
-  virtual std::vector<std::string> needs(Marks marks) const = 0;
+  virtual Lines needs(Marks marks) const = 0;
+  // What it needs to stop moves by its skip input, and the word that does it.
+  virtual Lines guardNeeds() const = 0;
+  virtual std::string_view guardWord() const = 0;
+  // True if the control has a code that keeps the tip in place while a head swivels.
+  virtual bool hasTipControl() const = 0;
+  // True if moves can be stopped by the skip input while it does.
+  virtual bool guardsUnderTipControl() const { return false; }
 
-  virtual std::vector<std::string> head(std::string_view title) const = 0;
+  // number: of the program, where the control has one.
+  virtual Lines head(std::string_view title, std::uint32_t number) const = 0;
   // Sets the modes. device: line to the box, for dialects whose programs name it; empty: the usual one.
-  virtual std::vector<std::string> start(Marks marks, std::string_view device) const = 0;
-  virtual std::vector<std::string> end(Marks marks) const = 0;
+  virtual Lines start(Marks marks, std::string_view device) const = 0;
+  virtual Lines end(Marks marks) const = 0;
   virtual std::string comment(std::string_view text) const;
   virtual std::string move(const Move& move) const;
-  virtual std::string turn(const Turn& turn) const;
-  virtual std::vector<std::string> take(const TakeTool& tool) const;
-  // Empty where the control has none.
-  virtual std::string tipControl(const TipControl& tip) const = 0;
+  // The same, stopped with an alarm when the probe touches.
+  virtual Lines guarded(const Move& move) const = 0;
+  // A move of Z that activates a length offset.
+  virtual Lines takeLength(const Move& move) const = 0;
+  // After the first move of Z to a known height, with a length offset: for dialects whose checks need it.
+  virtual Lines atHeight(double) const { return {}; }
+  // Orients the spindle; from 0 to 360 degrees.
+  virtual std::string orient(double angle_deg) const;
+  virtual Lines turn(const Turn& turn, const Words& words) const;
+  virtual Lines retract(const Retract& retract, double machine_z_mm) const = 0;
+  virtual Lines take(const TakeTool& tool) const;
+  virtual Lines checkLength() const = 0;
+  virtual Lines contact(const Contact&) const { return {}; }
   virtual std::string wait(double s) const;
-  virtual std::vector<std::string> stop(std::string_view text) const;
-  virtual std::vector<std::string> mark(const Mark& mark) const = 0;
+  virtual Lines stop(const Stop& stop) const = 0;
+  virtual Lines mark(const Mark& mark) const = 0;
 };
 
 // Returns a dialect by its name; nullptr if it is unknown.
@@ -58,5 +78,9 @@ std::string decimal(double value);
 std::string plain(std::string_view text);
 // "BEGIN 3" or "END 3", as firmware/tape reads it.
 std::string nameOf(const Mark& mark);
+// " X1.000 Y2.000 Z3.000" of the axes that a move commands.
+std::string placeWords(const Move& move);
+// "M19 R" is a block of its own; "B" and "C1=" are words that move with others.
+bool isAxisWord(std::string_view word);
 
 }  // namespace probebox::gcode

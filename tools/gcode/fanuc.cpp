@@ -8,26 +8,51 @@ class Fanuc final : public MacroB {
   std::string_view name() const override { return "fanuc"; }
   std::string_view control() const override { return "Fanuc 0i to 31i with custom macro B"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
-  std::vector<std::string> needs(Marks marks) const override {
-    if (marks == Marks::stops) return {};
-    return {"Custom macro B with POPEN and DPRNT; the RS-232 channel of parameter 0020 wired to the box's tape: face.",
-            "G53 alone before each DPRNT ends the look-ahead. Where it does not, use an M code of parameters 3411 to "
-            "3420."};
+  Lines needs(Marks marks) const override {
+    if (marks == Marks::stops) return {"Custom macro B. Local variables #1 to #8 are overwritten, no common ones."};
+    return {
+        "Custom macro B with POPEN and DPRNT, the RS-232 channel of parameter 0020 wired to the box's tape: face. "
+        "Local variables #1 to #8 are overwritten, no common ones.",
+        "G53 alone before each DPRNT ends the look-ahead. Where it does not, use an M code of parameters 3411 to "
+        "3420."};
   }
-  std::vector<std::string> head(std::string_view title) const override { return {"%", "O9010 " + comment(title)}; }
-  std::vector<std::string> start(Marks marks, std::string_view) const override {
-    std::vector<std::string> lines{"G17 G21 G40 G80", "G54 G90 G94 G61"};
+  Lines guardNeeds() const override {
+    return {"G31 obeys the feed override only where bit 7 (SKF) of parameter 6200 is 1: set it for the dry run.",
+            "#5061 to #5063 are compared with the end of the block. #8 is how far they are from it in Z."};
+  }
+  Lines head(std::string_view title, std::uint32_t number) const override {
+    return {"%", "O" + std::to_string(number) + " " + comment(title)};
+  }
+  // Scaling, mirror image and rotation are options: their cancelling codes are no language of a control without them.
+  Lines start(Marks marks, std::string_view) const override {
+    Lines lines{"G17 G21 G40 G80",
+                "G54 G90 G94 G61",
+                "M5",
+                "IF[FIX[#4011]EQ51]THEN#3000=2(CANCEL SCALING G50)",
+                "IF[FIX[#4016]EQ68]THEN#3000=2(CANCEL ROTATION G69)",
+                "IF[FIX[#4022]EQ51]THEN#3000=2(CANCEL MIRROR G50.1)"};
     if (marks == Marks::lines) lines.emplace_back("POPEN");
     return lines;
   }
-  std::vector<std::string> end(Marks marks) const override {
+  Lines end(Marks marks) const override {
     if (marks == Marks::stops) return {"G64", "M30", "%"};
     return {"PCLOS", "G64", "M30", "%"};
   }
-  std::string tipControl(const TipControl& tip) const override {
-    return tip.tool == 0 ? "G49" : "G43.4 H" + std::to_string(tip.tool);
+  // Skip positions may include the length offset: what they differ by is seen at a standstill.
+  Lines atHeight(double z_mm) const override { return {"G4 P300", "G53", "#8=#5043-[" + decimal(z_mm) + "]"}; }
+  Lines guarded(const Move& move) const override {
+    const auto off = [](int variable, double mm) {
+      return "ABS[#" + std::to_string(variable) + "-[" + decimal(mm) + "]";
+    };
+    return {"G31" + placeWords(move) + " F" + decimal(move.feed_mm_min),
+            "#7=" + off(5061, move.to_mm.x()) + "]+" + off(5062, move.to_mm.y()) + "]+" + off(5063, move.to_mm.z()) +
+                "-#8]",
+            "IF[#7GT0.1]THEN#3000=3(TOUCHED ON THE WAY)"};
   }
-  std::vector<std::string> mark(const Mark& mark) const override { return printed(mark, {"G53"}); }
+  Lines mark(const Mark& mark) const override { return printed(mark, {"G53"}); }
+
+ private:
+  std::string_view tipControl() const override { return "G43.4"; }
 };
 
 }  // namespace

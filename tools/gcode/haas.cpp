@@ -1,3 +1,6 @@
+#include <array>
+#include <cstdio>
+
 #include "tools/gcode/macro_b.hpp"
 
 namespace probebox::gcode {
@@ -8,20 +11,33 @@ class Haas final : public MacroB {
   std::string_view name() const override { return "haas"; }
   std::string_view control() const override { return "Haas NGC with macros"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
-  std::vector<std::string> needs(Marks marks) const override {
-    if (marks == Marks::stops) return {};
-    return {"The macro option; setting 262 (DPRNT destination) on the line that is wired to the box's tape: face.",
-            "G103 P1 limits the look-ahead; the empty blocks let the motion end before a line is printed."};
+  Lines needs(Marks marks) const override {
+    constexpr const char* kMacros = "The macro option. Local variables #1 to #6 are overwritten, no global ones.";
+    if (marks == Marks::stops) return {kMacros};
+    return {kMacros,
+            "NGC: setting 261 on TCP port, its number in setting 263. The control listens there: a serial device "
+            "server in TCP client mode connects to it, its RS-232 wired to the box's tape: face. Setting 262 names a "
+            "file and is not used.",
+            "Controls before NGC: DPRNT goes to their RS-232, wired to the box's tape: face.",
+            "G103 P1 limits the look-ahead, the empty blocks let the motion end before a line is printed."};
   }
-  std::vector<std::string> head(std::string_view title) const override { return {"%", "O09010 " + comment(title)}; }
-  std::vector<std::string> start(Marks, std::string_view) const override {
-    return {"G17 G21 G40 G80", "G54 G90 G94 G61", "G103 P1"};
+  Lines guardNeeds() const override { return {"M78 in a G31 block is the alarm when the probe touches."}; }
+  Lines head(std::string_view title, std::uint32_t number) const override {
+    std::array<char, 16> text{};
+    std::snprintf(text.data(), text.size(), "O%05u ", number);
+    return {"%", text.data() + comment(title)};
   }
-  std::vector<std::string> end(Marks) const override { return {"G103", "G64", "M30", "%"}; }
-  std::string tipControl(const TipControl& tip) const override {
-    return tip.tool == 0 ? "G49" : "G234 H" + std::to_string(tip.tool);
+  Lines start(Marks, std::string_view) const override {
+    return {"G17 G21 G40 G80", "G50", "G69", "G54 G90 G94 G61", "M5", "G103 P1"};
   }
-  std::vector<std::string> mark(const Mark& mark) const override { return printed(mark, {";", ";"}); }
+  Lines end(Marks) const override { return {"G103", "G64", "M30", "%"}; }
+  Lines guarded(const Move& move) const override {
+    return {"G31" + placeWords(move) + " F" + decimal(move.feed_mm_min) + " M78"};
+  }
+  Lines mark(const Mark& mark) const override { return printed(mark, {";", ";"}); }
+
+ private:
+  std::string_view tipControl() const override { return "G234"; }
 };
 
 }  // namespace

@@ -5,20 +5,39 @@
 
 namespace probebox::gcode {
 
+Dialect::Lines MacroB::retract(const Retract&, double machine_z_mm) const {
+  return {"G0 G90 G49 G53 Z" + decimal(machine_z_mm)};
+}
+
+Dialect::Lines MacroB::takeLength(const Move& move) const {
+  const std::string code{move.length->tip_control ? tipControl() : "G43"};
+  return {"G1 " + code + " H" + std::to_string(move.length->tool) + placeWords(move) + " F" +
+          decimal(move.feed_mm_min)};
+}
+
+// #4008: code of the length offset; #4111: number of the offset.
+Dialect::Lines MacroB::checkLength() const {
+  return {"IF[#4008EQ49]THEN#3000=1(NO LENGTH OFFSET ACTIVE)", "IF[#4111EQ0]THEN#3000=1(NO LENGTH OFFSET ACTIVE)"};
+}
+
 std::string MacroB::wait(double s) const {
   return "G4 P" + std::to_string(std::lround(s * 1000));
 }
 
-std::vector<std::string> MacroB::printed(const Mark& mark, const std::vector<std::string>& first) const {
+Dialect::Lines MacroB::stop(const Stop& stop) const {
+  return {comment(stop.text), "#3006=1(" + plain(stop.message) + ")"};
+}
+
+Dialect::Lines MacroB::printed(const Mark& mark, const Lines& first) const {
   const auto& [a, b, c] = mark.angles_deg;
-  std::vector<std::string> lines = first;
-  lines.push_back("#101=" + std::to_string(mark.step));
-  lines.push_back("#102=" + decimal(a));
-  lines.push_back("#103=" + decimal(b));
-  lines.push_back("#104=" + decimal(c));
-  lines.push_back("#105=" + std::to_string(mark.tool));
-  lines.push_back("#106=" + decimal(mark.speed_mm_s));
-  lines.push_back("DPRNT[" + nameOf(mark) + "#101[40]*A#102[43]*B#103[43]*C#104[43]*T#105[40]*F#106[43]]");
+  Lines lines = first;
+  lines.push_back("#1=" + std::to_string(mark.step));
+  lines.push_back("#2=" + decimal(a));
+  lines.push_back("#3=" + decimal(b));
+  lines.push_back("#4=" + decimal(c));
+  lines.push_back("#5=" + std::to_string(mark.tool));
+  lines.push_back("#6=" + decimal(mark.speed_mm_s));
+  lines.push_back("DPRNT[" + nameOf(mark) + "#1[40]*A#2[43]*B#3[43]*C#4[43]*T#5[40]*F#6[43]]");
   return lines;
 }
 

@@ -31,7 +31,7 @@ struct Frame {
     std::optional<Vector3d> here;
     for (const auto& block : blocks) {
       const auto* move = std::get_if<Move>(&block);
-      if (move == nullptr || move->z_only) continue;
+      if (move == nullptr || !knowsPlace(*move)) continue;
       for (const auto& point : pointsOf(*move, here.value_or(move->to_mm))) {
         least = least.cwiseMin(point);
         most = most.cwiseMax(point);
@@ -76,7 +76,7 @@ std::string pathOf(const Blocks& blocks, const Frame& frame, const View& view, c
   std::optional<Vector3d> here;
   for (const auto& block : blocks) {
     const auto* move = std::get_if<Move>(&block);
-    if (move == nullptr || move->z_only) continue;
+    if (move == nullptr || !knowsPlace(*move)) continue;
     if (here) {
       std::string points;
       for (const auto& point : pointsOf(*move, *here)) points += (points.empty() ? "" : " ") + frame.point(view, point);
@@ -135,7 +135,7 @@ std::string legend(double y) {
 }  // namespace
 
 std::string picture(const Blocks& blocks, const Setting& setting, std::string_view title) {
-  const Blocks dry = dryRun(blocks, *setting.safe_z_mm);
+  const Blocks dry = dryRun(blocks, liftOfDryRun(blocks, *setting.safe_z_mm));
   Frame frame;
   frame.add(blocks);
   frame.add(dry);

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 #include <string_view>
 #include <vector>
 
+#include "protocol/units/angle.hpp"
 #include "tools/gcode/points_of.hpp"
 #include "tools/gcode/unroll.hpp"
 
@@ -24,7 +26,7 @@ struct Extent {
       const auto* move = std::get_if<Move>(&block);
       if (move == nullptr) continue;
       fastest_mm_min = std::max(fastest_mm_min, move->feed_mm_min);
-      if (move->z_only) continue;
+      if (!knowsPlace(*move)) continue;
       for (const auto& point : pointsOf(*move, here)) {
         least = least.cwiseMin(point);
         most = most.cwiseMax(point);
@@ -36,7 +38,8 @@ struct Extent {
 
 class Writer {
  public:
-  Writer(const Dialect& dialect, Marks marks) : dialect_{dialect}, marks_{marks} {}
+  Writer(const Dialect& dialect, const Setting& setting, Marks marks)
+      : dialect_{dialect}, setting_{setting}, marks_{marks} {}
 
   void line(const std::string& text) { text_ += text + "\n"; }
   void lines(const std::vector<std::string>& all) {
@@ -53,17 +56,34 @@ class Writer {
     line(dialect_.comment(text));
   }
 
-  void operator()(const Move& move) { line(dialect_.move(move)); }
-  void operator()(const Turn& turn) { line(dialect_.turn(turn)); }
+  void operator()(const Move& move) {
+    if (move.length) {
+      tip_control_ = move.length->tip_control;
+      lines(dialect_.takeLength(move));
+    } else if (move.free && guards()) {
+      lines(dialect_.guarded(move));
+    } else {
+      line(dialect_.move(move));
+    }
+    if (move.axes == Move::Axes::z && guards()) lines(dialect_.atHeight(move.to_mm.z()));
+  }
+  void operator()(const Turn& turn) { lines(dialect_.turn(turn, setting_.words)); }
+  void operator()(const Retract& retract) {
+    tip_control_ = false;
+    lines(dialect_.retract(retract, setting_.machine_z_mm));
+  }
   void operator()(const TakeTool& tool) { lines(dialect_.take(tool)); }
-  void operator()(const TipControl& tool) { line(dialect_.tipControl(tool)); }
+  void operator()(const CheckLength&) { lines(dialect_.checkLength()); }
+  void operator()(const Contact& contact) {
+    if (setting_.guard) lines(dialect_.contact(contact));
+  }
   void operator()(const Wait& wait) { line(dialect_.wait(wait.s)); }
-  void operator()(const Stop& stop) { lines(dialect_.stop(stop.text)); }
+  void operator()(const Stop& stop) { lines(dialect_.stop(stop)); }
   void operator()(const Note& note) { comment(note.text); }
   void operator()(const Mark& mark) {
     if (marks_ == Marks::lines) return lines(dialect_.mark(mark));
-    lines(dialect_.stop(nameOf(mark) + " OF STEP " + std::to_string(mark.step + 1) +
-                        ": PRESS ENTER AT THE PC, THEN CYCLE START"));
+    const std::string step = nameOf(mark) + " OF STEP " + std::to_string(mark.step + 1);
+    lines(dialect_.stop({step + ": PRESS ENTER AT THE PC, THEN CYCLE START", step}));
   }
   void all(const Blocks& blocks) {
     for (const auto& block : blocks) std::visit(*this, block);
@@ -71,60 +91,155 @@ class Writer {
   std::string take() { return std::move(text_); }
 
  private:
+  bool guards() const { return setting_.guard && (!tip_control_ || dialect_.guardsUnderTipControl()); }
+
   const Dialect& dialect_;
+  const Setting& setting_;
   Marks marks_;
+  bool tip_control_{};
   std::string text_;
 };
 
-std::string toolsOf(const Blocks& blocks) {
+std::string toolsOf(const Blocks& blocks, const Setting& setting) {
   std::set<std::uint32_t> numbers;
+  bool checked = false;
   for (const auto& block : blocks) {
     if (const auto* tool = std::get_if<TakeTool>(&block)) numbers.insert(tool->number);
+    checked = checked || std::holds_alternative<CheckLength>(block);
   }
+  if (checked)
+    return "No tool is called: the probe is in the spindle, its length offset active. The program ends with an alarm "
+           "where none is active, and cannot see whose it is: --probe-tools NUMBER makes it call the tool.";
   std::string text;
-  for (const auto number : numbers)
-    text += (text.empty() ? "" : ", ") + (number == 0 ? std::string{"the probe"} : "tool " + std::to_string(number));
-  return text;
+  for (const auto number : numbers) text += (text.empty() ? "" : ", ") + std::string{"tool "} + std::to_string(number);
+  return "It takes " + text + ", each with the length offset of its own number. Before that Z rises to " +
+         decimal(setting.machine_z_mm) +
+         " in machine coordinates at rapid, and X and Y move at that height to above the place.";
 }
 
-std::string rotaryOf(const Blocks& blocks) {
+std::string wordOf(std::size_t axis, const Setting& setting, const Dialect& dialect) {
+  const std::string& word = setting.words[axis];
+  if (!word.empty()) return word;
+  const std::string usual = dialect.orient(0);
+  return usual.substr(0, usual.find('0'));
+}
+
+std::array<bool, 3> rotaryOf(const Blocks& blocks) {
   std::array<bool, 3> used{};
   for (const auto& block : blocks) {
     const auto* turn = std::get_if<Turn>(&block);
     for (std::size_t axis = 0; turn != nullptr && axis < 3; ++axis) used[axis] = used[axis] || turn->used[axis];
   }
-  std::string turned, rest;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    (used[axis] ? turned : rest) += std::string{" "} + "ABC"[axis];
+  return used;
+}
+
+void explainRotary(Writer& to, const Blocks& blocks, const Setting& setting, const Dialect& dialect) {
+  const auto used = rotaryOf(blocks);
+  if (used == std::array<bool, 3>{}) {
+    to.comment(
+        "No rotary axis is moved, and the spindle is not oriented: have all at 0, and the probe as it always is.");
+    return;
   }
-  return (turned.empty() ? "No rotary axis is moved." : "Rotary axes that are moved:" + turned + ".") +
-         (rest.empty() ? "" : " Have these at 0, where the machine has them:" + rest + ".");
+  constexpr std::array<const char*, 3> kMeanings{
+      "orientation of the spindle that holds the probe, not a rotary axis A of the machine",
+      "tilting table or swivel head", "turning axis along Z"};
+  to.comment("Angles in comments and in lines to the box, and the words of this control:");
+  std::string rest;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!used[axis]) {
+      rest += std::string{" "} + "ABC"[axis];
+      continue;
+    }
+    std::string meaning = kMeanings[axis];
+    if (axis == 1) {
+      const char* sign = setting.b_axis.sum() < 0 ? "-" : "+";
+      meaning += std::string{", right-handed about "} + sign + (setting.b_axis.x() != 0 ? "X" : "Y");
+    }
+    if (axis == 2) meaning += ", counterclockwise from above where it is plus";
+    to.comment(std::string{"- "} + "ABC"[axis] + ": " + meaning + ". Word: " + wordOf(axis, setting, dialect));
+  }
+  to.comment("Another control has other words: --words. The others stand at 0, where the machine has them:" +
+             (rest.empty() ? " none." : rest + "."));
 }
 
 std::string from(double least, double most) {
   return decimal(least) + " to " + decimal(most);
 }
 
-void explain(Writer& to, const Blocks& measured, const Blocks& dry, const Setting& setting, const Heading& heading,
-             const Dialect& dialect, Marks marks) {
-  const Extent path{measured}, above{dry};
+// What turns, and where, and what the machine's axes do meanwhile.
+void explainClearance(Writer& to, const Blocks& blocks, const Setting& setting, double lift_mm) {
+  std::array<double, 2> sine{}, down{};
+  bool tip_control = false, turns = false;
+  for (const auto& block : blocks) {
+    const auto* turn = std::get_if<Turn>(&block);
+    if (turn == nullptr) continue;
+    turns = turns || turn->used[1] || turn->used[2];
+    if (!turn->feed_deg_min) continue;
+    tip_control = true;
+    const double tilt_rad = radians(turn->to_deg[1]);
+    // About X the pivot goes to -Y, about Y to +X.
+    const double across = setting.b_axis.y() * std::sin(tilt_rad) - setting.b_axis.x() * std::sin(tilt_rad);
+    sine = {std::min(sine[0], across), std::max(sine[1], across)};
+    down = {std::min(down[0], std::cos(tilt_rad) - 1), std::max(down[1], std::cos(tilt_rad) - 1)};
+  }
+  const std::string height = "Z " + decimal(*setting.safe_z_mm);
+  if (turns)
+    to.comment("Rotary axes turn with the tip at " + height + " in the run and " + decimal(lift_mm) +
+               " mm higher in the dry run. Have clear, at every tilt on the way from one angle to the next: the table "
+               "with all that is on it, and spindle, head and holder around the tip.");
+  if (!tip_control) return;
+  to.comment(
+      "While the head swivels, G1 keeps the tip in place, and the machine's own axes travel, by the distance from "
+      "the head's pivot to the tip times: " +
+      std::string{setting.b_axis.x() != 0 ? "Y " : "X "} + from(sine[0], sine[1]) + ", Z " + from(down[0], down[1]) +
+      ".");
+}
+
+void explainStops(Writer& to, const Blocks& blocks, const Setting& setting, const Dialect& dialect) {
+  bool tip_control = false;
+  for (const auto& block : blocks) {
+    const auto* move = std::get_if<Move>(&block);
+    tip_control = tip_control || (move != nullptr && move->length && move->length->tip_control);
+  }
+  to.comment("The box only advises: no motion stop depends on it. The probe's skip input stays wired to the control.");
+  if (!setting.guard) {
+    to.comment("Nothing stops when the probe touches: --no-skip was given. Have a hand on the feed hold.");
+    return;
+  }
+  if (tip_control && !dialect.guardsUnderTipControl()) {
+    to.comment("Nothing stops when the probe touches: " + std::string{dialect.guardWord()} +
+               " is not possible under tip control. Have a hand on the feed hold.");
+    return;
+  }
+  to.comment("Protected: " + std::string{dialect.guardWord()} +
+             " ends each move that is to meet nothing when the probe touches, and an alarm ends the program.");
+  to.comment(
+      "Not protected, nothing stops these: each step from its begin to its end, into the surface and back. The first "
+      "moves of dry run and run, up to the first place at the safe height. Tool changes with their moves of Z, and "
+      "across to the next place. Rotary axes.");
+  for (const auto& need : dialect.guardNeeds()) to.comment(need);
+}
+
+void explain(Writer& to, const Blocks& measured, const Setting& setting, const Heading& heading, const Dialect& dialect,
+             Marks marks) {
+  const Extent path{measured};
+  const double lift_mm = liftOfDryRun(measured, *setting.safe_z_mm);
   to.comment("Control: " + std::string{dialect.control()} + ".");
   to.comment(dialect.tried());
-  to.comment("The box only advises: no motion stop depends on it. The probe's skip input stays wired to the control.");
+  explainStops(to, measured, setting, dialect);
   to.comment("NEEDS:");
   to.comment("On the box first: " + heading.command);
   to.comment("G54: " + heading.zero);
-  to.comment(
-      "Coordinates are of the centre of the stylus ball, or of the tip of a tool that is measured, with its length "
-      "offset active: " +
-      toolsOf(measured) + ".");
-  to.comment(rotaryOf(measured));
+  to.comment("Coordinates are of the centre of the stylus ball, or of the tip of a tool that is measured.");
+  to.comment(toolsOf(measured, setting));
+  explainRotary(to, measured, setting, dialect);
+  explainClearance(to, measured, setting, lift_mm);
   to.comment("Nothing above Z " + decimal(*setting.safe_z_mm) + " in G54, which is the safe height. Travel: X " +
              from(path.least.x(), path.most.x()) + ", Y " + from(path.least.y(), path.most.y()) + ", Z " +
-             from(path.least.z(), std::max(path.most.z(), above.most.z())) + ".");
-  to.comment(
-      "Fastest feed: " + decimal(path.fastest_mm_min) +
-      " mm/min, and no rapid of a linear axis. The box wants measuring feeds at 100 percent: no override there.");
+             from(path.least.z(), path.most.z()) + ", in the dry run up to " + decimal(path.most.z() + lift_mm) + ".");
+  to.comment("Fastest feed: " + decimal(path.fastest_mm_min) +
+             " mm/min. At rapid: rotary axes, where no tip is kept in place, and Z up before a tool is taken or tip "
+             "control ends. The box wants measuring feeds at 100 percent: no override there.");
   for (const auto& need : dialect.needs(marks)) to.comment(need);
 }
 
@@ -132,15 +247,18 @@ void explain(Writer& to, const Blocks& measured, const Blocks& dry, const Settin
 
 std::string program(const Blocks& blocks, const Setting& setting, const Heading& heading, const Dialect& dialect,
                     Marks marks) {
-  const Blocks dry = dryRun(blocks, *setting.safe_z_mm);
-  Writer to{dialect, marks};
-  to.lines(dialect.head("PROBEBOX " + heading.method));
-  explain(to, blocks, dry, setting, heading, dialect, marks);
+  const double lift_mm = liftOfDryRun(blocks, *setting.safe_z_mm);
+  const std::string safe = decimal(*setting.safe_z_mm);
+  Writer to{dialect, setting, marks};
+  to.lines(dialect.head("PROBEBOX " + heading.method, heading.number));
+  explain(to, blocks, setting, heading, dialect, marks);
   to.lines(dialect.start(marks, heading.device));
-  to(Stop{"IS THE PROBE AT OR ABOVE Z " + decimal(*setting.safe_z_mm) + " AND THE OVERRIDE LOW? THE DRY RUN FOLLOWS"});
-  to.comment("DRY RUN ABOVE THE PART: the whole path, nothing below Z " + decimal(*setting.safe_z_mm));
-  to.all(dry);
-  to(Stop{"DRY RUN DONE. OVERRIDE 100 PERCENT, RUN BEGUN ON THE BOX? START TOUCHES THE PART"});
+  to(Stop{"IS THE PROBE AT OR ABOVE Z " + safe + " AND THE OVERRIDE LOW? THE DRY RUN FOLLOWS",
+          "ABOVE SAFE Z? DRY RUN"});
+  to.comment("DRY RUN: the path of the run, all of it " + decimal(lift_mm) + " mm higher, at or above Z " + safe);
+  to.all(dryRun(blocks, lift_mm));
+  to(Stop{"DRY RUN DONE. OVERRIDE 100 PERCENT, RUN BEGUN ON THE BOX? START TOUCHES THE PART",
+          "RUN ON BOX? 100 PERCENT?"});
   to.comment("THE RUN");
   to.all(blocks);
   to.lines(dialect.end(marks));

@@ -9,9 +9,10 @@ namespace probebox::gcode {
 
 struct Heading {
   std::string method;
-  std::string command;   // command that starts the run on the box, with its options
-  std::string zero;      // required position of the work offset's zero
-  std::string device{};  // line to the box, for dialects whose programs name it; empty: the usual one
+  std::string command;         // command that starts the run on the box, with its options
+  std::string zero;            // required position of the work offset's zero
+  std::string device{};        // line to the box, for dialects whose programs name it; empty: the usual one
+  std::uint32_t number{1000};  // of the program, where the control has one
 };
 
 // Writes the whole program: its requirements as comments, a dry run above the part, a stop, then the run.

@@ -1,11 +1,17 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 // Positions of features and limits of motion. The user states them, since gcode works without a box.
 namespace probebox::gcode {
+
+// Words of the control before the angles of the box's axes: A, which is the spindle's orientation, B and C. Empty: for
+// A what the dialect has.
+using Words = std::array<std::string, 3>;
 
 // Coordinates: active work offset, mm, of the centre of the stylus ball (or of the tip of a cutting tool).
 struct Setting {
@@ -16,9 +22,13 @@ struct Setting {
   Eigen::Vector3d b_axis{Eigen::Vector3d::UnitX()};    // its direction, right-handed
   std::optional<double> ball_diameter_mm, gap_mm, setter_width_mm;  // of the features
   std::optional<double> stylus_diameter_mm, tool_diameter_mm;       // of what touches them
-  std::uint32_t probe_tool{};                                       // that carries the probe; 0: not known
-  std::optional<double> safe_z_mm;                                  // above everything
-  double keep_off_mm{5};                                            // distance of traverses from a surface
+  std::uint32_t probe_tool{};       // that carries the probe; 0: it is in the spindle, its length offset active
+  std::optional<double> safe_z_mm;  // above everything
+  double machine_z_mm{};            // machine position of Z where tools are changed
+  double deflection_limit_mm{1};    // the probe must not be pressed further
+  Words words{"", "B", "C"};
+  bool guard{true};       // the probe's signal stops moves that are to meet nothing
+  double keep_off_mm{5};  // distance of traverses from a surface
   double traverse_mm_min{1500};
   double near_mm_min{600};   // between that distance and the clearance
   double most_mm_min{6000};  // no block is faster

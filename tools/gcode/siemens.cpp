@@ -8,50 +8,72 @@ class Siemens final : public Dialect {
   std::string_view name() const override { return "siemens"; }
   std::string_view control() const override { return "Siemens 840D sl"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
-  std::vector<std::string> needs(Marks marks) const override {
-    if (marks == Marks::stops) return {};
-    return {"EXTOPEN and WRITE to /dev/v24, the RS-232 line that is wired to the box's tape: face.",
+  Lines needs(Marks marks) const override {
+    constexpr const char* kPlane = "No swivelled plane: CYCLE800 is deselected.";
+    if (marks == Marks::stops) return {kPlane};
+    return {kPlane, "EXTOPEN and WRITE to /dev/v24, the RS-232 line that is wired to the box's tape: face.",
             "STOPRE before each WRITE ends the look-ahead. PB_ERR other than 0 stops the program."};
   }
-  std::vector<std::string> head(std::string_view title) const override {
+  Lines guardNeeds() const override { return {"The probe on measuring input 1."}; }
+  std::string_view guardWord() const override { return "MEAS=1"; }
+  bool hasTipControl() const override { return true; }
+  bool guardsUnderTipControl() const override { return true; }
+
+  Lines head(std::string_view title, std::uint32_t) const override {
     return {"%_N_PROBEBOX_MPF", comment(title), "DEF INT PB_ERR"};
   }
-  std::vector<std::string> start(Marks marks, std::string_view) const override {
-    std::vector<std::string> lines{"G17 G71 G40", "G54 G90 G94 G60"};
+  // TRANS alone cancels programmed shifts, rotations, scales and mirrors.
+  Lines start(Marks marks, std::string_view) const override {
+    Lines lines{"G17 G710 G40", "G54 G90 G94 G60", "TRANS", "M5"};
     if (marks == Marks::lines) {
       lines.emplace_back("EXTOPEN(PB_ERR,\"/dev/v24\",\"SYN\",\"EXCL\",\"APP\")");
       addCheck(lines);
     }
     return lines;
   }
-  std::vector<std::string> end(Marks marks) const override {
-    if (marks == Marks::stops) return {"G64", "M30"};
-    return {"EXTCLOSE(PB_ERR,\"/dev/v24\")", "G64", "M30"};
+  Lines end(Marks marks) const override {
+    Lines lines;
+    if (marks == Marks::lines) lines.emplace_back("EXTCLOSE(PB_ERR,\"/dev/v24\")");
+    lines.insert(lines.end(), {"G64", "M30", "PB_TOUCHED:", "SETAL(65002,\"TOUCHED ON THE WAY\")", "M30"});
+    return lines;
   }
   std::string comment(std::string_view text) const override { return "; " + plain(text); }
-  std::vector<std::string> take(const TakeTool& tool) const override {
-    if (tool.number == 0) return {comment("THE PROBE IS IN THE SPINDLE, ITS LENGTH OFFSET ACTIVE")};
-    return {"T" + std::to_string(tool.number), "M6", "D1"};
+  std::string orient(double angle_deg) const override { return "SPOS=" + decimal(angle_deg); }
+  Lines guarded(const Move& move) const override {
+    return {"MEAS=1 " + Dialect::move(move), "STOPRE", "IF $AC_MEA[1]==1 GOTOF PB_TOUCHED"};
   }
-  std::string tipControl(const TipControl& tip) const override { return tip.tool == 0 ? "TRAFOOF" : "TRAORI"; }
+  Lines takeLength(const Move& move) const override {
+    Lines lines{"D1"};
+    const Lines check = checkLength();
+    lines.insert(lines.end(), check.begin(), check.end());
+    if (move.length->tip_control) lines.emplace_back("TRAORI");
+    lines.push_back(Dialect::move(move));
+    return lines;
+  }
+  Lines retract(const Retract& retract, double machine_z_mm) const override {
+    Lines lines;
+    if (retract.tip_control) lines.emplace_back("TRAFOOF");
+    lines.push_back("G0 SUPA Z" + decimal(machine_z_mm) + " D0");
+    return lines;
+  }
+  Lines take(const TakeTool& tool) const override { return {"T" + std::to_string(tool.number), "M6"}; }
+  Lines checkLength() const override {
+    return {"STOPRE", "IF ($P_TOOL==0) OR ($P_TOOLL[1]==0)", "SETAL(65001,\"NO LENGTH OFFSET ACTIVE\")", "ENDIF"};
+  }
   std::string wait(double s) const override { return "G4 F" + decimal(s); }
-  std::vector<std::string> stop(std::string_view text) const override {
-    return {"MSG(\"" + plain(text) + "\")", "M0", "MSG()"};
-  }
-  std::vector<std::string> mark(const Mark& mark) const override {
+  Lines stop(const Stop& stop) const override { return {"MSG(\"" + plain(stop.text) + "\")", "M0", "MSG()"}; }
+  Lines mark(const Mark& mark) const override {
     const auto& [a, b, c] = mark.angles_deg;
-    std::vector<std::string> lines{"STOPRE", "WRITE(PB_ERR,\"/dev/v24\",\"" + nameOf(mark) + std::to_string(mark.step) +
-                                                 " A" + decimal(a) + " B" + decimal(b) + " C" + decimal(c) + " T" +
-                                                 std::to_string(mark.tool) + " F" + decimal(mark.speed_mm_s) + "\")"};
+    Lines lines{"STOPRE", "WRITE(PB_ERR,\"/dev/v24\",\"" + nameOf(mark) + std::to_string(mark.step) + " A" +
+                              decimal(a) + " B" + decimal(b) + " C" + decimal(c) + " T" + std::to_string(mark.tool) +
+                              " F" + decimal(mark.speed_mm_s) + "\")"};
     addCheck(lines);
     return lines;
   }
 
  private:
   // A block each: an alarm behind IF in its own block is no language of this control.
-  static void addCheck(std::vector<std::string>& lines) {
-    lines.insert(lines.end(), {"IF PB_ERR<>0", "SETAL(65000)", "ENDIF"});
-  }
+  static void addCheck(Lines& lines) { lines.insert(lines.end(), {"IF PB_ERR<>0", "SETAL(65000)", "ENDIF"}); }
 };
 
 }  // namespace

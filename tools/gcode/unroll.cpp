@@ -9,6 +9,7 @@
 #include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
 #include "protocol/units/angle.hpp"
+#include "tools/gcode/dialect.hpp"
 #include "tools/gcode/place_of.hpp"
 
 namespace probebox::gcode {
@@ -23,10 +24,40 @@ constexpr double kDwell_s = 0.1;   // at overtravel
 // At rest after the retract: longer than all delays and the line together.
 constexpr double kAfter_s = 0.3;
 constexpr double kHold_s = 1;
+constexpr double kSwivel_deg_min = 600;  // of a head under tip control
 
 std::array<double, 3> inDegrees(std::array<double, 3> angles_rad) {
   for (double& angle : angles_rad) angle = degrees(angle);
   return angles_rad;
+}
+
+// How far a step presses the probe, beyond where it touches.
+double pressedBy(const Step& step) {
+  if (step.kind == Kind::scan) return std::max(step.overtravel_mm, std::ranges::max(step.touch.scan.depths_mm));
+  return step.kind == Kind::touch || step.kind == Kind::in_out ? step.overtravel_mm : 0;
+}
+
+std::optional<Error> whyTooFar(std::size_t index, const Step& step, const Setting& setting) {
+  const std::string number = "Step " + std::to_string(index + 1);
+  const double feed = step.touch.retract_speed_mm_s * 60;
+  if (feed > setting.most_mm_min)
+    return Error{number + " measures at " + std::to_string(std::lround(feed)) + " mm/min, above the limit of " +
+                 std::to_string(std::lround(setting.most_mm_min)) +
+                 ": choose lower speeds (--speed), or a higher limit (--most-feed)."};
+  if (pressedBy(step) > setting.deflection_limit_mm)
+    return Error{number + " goes " + decimal(pressedBy(step)) +
+                 " mm into the surface, and the probe may be deflected " + decimal(setting.deflection_limit_mm) +
+                 " mm: choose less --overtravel, or give deflection_limit_mm of probe.toml as --deflection-limit."};
+  return std::nullopt;
+}
+
+// True if the program holds the probe for some steps and other tools for others, so that it has to call both.
+bool changesProbe(const procedure::Plan& plan) {
+  bool probe = false, tool = false;
+  for (std::size_t i = 0; i < plan.step_count; ++i) {
+    (plan.steps[i].touch.tool == 0 ? probe : tool) = true;
+  }
+  return probe && tool;
 }
 
 std::optional<Error> whyNot(const procedure::Plan& plan, const Setting& setting) {
@@ -37,12 +68,12 @@ std::optional<Error> whyNot(const procedure::Plan& plan, const Setting& setting)
         "read its steps from the box (docs/integrator.md)."};
   for (std::size_t i = 0; i < plan.step_count; ++i) {
     if (auto error = whyUnknown(plan.steps[i], setting)) return error;
-    const double feed = plan.steps[i].touch.retract_speed_mm_s * 60;
-    if (feed <= setting.most_mm_min) continue;
-    return Error{"Step " + std::to_string(i + 1) + " measures at " + std::to_string(std::lround(feed)) +
-                 " mm/min, above the limit of " + std::to_string(std::lround(setting.most_mm_min)) +
-                 ": choose lower speeds (--speed), or a higher limit (--most-feed)."};
+    if (auto error = whyTooFar(i, plan.steps[i], setting)) return error;
   }
+  if (changesProbe(plan) && setting.probe_tool == 0)
+    return Error{
+        "The program has to know with which tool it takes the probe, since it takes other tools too: give "
+        "--probe-tools NUMBER."};
   return std::nullopt;
 }
 
@@ -69,7 +100,6 @@ class Unroller {
   }
 
   Outcome<Blocks> write() {
-    blocks_.push_back(Move{{0, 0, *setting_.safe_z_mm}, setting_.traverse_mm_min, Way::level, true});
     for (index_ = 0; index_ < plan_.step_count; ++index_) {
       const Step& step = plan_.steps[index_];
       if (step.kind == Kind::rest) {
@@ -86,8 +116,11 @@ class Unroller {
       measure(step, place);
     }
     rise();
-    endTipControl();
-    dropStandstills();
+    if (tip_control_) {
+      standUpright();
+      retract();
+    }
+    finish();
     return std::move(blocks_);
   }
 
@@ -98,15 +131,22 @@ class Unroller {
     here_ = to;
   }
 
-  // A block that moves nothing says nothing.
-  void dropStandstills() {
+  // Drops blocks that move nothing, and finds the moves that are to meet nothing. The first one after the operator's
+  // own has no known begin.
+  void finish() {
+    constexpr double kNothing_mm = 2e-3;  // still another place when it is written with three decimals
     Blocks moving;
     std::optional<Vector3d> here;
     for (auto& block : blocks_) {
-      const auto* move = std::get_if<Move>(&block);
-      const bool stands = move != nullptr && !move->z_only && here == move->to_mm;
-      if (move != nullptr && !move->z_only) here = move->to_mm;
-      if (!stands) moving.push_back(std::move(block));
+      if (auto* move = std::get_if<Move>(&block)) {
+        const bool whole = move->axes == Move::Axes::xyz;
+        if (whole && here && (*here - move->to_mm).norm() < kNothing_mm) continue;
+        move->free = whole && here && move->way != Way::measure;
+        if (whole || move->length) here = move->to_mm;
+      } else if (std::holds_alternative<Retract>(block)) {
+        here.reset();
+      }
+      moving.push_back(std::move(block));
     }
     blocks_ = std::move(moving);
   }
@@ -125,7 +165,7 @@ class Unroller {
       goRound(blocks_, place, here_, begin, feeds());
     } else {
       rise();
-      change(step);
+      change(step, place.centre_mm);
       goDown(blocks_, place, begin, *setting_.safe_z_mm, feeds());
     }
     near_ = place;
@@ -137,36 +177,62 @@ class Unroller {
            (step.turns && step.touch.rotary_angles_rad != angles_rad_);
   }
 
-  void change(const Step& step) {
-    if (!started_ || step.touch.tool != tool_) {
-      endTipControl();
-      tool_ = step.touch.tool;
-      blocks_.push_back(TakeTool{tool_});
-      if (step.b_moves == procedure::BMoves::head) beginTipControl();
+  void change(const Step& step, const Vector3d& place_mm) {
+    if (!started_ || step.touch.tool != tool_) takeUp(step, place_mm);
+    if (step.touch.mount != mount_ && step.touch.mount > 1) {
+      const std::string number = std::to_string(step.touch.mount);
+      blocks_.push_back(Stop{"PUT THE PLATE INTO MOUNT " + number, "PLATE INTO MOUNT " + number});
     }
-    if (step.touch.mount != mount_ && step.touch.mount > 1)
-      blocks_.push_back(Stop{"PUT THE PLATE INTO MOUNT " + std::to_string(step.touch.mount)});
     mount_ = step.touch.mount;
-    if (step.turns && (!started_ || step.touch.rotary_angles_rad != angles_rad_)) turnTo(step.touch.rotary_angles_rad);
-    started_ = true;
+    if (step.turns && (turns_anew_ || step.touch.rotary_angles_rad != angles_rad_))
+      turnTo(step.touch.rotary_angles_rad);
   }
 
-  void turnTo(const std::array<double, 3>& angles_rad) {
-    angles_rad_ = angles_rad;
-    if (used_ != std::array<bool, 3>{}) blocks_.push_back(Turn{inDegrees(angles_rad_), used_});
+  // Takes the probe or tool of a step, its length offset on the way down to the safe height. Where nothing says with
+  // which tool the probe is taken, it is in the spindle.
+  void takeUp(const Step& step, const Vector3d& place_mm) {
+    const double safe_mm = *setting_.safe_z_mm, feed = setting_.traverse_mm_min;
+    const Vector3d above{place_mm.x(), place_mm.y(), safe_mm};
+    if (tip_control_) standUpright();
+    started_ = turns_anew_ = true;
+    tool_ = step.touch.tool;
+    const bool swivels = step.b_moves == procedure::BMoves::head;
+    const std::uint32_t number = tool_ != 0 ? tool_ : setting_.probe_tool;
+    if (number == 0) {
+      blocks_.push_back(CheckLength{});
+      blocks_.push_back(Move{.to_mm = above, .feed_mm_min = feed, .way = Way::level, .axes = Move::Axes::z});
+      return;
+    }
+    retract();
+    blocks_.push_back(TakeTool{number});
+    if (swivels) turnTo({});
+    blocks_.push_back(Move{.to_mm = above, .feed_mm_min = feed, .way = Way::level, .axes = Move::Axes::xy});
+    blocks_.push_back(Move{.to_mm = above,
+                           .feed_mm_min = feed,
+                           .way = Way::level,
+                           .axes = Move::Axes::z,
+                           .length = LengthOffset{number, swivels}});
+    tip_control_ = swivels;
   }
 
-  void beginTipControl() {
-    blocks_.push_back(TipControl{tool_ != 0 ? tool_ : setting_.probe_tool});
-    tip_control_ = true;
-  }
-
-  // Upright first: without tip control, coordinates are of the tip only there.
-  void endTipControl() {
-    if (!tip_control_) return;
-    turnTo({});
-    blocks_.push_back(TipControl{});
+  void retract() {
+    blocks_.push_back(Retract{tip_control_});
     tip_control_ = false;
+  }
+
+  // The spindle keeps its orientation until a tool is changed.
+  void turnTo(const std::array<double, 3>& angles_rad) {
+    auto turned = used_;
+    if (!turns_anew_ && angles_rad[0] == angles_rad_[0]) turned[0] = false;
+    turns_anew_ = false;
+    angles_rad_ = angles_rad;
+    const std::optional<double> feed_deg_min = tip_control_ ? std::optional{kSwivel_deg_min} : std::nullopt;
+    if (turned != std::array<bool, 3>{}) blocks_.push_back(Turn{inDegrees(angles_rad_), turned, feed_deg_min});
+  }
+
+  // Without tip control, coordinates are of the tip only there.
+  void standUpright() {
+    if (angles_rad_[1] != 0 || angles_rad_[2] != 0) turnTo({angles_rad_[0], 0, 0});
   }
 
   Vector3d beginOf(const Step& step, const Place& place) const {
@@ -188,9 +254,11 @@ class Unroller {
     } else {
       const Vector3d surface = surfaceOf(step, place, setting_), retract = vectorOf(step.touch.retract_direction);
       const double feed = step.touch.retract_speed_mm_s * 60;
+      blocks_.push_back(Contact{true});
       move(surface - step.overtravel_mm * retract, feed, Way::measure);
       if (step.kind == Kind::touch) blocks_.push_back(Wait{kDwell_s});
       move(surface + (step.clearance_mm + procedure::kRunOut_mm) * retract, feed, Way::measure);
+      blocks_.push_back(Contact{false});
       blocks_.push_back(Wait{kAfter_s});
     }
     mark(false, step);
@@ -205,7 +273,8 @@ class Unroller {
       const double radius_mm = place.half_mm.x() - depth_mm;
       return Vector3d{place.centre_mm + radius_mm * Vector3d{std::cos(angle_rad), std::sin(angle_rad), 0}};
     };
-    move(at(path.depths_mm[0]), setting_.near_mm_min, Way::near);
+    blocks_.push_back(Contact{true});
+    move(at(path.depths_mm[0]), std::min(setting_.near_mm_min, feed), Way::measure);
     blocks_.push_back(Wait{kSettle_s});
     mark(true, step);
     for (std::size_t i = 0; i < waysOf(path); ++i) {
@@ -217,12 +286,14 @@ class Unroller {
     }
     blocks_.push_back(Wait{kAfter_s});
     mark(false, step);
-    move(at(-step.clearance_mm), setting_.near_mm_min, Way::near);
+    move(at(-step.clearance_mm), std::min(setting_.near_mm_min, feed), Way::measure);
+    blocks_.push_back(Contact{false});
   }
 
   // Wherever the machine stands above the safe height.
   void rest(const Step& step) {
     rise();
+    if (!started_) takeUp(step, setting_.at_mm);
     blocks_.push_back(Note{promptFor(plan_, index_)});
     blocks_.push_back(Wait{kSettle_s});
     mark(true, step);
@@ -233,6 +304,7 @@ class Unroller {
   // One axis alone, from the place that the operator has chosen.
   void alone(const Step& step) {
     rise();
+    if (!started_) takeUp(step, setting_.at_mm);
     blocks_.push_back(Note{promptFor(plan_, index_)});
     const Vector3d begin{setting_.at_mm.x(), setting_.at_mm.y(), *setting_.safe_z_mm};
     if (!(here_ == begin)) move(begin, setting_.traverse_mm_min, Way::level);
@@ -252,6 +324,7 @@ class Unroller {
   std::optional<Place> near_;
   Vector3d here_{Vector3d::Constant(std::nan(""))};
   bool started_{};
+  bool turns_anew_{true};  // nothing is known of the angles
   bool tip_control_{};
   std::uint32_t tool_{};
   std::uint16_t mount_{};
@@ -265,24 +338,25 @@ Outcome<Blocks> unroll(const procedure::Plan& plan, const Setting& setting) {
   return Unroller{plan, setting}.write();
 }
 
-Blocks dryRun(const Blocks& blocks, double safe_z_mm) {
-  double lowest_mm = safe_z_mm, highest_mm = safe_z_mm;
+double liftOfDryRun(const Blocks& blocks, double safe_z_mm) {
+  double lowest_mm = safe_z_mm;
   for (const auto& block : blocks) {
     if (const auto* move = std::get_if<Move>(&block)) lowest_mm = std::min(lowest_mm, move->to_mm.z());
   }
-  const double lift_mm = safe_z_mm - lowest_mm;
-  const auto lifted = [&](const Move& move) {
-    return move.way == Way::level ? move.to_mm.z() : move.to_mm.z() + lift_mm;
-  };
-  for (const auto& block : blocks) {
-    if (const auto* move = std::get_if<Move>(&block)) highest_mm = std::max(highest_mm, lifted(*move));
-  }
+  return safe_z_mm - lowest_mm;
+}
+
+Blocks dryRun(const Blocks& blocks, double lift_mm) {
   Blocks dry;
   for (const auto& block : blocks) {
-    if (std::holds_alternative<Mark>(block) || std::holds_alternative<Stop>(block)) continue;
+    if (std::holds_alternative<Mark>(block) || std::holds_alternative<Stop>(block) ||
+        std::holds_alternative<Contact>(block))
+      continue;
     dry.push_back(block);
-    if (auto* move = std::get_if<Move>(&dry.back()))
-      move->to_mm.z() = move->way == Way::level ? highest_mm : lifted(*move);
+    if (auto* move = std::get_if<Move>(&dry.back())) {
+      move->to_mm.z() += lift_mm;
+      move->free = move->free || (move->way == Way::measure && !move->arc);  // nothing is touched up there
+    }
   }
   return dry;
 }

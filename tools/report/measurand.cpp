@@ -17,7 +17,6 @@ constexpr auto kMeasurands = std::to_array<Measurand>({
      "by how much the stamps of the machine's positions are later than those of the probe's deflections, by axis; the "
      "gain "
      "turns deflections into machine axes, with the spindle at A = 0"},
-    {"delay-joints", "by how much the stamps of the joints' positions are later than those of the probe's deflections"},
     {"centreline", "the turning axis C from the axis of the spindle that carries the probe"},
     {"centreline-stylus",
      "the turning axis C from the tip of the stylus with the spindle at A = 0: the offset of the tip from the "
@@ -28,12 +27,6 @@ constexpr auto kMeasurands = std::to_array<Measurand>({
     {"stylus-offset-", "the tip of the stylus from the axis of the spindle that carries it, at A = 0"},
     {"spindle-offset", "the turning axis C minus the axis of the spindle that carries the probe"},
     {"spindle-tilt", "the direction of the axis of the spindle that carries the probe, against Z"},
-    {"head-pivot",
-     "the axis about which the head swivels, from the tip of the stylus with the head upright, so it holds for its "
-     "length"},
-    {"table-pivot",
-     "the axis about which the table tilts, in coordinates of the stylus' tip with the spindle at A = 0: those of the "
-     "spindle's axis differ by the offset of the tip"},
     {"swivel-", "what the reported centre of a ball is off when the head swivels, against the upright head"},
     {"rotary-",
      "the error motions of a rotary axis about the point named here, relative to the axis at angle zero, and its "

@@ -119,7 +119,10 @@ Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
   if (auto refusal = failsCheck(readings, amongReadings(readings, plain))) return *refusal;
   Result result = answered(dataset, plane, tilts, fit, noise);
   if (skew) result.warnings.push_back(*skew);
-  result.convention = "machine coordinates of the tilt axis, where it passes along_mm";
+  result.convention =
+      "machine coordinates of the tilt axis, where it passes along_mm, as the tip of the stylus has them with the "
+      "spindle at "
+      "A = 0";
   return result;
 }
 
@@ -134,7 +137,8 @@ Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
   TRY(const auto skew, checkedSkew(tilts.readings, fit, noise.position));
   Result result = answered(dataset, plane, tilts, fit, noise);
   if (skew) result.warnings.push_back(*skew);
-  result.convention = "swivel axis from the moving reference, ball minus centre of the readings";
+  result.convention =
+      "swivel axis from the moving reference, ball minus centre of the readings: with the length of the tool that read";
   return result;
 }
 

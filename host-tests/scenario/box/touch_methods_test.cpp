@@ -110,9 +110,9 @@ TEST(LiveInOut, GoesInAndAtOnceBackOut) {
 
 TEST(LiveCases, HaveTheTablesAndKeysOfTheirMethods) {
   const std::vector<std::pair<const LiveMethod*, std::vector<std::string>>> cases{
-      {&procedure::kDelayKnownSphere, {"effective_diameter_mm", "feature"}},
-      {&procedure::kDelayPlates, {"feature", "gap_mm", "stylus_ball_diameter_mm"}},
-      {&procedure::kDelayNonNormal, {"effective_diameter_mm"}},
+      {&procedure::kDelayKnownSphere, {"effective_diameter_mm", "feature", "stylus_ball"}},
+      {&procedure::kDelayPlates, {"feature", "gap_mm", "stylus_ball", "stylus_ball_diameter_mm"}},
+      {&procedure::kDelayNonNormal, {"effective_diameter_mm", "stylus_ball"}},
       {&procedure::kDelayInOut, {}},
   };
   for (const auto& [method, keys] : cases) {

@@ -1,32 +1,74 @@
 #include "interpreter.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <map>
+#include <optional>
 #include <regex>
 #include <sstream>
 
 namespace probebox {
 namespace {
 
+using Words = std::map<char, double>;
+
+struct Codes {
+  std::vector<double> g, m;
+  Words words;
+
+  bool has(double code) const { return std::ranges::find(g, code) != g.end(); }
+  bool hasM(double code) const { return std::ranges::find(m, code) != m.end(); }
+  bool moves(const char* letters) const {
+    return std::ranges::any_of(
+        words, [&](const auto& word) { return std::string_view{letters}.find(word.first) != std::string_view::npos; });
+  }
+};
+
 class Control {
  public:
   void take(const std::string& raw) {
-    if (printed(raw) || raw.empty() || raw == "%" || raw == ";" || raw[0] == ';' || raw[0] == '%') return;
-    static const std::regex kPassed{
-        R"(POPEN|PCLOS|STOPRE|TRAORI|TRAFOOF|MSG\("[^"]*"\)|MSG\(\)|DEF INT PB_ERR|EXTOPEN\(PB_ERR,"[^"]*","SYN","EXCL","APP"\)|EXTCLOSE\(PB_ERR,"[^"]*"\)|IF PB_ERR<>0|SETAL\(65000\)|ENDIF|\(.*\))"};
-    if (std::regex_match(raw, kPassed)) return;
-    static const std::regex kAssignment{R"(#(\d+)=(-?[\d.]+))"};
-    std::smatch parts;
-    if (std::regex_match(raw, parts, kAssignment)) {
-      variables_[std::stoi(parts[1])] = std::stod(parts[2]);
+    line_ = raw;
+    if (subroutine(raw) || printed(raw) || raw.empty() || raw == "%" || raw == ";" || raw[0] == ';' || raw[0] == '%')
       return;
-    }
-    block(std::regex_replace(raw, std::regex{R"(\([^()]*\))"}, ""), raw);
+    if (stopped(raw) || checked(raw) || passed(raw)) return;
+    block(raw);
   }
-  Interpreted done() { return std::move(all_); }
+  Interpreted done() {
+    if (!unchecked_.empty()) danger("no alarm follows " + unchecked_);
+    return std::move(all_);
+  }
 
  private:
   Part& part() { return all_.parts.back(); }
+  void danger(const std::string& what) { all_.dangers.push_back(what + ": " + line_); }
+
+  bool subroutine(const std::string& raw) {
+    static const std::regex kWord{R"(o<(\w+)> (sub|endsub|call|if .*|endif))"};
+    std::smatch found;
+    if (!std::regex_match(raw, found, kWord)) {
+      if (!in_.empty()) subroutines_[in_] += raw + "\n";
+      return !in_.empty();
+    }
+    linuxcnc_ = true;
+    const std::string name = found[1], word = found[2];
+    if (word == "sub") {
+      in_ = name;
+    } else if (word == "endsub") {
+      in_.clear();
+    } else if (!in_.empty()) {
+      subroutines_[in_] += raw + "\n";
+    } else if (word == "call") {
+      call(subroutines_[name]);
+    }
+    return true;
+  }
+
+  void call(const std::string& body) {
+    const bool aborts = body.find("(ABORT,") != std::string::npos;
+    if (aborts && body.find("[#5070 EQ 1]") != std::string::npos) unchecked_.clear();
+    if (aborts && body.find("#<_tool_offset> EQ 0") != std::string::npos) offset_ = true;
+  }
 
   // A line for the box, by DPRNT from variables, by WRITE or by LOG as it is.
   bool printed(const std::string& raw) {
@@ -51,61 +93,193 @@ class Control {
     return true;
   }
 
-  void block(const std::string& text, const std::string& raw) {
+  // With a message that the operator sees.
+  bool stopped(const std::string& raw) {
+    static const std::regex kMessage{R"re(#3006=1\((.*)\)|MSG\("([^"]+)"\)|\(MSG,(.*)\))re"};
+    std::smatch found;
+    if (std::regex_match(raw, found, kMessage)) {
+      message_ = found[1].matched ? found[1] : found[2].matched ? found[2] : found[3];
+      if (found[1].matched) stop();
+      return true;
+    }
+    if (raw != "M0") return false;
+    stop();
+    return true;
+  }
+  void stop() {
+    if (message_.empty()) danger("a stop that says nothing");
+    all_.messages.push_back(message_);
+    message_.clear();
+    all_.parts.emplace_back();
+  }
+
+  // Alarms that end the program where something is not as it should be.
+  bool checked(const std::string& raw) {
+    static const std::regex kOffset{R"(IF\[#4008EQ49\]THEN#3000=1\(.*\)|IF \(\$P_TOOL==0\) OR .*)"};
+    if (std::regex_match(raw, kOffset)) {
+      offset_ = true;
+      return true;
+    }
+    static const std::regex kDifference{
+        R"(#7=ABS\[#5061-\[(.*?)\]\]\+ABS\[#5062-\[(.*?)\]\]\+ABS\[#5063-\[(.*?)\]-#8\])"};
+    std::smatch from;
+    if (std::regex_match(raw, from, kDifference)) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (std::abs(now_.at_mm[axis] - std::stod(from[axis + 1])) > 1e-9) danger("compared with another place");
+      }
+      compared_ = true;
+      return true;
+    }
+    if (raw.starts_with("IF[#7GT0.1]THEN#3000=") && compared_ && frame_known_) {
+      unchecked_.clear();
+      compared_ = false;
+    }
+    if (raw == "IF $AC_MEA[1]==1 GOTOF PB_TOUCHED") unchecked_.clear();
+    static const std::regex kFrame{R"(#8=#5043-\[(.*)\])"};
+    if (std::regex_match(raw, from, kFrame)) {
+      frame_known_ = std::abs(std::stod(from[1]) - now_.at_mm[2]) < 1e-9;
+      return true;
+    }
+    return raw.starts_with("IF[") || raw.starts_with("IF ");
+  }
+
+  bool passed(const std::string& raw) {
+    static const std::regex kPassed{
+        R"(POPEN|PCLOS|STOPRE|TRANS|MSG\(\)|DEF INT PB_ERR|EXTOPEN\(PB_ERR,"[^"]*","SYN","EXCL","APP"\)|EXTCLOSE\(PB_ERR,"[^"]*"\)|SETAL\(6500\d(,".*")?\)|ENDIF|PB_TOUCHED:|\(.*\))"};
+    if (std::regex_match(raw, kPassed)) return true;
+    static const std::regex kAssignment{R"(#(\d+)=(-?[\d.]+))"};
+    std::smatch parts;
+    if (std::regex_match(raw, parts, kAssignment)) {
+      const int variable = std::stoi(parts[1]);
+      if (variable > 33) danger("a common variable is overwritten");
+      variables_[variable] = std::stod(parts[2]);
+      return true;
+    }
+    if (raw == "TRAORI" || raw == "TRAFOOF") tip_control_ = raw == "TRAORI";
+    static const std::regex kOrientation{R"((?:SPOS=|M19 R)(\d+\.\d+)(?: Q20)?)"};
+    if (std::regex_match(raw, parts, kOrientation)) {
+      now_.angles_deg[0] = std::stod(parts[1]);
+      ++all_.orientations;
+      return true;
+    }
+    return tip_control_ ? raw == "TRAORI" : raw == "TRAFOOF";
+  }
+
+  void block(const std::string& raw) {
+    std::string text = std::regex_replace(raw, std::regex{R"(\([^()]*\))"}, "");
+    const bool measures = text.starts_with("MEAS=1 ");
+    if (measures) text = text.substr(7);
+    const auto supa = text.find("SUPA ");
+    if (supa != std::string::npos) text.erase(supa, 5);
     static const std::regex kWord{R"(([A-Z])(-?\d+\.?\d*))"};
-    std::map<char, double> words;
-    std::vector<double> g, m;
+    Codes codes;
     for (std::sregex_iterator word{text.begin(), text.end(), kWord}, end; word != end; ++word) {
       const char letter = (*word)[1].str()[0];
       const double value = std::stod((*word)[2]);
-      if (letter == 'G')
-        g.push_back(value);
-      else if (letter == 'M')
-        m.push_back(value);
-      else
-        words[letter] = value;
+      if (letter == 'G') {
+        codes.g.push_back(value);
+      } else if (letter == 'M') {
+        codes.m.push_back(value);
+      } else {
+        codes.words[letter] = value;
+      }
     }
-    const std::string rest = std::regex_replace(text, kWord, "");
-    if (rest.find_first_not_of(' ') != std::string::npos) all_.unknown.push_back(raw);
-    for (const double code : m) machine(code);
-    for (const double code : g) {
-      if (code == 0 || code == 1) return move(words, code == 0);
-      if (code == 2 || code == 3) return arc(words, static_cast<int>(code));
-      if (code == 4) part().dwells.push_back(part().moves.size());
+    if (std::regex_replace(text, kWord, "").find_first_not_of(' ') != std::string::npos) all_.unknown.push_back(raw);
+    modes(codes);
+    tools(codes);
+    if (codes.has(53) || supa != std::string::npos) return retract(codes);
+    motion(codes, measures);
+  }
+
+  void modes(const Codes& codes) {
+    if (codes.has(21) || codes.has(710)) millimetres_ = true;
+    if (codes.has(20) || codes.has(70) || codes.has(700) || codes.has(71)) millimetres_ = false;
+    if (codes.has(90)) absolute_ = true;
+    if (codes.has(91)) absolute_ = false;
+    if (codes.has(4)) part().dwells.push_back(part().moves.size());
+    if (codes.hasM(5)) spindle_stands_ = true;
+    if (codes.hasM(2) || codes.hasM(30)) all_.ended = true;
+    for (const double code : codes.g) {
+      if (code < 4) motion_ = code;
+      if (code == 31 || code == 38.3) motion_ = 1;
     }
   }
 
-  // In the plane of X and Y, its centre from where it begins, as all these controls take it.
-  void arc(const std::map<char, double>& words, int code) {
-    const std::array centre_mm{now_.at_mm[0] + words.at('I'), now_.at_mm[1] + words.at('J')};
-    move(words, false);
-    part().moves.back().arc = code;
-    part().moves.back().centre_mm = centre_mm;
+  void tools(const Codes& codes) {
+    if (codes.words.contains('T')) tool_ = codes.words.at('T');
+    if (codes.hasM(6)) {
+      if (!retracted_) danger("a tool is taken before Z is retracted");
+      part().tools.push_back(part().moves.size());
+      offset_ = false;
+    }
+    if (codes.words.contains('D')) offset_ = codes.words.at('D') != 0;
+    if (codes.has(49)) {
+      if (!codes.has(53) || !codes.moves("Z")) danger("G49 moves Z by the tool's length");
+      offset_ = tip_control_ = false;
+    }
+    for (const double code : {43.0, 43.4, 234.0}) {
+      if (!codes.has(code)) continue;
+      if (codes.words.at('H') != tool_) danger("the offset is another tool's");
+      if (!linuxcnc_ && !codes.moves("Z")) danger("an offset without a move of Z");
+      offset_ = true;
+      tip_control_ = code != 43;
+    }
   }
 
-  void machine(double code) {
-    if (code == 0) all_.parts.emplace_back();
-    if (code == 2 || code == 30) all_.ended = true;
+  void retract(const Codes& codes) {
+    if (!codes.moves("XYZABC")) return;
+    if (codes.moves("XYABC")) danger("more than Z in machine coordinates");
+    if (tip_control_) danger("tip control is active while Z is retracted");
+    part().retracts.push_back(part().moves.size());
+    retracted_ = true;
+    height_known_ = false;
   }
 
-  void move(const std::map<char, double>& words, bool rapid) {
-    now_.rapid = rapid;
-    bool linear = false;
-    for (const auto& [letter, value] : words) {
-      if (letter >= 'X' && letter <= 'Z') now_.at_mm[static_cast<std::size_t>(letter - 'X')] = value, linear = true;
+  void motion(const Codes& codes, bool measures) {
+    const bool linear = codes.moves("XYZ"), rotary = codes.moves("ABC");
+    if (!linear && !rotary) return;
+    if (!millimetres_ || !absolute_) danger("units or absolute positions are not set");
+    if (!spindle_stands_) danger("the spindle was not stopped");
+    if (!unchecked_.empty()) danger("no alarm follows " + unchecked_);
+    if (motion_ == 0 && linear) danger("a rapid of a linear axis");
+    if (motion_ == 0 && tip_control_) danger("a rapid carries linear axes under tip control");
+    if (codes.moves("Z") && !offset_) danger("Z moves without a length offset");
+    if (linear && !codes.moves("Z") && !retracted_ && !height_known_) danger("X and Y move at an unknown height");
+    if (linear) go(codes, measures);
+    if (!rotary) return;
+    for (const auto& [letter, value] : codes.words) {
       if (letter >= 'A' && letter <= 'C') now_.angles_deg[static_cast<std::size_t>(letter - 'A')] = value;
-      if (letter == 'X') placed_ = true;
+    }
+    part().turns.push_back({now_.angles_deg, part().moves.size(), now_.at_mm[2], tip_control_});
+  }
+
+  void go(const Codes& codes, bool measures) {
+    const std::array before_mm{now_.at_mm[0], now_.at_mm[1]};
+    for (const auto& [letter, value] : codes.words) {
+      if (letter >= 'X' && letter <= 'Z') now_.at_mm[static_cast<std::size_t>(letter - 'X')] = value;
       if (letter == 'F') now_.feed_mm_min = value;
     }
-    now_.z_only = !placed_;
-    if (rapid && !linear) return;  // rotary axes alone
+    now_.placed = now_.placed || codes.moves("X");
+    now_.at_machine_height = retracted_ && !codes.moves("Z");
+    if (codes.moves("Z")) {
+      retracted_ = false;
+      height_known_ = true;
+    }
+    now_.guarded = measures || codes.has(31) || codes.has(38.3);
+    if (now_.guarded && !codes.hasM(78)) unchecked_ = line_;
+    now_.arc = motion_ >= 2 ? static_cast<int>(motion_) : 0;
+    if (now_.arc != 0) now_.centre_mm = {before_mm[0] + codes.words.at('I'), before_mm[1] + codes.words.at('J')};
     part().moves.push_back(now_);
   }
 
   Interpreted all_;
   std::map<int, double> variables_;
+  std::map<std::string, std::string> subroutines_;
+  std::string in_, line_, message_, unchecked_;
   Reached now_;
-  bool placed_{};
+  double motion_{1}, tool_{};
+  bool linuxcnc_{}, millimetres_{}, absolute_{}, spindle_stands_{}, offset_{}, tip_control_{}, retracted_{},
+      height_known_{}, compared_{}, frame_known_{};
 };
 
 }  // namespace

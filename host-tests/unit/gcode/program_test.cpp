@@ -11,6 +11,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "interpreter.hpp"
+#include "programs.hpp"
 #include "tools/gcode/picture.hpp"
 #include "tools/gcode/unroll.hpp"
 
@@ -20,70 +21,6 @@ namespace {
 using Eigen::Vector3d;
 using procedure::Feature;
 using procedure::Kind;
-
-constexpr double kRounding_mm = 0.0006;
-constexpr double kSafe_mm = 90;
-
-Setting setting() {
-  Setting setting;
-  setting.at_mm = {1, -2, 3};
-  setting.balls_mm = {{40, 0, 20}, {-30, 10, 35}, {-10, -30, 30}, {20, 20, 25}};
-  setting.c_axis_mm = {0.5, 0.25, 0};
-  setting.table_axis_mm = Vector3d{0, 0, -50};
-  setting.ball_diameter_mm = 25;
-  setting.gap_mm = 26;
-  setting.setter_width_mm = 16;
-  setting.stylus_diameter_mm = 6;
-  setting.tool_diameter_mm = 10;
-  setting.safe_z_mm = kSafe_mm;
-  return setting;
-}
-
-struct Case {
-  const procedure::LiveMethod* method{};
-  ProcedureOptions options{};
-};
-
-std::vector<Case> cases() {
-  ProcedureOptions three;
-  three.angles = 3;
-  ProcedureOptions tool;
-  tool.tool = 4;
-  ProcedureOptions tilted;
-  tilted.b_count = 3;
-  tilted.b_angles_rad = {-0.3, 0, 0.3};
-  tilted.b_axis = {1, 0, 0};
-  ProcedureOptions sweep;
-  sweep.axis = 2;
-  sweep.travel_mm = 40;
-  sweep.speed_count = 1;
-  sweep.speeds_mm_s[0] = 5;
-  ProcedureOptions rest;
-  rest.axis = 1;
-  ProcedureOptions scan;
-  scan.reach_mm = 15.5;
-  return {{&procedure::kDelayMultiSpeed, {}},  {&procedure::kDelayPlates, {}},
-          {&procedure::kDelayInOut, {}},       {&procedure::kDelayNonNormal, {}},
-          {&procedure::kCentreline, three},    {&procedure::kToolSetter, tool},
-          {&procedure::kTablePivot, tilted},   {&procedure::kScrewCalibration, sweep},
-          {&procedure::kScrewReference, rest}, {&procedure::kDelaySteppedScan, scan},
-          {&procedure::kDelayContour, scan}};
-}
-
-procedure::Plan planOf(const Case& c) {
-  procedure::Plan plan;
-  EXPECT_FALSE(whyRefused(*c.method, c.options, 2)) << whyRefused(*c.method, c.options, 2)->what;
-  fill(plan, *c.method, c.options);
-  EXPECT_GT(plan.step_count, 0U);
-  return plan;
-}
-
-std::string written(const Case& c, const Dialect& dialect, Marks marks = Marks::lines) {
-  const auto blocks = unroll(planOf(c), setting());
-  EXPECT_TRUE(blocks) << blocks.error().what;
-  if (!blocks) return {};
-  return program(*blocks, setting(), {std::string{c.method->name()}, "probebox calibrate", "zero"}, dialect, marks);
-}
 
 Vector3d vectorOf(const std::array<double, 3>& v) {
   return {v[0], v[1], v[2]};
@@ -210,36 +147,7 @@ TEST(Picture, ShowsTheArcsOfAScan) {
 TEST(Program, MovesNothingBeforeTheOperatorStartsIt) {
   for (const auto name : dialectNames()) {
     const auto read = interpret(written(cases()[0], *dialectNamed(name)));
-    EXPECT_TRUE(read.parts[0].moves.empty()) << name;
-  }
-}
-
-TEST(Program, KeepsTheDryRunAboveTheSafeHeightAndSendsNoMarks) {
-  for (const auto& c : cases()) {
-    SCOPED_TRACE(c.method->name());
-    const auto read = interpret(written(c, fanuc()));
-    const Part &dry = read.parts[1], &run = read.parts[2];
-    ASSERT_EQ(dry.moves.size(), run.moves.size());
-    EXPECT_TRUE(dry.marks.empty());
-    for (std::size_t i = 0; i < dry.moves.size(); ++i) {
-      EXPECT_GE(dry.moves[i].at_mm[2], kSafe_mm - kRounding_mm);
-      // The same way over the table.
-      if (i == 0) continue;
-      EXPECT_NEAR(dry.moves[i].at_mm[0], run.moves[i].at_mm[0], kRounding_mm);
-      EXPECT_NEAR(dry.moves[i].at_mm[1], run.moves[i].at_mm[1], kRounding_mm);
-    }
-  }
-}
-
-TEST(Program, HasNoFeedAboveTheLimitAndNoRapidOfALinearAxis) {
-  for (const auto& c : cases()) {
-    for (const auto& part : interpret(written(c, linuxcnc())).parts) {
-      for (const auto& move : part.moves) {
-        EXPECT_FALSE(move.rapid);
-        EXPECT_GT(move.feed_mm_min, 0);
-        EXPECT_LE(move.feed_mm_min, setting().most_mm_min);
-      }
-    }
+    EXPECT_TRUE(read.parts[0].moves.empty() && read.parts[0].retracts.empty()) << name;
   }
 }
 
@@ -286,50 +194,6 @@ TEST(Program, SaysWhetherItsDialectWasRunOnAControl) {
   }
 }
 
-Case headPivot() {
-  ProcedureOptions swivelled;
-  swivelled.b_count = 3;
-  swivelled.b_angles_rad = {0, 0.4, 0.8};
-  swivelled.b_axis = {0, 1, 0};
-  return {&procedure::kHeadPivot, swivelled};
-}
-
-std::string headProgram(const Case& c, const Dialect& dialect) {
-  Setting with = setting();
-  with.probe_tool = 7;
-  const auto blocks = unroll(planOf(c), with);
-  EXPECT_TRUE(blocks) << blocks.error().what;
-  return blocks ? program(*blocks, with, {"head", "probebox calibrate", "zero"}, dialect, Marks::lines) : std::string{};
-}
-
-// A length of zero would swivel the head about the spindle's nose, and the tip into the part.
-TEST(Program, KeepsTheTipInPlaceByTheLengthOfTheProbesTool) {
-  using testing::HasSubstr;
-  const auto fanucs = headProgram(headPivot(), fanuc());
-  EXPECT_THAT(fanucs, testing::AllOf(HasSubstr("\nG43.4 H7\n"), testing::Not(HasSubstr("H0"))));
-  EXPECT_THAT(headProgram(headPivot(), haas()), HasSubstr("\nG234 H7\n"));
-  EXPECT_THAT(headProgram(headPivot(), siemens()), HasSubstr("\nTRAORI\n"));
-}
-
-// Upright, and before a tool is changed and the program ends.
-TEST(Program, EndsTipControlWithTheHeadUpright) {
-  using testing::HasSubstr;
-  ProcedureOptions two = headPivot().options;
-  two.tool_count = 2;
-  two.tools = {3, 4};
-  const auto text = headProgram({&procedure::kSwivelError, two}, fanuc());
-  EXPECT_THAT(text, HasSubstr("B0.000\nG49\nT4 M6\nG43 H4\nG43.4 H4\n"));
-  EXPECT_THAT(text, HasSubstr("B0.000\nG49\nPCLOS\n"));
-  EXPECT_THAT(headProgram(headPivot(), siemens()), HasSubstr("B0.000\nTRAFOOF\nEXTCLOSE"));
-}
-
-Case headCalibration() {
-  ProcedureOptions options;
-  options.head_tool = 9;
-  options.head_range_mm = 5;
-  return {&procedure::kSensorHeadCalibration, options};
-}
-
 // Between holds at one ball nothing rises to the safe height.
 TEST(Program, StaysAtTheBallBetweenHolds) {
   const auto plan = planOf(headCalibration());
@@ -369,7 +233,6 @@ TEST(Unroll, RefusesByNameWhatTheProgramWouldHaveToKnow) {
   EXPECT_THAT(whyNot(cases()[0], low), testing::HasSubstr("larger"));
   EXPECT_THAT(whyNot(cases()[0], slow), testing::HasSubstr("--most-feed"));
   EXPECT_THAT(whyNot(cases()[4], no_ball), testing::HasSubstr("--ball"));
-  EXPECT_THAT(whyNot(headPivot(), setting()), testing::HasSubstr("--probe-tools"));
   EXPECT_THAT(whyNot({&procedure::kCentrelineBySteps, {}}, setting()),
               testing::HasSubstr("read its steps from the box"));
 }

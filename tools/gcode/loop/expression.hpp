@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "protocol/units/outcome.hpp"
-#include "tools/gcode/loop/program_text.hpp"
+#include "tools/gcode/loop/value.hpp"
 
 namespace probebox::gcode::loop {
 

@@ -5,20 +5,11 @@
 #include <vector>
 
 #include "protocol/units/outcome.hpp"
+#include "tools/gcode/loop/value.hpp"
 
 // The loop program as data. It is written once, in the language of LinuxCNC (tools/linuxcnc/*.ngc); controls that read
 // registers themselves get it in their own.
 namespace probebox::gcode::loop {
-
-// A value: a number, a variable, a place in a table (`#[1200 + #<tool>]`), a register by the name of its HAL pin, a
-// function or an operation of its arguments.
-struct Value {
-  enum class Is { number, variable, table, pin, call, operation };
-  Is is{};
-  double number{};
-  std::string name{};  // "run/axis" for a variable of a subprogram, "_pb_x" for one of all; "ABS"; "+", "EQ", "AND"
-  std::vector<Value> arguments{};
-};
 
 struct Word {
   char letter{};

@@ -1,6 +1,9 @@
 #pragma once
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/probebox/cli/request.hpp"
@@ -24,6 +27,22 @@ inline CLI::Validator point() {
     return good && numbers == 3 ? std::string{} : text + " is not a point in mm, such as 10,-20.5,30";
   };
   return CLI::Validator{check, "", "point"};
+}
+
+// A word of a control for the angle of an axis, such as "A=M19 R", of characters that a program may hold.
+inline CLI::Validator axisWord() {
+  const auto check = [](std::string& text) {
+    constexpr std::size_t kLongest = 14;
+    const auto usual = [](unsigned char c) {
+      return std::isupper(c) != 0 || std::isdigit(c) != 0 || c == ' ' || c == '=';
+    };
+    const bool named = text.size() > 2 && text.size() <= kLongest && text[0] >= 'A' && text[0] <= 'C' && text[1] == '=';
+    const std::string word = named ? text.substr(2) : std::string{};
+    const bool good = named && std::string_view{"ABCUVWMS"}.find(word.front()) != std::string_view::npos &&
+                      std::ranges::all_of(word, usual) && (std::isupper(word.back()) != 0 || word.back() == '=');
+    return good ? std::string{} : text + " is not a word for A, B or C, such as A=M19 R, A=SPOS= or B=A";
+  };
+  return CLI::Validator{check, "", "word"};
 }
 
 // Declares the options of `gcode` that describe the machine. Only run_commands.hpp includes this.
@@ -72,14 +91,23 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
       ->type_name("X,Y,Z");
   add_point("--c-axis", options.c_axis_mm, "a point of the turning axis C, which is along Z; default: 0,0,0");
   add_point("--table-axis", options.table_axis_mm, "a point of the axis of a tilting table");
-  gcode->add_option("--b-axis", options.b_axis, "direction of the axis of B, X or Y")
-      ->check(CLI::IsMember({"X", "Y"}))
-      ->capture_default_str();
+  gcode->add_option("--b-axis", options.b_axis, "axis about which B turns right-handed, X, Y, -X or -Y; default: X")
+      ->check(CLI::IsMember({"X", "Y", "-X", "-Y"}));
+  gcode
+      ->add_option("--words", options.words,
+                   "words of the control for the box's axes A (orientation of the spindle), B and C; default: M19 R or "
+                   "SPOS= for A, A for a B about X, else B and C")
+      ->delimiter(',')
+      ->check(axisWord())
+      ->type_name("AXIS=WORD");
   gcode->add_option("--tilts", options.tilts_deg, "angles of B, as tilts_deg of machine.toml has them")
       ->delimiter(',')
       ->check(between(-360, 360))
       ->type_name("DEGREES");
-  gcode->add_option("--probe-tools", options.probe_tools, "tools that carry the probe, as machine.toml numbers them")
+  gcode
+      ->add_option("--probe-tools", options.probe_tools,
+                   "tools that carry the probe, as machine.toml numbers them; the program takes them with their length "
+                   "offsets. Without: the probe is in the spindle, and the program ends unless an offset is active")
       ->delimiter(',')
       ->check(wholeNumber())
       ->type_name("NUMBERS");
@@ -91,6 +119,18 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
   add_mm("--setter", options.setter_mm, "width of the tool-setting device");
   add_mm("--stylus", options.stylus_mm, "diameter of the stylus ball");
   add_mm("--tool-diameter", options.tool_diameter_mm, "diameter of the tool that is measured");
+  add_mm("--deflection-limit", options.deflection_limit_mm,
+         "deflection_limit_mm of probe.toml: a larger --overtravel is refused; default: 1");
+  gcode
+      ->add_option("--machine-z", options.machine_z_mm,
+                   "machine position of Z to which it rises before a tool is taken; default: 0")
+      ->check(between(-kFurthest_mm, kFurthest_mm))
+      ->type_name("MM");
+  gcode->add_option("--number", options.number, "number of the program, for fanuc and haas; default: 1000")
+      ->check(wholeBetween(1, 8999))
+      ->type_name("NUMBER");
+  gcode->add_flag("--no-skip", options.no_skip,
+                  "the probe is not wired to the control's skip input: write moves that it cannot stop");
   add_mm("--traverse", options.traverse_mm_min, "feed of traverses; default: 1500", "MM_PER_MIN");
   add_mm("--most-feed", options.most_mm_min, "limit of all feeds; default: 6000", "MM_PER_MIN");
 }

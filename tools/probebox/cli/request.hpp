@@ -151,7 +151,12 @@ struct Gcode : RunChoices {
   std::vector<double> tilts_deg;
   std::vector<std::uint32_t> probe_tools;
   std::optional<std::uint32_t> head_tool;
-  std::string b_axis{"X"};
+  std::string b_axis;              // "X", "-Y"; empty: X
+  std::vector<std::string> words;  // "A=M19 R" each
+  std::optional<unsigned> number;  // of the program
+  std::optional<double> machine_z_mm;
+  double deflection_limit_mm{1};
+  bool no_skip{};  // the control cannot stop by the probe
   std::optional<double> safe_z_mm, sphere_mm, gap_mm, setter_mm, stylus_mm, tool_diameter_mm;
   double traverse_mm_min{1500};
   double most_mm_min{6000};

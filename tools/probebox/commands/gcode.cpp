@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstdlib>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,12 +7,14 @@
 #include "protocol/units/angle.hpp"
 #include "tools/gcode/loop/loop.hpp"
 #include "tools/gcode/picture.hpp"
+#include "tools/gcode/place_of.hpp"
 #include "tools/gcode/program.hpp"
 #include "tools/gcode/unroll.hpp"
 #include "tools/plan/completed.hpp"
 #include "tools/plan/simulated_facts.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/gcode_choices.hpp"
 #include "tools/probebox/commands/run_choices.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/text/report.hpp"
@@ -23,47 +24,13 @@ namespace {
 
 using procedure::Feature;
 
-Eigen::Vector3d pointOf(const std::vector<double>& given) {
-  return given.size() == 3 ? Eigen::Vector3d{given[0], given[1], given[2]} : Eigen::Vector3d::Zero();
-}
-
-// "10,-20.5,30", which the command line has checked.
-Eigen::Vector3d pointOf(const std::string& text) {
-  Eigen::Vector3d point;
-  const char* from = text.c_str();
-  for (double& value : point) {
-    char* end = nullptr;
-    value = std::strtod(from, &end);
-    from = end + (*end == ',' ? 1 : 0);
-  }
-  return point;
-}
-
-gcode::Setting settingOf(const Gcode& options) {
-  gcode::Setting setting;
-  setting.at_mm = pointOf(options.at_mm);
-  for (const auto& ball : options.balls_mm) setting.balls_mm.push_back(pointOf(ball));
-  setting.c_axis_mm = pointOf(options.c_axis_mm);
-  if (!options.table_axis_mm.empty()) setting.table_axis_mm = pointOf(options.table_axis_mm);
-  if (options.b_axis == "Y") setting.b_axis = Eigen::Vector3d::UnitY();
-  setting.ball_diameter_mm = options.sphere_mm;
-  setting.gap_mm = options.gap_mm;
-  setting.setter_width_mm = options.setter_mm;
-  setting.stylus_diameter_mm = options.stylus_mm;
-  setting.tool_diameter_mm = options.tool_diameter_mm;
-  if (!options.probe_tools.empty()) setting.probe_tool = options.probe_tools.front();
-  setting.safe_z_mm = options.safe_z_mm;
-  setting.traverse_mm_min = std::min(options.traverse_mm_min, options.most_mm_min);
-  setting.near_mm_min = std::min(setting.near_mm_min, setting.traverse_mm_min);
-  setting.most_mm_min = options.most_mm_min;
-  return setting;
-}
-
 // What machine.toml says of the axes and tools that the steps name.
 procedure::Facts factsOf(const Gcode& options) {
   procedure::Facts facts = plan::factsOf({}, options.tool.value_or(0));
+  const Eigen::Vector3d about = bAxisOf(options);
+  const std::array<double, 3> axis{about.x(), about.y(), about.z()};
   const auto describe = [&](procedure::BFacts& b) {
-    b.axis = options.b_axis == "Y" ? std::array<double, 3>{0, 1, 0} : std::array<double, 3>{1, 0, 0};
+    b.axis = axis;
     b.count = options.tilts_deg.size();
     for (std::size_t i = 0; i < b.count; ++i) b.angles_rad[i] = radians(options.tilts_deg[i]);
   };
@@ -79,39 +46,13 @@ procedure::Facts factsOf(const Gcode& options) {
   return facts;
 }
 
-// What a run depends on that only machine.toml has, and that was not given.
-std::optional<Trouble> whyNotGiven(const Gcode& options, const procedure::Plan& plan, const gcode::Dialect& dialect) {
-  for (std::size_t i = 0; i < plan.step_count; ++i) {
-    const procedure::Step& step = plan.steps[i];
-    const bool holds = step.kind == procedure::Kind::hold;
-    if (holds && !options.head_tool)
-      return usage("a sensor head holds over the ball: give its tool, --head-tool NUMBER");
-    if (!holds && step.touch.tool != 0 && step.feature != Feature::tool_setter && options.probe_tools.empty())
-      return usage("this run changes the tools that carry the probe: give --probe-tools, as machine.toml numbers them");
-    if (step.b_moves != procedure::BMoves::nothing && options.tilts_deg.empty())
-      return usage("this run turns B: give --tilts, the angles that machine.toml has");
-    const bool head = step.b_moves == procedure::BMoves::head;
-    if (head && dialect.tipControl({}).empty())
-      return usage(std::string{dialect.name()} +
-                   " has no code that keeps the tip in place while a head swivels: let the control read its steps from "
-                   "the box (docs/integrator.md)");
-  }
-  return std::nullopt;
-}
-
-// What a run has no room for. Left out silently, the program would measure less than was asked for.
-std::optional<Trouble> whyTooMany(const Gcode& options) {
-  const auto objection = [](const char* option, std::size_t most) {
-    return usage(std::string{option} + ": a run has up to " + std::to_string(most) + " of them: omit some");
-  };
-  if (options.tilts_deg.size() > kMostBAngles) return objection("--tilts", kMostBAngles);
-  if (options.probe_tools.size() > kMostProbeTools) return objection("--probe-tools", kMostProbeTools);
-  return std::nullopt;
-}
-
 std::string zeroOf(const procedure::Plan& plan, const Gcode& options) {
   const bool at_zero = options.at_mm.empty();
-  switch (plan.steps[0].feature) {
+  const procedure::Step& first = plan.steps[0];
+  if (first.kind == procedure::Kind::rest) return "anywhere: nothing is approached.";
+  if (gcode::movesOneAxis(first))
+    return "so that the axis may travel from X and Y of --at at the safe height: from 0, 0 where --at was not given.";
+  switch (first.feature) {
     case Feature::part_ball:
       return "as --ball and --c-axis were given; C = 0 where the balls were measured.";
     case Feature::plates:
@@ -139,23 +80,31 @@ struct Written {
 Outcome<Written, Trouble> unrolled(const Gcode& options) {
   TRY(const auto wanted, wantedOf(options));
   if (auto trouble = whyTooMany(options)) return *trouble;
+  if (!wanted.method->calibrates)
+    return Trouble{ExitStatus::failed, "no-program",
+                   options.method + " is done by hand, as the box asks for each step: run probebox " + options.method};
   const auto completed = plan::completed(wanted, factsOf(options));
   if (!completed) return Trouble{ExitStatus::failed, completed.error().name, completed.error().reason};
   procedure::Plan plan;
   procedure::fill(plan, *wanted.method, *completed);
   const gcode::Dialect& dialect = *gcode::dialectNamed(options.dialect);
+  if (options.number && &dialect != &gcode::fanuc() && &dialect != &gcode::haas())
+    return usage("--number is of fanuc and haas: omit it, " + options.dialect + " names programs by their files");
   if (!options.tape.empty() && &dialect != &gcode::linuxcnc())
     return usage("--tape names the line to the box for linuxcnc alone: omit it; comments of the program name that of " +
                  options.dialect);
   if (auto trouble = whyNotGiven(options, plan, dialect)) return *trouble;
-  const auto setting = settingOf(options);
+  if (auto trouble = whyNotUsed(options, plan)) return *trouble;
+  TRY(const auto setting, settingOf(options));
   const auto blocks = gcode::unroll(plan, setting);
   if (!blocks) return Trouble{ExitStatus::failed, "no-program", blocks.error().what};
+  if (auto trouble = whyWordNotUsed(options, *blocks)) return *trouble;
   const std::string chosen = chosenOf(wanted);
   const gcode::Heading heading{.method = options.method,
                                .command = "probebox calibrate " + options.method + (chosen.empty() ? "" : " " + chosen),
                                .zero = zeroOf(plan, options),
-                               .device = options.tape};
+                               .device = options.tape,
+                               .number = options.number.value_or(gcode::Heading{}.number)};
   const auto marks = options.stops ? gcode::Marks::stops : gcode::Marks::lines;
   return Written{gcode::program(*blocks, setting, heading, dialect, marks),
                  gcode::picture(*blocks, setting, heading.command), plan.step_count};

@@ -1,0 +1,119 @@
+#pragma once
+#include <Eigen/Core>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "tools/gcode/program.hpp"
+#include "tools/gcode/unroll.hpp"
+
+// Programs of all methods, for the tests of this room.
+namespace probebox::gcode {
+
+inline constexpr double kRounding_mm = 0.0006;
+inline constexpr double kSafe_mm = 90;
+
+inline Setting setting() {
+  Setting setting;
+  setting.at_mm = {1, -2, 3};
+  setting.balls_mm = {{40, 0, 20}, {-30, 10, 35}, {-10, -30, 30}, {20, 20, 25}};
+  setting.c_axis_mm = {0.5, 0.25, 0};
+  setting.table_axis_mm = Eigen::Vector3d{0, 0, -50};
+  setting.ball_diameter_mm = 25;
+  setting.gap_mm = 26;
+  setting.setter_width_mm = 16;
+  setting.stylus_diameter_mm = 6;
+  setting.tool_diameter_mm = 10;
+  setting.safe_z_mm = kSafe_mm;
+  setting.probe_tool = 7;
+  return setting;
+}
+
+struct Case {
+  const procedure::LiveMethod* method{};
+  ProcedureOptions options{};
+};
+
+inline std::vector<Case> cases() {
+  ProcedureOptions three;
+  three.angles = 3;
+  ProcedureOptions tool;
+  tool.tool = 4;
+  ProcedureOptions tilted;
+  tilted.b_count = 3;
+  tilted.b_angles_rad = {-0.3, 0, 0.3};
+  tilted.b_axis = {1, 0, 0};
+  ProcedureOptions sweep;
+  sweep.axis = 2;
+  sweep.travel_mm = 40;
+  sweep.speed_count = 1;
+  sweep.speeds_mm_s[0] = 5;
+  ProcedureOptions rest;
+  rest.axis = 1;
+  ProcedureOptions scan;
+  scan.reach_mm = 15.5;
+  return {{&procedure::kDelayMultiSpeed, {}},  {&procedure::kDelayPlates, {}},
+          {&procedure::kDelayInOut, {}},       {&procedure::kDelayNonNormal, {}},
+          {&procedure::kCentreline, three},    {&procedure::kToolSetter, tool},
+          {&procedure::kTablePivot, tilted},   {&procedure::kScrewCalibration, sweep},
+          {&procedure::kScrewReference, rest}, {&procedure::kDelaySteppedScan, scan},
+          {&procedure::kDelayContour, scan}};
+}
+
+inline procedure::Plan planOf(const Case& c) {
+  procedure::Plan plan;
+  EXPECT_FALSE(whyRefused(*c.method, c.options, 2)) << whyRefused(*c.method, c.options, 2)->what;
+  fill(plan, *c.method, c.options);
+  EXPECT_GT(plan.step_count, 0U);
+  return plan;
+}
+
+inline std::string written(const Case& c, const Dialect& dialect, Marks marks = Marks::lines,
+                           const Setting& with = setting()) {
+  const auto blocks = unroll(planOf(c), with);
+  EXPECT_TRUE(blocks) << blocks.error().what;
+  if (!blocks) return {};
+  return program(*blocks, with, {std::string{c.method->name()}, "probebox calibrate", "zero"}, dialect, marks);
+}
+
+// Head and tools that cases() do without.
+inline Case headCase(const procedure::LiveMethod& method, std::vector<std::uint32_t> tools) {
+  ProcedureOptions options;
+  options.b_count = 3;
+  options.b_angles_rad = {0, 0.4, 0.8};
+  options.b_axis = {0, 1, 0};
+  options.tool_count = static_cast<std::uint8_t>(tools.size());
+  std::ranges::copy(tools, options.tools.begin());
+  return {&method, options};
+}
+
+inline Case headCalibration() {
+  ProcedureOptions options;
+  options.head_tool = 9;
+  options.head_range_mm = 5;
+  return {&procedure::kSensorHeadCalibration, options};
+}
+
+// Every method that has a program, once at least.
+inline std::vector<Case> allCases() {
+  auto all = cases();
+  ProcedureOptions tool, tilted = cases()[6].options;
+  tool.tool = 4;
+  tilted.axis = procedure::kAxisB;
+  for (const auto* method :
+       {&procedure::kDelayKnownSphere, &procedure::kDelayPerAxis, &procedure::kCentrelineLimitedAccess,
+        &procedure::kSpindleOffset2x2, &procedure::kSpindleOffsetFour, &procedure::kCAxisAlignment,
+        &procedure::kPeriodicCheck, &procedure::kAAxisAlignment, &procedure::kPreTravel})
+    all.push_back({method, {}});
+  all.push_back({&procedure::kToolAssembly, tool});
+  all.push_back({&procedure::kRotaryAxisErrors, {}});
+  all.push_back({&procedure::kRotaryAxisErrors, tilted});
+  all.push_back(headCase(procedure::kHeadPivot, {}));
+  all.push_back(headCase(procedure::kSwivelError, {3, 4}));
+  all.push_back(headCalibration());
+  return all;
+}
+
+}  // namespace probebox::gcode

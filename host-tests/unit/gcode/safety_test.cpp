@@ -1,0 +1,233 @@
+// Rules of a machinist, over the programs of every method in every dialect, as the test's own interpreter reads them.
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <set>
+
+#include "interpreter.hpp"
+#include "programs.hpp"
+
+namespace probebox::gcode {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+bool swivels(const procedure::Plan& plan) {
+  return std::ranges::any_of(std::span{plan.steps}.first(plan.step_count),
+                             [](const auto& step) { return step.b_moves == procedure::BMoves::head; });
+}
+
+bool takesNothingElse(const procedure::Plan& plan) {
+  return std::ranges::all_of(std::span{plan.steps}.first(plan.step_count),
+                             [](const auto& step) { return step.touch.tool == 0; });
+}
+
+struct Program {
+  std::string_view dialect;
+  std::string what;
+  procedure::Plan plan;
+  Interpreted read;
+};
+
+// Every program, those with the probe in the spindle too; written and read once.
+const std::vector<Program>& everyProgram() {
+  static const auto all = [] {
+    std::vector<Program> programs;
+    for (const auto name : dialectNames()) {
+      for (const auto& c : allCases()) {
+        const auto plan = planOf(c);
+        if (swivels(plan) && !dialectNamed(name)->hasTipControl()) continue;
+        for (const std::uint32_t probe_tool : {7U, 0U}) {
+          if (probe_tool == 0 && (swivels(plan) || !takesNothingElse(plan))) continue;
+          Setting with = setting();
+          with.probe_tool = probe_tool;
+          programs.push_back(
+              {name,
+               std::string{name} + " " + std::string{c.method->name()} + (probe_tool == 0 ? " in the spindle" : ""),
+               plan, interpret(written(c, *dialectNamed(name), Marks::lines, with))});
+        }
+      }
+    }
+    return programs;
+  }();
+  return all;
+}
+
+void forEveryProgram(const auto& check) {
+  for (const auto& [dialect, what, plan, read] : everyProgram()) {
+    SCOPED_TRACE(what);
+    check(dialect, plan, read);
+  }
+}
+
+TEST(Safety, KnowsEveryMethodThatHasAProgram) {
+  std::set<std::string_view> known;
+  for (const auto& c : allCases()) known.insert(c.method->name());
+  for (const auto name : procedure::methodNames()) {
+    const auto* method = procedure::methodNamed(name);
+    EXPECT_EQ(known.contains(name), method->calibrates && method->loops.next == nullptr) << name;
+  }
+}
+
+// No move of Z without a length offset, no rapid of a linear axis but Z up in machine coordinates, no G49 alone, no
+// rapid under tip control, no tool before Z is up, no probe that turns, units and absolute positions set.
+TEST(Safety, FindsNoDangerInAnyProgram) {
+  forEveryProgram([](auto, const auto&, const Interpreted& read) {
+    EXPECT_THAT(read.dangers, IsEmpty());
+    EXPECT_THAT(read.unknown, IsEmpty());
+    EXPECT_TRUE(read.ended);
+  });
+}
+
+TEST(Safety, MakesTheDryRunThePathOfTheRunLiftedByOneHeight) {
+  forEveryProgram([](auto, const auto&, const Interpreted& read) {
+    const Part &dry = read.parts[1], &run = read.parts.back();
+    if (read.parts.size() != 3) return;  // plates that are put into another mount stop the run
+    ASSERT_EQ(dry.moves.size(), run.moves.size());
+    ASSERT_EQ(dry.turns.size(), run.turns.size());
+    EXPECT_EQ(dry.retracts, run.retracts);
+    EXPECT_EQ(dry.tools, run.tools);
+    EXPECT_THAT(dry.marks, IsEmpty());
+    double lowest_mm = kSafe_mm;
+    for (const auto& move : run.moves) lowest_mm = std::min(lowest_mm, move.placed ? move.at_mm[2] : kSafe_mm);
+    const double lift_mm = kSafe_mm - lowest_mm;
+    for (std::size_t i = 0; i < dry.moves.size(); ++i) {
+      if (dry.moves[i].at_machine_height) continue;
+      EXPECT_NEAR(dry.moves[i].at_mm[2], run.moves[i].at_mm[2] + lift_mm, 2 * kRounding_mm) << i;
+      if (i < 2) continue;  // from where the operator has left it
+      for (std::size_t axis = 0; axis < 2; ++axis)
+        EXPECT_NEAR(dry.moves[i].at_mm[axis], run.moves[i].at_mm[axis], kRounding_mm) << i;
+      EXPECT_EQ(dry.moves[i].angles_deg, run.moves[i].angles_deg) << i;
+    }
+    for (std::size_t i = 0; i < dry.turns.size(); ++i) {
+      EXPECT_EQ(dry.turns[i].after, run.turns[i].after);
+      EXPECT_EQ(dry.turns[i].angles_deg, run.turns[i].angles_deg);
+      EXPECT_GE(run.turns[i].at_z_mm, kSafe_mm - kRounding_mm) << "nothing turns below the safe height";
+    }
+  });
+}
+
+// From the end of a step to the begin of the next one, but for the moves that put a stylus onto a scan and off it.
+TEST(Safety, GuardsEachMoveThatIsToMeetNothing) {
+  forEveryProgram([](std::string_view name, const procedure::Plan& plan, const Interpreted& read) {
+    const bool can = !swivels(plan) || name == "siemens";
+    const Part& run = read.parts.back();
+    std::set<std::size_t> open{0, 1};
+    for (const std::size_t after : run.retracts) open.insert({after, after + 1, after + 2});
+    for (std::size_t i = 0; i < run.marks.size(); i += 2) {
+      const std::size_t scans = plan.steps[i / 2].kind == procedure::Kind::scan ? 1 : 0;
+      const bool first = run.marks[i].after < scans;
+      for (std::size_t move = first ? 0 : run.marks[i].after - scans; move < run.marks[i + 1].after + scans; ++move) {
+        EXPECT_FALSE(run.moves[move].guarded) << "a measurement that the control stops";
+        open.insert(move);
+      }
+    }
+    if (read.parts.size() != 3) return;
+    for (std::size_t i = 0; i < run.moves.size(); ++i) {
+      if (open.contains(i)) continue;
+      EXPECT_EQ(run.moves[i].guarded, can) << i;
+    }
+  });
+}
+
+TEST(Safety, GuardsNothingWhereTheControlCannot) {
+  Setting blind = setting();
+  blind.guard = false;
+  for (const auto name : dialectNames()) {
+    const auto text = written(cases()[0], *dialectNamed(name), Marks::lines, blind);
+    const auto read = interpret(text);
+    EXPECT_THAT(read.dangers, IsEmpty());
+    for (const auto& part : read.parts) {
+      for (const auto& move : part.moves) EXPECT_FALSE(move.guarded) << name;
+    }
+    EXPECT_THAT(text, HasSubstr("NOTHING STOPS WHEN THE PROBE TOUCHES")) << name;
+  }
+}
+
+TEST(Safety, HasNoFeedAboveTheLimit) {
+  forEveryProgram([](auto, const auto&, const Interpreted& read) {
+    for (const auto& part : read.parts) {
+      for (const auto& move : part.moves) {
+        EXPECT_GT(move.feed_mm_min, 0);
+        EXPECT_LE(move.feed_mm_min, setting().most_mm_min);
+      }
+    }
+  });
+}
+
+TEST(Safety, SaysAtEachStopWhy) {
+  forEveryProgram([](std::string_view name, const auto&, const Interpreted& read) {
+    ASSERT_GE(read.messages.size(), 2U);
+    const std::size_t most = name == "fanuc" || name == "haas" ? 26 : 100;
+    for (const auto& message : read.messages) EXPECT_LE(message.size(), most) << message;
+  });
+}
+
+TEST(Safety, PressesTheProbeNoFurtherThanItMayBe) {
+  ProcedureOptions deep;
+  deep.overtravel_mm = 1.5;
+  const auto refused = unroll(planOf({&procedure::kDelayMultiSpeed, deep}), setting());
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, testing::AllOf(HasSubstr("1.500 mm"), HasSubstr("--deflection-limit")));
+  Setting robust = setting();
+  robust.deflection_limit_mm = 1.5;
+  EXPECT_TRUE(unroll(planOf({&procedure::kDelayMultiSpeed, deep}), robust));
+}
+
+TEST(Safety, AsksWithWhichToolAProgramTakesTheProbeAgain) {
+  Setting unnamed = setting();
+  unnamed.probe_tool = 0;
+  for (const auto& c : {cases()[5], headCase(procedure::kHeadPivot, {})}) {
+    const auto refused = unroll(planOf(c), unnamed);
+    ASSERT_FALSE(refused) << c.method->name();
+    EXPECT_THAT(refused.error().what, HasSubstr("--probe-tools"));
+  }
+}
+
+// A length of zero would swivel the head about the spindle's nose, and the tip into the part.
+TEST(Safety, KeepsTheTipInPlaceByTheLengthOfTheToolInTheSpindle) {
+  const auto pivot = headCase(procedure::kHeadPivot, {});
+  EXPECT_THAT(written(pivot, fanuc()), testing::AllOf(HasSubstr("\nG1 G43.4 H7 Z90.000 F"), Not(HasSubstr("H0"))));
+  EXPECT_THAT(written(pivot, haas()), HasSubstr("\nG1 G234 H7 Z90.000 F"));
+  EXPECT_THAT(written(pivot, siemens()), HasSubstr("\nTRAORI\nG1 Z90.000 F"));
+  EXPECT_THAT(written(headCase(procedure::kSwivelError, {3, 4}), fanuc()), HasSubstr("G1 G43.4 H4 Z"));
+}
+
+TEST(Safety, EndsTipControlWithTheHeadUpright) {
+  const auto text = written(headCase(procedure::kSwivelError, {3, 4}), fanuc());
+  EXPECT_THAT(text, HasSubstr("\nG1 B0.000 F600.000\nG0 G90 G49 G53 Z0.000\nT4 M6\n"));
+  EXPECT_THAT(text, HasSubstr("\nG1 B0.000 F600.000\nG0 G90 G49 G53 Z0.000\nPCLOS\n"));
+  EXPECT_THAT(written(headCase(procedure::kHeadPivot, {}), siemens()),
+              HasSubstr("\nG1 B0.000 F600.000\nTRAFOOF\nG0 SUPA Z0.000 D0\nEXTCLOSE"));
+}
+
+// A is the spindle's: on a mill with a trunnion named A it would turn the table.
+TEST(Safety, OrientsTheSpindleByItsOwnWord) {
+  const Case aligned{&procedure::kAAxisAlignment, {}};
+  for (const auto name : dialectNames()) {
+    const auto text = written(aligned, *dialectNamed(name));
+    EXPECT_GE(interpret(text).orientations, 4) << name;
+    EXPECT_THAT(text, HasSubstr(name == "siemens" ? "\nSPOS=180.000\n" : "\nM19 R180.000")) << name;
+    EXPECT_THAT(text, HasSubstr("ORIENTATION OF THE SPINDLE")) << name;
+  }
+  Setting named = setting();
+  named.words = {"C", "A", "C2="};
+  const auto text = written(aligned, siemens(), Marks::lines, named);
+  EXPECT_THAT(text, testing::AllOf(HasSubstr("\nG0 C180.000 C2="), Not(HasSubstr("SPOS="))));
+}
+
+TEST(Safety, SetsAndRestoresTheModesThatItDependsOn) {
+  const auto textOf = [](const Dialect& dialect) { return written(cases()[9], dialect); };
+  EXPECT_THAT(textOf(siemens()), testing::AllOf(HasSubstr("\nG17 G710 G40\n"), HasSubstr("\nTRANS\n")));
+  EXPECT_THAT(textOf(linuxcnc()),
+              testing::AllOf(HasSubstr(" G91.1 "), HasSubstr("\nG64\nM2\n"), HasSubstr("#5230 NE 0")));
+  EXPECT_THAT(textOf(fanuc()), testing::AllOf(HasSubstr("\nO1000 "), HasSubstr("[#4016]EQ68"), HasSubstr("[#4011]EQ51"),
+                                              Not(HasSubstr("#10"))));
+  EXPECT_THAT(textOf(haas()), testing::AllOf(HasSubstr("\nO01000 "), HasSubstr("\nG50\nG69\n"),
+                                             HasSubstr("SETTING 263"), Not(HasSubstr("#10"))));
+}
+
+}  // namespace
+}  // namespace probebox::gcode
