@@ -40,7 +40,9 @@ struct Scan {
   Three late_s{};                                                // what the delay in force is off by
   std::array<Three, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  // the true one, diagonal
   Three offset_mm{100, -50, 20};                                 // reference of the axes
-  double noise_mm{};
+  double noise_mm{}, encoder_noise_mm{};
+  double lifts_at_s{1e9};  // from there on the ball flies, and the stylus still swings across the normal by swing_mm
+  double swing_mm{0.03};
 
   Three normal(double t) const {
     const double turn = 0.7 + speed_mm_s * t / (kSphere_mm + kBall_mm);
@@ -52,6 +54,7 @@ struct Scan {
     return {(kSphere_mm + kBall_mm) * n[0], (kSphere_mm + kBall_mm) * n[1], 0};
   }
   Three pushed(double t) const {
+    if (t >= lifts_at_s) return {-swing_mm * normal(t)[1], swing_mm * normal(t)[0], 0};
     const Three n = normal(t), u = along(t);
     const double drag = speed_mm_s > 0 ? friction : 0;
     return {deflection_mm * (n[0] - drag * u[0]), deflection_mm * (n[1] - drag * u[1]), 0};
@@ -65,7 +68,8 @@ struct Scan {
         const double channel = pushed(t)[axis] / gain[axis][axis] + noise_mm * normal_noise(random);
         all[axis * kCount + k] = std::llround(1e6 * channel);
         const double at = t + late_s[axis];
-        all[(3 + axis) * kCount + k] = std::llround(1e6 * (tip(at, axis)[axis] - pushed(at)[axis] - offset_mm[axis]));
+        const double read = tip(at, axis)[axis] - pushed(at)[axis] - offset_mm[axis];
+        all[(3 + axis) * kCount + k] = std::llround(1e6 * (read + encoder_noise_mm * normal_noise(random)));
       }
       all[6 * kCount + k] = flags;
     }
@@ -87,7 +91,7 @@ TEST(TipPoints, FindTheTipAndTheSurfaceWhateverFrictionDoes) {
     Scan dragged = scan;
     dragged.friction = friction;
     const auto columns = dragged.columns(random);
-    TipPoints points{0.2};
+    TipPoints points{0.35};
     const link::DecodedBlock block{descriptor, header(), columns};
     for (std::size_t k = 0; k < kCount; ++k) {
       const auto& point = points.of(block, k);
@@ -114,10 +118,11 @@ TEST(TipPoints, AreAsUncertainAsTheySay) {
   auto descriptor = scanning();
   Scan scan;
   descriptor.tip.offset_mm = scan.offset_mm;
-  double tip = 0, radius = 0;
+  double tip = 0, radius = 0, stated = 0;
   constexpr int kWorlds = 400;
   for (int world = 0; world < kWorlds; ++world) {
     scan.noise_mm = 0.4e-3;
+    scan.encoder_noise_mm = world % 2 == 0 ? 0.0 : 0.8e-3;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       scan.late_s[axis] = 2e-5 * normal(random);
       for (std::size_t i = 0; i < 3; ++i) descriptor.gain[axis][i] = (axis == i ? 1.0 : 0.0) + 0.002 * normal(random);
@@ -133,11 +138,13 @@ TEST(TipPoints, AreAsUncertainAsTheySay) {
       tip += std::pow((point.tip_mm[axis] - truth[axis]) / point.sd_tip_mm[axis], 2) / 3;
       variance += std::pow(n[axis] * point.sd_tip_mm[axis], 2);
     }
-    radius +=
-        std::pow(std::hypot(point.surface_mm[0], point.surface_mm[1], point.surface_mm[2]) - kSphere_mm, 2) / variance;
+    const double off = std::hypot(point.surface_mm[0], point.surface_mm[1], point.surface_mm[2]) - kSphere_mm;
+    radius += off * off / variance;
+    stated += std::pow(off / point.sd_along_normal_mm, 2);
   }
   EXPECT_NEAR(tip / kWorlds, 1, 0.2);
   EXPECT_NEAR(radius / kWorlds, 1, 0.35) << "along the normal the direction does not matter";
+  EXPECT_NEAR(stated / kWorlds, 1, 0.35);
 }
 
 // A tip that rests may be held by friction: the same point, less certain.
@@ -208,6 +215,33 @@ TEST(TipPoints, TakeTheScrewOut) {
   EXPECT_NEAR(before.tip_mm[0] - after.tip_mm[0], 0.02 + 1e-4 * machine_mm, 1e-9);
   EXPECT_EQ(before.tip_mm[1], after.tip_mm[1]);
   EXPECT_GT(after.sd_tip_mm[0], before.sd_tip_mm[0]);
+}
+
+// Within the reach of the motion's direction the ball was in the air: the normal would be that of a swing.
+TEST(TipPoints, GiveNoSurfaceWhereTheBallLeavesIt) {
+  std::mt19937_64 random{7};
+  auto descriptor = scanning();
+  descriptor.tip.offset_mm = Scan{}.offset_mm;
+  for (const double swing_mm : {0.0, 0.03}) {
+    Scan leaving;
+    leaving.lifts_at_s = 20 * kPeriod_s;
+    leaving.swing_mm = swing_mm;
+    const auto columns = leaving.columns(random);
+    TipPoints points{0.2};
+    const link::DecodedBlock block{descriptor, header(), columns};
+    std::uint64_t given = 0;
+    for (std::size_t k = 0; k < kCount; ++k) {
+      const auto& point = points.of(block, k);
+      if (std::isnan(point.surface_mm[0])) continue;
+      ++given;
+      const double off = std::hypot(point.surface_mm[0], point.surface_mm[1], point.surface_mm[2]) - kSphere_mm;
+      EXPECT_LT(std::abs(off), 5 * point.sd_along_normal_mm) << k << ": " << off;
+    }
+    EXPECT_GE(given, 10U);
+    EXPECT_EQ(given, points.surfaces());
+    ASSERT_FALSE(points.missing().empty());
+    for (const auto& [why, missing] : points.missing()) EXPECT_EQ(missing.what, "surface") << why;
+  }
 }
 
 // A stylus in the air touches nothing; one that swings along its own deflection slides along no surface.

@@ -169,7 +169,7 @@ class CommandLine {
     exporting
         ->add_option("--friction", export_.friction,
                      "with --points: largest coefficient of friction between ball and part, for the standard deviation "
-                     "of a surface point while the tip rests; default 0.2")
+                     "of a surface point while the tip rests; what is dragged by more has none; default 0.2")
         ->check(CLI::Range(0.0, 1.0));
   }
 

@@ -27,8 +27,12 @@ constexpr double kContact_mm = 0.02;
 constexpr double kContactInSd = 20;
 // A tip that moved by less than this many standard deviations rests.
 constexpr double kMovedInSd = 20;
-// Of a deflection across the motion; less means that the ball is not sliding along a surface.
-constexpr double kAcross = 0.5;
+// Of the drag, beyond what friction explains.
+constexpr double kDragInSd = 5;
+// Positions within this time of each other may share a reading of a slow encoder.
+constexpr double kScatterLag_s = 0.002;
+constexpr std::size_t kFewestDifferences = 8;
+constexpr double kSdPerMedian = 1.4826;  // of a normal distribution's absolute values
 // As the descriptor follows a screw.
 constexpr double kScrewSd_mm = 0.0002;
 
@@ -57,6 +61,7 @@ std::array<double, kPointColumns.size()> valuesOf(const TipPoint& point) {
   auto next = values.begin();
   for (const auto* three : {&point.tip_mm, &point.sd_tip_mm, &point.normal, &point.surface_mm, &point.sd_surface_mm})
     next = std::ranges::copy(*three, next).out;
+  *next = point.sd_along_normal_mm;
   return values;
 }
 
@@ -106,7 +111,7 @@ const TipPoint& TipPoints::of(const link::DecodedBlock& block, std::size_t k) {
 void TipPoints::take(const link::DecodedBlock& block) {
   const std::size_t count = block.header.count;
   taken_ = codec::timeOf(block.header, block.header.first);
-  points_.assign(count, TipPoint{kNone, kNone, kNone, kNone, kNone});
+  points_.assign(count, TipPoint{kNone, kNone, kNone, kNone, kNone, kNotKnown});
   if (const auto why = whyNoTip(block.descriptor)) {
     for (std::size_t k = 0; k < count; ++k) lack("tip", *why, block.header.first.index + static_cast<std::int64_t>(k));
     bodies_.clear();
@@ -143,17 +148,40 @@ void TipPoints::computeBodies(const link::DecodedBlock& block) {
     if (columns_[6] < channels.size()) body.clipped = (block.column(columns_[6])[k] & latch::flag::kClipped) != 0;
     bodies_.push_back(body);
   }
+  measureScatter();
 }
 
-// The way within kReach_s to either side, and how long it took; zero where there is one sample alone.
-Three TipPoints::step(std::size_t k, bool of_tip, double& seconds) const {
+// Third differences have no part of a speed or an acceleration; their median none of what is rare. A block that is too
+// short keeps the scatter of the one before.
+void TipPoints::measureScatter() {
+  const auto later = std::ranges::find_if(
+      bodies_, [&](const Body& body) { return body.time_s - bodies_.front().time_s >= kScatterLag_s; });
+  const auto lag = static_cast<std::size_t>(later - bodies_.begin());
+  if (bodies_.size() < 3 * lag + kFewestDifferences) return;
+  std::vector<double> misses(bodies_.size() - 3 * lag);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t k = 0; k < misses.size(); ++k) {
+      const auto at = [&](std::size_t lags) { return bodies_[k + lags * lag].mm[axis]; };
+      misses[k] = std::abs(at(3) - 3 * at(2) + 3 * at(1) - at(0));
+    }
+    const auto middle = misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2);
+    std::ranges::nth_element(misses, middle);
+    scatter_mm_[axis] = *middle * kSdPerMedian / std::sqrt(1 + 9 + 9 + 1);
+  }
+}
+
+// What is known within kReach_s to either side.
+TipPoints::Reach TipPoints::reachOf(std::size_t k) const {
   const std::size_t at = first_ + k;
-  std::size_t from = at, to = at;
-  while (from > 0 && bodies_[at].time_s - bodies_[from - 1].time_s <= kReach_s) --from;
-  while (to + 1 < bodies_.size() && bodies_[to + 1].time_s - bodies_[at].time_s <= kReach_s) ++to;
-  seconds = bodies_[to].time_s - bodies_[from].time_s;
+  Reach reach{at, at};
+  while (reach.from > 0 && bodies_[at].time_s - bodies_[reach.from - 1].time_s <= kReach_s) --reach.from;
+  while (reach.to + 1 < bodies_.size() && bodies_[reach.to + 1].time_s - bodies_[at].time_s <= kReach_s) ++reach.to;
+  return reach;
+}
+
+Three TipPoints::wayOf(Reach reach, bool of_tip) const {
   const auto placeOf = [&](const Body& body) { return of_tip ? plus(body.mm, 1, body.pushed_mm) : body.mm; };
-  return plus(placeOf(bodies_[to]), -1, placeOf(bodies_[from]));
+  return plus(placeOf(bodies_[reach.to]), -1, placeOf(bodies_[reach.from]));
 }
 
 void TipPoints::compute(const messages::Descriptor& descriptor, std::size_t k) {
@@ -162,8 +190,9 @@ void TipPoints::compute(const messages::Descriptor& descriptor, std::size_t k) {
   if (body.clipped) return lack("tip", "the probe stood at the end of its range", body.sample);
   point.tip_mm = plus(body.mm, 1, body.pushed_mm);
   ++tips_;
-  double seconds = 0;
-  const Three way_mm = step(k, false, seconds);
+  const Reach reach = reachOf(k);
+  const double seconds = secondsOf(reach);
+  const Three way_mm = wayOf(reach, false);
   const double noise_mm = descriptor.tip.noise_nm * kMillimetresPerNanometre;
   auto why = whyNoSd(descriptor);
   if (!why && seconds <= 0) why = "a sample alone has no speed, so what the delay may be off cannot be told";
@@ -177,10 +206,11 @@ void TipPoints::compute(const messages::Descriptor& descriptor, std::size_t k) {
     }
     if (why) continue;
     const double late_mm = way_mm[axis] / seconds * descriptor.delay.sd_s[axis];
-    const double count_mm = descriptor.channels[columns_[3 + axis]].scale;
+    // A scatter of less than a count is that of rounding.
+    const double read_mm = std::max(scatter_mm_[axis], descriptor.channels[columns_[3 + axis]].scale / std::sqrt(12.0));
     const double screw_mm = (unsigned{descriptor.tip.screws} >> axis & 1U) != 0 ? kScrewSd_mm : 0;
     point.sd_tip_mm[axis] =
-        std::sqrt(pushed_variance[axis] + late_mm * late_mm + count_mm * count_mm / 12 + screw_mm * screw_mm);
+        std::sqrt(pushed_variance[axis] + late_mm * late_mm + read_mm * read_mm + screw_mm * screw_mm);
   }
   addSurface(descriptor, k, pushed_variance);
 }
@@ -190,32 +220,45 @@ void TipPoints::addSurface(const messages::Descriptor& descriptor, std::size_t k
   TipPoint& point = points_[k];
   const double radius_mm = descriptor.tip.ball_radius_mm;
   const double noise_mm = descriptor.tip.noise_nm * kMillimetresPerNanometre;
-  const double pushed_mm = norm(body.pushed_mm);
-  if (pushed_mm < std::max(kContact_mm, kContactInSd * noise_mm)) return;  // in the air
+  const double contact_mm = std::max(kContact_mm, kContactInSd * noise_mm);
+  if (norm(body.pushed_mm) < contact_mm) return;  // in the air
   if (radius_mm <= 0) return lack("surface", "the radius of the stylus' ball is not described", body.sample);
-  double seconds = 0;
-  const Three way_mm = step(k, true, seconds);
+  const Reach reach = reachOf(k);
+  const auto touches = [&](const Body& near) { return norm(near.pushed_mm) >= contact_mm; };
+  if (!std::all_of(bodies_.begin() + static_cast<std::ptrdiff_t>(reach.from),
+                   bodies_.begin() + static_cast<std::ptrdiff_t>(reach.to) + 1, touches))
+    return lack("surface", "the ball met the surface or left it within 4 ms", body.sample);
+  const Three way_mm = wayOf(reach, true);
   const double moved_mm = norm(way_mm);
-  const bool slides = moved_mm > std::max(kMovedInSd * noise_mm, 1e-3);
+  const double way_sd_mm = std::sqrt(2.0) * std::hypot(noise_mm, *std::ranges::max_element(scatter_mm_));
+  const bool slides = moved_mm > std::max(kMovedInSd * way_sd_mm, 1e-3);
   Three across = body.pushed_mm;
+  const double drag_mm = slides ? dot(across, way_mm) / moved_mm : 0;
   // Friction acts along the motion alone: what is across it comes from the surface.
-  if (slides) across = plus(across, -dot(across, way_mm) / (moved_mm * moved_mm), way_mm);
+  if (slides) across = plus(across, -drag_mm / moved_mm, way_mm);
   const double across_mm = norm(across);
-  if (across_mm < kAcross * pushed_mm)
-    return lack("surface", "the stylus moved along its deflection: it did not slide along a surface", body.sample);
+  // By how well the motion's direction is known, or by friction.
+  const double along = slides ? way_sd_mm / moved_mm : friction_ / 2;
+  if (slides && std::abs(drag_mm) > friction_ * across_mm + kDragInSd * std::hypot(noise_mm, along * across_mm))
+    return lack(
+        "surface",
+        "the stylus was dragged by more than friction can: it bounced, or --friction is too small for this part",
+        body.sample);
   point.normal = plus({}, 1 / across_mm, across);
   point.surface_mm = plus(point.tip_mm, -radius_mm, point.normal);
   ++surfaces_;
   if (point.sd_tip_mm[0] != point.sd_tip_mm[0]) return;
-  // Across the motion by the deflection; along it by how well the motion's direction is known, or by friction.
-  const double along = slides ? std::sqrt(2.0) * noise_mm / moved_mm : friction_ / 2;
+  // Along the normal its own error counts in second order.
+  const double pushed_turned = *std::ranges::max_element(pushed_variance) / (across_mm * across_mm);
+  const double sunk_mm = radius_mm * (pushed_turned + along * along);
+  double variance = sunk_mm * sunk_mm;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double n = point.normal[axis];
+    const double n = point.normal[axis], tip_mm = point.sd_tip_mm[axis];
     const double turned = (1 - n * n) * (pushed_variance[axis] / (across_mm * across_mm) + along * along);
-    const double sunk_mm = slides ? 0 : radius_mm * n * friction_ * friction_ / 4;
-    point.sd_surface_mm[axis] =
-        std::sqrt(point.sd_tip_mm[axis] * point.sd_tip_mm[axis] + radius_mm * radius_mm * turned + sunk_mm * sunk_mm);
+    point.sd_surface_mm[axis] = std::sqrt(tip_mm * tip_mm + radius_mm * radius_mm * turned + n * n * sunk_mm * sunk_mm);
+    variance += n * n * tip_mm * tip_mm;
   }
+  point.sd_along_normal_mm = std::sqrt(variance);
 }
 
 }  // namespace probebox::command
