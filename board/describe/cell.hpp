@@ -33,10 +33,10 @@ struct CellTool {
   double holder_radius_mm{};
   double holder_length_mm{};  // from the gauge line to its face, L1
   double radius_mm{};
-  double length_mm{};                              // from the holder's face to the tip, as stored
-  double cutting_mm{};                             // of the edges, from the tip on: may touch the workpiece
-  std::optional<double> assembled_length_mm;       // length_mm as measured, L3
-  std::optional<std::array<double, 2>> offset_mm;  // measured offset of the tip from the spindle axis, W1
+  double length_mm{};                          // from the holder's face to the tip, as stored
+  double cutting_mm{};                         // of the edges, from the tip on: may touch the workpiece
+  std::optional<double> assembled_length_mm;   // length_mm as measured, L3
+  std::optional<std::array<double, 2>> w1_mm;  // as measured: of the spindle axis from the tip (C3)
 };
 
 struct Cell {

@@ -43,9 +43,9 @@ CellTool readTool(Section& section, const std::vector<CellTool>& before) {
   tool.length_mm = section.number("length_mm", {0.1, 1000});
   tool.cutting_mm = section.number("cutting_mm", {0.01, 1000}, tool.length_mm);
   tool.assembled_length_mm = section.numberIfThere("assembled_length_mm", {0.1, 1000});
-  if (section.has("offset_mm")) {
-    const auto offset = section.numbers("offset_mm", {-10, 10}, {2, 2});
-    if (offset.size() == 2) tool.offset_mm = {offset[0], offset[1]};
+  if (section.has("W1_mm")) {
+    const auto across = section.numbers("W1_mm", {-10, 10}, {2, 2});
+    if (across.size() == 2) tool.w1_mm = {across[0], across[1]};
   }
   const double shortest = std::min(tool.length_mm, tool.assembled_length_mm.value_or(tool.length_mm));
   if (section.good("cutting_mm") && tool.cutting_mm > shortest)

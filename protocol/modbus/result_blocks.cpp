@@ -83,7 +83,8 @@ constexpr BlockValue kStylus[]{{"X offset", mm, {{{"stylus_offset_mm", 0}, {"sty
 constexpr ToolTable kTables[]{
     {"tool-", 1000, "tool", kTool, "tip of the tool from the head's reference, by tool-setter (B = 0)"},
     {"assembly-", 3000, "assembly", kAssembly,
-     "for motion control: to add to the length in store; L3 and W1 are in the result's page, for simulation"},
+     "for motion control: L4 to add to the length in store, W2 to the commanded position of the tip, which is at -W2 "
+     "from the spindle axis; L3 and W1 are in the result's page, for simulation"},
     {"stylus-offset-", 5000, "stylus", kStylus, "tip of the probe's stylus from the spindle axis at A = 0"},
 };
 

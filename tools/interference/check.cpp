@@ -81,7 +81,7 @@ class Walk {
   void workpiece(const Move& move, double part, const std::string& name, Stock& stock) {
     const auto tip = inMachine(between(move.from, move.to, part));
     const auto& lengths = scene_.lengths();
-    const double x = tip[0] + lengths.offset_mm[0], y = tip[1] + lengths.offset_mm[1];
+    const double x = tip[0] + lengths.tip_mm[0], y = tip[1] + lengths.tip_mm[1];
     // Before the edges cut: above them is what they leave.
     against(move, tip, stock.overlap(x, y, tip[2] + tool_.cutting_mm, tool_.radius_mm), ToolPart::shank, name);
     against(move, tip, stock.overlap(x, y, tip[2] + lengths.assembled_mm, tool_.holder_radius_mm), ToolPart::holder,

@@ -95,8 +95,7 @@ Outcome<std::unique_ptr<Scene>> Scene::open(const board::Cell& cell, const board
 Nearest Scene::nearest(const Point& tip, bool cuts) const {
   Nearest best{.distance_mm = std::numeric_limits<double>::infinity(), .solid = {}};
   for (const auto& part : objects_->parts) {
-    part.object->setTranslation(
-        {tip[0] + lengths_.offset_mm[0], tip[1] + lengths_.offset_mm[1], tip[2] + part.middle_mm});
+    part.object->setTranslation({tip[0] + lengths_.tip_mm[0], tip[1] + lengths_.tip_mm[1], tip[2] + part.middle_mm});
     part.object->computeAABB();
     for (const auto& solid : objects_->solids) {
       if (cuts && solid.workpiece && part.part == ToolPart::cutter) continue;

@@ -12,9 +12,9 @@ namespace probebox::interference {
 
 // Lengths of a tool for drawing and moving it (CN103801980): measured ones where they exist, else stored ones.
 struct Lengths {
-  double holder_mm{};                 // L1
-  double assembled_mm{};              // from the holder's face to the tip: measured (L3), else stored
-  std::array<double, 2> offset_mm{};  // of the tip from the spindle axis: W1
+  double holder_mm{};              // L1
+  double assembled_mm{};           // from the holder's face to the tip: measured (L3), else stored
+  std::array<double, 2> tip_mm{};  // of the tip from the spindle axis: -W1, as W1 is the axis from the tip (C3)
   bool measured{};
 };
 Lengths lengthsOf(const board::CellTool& tool);
@@ -45,7 +45,7 @@ class Scene {
                                               const std::filesystem::path& folder);
   ~Scene();
 
-  // tip: machine coordinates of the tip without its offset. cuts: the edges may touch the workpiece.
+  // tip: machine coordinates of the tip if it were on the spindle axis. cuts: the edges may touch the workpiece.
   // Returns an infinite distance for an empty cell.
   Nearest nearest(const Point& tip, bool cuts) const;
   const Lengths& lengths() const { return lengths_; }

@@ -15,9 +15,11 @@ std::string_view nameOf(ToolPart part) {
 }
 
 Lengths lengthsOf(const board::CellTool& tool) {
-  return {tool.holder_length_mm, tool.assembled_length_mm.value_or(tool.length_mm),
-          tool.offset_mm.value_or(std::array<double, 2>{}),
-          tool.assembled_length_mm.has_value() || tool.offset_mm.has_value()};
+  const auto w1_mm = tool.w1_mm.value_or(std::array<double, 2>{});
+  return {tool.holder_length_mm,
+          tool.assembled_length_mm.value_or(tool.length_mm),
+          {0 - w1_mm[0], 0 - w1_mm[1]},
+          tool.assembled_length_mm.has_value() || tool.w1_mm.has_value()};
 }
 
 }  // namespace probebox::interference

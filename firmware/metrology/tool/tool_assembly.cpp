@@ -20,6 +20,7 @@ using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 5> kAssemblyColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
 constexpr std::array<std::string_view, 3> kFaceColumns{"axis", "touched", "configured"};
+constexpr std::string_view kGaugeLength = "gauge_length_mm";
 constexpr double kSpreadLimit = 0.2;        // mm
 constexpr double kCompensationLimit = 5.0;  // mm
 
@@ -149,7 +150,7 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   answer.promiseScalar("assembled_length_mm", touched.z() - lengths.holder, pick(2, 1, 3).row(0));
   answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths.tool}, pick(0, 3, 3));
   // From the holder's reference, as [[tool]] of machine.toml counts it; L3 counts from the holder's end face.
-  answer.alsoScalar("gauge_length_mm", touched.z(), pick(2, 1, 3).row(0));
+  answer.alsoScalar(std::string{kGaugeLength}, touched.z(), pick(2, 1, 3).row(0));
   Result result = std::move(answer).take(true);
   double share = 0.0;  // of readings that the workpiece's size enters
   for (const double variant : variants) share += variant / static_cast<double>(variants.size());
@@ -161,7 +162,12 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   sds.head<2>() << lengths.holder_sd, lengths.tool_sd;
   widen(result, slopes, sds);
   result.convention =
-      "Z positive along the tool, X and Y as the machine counts; add the compensation to the stored lengths";
+      "compensation is of the spindle axis from the tip, X and Y as the machine counts, Z along the tool: add Z to the "
+      "stored length, X and Y to the commanded position; the tip is off the axis by the opposite";
+  for (auto& estimate : result.also) {
+    if (estimate.key != kGaugeLength) continue;
+    for (double& sd : estimate.sd) sd = std::hypot(sd, share * lengths.part_sd);
+  }
   addStoreRecords(result, dataset);
   return result;
 }
@@ -194,8 +200,10 @@ constexpr MethodKey kAssemblyKeys[]{{"L1_mm", "", "length of the holder; needed 
 constexpr KnownQuantity kAssemblyKnown[]{{"sd_L1_mm", "L1_mm", KnownKind::value, true},
                                          {"sd_L2_mm", "L2_mm", KnownKind::value, true},
                                          {"sd_part_mm", "part_mm", KnownKind::value, true}};
-constexpr MethodResult kAssemblyResults[]{{"assembled_length_mm", "L3 (C2)"},
-                                          {"compensation_mm", "W2x, W2y, L4: to add to the lengths in store"}};
+constexpr MethodResult kAssemblyResults[]{
+    {"assembled_length_mm", "L3 (C2)"},
+    {"compensation_mm",
+     "W2x, W2y, L4: of the spindle axis from the tip; to add to its commanded position and the length in store"}};
 constexpr std::string_view kAssemblyUnobservable[]{
     "an error of L1_mm: it biases the assembled length with unit sensitivity"};
 

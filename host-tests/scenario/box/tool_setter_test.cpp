@@ -11,6 +11,7 @@
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
+#include "tools/interference/scene.hpp"
 
 // A tool is set on the device that the probe has measured before, or alone against where that device is known to be, on
 // the emulated machine.
@@ -212,6 +213,41 @@ TEST(LiveToolAssembly, FindsWhatTheToolIsOffAsWellAsItSays) {
   }
   off.expectHonest();
   length.expectHonest();
+}
+
+// What a simulation draws, and what a control has to add: the place of the world's tip decides both.
+TEST(LiveToolAssembly, PutsTheTipWhereItIsAndTheMotionWhereItBelongs) {
+  auto config = setterWorld(4, 0);
+  config.tool_setter.centre_mm = usualWorld().tool_setter.centre_mm;
+  Scenario scenario{config, 4};
+  const auto solved = setOn(scenario, 0, procedure::kToolAssembly);
+  ASSERT_TRUE(solved && solved->ok());
+  const auto& w2 = solved->value().find("compensation_mm")->values;
+  const auto& off = toolFour(config).offset_mm;
+  board::CellTool cell;
+  cell.w1_mm = {{w2[0], w2[1]}};
+  const auto drawn = interference::lengthsOf(cell).tip_mm;
+  const auto set = setOn(scenario);
+  ASSERT_TRUE(set && set->ok());
+  const auto& setter = set->value().find("tool_offset_mm")->values;
+  for (std::size_t k = 0; k < 2; ++k) {
+    ASSERT_GT(std::abs(off[k]), 0.0025) << "or a sign would not show";
+    EXPECT_NEAR(drawn[k], off[k], 3e-3) << "the tip from the axis";
+    EXPECT_NEAR(setter[k], off[k], 2e-3) << "as the tool-setter has it";
+    constexpr double kCommanded_mm = 100;
+    const double tip_mm = kCommanded_mm + w2[k] + off[k];
+    EXPECT_NEAR(tip_mm, kCommanded_mm, 3e-3) << "with W2 added";
+  }
+}
+
+// L0 - g is the length from the gauge line: the unit's size counts in it as in the compensation along Z.
+TEST(LiveToolAssembly, KnowsTheLengthFromTheGaugeLineAsWellAsTheCompensation) {
+  Scenario scenario{setterWorld(2, 0), 2};
+  const auto solved = setOn(scenario, 0, procedure::kToolAssembly);
+  ASSERT_TRUE(solved && solved->ok());
+  const auto* length = solved->value().find("gauge_length_mm");
+  ASSERT_TRUE(length != nullptr);
+  EXPECT_NEAR(length->sd[0], solved->value().find("compensation_mm")->sd[2], 1e-9);
 }
 
 TEST(LiveToolAssembly, IsSavedWithEveryDigitAndWithWhatGoesBackToTheStores) {

@@ -83,7 +83,7 @@ def point_of(solid, p):
 
 def parts(tip, tool):
     long = tool.get("assembled_length_mm", tool["length_mm"])
-    dx, dy = tool.get("offset_mm", [0, 0])
+    dx, dy = (-w for w in tool.get("W1_mm", [0, 0]))  # W1 counts from the tip to the axis
     pieces = [("cutter", tool["radius_mm"], 0, tool["cutting_mm"]), ("shank", tool["radius_mm"], tool["cutting_mm"], long),
               ("holder", tool["holder_radius_mm"], long, long + tool["holder_length_mm"])]
     return [(name, {"shape": "cylinder", "radius_mm": r, "height_mm": b - a, "at_mm": [tip[0] + dx, tip[1] + dy, tip[2] + (a + b) / 2]})
@@ -139,7 +139,7 @@ def check_random(probebox, folder):
                    **({"size_mm": [random.uniform(10, 60) for _ in range(3)]} if shape == "box" else {"radius_mm": random.uniform(5, 30)}),
                    **({"height_mm": random.uniform(10, 80)} if shape == "cylinder" else {}),
                    **({"turn_deg": [random.uniform(-90, 90) for _ in range(3)]} if shape != "sphere" else {})}]
-        tool = {"assembled_length_mm": round(random.uniform(50, 60), 4), "offset_mm": [round(random.uniform(-1, 1), 4), 0.25]}
+        tool = {"assembled_length_mm": round(random.uniform(50, 60), 4), "W1_mm": [round(random.uniform(-1, 1), 4), 0.25]}
         tip = [round(random.uniform(-90, 90), 3) for _ in range(3)]
         expected, part, _ = nearest(tip, {**TOOL, **tool}, solids)
         status, told, _ = run(probebox, folder, cell(solids, tool), at(tip))

@@ -31,7 +31,7 @@ radius_mm = 6
 length_mm = 58
 cutting_mm = 30
 assembled_length_mm = 58.2503
-offset_mm = [0.012, -0.008]
+W1_mm = [-0.012, 0.008]
 `;
 const HOSTILE = `<img src=x onerror="document.title='owned'"> Ada`;
 

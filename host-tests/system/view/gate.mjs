@@ -63,7 +63,7 @@ async function checksWithMeasuredLengths(server) {
   check(measured.distance_mm === 0 && measured.tool_part === "holder", JSON.stringify(measured));
   const program = "G0 X0 Y0 Z20\nZ-42\n";
   const hits = async (more) => (await page("/api/check", { tool: 4, program, ...more })).told.hits.length;
-  const short = { measured: { assembled_mm: 50, offset_mm: [0, 0] } };
+  const short = { measured: { assembled_mm: 50, W1_mm: [0, 0] } };
   check((await hits({})) === 0 && (await hits(short)) === 1 && (await hits({ ...short, stored: true })) === 0, "the measured lengths count in a check");
   for (const bad of ["&length=nan&dx=0&dy=0", "&length=12&dx=0&dy=0", "&length=50&dx=99&dy=0"]) check((await page(`/api/nearest?tool=4&x=0&y=0&z=0${bad}`)).status === 400, bad);
   check((await page("/api/nearest?tool=4&x=nan&y=0&z=0")).status === 400, "a place that is no number");

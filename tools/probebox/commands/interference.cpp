@@ -53,7 +53,7 @@ Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
     return Trouble{ExitStatus::usage, "unreadable-input",
                    options.program + ": nothing moves in it once X, Y and Z are known"};
   Job job{std::move(cell).value(), *tool, std::move(path).value()};
-  if (options.stored) job.tool.assembled_length_mm.reset(), job.tool.offset_mm.reset();
+  if (options.stored) job.tool.assembled_length_mm.reset(), job.tool.w1_mm.reset();
   return job;
 }
 
@@ -76,7 +76,7 @@ Json summary(const Job& job, const interference::Lengths& lengths, const interfe
           {"tool", job.tool.number},
           {"measured_lengths", lengths.measured},
           {"assembled_length_mm", lengths.assembled_mm},
-          {"offset_mm", lengths.offset_mm},
+          {"tip_from_axis_mm", lengths.tip_mm},
           {"moves", report.moves},
           {"path_mm", report.length_mm},
           {"least_allowed_mm", job.cell.least_mm},
@@ -86,9 +86,9 @@ Json summary(const Job& job, const interference::Lengths& lengths, const interfe
 }
 
 void tell(const Job& job, const interference::Lengths& lengths, const interference::Report& report, Console& console) {
-  console.line(printed("tool %u, %s: %.4f mm beyond its holder, %+.4f %+.4f mm beside the axis", job.tool.number,
-                       lengths.measured ? "as measured" : "as in store", lengths.assembled_mm, lengths.offset_mm[0],
-                       lengths.offset_mm[1]));
+  console.line(printed("tool %u, %s: %.4f mm beyond its holder, tip %+.4f %+.4f mm from the axis", job.tool.number,
+                       lengths.measured ? "as measured" : "as in store", lengths.assembled_mm, lengths.tip_mm[0],
+                       lengths.tip_mm[1]));
   console.line(printed("%zu moves, %.1f mm, %.0f mm3 cut", report.moves, report.length_mm, report.removed_mm3));
   if (report.hits.empty() && report.nearest) {
     const auto& nearest = *report.nearest;

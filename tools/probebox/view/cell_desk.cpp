@@ -57,7 +57,8 @@ Json describe(const board::CellTool& tool) {
           {"cutting_mm", tool.cutting_mm},
           {"stored_length_mm", tool.length_mm},
           {"assembled_length_mm", lengths.assembled_mm},
-          {"offset_mm", lengths.offset_mm},
+          {"W1_mm", tool.w1_mm.value_or(std::array<double, 2>{})},
+          {"tip_from_axis_mm", lengths.tip_mm},
           {"measured", lengths.measured}};
 }
 
@@ -75,13 +76,13 @@ Outcome<board::CellTool, Trouble> toolOf(const std::optional<board::Cell>& cell,
 // As cell.toml is judged.
 std::optional<Trouble> take(board::CellTool& tool, const Measured& measured) {
   const bool good = measured.assembled_mm >= tool.cutting_mm && measured.assembled_mm <= 1000 &&
-                    std::abs(measured.offset_mm[0]) <= 10 && std::abs(measured.offset_mm[1]) <= 10;
+                    std::abs(measured.w1_mm[0]) <= 10 && std::abs(measured.w1_mm[1]) <= 10;
   if (!good)
     return objection("the measured length " + std::to_string(measured.assembled_mm) +
-                     " mm, or its offset, does not fit tool " + std::to_string(tool.number) +
+                     " mm, or its W1, does not fit tool " + std::to_string(tool.number) +
                      " of the cell: correct its cutting_mm, or measure again");
   tool.assembled_length_mm = measured.assembled_mm;
-  tool.offset_mm = measured.offset_mm;
+  tool.w1_mm = measured.w1_mm;
   return std::nullopt;
 }
 
@@ -91,9 +92,9 @@ std::optional<Measured> measuredIn(const nlohmann::json& asked) {
   const auto number = [](const nlohmann::json& value) {
     return value.is_number() ? value.get<double>() : std::nan("");
   };
-  const auto offset = found->value("offset_mm", nlohmann::json::array());
-  if (!offset.is_array() || offset.size() != 2) return Measured{std::nan(""), {}};
-  return Measured{number(found->value("assembled_mm", nlohmann::json{})), {number(offset[0]), number(offset[1])}};
+  const auto w1 = found->value("W1_mm", nlohmann::json::array());
+  if (!w1.is_array() || w1.size() != 2) return Measured{std::nan(""), {}};
+  return Measured{number(found->value("assembled_mm", nlohmann::json{})), {number(w1[0]), number(w1[1])}};
 }
 
 }  // namespace
@@ -145,7 +146,7 @@ Desk::Answer CellDesk::check(const std::string& body) const {
   if (const auto measured = measuredIn(asked)) {
     if (auto trouble = take(tool, *measured)) return *trouble;
   }
-  if (asked.contains("stored") && asked["stored"] == true) tool.assembled_length_mm.reset(), tool.offset_mm.reset();
+  if (asked.contains("stored") && asked["stored"] == true) tool.assembled_length_mm.reset(), tool.w1_mm.reset();
   const auto path = interference::readProgram(asked["program"].get<std::string>(), 0.01, tool.number);
   if (!path) return objection(path.error().what);
   const auto scene = interference::Scene::open(interference::withoutStock(*cell_), tool, folder_);

@@ -12,8 +12,8 @@ namespace probebox::view {
 
 // Measured lengths from a result of the box, which replace those in cell.toml.
 struct Measured {
-  double assembled_mm{};              // L3
-  std::array<double, 2> offset_mm{};  // W1
+  double assembled_mm{};          // L3
+  std::array<double, 2> w1_mm{};  // W1
 };
 
 // Answers the requests of the page about a cell: its scene, distances and interference checks.
@@ -27,7 +27,7 @@ class CellDesk {
   // The smallest distance of a tool whose tip is at a machine position.
   Desk::Answer nearest(std::uint32_t tool, const std::optional<Measured>& measured,
                        const std::array<double, 3>& tip_mm) const;
-  // body: {"tool", "program", "measured": {"assembled_mm", "offset_mm"}, "stored"}. Returns the hits, the smallest
+  // body: {"tool", "program", "measured": {"assembled_mm", "W1_mm"}, "stored"}. Returns the hits, the smallest
   // distance, and the path to draw.
   Desk::Answer check(const std::string& body) const;
 

@@ -131,7 +131,7 @@ struct Server::Http {
     server.Get("/api/nearest", [this](const auto& request, auto& response) {
       const auto mm = [&](const char* name) { return std::strtod(request.get_param_value(name).c_str(), nullptr); };
       std::optional<Measured> measured;
-      if (request.has_param("length")) measured = Measured{mm("length"), {mm("dx"), mm("dy")}};
+      if (request.has_param("length")) measured = Measured{mm("length"), {mm("w1x"), mm("w1y")}};
       give(response,
            cell.nearest(static_cast<std::uint32_t>(numberIn(request, "tool")), measured, {mm("x"), mm("y"), mm("z")}));
     });

@@ -15,7 +15,7 @@ struct Assembly {
   double holder{85.0};                     // L1 in store
   double tool{142.5};                      // L2 in store
   double assembled{60.2503};               // what sticks out of the holder
-  std::array<double, 2> off{-0.03, 0.04};  // cutting end from the holder's axis
+  std::array<double, 2> off{-0.03, 0.04};  // W: the holder's axis from the cutting end
   Vector3d part{0.0, 62.0, 25.0};
 };
 

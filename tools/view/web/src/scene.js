@@ -88,11 +88,11 @@ export class Picture {
     part(upright(tool.radius_mm, 0, tool.cutting_mm), "--series2");
     part(upright(tool.radius_mm, tool.cutting_mm, long), "--series4");
     part(upright(tool.holder_radius_mm, long, long + tool.holder_length_mm), "--neutral");
-    this.offset = tool.offset_mm;
+    this.tip = tool.tip_from_axis_mm;
     this.draw();
   }
   moveTool([x, y, z]) {
-    this.tool.position.set(x + this.offset[0], y + this.offset[1], z);
+    this.tool.position.set(x + this.tip[0], y + this.tip[1], z);
     this.draw();
   }
   showPair(nearest, hit) {

@@ -17,6 +17,9 @@ async function assemblies() {
   });
 }
 
+// W1 counts from the tip to the spindle axis (C3), so the tip is drawn at -W1.
+export const across = (W1) => ({ W1_mm: W1, tip_from_axis_mm: W1.map((mm) => 0 - mm) });
+
 // Holder and tool from the side, to scale, with the measured length beside the stored one.
 function drawing(tool) {
   const scale = 300 / (tool.holder_length_mm + Math.max(tool.stored_length_mm, tool.assembled_length_mm));
@@ -24,7 +27,7 @@ function drawing(tool) {
   const holder = tool.holder_length_mm * scale, long = tool.assembled_length_mm * scale, cut = tool.cutting_mm * scale;
   const rh = tool.holder_radius_mm * scale, r = Math.max(1.5, tool.radius_mm * scale);
   const right = Math.max(40, rh + 10);
-  const stored = tool.stored_length_mm * scale, off = tool.offset_mm[0] * scale * 50; // 50 times, or nobody would see it
+  const stored = tool.stored_length_mm * scale, off = tool.tip_from_axis_mm[0] * scale * 50; // 50 times, or nobody would see it
   return s("svg", { viewBox: "-130 -12 300 350", role: "img", "aria-label": `Tool ${tool.number} in its holder`, class: "toolpicture" },
     box(-rh, 0, 2 * rh, holder, "piece"), box(-r + off, holder, 2 * r, long - cut, "piece"), box(-r + off, holder + long - cut, 2 * r, cut, "cutter"),
     s("line", { x1: -118, x2: 118, y1: 0, y2: 0, class: "gauge" }), s("text", { x: 60, y: -3 }, "gauge line"),
@@ -39,9 +42,9 @@ function lengths(tool, measured) {
   const delta = tool.assembled_length_mm - tool.stored_length_mm;
   return table(["", "For", { text: "mm", n: true }, ""], [
     row("L3", "simulation: from the holder's face to the tip", number(tool.assembled_length_mm), tool.measured ? `${signed(delta)} against the store` : "not measured: the stored one"),
-    row("W1", "simulation: of the tip from the axis, X", number(tool.offset_mm[0]), ""), row("W1", "simulation: of the tip from the axis, Y", number(tool.offset_mm[1]), ""),
+    row("W1", "simulation: of the axis from the tip, X", number(tool.W1_mm[0]), ""), row("W1", "simulation: of the axis from the tip, Y", number(tool.W1_mm[1]), ""),
     row("L4", "motion control: to add to the stored length", number(measured?.L4.value ?? delta), measured ? `${sd(measured.L4)}, result ${measured.id} ${measured.state}` : ""),
-    row("W2", "motion control: X", number(measured?.W[0].value ?? tool.offset_mm[0]), sd(measured?.W[0])), row("W2", "motion control: Y", number(measured?.W[1].value ?? tool.offset_mm[1]), sd(measured?.W[1]))], { label: "Lengths" });
+    row("W2", "motion control: to add to the tip's position, X", number(measured?.W[0].value ?? tool.W1_mm[0]), sd(measured?.W[0])), row("W2", "motion control: to add to the tip's position, Y", number(measured?.W[1].value ?? tool.W1_mm[1]), sd(measured?.W[1]))], { label: "Lengths" });
 }
 
 export function tools(main) {
@@ -56,7 +59,7 @@ export function tools(main) {
   function withMeasured(one) {
     const found = measured.find((other) => other.tool === one.number && other.state === "active");
     if (!found || found.L3.value === null) return one;
-    return { ...one, assembled_length_mm: found.L3.value, offset_mm: [found.W[0].value ?? 0, found.W[1].value ?? 0], measured: true };
+    return { ...one, assembled_length_mm: found.L3.value, ...across(found.W.map((one) => one.value ?? 0)), measured: true };
   }
   function pick(number_) {
     tool = withMeasured(scene.tools.find((one) => one.number === number_));
@@ -70,7 +73,7 @@ export function tools(main) {
     if (performance.now() - asked < 900) return;
     asked = performance.now();
     try {
-      const lengths_ = { length: tool.assembled_length_mm, dx: tool.offset_mm[0], dy: tool.offset_mm[1] };
+      const lengths_ = { length: tool.assembled_length_mm, w1x: tool.W1_mm[0], w1y: tool.W1_mm[1] };
       const nearest = await get("nearest", { tool: tool.number, ...lengths_, x: position[0], y: position[1], z: position[2] });
       tellNearest(nearest, "Where the machine stands now: ");
     } catch (error) {
@@ -89,7 +92,7 @@ export function tools(main) {
     event.preventDefault();
     say(said, "");
     try {
-      const measured_ = { assembled_mm: tool.assembled_length_mm, offset_mm: tool.offset_mm };
+      const measured_ = { assembled_mm: tool.assembled_length_mm, W1_mm: tool.W1_mm };
       const report = await post("check", { tool: tool.number, program: program.value, measured: measured_, stored: stored.checked });
       follow = false;
       picture.showPath(report, scene.program_zero_mm);
