@@ -74,7 +74,7 @@ std::string certifiedRow(const Subject& subject, const Estimate& estimate, std::
   const double dof = effectiveDof(*subject.result(), estimate, k);
   return row + cell(casefolder::withUnit({unit.name, "", unit.factor}, *u)) + cell("2") +
          cell(uncertaintyDigits(unit, *u)) + cell(dofText(dof)) +
-         cell(percent(coverageProbability(kCoverageFactor, std::floor(dof)))) +
+         cell(percent(coverageOf(*subject.result(), estimate, k, kCoverageFactor))) +
          cell(shareOfSphere(*subject.result(), estimate, k, *u)) + "</tr>\n";
 }
 
@@ -129,7 +129,8 @@ std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
          "freedom "
          "are those of JCGM 100:2008, G.4 (Welch-Satterthwaite): type A with those of the readings, type B with "
          "infinitely "
-         "many. The coverage probability is that of Student's t.</p>\n";
+         "many. The coverage probability is that of Student's t; u of type A by residuals is its standard deviation, "
+         "s sqrt(n/(n - 2)) at n degrees of freedom.</p>\n";
 }
 
 // True where nobody has stated how uncertain the diameter of the stylus ball is.

@@ -19,6 +19,17 @@ double dofOfReadings(const metrology::Result& result) {
   return of_noise != nullptr ? of_noise->value() : kInfinite;
 }
 
+// sd of Student's t in its s.
+double widthOf(double dof) {
+  return dof > 2 && std::isfinite(dof) ? std::sqrt(dof / (dof - 2)) : 1;
+}
+
+// The combined uncertainty with type A as s, in s. Rounding may leave the uncertainty a digit below its own part.
+double combinedInS(double dof, const metrology::Estimate& estimate, std::size_t at) {
+  const double others = std::max(0.0, std::pow(estimate.uncertainty[at] / estimate.sd[at], 2) - 1);
+  return std::sqrt(1 + others * std::pow(widthOf(dof), 2));
+}
+
 }  // namespace
 
 double coverageProbability(double k, double dof) {
@@ -37,9 +48,17 @@ double coverageProbability(double k, double dof) {
 double effectiveDof(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at) {
   const double dof = dofOfReadings(result);
   if (at >= estimate.sd.size() || at >= estimate.uncertainty.size()) return dof;
-  const double type_a = estimate.sd[at];
-  // Rounding may leave the uncertainty a digit below its own part.
-  return type_a > 0 ? dof * std::pow(std::max(1.0, estimate.uncertainty[at] / type_a), 4) : kInfinite;
+  if (!(estimate.sd[at] > 0)) return kInfinite;
+  return dof * std::pow(combinedInS(dof, estimate, at), 4);
+}
+
+double coverageOf(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at, double k) {
+  const double dof = dofOfReadings(result), effective = effectiveDof(result, estimate, at);
+  if (!std::isfinite(dof) || at >= estimate.sd.size() || at >= estimate.uncertainty.size() || !(estimate.sd[at] > 0))
+    return coverageProbability(k, std::floor(effective));
+  const double s = estimate.sd[at] / widthOf(dof);
+  const double combined = std::max(estimate.uncertainty[at], estimate.sd[at]);
+  return coverageProbability(k * combined / (s * combinedInS(dof, estimate, at)), std::floor(effective));
 }
 
 }  // namespace probebox::report

@@ -9,6 +9,7 @@
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/fit/points.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
+#include "firmware/metrology/fit/student.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -107,10 +108,10 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
     const auto check = checkNoise(fit.sumOfSquares() / dof, {.dof = fit.dof}, fit.residuals);
     check.report(result, "the stated sigma");
     addUncertainty(result, fit, check.widening, radius_known);
-  } else if (fit.dof > 0) {
-    addUncertainty(result, fit, std::sqrt(fit.sumOfSquares() / dof), radius_known);
+  } else if (const auto variance = varianceFromResiduals(fit.sumOfSquares(), fit.dof)) {
+    addUncertainty(result, fit, std::sqrt(*variance), radius_known);
   } else {
-    result.warnings.emplace_back("no sd: no sigma_mm is stated and there are no more points than unknowns");
+    result.warnings.push_back(noSdWarning(fit.dof, "sigma_mm"));
   }
   return result;
 }

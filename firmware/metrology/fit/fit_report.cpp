@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "firmware/metrology/fit/noise_check.hpp"
+#include "firmware/metrology/fit/student.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -27,11 +28,16 @@ std::optional<double> scaleOf(const Fit& fit, const Sigma& sigma, Result& result
   const auto dof = static_cast<double>(fit.dof);
   if (fit.dof == 0) {
     if (sigma.stated) return 1.0;
-    result.warnings.emplace_back("no sd: no sigma is stated and there are no more readings than unknowns");
+    result.warnings.push_back(noSdWarning(0, "sigma"));
     return std::nullopt;
   }
   const double chi2 = fit.sumOfSquares() / dof;
-  if (!sigma.stated) return std::sqrt(chi2);
+  if (!sigma.stated) {
+    const auto variance = varianceFromResiduals(fit.sumOfSquares(), fit.dof);
+    if (variance) return std::sqrt(*variance);
+    result.warnings.push_back(noSdWarning(fit.dof, "sigma"));
+    return std::nullopt;
+  }
   const auto check = checkNoise(chi2, {.dof = fit.dof}, fit.residuals);
   check.report(result, "the stated sigma");
   return check.widening;
@@ -63,9 +69,11 @@ Answer::Answer(const Dataset& dataset, const Fit& fit, const Sigma& sigma)
   dropped_ = fit.dropped;
   result_.rms = rmsOf(residuals_, dropped_);
   const auto scale = scaleOf(fit, sigma, result_);
+  if (fit.dof > 0 && !sigma.stated)
+    reading_sd_ = std::sqrt(fit.sumOfSquares() / static_cast<double>(fit.dof)) * sigma.value;
   if (!scale) return;
   covariance_ = fit.cofactor * (*scale * *scale);
-  reading_sd_ = *scale * sigma.value;
+  if (sigma.stated) reading_sd_ = *scale * sigma.value;
 }
 
 std::vector<double> Answer::sdsOf(const Eigen::MatrixXd& jacobian) const {

@@ -15,7 +15,8 @@ namespace probebox::metrology {
 
 // Turns a fit into a Result: quality figures and any number of quantities derived from its parameters, with propagated
 // sd. The sd follows from the stated sigma and is widened, with a warning, where chi-square contradicts it
-// (noise_check.hpp); without one it follows from the residuals; without residuals it is missing, with a warning.
+// (noise_check.hpp); without one it follows from the residuals (student.hpp); where those are too few it is missing,
+// with a warning.
 class Answer {
  public:
   // fit: its residuals are in units of sigma.value.
@@ -45,8 +46,8 @@ class Answer {
   Result take(bool with_covariance) &&;
   Result& result() { return result_; }
 
-  // sd of one reading: the stated one, widened if the residuals are larger, or that of the residuals; nullopt if
-  // unknown.
+  // Scatter of one reading: the stated sd, widened if the residuals are larger, or the root of the mean square of the
+  // residuals; nullopt if unknown.
   std::optional<double> readingSd() const { return reading_sd_; }
   // sd of a linear combination of the parameters.
   std::optional<double> sdOf(const Eigen::RowVectorXd& jacobian) const;

@@ -186,9 +186,10 @@ Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
   answer.promiseScalar("drift_um_s", rest.fit.parameters[1], all.row(1));
   Result result = std::move(answer).take(true);
   const double added = std::hypot(rest.face_sd_um, roundingSd(sd_reading, *step));
-  for (auto& estimate : result.estimates) estimate.sd.front() *= std::sqrt(inflation);
-  auto& sd = result.estimates.front().sd.front();
-  sd = std::hypot(sd, added);
+  for (auto& estimate : result.estimates) {
+    for (double& sd : estimate.sd) sd *= std::sqrt(inflation);
+  }
+  for (double& sd : result.estimates.front().sd) sd = std::hypot(sd, added);
   if (result.covariance) {
     for (double& value : result.covariance->values) value *= inflation;
     result.covariance->values.front() += added * added;

@@ -95,10 +95,6 @@ TEST(LiveToolSetter, KnowsHowWellItTouches) {
     dataset.config.erase("sd_probe_offset_mm");
     auto solved = metrology::solve(dataset);
     ASSERT_TRUE(solved) << solved.error().reason;
-    // An sd of few degrees of freedom: errors in its unit have Student's variance, n / (n - 2).
-    const auto dof = static_cast<double>(solved->dof);
-    for (auto& estimate : solved->estimates)
-      for (double& sd : estimate.sd) sd *= std::sqrt(dof / (dof - 2));
     add(tool, *solved, "tool_offset_mm", toolOffset(config), 4e-4);
     add(device, *solved, "setter_mm", setterPlace(config), 4e-4);
   }

@@ -56,10 +56,11 @@ class CalibrationCertificate : public testing::Test {
 TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) {
   const auto text = page();
   EXPECT_THAT(
-      text, HasSubstr("<td>delay tau</td><td class=\"n\">5203</td><td>us</td><td class=\"n\">5.0</td>"
-                      "<td class=\"n\">2</td><td class=\"n\">10</td><td class=\"n\">46</td><td class=\"n\">94.9 %</td>"
-                      "<td class=\"n\">64.0 %</td>"))
-      << "6 * (5 / 3)^4 = 46.3 degrees of freedom; (4 / 5)^2 of u^2 is the sphere's";
+      text,
+      HasSubstr("<td>delay tau</td><td class=\"n\">5203</td><td>us</td><td class=\"n\">5.0</td>"
+                "<td class=\"n\">2</td><td class=\"n\">10</td><td class=\"n\">80</td><td class=\"n\">96.4 %</td>"
+                "<td class=\"n\">64.0 %</td>"))
+      << "6 (1 + ((5 / 3)^2 - 1) 6 / 4)^2 = 80.7 degrees of freedom; (4 / 5)^2 of u^2 is the sphere's";
   for (const auto* words : {"PB-1-17", "Acme Box, PB-1", "mill 3", "P-9, spindle", "2026-11-26T08:00:00Z",
                             "20.5 \u00b0C", "by Ada, 2026-11-26T09:00:00Z", "Grace", "2027-11-26", "&lt;first&gt;",
                             "sd_effective_diameter_mm", "(A12)", "measurand", "coverage probability", "2028-04-17"})

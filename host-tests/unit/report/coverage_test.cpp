@@ -26,12 +26,28 @@ TEST(Coverage, CombinesDegreesOfFreedomByWelchAndSatterthwaite) {
   result.dof = 6;
   metrology::Estimate estimate{.key = "a_mm", .values = {1, 2, 3}, .sd = {1, 1, 0}, .uncertainty = {1, 2, 5}};
   EXPECT_EQ(effectiveDof(result, estimate, 0), 6);
-  EXPECT_EQ(effectiveDof(result, estimate, 1), 96) << "6 * (2 / 1)^4";
+  EXPECT_NEAR(effectiveDof(result, estimate, 1), 6 * std::pow(1 + 3 * 1.5, 2), 1e-9) << "type A as s, not as sd of t";
   EXPECT_EQ(effectiveDof(result, estimate, 2), kInfinite) << "type B alone";
   result.chi2_reduced = 1.1;
   EXPECT_EQ(effectiveDof(result, estimate, 0), kInfinite) << "the noise was stated";
   result.also = {metrology::Estimate::scalar("noise_dof", 40, std::nullopt)};
   EXPECT_EQ(effectiveDof(result, estimate, 0), 40);
+}
+
+// u of the residuals is the sd of t, so that k = 2 covers about 95 % from three degrees of freedom on.
+TEST(Coverage, OfTwoStandardDeviationsOfTIsThatOfTheNormalDistribution) {
+  const metrology::Estimate alone{.key = "a_mm", .values = {1}, .sd = {1}, .uncertainty = {1}};
+  for (const std::size_t dof : {3U, 4U, 6U, 10U, 30U, 1000U}) {
+    metrology::Result result;
+    result.dof = dof;
+    const double n = static_cast<double>(dof);
+    EXPECT_NEAR(coverageOf(result, alone, 0, 2), coverageProbability(2 * std::sqrt(n / (n - 2)), n), 1e-9);
+    EXPECT_NEAR(coverageOf(result, alone, 0, 2), 0.9545, 0.006) << dof;
+    // With type B as large, whose noise is not Student's, it covers more.
+    const metrology::Estimate both{.key = "a_mm", .values = {1}, .sd = {1}, .uncertainty = {std::sqrt(2.0)}};
+    EXPECT_GT(coverageOf(result, both, 0, 2), 0.9535) << dof;
+    EXPECT_LT(coverageOf(result, both, 0, 2), 0.985) << dof;
+  }
 }
 
 // As many readings as unknowns leave no chi-square: their sd is then known from the stated noise alone.

@@ -140,7 +140,7 @@ TEST(ScrewCalibration, ReachesTheBoundAndStatesItsUncertainty) {
   }
   EXPECT_GT(gain.efficiency(), 0.8);
   EXPECT_LT(std::abs(gain.pulls.bias()), 4.0);
-  EXPECT_THAT(gain.pulls.pull(), AllOf(Gt(0.75), Lt(1.6))) << "Student's t with 15 degrees of freedom: 1.15";
+  EXPECT_THAT(gain.pulls.pull(), AllOf(Gt(0.65), Lt(1.4))) << "an sd of Student's t with 15 degrees of freedom";
   EXPECT_GT(table.efficiency(), 0.9);
   EXPECT_THAT(table.pulls.pull(), AllOf(Gt(0.9), Lt(1.1)));
   expectHonest(drift.pulls);
