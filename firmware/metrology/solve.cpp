@@ -17,6 +17,7 @@ Solved solve(const Dataset& dataset, const Method& method) {
   auto solved = withUncertainty(dataset, method, storedLength);
   if (!solved) return solved;
   if (auto refusal = refuseImplausible(solved.value())) return *refusal;
+  if (auto refusal = frozenChannel(dataset, method)) return *refusal;
   for (auto& sentence : unusedKeys(dataset, method)) solved->warnings.push_back(std::move(sentence));
   for (auto& sentence : slipsIn(dataset, method)) solved->warnings.push_back(std::move(sentence));
   if (method.judge == nullptr) return solved;

@@ -187,6 +187,9 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "wrong-side",
     "unequal-heights",
     "bad-tool",
+    "frozen-channel",
+    "outside-screw",
+    "errors-too-large",
 });
 
 std::vector<RefusalCode> all() {

@@ -9,8 +9,8 @@ constexpr std::string_view kPeriodicCheckXColumns[]{"B_deg", "C_deg", "A_deg", "
 constexpr std::string_view kPeriodicCheckZColumns[]{"B_deg", "C_deg", "A_deg", "z_mm"};
 constexpr MethodTable kPeriodicCheckTables[]{
     {"centres", kPeriodicCheckCentreColumns, "centre of the ball at B 0, 45 or 90, C and A 0 or 180", true},
-    {"x_touch", kPeriodicCheckXColumns, "a touch along X at B = 90; needed where centres are there"},
-    {"z_touch", kPeriodicCheckZColumns, "a touch along Z at B = 0; needed where centres are there"}};
+    {"x_touch", kPeriodicCheckXColumns, "a touch along X at B = 90; needed where centres are there", true},
+    {"z_touch", kPeriodicCheckZColumns, "a touch along Z at B = 0; needed where centres are there", true}};
 constexpr std::string_view kAccepted = "the value in the accepted calibration";
 constexpr std::string_view kLimit = "what it may be off the accepted value";
 constexpr MethodKey kPeriodicCheckKeys[]{

@@ -49,6 +49,8 @@ constexpr auto kNamed = std::to_array<Unit>({
     {"effective_ball_radius_mm", {0.05, 500, "mm", kLeastSigma}},  // datum sphere and stylus ball
     {"x_offset_error_mm", {-10, 10, "mm", kLeastSigma}},           // of a machine that still moves
     {"z_offset_error_mm", {-10, 10, "mm", kLeastSigma}},
+    {"B_deg", {-720, 720, "degrees", kLeastSigma}},  // a head or a table that tilts has no two turns
+    {"tilt_deg", {-720, 720, "degrees", kLeastSigma}},
     {"tau_s", {-1, 1, "s", kLeastSigma}},  // no control loop lags by a second
     {"tau_axis_s", {-1, 1, "s", kLeastSigma}},
     {"tau_joint_s", {-1, 1, "s", kLeastSigma}},

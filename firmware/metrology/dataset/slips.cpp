@@ -1,11 +1,13 @@
 #include "firmware/metrology/dataset/slips.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 
@@ -22,19 +24,67 @@ constexpr double kLeastFace_um = 0.02;
 // Two hours, longer than any run; the same number of milliseconds is 7 s.
 constexpr double kLongestRun_s = 7200;
 
+// What readings with noise are called; other columns hold what was set or chosen.
+constexpr std::array<std::string_view, 8> kMeasured{"x_mm",    "y_mm",    "z_mm",      "W0_x_mm",
+                                                    "W0_y_mm", "L0_z_mm", "sensor_um", "error_um"};
+// The least noise of a reading where none is stated: that of a good interferometer's position, and of a sensor.
+constexpr double kLeastNoise_mm = 1e-4, kLeastNoise_um = 0.1;
+// How improbable equal digits have to be.
+constexpr double kNoChance = 1e-4;
+constexpr int kMostDigits = 9;
+
+// The decimal place that a number is given to, as a length: 0.001 of 12.345.
+double digitOf(double value) {
+  double digit = 1;
+  for (int k = 0; k < kMostDigits; ++k, digit /= 10) {
+    const double scaled = value / digit;
+    if (std::abs(scaled - std::round(scaled)) < 1e-6) break;
+  }
+  return digit;
+}
+
+// Probability that noise leaves a reading in the same digit as another.
+double chanceOfEqual(const Dataset& dataset, const std::string& column, double value) {
+  const bool fine = column.ends_with("_um");
+  double noise = fine ? kLeastNoise_um : kLeastNoise_mm;
+  const auto stated = configPositive(dataset, fine ? "sigma_um" : "sigma_mm");
+  if (stated && *stated) noise = **stated;
+  constexpr double kDensity = 0.282;  // of the difference of two readings at 0, for unit sigma: 1 / (2 sqrt(pi))
+  return std::min(1.0, kDensity * digitOf(value) / noise);
+}
+
+bool isMeasured(const std::string& column, const Table& table) {
+  // There x_mm is where the axis was sent to; of a shank's touch only the direction in which it touched is measured.
+  if ((table.name == "gain_cal" && column == "x_mm") || table.name == "shank") return false;
+  return std::ranges::find(kMeasured, column) != kMeasured.end();
+}
+
 std::vector<double> rowOf(const Table& table, std::size_t row) {
   std::vector<double> values;
   for (const auto& column : table.columns) values.push_back(column.values[row]);
   return values;
 }
 
-std::optional<std::string> copiesIn(const Table& table) {
+// A single reading with few digits may equal another by chance.
+bool tellsCopies(const Dataset& dataset, const Table& table, std::size_t row) {
+  double chance = 1;
+  std::size_t measured = 0;
+  for (const auto& column : table.columns) {
+    if (!isMeasured(column.name, table)) continue;
+    ++measured;
+    chance *= chanceOfEqual(dataset, column.name, column.values[row]);
+  }
+  constexpr double kRare = 0.01;
+  return measured != 1 || table.column("t_s") != nullptr || chance < kRare;
+}
+
+std::optional<std::string> copiesIn(const Dataset& dataset, const Table& table) {
   std::map<std::vector<double>, std::size_t> first;
   std::size_t copies = 0;
   std::string pair;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const auto [place, is_new] = first.try_emplace(rowOf(table, row), row);
-    if (is_new) continue;
+    if (is_new || !tellsCopies(dataset, table, row)) continue;
     if (++copies == 1) pair = std::to_string(place->second + 1) + " and " + std::to_string(row + 1);
   }
   if (copies == 0) return std::nullopt;
@@ -51,6 +101,26 @@ double farthestOf(const std::vector<double>& values) {
   return std::ranges::max(values, {}, [](double value) { return std::abs(value); });
 }
 
+std::optional<Refusal> frozenIn(const Dataset& dataset, const Table& table) {
+  std::set<std::vector<double>> rows;  // copies of one are another slip
+  for (std::size_t row = 0; row < table.rows(); ++row) rows.insert(rowOf(table, row));
+  if (rows.size() < 2) return std::nullopt;
+  for (const auto& [name, values] : table.columns) {
+    if (!isMeasured(name, table)) continue;
+    const double first = values.front();
+    if (!std::ranges::all_of(values, [&](double value) { return value == first; })) continue;
+    const double chance = std::pow(chanceOfEqual(dataset, name, first), static_cast<double>(rows.size() - 1));
+    if (chance >= kNoChance) continue;
+    return Refusal{"frozen-channel",
+                   "all " + std::to_string(values.size()) + " readings in " + place(name, table) + " are " +
+                       text(first) +
+                       " in every digit: a channel that measures has noise, and no standard deviation "
+                       "from these can be believed; check its cable and where the file comes from, "
+                       "and measure again"};
+  }
+  return std::nullopt;
+}
+
 bool isAngle(const std::string& column) {
   return column.ends_with("_rad") || column.find("_rad_") != std::string::npos;
 }
@@ -63,6 +133,17 @@ std::optional<std::string> degreesIn(const Table& table) {
     return place(name, table) + " reaches " + text(farthest) + " rad, " +
            text(std::round(farthest / (2 * std::numbers::pi))) + " turns: angles are in radians; are these " +
            (std::abs(farthest) > kMostDegrees ? "milliradians?" : "degrees?");
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> turnsIn(const Table& table) {
+  for (const auto& [name, values] : table.columns) {
+    if (!name.ends_with("_deg") || values.empty()) continue;
+    const double farthest = farthestOf(values);
+    if (std::abs(farthest) <= kMostDegrees) continue;
+    return place(name, table) + " reaches " + text(farthest) + " degrees, " + text(std::round(farthest / 360)) +
+           " turns: angles are in degrees; are these minutes of arc, or was a factor applied twice?";
   }
   return std::nullopt;
 }
@@ -89,6 +170,15 @@ std::optional<std::string> millisecondsIn(const Table& table) {
 
 }  // namespace
 
+std::optional<Refusal> frozenChannel(const Dataset& dataset, const Method& method) {
+  for (const auto& described : method.tables) {
+    const Table* table = dataset.table(described.name);
+    if (table == nullptr || !described.readings) continue;
+    if (auto refusal = frozenIn(dataset, *table)) return refusal;
+  }
+  return std::nullopt;
+}
+
 std::vector<std::string> slipsIn(const Dataset& dataset, const Method& method) {
   std::vector<std::string> slips;
   for (const auto& described : method.tables) {
@@ -97,8 +187,9 @@ std::vector<std::string> slipsIn(const Dataset& dataset, const Method& method) {
     if (auto slip = millimetresIn(*table)) slips.push_back(std::move(*slip));
     if (auto slip = millisecondsIn(*table)) slips.push_back(std::move(*slip));
     if (!described.readings) continue;
-    if (auto slip = copiesIn(*table)) slips.push_back(std::move(*slip));
+    if (auto slip = copiesIn(dataset, *table)) slips.push_back(std::move(*slip));
     if (auto slip = degreesIn(*table)) slips.push_back(std::move(*slip));
+    if (auto slip = turnsIn(*table)) slips.push_back(std::move(*slip));
   }
   return slips;
 }

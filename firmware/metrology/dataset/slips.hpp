@@ -1,11 +1,17 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/method.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 
 namespace probebox::metrology {
+
+// Refuses frozen-channel: a measured column of the readings whose values are equal in every digit, where the stated
+// sigma, or 0.1 um without one, would have changed the digits. The sd of such readings is not to be believed.
+std::optional<Refusal> frozenChannel(const Dataset& dataset, const Method& method);
 
 // One sentence for everything in the readings of a case that looks like a slip of a person and that no fit can show:
 // rows that are copies, which make every standard deviation too small, and columns that look as if they had another

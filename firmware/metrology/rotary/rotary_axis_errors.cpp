@@ -316,6 +316,7 @@ Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
     angles.push_back(stations[k].angle);
     addResiduals(answer.result().residuals, stations[k], motions.first[k]);
   }
+  if (auto refusal = tooLargeErrors(angles, fit.parameters)) return *refusal;
   const Eigen::Index size = fit.parameters.size();
   promiseErrors(answer, angles, fit.parameters, Eigen::MatrixXd::Identity(size, size), bench.axis.direction);
   addNominalAxis(answer.result(), bench.axis);

@@ -271,6 +271,7 @@ Outcome<Result, Refusal> solveRotaryStack(const Dataset& dataset) {
   Answer answer{dataset, fit, keys.sigma};
   const auto count = 6 * static_cast<Index>(stack.angles.size());
   const VectorXd six = fit.parameters.segment(model.errorsAt(), count);
+  if (auto refusal = tooLargeErrors(stack.angles, six)) return *refusal;
   const MatrixXd rows = pick(model.errorsAt(), count, model.size());
   answer.result().residuals = residualsOf(stack, fit, keys);
   const auto& left = answer.result().residuals.values;

@@ -85,6 +85,21 @@ std::vector<double> distinctAngles(std::vector<double> angles) {
   return angles;
 }
 
+std::optional<Refusal> tooLargeErrors(const std::vector<double>& angles, const Eigen::VectorXd& six) {
+  // A hundred times what a poor axis tilts by; taken for small angles everywhere (E5).
+  constexpr double kMost_rad = 0.02;
+  for (Eigen::Index k = 0; k < six.size(); ++k) {
+    if (k % 6 < 3 || std::abs(six[k]) <= kMost_rad) continue;
+    return Refusal{
+        "errors-too-large",
+        "at " + text(degrees(angles[static_cast<std::size_t>(k / 6)])) + " degrees the table is turned by " +
+            text(std::abs(six[k])) +
+            " rad from where it should be: check the sign of axis_direction and of phi_rad, their unit, and the "
+            "numbers of the balls"};
+  }
+  return std::nullopt;
+}
+
 void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eigen::VectorXd& six,
                    const Eigen::MatrixXd& rows, const Vector3d& direction) {
   answer.promiseMatrix("six_errors", 6, six, rows);

@@ -36,6 +36,9 @@ Eigen::MatrixXd positionDependentMap(std::span<const double> angles, const Eigen
 // The distinct angles, increasing.
 std::vector<double> distinctAngles(std::vector<double> angles);
 
+// Refuses rotations that no axis has: errors-too-large, by angle, with the signs and units to check.
+std::optional<Refusal> tooLargeErrors(const std::vector<double>& angles, const Eigen::VectorXd& six);
+
 // Promises six_errors, a row an angle, and location_mm and tilt_rad (E7) where four or more angles are spread wider
 // than 60 degrees, else a warning; also angle_rad and, with the location, position_dependent_mm and
 // position_dependent_rad (E8), a row an angle. six: at all angles; rows: d six / d parameters.

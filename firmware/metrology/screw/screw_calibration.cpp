@@ -154,6 +154,7 @@ Outcome<std::optional<Fit>, Refusal> measuredGain(const Dataset& dataset, const 
     if (standing) return std::optional<Fit>{};
   }
   TRY(const auto table, checkedTable(dataset, "gain_cal", kGainColumns));
+  if (auto refusal = refuseOutside(screw, *table)) return *refusal;
   TRY(auto fit, fitGain(*table, screw));
   return std::optional<Fit>{std::move(fit)};
 }
@@ -228,7 +229,7 @@ namespace {
 
 constexpr MethodTable kCalibrationTables[]{
     {"gain_cal", kGainColumns, "true error at a position and extension; K in its place where the gain stays", true},
-    {"sector_cal", kFaceColumns, "a sample of three or more slow turns at a steady temperature"}};
+    {"sector_cal", kFaceColumns, "a sample of three or more slow turns at a steady temperature", true}};
 constexpr MethodKey kCalibrationKeys[]{
     kScrewLength,
     kScrewOffset,

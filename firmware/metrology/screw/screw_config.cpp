@@ -19,6 +19,21 @@ Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset) {
   return screw;
 }
 
+std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table) {
+  // Bearings, nut and stated lengths take a little of it at both ends.
+  constexpr double kBeyond = 0.05;
+  const auto& positions = *table.column("x_mm");
+  for (std::size_t row = 0; row < positions.size(); ++row) {
+    const double lever = leverOf(screw, positions[row]);
+    if (lever >= -kBeyond && lever <= 1 + kBeyond) continue;
+    return Refusal{"outside-screw", "table '" + table.name + "', row " + std::to_string(row + 1) + ": at x = " +
+                                        text(positions[row]) + " mm the nut is " + text(lever * screw.length_mm) +
+                                        " mm from the fixed bearing of a screw of " + text(screw.length_mm) +
+                                        " mm: give x_mm, orgoff_mm and screw_length_mm in mm, and check axis_reversed"};
+  }
+  return std::nullopt;
+}
+
 std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table) {
   const auto& numbers = *table.column("sector");
   const auto& values = *table.column("T_um");

@@ -24,6 +24,9 @@ inline constexpr std::string_view kEvenHeat =
 // bad-config.
 Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset);
 
+// Refuses a position at which the nut is not on the screw: outside-screw, by table, row and remedy.
+std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table);
+
 // Columns of table sector_table: the face table of screw-calibration.
 inline constexpr std::array<std::string_view, 2> kSectorColumns{"sector", "T_um"};
 // Takes the sectors of a screw from that table. Refuses: bad-sectors (not each of 0 to n - 1 once).

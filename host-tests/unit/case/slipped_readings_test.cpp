@@ -104,6 +104,22 @@ TEST_P(SlippedReadings, ACopiedRowIsNoReadingOfItsOwn) {
   }
 }
 
+// The cable is off, or the program wrote the first reading into every row: there is no noise, so no sd to be believed.
+TEST_P(SlippedReadings, AFrozenChannelGivesNoAnswer) {
+  constexpr double kMost = 5;  // standard deviations
+  for (auto* table : readings()) {
+    for (auto& column : table->columns) {
+      if (!column.name.ends_with("_mm") && !column.name.ends_with("_um")) continue;
+      const auto before = column.values;
+      std::ranges::fill(column.values, before.front() + 1.234567e-4);
+      const auto solved = metrology::solve(dataset);
+      column.values = before;
+      if (objects(solved)) continue;
+      EXPECT_LE(changeOf(*solved), kMost) << table->name << " " << column.name;
+    }
+  }
+}
+
 TEST_P(SlippedReadings, DegreesAreNotTakenForRadiansWithoutAWord) {
   constexpr double kDegrees = 180 / std::numbers::pi;
   for (auto* table : readings()) {
@@ -208,13 +224,46 @@ TEST(WrongUnit, IsToldWithItsPlaceAndTheRightOne) {
               AllOf(HasSubstr("column 't_s' of table 'sector_cal'"), HasSubstr("are these milliseconds?")))
       << "the limit of the drift would let through a thousand times as much";
   EXPECT_THAT(saidOf("rotary-axis-errors", "first", "phi_rad", 1e3),
-              AllOf(HasSubstr("column 'phi_rad' of table 'first'"), HasSubstr("are these milliradians?")));
+              AllOf(HasSubstr("errors-too-large: "), HasSubstr("of phi_rad, their unit")));
   EXPECT_THAT(saidOf("screw-calibration", "", "screw_length_mm", 1e-3),
               AllOf(HasSubstr("implausible: config key 'screw_length_mm'"), HasSubstr("in mm")));
   EXPECT_THAT(saidOf("bore-fit", "", "stylus_ball_radius_mm", 1e3),
               AllOf(HasSubstr("implausible: config key 'stylus_ball_radius_mm'"), HasSubstr("in mm")));
   EXPECT_THAT(saidOf("periodic-check", "x_touch", "x_mm", 1e3),
               HasSubstr("implausible: the answer 'x_offset_error_mm'"));
+}
+
+TEST(FrozenChannel, IsRefusedByNameWithItsPlaceAndTheRemedy) {
+  const auto frozen = [](const std::string& name, const std::string& table, const std::string& what, double value) {
+    auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / name).value();
+    for (auto& each : dataset.tables) {
+      for (auto& column : each.columns)
+        if (each.name == table && column.name == what) std::ranges::fill(column.values, value);
+    }
+    const auto solved = metrology::solve(dataset);
+    return solved ? "" : solved.error().name + ": " + solved.error().reason;
+  };
+  EXPECT_THAT(frozen("screw-calibration", "sector_cal", "sensor_um", 31.41592),
+              AllOf(HasSubstr("frozen-channel: "), HasSubstr("column 'sensor_um' of table 'sector_cal'"),
+                    HasSubstr("measure again")));
+  EXPECT_THAT(frozen("spindle-offset-2x2", "readings", "x_mm", 19.31855437),
+              HasSubstr("frozen-channel: all 4 readings"));
+  EXPECT_THAT(frozen("c-axis-alignment", "readings", "y_mm", 19.31855437), HasSubstr("frozen-channel"));
+  EXPECT_THAT(frozen("periodic-check", "centres", "x_mm", 1.916602772), HasSubstr("frozen-channel"));
+  EXPECT_THAT(frozen("tool-setter", "readings", "z_mm", -193.7679019), HasSubstr("frozen-channel"));
+  // 10 um are coarser than the noise: equal by chance.
+  EXPECT_EQ(frozen("swivel-error", "readings", "y_mm", 0.38).find("frozen-channel"), std::string::npos);
+}
+
+TEST(Limits, OfWhatAMachineHasAreKept) {
+  EXPECT_THAT(saidOf("head-pivot", "readings", "B_deg", 180 / std::numbers::pi),
+              AllOf(HasSubstr("implausible: table 'readings', column 'B_deg'"), HasSubstr("degrees")));
+  EXPECT_THAT(saidOf("table-pivot", "readings", "tilt_deg", 180 / std::numbers::pi), HasSubstr("implausible"));
+  EXPECT_THAT(saidOf("table-pivot", "readings", "C_deg", 180 / std::numbers::pi), HasSubstr("turns"));
+  EXPECT_THAT(saidOf("screw-calibration", "gain_cal", "x_mm", 25.4), HasSubstr("outside-screw: table 'gain_cal', row"));
+  EXPECT_THAT(saidOf("screw-calibration", "", "orgoff_mm", 25.4), HasSubstr("outside-screw"));
+  EXPECT_THAT(saidOf("rotary-axis-errors", "first", "phi_rad", -1),
+              AllOf(HasSubstr("errors-too-large"), HasSubstr("axis_direction")));
 }
 
 // Readings without which there is no answer and with which there is no other to compare: nothing can object to them.
