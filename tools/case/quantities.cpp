@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdio>
+#include <iterator>
+#include <optional>
 
 #include "firmware/metrology/subject_values.hpp"
 #include "protocol/units/angle.hpp"
@@ -17,6 +19,8 @@ using metrology::Shape;
 constexpr std::size_t kErrorsOfAnAngle = 6;
 constexpr std::array<const char*, kErrorsOfAnAngle> kErrors{"EX", "EY", "EZ", "EA", "EB", "EC"};
 constexpr std::string_view kAt = "_at_", kDegrees = "_deg_";
+constexpr std::string_view kErrorAtQueries = "error_at_queries_mm", kSwivelTerms = "swivel_terms_mm",
+                           kLeftByAngle = "left_by_angle_mm";
 
 // Vectors whose components belong to machine axes.
 struct ByAxis {
@@ -75,12 +79,50 @@ std::string keyOf(const Estimate& estimate, std::size_t k) {
                                                                         : estimate.key + "[" + std::to_string(k) + "]";
 }
 
-// "error at queries[4] Z", or "gain matrix[1][2]" where columns are no lengths along the axes.
-std::string nameInMatrix(const Estimate& estimate, std::size_t k) {
-  const std::size_t row = k / estimate.columns, column = k % estimate.columns;
-  const std::string all = spaced(labelOf(estimate.key).name) + "[" + std::to_string(row) + "]";
-  if (estimate.columns == 3 && estimate.key.ends_with("_mm")) return all + " " + "XYZ"[column];
-  return all + "[" + std::to_string(column) + "]";
+std::string numbered(const char* what, std::size_t number) {
+  return std::string{what} + " " + std::to_string(number);
+}
+
+// Columns of a matrix whose parts have names of their own; 0 of others.
+std::size_t columnsOf(std::string_view stem) {
+  if (stem == "gain_matrix" || stem == "sensor_matrix" || stem == kErrorAtQueries) return 3;
+  return stem == kSwivelTerms || stem == kLeftByAngle ? 4 : 0;
+}
+
+// Parts that are not one an axis. Rows of queries and stops have numbers here: their angles stand elsewhere.
+std::optional<Label> partLabel(std::string_view stem, std::size_t k) {
+  constexpr std::array<const char*, 4> kPreTravel{"pre-travel across the stylus", "pre-travel, cos 3 phi",
+                                                  "pre-travel, sin 3 phi", "pre-travel along the stylus"};
+  constexpr std::array<const char*, 4> kTerms{"sin B", "L sin B", "1 - cos B", "L (1 - cos B)"};
+  const std::string axis{"XYZ"[k % 3]};
+  if (stem == "sector_table_um") return Label{numbered("sector", k), "um", 1};
+  if (stem == "pre_travel_mm" && k < kPreTravel.size()) return Label{kPreTravel[k], "mm", 1};
+  if (stem == "gain_matrix" && k < 9) return Label{std::string{"gain "} + "XYZ"[k / 3] + " of " + "abc"[k % 3], "", 1};
+  if (stem == "sensor_matrix" && k < 9) return Label{numbered("sensor", k / 3 + 1) + " per " + axis, "", 1};
+  if (stem == kErrorAtQueries) return Label{"error " + axis + " at " + numbered("query", k / 3 + 1), "um", 1e3};
+  if (stem == kSwivelTerms && k < 12) {
+    // Of what grows with the tool's length L, mm per mm.
+    const bool slope = k % 2 != 0;
+    return Label{std::string{"XYZ"[k / 4]} + ", factor of " + kTerms[k % 4], slope ? "um/m" : "um", slope ? 1e6 : 1e3};
+  }
+  if (stem == kLeftByAngle && k % 4 == 0) return Label{"B of " + numbered("stop", k / 4 + 1), "deg", 1};
+  if (stem == kLeftByAngle)
+    return Label{std::string{"left "} + "XYZ"[k % 4 - 1] + " at " + numbered("stop", k / 4 + 1), "um", 1e3};
+  return std::nullopt;
+}
+
+// "B 45 deg, L 150 mm" of a row whose angle the result has; empty where it has none.
+std::string placeOf(const metrology::Result& result, const Estimate& estimate, std::size_t row) {
+  const auto shortly = [](double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.6g", value);
+    return std::string{text.data()};
+  };
+  if (estimate.key == kLeftByAngle) return "B " + shortly(estimate.values[4 * row]) + " deg";
+  const auto *angles = result.find("query_B_deg"), *lengths = result.find("query_L_mm");
+  if (estimate.key != kErrorAtQueries || angles == nullptr || lengths == nullptr) return {};
+  if (row >= angles->values.size() || row >= lengths->values.size()) return {};
+  return "B " + shortly(angles->values[row]) + " deg, L " + shortly(lengths->values[row]) + " mm";
 }
 
 Quantity quantityOf(const Estimate& estimate, std::size_t k, std::string key, Label label) {
@@ -101,32 +143,52 @@ Label quantityLabel(const std::string& key, std::string_view axis) {
   label.name = spaced(label.name);
   if (bracket == std::string::npos) return label;
   const auto known = std::ranges::find_if(kByAxis, [&](const ByAxis& each) { return each.fits(stem); });
-  const auto component = static_cast<std::size_t>(std::atoi(key.c_str() + bracket + 1));
-  if (known == kByAxis.end() || component >= known->axes.size() || key.find('[', bracket + 1) != std::string::npos) {
-    label.name += key.substr(bracket);
+  const auto numberAt = [&](std::size_t at) { return static_cast<std::size_t>(std::atoi(key.c_str() + at + 1)); };
+  const auto second = key.find('[', bracket + 1);
+  const bool in_matrix = second != std::string::npos;
+  const std::size_t first = numberAt(bracket), columns = columnsOf(stem);
+  if (auto part = partLabel(stem, in_matrix ? columns * first + numberAt(second) : first)) return *std::move(part);
+  if (in_matrix) {
+    label.name += ", row " + std::to_string(first + 1) + ", column " + std::to_string(numberAt(second) + 1);
+  } else if (known == kByAxis.end() || first >= known->axes.size()) {
+    label.name += " " + std::to_string(first + 1);
   } else if (!axis.empty() && (stem == "location_mm" || stem == "tilt_rad")) {
-    label.name = std::string{known->axes[component]} + "O" + std::string{axis};
+    label.name = std::string{known->axes[first]} + "O" + std::string{axis};
   } else {
     if (!known->name.empty()) label.name = known->name;
-    label.name += std::string{" "} + known->axes[component];
+    label.name += std::string{" "} + known->axes[first];
   }
   return label;
 }
 
-std::vector<Quantity> quantitiesOf(const metrology::Result& result, std::string_view axis) {
+std::vector<Quantity> quantitiesIn(const metrology::Result& result, const Estimate& estimate, std::string_view axis) {
   std::vector<Quantity> all;
   const Estimate* angles = result.find("angle_rad");
-  for (const auto& estimate : result.estimates) {
-    const std::size_t count = estimate.values.size();
-    const bool by_angle =
-        estimate.key == "six_errors" && angles != nullptr && count == kErrorsOfAnAngle * angles->values.size();
-    for (std::size_t k = 0; k < count; ++k) {
-      auto key = by_angle ? errorMotionKey(axis, k % kErrorsOfAnAngle, angles->values[k / kErrorsOfAnAngle])
-                          : keyOf(estimate, k);
-      auto label = quantityLabel(key, axis);
-      if (estimate.shape == Shape::matrix && !by_angle) label.name = nameInMatrix(estimate, k);
-      all.push_back(quantityOf(estimate, k, std::move(key), std::move(label)));
+  const std::size_t count = estimate.values.size();
+  const bool by_angle =
+      estimate.key == "six_errors" && angles != nullptr && count == kErrorsOfAnAngle * angles->values.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    auto key = by_angle ? errorMotionKey(axis, k % kErrorsOfAnAngle, angles->values[k / kErrorsOfAnAngle])
+                        : keyOf(estimate, k);
+    auto label = quantityLabel(key, axis);
+    if (estimate.shape == Shape::matrix && !by_angle) {
+      const std::size_t row = k / estimate.columns, column = k % estimate.columns;
+      const auto place = placeOf(result, estimate, row);
+      if (!place.empty())
+        label.name = label.name.substr(0, label.name.rfind(" at ")) + " at " + place;
+      else if (columnsOf(estimate.key) == 0)
+        label.name = quantityLabel(estimate.key + "[" + std::to_string(row) + "][" + std::to_string(column) + "]").name;
     }
+    all.push_back(quantityOf(estimate, k, std::move(key), std::move(label)));
+  }
+  return all;
+}
+
+std::vector<Quantity> quantitiesOf(const metrology::Result& result, std::string_view axis) {
+  std::vector<Quantity> all;
+  for (const auto& estimate : result.estimates) {
+    auto some = quantitiesIn(result, estimate, axis);
+    all.insert(all.end(), std::make_move_iterator(some.begin()), std::make_move_iterator(some.end()));
   }
   return all;
 }

@@ -23,6 +23,10 @@ struct Quantity {
 // ISO 230: EXC to ECC at an angle, XOC and AOC for its location.
 std::vector<Quantity> quantitiesOf(const metrology::Result& result, std::string_view axis = {});
 
+// The values of one of its estimates, also of those that it does not promise.
+std::vector<Quantity> quantitiesIn(const metrology::Result& result, const metrology::Estimate& estimate,
+                                   std::string_view axis = {});
+
 // Those that are about the subject (metrology::valuesAbout).
 std::vector<Quantity> quantitiesAbout(const metrology::Result& result, std::string_view subject);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <string_view>
 #include <utility>
 
@@ -18,13 +19,25 @@ std::string plain(double value, int digits = 9) {
   return text.data();
 }
 
+constexpr std::string_view kMeasuredAt = "measured_at_s", kUtc = "UTC";
+
+std::string timeText(double seconds) {
+  const auto at = static_cast<std::time_t>(seconds);
+  std::tm utc{};
+  std::array<char, 40> text{};
+  if (gmtime_r(&at, &utc) == nullptr || std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S", &utc) == 0)
+    return plain(seconds);
+  return text.data();
+}
+
 // Beyond what a double resolves digits would be made up: three hundred of them for the largest.
 std::string fixed(double value, int decimals) {
   constexpr double kResolved = 1e15;
   if (std::abs(value) >= kResolved) return plain(value);
   std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, "%.*f", decimals, value)), '\0');
   std::snprintf(text.data(), text.size() + 1, "%.*f", decimals, value);
-  return text;
+  const bool zero = text.find_first_not_of("-0.") == std::string::npos;
+  return zero && text.starts_with('-') ? text.substr(1) : text;
 }
 
 // Lengths that are never far from zero. An offset may be one of a few um or of 300 mm.
@@ -60,6 +73,7 @@ Label labelOf(const std::string& key) {
     label.name += key.substr(index);
     return label;
   }
+  if (key == kMeasuredAt) return {"measured_at", std::string{kUtc}, 1.0};
   const auto ends = [&](std::string_view suffix) { return key.ends_with(suffix); };
   const auto without = [&](std::string_view suffix) { return key.substr(0, key.size() - suffix.size()); };
   const bool rotation =
@@ -75,6 +89,7 @@ Label labelOf(const std::string& key) {
 
 std::string valueText(const Label& label, double value, std::optional<double> sd) {
   const double shown = value * label.factor;
+  if (label.unit == kUtc) return timeText(shown);
   const bool known = sd && *sd > 0.0 && std::isfinite(*sd);
   return known ? fixed(shown, decimalsOf(*sd * label.factor)) : plain(shown);
 }

@@ -41,13 +41,11 @@ const std::vector<double>* columnOf(const Subject& subject, const char* table, c
 
 // By the names that all commands share; where they have none for it, by its coordinate or its number.
 std::string vectorName(const Subject& subject, const Estimate& estimate, std::size_t k) {
-  const std::string name = spaced(casefolder::labelOf(estimate.key).name);
-  const std::string number = std::to_string(k + 1);
-  if (estimate.key == "sector_table_um") return "sector " + number;
   const auto label = casefolder::quantityLabel(estimate.key + "[" + std::to_string(k) + "]", axisLetter(subject));
-  if (label.name.find('[') == std::string::npos) return label.name;
+  const std::string name = spaced(casefolder::labelOf(estimate.key).name);
+  const bool by_number = label.name == name + " " + std::to_string(k + 1);
   const bool coordinate = estimate.values.size() <= kAxes.size() && estimate.key.ends_with("_mm");
-  return name + " " + (coordinate ? std::string{kAxes[k]} : number);
+  return by_number && coordinate ? name + " " + std::string{kAxes[k]} : label.name;
 }
 
 }  // namespace
@@ -142,9 +140,7 @@ std::optional<double> combinedOf(const Estimate& estimate, std::size_t k) {
 }
 
 std::string valueDigits(const Label& unit, double value, std::optional<double> u) {
-  std::string digits = casefolder::valueText(unit, value, u ? std::optional{2.0 * *u} : std::nullopt);
-  const bool zero = digits.find_first_not_of("-0.") == std::string::npos;
-  return zero && digits.starts_with('-') ? digits.substr(1) : digits;
+  return casefolder::valueText(unit, value, u ? std::optional{2.0 * *u} : std::nullopt);
 }
 
 std::string uncertaintyDigits(const Label& unit, double u) {

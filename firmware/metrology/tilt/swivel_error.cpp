@@ -256,6 +256,9 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   Answer answer{dataset, chosen.fit, sigma};
   tellResiduals(answer, readings, plane.axis);
   answer.promiseMatrix("error_at_queries_mm", 3, jacobian * parameters, jacobian);
+  for (const auto column : kQueryColumns) {
+    answer.result().also.push_back(Estimate::vector("query_" + std::string{column}, *queries->column(column), {}));
+  }
   addModel(answer, chosen, candidates, readings, sigma.value);
   for (const auto& warning : chosen.warnings) answer.warn(warning);
   for (const auto* table : {dataset.table("readings"), dataset.table("shank")}) {

@@ -21,12 +21,12 @@ namespace probebox::metrology {
 // One angle cannot separate sin B from 1 - cos B along the axis: rigid then answers sin B, and its sd allows for all of
 // it being 1 - cos B. Corrections that the control adds for each length cancel. Centres of a touch-trigger probe have
 // to be without its pre-travel: p0 - pz of it is taken for a length of the tool (A24). Gives error_at_queries_mm, one
-// row per query; also model and recommended_model (0 sine, 1 rigid, 2 free); rms_sine_mm, rms_rigid_mm, rms_free_mm,
-// the residual of a reading under each model; for rigid gauge_line_mm and tool_direction_rad, in the plane's order ((z,
-// x) for Y); for live corrections (SwivelCorrection) swivel_terms_mm (for x, y, z the factors of sin B, L sin B, 1 -
-// cos B, L (1 - cos B)) and left_by_angle_mm, rows B_deg, x, y, z. Refuses: missing-key, bad-config, bad-axis,
-// length-span-too-small (10 mm), swivel-angle-too-small (|sin B| < 0.2), what linearLeastSquares refuses, and with a
-// shank what readSwivelReadings refuses.
+// row per query; also query_B_deg, query_L_mm, model and recommended_model (0 sine, 1 rigid, 2 free); rms_sine_mm,
+// rms_rigid_mm, rms_free_mm, the residual of a reading under each model; for rigid gauge_line_mm and
+// tool_direction_rad, in the plane's order ((z, x) for Y); for live corrections (SwivelCorrection) swivel_terms_mm (for
+// x, y, z the factors of sin B, L sin B, 1 - cos B, L (1 - cos B)) and left_by_angle_mm, rows B_deg, x, y, z. Refuses:
+// missing-key, bad-config, bad-axis, length-span-too-small (10 mm), swivel-angle-too-small (|sin B| < 0.2), what
+// linearLeastSquares refuses, and with a shank what readSwivelReadings refuses.
 Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset);
 
 extern const Method kSwivelError;

@@ -45,8 +45,35 @@ TEST(Quantities, AreNamedAlikeFromTheirKeysAlone) {
   EXPECT_EQ(quantityLabel("pivot_xz_mm[1]").name, "pivot Z");
   EXPECT_EQ(quantityLabel("centre_mm[0]").name, "centre X");
   EXPECT_EQ(quantityLabel("stylus_offset_of_tool_12_mm[1]").name, "stylus offset of tool 12 Y");
-  EXPECT_EQ(quantityLabel("comp_um[7]").name, "comp[7]") << "no axis of the machine";
+  EXPECT_EQ(quantityLabel("comp_um[7]").name, "comp 8") << "no axis of the machine";
+  EXPECT_EQ(quantityLabel("gain_matrix[3]").name, "gain Y of a");
+  EXPECT_EQ(quantityLabel("gain_matrix[1][0]").name, "gain Y of a");
+  EXPECT_EQ(quantityLabel("sector_table_um[7]").name, "sector 7") << "as in table sector_table";
+  EXPECT_EQ(quantityLabel("pre_travel_mm[0]").name, "pre-travel across the stylus");
+  EXPECT_EQ(quantityLabel("error_at_queries_mm[5]").name, "error Z at query 2");
   EXPECT_EQ(quantityLabel("tau_s").unit, "us");
+}
+
+TEST(Quantities, OfASwivellingHeadSayWhichAngleAndLength) {
+  metrology::Result result;
+  result.estimates = {Estimate::matrix("error_at_queries_mm", 3, {0.001, 0.002, 0.003, 0.004, 0.005, 0.006}, {})};
+  result.also = {Estimate::vector("query_B_deg", {0, 45}, {}), Estimate::vector("query_L_mm", {100, 150}, {}),
+                 Estimate::matrix("left_by_angle_mm", 4, {45, 0.001, 0.002, 0.003}, {}),
+                 Estimate::matrix("swivel_terms_mm", 4, std::vector<double>(12, 2e-5), {})};
+  EXPECT_EQ(quantitiesOf(result)[5].label.name, "error Z at B 45 deg, L 150 mm");
+  const auto left = quantitiesIn(result, result.also[2]);
+  EXPECT_EQ(left[0].label.unit, "deg") << "an angle is no length";
+  EXPECT_EQ(left[3].label.name, "left Z at B 45 deg");
+  EXPECT_EQ(withSd(left[3].label, left[3].value, {}), "3 um");
+  const auto terms = quantitiesIn(result, result.also[3]);
+  EXPECT_EQ(terms[5].label.name, "Y, factor of L sin B");
+  EXPECT_EQ(withSd(terms[5].label, terms[5].value, {}), "20 um/m") << "mm per mm of the tool";
+  EXPECT_EQ(withSd(terms[4].label, terms[4].value, {}), "0.02 um");
+}
+
+TEST(Quantities, ShowATimeAsATimeAndNoNegativeZero) {
+  EXPECT_EQ(withSd(labelOf("measured_at_s"), 1.79e9, {}), "2026-09-21 14:13:20 UTC");
+  EXPECT_EQ(withSd(labelOf("x_mm"), -2e-6, 0.001), "0.0000 +/- 0.0010 mm");
 }
 
 TEST(Quantities, SayWhenNoUncertaintyIsKnown) {

@@ -82,7 +82,7 @@ std::string forecastPage(const plan::Forecast& forecast) {
   std::string all = std::string{forecast.wanted.method->name()} + ": " + stepsOf(forecast) +
                     printed(", about %.0f s", forecast.duration_s);
   for (const auto& quantity : quantitiesOf(forecast)) {
-    all += printed("\n  %-22s ", quantity.label.name.c_str()) + printed("%-16s", spreadOf(quantity).c_str());
+    all += printed("\n  %-22s ", quantity.label.name.c_str()) + printed("%-16s ", spreadOf(quantity).c_str());
     if (quantity.expanded) all += "U (k = 2) " + casefolder::withUnit(quantity.label, *quantity.expanded);
   }
   for (const auto& dropped : forecast.dropped) all += "\n  left out: " + dropped.name + ", " + dropped.reason;

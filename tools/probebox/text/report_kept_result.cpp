@@ -111,20 +111,23 @@ std::string linesOf(const std::vector<casefolder::Quantity>& quantities) {
 
 // Values that were computed on the way, with their sd where it is known.
 std::string foundOnTheWayInWords(const Result& result, const std::vector<casefolder::Quantity>& listed) {
-  constexpr std::size_t kMost = 9;  // numbers of one of them; --json has all
+  constexpr std::size_t kMost = 12;  // numbers of one of them
   std::string all;
   for (const auto& estimate : result.also) {
     const bool is_elsewhere = estimate.key == "verdict" || estimate.key == "worst_ratio" ||
                               estimate.key == metrology::kChiSquareDof || estimate.key == metrology::kNoiseDof ||
-                              isIn(listed, estimate.key) || isIn(listed, estimate.key + "[0]");
+                              estimate.key.starts_with("query_") || isIn(listed, estimate.key) ||
+                              isIn(listed, estimate.key + "[0]");
     if (is_elsewhere) continue;
-    const auto label = casefolder::labelOf(estimate.key);
-    all += printed("\n  %-22s", label.name.c_str());
-    for (std::size_t k = 0; k < std::min(kMost, estimate.values.size()); ++k) {
-      const auto sd = k < estimate.sd.size() ? std::optional{estimate.sd[k]} : std::nullopt;
-      all += (k == 0 ? " " : ", ") + casefolder::withSd(label, estimate.values[k], sd);
+    auto quantities = casefolder::quantitiesIn(result, estimate);
+    // A stop's angle is in the names of what was left there.
+    if (estimate.key == "left_by_angle_mm")
+      std::erase_if(quantities, [](const auto& quantity) { return quantity.label.unit == "deg"; });
+    for (std::size_t k = 0; k < std::min(kMost, quantities.size()); ++k) {
+      const auto& [key, label, value, sd, expanded, by_definition] = quantities[k];
+      all += printed("\n  %-22s ", label.name.c_str()) + casefolder::withSd(label, value, sd);
     }
-    if (estimate.values.size() > kMost) all += printed(", and %zu more", estimate.values.size() - kMost);
+    if (quantities.size() > kMost) all += printed("\n  and %zu more: --json has all", quantities.size() - kMost);
   }
   return all;
 }
