@@ -1,0 +1,84 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "in_process.hpp"
+
+// gcode: what it refuses, and what its options do to a program.
+namespace probebox::command {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+Finished gcode(const std::string& method, const std::string& dialect, const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"gcode", method, "--dialect", dialect, "-o", "-", "--safe-z", "80"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return probebox(arguments);
+}
+
+Finished delay(const std::string& dialect, const std::vector<std::string>& more) {
+  std::vector<std::string> all{"--sphere", "25", "--stylus", "6"};
+  all.insert(all.end(), more.begin(), more.end());
+  return gcode("delay-multi-speed", dialect, all);
+}
+
+TEST(GcodeCommand, RefusesByNameWhatTheMethodDoesNotUse) {
+  struct Useless {
+    std::string option, value;
+  };
+  for (const auto& [option, value] :
+       {Useless{"--ball", "1,2,3"}, Useless{"--gap", "5"}, Useless{"--setter", "16"}, Useless{"--tilts", "0,10"},
+        Useless{"--b-axis", "Y"}, Useless{"--table-axis", "0,0,0"}, Useless{"--c-axis", "0,0,0"},
+        Useless{"--head-tool", "5"}, Useless{"--tool-diameter", "10"}}) {
+    const auto refused = delay("haas", {option, value});
+    EXPECT_NE(refused.status, 0) << option;
+    EXPECT_THAT(refused.err, AllOf(HasSubstr(option), HasSubstr("does not use"))) << option;
+  }
+  EXPECT_THAT(delay("haas", {"--probe-tools", "1,2"}).err, HasSubstr("give one to --probe-tools"));
+  EXPECT_THAT(delay("siemens", {"--number", "5"}).err, HasSubstr("--number is of fanuc and haas"));
+  EXPECT_THAT(delay("haas", {"--words", "B=A"}).err, HasSubstr("does not turn B"));
+}
+
+TEST(GcodeCommand, RefusesToGoThroughTheSphere) {
+  const auto refused = delay("haas", {"--overtravel", "20"});
+  EXPECT_NE(refused.status, 0);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("20.000 mm into the surface"), HasSubstr("--deflection-limit")));
+  EXPECT_EQ(delay("haas", {"--overtravel", "1.5", "--deflection-limit", "2"}).status, 0);
+}
+
+TEST(GcodeCommand, CallsTheToolThatCarriesTheProbe) {
+  EXPECT_THAT(delay("fanuc", {"--probe-tools", "7", "--number", "1234", "--machine-z", "-5"}).out,
+              AllOf(HasSubstr("\nO1234 "), HasSubstr("\nG0 G90 G49 G53 Z-5.000\nT7 M6\n"), HasSubstr("\nG1 G43 H7 Z"),
+                    Not(HasSubstr("#4008"))));
+  EXPECT_THAT(delay("fanuc", {}).out, AllOf(HasSubstr("#4008EQ49"), Not(HasSubstr(" M6"))));
+  EXPECT_THAT(delay("fanuc", {"--no-skip"}).out, Not(HasSubstr("\nG31")));
+}
+
+// ISO 841: what turns about X is A, whatever the box calls it.
+TEST(GcodeCommand, NamesTheAxesOfTheControl) {
+  const auto pivot = [](const std::vector<std::string>& more) {
+    std::vector<std::string> all{"--sphere", "12",       "--stylus",     "6",       "--ball", "30,0,0",
+                                 "--tilts",  "-30,0,30", "--table-axis", "0,0,-100"};
+    all.insert(all.end(), more.begin(), more.end());
+    return gcode("table-pivot", "siemens", all);
+  };
+  EXPECT_THAT(pivot({}).out, AllOf(HasSubstr(" A30.000"), Not(HasSubstr("G0 B"))));
+  EXPECT_THAT(pivot({"--b-axis", "Y"}).out, AllOf(HasSubstr(" B30.000"), Not(HasSubstr("G0 A"))));
+  EXPECT_THAT(pivot({"--words", "B=B1="}).out, HasSubstr(" B1=30.000"));
+  EXPECT_THAT(pivot({"--words", "B=C"}).err, HasSubstr("would both be C"));
+  EXPECT_THAT(pivot({"--words", "B=X"}).err, HasSubstr("is not a word"));
+}
+
+TEST(GcodeCommand, SaysWhatASelftestIs) {
+  EXPECT_THAT(gcode("selftest", "fanuc", {}).err, AllOf(HasSubstr("by hand"), Not(HasSubstr("forecast"))));
+}
+
+TEST(GcodeCommand, AsksAScrewCalibrationForNoSphere) {
+  const auto written = gcode("screw-calibration", "haas", {"--axis", "X"});
+  EXPECT_EQ(written.status, 0) << written.err;
+  EXPECT_THAT(written.out, AllOf(HasSubstr("SO THAT THE AXIS MAY TRAVEL"), Not(HasSubstr("SPHERE"))));
+}
+
+}  // namespace
+}  // namespace probebox::command
