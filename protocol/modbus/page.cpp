@@ -60,6 +60,8 @@ A calibration by registers alone (service.toml must allow it: allow_calibrate, a
    (done; 842 has the run) or 3 (refused; 840 says why). While 839 is 1, or no answer came, the same write again is safe.
 2. Read 848 to 939 in one request. 848 = 1: a step is to be done; take tool, angles and the start of the approach (target plus clearance
    against the way in), stand still.
+   A is the orientation of the spindle that holds the probe (M19 R, SPOS), not a rotary axis A of the machine. B is the table that tilts
+   or the head that swivels, whatever the control calls it (ISO 841: A where it turns about X). C is the axis that turns along Z.
 3. Write the begin marker: run, step, phase 0, speed, tool, angles, at rest 1, commit (144 to 157). Exception 3: read 848 to 939 again.
 4. Move as 852 says: in by clearance plus overtravel, dwell where it is a touch, out by overtravel, clearance and run-out at that speed. Stand
    still for 0.2 s, then write the end marker (phase 1, another commit number).
