@@ -61,13 +61,19 @@ class Tape {
     if (!of_.valid) return line("(NO VALID CORRECTION)");
     const auto& [x, y, z] = of_.correction_mm;
     if (numbered()) return values(kCorrection, of_.correction_mm, 1, 4);
-    line(printed("G10 L2 P%u X%.4f Y%.4f Z%.4f", unsigned{form_.offset}, x, y, z));
+    offset(printed("P%u X%.4f Y%.4f Z%.4f", unsigned{form_.offset}, x, y, z));
+  }
+
+  // Under G91 the control would add the values to those that it has, and under G20 take them for inches.
+  void offset(const std::string& words) {
+    line("G21");
+    line("G90 G10 L2 " + words);
   }
 
   void centreline() {
     const auto& [result, has_z, here] = of_.centreline;
     if (result.result_id == 0 || !has_z) return line("(NO CENTRELINE IN FORCE)");
-    if (!numbered()) return line(printed("G10 L2 P%u X%.4f Y%.4f", form_.offset + 1U, here[0], here[1]));
+    if (!numbered()) return offset(printed("P%u X%.4f Y%.4f", form_.offset + 1U, here[0], here[1]));
     values(kCentreline, here, 1, 4);
     values(kCentreline + 2, result.slope, 1, 7);
     values(kCentrelineSd, result.sd_centre_mm, 1, 5);

@@ -241,7 +241,7 @@ TEST_F(TextOnCable, NothingIsSentWhileTheControlHoldsItBack) {
   for (int i = 0; i < 40; ++i) drain();
   EXPECT_EQ(heard_, "");
   print("\x11");
-  EXPECT_THAT(heardUntil("*"), HasSubstr("G10 L2 P0 X-0.0125 Y0.2500 Z0.0000"));
+  EXPECT_THAT(heardUntil("*"), HasSubstr("G90 G10 L2 P0 X-0.0125 Y0.2500 Z0.0000"));
 }
 
 TEST_F(TextOnCable, AStreamThatTheControlHeldBackGoesOnWithPresentValues) {

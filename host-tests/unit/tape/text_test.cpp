@@ -70,7 +70,7 @@ TEST(Record, HasTheStatusBitsOfRegister2) {
 
 TEST(Tape, WritesCorrectionsInTheWordsOfTheDialect) {
   EXPECT_THAT(linesOf(tape(valid(), Ask::corrections, {})),
-              ElementsAre("%", "G10 L2 P0 X-0.0125 Y0.0000 Z1.5000", "%"));
+              ElementsAre("%", "G21", "G90 G10 L2 P0 X-0.0125 Y0.0000 Z1.5000", "%"));
   EXPECT_THAT(linesOf(tape(valid(), Ask::corrections, {.dialect = Dialect::macro})),
               ElementsAre("%", "#500=1", "#501=42", "#502=-0.0125", "#503=0.0000", "#504=1.5000", "%"));
   EXPECT_THAT(linesOf(tape(valid(), Ask::corrections, {.dialect = Dialect::nv, .first = 10})),
@@ -94,7 +94,7 @@ TEST(Tape, WritesTheCentrelineAndTheDelay) {
   EXPECT_THAT(linesOf(tape(withCentreline(), Ask::centreline, macro)),
               ElementsAre("%", "#505=240.1234", "#506=-3.5000", "#507=0.0000000", "#508=0.0000000", "#509=0.00040",
                           "#510=0.00050", "%"));
-  EXPECT_THAT(tape(withCentreline(), Ask::centreline, {}), HasSubstr("G10 L2 P1 X240.1234 Y-3.5000\r\n"));
+  EXPECT_THAT(tape(withCentreline(), Ask::centreline, {}), HasSubstr("G21\r\nG90 G10 L2 P1 X240.1234 Y-3.5000\r\n"));
   EXPECT_THAT(tape(withCentreline(), Ask::delay, macro), HasSubstr("#511=4.00000\r\n#512=4.01000\r\n#513=3.99000\r\n"));
 }
 
