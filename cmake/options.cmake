@@ -35,7 +35,15 @@ if(PROBEBOX_FUZZ)
   add_link_options(-fsanitize=address,undefined)
 endif()
 
+# Rooms that compute, and hold no bytes from outside, are not asked whether each double is aligned: a third less time to build
+# and to test.
+set(probebox_sanitize_numbers "")
 if(PROBEBOX_SANITIZE)
   add_compile_options(-fsanitize=${PROBEBOX_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  if(PROBEBOX_SANITIZE MATCHES "address.*undefined")
+    # What these two find, AddressSanitizer finds.
+    add_compile_options(-fno-sanitize=null,object-size)
+    set(probebox_sanitize_numbers -fno-sanitize=alignment)
+  endif()
   add_link_options(-fsanitize=${PROBEBOX_SANITIZE})
 endif()
