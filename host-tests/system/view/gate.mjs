@@ -58,14 +58,14 @@ async function refusesWhatItCannotRead(server) {
 async function checksWithMeasuredLengths(server) {
   const page = await asPage(server);
   const near = async (more) => (await page(`/api/nearest?tool=4&x=0&y=0&z=-42${more}`)).told;
-  const stored = await near(""), measured = await near("&length=50&dx=0&dy=0");
+  const stored = await near(""), measured = await near("&length=50&w1x=0&w1y=0");
   check(Math.abs(stored.distance_mm - 6) < 1e-3 && stored.tool_part === "holder", JSON.stringify(stored));
   check(measured.distance_mm === 0 && measured.tool_part === "holder", JSON.stringify(measured));
   const program = "G0 X0 Y0 Z20\nZ-42\n";
   const hits = async (more) => (await page("/api/check", { tool: 4, program, ...more })).told.hits.length;
   const short = { measured: { assembled_mm: 50, W1_mm: [0, 0] } };
   check((await hits({})) === 0 && (await hits(short)) === 1 && (await hits({ ...short, stored: true })) === 0, "the measured lengths count in a check");
-  for (const bad of ["&length=nan&dx=0&dy=0", "&length=12&dx=0&dy=0", "&length=50&dx=99&dy=0"]) check((await page(`/api/nearest?tool=4&x=0&y=0&z=0${bad}`)).status === 400, bad);
+  for (const bad of ["&length=nan&w1x=0&w1y=0", "&length=12&w1x=0&w1y=0", "&length=50&w1x=99&w1y=0"]) check((await page(`/api/nearest?tool=4&x=0&y=0&z=0${bad}`)).status === 400, bad);
   check((await page("/api/nearest?tool=4&x=nan&y=0&z=0")).status === 400, "a place that is no number");
 }
 
