@@ -43,6 +43,9 @@ CellTool readTool(Section& section, const std::vector<CellTool>& before) {
   tool.length_mm = section.number("length_mm", {0.1, 1000});
   tool.cutting_mm = section.number("cutting_mm", {0.01, 1000}, tool.length_mm);
   tool.assembled_length_mm = section.numberIfThere("assembled_length_mm", {0.1, 1000});
+  if (section.has("offset_mm"))
+    section.problem("offset_mm",
+                    "has become W1_mm, of the spindle axis from the tip: write it with the opposite signs");
   if (section.has("W1_mm")) {
     const auto across = section.numbers("W1_mm", {-10, 10}, {2, 2});
     if (across.size() == 2) tool.w1_mm = {across[0], across[1]};

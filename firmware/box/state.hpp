@@ -56,7 +56,7 @@ struct State {
   ProbeClock control_clock;  // of positions that the controller sends
   latch::LatchCounters latch;
   procedure::Progress procedure;
-  std::optional<procedure::Rates> rates;  // over the last second; nothing in the first
+  std::optional<procedure::Rates> rates;  // of the last second; nothing before its end or that of all sources
   bool delay_applied{true};               // false when the delay in force exceeds the buffer
   std::uint64_t incomplete_rows{};
   std::uint64_t stray_markers{};

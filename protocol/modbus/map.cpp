@@ -114,8 +114,7 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::marker_phase, "marker: phase", u16, 1, "", write,
      "0 begin, 1 end, 2 abandon (the step is repeated), 3 pass: in a dry run the way of the step was gone in the air; "
      "nothing is recorded, and after the last step the first one is asked for again, to be measured. A dry run comes "
-     "before "
-     "the first begin marker, and goes through all steps that are known then"},
+     "before the first begin marker, and goes through all steps that are known then"},
     {address::marker_speed, "marker: nominal speed", u16, 0.1, "mm/s", write, "commanded measuring speed of the step"},
     {address::marker_tool, "marker: tool", u16, 1, "", write, "tool number, 0 for none"},
     {address::marker_angle, "marker: ABC angle", i32, 0.001, "deg", write, "-3600 to 3600 degrees"},

@@ -158,13 +158,11 @@ std::string traceabilityBox(const Subject& subject, const CertificateFacts& fact
   const auto why = whyNotTraceable(result, facts);
   std::string text = why ? "<div class=\"verdict failed\"><p>NOT TRACEABLE</p><ul>" + element("li", *why)
                          : "<div class=\"verdict neutral\"><p>Traceable to the certificate of the reference sphere, as "
-                           "far as u rests on "
-                           "it</p><ul>" +
+                           "far as u rests on it</p><ul>" +
                                element("li", conditionOf(result, "sphere_certificate")) +
                                element("li",
                                        "Not traceable is what the values owe to the scales of the machine and the "
-                                       "clock of the box, of which "
-                                       "no certificate is on record.");
+                                       "clock of the box, of which no certificate is on record.");
   if (ballIsAssumed(result)) text += element("li", "Stylus ball: " + conditionOf(result, metrology::kStylusBall) + ".");
   if (facts.accepted.empty())
     text += element("li", "This result was accepted by nobody: it is a proposal, and not in force.");

@@ -15,13 +15,11 @@ struct Measurand {
 constexpr auto kMeasurands = std::to_array<Measurand>({
     {"delay",
      "by how much the stamps of the machine's positions are later than those of the probe's deflections, by axis; the "
-     "gain "
-     "turns deflections into machine axes, with the spindle at A = 0"},
+     "gain turns deflections into machine axes, at the angle of the spindle at which it was measured"},
     {"centreline", "the turning axis C from the axis of the spindle that carries the probe"},
     {"centreline-stylus",
-     "the turning axis C from the tip of the stylus with the spindle at A = 0: the offset of the tip from the "
-     "spindle's "
-     "axis is part of it"},
+     "the turning axis C from the tip of the stylus with the spindle at A = 0: the offset of the tip from the axis of "
+     "the spindle is part of it"},
     {"centreline-slide",
      "the turning axis C of a chuck that the Z slide carries, from the axis of the spindle that carries the probe"},
     {"stylus-offset-", "the tip of the stylus from the axis of the spindle that carries it, at A = 0"},

@@ -121,8 +121,7 @@ Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
   if (skew) result.warnings.push_back(*skew);
   result.convention =
       "machine coordinates of the tilt axis, where it passes along_mm, as the tip of the stylus has them with the "
-      "spindle at "
-      "A = 0";
+      "spindle at A = 0";
   return result;
 }
 

@@ -128,8 +128,11 @@ std::optional<metrology::Refusal> addTables(metrology::Dataset& dataset, BallRea
   return std::nullopt;
 }
 
-void addCentres(metrology::Dataset& dataset, const BallReadings& found) {
+std::optional<metrology::Refusal> addFound(metrology::Dataset& dataset, BallReadings found, const FinishedRun& run,
+                                           AddTables tables) {
+  if (auto refusal = addTables(dataset, found, run, tables)) return refusal;
   if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found.readings));
+  return std::nullopt;
 }
 
 // What one sd of every cause of the pre-travels' uncertainty changes the tables of the method by. Each tool's was
@@ -157,19 +160,15 @@ std::optional<metrology::Refusal> addSwitchedReadings(metrology::Dataset& datase
   TRY(auto touches, metrology::switchedTouches(dataset, {}));
   if (run.method.cancels_pre_travel) {  // each tool has one of its own
     TRY(auto found, switchedReadings(touches, run));
-    if (auto refusal = addTables(dataset, found, run, tables)) return refusal;
-    addCentres(dataset, found);
-    return std::nullopt;
+    return addFound(dataset, std::move(found), run, tables);
   }
   TRY(const auto pre_travels, preTravelsOf(run));
   for (const auto& pre_travel : pre_travels)
     touches = withoutPreTravel(std::move(touches), run, pre_travel.tool, Eigen::Vector4d{pre_travel.parts_mm.data()});
   addPreTravelResults(dataset, pre_travels);
   TRY(auto found, switchedReadings(touches, run));
-  if (auto refusal = addTables(dataset, found, run, tables)) return refusal;
-  if (auto refusal = addPreTravelShifts(dataset, run, touches, pre_travels, tables)) return refusal;
-  addCentres(dataset, found);
-  return std::nullopt;
+  if (auto refusal = addFound(dataset, std::move(found), run, tables)) return refusal;
+  return addPreTravelShifts(dataset, run, touches, pre_travels, tables);
 }
 
 std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const FinishedRun& run, AddTables tables) {
@@ -183,9 +182,7 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const
   dataset.config["delay_result"] = static_cast<double>(delay.result_id);
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
   TRY(auto found, readingsOf(dataset, run.recording));
-  if (auto refusal = addTables(dataset, found, run, tables)) return refusal;
-  addCentres(dataset, found);
-  return std::nullopt;
+  return addFound(dataset, std::move(found), run, tables);
 }
 
 }  // namespace

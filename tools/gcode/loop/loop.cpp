@@ -14,8 +14,7 @@ Outcome<std::string> loopProgram(std::string_view dialect, const std::string& ax
   if (dialect == "haas")
     return Error{
         "A Haas cannot read registers: it is no Modbus master, and macros see nothing of its Ethernet. Let it print "
-        "its markers "
-        "instead: probebox gcode METHOD --dialect haas."};
+        "its markers instead: probebox gcode METHOD --dialect haas."};
   if (dialect == "linuxcnc")
     return Error{
         "The loop program of LinuxCNC is a kit of its own: copy /usr/share/probebox/linuxcnc "
