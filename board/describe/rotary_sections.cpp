@@ -180,6 +180,9 @@ void readRotary(Section& root, double hold_s, Machine& machine) {
   if (auto section = root.sectionIfThere("rim_ball")) machine.rim_ball = readRimBall(std::move(*section));
   if (auto section = root.sectionIfThere("tilting_table")) {
     machine.tilting_table = readTilt(*section, "tilts_deg");
+    machine.tilting_table->point_mm = section->vectorIfThere("point_mm", kPosition_mm);
+    if (!machine.tilting_table->point_mm && machine.ball_plate)
+      machine.tilting_table->point_mm = machine.ball_plate->b_axis_point_mm;
     section->finish();
   }
   if (auto section = root.sectionIfThere("swivel_head")) machine.swivel_head = readHead(std::move(*section), machine);

@@ -37,9 +37,10 @@ Machine::Machine(const Config& config, std::uint64_t seed)
   probe_spindle_.direction = unit(probe_spindle_.direction);
   head_.direction = unit(head_.direction);
   tool_ = toolOf(probe_spindle_.tool);
-  // Table and head begin level, where a world says that part and stylus are.
   stands_.a_rad = stopAt(0, rotary_.noise_rad);
   stands_.c_rad = stopAt(0, rotary_.noise_rad);
+  if (config.tilting_table.fitted) stands_.table_rad = stopAt(0, rotary_.noise_rad);
+  if (head_.fitted) stands_.head_rad = stopAt(0, head_.noise_rad);
   hold_ = holdAt(stands_, tool_);
   solids_.turnPart(stands_.part());
   standFrom(MonoTime::min());

@@ -213,7 +213,8 @@ struct AcceptResult {
             "the result that was in force about the subject; 0 for none; since protocol 1.2");
       field("changes", self.changes, "value by value against that one; since protocol 1.2");
       field("differs", self.differs,
-            "1 when a value differs by more than 4 sd, or the two cannot be compared; since protocol 1.2");
+            "1 when a value differs by more than 4 sd, the two cannot be compared, or it fails a limit; since protocol "
+            "1.2");
       field("notes", self.notes, "what a person should know about the effect; since protocol 1.2");
     }
   };

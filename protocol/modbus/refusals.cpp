@@ -190,6 +190,8 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "frozen-channel",
     "outside-screw",
     "errors-too-large",
+    "head-swivelled",
+    "spindle-turned",
 });
 
 std::vector<RefusalCode> all() {

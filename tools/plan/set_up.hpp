@@ -2,6 +2,9 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <vector>
+
+#include "firmware/procedure/facts/facts.hpp"
 
 // Assumptions of a forecast: noise of the streams, stated features, and motion of the machine.
 namespace probebox::plan {
@@ -19,13 +22,19 @@ struct SetUp {
   double gap_mm{26};              // between the plates
   double stylus_ball_diameter_mm{6};
   double sigma_c_rad{5e-6};  // repeatability of an angle of the rotary axis C (k = 1)
-  double sigma_b_rad{5e-6};  // the same for a tilting table or a swivelling head
+  // A tilting table, whose axis goes through the origin, and a swivelling head: sigma_rad is the same for B; without
+  // angles those of the method.
+  procedure::BFacts table{.axis = {1, 0, 0}, .sigma_rad = 5e-6, .point_mm = std::array<double, 3>{}};
+  procedure::BFacts head{.axis = {0, 1, 0}, .sigma_rad = 5e-6};
+  std::array<double, 3> pivot_mm{0, 0, 60};  // nominal, from the gauge line of the spindle to the axis of the head
   // From the gauge line of the spindle to the stylus ball, with the tools that carry the probe.
   std::array<double, 4> tool_lengths_mm{150, 200};
   double shank_height_mm{50};  // height above the stylus ball at which the shank of the first tool touches
   double shank_radius_mm{5};
   double ball_reach_mm{60};  // distance of the part's ball from the axis that turns it
-  double delay_s{4e-3};      // arbitrary: precision does not depend on it
+  // Balls of the part from C and from the axis of the table, at C = 0; empty: at that distance, and as high each.
+  std::vector<std::array<double, 3>> balls_mm{};
+  double delay_s{4e-3};  // arbitrary: precision does not depend on it
 
   // The tool-setting device and the stored lengths, each sd k = 1.
   double setter_half_width_mm{8};

@@ -15,13 +15,14 @@ namespace {
 procedure::CheckedBall checkedBall(const SetUp& set_up) {
   procedure::CheckedBall ball;
   ball.diameter_mm = set_up.sphere_diameter_mm;
-  ball.centre_z_mm = set_up.ball_reach_mm;
+  ball.centre_z_mm = ballAt(set_up, 1).z();
   return ball;
 }
 
 procedure::BallPlate ballPlate(const SetUp& set_up) {
   procedure::BallPlate plate;
-  for (std::uint16_t number = 1; number <= 7; ++number) {
+  const std::size_t count = set_up.balls_mm.empty() ? 7 : set_up.balls_mm.size();
+  for (std::uint16_t number = 1; number <= count; ++number) {
     const Eigen::Vector3d at = ballAt(set_up, number);
     plate.balls_mm.push_back({at.x(), at.y(), at.z()});
   }
@@ -87,14 +88,14 @@ SetUp withProbeFor(const procedure::LiveMethod& method, SetUp set_up) {
 }
 
 Eigen::Vector3d ballAt(const SetUp& set_up, std::uint16_t number) {
+  if (const auto& balls = set_up.balls_mm; !balls.empty())
+    return Eigen::Vector3d{balls[(number - 1U) % balls.size()].data()};
   const double at_rad = kTurn / 3 * (number - 1);
   return set_up.ball_reach_mm * Eigen::Vector3d{std::cos(at_rad), std::sin(at_rad), static_cast<double>(number)};
 }
 
 procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
-  constexpr double kPivot_mm = 60;
   constexpr double kFoundBy_rad = 0.01;  // how far off the line the ball is found by eye
-  const procedure::BFacts b{.axis = {0, 1, 0}, .sigma_rad = set_up.sigma_b_rad};
   procedure::Facts facts{
       .sphere_diameter_mm = set_up.sphere_diameter_mm,
       .gap_mm = set_up.gap_mm,
@@ -103,15 +104,15 @@ procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
       .screws = {screw(set_up), screw(set_up), screw(set_up)},
       .checked_ball = checkedBall(set_up),
       .ball_plate = ballPlate(set_up),
-      .tilting_table = procedure::BFacts{.sigma_rad = set_up.sigma_b_rad},
+      .tilting_table = set_up.table,
       .swivel_head = procedure::HeadFacts{
-          .b = b, .pivot_mm = {0, 0, kPivot_mm}, .ball_mm = std::array<double, 3>{}, .sd_ball_mm = {}}};
+          .b = set_up.head, .pivot_mm = set_up.pivot_mm, .ball_mm = std::array<double, 3>{}, .sd_ball_mm = {}}};
   facts.probe_tools = {.count = 2, .numbers = {1, 2}, .lengths_mm = set_up.tool_lengths_mm};
   const double touching_mm = (set_up.sphere_diameter_mm + set_up.stylus_ball_diameter_mm) / 2;
   facts.rim_ball = procedure::RimBall{.c_on_line_rad = std::numbers::pi / 2 + kFoundBy_rad,
                                       .level_limit_mm = {},
                                       .beside_mm = 1.5 * touching_mm,
-                                      .radius_mm = set_up.ball_reach_mm,
+                                      .radius_mm = ballAt(set_up, 1).head<2>().norm(),
                                       .c_has_encoder = true};
   facts.probe_shank = procedure::ProbeShank{.tool = 1,
                                             .tip_length_mm = set_up.tool_lengths_mm[0],

@@ -44,6 +44,7 @@ SimulatedRecording::SimulatedRecording(const SetUp& set_up, const procedure::Fac
   const double tau = set_up.delay_s;
   recording_.setDelay({.result_id = 1, .tau_s = {tau, tau, tau}, .sd_s = {}, .at = {}});
   for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) beside_rad_[axis] = stopOff(axis);
+  head_beside_rad_ = normal(set_up.head.sigma_rad);
 }
 
 double SimulatedRecording::duration() const {
@@ -58,13 +59,18 @@ capture::Scales SimulatedRecording::scales() const {
 // An axis keeps its stop until it is sent elsewhere.
 void SimulatedRecording::stopAt(const procedure::Step& step) {
   for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
-    if (step.touch.rotary_angles_rad[axis] != pose_[axis]) beside_rad_[axis] = stopOff(axis);
+    if (step.touch.rotary_angles_rad[axis] == pose_[axis]) continue;
+    const bool of_head = axis == 1 && step.b_moves == procedure::BMoves::head;
+    if (of_head)
+      head_beside_rad_ = normal(set_up_.head.sigma_rad);
+    else
+      beside_rad_[axis] = stopOff(axis);
   }
 }
 
 // The spindle carries a straight stylus, so its stops move nothing.
 double SimulatedRecording::stopOff(std::size_t axis) {
-  const std::array<double, kRotaryAxes> sigma_rad{0, set_up_.sigma_b_rad, set_up_.sigma_c_rad};
+  const std::array<double, kRotaryAxes> sigma_rad{0, set_up_.table.sigma_rad, set_up_.sigma_c_rad};
   return normal(sigma_rad[axis]);
 }
 
@@ -132,7 +138,8 @@ bool SimulatedRecording::hold(const procedure::Step& step) {
   const auto& rows = facts_.sensor_head->calibrated->matrix;
   const Vector3d sensors{vectorOf(rows[0]).dot(-off), vectorOf(rows[1]).dot(-off), vectorOf(rows[2]).dot(-off)};
   const auto touch = begin(step);
-  const Vector3d position = ballOf(step) + off;
+  const Vector3d tip{0, 0, -facts_.probe_tools.lengthOf(facts_.probe_tools.numbers[0])};
+  const Vector3d position = ballOf(step) + off - movedByHead(tip);
   bool fits = true;
   sample(set_up_.machine_rate_hz, set_up_.hold_s,
          [&](double t) { fits = machineRow(t, position + noise(set_up_.machine_noise_um)) && fits; });
@@ -191,12 +198,15 @@ bool SimulatedRecording::scan(const procedure::Step& step) {
 // The stylus stands beside the line; the ball comes to it, presses it aside, and goes back.
 bool SimulatedRecording::turn(const procedure::Step& step) {
   auto touch = begin(step);
-  const Turn motion{step, ballAt(set_up_, step.touch.ball), set_up_};
+  const Vector3d ball = ballAt(set_up_, step.touch.ball), met{0, ball.head<2>().norm(), ball.z()};
+  const Vector3d tip{0, 0, -facts_.probe_tools.lengthOf(facts_.probe_tools.numbers[0])};
+  const Vector3d away = movedByHead(tip) - (tableBeside() * met - met);  // of the stylus, seen from the ball
+  const Turn motion{step, ball, away, set_up_};
   beside_rad_[2] = stopOff(2);  // C has moved, and its encoder does not see how far it stands beside
   const double interval_s = std::chrono::duration<double>{capture::kSweepInterval}.count();
   bool fits = true;
   sample(1 / interval_s, motion.duration(), [&](double t) {
-    fits = machineRow(t, motion.stylus() + noise(set_up_.machine_noise_um)) && fits;
+    fits = machineRow(t, motion.stylus() - away + noise(set_up_.machine_noise_um)) && fits;
     fits = recording_.append(capture::AngleRow{at(now_s_ + t), motion.angle(t) - beside_rad_[2]}) && fits;
     if (!step.touch.by_edges) fits = probeRow(t, motion.deflection(t) + noise(set_up_.probe_noise_um)) && fits;
   });
@@ -257,23 +267,30 @@ Vector3d SimulatedRecording::ballOf(const procedure::Step& step) const {
   // A carries the probe, whose stylus is straight: only C and the table move the ball.
   const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2] + beside_rad_[2], Vector3d::UnitZ()};
   const Vector3d ball = turn * ballAt(set_up_, step.touch.ball);
-  if (step.b_moves != procedure::BMoves::table) return ball;
-  // About an axis through the middle of the table.
-  const double tilt_rad = step.touch.rotary_angles_rad[1] + beside_rad_[1];
-  return Eigen::AngleAxisd{tilt_rad, vectorOf(facts_.tilting_table->axis)} * ball;
+  const Vector3d level = tableBeside() * ball;
+  if (step.b_moves != procedure::BMoves::table) return level;
+  return Eigen::AngleAxisd{step.touch.rotary_angles_rad[1], vectorOf(facts_.tilting_table->axis)} * level;
+}
+
+// About an axis through the middle of the table.
+Eigen::AngleAxisd SimulatedRecording::tableBeside() const {
+  return Eigen::AngleAxisd{beside_rad_[1], vectorOf(facts_.tilting_table->axis)};
+}
+
+// From where a tip hangs with the head level.
+Vector3d SimulatedRecording::movedByHead(const Vector3d& tip, double swivel_rad) const {
+  const Vector3d arm = tip - vectorOf(facts_.swivel_head->pivot_mm);
+  return Eigen::AngleAxisd{swivel_rad + head_beside_rad_, vectorOf(facts_.swivel_head->b.axis)} * arm - arm;
 }
 
 // From what the positions are of to what touches.
 Vector3d SimulatedRecording::tipOf(const procedure::Step& step) const {
   const bool swivels = step.b_moves == procedure::BMoves::head;
   const auto& tools = facts_.probe_tools;
-  if (step.touch.tool == 0 && !swivels) return Vector3d::Zero();
   const double length_mm = tools.lengthOf(step.touch.tool != 0 ? step.touch.tool : tools.numbers[0]);
   const Vector3d hanging{0, 0, -(length_mm - step.touch.shank_height_mm)};
-  if (!swivels) return hanging;
-  const Vector3d pivot = vectorOf(facts_.swivel_head->pivot_mm);
-  const double swivel_rad = step.touch.rotary_angles_rad[1] + beside_rad_[1];
-  return pivot + Eigen::AngleAxisd{swivel_rad, vectorOf(facts_.swivel_head->b.axis)} * (hanging - pivot);
+  const Vector3d moved = movedByHead(hanging, swivels ? step.touch.rotary_angles_rad[1] : 0);
+  return step.touch.tool == 0 && !swivels ? moved : Vector3d{hanging + moved};
 }
 
 double SimulatedRecording::normal(double sigma) {

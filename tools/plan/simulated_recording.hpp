@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <random>
@@ -43,6 +44,8 @@ class SimulatedRecording {
   Eigen::Vector3d surfaceOf(const procedure::Step& step) const;
   Eigen::Vector3d setterFaceOf(const procedure::Step& step) const;
   Eigen::Vector3d ballOf(const procedure::Step& step) const;
+  Eigen::AngleAxisd tableBeside() const;
+  Eigen::Vector3d movedByHead(const Eigen::Vector3d& tip, double swivel_rad = 0) const;
   Eigen::Vector3d tipOf(const procedure::Step& step) const;
   Eigen::Vector3d noise(double sigma_um);
   double normal(double sigma);
@@ -54,7 +57,8 @@ class SimulatedRecording {
   capture::Recording recording_;
   double now_s_;
   std::array<double, 3> pose_{};        // A, B, C of the last step, rad
-  std::array<double, 3> beside_rad_{};  // by which their present stops are off
+  std::array<double, 3> beside_rad_{};  // by which their present stops are off; B: of the table
+  double head_beside_rad_{};            // the same of the head
 };
 
 }  // namespace probebox::plan

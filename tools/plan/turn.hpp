@@ -14,11 +14,11 @@ namespace probebox::plan {
 // sticks to the stylus while it presses.
 class Turn {
  public:
-  // ball: its centre at C = 0.
-  Turn(const procedure::Step& step, const Eigen::Vector3d& ball, const SetUp& set_up)
+  // ball: its centre at C = 0. away: of the stylus from where the machine says that it stands.
+  Turn(const procedure::Step& step, const Eigen::Vector3d& ball, const Eigen::Vector3d& away, const SetUp& set_up)
       : ball_{ball},
         stylus_{step.touch.travel_mm * vectorOf(step.touch.outward_normal) +
-                Eigen::Vector3d{0, ball.head<2>().norm(), ball.z()}},
+                Eigen::Vector3d{0, ball.head<2>().norm(), ball.z()} + away},
         reach_mm_{(set_up.sphere_diameter_mm + set_up.stylus_ball_diameter_mm) / 2},
         from_rad_{step.touch.rotary_angles_rad[2]},
         to_rad_{step.touch.until_contact->to_rad},

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <optional>
 
+#include "firmware/metrology/dataset/verdict.hpp"
+#include "tools/case/proof.hpp"
 #include "tools/report/change.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
@@ -133,15 +135,12 @@ Decision decide(const Subject& subject) {
   }
   const Result& result = *subject.result();
   Decision decision{.headline = "No limit stated", .lines = {}, .warned = hasWarning(result)};
-  if (const auto* verdict = result.find("verdict")) {
-    const bool within = verdict->value() < 0.5;
-    decision.verdict = verdict->value() > 1.5       ? Verdict::fail
-                       : within && !decision.warned ? Verdict::pass
-                                                    : Verdict::warn;
-    decision.headline = decision.verdict == Verdict::fail   ? "FAIL: beyond the limit"
-                        : decision.verdict == Verdict::pass ? "PASS: within the limits, with U"
-                        : within                            ? "WARN: within the limits, but with a warning"
-                                                            : "WARN: less than U from the limit";
+  if (const auto proof = metrology::proofOf(result)) {
+    const bool within = *proof == metrology::Proof::conforms;
+    decision.verdict = *proof == metrology::Proof::fails ? Verdict::fail
+                       : within && !decision.warned      ? Verdict::pass
+                                                         : Verdict::warn;
+    decision.headline = casefolder::proofInWords(*proof, within && decision.warned);
     if (const auto worst = worstDeviation(subject)) decision.lines.push_back(*worst);
   } else {
     decision.lines = valueLines(subject);

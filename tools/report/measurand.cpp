@@ -15,7 +15,8 @@ struct Measurand {
 constexpr auto kMeasurands = std::to_array<Measurand>({
     {"delay",
      "by how much the stamps of the machine's positions are later than those of the probe's deflections, by axis; the "
-     "gain turns deflections into machine axes, at the angle of the spindle at which it was measured"},
+     "gain turns deflections into machine axes with the spindle at A = 0, if the case states at which A it was "
+     "measured"},
     {"centreline", "the turning axis C from the axis of the spindle that carries the probe"},
     {"centreline-stylus",
      "the turning axis C from the tip of the stylus with the spindle at A = 0: the offset of the tip from the axis of "

@@ -1,5 +1,7 @@
 #include "firmware/app/results/acceptance.hpp"
 
+#include "firmware/metrology/dataset/verdict.hpp"
+
 namespace probebox::app {
 
 std::string named(store::Id id) {
@@ -12,6 +14,23 @@ store::Failure tooFarApart(const store::Record& record, const Comparison& compar
                                       ", which is in force: " + differencesIn(comparison) +
                                       ". Look for what has changed, or measure again; to accept it all the same say so "
                                       "(--although-it-differs)."};
+}
+
+std::optional<std::string> whyFailed(const store::Record& record) {
+  constexpr std::string_view kFail = "fail: ";
+  const auto* result = record.result();
+  if (result == nullptr || metrology::proofOf(*result) != metrology::Proof::fails) return std::nullopt;
+  std::string why;
+  for (const auto& warning : result->warnings) {
+    if (warning.starts_with(kFail)) why += (why.empty() ? "" : "; ") + warning.substr(kFail.size());
+  }
+  return named(record.id) + " about " + record.binding.subject + " FAILED: " + why + ".";
+}
+
+store::Failure failed(const store::Record& record, const std::string& why) {
+  return {store::Reason::differs, why + " In force, " + named(record.id) +
+                                      " becomes what the next check is held against. Look for what has changed and "
+                                      "calibrate again; to accept it all the same say so (--although-it-differs)."};
 }
 
 std::vector<std::string> onRetired(store::Store& store, const store::Record& record) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,11 @@ std::string named(store::Id id);
 
 // The refusal of a result that differs too much from the one in force.
 store::Failure tooFarApart(const store::Record& record, const Comparison& comparison);
+
+// "It FAILED: ..." of a result that fails a limit, which a person has to want in force all the same; nothing for
+// others.
+std::optional<std::string> whyFailed(const store::Record& record);
+store::Failure failed(const store::Record& record, const std::string& why);
 
 // One sentence for each retired result that this one rests on.
 std::vector<std::string> onRetired(store::Store& store, const store::Record& record);

@@ -9,6 +9,7 @@
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/metrology/dataset/method.hpp"
+#include "firmware/metrology/dataset/probe_pose.hpp"
 
 namespace probebox::app {
 namespace {
@@ -24,6 +25,11 @@ std::optional<std::string> aboutEffect(const store::Record& record) {
   if (subject == "delay-joints")
     return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in force "
            "about 'delay'.";
+  if (subject == "delay" && result != nullptr && result->find("gain_matrix") != nullptr &&
+      result->find(metrology::kGainTakenAt) == nullptr)
+    return "The case does not state at which angle of the spindle the probe touched (config key A_rad), and the "
+           "probe's "
+           "gain turns with it: its gain_matrix is not used, and samples keep the gain of probe.toml.";
   if (subject == kOfSlide)
     return "The slope is that of the slide which carries the chuck, not the direction of C: registers 160 to 179 have "
            "it "
@@ -48,6 +54,7 @@ Acceptance ResultsInForce::comparedWithPresent(const store::Record& record) cons
 
 std::vector<std::string> ResultsInForce::notesOn(const store::Record& record) const {
   std::vector<std::string> notes = onRetired(store_, record);
+  if (auto failure = whyFailed(record)) notes.insert(notes.begin(), *std::move(failure));
   if (auto effect = aboutEffect(record)) notes.push_back(*std::move(effect));
   return notes;
 }

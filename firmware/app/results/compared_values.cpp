@@ -40,7 +40,11 @@ std::vector<Estimate> delayByAxis(const metrology::Result& result) {
 }
 
 std::vector<Estimate> quantitiesOf(const metrology::Result& result, const std::string& subject) {
-  if (subject == "delay") return delayByAxis(result);
+  if (subject == "delay") {
+    auto quantities = delayByAxis(result);
+    if (const auto* gain = servedGain(result)) quantities.push_back(*gain);
+    return quantities;
+  }
   if (subject.starts_with("stylus-offset-")) {
     if (const auto offset = stylusOffsetOf(result)) return {*offset};
   }

@@ -40,13 +40,12 @@ std::optional<Axis> screwReferenceAxis(std::string_view subject) {
   return screwAxis("screw-" + std::string{subject.substr(kReferenceOf.size())});
 }
 
-// The gain that the touches of a delay gave, where they tell its sd. Without one, that of probe.toml stays.
+// The gain that the touches of a delay gave (servedGain). Without one, that of probe.toml stays.
 void addGain(DelayActivated& event, const metrology::Result& result) {
-  constexpr std::string_view kKey = "gain_matrix";
   constexpr double kMost = 1000;  // per channel: more does not fit the event, and is no probe
-  const auto* found = result.find(kKey);
-  if (found == nullptr || found->sd.empty()) return;
-  const auto gain = valuesOf(result, kKey, event.gain_ppm.size());
+  const auto* found = servedGain(result);
+  if (found == nullptr) return;
+  const auto gain = valuesOf(result, found->key, event.gain_ppm.size());
   if (!gain) return;
   const auto fits = [](double entry) { return std::abs(entry) < kMost; };
   if (!std::ranges::all_of(gain->values, fits) || !std::ranges::all_of(gain->sd, fits)) return;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "firmware/app/results/subject_axis.hpp"
+#include "firmware/metrology/dataset/probe_pose.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::app {
@@ -75,6 +76,12 @@ void addToBudget(metrology::Result& result, const Estimate& offset, const std::s
 }
 
 }  // namespace
+
+const Estimate* servedGain(const metrology::Result& result) {
+  const auto* gain = result.find("gain_matrix");
+  const bool known = gain != nullptr && !gain->sd.empty() && result.find(metrology::kGainTakenAt) != nullptr;
+  return known ? gain : nullptr;
+}
 
 std::span<const double> uncertaintiesOf(const Estimate& estimate) {
   const bool combined = estimate.uncertainty.size() == estimate.values.size();

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
+#include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "firmware/json/result_json.hpp"
@@ -152,7 +153,7 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Ac
                                         .first_of_subject = comparison.first(),
                                         .compared_with = comparison.with,
                                         .changes = {},
-                                        .differs = comparison.differs(),
+                                        .differs = comparison.differs() || whyFailed(*accepted).has_value(),
                                         .notes = accepted->notes};
   for (const auto& value : comparison.values) answer.changes.push_back(wireChange(value));
   if (comparison.omitted > 0)

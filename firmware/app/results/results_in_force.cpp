@@ -144,8 +144,13 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
   const bool was_active = record.state == store::State::active;
   const bool differs = was_proposed && comparison.differs();
   if (differs && !although_it_differs) return tooFarApart(record, comparison);
+  const auto failure = was_proposed ? whyFailed(record) : std::nullopt;
+  if (failure && !although_it_differs) return failed(record, *failure);
   const auto activation = mayChange() ? store::Activation::at_once : store::Activation::later;
-  auto accepted = store_.accept(id, by, utcNow(), activation, differs ? "although it differs" : "");
+  auto accepted = store_.accept(id, by, utcNow(), activation,
+                                failure   ? "although it fails"
+                                : differs ? "although it differs"
+                                          : "");
   if (!accepted) {
     catchUp();
     return accepted.error();
@@ -279,16 +284,17 @@ void ResultsInForce::readStore() {
   for (const auto& record : *accepted) waiting.push_back(record.id);
   auto problems = store_.damage();
   if (!store_.notice().empty()) problems.insert(problems.begin(), store_.notice());
-  std::vector<std::string> on_retired;
+  std::vector<std::string> to_repeat;
   auto served = std::make_shared<published::ServedResults>();
   for (const auto& record : *in_force) {
+    if (auto failure = whyFailed(record)) to_repeat.push_back(*std::move(failure));
     auto sentences = onRetired(store_, record);
     if (std::ranges::find(active, record.id) != active.end())
       served->in_force.push_back(servedOf(record, !sentences.empty()));
-    for (auto& sentence : sentences) on_retired.push_back(std::move(sentence));
+    for (auto& sentence : sentences) to_repeat.push_back(std::move(sentence));
   }
   const std::lock_guard lock{mutex_};
-  rests_on_retired_ = std::move(on_retired);
+  to_repeat_ = std::move(to_repeat);
   about_ = std::move(about);
   served_ = std::move(served);
   measured_facts_ = facts;
@@ -323,9 +329,9 @@ MeasuredFacts ResultsInForce::measuredFacts() const {
   return measured_facts_;
 }
 
-std::vector<std::string> ResultsInForce::restsOnRetired() const {
+std::vector<std::string> ResultsInForce::toRepeat() const {
   const std::lock_guard lock{mutex_};
-  return rests_on_retired_;
+  return to_repeat_;
 }
 
 std::vector<std::string> ResultsInForce::storageProblems() const {

@@ -70,7 +70,7 @@ class ResultsInForce {
   void alsoAsk(std::function<bool()> cut_is_held) { cut_is_held_ = std::move(cut_is_held); }
 
   // The returned record is ACTIVE, or ACCEPTED while a cut is on. A result that differs from the one in force by more
-  // than kMostSd is refused unless although_it_differs.
+  // than kMostSd is refused unless although_it_differs, and so is one that fails a limit.
   Accepted accept(store::Id id, const std::string& by, bool although_it_differs = false);
   // Returns what accept() would return; changes nothing.
   Accepted compareOnly(store::Id id);
@@ -100,8 +100,8 @@ class ResultsInForce {
   MeasuredFacts measuredFacts() const;
   // Their values, for registers; a new object after each change. Any thread.
   std::shared_ptr<const published::ServedResults> served() const;
-  // One sentence for each result in force that rests on a retired one.
-  std::vector<std::string> restsOnRetired() const;
+  // One sentence for each result in force that rests on a retired one, or fails a limit.
+  std::vector<std::string> toRepeat() const;
   // Problems of storing, and losses, with remedies; empty without any.
   std::vector<std::string> storageProblems() const;
   // The calibration in force of the sensor head with that tool number; nothing without one.
@@ -142,7 +142,7 @@ class ResultsInForce {
   std::set<store::Id> once_accepted_;
   std::vector<procedure::CalibratedHead> sensor_heads_;
   std::vector<std::string> storage_problems_;
-  std::vector<std::string> rests_on_retired_;
+  std::vector<std::string> to_repeat_;
   std::vector<InForceAbout> about_;
   MeasuredFacts measured_facts_;
   std::shared_ptr<const published::ServedResults> served_{std::make_shared<published::ServedResults>()};

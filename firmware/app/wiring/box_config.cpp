@@ -68,8 +68,11 @@ std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> screwFacts(const b
 
 procedure::BFacts bFacts(const board::TiltDescription& tilt) {
   static_assert(board::kMostTilts <= kMostBAngles);
-  procedure::BFacts facts{
-      .axis = tilt.axis, .count = tilt.angles_deg.size(), .angles_rad = {}, .sigma_rad = tilt.sigma_rad};
+  procedure::BFacts facts{.axis = tilt.axis,
+                          .count = tilt.angles_deg.size(),
+                          .angles_rad = {},
+                          .sigma_rad = tilt.sigma_rad,
+                          .point_mm = tilt.point_mm};
   std::ranges::transform(tilt.angles_deg, facts.angles_rad.begin(),
                          [](double angle_deg) { return radians(angle_deg); });
   return facts;

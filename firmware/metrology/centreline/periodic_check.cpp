@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/dataset/verdict.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/shared_errors.hpp"
 #include "protocol/units/tolerances.hpp"
@@ -227,17 +228,16 @@ double reference(const Quantity& quantity, const Ball& ball) {
   return 0.0;
 }
 
-// The worst of all values that are compared: 0 pass, 1 warn, 2 fail, and error / (limit + U).
+// What was compared, and error / (limit + U), above 1 where it fails.
 struct Judged {
-  int verdict{};
+  Proof proof{};
   double ratio{};
 };
 using Worst = std::optional<Judged>;
 
 void worsen(Worst& worst, const Worst& by) {
-  if (!by) return;
   const Judged before = worst.value_or(Judged{});
-  worst = {std::max(before.verdict, by->verdict), std::max(before.ratio, by->ratio)};
+  if (by) worst = {std::max(before.proof, by->proof), std::max(before.ratio, by->ratio)};
 }
 
 // Compares one value with the accepted one; nothing when no limit is stated.
@@ -254,14 +254,19 @@ Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, 
   const auto& uncertainty = estimate.uncertainty.empty() ? estimate.sd : estimate.uncertainty;
   const double doubt = uncertainty.empty() ? 0.0 : 2.0 * uncertainty.front();
   const double off = std::abs(deviation.value());
-  const int verdict = off > **limit ? 2 : off + doubt > **limit ? 1 : 0;
-  if (verdict > 0) {
-    result.warnings.push_back(std::string{verdict == 2 ? "fail: " : "warn: "} + estimate.key + " is " +
-                              text(deviation.value()) + " mm off the accepted value; the limit is " + text(**limit) +
-                              (verdict == 2 ? " mm: calibrate again" : " mm, within U (k = 2)"));
+  const Proof proof = off - doubt > **limit   ? Proof::fails
+                      : off + doubt > **limit ? Proof::not_proven
+                                              : Proof::conforms;
+  if (proof != Proof::conforms) {
+    const bool fails = proof == Proof::fails;
+    result.warnings.push_back(std::string{fails ? "fail: " : "not proven: "} + estimate.key + " is " +
+                              text(deviation.value()) + " mm off the accepted value, " + (fails ? "beyond" : "and") +
+                              " the limit of " + text(**limit) + " mm " +
+                              (fails ? "by more than U (k = 2): calibrate again"
+                                     : "lies within U (k = 2), " + text(doubt) + " mm: measure more exactly"));
   }
   result.also.push_back(std::move(deviation));
-  return Worst{{verdict, off / (**limit + doubt)}};
+  return Worst{{proof, off / (**limit + doubt)}};
 }
 
 // Run-outs of ball and stylus at C = 0 and spindle = 0, from x and y at B = 0, and where the ball is: what the next
@@ -303,10 +308,10 @@ Outcome<Worst, Refusal> judgeRunOuts(const Dataset& dataset, Result& result) {
   for (const auto key : kRunOuts) {
     if (!result.find(key) || !dataset.config.contains("accepted_" + std::string{key})) continue;
     const Estimate estimate = *result.find(key);
-    TRY(const auto verdict, judge(dataset, estimate, false, result));
-    worsen(worst, verdict);
+    TRY(const auto judged, judge(dataset, estimate, false, result));
+    worsen(worst, judged);
   }
-  if (worst && worst->verdict == 2) {
+  if (worst && worst->proof == Proof::fails) {
     result.warnings.emplace_back(
         "the ball or the stylus has moved since it was calibrated: make a full calibration before this check counts");
   }
@@ -385,11 +390,11 @@ std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result
   for (const Quantity* quantity : kQuantities) {
     if (!result.find(quantity->key)) continue;
     const Estimate estimate = *result.find(quantity->key);
-    TRY(const auto verdict, judge(dataset, estimate, quantity->table != "centres", result));
-    worsen(worst, verdict);
+    TRY(const auto judged, judge(dataset, estimate, quantity->table != "centres", result));
+    worsen(worst, judged);
   }
   if (!worst) return std::nullopt;
-  result.also.push_back(Estimate::scalar("verdict", worst->verdict, std::nullopt));
+  result.also.push_back(Estimate::scalar(std::string{kVerdict}, static_cast<double>(worst->proof), std::nullopt));
   result.also.push_back(Estimate::scalar("worst_ratio", worst->ratio, std::nullopt));
   return std::nullopt;
 }

@@ -21,9 +21,10 @@ namespace probebox::metrology {
 Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset);
 
 // Judges such a result once its values have their combined uncertainty, type A and B. With accepted_<key> (0 for the
-// offset errors) and limit_<key> or limit_mm in the config it adds deviation_<key> and verdict: 0 pass, 1 warn (the
-// limit lies within U, k = 2), 2 fail, with a sentence for each value that does not pass. Run-outs are judged if
-// accepted_ball_offset_x_mm etc. are stated; a fail asks for a full calibration. Refuses: bad-config.
+// offset errors) and limit_<key> or limit_mm in the config it adds deviation_<key> and verdict (Proof), by
+// ISO 14253-1: 0 pass, 1 not proven (the limit lies within U, k = 2), 2 fail, with a sentence for each that does not
+// pass. Run-outs are judged if accepted_ball_offset_x_mm etc. are stated; a fail asks for a full calibration. Refuses:
+// bad-config.
 std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result);
 
 extern const Method kPeriodicCheck;

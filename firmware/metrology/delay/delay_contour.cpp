@@ -9,6 +9,7 @@
 
 namespace probebox::metrology {
 Outcome<Result, Refusal> solveDelayContour(const Dataset& dataset) {
+  if (auto refusal = refuseTurnedProbe(dataset)) return *refusal;
   TRY(const auto feature, featureDistance(dataset));
   TRY(const auto window, searchWindow(dataset));
   TRY(const auto gain, configGain(dataset));
@@ -26,6 +27,8 @@ constexpr MethodKey kContourKeys[]{
     of_delay::kSearchWindow,
     of_delay::kGain,
     of_delay::kPreviousTau,
+    kProbeAtZero,
+    kProbeB,
     of_delay::kProbeKind};
 constexpr MethodResult kContourResults[]{of_delay::kTau};
 constexpr std::string_view kContourUnobservable[]{

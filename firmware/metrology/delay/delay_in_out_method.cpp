@@ -9,7 +9,8 @@ constexpr MethodTable kInOutTables[]{
     of_delay::kProbe,
     {"probe", of_delay::kTouchDistanceColumns, "instead, with probe_kind distance: distance from the surface"},
     of_delay::kTouches};
-constexpr MethodKey kInOutKeys[]{of_delay::kPreviousTau, of_delay::kFeature, of_delay::kProbeKind};
+constexpr MethodKey kInOutKeys[]{of_delay::kPreviousTau, of_delay::kFeature, of_delay::kProbeKind, kProbeAForTheRecord,
+                                 kProbeBForTheRecord};
 constexpr MethodResult kInOutResults[]{of_delay::kTau};
 constexpr std::string_view kInOutUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps,

@@ -21,8 +21,12 @@ Outcome<Result, Refusal> solveDelayKnownSphere(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kKnownSphereKeys[]{
-    {"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"}, of_delay::kFeature, of_delay::kPreviousTau};
+constexpr MethodKey kKnownSphereKeys[]{{"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"},
+                                       of_delay::kFeature,
+                                       of_delay::kPreviousTau,
+                                       kProbeA,
+                                       key::kASense,
+                                       kProbeB};
 constexpr MethodResult kKnownSphereResults[]{
     of_delay::kTau, of_delay::kCentre, {"gain_matrix", "gain of the probe (A3), where the touches span space"}};
 

@@ -3,6 +3,7 @@
 
 #include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/dataset/probe_pose.hpp"
 
 // Parts that the descriptors of the delay methods share.
 namespace probebox::metrology::of_delay {

@@ -57,7 +57,10 @@ namespace {
 
 constexpr MethodKey kMultiSpeedKeys[]{{"effective_diameter_mm", "", "certified; with it also the static error"},
                                       of_delay::kFeature,
-                                      of_delay::kPreviousTau};
+                                      of_delay::kPreviousTau,
+                                      kProbeA,
+                                      key::kASense,
+                                      kProbeB};
 constexpr MethodResult kMultiSpeedResults[]{
     of_delay::kTau,
     {"effective_diameter_mm", "size without delay"},

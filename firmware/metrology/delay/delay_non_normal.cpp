@@ -30,7 +30,8 @@ Outcome<Result, Refusal> solveDelayNonNormal(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kNonNormalKeys[]{of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTau};
+constexpr MethodKey kNonNormalKeys[]{
+    of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTau, kProbeA, key::kASense, kProbeB};
 constexpr MethodResult kNonNormalResults[]{of_delay::kTau, of_delay::kCentre};
 
 }  // namespace

@@ -16,7 +16,8 @@ Outcome<Result, Refusal> solveDelayPerAxis(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kPerAxisKeys[]{of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTauAxis};
+constexpr MethodKey kPerAxisKeys[]{
+    of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTauAxis, kProbeA, key::kASense, kProbeB};
 constexpr MethodResult kPerAxisResults[]{of_delay::kTauAxis, of_delay::kCentre};
 
 }  // namespace

@@ -63,7 +63,10 @@ constexpr MethodKey kPlatesKeys[]{
     {"gap_mm", kNeeded, "distance of the faces"},
     {"stylus_ball_diameter_mm", kNeeded, "of the stylus ball"},
     {"feature", "", "internal (a gap) or external (a block); without it the normals tell"},
-    of_delay::kPreviousTau};
+    of_delay::kPreviousTau,
+    kProbeA,
+    key::kASense,
+    kProbeB};
 constexpr KnownQuantity kPlatesKnown[]{{"sd_gap_mm", "gap_mm"},
                                        {"sd_stylus_ball_diameter_mm", "stylus_ball_diameter_mm"}};
 constexpr MethodResult kPlatesResults[]{of_delay::kTau};

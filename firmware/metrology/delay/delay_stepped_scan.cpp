@@ -9,6 +9,7 @@
 
 namespace probebox::metrology {
 Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset) {
+  if (auto refusal = refuseTurnedProbe(dataset)) return *refusal;
   TRY(const auto centre, requiredVector(dataset, "centre_mm"));
   TRY(const auto window, searchWindow(dataset));
   TRY(const auto gain, configGain(dataset));
@@ -23,6 +24,8 @@ constexpr MethodKey kSteppedScanKeys[]{{"centre_mm", kNeeded, "centre of the sph
                                        of_delay::kGain,
                                        of_delay::kPreviousTau,
                                        of_delay::kProbeKind,
+                                       kProbeAtZero,
+                                       kProbeB,
                                        {"effective_radius_mm", "", "of sphere plus stylus ball; for the record"},
                                        {"r1_mm", "", "one commanded radius; for the record"},
                                        {"r2_mm", "", "the other commanded radius; for the record"},

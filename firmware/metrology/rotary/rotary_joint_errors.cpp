@@ -130,7 +130,7 @@ Matrix3d weightOf(const Keys& keys) {
 
 // Where each kind of unknown stands among the parameters: places of the plate (6 a mount), errors (6 an angle), errors
 // of the stations (3 a reading of second), the certificate (3 a ball), how far off its angle the axis stopped (1 a
-// stop: the angles, then the zero of second), what all readings are off by (3). The last three are held by what is
+// stop, and it stops anew in every mount: the angles, then the zero of second), what all readings are off by (3). The last three are held by what is
 // known of them.
 class StackModel {
  public:
@@ -139,7 +139,8 @@ class StackModel {
     stations_at_ = errors_at_ + 6 * static_cast<Index>(stack.angles.size());
     balls_at_ = stations_at_ + (keys.station_radius ? 3 * static_cast<Index>(stack.second_count) : 0);
     stops_at_ = balls_at_ + (keys.third_sigma > 0.0 ? 3 * static_cast<Index>(stack.certified.size()) : 0);
-    offset_at_ = stops_at_ + (keys.angle_sigma > 0.0 ? static_cast<Index>(stack.angles.size()) + 1 : 0);
+    offset_at_ =
+        stops_at_ + (keys.angle_sigma > 0.0 ? static_cast<Index>(stack.mounts.size() * (stack.angles.size() + 1)) : 0);
     size_ = offset_at_ + (keys.offset_sigma > 0.0 ? 3 : 0);
   }
   Index size() const { return size_; }
@@ -198,7 +199,8 @@ class StackModel {
   }
 
   Index stopOf(const PlateReading& reading) const {
-    return stops_at_ + static_cast<Index>(reading.angle.value_or(stack_.angles.size()));
+    const std::size_t angle = reading.angle.value_or(stack_.angles.size());
+    return stops_at_ + static_cast<Index>(angle * stack_.mounts.size() + reading.mount);
   }
 
   // Takes rigid motion out of the errors of the stations: that is the place of the plate.

@@ -10,6 +10,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/configured_gain.hpp"
+#include "firmware/metrology/dataset/probe_pose.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -85,6 +86,7 @@ Outcome<Eigen::Matrix3d, Refusal> gainOf(const Dataset& dataset) {
 }
 
 Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
+  if (auto refusal = refuseTurnedProbe(dataset)) return *refusal;
   TRY(const auto machine, checkedTable(dataset, "machine", kMachineColumns));
   TRY(const auto probe, checkedTable(dataset, "probe", kProbeColumns));
   TRY(const auto touches, checkedTable(dataset, "touches", kTouchesColumns));
@@ -180,14 +182,16 @@ Finding judgePush(const Step& step) {
   if (aside_rad <= kAside_rad)
     return {true, "", printed("The probe measures a push towards %c%c as %s.", sign, name, seen.c_str())};
   if (std::numbers::pi - aside_rad <= kAside_rad)
-    return {false, "probe-sign-wrong",
-            printed("The stylus was pushed towards %c%c, but the probe measured %s: change the signs in row %c of gain "
-                    "in probe.toml.",
-                    sign, name, seen.c_str(), name)};
-  return {false, "probe-direction-wrong",
-          printed("The stylus was pushed towards %c%c, but the probe measured %s: put the rows of gain in probe.toml "
-                  "in the order X Y Z of the machine, or push it again, straight.",
-                  sign, name, seen.c_str())};
+    return {
+        false, "probe-sign-wrong",
+        printed("The stylus was pushed towards %c%c, but the probe measured %s: see that A stands at 0, or change the "
+                "signs in row %c of gain in probe.toml.",
+                sign, name, seen.c_str(), name)};
+  return {
+      false, "probe-direction-wrong",
+      printed("The stylus was pushed towards %c%c, but the probe measured %s: see that A stands at 0, push it again, "
+              "straight, or put the rows of gain in probe.toml in the order X Y Z of the machine.",
+              sign, name, seen.c_str())};
 }
 
 }  // namespace
@@ -232,7 +236,8 @@ constexpr MethodTable kTables[]{{"machine", kMachineColumns, "position of the mo
                                 {"probe", kProbeColumns, "raw deflection at its stamp"},
                                 {"touches", kTouchesColumns, "a step: normal n along which it moves or is pushed"},
                                 {"steps", kSelftestColumns, "a step: travel of its jog, 0 of a push"}};
-constexpr MethodKey kKeys[]{{"gain", kNeeded, "3 x 3, the probe's matrix as it is described (A3)"}};
+constexpr MethodKey kKeys[]{
+    {"gain", kNeeded, "3 x 3, the probe's matrix as it is described (A3)"}, kProbeAtZero, kProbeB};
 constexpr MethodResult kResults[]{{"moved_mm", "a row a step, x y z"}, {"deflected_mm", "a row a step, x y z"}};
 constexpr std::string_view kUnobservable[]{
     "errors below its limits, 2 % of a travel and 30 degrees of a push: calibrations find these"};

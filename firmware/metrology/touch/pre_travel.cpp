@@ -11,6 +11,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/dataset/probe_pose.hpp"
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
@@ -132,6 +133,7 @@ Eigen::RowVector4d preTravelParts(const Vector3d& n) {
 }
 
 Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
+  if (auto refusal = refuseTurnedProbe(dataset)) return *refusal;
   TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
   TRY(const auto sphere, readSphere(dataset));
   const auto& touches = sphere.touches;
@@ -176,7 +178,9 @@ constexpr MethodTable kTables[]{
     {"edges", kEdgesColumns, "when the switch opened on the way in, and closed on the way out"}};
 constexpr MethodKey kKeys[]{{"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"},
                             {"previous_tau_axis_s", "[0,0,0]", "delays in force, taken out of the positions"},
-                            key::kSigma};
+                            key::kSigma,
+                            kProbeAtZero,
+                            kProbeB};
 constexpr KnownQuantity kKnown[]{{"sd_effective_diameter_mm", "effective_diameter_mm"}};
 constexpr MethodResult kResults[]{
     {"pre_travel_mm", "mean across the stylus, cosine and sine of three lobes about it, along it"},

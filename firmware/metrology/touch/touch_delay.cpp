@@ -1,5 +1,6 @@
 #include "firmware/metrology/touch/touch_delay.hpp"
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/probe_pose.hpp"
 #include "firmware/metrology/touch/dwell_ringing.hpp"
 #include "firmware/metrology/touch/gain_matrix.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
@@ -46,11 +48,17 @@ std::optional<Refusal> wrongFeature(const std::optional<std::string>& stated, co
                                    " one: correct the configuration or the normals"};
 }
 
+// Rows of a gain are machine axes: those of a probe at A are turned against those at A = 0.
+Eigen::Matrix3d turnedBack(double spindle_rad) {
+  return Eigen::AngleAxisd{-spindle_rad, Eigen::Vector3d::UnitZ()}.toRotationMatrix();
+}
+
 }  // namespace
 
 Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const TouchQuestion& question) {
   TRY(const auto feature, configWord(dataset, "feature", kFeatures));
   TRY(const auto previous, previousDelay(dataset, "previous_" + delayKey(question), question.delayCount()));
+  TRY(const auto spindle_rad, spindleOfProbe(dataset));
   TRY(const auto listed, checkedTable(dataset, "touches", kTouchesColumns));
   if (!question.size_mm) {
     if (auto refusal = refuseStatedSpeeds(*listed)) return *refusal;
@@ -58,7 +66,7 @@ Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const T
   TRY(const auto touches, question.kinematics ? readJointTouches(dataset, *question.kinematics) : readTouches(dataset));
   TRY(auto agreed, agreeOn(withoutRinging(touches), question));
   if (auto refusal = wrongFeature(feature, agreed.fit)) return *refusal;
-  return TouchDelay{dataset, question, std::move(agreed), previous};
+  return TouchDelay{dataset, question, std::move(agreed), previous, spindle_rad};
 }
 
 Estimate TouchDelay::delay() const {
@@ -81,12 +89,15 @@ std::optional<Estimate> TouchDelay::centre() const {
 }
 
 std::optional<Estimate> TouchDelay::gainMatrix() const {
-  const auto estimate = [](const Eigen::Matrix3d& gain, std::vector<double> sd) {
-    const auto entries = gain.reshaped<Eigen::RowMajor>();
+  const Eigen::Matrix3d back = turnedBack(spindle_rad_.value_or(0));
+  const auto estimate = [&](const Eigen::Matrix3d& gain, std::vector<double> sd) {
+    const Eigen::Matrix3d at_zero = back * gain;
+    const auto entries = at_zero.reshaped<Eigen::RowMajor>();
     return Estimate::matrix("gain_matrix", 3, {entries.begin(), entries.end()}, std::move(sd));
   };
   if (touches_.fit.gain) {
-    const auto sd = touches_.fit.gain_sd.reshaped<Eigen::RowMajor>();
+    const Eigen::Matrix3d sd_at_zero = (back.cwiseAbs2() * touches_.fit.gain_sd.cwiseAbs2()).cwiseSqrt();
+    const auto sd = sd_at_zero.reshaped<Eigen::RowMajor>();
     return estimate(*touches_.fit.gain, {sd.begin(), sd.end()});
   }
   // Without a common gain the best that all touches have (A4); how uncertain it is nobody can tell.
@@ -143,6 +154,7 @@ Result TouchDelay::report() const {
   }
   addResiduals(result);
   addResidualDelay(result, delay(), previous_);
+  if (spindle_rad_) result.also.push_back(Estimate::scalar(std::string{kGainTakenAt}, *spindle_rad_, std::nullopt));
   return result;
 }
 

@@ -17,8 +17,8 @@ namespace probebox::metrology {
 // long as the others are redundant.
 class TouchDelay {
  public:
-  // Reads the config keys feature and previous_tau_s (previous_tau_axis_s for a delay per axis) and the tables.
-  // Refuses: bad-config, and what refuseSpeeds, readTouches and agreeOn refuse.
+  // Reads the config keys feature, previous_tau_s (previous_tau_axis_s for a delay per axis), A_rad and B_rad, and the
+  // tables. Refuses: bad-config, and what spindleOfProbe, refuseSpeeds, readTouches and agreeOn refuse.
   static Outcome<TouchDelay, Refusal> measure(const Dataset& dataset, const TouchQuestion& question);
 
   const AgreedTouches& touches() const { return touches_; }
@@ -33,6 +33,7 @@ class TouchDelay {
   Estimate delay() const;
   // If the touches span three dimensions.
   std::optional<Estimate> centre() const;
+  // Of a probe with the spindle at 0, turned back from the stated angle.
   std::optional<Estimate> gainMatrix() const;
   // If it was not known.
   Estimate size() const;
@@ -40,12 +41,14 @@ class TouchDelay {
   Covariance covarianceOf(std::span<const Estimate> estimates) const;
 
  private:
-  TouchDelay(const Dataset& dataset, const TouchQuestion& question, AgreedTouches touches, Eigen::VectorXd previous)
+  TouchDelay(const Dataset& dataset, const TouchQuestion& question, AgreedTouches touches, Eigen::VectorXd previous,
+             std::optional<double> spindle_rad)
       : dataset_{&dataset},
         question_{question},
         touches_{std::move(touches)},
         design_{touchDesign(touches_.retracts, touches_.fit, question)},
-        previous_{std::move(previous)} {}
+        previous_{std::move(previous)},
+        spindle_rad_{spindle_rad} {}
 
   void addWarnings(Result& result) const;
   void addResiduals(Result& result) const;
@@ -54,7 +57,8 @@ class TouchDelay {
   TouchQuestion question_;
   AgreedTouches touches_;
   TouchDesign design_;
-  Eigen::VectorXd previous_;  // s
+  Eigen::VectorXd previous_;           // s
+  std::optional<double> spindle_rad_;  // while the probe touched; nothing where the case does not state it
 };
 
 }  // namespace probebox::metrology

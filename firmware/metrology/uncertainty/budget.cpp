@@ -26,32 +26,85 @@ std::vector<double> valuesOf(const Result& result) {
   return values;
 }
 
-std::optional<std::vector<double>> valuesWith(const Dataset& dataset, Solver solver, const TypeBInput& input, double by,
-                                              std::size_t count) {
+// The case solved with an input a little above and below; one of them where a limit is near.
+struct Neighbours {
+  std::optional<Result> above, below;
+  double width{};  // from the lower to the higher one, in sd of the input
+};
+
+std::optional<Result> solvedWith(const Dataset& dataset, Solver solver, const TypeBInput& input, double by,
+                                 std::size_t count) {
   Dataset moved = dataset;
   input.move(moved, by);
-  const auto solved = solver(moved);
-  if (!solved) return std::nullopt;
-  auto values = valuesOf(solved.value());
-  return values.size() == count ? std::optional{std::move(values)} : std::nullopt;
+  auto solved = solver(moved);
+  if (!solved || valuesOf(solved.value()).size() != count) return std::nullopt;
+  return std::move(solved).value();
 }
 
-// What one sd of the input changes the promised values by; one-sided where a limit is near.
-Outcome<std::vector<double>, Refusal> effectOf(const Dataset& dataset, Solver solver, const TypeBInput& input,
-                                               const std::vector<double>& here) {
-  const auto above = valuesWith(dataset, solver, input, kStep, here.size());
-  const auto below = valuesWith(dataset, solver, input, -kStep, here.size());
-  if (!above && !below) {
-    return Refusal{"no-convergence", "the effect of " + input.name +
-                                         " cannot be evaluated: the case is refused when the value is changed by a "
-                                         "tenth of it; omit the key, or look for readings at a limit"};
+Outcome<Neighbours, Refusal> neighboursOf(const Dataset& dataset, Solver solver, const TypeBInput& input,
+                                          std::size_t count) {
+  Neighbours found{.above = solvedWith(dataset, solver, input, kStep, count),
+                   .below = solvedWith(dataset, solver, input, -kStep, count)};
+  found.width = (found.above ? kStep : 0.0) + (found.below ? kStep : 0.0);
+  if (found.above || found.below) return found;
+  return Refusal{"no-convergence", "the effect of " + input.name +
+                                       " cannot be evaluated: the case is refused when the value is changed by a "
+                                       "tenth of it; omit the key, or look for readings at a limit"};
+}
+
+// What one sd of the input changes values by.
+std::vector<double> changeOf(const std::vector<double>& here, const std::vector<double>& high,
+                             const std::vector<double>& low, double width) {
+  std::vector<double> change;
+  for (std::size_t k = 0; k < here.size(); ++k) change.push_back((high[k] - low[k]) / width);
+  return change;
+}
+
+std::vector<double> effectOf(const Neighbours& beside, const std::vector<double>& here) {
+  return changeOf(here, beside.above ? valuesOf(*beside.above) : here, beside.below ? valuesOf(*beside.below) : here,
+                  beside.width);
+}
+
+// The name of each value in the covariance.
+std::vector<std::string> namesOf(const Result& result) {
+  std::vector<std::string> names;
+  for (const auto& estimate : result.estimates) {
+    for (std::size_t k = 0; k < estimate.values.size(); ++k) {
+      const bool scalar = estimate.shape == Shape::scalar;
+      names.push_back(scalar ? estimate.key : estimate.key + "[" + std::to_string(k) + "]");
+    }
   }
-  const double width = (above ? kStep : 0.0) + (below ? kStep : 0.0);
-  const auto& high = above ? *above : here;
-  const auto& low = below ? *below : here;
-  std::vector<double> effect;
-  for (std::size_t k = 0; k < here.size(); ++k) effect.push_back((high[k] - low[k]) / width);
-  return effect;
+  return names;
+}
+
+void widenCovariance(Result& result, const std::vector<double>& effect) {
+  if (!result.covariance) return;
+  auto& [components, values] = *result.covariance;
+  const auto names = namesOf(result);
+  std::vector<double> of_component;
+  for (const auto& component : components) {
+    const auto at = std::ranges::find(names, component);
+    of_component.push_back(at == names.end() ? 0.0 : effect[static_cast<std::size_t>(at - names.begin())]);
+  }
+  const std::size_t n = components.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) values[i * n + k] += of_component[i] * of_component[k];
+  }
+}
+
+// Takes an error that all readings share into every sd, also of what is not promised, and into the covariance.
+void widen(Result& result, const Neighbours& beside, const std::vector<double>& effect) {
+  widenCovariance(result, effect);
+  for (auto* list : {&result.estimates, &result.also}) {
+    for (auto& estimate : *list) {
+      const auto valuesIn = [&](const std::optional<Result>& neighbour) {
+        const auto* found = neighbour ? neighbour->find(estimate.key) : nullptr;
+        return found != nullptr && found->values.size() == estimate.values.size() ? found->values : estimate.values;
+      };
+      const auto change = changeOf(estimate.values, valuesIn(beside.above), valuesIn(beside.below), beside.width);
+      for (std::size_t k = 0; k < estimate.sd.size(); ++k) estimate.sd[k] = std::hypot(estimate.sd[k], change[k]);
+    }
+  }
 }
 
 // Inputs of one name are one line of the budget; they are independent.
@@ -114,9 +167,12 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   std::vector<Contribution> type_b;
   std::vector<double> in_sd(here.size(), 0.0);
   for (const auto& input : inputs) {
-    TRY(const auto effect, effectOf(known, method.solver, input, here));
+    TRY(const auto beside, neighboursOf(known, method.solver, input, here.size()));
+    const auto effect = effectOf(beside, here);
     addToBudget(type_b, input.name, effect);
-    for (std::size_t k = 0; input.in_sd && k < here.size(); ++k) in_sd[k] = std::hypot(in_sd[k], effect[k]);
+    if (input.widens) widen(result, beside, effect);
+    const bool in = input.in_sd || input.widens;
+    for (std::size_t k = 0; in && k < here.size(); ++k) in_sd[k] = std::hypot(in_sd[k], effect[k]);
   }
   if (allHaveSd(result) || !type_b.empty()) result.budget.push_back(readingsOf(result, in_sd));
   result.budget.insert(result.budget.end(), type_b.begin(), type_b.end());

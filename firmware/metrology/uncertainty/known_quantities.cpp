@@ -10,6 +10,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/pre_travel_shifts.hpp"
+#include "firmware/metrology/dataset/stop_shifts.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -161,7 +162,7 @@ std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuan
 }
 
 // Changes a whole case by what one sd of one cause changes it by.
-TypeBInput shiftInput(const std::string& suffix) {
+TypeBInput shiftInput(const std::string& suffix, std::string_view name, bool widens) {
   const auto move = [suffix](Dataset& moved, double by) {
     for (auto& changed : moved.tables) {
       const Table* shift = moved.table(changed.name + suffix);
@@ -173,7 +174,7 @@ TypeBInput shiftInput(const std::string& suffix) {
       }
     }
   };
-  return {std::string{kPreTravelBudget}, 1, move};
+  return {.name = std::string{name}, .sd = 1, .move = move, .in_sd = false, .widens = widens};
 }
 
 // A cause that changes nothing in this case has no table, so numbers may be missing.
@@ -182,7 +183,12 @@ void addShifts(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
   for (const auto& table : dataset.tables) {
     if (const auto at = table.name.find(kByPreTravel); at != std::string::npos) suffixes.insert(table.name.substr(at));
   }
-  for (const auto& suffix : suffixes) inputs.push_back(shiftInput(suffix));
+  for (const auto& suffix : suffixes) inputs.push_back(shiftInput(suffix, kPreTravelBudget, false));
+  for (const auto& axis : kStandingAxes) {
+    const auto isOf = [&](const Table& table) { return table.name.ends_with(axis.suffix); };
+    if (std::ranges::any_of(dataset.tables, isOf))
+      inputs.push_back(shiftInput(std::string{axis.suffix}, axis.budget, true));
+  }
 }
 
 }  // namespace

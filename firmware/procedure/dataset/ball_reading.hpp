@@ -35,6 +35,12 @@ struct ShankReading {
   double sd_mm{};         // k = 1
 };
 
+// Readings of a run, corrected by the delay that was in force: centres of balls, and contacts of the shank with a ball.
+struct BallReadings {
+  std::vector<Reading> readings;
+  std::vector<ShankReading> shank;
+};
+
 // Rounds to the multiple of 180 degrees that the step asked for; the machine reports angles within its tolerance.
 inline double halfTurns_deg(double angle_rad) {
   return 180.0 * std::round(angle_rad / std::numbers::pi);

@@ -5,9 +5,12 @@
 #include <string>
 #include <utility>
 
+#include "firmware/metrology/dataset/pre_travel_shifts.hpp"
+#include "firmware/metrology/dataset/probe_pose.hpp"
 #include "firmware/metrology/touch/ball_centre.hpp"
 #include "firmware/metrology/touch/switched_centre.hpp"
 #include "firmware/procedure/dataset/shank_readings.hpp"
+#include "firmware/procedure/dataset/stop_shifts.hpp"
 #include "firmware/procedure/dataset/switched_readings.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 #include "protocol/units/tolerances.hpp"
@@ -128,9 +131,12 @@ std::optional<metrology::Refusal> addTables(metrology::Dataset& dataset, BallRea
   return std::nullopt;
 }
 
-std::optional<metrology::Refusal> addFound(metrology::Dataset& dataset, BallReadings found, const FinishedRun& run,
+// And what one sd of the stops of table and head changes them by.
+std::optional<metrology::Refusal> addFound(RunDataset& built, BallReadings& found, const FinishedRun& run,
                                            AddTables tables) {
+  auto& dataset = built.dataset;
   if (auto refusal = addTables(dataset, found, run, tables)) return refusal;
+  built.warnings = addStopShifts(dataset, found, run, tables);
   if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found.readings));
   return std::nullopt;
 }
@@ -147,31 +153,32 @@ std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset
       TRY(auto found, switchedReadings(withoutPreTravel(touches, run, pre_travel.tool, causes.col(cause)), run));
       metrology::Dataset shifted{.method = dataset.method, .config = dataset.config, .tables = {}};
       if (auto refusal = addTables(shifted, found, run, tables)) return refusal;
-      addShifts(dataset, shifted, ++number);
+      addShifts(dataset, shifted, std::string{metrology::kByPreTravel} + std::to_string(++number));
     }
   }
   return std::nullopt;
 }
 
 // Readings of a touch-trigger probe. Its ways in and out cancel the delay, so none has to be in force.
-std::optional<metrology::Refusal> addSwitchedReadings(metrology::Dataset& dataset, const FinishedRun& run,
-                                                      AddTables tables) {
+std::optional<metrology::Refusal> addSwitchedReadings(RunDataset& built, const FinishedRun& run, AddTables tables) {
+  auto& dataset = built.dataset;
   dataset.tables.push_back(posesOf(run.recording));
   TRY(auto touches, metrology::switchedTouches(dataset, {}));
   if (run.method.cancels_pre_travel) {  // each tool has one of its own
     TRY(auto found, switchedReadings(touches, run));
-    return addFound(dataset, std::move(found), run, tables);
+    return addFound(built, found, run, tables);
   }
   TRY(const auto pre_travels, preTravelsOf(run));
   for (const auto& pre_travel : pre_travels)
     touches = withoutPreTravel(std::move(touches), run, pre_travel.tool, Eigen::Vector4d{pre_travel.parts_mm.data()});
   addPreTravelResults(dataset, pre_travels);
   TRY(auto found, switchedReadings(touches, run));
-  if (auto refusal = addFound(dataset, std::move(found), run, tables)) return refusal;
+  if (auto refusal = addFound(built, found, run, tables)) return refusal;
   return addPreTravelShifts(dataset, run, touches, pre_travels, tables);
 }
 
-std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const FinishedRun& run, AddTables tables) {
+std::optional<metrology::Refusal> addReadings(RunDataset& built, const FinishedRun& run, AddTables tables) {
+  auto& dataset = built.dataset;
   dataset.tables.push_back(posesOf(run.recording));
   const auto& delay = run.recording.delay();
   if (delay.result_id == 0) {
@@ -182,7 +189,7 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const
   dataset.config["delay_result"] = static_cast<double>(delay.result_id);
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
   TRY(auto found, readingsOf(dataset, run.recording));
-  return addFound(dataset, std::move(found), run, tables);
+  return addFound(built, found, run, tables);
 }
 
 }  // namespace
@@ -192,11 +199,30 @@ metrology::Dataset touchesOf(const FinishedRun& run) {
   return capture::touchDataset(run.recording, run.scales, std::string{run.method.name()});
 }
 
+metrology::Dataset touchesAndPoseOf(const FinishedRun& run) {
+  auto dataset = touchesOf(run);
+  addProbePose(dataset, run.recording);
+  return dataset;
+}
+
+// Whole turns aside, so that they do not change a mean.
+void addProbePose(metrology::Dataset& dataset, const capture::Recording& recording) {
+  double a_rad = 0, b_rad = 0, count = 0;
+  for (const auto& touch : recording.touches()) {
+    if (touch.request.travel_mm != 0) continue;  // a jog is at any angle
+    a_rad += std::remainder(touch.request.rotary_angles_rad[0], kTurn_rad);
+    b_rad += std::remainder(touch.request.rotary_angles_rad[1], kTurn_rad);
+    ++count;
+  }
+  if (count == 0) return;
+  dataset.config[std::string{metrology::kProbeA.name}] = a_rad / count;
+  dataset.config[std::string{metrology::kProbeB.name}] = b_rad / count;
+}
+
 RunDataset ballDataset(const FinishedRun& run,
                        void (*tables)(metrology::Dataset&, const BallReadings&, const FinishedRun&)) {
   RunDataset built{touchesOf(run), {}, {}};
-  built.refusal =
-      readsBySwitch(run) ? addSwitchedReadings(built.dataset, run, tables) : addReadings(built.dataset, run, tables);
+  built.refusal = readsBySwitch(run) ? addSwitchedReadings(built, run, tables) : addReadings(built, run, tables);
   return built;
 }
 

@@ -13,11 +13,10 @@ namespace probebox::procedure {
 // Builds a case of the touches alone, under the name of the method.
 metrology::Dataset touchesOf(const FinishedRun& run);
 
-// Readings of a run, corrected by the delay that was in force: centres of balls, and contacts of the shank with a ball.
-struct BallReadings {
-  std::vector<Reading> readings;
-  std::vector<ShankReading> shank;
-};
+// The same of a run that measures the probe itself, with the pose of its body (metrology/dataset/probe_pose.hpp).
+metrology::Dataset touchesAndPoseOf(const FinishedRun& run);
+// Keys A_rad and B_rad: means of the reported angles, which are within the tolerance of a pose.
+void addProbePose(metrology::Dataset& dataset, const capture::Recording& recording);
 
 // Builds the case of a run that reads balls: touches, poses, `tables` of the method, and table centres unless the
 // method has one of its own. Refuses: no-delay, no-pre-travel, and as the computation of centres does.

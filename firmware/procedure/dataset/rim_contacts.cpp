@@ -234,7 +234,14 @@ Outcome<RimContacts, Refusal> rimContacts(const FinishedRun& run) {
   const Meeting meeting = meetingOf(plus, minus, *ball->radius_mm);
   // A stylus that stands higher by d along the normal meets the ball d/lever later.
   const double higher_rad = (plus.at_mm.y() - minus.at_mm.y()) * meeting.normal.y() / (2 * meeting.lever_mm);
-  RimContacts found{.clockwise_rad = plus.c_rad - higher_rad, .anticlockwise_rad = minus.c_rad - higher_rad};
+  const Eigen::RowVector2d slope = meeting.normal.transpose() / meeting.lever_mm;
+  RimContacts found{.clockwise_rad = plus.c_rad - higher_rad,
+                    .anticlockwise_rad = minus.c_rad - higher_rad,
+                    .sd_rad = 0,
+                    .tool = contacts[0].request.tool,
+                    .stylus_mm = (plus.at_mm + minus.at_mm) / 2,
+                    .clockwise_per_mm = slope,
+                    .anticlockwise_per_mm = {slope.x(), -slope.y()}};
   const double of_c = run.facts.sigma_c_rad;
   double of_each = of_c * of_c + (plus.variance + minus.variance) / 2, of_middle = 0;
   if (contacts[0].request.by_edges) {

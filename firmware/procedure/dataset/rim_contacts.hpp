@@ -1,4 +1,7 @@
 #pragma once
+#include <Eigen/Core>
+#include <cstdint>
+
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/procedure/plan/finished_run.hpp"
 #include "protocol/units/outcome.hpp"
@@ -9,6 +12,10 @@ namespace probebox::procedure {
 struct RimContacts {
   double clockwise_rad{}, anticlockwise_rad{};  // C1 and C2 of (B25): clockwise from [rim_ball] c_deg
   double sd_rad{};                              // k = 1, of one of them
+  std::uint32_t tool{};
+  Eigen::Vector3d stylus_mm;  // machine position, between the two
+  // By how much each changes where the stylus stands 1 mm further along X and Y, rad/mm.
+  Eigen::RowVector2d clockwise_per_mm, anticlockwise_per_mm;
 };
 
 // Angles of C at which ball and stylus just touch, of the run's two turns. Free of all delays: each is the mean of the

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/metrology/scan/scan_gain.hpp"
+#include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/dataset/scan_centre.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 
@@ -100,6 +101,7 @@ RunDataset scanDataset(const FinishedRun& run) {
   dataset.config["centre_mm"] = std::vector<double>{centre.x(), centre.y(), centre.z()};
   dataset.config["gain_matrix"] = matrixOf(gain.value_or(described));
   dataset.config["search_window_s"] = kSearchWindow_s;
+  addProbePose(dataset, run.recording);
   return built;
 }
 

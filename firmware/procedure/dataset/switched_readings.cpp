@@ -116,13 +116,12 @@ Eigen::Matrix4d causesOf(const PreTravel& pre_travel) {
   return lower;
 }
 
-void addShifts(metrology::Dataset& dataset, const metrology::Dataset& shifted, std::size_t cause) {
-  const std::string suffix = std::string{metrology::kByPreTravel} + std::to_string(cause);
+void addShifts(metrology::Dataset& dataset, const metrology::Dataset& shifted, std::string_view suffix) {
   std::vector<Table> differences;
   for (const auto& table : shifted.tables) {
     const auto* from = dataset.table(table.name);
     if (from == nullptr) continue;
-    auto difference = differenceOf(table, *from, table.name + suffix);
+    auto difference = differenceOf(table, *from, table.name + std::string{suffix});
     if (!difference.columns.empty()) differences.push_back(std::move(difference));
   }
   for (auto& difference : differences) dataset.tables.push_back(std::move(difference));

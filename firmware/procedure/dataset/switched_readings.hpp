@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
@@ -34,8 +35,8 @@ std::vector<metrology::SwitchedTouch> withoutPreTravel(std::vector<metrology::Sw
 // Uncorrelated causes of the pre-travel's uncertainty, mm: column k is the change of the parts by one sd of cause k.
 Eigen::Matrix4d causesOf(const PreTravel& pre_travel);
 
-// Adds the changes of the method's tables by a cause (metrology/dataset/pre_travel_shifts.hpp), if it changes them.
-// shifted: the tables computed with that cause off by one sd.
-void addShifts(metrology::Dataset& dataset, const metrology::Dataset& shifted, std::size_t cause);
+// Adds the changes of the method's tables by a cause (metrology/dataset/pre_travel_shifts.hpp, stop_shifts.hpp), if it
+// changes them. shifted: the tables computed with that cause off by one sd. suffix: of the names of the tables.
+void addShifts(metrology::Dataset& dataset, const metrology::Dataset& shifted, std::string_view suffix);
 
 }  // namespace probebox::procedure

@@ -64,6 +64,8 @@ struct BFacts {
   std::size_t count{};
   std::array<double, kMostBAngles> angles_rad{};
   double sigma_rad{};  // k = 1
+  // Of a table: a point of its nominal axis, as machine position of the stylus ball.
+  std::optional<std::array<double, 3>> point_mm{};
 };
 
 // A head that swivels the probe.

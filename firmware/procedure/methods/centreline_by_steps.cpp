@@ -11,6 +11,7 @@
 #include "firmware/metrology/centreline/rim_steps.hpp"
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/dataset/rim_contacts.hpp"
+#include "firmware/procedure/dataset/stop_shifts.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/rim_loops.hpp"
 #include "firmware/procedure/plan/plan.hpp"
@@ -72,6 +73,13 @@ std::optional<metrology::Refusal> addContacts(metrology::Dataset& dataset, const
   table.append({contacts.clockwise_rad, contacts.anticlockwise_rad});
   dataset.config["sigma_contact_rad"] = contacts.sd_rad;
   dataset.tables.push_back(std::move(table));
+  if (run.recording.touches().empty()) return std::nullopt;
+  for (const auto& [axis, stylus_mm] : movedByStops(run, contacts.stylus_mm, contacts.tool)) {
+    auto shift = metrology::Table::withColumns("contacts" + std::string{axis.suffix}, kContactColumns);
+    shift.append(
+        {contacts.clockwise_per_mm * stylus_mm.head<2>(), contacts.anticlockwise_per_mm * stylus_mm.head<2>()});
+    dataset.tables.push_back(std::move(shift));
+  }
   return std::nullopt;
 }
 

@@ -15,13 +15,13 @@ constexpr std::array<std::span<const double>, 3> kSpeedSetsOfDelayInOut{kFiveOfD
 constinit const LiveMethod kDelayInOut{.number = 6,
                                        .solver = &metrology::kDelayInOut,
                                        .why_no_trigger = kNoDelayOfTrigger,
-                                       .steps = "one side, in and at once back out at 10 mm/s",
+                                       .steps = "one side, in and at once back out at 10 mm/s, A, B and C at 0",
                                        .kind = Kind::in_out,
                                        .sides = std::span{kSphereSides}.first<1>(),
                                        .usual = touchesAt(10),  // slow, so that contact bounce ends early on the way in
                                        .dataset =
                                            [](const FinishedRun& run) {
-                                             return RunDataset{touchesOf(run), {}, {}};
+                                             return RunDataset{touchesAndPoseOf(run), {}, {}};
                                            },
                                        .speed_sets = kSpeedSetsOfDelayInOut};
 

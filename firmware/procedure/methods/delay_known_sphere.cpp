@@ -16,12 +16,12 @@ constexpr std::array kNeedsOfDelayKnownSphere{&kSphereDiameter};
 constinit const LiveMethod kDelayKnownSphere{.number = 2,
                                              .solver = &metrology::kDelayKnownSphere,
                                              .why_no_trigger = kNoDelayOfTrigger,
-                                             .steps = "five sides at 25 mm/s",
+                                             .steps = "five sides at 25 mm/s, A, B and C at 0",
                                              .needs = kNeedsOfDelayKnownSphere,
                                              .sides = kSphereSides,
                                              .usual = touchesAt(25),
                                              .dataset = [](const FinishedRun& run) {
-                                               RunDataset built{touchesOf(run), {}, {}};
+                                               RunDataset built{touchesAndPoseOf(run), {}, {}};
                                                addSphereSize(built.dataset, run.facts);
                                                built.dataset.config["feature"] = std::string{"external"};
                                                return built;

@@ -13,16 +13,17 @@ constexpr std::array<std::span<const double>, 7> kSpeedSetsOfDelayMultiSpeed{
 
 }  // namespace
 
-constinit const LiveMethod kDelayMultiSpeed{.number = 1,
-                                            .solver = &metrology::kDelayMultiSpeed,
-                                            .why_no_trigger = kNoDelayOfTrigger,
-                                            .steps = "five sides of the datum sphere at 5, 10, 20, 30, 40 mm/s",
-                                            .sides = kSphereSides,
-                                            .usual = touchesAt(5, 10, 20, 30, 40),
-                                            .dataset =
-                                                [](const FinishedRun& run) {
-                                                  return RunDataset{touchesOf(run), {}, {}};
-                                                },
-                                            .speed_sets = kSpeedSetsOfDelayMultiSpeed};
+constinit const LiveMethod kDelayMultiSpeed{
+    .number = 1,
+    .solver = &metrology::kDelayMultiSpeed,
+    .why_no_trigger = kNoDelayOfTrigger,
+    .steps = "five sides of the datum sphere at 5, 10, 20, 30, 40 mm/s, A, B and C at 0",
+    .sides = kSphereSides,
+    .usual = touchesAt(5, 10, 20, 30, 40),
+    .dataset =
+        [](const FinishedRun& run) {
+          return RunDataset{touchesAndPoseOf(run), {}, {}};
+        },
+    .speed_sets = kSpeedSetsOfDelayMultiSpeed};
 
 }  // namespace probebox::procedure

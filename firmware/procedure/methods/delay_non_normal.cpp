@@ -21,7 +21,7 @@ constinit const LiveMethod kDelayNonNormal{
     .sides = kSphereSides,
     .usual = with(touchesAt(25), [](auto& options) { options.approach_rad = kApproach_rad; }),
     .dataset = [](const FinishedRun& run) {
-      RunDataset built{touchesOf(run), {}, {}};
+      RunDataset built{touchesAndPoseOf(run), {}, {}};
       addSphereSize(built.dataset, run.facts);
       return built;
     }};

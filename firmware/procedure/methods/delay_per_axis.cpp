@@ -24,7 +24,7 @@ constinit const LiveMethod kDelayPerAxis{
     .usual = touchesAt(10, 40),
     .dataset =
         [](const FinishedRun& run) {
-          RunDataset built{touchesOf(run), {}, {}};
+          RunDataset built{touchesAndPoseOf(run), {}, {}};
           addSphereSize(built.dataset, run.facts);
           return built;
         },

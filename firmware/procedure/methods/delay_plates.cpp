@@ -23,13 +23,13 @@ constexpr std::array kNeedsOfDelayPlates{&kGap};
 constinit const LiveMethod kDelayPlates{.number = 3,
                                         .solver = &metrology::kDelayPlates,
                                         .why_no_trigger = kNoDelayOfTrigger,
-                                        .steps = "both faces of a gap at 25 mm/s",
+                                        .steps = "both faces of a gap at 25 mm/s, A, B and C at 0",
                                         .needs = kNeedsOfDelayPlates,
                                         .feature = Feature::plates,
                                         .sides = kFaces,
                                         .usual = touchesAt(25),
                                         .dataset = [](const FinishedRun& run) {
-                                          RunDataset built{touchesOf(run), {}, {}};
+                                          RunDataset built{touchesAndPoseOf(run), {}, {}};
                                           auto& config = built.dataset.config;
                                           if (run.facts.gap_mm) config["gap_mm"] = *run.facts.gap_mm;
                                           config["stylus_ball_diameter_mm"] = run.facts.stylus_ball_diameter_mm;

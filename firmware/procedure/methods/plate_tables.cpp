@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <span>
 #include <string>
 #include <string_view>
@@ -36,16 +35,6 @@ double acrossSigmaOf(const std::vector<Reading>& readings, const Eigen::Vector3d
   for (const auto& reading : readings)
     sum += (reading.centre.sd_mm.squaredNorm() - reading.centre.sd_mm.cwiseProduct(axis).squaredNorm()) / 2;
   return std::sqrt(sum / static_cast<double>(readings.size()));
-}
-
-// How far the balls are from the nominal axis, on the mean: a stop of it that is off moves them by that.
-double reachOf(const std::vector<Reading>& readings, const Eigen::Vector3d& point, const Eigen::Vector3d& axis) {
-  double sum = 0;
-  for (const auto& reading : readings) {
-    const Eigen::Vector3d from = reading.centre.centre_mm - point;
-    sum += (from - axis.dot(from) * axis).norm();
-  }
-  return sum / static_cast<double>(readings.size());
 }
 
 // Angles of the stops as reported. In one mount the axis stands clamped at a stop: its first report counts.
@@ -176,13 +165,11 @@ void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings,
   const auto point = about_b ? plate.b_axis_point_mm.value_or(plate.axis_point_mm) : plate.axis_point_mm;
   const double sigma_rad = about_b ? b.sigma_rad : facts.sigma_c_rad;
   const Eigen::Vector3d axis = vectorOf(direction);
-  // In another mount the axis stops anew, and one unknown an angle holds what both stops share.
-  const double of_stops = mounts ? reachOf(readings, vectorOf(point), axis) * sigma_rad / std::numbers::sqrt2 : 0;
   auto& config = dataset.config;
   config["axis"] = std::string{about_b ? "B" : "C"};
   config["axis_point_mm"] = std::vector<double>{point.begin(), point.end()};
   config["axis_direction"] = std::vector<double>{direction.begin(), direction.end()};
-  config["sigma_mm"] = std::hypot(acrossSigmaOf(readings, axis), of_stops);
+  config["sigma_mm"] = acrossSigmaOf(readings, axis);
   config["sigma_axial_mm"] = alongSigmaOf(readings, axis);
   if (sigma_rad > 0) config["sigma_angle_rad"] = sigma_rad;
   if (plate.sd_mm) config["sigma_third_mm"] = *plate.sd_mm;

@@ -121,7 +121,7 @@ constinit const LiveMethod kPreTravel{
     .also_refused = whyTooMany,
     .why_unfit = whyUnfitSphere,
     .dataset = [](const FinishedRun& run) {
-      RunDataset built{touchesOf(run), {}, {}};
+      RunDataset built{touchesAndPoseOf(run), {}, {}};
       addSphereSize(built.dataset, run.facts);
       const std::uint32_t tool = run.recording.touches().front().request.tool;
       // That of the one tool which carries the probe serves all methods.

@@ -12,6 +12,7 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/dataset/hold_readings.hpp"
+#include "firmware/procedure/dataset/stop_shifts.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/needs.hpp"
 #include "firmware/procedure/methods/plate_poses.hpp"
@@ -84,32 +85,36 @@ Vector3d sdByMatrix(const Matrix3d& inverse, const Matrix3d& sd, const Vector3d&
   return (inverse.cwiseAbs2() * of_sensors.cwiseAbs2()).cwiseSqrt();
 }
 
+void addPlateOfRun(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
+  addPlate(dataset, found.readings, *run.facts.ball_plate, run.facts);
+}
+
 // What K is off by moves all readings alike as far as the ball stands at the same place in the head: that part is
-// common to all of them, and the rest belongs to each.
-void addBalls(metrology::Dataset& dataset, const std::vector<Hold>& holds, const SensorHead& head,
-              const CalibratedHead& calibrated, const Facts& facts) {
+// common to all of them, and the rest belongs to each. Returns warnings.
+std::vector<std::string> addBalls(metrology::Dataset& dataset, const std::vector<Hold>& holds, const SensorHead& head,
+                                  const CalibratedHead& calibrated, const FinishedRun& run) {
   const Matrix3d inverse = metrology::inverse(matrixOf(calibrated.matrix)), sd = matrixOf(calibrated.sd);
   Vector3d usual = Vector3d::Zero();
   for (const auto& hold : holds) usual += inverse * hold.sensors / static_cast<double>(holds.size());
-  std::vector<Reading> readings;
+  BallReadings found;
   for (const auto& hold : holds) {
     const auto& request = *hold.request;
     const Vector3d u = inverse * hold.sensors;
     const Vector3d variance = hold.sd_at_mm.cwiseAbs2() + inverse.cwiseAbs2() * hold.sd_sensors.cwiseAbs2() +
                               sdByMatrix(inverse, sd, u - usual).cwiseAbs2();
-    readings.push_back({.number = static_cast<double>(request.reading),
-                        .ball = static_cast<double>(request.ball),
-                        .a_rad = request.rotary_angles_rad[0],
-                        .b_rad = request.rotary_angles_rad[1],
-                        .c_rad = request.rotary_angles_rad[2],
-                        .tool = request.tool,
-                        .mount = request.mount,
-                        .note = request.note,
-                        .centre = {.centre_mm = hold.at_mm + vectorOf(head.centre_offset_mm) + u,
-                                   .sd_mm = variance.cwiseSqrt(),
-                                   .radius_mm = 0}});
+    found.readings.push_back({.number = static_cast<double>(request.reading),
+                              .ball = static_cast<double>(request.ball),
+                              .a_rad = request.rotary_angles_rad[0],
+                              .b_rad = request.rotary_angles_rad[1],
+                              .c_rad = request.rotary_angles_rad[2],
+                              .tool = request.tool,
+                              .mount = request.mount,
+                              .note = request.note,
+                              .centre = {.centre_mm = hold.at_mm + vectorOf(head.centre_offset_mm) + u,
+                                         .sd_mm = variance.cwiseSqrt(),
+                                         .radius_mm = 0}});
   }
-  addPlate(dataset, readings, *facts.ball_plate, facts);
+  addPlateOfRun(dataset, found, run);
   auto& config = dataset.config;
   const double of_matrix_mm = sdByMatrix(inverse, sd, usual).norm() / std::sqrt(3.0);
   config["sigma_offset_mm"] = std::hypot(head.sd_centre_offset_mm, of_matrix_mm);
@@ -118,13 +123,14 @@ void addBalls(metrology::Dataset& dataset, const std::vector<Hold>& holds, const
   for (const auto& row : calibrated.matrix) matrix.emplace_back(row.begin(), row.end());
   config["sensor_matrix"] = matrix;
   config["sensor_head_result"] = static_cast<double>(calibrated.result_id);
+  return addStopShifts(dataset, found, run, addPlateOfRun);
 }
 
 RunDataset byHead(const FinishedRun& run) {
   auto [built, holds] = holdDataset(run);
   const auto& head = run.facts.sensor_head;
   if (head && head->calibrated) {
-    addBalls(built.dataset, holds, *head, *head->calibrated, run.facts);
+    built.warnings = addBalls(built.dataset, holds, *head, *head->calibrated, run);
     return std::move(built);
   }
   built.refusal = metrology::Refusal{"no-sensor-head",
@@ -171,9 +177,7 @@ constinit const LiveMethod kRotaryAxisErrors{
     .dataset = [](const FinishedRun& run) -> RunDataset {
       if (auto refusal = whyMountsDiffer(run.recording)) return RunDataset{touchesOf(run), std::move(refusal), {}};
       if (run.recording.touches().front().request.holds) return byHead(run);
-      return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {
-        addPlate(dataset, found.readings, *of.facts.ball_plate, of.facts);
-      });
+      return ballDataset(run, addPlateOfRun);
     }};
 
 }  // namespace probebox::procedure

@@ -33,14 +33,14 @@ std::string pushPrompt(const Plan& plan, std::size_t step) {
   const char axis = "XYZ"[axisAlong(wanted.touch.outward_normal)];
   const std::string direction =
       wanted.touch.outward_normal[2] > 0.5 ? "up, towards +Z" : std::string{"towards +"} + axis;
-  return "step " + std::to_string(step + 1) + " of " + std::to_string(plan.step_count) + ": " + "push the stylus " +
-         direction + " by about " + number(wanted.overtravel_mm) + " mm and release it, by hand or against the " +
-         surfaceOf(wanted);
+  return "step " + std::to_string(step + 1) + " of " + std::to_string(plan.step_count) + ": " + anglesOf(wanted) +
+         "; push the stylus " + direction + " by about " + number(wanted.overtravel_mm) +
+         " mm and release it, by hand or against the " + surfaceOf(wanted);
 }
 
 // Which steps were jogs, and what the probe is said to be like.
 RunDataset selftestDataset(const FinishedRun& run) {
-  RunDataset built{touchesOf(run), {}, {}};
+  RunDataset built{touchesAndPoseOf(run), {}, {}};
   metrology::Matrix gain;
   for (const auto& row : run.facts.gain) gain.emplace_back(row.begin(), row.end());
   built.dataset.config["gain"] = gain;

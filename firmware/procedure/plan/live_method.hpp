@@ -81,7 +81,7 @@ struct LiveMethod {
   Feature feature{};
   Kind kind{};
   std::span<const Side> sides{};
-  const Poses& poses{kInPlace};
+  const Poses& poses{kAtZero};
   // Defaults of the options. A method takes approach, arc, angles, balls, angles of B, tools, stations and mounts only
   // where they have a default here.
   ProcedureOptions usual{};

@@ -116,7 +116,7 @@ void addTouches(Plan& plan, const LiveMethod& method, const ProcedureOptions& wi
       add(plan, {.touch = touch,
                  .feature = method.feature,
                  .kind = method.kind,
-                 .turns = method.poses.matter,
+                 .turns = true,
                  .b_moves = pose.b_moves,
                  .overtravel_mm = with.overtravel_mm,
                  .clearance_mm = with.clearance_mm});

@@ -38,14 +38,10 @@ unsigned bitOfFace(const Vector& normal) {
   return 0;
 }
 
-Pose inPlace(const ProcedureOptions&, const LoopState&, std::size_t) {
-  return {};
-}
-
 }  // namespace
 
-constinit const Poses kInPlace{
-    .count = [](const ProcedureOptions&, const LoopState&) { return std::size_t{1}; }, .at = inPlace, .matter = false};
+constinit const Poses kAtZero{.count = [](const ProcedureOptions&, const LoopState&) { return std::size_t{1}; },
+                              .at = [](const ProcedureOptions&, const LoopState&, std::size_t) { return Pose{}; }};
 
 constinit const Poses kTwoByTwo{
     .count = [](const ProcedureOptions&, const LoopState&) { return std::size_t{4}; },

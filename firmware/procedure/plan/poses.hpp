@@ -26,12 +26,12 @@ struct Pose {
 struct Poses {
   std::size_t (*count)(const ProcedureOptions&, const LoopState&);
   Pose (*at)(const ProcedureOptions&, const LoopState&, std::size_t index);
-  bool matter{true};  // false: the rotary axes may be at any angle
 };
 
 inline constexpr double kHalfTurn_rad = kTurn_rad / 2;
 
-extern const Poses kInPlace;
+// One reading with A, B and C at 0: the probe's gain and lobes are those of a probe that is not turned.
+extern const Poses kAtZero;
 // One ball, A and C at 0 and 180 degrees each: C turns between any two readings, so no two share its stop.
 extern const Poses kTwoByTwo;
 Pose twoByTwo(std::size_t index);

@@ -63,6 +63,14 @@ std::string restPrompt(const Plan& plan, std::size_t step) {
 
 }  // namespace
 
+std::string anglesOf(const Step& step) {
+  const auto& [a_rad, b_rad, c_rad] = step.touch.rotary_angles_rad;
+  const std::string a = number(degrees(a_rad)), c = " and C at " + number(degrees(c_rad)) + " deg";
+  if (step.b_moves != BMoves::nothing) return "A at " + a + c;
+  if (a_rad == 0 && b_rad == 0 && c_rad == 0) return "A, B and C at 0 deg";
+  return "A at " + a + ", B at " + number(degrees(b_rad)) + c;
+}
+
 std::string surfaceOf(const Step& step) {
   const auto& n = step.touch.outward_normal;
   std::array<char, 80> along{};
@@ -89,7 +97,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   const Step& wanted = plan.steps[step];
   if (wanted.kind == Kind::jog) return jogPrompt(plan, step);
   if (wanted.kind == Kind::sweep) return sweepPrompt(plan, step);
-  if (wanted.kind == Kind::scan) return "scan " + ofAll(plan, step) + scanPrompt(wanted);
+  if (wanted.kind == Kind::scan) return "scan " + ofAll(plan, step) + anglesOf(wanted) + "; " + scanPrompt(wanted);
   if (wanted.kind == Kind::rest) return restPrompt(plan, step);
   if (wanted.kind == Kind::turn) return "step " + ofAll(plan, step) + turnPrompt(wanted);
   if (wanted.kind == Kind::hold) return "step " + ofAll(plan, step) + holdPrompt(wanted);
@@ -102,7 +110,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
       text += "tool " + std::to_string(wanted.touch.tool) + ", ";
     if (wanted.b_moves == BMoves::head) text += "the head at B " + number(degrees(angles[1])) + " deg, ";
     if (wanted.b_moves == BMoves::table) text += "the table at a tilt of " + number(degrees(angles[1])) + " deg, ";
-    text += "A at " + number(degrees(angles[0])) + " and C at " + number(degrees(angles[2])) + " deg; ";
+    text += anglesOf(wanted) + "; ";
   }
   if (wanted.feature == Feature::tool_setter) text += "with " + spindleOf(wanted) + " in the spindle, ";
   text += surfaceOf(wanted);

@@ -45,6 +45,7 @@ void addScans(Plan& plan, const ProcedureOptions& with, const ScanPath& path) {
       add(plan, {.touch = scan,
                  .feature = Feature::datum_sphere,
                  .kind = Kind::scan,
+                 .turns = true,
                  .overtravel_mm = with.overtravel_mm,
                  .clearance_mm = with.clearance_mm});
     }

@@ -62,10 +62,10 @@ TEST(SwivelledCheck, ComparesTheAxesAtEveryAngleOfTheHead) {
     ASSERT_TRUE(result);
     const Vector3 level = meanOf(scenario, config, 0), half = meanOf(scenario, config, 45 * kDegree),
                   whole = meanOf(scenario, config, 90 * kDegree);
-    add(pulls, *result, "Xcen_B0_mm", {level[0]}, 5e-4);
-    add(pulls, *result, "Ycen_B0_mm", {level[1]}, 5e-4);
-    add(pulls, *result, "Ycen_B45_mm", {half[1]}, 5e-4);
-    add(pulls, *result, "Ycen_B90_mm", {whole[1]}, 5e-4);
+    add(pulls, *result, "Xcen_B0_mm", {level[0]}, 6e-4);
+    add(pulls, *result, "Ycen_B0_mm", {level[1]}, 6e-4);
+    add(pulls, *result, "Ycen_B45_mm", {half[1]}, 6e-4);
+    add(pulls, *result, "Ycen_B90_mm", {whole[1]}, 6e-4);
     add(heights, *result, "Zcen_B90_mm", {whole[2]}, 8e-4);
     // At 90 degrees a stylus of 150 mm under a pivot of 60 points along -X, 210 mm from where it hangs at 0.
     const double off_mm = whole[0] - 210 - *scenario.facts.checked_ball->accepted_x_mm;

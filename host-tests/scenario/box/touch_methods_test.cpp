@@ -110,10 +110,10 @@ TEST(LiveInOut, GoesInAndAtOnceBackOut) {
 
 TEST(LiveCases, HaveTheTablesAndKeysOfTheirMethods) {
   const std::vector<std::pair<const LiveMethod*, std::vector<std::string>>> cases{
-      {&procedure::kDelayKnownSphere, {"effective_diameter_mm", "feature", "stylus_ball"}},
-      {&procedure::kDelayPlates, {"feature", "gap_mm", "stylus_ball", "stylus_ball_diameter_mm"}},
-      {&procedure::kDelayNonNormal, {"effective_diameter_mm", "stylus_ball"}},
-      {&procedure::kDelayInOut, {}},
+      {&procedure::kDelayKnownSphere, {"A_rad", "B_rad", "effective_diameter_mm", "feature", "stylus_ball"}},
+      {&procedure::kDelayPlates, {"A_rad", "B_rad", "feature", "gap_mm", "stylus_ball", "stylus_ball_diameter_mm"}},
+      {&procedure::kDelayNonNormal, {"A_rad", "B_rad", "effective_diameter_mm", "stylus_ball"}},
+      {&procedure::kDelayInOut, {"A_rad", "B_rad"}},
   };
   for (const auto& [method, keys] : cases) {
     Scenario scenario{usualWorld(), 2};

@@ -25,7 +25,7 @@ world::Config turningRimWorld() {
   config.part_spindle.direction = {0, 0, 1};
   config.part_spindle.ball_count = 1;
   config.part_spindle.balls_mm[0] = {kRim_mm * std::sin(kOff_rad), kRim_mm * std::cos(kOff_rad), 20};
-  config.rotary.noise_rad = 0;
+  config.rotary.noise_rad = config.swivel_head.noise_rad = 0;
   config.probe_spindle.direction = {0, 0, 1};
   config.probe_spindle.stylus_offset_mm = {0, 0};
   config.axes.home_mm = config.part_spindle.point_mm + Vector3{0, kRim_mm, 200};

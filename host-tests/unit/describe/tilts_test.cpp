@@ -18,6 +18,10 @@ TEST(MachineToml, MayDescribeATableThatTilts) {
   EXPECT_THAT(machine->tilting_table->axis, testing::ElementsAre(0, -1, 0));
   EXPECT_THAT(machine->tilting_table->angles_deg, testing::ElementsAre(-30, 0, 60));
   EXPECT_EQ(machine->tilting_table->sigma_rad, 1e-5);
+  EXPECT_FALSE(machine->tilting_table->point_mm);
+  EXPECT_THAT(machineWith("[tilting_table]\naxis = \"X\"\ntilts_deg = [-90, 0]\npoint_mm = [1, 2, 3]\n")
+                  ->tilting_table->point_mm.value(),
+              testing::ElementsAre(1, 2, 3));
   EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"Z\"\ntilts_deg = [0]\n"),
               AllOf(HasSubstr("tilting_table.axis"), HasSubstr("give at least 2")));
   EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 15]\n"),

@@ -173,6 +173,35 @@ TEST(Forecast, OfAxesIsWhatRunsThenScatterBy) {
   expectScatter(procedure::kHeadPivot, "pivot_xz_mm");
 }
 
+TEST(Forecast, OfMoreAxesIsWhatRunsThenScatterBy) {
+  expectScatter(procedure::kPeriodicCheck, "Xcen_B0_mm", 1);
+  expectScatter(procedure::kPeriodicCheck, "Ycen_B0_mm", 1);
+  expectScatter(procedure::kAAxisAlignment, "A_tilt_rad");
+  expectScatter(procedure::kCAxisAlignment, "centre_mm");
+}
+
+// A machine whose head stops better than its table, and whose ball stands nearer to its axes, is forecast as it is.
+TEST(Forecast, FollowsTheMachineThatIsDescribed) {
+  plan::SetUp described;
+  described.head.sigma_rad = 1e-6;
+  described.table.sigma_rad = 2e-5;
+  described.balls_mm = {{30, 0, 100}, {-15, 26, 60}, {-15, -26, 20}};
+  const auto sd = [&](const LiveMethod& method, const char* key, std::size_t component, const plan::SetUp& set_up) {
+    return sdOf(forecastOf(&method, {}, set_up), key, component);
+  };
+  EXPECT_LT(sd(procedure::kSwivelError, "error_at_queries_mm", 3, described),
+            0.5 * sd(procedure::kSwivelError, "error_at_queries_mm", 3, {}));
+  EXPECT_LT(sd(procedure::kHeadPivot, "pivot_xz_mm", 0, described), sd(procedure::kHeadPivot, "pivot_xz_mm", 0, {}));
+  EXPECT_NEAR(sd(procedure::kSpindleOffset2x2, "offset_C_minus_A_mm", 1, described), 2e-5 * 100, 1e-4)
+      << "what the table is off, at the height of the ball";
+  // Balls that span less in height tell the tilt worse.
+  described.table.sigma_rad = 0;
+  plan::SetUp usual;
+  usual.table.sigma_rad = 0;
+  EXPECT_GT(sd(procedure::kCAxisAlignment, "C_tilt_rad", 0, described),
+            1.2 * sd(procedure::kCAxisAlignment, "C_tilt_rad", 0, usual));
+}
+
 // A control that takes one radius all the way gives scans that tell of no delay.
 TEST(Forecast, ScansWithoutStepsAreRefused) {
   const plan::SetUp set_up;

@@ -46,8 +46,7 @@ constexpr std::array kNeeds{&kGain};
 constexpr Poses kOnePerPass{
     .count = [](const ProcedureOptions&, const LoopState& state) { return static_cast<std::size_t>(state.values[0]); },
     .at = [](const ProcedureOptions&, const LoopState&,
-             std::size_t index) { return Pose{.note = {static_cast<double>(index)}}; },
-    .matter = false};
+             std::size_t index) { return Pose{.note = {static_cast<double>(index)}}; }};
 
 constinit const LiveMethod kMadeUp{
     .number = 60'000,

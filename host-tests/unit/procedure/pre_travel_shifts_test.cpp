@@ -16,7 +16,7 @@ metrology::Dataset readingsOf(double x_mm, double y_mm) {
 
 TEST(PreTravelShifts, AreToldWhereOneRowChanges) {
   metrology::Dataset dataset = readingsOf(2.0, 5.0);
-  addShifts(dataset, readingsOf(2.25, 5.0), 1);
+  addShifts(dataset, readingsOf(2.25, 5.0), "_by_pre_travel_1");
   const auto* shifts = dataset.table("readings" + std::string{metrology::kByPreTravel} + "1");
   ASSERT_NE(shifts, nullptr);
   ASSERT_NE(shifts->column("x_mm"), nullptr);
@@ -26,7 +26,7 @@ TEST(PreTravelShifts, AreToldWhereOneRowChanges) {
 
 TEST(PreTravelShifts, OfNothingAreNoTable) {
   metrology::Dataset dataset = readingsOf(2.0, 5.0);
-  addShifts(dataset, readingsOf(2.0, 5.0), 1);
+  addShifts(dataset, readingsOf(2.0, 5.0), "_by_pre_travel_1");
   EXPECT_EQ(dataset.tables.size(), 1U);
 }
 

@@ -43,10 +43,10 @@ TEST_F(MultiSpeedProcedure, AsksForFivePointsAtEachSpeed) {
   }
   EXPECT_EQ(speeds, (std::set<double>{5, 10, 20, 30, 40}));
   EXPECT_EQ(normals.size(), 5U);
-  EXPECT_EQ(
-      promptFor(plan, 6),
-      "touch 7 of 25: -X side of the sphere, 0.5 mm deep, retract at 10 mm/s until 1.5 mm beyond the clearance of "
-      "0.6 mm");
+  EXPECT_EQ(promptFor(plan, 6),
+            "touch 7 of 25: A, B and C at 0 deg; -X side of the sphere, 0.5 mm deep, retract at 10 mm/s until 1.5 mm "
+            "beyond the clearance of "
+            "0.6 mm");
 }
 
 TEST_F(MultiSpeedProcedure, HandsOverTheRecordingOnceWhenAllStepsAreDone) {
@@ -266,9 +266,10 @@ TEST_F(Planned, CentrelineReadsOneBallAtEqualAngles) {
     EXPECT_EQ(plan.steps[k].touch.ball, 1);
     EXPECT_NEAR(plan.steps[k].touch.rotary_angles_rad[2], static_cast<double>(k / 5) * std::numbers::pi / 2, 1e-12);
   }
-  EXPECT_EQ(promptFor(plan, 5),
-            "touch 6 of 20: A at 0 and C at 90 deg; +X side of ball 1, 0.5 mm deep, retract at 15 mm/s until 1.5 mm "
-            "beyond the clearance of 0.6 mm");
+  EXPECT_EQ(
+      promptFor(plan, 5),
+      "touch 6 of 20: A at 0, B at 0 and C at 90 deg; +X side of ball 1, 0.5 mm deep, retract at 15 mm/s until 1.5 mm "
+      "beyond the clearance of 0.6 mm");
   const Plan arc = of(kCentreline, {.arc_rad = 1.2, .angles = 4});
   EXPECT_NEAR(arc.steps[19].touch.rotary_angles_rad[2], 1.2, 1e-12) << "both ends of an arc are read";
 }

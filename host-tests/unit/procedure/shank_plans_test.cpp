@@ -50,7 +50,7 @@ TEST(ShankPlan, ReadsTheBallWithTheTipAndThenTouchesItWithTheShankOfTheSameTool)
     EXPECT_TRUE(k < 20 || touch.outward_normal[2] == 0) << "along the tool a shank tells nothing";
   }
   EXPECT_THAT(promptFor(*plan, 19), testing::Not(HasSubstr("shank")));
-  EXPECT_THAT(promptFor(*plan, 20), HasSubstr("touch 21 of 36: tool 3, A at 0 and C at 0 deg; +X side of ball 1 with "
+  EXPECT_THAT(promptFor(*plan, 20), HasSubstr("touch 21 of 36: tool 3, A, B and C at 0 deg; +X side of ball 1 with "
                                               "the shank, 50 mm above the centre of the stylus ball, 0.5 mm deep"));
 }
 

@@ -142,7 +142,7 @@ TEST(Report, IsGreenOnlyWithinALimitAndWithoutAWarning) {
   dataset.config["limit_mm"] = 0.02;
   EXPECT_THAT(of(), testing::AllOf(HasSubstr("verdict pass"), HasSubstr("PASS"), HasSubstr("limit 20 um")));
   dataset.config["limit_mm"] = 0.0075;
-  EXPECT_THAT(of(), testing::AllOf(HasSubstr("verdict warned"), HasSubstr("WARN: less than U from the limit")));
+  EXPECT_THAT(of(), testing::AllOf(HasSubstr("verdict warned"), HasSubstr("NOT PROVEN: the limit lies within U")));
   dataset.config["limit_mm"] = 0.005;
   EXPECT_THAT(of(), testing::AllOf(HasSubstr("verdict failed"), HasSubstr("FAIL")));
   dataset.config["limit_mm"] = 0.3;

@@ -145,6 +145,9 @@ class RunCommands {
                      "probebox plan delay-multi-speed --time 60", plan_);
     plan->add_option("method", plan_.method, "a method that calibrate runs")->required();
     addChoices(plan, plan_);
+    plan->add_option("--machine", plan_.machine,
+                     "machine.toml of the box: its axes, stops, tools and balls; default: a usual machine")
+        ->type_name("FILE");
     plan->add_option("--time", plan_.time_s, "time available: propose the most precise sets of touches for it")
         ->check(seconds())
         ->type_name("SECONDS");

@@ -1,10 +1,16 @@
 #include "firmware/procedure/plan/plan.hpp"
 
 #include <algorithm>
+#include <array>
+#include <fstream>
+#include <iterator>
 #include <numbers>
+#include <string>
 #include <vector>
 
+#include "board/describe/parse.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/nearest.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/plan/forecast.hpp"
@@ -18,14 +24,56 @@ namespace {
 
 constexpr std::size_t kProposals = 5;  // proposals, on a page
 
-plan::SetUp setUpOf(const Plan& options) {
+procedure::BFacts bOf(const board::TiltDescription& b, procedure::BFacts usual) {
+  usual.axis = b.axis;
+  usual.sigma_rad = b.sigma_rad;
+  usual.count = b.angles_deg.size();
+  std::ranges::transform(b.angles_deg, usual.angles_rad.begin(), [](double angle_deg) { return radians(angle_deg); });
+  return usual;
+}
+
+// Balls of the part are those of the plate, from C and from the axis of the table.
+std::vector<std::array<double, 3>> ballsOf(const board::BallPlateDescription& plate, const board::Machine& machine) {
+  const auto& table = machine.tilting_table;
+  const double axis_z_mm = table && table->point_mm ? (*table->point_mm)[2] : plate.axis_point_mm[2];
+  auto balls = plate.balls_mm;
+  for (auto& ball : balls) ball[2] += plate.axis_point_mm[2] - axis_z_mm;
+  return balls;
+}
+
+void take(plan::SetUp& set_up, const board::Machine& machine) {
+  set_up.sigma_c_rad = machine.sigma_c_rad;
+  set_up.sphere_diameter_mm = machine.datum_sphere_diameter_mm.value_or(set_up.sphere_diameter_mm);
+  set_up.gap_mm = machine.datum_gap_mm.value_or(set_up.gap_mm);
+  if (machine.tilting_table) set_up.table = bOf(*machine.tilting_table, set_up.table);
+  if (machine.swivel_head) {
+    set_up.head = bOf(machine.swivel_head->swivel, set_up.head);
+    set_up.pivot_mm = machine.swivel_head->pivot_mm;
+  }
+  if (machine.ball_plate) set_up.balls_mm = ballsOf(*machine.ball_plate, machine);
+  for (std::size_t i = 0; i < std::min(machine.probe_tools.size(), set_up.tool_lengths_mm.size()); ++i)
+    set_up.tool_lengths_mm[i] = machine.probe_tools[i].length_mm;
+  if (machine.probe_shank) {
+    set_up.shank_height_mm = machine.probe_shank->height_mm;
+    set_up.shank_radius_mm = machine.probe_shank->radius_mm;
+  }
+}
+
+Outcome<plan::SetUp> setUpOf(const Plan& options) {
   plan::SetUp set_up;
-  const auto take = [](double& value, const std::optional<double>& given) { value = given.value_or(value); };
-  take(set_up.machine_rate_hz, options.machine_rate_hz);
-  take(set_up.machine_noise_um, options.machine_noise_um);
-  take(set_up.probe_rate_hz, options.probe_rate_hz);
-  take(set_up.probe_noise_um, options.probe_noise_um);
-  take(set_up.acceleration_mm_s2, options.acceleration_mm_s2);
+  if (!options.machine.empty()) {
+    std::ifstream file{options.machine};
+    if (!file) return Error{options.machine + " cannot be read: give the machine.toml of the box (--machine)."};
+    const std::string text{std::istreambuf_iterator<char>{file}, {}};
+    TRY(const auto machine, board::parseMachine(text, options.machine));
+    take(set_up, machine);
+  }
+  const auto choose = [](double& value, const std::optional<double>& given) { value = given.value_or(value); };
+  choose(set_up.machine_rate_hz, options.machine_rate_hz);
+  choose(set_up.machine_noise_um, options.machine_noise_um);
+  choose(set_up.probe_rate_hz, options.probe_rate_hz);
+  choose(set_up.probe_noise_um, options.probe_noise_um);
+  choose(set_up.acceleration_mm_s2, options.acceleration_mm_s2);
   if (options.switch_noise_um) set_up.switch_repeatability_um = options.switch_noise_um;
   return set_up;
 }
@@ -89,8 +137,8 @@ std::string forecastPage(const plan::Forecast& forecast) {
   return all;
 }
 
-ExitStatus propose(const plan::Wanted& wanted, const Plan& options, Console& console) {
-  const auto found = plan::proposals(wanted, setUpOf(options), *options.time_s);
+ExitStatus propose(const plan::Wanted& wanted, const plan::SetUp& set_up, const Plan& options, Console& console) {
+  const auto found = plan::proposals(wanted, set_up, *options.time_s);
   if (!found) return console.fail({ExitStatus::failed, found.error().name, found.error().reason});
   if (found->empty())
     return console.fail(
@@ -114,8 +162,10 @@ ExitStatus propose(const plan::Wanted& wanted, const Plan& options, Console& con
 ExitStatus run(const Plan& options, const std::string&, Console& console) {
   const auto wanted = wantedOf(options);
   if (!wanted) return console.fail(wanted.error());
-  if (options.time_s) return propose(*wanted, options, console);
-  const auto expected = plan::forecast(*wanted, setUpOf(options));
+  const auto set_up = setUpOf(options);
+  if (!set_up) return console.fail({ExitStatus::usage, "bad-description", set_up.error().what});
+  if (options.time_s) return propose(*wanted, *set_up, options, console);
+  const auto expected = plan::forecast(*wanted, *set_up);
   if (!expected) return console.fail({ExitStatus::failed, expected.error().name, expected.error().reason});
   if (console.json())
     console.object(forecastJson(*expected));

@@ -50,6 +50,17 @@ Json describe(const Change& change) {
   return all;
 }
 
+// Values that come into force. Of a delay also the probe's gain, which some methods give beside what they promise, and
+// not the place and size of what was touched.
+std::vector<Quantity> comparedOf(const metrology::Result& result, std::string_view subject) {
+  if (subject != "delay") return casefolder::quantitiesAbout(result, subject);
+  metrology::Result about;
+  for (const auto key : {"tau_s", "tau_axis_s", "gain_matrix"}) {
+    if (const auto* estimate = result.find(key)) about.estimates.push_back(*estimate);
+  }
+  return about.estimates.empty() ? casefolder::quantitiesAbout(result, subject) : casefolder::quantitiesOf(about);
+}
+
 // Value and sd are the box's, which may have moved them to another height; name, unit and U are the result's.
 Quantity quantityFrom(const std::vector<Quantity>& listed, const std::string& key, const std::string& axis,
                       double value, std::optional<double> sd) {
@@ -94,8 +105,7 @@ Comparison comparisonOf(const messages::AcceptResult::Answer& answer, const metr
 
 Comparison nothingBeside(const metrology::Result& proposed, std::string_view subject) {
   Comparison comparison;
-  for (auto& now : casefolder::quantitiesAbout(proposed, subject))
-    comparison.changes.push_back({std::move(now), std::nullopt});
+  for (auto& now : comparedOf(proposed, subject)) comparison.changes.push_back({std::move(now), std::nullopt});
   return comparison;
 }
 

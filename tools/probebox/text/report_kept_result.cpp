@@ -7,6 +7,7 @@
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/subject_values.hpp"
 #include "protocol/units/wording.hpp"
+#include "tools/case/proof.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/probebox/text/report.hpp"
@@ -85,15 +86,10 @@ std::string fitOf(const Result& result) {
 
 // "PASS: ..." of a result that was held against limits; empty for others.
 std::string verdictOf(const Result& result) {
-  const auto* verdict = result.find("verdict");
-  if (verdict == nullptr || verdict->values.empty()) return {};
-  const auto* worst = result.find("worst_ratio");
-  const bool fails = verdict->value() > 1.5, passes = verdict->value() < 0.5;
-  std::string all = fails    ? "FAIL: beyond the limit"
-                    : passes ? "PASS: within the limits, with U"
-                             : "WARN: less than U from the limit";
-  if (passes && !result.warnings.empty()) all = "WARN: within the limits, but with a warning";
-  if (worst != nullptr && !worst->values.empty())
+  const auto proof = metrology::proofOf(result);
+  if (!proof) return {};
+  std::string all = casefolder::proofInWords(*proof, !result.warnings.empty());
+  if (const auto* worst = result.find("worst_ratio"); worst != nullptr && !worst->values.empty())
     all += printed("; worst |deviation| / (limit + U) = %.2g", worst->value());
   return all + "\n";
 }

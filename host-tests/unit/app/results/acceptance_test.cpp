@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "accepting.hpp"
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/app/results/values_in_use.hpp"
@@ -16,72 +17,6 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-const Mounting kMounting{"P-1001", "mill 3", "spindle"};
-
-metrology::Result resultOf(const char* method, std::vector<Estimate> estimates) {
-  metrology::Result result;
-  result.method = method;
-  result.estimates = std::move(estimates);
-  return result;
-}
-
-// sd of each coordinate: 55 nm, so that 14 um are 180 combined ones.
-metrology::Result centreAt(double x_mm, double y_mm, const char* method = "centreline") {
-  return resultOf(method, {Estimate::vector("centre_mm", {x_mm, y_mm}, {5.5e-5, 5.5e-5})});
-}
-
-metrology::Result offsetOf(double x_mm, double y_mm, double sd_mm = 4e-5) {
-  return resultOf("spindle-offset-2x2", {Estimate::vector("offset_C_minus_A_mm", {0.1, 0.2}, {1e-5, 1e-5}),
-                                         Estimate::vector("stylus_offset_mm", {x_mm, y_mm}, {sd_mm, sd_mm})});
-}
-
-class Accepting : public testing::Test {
- protected:
-  Accepting() {
-    box::State state{};
-    state.events = 1;
-    results_.look(state);
-    state.at = MonoTime{2s};
-    results_.look(state);
-  }
-
-  void letCut(bool on) {
-    box::State state{};
-    state.events = 1;
-    state.at = MonoTime{3s};
-    state.snapshot.inhibited = on;
-    results_.look(state);
-  }
-
-  store::Id propose(const std::string& subject, const metrology::Result& result, const store::Origin& origin = {}) {
-    return store_.propose(results_.bindingFor(subject), result, "", "2026-01-01T00:00:00Z", origin).value();
-  }
-  Acceptance acceptedAs(const std::string& subject, const metrology::Result& result) {
-    const auto accepted = results_.accept(propose(subject, result), "Ada");
-    EXPECT_TRUE(accepted) << accepted.error().what;
-    return accepted ? *accepted : Acceptance{};
-  }
-  std::optional<store::Record> inForce(const std::string& subject) {
-    return store_.active(results_.bindingFor(subject)).value();
-  }
-  // Of the centreline that the core holds now; nothing for none.
-  std::optional<std::array<double, 2>> servedCentre() const {
-    for (auto told = told_.rbegin(); told != told_.rend(); ++told) {
-      const auto* centreline = std::get_if<CentrelineActivated>(&*told);
-      if (centreline == nullptr) continue;
-      return centreline->result_id == 0 ? std::nullopt : std::optional{centreline->centre_mm};
-    }
-    return std::nullopt;
-  }
-
-  support::TemporaryFolder folder_;
-  store::Store store_ = store::Store::open(folder_.file("results.db")).value();
-  std::vector<Event> told_;
-  ResultsInForce results_{store_, kMounting, [] { return MonoTime{5s}; },
-                          [](std::span<const Event>) { return std::optional<Error>{}; },
-                          [this](const Event& event) { told_.push_back(event); }};
-};
 
 TEST_F(Accepting, OfTheFirstOfItsSubjectSaysSo) {
   const auto first = acceptedAs("centreline", centreAt(0.154, -0.110, "centreline-by-steps"));
@@ -207,9 +142,9 @@ TEST_F(Accepting, NeverReplacesACentrelineByASumUnasked) {
 TEST_F(Accepting, NamesWhatRestsOnTheResultThatItReplaces) {
   acceptedAs("centreline-stylus", centreAt(0.174, -0.1233));
   const auto offset = acceptedAs("stylus-offset-1", offsetOf(0.020, -0.013)).id;
-  EXPECT_THAT(results_.restsOnRetired(), IsEmpty());
+  EXPECT_THAT(results_.toRepeat(), IsEmpty());
   const auto again = acceptedAs("stylus-offset-1", offsetOf(0.0201, -0.013));
-  EXPECT_THAT(results_.restsOnRetired(),
+  EXPECT_THAT(results_.toRepeat(),
               ElementsAre(AllOf(HasSubstr("about centreline rests on a retired result, " + std::to_string(offset)))));
   EXPECT_THAT(again.notes.front(), HasSubstr("rests on a retired result"));
   EXPECT_NEAR((*servedCentre())[0], 0.194, 1e-12) << "what is in force stays until a person accepts the new sum";
@@ -342,7 +277,7 @@ TEST_F(Accepting, AndGoingBackNameWhatRestsOnTheRetired) {
   const auto none = results_.rollBack(first, "Ada");
   ASSERT_TRUE(none);
   EXPECT_THAT(none->notes, ElementsAre(sentence));
-  EXPECT_THAT(results_.restsOnRetired(), ElementsAre(sentence));
+  EXPECT_THAT(results_.toRepeat(), ElementsAre(sentence));
 }
 
 TEST_F(Accepting, SaysWhatStandsAgainstAResultOfAnotherProbe) {

@@ -63,8 +63,9 @@ TEST(ResultEvents, OfADelayTellTheGainOfItsTouches) {
   result.method = "delay-known-sphere";
   result.estimates = {metrology::Estimate::scalar("tau_s", 5e-3, 1e-6)};
   const std::vector<double> gain{0.98, 0.01, -0.005, -0.012, 1.03, 0.004, 0.006, -0.008, 1.01};
+  const auto at_zero = metrology::Estimate::scalar("gain_taken_at_A_rad", 0, std::nullopt);
   const auto eventWith = [&](const std::vector<double>& values, std::vector<double> sd) {
-    result.also = {metrology::Estimate::matrix("gain_matrix", 3, values, std::move(sd))};
+    result.also = {metrology::Estimate::matrix("gain_matrix", 3, values, std::move(sd)), at_zero};
     record.content = result;
     return eventOf<DelayActivated>(record);
   };
@@ -75,6 +76,9 @@ TEST(ResultEvents, OfADelayTellTheGainOfItsTouches) {
   EXPECT_EQ(event.sd_gain_ppm[4], 400);
   EXPECT_FALSE(eventWith(gain, {}).has_gain) << "nobody knows how good it is";
   EXPECT_FALSE(eventWith(std::vector<double>(9, 1e6), std::vector<double>(9, 1.0)).has_gain);
+  result.also = {metrology::Estimate::matrix("gain_matrix", 3, gain, std::vector<double>(9, 0.0004))};
+  record.content = result;
+  EXPECT_FALSE(eventOf<DelayActivated>(record).has_gain) << "it may be that of a turned probe";
   result.also.clear();
   record.content = result;
   EXPECT_FALSE(eventOf<DelayActivated>(record).has_gain);

@@ -229,7 +229,8 @@ TEST(PeriodicCheck, TakesTheDiameterOffWhereXCountsDiameters) {
       << "in diameters too";
 }
 
-TEST(PeriodicCheck, PassesWarnsAndFailsAgainstWhatWasAccepted) {
+// ISO 14253-1: neither conformity nor its contrary is proven where the limit lies within U.
+TEST(PeriodicCheck, PassesFailsOrProvesNeitherAgainstWhatWasAccepted) {
   std::mt19937_64 random{5};
   const auto verdict = [&](double accepted, double sigma) {
     Dataset dataset = check({}, 0.0, random);
@@ -243,7 +244,8 @@ TEST(PeriodicCheck, PassesWarnsAndFailsAgainstWhatWasAccepted) {
   EXPECT_EQ(verdict(-0.010, 0.001), 0.0);
   EXPECT_EQ(verdict(-0.0155, 0.001), 1.0) << "9.5 um off, limit 10, sd 0.5";
   EXPECT_EQ(verdict(-0.0155, 0.0001), 0.0);
-  EXPECT_EQ(verdict(-0.017, 0.001), 2.0);
+  EXPECT_EQ(verdict(-0.017, 0.0005), 2.0) << "11 um off, limit 10, U 0.5 by the mean of four";
+  EXPECT_EQ(verdict(-0.0165, 0.001), 1.0) << "10.5 um off, limit 10, U 1: beyond it, and not proven to be";
   Dataset dataset = check({}, 0.001, random);
   EXPECT_EQ(solve(dataset)->find("verdict"), nullptr) << "nothing to compare with";
   dataset.config["limit_mm"] = 0.005;

@@ -136,6 +136,24 @@ TEST(Selftest, DoesNotTakeASpikeForAPush) {
   EXPECT_EQ((*findings)[3].name, "not-deflected");
 }
 
+// A right description would be told off: by A = 90 X is seen as Y.
+TEST(Selftest, RefusesAProbeThatIsKnownToBeTurned) {
+  Dataset dataset = measured({});
+  dataset.config["A_rad"] = 0.001;
+  EXPECT_TRUE(solve(dataset));
+  dataset.config["A_rad"] = -1.5707963;
+  EXPECT_EQ(solve(dataset).error().name, "spindle-turned");
+}
+
+TEST(Selftest, AsksForTheAngleOfTheSpindleBeforeItBlamesTheDescription) {
+  const Matrix3d quarter{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}};
+  for (const Matrix3d& turned : {quarter, Matrix3d{quarter * quarter}}) {
+    const auto findings = selftestFindings(measured({.described = turned}));
+    ASSERT_FALSE((*findings)[3].good);
+    EXPECT_THAT((*findings)[3].what, HasSubstr("see that A stands at 0"));
+  }
+}
+
 TEST(Selftest, RefusesStepsThatAreNotThere) {
   auto dataset = measured({});
   dataset.tables[3].columns[0].values[2] = 17;

@@ -1,0 +1,28 @@
+#pragma once
+#include <optional>
+#include <string_view>
+
+#include "firmware/metrology/dataset/result.hpp"
+
+namespace probebox::metrology {
+
+// Answers of ISO 14253-1 to a value held against a limit, with U (k = 2) as its doubt. Numbers as in results and
+// registers.
+enum class Proof {
+  conforms = 0,    // even with U added it is within the limit
+  not_proven = 1,  // the limit lies within U of it: neither is proven
+  fails = 2,       // even with U taken off it is beyond the limit
+};
+
+// Key of the worst one among all values of a result that have a limit.
+inline constexpr std::string_view kVerdict = "verdict";
+
+// Nothing for a result that was held against no limit.
+inline std::optional<Proof> proofOf(const Result& result) {
+  const auto* verdict = result.find(kVerdict);
+  if (verdict == nullptr || verdict->values.empty()) return std::nullopt;
+  if (verdict->value() > 1.5) return Proof::fails;
+  return verdict->value() < 0.5 ? Proof::conforms : Proof::not_proven;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,36 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/stop_shifts.hpp"
+#include "firmware/procedure/dataset/ball_reading.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/plan/finished_run.hpp"
+
+// What the stops of axes that stood still in a run move its readings by (metrology/dataset/stop_shifts.hpp).
+namespace probebox::procedure {
+
+// The readings as they would be with the tilting table one sd of its stop further. Balls of the part are displaced by
+// sd x (their place - a point of its axis), those of other features not at all.
+BallReadings withTableFurther(BallReadings found, const Facts& facts);
+
+// The same with the head: the stylus is displaced by its arm from the head's axis, so the machine stands so much
+// further the other way. Readings with the head swivelled are left as they are: that is another stop.
+BallReadings withHeadFurther(BallReadings found, const Facts& facts);
+
+// What one sd of a standing axis moves the stylus by, seen from a ball of the part.
+struct StylusMove {
+  metrology::StandingAxis axis;
+  Eigen::Vector3d stylus_mm;
+};
+std::vector<StylusMove> movedByStops(const FinishedRun& run, const Eigen::Vector3d& ball_mm, std::uint32_t tool);
+
+// Adds the changes of the method's tables by both stops, as far as they move anything that the run reads. Returns
+// warnings about an axis whose sigma_rad is stated and whose place is not.
+std::vector<std::string> addStopShifts(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run,
+                                       void (*tables)(metrology::Dataset&, const BallReadings&, const FinishedRun&));
+
+}  // namespace probebox::procedure

@@ -1,0 +1,63 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "accepting.hpp"
+
+// What does not come into force before a person has said that it should all the same.
+namespace probebox::app {
+namespace {
+
+using metrology::Estimate;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// What fails its limit would be the reference of the next check, which then passes.
+TEST_F(Accepting, ACheckThatFailsIsAskedAboutAndNamedWhileItIsInForce) {
+  const auto check = [](double verdict) {
+    auto result = resultOf("periodic-check", {Estimate::scalar("Xcen_B0_mm", 330.17, 1e-3)});
+    result.also = {Estimate::scalar("verdict", verdict, std::nullopt)};
+    if (verdict > 1.5) result.warnings = {"fail: Xcen_B0_mm is 0.05 mm off the accepted value"};
+    return result;
+  };
+  acceptedAs("check", check(0));
+  EXPECT_THAT(acceptedAs("check", check(1)).notes, IsEmpty()) << "not proven is no failure";
+  const auto id = propose("check", check(2));
+  const auto refused = results_.accept(id, "Ada");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, store::Reason::differs);
+  EXPECT_THAT(refused.error().what, AllOf(HasSubstr("about check FAILED: Xcen_B0_mm is 0.05 mm off"),
+                                          HasSubstr("becomes what the next check is held against")));
+  EXPECT_THAT(results_.toRepeat(), IsEmpty());
+  const auto accepted = results_.accept(id, "Ada", /*although_it_differs=*/true);
+  ASSERT_TRUE(accepted) << accepted.error().what;
+  EXPECT_THAT(accepted->notes, testing::Contains(HasSubstr("FAILED")));
+  EXPECT_THAT(results_.toRepeat(), ElementsAre(HasSubstr("about check FAILED")));
+  EXPECT_THAT(*store_.history(id), testing::Contains(testing::Field(&store::Transition::remark, "although it fails")));
+}
+
+// The touches of a delay also tell the probe's gain, which samples then use: by a turned probe it would be another one.
+TEST_F(Accepting, ADelayWithAnotherGainOfTheProbeIsAskedAbout) {
+  const std::vector<double> upright{0.98, 0.01, -0.005, -0.012, 1.03, 0.004, 0.006, -0.008, 1.01};
+  const std::vector<double> turned{-0.012, 1.03, 0.004, -0.98, -0.01, 0.005, 0.006, -0.008, 1.01};
+  const auto delay = [](const std::vector<double>& gain, bool angle_stated = true) {
+    auto result = resultOf("delay-known-sphere", {Estimate::scalar("tau_s", 0.0052, 1e-6)});
+    result.also = {Estimate::matrix("gain_matrix", 3, gain, std::vector<double>(9, 1e-5))};
+    if (angle_stated) result.also.push_back(Estimate::scalar("gain_taken_at_A_rad", 0, std::nullopt));
+    return result;
+  };
+  acceptedAs("delay", delay(upright));
+  const auto id = propose("delay", delay(turned));
+  const auto refused = results_.accept(id, "Ada");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, store::Reason::differs);
+  EXPECT_THAT(refused.error().what, HasSubstr("gain_matrix[0] -0.012 instead of 0.98"));
+  EXPECT_TRUE(results_.accept(id, "Ada", /*although_it_differs=*/true));
+
+  const auto unknown = acceptedAs("delay", delay(upright, /*angle_stated=*/false));
+  EXPECT_THAT(unknown.notes, testing::Contains(HasSubstr("its gain_matrix is not used")));
+}
+
+}  // namespace
+}  // namespace probebox::app
