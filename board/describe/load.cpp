@@ -125,8 +125,19 @@ void checkProbeSwitch(const Reader& reader, const Descriptions& all, Error& erro
           " has no [[trigger]] of that name" + (names.empty() ? ": add one" : "; it has " + names));
 }
 
-// A sensor without a screw would be read for nothing.
+// A sensor without a screw would be read for nothing, and a screw without a sensor never corrected.
 void checkDrift(const Reader& reader, const Box& box, const Machine& machine, Error& error) {
+  const auto isRead = [&](std::size_t axis) {
+    return box.devices.drift == "sim" ||
+           std::ranges::any_of(box.sensors.drift, [&](const auto& sensor) { return sensor.axis == axis; });
+  };
+  for (std::size_t axis = 0; axis < machine.screws.size(); ++axis) {
+    if (!machine.screws[axis] || isRead(axis)) continue;
+    const std::string name{"XYZ"[axis]};
+    error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "machine.toml") + ": [screw." + name + "] has no " +
+                  "sensor in " + nameOf(reader, "box.toml") + ": add a [[drift]] with axis = \"" + name +
+                  "\" and drift = \"iio\" there (docs/sensors.md), or remove the screw";
+  }
   for (const auto& sensor : box.sensors.drift) {
     if (machine.screws.at(sensor.axis)) continue;
     const std::string axis{"XYZ"[sensor.axis]};

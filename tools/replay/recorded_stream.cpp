@@ -13,7 +13,9 @@ Outcome<std::unique_ptr<RecordedStream>> RecordedStream::open(const std::string&
   while (!stream->first_ && stream->readMore()) {
   }
   if (!stream->first_)
-    return Error{path + ": does not describe its channels: it is not a recording, or its beginning is cut off"};
+    return Error{
+        path +
+        ": does not describe its channels: it is not a recording, its beginning is missing, or it ends too early"};
   return stream;
 }
 

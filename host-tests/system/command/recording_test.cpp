@@ -19,6 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 using support::contentOf;
 using testing::AllOf;
+using testing::AnyOf;
 using testing::HasSubstr;
 
 std::vector<std::vector<double>> rowsOf(const std::string& csv) {
@@ -249,9 +250,15 @@ TEST_F(Recording, CanBeReadHoweverItWasCut) {
   for (std::size_t part = 1; part < 20; ++part) {
     const auto size = whole.size() * part / 20;
     const auto exported = probebox({"export", "-", "-o", "-"}, whole.substr(0, size));
-    EXPECT_EQ(exported.status, 1) << exported.err;
     EXPECT_LE(rowsOf(exported.out).size(), all_rows);
-    EXPECT_THAT(exported.err, AllOf(HasSubstr("is not whole"), HasSubstr("are unknown")));
+    if (exported.status == 2) {  // a busy computer records little, and the first parts end within the descriptor
+      EXPECT_THAT(exported.err, HasSubstr("does not describe its channels"));
+      EXPECT_LT(part, 10U);
+      continue;
+    }
+    EXPECT_EQ(exported.status, 1) << exported.err;
+    EXPECT_THAT(exported.err, HasSubstr("is not whole"));
+    EXPECT_THAT(exported.err, AnyOf(HasSubstr("are unknown"), HasSubstr("is cut in the middle of a frame")));
   }
 }
 

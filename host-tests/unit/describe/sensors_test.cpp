@@ -133,21 +133,36 @@ TEST(Boards, WithAReceiverAreDescribedWhole) {
     EXPECT_EQ(kindOf(board->box.devices.encoders_by_axis.at(axis).value()), "receiver") << axis;
 }
 
-// Two files that must agree.
-TEST(Sensors, OfAScrewThatMachineTomlDoesNotDescribeAreRefused) {
+// The board with a receiver, with `from` of the named file cut out up to `to`.
+Outcome<Descriptions> receiverWithout(const std::string& file, std::string_view from, std::string_view to) {
   const support::TemporaryFolder folder;
   for (const char* const name : {"box.toml", "machine.toml", "probe.toml", "service.toml"}) {
     std::ostringstream text;
     text << std::ifstream{std::string{BOARDS "/receiver/"} + name}.rdbuf();
     auto changed = text.str();
-    if (const auto screw = changed.find("[screw.Z]"); screw != std::string::npos)
-      changed.erase(screw, changed.find("# The rotary table") - screw);
+    if (name == file) {
+      const auto begin = changed.find(from);
+      changed.erase(begin, changed.find(to, begin + 1) - begin);
+    }
     std::ofstream{folder.file(name)} << changed;
   }
-  const auto board = loadDirectory(folder.path());
+  return loadDirectory(folder.path());
+}
+
+// Two files that must agree.
+TEST(Sensors, OfAScrewThatMachineTomlDoesNotDescribeAreRefused) {
+  const auto board = receiverWithout("machine.toml", "[screw.Z]", "# The rotary table");
   ASSERT_FALSE(board.ok());
   EXPECT_THAT(board.error().what, AllOf(HasSubstr("[[drift]] has axis = \"Z\""), HasSubstr("has no [screw.Z]"),
                                         HasSubstr("or remove the sensor")));
+}
+
+TEST(Sensors, AreMissedOfAScrewThatMachineTomlDescribes) {
+  const auto board = receiverWithout("box.toml", "[[drift]]\naxis = \"X\"", "[[drift]]\naxis = \"Y\"");
+  ASSERT_FALSE(board.ok());
+  EXPECT_THAT(board.error().what,
+              AllOf(HasSubstr("[screw.X] has no sensor in"), HasSubstr("add a [[drift]] with axis = \"X\""),
+                    HasSubstr("or remove the screw")));
 }
 
 }  // namespace

@@ -44,8 +44,8 @@ ExitStatus ofRecording(const std::string& path, Console& console) {
   const auto end = readThrough(path, listener, console, {.enough = [&] { return listener.found.has_value(); }});
   if (!end) return conclude(end.error(), console);
   if (listener.found) return show(*listener.found, nullptr, nullptr, console);
-  return console.fail(
-      {ExitStatus::usage, "no-descriptor", path + " does not identify its box: its beginning is cut off"});
+  return console.fail({ExitStatus::usage, "no-descriptor",
+                       path + " does not identify its box: its beginning is missing, or it ends too early"});
 }
 
 // The descriptor names the delay in the samples, which follows a change of the delay in force with the next block.

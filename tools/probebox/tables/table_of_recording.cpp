@@ -216,7 +216,8 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
   if (writer.failure()) return console.fail({ExitStatus::usage, "not-written", *writer.failure()});
   if (!table.begun() && !console.interrupted()) {
     return console.fail(
-        {ExitStatus::usage, "no-descriptor", job.input + " does not describe its channels: its beginning is cut off"});
+        {ExitStatus::usage, "no-descriptor",
+         job.input + " does not describe its channels: its beginning is missing, or it ends too early"});
   }
   if (console.interrupted()) return ExitStatus::interrupted;
   if (!job.triggers.empty()) {
