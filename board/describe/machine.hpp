@@ -203,6 +203,13 @@ struct CorrectionsDescription {
   std::uint16_t mask{};  // the sources that are summed
 };
 
+// At which the datum sphere and the stylus ball are touched, and how they expand.
+struct SphereTemperature {
+  double celsius{};
+  double sd_k{};  // k = 1
+  double expansion_per_k{};
+};
+
 struct Machine {
   std::string name;
   std::string mounting;                 // where the probe sits; a result holds for one mounting
@@ -211,9 +218,10 @@ struct Machine {
   Programming x_programming{Programming::radius};
   // Certified sizes of the features to calibrate on.
   std::optional<double> datum_sphere_diameter_mm;
-  std::optional<CalibratedSphere> datum_sphere_certificate;  // of that diameter, from unit.toml
-  std::optional<double> datum_gap_mm;                        // between two parallel plates across X
-  double sigma_c_rad{};                                      // sd of a C angle (k = 1)
+  std::optional<SphereTemperature> datum_sphere_temperature;  // nothing: not stated
+  std::optional<CalibratedSphere> datum_sphere_certificate;   // of that diameter, from unit.toml
+  std::optional<double> datum_gap_mm;                         // between two parallel plates across X
+  double sigma_c_rad{};                                       // sd of a C angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
   std::optional<RimBallDescription> rim_ball;
   std::optional<BallPlateDescription> ball_plate;

@@ -68,6 +68,16 @@ std::optional<double> readSize(Section& root, std::string_view name, std::string
   return size_mm;
 }
 
+void readDatumSphere(Section section, Machine& machine) {
+  machine.datum_sphere_diameter_mm = section.number("diameter_mm", {0.1, 1000});
+  if (section.has("temperature_c") || section.has("expansion_per_k") || section.has("sd_temperature_k"))
+    machine.datum_sphere_temperature =
+        SphereTemperature{.celsius = section.number("temperature_c", {-30, 70}),
+                          .sd_k = section.number("sd_temperature_k", {0, 20}, 0.0),
+                          .expansion_per_k = section.number("expansion_per_k", {-1e-3, 1e-3})};
+  section.finish();
+}
+
 // The check is defined at B = 0, 45 and 90 degrees, in the plane across Y.
 std::vector<double> readCheckSwivels(Section& section, const Machine& machine) {
   auto swivels = section.numbers("swivels_deg", {0, 90}, {1, 3});
@@ -204,7 +214,7 @@ Machine readMachine(Section& root) {
   refuseSecondaryAxes(axes);
   axes.finish();
 
-  machine.datum_sphere_diameter_mm = readSize(root, "datum_sphere", "diameter_mm");
+  if (auto sphere = root.sectionIfThere("datum_sphere")) readDatumSphere(std::move(*sphere), machine);
   machine.datum_gap_mm = readSize(root, "datum_plates", "gap_mm");
   auto rotary = root.section("rotary_c", false);
   machine.sigma_c_rad = rotary.number("sigma_rad", {0, 0.01}, 0.0);

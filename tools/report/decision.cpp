@@ -42,7 +42,7 @@ std::optional<std::string> worstDeviation(const Subject& subject) {
     if (!deviation.key.starts_with(kDeviation)) continue;
     const auto limit = limitOf(subject, deviation);
     const double u = combinedOf(deviation, 0).value_or(0.0);
-    const double ratio = std::abs(deviation.value()) / (limit ? *limit + 2.0 * u : 1.0);
+    const double ratio = (std::abs(deviation.value()) + 2.0 * u) / limit.value_or(1.0);
     if (ratio <= worst) continue;
     worst = ratio;
     const auto unit = unitOf(deviation, 0);

@@ -16,10 +16,31 @@ store::Failure tooFarApart(const store::Record& record, const Comparison& compar
                                       "(--although-it-differs)."};
 }
 
-std::optional<std::string> whyFailed(const store::Record& record) {
-  constexpr std::string_view kFail = "fail: ";
+namespace {
+
+constexpr std::string_view kFail = "fail: ";
+
+}  // namespace
+
+std::vector<std::string> warningsOf(const store::Record& record) {
+  constexpr std::size_t kMost = 8;  // what an answer of a link holds besides
+  std::vector<std::string> sentences;
   const auto* result = record.result();
-  if (result == nullptr || metrology::proofOf(*result) != metrology::Proof::fails) return std::nullopt;
+  if (result == nullptr) return sentences;
+  for (const auto& warning : result->warnings) {
+    if (sentences.size() == kMost) break;
+    if (!warning.starts_with(kFail)) sentences.push_back("Warning: " + warning + ".");
+  }
+  if (result->warnings.size() > kMost)
+    sentences.push_back("There are more warnings: probebox show " + std::to_string(record.id) + ".");
+  return sentences;
+}
+
+// The other results of a check's case, such as the offset of the stylus, are no verdicts.
+std::optional<std::string> whyFailed(const store::Record& record) {
+  const auto* result = record.result();
+  if (result == nullptr || record.binding.subject != "check") return std::nullopt;
+  if (metrology::proofOf(*result) != metrology::Proof::fails) return std::nullopt;
   std::string why;
   for (const auto& warning : result->warnings) {
     if (warning.starts_with(kFail)) why += (why.empty() ? "" : "; ") + warning.substr(kFail.size());

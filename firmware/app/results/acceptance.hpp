@@ -15,6 +15,9 @@ std::string named(store::Id id);
 // The refusal of a result that differs too much from the one in force.
 store::Failure tooFarApart(const store::Record& record, const Comparison& comparison);
 
+// "Warning: ..." of each warning that the result was measured or solved with.
+std::vector<std::string> warningsOf(const store::Record& record);
+
 // "It FAILED: ..." of a result that fails a limit, which a person has to want in force all the same; nothing for
 // others.
 std::optional<std::string> whyFailed(const store::Record& record);

@@ -56,6 +56,7 @@ std::vector<std::string> ResultsInForce::notesOn(const store::Record& record) co
   std::vector<std::string> notes = onRetired(store_, record);
   if (auto failure = whyFailed(record)) notes.insert(notes.begin(), *std::move(failure));
   if (auto effect = aboutEffect(record)) notes.push_back(*std::move(effect));
+  std::ranges::move(warningsOf(record), std::back_inserter(notes));
   return notes;
 }
 

@@ -36,7 +36,9 @@ std::vector<Estimate> delayByAxis(const metrology::Result& result) {
   const auto thrice = [](const std::vector<double>& value) {
     return value.empty() ? value : std::vector<double>(3, value.front());
   };
-  return {Estimate::vector("tau_axis_s", thrice(common->values), thrice(common->sd))};
+  auto by_axis = Estimate::vector("tau_axis_s", thrice(common->values), thrice(common->sd));
+  by_axis.uncertainty = thrice(common->uncertainty);
+  return {std::move(by_axis)};
 }
 
 std::vector<Estimate> quantitiesOf(const metrology::Result& result, const std::string& subject) {
@@ -50,6 +52,13 @@ std::vector<Estimate> quantitiesOf(const metrology::Result& result, const std::s
   }
   if (auto listed = metrology::estimatesListed(result, kCompared, subject)) return std::move(*listed);
   return metrology::valuesAbout(result, subject);
+}
+
+// With the type B part: two methods do not share what they take as known, so it does not cancel between them.
+void takeCombined(std::vector<Estimate>& quantities) {
+  for (auto& quantity : quantities) {
+    if (quantity.uncertainty.size() == quantity.values.size()) quantity.sd = quantity.uncertainty;
+  }
 }
 
 // Takes centre_mm of a centreline to another height, along its own slope.
@@ -121,8 +130,12 @@ Comparison compare(const store::Record& next, const store::Record& in_force) {
   const auto* other = in_force.result();
   if (result == nullptr || other == nullptr) return comparison;
   const auto& subject = next.binding.subject;
-  const auto quantities = quantitiesOf(*result, subject);
+  auto quantities = quantitiesOf(*result, subject);
   auto others = quantitiesOf(*other, subject);
+  if (result->method != other->method) {
+    takeCombined(quantities);
+    takeCombined(others);
+  }
   if (const auto* z = result->find("mean_z_mm")) moveTo(z->value(), *other, others);
   // Tables of different lengths have no rows in common.
   std::erase_if(others, [&](const Estimate& each) {

@@ -223,10 +223,18 @@ std::optional<procedure::SphereCertificate> sphereCertificate(const board::Machi
       .sd_mm = certified->sd_mm(), .in_words = certified->inWords(), .next_due = certified->next_due};
 }
 
+std::optional<procedure::SphereTemperature> sphereTemperature(const board::Machine& machine) {
+  const auto& stated = machine.datum_sphere_temperature;
+  if (!stated) return std::nullopt;
+  return procedure::SphereTemperature{
+      .celsius = stated->celsius, .sd_k = stated->sd_k, .expansion_per_k = stated->expansion_per_k};
+}
+
 procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
   const auto& machine = descriptions.machine;
   return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
           .sphere_certificate = sphereCertificate(machine),
+          .sphere_temperature = sphereTemperature(machine),
           .gap_mm = machine.datum_gap_mm,
           .stylus_ball_diameter_mm = descriptions.probe.ball_diameter_mm,
           .sd_stylus_ball_diameter_mm = descriptions.probe.sd_ball_diameter_mm,

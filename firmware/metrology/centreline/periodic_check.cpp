@@ -228,7 +228,7 @@ double reference(const Quantity& quantity, const Ball& ball) {
   return 0.0;
 }
 
-// What was compared, and error / (limit + U), above 1 where it fails.
+// What was compared, and (|error| + U) / limit, above 1 where conformity is not proven.
 struct Judged {
   Proof proof{};
   double ratio{};
@@ -266,7 +266,7 @@ Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, 
                                      : "lies within U (k = 2), " + text(doubt) + " mm: measure more exactly"));
   }
   result.also.push_back(std::move(deviation));
-  return Worst{{proof, off / (**limit + doubt)}};
+  return Worst{{proof, (off + doubt) / **limit}};
 }
 
 // Run-outs of ball and stylus at C = 0 and spindle = 0, from x and y at B = 0, and where the ball is: what the next

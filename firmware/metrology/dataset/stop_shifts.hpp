@@ -5,8 +5,9 @@
 namespace probebox::metrology {
 
 // An axis that stood still in a run: what its stop is off is common to all readings and not in their residuals. Table
-// "readings_by_stop_of_table" holds the changes of the columns of table "readings" by one sd (k = 1) of that stop. It
-// is part of the sd of every value, and of the covariance, and a line of the budget.
+// "readings_by_stop_of_table" holds the changes of the columns of table "readings" by one sd (k = 1) of that stop, row
+// by row, or in one row for all of them. It is part of the sd of every value, and of the covariance, and a line of the
+// budget.
 struct StandingAxis {
   std::string_view suffix;  // of the table
   std::string_view budget;  // name of the line

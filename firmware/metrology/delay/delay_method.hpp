@@ -47,7 +47,10 @@ inline constexpr MethodKey kProbeKind{"probe_kind", "deflection",
 inline constexpr MethodKey kSearchWindow{"search_window_s", kNeeded, "how long the delay may be, to either side"};
 inline constexpr MethodKey kGain{"gain_matrix", "identity", "3 x 3, machine mm per unit of the probe's channels (A3)"};
 
-inline constexpr KnownQuantity kDiameterKnown[]{{"sd_effective_diameter_mm", "effective_diameter_mm"}};
+// The second one is that of the stylus ball alone, where the first is the sphere's: no certificate tells it.
+inline constexpr KnownQuantity kDiameterKnown[]{
+    {"sd_effective_diameter_mm", "effective_diameter_mm"},
+    {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value}};
 
 inline constexpr MethodResult kTau{"tau_s", "delay of the machine's stamps less that of the probe's"};
 inline constexpr MethodResult kTauAxis{"tau_axis_s", "the same of each axis, x y z"};

@@ -1,8 +1,11 @@
 #include "firmware/metrology/delay/delay_multi_speed.hpp"
 
 #include <array>
+#include <cmath>
 #include <map>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
@@ -32,6 +35,19 @@ void addSizes(Result& result, const std::vector<Retract>& retracts, const TouchF
   result.also.push_back(Estimate::vector("sizes_mm", means, {}));
 }
 
+// Nothing where the case does not say how well the size is known, or the sphere is as large as it says.
+Outcome<std::optional<std::string>, Refusal> whyNotAsCertified(const Dataset& dataset, const Estimate& error) {
+  constexpr double kMost_sd = 4;
+  TRY(const auto of_sphere, configPositive(dataset, "sd_effective_diameter_mm"));
+  TRY(const auto of_ball, configPositive(dataset, "sd_stylus_ball_diameter_mm"));
+  const double u = std::hypot(error.sd.empty() ? 0 : error.sd.front(), of_sphere.value_or(0), of_ball.value_or(0));
+  if ((!of_sphere && !of_ball) || std::abs(error.value()) <= kMost_sd * u) return std::optional<std::string>{};
+  return std::optional{"static-error: sphere and stylus ball together measure " + text(error.value() * 1e3) +
+                       " um more than stated, which is " + text(std::abs(error.value()) / u) +
+                       " times its standard uncertainty: look for their temperature, the diameter in probe.toml and "
+                       "the probe's threshold; a delay from the stated size would be wrong by as much"};
+}
+
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
@@ -45,6 +61,8 @@ Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
     result.estimates.push_back(
         Estimate::scalar("static_error_mm", size.value() - *known_size, size.standardDeviation()));
     result.estimates.back().design = size.design;
+    TRY(const auto warning, whyNotAsCertified(dataset, result.estimates.back()));
+    if (warning) result.warnings.push_back(*warning);
   }
   if (const auto centre = measured.centre()) result.also.push_back(*centre);
   if (const auto gain = measured.gainMatrix()) result.also.push_back(*gain);

@@ -181,7 +181,8 @@ constexpr MethodKey kKeys[]{{"effective_diameter_mm", kNeeded, "of sphere plus s
                             key::kSigma,
                             kProbeAtZero,
                             kProbeB};
-constexpr KnownQuantity kKnown[]{{"sd_effective_diameter_mm", "effective_diameter_mm"}};
+constexpr KnownQuantity kKnown[]{{"sd_effective_diameter_mm", "effective_diameter_mm"},
+                                 {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value}};
 constexpr MethodResult kResults[]{
     {"pre_travel_mm", "mean across the stylus, cosine and sine of three lobes about it, along it"},
     {"centre_mm", "centre of the sphere"}};

@@ -169,8 +169,10 @@ TypeBInput shiftInput(const std::string& suffix, std::string_view name, bool wid
       if (shift == nullptr) continue;
       for (auto& column : changed.columns) {
         const auto* by_one_sd = shift->column(column.name);
-        const std::size_t rows = by_one_sd == nullptr ? 0 : std::min(by_one_sd->size(), column.values.size());
-        for (std::size_t row = 0; row < rows; ++row) column.values[row] += by * (*by_one_sd)[row];
+        if (by_one_sd == nullptr || by_one_sd->empty()) continue;
+        const bool alike = by_one_sd->size() == 1;  // one row is of all
+        const std::size_t rows = alike ? column.values.size() : std::min(by_one_sd->size(), column.values.size());
+        for (std::size_t row = 0; row < rows; ++row) column.values[row] += by * (*by_one_sd)[alike ? 0 : row];
       }
     }
   };

@@ -205,6 +205,12 @@ metrology::Dataset touchesAndPoseOf(const FinishedRun& run) {
   return dataset;
 }
 
+metrology::Dataset sphereTouchesOf(const FinishedRun& run) {
+  auto dataset = touchesAndPoseOf(run);
+  addStopOfHead(dataset, run);
+  return dataset;
+}
+
 // Whole turns aside, so that they do not change a mean.
 void addProbePose(metrology::Dataset& dataset, const capture::Recording& recording) {
   double a_rad = 0, b_rad = 0, count = 0;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -133,6 +134,16 @@ std::vector<StylusMove> movedByStops(const FinishedRun& run, const Vector3d& bal
   if (standing.table) moves.push_back({metrology::kTableStands, -movedByTable(run.facts, ball_mm)});
   if (standing.head) moves.push_back({metrology::kHeadStands, movedByHead(run.facts, levelTip(run.facts, tool))});
   return moves;
+}
+
+void addStopOfHead(metrology::Dataset& dataset, const FinishedRun& run) {
+  constexpr std::array<std::string_view, 3> kColumns{"x_mm", "y_mm", "z_mm"};
+  const std::uint32_t tool = run.recording.touches().empty() ? 0 : run.recording.touches().front().request.tool;
+  if (!standingIn(run, lengthOfProbe(run.facts, tool) > 0).head) return;
+  const Vector3d machine_mm = -movedByHead(run.facts, levelTip(run.facts, tool));
+  auto shift = metrology::Table::withColumns("machine" + std::string{metrology::kHeadStands.suffix}, kColumns);
+  shift.append({machine_mm.x(), machine_mm.y(), machine_mm.z()});
+  dataset.tables.push_back(std::move(shift));
 }
 
 std::vector<std::string> addStopShifts(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run,

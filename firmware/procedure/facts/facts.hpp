@@ -178,10 +178,18 @@ struct SphereCertificate {
   std::string next_due;  // "2028-04-17"
 };
 
+// At which the datum sphere is touched. Certificates hold at 20 degrees (ISO 1).
+struct SphereTemperature {
+  double celsius{};
+  double sd_k{};  // k = 1; 0: exact
+  double expansion_per_k{};
+};
+
 // A priori knowledge about features, stylus and rotary axes, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;  // certified diameter of the datum sphere
   std::optional<SphereCertificate> sphere_certificate{};
+  std::optional<SphereTemperature> sphere_temperature{};
   std::optional<double> gap_mm;  // between the plates, certified
   double stylus_ball_diameter_mm{};
   std::optional<double> sd_stylus_ball_diameter_mm{};

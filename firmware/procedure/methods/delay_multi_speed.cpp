@@ -22,7 +22,9 @@ constinit const LiveMethod kDelayMultiSpeed{
     .usual = touchesAt(5, 10, 20, 30, 40),
     .dataset =
         [](const FinishedRun& run) {
-          return RunDataset{touchesAndPoseOf(run), {}, {}};
+          RunDataset built{sphereTouchesOf(run), {}, {}};
+          addEffectiveDiameter(built.dataset, run.facts);
+          return built;
         },
     .speed_sets = kSpeedSetsOfDelayMultiSpeed};
 

@@ -60,13 +60,25 @@ void addStylusBall(metrology::Dataset& dataset, const Facts& facts, bool in_budg
       (sd && in_budget ? ", as stated in probe.toml" : ", " + std::string{metrology::kAssumedExact});
 }
 
-void addSphereSize(metrology::Dataset& dataset, const Facts& facts) {
+void addEffectiveDiameter(metrology::Dataset& dataset, const Facts& facts) {
   if (!facts.sphere_diameter_mm) return;
   dataset.config["effective_diameter_mm"] = *facts.sphere_diameter_mm + facts.stylus_ball_diameter_mm;
+  if (const auto& sd = facts.sd_stylus_ball_diameter_mm; sd && *sd > 0)
+    dataset.config["sd_stylus_ball_diameter_mm"] = *sd;
+  if (const auto& sphere = facts.sphere_temperature) {
+    dataset.config["temperature_c"] = sphere->celsius;
+    dataset.config["expansion_per_k"] = sphere->expansion_per_k;
+    if (sphere->sd_k > 0) dataset.config["sd_temperature_k"] = sphere->sd_k;
+  }
+  const auto& certificate = facts.sphere_certificate;
+  if (certificate && certificate->sd_mm > 0) dataset.config["sd_effective_diameter_mm"] = certificate->sd_mm;
+}
+
+void addSphereSize(metrology::Dataset& dataset, const Facts& facts) {
+  if (!facts.sphere_diameter_mm) return;
+  addEffectiveDiameter(dataset, facts);
   addStylusBall(dataset, facts);
   const auto& certificate = facts.sphere_certificate;
-  const double sd_mm = std::hypot(certificate ? certificate->sd_mm : 0, facts.sd_stylus_ball_diameter_mm.value_or(0));
-  if (sd_mm > 0) dataset.config["sd_effective_diameter_mm"] = sd_mm;
   if (!certificate) return;
   dataset.config["sphere_certificate"] = certificate->in_words;
   dataset.config["sphere_next_due"] = certificate->next_due;

@@ -27,8 +27,10 @@ inline constexpr std::array<std::array<double, 2>, 6> kPairs{{{5, 20}, {10, 20},
 // assumed to be exact: where none is stated, or the case has no place for it (in_budget).
 void addStylusBall(metrology::Dataset& dataset, const Facts& facts, bool in_budget = true);
 
-// Adds effective_diameter_mm: diameters of the sphere and of the stylus ball, if the sphere's is known; its sd where
-// either states one; with a certificate also that for the record.
+// Adds effective_diameter_mm: diameters of the sphere and of the stylus ball, if the sphere's is known; the sd of each
+// that states one, and the temperature.
+void addEffectiveDiameter(metrology::Dataset& dataset, const Facts& facts);
+// The same, and for the record the stylus ball and the sphere's certificate.
 void addSphereSize(metrology::Dataset& dataset, const Facts& facts);
 
 // Takes the distance of the stylus ball from the middle of the datum sphere at contact.

@@ -31,6 +31,19 @@ TEST(MachineToml, MayDescribeATableThatTilts) {
               HasSubstr("has 7 values: give at most 6"));
 }
 
+TEST(MachineToml, MayDescribeHowWarmTheDatumSphereIs) {
+  EXPECT_FALSE(machineWith("[datum_sphere]\ndiameter_mm = 25\n")->datum_sphere_temperature);
+  const std::string sphere = "[datum_sphere]\ndiameter_mm = 25\ntemperature_c = 23.5\n";
+  const auto machine = machineWith(sphere + "expansion_per_k = 11.5e-6\nsd_temperature_k = 0.5\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_EQ(machine->datum_sphere_temperature->celsius, 23.5);
+  EXPECT_EQ(machine->datum_sphere_temperature->sd_k, 0.5);
+  EXPECT_EQ(machine->datum_sphere_temperature->expansion_per_k, 11.5e-6);
+  EXPECT_THAT(machineProblem(sphere), HasSubstr("datum_sphere.expansion_per_k"));
+  EXPECT_THAT(machineProblem("[datum_sphere]\ndiameter_mm = 25\ntemperature_c = 296\nexpansion_per_k = 1e-5\n"),
+              HasSubstr("datum_sphere.temperature_c"));
+}
+
 TEST(MachineToml, MayDescribeAHeadThatSwivelsAndToolsThatCarryTheProbe) {
   const auto bare = machineWith("");
   EXPECT_FALSE(bare->swivel_head);

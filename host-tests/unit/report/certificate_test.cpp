@@ -1,5 +1,6 @@
 #include "tools/report/certificate.hpp"
 
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -56,15 +57,28 @@ class CalibrationCertificate : public testing::Test {
 TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) {
   const auto text = page();
   EXPECT_THAT(
-      text,
-      HasSubstr("<td>delay tau</td><td class=\"n\">5203</td><td>us</td><td class=\"n\">5.0</td>"
-                "<td class=\"n\">2</td><td class=\"n\">10</td><td class=\"n\">80</td><td class=\"n\">96.4 %</td>"
-                "<td class=\"n\">64.0 %</td>"))
+      text, HasSubstr("<td>delay tau</td><td class=\"n\">5203</td><td>us</td><td class=\"n\">5.0</td>"
+                      "<td class=\"n\">2</td><td class=\"n\">10</td><td class=\"n\">80</td><td class=\"n\">96.4 %</td>"
+                      "<td class=\"n\">64.0 %</td>"))
       << "6 (1 + ((5 / 3)^2 - 1) 6 / 4)^2 = 80.7 degrees of freedom; (4 / 5)^2 of u^2 is the sphere's";
   for (const auto* words : {"PB-1-17", "Acme Box, PB-1", "mill 3", "P-9, spindle", "2026-11-26T08:00:00Z",
                             "20.5 \u00b0C", "by Ada, 2026-11-26T09:00:00Z", "Grace", "2027-11-26", "&lt;first&gt;",
                             "sd_effective_diameter_mm", "(A12)", "measurand", "coverage probability", "2028-04-17"})
     EXPECT_THAT(text, HasSubstr(words));
+}
+
+// A budget line of its own: the certificate says nothing of the stylus ball.
+TEST_F(CalibrationCertificate, DoesNotCreditTheStylusBallToTheSphere) {
+  result_.budget = {{"readings", false, {3e-6}},
+                    {"sd_effective_diameter_mm", true, {1e-6}},
+                    {"sd_stylus_ball_diameter_mm", true, {std::sqrt(15e-12)}}};
+  EXPECT_THAT(page(), HasSubstr("<td class=\"n\">4.0 %</td>"));
+}
+
+TEST_F(CalibrationCertificate, SaysWhatItTakesTheSphereToBeWhereNoTemperatureIsStated) {
+  EXPECT_THAT(page(), Not(HasSubstr("the values hold if it was 20")));
+  forget("temperature_c");
+  EXPECT_THAT(page(), HasSubstr("the values hold if it was 20 \u00b0C"));
 }
 
 TEST_F(CalibrationCertificate, NamesTheCertificateThatItIsTraceableTo) {

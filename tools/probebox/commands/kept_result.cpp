@@ -64,9 +64,10 @@ Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, s
   const auto number = std::to_string(id);
   return Trouble{ExitStatus::failed, "dataset-not-kept",
                  "the box no longer keeps the dataset of result " + number +
-                     " (it keeps those of accepted results and of the newest 20 others); measure again, or report the "
-                     "case folder that calibrate --save wrote; probebox show " +
-                     number + " has its values"};
+                     " (it keeps those of accepted results and of the newest 20 others; a sum of two results has none "
+                     "of its own): measure again, or report the results that it rests on, or the case folder that "
+                     "calibrate --save wrote; probebox show " +
+                     number + " has its values and what it rests on"};
 }
 
 bool answersTheSame(const messages::ResultSummary& one, const messages::ResultSummary& other) {

@@ -8,6 +8,7 @@
 #include "protocol/messages/cases.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/kept_result.hpp"
 #include "tools/probebox/link/box.hpp"
 
 namespace probebox::command {
@@ -88,9 +89,18 @@ Trouble troubleOf(const casefolder::Problem& problem) {
   return {ExitStatus::failed, refusal.name, refusal.name + ": " + refusal.reason};
 }
 
-ExitStatus tell(const messages::ProposeCase::Answer& answer, Console& console) {
+// What a person should know before accepting it; nothing from a box that cannot show results.
+std::vector<std::string> warningsOf(link::Client& box, const messages::ProposeCase::Answer& answer, Console& console) {
+  if (!answer.refusal.empty()) return {};
+  const auto kept = keptResult(box, console, answer.result_id);
+  return kept && kept->result() != nullptr ? kept->result()->warnings : std::vector<std::string>{};
+}
+
+ExitStatus tell(const messages::ProposeCase::Answer& answer, const std::vector<std::string>& warnings,
+                Console& console) {
   if (console.json())
-    console.object({{"result_id", answer.result_id}, {"refusal", answer.refusal}, {"also", answer.also}});
+    console.object(
+        {{"result_id", answer.result_id}, {"refusal", answer.refusal}, {"also", answer.also}, {"warnings", warnings}});
   if (!answer.refusal.empty()) {
     if (!console.json())
       console.line("refused, and kept as " + std::to_string(answer.result_id) + "\n  " + answer.refusal);
@@ -100,6 +110,9 @@ ExitStatus tell(const messages::ProposeCase::Answer& answer, Console& console) {
   if (!console.json())
     console.line("result " + id + " is proposed; it has no effect until it is accepted: probebox accept " + id +
                  " --by NAME");
+  for (const auto& warning : warnings) {
+    if (!console.json()) console.line("  warning: " + warning);
+  }
   for (const auto other : answer.also) {
     if (!console.json())
       console.line("so is result " + std::to_string(other) + ", about another subject of the same case");
@@ -163,7 +176,7 @@ ExitStatus run(const Propose& options, const std::string& uri, Console& console)
     if (!followed) return console.fail(followed.error());
     last = *followed;
   }
-  return tell(last, console);
+  return tell(last, warningsOf(**box, last, console), console);
 }
 
 }  // namespace probebox::command

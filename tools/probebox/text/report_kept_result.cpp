@@ -90,7 +90,7 @@ std::string verdictOf(const Result& result) {
   if (!proof) return {};
   std::string all = casefolder::proofInWords(*proof, !result.warnings.empty());
   if (const auto* worst = result.find("worst_ratio"); worst != nullptr && !worst->values.empty())
-    all += printed("; worst |deviation| / (limit + U) = %.2g", worst->value());
+    all += printed("; worst (|deviation| + U) / limit = %.2g", worst->value());
   return all + "\n";
 }
 

@@ -37,6 +37,36 @@ TEST_F(Accepting, ACheckThatFailsIsAskedAboutAndNamedWhileItIsInForce) {
   EXPECT_THAT(*store_.history(id), testing::Contains(testing::Field(&store::Transition::remark, "although it fails")));
 }
 
+TEST_F(Accepting, SaysWhatAResultWarnsOf) {
+  auto result = centreAt(0.154, -0.110, "centreline-by-steps");
+  result.warnings = {"residuals-exceed-noise: reduced chi-square is 1122"};
+  EXPECT_THAT(acceptedAs("centreline", result).notes,
+              testing::Contains("Warning: residuals-exceed-noise: reduced chi-square is 1122."));
+  result.warnings.assign(20, "something");
+  const auto many = acceptedAs("centreline", result);
+  EXPECT_THAT(many.notes, testing::Contains(HasSubstr("more warnings: probebox show " + std::to_string(many.id))));
+}
+
+// Of the same case, and no verdict on it.
+TEST_F(Accepting, TheStylusOffsetOfAFailedCheckIsAnOffset) {
+  auto result = offsetOf(0.020, -0.013);
+  result.also = {Estimate::scalar("verdict", 2, std::nullopt)};
+  EXPECT_TRUE(results_.accept(propose("stylus-offset-1", result), "Ada"));
+}
+
+// What one sphere's certificate is off cancels between two runs on it, and not between a run on it and one without.
+TEST_F(Accepting, OfAnotherMethodComparesWithTheTypeBPart) {
+  const auto delay = [](const char* method, double tau_s) {
+    auto result = resultOf(method, {Estimate::scalar("tau_s", tau_s, 1e-6)});
+    result.estimates.front().uncertainty = {11e-6};
+    return result;
+  };
+  acceptedAs("delay", delay("delay-known-sphere", 0.0052));
+  EXPECT_FALSE(results_.accept(propose("delay", delay("delay-known-sphere", 0.00522)), "Ada"));
+  EXPECT_TRUE(results_.accept(propose("delay", delay("delay-multi-speed", 0.00522)), "Ada"));
+  EXPECT_FALSE(results_.accept(propose("delay", delay("delay-known-sphere", 0.0053)), "Ada"));
+}
+
 // The touches of a delay also tell the probe's gain, which samples then use: by a turned probe it would be another one.
 TEST_F(Accepting, ADelayWithAnotherGainOfTheProbeIsAskedAbout) {
   const std::vector<double> upright{0.98, 0.01, -0.005, -0.012, 1.03, 0.004, 0.006, -0.008, 1.01};

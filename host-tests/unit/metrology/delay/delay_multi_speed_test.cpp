@@ -149,6 +149,18 @@ TEST(DelayMultiSpeed, TellsTheStaticErrorOfAKnownSize) {
   EXPECT_EQ(sdOf(solved.value(), "static_error_mm"), sdOf(solved.value(), "effective_diameter_mm"));
 }
 
+TEST(DelayMultiSpeed, WarnsOfASphereThatIsNotAsStated) {
+  std::mt19937_64 random{8};
+  Dataset dataset = measure(Scene{}, random);
+  dataset.config["effective_diameter_mm"] = 31.0201;
+  EXPECT_TRUE(solveDelayMultiSpeed(dataset)->warnings.empty()) << "nobody says how well its size is known";
+  dataset.config["sd_effective_diameter_mm"] = 0.0001;
+  EXPECT_THAT(solveDelayMultiSpeed(dataset)->warnings,
+              testing::ElementsAre(testing::HasSubstr("static-error: sphere and stylus ball together measure -20")));
+  dataset.config["sd_stylus_ball_diameter_mm"] = 0.01;
+  EXPECT_TRUE(solveDelayMultiSpeed(dataset)->warnings.empty());
+}
+
 TEST(DelayMultiSpeed, DoesNotDependOnWhereTheMachineStands) {
   std::mt19937_64 random{9};
   const Dataset dataset = measure(Scene{}, random);
