@@ -111,6 +111,14 @@ Outcome<std::string, Failure> Database::text(const char* sql) {
   return row ? statement.text(0) : std::string{};
 }
 
+Outcome<void, Failure> Database::copyInto(Database& other) {
+  auto* backup = sqlite3_backup_init(other.handle(), "main", handle(), "main");
+  if (backup == nullptr) return other.failure(sqlite3_errcode(other.handle()));
+  sqlite3_backup_step(backup, -1);
+  if (const int code = sqlite3_backup_finish(backup); code != SQLITE_OK) return other.failure(code);
+  return {};
+}
+
 Statement::Statement(Database& database, std::string_view sql) : database_{database} {
   sqlite3_stmt* handle = nullptr;
   code_ = sqlite3_prepare_v2(database.handle(), sql.data(), static_cast<int>(sql.size()), &handle, nullptr);

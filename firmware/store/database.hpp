@@ -12,6 +12,10 @@
 
 namespace probebox::store {
 
+// One file beside its journal, and every commit on the disk before it is acknowledged: results are few and dear.
+inline constexpr const char* kDurable =
+    "PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA; PRAGMA foreign_keys = ON";
+
 // One connection to one SQLite file. Not thread-safe.
 class Database {
  public:
@@ -28,6 +32,9 @@ class Database {
   Outcome<void, Failure> run(const char* sql);
   Outcome<std::int64_t, Failure> number(const char* sql);
   Outcome<std::string, Failure> text(const char* sql);
+
+  // Replaces all that the other has, in one transaction.
+  Outcome<void, Failure> copyInto(Database& other);
 
   std::int64_t lastId() const { return sqlite3_last_insert_rowid(handle_.get()); }
   bool readOnly() const { return sqlite3_db_readonly(handle_.get(), "main") == 1; }

@@ -4,6 +4,7 @@
 #include <sqlite3.h>
 #include <system_error>
 
+#include "firmware/store/copy_before.hpp"
 #include "firmware/store/rows.hpp"
 #include "firmware/store/salvage.hpp"
 #include "firmware/store/schema.hpp"
@@ -11,9 +12,6 @@
 
 namespace probebox::store {
 namespace {
-
-// One file beside its journal, and every commit on the disk before it is acknowledged: results are few and dear.
-constexpr const char* kDurable = "PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA; PRAGMA foreign_keys = ON";
 
 // Rows that do not match their checksums are marked before anybody asks for one.
 Outcome<void, Failure> checkRows(Database& database) {
@@ -25,12 +23,20 @@ Outcome<void, Failure> checkRows(Database& database) {
   return transaction.commit();
 }
 
+// A migration has no way back, but a box may go back to the version before.
+Outcome<void, Failure> keepBeforeMigration(Database& database) {
+  TRY(const auto schema, database.number("PRAGMA user_version"));
+  if (schema == 0 || schema >= knownSchema()) return {};
+  return keepCopyBefore(database, schema);
+}
+
 // notice: what was done to an older file that a person should know; or empty.
 Outcome<Database, Failure> openSound(const std::string& path, std::string& notice) {
   TRY(auto database, Database::open(path));
   TRY(inspect(database));
   if (database.readOnly()) return database.failure(SQLITE_READONLY);
   TRY(database.run(kDurable));
+  TRY(keepBeforeMigration(database));
   TRY(auto ready, migrate(database));
   notice = std::move(ready);
   TRY(checkRows(database));
@@ -79,11 +85,23 @@ Outcome<Database, Failure> copyOf(const std::string& path) {
   TRY(auto file, Database::openToRead(path));
   TRY(inspect(file));
   TRY(auto copy, Database::inMemory());
-  auto* backup = sqlite3_backup_init(copy.handle(), "main", file.handle(), "main");
-  if (backup == nullptr) return copy.failure(sqlite3_errcode(copy.handle()));
-  sqlite3_backup_step(backup, -1);
-  if (const int code = sqlite3_backup_finish(backup); code != SQLITE_OK) return copy.failure(code);
+  TRY(file.copyInto(copy));
   return copy;
+}
+
+struct Readable {
+  Outcome<Database, Failure> database;
+  std::string told;
+};
+
+// What can be read where the file itself cannot be used, and a sentence about it.
+Readable readableOf(const std::string& path, const Failure& why) {
+  if (why.reason != Reason::newer_schema) return {copyOf(path), "What it has can be read"};
+  const auto before = copyBefore(path);
+  if (before.empty()) return {why, {}};
+  const auto remedy = "To go on without it, put the copy " + before + " in the place of the file";
+  if (!holdsSince(path, before)) return {why, remedy + ", with the results that were in force before"};
+  return {copyOf(before), "Until then the results are those of before, of which all still hold. " + remedy};
 }
 
 }  // namespace
@@ -98,16 +116,15 @@ Outcome<Opened, Failure> openFile(const std::string& path) {
   return first.error();
 }
 
-Opened openToReadAlone(const std::string& path, const std::string& why) {
-  auto copy = copyOf(path);
-  const bool is_read = copy.ok();
+Opened openToReadAlone(const std::string& path, const Failure& why) {
+  auto [readable, told] = readableOf(path, why);
+  if (!readable) told = "Nothing of it can be read" + (told.empty() ? "" : ". " + told);
   // Memory takes what a disk refuses: an empty store can be had in any case.
-  Database database = is_read ? std::move(copy).value() : Database::inMemory().value();
+  Database database = readable ? std::move(readable).value() : Database::inMemory().value();
   (void)migrate(database);
   (void)checkRows(database);
-  database.forbidWriting("nothing can be stored: " + why);
-  return opened(std::move(database), "Nothing can be stored: " + why +
-                                         (is_read ? ". What it has can be read." : ". Nothing of it can be read."));
+  database.forbidWriting("nothing can be stored: " + why.what);
+  return opened(std::move(database), "Nothing can be stored: " + why.what + ". " + told + ".");
 }
 
 }  // namespace probebox::store

@@ -14,6 +14,6 @@ struct Opened {
 // See Store::open.
 Outcome<Opened, Failure> openFile(const std::string& path);
 // See Store::openAnyhow.
-Opened openToReadAlone(const std::string& path, const std::string& why);
+Opened openToReadAlone(const std::string& path, const Failure& why);
 
 }  // namespace probebox::store

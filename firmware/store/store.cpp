@@ -71,7 +71,7 @@ Outcome<Store, Failure> Store::open(const std::string& path) {
 Store Store::openAnyhow(const std::string& path) {
   auto sound = open(path);
   if (sound) return std::move(sound).value();
-  auto alone = openToReadAlone(path, sound.error().what);
+  auto alone = openToReadAlone(path, sound.error());
   return Store{std::move(alone.database), std::move(alone.notice)};
 }
 

@@ -38,14 +38,16 @@ class Store {
   // Number of datasets kept for results that were never accepted. Datasets of accepted results are all kept.
   static constexpr std::size_t kOtherDatasets = 20;
 
-  // Makes the file when it is missing, updates an older one to the newest schema, and checks every page and row. A file
+  // Makes the file when it is missing, updates an older one to the newest schema, of which a copy is kept before
+  // (copy_before.hpp), and checks every page and row. A file
   // that is damaged, empty or of another program is moved aside, never deleted; its intact rows are copied, and
   // notice() reports it. Refuses, without changing the file: a newer schema, a read-only, unreadable or locked file, a
   // full disk.
   static Outcome<Store, Failure> open(const std::string& path);
 
-  // The same, but where open() refuses, returns a read-only store with everything readable of the file. Every change is
-  // then refused with the reason in whyNotWritable().
+  // The same, but where open() refuses, returns a read-only store with everything readable of the file, or of the copy
+  // that a newer version kept, while its results hold. Every change is then refused with the reason in
+  // whyNotWritable().
   static Store openAnyhow(const std::string& path);
 
   Store(Store&&) noexcept;

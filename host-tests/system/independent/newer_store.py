@@ -1,0 +1,87 @@
+"""A box that went back to the version before, after a newer one had changed the form of its store: it streams, serves
+registers, keeps in force what still holds, and names the remedy. `newer_store.py PROBEBOXD PROBEBOX`; status 0 when all
+holds. The newer version is played."""
+import glob
+import os
+import shutil
+import sqlite3
+import sys
+import tempfile
+
+from box import Box, until
+
+
+def change(store, statements):
+    changed = sqlite3.connect(store)
+    changed.executescript(statements)
+    changed.close()
+
+
+def content(path):
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def serves(box):
+    until(lambda: box.command("status")["clock"]["state"] == "locked")
+    summary = box.command("record", "-o", os.path.join(box.folder, "scan.pbx"), "--force", "--for", "2")
+    assert summary["balanced"] and summary["received_samples"] > 0, summary
+    produced = box.master.values(116, "I")
+    until(lambda: box.master.values(116, "I") != produced)
+
+
+def says(box, *words):
+    problems = box.command("status")["storage_problems"]
+    assert len(problems) == 1 and all(word in problems[0] for word in words), problems
+
+
+def delay_in_force(box):
+    served = box.command("corrections")
+    return served["tau_s"] if served["delay_calibrated"] else None
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory(prefix="probebox-newer-") as scratch:
+        box = Box(sys.argv[1], sys.argv[2], scratch, options=["--time-scale", "6"])
+        store = os.path.join(scratch, "state", "results.db")
+        try:
+            box.start()
+            serves(box)
+            box.command("calibrate", "delay-multi-speed", "--accept", "--by", "Ada")
+            until(lambda: delay_in_force(box) is not None)
+            accepted = delay_in_force(box)
+            box.stop()
+
+            schema = sqlite3.connect(store).execute("PRAGMA user_version").fetchone()[0]
+            copy = f"{store}.schema-{schema}"
+            shutil.copy(store, copy)
+            change(store, "ALTER TABLE results ADD COLUMN later TEXT; PRAGMA user_version = 99")
+            newer = content(store)
+            box.start()
+            serves(box)
+            says(box, "schema 99", "written by a newer version", "install that version again (probebox update)", copy)
+            until(lambda: delay_in_force(box) == accepted)
+            box.stop()
+            assert content(store) == newer, "the file of the newer version is left alone"
+            print("it serves, and what was in force before the update is in force")
+
+            change(store, "INSERT INTO transitions (result_id, state, utc, by_whom) VALUES (1, 3, 't', 'Ada')")
+            box.start()
+            serves(box)
+            says(box, "Nothing of it can be read", f"put the copy {copy} in the place of the file")
+            assert delay_in_force(box) is None
+            box.stop()
+            print("it serves, and what has been retired since does not come back by itself")
+
+            os.rename(copy, store)
+            box.start()
+            serves(box)
+            until(lambda: delay_in_force(box) == accepted)
+            assert box.command("status")["storage_problems"] == []
+            box.stop()
+            assert glob.glob(store + ".*") == []
+            print("the copy in its place is a store as before")
+        finally:
+            if box.daemon and box.daemon.poll() is None:
+                box.daemon.kill()
+                print(box.log())
