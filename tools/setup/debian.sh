@@ -22,16 +22,22 @@ package_version() { # RELEASE
   echo "$version~$debian"
 }
 
-# Copies the tree, without what git ignores, and writes debian/changelog; its date, the commit's, is that of all files.
+# Copies the tree, without what git ignores, and writes debian/changelog; its date, the commit's, is that of all files. Objects of
+# the copy before stay.
 copy_source() { # VERSION INTO
-  local date
+  local date old=$2/source fresh=$2/source.new
   date=$(git log -1 --format=%cD)
-  mkdir -p "$2/source"
-  # Times of files are kept, so that ninja builds only what has changed.
-  find "$2/source" -mindepth 1 -maxdepth 1 ! -name 'build-deb-*' -exec rm -rf {} +
-  git ls-files -z --cached --others --exclude-standard | tar -c --null -T - -f - --ignore-failed-read | tar -x -C "$2/source" -f -
+  rm -rf "$fresh"
+  mkdir -p "$old" "$fresh"
+  git ls-files -z --cached --others --exclude-standard | tar -c --null -T - -f - --ignore-failed-read | tar -x -C "$fresh" -f -
   printf 'probebox (%s) unstable; urgency=medium\n\n  * Commit %s: see CHANGELOG.md.\n\n -- %s  %s\n' "$1" \
-    "$(git rev-parse HEAD)" "$(sed -n 's/^Maintainer: //p' debian/control)" "$date" >"$2/source/debian/changelog"
+    "$(git rev-parse HEAD)" "$(sed -n 's/^Maintainer: //p' debian/control)" "$date" >"$fresh/debian/changelog"
+  # ninja compares times, and a file may have been edited while the copy before was compiled: what differs is as new as now.
+  { diff -rq --no-dereference -x 'build-deb-*' -x node_modules "$old" "$fresh" || true; } |
+    sed -n 's/^Files .* and \(.*\) differ$/\1/p' | xargs -r -d '\n' touch
+  find "$old" -mindepth 1 -maxdepth 1 -name 'build-deb-*' -exec mv -t "$fresh" {} +
+  rm -rf "$old"
+  mv "$fresh" "$old"
 }
 
 # Puts npm's packages of the page into a copy of the tree.
