@@ -26,6 +26,10 @@ constexpr std::chrono::seconds kFollowEvery{1};
 constexpr const char* kNoUpdater =
     "no-updater: this box is no image that replaces itself: update the package or program that probeboxd came with "
     "(docs/vendor.md).";
+constexpr const char* kNotConfirmed =
+    "not-confirmed: the version that runs has not been found healthy since the box was started, and an update would "
+    "overwrite the other one, which is the only one known to work. Wait up to 5 minutes: it is confirmed, or the box "
+    "restarts, and goes back to the version before after three starts. Where neither happens, switch it off and on.";
 constexpr const char* kLost =
     "the box does not know this offer any more: it was restarted, or took another bundle. Offer the bundle again.";
 
@@ -92,6 +96,7 @@ Reply UpdateDesk::answer(Operation operation, std::span<const std::byte> body, c
 
 std::optional<Error> UpdateDesk::whyNotNow() const {
   if (!parts_) return Error{kNoUpdater};
+  if (!with_.confirmed()) return Error{kNotConfirmed};
   return whyNotAtRest(with_.activity());
 }
 
@@ -273,7 +278,7 @@ void UpdateDesk::follow(Clock::time_point now) {
     why_failed_ =
         "updater-silent: the updater of this box reports nothing about the bundle: restart the box and try again.";
     logError(why_failed_);
-  } else if (report_->state == UpdateState::installed && !restart_asked_ && !whyNotNow()) {
+  } else if (report_->state == UpdateState::installed && !restart_asked_ && !whyNotAtRest(with_.activity())) {
     const auto why = updater.askRestart();
     if (why) logError(why->what);
     restart_asked_ = !why;

@@ -26,6 +26,7 @@ class UpdateDesk {
   struct Colleagues {
     std::function<Activity()> activity;
     std::function<void()> look_again;  // calls look() soon
+    std::function<bool()> confirmed;   // true once the running version has been found healthy
   };
   static constexpr std::chrono::seconds kAbandoned{30};  // another bundle may be offered after this silence
   static constexpr std::chrono::minutes kUntaken{10};    // the updater has to take a request within this time

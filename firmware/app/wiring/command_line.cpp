@@ -61,6 +61,10 @@ void declareOptions(CLI::App& command, Options& options) {
                   "folder where the program that installs updates says what it does; without it none are taken "
                   "(probebox update)")
       ->type_name("FOLDER");
+  command
+      .add_option("--confirmed", options.confirmed,
+                  "file that is there once the running version was found healthy; no update is taken before")
+      ->type_name("FILE");
   command.add_flag("--check", options.check,
                    "check descriptions and addresses, print every problem and exit, with status 2 where there is one");
   command.add_flag("--usb-identity", options.usb_identity, "print the USB identity for probebox-usb-setup and exit");

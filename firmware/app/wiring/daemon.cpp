@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
+#include <system_error>
 #include <thread>
 #include <unistd.h>
 #include <utility>
@@ -49,6 +51,11 @@ LinkService::Options linkOptions(const board::Descriptions& descriptions) {
   return options;
 }
 
+bool isThere(const std::filesystem::path& file) {
+  std::error_code error;
+  return std::filesystem::exists(file, error);
+}
+
 std::string inWords(const box::State& state, std::uint32_t hosts) {
   std::string text = "Master clock " + std::string{messages::nameOf(state.map.state)} + ", " + std::to_string(hosts) +
                      (hosts == 1 ? " host" : " hosts");
@@ -89,7 +96,10 @@ struct Daemon::Parts {
         results_desk{calibrations, core_view, doors},
         loop_back_desk{descriptions.box.loop_back, loopBackOf(descriptions)},
         unit_desk{std::move(unit)},
-        update_desk{state / "update", options.updater, {[this] { return activity(); }, [this] { worker.notify(); }}},
+        update_desk{state / "update",
+                    options.updater,
+                    {[this] { return activity(); }, [this] { worker.notify(); },
+                     [file = options.confirmed] { return file.empty() || isThere(file); }}},
         worker{[this] { workerRound(); }},
         desk{
             {descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},

@@ -24,6 +24,8 @@ struct Options {
   std::filesystem::path journal;  // empty: none
   std::filesystem::path init;     // folder in which to write starting descriptions; empty: none
   std::filesystem::path updater;  // folder where the program that installs updates reports; empty: there is none
+  std::filesystem::path
+      confirmed;  // file that is there once the running version was found healthy; empty: it always is
   double time_scale = 1.0;
   bool check = false;
   bool usb_identity = false;

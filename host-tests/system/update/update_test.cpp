@@ -39,15 +39,18 @@ class UpdateOverTcp : public testing::Test {
     box_ = listener->address();
     std::filesystem::create_directories(reports());
     bundle_ = support::writeBundle(file_, kBytes, "2.0");
+    confirm();
   }
 
+  std::string confirmed() const { return folder_.file("confirmed"); }
+  void confirm() const { std::ofstream{confirmed()}; }
   std::string uri() const { return "tcp:" + tcp::describe(box_); }
   std::filesystem::path reports() const { return folder_.path() / "reports"; }
   std::filesystem::path requests() const { return folder_.path() / "state" / "update"; }
 
   void start(bool has_updater = true) {
     std::vector<std::string> command{PROBEBOXD, "--board", "sim", "--state", folder_.file("state"), "--link", uri()};
-    if (has_updater) command.insert(command.end(), {"--updater", reports().string()});
+    if (has_updater) command.insert(command.end(), {"--updater", reports().string(), "--confirmed", confirmed()});
     auto started = Process::start(command, folder_.file("log"));
     ASSERT_TRUE(started) << started.error().what;
     daemon_ = std::make_unique<Process>(std::move(*started));
@@ -168,7 +171,12 @@ TEST_F(UpdateOverTcp, AKilledDaemonGoesOnWithWhatItHas) {
   daemon_->kill(SIGKILL);
   const auto had = received();
   ASSERT_LT(had, bundle_.size()) << "it was too quick for this test";
+  // As a box that was restarted.
+  std::filesystem::remove(confirmed());
   start();
+  ASSERT_TRUE(eventually([&] { return update.said().find("has to be found healthy before") != std::string::npos; }))
+      << update.said();
+  confirm();
   EXPECT_EQ(update.status(), 0) << update.said();
   ASSERT_TRUE(eventually([&] { return handedOver(); }));
   EXPECT_EQ(textIn(requests() / "bundle"), bundle_);
@@ -251,6 +259,20 @@ TEST_F(UpdateOverTcp, NothingIsTakenDuringACutOrARun) {
   EXPECT_EQ(in_a_run.status(), 4);
   EXPECT_THAT(in_a_run.said(), HasSubstr("run-on: a calibration is in progress"));
   EXPECT_EQ(received(), 0U);
+}
+
+TEST_F(UpdateOverTcp, NothingIsTakenBeforeTheRunningVersionIsConfirmed) {
+  std::filesystem::remove(confirmed());
+  start();
+  auto early = update();
+  EXPECT_EQ(early.status(), 4);
+  EXPECT_THAT(early.said(), HasSubstr("not-confirmed: the version that runs has not been found healthy"));
+  auto shown = command("update", {});
+  EXPECT_EQ(shown.status(), 0);
+  EXPECT_THAT(shown.said(), HasSubstr("\"why_not\":\"not-confirmed"));
+  EXPECT_EQ(received(), 0U);
+  confirm();
+  EXPECT_EQ(update({"--no-wait"}).status(), 0);
 }
 
 TEST_F(UpdateOverTcp, ADaemonWithoutAnUpdaterSaysSo) {

@@ -43,7 +43,7 @@ class Updating : public BoxOnUsb {
   bool look_again_{};
   app::UpdateDesk desk_{directory_.file("update"),
                         directory_.file("reports"),
-                        {[] { return app::Activity{}; }, [this] { look_again_ = true; }}};
+                        {[] { return app::Activity{}; }, [this] { look_again_ = true; }, [] { return true; }}};
   const std::string file_{directory_.file("box.raucb")};
 };
 

@@ -109,6 +109,9 @@ class Errand {
   }
 
   std::optional<Trouble> deliver() {
+    if (was_lost_) {
+      if (auto trouble = awaitConfirmation()) return trouble;
+    }
     const auto status = ask<UpdateStatus>(*box_, console_);
     if (!status) return status.error();
     if (!options_.force && !bundle_.version().empty() && bundle_.version() == status->running_version) {
@@ -125,6 +128,23 @@ class Errand {
         ask<messages::InstallUpdate>(*box_, console_, {.offer = *offer, .although_not_newer = options_.force});
     if (!begun) return begun.error();
     installation_ = begun->installation;
+    return std::nullopt;
+  }
+
+  // A box that has restarted meanwhile takes nothing before its version is confirmed. Where that takes too long, it
+  // refuses.
+  std::optional<Trouble> awaitConfirmation() {
+    const auto deadline = link::now() + std::chrono::duration_cast<Nanoseconds>(inMilliseconds(options_.patience_s));
+    while (link::now() < deadline) {
+      if (console_.interrupted()) return interruption();
+      const auto status = ask<UpdateStatus>(*box_, console_);
+      if (!status) return status.error();
+      if (!status->why_not.starts_with("not-confirmed")) break;
+      const std::string words = "the box has restarted, and has to be found healthy before it goes on";
+      if (std::exchange(said_, words) != words) console_.note(words);
+      for (const auto pause = patienceOf(console_, kPollEvery); box_->round(pause);) {
+      }
+    }
     return std::nullopt;
   }
 
@@ -149,6 +169,7 @@ class Errand {
   // Until the box is back.
   std::optional<Trouble> wait(const Trouble& loss) {
     box_.reset();
+    was_lost_ = true;
     if (last_.state != UpdateState::restarting && last_.state != UpdateState::installed)
       console_.note("probebox: " + loss.what + "; waiting for " + uri_.text + " to come back");
     const auto deadline = link::now() + std::chrono::duration_cast<Nanoseconds>(inMilliseconds(options_.patience_s));
@@ -223,6 +244,7 @@ class Errand {
   Console& console_;
   Box box_;
   bool reached_{};
+  bool was_lost_{};
   int offers_{};
   std::uint64_t installation_{};
   std::uint64_t sent_{};

@@ -48,7 +48,8 @@ class SentBundle {
   void restart() {
     desk.reset();
     desk.emplace(requests(), has_updater_ ? reports() : std::filesystem::path{},
-                 UpdateDesk::Colleagues{[this] { return machine; }, [this] { look_again = true; }});
+                 UpdateDesk::Colleagues{[this] { return machine; }, [this] { look_again = true; },
+                                        [this] { return confirmed; }});
   }
 
   template <class Operation>
@@ -99,6 +100,7 @@ class SentBundle {
 
   std::filesystem::path folder;
   Activity machine;
+  bool confirmed{true};
   board::Access may{kMayUpdate};
   UpdateDesk::Clock::time_point now{UpdateDesk::Clock::now()};
   std::uint32_t offered{};

@@ -167,6 +167,21 @@ TEST_F(UpdateDeskTest, NothingIsTakenDuringACutOrARun) {
   EXPECT_EQ(box_.offer(bytes), 4'000U) << "and what came before is kept";
 }
 
+TEST_F(UpdateDeskTest, NothingIsTakenBeforeTheRunningVersionIsConfirmed) {
+  const auto bytes = bundleBytes(8'000);
+  box_.confirmed = false;
+  EXPECT_EQ(box_.offerReply(bytes).code, ErrorCode::wrong_state);
+  EXPECT_THAT(box_.offerReply(bytes).text, StartsWith("not-confirmed: the version that runs"));
+  EXPECT_THAT(box_.status().why_not, StartsWith("not-confirmed"));
+  box_.confirmed = true;
+  box_.sendAll(bytes, box_.offer(bytes));
+  box_.confirmed = false;
+  EXPECT_THAT(box_.ask<messages::InstallUpdate>({.offer = box_.offered}).text, StartsWith("not-confirmed"));
+  box_.confirmed = true;
+  EXPECT_EQ(box_.status().why_not, "");
+  EXPECT_EQ(box_.offer(bytes), bytes.size()) << "what came before is kept";
+}
+
 TEST_F(UpdateDeskTest, ADoorWithoutTheRightMayOnlyLook) {
   const auto bytes = bundleBytes(100);
   box_.offer(bytes);
