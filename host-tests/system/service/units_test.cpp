@@ -88,6 +88,13 @@ TEST_F(InstalledBox, ExposesNextToNothingOfTheComputerToTheDaemon) {
   EXPECT_TRUE(report) << report.error().what;
 }
 
+// Of an image: it runs as root, and talks to the daemon, systemd and RAUC.
+TEST_F(InstalledBox, ExposesLittleToWhatConfirmsAVersion) {
+  const auto report = outputOf({"systemd-analyze", "security", "--offline=yes", "--threshold=13", "--no-pager",
+                                IMAGE_UNITS "/probebox-healthy.service"});
+  EXPECT_TRUE(report) << report.error().what;
+}
+
 TEST_F(InstalledBox, GivesTheDaemonAUserOfItsOwn) {
   const auto said = outputOf({"systemd-sysusers", "--root=" + root().string(), "--dry-run"});
   ASSERT_TRUE(said) << said.error().what;
