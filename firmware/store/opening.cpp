@@ -101,7 +101,9 @@ Readable readableOf(const std::string& path, const Failure& why) {
   if (before.empty()) return {why, {}};
   const auto remedy = "To go on without it, put the copy " + before + " in the place of the file";
   if (!holdsSince(path, before)) return {why, remedy + ", with the results that were in force before"};
-  return {copyOf(before), "Until then the results are those of before, of which all still hold. " + remedy};
+  auto copy = copyOf(before);
+  if (!copy) return {why, "Neither can the copy of before: " + copy.error().what};
+  return {std::move(copy), "Until then the results are those of before, of which all still hold. " + remedy};
 }
 
 }  // namespace

@@ -131,7 +131,7 @@ Failure newer(const Database& database, std::int64_t schema) {
   return {Reason::newer_schema,
           database.path() + " has schema " + std::to_string(schema) + " and this program knows up to " +
               std::to_string(knownSchema()) +
-              ": it was written by a newer version: install that version again (probebox update)"};
+              ": it was written by a newer version: install that version again (probebox update, or its package)"};
 }
 
 Outcome<void, Failure> checkPages(Database& database) {

@@ -22,9 +22,9 @@ using testing::SizeIs;
 
 class GoneBack : public testing::Test {
  protected:
-  void run(const std::string& sql) const {
+  void run(const std::string& sql, const std::string& file = {}) const {
     sqlite3* hand{};
-    sqlite3_open(scratch_.file().c_str(), &hand);
+    sqlite3_open((file.empty() ? scratch_.file() : file).c_str(), &hand);
     EXPECT_EQ(sqlite3_exec(hand, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(hand);
     sqlite3_close(hand);
   }
@@ -78,7 +78,7 @@ TEST_F(GoneBack, ResultsOfBeforeStayInForceWhileTheyHold) {
   auto store = Store::openAnyhow(scratch_.file());
   EXPECT_EQ(store.active(kBinding).value()->id, 1U);
   EXPECT_EQ(store.dataset(2).value(), "measured");
-  EXPECT_THAT(store.notice(), AllOf(HasSubstr("schema 99"), HasSubstr("install that version again (probebox update)"),
+  EXPECT_THAT(store.notice(), AllOf(HasSubstr("schema 99"), HasSubstr("install that version again (probebox update"),
                                     HasSubstr("put the copy " + copy() + " in the place of the file")));
   EXPECT_THAT(store.accept(2, "Ada", "t4").error().what,
               AllOf(HasSubstr("nothing can be stored"), HasSubstr("written by a newer version")));
@@ -103,6 +103,16 @@ TEST_F(GoneBack, ResultsOfAVersionWhoseHistoryCannotBeReadCountAsReplaced) {
   migrateByANewerVersion();
   run("ALTER TABLE transitions RENAME TO history");
   EXPECT_THAT(*Store::openAnyhow(scratch_.file()).newest(10), IsEmpty());
+}
+
+TEST_F(GoneBack, ACopyThatIsDamagedIsNamed) {
+  fill();
+  migrateByANewerVersion();
+  run("DROP TABLE datasets", copy());
+  auto store = Store::openAnyhow(scratch_.file());
+  EXPECT_THAT(*store.newest(10), IsEmpty());
+  EXPECT_THAT(store.notice(), AllOf(HasSubstr("Neither can the copy of before: " + copy() + " is damaged"),
+                                    Not(HasSubstr("Until then"))));
 }
 
 TEST_F(GoneBack, WithoutACopyTheNewerVersionIsTheRemedy) {

@@ -59,7 +59,7 @@ if __name__ == "__main__":
             newer = content(store)
             box.start()
             serves(box)
-            says(box, "schema 99", "written by a newer version", "install that version again (probebox update)", copy)
+            says(box, "schema 99", "written by a newer version", "install that version again (probebox update", copy)
             until(lambda: delay_in_force(box) == accepted)
             box.stop()
             assert content(store) == newer, "the file of the newer version is left alone"
