@@ -41,6 +41,7 @@ make_root() { # WORK RELEASE ARCH BOARD VERSION CERT DEB...
   sed "s/@COMPATIBLE@/probebox-$board-$arch/" board/image/system.conf.in >"$work/tree/etc/rauc/system.conf"
   cp "$cert" "$work/tree/etc/rauc/keyring.pem"
   descriptions_of "$board" "$work/tree/usr/share/probebox/board"
+  find "$work/tree" -exec touch -h -d "@$SOURCE_DATE_EPOCH" {} +
   # mmdebstrap's own user has to read what the hooks copy.
   chmod -R a+rX "$work"
   run_quietly "$work/mmdebstrap.log" env WORK="$work" KERNEL="${kernel:-linux-image-$arch}" IMAGE_ARCH="$arch" VERSION="$version" \
@@ -100,6 +101,9 @@ make_disk() { # WORK ARCH BOARD IMAGE VERSION
   truncate -s "${probebox_data_mib}M" "$work/data.img"
   E2FSPROGS_FAKE_TIME=$SOURCE_DATE_EPOCH fakeroot mke2fs -q -t ext4 -L data -U 8a5e9a0e-6d1c-4a77-9d8e-6f1a3c2b0d04 \
     -E hash_seed=8a5e9a0e-6d1c-4a77-9d8e-6f1a3c2b0d05,root_owner=0:0 -d "$work/data" "$work/data.img"
+  # mke2fs also takes over when a file was changed on this computer, which no program can set there.
+  (cd "$work/data" && find . -mindepth 1 | sed "s#^\.\(.*\)#set_inode_field \1 ctime @$SOURCE_DATE_EPOCH#") >"$work/times"
+  E2FSPROGS_FAKE_TIME=$SOURCE_DATE_EPOCH debugfs -w -f "$work/times" "$work/data.img" >/dev/null 2>&1
   [[ $(stat -c %s "$work/root.squashfs") -le $((probebox_slot_mib << 20)) ]] || {
     echo "The root does not fit into a slot of $probebox_slot_mib MiB." >&2
     return 1
