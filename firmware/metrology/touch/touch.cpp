@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/frozen_samples.hpp"
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
 #include "firmware/metrology/kinematics/kinematics.hpp"
@@ -156,6 +157,7 @@ Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset) {
   TRY(const auto listed, checkedTable(dataset, "touches", kTouchesColumns));
   TRY(const auto machine, checkedTable(dataset, "machine", kMachineColumns));
   TRY(const auto probe, checkedTable(dataset, "probe", kProbeColumns));
+  if (auto refusal = frozenSamples(*probe)) return *refusal;
 
   Grouped machine_streams;
   const auto& ids = *listed->column("touch");

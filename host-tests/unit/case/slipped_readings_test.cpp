@@ -255,6 +255,50 @@ TEST(FrozenChannel, IsRefusedByNameWithItsPlaceAndTheRemedy) {
   EXPECT_EQ(frozen("swivel-error", "readings", "y_mm", 0.38).find("frozen-channel"), std::string::npos);
 }
 
+// As recorded with a cable off or a converter that hangs, in one touch or scan or in all.
+TEST(FrozenChannel, OfTheProbeIsRefusedByEveryMethodOfDelays) {
+  std::size_t tried = 0;
+  for (const auto& name : caseNames()) {
+    const auto good = readCase(fs::path{PROBEBOX_REPORT_CASES} / name).value();
+    if (!name.starts_with("delay-") || good.table("probe") == nullptr) continue;
+    for (const char* const channel : {"a", "b", "c"}) {
+      for (const bool everywhere : {true, false}) {
+        auto dataset = good;
+        auto& probe = *std::ranges::find(dataset.tables, "probe", &Table::name);
+        const auto numbers = probe.columns.front().values;
+        auto& values = std::ranges::find(probe.columns, channel, &metrology::Column::name)->values;
+        const double stuck = values.back();
+        for (std::size_t row = 0; row < values.size(); ++row)
+          if (everywhere || numbers[row] == numbers.back()) values[row] = stuck;
+        const auto solved = metrology::solve(dataset);
+        ASSERT_FALSE(solved) << name << " " << channel;
+        EXPECT_EQ(solved.error().name, "frozen-channel") << name << ": " << solved.error().reason;
+        EXPECT_THAT(solved.error().reason, HasSubstr(std::string{"channel '"} + channel + "' in "));
+        ++tried;
+      }
+    }
+  }
+  EXPECT_GE(tried, 9U * 6U);
+}
+
+// Converters of 2 um show no noise of 0.4 um where nothing moves; a probe of two channels is recorded with zeros.
+TEST(FrozenChannel, IsNotAChannelWithoutNoiseNorOneThatAProbeDoesNotHave) {
+  const auto refused = [](double step_mm, double stuck) {
+    auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / "delay-in-out").value();
+    auto& probe = *std::ranges::find(dataset.tables, "probe", &Table::name);
+    for (auto& column : probe.columns) {
+      if (column.name == "c") std::ranges::fill(column.values, stuck);
+      if (column.name != "a" && column.name != "b") continue;
+      for (auto& value : column.values) value = step_mm * std::round(value / step_mm);
+    }
+    const auto solved = metrology::solve(dataset);
+    return solved ? std::string{} : solved.error().name;
+  };
+  EXPECT_EQ(refused(1e-5, 0.007), "frozen-channel");
+  EXPECT_NE(refused(2e-3, 0.002), "frozen-channel");
+  EXPECT_EQ(refused(1e-5, 0), "");
+}
+
 TEST(Limits, OfWhatAMachineHasAreKept) {
   EXPECT_THAT(saidOf("head-pivot", "readings", "B_deg", 180 / std::numbers::pi),
               AllOf(HasSubstr("implausible: table 'readings', column 'B_deg'"), HasSubstr("degrees")));
