@@ -1,10 +1,13 @@
 #pragma once
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <cstdio>
 #include <functional>
 #include <gtest/gtest.h>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -28,9 +31,17 @@ class BoxOnAMachine : public testing::Test {
     arguments.emplace_back("--json");
     return {HostUser::stranger, arguments};
   }
+  // Asks until the box answers.
   static nlohmann::json status() {
-    auto asked = command({"status"});
-    return asked.status() == 0 ? nlohmann::json::parse(asked.out()) : nlohmann::json{};
+    std::string refused;
+    for (int tries = 0; tries < 100; ++tries) {
+      auto asked = command({"status"});
+      if (asked.status() == 0) return nlohmann::json::parse(asked.out());
+      std::printf("status: %s", asked.err().c_str());
+      refused = asked.err();
+      std::this_thread::sleep_for(std::chrono::milliseconds{300});
+    }
+    throw std::runtime_error{"the box does not answer: " + refused};
   }
   static bool eventually(const std::function<bool()>& is_so) {
     for (int tries = 0; tries < 200; ++tries, std::this_thread::sleep_for(std::chrono::milliseconds{300})) {
@@ -39,22 +50,46 @@ class BoxOnAMachine : public testing::Test {
     return false;
   }
   static std::string problemOf(const std::string& name) {
-    for (const auto& source : status()["sources"]) {
+    const auto now = status();
+    for (const auto& source : now["sources"]) {
       if (source["name"].get<std::string>().find(name) != std::string::npos) return source["problem"];
     }
-    return "there is no source " + name;
+    throw std::invalid_argument{"there is no source " + name + " in " + now["sources"].dump()};
+  }
+  // Waits for it.
+  static std::string problemComing(const std::string& name) {
+    std::string problem;
+    EXPECT_TRUE(eventually([&] { return !(problem = problemOf(name)).empty(); })) << name;
+    return problem;
   }
   static bool isReady() {
     const auto now = status();
-    if (now.is_null() || now["clock"]["state"] != "locked") return false;
+    if (now["clock"]["state"] != "locked") return false;
     if (!now["receiver"].is_null() && now["receiver"]["state"] != "locked") return false;
     return std::ranges::all_of(now["sources"], [](const auto& source) { return source["problem"] == ""; });
   }
 
+  static HostCommand calibrate() { return command({"calibrate", "--speed", "20,40", "--accept", "--by", "somebody"}); }
+  // Ends the hold. Why the run asks for the touch that was held again; nothing when it counts.
+  std::string whyAgain(const HostCommand& calibration) {
+    const auto before = calibration.objects();
+    const auto held = before.back()["step"];
+    machine.hold(false);
+    EXPECT_TRUE(eventually([&] { return calibration.objects().back().value("step", held) != held; }))
+        << calibration.out() << calibration.err();
+    const auto objects = calibration.objects();
+    for (std::size_t i = before.size(); i < objects.size() && objects[i].value("step", held) == held; ++i) {
+      const auto prompt = objects[i].value("prompt", "");
+      const auto again = prompt.find("(again: ");
+      if (again != std::string::npos) return prompt.substr(again);
+    }
+    return {};
+  }
+
   // A calibration that was accepted, to the delay that the machine really has.
   // late_s: of what the kernel stamps, at most.
-  static void expectTruth(HostCommand& calibration, double tau_s, double late_s) {
-    ASSERT_EQ(calibration.status(), 0) << calibration.err() << calibration.out();
+  void expectTruth(HostCommand& calibration, double tau_s, double late_s) {
+    ASSERT_EQ(calibration.status(), 0) << calibration.err() << status().dump(1) << box.log();
     nlohmann::json proposed;
     for (const auto& object : calibration.objects()) {
       if (object.contains("result")) proposed = object;

@@ -94,6 +94,16 @@ void PlayedMachine::hold(bool held) {
   between([&] { is_held_ = held; });
 }
 
+bool PlayedMachine::holdInATouch() {
+  for (int tries = 0; tries < 60'000; ++tries, std::this_thread::sleep_for(1ms)) {
+    const std::lock_guard lock{mutex_};
+    const auto activity = controller_.activity();
+    is_held_ = activity == world::Activity::approaching || activity == world::Activity::dwelling;
+    if (is_held_) return true;
+  }
+  return false;
+}
+
 void PlayedMachine::unplugSync() {
   between([this] { has_sync_ = false; });
   std::this_thread::sleep_for(300ms);  // what the kernel holds goes with the chip: the box has read it by now

@@ -71,6 +71,8 @@ class PlayedMachine {
   void between(const std::function<void()>& action);
   // The operator's feed hold: the controller does nothing more, and the machine ends the move that it makes.
   void hold(bool held);
+  // Holds the feed as soon as a touch is being recorded: that touch lasts until the hold ends. False when none came.
+  bool holdInATouch();
   // The sync line's chip goes away and comes back.
   void unplugSync();
   void plugInSync();

@@ -17,24 +17,33 @@ usb_gadget::Function receiverFunction() {
   return {usb::kReceiver, "probe receiver", "{2d0c63f4-50ab-4f0c-9d3e-5a8c5b1f0002}", {usb_gadget::Direction::in}};
 }
 
+// Nothing here makes pulses of an index.
+std::size_t bytesOf(const usb_probe::EmulatedReceiver::Config& config) {
+  return config.counters == 0 ? usb_probe::packetBytes(config.samples_a_packet)
+                              : usb_probe::packetBytes(config.samples_a_packet, config.counters, 0);
+}
+
 }  // namespace
 
 PlayedReceiver::PlayedReceiver(const usb_probe::EmulatedReceiver::Config& config,
-                               usb_probe::EmulatedReceiver::Waveform waveform, MonoTime start)
-    : device_{config, std::move(waveform), start}, samples_a_packet_{config.samples_a_packet}, transfers_(kTransfers) {
-  for (auto& transfer : transfers_) transfer.bytes.resize(usb_probe::packetBytes(samples_a_packet_));
+                               usb_probe::EmulatedReceiver::Waveform waveform, MonoTime start,
+                               usb_probe::EmulatedReceiver::Counts counts)
+    : device_{config, std::move(waveform), start, std::move(counts)},
+      samples_a_packet_{config.samples_a_packet},
+      transfers_(kTransfers) {
+  for (auto& transfer : transfers_) transfer.bytes.resize(bytesOf(config));
 }
 
 Outcome<std::unique_ptr<PlayedReceiver>> PlayedReceiver::open(const usb_probe::EmulatedReceiver::Config& config,
                                                               usb_probe::EmulatedReceiver::Waveform waveform,
                                                               MonoTime start, const std::filesystem::path& mount,
                                                               const std::filesystem::path& gadget,
-                                                              const std::string& controller) {
-  if (usb_probe::packetBytes(config.samples_a_packet) % usb_gadget::kLargestPacket == 0 ||
-      usb_probe::packetBytes(config.samples_a_packet) % 512 == 0) {
+                                                              const std::string& controller,
+                                                              usb_probe::EmulatedReceiver::Counts counts) {
+  if (bytesOf(config) % usb_gadget::kLargestPacket == 0 || bytesOf(config) % 512 == 0) {
     return Error{"a packet of that many samples fills its USB packets, and nothing would end the transfer"};
   }
-  std::unique_ptr<PlayedReceiver> played{new PlayedReceiver{config, std::move(waveform), start}};
+  std::unique_ptr<PlayedReceiver> played{new PlayedReceiver{config, std::move(waveform), start, std::move(counts)}};
   TRY(auto queue, usb_gadget::AioQueue::open(kTransfers));
   played->queue_ = std::move(queue);
   TRY(auto function, usb_gadget::FunctionFs::open(mount, receiverFunction()));

@@ -24,12 +24,14 @@ struct PlayedCounts {
 // sample has been taken, in a transfer of its own.
 class PlayedReceiver {
  public:
-  // start: when the first sample is taken; mount: where FunctionFS is mounted; gadget: its folder in configfs.
+  // start: when the first sample is taken; mount: where FunctionFS is mounted; gadget: its folder in configfs; counts:
+  // where config has axis counters.
   static Outcome<std::unique_ptr<PlayedReceiver>> open(const usb_probe::EmulatedReceiver::Config& config,
                                                        usb_probe::EmulatedReceiver::Waveform waveform, MonoTime start,
                                                        const std::filesystem::path& mount,
                                                        const std::filesystem::path& gadget,
-                                                       const std::string& controller);
+                                                       const std::string& controller,
+                                                       usb_probe::EmulatedReceiver::Counts counts = {});
   ~PlayedReceiver();
 
   // Readable when the bus has done something.
@@ -47,7 +49,7 @@ class PlayedReceiver {
 
  private:
   PlayedReceiver(const usb_probe::EmulatedReceiver::Config& config, usb_probe::EmulatedReceiver::Waveform waveform,
-                 MonoTime start);
+                 MonoTime start, usb_probe::EmulatedReceiver::Counts counts);
   void takeBusEvents();
   void settle();
   void send(std::span<const std::byte> packet);
