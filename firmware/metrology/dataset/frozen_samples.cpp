@@ -47,7 +47,11 @@ std::map<double, std::map<std::string_view, Samples>> streamsOf(const Table& tab
   for (const auto name : kChannelNames) {
     const auto* values = table.column(name);
     if (values == nullptr) continue;
-    for (std::size_t row = 0; row < table.rows(); ++row) streams[numbers[row]][name].push_back((*values)[row]);
+    Samples* samples = nullptr;  // rows of one touch stand together
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (row == 0 || numbers[row] != numbers[row - 1]) samples = &streams[numbers[row]][name];
+      samples->push_back((*values)[row]);
+    }
   }
   return streams;
 }
