@@ -211,6 +211,7 @@ procedure::Facts Calibrations::factsNow() const {
 void Calibrations::propose(metrology::Dataset dataset, const std::string& as_this_machine_by, Answered then) {
   const auto here = in_force_.bindingFor({});
   if (auto error = whyElsewhere(dataset, here)) return then(*error);
+  if (auto error = whyNotOfThisStore(dataset)) return then(*error);
   const auto nameless = whyNameless(dataset, here);
   if (nameless && as_this_machine_by.empty()) return then(*nameless);
   addProbeTool(dataset, facts_);
@@ -285,6 +286,31 @@ Outcome<store::Id, store::Failure> Calibrations::storedAbout(const metrology::Na
   if (!whole) return propose(subject, result);
   origin.rests_on.push_back(offset->id);
   return propose(std::string{metrology::kTurningAxis}, *whole);
+}
+
+// A case that names a result which the box does not keep, or one about something else, was measured with another store.
+std::optional<Error> Calibrations::whyNotOfThisStore(const metrology::Dataset& dataset) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kAbout{{{"delay_result", "delay"},
+                                                                                 {"length_", "assembly-"},
+                                                                                 {"pre_travel_", "pre-travel"},
+                                                                                 {"sensor_head_result", "sensor-head-"},
+                                                                                 {"screw_result", "screw-"},
+                                                                                 {"centreline_result", "centreline"}}};
+  for (const auto& [key, value] : dataset.config) {
+    const auto* number = std::get_if<double>(&value);
+    if (!key.ends_with("_result") || number == nullptr || !(*number >= 1 && *number < 1e15)) continue;
+    const auto about = std::ranges::find_if(kAbout, [&](const auto& each) { return key.starts_with(each.first); });
+    const auto record = store_.find(static_cast<store::Id>(*number));
+    const bool fits = record && (about == kAbout.end() || record->binding.subject.starts_with(about->second));
+    if (fits) continue;
+    const auto named = std::to_string(static_cast<std::uint64_t>(*number));
+    return Error{"unknown-result: The case was measured with result " + named + " (its key " + key + "), " +
+                 (record ? "which is about " + record->binding.subject + " on this box"
+                         : std::string{"which this box does not keep"}) +
+                 ": propose it to the box where it was measured, or remove the key, so that the result rests on "
+                 "nothing that can be retired."};
+  }
+  return std::nullopt;
 }
 
 // Results that the case names in its keys "..._result": it was measured or computed with them.

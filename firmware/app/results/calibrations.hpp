@@ -106,6 +106,7 @@ class Calibrations {
   Outcome<std::vector<store::Id>, store::Failure> stored(const Case& solved_case, const metrology::Solved& solved);
   Outcome<store::Id, store::Failure> storedAbout(const metrology::NamedSubject& about, const Case& solved_case,
                                                  const metrology::Result& result);
+  std::optional<Error> whyNotOfThisStore(const metrology::Dataset& dataset);
   std::vector<NamedResult> namedResults(const metrology::Dataset& dataset);
   std::optional<store::Id> keep(const Case& run, const metrology::Solved& solved);
   void setRefusal(const std::string& text);

@@ -61,11 +61,18 @@ void takeCombined(std::vector<Estimate>& quantities) {
   }
 }
 
-// Takes centre_mm of a centreline to another height, along its own slope.
-void moveTo(double z_mm, const metrology::Result& result, std::vector<Estimate>& quantities) {
+const Estimate* slopeOf(const metrology::Result& result) {
+  const auto* of_spindle = result.find("C_tilt_rad");
+  return of_spindle != nullptr ? of_spindle : result.find("Z_slide_rad");
+}
+
+// Takes centre_mm of a centreline to another height, along its own slope, or that of the result which it is compared
+// with: one height does not tell it.
+void moveTo(double z_mm, const metrology::Result& result, const metrology::Result& beside,
+            std::vector<Estimate>& quantities) {
   const auto centre = std::ranges::find(quantities, "centre_mm", &Estimate::key);
   const auto* height = result.find("mean_z_mm");
-  const auto* slope = result.find("C_tilt_rad") != nullptr ? result.find("C_tilt_rad") : result.find("Z_slide_rad");
+  const auto* slope = slopeOf(result) != nullptr ? slopeOf(result) : slopeOf(beside);
   if (centre == quantities.end() || height == nullptr || slope == nullptr) return;
   const double up_mm = z_mm - height->value();
   for (std::size_t i = 0; i < std::min(centre->values.size(), slope->values.size()); ++i) {
@@ -136,7 +143,7 @@ Comparison compare(const store::Record& next, const store::Record& in_force) {
     takeCombined(quantities);
     takeCombined(others);
   }
-  if (const auto* z = result->find("mean_z_mm")) moveTo(z->value(), *other, others);
+  if (const auto* z = result->find("mean_z_mm")) moveTo(z->value(), *other, *result, others);
   // Tables of different lengths have no rows in common.
   std::erase_if(others, [&](const Estimate& each) {
     const auto same = std::ranges::find(quantities, each.key, &Estimate::key);

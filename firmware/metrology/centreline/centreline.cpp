@@ -101,6 +101,12 @@ Outcome<Fit, Refusal> fitRotation(std::span<const RotationReading> readings, con
                       linear->parameters);
 }
 
+std::optional<Refusal> addMeanHeight(const Dataset& dataset, Result& result) {
+  TRY(const auto height_mm, configNumber(dataset, "mean_z_mm"));
+  if (height_mm) result.also.push_back(Estimate::scalar("mean_z_mm", *height_mm, std::nullopt));
+  return std::nullopt;
+}
+
 std::span<const std::string_view> residualParts(const RotationNoise& noise) {
   static constexpr std::array<std::string_view, 2> kPlain{"x_mm", "y_mm"};
   static constexpr std::array<std::string_view, 2> kByArm{"along the arm", "across the arm, scaled to sigma_mm"};
@@ -145,6 +151,7 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
   }
   for (const auto& warning : noise.warnings) answer.warn(warning);
   for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
+  if (auto refusal = addMeanHeight(dataset, answer.result())) return *refusal;
   return std::move(answer).take(true);
 }
 
@@ -152,7 +159,7 @@ namespace {
 
 constexpr MethodTable kCentrelineTables[]{
     {"readings", kCentrelineColumns, "a feature that turns with C, at an angle of C", true}};
-constexpr MethodKey kCentrelineKeys[]{key::kSigma, key::kSigmaC, key::kCSense, key::kTauForTheRecord};
+constexpr MethodKey kCentrelineKeys[]{key::kSigma, key::kSigmaC, key::kCSense, key::kMeanHeight, key::kTauForTheRecord};
 constexpr MethodResult kCentrelineResults[]{{"centre_mm", "centre of rotation, x y"}};
 
 }  // namespace

@@ -38,6 +38,9 @@ Outcome<Fit, Refusal> fitRotation(std::span<const RotationReading> readings, con
 // feature at C = 0. Refuses what fitRotation does.
 Outcome<Result, Refusal> solveCentreline(const Dataset& dataset);
 
+// The height at which a centre was measured, where the case states it (mean_z_mm). Refuses: bad-config.
+std::optional<Refusal> addMeanHeight(const Dataset& dataset, Result& result);
+
 // Names of the two rows of a reading in that fit, and the sign that turns its residuals into measured minus fitted.
 std::span<const std::string_view> residualParts(const RotationNoise& noise);
 double residualSense(const RotationNoise& noise);

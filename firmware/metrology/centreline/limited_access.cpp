@@ -133,6 +133,7 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
   for (const auto& warning : noise.warnings) answer.warn(warning);
   for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   answer.result().convention = "C clockwise from +Y; psi0 is the angle of the ball at C = 0";
+  if (auto refusal = addMeanHeight(dataset, answer.result())) return *refusal;
   return std::move(answer).take(true);
 }
 
@@ -165,7 +166,7 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
 namespace {
 
 constexpr MethodTable kLimitedAccessTables[]{{"readings", kLimitedAccessColumns, "the ball at an angle of C", true}};
-constexpr MethodKey kLimitedAccessKeys[]{key::kSigma, key::kSigmaC, key::kTauForTheRecord};
+constexpr MethodKey kLimitedAccessKeys[]{key::kSigma, key::kSigmaC, key::kMeanHeight, key::kTauForTheRecord};
 constexpr MethodResult kLimitedAccessResults[]{{"centre_mm", "centre of rotation, x y"},
                                                {"radius_mm", "of the ball about it"},
                                                {"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"}};

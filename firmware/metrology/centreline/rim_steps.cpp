@@ -360,6 +360,7 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   if (dataset.table("contacts") != nullptr)
     also.push_back(Estimate::scalar("contact_shift_rad", measured.contact.rad, measured.contact.sd));
   addStylus(also, *dataset.table("readings"), measured.stylus, measured.noise);
+  if (auto refusal = addMeanHeight(dataset, result)) return *refusal;
   return result;
 }
 

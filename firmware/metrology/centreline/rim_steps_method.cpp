@@ -21,6 +21,7 @@ constexpr MethodKey kRimStepsKeys[]{
     {"sigma_contact_rad", "", "sd of an angle of C at a contact (k = 1), for the sd of contact_shift_rad"},
     {"level_limit_mm", "0.01", "y at +theta and -theta within it are level"},
     {"trust_C_angles", "true", "false where an angle of C is not what it says: the steps count"},
+    key::kMeanHeight,
     key::kTauForTheRecord};
 // Only half a turn of the spindle relates the tip to the spindle axis.
 std::optional<std::string> subjectOfSteps(const Dataset& dataset) {

@@ -22,6 +22,8 @@ inline constexpr MethodKey kSigmaC{"sigma_C_rad", "", "standard deviation of an 
 inline constexpr MethodKey kSigmaAngle{"sigma_angle_rad", "0", "standard deviation of a stop of the axis (k = 1)"};
 inline constexpr MethodKey kASense{"A_sense", "1", "-1 where A of the spindle is left-handed about +Z"};
 inline constexpr MethodKey kCSense{"C_sense", "1", "-1 where C is left-handed about +Z"};
+inline constexpr MethodKey kMeanHeight{
+    "mean_z_mm", "", "mean height at which the ball was read: where centre_mm is on an axis that leans"};
 inline constexpr MethodKey kTauForTheRecord{"previous_tau_axis_s", "", "delay in the positions; for the record"};
 inline constexpr MethodKey kStylusRadius{"stylus_ball_radius_mm", "", "with it also the feature's own size"};
 inline constexpr MethodKey kLeastRadius{"radius_min_mm", "", "a smaller radius is refused"};

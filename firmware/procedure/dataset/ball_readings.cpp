@@ -237,9 +237,16 @@ void addSigmas(metrology::Dataset& dataset, const std::vector<Reading>& readings
   dataset.config["sigma_C_rad"] = facts.sigma_c_rad;
 }
 
+void addMeanHeight(metrology::Dataset& dataset, const std::vector<Reading>& readings) {
+  double sum_mm = 0;
+  for (const auto& reading : readings) sum_mm += reading.centre.centre_mm.z();
+  if (!readings.empty()) dataset.config["mean_z_mm"] = sum_mm / static_cast<double>(readings.size());
+}
+
 void addCentreline(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts,
                    std::span<const std::string_view> columns, double sense) {
   addSigmas(dataset, readings, facts);
+  addMeanHeight(dataset, readings);
   auto table = metrology::Table::withColumns("readings", columns);
   for (const auto& reading : readings)
     table.append({sense * reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y()});

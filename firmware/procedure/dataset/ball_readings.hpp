@@ -28,6 +28,9 @@ RunDataset ballDataset(const FinishedRun& run,
 // Keys sigma_mm, of one coordinate, and sigma_C_rad, of a stop of C.
 void addSigmas(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts);
 
+// Key mean_z_mm.
+void addMeanHeight(metrology::Dataset& dataset, const std::vector<Reading>& readings);
+
 // Table readings and keys of one ball at several angles of C. sense: 1 where the first of the columns counts
 // right-handed about +Z, -1 clockwise.
 void addCentreline(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts,

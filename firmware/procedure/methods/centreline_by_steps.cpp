@@ -61,6 +61,7 @@ void addRimSteps(metrology::Dataset& dataset, const BallReadings& found, const F
     }
   }
   dataset.config["sigma_mm"] = sigmaOf(found.readings);
+  addMeanHeight(dataset, found.readings);
   dataset.config["sigma_C_rad"] = run.facts.sigma_c_rad;
   if (ball.level_limit_mm) dataset.config["level_limit_mm"] = *ball.level_limit_mm;
   dataset.tables.insert(dataset.tables.begin(), {std::move(table), std::move(stylus)});

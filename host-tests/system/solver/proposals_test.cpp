@@ -102,6 +102,22 @@ TEST_F(Proposals, ThatNameNoMachineNeedAPersonWhoSaysThatItIsThisOne) {
   EXPECT_EQ(host->ask<messages::ListResults>().results.at(0).as_this_machine_by, "Ada");
 }
 
+// What a result rests on can be retired; a number that means something else here would never be.
+TEST_F(Proposals, ThatNameResultsOfAnotherStoreAreRefused) {
+  start();
+  auto piece = lastPieceOf(sphereCase(40), 7, false);
+  piece.config = {{.key = "delay_result", .kind = messages::CaseValue::number, .numbers = {9999}}};
+  EXPECT_THAT(host->refusal<ProposeCase>(piece).what,
+              testing::AllOf(HasSubstr("unknown-result: The case was measured with result 9999"),
+                             HasSubstr("which this box does not keep")));
+  const auto sphere = host->ask<ProposeCase>(lastPieceOf(sphereCase(40), 8, false)).result_id;
+  piece = lastPieceOf(sphereCase(40), 9, false);
+  piece.config = {
+      {.key = "delay_result", .kind = messages::CaseValue::number, .numbers = {static_cast<double>(sphere)}}};
+  EXPECT_THAT(host->refusal<ProposeCase>(piece).what, HasSubstr("which is about"));
+  EXPECT_EQ(kept(), 1U);
+}
+
 TEST_F(Proposals, AreAnsweredAtOnceToHostsThatDoNotFollow) {
   start();
   const auto answer = host->ask<ProposeCase>(lastPieceOf(sphereCase(40), 7, false));

@@ -92,6 +92,22 @@ TEST_F(Accepting, ComparesCentrelinesAtTheSameHeight) {
   EXPECT_LT(higher.comparison.values.back().inSd().value_or(99), 0.1);
 }
 
+// One height does not tell how the axis leans; the result of two heights does.
+TEST_F(Accepting, TakesTheSlopeFromWhicheverOfTwoCentrelinesHasOne) {
+  const auto at_one_height = [](double x_mm, double z_mm) {
+    auto result = centreAt(x_mm, 0.1);
+    result.also = {Estimate::scalar("mean_z_mm", z_mm, std::nullopt)};
+    return result;
+  };
+  auto leaning = resultOf("c-axis-alignment", {Estimate::vector("C_tilt_rad", {2e-4, 0}, {1e-7, 1e-7})});
+  leaning.also = {Estimate::vector("centre_mm", {0.120, 0.1}, {5e-5, 5e-5}),
+                  Estimate::scalar("mean_z_mm", 200, std::nullopt)};
+  acceptedAs("centreline", at_one_height(0.100, 100));
+  EXPECT_LT(acceptedAs("centreline", leaning).comparison.values.back().inSd().value_or(99), 0.1);
+  EXPECT_FALSE(results_.accept(propose("centreline", at_one_height(0.120, 100)), "Ada"));
+  EXPECT_TRUE(results_.accept(propose("centreline", at_one_height(0.100, 100)), "Ada"));
+}
+
 TEST_F(Accepting, OfATipsCentrelineServesNoSpindles) {
   const auto accepted = acceptedAs("centreline-stylus", centreAt(0.174, -0.1233));
   EXPECT_THAT(accepted.notes, ElementsAre(HasSubstr("from the tip of probe tool 1 alone")));
