@@ -290,8 +290,7 @@ Outcome<store::Id, store::Failure> Calibrations::storedAbout(const metrology::Na
 
 // A case that names a result which the box does not keep, or one about something else, was measured with another store.
 std::optional<Error> Calibrations::whyNotOfThisStore(const metrology::Dataset& dataset) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kAbout{{{"delay_result", "delay"},
-                                                                                 {"length_", "assembly-"},
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kAbout{{{"delay_result", "delay"},
                                                                                  {"pre_travel_", "pre-travel"},
                                                                                  {"sensor_head_result", "sensor-head-"},
                                                                                  {"screw_result", "screw-"},

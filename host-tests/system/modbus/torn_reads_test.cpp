@@ -55,7 +55,10 @@ Found readAll(modbus_t* master, std::uint64_t wanted, const std::function<void()
   for (std::uint64_t attempts = 0; found.answers < wanted && attempts < 10 * wanted; ++attempts) {
     if (before) before();
     if (modbus_read_registers(master, 0, values.size(), values.data()) != static_cast<int>(values.size())) {
+      // The quietest of many gives way to a newer one, and comes again as masters do.
+      const bool was_closed = errno == ECONNRESET || errno == EPIPE || errno == EBADF;
       modbus_flush(master);
+      if (was_closed) modbus_close(master), modbus_connect(master);
       continue;
     }
     ++found.answers;
