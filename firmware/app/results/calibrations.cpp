@@ -12,6 +12,7 @@
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/subject_values.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 
@@ -70,6 +71,20 @@ std::optional<Error> whyElsewhere(const metrology::Dataset& dataset, const store
     if (text == nullptr || *text == value) continue;
     return Error{std::string{"The case was measured with the "} + key + " '" + *text + "', but this box describes '" +
                  value + "': propose it to the box where it was measured."};
+  }
+  return std::nullopt;
+}
+
+// A check is held against the limit of this machine, whoever proposes it.
+std::optional<Error> whyOtherLimit(const metrology::Dataset& dataset, const procedure::Facts& facts) {
+  const auto& ball = facts.checked_ball;
+  if (dataset.method != "periodic-check" || !ball || !ball->limit_mm) return std::nullopt;
+  for (const auto& [key, value] : dataset.config) {
+    const auto* limit_mm = std::get_if<double>(&value);
+    if (!key.starts_with("limit_") || limit_mm == nullptr || *limit_mm <= *ball->limit_mm) continue;
+    return Error{"other-limit: The case states " + key + " = " + metrology::text(*limit_mm) +
+                 ", and [periodic_check] limit_mm of machine.toml is " + metrology::text(*ball->limit_mm) +
+                 ": a check is held against the limit of the machine. State that in the case, or change it there."};
   }
   return std::nullopt;
 }
@@ -212,6 +227,7 @@ void Calibrations::propose(metrology::Dataset dataset, const std::string& as_thi
   const auto here = in_force_.bindingFor({});
   if (auto error = whyElsewhere(dataset, here)) return then(*error);
   if (auto error = whyNotOfThisStore(dataset)) return then(*error);
+  if (auto error = whyOtherLimit(dataset, facts_)) return then(*error);
   const auto nameless = whyNameless(dataset, here);
   if (nameless && as_this_machine_by.empty()) return then(*nameless);
   addProbeTool(dataset, facts_);

@@ -118,6 +118,17 @@ TEST_F(Proposals, ThatNameResultsOfAnotherStoreAreRefused) {
   EXPECT_EQ(kept(), 1U);
 }
 
+// The emulated machine has 0.02 mm.
+TEST_F(Proposals, OfAWiderLimitThanTheMachinesAreRefused) {
+  start();
+  auto check = sphereCase(40);
+  check.method = "periodic-check";
+  auto piece = lastPieceOf(check, 7, false);
+  piece.config = {{.key = "limit_mm", .kind = messages::CaseValue::number, .numbers = {1}}};
+  EXPECT_THAT(host->refusal<ProposeCase>(piece).what,
+              testing::AllOf(HasSubstr("other-limit: The case states limit_mm = 1"), HasSubstr("0.02")));
+}
+
 TEST_F(Proposals, AreAnsweredAtOnceToHostsThatDoNotFollow) {
   start();
   const auto answer = host->ask<ProposeCase>(lastPieceOf(sphereCase(40), 7, false));
