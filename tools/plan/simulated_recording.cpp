@@ -138,8 +138,7 @@ bool SimulatedRecording::hold(const procedure::Step& step) {
   const auto& rows = facts_.sensor_head->calibrated->matrix;
   const Vector3d sensors{vectorOf(rows[0]).dot(-off), vectorOf(rows[1]).dot(-off), vectorOf(rows[2]).dot(-off)};
   const auto touch = begin(step);
-  const Vector3d tip{0, 0, -facts_.probe_tools.lengthOf(facts_.probe_tools.numbers[0])};
-  const Vector3d position = ballOf(step) + off - movedByHead(tip);
+  const Vector3d position = ballOf(step) + off - movedByHead(firstTip());
   bool fits = true;
   sample(set_up_.machine_rate_hz, set_up_.hold_s,
          [&](double t) { fits = machineRow(t, position + noise(set_up_.machine_noise_um)) && fits; });
@@ -199,8 +198,7 @@ bool SimulatedRecording::scan(const procedure::Step& step) {
 bool SimulatedRecording::turn(const procedure::Step& step) {
   auto touch = begin(step);
   const Vector3d ball = ballAt(set_up_, step.touch.ball), met{0, ball.head<2>().norm(), ball.z()};
-  const Vector3d tip{0, 0, -facts_.probe_tools.lengthOf(facts_.probe_tools.numbers[0])};
-  const Vector3d away = movedByHead(tip) - (tableBeside() * met - met);  // of the stylus, seen from the ball
+  const Vector3d away = movedByHead(firstTip()) - (tableBeside() * met - met);  // of the stylus, seen from the ball
   const Turn motion{step, ball, away, set_up_};
   beside_rad_[2] = stopOff(2);  // C has moved, and its encoder does not see how far it stands beside
   const double interval_s = std::chrono::duration<double>{capture::kSweepInterval}.count();
@@ -275,6 +273,10 @@ Vector3d SimulatedRecording::ballOf(const procedure::Step& step) const {
 // About an axis through the middle of the table.
 Eigen::AngleAxisd SimulatedRecording::tableBeside() const {
   return Eigen::AngleAxisd{beside_rad_[1], vectorOf(facts_.tilting_table->axis)};
+}
+
+Vector3d SimulatedRecording::firstTip() const {
+  return {0, 0, -facts_.probe_tools.lengthOf(facts_.probe_tools.numbers[0])};
 }
 
 // From where a tip hangs with the head level.

@@ -89,6 +89,17 @@ std::optional<Error> whyOtherLimit(const metrology::Dataset& dataset, const proc
   return std::nullopt;
 }
 
+// Keys "..._result" of a case, and the results that they name: it was measured or computed with them.
+std::vector<std::pair<std::string, store::Id>> namedIn(const metrology::Dataset& dataset) {
+  std::vector<std::pair<std::string, store::Id>> named;
+  for (const auto& [key, value] : dataset.config) {
+    const auto* number = std::get_if<double>(&value);
+    if (key.ends_with("_result") && number != nullptr && *number >= 1 && *number < 1e15)
+      named.emplace_back(key, static_cast<store::Id>(*number));
+  }
+  return named;
+}
+
 // Refused because of what the case did to the solver, not because of what it holds.
 bool isOfSolver(const metrology::Solved& solved) {
   constexpr std::array<std::string_view, 3> kNames{"solver-ended", "too-long", "too-much-memory"};
@@ -311,15 +322,14 @@ std::optional<Error> Calibrations::whyNotOfThisStore(const metrology::Dataset& d
                                                                                  {"sensor_head_result", "sensor-head-"},
                                                                                  {"screw_result", "screw-"},
                                                                                  {"centreline_result", "centreline"}}};
-  for (const auto& [key, value] : dataset.config) {
-    const auto* number = std::get_if<double>(&value);
-    if (!key.ends_with("_result") || number == nullptr || !(*number >= 1 && *number < 1e15)) continue;
-    const auto about = std::ranges::find_if(kAbout, [&](const auto& each) { return key.starts_with(each.first); });
-    const auto record = store_.find(static_cast<store::Id>(*number));
+  for (const auto& [key, id] : namedIn(dataset)) {
+    const auto about =
+        std::ranges::find_if(kAbout, [&name = key](const auto& each) { return name.starts_with(each.first); });
+    const auto record = store_.find(id);
     const bool fits = record && (about == kAbout.end() || record->binding.subject.starts_with(about->second));
     if (fits) continue;
-    const auto named = std::to_string(static_cast<std::uint64_t>(*number));
-    return Error{"unknown-result: The case was measured with result " + named + " (its key " + key + "), " +
+    return Error{"unknown-result: The case was measured with result " + std::to_string(id) + " (its key " + key +
+                 "), " +
                  (record ? "which is about " + record->binding.subject + " on this box"
                          : std::string{"which this box does not keep"}) +
                  ": propose it to the box where it was measured, or remove the key, so that the result rests on "
@@ -328,13 +338,9 @@ std::optional<Error> Calibrations::whyNotOfThisStore(const metrology::Dataset& d
   return std::nullopt;
 }
 
-// Results that the case names in its keys "..._result": it was measured or computed with them.
 std::vector<Calibrations::NamedResult> Calibrations::namedResults(const metrology::Dataset& dataset) {
   std::vector<NamedResult> named;
-  for (const auto& [key, value] : dataset.config) {
-    const auto* number = std::get_if<double>(&value);
-    if (!key.ends_with("_result") || number == nullptr || !(*number >= 1 && *number < 1e15)) continue;
-    const auto id = static_cast<store::Id>(*number);
+  for (const auto& [key, id] : namedIn(dataset)) {
     if (store_.find(id)) named.push_back({key, id});
   }
   return named;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "firmware/metrology/centreline/centreline.hpp"
-#include "firmware/metrology/dataset/verdict.hpp"
+#include "firmware/metrology/centreline/check_quantities.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/shared_errors.hpp"
 #include "protocol/units/tolerances.hpp"
@@ -20,32 +20,6 @@ namespace {
 constexpr std::array<std::string_view, 6> kCentreColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kXColumns{"B_deg", "C_deg", "A_deg", "x_mm"};
 constexpr std::array<std::string_view, 4> kZColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
-
-// One mean: which readings make it, and what cancels in it.
-struct Quantity {
-  std::string_view key;
-  std::string_view table;
-  std::string_view column;
-  double swivel{};  // degrees
-  bool ball{};      // the ball's run-out cancels between C = 0 and 180
-  bool stylus{};    // the stylus' run-out cancels between spindle 0 and 180
-  bool promised{true};
-};
-
-// What the run-outs of ball and stylus are at B = 0; the check asks for a new calibration where they have moved.
-constexpr std::array<std::string_view, 4> kRunOuts{"ball_offset_x_mm", "ball_offset_y_mm", "stylus_offset_x_mm",
-                                                   "stylus_offset_y_mm"};
-
-constexpr Quantity kXAtLevel{"Xcen_B0_mm", "centres", "x_mm", 0.0, true, true};
-constexpr Quantity kYAtLevel{"Ycen_B0_mm", "centres", "y_mm", 0.0, true, true};
-constexpr Quantity kZAtLevel{"z_offset_error_mm", "z_touch", "z_mm", 0.0, false, false};
-constexpr Quantity kYAt45{"Ycen_B45_mm", "centres", "y_mm", 45.0, true, true};
-constexpr Quantity kYAt90{"Ycen_B90_mm", "centres", "y_mm", 90.0, true, true};
-constexpr Quantity kZAt90{"Zcen_B90_mm", "centres", "z_mm", 90.0, true, true, false};
-constexpr Quantity kXAt90{"x_offset_error_mm", "x_touch", "x_mm", 90.0, true, false};
-
-// In the order of the answer: by angle of the head.
-constexpr std::array kQuantities{&kXAtLevel, &kYAtLevel, &kZAtLevel, &kYAt45, &kYAt90, &kZAt90, &kXAt90};
 
 std::optional<Refusal> badAngles(const Table& table) {
   const auto wrong = [&](std::string_view column, std::size_t row, const char* allowed) {
@@ -76,7 +50,7 @@ struct Sigmas {
   double height90{1.0};
   double touch{1.0};
 
-  double of(const Quantity& quantity) const {
+  double of(const CheckQuantity& quantity) const {
     if (quantity.table != "centres") return touch;
     return quantity.column == "z_mm" ? height90 : centre.noise.position;
   }
@@ -97,7 +71,7 @@ Outcome<Sigmas, Refusal> sigmasOf(const Dataset& dataset) {
 
 // All means as one linear fit, so that residuals and degrees of freedom are common to them.
 struct Means {
-  std::vector<const Quantity*> quantities;
+  std::vector<const CheckQuantity*> quantities;
   std::vector<Eigen::Index> columns;  // of each quantity's mean
   std::vector<std::string> readings;  // name of each row
   std::vector<double> swivels;        // degrees, of each row
@@ -118,13 +92,13 @@ struct Row {
   Eigen::Index mean{};
   double ball{};
   double stylus{};
-  const Quantity* quantity{};
+  const CheckQuantity* quantity{};
 };
 
 // Offset of the ball from the C axis at C = 0, in X or Y; nothing where no reading tells it.
 std::optional<double> ballOffset(const Means& means, std::string_view column, bool x_is_radius) {
   for (std::size_t k = 0; k < means.quantities.size(); ++k) {
-    const Quantity& quantity = *means.quantities[k];
+    const CheckQuantity& quantity = *means.quantities[k];
     if (!quantity.ball || quantity.column != column) continue;
     const double offset = means.fit.parameters[means.columns[k] + 1];
     return quantity.table == "x_touch" && !x_is_radius ? offset / 2 : offset;
@@ -141,7 +115,7 @@ std::optional<Eigen::VectorXd> movedByC(const Means& means, std::span<const Row>
   if (!x || !y) return std::nullopt;
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rows.size()));
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const Quantity& quantity = *rows[k].quantity;
+    const CheckQuantity& quantity = *rows[k].quantity;
     const double in_sds = rows[k].ball * sigma_rad / means.sigmas[k];
     const double shown = quantity.table == "x_touch" && !x_is_radius ? 2.0 : 1.0;
     if (quantity.column == "x_mm") moved[static_cast<Eigen::Index>(k)] = -shown * in_sds * *y;
@@ -154,8 +128,8 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas, b
   Means means;
   std::vector<Row> rows;
   Eigen::Index parameters = 0;
-  for (const Quantity* each : kQuantities) {
-    const Quantity& quantity = *each;
+  for (const CheckQuantity* each : kCheckQuantities) {
+    const CheckQuantity& quantity = *each;
     if (dataset.table(quantity.table) == nullptr) continue;
     const Table& table = *dataset.table(quantity.table);
     const std::size_t before = rows.size();
@@ -222,51 +196,10 @@ Outcome<Ball, Refusal> ballOf(const Dataset& dataset) {
 }
 
 // (B24): what to take off the mean of the touches.
-double reference(const Quantity& quantity, const Ball& ball) {
+double reference(const CheckQuantity& quantity, const Ball& ball) {
   if (quantity.table == "x_touch") return ball.x_is_radius ? ball.radius : 2.0 * ball.radius;
   if (quantity.table == "z_touch") return ball.radius + ball.expected_z;
   return 0.0;
-}
-
-// What was compared, and (|error| + U) / limit, above 1 where conformity is not proven.
-struct Judged {
-  Proof proof{};
-  double ratio{};
-};
-using Worst = std::optional<Judged>;
-
-void worsen(Worst& worst, const Worst& by) {
-  const Judged before = worst.value_or(Judged{});
-  if (by) worst = {std::max(before.proof, by->proof), std::max(before.ratio, by->ratio)};
-}
-
-// Compares one value with the accepted one; nothing when no limit is stated.
-Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, bool error, Result& result) {
-  TRY(const auto accepted, configNumber(dataset, "accepted_" + estimate.key));
-  auto limit = configPositive(dataset, "limit_" + estimate.key);
-  if (limit && !limit.value()) limit = configPositive(dataset, "limit_mm");
-  if (!limit) return limit.error();
-  if (!limit.value() || (!accepted && !error)) return Worst{};
-  Estimate deviation = estimate;
-  deviation.key = "deviation_" + estimate.key;
-  deviation.values = {estimate.value() - accepted.value_or(0.0)};
-  deviation.design.clear();
-  const auto& uncertainty = estimate.uncertainty.empty() ? estimate.sd : estimate.uncertainty;
-  const double doubt = uncertainty.empty() ? 0.0 : 2.0 * uncertainty.front();
-  const double off = std::abs(deviation.value());
-  const Proof proof = off - doubt > **limit   ? Proof::fails
-                      : off + doubt > **limit ? Proof::not_proven
-                                              : Proof::conforms;
-  if (proof != Proof::conforms) {
-    const bool fails = proof == Proof::fails;
-    result.warnings.push_back(std::string{fails ? "fail: " : "not proven: "} + estimate.key + " is " +
-                              text(deviation.value()) + " mm off the accepted value, " + (fails ? "beyond" : "and") +
-                              " the limit of " + text(**limit) + " mm " +
-                              (fails ? "by more than U (k = 2): calibrate again"
-                                     : "lies within U (k = 2), " + text(doubt) + " mm: measure more exactly"));
-  }
-  result.also.push_back(std::move(deviation));
-  return Worst{{proof, (off + doubt) / **limit}};
 }
 
 // Run-outs of ball and stylus at C = 0 and spindle = 0, from x and y at B = 0, and where the ball is: what the next
@@ -281,11 +214,11 @@ void addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
   }
   const auto& parameters = means.fit.parameters;
   const auto one = [&](Eigen::Index column) { return Eigen::RowVectorXd{pick(column, 1, parameters.size()).row(0)}; };
-  for (std::size_t k = 0; k < kRunOuts.size(); ++k) {
+  for (std::size_t k = 0; k < kCheckRunOuts.size(); ++k) {
     const bool stylus = k >= 2;
     const double sign = stylus ? -1.0 : 1.0;  // (B4): the stylus is taken off
     const Eigen::Index column = at[k % 2] + (stylus ? 2 : 1);
-    answer.alsoScalar(std::string{kRunOuts[k]}, sign * parameters[column], sign * one(column));
+    answer.alsoScalar(std::string{kCheckRunOuts[k]}, sign * parameters[column], sign * one(column));
   }
   Eigen::VectorXd centre{3};
   Eigen::MatrixXd rows{3, parameters.size()};
@@ -300,22 +233,6 @@ void addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
   centre[2] = parameters[touched] - ball.radius;
   rows.row(2) = one(touched);
   answer.alsoVector("ball_centre_mm", centre, rows);
-}
-
-// The worst verdict on the run-outs that a value was accepted of.
-Outcome<Worst, Refusal> judgeRunOuts(const Dataset& dataset, Result& result) {
-  Worst worst;
-  for (const auto key : kRunOuts) {
-    if (!result.find(key) || !dataset.config.contains("accepted_" + std::string{key})) continue;
-    const Estimate estimate = *result.find(key);
-    TRY(const auto judged, judge(dataset, estimate, false, result));
-    worsen(worst, judged);
-  }
-  if (worst && worst->proof == Proof::fails) {
-    result.warnings.emplace_back(
-        "the ball or the stylus has moved since it was calibrated: make a full calibration before this check counts");
-  }
-  return worst;
 }
 
 bool hasSwivel(const Table& table, double swivel) {
@@ -357,7 +274,7 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   auto& residuals = answer.result().residuals.values;
   for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= means.sigmas[k] / sigmas.centre.noise.position;
   for (std::size_t k = 0; k < means.quantities.size(); ++k) {
-    const Quantity& quantity = *means.quantities[k];
+    const CheckQuantity& quantity = *means.quantities[k];
     const Eigen::RowVectorXd row = pick(means.columns[k], 1, parameters.size()).row(0);
     const double value = parameters[means.columns[k]] - reference(quantity, ball);
     if (quantity.promised) {
@@ -370,7 +287,7 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
     if (!sd.empty()) sd[0] = std::hypot(sd[0], stop90.value_or(0.0));
   }
   addRunOuts(answer, means, ball);
-  for (const Quantity* quantity : kQuantities) {
+  for (const CheckQuantity* quantity : kCheckQuantities) {
     if (std::ranges::find(means.quantities, quantity) != means.quantities.end()) continue;
     const std::string key{quantity->key};
     // A machine whose head does not swivel has none of them; one that was accepted is missed.
@@ -382,21 +299,6 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   }
   answer.result().convention = ball.x_is_radius ? "X in radius" : "X in diameters";
   return std::move(answer).take(true);
-}
-
-std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result) {
-  TRY(const auto run_outs, judgeRunOuts(dataset, result));
-  Worst worst = run_outs;
-  for (const Quantity* quantity : kQuantities) {
-    if (!result.find(quantity->key)) continue;
-    const Estimate estimate = *result.find(quantity->key);
-    TRY(const auto judged, judge(dataset, estimate, quantity->table != "centres", result));
-    worsen(worst, judged);
-  }
-  if (!worst) return std::nullopt;
-  result.also.push_back(Estimate::scalar(std::string{kVerdict}, static_cast<double>(worst->proof), std::nullopt));
-  result.also.push_back(Estimate::scalar("worst_ratio", worst->ratio, std::nullopt));
-  return std::nullopt;
 }
 
 }  // namespace probebox::metrology

@@ -205,10 +205,10 @@ metrology::Dataset touchesAndPoseOf(const FinishedRun& run) {
   return dataset;
 }
 
-metrology::Dataset sphereTouchesOf(const FinishedRun& run) {
-  auto dataset = touchesAndPoseOf(run);
-  addStopOfHead(dataset, run);
-  return dataset;
+RunDataset sphereRun(const FinishedRun& run) {
+  RunDataset built{touchesAndPoseOf(run), {}, {}};
+  built.warnings = addStopOfHead(built.dataset, run);
+  return built;
 }
 
 // Whole turns aside, so that they do not change a mean.

@@ -29,8 +29,8 @@ struct StylusMove {
 std::vector<StylusMove> movedByStops(const FinishedRun& run, const Eigen::Vector3d& ball_mm, std::uint32_t tool);
 
 // Adds what the stop of a head moves all touches of a sphere by that stands on the machine's bed: its place, and
-// nothing else.
-void addStopOfHead(metrology::Dataset& dataset, const FinishedRun& run);
+// nothing else. Returns warnings.
+std::vector<std::string> addStopOfHead(metrology::Dataset& dataset, const FinishedRun& run);
 
 // Adds the changes of the method's tables by both stops, as far as they move anything that the run reads. Returns
 // warnings about an axis whose sigma_rad is stated and whose place is not.

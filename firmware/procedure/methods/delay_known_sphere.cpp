@@ -21,7 +21,7 @@ constinit const LiveMethod kDelayKnownSphere{.number = 2,
                                              .sides = kSphereSides,
                                              .usual = touchesAt(25),
                                              .dataset = [](const FinishedRun& run) {
-                                               RunDataset built{sphereTouchesOf(run), {}, {}};
+                                               RunDataset built = sphereRun(run);
                                                addSphereSize(built.dataset, run.facts);
                                                built.dataset.config["feature"] = std::string{"external"};
                                                return built;

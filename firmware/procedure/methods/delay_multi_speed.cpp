@@ -22,7 +22,7 @@ constinit const LiveMethod kDelayMultiSpeed{
     .usual = touchesAt(5, 10, 20, 30, 40),
     .dataset =
         [](const FinishedRun& run) {
-          RunDataset built{sphereTouchesOf(run), {}, {}};
+          RunDataset built = sphereRun(run);
           addEffectiveDiameter(built.dataset, run.facts);
           return built;
         },

@@ -1,7 +1,6 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
 #include "firmware/store/copy_before.hpp"
 #include "firmware/store/schema.hpp"
@@ -22,12 +21,6 @@ using testing::SizeIs;
 
 class GoneBack : public testing::Test {
  protected:
-  void run(const std::string& sql, const std::string& file = {}) const {
-    sqlite3* hand{};
-    sqlite3_open((file.empty() ? scratch_.file() : file).c_str(), &hand);
-    EXPECT_EQ(sqlite3_exec(hand, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(hand);
-    sqlite3_close(hand);
-  }
   // Result 1 in force, result 2 proposed.
   void fill() const {
     auto store = Store::open(scratch_.file()).value();
@@ -39,7 +32,7 @@ class GoneBack : public testing::Test {
       auto database = Database::open(scratch_.file()).value();
       ASSERT_TRUE(keepCopyBefore(database, knownSchema()));
     }
-    run("ALTER TABLE results ADD COLUMN later TEXT; PRAGMA user_version = 99");
+    scratch_.change("ALTER TABLE results ADD COLUMN later TEXT; PRAGMA user_version = 99");
   }
   std::string copyOfSchema(std::int64_t schema) const { return scratch_.file() + ".schema-" + std::to_string(schema); }
   std::string copy() const { return copyOfSchema(knownSchema()); }
@@ -50,7 +43,7 @@ class GoneBack : public testing::Test {
 TEST_F(GoneBack, AMigrationKeepsACopyOfTheStoreAsItWasAndNoOlderOne) {
   std::ofstream{copyOfSchema(4)} << "of an earlier update";
   std::ofstream{copyOfSchema(5)} << "half written";
-  run(kSchema5);
+  scratch_.change(kSchema5);
   ASSERT_TRUE(Store::open(scratch_.file()));
   EXPECT_FALSE(std::filesystem::exists(copyOfSchema(4)));
   auto kept = Database::openToRead(copyOfSchema(5)).value();
@@ -62,7 +55,7 @@ TEST_F(GoneBack, AMigrationKeepsACopyOfTheStoreAsItWasAndNoOlderOne) {
 }
 
 TEST_F(GoneBack, NothingIsMigratedWithoutACopy) {
-  run(kSchema5);
+  scratch_.change(kSchema5);
   std::filesystem::create_directories(copyOfSchema(5) + "/in the way");
   auto store = Store::openAnyhow(scratch_.file());
   EXPECT_THAT(store.whyNotWritable(), HasSubstr(copyOfSchema(5) + " cannot be opened"));
@@ -73,7 +66,7 @@ TEST_F(GoneBack, NothingIsMigratedWithoutACopy) {
 TEST_F(GoneBack, ResultsOfBeforeStayInForceWhileTheyHold) {
   fill();
   migrateByANewerVersion();
-  run("INSERT INTO transitions (result_id, state, utc, by_whom) VALUES (3, 0, 't3', '')");  // a proposal
+  scratch_.change("INSERT INTO transitions (result_id, state, utc, by_whom) VALUES (3, 0, 't3', '')");  // a proposal
   const auto before = support::contentOf(scratch_.file());
   auto store = Store::openAnyhow(scratch_.file());
   EXPECT_EQ(store.active(kBinding).value()->id, 1U);
@@ -89,7 +82,7 @@ TEST_F(GoneBack, ResultsOfBeforeStayInForceWhileTheyHold) {
 TEST_F(GoneBack, ResultsThatWereReplacedSinceDoNotComeBackByThemselves) {
   fill();
   migrateByANewerVersion();
-  run("INSERT INTO transitions (result_id, state, utc, by_whom) VALUES (2, 2, 't3', 'Ada')");
+  scratch_.change("INSERT INTO transitions (result_id, state, utc, by_whom) VALUES (2, 2, 't3', 'Ada')");
   auto store = Store::openAnyhow(scratch_.file());
   EXPECT_THAT(*store.newest(10), IsEmpty());
   EXPECT_THAT(store.notice(),
@@ -101,14 +94,14 @@ TEST_F(GoneBack, ResultsThatWereReplacedSinceDoNotComeBackByThemselves) {
 TEST_F(GoneBack, ResultsOfAVersionWhoseHistoryCannotBeReadCountAsReplaced) {
   fill();
   migrateByANewerVersion();
-  run("ALTER TABLE transitions RENAME TO history");
+  scratch_.change("ALTER TABLE transitions RENAME TO history");
   EXPECT_THAT(*Store::openAnyhow(scratch_.file()).newest(10), IsEmpty());
 }
 
 TEST_F(GoneBack, ACopyThatIsDamagedIsNamed) {
   fill();
   migrateByANewerVersion();
-  run("DROP TABLE datasets", copy());
+  scratch_.change("DROP TABLE datasets", copy());
   auto store = Store::openAnyhow(scratch_.file());
   EXPECT_THAT(*store.newest(10), IsEmpty());
   EXPECT_THAT(store.notice(), AllOf(HasSubstr("Neither can the copy of before: " + copy() + " is damaged"),

@@ -1,5 +1,7 @@
 #pragma once
 #include <filesystem>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
 #include <string>
 
 #include "firmware/store/store.hpp"
@@ -11,6 +13,13 @@ class Scratch {
  public:
   const std::filesystem::path& directory() const { return folder_.path(); }
   std::string file() const { return folder_.file("results.db"); }
+  // By another program's hand.
+  void change(const std::string& sql, const std::string& other = {}) const {
+    sqlite3* hand{};
+    sqlite3_open((other.empty() ? file() : other).c_str(), &hand);
+    EXPECT_EQ(sqlite3_exec(hand, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(hand);
+    sqlite3_close(hand);
+  }
 
  private:
   support::TemporaryFolder folder_;

@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <map>
-#include <sqlite3.h>
 
 #include "scratch.hpp"
 #include "store_of_schema_5.hpp"
@@ -18,13 +17,7 @@ using testing::SizeIs;
 
 class EarlierSubjects : public testing::Test {
  protected:
-  EarlierSubjects() { change(kSchema5); }
-  void change(const std::string& sql) const {
-    sqlite3* hand{};
-    sqlite3_open(scratch_.file().c_str(), &hand);
-    EXPECT_EQ(sqlite3_exec(hand, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(hand);
-    sqlite3_close(hand);
-  }
+  EarlierSubjects() { scratch_.change(kSchema5); }
   static Binding about(const char* subject, const char* mounting = "spindle") {
     return {subject, "P-1001", "mill 3", mounting};
   }
@@ -79,7 +72,7 @@ TEST_F(EarlierSubjects, ThatAreOneNowKeepTheResultAcceptedLast) {
 }
 
 TEST_F(EarlierSubjects, NeverMakeADamagedRowWhole) {
-  change("UPDATE results SET result_json = replace(result_json, '-12.301', '-12.401') WHERE id = 12");
+  scratch_.change("UPDATE results SET result_json = replace(result_json, '-12.301', '-12.401') WHERE id = 12");
   auto store = Store::open(scratch_.file()).value();
   EXPECT_FALSE(store.find(12));
   EXPECT_EQ((*store.active(about("head-pivot")))->id, 11U);
@@ -88,7 +81,7 @@ TEST_F(EarlierSubjects, NeverMakeADamagedRowWhole) {
 
 // Every row that is whole is taken over under what it means, though the file is of the earlier version.
 TEST_F(EarlierSubjects, OfADamagedFileAreAssignedToo) {
-  change("PRAGMA user_version = 3");
+  scratch_.change("PRAGMA user_version = 3");
   auto store = Store::open(scratch_.file()).value();
   EXPECT_THAT(store.notice(), AllOf(HasSubstr("the 16 results of it that are whole"), HasSubstr("centreline-stylus")));
   for (const auto& [id, subject] : kMeant) EXPECT_EQ(store.find(id)->binding.subject, subject) << id;

@@ -1,0 +1,34 @@
+#pragma once
+#include <array>
+#include <string_view>
+
+// What the periodic check measures and is held to.
+namespace probebox::metrology {
+
+// One mean: which readings make it, and what cancels in it.
+struct CheckQuantity {
+  std::string_view key;
+  std::string_view table;
+  std::string_view column;
+  double swivel{};  // degrees
+  bool ball{};      // the ball's run-out cancels between C = 0 and 180
+  bool stylus{};    // the stylus' run-out cancels between spindle 0 and 180
+  bool promised{true};
+};
+
+// What the run-outs of ball and stylus are at B = 0; the check asks for a new calibration where they have moved.
+inline constexpr std::array<std::string_view, 4> kCheckRunOuts{"ball_offset_x_mm", "ball_offset_y_mm",
+                                                               "stylus_offset_x_mm", "stylus_offset_y_mm"};
+
+inline constexpr CheckQuantity kXAtLevel{"Xcen_B0_mm", "centres", "x_mm", 0.0, true, true};
+inline constexpr CheckQuantity kYAtLevel{"Ycen_B0_mm", "centres", "y_mm", 0.0, true, true};
+inline constexpr CheckQuantity kZAtLevel{"z_offset_error_mm", "z_touch", "z_mm", 0.0, false, false};
+inline constexpr CheckQuantity kYAt45{"Ycen_B45_mm", "centres", "y_mm", 45.0, true, true};
+inline constexpr CheckQuantity kYAt90{"Ycen_B90_mm", "centres", "y_mm", 90.0, true, true};
+inline constexpr CheckQuantity kZAt90{"Zcen_B90_mm", "centres", "z_mm", 90.0, true, true, false};
+inline constexpr CheckQuantity kXAt90{"x_offset_error_mm", "x_touch", "x_mm", 90.0, true, false};
+
+// In the order of the answer: by angle of the head.
+inline constexpr std::array kCheckQuantities{&kXAtLevel, &kYAtLevel, &kZAtLevel, &kYAt45, &kYAt90, &kZAt90, &kXAt90};
+
+}  // namespace probebox::metrology
