@@ -20,8 +20,33 @@ constexpr std::size_t kFewestSamples = 20;
 // Values of one channel in one touch or scan, in the order of the table.
 using Samples = std::vector<double>;
 
-bool isConstant(const Samples& samples) {
-  return std::ranges::all_of(samples, [&](double sample) { return sample == samples.front(); });
+struct Stream {
+  double first{};
+  std::size_t count{};
+  bool is_constant{true};
+};
+
+// Touches or scans in which the channel has one value other than 0 throughout.
+std::vector<double> constantIn(const Samples& numbers, const Samples& values) {
+  std::map<double, Stream> streams;
+  Stream* stream = nullptr;  // rows of one touch stand together
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (row == 0 || numbers[row] != numbers[row - 1])
+      stream = &streams.try_emplace(numbers[row], values[row]).first->second;
+    ++stream->count;
+    stream->is_constant = stream->is_constant && values[row] == stream->first;
+  }
+  std::vector<double> found;
+  for (const auto& [number, each] : streams)
+    if (each.is_constant && each.first != 0 && each.count >= kFewestSamples) found.push_back(number);
+  return found;
+}
+
+Samples samplesOf(double number, const Samples& numbers, const Samples& values) {
+  Samples samples;
+  for (std::size_t row = 0; row < values.size(); ++row)
+    if (numbers[row] == number) samples.push_back(values[row]);
+  return samples;
 }
 
 // True where the noise, by the median of second differences, which a smooth motion leaves alone, is at least the
@@ -40,29 +65,20 @@ bool hasClearNoise(const Samples& samples) {
   return kOfSecondDifferences * *middle >= step;
 }
 
-// Channels of the touches or scans, by the number in the first column.
-std::map<double, std::map<std::string_view, Samples>> streamsOf(const Table& table) {
-  std::map<double, std::map<std::string_view, Samples>> streams;
-  const auto& numbers = table.columns.front().values;
-  for (const auto name : kChannelNames) {
-    const auto* values = table.column(name);
-    if (values == nullptr) continue;
-    Samples* samples = nullptr;  // rows of one touch stand together
-    for (std::size_t row = 0; row < table.rows(); ++row) {
-      if (row == 0 || numbers[row] != numbers[row - 1]) samples = &streams[numbers[row]][name];
-      samples->push_back((*values)[row]);
-    }
-  }
-  return streams;
-}
-
 }  // namespace
 
 std::optional<Refusal> frozenSamples(const Table& probe) {
-  for (const auto& [number, channels] : streamsOf(probe)) {
-    for (const auto& [name, samples] : channels) {
-      if (samples.size() < kFewestSamples || samples.front() == 0 || !isConstant(samples)) continue;
-      if (std::ranges::none_of(channels, [](const auto& other) { return hasClearNoise(other.second); })) continue;
+  const auto& numbers = probe.columns.front().values;
+  for (const auto name : kChannelNames) {
+    const auto* values = probe.column(name);
+    if (values == nullptr) continue;
+    for (const double number : constantIn(numbers, *values)) {
+      const auto hasNoise = [&](std::string_view other) {
+        const auto* channel = probe.column(other);
+        return channel != nullptr && hasClearNoise(samplesOf(number, numbers, *channel));
+      };
+      if (std::ranges::none_of(kChannelNames, hasNoise)) continue;
+      const auto samples = samplesOf(number, numbers, *values);
       return Refusal{"frozen-channel",
                      "all " + std::to_string(samples.size()) + " samples of channel '" + std::string{name} + "' in " +
                          probe.columns.front().name + " " + text(number) + " of table '" + probe.name + "' are " +
