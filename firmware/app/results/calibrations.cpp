@@ -13,6 +13,7 @@
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/subject_values.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 
@@ -78,7 +79,7 @@ std::optional<Error> whyElsewhere(const metrology::Dataset& dataset, const store
 // A check is held against the limit of this machine, whoever proposes it.
 std::optional<Error> whyOtherLimit(const metrology::Dataset& dataset, const procedure::Facts& facts) {
   const auto& ball = facts.checked_ball;
-  if (dataset.method != "periodic-check" || !ball || !ball->limit_mm) return std::nullopt;
+  if (metrology::subjectOf(dataset) != "check" || !ball || !ball->limit_mm) return std::nullopt;
   for (const auto& [key, value] : dataset.config) {
     const auto* limit_mm = std::get_if<double>(&value);
     if (!key.starts_with("limit_") || limit_mm == nullptr || *limit_mm <= *ball->limit_mm) continue;
@@ -317,16 +318,11 @@ Outcome<store::Id, store::Failure> Calibrations::storedAbout(const metrology::Na
 
 // A case that names a result which the box does not keep, or one about something else, was measured with another store.
 std::optional<Error> Calibrations::whyNotOfThisStore(const metrology::Dataset& dataset) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kAbout{{{"delay_result", "delay"},
-                                                                                 {"pre_travel_", "pre-travel"},
-                                                                                 {"sensor_head_result", "sensor-head-"},
-                                                                                 {"screw_result", "screw-"},
-                                                                                 {"centreline_result", "centreline"}}};
+  const auto* method = metrology::methodNamed(dataset.method);
+  if (method == nullptr) return std::nullopt;
   for (const auto& [key, id] : namedIn(dataset)) {
-    const auto about =
-        std::ranges::find_if(kAbout, [&name = key](const auto& each) { return name.starts_with(each.first); });
     const auto record = store_.find(id);
-    const bool fits = record && (about == kAbout.end() || record->binding.subject.starts_with(about->second));
+    const bool fits = record && record->binding.subject.starts_with(metrology::subjectNamedBy(key, *method));
     if (fits) continue;
     return Error{"unknown-result: The case was measured with result " + std::to_string(id) + " (its key " + key +
                  "), " +

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -17,6 +18,12 @@ constexpr std::array<std::string_view, 13> kConditions{
 
 bool isCondition(std::string_view key) {
   return std::ranges::find(kConditions, key) != kConditions.end();
+}
+
+std::string_view subjectNamedByCondition(std::string_view key) {
+  if (key == "delay_result") return "delay";
+  if (key == "pre_travel_result") return subject::kPreTravel;
+  return {};
 }
 
 std::vector<Condition> conditionsOf(const Dataset& dataset) {

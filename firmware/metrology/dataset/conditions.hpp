@@ -12,6 +12,9 @@ namespace probebox::metrology {
 // sphere_certificate, sphere_next_due, stylus_ball.
 bool isCondition(std::string_view key);
 
+// What the subject of the result begins with that such a key names; empty for others.
+std::string_view subjectNamedByCondition(std::string_view key);
+
 // Diameter of the stylus ball that a case relies on, in words, with its standard deviation as stated; or it ends with
 // kAssumedExact.
 inline constexpr std::string_view kStylusBall = "stylus_ball";

@@ -47,6 +47,11 @@ std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method
   return sentences;
 }
 
+std::string_view subjectNamedBy(std::string_view key, const Method& method) {
+  const auto own = std::ranges::find(method.keys, key, &MethodKey::name);
+  return own != method.keys.end() ? own->names : subjectNamedByCondition(key);
+}
+
 std::optional<std::string> numberedSubject(const Dataset& dataset, std::string_view prefix, std::string_view key) {
   const auto number = statedNumber(dataset, key);
   return number ? std::optional{std::string{prefix} + std::to_string(*number)} : std::nullopt;

@@ -33,6 +33,7 @@ struct MethodKey {
   std::string_view name;      // unit included
   std::string_view fallback;  // the value without it; kNeeded; empty: it is optional and has none
   std::string_view about;
+  std::string_view names{};  // of a key "..._result": what the subject of the result that it names begins with
 };
 
 // Kind of a known quantity, which decides how its uncertainty is applied.
@@ -101,6 +102,9 @@ std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method
 
 // The sentence about one key.
 std::string unusedKey(std::string_view key, std::string_view method);
+
+// What the subject of the result begins with that a case names in this key; empty where that may be any.
+std::string_view subjectNamedBy(std::string_view key, const Method& method);
 
 // "tool-4" of the prefix "tool-" and the number that the key states; nothing without one.
 std::optional<std::string> numberedSubject(const Dataset& dataset, std::string_view prefix, std::string_view key);

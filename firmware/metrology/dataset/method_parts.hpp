@@ -15,6 +15,12 @@ inline constexpr std::string_view kScrew = "CN101394969 (ball screws)";
 inline constexpr std::string_view kRotary = "CN112247668 (rotary axes)";
 }  // namespace source
 
+// Of results that cases name in keys "..._result".
+namespace subject {
+inline constexpr std::string_view kAssembly = "assembly-";
+inline constexpr std::string_view kPreTravel = "pre-travel";
+}  // namespace subject
+
 namespace key {
 inline constexpr MethodKey kSigma{"sigma_mm", "",
                                   "standard deviation of one reading (k = 1); without it, from residuals"};
@@ -33,16 +39,18 @@ inline constexpr MethodKey kFeatureAxis{"feature_axis", "[0,0,1]", "axis of the 
 inline constexpr MethodKey kSwivelAxis{"swivel_axis", kNeeded, "unit vector of the swivel axis, along X, Y or Z"};
 // Of the tools that carry the probe, in the order in which they were read.
 inline constexpr std::array<MethodKey, 4> kLengthResults{
-    {{"length_1_result", "", "number of the assembly that has the length of the first tool; for the record"},
-     {"length_2_result", "", "the same of the second"},
-     {"length_3_result", "", "the same of the third"},
-     {"length_4_result", "", "the same of the fourth"}}};
+    {{"length_1_result", "", "number of the assembly that has the length of the first tool; for the record",
+      subject::kAssembly},
+     {"length_2_result", "", "the same of the second", subject::kAssembly},
+     {"length_3_result", "", "the same of the third", subject::kAssembly},
+     {"length_4_result", "", "the same of the fourth", subject::kAssembly}}};
 // The same of the pre-travels of a touch-trigger probe.
 inline constexpr std::array<MethodKey, 4> kPreTravelResults{
-    {{"pre_travel_1_result", "", "number of the pre-travel that was taken out with the first tool; for the record"},
-     {"pre_travel_2_result", "", "the same with the second"},
-     {"pre_travel_3_result", "", "the same with the third"},
-     {"pre_travel_4_result", "", "the same with the fourth"}}};
+    {{"pre_travel_1_result", "", "number of the pre-travel that was taken out with the first tool; for the record",
+      subject::kPreTravel},
+     {"pre_travel_2_result", "", "the same with the second", subject::kPreTravel},
+     {"pre_travel_3_result", "", "the same with the third", subject::kPreTravel},
+     {"pre_travel_4_result", "", "the same with the fourth", subject::kPreTravel}}};
 }  // namespace key
 
 inline constexpr KnownQuantity kStylusRadiusKnown[]{

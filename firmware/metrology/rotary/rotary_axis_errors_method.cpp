@@ -27,7 +27,8 @@ constexpr MethodKey kAxisErrorsKeys[]{
     key::kTauForTheRecord,
     {"tool_vector_mm", "", "of the sensor head; for the record"},
     {"sensor_matrix", "", "of the sensor head; for the record"},
-    {"sensor_head_result", "", "number of the sensor head's calibration; for the record"}};
+    {"sensor_head_result", "", "number of the sensor head's calibration; for the record",
+     "sensor-head-"}};
 constexpr KnownQuantity kKnown[]{{"sd_certificate_mm", "third", KnownKind::table}};
 constexpr MethodResult kAxisErrorsResults[]{
     {"six_errors", "a row an angle: three translations in mm, three rotations in rad"},

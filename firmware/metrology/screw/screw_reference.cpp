@@ -214,7 +214,7 @@ constexpr MethodKey kReferenceKeys[]{
     {"drift_limit_um_s", "0.002", "more drift is refused"},
     {"resolution_um", "", "of a reading; without it the smallest difference between two"},
     {"axis", "", "whose screw, X, Y or Z, for the box"},
-    {"screw_result", "", "number of the face table's result; for the record"}};
+    {"screw_result", "", "number of the face table's result; for the record", "screw-"}};
 constexpr MethodResult kReferenceResults[]{{"reference_um", "reading that means no extension (D1a)"},
                                            {"drift_um_s", "of the sensor during at_rest"}};
 constexpr std::string_view kReferenceUnobservable[]{

@@ -16,7 +16,8 @@ constexpr MethodTable kSetterTables[]{
     {"touches", kSetterTouchColumns,
      "instead of readings: machine position at contact with a face; B_deg too for several B"},
     {"probe_offsets", kSetterOffsetColumns, "for several B, in the place of probe_offset_mm"}};
-constexpr MethodKey kCentrelineResult{"centreline_result", "", "number of the centreline's result; for the record"};
+constexpr MethodKey kCentrelineResult{"centreline_result", "", "number of the centreline's result; for the record",
+                                      "centreline"};
 constexpr MethodKey kSetterKeys[]{
     {"probe_offset_mm", "", "the probe's tip from the head's reference, x y z; needed but for several B"},
     {"sd_probe_offset_mm", "", "standard uncertainty of its coordinates (k = 1)"},
