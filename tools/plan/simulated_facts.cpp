@@ -15,7 +15,7 @@ namespace {
 procedure::CheckedBall checkedBall(const SetUp& set_up) {
   procedure::CheckedBall ball;
   ball.diameter_mm = set_up.sphere_diameter_mm;
-  ball.centre_z_mm = ballAt(set_up, 1).z();
+  ball.centre_z.mm = ballAt(set_up, 1).z();
   return ball;
 }
 

@@ -18,7 +18,9 @@ store::Failure tooFarApart(const store::Record& record, const Comparison& compar
 
 namespace {
 
+// What the warnings of a verdict begin with.
 constexpr std::string_view kFail = "fail: ";
+constexpr std::string_view kNotProven = "not proven: ";
 
 }  // namespace
 
@@ -29,7 +31,8 @@ std::vector<std::string> warningsOf(const store::Record& record) {
   if (result == nullptr) return sentences;
   for (const auto& warning : result->warnings) {
     if (sentences.size() == kMost) break;
-    if (!warning.starts_with(kFail)) sentences.push_back("Warning: " + warning + ".");
+    if (!warning.starts_with(kFail) && !warning.starts_with(kNotProven))
+      sentences.push_back("Warning: " + warning + ".");
   }
   if (result->warnings.size() > kMost)
     sentences.push_back("There are more warnings: probebox show " + std::to_string(record.id) + ".");
@@ -37,21 +40,25 @@ std::vector<std::string> warningsOf(const store::Record& record) {
 }
 
 // The other results of a check's case, such as the offset of the stylus, are no verdicts.
-std::optional<std::string> whyFailed(const store::Record& record) {
+std::optional<std::string> whyNotConforming(const store::Record& record) {
   const auto* result = record.result();
   if (result == nullptr || record.binding.subject != "check") return std::nullopt;
-  if (metrology::proofOf(*result) != metrology::Proof::fails) return std::nullopt;
+  const auto proof = metrology::proofOf(*result).value_or(metrology::Proof::conforms);
+  if (proof == metrology::Proof::conforms) return std::nullopt;
+  const bool fails = proof == metrology::Proof::fails;
+  const auto of_verdict = fails ? kFail : kNotProven;
   std::string why;
   for (const auto& warning : result->warnings) {
-    if (warning.starts_with(kFail)) why += (why.empty() ? "" : "; ") + warning.substr(kFail.size());
+    if (warning.starts_with(of_verdict)) why += (why.empty() ? "" : "; ") + warning.substr(of_verdict.size());
   }
-  return named(record.id) + " about " + record.binding.subject + " FAILED: " + why + ".";
+  return named(record.id) + " about " + record.binding.subject + (fails ? " FAILED: " : " is NOT PROVEN: ") + why + ".";
 }
 
-store::Failure failed(const store::Record& record, const std::string& why) {
+store::Failure notConforming(const store::Record& record, const std::string& why) {
   return {store::Reason::differs, why + " In force, " + named(record.id) +
                                       " becomes what the next check is held against. Look for what has changed and "
-                                      "calibrate again; to accept it all the same say so (--although-it-differs)."};
+                                      "calibrate or measure again; to accept it all the same say so "
+                                      "(--although-it-differs)."};
 }
 
 std::vector<std::string> onRetired(store::Store& store, const store::Record& record) {

@@ -18,10 +18,10 @@ store::Failure tooFarApart(const store::Record& record, const Comparison& compar
 // "Warning: ..." of each warning that the result was measured or solved with.
 std::vector<std::string> warningsOf(const store::Record& record);
 
-// "It FAILED: ..." of a result that fails a limit, which a person has to want in force all the same; nothing for
-// others.
-std::optional<std::string> whyFailed(const store::Record& record);
-store::Failure failed(const store::Record& record, const std::string& why);
+// "Result 5 about check FAILED: ..." or "... is NOT PROVEN: ..." of one that is not proven to be within its limits,
+// which a person has to want in force all the same; nothing for others.
+std::optional<std::string> whyNotConforming(const store::Record& record);
+store::Failure notConforming(const store::Record& record, const std::string& why);
 
 // One sentence for each retired result that this one rests on.
 std::vector<std::string> onRetired(store::Store& store, const store::Record& record);

@@ -222,11 +222,10 @@ procedure::Facts Calibrations::factsNow() const {
   for (const auto& measured_length : measured.tool_lengths)
     facts.takeLength(measured_length.tool, measured_length.length_mm, measured_length.result_id);
   if (auto& ball = facts.checked_ball) {
-    if (measured.ball_xy_mm)
-      ball->accepted_x_mm = (*measured.ball_xy_mm)[0], ball->accepted_y_mm = (*measured.ball_xy_mm)[1];
-    ball->accepted_y45_mm = measured.ball_y45_mm;
-    ball->accepted_y90_mm = measured.ball_y90_mm;
-    if (measured.ball_z_mm) ball->centre_z_mm = *measured.ball_z_mm;
+    if (measured.ball_x && measured.ball_y) ball->accepted_x = measured.ball_x, ball->accepted_y = measured.ball_y;
+    ball->accepted_y45 = measured.ball_y45;
+    ball->accepted_y90 = measured.ball_y90;
+    if (measured.ball_z) ball->centre_z = *measured.ball_z;
   }
   if (facts.tool_setter && measured.setter_mm) {
     facts.tool_setter->accepted_mm = measured.setter_mm;

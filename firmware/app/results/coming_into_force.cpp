@@ -54,7 +54,7 @@ Acceptance ResultsInForce::comparedWithPresent(const store::Record& record) cons
 
 std::vector<std::string> ResultsInForce::notesOn(const store::Record& record) const {
   std::vector<std::string> notes = onRetired(store_, record);
-  if (auto failure = whyFailed(record)) notes.insert(notes.begin(), *std::move(failure));
+  if (auto doubt = whyNotConforming(record)) notes.insert(notes.begin(), *std::move(doubt));
   if (auto effect = aboutEffect(record)) notes.push_back(*std::move(effect));
   std::ranges::move(warningsOf(record), std::back_inserter(notes));
   return notes;

@@ -153,7 +153,7 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Ac
                                         .first_of_subject = comparison.first(),
                                         .compared_with = comparison.with,
                                         .changes = {},
-                                        .differs = comparison.differs() || whyFailed(*accepted).has_value(),
+                                        .differs = comparison.differs() || whyNotConforming(*accepted).has_value(),
                                         .notes = accepted->notes};
   for (const auto& value : comparison.values) answer.changes.push_back(wireChange(value));
   if (comparison.omitted > 0)

@@ -144,11 +144,11 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
   const bool was_active = record.state == store::State::active;
   const bool differs = was_proposed && comparison.differs();
   if (differs && !although_it_differs) return tooFarApart(record, comparison);
-  const auto failure = was_proposed ? whyFailed(record) : std::nullopt;
-  if (failure && !although_it_differs) return failed(record, *failure);
+  const auto doubt = was_proposed ? whyNotConforming(record) : std::nullopt;
+  if (doubt && !although_it_differs) return notConforming(record, *doubt);
   const auto activation = mayChange() ? store::Activation::at_once : store::Activation::later;
   auto accepted = store_.accept(id, by, utcNow(), activation,
-                                failure   ? "although it fails"
+                                doubt     ? "although it is not proven to conform"
                                 : differs ? "although it differs"
                                           : "");
   if (!accepted) {
@@ -287,7 +287,7 @@ void ResultsInForce::readStore() {
   std::vector<std::string> to_repeat;
   auto served = std::make_shared<published::ServedResults>();
   for (const auto& record : *in_force) {
-    if (auto failure = whyFailed(record)) to_repeat.push_back(*std::move(failure));
+    if (auto doubt = whyNotConforming(record)) to_repeat.push_back(*std::move(doubt));
     auto sentences = onRetired(store_, record);
     if (std::ranges::find(active, record.id) != active.end())
       served->in_force.push_back(servedOf(record, !sentences.empty()));

@@ -44,19 +44,25 @@ std::optional<procedure::TurningAxis> turningAxisOf(const store::Record& record)
   return axis;
 }
 
+// What the readings scattered by: the next check has the same ball, so its type B part cancels.
+std::optional<procedure::AcceptedValue> acceptedOf(const metrology::Result& result, std::string_view key,
+                                                   std::size_t at = 0) {
+  const auto* estimate = result.find(key);
+  if (estimate == nullptr || at >= estimate->values.size()) return std::nullopt;
+  return procedure::AcceptedValue{.mm = estimate->values[at], .sd_mm = at < estimate->sd.size() ? estimate->sd[at] : 0};
+}
+
 }  // namespace
 
 void addFacts(const store::Record& record, MeasuredFacts& facts) {
   const auto* result = record.result();
   if (result == nullptr) return;
   if (record.binding.subject == "check") {
-    const auto* x = result->find("Xcen_B0_mm");
-    const auto* y = result->find("Ycen_B0_mm");
-    if (x != nullptr && y != nullptr) facts.ball_xy_mm = {x->value(), y->value()};
-    if (const auto* y45 = result->find("Ycen_B45_mm")) facts.ball_y45_mm = y45->value();
-    if (const auto* y90 = result->find("Ycen_B90_mm")) facts.ball_y90_mm = y90->value();
-    if (const auto* ball = result->find("ball_centre_mm"); ball != nullptr && ball->values.size() == 3)
-      facts.ball_z_mm = ball->values[2];
+    facts.ball_x = acceptedOf(*result, "Xcen_B0_mm");
+    facts.ball_y = acceptedOf(*result, "Ycen_B0_mm");
+    facts.ball_y45 = acceptedOf(*result, "Ycen_B45_mm");
+    facts.ball_y90 = acceptedOf(*result, "Ycen_B90_mm");
+    facts.ball_z = acceptedOf(*result, "ball_centre_mm", 2);
   }
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if (record.binding.subject == screwSubject(axis)) facts.screw_faces[axis] = faceOf(record);

@@ -15,11 +15,11 @@ namespace probebox::app {
 
 // Values from results in force that replace those of machine.toml in procedures.
 struct MeasuredFacts {
-  std::optional<std::array<double, 2>> ball_xy_mm;  // of the last check: the C axis from the spindle axis at B = 0
-  std::optional<double> ball_y45_mm, ball_y90_mm;   // Y of the former with the head at 45 and 90 degrees
-  std::optional<double> ball_z_mm;                  // centre of the checked ball at C = 0 and B = 0
-  std::optional<std::array<double, 3>> setter_mm;   // at the first B that was read
-  double sd_setter_mm{};                            // largest of its coordinates, k = 1; 0: not stated
+  std::optional<procedure::AcceptedValue> ball_x, ball_y;      // of the last check: C from the spindle axis at B = 0
+  std::optional<procedure::AcceptedValue> ball_y45, ball_y90;  // Y of the former with the head at 45 and 90 degrees
+  std::optional<procedure::AcceptedValue> ball_z;              // centre of the checked ball at C = 0 and B = 0
+  std::optional<std::array<double, 3>> setter_mm;              // at the first B that was read
+  double sd_setter_mm{};                                       // largest of its coordinates, k = 1; 0: not stated
   std::array<std::optional<procedure::ScrewFace>, kLinearAxes> screw_faces;
   std::optional<procedure::TurningAxis> turning_axis;
   std::vector<MeasuredLength> tool_lengths;

@@ -154,13 +154,17 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   return config;
 }
 
+std::optional<procedure::AcceptedValue> accepted(std::optional<double> value_mm) {
+  return value_mm ? std::optional{procedure::AcceptedValue{.mm = *value_mm}} : std::nullopt;
+}
+
 std::optional<procedure::CheckedBall> checkedBall(const board::Machine& machine) {
   const auto& check = machine.periodic_check;
   if (!check) return std::nullopt;
   return procedure::CheckedBall{.diameter_mm = check->ball_diameter_mm,
-                                .centre_z_mm = check->ball_centre_z_mm,
-                                .accepted_x_mm = check->accepted_x_mm,
-                                .accepted_y_mm = check->accepted_y_mm,
+                                .centre_z = {.mm = check->ball_centre_z_mm},
+                                .accepted_x = accepted(check->accepted_x_mm),
+                                .accepted_y = accepted(check->accepted_y_mm),
                                 .limit_mm = check->limit_mm,
                                 .swivels_rad = inRadians(check->swivels_deg)};
 }

@@ -26,6 +26,7 @@ void worsen(Worst& worst, const Worst& by) {
 // Compares one value with the accepted one; nothing when no limit is stated.
 Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, bool error, Result& result) {
   TRY(const auto accepted, configNumber(dataset, "accepted_" + estimate.key));
+  TRY(const auto sd_accepted, configPositive(dataset, "sd_accepted_" + estimate.key));
   auto limit = configPositive(dataset, "limit_" + estimate.key);
   if (limit && !limit.value()) limit = configPositive(dataset, "limit_mm");
   if (!limit) return limit.error();
@@ -34,7 +35,10 @@ Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, 
   deviation.key = "deviation_" + estimate.key;
   deviation.values = {estimate.value() - accepted.value_or(0.0)};
   deviation.design.clear();
-  const auto& uncertainty = estimate.uncertainty.empty() ? estimate.sd : estimate.uncertainty;
+  for (auto* part : {&deviation.sd, &deviation.uncertainty}) {
+    if (!part->empty()) part->front() = std::hypot(part->front(), sd_accepted.value_or(0.0));
+  }
+  const auto& uncertainty = deviation.uncertainty.empty() ? deviation.sd : deviation.uncertainty;
   const double doubt = uncertainty.empty() ? 0.0 : 2.0 * uncertainty.front();
   const double off = std::abs(deviation.value());
   const Proof proof = off - doubt > **limit   ? Proof::fails

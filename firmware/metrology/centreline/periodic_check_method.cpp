@@ -12,6 +12,8 @@ constexpr MethodTable kPeriodicCheckTables[]{
     {"x_touch", kPeriodicCheckXColumns, "a touch along X at B = 90; needed where centres are there", true},
     {"z_touch", kPeriodicCheckZColumns, "a touch along Z at B = 0; needed where centres are there", true}};
 constexpr std::string_view kAccepted = "the value in the accepted calibration";
+constexpr std::string_view kSdAccepted =
+    "its standard deviation (k = 1), a part of U of the deviation; without it, exact";
 constexpr std::string_view kLimit = "what it may be off the accepted value";
 constexpr MethodKey kPeriodicCheckKeys[]{
     {"effective_ball_radius_mm", kNeeded, "of ball plus stylus ball"},
@@ -29,26 +31,37 @@ constexpr MethodKey kPeriodicCheckKeys[]{
     {"limit_mm", "", "what any value may be off the accepted one"},
     key::kTauForTheRecord,
     {"accepted_ball_offset_x_mm", "", kAccepted},
+    {"sd_accepted_ball_offset_x_mm", "", kSdAccepted},
     {"limit_ball_offset_x_mm", "limit_mm", kLimit},
     {"accepted_ball_offset_y_mm", "", kAccepted},
+    {"sd_accepted_ball_offset_y_mm", "", kSdAccepted},
     {"limit_ball_offset_y_mm", "limit_mm", kLimit},
     {"accepted_stylus_offset_x_mm", "", kAccepted},
+    {"sd_accepted_stylus_offset_x_mm", "", kSdAccepted},
     {"limit_stylus_offset_x_mm", "limit_mm", kLimit},
     {"accepted_stylus_offset_y_mm", "", kAccepted},
+    {"sd_accepted_stylus_offset_y_mm", "", kSdAccepted},
     {"limit_stylus_offset_y_mm", "limit_mm", kLimit},
     {"accepted_Xcen_B0_mm", "", kAccepted},
+    {"sd_accepted_Xcen_B0_mm", "", kSdAccepted},
     {"limit_Xcen_B0_mm", "limit_mm", kLimit},
     {"accepted_Ycen_B0_mm", "", kAccepted},
+    {"sd_accepted_Ycen_B0_mm", "", kSdAccepted},
     {"limit_Ycen_B0_mm", "limit_mm", kLimit},
     {"accepted_z_offset_error_mm", "0", kAccepted},
+    {"sd_accepted_z_offset_error_mm", "", kSdAccepted},
     {"limit_z_offset_error_mm", "limit_mm", kLimit},
     {"accepted_Ycen_B45_mm", "", kAccepted},
+    {"sd_accepted_Ycen_B45_mm", "", kSdAccepted},
     {"limit_Ycen_B45_mm", "limit_mm", kLimit},
     {"accepted_Ycen_B90_mm", "", kAccepted},
+    {"sd_accepted_Ycen_B90_mm", "", kSdAccepted},
     {"limit_Ycen_B90_mm", "limit_mm", kLimit},
     {"accepted_Zcen_B90_mm", "", kAccepted},
+    {"sd_accepted_Zcen_B90_mm", "", kSdAccepted},
     {"limit_Zcen_B90_mm", "limit_mm", kLimit},
     {"accepted_x_offset_error_mm", "0", kAccepted},
+    {"sd_accepted_x_offset_error_mm", "", kSdAccepted},
     {"limit_x_offset_error_mm", "limit_mm", kLimit}};
 constexpr KnownQuantity kKnown[]{{"sd_effective_ball_radius_mm", "effective_ball_radius_mm"},
                                  {"sd_expected_ball_centre_z_mm", "expected_ball_centre_z_mm", KnownKind::value}};

@@ -37,8 +37,11 @@ constexpr auto kUnits = std::to_array<Unit>({
     {"_c", {-273.15, 1e3, "degrees Celsius", kLeastSigma}},
     {"_s", {-1e3, 1e3, "s", kLeastSigma}},  // a duration
 });
+// Counts of a 32-bit converter, raw signals, ratios, numbers of things, components of a direction.
+constexpr PlausibleRange kPlain{-1e10, 1e10, "", kLeastSigma};
 // Quantities that cannot be as large, or as small, as others of their unit.
 constexpr auto kNamed = std::to_array<Unit>({
+    {"c", kPlain},                             // a channel of the probe, no temperature
     {"K", {-10, 10, "", kLeastSigma}},         // about 1: the nut is off by what the screw stretches
     {"T_um", {-500, 500, "um", kLeastSigma}},  // the worked face of a screw's end
     {"screw_length_mm", {10, 1e5, "mm", kLeastSigma}},
@@ -61,8 +64,6 @@ constexpr auto kNamed = std::to_array<Unit>({
 // Seconds since some epoch, 300 years at most.
 constexpr PlausibleRange kStamp{-1e10, 1e10, "s", kLeastSigma};
 constexpr std::array<std::string_view, 4> kStamps{"t_s", "contact_s", "release_s", "measured_at_s"};
-// Counts of a 32-bit converter, raw signals, ratios, numbers of things, components of a direction.
-constexpr PlausibleRange kPlain{-1e10, 1e10, "", kLeastSigma};
 
 bool isSigma(std::string_view name) {
   return name.starts_with("sd_") || name.starts_with("sigma_");

@@ -7,6 +7,7 @@ namespace probebox::metrology {
 namespace {
 
 constexpr double kDeviations = 20.0;
+constexpr double kAtEnds = 3.0;
 constexpr double kSteps = 4.0;   // of the encoder or converter
 constexpr double kLeast = 1e-5;  // unit of the stream; rounding of a case file is no spike
 
@@ -30,6 +31,19 @@ bool spike(const std::vector<double>& times, const Eigen::Ref<const Eigen::Vecto
   return sign * left > limit && sign * right > limit && sign * beside > 0.5 * limit;
 }
 
+// Marks the outermost two samples of one end, which have neighbours on one side only: first counts from the end, step
+// leads inwards. A motion that begins or ends there bends by less than kAtEnds limits.
+void markEnd(const std::vector<double>& times, const Eigen::Ref<const Eigen::VectorXd>& values, std::size_t first,
+             std::ptrdiff_t step, double limit, std::vector<bool>& bad) {
+  const auto at = [&](std::ptrdiff_t k) {
+    return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(first) + k * step);
+  };
+  const double inner = missed(times, values, at(1), at(2), at(3)), beside = missed(times, values, at(1), at(0), at(2));
+  if (std::abs(inner) > kAtEnds * limit && inner * beside > 0.0 && std::abs(beside) > 0.5 * limit) bad[at(1)] = true;
+  const std::ptrdiff_t next = bad[at(1)] ? 2 : 1;
+  if (std::abs(missed(times, values, at(0), at(next), at(next + 1))) > kAtEnds * limit) bad[at(0)] = true;
+}
+
 }  // namespace
 
 Despiked withoutSpikes(const Stream& stream, double jitter_s) {
@@ -41,6 +55,10 @@ Despiked withoutSpikes(const Stream& stream, double jitter_s) {
         std::max({kDeviations * localDeviation(stream.times, view, Trim::heavy), kSteps * resolutionOf(view), kLeast});
     for (std::size_t k = 2; k + 2 < stream.times.size(); ++k)
       bad[k] = bad[k] || spike(stream.times, values, k, limit, jitter_s);
+    constexpr std::size_t kEnough = 8;
+    if (stream.times.size() < kEnough) continue;
+    markEnd(stream.times, values, 0, 1, limit, bad);
+    markEnd(stream.times, values, stream.times.size() - 1, -1, limit, bad);
   }
   Despiked result;
   result.stream.values.resize(std::ranges::count(bad, false), 3);

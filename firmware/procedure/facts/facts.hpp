@@ -26,15 +26,20 @@ struct ScrewFacts : BallScrew {
   std::optional<ScrewFace> face{};
 };
 
+struct AcceptedValue {
+  double mm{};
+  double sd_mm{};  // k = 1; 0: not stated
+};
+
 // The ball that periodic-check reads, and its accepted values.
 struct CheckedBall {
   double diameter_mm{};
-  double centre_z_mm{};  // at C = 0
+  AcceptedValue centre_z{};  // at C = 0
   // Measured position of axis C relative to the probe's spindle.
-  std::optional<double> accepted_x_mm, accepted_y_mm;
-  std::optional<double> limit_mm;
+  std::optional<AcceptedValue> accepted_x{}, accepted_y{};
+  std::optional<double> limit_mm{};
   // Y with the head at 45 and 90 degrees, of the check in force; else as at B = 0.
-  std::optional<double> accepted_y45_mm{}, accepted_y90_mm{};
+  std::optional<AcceptedValue> accepted_y45{}, accepted_y90{};
   std::vector<double> swivels_rad{};  // of the head, beside 0
 };
 

@@ -66,7 +66,7 @@ struct CheckTables {
 // of its side at B = 90, where the stylus lies along X, from the accepted turning axis.
 CheckTables checkTables(const std::vector<Reading>& readings, const Facts& facts) {
   CheckTables tables;
-  const double axis_mm = facts.checked_ball->accepted_x_mm.value_or(0);
+  const double axis_mm = facts.checked_ball->accepted_x.value_or(AcceptedValue{}).mm;
   for (const auto& reading : readings) {
     const double c_deg = halfTurns_deg(reading.c_rad), a_deg = halfTurns_deg(reading.a_rad);
     const double b_deg = checkAngle_deg(reading.b_rad);
@@ -90,6 +90,26 @@ double sigmaOfHeight90(const std::vector<Reading>& readings) {
   return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
+void addAccepted(metrology::Dataset& dataset, const std::vector<Reading>& readings, const CheckedBall& ball) {
+  const auto add = [&config = dataset.config](const std::string& key, const std::optional<AcceptedValue>& value) {
+    if (!value) return;
+    config["accepted_" + key] = value->mm;
+    if (value->sd_mm > 0) config["sd_accepted_" + key] = value->sd_mm;
+  };
+  add("Xcen_B0_mm", ball.accepted_x);
+  add("Ycen_B0_mm", ball.accepted_y);
+  // From which X at B = 90 counts.
+  if (dataset.table("x_touch") && ball.accepted_x && ball.accepted_x->sd_mm > 0)
+    dataset.config["sd_accepted_x_offset_error_mm"] = ball.accepted_x->sd_mm;
+  if (!ball.accepted_y) return;
+  // A value at an angle that is not read now is missed only where it was accepted at that angle.
+  const auto isRead = [&](double b_deg) {
+    return std::ranges::any_of(readings, [&](const Reading& r) { return checkAngle_deg(r.b_rad) == b_deg; });
+  };
+  if (ball.accepted_y45 || isRead(45)) add("Ycen_B45_mm", ball.accepted_y45 ? ball.accepted_y45 : ball.accepted_y);
+  if (ball.accepted_y90 || isRead(90)) add("Ycen_B90_mm", ball.accepted_y90 ? ball.accepted_y90 : ball.accepted_y);
+}
+
 void addCheck(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
   const auto& [readings, shank] = found;
   const Facts& facts = run.facts;
@@ -111,24 +131,14 @@ void addCheck(metrology::Dataset& dataset, const BallReadings& found, const Fini
   if (sd_radius_mm > 0) config["sd_effective_ball_radius_mm"] = sd_radius_mm;
   addStylusBall(dataset, facts);
   config["effective_ball_radius_mm"] = (ball.diameter_mm + facts.stylus_ball_diameter_mm) / 2;
-  config["expected_ball_centre_z_mm"] = ball.centre_z_mm;
+  config["expected_ball_centre_z_mm"] = ball.centre_z.mm;
+  if (ball.centre_z.sd_mm > 0) config["sd_expected_ball_centre_z_mm"] = ball.centre_z.sd_mm;
   config["x_is_radius"] = true;  // positions are, however X is programmed
-  if (ball.accepted_x_mm) config["accepted_Xcen_B0_mm"] = *ball.accepted_x_mm;
-  if (ball.accepted_y_mm) {
-    config["accepted_Ycen_B0_mm"] = *ball.accepted_y_mm;
-    // A value at an angle that is not read now is missed only where it was accepted at that angle.
-    const auto isRead = [&](double b_deg) {
-      return std::ranges::any_of(readings, [&](const Reading& r) { return checkAngle_deg(r.b_rad) == b_deg; });
-    };
-    if (ball.accepted_y45_mm || isRead(45))
-      config["accepted_Ycen_B45_mm"] = ball.accepted_y45_mm.value_or(*ball.accepted_y_mm);
-    if (ball.accepted_y90_mm || isRead(90))
-      config["accepted_Ycen_B90_mm"] = ball.accepted_y90_mm.value_or(*ball.accepted_y_mm);
-  }
   if (ball.limit_mm) config["limit_mm"] = *ball.limit_mm;
   dataset.tables.insert(dataset.tables.begin(), {std::move(tables.centres), std::move(tables.z_touch)});
   if (tables.x_touch.rows() > 0) addLengthResults(dataset, facts, {facts.probe_tools.numbers[0]});
   if (tables.x_touch.rows() > 0) dataset.tables.insert(dataset.tables.begin() + 1, std::move(tables.x_touch));
+  addAccepted(dataset, readings, ball);
 }
 
 // The four poses of A and C at every angle of the head.
@@ -150,7 +160,7 @@ Outcome<ProcedureOptions> checkOptions(ProcedureOptions options, const Facts& fa
     return Error{
         "periodic-check with the head swivelled needs the length of the probe: give [probe_tools] numbers in "
         "machine.toml, and the [[tool]] of each."};
-  if (!ball->accepted_x_mm)
+  if (!ball->accepted_x)
     return Error{
         "periodic-check with the head swivelled needs the turning axis from which X counts: give "
         "[periodic_check] accepted_x_mm in machine.toml, or accept a check at B = 0 first."};

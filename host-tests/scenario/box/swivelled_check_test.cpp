@@ -68,7 +68,7 @@ TEST(SwivelledCheck, ComparesTheAxesAtEveryAngleOfTheHead) {
     add(pulls, *result, "Ycen_B90_mm", {whole[1]}, 6e-4);
     add(heights, *result, "Zcen_B90_mm", {whole[2]}, 8e-4);
     // At 90 degrees a stylus of 150 mm under a pivot of 60 points along -X, 210 mm from where it hangs at 0.
-    const double off_mm = whole[0] - 210 - *scenario.facts.checked_ball->accepted_x_mm;
+    const double off_mm = whole[0] - 210 - scenario.facts.checked_ball->accepted_x->mm;
     add(pulls, *result, "x_offset_error_mm", {off_mm}, 6e-4);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
   }
@@ -113,7 +113,7 @@ TEST(SwivelledCheck, FailsWhereTheHeadHasMoved) {
 
 TEST(SwivelledCheck, MissesNoAngleThatWasNeverRead) {
   Scenario scenario{usualWorld(), 4};
-  ASSERT_TRUE(scenario.facts.checked_ball->accepted_y_mm);
+  ASSERT_TRUE(scenario.facts.checked_ball->accepted_y);
   const auto result = measured(scenario, procedure::kPeriodicCheck);
   ASSERT_TRUE(result);
   EXPECT_FALSE(scenario.dataset().config.contains("accepted_Ycen_B45_mm"));
@@ -123,13 +123,13 @@ TEST(SwivelledCheck, MissesNoAngleThatWasNeverRead) {
 TEST(SwivelledCheck, NeedsTheTurningAxisAndTheProbesLength) {
   auto facts = usualFacts();
   facts.checked_ball->swivels_rad = {90 * kDegree};
-  facts.checked_ball->accepted_x_mm.reset();
+  facts.checked_ball->accepted_x.reset();
   const auto why = [&] {
     const auto options = procedure::described(procedure::kPeriodicCheck, {}, facts, procedure::ReadBy::tip);
     return options ? std::string{} : options.error().what;
   };
   EXPECT_NE(why().find("accepted_x_mm"), std::string::npos);
-  facts.checked_ball->accepted_x_mm = 330;
+  facts.checked_ball->accepted_x = procedure::AcceptedValue{.mm = 330};
   EXPECT_EQ(why(), "");
   facts.probe_tools.count = 0;
   EXPECT_NE(why().find("[probe_tools] numbers"), std::string::npos);

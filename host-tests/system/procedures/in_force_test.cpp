@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <string>
@@ -18,6 +19,18 @@ class WhatIsInForce : public OnTheMachine {
   void acceptDelay() {
     const auto delay = box({"calibrate", "--speed", "20,40", "--accept", "--by", "Ada", "--although-it-differs"});
     ASSERT_EQ(delay.status, 0) << delay.err;
+  }
+
+  // A case about the length of tool 1.
+  std::string assembledTool() {
+    const auto folder = directory_.file("assembly");
+    std::filesystem::create_directory(folder);
+    std::ofstream{folder + "/config.json"}
+        << R"({"method": "tool-assembly", "tool_id": 1, "L1_mm": 84, "L2_mm": 127, "part_mm": [0, 62, 25]})";
+    std::ofstream{folder + "/readings.csv"} << "workpiece_variant,rep,W0_x_mm,W0_y_mm,L0_z_mm\n"
+                                               "0,0,-0.0430,0.0466,129.0593\n0,1,-0.0433,0.0467,129.0551\n"
+                                               "1,0,-0.0429,62.0501,154.0548\n1,1,-0.0457,62.0477,154.0567\n";
+    return folder;
   }
 };
 
@@ -99,13 +112,20 @@ TEST_F(WhatIsInForce, IsNoStylusThatRestsOnALengthOfATool) {
   ASSERT_EQ(run.status, 0) << run.err;
   auto config = support::contentOf(saved + "/config.json");
   ASSERT_TRUE(config.starts_with("{"));
-  // Any result stands in for the assembly that has the length.
-  std::ofstream{saved + "/config.json"} << config.insert(1, "\"length_1_result\": 2, ");
+  const auto nameLength = [&](const std::string& result) {
+    std::ofstream{saved + "/config.json"} << std::string{config}.insert(1, "\"length_1_result\": " + result + ", ");
+  };
+  nameLength("2");
+  EXPECT_THAT(box({"propose", saved}).err, HasSubstr("unknown-result: The case was measured with result 2 (its key "
+                                                     "length_1_result), which is about spindle-tilt"));
+  const auto assembly = box({"propose", assembledTool(), "--as-this-machine", "--by", "Ada"});
+  ASSERT_EQ(assembly.status, 0) << assembly.err;
+  nameLength("5");
   const auto proposed = box({"propose", saved});
   ASSERT_EQ(proposed.status, 0) << proposed.err;
-  const auto on_length = HasSubstr("rests on result 2 about spindle-tilt"), on_delay = HasSubstr("rests on result 1");
-  EXPECT_THAT(box({"show", "5"}).out, AllOf(HasSubstr("about spindle-tilt"), on_length, on_delay));
-  EXPECT_THAT(box({"show", "6"}).out, AllOf(HasSubstr("about stylus-offset-1"), Not(on_length), on_delay));
+  const auto on_length = HasSubstr("rests on result 5 about assembly-1"), on_delay = HasSubstr("rests on result 1");
+  EXPECT_THAT(box({"show", "6"}).out, AllOf(HasSubstr("about spindle-tilt"), on_length, on_delay));
+  EXPECT_THAT(box({"show", "7"}).out, AllOf(HasSubstr("about stylus-offset-1"), Not(on_length), on_delay));
 }
 
 }  // namespace

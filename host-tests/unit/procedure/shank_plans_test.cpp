@@ -96,7 +96,7 @@ TEST(ShankPlan, IsRefusedWhereTheStylusBallWouldComeToTheBallAsWell) {
   facts.probe_shank->height_mm = 15.4;
   EXPECT_THAT(whyNoShank(kSwivelError, facts)->what, HasSubstr("choose [probe_shank] height_mm above 15.5"));
   EXPECT_FALSE(whyNoShank(kAAxisAlignment, facts)) << "nobody says how large the ball of the part is";
-  facts.checked_ball = CheckedBall{26, 0, {}, {}, {}};
+  facts.checked_ball = CheckedBall{.diameter_mm = 26};
   EXPECT_THAT(whyNoShank(kAAxisAlignment, facts)->what, HasSubstr("above 16"));
 }
 

@@ -193,16 +193,20 @@ TEST_F(Accepting, OfADelayByJointSaysThatItIsNotAppliedByAxis) {
 
 // docs/metrology.md B.10: the next check starts from the ball of the last one that was accepted.
 TEST_F(Accepting, OfACheckMovesTheBallThatTheNextOneStartsFrom) {
-  EXPECT_FALSE(results_.measuredFacts().ball_xy_mm);
+  EXPECT_FALSE(results_.measuredFacts().ball_x);
   auto check = resultOf("periodic-check",
                         {Estimate::scalar("Xcen_B0_mm", 0.154, 5e-5), Estimate::scalar("Ycen_B0_mm", -0.11, 5e-5)});
   check.also = {Estimate::vector("ball_centre_mm", {20.154, -0.11, 80.5}, {1e-4, 1e-4, 1e-4})};
   acceptedAs("check", check);
   const auto facts = results_.measuredFacts();
-  EXPECT_EQ(facts.ball_xy_mm, (std::array{0.154, -0.11}));
-  EXPECT_EQ(facts.ball_z_mm, 80.5);
+  ASSERT_TRUE(facts.ball_x && facts.ball_y && facts.ball_z);
+  EXPECT_EQ(facts.ball_x->mm, 0.154);
+  EXPECT_EQ(facts.ball_y->mm, -0.11);
+  EXPECT_EQ(facts.ball_y->sd_mm, 5e-5);
+  EXPECT_EQ(facts.ball_z->mm, 80.5);
+  EXPECT_EQ(facts.ball_z->sd_mm, 1e-4);
   ASSERT_TRUE(results_.rollBack(std::string{"check"}, "Ada"));
-  EXPECT_FALSE(results_.measuredFacts().ball_xy_mm);
+  EXPECT_FALSE(results_.measuredFacts().ball_x);
 }
 
 TEST_F(Accepting, OfASetterMovesItsPlaceAndNamesTheSourceOfEveryValue) {

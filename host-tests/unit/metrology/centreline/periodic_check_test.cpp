@@ -253,6 +253,37 @@ TEST(PeriodicCheck, PassesFailsOrProvesNeitherAgainstWhatWasAccepted) {
   EXPECT_THAT(solve(dataset)->warnings, testing::Contains(HasSubstr("calibrate again")));
 }
 
+// What was accepted was measured too.
+TEST(PeriodicCheck, JudgesWithTheDoubtOfWhatWasAccepted) {
+  std::mt19937_64 random{12};
+  Dataset exact = check({}, 0.0, random);
+  exact.config["sigma_mm"] = 1e-4;
+  exact.config["accepted_Ycen_B0_mm"] = -0.0155;
+  exact.config["limit_Ycen_B0_mm"] = 0.010;
+  Dataset measured = exact;
+  measured.config["sd_accepted_Ycen_B0_mm"] = 0.0004;
+  EXPECT_EQ(solve(exact)->find("verdict")->value(), 0.0);
+  EXPECT_EQ(solve(measured)->find("verdict")->value(), 1.0) << "9.5 um off, limit 10, U 0.8";
+  measured.config["sd_accepted_Ycen_B0_mm"] = -1e-4;
+  EXPECT_EQ(solve(measured).error().name, "bad-config");
+  Moments pull;
+  for (int world = 0; world < 400; ++world) {
+    const auto before = solve(check({}, 0.001, random));
+    Dataset again = check({}, 0.001, random);
+    again.config["limit_mm"] = 0.1;
+    for (const std::string key : {"Xcen_B0_mm", "Ycen_B0_mm", "Ycen_B45_mm", "Ycen_B90_mm"}) {
+      again.config["accepted_" + key] = before->find(key)->value();
+      again.config["sd_accepted_" + key] = before->find(key)->sd[0];
+    }
+    const auto solved = solve(again);
+    for (const std::string key : {"Xcen_B0_mm", "Ycen_B0_mm", "Ycen_B45_mm", "Ycen_B90_mm"}) {
+      const auto* deviation = solved->find("deviation_" + key);
+      pull.add(deviation->value(), deviation->sd[0]);
+    }
+  }
+  expectHonest(pull);
+}
+
 // A radius that is known to 2 um only cannot pass a machine that is 8 um off where the limit is 10.
 TEST(PeriodicCheck, JudgesWithWhatIsStatedOfBallAndCentre) {
   std::mt19937_64 random{8};

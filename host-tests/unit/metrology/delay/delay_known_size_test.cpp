@@ -275,6 +275,22 @@ TEST(DelayKnownSphere, AgreesWithDenseNormalEquations) {
   }
 }
 
+// Channel c of a probe is no temperature, whatever it counts to.
+TEST(DelayKnownSphere, IsTheSameForAProbeThatCounts) {
+  std::mt19937_64 random{20261126};
+  Dataset dataset = measure(simulation::knownSphere(), random);
+  const auto in_mm = solve(dataset);
+  for (auto& table : dataset.tables) {
+    for (auto& column : table.columns) {
+      if (column.name != "a" && column.name != "b" && column.name != "c") continue;
+      for (double& value : column.values) value *= 1e5;
+    }
+  }
+  const auto in_counts = solve(dataset);
+  ASSERT_TRUE(in_mm && in_counts) << in_counts.error().reason;
+  EXPECT_NEAR(delayOf(*in_counts).value(), delayOf(*in_mm).value(), 1e-3 * delayOf(*in_mm).sd[0]);
+}
+
 TEST(DelayOfKnownSizeIsRefused, WhenTheConfigurationDoesNotFit) {
   std::mt19937_64 random{13};
   const auto refusal = [](const Dataset& dataset) { return solve(dataset).error().name; };
