@@ -17,6 +17,9 @@ struct Quantity {
   std::optional<double> sd;        // k = 1
   std::optional<double> expanded;  // U, k = 2, type B inputs included
   bool by_definition{};            // zero by definition, such as the location of an axis along itself
+
+  // Combined standard uncertainty (k = 1), what stands behind +/-; the sd where it is not known.
+  std::optional<double> uncertainty() const { return expanded ? std::optional{*expanded / 2} : sd; }
 };
 
 // axis: the letter of the rotary axis that the result is about, empty for none. Errors of a rotary axis are named as in

@@ -94,13 +94,13 @@ std::string valueText(const Label& label, double value, std::optional<double> sd
   return known ? fixed(shown, decimalsOf(*sd * label.factor)) : plain(shown);
 }
 
-std::string withSd(const Label& label, double value, std::optional<double> sd) {
+std::string withUncertainty(const Label& label, double value, std::optional<double> u) {
   const std::string tail = label.unit.empty() ? "" : " " + label.unit;
-  const bool known = sd && *sd > 0.0 && std::isfinite(*sd);
-  const std::string text = valueText(label, value, sd);
+  const bool known = u && *u > 0.0 && std::isfinite(*u);
+  const std::string text = valueText(label, value, u);
   if (!known) return text + tail;
-  const double shown_sd = *sd * label.factor;
-  return text + " +/- " + fixed(shown_sd, decimalsOf(shown_sd)) + tail;
+  const double shown = *u * label.factor;
+  return text + " +/- " + fixed(shown, decimalsOf(shown)) + tail;
 }
 
 std::string withUnit(const Label& label, double uncertainty) {

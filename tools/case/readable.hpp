@@ -25,8 +25,9 @@ bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k);
 // Times are shown in us, errors in um, small rotations in urad; other units as in the key.
 Label labelOf(const std::string& key);
 
-// "5447.1 +/- 5.0 us": value and sd, given in the key's unit, to the last place of an sd of two digits.
-std::string withSd(const Label& label, double value, std::optional<double> sd);
+// "5447.1 +/- 5.0 us": value and standard uncertainty (k = 1), in the key's unit, to the last place of two digits of
+// it. Callers give the combined one, with type B, where it is known.
+std::string withUncertainty(const Label& label, double value, std::optional<double> u);
 
 // "5447.1": the value alone, with the same places.
 std::string valueText(const Label& label, double value, std::optional<double> sd);

@@ -64,16 +64,16 @@ TEST(Quantities, OfASwivellingHeadSayWhichAngleAndLength) {
   const auto left = quantitiesIn(result, result.also[2]);
   EXPECT_EQ(left[0].label.unit, "deg") << "an angle is no length";
   EXPECT_EQ(left[3].label.name, "left Z at B 45 deg");
-  EXPECT_EQ(withSd(left[3].label, left[3].value, {}), "3 um");
+  EXPECT_EQ(withUncertainty(left[3].label, left[3].value, {}), "3 um");
   const auto terms = quantitiesIn(result, result.also[3]);
   EXPECT_EQ(terms[5].label.name, "Y, factor of L sin B");
-  EXPECT_EQ(withSd(terms[5].label, terms[5].value, {}), "20 um/m") << "mm per mm of the tool";
-  EXPECT_EQ(withSd(terms[4].label, terms[4].value, {}), "0.02 um");
+  EXPECT_EQ(withUncertainty(terms[5].label, terms[5].value, {}), "20 um/m") << "mm per mm of the tool";
+  EXPECT_EQ(withUncertainty(terms[4].label, terms[4].value, {}), "0.02 um");
 }
 
 TEST(Quantities, ShowATimeAsATimeAndNoNegativeZero) {
-  EXPECT_EQ(withSd(labelOf("measured_at_s"), 1.79e9, {}), "2026-09-21 14:13:20 UTC");
-  EXPECT_EQ(withSd(labelOf("x_mm"), -2e-6, 0.001), "0.0000 +/- 0.0010 mm");
+  EXPECT_EQ(withUncertainty(labelOf("measured_at_s"), 1.79e9, {}), "2026-09-21 14:13:20 UTC");
+  EXPECT_EQ(withUncertainty(labelOf("x_mm"), -2e-6, 0.001), "0.0000 +/- 0.0010 mm");
 }
 
 TEST(Quantities, SayWhenNoUncertaintyIsKnown) {

@@ -120,8 +120,9 @@ std::string foundOnTheWayInWords(const Result& result, const std::vector<casefol
     if (estimate.key == "left_by_angle_mm")
       std::erase_if(quantities, [](const auto& quantity) { return quantity.label.unit == "deg"; });
     for (std::size_t k = 0; k < std::min(kMost, quantities.size()); ++k) {
-      const auto& [key, label, value, sd, expanded, by_definition] = quantities[k];
-      all += printed("\n  %-22s ", label.name.c_str()) + casefolder::withSd(label, value, sd);
+      const auto& quantity = quantities[k];
+      all += printed("\n  %-22s ", quantity.label.name.c_str()) +
+             casefolder::withUncertainty(quantity.label, quantity.value, quantity.uncertainty());
     }
     if (quantities.size() > kMost) all += printed("\n  and %zu more: --json has all", quantities.size() - kMost);
   }
@@ -139,14 +140,16 @@ std::string listed(const char* title, const std::vector<std::string>& lines) {
 
 Json describe(const Result& result, std::string_view axis) {
   const auto quantities = casefolder::quantitiesOf(result, axis);
-  Json values = Json::object(), sd = Json::object(), expanded = Json::object();
+  Json values = Json::object(), sd = Json::object(), u = Json::object(), expanded = Json::object();
   for (const auto& quantity : quantities) {
     values[quantity.key] = quantity.value;
     sd[quantity.key] = numberOf(quantity.sd);
+    u[quantity.key] = quantity.expanded ? Json(*quantity.expanded / 2) : Json(nullptr);
     expanded[quantity.key] = numberOf(quantity.expanded);
   }
   return {{"result", values},
           {"sd", sd},
+          {"u", u},
           {"expanded_k2", expanded},
           {"rms", result.rms},
           {"dof", result.dof},
