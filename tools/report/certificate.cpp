@@ -8,7 +8,9 @@
 #include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/report/conformity.hpp"
 #include "tools/report/coverage.hpp"
+#include "tools/report/decision.hpp"
 #include "tools/report/document_head.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/measurand.hpp"
@@ -133,6 +135,11 @@ std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
          "s sqrt(n/(n - 2)) at n degrees of freedom.</p>\n";
 }
 
+// What was held against limits: the answer of the decision rule, before all else. Empty for other results.
+std::string verdictBox(const Subject& subject) {
+  return verdictOn(subject) ? decisionBox(subject, {decisionRule()}) : "";
+}
+
 // True where nobody has stated how uncertain the diameter of the stylus ball is.
 bool ballIsAssumed(const Result& result) {
   return conditionOf(result, metrology::kStylusBall).ends_with(metrology::kAssumedExact);
@@ -233,10 +240,10 @@ std::string certificatePage(const Subject& subject, const CertificateFacts& fact
   const std::string title{method == nullptr ? std::string_view{subject.method} : method->title};
   return documentHead("Calibration certificate " + facts.number) + "<article>\n" +
          element("h1", "Calibration certificate " + facts.number) + "\n<p class=\"small\">" + escaped(title) + ", " +
-         escaped(subject.name) + "</p>\n" + traceabilityBox(subject, facts) + resultTable(subject, facts) +
-         warningsList(result) + traceabilityTable(result) + circumstances(subject, facts) + budgetTable(result) +
-         factsTable(result) + unobservableList(subject) + issue(facts) + "</article>\n<p class=\"small\">probebox " +
-         escaped(version) +
+         escaped(subject.name) + "</p>\n" + verdictBox(subject) + traceabilityBox(subject, facts) +
+         conformityTable(subject) + resultTable(subject, facts) + warningsList(result) + traceabilityTable(result) +
+         circumstances(subject, facts) + budgetTable(result) + factsTable(result) + unobservableList(subject) +
+         issue(facts) + "</article>\n<p class=\"small\">probebox " + escaped(version) +
          "; terms of JCGM 200:2012 and JCGM 100:2008, equations as numbered in docs/metrology.md. It states what was "
          "measured, and is no certificate of an accredited laboratory.</p>\n</body>\n</html>\n";
 }

@@ -24,6 +24,7 @@ struct Decision {
 Decision decide(const Subject& subject);
 
 // The box with the decision at the head of an article, as HTML.
-std::string decisionBox(const Subject& subject);
+// more: sentences behind those of the decision.
+std::string decisionBox(const Subject& subject, const std::vector<std::string>& more = {});
 
 }  // namespace probebox::report

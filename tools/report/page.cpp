@@ -1,6 +1,7 @@
 #include "tools/report/page.hpp"
 
 #include "tools/report/change.hpp"
+#include "tools/report/conformity.hpp"
 #include "tools/report/decision.hpp"
 #include "tools/report/document_head.hpp"
 #include "tools/report/html.hpp"
@@ -23,9 +24,9 @@ std::string picturesOf(const Subject& subject) {
 std::string article(const Subject& subject) {
   std::string text = "<article>\n" + heading(subject) + decisionBox(subject);
   if (const auto* result = subject.result()) {
-    text += warningsList(*result) + changeTable(subject) + valueTables(subject) + picturesOf(subject) +
-            residualsTable(*result) + droppedList(*result) + budgetTable(*result) + factsTable(*result) +
-            unobservableList(subject) + alsoTable(subject);
+    text += warningsList(*result) + changeTable(subject) + conformityTable(subject) + valueTables(subject) +
+            picturesOf(subject) + residualsTable(*result) + droppedList(*result) + budgetTable(*result) +
+            factsTable(*result) + unobservableList(subject) + alsoTable(subject);
   } else {
     text += picturesOf(subject);
   }

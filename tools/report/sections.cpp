@@ -13,6 +13,7 @@
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/report/conformity.hpp"
 #include "tools/report/digits.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
@@ -263,9 +264,13 @@ std::string factsTable(const Result& result) {
 
 std::string alsoTable(const Subject& subject) {
   const Result& result = *subject.result();
+  const auto judged = judgedValues(subject);
+  const auto isJudged = [&](const Estimate& each) {
+    return std::ranges::find(judged, &each, &Judged::deviation) != judged.end();
+  };
   std::string rows, tables;
   for (const auto& estimate : result.also) {
-    if (standsElsewhere(estimate.key)) continue;
+    if (standsElsewhere(estimate.key) || isJudged(estimate)) continue;
     if (isLongMatrix(estimate)) {
       tables += matrixTable(subject, estimate);
     } else {

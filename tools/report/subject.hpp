@@ -15,7 +15,8 @@ struct Subject {
   std::string method;
   std::optional<metrology::Dataset> dataset;  // measured data; empty where only the answer is available
   std::variant<metrology::Result, metrology::Refusal> answer;
-  Before before{};  // empty for a case that no box knows
+  Before before{};      // empty for a case that no box knows
+  std::string about{};  // what a kept result is about, such as stylus-offset-1; empty for a case
 
   const metrology::Result* result() const { return std::get_if<metrology::Result>(&answer); }
   const metrology::Refusal* refusal() const { return std::get_if<metrology::Refusal>(&answer); }

@@ -159,6 +159,54 @@ TEST_F(CalibrationCertificate, NamesTheFirmwareAsThatOfItsIssue) {
   EXPECT_THAT(text, HasSubstr("<td>measured with</td><td>Acme Box, PB-1</td>"));
 }
 
+// A check is held against limits: what it answers stands before all else, and by which rule.
+class CertificateOfACheck : public CalibrationCertificate {
+ protected:
+  CertificateOfACheck() {
+    auto x = metrology::Estimate::scalar("deviation_Xcen_B0_mm", 0.0081, 0.0004),
+         z = metrology::Estimate::scalar("deviation_z_offset_error_mm", -0.0061, 0.0005);
+    x.uncertainty = {0.0007};
+    z.uncertainty = {0.0005};
+    result_.method = "periodic-check";
+    result_.estimates = {metrology::Estimate::scalar("Xcen_B0_mm", 12.0081, 0.0004),
+                         metrology::Estimate::scalar("z_offset_error_mm", -0.0061, 0.0005)};
+    result_.also = {x, z, metrology::Estimate::scalar("verdict", 1, std::nullopt)};
+    result_.warnings = {"not proven: Xcen_B0_mm is 0.0081 mm off the accepted value"};
+    dataset_.method = "periodic-check";
+    dataset_.config["limit_mm"] = 0.0125;
+    dataset_.config["limit_Xcen_B0_mm"] = 0.0075;
+    facts_.subject = "check";
+  }
+  std::string pageAbout(const std::string& subject, bool kept = true) const {
+    Subject of{"result 17", result_.method, {}, result_};
+    if (kept) of.dataset = dataset_;
+    of.about = subject;
+    const auto text = certificatePage(of, facts_, "1.2.3");
+    EXPECT_EQ(WellFormed::objectionTo(text), "");
+    return text;
+  }
+  metrology::Dataset dataset_;
+};
+
+TEST_F(CertificateOfACheck, GivesDeviationLimitAndVerdictOfEveryValueAndTheRule) {
+  const auto text = pageAbout("check");
+  const auto verdict = text.find("<div class=\"verdict warned\"><p>NOT PROVEN: the limit lies within U</p>");
+  ASSERT_NE(verdict, std::string::npos) << text;
+  EXPECT_LT(verdict, text.find("Traceable to"));
+  EXPECT_THAT(text, AllOf(HasSubstr("limit 7.5 um"), HasSubstr("<li>Decision rule: ISO 14253-1")));
+  EXPECT_THAT(text, HasSubstr("<td>Xcen B0, mean X of the ball at B = 0</td><td class=\"n\">8.1</td>"
+                              "<td class=\"n\">1.4</td><td class=\"n\">7.5</td><td>um</td><td>NOT PROVEN</td>"));
+  EXPECT_THAT(text, HasSubstr("<td class=\"n\">-6.1</td><td class=\"n\">1.0</td><td class=\"n\">12.5</td><td>um</td>"
+                              "<td>PASS</td>"))
+      << "a limit is not rounded";
+  EXPECT_THAT(pageAbout("check", false), AllOf(HasSubstr("<td class=\"n\">not kept</td>"), HasSubstr("NOT PROVEN")));
+}
+
+// Its readings give the offset of the stylus too, which was held against nothing.
+TEST_F(CertificateOfACheck, IsNoVerdictOnAnotherResultOfItsReadings) {
+  EXPECT_THAT(pageAbout("stylus-offset-1"), AllOf(Not(HasSubstr("NOT PROVEN:")), Not(HasSubstr("Decision rule"))));
+}
+
 TEST_F(CalibrationCertificate, SaysWhatNobodyHasStated) {
   facts_.accepted = facts_.issued_by = facts_.next_due = "";
   facts_.rests_on = {"It rests on result 3 about delay."};

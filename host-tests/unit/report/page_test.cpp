@@ -141,6 +141,9 @@ TEST(Report, IsGreenOnlyWithinALimitAndWithoutAWarning) {
               testing::AllOf(HasSubstr("verdict neutral"), HasSubstr("No limit stated"), HasSubstr("worst: Xcen B0")));
   dataset.config["limit_mm"] = 0.02;
   EXPECT_THAT(of(), testing::AllOf(HasSubstr("verdict pass"), HasSubstr("PASS"), HasSubstr("limit 20 um")));
+  EXPECT_THAT(pageOf({"case", dataset.method, dataset, metrology::solve(dataset).value()}),
+              testing::AllOf(HasSubstr("<h2>Conformity with the limits</h2>"), HasSubstr("Decision rule: ISO 14253-1"),
+                             Not(HasSubstr("<td>deviation"))));
   dataset.config["limit_mm"] = 0.0075;
   EXPECT_THAT(of(), testing::AllOf(HasSubstr("verdict warned"), HasSubstr("NOT PROVEN: the limit lies within U")));
   dataset.config["limit_mm"] = 0.005;

@@ -33,6 +33,7 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
         ExitStatus::failed, "refused-result",
         "result " + id + " is a refusal, of which there is no certificate; probebox show " + id + " says why"};
   Certified all{{"result " + id + ", " + standingOf(kept.summary), kept.summary.method, {}, *kept.result()}, {}};
+  all.subject.about = kept.summary.subject;
   if (kept.dataset_kept) {
     TRY(const auto text, keptDataset(box, console, options.id));
     if (auto dataset = json::datasetFromJson(text)) all.subject.dataset = std::move(dataset).value();

@@ -60,6 +60,7 @@ Outcome<report::Subject, Trouble> keptSubject(link::Client& box, Console& consol
   const auto name = "result " + std::to_string(id) + ", " + standingOf(kept.summary);
   report::Subject subject{name, kept.summary.method, std::move(dataset).value(), std::move(kept.content)};
   subject.before = std::move(before);
+  subject.about = kept.summary.subject;
   if (subject.result() != nullptr && !report::recallResiduals(subject))
     console.note(name + " is another value when its dataset is solved by this version; its page has no residuals");
   return subject;
