@@ -58,7 +58,7 @@ void print(std::ostream& out, const std::string& case_name, const Result& result
   out << case_name << ": " << result.method << "\n";
   for (const auto& quantity : quantitiesOf(result, axis)) print(out, quantity);
   out << "  (+/- u, k = 1, with type B; U, k = 2; rms " << printed("%.3g", result.rms) << ", " << result.dof
-      << " degrees of freedom, condition " << printed("%.3g", result.condition);
+      << " degrees of freedom of the fit, condition " << printed("%.3g", result.condition);
   if (result.chi2_reduced) out << ", " << chiSquareText(result);
   out << ")\n";
   if (const auto figure = result.designFigure()) {

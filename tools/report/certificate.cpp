@@ -47,11 +47,6 @@ std::string percent(double probability) {
   return text.data();
 }
 
-std::string dofText(double dof) {
-  constexpr double kMany = 1000;
-  return dof < kMany ? std::to_string(static_cast<long>(std::floor(dof))) : "\u221e";
-}
-
 // How much of u squared comes from the diameter of the sphere; nothing where no certificate is on record for it.
 std::string shareOfSphere(const Result& result, const Estimate& estimate, std::size_t k, double u) {
   if (conditionOf(result, "sphere_certificate").empty()) return "";
@@ -103,7 +98,7 @@ std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
       "<h2>Result</h2>\n<table class=\"values matrix\">\n<thead><tr><th>measurand</th><th class=\"n\">measured "
       "value</th>"
       "<th>unit</th><th class=\"n\">standard uncertainty u</th><th class=\"n\">coverage factor k</th>"
-      "<th class=\"n\">expanded uncertainty U</th><th class=\"n\">eff. deg. of freedom</th>"
+      "<th class=\"n\">expanded uncertainty U</th><th class=\"n\">effective degrees of freedom \u03bd_eff</th>"
       "<th class=\"n\">coverage probability</th><th class=\"n\">of u\u00b2, the sphere's "
       "certificate</th></tr></thead>\n<tbody>\n";
   std::size_t rows = 0, all = 0;
@@ -129,10 +124,13 @@ std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
   return text +
          "<p class=\"small\">u is the combined standard measurement uncertainty; U = k u. The effective degrees of "
          "freedom "
-         "are those of JCGM 100:2008, G.4 (Welch-Satterthwaite): type A with those of the readings, type B with "
-         "infinitely "
-         "many. The coverage probability is that of Student's t; u of type A by residuals is its standard deviation, "
-         "s sqrt(n/(n - 2)) at n degrees of freedom.</p>\n";
+         "\u03bd_eff of u are those of JCGM 100:2008, G.4 (Welch-Satterthwaite): type A with those of the sd of the "
+         "readings, here " +
+         dofText(readingsDof(*subject.result())) +
+         ", type B with infinitely many. The fit itself has \u03bd = " + std::to_string(subject.result()->dof) +
+         ", its readings minus its unknowns. The coverage probability is that of Student's t; u of type A by residuals "
+         "is "
+         "its standard deviation, s sqrt(n/(n - 2)) at n degrees of freedom.</p>\n";
 }
 
 // What was held against limits: the answer of the decision rule, before all else. Empty for other results.
@@ -177,7 +175,8 @@ std::string traceabilityBox(const Subject& subject, const CertificateFacts& fact
   if (ballIsAssumed(result)) text += element("li", "Stylus ball: " + conditionOf(result, metrology::kStylusBall) + ".");
   if (facts.accepted.empty())
     text += element("li", "This result was accepted by nobody: it is a proposal, and not in force.");
-  for (const auto& sentence : facts.rests_on) text += element("li", sentence);
+  if (!verdictOn(subject))  // whose box says it already
+    for (const auto& sentence : subject.rests_on) text += element("li", sentence);
   if (!result.warnings.empty()) text += element("li", std::to_string(result.warnings.size()) + " warnings, below.");
   return text + "</ul></div>\n";
 }

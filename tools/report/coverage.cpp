@@ -12,13 +12,6 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Those of the sd of the readings. Without spare readings it comes from the stated noise, or there is none.
-double dofOfReadings(const metrology::Result& result) {
-  if (!result.chi2_reduced) return result.dof == 0 ? kInfinite : static_cast<double>(result.dof);
-  const auto* of_noise = result.find(metrology::kNoiseDof);
-  return of_noise != nullptr ? of_noise->value() : kInfinite;
-}
-
 // sd of Student's t in its s.
 double widthOf(double dof) {
   return dof > 2 && std::isfinite(dof) ? std::sqrt(dof / (dof - 2)) : 1;
@@ -31,6 +24,17 @@ double combinedInS(double dof, const metrology::Estimate& estimate, std::size_t 
 }
 
 }  // namespace
+
+double readingsDof(const metrology::Result& result) {
+  if (!result.chi2_reduced) return result.dof == 0 ? kInfinite : static_cast<double>(result.dof);
+  const auto* of_noise = result.find(metrology::kNoiseDof);
+  return of_noise != nullptr ? of_noise->value() : kInfinite;
+}
+
+std::string dofText(double dof) {
+  constexpr double kMany = 1000;
+  return dof < kMany ? std::to_string(static_cast<long>(std::floor(dof))) : "\u221e";
+}
 
 double coverageProbability(double k, double dof) {
   constexpr double kAsNormal = 1e6;
@@ -46,14 +50,14 @@ double coverageProbability(double k, double dof) {
 }
 
 double effectiveDof(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at) {
-  const double dof = dofOfReadings(result);
+  const double dof = readingsDof(result);
   if (at >= estimate.sd.size() || at >= estimate.uncertainty.size()) return dof;
   if (!(estimate.sd[at] > 0)) return kInfinite;
   return dof * std::pow(combinedInS(dof, estimate, at), 4);
 }
 
 double coverageOf(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at, double k) {
-  const double dof = dofOfReadings(result), effective = effectiveDof(result, estimate, at);
+  const double dof = readingsDof(result), effective = effectiveDof(result, estimate, at);
   if (!std::isfinite(dof) || at >= estimate.sd.size() || at >= estimate.uncertainty.size() || !(estimate.sd[at] > 0))
     return coverageProbability(k, std::floor(effective));
   const double s = estimate.sd[at] / widthOf(dof);

@@ -118,7 +118,8 @@ Decision decide(const Subject& subject) {
     return decision;
   }
   const Result& result = *subject.result();
-  Decision decision{.headline = "No limit stated", .lines = {}, .warned = hasWarning(result)};
+  Decision decision{
+      .headline = "No limit stated", .lines = {}, .warned = hasWarning(result) || subject.rests_on_retired};
   if (const auto proof = verdictOn(subject)) {
     const bool within = *proof == metrology::Proof::conforms;
     decision.verdict = *proof == metrology::Proof::fails ? Verdict::fail
@@ -129,6 +130,7 @@ Decision decide(const Subject& subject) {
   } else {
     decision.lines = valueLines(subject);
   }
+  decision.lines.insert(decision.lines.end(), subject.rests_on.begin(), subject.rests_on.end());
   if (!result.warnings.empty()) decision.lines.push_back(counted(result.warnings.size(), "warning") + ", below");
   if (!result.dropped.empty())
     decision.lines.push_back(counted(result.dropped.size(), "reading") + " dropped, named below");

@@ -19,7 +19,7 @@ struct Decision {
   Verdict verdict{Verdict::no_limit};
   std::string headline;
   std::vector<std::string> lines;
-  bool warned{};  // there are warnings, or a value without uncertainty: the box is not green
+  bool warned{};  // warnings, a value without uncertainty, or one that rests on a retired result: the box is not green
 };
 Decision decide(const Subject& subject);
 

@@ -14,6 +14,7 @@
 #include "firmware/metrology/methods.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/report/conformity.hpp"
+#include "tools/report/coverage.hpp"
 #include "tools/report/digits.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
@@ -171,6 +172,24 @@ std::string furthestOff(const Result& result, double sd) {
          " sd";
 }
 
+// "80", or "12 to 80" of several values; as in a certificate.
+std::string effectiveDofText(const Result& result) {
+  double least = HUGE_VAL, most = 0;
+  bool any = false;
+  for (const auto& estimate : result.estimates) {
+    for (std::size_t k = 0; k < estimate.values.size(); ++k) {
+      if (combinedOf(estimate, k).value_or(0) <= 0) continue;
+      const double dof = effectiveDof(result, estimate, k);
+      least = any ? std::min(least, dof) : dof;
+      most = any ? std::max(most, dof) : dof;
+      any = true;
+    }
+  }
+  if (!any) return {};
+  const auto low = dofText(least), high = dofText(most);
+  return (low == high ? low : low + " to " + high) + ", with type B (JCGM 100:2008, G.4)";
+}
+
 // What readings scatter by: nobody reads micrometres as 9.856e-04 mm.
 std::string ofAReading(double value, const std::string& unit) {
   if (unit == "mm") return shortly(1e3 * value, 3) + " um";
@@ -222,7 +241,9 @@ std::string residualsTable(const Result& result) {
   if (sd)
     text += row("sd of one reading", ofAReading(*sd, unit) + (result.chi2_reduced ? "" : ", from these residuals"));
   if (sd && !result.residuals.values.empty() && result.dof > 0) text += row("furthest off", furthestOff(result, *sd));
-  text += row("degrees of freedom", std::to_string(result.dof) + ", of the sd");
+  text += row("degrees of freedom \u03bd of the fit", std::to_string(result.dof) + ", readings minus unknowns");
+  if (const auto effective = effectiveDofText(result); !effective.empty())
+    text += row("effective degrees of freedom \u03bd_eff of u", effective);
   if (result.chi2_reduced) text += row("against the noise", casefolder::chiSquareText(result));
   return text + "</table>\n";
 }

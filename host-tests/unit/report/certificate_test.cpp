@@ -29,7 +29,8 @@ class CalibrationCertificate : public testing::Test {
                           {"sphere_next_due", "2028-04-17"}};
   }
   std::string page() const {
-    const Subject subject{"result 17", result_.method, {}, result_};
+    Subject subject{"result 17", result_.method, {}, result_};
+    subject.rests_on = rests_on_;
     const auto text = certificatePage(subject, facts_, "1.2.3");
     EXPECT_EQ(WellFormed::objectionTo(text), "");
     return text;
@@ -39,6 +40,7 @@ class CalibrationCertificate : public testing::Test {
   }
 
   metrology::Result result_;
+  std::vector<std::string> rests_on_;
   CertificateFacts facts_{.number = "PB-1-17",
                           .subject = "delay",
                           .box = "Acme Box, PB-1",
@@ -48,7 +50,6 @@ class CalibrationCertificate : public testing::Test {
                           .mounting = "spindle",
                           .stored_utc = "2026-11-26T08:01:00Z",
                           .accepted = "by Ada, 2026-11-26T09:00:00Z",
-                          .rests_on = {},
                           .issued_utc = "2026-11-27T10:00:00Z",
                           .issued_by = "Grace",
                           .next_due = "2027-11-26"};
@@ -65,6 +66,14 @@ TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) 
                             "20.5 \u00b0C", "by Ada, 2026-11-26T09:00:00Z", "Grace", "2027-11-26", "&lt;first&gt;",
                             "sd_effective_diameter_mm", "(A12)", "measurand", "coverage probability", "2028-04-17"})
     EXPECT_THAT(text, HasSubstr(words));
+}
+
+TEST_F(CalibrationCertificate, NamesBothDegreesOfFreedom) {
+  EXPECT_THAT(page(), AllOf(HasSubstr("<th class=\"n\">effective degrees of freedom \u03bd_eff</th>"),
+                            HasSubstr("those of the sd of the readings, here 6,"),
+                            HasSubstr("The fit itself has \u03bd = 6, its readings minus its unknowns.")));
+  result_.chi2_reduced = 1;  // held against stated noise
+  EXPECT_THAT(page(), AllOf(HasSubstr("here \u221e,"), HasSubstr("has \u03bd = 6,")));
 }
 
 // A budget line of its own: the certificate says nothing of the stylus ball.
@@ -209,7 +218,7 @@ TEST_F(CertificateOfACheck, IsNoVerdictOnAnotherResultOfItsReadings) {
 
 TEST_F(CalibrationCertificate, SaysWhatNobodyHasStated) {
   facts_.accepted = facts_.issued_by = facts_.next_due = "";
-  facts_.rests_on = {"It rests on result 3 about delay."};
+  rests_on_ = {"It rests on result 3 about delay."};
   forget("temperature_c");
   result_.warnings = {"a touch is late"};
   result_.estimates[0].sd = result_.estimates[0].uncertainty = {};

@@ -214,6 +214,27 @@ TEST(Report, RecallsTheResidualsOfAKeptResult) {
   }
 }
 
+// The certificate of the same result has the second of them.
+TEST(Report, NamesTheDegreesOfFreedomOfTheFitAndOfTheUncertainty) {
+  metrology::Result result;
+  result.method = "delay-known-sphere";
+  result.estimates = {metrology::Estimate::scalar("tau_s", 5.2033e-3, 3e-6)};
+  result.estimates[0].uncertainty = {5e-6};
+  result.dof = 6;
+  const auto html = pageOf({"result 17", result.method, {}, result});
+  EXPECT_THAT(html, HasSubstr("<td>degrees of freedom \u03bd of the fit</td><td>6, readings minus unknowns</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>effective degrees of freedom \u03bd_eff of u</td><td>80, with type B"));
+}
+
+TEST(Report, SaysThatItRestsOnARetiredResult) {
+  auto subject = subjectIn(fs::path{PROBEBOX_REPORT_CASES} / "centreline");
+  subject.rests_on = {"It rests on result 3 about delay, which is RETIRED: repeat this one."};
+  EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("<li>It rests on result 3 about delay, which is RETIRED"));
+  EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("verdict neutral"));
+  subject.rests_on_retired = true;
+  EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("verdict warned"));
+}
+
 TEST(Report, PromisesNoBarsWithoutReadings) {
   for (const auto& folder : caseFolders()) {
     auto subject = subjectIn(folder);

@@ -77,7 +77,7 @@ std::string shareOf(const Contribution& contribution, const Result& result) {
 
 std::string fitOf(const Result& result) {
   const std::string unit = metrology::unitOfRms(result);
-  std::string all = printed("\n  residual rms %.3g %s, %zu degrees of freedom, condition %.3g", result.rms,
+  std::string all = printed("\n  residual rms %.3g %s, %zu degrees of freedom of the fit, condition %.3g", result.rms,
                             unit.c_str(), result.dof, result.condition);
   if (result.chi2_reduced) all += "\n  " + casefolder::chiSquareText(result);
   for (const auto& dropped : result.dropped) all += "\n  left out: " + dropped.name + ": " + dropped.reason;
@@ -85,7 +85,9 @@ std::string fitOf(const Result& result) {
 }
 
 // "PASS: ..." of a result that was held against limits; empty for others.
-std::string verdictOf(const Result& result) {
+std::string verdictOf(const Result& result, std::string_view subject) {
+  // Its readings give the offset of the stylus too, which is no verdict.
+  if (subject != "check") return {};
   const auto proof = metrology::proofOf(result);
   if (!proof) return {};
   std::string all = casefolder::proofInWords(*proof, !result.warnings.empty());
@@ -170,7 +172,7 @@ Json describe(const metrology::Refusal& refusal) {
 
 std::string page(const Result& result, std::string_view subject) {
   const auto about = casefolder::quantitiesAbout(result, subject);
-  std::string all = verdictOf(result) + "values (sd: k = 1; U: k = 2, with type B)" + linesOf(about);
+  std::string all = verdictOf(result, subject) + "values (sd: k = 1; U: k = 2, with type B)" + linesOf(about);
   auto others = casefolder::quantitiesOf(result, casefolder::rotaryAxisOf(subject));
   std::erase_if(others, [&](const auto& each) { return isIn(about, each.key); });
   if (!result.convention.empty()) all += "\n  " + result.convention;
@@ -201,6 +203,14 @@ std::string standingOf(const messages::ResultSummary& summary) {
     default:
       return std::string{nameOf(summary.state)};
   }
+}
+
+std::vector<std::string> restsOnInWords(const messages::ResultSummary& summary) {
+  std::vector<std::string> sentences;
+  for (const auto& other : summary.rests_on)
+    sentences.push_back("It rests on result " + std::to_string(other.id) + " about " + shown(other.subject) +
+                        (other.retired ? ", which is RETIRED: repeat this one." : "."));
+  return sentences;
 }
 
 std::string adoptedBy(const std::string& person) {

@@ -82,7 +82,7 @@ std::string page(const messages::ResultSummary& result) {
   std::string all =
       "result " + std::to_string(result.id) + ", " + result.method + ", " + std::string{nameOf(result.state)};
   for (const auto& value : result.values) all += "\n  " + readable(value);
-  all += printed("\n  residual rms %.3g %s, %u degrees of freedom, condition %.3g", result.rms,
+  all += printed("\n  residual rms %.3g %s, %u degrees of freedom of the fit, condition %.3g", result.rms,
                  rmsUnitOf(result).c_str(), static_cast<unsigned>(result.dof), result.condition);
   for (const auto& warning : result.warnings) all += "\n  warning: " + warning;
   return all;
