@@ -256,6 +256,9 @@ TEST(Report, ShowsTheTrendOfTheLastTen) {
   other.before.in_force->result.estimates.clear();
   other.before.history[0].result.estimates.clear();
   EXPECT_THAT(boxOf(pageOf(other)), HasSubstr("has no value in common with result 2"));
+  EXPECT_THAT(pageOf(other), HasSubstr("Trend of the last 2 results")) << "one of them has no such value";
+  other.before.history[1].result.estimates.clear();
+  EXPECT_THAT(pageOf(other), Not(HasSubstr("Trend"))) << "one point is no trend";
 }
 
 // The page of an answer is that of its case.
