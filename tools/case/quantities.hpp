@@ -39,6 +39,10 @@ Label quantityLabel(const std::string& key, std::string_view axis = {});
 // "C" for the subject "rotary-c"; empty for one that is about no rotary axis.
 std::string rotaryAxisOf(std::string_view subject);
 
+// What the names of ISO 230-7 mean that the values of a result have: "Names of ISO 230-7: XOC and YOC are errors of the
+// position of C in the X and Y directions, ...". Empty for a result without such names.
+std::string axisNamesInWords(const metrology::Result& result, std::string_view axis);
+
 // "5447.1 us, sd 5.0 us, U 10 us"; "sd not known" where it is not.
 std::string withSdAndU(const Quantity& quantity);
 

@@ -7,6 +7,7 @@
 
 #include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/report/conformity.hpp"
 #include "tools/report/coverage.hpp"
@@ -94,8 +95,10 @@ std::string placesTable(const Subject& subject, const CertificateFacts& facts) {
 }
 
 std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
+  const auto names = casefolder::axisNamesInWords(*subject.result(), axisLetter(subject));
   std::string text =
-      "<h2>Result</h2>\n<table class=\"values matrix\">\n<thead><tr><th>measurand</th><th class=\"n\">measured "
+      "<h2>Result</h2>\n" + (names.empty() ? "" : "<p class=\"small\">" + escaped(names) + "</p>\n") +
+      "<table class=\"values matrix\">\n<thead><tr><th>measurand</th><th class=\"n\">measured "
       "value</th>"
       "<th>unit</th><th class=\"n\">standard uncertainty u</th><th class=\"n\">coverage factor k</th>"
       "<th class=\"n\">expanded uncertainty U</th><th class=\"n\">effective degrees of freedom \u03bd_eff</th>"

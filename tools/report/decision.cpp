@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <utility>
 
 #include "firmware/metrology/dataset/verdict.hpp"
 #include "tools/case/proof.hpp"
+#include "tools/case/quantities.hpp"
 #include "tools/report/change.hpp"
 #include "tools/report/conformity.hpp"
 #include "tools/report/html.hpp"
@@ -129,6 +131,8 @@ Decision decide(const Subject& subject) {
     if (const auto worst = worstDeviation(subject)) decision.lines.push_back(*worst);
   } else {
     decision.lines = valueLines(subject);
+    if (auto names = casefolder::axisNamesInWords(result, axisLetter(subject)); !names.empty())
+      decision.lines.push_back(std::move(names));
   }
   decision.lines.insert(decision.lines.end(), subject.rests_on.begin(), subject.rests_on.end());
   if (!result.warnings.empty()) decision.lines.push_back(counted(result.warnings.size(), "warning") + ", below");

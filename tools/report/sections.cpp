@@ -26,7 +26,6 @@ namespace {
 
 using casefolder::Label;
 using casefolder::labelOf;
-using casefolder::withUnit;
 using metrology::Estimate;
 using metrology::Result;
 using metrology::Shape;
@@ -65,7 +64,10 @@ struct BudgetColumn {
     for (const auto k : at) most = std::max(most, offset + k < sd.size() ? sd[offset + k] : 0.0);
     return most;
   }
-  std::string cell(double sd) const { return numberCell(withUnit({label.name, "", label.factor}, sd), sd); }
+  // whole: the combined one of the column, beside which a share may be nothing.
+  std::string cell(double sd, double whole) const {
+    return numberCell(casefolder::shareText({label.name, "", label.factor}, sd, whole), sd);
+  }
   std::string title() const { return label.name + (label.unit.empty() ? "" : " (" + label.unit + ")"); }
 };
 
@@ -190,9 +192,10 @@ std::string effectiveDofText(const Result& result) {
   return (low == high ? low : low + " to " + high) + ", with type B (JCGM 100:2008, G.4)";
 }
 
-// What readings scatter by: nobody reads micrometres as 9.856e-04 mm.
+// What readings scatter by: nobody reads micrometres as 9.856e-04 mm, or microradians as 4.3e-06 rad.
 std::string ofAReading(double value, const std::string& unit) {
   if (unit == "mm") return shortly(1e3 * value, 3) + " um";
+  if (unit == "rad") return shortly(1e6 * value, 3) + " urad";
   return shortly(value, 3) + (unit.empty() ? "" : " " + unit);
 }
 
@@ -218,14 +221,15 @@ std::string budgetTable(const Result& result) {
     text += "<tr>" + element("td", line.name) + element("td", line.type_b ? "B" : "A");
     for (const auto& column : columns) {
       const bool unknown = !line.type_b && column.estimate.sd.empty();
-      text += unknown ? kUnknown : column.cell(column.largest(line.sd, column.from));
+      text += unknown ? kUnknown
+                      : column.cell(column.largest(line.sd, column.from), column.largest(combined(column.estimate), 0));
     }
     text += "</tr>\n";
   }
   text += "<tr class=\"sum\"><td>U (k = 2)</td><td></td>";
   for (const auto& column : columns) {
     const auto& whole = combined(column.estimate);
-    text += whole.empty() ? kUnknown : column.cell(2.0 * column.largest(whole, 0));
+    text += whole.empty() ? kUnknown : column.cell(2.0 * column.largest(whole, 0), 0);
   }
   text += "</tr>\n</table>\n";
   const bool only_a = std::ranges::none_of(result.budget, [](const auto& line) { return line.type_b; });

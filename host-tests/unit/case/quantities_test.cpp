@@ -76,6 +76,37 @@ TEST(Quantities, ShowATimeAsATimeAndNoNegativeZero) {
   EXPECT_EQ(withUncertainty(labelOf("x_mm"), -2e-6, 0.001), "0.0000 +/- 0.0010 mm");
 }
 
+// Where an axis stands is read in degrees, what it leans or has shifted by in microradians.
+TEST(Quantities, ShowNoRadians) {
+  EXPECT_EQ(withUncertainty(labelOf("psi0_rad"), std::numbers::pi / 6, 1e-5), "30.00000 +/- 0.00057 deg");
+  EXPECT_EQ(labelOf("psi0_rad").name, "psi0");
+  EXPECT_EQ(withUncertainty(labelOf("C_shift_rad"), 4.3e-5, 1e-6), "43.0 +/- 1.0 urad");
+  for (const auto* small : {"contact_shift_rad", "A_minus_C_rad", "square_error_rad", "C_tilt_rad", "lean_xz_rad"})
+    EXPECT_EQ(labelOf(small).unit, "urad") << small;
+  EXPECT_EQ(designText("C_shift_rad", 0.5, "the middle of one pair of contacts, rad"),
+            "C_shift is 0.5 urad per urad of the middle of one pair of contacts");
+}
+
+TEST(Quantities, PrintNoZerosForNothing) {
+  EXPECT_EQ(withUnit(labelOf("x_mm"), 3e-20), "0 mm");
+  EXPECT_EQ(shareText(labelOf("x_mm"), 2e-12, 1e-3), "0 mm") << "what rounding leaves of nothing";
+  EXPECT_EQ(shareText(labelOf("x_mm"), 2e-6, 1e-3), "0.0000020 mm");
+}
+
+TEST(Quantities, SayWhatTheNamesOfErrorsMean) {
+  metrology::Result result;
+  result.estimates = {Estimate::vector("location_mm", {0, 0, 0}, {}), Estimate::vector("tilt_rad", {0, 0, 0}, {})};
+  EXPECT_EQ(
+      axisNamesInWords(result, "C"),
+      "Names of ISO 230-7: XOC and YOC are the errors of the position of C in the X and Y directions; AOC and BOC "
+      "are the errors of the orientation of C around X and Y.");
+  result.estimates.push_back(Estimate::matrix("six_errors", 6, std::vector<double>(6), {}));
+  EXPECT_THAT(axisNamesInWords(result, "B"), testing::HasSubstr("EYB its axial error motion, EAB and ECB its tilt"));
+  EXPECT_EQ(axisNamesInWords(result, ""), "");
+  result.estimates.clear();
+  EXPECT_EQ(axisNamesInWords(result, "C"), "");
+}
+
 TEST(Quantities, SayWhenNoUncertaintyIsKnown) {
   metrology::Result result;
   result.estimates = {Estimate::scalar("radius_mm", 12.5, std::nullopt)};

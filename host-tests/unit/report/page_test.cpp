@@ -127,6 +127,7 @@ TEST(Report, OfARotaryAxisNamesItsErrorsAsTheStandardDoes) {
   EXPECT_THAT(boxOf(html), HasSubstr("No limit stated"));
   EXPECT_THAT(boxOf(html), HasSubstr("worst: EXC at 180 deg = -21.4 um, U = 1.1 um (k = 2)"));
   EXPECT_THAT(boxOf(html), HasSubstr("XOC = -10.74 um, U = 0.63 um (k = 2)"));
+  EXPECT_THAT(boxOf(html), HasSubstr("XOC and YOC are the errors of the position of C in the X and Y directions"));
   EXPECT_THAT(html, HasSubstr("<th>angle</th><th class=\"n\">EXC (um)</th>"));
   EXPECT_THAT(html, HasSubstr("<tr><td>330 deg</td>")) << "complete on paper";
   EXPECT_THAT(html, HasSubstr("Zero by definition, so not listed: ZOC, COC."));

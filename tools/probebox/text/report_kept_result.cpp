@@ -53,22 +53,23 @@ Json foundOnTheWay(const Result& result) {
   return all;
 }
 
+double rmsAt(const std::vector<double>& sd, const std::vector<std::size_t>& at, std::size_t first) {
+  double squares = 0;
+  for (const auto k : at) squares += first + k < sd.size() ? sd[first + k] * sd[first + k] : 0;
+  return std::sqrt(squares / static_cast<double>(at.size()));
+}
+
 // What one cause adds to each value; of a vector the root mean square.
 std::string shareOf(const Contribution& contribution, const Result& result) {
   std::string all;
   std::size_t first = 0;
   for (const auto& estimate : result.estimates) {
     for (const auto& part : metrology::partsOf(estimate)) {
-      double squares = 0;
-      for (const auto at : part.at) {
-        const double sd = first + at < contribution.sd.size() ? contribution.sd[first + at] : 0;
-        squares += sd * sd;
-      }
       if (part.at.empty()) continue;
       const auto label = casefolder::quantityLabel(part.key);
-      const double rms = std::sqrt(squares / static_cast<double>(part.at.size()));
+      const auto& whole = estimate.uncertainty.empty() ? estimate.sd : estimate.uncertainty;
       all += (all.empty() ? "" : "; ") + label.name + (part.at.size() > 1 ? " (rms) " : " ") +
-             casefolder::withUnit(label, rms);
+             casefolder::shareText(label, rmsAt(contribution.sd, part.at, first), rmsAt(whole, part.at, 0));
     }
     first += estimate.values.size();
   }
@@ -177,6 +178,8 @@ std::string page(const Result& result, std::string_view subject) {
   std::erase_if(others, [&](const auto& each) { return isIn(about, each.key); });
   if (!result.convention.empty()) all += "\n  " + result.convention;
   if (!others.empty()) all += "\nfrom the same readings" + linesOf(others);
+  if (const auto names = casefolder::axisNamesInWords(result, casefolder::rotaryAxisOf(subject)); !names.empty())
+    all += "\n  " + names;
   if (const auto also = foundOnTheWayInWords(result, about); !also.empty()) all += "\nfound on the way" + also;
   all += "\nfit" + fitOf(result);
   if (!result.budget.empty()) all += "\nuncertainty budget (k = 1)";
