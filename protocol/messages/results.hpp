@@ -20,7 +20,7 @@ struct NamedValue {
   static constexpr void fields(auto& self, auto&& field) {
     field("key", self.key, "name with the unit in it, such as tau_x_s");
     field("value", self.value, "in the unit of the name");
-    field("sd", self.sd, "standard deviation (k = 1) without type B, the same unit");
+    field("sd", self.sd, "standard deviation (k = 1) of readings and of axes that stood still, the same unit");
     field("has_sd", self.has_sd, "0 when sd says nothing");
     field("u", self.u, "combined standard uncertainty (k = 1), type A and B, the same unit; since protocol 1.2");
     field("has_u", self.has_u, "0 when u says nothing: sd counts; since protocol 1.2");

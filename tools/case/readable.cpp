@@ -47,10 +47,10 @@ bool isSmall(std::string_view key) {
                              [&](std::string_view word) { return key.find(word) != std::string_view::npos; });
 }
 
-// What an axis leans, or a zero has shifted by; other angles say where an axis stands.
+// What an axis leans; other angles say where an axis stands, as a control does: in degrees.
 bool isSmallRotation(std::string_view key) {
-  constexpr std::array<std::string_view, 6> kEnds{"tilt_rad",      "shift_rad",   "square_error_rad",
-                                                  "A_minus_C_rad", "Z_slide_rad", "rotations_rad"};
+  constexpr std::array<std::string_view, 5> kEnds{"tilt_rad", "square_error_rad", "A_minus_C_rad", "Z_slide_rad",
+                                                  "rotations_rad"};
   return key.starts_with("lean") || key == "position_dependent_rad" || key == "tool_direction_rad" ||
          std::ranges::any_of(kEnds, [&](std::string_view end) { return key.ends_with(end); });
 }
@@ -139,7 +139,8 @@ std::string designText(const std::string& key, double figure, const std::string&
   const auto comma = design_per.rfind(", ");
   const std::string reading = design_per.substr(0, comma);
   const std::string unit = comma == std::string::npos ? "" : design_per.substr(comma + 2);
-  if (unit == label.unit) return label.name + " is " + plain(figure, 3) + " times that of " + reading;
+  if (unit == label.unit || key.ends_with("_" + unit))
+    return label.name + " is " + plain(figure, 3) + " times that of " + reading;
   // Nobody measures to millimetres or radians.
   const bool length = unit == "mm", angle = unit == "rad";
   const double shown = figure * label.factor * (length ? 1e-3 : angle ? 1e-6 : 1.0);

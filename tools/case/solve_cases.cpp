@@ -42,7 +42,7 @@ void print(std::ostream& out, const Quantity& quantity) {
     return;
   }
   out << withUncertainty(quantity.label, quantity.value, quantity.uncertainty());
-  if (hasTypeB(quantity)) out << ", sd " << withUnit(quantity.label, *quantity.sd) << " without type B";
+  if (hasTypeB(quantity)) out << ", sd " << withUnit(quantity.label, *quantity.sd);
   if (quantity.expanded) out << "; U " << withUnit(quantity.label, *quantity.expanded);
   out << "\n";
 }
@@ -57,8 +57,8 @@ std::string axisOf(const metrology::Dataset& dataset) {
 void print(std::ostream& out, const std::string& case_name, const Result& result, const std::string& axis) {
   out << case_name << ": " << result.method << "\n";
   for (const auto& quantity : quantitiesOf(result, axis)) print(out, quantity);
-  out << "  (+/- u, k = 1, with type B; U, k = 2; rms " << printed("%.3g", result.rms) << ", " << result.dof
-      << " degrees of freedom of the fit, condition " << printed("%.3g", result.condition);
+  out << "  (+/- u, k = 1, with type B; sd of readings, k = 1; U, k = 2; rms " << printed("%.3g", result.rms) << ", "
+      << result.dof << " degrees of freedom of the fit, condition " << printed("%.3g", result.condition);
   if (result.chi2_reduced) out << ", " << chiSquareText(result);
   out << ")\n";
   if (const auto figure = result.designFigure()) {

@@ -138,7 +138,8 @@ std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
 
 // What was held against limits: the answer of the decision rule, before all else. Empty for other results.
 std::string verdictBox(const Subject& subject) {
-  return verdictOn(subject) ? decisionBox(subject, {decisionRule()}) : "";
+  return verdictOn(subject) ? decisionBox(subject, {"Decision rule: ISO 14253-1 with U (k = 2) as guard band, below."})
+                            : "";
 }
 
 // True where nobody has stated how uncertain the diameter of the stylus ball is.

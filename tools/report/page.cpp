@@ -41,7 +41,8 @@ std::string page(std::span<const Subject> subjects, const std::string& version) 
   std::string text = documentHead(title);
   for (const auto& subject : subjects) text += article(subject);
   return text + "<p class=\"small\">probebox " + escaped(version) +
-         "; equations as numbered in docs/metrology.md; sd is one standard deviation (k = 1) without type B, U = 2 u "
+         "; equations as numbered in docs/metrology.md; sd is one standard deviation (k = 1) of readings and stops of "
+         "axes, U = 2 u "
          "(k = 2, "
          "about 95 %), u the combined standard uncertainty with type B, which commands print behind "
          "+/-.</p>\n</body>\n</html>\n";

@@ -76,15 +76,15 @@ TEST(Quantities, ShowATimeAsATimeAndNoNegativeZero) {
   EXPECT_EQ(withUncertainty(labelOf("x_mm"), -2e-6, 0.001), "0.0000 +/- 0.0010 mm");
 }
 
-// Where an axis stands is read in degrees, what it leans or has shifted by in microradians.
+// Where an axis stands is read in degrees, as on a control, what it leans in microradians.
 TEST(Quantities, ShowNoRadians) {
   EXPECT_EQ(withUncertainty(labelOf("psi0_rad"), std::numbers::pi / 6, 1e-5), "30.00000 +/- 0.00057 deg");
   EXPECT_EQ(labelOf("psi0_rad").name, "psi0");
-  EXPECT_EQ(withUncertainty(labelOf("C_shift_rad"), 4.3e-5, 1e-6), "43.0 +/- 1.0 urad");
-  for (const auto* small : {"contact_shift_rad", "A_minus_C_rad", "square_error_rad", "C_tilt_rad", "lean_xz_rad"})
+  EXPECT_EQ(withUncertainty(labelOf("C_shift_rad"), -0.012382, 2e-6), "-0.70944 +/- 0.00011 deg");
+  for (const auto* small : {"A_minus_C_rad", "square_error_rad", "C_tilt_rad", "lean_xz_rad"})
     EXPECT_EQ(labelOf(small).unit, "urad") << small;
   EXPECT_EQ(designText("C_shift_rad", 0.5, "the middle of one pair of contacts, rad"),
-            "C_shift is 0.5 urad per urad of the middle of one pair of contacts");
+            "C_shift is 0.5 times that of the middle of one pair of contacts");
 }
 
 TEST(Quantities, PrintNoZerosForNothing) {

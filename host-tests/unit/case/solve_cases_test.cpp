@@ -121,7 +121,7 @@ TEST_F(SolveCases, PrintsTheCombinedUncertaintyBehindPlusMinus) {
   const auto folder = goodCase("case");
   write("case/config.json", R"({"method": "sphere-fit", "sigma_mm": 0.001, "radius_mm": 10, "sd_radius_mm": 0.01})");
   EXPECT_THAT(answer({folder}, false).out,
-              testing::ContainsRegex("centre Z +0.000 \\+/- 0.010 mm, sd 0.00100 mm without type B; U 0.020 mm"));
+              testing::ContainsRegex("centre Z +0.000 \\+/- 0.010 mm, sd 0.00100 mm; U 0.020 mm"));
 }
 
 TEST(Readable, HasOneUnitForAKindOfValueAndTwoDigitsOfItsSd) {
