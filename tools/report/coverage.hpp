@@ -23,7 +23,8 @@ double coverageProbability(double k, double dof);
 double coverageOf(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at, double k);
 
 // Effective degrees of freedom of the combined uncertainty of value `at`, Welch-Satterthwaite (G.2b): type A with those
-// of the readings, type B with infinitely many. Infinite where the noise of the readings was stated.
+// of the readings, type B and the stops of axes that stood still with infinitely many. Infinite where the noise of the
+// readings was stated.
 double effectiveDof(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at);
 
 }  // namespace probebox::report
