@@ -168,7 +168,7 @@ struct Corrections {
       field("age_ms", self.age_ms, "ms since the corrections were computed");
       field("delay_calibrated", self.delay_calibrated, "1 when a result about the system delay is active");
       field("tau_s", self.tau_s, "s, X Y Z, machine minus probe");
-      field("tau_sd_s", self.tau_sd_s, "s, X Y Z, standard deviation (k = 1)");
+      field("tau_sd_s", self.tau_sd_s, "s, X Y Z, combined standard uncertainty (k = 1)");
       field("settled", self.settled,
             "1 when the correction has reached its target; 0 while the maximum rate limits it; since protocol 1.2");
       field("referenced", self.referenced, "1 when all axes that the summed sources need are; since protocol 1.2");

@@ -82,7 +82,7 @@ struct DelayInForce {
   static constexpr void fields(auto& self, auto&& field) {
     field("calibrated", self.calibrated, "0 when no result is active; the others are then 0");
     field("tau_s", self.tau_s, "s, X Y Z, machine minus probe");
-    field("sd_s", self.sd_s, "s, X Y Z, standard deviation (k = 1)");
+    field("sd_s", self.sd_s, "s, X Y Z, combined standard uncertainty (k = 1)");
     field("result_id", self.result_id, "the result that is in force");
   }
 };

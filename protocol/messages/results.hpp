@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,11 +15,20 @@ struct NamedValue {
   double value{};
   double sd{};
   bool has_sd{};
+  double u{};
+  bool has_u{};
   static constexpr void fields(auto& self, auto&& field) {
     field("key", self.key, "name with the unit in it, such as tau_x_s");
     field("value", self.value, "in the unit of the name");
-    field("sd", self.sd, "standard deviation (k = 1), the same unit");
+    field("sd", self.sd, "standard deviation (k = 1) of readings and of axes that stood still, the same unit");
     field("has_sd", self.has_sd, "0 when sd says nothing");
+    field("u", self.u, "combined standard uncertainty (k = 1), type A and B, the same unit; since protocol 1.2");
+    field("has_u", self.has_u, "0 when u says nothing: sd counts; since protocol 1.2");
+  }
+  // What a person reads behind +/-; nothing where it is unknown.
+  std::optional<double> uncertainty() const {
+    if (has_u) return u;
+    return has_sd ? std::optional{sd} : std::nullopt;
   }
 };
 

@@ -206,6 +206,31 @@ std::string rotaryAxisOf(std::string_view subject) {
   return letter >= 'a' && letter <= 'c' ? std::string{static_cast<char>(letter - 'a' + 'A')} : std::string{};
 }
 
+std::string axisNamesInWords(const metrology::Result& result, std::string_view axis) {
+  constexpr std::string_view kTurns = "ABC", kAlong = "XYZ";
+  const auto own = axis.size() == 1 ? kTurns.find(axis.front()) : std::string_view::npos;
+  if (own == std::string_view::npos) return {};
+  const std::size_t one = own == 0 ? 1 : 0, other = own == 2 ? 1 : 2;
+  const std::string letter{axis}, x{kAlong[one]}, y{kAlong[other]}, a{kTurns[one]}, b{kTurns[other]};
+  const std::string both = x + " and " + y;
+  const auto promised = [&](std::string_view key) {
+    return std::ranges::find(result.estimates, key, &Estimate::key) != result.estimates.end();
+  };
+  std::string all;
+  const auto add = [&](const std::string& words) { all += (all.empty() ? "Names of ISO 230-7: " : "; ") + words; };
+  if (promised("location_mm"))
+    add(x + "O" + letter + " and " + y + "O" + letter + " are the errors of the position of " + letter + " in the " +
+        both + " directions");
+  if (promised("tilt_rad"))
+    add(a + "O" + letter + " and " + b + "O" + letter + " are the errors of the orientation of " + letter + " around " +
+        both);
+  if (promised("six_errors"))
+    add("E" + x + letter + " and E" + y + letter + " are its radial error motions in " + both + ", E" +
+        std::string{kAlong[own]} + letter + " its axial error motion, E" + a + letter + " and E" + b + letter +
+        " its tilt error motions around " + both + ", E" + letter + letter + " its angular positioning error");
+  return all.empty() ? all : all + ".";
+}
+
 std::string withSdAndU(const Quantity& quantity) {
   const auto& [key, label, value, sd, expanded, by_definition] = quantity;
   const std::string tail = label.unit.empty() ? "" : " " + label.unit;

@@ -17,6 +17,9 @@ struct Quantity {
   std::optional<double> sd;        // k = 1
   std::optional<double> expanded;  // U, k = 2, type B inputs included
   bool by_definition{};            // zero by definition, such as the location of an axis along itself
+
+  // Combined standard uncertainty (k = 1), what stands behind +/-; the sd where it is not known.
+  std::optional<double> uncertainty() const { return expanded ? std::optional{*expanded / 2} : sd; }
 };
 
 // axis: the letter of the rotary axis that the result is about, empty for none. Errors of a rotary axis are named as in
@@ -35,6 +38,10 @@ Label quantityLabel(const std::string& key, std::string_view axis = {});
 
 // "C" for the subject "rotary-c"; empty for one that is about no rotary axis.
 std::string rotaryAxisOf(std::string_view subject);
+
+// What the names of ISO 230-7 mean that the values of a result have: "Names of ISO 230-7: XOC and YOC are errors of the
+// position of C in the X and Y directions, ...". Empty for a result without such names.
+std::string axisNamesInWords(const metrology::Result& result, std::string_view axis);
 
 // "5447.1 us, sd 5.0 us, U 10 us"; "sd not known" where it is not.
 std::string withSdAndU(const Quantity& quantity);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "firmware/metrology/fit/noise_check.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::casefolder {
 namespace {
@@ -46,6 +47,14 @@ bool isSmall(std::string_view key) {
                              [&](std::string_view word) { return key.find(word) != std::string_view::npos; });
 }
 
+// What an axis leans; other angles say where an axis stands, as a control does: in degrees.
+bool isSmallRotation(std::string_view key) {
+  constexpr std::array<std::string_view, 5> kEnds{"tilt_rad", "square_error_rad", "A_minus_C_rad", "Z_slide_rad",
+                                                  "rotations_rad"};
+  return key.starts_with("lean") || key == "position_dependent_rad" || key == "tool_direction_rad" ||
+         std::ranges::any_of(kEnds, [&](std::string_view end) { return key.ends_with(end); });
+}
+
 // So many that an uncertainty has two digits.
 int decimalsOf(double uncertainty) {
   return std::clamp(1 - static_cast<int>(std::floor(std::log10(uncertainty))), 0, 12);
@@ -76,13 +85,12 @@ Label labelOf(const std::string& key) {
   if (key == kMeasuredAt) return {"measured_at", std::string{kUtc}, 1.0};
   const auto ends = [&](std::string_view suffix) { return key.ends_with(suffix); };
   const auto without = [&](std::string_view suffix) { return key.substr(0, key.size() - suffix.size()); };
-  const bool rotation =
-      ends("tilt_rad") || key == "Z_slide_rad" || key == "position_dependent_rad" || key.starts_with("lean");
   if (ends("_mm_s")) return {without("_mm_s"), "mm/s", 1.0};
   if (ends("_um_s")) return {without("_um_s"), "um/s", 1.0};
   if (ends("_mm")) return isSmall(key) ? Label{without("_mm"), "um", 1e3} : Label{without("_mm"), "mm", 1.0};
   if (ends("_um")) return {without("_um"), "um", 1.0};
-  if (ends("_rad")) return rotation ? Label{without("_rad"), "urad", 1e6} : Label{without("_rad"), "rad", 1.0};
+  if (ends("_rad"))
+    return isSmallRotation(key) ? Label{without("_rad"), "urad", 1e6} : Label{without("_rad"), "deg", 1 / kDegree};
   if (ends("_s")) return {without("_s"), "us", 1e6};
   return {key, "", 1.0};
 }
@@ -94,20 +102,27 @@ std::string valueText(const Label& label, double value, std::optional<double> sd
   return known ? fixed(shown, decimalsOf(*sd * label.factor)) : plain(shown);
 }
 
-std::string withSd(const Label& label, double value, std::optional<double> sd) {
+std::string withUncertainty(const Label& label, double value, std::optional<double> u) {
   const std::string tail = label.unit.empty() ? "" : " " + label.unit;
-  const bool known = sd && *sd > 0.0 && std::isfinite(*sd);
-  const std::string text = valueText(label, value, sd);
+  const bool known = u && *u > 0.0 && std::isfinite(*u);
+  const std::string text = valueText(label, value, u);
   if (!known) return text + tail;
-  const double shown_sd = *sd * label.factor;
-  return text + " +/- " + fixed(shown_sd, decimalsOf(shown_sd)) + tail;
+  const double shown = *u * label.factor;
+  return text + " +/- " + fixed(shown, decimalsOf(shown)) + tail;
 }
 
 std::string withUnit(const Label& label, double uncertainty) {
   const double shown = uncertainty * label.factor;
   const std::string tail = label.unit.empty() ? "" : " " + label.unit;
+  constexpr double kNothing = 1e-12;  // more places are not shown
+  if (shown >= 0.0 && shown < kNothing) return "0" + tail;
   if (!(shown > 0.0) || !std::isfinite(shown)) return plain(shown) + tail;
   return fixed(shown, decimalsOf(shown)) + tail;
+}
+
+std::string shareText(const Label& label, double share, double whole) {
+  constexpr double kNil = 1e-6;  // of the whole: what rounding leaves of nothing
+  return withUnit(label, share <= kNil * whole ? 0.0 : share);
 }
 
 std::string chiSquareText(const metrology::Result& result) {
@@ -124,11 +139,14 @@ std::string designText(const std::string& key, double figure, const std::string&
   const auto comma = design_per.rfind(", ");
   const std::string reading = design_per.substr(0, comma);
   const std::string unit = comma == std::string::npos ? "" : design_per.substr(comma + 2);
-  if (unit == label.unit) return label.name + " is " + plain(figure, 3) + " times that of " + reading;
-  const bool fine = unit == "mm";  // nobody measures to millimetres
-  const double shown = figure * label.factor * (fine ? 1e-3 : 1.0);
+  if (unit == label.unit || key.ends_with("_" + unit))
+    return label.name + " is " + plain(figure, 3) + " times that of " + reading;
+  // Nobody measures to millimetres or radians.
+  const bool length = unit == "mm", angle = unit == "rad";
+  const double shown = figure * label.factor * (length ? 1e-3 : angle ? 1e-6 : 1.0);
+  const std::string fine = length ? "um" : angle ? "urad" : unit;
   const std::string in_unit = label.unit.empty() ? "" : " " + label.unit;
-  return label.name + " is " + plain(shown, 3) + in_unit + " per " + (fine ? "um" : unit) + " of " + reading;
+  return label.name + " is " + plain(shown, 3) + in_unit + " per " + fine + " of " + reading;
 }
 
 }  // namespace probebox::casefolder

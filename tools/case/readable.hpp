@@ -22,17 +22,21 @@ bool isError(std::string_view key);
 // another component of the estimate has an sd.
 bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k);
 
-// Times are shown in us, errors in um, small rotations in urad; other units as in the key.
+// Times are shown in us, errors in um, small rotations in urad, other angles in degrees; other units as in the key.
 Label labelOf(const std::string& key);
 
-// "5447.1 +/- 5.0 us": value and sd, given in the key's unit, to the last place of an sd of two digits.
-std::string withSd(const Label& label, double value, std::optional<double> sd);
+// "5447.1 +/- 5.0 us": value and standard uncertainty (k = 1), in the key's unit, to the last place of two digits of
+// it. Callers give the combined one, with type B, where it is known.
+std::string withUncertainty(const Label& label, double value, std::optional<double> u);
 
 // "5447.1": the value alone, with the same places.
 std::string valueText(const Label& label, double value, std::optional<double> sd);
 
 // "10 us": an uncertainty, given in the key's unit, to two digits.
 std::string withUnit(const Label& label, double uncertainty);
+
+// "10 us" of one cause, or "0 us" where it is nothing beside the whole.
+std::string shareText(const Label& label, double share, double whole);
 
 // "reduced chi-square 1.4 at 20 degrees of freedom (99.9 % of honest readings: 0.27 to 2.4)"; without degrees of
 // freedom (a result of an older version) the number alone. Only for a result that has one.

@@ -28,7 +28,7 @@ std::string printed(const char* format, double value) {
   return buffer.data();
 }
 
-// Whether type B inputs are in U beside the sd.
+// Whether type B inputs are in u and U beside the sd.
 bool hasTypeB(const Quantity& quantity) {
   return quantity.sd && quantity.expanded && *quantity.expanded != 2 * *quantity.sd;
 }
@@ -41,10 +41,9 @@ void print(std::ostream& out, const Quantity& quantity) {
     out << withSdAndU(quantity) << "\n";
     return;
   }
-  out << withSd(quantity.label, quantity.value, quantity.sd);
-  if (quantity.expanded) {
-    out << (hasTypeB(quantity) ? ", with type B" : "") << "; U " << withUnit(quantity.label, *quantity.expanded);
-  }
+  out << withUncertainty(quantity.label, quantity.value, quantity.uncertainty());
+  if (hasTypeB(quantity)) out << ", sd " << withUnit(quantity.label, *quantity.sd);
+  if (quantity.expanded) out << "; U " << withUnit(quantity.label, *quantity.expanded);
   out << "\n";
 }
 
@@ -58,8 +57,8 @@ std::string axisOf(const metrology::Dataset& dataset) {
 void print(std::ostream& out, const std::string& case_name, const Result& result, const std::string& axis) {
   out << case_name << ": " << result.method << "\n";
   for (const auto& quantity : quantitiesOf(result, axis)) print(out, quantity);
-  out << "  (sd, k = 1; U, k = 2; rms " << printed("%.3g", result.rms) << ", " << result.dof
-      << " degrees of freedom, condition " << printed("%.3g", result.condition);
+  out << "  (+/- u, k = 1, with type B; sd of readings, k = 1; U, k = 2; rms " << printed("%.3g", result.rms) << ", "
+      << result.dof << " degrees of freedom of the fit, condition " << printed("%.3g", result.condition);
   if (result.chi2_reduced) out << ", " << chiSquareText(result);
   out << ")\n";
   if (const auto figure = result.designFigure()) {

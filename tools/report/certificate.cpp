@@ -7,8 +7,11 @@
 
 #include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/report/conformity.hpp"
 #include "tools/report/coverage.hpp"
+#include "tools/report/decision.hpp"
 #include "tools/report/document_head.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/measurand.hpp"
@@ -43,11 +46,6 @@ std::string percent(double probability) {
   std::array<char, 16> text{};
   std::snprintf(text.data(), text.size(), "%.1f %%", 100 * probability);
   return text.data();
-}
-
-std::string dofText(double dof) {
-  constexpr double kMany = 1000;
-  return dof < kMany ? std::to_string(static_cast<long>(std::floor(dof))) : "\u221e";
 }
 
 // How much of u squared comes from the diameter of the sphere; nothing where no certificate is on record for it.
@@ -97,11 +95,13 @@ std::string placesTable(const Subject& subject, const CertificateFacts& facts) {
 }
 
 std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
+  const auto names = casefolder::axisNamesInWords(*subject.result(), axisLetter(subject));
   std::string text =
-      "<h2>Result</h2>\n<table class=\"values matrix\">\n<thead><tr><th>measurand</th><th class=\"n\">measured "
+      "<h2>Result</h2>\n" + (names.empty() ? "" : "<p class=\"small\">" + escaped(names) + "</p>\n") +
+      "<table class=\"values matrix\">\n<thead><tr><th>measurand</th><th class=\"n\">measured "
       "value</th>"
       "<th>unit</th><th class=\"n\">standard uncertainty u</th><th class=\"n\">coverage factor k</th>"
-      "<th class=\"n\">expanded uncertainty U</th><th class=\"n\">eff. deg. of freedom</th>"
+      "<th class=\"n\">expanded uncertainty U</th><th class=\"n\">effective degrees of freedom \u03bd_eff</th>"
       "<th class=\"n\">coverage probability</th><th class=\"n\">of u\u00b2, the sphere's "
       "certificate</th></tr></thead>\n<tbody>\n";
   std::size_t rows = 0, all = 0;
@@ -127,10 +127,19 @@ std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
   return text +
          "<p class=\"small\">u is the combined standard measurement uncertainty; U = k u. The effective degrees of "
          "freedom "
-         "are those of JCGM 100:2008, G.4 (Welch-Satterthwaite): type A with those of the readings, type B with "
-         "infinitely "
-         "many. The coverage probability is that of Student's t; u of type A by residuals is its standard deviation, "
-         "s sqrt(n/(n - 2)) at n degrees of freedom.</p>\n";
+         "\u03bd_eff of u are those of JCGM 100:2008, G.4 (Welch-Satterthwaite): type A with those of the sd of the "
+         "readings, here " +
+         dofText(readingsDof(*subject.result())) +
+         ", type B with infinitely many. The fit itself has \u03bd = " + std::to_string(subject.result()->dof) +
+         ", its readings minus its unknowns. The coverage probability is that of Student's t; u of type A by residuals "
+         "is "
+         "its standard deviation, s sqrt(n/(n - 2)) at n degrees of freedom.</p>\n";
+}
+
+// What was held against limits: the answer of the decision rule, before all else. Empty for other results.
+std::string verdictBox(const Subject& subject) {
+  return verdictOn(subject) ? decisionBox(subject, {"Decision rule: ISO 14253-1 with U (k = 2) as guard band, below."})
+                            : "";
 }
 
 // True where nobody has stated how uncertain the diameter of the stylus ball is.
@@ -170,7 +179,8 @@ std::string traceabilityBox(const Subject& subject, const CertificateFacts& fact
   if (ballIsAssumed(result)) text += element("li", "Stylus ball: " + conditionOf(result, metrology::kStylusBall) + ".");
   if (facts.accepted.empty())
     text += element("li", "This result was accepted by nobody: it is a proposal, and not in force.");
-  for (const auto& sentence : facts.rests_on) text += element("li", sentence);
+  if (!verdictOn(subject))  // whose box says it already
+    for (const auto& sentence : subject.rests_on) text += element("li", sentence);
   if (!result.warnings.empty()) text += element("li", std::to_string(result.warnings.size()) + " warnings, below.");
   return text + "</ul></div>\n";
 }
@@ -233,10 +243,10 @@ std::string certificatePage(const Subject& subject, const CertificateFacts& fact
   const std::string title{method == nullptr ? std::string_view{subject.method} : method->title};
   return documentHead("Calibration certificate " + facts.number) + "<article>\n" +
          element("h1", "Calibration certificate " + facts.number) + "\n<p class=\"small\">" + escaped(title) + ", " +
-         escaped(subject.name) + "</p>\n" + traceabilityBox(subject, facts) + resultTable(subject, facts) +
-         warningsList(result) + traceabilityTable(result) + circumstances(subject, facts) + budgetTable(result) +
-         factsTable(result) + unobservableList(subject) + issue(facts) + "</article>\n<p class=\"small\">probebox " +
-         escaped(version) +
+         escaped(subject.name) + "</p>\n" + verdictBox(subject) + traceabilityBox(subject, facts) +
+         conformityTable(subject) + resultTable(subject, facts) + warningsList(result) + traceabilityTable(result) +
+         circumstances(subject, facts) + budgetTable(result) + factsTable(result) + unobservableList(subject) +
+         issue(facts) + "</article>\n<p class=\"small\">probebox " + escaped(version) +
          "; terms of JCGM 200:2012 and JCGM 100:2008, equations as numbered in docs/metrology.md. It states what was "
          "measured, and is no certificate of an accredited laboratory.</p>\n</body>\n</html>\n";
 }

@@ -14,9 +14,8 @@ struct CertificateFacts {
   std::string box;       // which box measured: vendor, model, serial number
   std::string firmware;  // of the box at the time of issue; a result does not keep that of its measurement
   std::string probe, machine, mounting;
-  std::string stored_utc;             // when the result was stored, ISO 8601
-  std::string accepted;               // by whom and when; empty: by nobody
-  std::vector<std::string> rests_on;  // sentences about results that it was computed with
+  std::string stored_utc;  // when the result was stored, ISO 8601
+  std::string accepted;    // by whom and when; empty: by nobody
   std::string issued_utc, issued_by;
   std::string next_due;  // of this calibration; empty: not stated
 };

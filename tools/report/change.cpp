@@ -98,6 +98,24 @@ const Estimate* followed(const Result& result) {
   return few == result.estimates.end() ? nullptr : &*few;
 }
 
+// A value of an earlier result; place: how many results before this one, counted down to 0.
+struct Seen {
+  double place{};
+  const Estimate* estimate{};
+};
+
+// The same value of those of the last ten results that have it: other methods of the subject may not.
+std::vector<Seen> earlierOf(const Subject& subject, const Estimate& now) {
+  const auto& history = subject.before.history;
+  std::vector<Seen> all;
+  for (std::size_t at = history.size() > kTrend - 1 ? history.size() - (kTrend - 1) : 0; at < history.size(); ++at) {
+    const auto* estimate = history[at].result.find(now.key);
+    if (estimate == nullptr || estimate->values.size() != now.values.size()) continue;
+    all.push_back({static_cast<double>(at) - static_cast<double>(history.size()), estimate});
+  }
+  return all;
+}
+
 }  // namespace
 
 std::vector<std::string> changeLines(const Subject& subject) {
@@ -136,28 +154,25 @@ std::string changeTable(const Subject& subject) {
 }
 
 std::optional<Plot> trendPicture(const Subject& subject) {
-  if (subject.result() == nullptr || subject.before.history.empty()) return std::nullopt;
+  if (subject.result() == nullptr) return std::nullopt;
   const Estimate* now = followed(*subject.result());
   if (now == nullptr) return std::nullopt;
-  const auto& history = subject.before.history;
-  const std::size_t from = history.size() > kTrend - 1 ? history.size() - (kTrend - 1) : 0;
+  const auto before = earlierOf(subject, *now);
+  if (before.empty()) return std::nullopt;
   constexpr Look kLooks[]{Look::dots, Look::squares, Look::triangles};
   const Label unit = unitOf(*now, 0);
-  Plot plot{"Trend of the last " + std::to_string(history.size() - from + 1) + " results, bars of U",
-            "result (0: this one)", "minus this one" + (unit.unit.empty() ? "" : " (" + unit.unit + ")")};
+  Plot plot{"Trend of the last " + std::to_string(before.size() + 1) + " results, bars of U", "result (0: this one)",
+            "minus this one" + (unit.unit.empty() ? "" : " (" + unit.unit + ")")};
   for (std::size_t k = 0; k < now->values.size(); ++k) {
     if (casefolder::zeroByDefinition(*now, k)) continue;
     std::vector<Point> points;
     std::vector<double> bars;
-    const auto add = [&](const Estimate* estimate, double place) {
-      if (estimate == nullptr || k >= estimate->values.size()) return;
-      points.push_back({place, (estimate->values[k] - now->values[k]) * unit.factor});
-      bars.push_back(2.0 * combinedOf(*estimate, k).value_or(0.0) * unit.factor);
+    const auto add = [&](const Estimate& estimate, double place) {
+      points.push_back({place, (estimate.values[k] - now->values[k]) * unit.factor});
+      bars.push_back(2.0 * combinedOf(estimate, k).value_or(0.0) * unit.factor);
     };
-    for (std::size_t at = from; at < history.size(); ++at) {
-      add(history[at].result.find(now->key), static_cast<double>(at) - static_cast<double>(history.size()));
-    }
-    add(now, 0.0);
+    for (const auto& [place, estimate] : before) add(*estimate, place);
+    add(*now, 0.0);
     plot.addWithBars(std::move(points), bars, kLooks[k % 3], valueName(subject, *now, k));
   }
   plot.addLevel(0.0);

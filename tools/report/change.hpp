@@ -18,7 +18,8 @@ std::vector<std::string> changeLines(const Subject& subject);
 // Table of scalars and short vectors beside those in force; empty without a result in force.
 std::string changeTable(const Subject& subject);
 
-// Plots the first short value of the last ten results, minus its newest value, with bars of U; nothing without history.
+// Plots the first short value of the last ten results, minus its newest value, with bars of U; nothing where no earlier
+// one has it.
 std::optional<Plot> trendPicture(const Subject& subject);
 
 }  // namespace probebox::report

@@ -12,25 +12,42 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Those of the sd of the readings. Without spare readings it comes from the stated noise, or there is none.
-double dofOfReadings(const metrology::Result& result) {
-  if (!result.chi2_reduced) return result.dof == 0 ? kInfinite : static_cast<double>(result.dof);
-  const auto* of_noise = result.find(metrology::kNoiseDof);
-  return of_noise != nullptr ? of_noise->value() : kInfinite;
-}
-
 // sd of Student's t in its s.
 double widthOf(double dof) {
   return dof > 2 && std::isfinite(dof) ? std::sqrt(dof / (dof - 2)) : 1;
 }
 
+// The share of the readings in the sd of a value, which holds the stops of axes that stood still too: no scatter shows
+// those. Where the budget does not say, the sd.
+double readingsSd(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at) {
+  const auto readings = std::ranges::find(result.budget, false, &metrology::Contribution::type_b);
+  if (readings == result.budget.end()) return estimate.sd[at];
+  std::size_t from = 0;
+  for (const auto& each : result.estimates) {
+    if (each.key == estimate.key) return from + at < readings->sd.size() ? readings->sd[from + at] : estimate.sd[at];
+    from += each.values.size();
+  }
+  return estimate.sd[at];
+}
+
 // The combined uncertainty with type A as s, in s. Rounding may leave the uncertainty a digit below its own part.
-double combinedInS(double dof, const metrology::Estimate& estimate, std::size_t at) {
-  const double others = std::max(0.0, std::pow(estimate.uncertainty[at] / estimate.sd[at], 2) - 1);
+double combinedInS(double dof, double u, double readings) {
+  const double others = std::max(0.0, std::pow(u / readings, 2) - 1);
   return std::sqrt(1 + others * std::pow(widthOf(dof), 2));
 }
 
 }  // namespace
+
+double readingsDof(const metrology::Result& result) {
+  if (!result.chi2_reduced) return result.dof == 0 ? kInfinite : static_cast<double>(result.dof);
+  const auto* of_noise = result.find(metrology::kNoiseDof);
+  return of_noise != nullptr ? of_noise->value() : kInfinite;
+}
+
+std::string dofText(double dof) {
+  constexpr double kMany = 1000;
+  return dof < kMany ? std::to_string(static_cast<long>(std::floor(dof))) : "\u221e";
+}
 
 double coverageProbability(double k, double dof) {
   constexpr double kAsNormal = 1e6;
@@ -46,19 +63,21 @@ double coverageProbability(double k, double dof) {
 }
 
 double effectiveDof(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at) {
-  const double dof = dofOfReadings(result);
+  const double dof = readingsDof(result);
   if (at >= estimate.sd.size() || at >= estimate.uncertainty.size()) return dof;
-  if (!(estimate.sd[at] > 0)) return kInfinite;
-  return dof * std::pow(combinedInS(dof, estimate, at), 4);
+  const double readings = readingsSd(result, estimate, at);
+  if (!(readings > 0)) return kInfinite;
+  return dof * std::pow(combinedInS(dof, estimate.uncertainty[at], readings), 4);
 }
 
 double coverageOf(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at, double k) {
-  const double dof = dofOfReadings(result), effective = effectiveDof(result, estimate, at);
-  if (!std::isfinite(dof) || at >= estimate.sd.size() || at >= estimate.uncertainty.size() || !(estimate.sd[at] > 0))
-    return coverageProbability(k, std::floor(effective));
-  const double s = estimate.sd[at] / widthOf(dof);
-  const double combined = std::max(estimate.uncertainty[at], estimate.sd[at]);
-  return coverageProbability(k * combined / (s * combinedInS(dof, estimate, at)), std::floor(effective));
+  const double dof = readingsDof(result), effective = effectiveDof(result, estimate, at);
+  const bool is_known = at < estimate.sd.size() && at < estimate.uncertainty.size();
+  const double readings = is_known ? readingsSd(result, estimate, at) : 0;
+  if (!std::isfinite(dof) || !(readings > 0)) return coverageProbability(k, std::floor(effective));
+  const double u = estimate.uncertainty[at], s = readings / widthOf(dof);
+  return coverageProbability(k * std::max(u, estimate.sd[at]) / (s * combinedInS(dof, u, readings)),
+                             std::floor(effective));
 }
 
 }  // namespace probebox::report

@@ -4,10 +4,13 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <utility>
 
 #include "firmware/metrology/dataset/verdict.hpp"
 #include "tools/case/proof.hpp"
+#include "tools/case/quantities.hpp"
 #include "tools/report/change.hpp"
+#include "tools/report/conformity.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
 
@@ -19,35 +22,18 @@ using metrology::Result;
 using metrology::Shape;
 
 constexpr std::size_t kFewValues = 3;
-constexpr std::string_view kDeviation = "deviation_";
 
-std::optional<double> numberIn(const metrology::Dataset& dataset, const std::string& key) {
-  const auto entry = dataset.config.find(key);
-  const auto* number = entry == dataset.config.end() ? nullptr : std::get_if<double>(&entry->second);
-  return number == nullptr ? std::nullopt : std::optional{*number};
-}
-
-// The limit, mm, that a deviation was judged by.
-std::optional<double> limitOf(const Subject& subject, const Estimate& deviation) {
-  if (!subject.dataset) return std::nullopt;
-  const auto own = numberIn(*subject.dataset, "limit_" + deviation.key.substr(kDeviation.size()));
-  return own ? own : numberIn(*subject.dataset, "limit_mm");
-}
-
-// The deviation that is nearest to its limit or furthest beyond it: largest |deviation| / (limit + U).
+// The deviation that is nearest to its limit or furthest beyond it: largest (|deviation| + U) / limit.
 std::optional<std::string> worstDeviation(const Subject& subject) {
   double worst = -1.0;
   std::optional<std::string> sentence;
-  for (const auto& deviation : subject.result()->also) {
-    if (!deviation.key.starts_with(kDeviation)) continue;
-    const auto limit = limitOf(subject, deviation);
-    const double u = combinedOf(deviation, 0).value_or(0.0);
-    const double ratio = (std::abs(deviation.value()) + 2.0 * u) / limit.value_or(1.0);
+  for (const auto& [deviation, limit, proof] : judgedValues(subject)) {
+    const double u = combinedOf(*deviation, 0).value_or(0.0);
+    const double ratio = (std::abs(deviation->value()) + 2.0 * u) / limit.value_or(1.0);
     if (ratio <= worst) continue;
     worst = ratio;
-    const auto unit = unitOf(deviation, 0);
-    sentence = "worst: " + sentenceOf(subject, deviation, 0);
-    if (limit) *sentence += ", limit " + casefolder::withUnit(unit, *limit);
+    sentence = "worst: " + sentenceOf(subject, *deviation, 0);
+    if (limit) *sentence += ", limit " + limitDigits(*deviation, *limit) + " " + unitOf(*deviation, 0).unit;
   }
   return sentence;
 }
@@ -134,8 +120,9 @@ Decision decide(const Subject& subject) {
     return decision;
   }
   const Result& result = *subject.result();
-  Decision decision{.headline = "No limit stated", .lines = {}, .warned = hasWarning(result)};
-  if (const auto proof = metrology::proofOf(result)) {
+  Decision decision{
+      .headline = "No limit stated", .lines = {}, .warned = hasWarning(result) || subject.rests_on_retired};
+  if (const auto proof = verdictOn(subject)) {
     const bool within = *proof == metrology::Proof::conforms;
     decision.verdict = *proof == metrology::Proof::fails ? Verdict::fail
                        : within && !decision.warned      ? Verdict::pass
@@ -144,18 +131,22 @@ Decision decide(const Subject& subject) {
     if (const auto worst = worstDeviation(subject)) decision.lines.push_back(*worst);
   } else {
     decision.lines = valueLines(subject);
+    if (auto names = casefolder::axisNamesInWords(result, axisLetter(subject)); !names.empty())
+      decision.lines.push_back(std::move(names));
   }
+  decision.lines.insert(decision.lines.end(), subject.rests_on.begin(), subject.rests_on.end());
   if (!result.warnings.empty()) decision.lines.push_back(counted(result.warnings.size(), "warning") + ", below");
   if (!result.dropped.empty())
     decision.lines.push_back(counted(result.dropped.size(), "reading") + " dropped, named below");
   return decision;
 }
 
-std::string decisionBox(const Subject& subject) {
+std::string decisionBox(const Subject& subject, const std::vector<std::string>& more) {
   const Decision decision = decide(subject);
   std::string text =
       std::string{"<div class=\"verdict "} + classOf(decision) + "\">" + element("p", decision.headline) + "<ul>";
-  for (const auto& line : decision.lines) text += element("li", line);
+  for (const auto* lines : {&decision.lines, &more})
+    for (const auto& line : *lines) text += element("li", line);
   for (const auto& line : changeLines(subject)) text += element("li", line);
   return text + "</ul></div>\n";
 }

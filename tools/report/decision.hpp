@@ -19,11 +19,12 @@ struct Decision {
   Verdict verdict{Verdict::no_limit};
   std::string headline;
   std::vector<std::string> lines;
-  bool warned{};  // there are warnings, or a value without uncertainty: the box is not green
+  bool warned{};  // warnings, a value without uncertainty, or one that rests on a retired result: the box is not green
 };
 Decision decide(const Subject& subject);
 
 // The box with the decision at the head of an article, as HTML.
-std::string decisionBox(const Subject& subject);
+// more: sentences behind those of the decision.
+std::string decisionBox(const Subject& subject, const std::vector<std::string>& more = {});
 
 }  // namespace probebox::report

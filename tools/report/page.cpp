@@ -1,6 +1,7 @@
 #include "tools/report/page.hpp"
 
 #include "tools/report/change.hpp"
+#include "tools/report/conformity.hpp"
 #include "tools/report/decision.hpp"
 #include "tools/report/document_head.hpp"
 #include "tools/report/html.hpp"
@@ -23,9 +24,9 @@ std::string picturesOf(const Subject& subject) {
 std::string article(const Subject& subject) {
   std::string text = "<article>\n" + heading(subject) + decisionBox(subject);
   if (const auto* result = subject.result()) {
-    text += warningsList(*result) + changeTable(subject) + valueTables(subject) + picturesOf(subject) +
-            residualsTable(*result) + droppedList(*result) + budgetTable(*result) + factsTable(*result) +
-            unobservableList(subject) + alsoTable(subject);
+    text += warningsList(*result) + changeTable(subject) + conformityTable(subject) + valueTables(subject) +
+            picturesOf(subject) + residualsTable(*result) + droppedList(*result) + budgetTable(*result) +
+            factsTable(*result) + unobservableList(subject) + alsoTable(subject);
   } else {
     text += picturesOf(subject);
   }
@@ -40,8 +41,11 @@ std::string page(std::span<const Subject> subjects, const std::string& version) 
   std::string text = documentHead(title);
   for (const auto& subject : subjects) text += article(subject);
   return text + "<p class=\"small\">probebox " + escaped(version) +
-         "; equations as numbered in docs/metrology.md; sd is one standard deviation (k = 1), U = 2 combined standard "
-         "uncertainties (k = 2, about 95 %).</p>\n</body>\n</html>\n";
+         "; equations as numbered in docs/metrology.md; sd is one standard deviation (k = 1) of readings and stops of "
+         "axes, U = 2 u "
+         "(k = 2, "
+         "about 95 %), u the combined standard uncertainty with type B, which commands print behind "
+         "+/-.</p>\n</body>\n</html>\n";
 }
 
 }  // namespace probebox::report

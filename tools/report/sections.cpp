@@ -13,6 +13,8 @@
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/report/conformity.hpp"
+#include "tools/report/coverage.hpp"
 #include "tools/report/digits.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
@@ -24,7 +26,6 @@ namespace {
 
 using casefolder::Label;
 using casefolder::labelOf;
-using casefolder::withUnit;
 using metrology::Estimate;
 using metrology::Result;
 using metrology::Shape;
@@ -63,7 +64,10 @@ struct BudgetColumn {
     for (const auto k : at) most = std::max(most, offset + k < sd.size() ? sd[offset + k] : 0.0);
     return most;
   }
-  std::string cell(double sd) const { return numberCell(withUnit({label.name, "", label.factor}, sd), sd); }
+  // whole: the combined one of the column, beside which a share may be nothing.
+  std::string cell(double sd, double whole) const {
+    return numberCell(casefolder::shareText({label.name, "", label.factor}, sd, whole), sd);
+  }
   std::string title() const { return label.name + (label.unit.empty() ? "" : " (" + label.unit + ")"); }
 };
 
@@ -170,9 +174,28 @@ std::string furthestOff(const Result& result, double sd) {
          " sd";
 }
 
-// What readings scatter by: nobody reads micrometres as 9.856e-04 mm.
+// "80", or "12 to 80" of several values; as in a certificate.
+std::string effectiveDofText(const Result& result) {
+  double least = HUGE_VAL, most = 0;
+  bool any = false;
+  for (const auto& estimate : result.estimates) {
+    for (std::size_t k = 0; k < estimate.values.size(); ++k) {
+      if (combinedOf(estimate, k).value_or(0) <= 0) continue;
+      const double dof = effectiveDof(result, estimate, k);
+      least = any ? std::min(least, dof) : dof;
+      most = any ? std::max(most, dof) : dof;
+      any = true;
+    }
+  }
+  if (!any) return {};
+  const auto low = dofText(least), high = dofText(most);
+  return (low == high ? low : low + " to " + high) + ", with type B (JCGM 100:2008, G.4)";
+}
+
+// What readings scatter by: nobody reads micrometres as 9.856e-04 mm, or microradians as 4.3e-06 rad.
 std::string ofAReading(double value, const std::string& unit) {
   if (unit == "mm") return shortly(1e3 * value, 3) + " um";
+  if (unit == "rad") return shortly(1e6 * value, 3) + " urad";
   return shortly(value, 3) + (unit.empty() ? "" : " " + unit);
 }
 
@@ -198,14 +221,15 @@ std::string budgetTable(const Result& result) {
     text += "<tr>" + element("td", line.name) + element("td", line.type_b ? "B" : "A");
     for (const auto& column : columns) {
       const bool unknown = !line.type_b && column.estimate.sd.empty();
-      text += unknown ? kUnknown : column.cell(column.largest(line.sd, column.from));
+      text += unknown ? kUnknown
+                      : column.cell(column.largest(line.sd, column.from), column.largest(combined(column.estimate), 0));
     }
     text += "</tr>\n";
   }
   text += "<tr class=\"sum\"><td>U (k = 2)</td><td></td>";
   for (const auto& column : columns) {
     const auto& whole = combined(column.estimate);
-    text += whole.empty() ? kUnknown : column.cell(2.0 * column.largest(whole, 0));
+    text += whole.empty() ? kUnknown : column.cell(2.0 * column.largest(whole, 0), 0);
   }
   text += "</tr>\n</table>\n";
   const bool only_a = std::ranges::none_of(result.budget, [](const auto& line) { return line.type_b; });
@@ -221,7 +245,9 @@ std::string residualsTable(const Result& result) {
   if (sd)
     text += row("sd of one reading", ofAReading(*sd, unit) + (result.chi2_reduced ? "" : ", from these residuals"));
   if (sd && !result.residuals.values.empty() && result.dof > 0) text += row("furthest off", furthestOff(result, *sd));
-  text += row("degrees of freedom", std::to_string(result.dof) + ", of the sd");
+  text += row("degrees of freedom \u03bd of the fit", std::to_string(result.dof) + ", readings minus unknowns");
+  if (const auto effective = effectiveDofText(result); !effective.empty())
+    text += row("effective degrees of freedom \u03bd_eff of u", effective);
   if (result.chi2_reduced) text += row("against the noise", casefolder::chiSquareText(result));
   return text + "</table>\n";
 }
@@ -263,9 +289,13 @@ std::string factsTable(const Result& result) {
 
 std::string alsoTable(const Subject& subject) {
   const Result& result = *subject.result();
+  const auto judged = judgedValues(subject);
+  const auto isJudged = [&](const Estimate& each) {
+    return std::ranges::find(judged, &each, &Judged::deviation) != judged.end();
+  };
   std::string rows, tables;
   for (const auto& estimate : result.also) {
-    if (standsElsewhere(estimate.key)) continue;
+    if (standsElsewhere(estimate.key) || isJudged(estimate)) continue;
     if (isLongMatrix(estimate)) {
       tables += matrixTable(subject, estimate);
     } else {

@@ -60,7 +60,7 @@ Stopped showCalibration(Stage& stage) {
   const auto* tau = valueOf(result, "tau_s");
   const auto* diameter = valueOf(result, "effective_diameter_mm");
   if (tau == nullptr || diameter == nullptr) return Error{"The result names neither tau_s nor effective_diameter_mm."};
-  const auto found = casefolder::withSd(casefolder::labelOf(tau->key), tau->value, tau->sd);
+  const auto found = casefolder::withUncertainty(casefolder::labelOf(tau->key), tau->value, tau->uncertainty());
   std::printf("   tau = %s (truth %.1f us); accepted, hence in force.\n", found.c_str(), stage.truth.tau_s * 1e6);
   stage.table.estimate("system delay", *tau, stage.truth.tau_s);
   stage.table.estimate("sphere with stylus ball", *diameter, stage.truth.effective_diameter_mm);
@@ -80,8 +80,8 @@ Stopped showCentreline(Stage& stage) {
     const auto* centre = valueOf(result, "centre_mm[" + std::to_string(i) + "]");
     if (centre == nullptr) return Error{"The result does not name centre_mm."};
     stage.table.estimate(i == 0 ? "centreline X" : "centreline Y", *centre, stage.truth.centre_mm[i]);
-    std::printf("   %s = %.6f +/- %.6f mm (truth %.6f)\n", i == 0 ? "X" : "Y", centre->value, centre->sd,
-                stage.truth.centre_mm[i]);
+    std::printf("   %s = %.6f +/- %.6f mm (truth %.6f)\n", i == 0 ? "X" : "Y", centre->value,
+                centre->uncertainty().value_or(0), stage.truth.centre_mm[i]);
   }
   return {};
 }

@@ -12,13 +12,15 @@ namespace probebox::tour {
 
 void ClosingTable::estimate(const std::string& what, const messages::NamedValue& found, double truth) {
   constexpr double kMostSd = 4;
-  const bool judged = found.has_sd && found.sd > 0;
-  const double distance = judged ? std::abs(found.value - truth) / found.sd : HUGE_VAL;
+  const auto u = found.uncertainty();
+  const bool judged = u && *u > 0;
+  const double distance = judged ? std::abs(found.value - truth) / *u : HUGE_VAL;
   const auto label = casefolder::labelOf(found.key);
   std::array<char, 64> off{};
-  std::snprintf(off.data(), off.size(), "; off by %.1f sd", distance);
-  rows_.push_back({what, casefolder::withSd(label, found.value, judged ? std::optional{found.sd} : std::nullopt),
-                   "truth " + casefolder::withSd(label, truth, std::nullopt) + off.data(), distance <= kMostSd});
+  std::snprintf(off.data(), off.size(), "; off by %.1f u", distance);
+  rows_.push_back({what, casefolder::withUncertainty(label, found.value, judged ? u : std::nullopt),
+                   "truth " + casefolder::withUncertainty(label, truth, std::nullopt) + off.data(),
+                   distance <= kMostSd});
 }
 
 void ClosingTable::exact(const std::string& what, const std::string& found, bool right) {

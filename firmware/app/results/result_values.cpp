@@ -16,15 +16,21 @@ namespace {
 
 using metrology::Estimate;
 
+messages::NamedValue named(std::string key, const Estimate& estimate, std::size_t i) {
+  const bool has_sd = i < estimate.sd.size(), has_u = i < estimate.uncertainty.size();
+  return {.key = std::move(key),
+          .value = estimate.values[i],
+          .sd = has_sd ? estimate.sd[i] : 0.0,
+          .has_sd = has_sd,
+          .u = has_u ? estimate.uncertainty[i] : 0.0,
+          .has_u = has_u};
+}
+
 // One value a name: the parts of a vector get their index behind the key's stem.
 void appendValues(const Estimate& estimate, std::vector<messages::NamedValue>& values) {
   for (std::size_t i = 0; i < estimate.values.size(); ++i) {
-    const bool has_sd = i < estimate.sd.size();
     const std::string index = estimate.values.size() == 1 ? "" : "[" + std::to_string(i) + "]";
-    values.push_back({.key = estimate.key + index,
-                      .value = estimate.values[i],
-                      .sd = has_sd ? estimate.sd[i] : 0.0,
-                      .has_sd = has_sd});
+    values.push_back(named(estimate.key + index, estimate, i));
   }
 }
 
@@ -38,10 +44,7 @@ void appendSixErrors(const Estimate& six, const Estimate& angles_rad, const std:
     std::array<char, 48> at{};
     const double angle_deg = degrees(angles_rad.values[i / kErrors.size()]);
     std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", angle_deg, i % kErrors.size() < 3 ? "mm" : "rad");
-    values.push_back({.key = kErrors[i % kErrors.size()] + letter + at.data(),
-                      .value = six.values[i],
-                      .sd = six.sd.empty() ? 0.0 : six.sd[i],
-                      .has_sd = !six.sd.empty()});
+    values.push_back(named(kErrors[i % kErrors.size()] + letter + at.data(), six, i));
   }
 }
 

@@ -41,9 +41,7 @@ Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, 
   const auto& uncertainty = deviation.uncertainty.empty() ? deviation.sd : deviation.uncertainty;
   const double doubt = uncertainty.empty() ? 0.0 : 2.0 * uncertainty.front();
   const double off = std::abs(deviation.value());
-  const Proof proof = off - doubt > **limit   ? Proof::fails
-                      : off + doubt > **limit ? Proof::not_proven
-                                              : Proof::conforms;
+  const Proof proof = proofOf(deviation.value(), doubt, **limit);
   if (proof != Proof::conforms) {
     const bool fails = proof == Proof::fails;
     result.warnings.push_back(std::string{fails ? "fail: " : "not proven: "} + estimate.key + " is " +

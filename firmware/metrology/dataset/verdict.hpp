@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <optional>
 #include <string_view>
 
@@ -13,6 +14,13 @@ enum class Proof {
   not_proven = 1,  // the limit lies within U of it: neither is proven
   fails = 2,       // even with U taken off it is beyond the limit
 };
+
+// doubt: U of the deviation (k = 2).
+inline Proof proofOf(double deviation, double doubt, double limit) {
+  const double off = std::abs(deviation);
+  if (off - doubt > limit) return Proof::fails;
+  return off + doubt > limit ? Proof::not_proven : Proof::conforms;
+}
 
 // Key of the worst one among all values of a result that have a limit.
 inline constexpr std::string_view kVerdict = "verdict";

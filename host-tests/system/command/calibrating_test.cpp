@@ -6,6 +6,7 @@
 
 #include "fake_answers.hpp"
 #include "fake_box.hpp"
+#include "host-tests/support/file_content.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
 #include "tools/case/case_folder.hpp"
@@ -242,6 +243,8 @@ TEST(StoredResults, AreFetchedPieceByPieceAndReported) {
   EXPECT_THAT(lost.err, AllOf(HasSubstr("result 4710"), HasSubstr("measure again")));
   const auto kept = at(box, {"report", "4711", "-o", directory.file("b.html")});
   EXPECT_EQ(kept.status, 0) << kept.err;
+  EXPECT_THAT(support::contentOf(directory.file("b.html")),
+              HasSubstr("<li>It rests on result 4700 about stylus-offset-1, which is RETIRED: repeat this one.</li>"));
   EXPECT_EQ(at(box, {"report", "17", "-o", directory.file("c.html")}).status, 4);
 }
 
@@ -250,6 +253,12 @@ TEST(StoredResults, AreReportedAfterARefusedRunAboutTheSame) {
   RuntimeDirectory directory;
   const auto kept = at(box, {"report", "4711", "-o", directory.file("page.html")});
   EXPECT_EQ(kept.status, 0) << kept.err;
+}
+
+TEST(Planning, SaysWhatIsNotInItsUncertainty) {
+  EXPECT_THAT(
+      probebox({"plan", "centreline"}).out,
+      HasSubstr("(+/- u, k = 1, of readings and descriptions; without the certificates of sphere and stylus ball)"));
 }
 
 TEST(GoingBack, NamesTheSubjectThatWasMeant) {

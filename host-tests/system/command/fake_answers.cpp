@@ -209,7 +209,7 @@ messages::ResultSummary FakeAnswers::proposedOne() const {
   r.subject = "delay";
   r.state = accepted_by_.empty() ? messages::ResultState::proposed : messages::ResultState::active;
   r.accepted_by = accepted_by_;
-  r.values = {{"tau_s", FakeBox::kTau_s, FakeBox::kSd_s, true}};
+  r.values = {{"tau_s", FakeBox::kTau_s, FakeBox::kSd_s, true, options_.u_s, options_.u_s > 0}};
   r.dof = 21;
   r.rests_on = {{.id = 4700, .subject = "stylus-offset-1", .retired = true}};
   r.as_this_machine_by = "Hopper";

@@ -38,6 +38,7 @@ struct FakeBoxOptions {
   bool endless{};                      // its lists repeat forever, always announcing more
   unsigned older_results{};            // stored ones with the ids 1, 2, ...
   double in_force_tau_s{};             // of a result in force before; 0: there is none
+  double u_s{};                        // combined uncertainty of its results; 0: a box of before, which sends none
   bool refused_before{};               // its first run was refused
   bool forgets_results{};              // its firmware cannot show stored results
   bool line_inhibits{};                // an inhibit line of the box is active

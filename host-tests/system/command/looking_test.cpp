@@ -172,6 +172,20 @@ TEST_F(Looking, StatusListsTheStoredResults) {
   EXPECT_EQ(results[0]["state"], "proposed");
 }
 
+// One meaning in every text: type B is in it, and programs find both.
+TEST(LookingAtResults, ShowsTheCombinedUncertaintyBehindPlusMinus) {
+  const FakeBox box{{.u_s = 8e-6}};
+  for (const auto* command : {"status", "results"})
+    EXPECT_THAT(probebox({"-u", box.uri(), command}).out, testing::ContainsRegex("tau +5447.1 \\+/- 8.0 us"))
+        << command;
+  const auto object = probebox({"-u", box.uri(), "results", "--json"}).object();
+  EXPECT_EQ(object["sd"]["tau_s"], FakeBox::kSd_s);
+  EXPECT_EQ(object["u"]["tau_s"], 8e-6);
+  const FakeBox old;
+  EXPECT_THAT(probebox({"-u", old.uri(), "results"}).out, testing::ContainsRegex("tau +5447.1 \\+/- 5.0 us"));
+  EXPECT_TRUE(probebox({"-u", old.uri(), "results", "--json"}).object()["u"]["tau_s"].is_null());
+}
+
 TEST_F(Looking, StatusListsTheNewestOfManyResults) {
   const FakeBox box{{.older_results = 23}};
   const auto results = probebox({"-u", box.uri(), "status", "--json"}).object()["newest_results"];

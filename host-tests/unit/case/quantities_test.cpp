@@ -64,16 +64,47 @@ TEST(Quantities, OfASwivellingHeadSayWhichAngleAndLength) {
   const auto left = quantitiesIn(result, result.also[2]);
   EXPECT_EQ(left[0].label.unit, "deg") << "an angle is no length";
   EXPECT_EQ(left[3].label.name, "left Z at B 45 deg");
-  EXPECT_EQ(withSd(left[3].label, left[3].value, {}), "3 um");
+  EXPECT_EQ(withUncertainty(left[3].label, left[3].value, {}), "3 um");
   const auto terms = quantitiesIn(result, result.also[3]);
   EXPECT_EQ(terms[5].label.name, "Y, factor of L sin B");
-  EXPECT_EQ(withSd(terms[5].label, terms[5].value, {}), "20 um/m") << "mm per mm of the tool";
-  EXPECT_EQ(withSd(terms[4].label, terms[4].value, {}), "0.02 um");
+  EXPECT_EQ(withUncertainty(terms[5].label, terms[5].value, {}), "20 um/m") << "mm per mm of the tool";
+  EXPECT_EQ(withUncertainty(terms[4].label, terms[4].value, {}), "0.02 um");
 }
 
 TEST(Quantities, ShowATimeAsATimeAndNoNegativeZero) {
-  EXPECT_EQ(withSd(labelOf("measured_at_s"), 1.79e9, {}), "2026-09-21 14:13:20 UTC");
-  EXPECT_EQ(withSd(labelOf("x_mm"), -2e-6, 0.001), "0.0000 +/- 0.0010 mm");
+  EXPECT_EQ(withUncertainty(labelOf("measured_at_s"), 1.79e9, {}), "2026-09-21 14:13:20 UTC");
+  EXPECT_EQ(withUncertainty(labelOf("x_mm"), -2e-6, 0.001), "0.0000 +/- 0.0010 mm");
+}
+
+// Where an axis stands is read in degrees, as on a control, what it leans in microradians.
+TEST(Quantities, ShowNoRadians) {
+  EXPECT_EQ(withUncertainty(labelOf("psi0_rad"), std::numbers::pi / 6, 1e-5), "30.00000 +/- 0.00057 deg");
+  EXPECT_EQ(labelOf("psi0_rad").name, "psi0");
+  EXPECT_EQ(withUncertainty(labelOf("C_shift_rad"), -0.012382, 2e-6), "-0.70944 +/- 0.00011 deg");
+  for (const auto* small : {"A_minus_C_rad", "square_error_rad", "C_tilt_rad", "lean_xz_rad"})
+    EXPECT_EQ(labelOf(small).unit, "urad") << small;
+  EXPECT_EQ(designText("C_shift_rad", 0.5, "the middle of one pair of contacts, rad"),
+            "C_shift is 0.5 times that of the middle of one pair of contacts");
+}
+
+TEST(Quantities, PrintNoZerosForNothing) {
+  EXPECT_EQ(withUnit(labelOf("x_mm"), 3e-20), "0 mm");
+  EXPECT_EQ(shareText(labelOf("x_mm"), 2e-12, 1e-3), "0 mm") << "what rounding leaves of nothing";
+  EXPECT_EQ(shareText(labelOf("x_mm"), 2e-6, 1e-3), "0.0000020 mm");
+}
+
+TEST(Quantities, SayWhatTheNamesOfErrorsMean) {
+  metrology::Result result;
+  result.estimates = {Estimate::vector("location_mm", {0, 0, 0}, {}), Estimate::vector("tilt_rad", {0, 0, 0}, {})};
+  EXPECT_EQ(
+      axisNamesInWords(result, "C"),
+      "Names of ISO 230-7: XOC and YOC are the errors of the position of C in the X and Y directions; AOC and BOC "
+      "are the errors of the orientation of C around X and Y.");
+  result.estimates.push_back(Estimate::matrix("six_errors", 6, std::vector<double>(6), {}));
+  EXPECT_THAT(axisNamesInWords(result, "B"), testing::HasSubstr("EYB its axial error motion, EAB and ECB its tilt"));
+  EXPECT_EQ(axisNamesInWords(result, ""), "");
+  result.estimates.clear();
+  EXPECT_EQ(axisNamesInWords(result, "C"), "");
 }
 
 TEST(Quantities, SayWhenNoUncertaintyIsKnown) {

@@ -116,10 +116,18 @@ TEST_F(SolveCases, PrintsATableForAPerson) {
   EXPECT_THAT(text, HasSubstr("mm"));
 }
 
+// The radius is taken as known to 0.01 mm, which moves the centre along Z alone.
+TEST_F(SolveCases, PrintsTheCombinedUncertaintyBehindPlusMinus) {
+  const auto folder = goodCase("case");
+  write("case/config.json", R"({"method": "sphere-fit", "sigma_mm": 0.001, "radius_mm": 10, "sd_radius_mm": 0.01})");
+  EXPECT_THAT(answer({folder}, false).out,
+              testing::ContainsRegex("centre Z +0.000 \\+/- 0.010 mm, sd 0.00100 mm; U 0.020 mm"));
+}
+
 TEST(Readable, HasOneUnitForAKindOfValueAndTwoDigitsOfItsSd) {
   const auto read = [](const std::string& key, double value, std::optional<double> sd) {
     const auto label = labelOf(key);
-    return label.name + " " + withSd(label, value, sd);
+    return label.name + " " + withUncertainty(label, value, sd);
   };
   EXPECT_EQ(read("tau_s", 5.4471e-3, 5.0e-6), "tau 5447.1 +/- 5.0 us");
   EXPECT_EQ(read("effective_diameter_mm", 30.99991, 0.000123), "effective_diameter 30.99991 +/- 0.00012 mm");

@@ -29,7 +29,8 @@ class CalibrationCertificate : public testing::Test {
                           {"sphere_next_due", "2028-04-17"}};
   }
   std::string page() const {
-    const Subject subject{"result 17", result_.method, {}, result_};
+    Subject subject{"result 17", result_.method, {}, result_};
+    subject.rests_on = rests_on_;
     const auto text = certificatePage(subject, facts_, "1.2.3");
     EXPECT_EQ(WellFormed::objectionTo(text), "");
     return text;
@@ -39,6 +40,7 @@ class CalibrationCertificate : public testing::Test {
   }
 
   metrology::Result result_;
+  std::vector<std::string> rests_on_;
   CertificateFacts facts_{.number = "PB-1-17",
                           .subject = "delay",
                           .box = "Acme Box, PB-1",
@@ -48,7 +50,6 @@ class CalibrationCertificate : public testing::Test {
                           .mounting = "spindle",
                           .stored_utc = "2026-11-26T08:01:00Z",
                           .accepted = "by Ada, 2026-11-26T09:00:00Z",
-                          .rests_on = {},
                           .issued_utc = "2026-11-27T10:00:00Z",
                           .issued_by = "Grace",
                           .next_due = "2027-11-26"};
@@ -65,6 +66,14 @@ TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) 
                             "20.5 \u00b0C", "by Ada, 2026-11-26T09:00:00Z", "Grace", "2027-11-26", "&lt;first&gt;",
                             "sd_effective_diameter_mm", "(A12)", "measurand", "coverage probability", "2028-04-17"})
     EXPECT_THAT(text, HasSubstr(words));
+}
+
+TEST_F(CalibrationCertificate, NamesBothDegreesOfFreedom) {
+  EXPECT_THAT(page(), AllOf(HasSubstr("<th class=\"n\">effective degrees of freedom \u03bd_eff</th>"),
+                            HasSubstr("those of the sd of the readings, here 6,"),
+                            HasSubstr("The fit itself has \u03bd = 6, its readings minus its unknowns.")));
+  result_.chi2_reduced = 1;  // held against stated noise
+  EXPECT_THAT(page(), AllOf(HasSubstr("here \u221e,"), HasSubstr("has \u03bd = 6,")));
 }
 
 // A budget line of its own: the certificate says nothing of the stylus ball.
@@ -159,9 +168,57 @@ TEST_F(CalibrationCertificate, NamesTheFirmwareAsThatOfItsIssue) {
   EXPECT_THAT(text, HasSubstr("<td>measured with</td><td>Acme Box, PB-1</td>"));
 }
 
+// A check is held against limits: what it answers stands before all else, and by which rule.
+class CertificateOfACheck : public CalibrationCertificate {
+ protected:
+  CertificateOfACheck() {
+    auto x = metrology::Estimate::scalar("deviation_Xcen_B0_mm", 0.0081, 0.0004),
+         z = metrology::Estimate::scalar("deviation_z_offset_error_mm", -0.0061, 0.0005);
+    x.uncertainty = {0.0007};
+    z.uncertainty = {0.0005};
+    result_.method = "periodic-check";
+    result_.estimates = {metrology::Estimate::scalar("Xcen_B0_mm", 12.0081, 0.0004),
+                         metrology::Estimate::scalar("z_offset_error_mm", -0.0061, 0.0005)};
+    result_.also = {x, z, metrology::Estimate::scalar("verdict", 1, std::nullopt)};
+    result_.warnings = {"not proven: Xcen_B0_mm is 0.0081 mm off the accepted value"};
+    dataset_.method = "periodic-check";
+    dataset_.config["limit_mm"] = 0.0125;
+    dataset_.config["limit_Xcen_B0_mm"] = 0.0075;
+    facts_.subject = "check";
+  }
+  std::string pageAbout(const std::string& subject, bool kept = true) const {
+    Subject of{"result 17", result_.method, {}, result_};
+    if (kept) of.dataset = dataset_;
+    of.about = subject;
+    const auto text = certificatePage(of, facts_, "1.2.3");
+    EXPECT_EQ(WellFormed::objectionTo(text), "");
+    return text;
+  }
+  metrology::Dataset dataset_;
+};
+
+TEST_F(CertificateOfACheck, GivesDeviationLimitAndVerdictOfEveryValueAndTheRule) {
+  const auto text = pageAbout("check");
+  const auto verdict = text.find("<div class=\"verdict warned\"><p>NOT PROVEN: the limit lies within U</p>");
+  ASSERT_NE(verdict, std::string::npos) << text;
+  EXPECT_LT(verdict, text.find("Traceable to"));
+  EXPECT_THAT(text, AllOf(HasSubstr("limit 7.5 um"), HasSubstr("<li>Decision rule: ISO 14253-1")));
+  EXPECT_THAT(text, HasSubstr("<td>Xcen B0, mean X of the ball at B = 0</td><td class=\"n\">8.1</td>"
+                              "<td class=\"n\">1.4</td><td class=\"n\">7.5</td><td>um</td><td>NOT PROVEN</td>"));
+  EXPECT_THAT(text, HasSubstr("<td class=\"n\">-6.1</td><td class=\"n\">1.0</td><td class=\"n\">12.5</td><td>um</td>"
+                              "<td>PASS</td>"))
+      << "a limit is not rounded";
+  EXPECT_THAT(pageAbout("check", false), AllOf(HasSubstr("<td class=\"n\">not kept</td>"), HasSubstr("NOT PROVEN")));
+}
+
+// Its readings give the offset of the stylus too, which was held against nothing.
+TEST_F(CertificateOfACheck, IsNoVerdictOnAnotherResultOfItsReadings) {
+  EXPECT_THAT(pageAbout("stylus-offset-1"), AllOf(Not(HasSubstr("NOT PROVEN:")), Not(HasSubstr("Decision rule"))));
+}
+
 TEST_F(CalibrationCertificate, SaysWhatNobodyHasStated) {
   facts_.accepted = facts_.issued_by = facts_.next_due = "";
-  facts_.rests_on = {"It rests on result 3 about delay."};
+  rests_on_ = {"It rests on result 3 about delay."};
   forget("temperature_c");
   result_.warnings = {"a touch is late"};
   result_.estimates[0].sd = result_.estimates[0].uncertainty = {};

@@ -34,6 +34,21 @@ TEST(Coverage, CombinesDegreesOfFreedomByWelchAndSatterthwaite) {
   EXPECT_EQ(effectiveDof(result, estimate, 0), 40);
 }
 
+// The sd holds what a table that stood still is off, which has no degrees of freedom of these readings.
+TEST(Coverage, TakesOnlyTheReadingsForTypeA) {
+  metrology::Result result;
+  result.dof = 6;
+  const metrology::Estimate other{.key = "b_mm", .values = {1}, .sd = {1}, .uncertainty = {1}},
+      estimate{.key = "a_mm", .values = {1}, .sd = {2}, .uncertainty = {2}};
+  result.estimates = {other, estimate};
+  result.budget = {{"readings", false, {1, 1}}, {"stop_of_table", true, {0, std::sqrt(3.0)}}};
+  EXPECT_EQ(effectiveDof(result, other, 0), 6);
+  EXPECT_NEAR(effectiveDof(result, estimate, 0), 6 * std::pow(1 + 3 * 1.5, 2), 1e-9);
+  EXPECT_GT(coverageOf(result, estimate, 0, 2), coverageOf(result, other, 0, 2) - 0.006);
+  result.budget[0].sd[1] = 0;
+  EXPECT_EQ(effectiveDof(result, estimate, 0), kInfinite) << "the stop alone";
+}
+
 // u of the residuals is the sd of t, so that k = 2 covers about 95 % from three degrees of freedom on.
 TEST(Coverage, OfTwoStandardDeviationsOfTIsThatOfTheNormalDistribution) {
   const metrology::Estimate alone{.key = "a_mm", .values = {1}, .sd = {1}, .uncertainty = {1}};

@@ -127,6 +127,7 @@ TEST(Report, OfARotaryAxisNamesItsErrorsAsTheStandardDoes) {
   EXPECT_THAT(boxOf(html), HasSubstr("No limit stated"));
   EXPECT_THAT(boxOf(html), HasSubstr("worst: EXC at 180 deg = -21.4 um, U = 1.1 um (k = 2)"));
   EXPECT_THAT(boxOf(html), HasSubstr("XOC = -10.74 um, U = 0.63 um (k = 2)"));
+  EXPECT_THAT(boxOf(html), HasSubstr("XOC and YOC are the errors of the position of C in the X and Y directions"));
   EXPECT_THAT(html, HasSubstr("<th>angle</th><th class=\"n\">EXC (um)</th>"));
   EXPECT_THAT(html, HasSubstr("<tr><td>330 deg</td>")) << "complete on paper";
   EXPECT_THAT(html, HasSubstr("Zero by definition, so not listed: ZOC, COC."));
@@ -141,6 +142,9 @@ TEST(Report, IsGreenOnlyWithinALimitAndWithoutAWarning) {
               testing::AllOf(HasSubstr("verdict neutral"), HasSubstr("No limit stated"), HasSubstr("worst: Xcen B0")));
   dataset.config["limit_mm"] = 0.02;
   EXPECT_THAT(of(), testing::AllOf(HasSubstr("verdict pass"), HasSubstr("PASS"), HasSubstr("limit 20 um")));
+  EXPECT_THAT(pageOf({"case", dataset.method, dataset, metrology::solve(dataset).value()}),
+              testing::AllOf(HasSubstr("<h2>Conformity with the limits</h2>"), HasSubstr("Decision rule: ISO 14253-1"),
+                             Not(HasSubstr("<td>deviation"))));
   dataset.config["limit_mm"] = 0.0075;
   EXPECT_THAT(of(), testing::AllOf(HasSubstr("verdict warned"), HasSubstr("NOT PROVEN: the limit lies within U")));
   dataset.config["limit_mm"] = 0.005;
@@ -211,6 +215,27 @@ TEST(Report, RecallsTheResidualsOfAKeptResult) {
   }
 }
 
+// The certificate of the same result has the second of them.
+TEST(Report, NamesTheDegreesOfFreedomOfTheFitAndOfTheUncertainty) {
+  metrology::Result result;
+  result.method = "delay-known-sphere";
+  result.estimates = {metrology::Estimate::scalar("tau_s", 5.2033e-3, 3e-6)};
+  result.estimates[0].uncertainty = {5e-6};
+  result.dof = 6;
+  const auto html = pageOf({"result 17", result.method, {}, result});
+  EXPECT_THAT(html, HasSubstr("<td>degrees of freedom \u03bd of the fit</td><td>6, readings minus unknowns</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>effective degrees of freedom \u03bd_eff of u</td><td>80, with type B"));
+}
+
+TEST(Report, SaysThatItRestsOnARetiredResult) {
+  auto subject = subjectIn(fs::path{PROBEBOX_REPORT_CASES} / "centreline");
+  subject.rests_on = {"It rests on result 3 about delay, which is RETIRED: repeat this one."};
+  EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("<li>It rests on result 3 about delay, which is RETIRED"));
+  EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("verdict neutral"));
+  subject.rests_on_retired = true;
+  EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("verdict warned"));
+}
+
 TEST(Report, PromisesNoBarsWithoutReadings) {
   for (const auto& folder : caseFolders()) {
     auto subject = subjectIn(folder);
@@ -232,6 +257,9 @@ TEST(Report, ShowsTheTrendOfTheLastTen) {
   other.before.in_force->result.estimates.clear();
   other.before.history[0].result.estimates.clear();
   EXPECT_THAT(boxOf(pageOf(other)), HasSubstr("has no value in common with result 2"));
+  EXPECT_THAT(pageOf(other), HasSubstr("Trend of the last 2 results")) << "one of them has no such value";
+  other.before.history[1].result.estimates.clear();
+  EXPECT_THAT(pageOf(other), Not(HasSubstr("Trend"))) << "one point is no trend";
 }
 
 // The page of an answer is that of its case.

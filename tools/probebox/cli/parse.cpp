@@ -20,7 +20,8 @@ constexpr const char* kUriHelp =
     "the only box that is found";
 constexpr std::size_t kMostFrame = 2048;
 constexpr const char* kAbout =
-    "Shows the state of a probebox, records its samples, runs calibrations, and solves measured cases off line.\nExit "
+    "Shows the state of a probebox, records its samples, runs calibrations, and solves measured cases off line.\n"
+    "Behind +/- stands the combined standard uncertainty u (k = 1, type B included).\nExit "
     "status: 0 ok, 1 refused or failed measurement, 2 usage or unreadable input, 3 no box or link lost, 4 refused by "
     "the box, 130 interrupted, files closed, 141 the reader of a pipe has exited.";
 

@@ -6,6 +6,7 @@
 #include "firmware/json/dataset_json.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/kept_report.hpp"
 #include "tools/probebox/commands/kept_result.hpp"
 #include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/report_kept_result.hpp"
@@ -33,6 +34,7 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
         ExitStatus::failed, "refused-result",
         "result " + id + " is a refusal, of which there is no certificate; probebox show " + id + " says why"};
   Certified all{{"result " + id + ", " + standingOf(kept.summary), kept.summary.method, {}, *kept.result()}, {}};
+  all.subject.about = kept.summary.subject;
   if (kept.dataset_kept) {
     TRY(const auto text, keptDataset(box, console, options.id));
     if (auto dataset = json::datasetFromJson(text)) all.subject.dataset = std::move(dataset).value();
@@ -51,15 +53,12 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
            .accepted = kept.summary.accepted_by.empty()
                            ? ""
                            : "by " + kept.summary.accepted_by + ", " + kept.summary.accepted_utc,
-           .rests_on = {},
            .issued_utc = nowUtc(),
            .issued_by = options.by,
            .next_due = options.next_due};
   TRY(const auto listed, storedResults(box, console, {.after_id = options.id - 1, .newest = 0}, 1));
   if (listed.empty() || listed.front().id != options.id) return all;
-  for (const auto& other : listed.front().rests_on)
-    facts.rests_on.push_back("It rests on result " + std::to_string(other.id) + " about " + other.subject +
-                             (other.retired ? ", which is no longer in force." : "."));
+  addWhatItRestsOn(all.subject, listed.front());
   return all;
 }
 

@@ -1,5 +1,6 @@
 #include "tools/probebox/commands/kept_report.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -23,9 +24,9 @@ Outcome<report::Earlier, Trouble> earlierOne(link::Client& box, Console& console
 }
 
 // The result in force and the earlier ones about the same subject, from the same probe, machine and mounting.
-Outcome<report::Before, Trouble> beforeOf(link::Client& box, Console& console, const messages::ResultSummary& summary) {
+Outcome<report::Before, Trouble> beforeOf(link::Client& box, Console& console, const messages::ResultSummary& summary,
+                                          const std::vector<messages::ResultSummary>& all) {
   constexpr std::size_t kEarlier = 9;  // the page shows the trend of ten
-  TRY(const auto all, storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
   report::Before before;
   std::vector<std::uint64_t> earlier;
   for (const auto& other : all) {
@@ -47,6 +48,11 @@ Outcome<report::Before, Trouble> beforeOf(link::Client& box, Console& console, c
 
 }  // namespace
 
+void addWhatItRestsOn(report::Subject& subject, const messages::ResultSummary& listed) {
+  subject.rests_on = restsOnInWords(listed);
+  subject.rests_on_retired = std::ranges::any_of(listed.rests_on, &messages::RestsOn::retired);
+}
+
 Outcome<report::Subject, Trouble> keptSubject(link::Client& box, Console& console, std::uint64_t id) {
   TRY(auto kept, keptResult(box, console, id));
   TRY(const auto text, keptDataset(box, console, id));
@@ -56,10 +62,14 @@ Outcome<report::Subject, Trouble> keptSubject(link::Client& box, Console& consol
                    "the dataset of result " + std::to_string(id) + " is not readable here (" + dataset.error().what +
                        "); update this command"};
   }
-  TRY(auto before, beforeOf(box, console, kept.summary));
+  TRY(const auto all, storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
+  TRY(auto before, beforeOf(box, console, kept.summary, all));
   const auto name = "result " + std::to_string(id) + ", " + standingOf(kept.summary);
   report::Subject subject{name, kept.summary.method, std::move(dataset).value(), std::move(kept.content)};
   subject.before = std::move(before);
+  subject.about = kept.summary.subject;
+  if (const auto listed = std::ranges::find(all, id, &messages::ResultSummary::id); listed != all.end())
+    addWhatItRestsOn(subject, *listed);
   if (subject.result() != nullptr && !report::recallResiduals(subject))
     console.note(name + " is another value when its dataset is solved by this version; its page has no residuals");
   return subject;

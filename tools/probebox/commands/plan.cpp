@@ -88,7 +88,8 @@ std::vector<casefolder::Quantity> quantitiesOf(const plan::Forecast& forecast) {
 
 // "+/- 1.9 us".
 std::string spreadOf(const casefolder::Quantity& quantity) {
-  return "+/- " + (quantity.sd ? casefolder::withUnit(quantity.label, *quantity.sd) : "?");
+  const auto u = quantity.uncertainty();
+  return "+/- " + (u ? casefolder::withUnit(quantity.label, *u) : "?");
 }
 
 Json forecastJson(const plan::Forecast& forecast) {
@@ -134,7 +135,7 @@ std::string forecastPage(const plan::Forecast& forecast) {
     if (quantity.expanded) all += "U (k = 2) " + casefolder::withUnit(quantity.label, *quantity.expanded);
   }
   for (const auto& dropped : forecast.dropped) all += "\n  left out: " + dropped.name + ", " + dropped.reason;
-  return all;
+  return all + "\n  (+/- u, k = 1, of readings and descriptions; without the certificates of sphere and stylus ball)";
 }
 
 ExitStatus propose(const plan::Wanted& wanted, const plan::SetUp& set_up, const Plan& options, Console& console) {

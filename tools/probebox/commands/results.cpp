@@ -37,8 +37,8 @@ std::string pageOf(const ResultSummary& result) {
   for (std::size_t i = 0; i < std::min({kMostValues, about, result.values.size()}); ++i) {
     const auto& value = result.values[i];
     const auto label = casefolder::quantityLabel(value.key, axis);
-    const auto sd = value.has_sd ? std::optional{value.sd} : std::nullopt;
-    all += printed("\n          %-22s ", label.name.c_str()) + casefolder::withSd(label, value.value, sd);
+    all += printed("\n          %-22s ", label.name.c_str()) +
+           casefolder::withUncertainty(label, value.value, value.uncertainty());
   }
   if (about > kMostValues)
     all +=

@@ -52,7 +52,8 @@ std::string line(const messages::ResultTransition& transition);
 void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
                   const Json& comparison, Console& console);
 
-// "5447.1 +/- 5.0 us" for the key "tau_s": as many digits as the standard deviation supports.
+// "tau 5447.1 +/- 5.0 us" for the key "tau_s": the combined standard uncertainty, from an older box the sd, and as many
+// digits as it supports.
 std::string readable(const messages::NamedValue& value);
 
 // "12.5 us", "830 ns": a duration with three or more digits before its unit changes.

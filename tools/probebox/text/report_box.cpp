@@ -63,7 +63,7 @@ std::string delayOf(const messages::DelayInForce& delay) {
   const auto tau = casefolder::labelOf("tau_s");
   std::string all;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    all += "XYZ"[axis] + (" " + casefolder::withSd(tau, delay.tau_s[axis], delay.sd_s[axis]) + "  ");
+    all += "XYZ"[axis] + (" " + casefolder::withUncertainty(tau, delay.tau_s[axis], delay.sd_s[axis]) + "  ");
   }
   return all + "(result " + to_string(delay.result_id) + ")";
 }

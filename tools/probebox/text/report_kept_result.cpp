@@ -53,22 +53,23 @@ Json foundOnTheWay(const Result& result) {
   return all;
 }
 
+double rmsAt(const std::vector<double>& sd, const std::vector<std::size_t>& at, std::size_t first) {
+  double squares = 0;
+  for (const auto k : at) squares += first + k < sd.size() ? sd[first + k] * sd[first + k] : 0;
+  return std::sqrt(squares / static_cast<double>(at.size()));
+}
+
 // What one cause adds to each value; of a vector the root mean square.
 std::string shareOf(const Contribution& contribution, const Result& result) {
   std::string all;
   std::size_t first = 0;
   for (const auto& estimate : result.estimates) {
     for (const auto& part : metrology::partsOf(estimate)) {
-      double squares = 0;
-      for (const auto at : part.at) {
-        const double sd = first + at < contribution.sd.size() ? contribution.sd[first + at] : 0;
-        squares += sd * sd;
-      }
       if (part.at.empty()) continue;
       const auto label = casefolder::quantityLabel(part.key);
-      const double rms = std::sqrt(squares / static_cast<double>(part.at.size()));
+      const auto& whole = estimate.uncertainty.empty() ? estimate.sd : estimate.uncertainty;
       all += (all.empty() ? "" : "; ") + label.name + (part.at.size() > 1 ? " (rms) " : " ") +
-             casefolder::withUnit(label, rms);
+             casefolder::shareText(label, rmsAt(contribution.sd, part.at, first), rmsAt(whole, part.at, 0));
     }
     first += estimate.values.size();
   }
@@ -77,7 +78,7 @@ std::string shareOf(const Contribution& contribution, const Result& result) {
 
 std::string fitOf(const Result& result) {
   const std::string unit = metrology::unitOfRms(result);
-  std::string all = printed("\n  residual rms %.3g %s, %zu degrees of freedom, condition %.3g", result.rms,
+  std::string all = printed("\n  residual rms %.3g %s, %zu degrees of freedom of the fit, condition %.3g", result.rms,
                             unit.c_str(), result.dof, result.condition);
   if (result.chi2_reduced) all += "\n  " + casefolder::chiSquareText(result);
   for (const auto& dropped : result.dropped) all += "\n  left out: " + dropped.name + ": " + dropped.reason;
@@ -85,7 +86,9 @@ std::string fitOf(const Result& result) {
 }
 
 // "PASS: ..." of a result that was held against limits; empty for others.
-std::string verdictOf(const Result& result) {
+std::string verdictOf(const Result& result, std::string_view subject) {
+  // Its readings give the offset of the stylus too, which is no verdict.
+  if (subject != "check") return {};
   const auto proof = metrology::proofOf(result);
   if (!proof) return {};
   std::string all = casefolder::proofInWords(*proof, !result.warnings.empty());
@@ -120,8 +123,9 @@ std::string foundOnTheWayInWords(const Result& result, const std::vector<casefol
     if (estimate.key == "left_by_angle_mm")
       std::erase_if(quantities, [](const auto& quantity) { return quantity.label.unit == "deg"; });
     for (std::size_t k = 0; k < std::min(kMost, quantities.size()); ++k) {
-      const auto& [key, label, value, sd, expanded, by_definition] = quantities[k];
-      all += printed("\n  %-22s ", label.name.c_str()) + casefolder::withSd(label, value, sd);
+      const auto& quantity = quantities[k];
+      all += printed("\n  %-22s ", quantity.label.name.c_str()) +
+             casefolder::withUncertainty(quantity.label, quantity.value, quantity.uncertainty());
     }
     if (quantities.size() > kMost) all += printed("\n  and %zu more: --json has all", quantities.size() - kMost);
   }
@@ -139,14 +143,16 @@ std::string listed(const char* title, const std::vector<std::string>& lines) {
 
 Json describe(const Result& result, std::string_view axis) {
   const auto quantities = casefolder::quantitiesOf(result, axis);
-  Json values = Json::object(), sd = Json::object(), expanded = Json::object();
+  Json values = Json::object(), sd = Json::object(), u = Json::object(), expanded = Json::object();
   for (const auto& quantity : quantities) {
     values[quantity.key] = quantity.value;
     sd[quantity.key] = numberOf(quantity.sd);
+    u[quantity.key] = quantity.expanded ? Json(*quantity.expanded / 2) : Json(nullptr);
     expanded[quantity.key] = numberOf(quantity.expanded);
   }
   return {{"result", values},
           {"sd", sd},
+          {"u", u},
           {"expanded_k2", expanded},
           {"rms", result.rms},
           {"dof", result.dof},
@@ -167,11 +173,13 @@ Json describe(const metrology::Refusal& refusal) {
 
 std::string page(const Result& result, std::string_view subject) {
   const auto about = casefolder::quantitiesAbout(result, subject);
-  std::string all = verdictOf(result) + "values (sd: k = 1; U: k = 2, with type B)" + linesOf(about);
+  std::string all = verdictOf(result, subject) + "values (sd: k = 1; U: k = 2, with type B)" + linesOf(about);
   auto others = casefolder::quantitiesOf(result, casefolder::rotaryAxisOf(subject));
   std::erase_if(others, [&](const auto& each) { return isIn(about, each.key); });
   if (!result.convention.empty()) all += "\n  " + result.convention;
   if (!others.empty()) all += "\nfrom the same readings" + linesOf(others);
+  if (const auto names = casefolder::axisNamesInWords(result, casefolder::rotaryAxisOf(subject)); !names.empty())
+    all += "\n  " + names;
   if (const auto also = foundOnTheWayInWords(result, about); !also.empty()) all += "\nfound on the way" + also;
   all += "\nfit" + fitOf(result);
   if (!result.budget.empty()) all += "\nuncertainty budget (k = 1)";
@@ -198,6 +206,14 @@ std::string standingOf(const messages::ResultSummary& summary) {
     default:
       return std::string{nameOf(summary.state)};
   }
+}
+
+std::vector<std::string> restsOnInWords(const messages::ResultSummary& summary) {
+  std::vector<std::string> sentences;
+  for (const auto& other : summary.rests_on)
+    sentences.push_back("It rests on result " + std::to_string(other.id) + " about " + shown(other.subject) +
+                        (other.retired ? ", which is RETIRED: repeat this one." : "."));
+  return sentences;
 }
 
 std::string adoptedBy(const std::string& person) {

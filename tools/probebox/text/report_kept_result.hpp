@@ -19,6 +19,8 @@ std::string page(const metrology::Result& result, std::string_view subject);
 // "in force", "waits for the end of the cut", "proposed", "retired", "refused"; "not in force here" for one of another
 // probe, machine or mounting than the box describes now, and for one that does not fit what it describes.
 std::string standingOf(const messages::ResultSummary& summary);
+// A sentence for each result that it was computed with, and whether that one is still in force.
+std::vector<std::string> restsOnInWords(const messages::ResultSummary& summary);
 // Who said that a case, which names no machine, was measured here.
 std::string adoptedBy(const std::string& person);
 // Number, method, subject, state, who accepted it and when, and its probe, machine and mounting.

@@ -34,8 +34,7 @@ std::string stateHere(const messages::ResultSummary& result) {
 
 std::string readable(const messages::NamedValue& value) {
   const auto label = casefolder::quantityLabel(value.key);
-  const auto sd = value.has_sd ? std::optional{value.sd} : std::nullopt;
-  return label.name + " " + casefolder::withSd(label, value.value, sd);
+  return label.name + " " + casefolder::withUncertainty(label, value.value, value.uncertainty());
 }
 
 std::string rmsUnitOf(const messages::ResultSummary& result) {
@@ -46,16 +45,18 @@ std::string rmsUnitOf(const messages::ResultSummary& result) {
 }
 
 Json describe(const messages::ResultSummary& result) {
-  Json values = Json::object(), sd = Json::object();
+  Json values = Json::object(), sd = Json::object(), u = Json::object();
   for (const auto& value : result.values) {
     values[value.key] = value.value;
     sd[value.key] = value.has_sd ? Json(value.sd) : Json(nullptr);
+    u[value.key] = value.has_u ? Json(value.u) : Json(nullptr);
   }
   return {{"id", result.id},
           {"state", nameOf(result.state)},
           {"method", result.method},
           {"result", values},
           {"sd", sd},
+          {"u", u},
           {"rms_mm", rmsInMm(result)},
           {"dof", result.dof},
           {"condition", result.condition},
@@ -81,7 +82,7 @@ std::string page(const messages::ResultSummary& result) {
   std::string all =
       "result " + std::to_string(result.id) + ", " + result.method + ", " + std::string{nameOf(result.state)};
   for (const auto& value : result.values) all += "\n  " + readable(value);
-  all += printed("\n  residual rms %.3g %s, %u degrees of freedom, condition %.3g", result.rms,
+  all += printed("\n  residual rms %.3g %s, %u degrees of freedom of the fit, condition %.3g", result.rms,
                  rmsUnitOf(result).c_str(), static_cast<unsigned>(result.dof), result.condition);
   for (const auto& warning : result.warnings) all += "\n  warning: " + warning;
   return all;

@@ -72,6 +72,7 @@ Json quantitiesOf(const metrology::Result& result, const std::string& subject) {
                    {"name", quantity.label.name},
                    {"value", quantity.value},
                    {"sd", sd},
+                   {"u", quantity.expanded ? Json(*quantity.expanded / 2) : Json(nullptr)},
                    {"expanded_k2", expanded},
                    {"text", casefolder::withSdAndU(quantity)}});
   }

@@ -40,8 +40,33 @@ TEST(SummaryOfAResult, NamesTheErrorsOfARotaryAxisByTheirAngle) {
   EXPECT_EQ(values[11].sd, 1e-4);
   EXPECT_EQ(values[13].key, "location_mm[1]");
   EXPECT_FALSE(values[13].has_sd);
+  EXPECT_FALSE(values[13].has_u);
   record.binding.subject = "rotary-axis-errors";
   EXPECT_EQ(summaryOf(record).values[7].key, "EY_at_60_deg_mm") << "of an axis that the case does not name";
+}
+
+// Its sd alone is that of the readings: what a person reads behind +/- is the combined one.
+TEST(SummaryOfAResult, HasTheCombinedUncertaintyBesideTheSd) {
+  metrology::Result result;
+  auto six = metrology::Estimate::matrix("six_errors", 6, {1, 2, 3, 4, 5, 6}, {1, 1, 1, 1, 1, 1});
+  six.uncertainty = {2, 2, 2, 2, 2, 3};
+  auto tau = metrology::Estimate::scalar("tau_s", 5e-3, 3e-6);
+  tau.uncertainty = {5e-6};
+  result.estimates = {tau, six, metrology::Estimate::scalar("K", -1, 0.01)};
+  result.also = {metrology::Estimate::vector("angle_rad", {0}, {})};
+  store::Record record{};
+  record.binding.subject = "rotary-c";
+  record.content = result;
+  const auto values = summaryOf(record).values;
+  ASSERT_EQ(values.size(), 8U);
+  EXPECT_EQ(values[0].sd, 3e-6);
+  EXPECT_TRUE(values[0].has_u);
+  EXPECT_EQ(values[0].u, 5e-6);
+  EXPECT_EQ(values[0].uncertainty(), 5e-6);
+  EXPECT_EQ(values[6].key, "ECC_at_0_deg_rad");
+  EXPECT_EQ(values[6].uncertainty(), 3.0);
+  EXPECT_FALSE(values[7].has_u) << "of a version that had no budget";
+  EXPECT_EQ(values[7].uncertainty(), 0.01) << "then sd counts";
 }
 
 // The readings of one run determine two quantities: each result shows its own first.

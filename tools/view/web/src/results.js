@@ -5,17 +5,17 @@ import { acceptance, beside, name, quantities } from "./verdict.js";
 const ORDER = ["active", "accepted", "proposed", "refused", "retired"];
 const day = (utc) => (utc ? utc.replace("T", " ").replace(/(\.\d+)?Z$/, "") : "");
 
-// The first value of the results about one subject, one after the other, with bars of U (2 sd).
+// The first value of the results about one subject, one after the other, with bars of U: u is absent from an older box, then of 2 sd.
 function trend(all, id) {
   const same = all.filter((one) => one.subject === all.find((other) => other.id === id)?.subject && Object.keys(one.result).length > 0).slice(-10);
   const key = Object.keys(same.at(-1)?.result ?? {})[0];
-  const points = same.filter((one) => key in one.result).map((one) => ({ id: one.id, value: one.result[key], sd: one.sd[key] ?? 0 }));
+  const points = same.filter((one) => key in one.result).map((one) => ({ id: one.id, value: one.result[key], u: one.u?.[key] ?? one.sd[key] ?? 0 }));
   if (points.length < 2) return null;
-  const low = Math.min(...points.map((p) => p.value - 2 * p.sd)), high = Math.max(...points.map((p) => p.value + 2 * p.sd));
+  const low = Math.min(...points.map((p) => p.value - 2 * p.u)), high = Math.max(...points.map((p) => p.value + 2 * p.u));
   const x = (k) => 50 + (k * 500) / Math.max(1, points.length - 1), y = (v) => 20 + (110 * (high - v)) / (high - low || 1);
-  return h("figure", null, h("figcaption", null, `${key} of the last ${points.length} results; bars are 2 sd`),
+  return h("figure", null, h("figcaption", null, `${key} of the last ${points.length} results; bars are U (k = 2)`),
     s("svg", { viewBox: "0 0 600 165", role: "img", "aria-label": `Trend of ${key}`, class: "trend" },
-      points.map((p, k) => s("g", { class: p.id === id ? "now" : null }, s("line", { x1: x(k), x2: x(k), y1: y(p.value - 2 * p.sd), y2: y(p.value + 2 * p.sd) }), s("circle", { cx: x(k), cy: y(p.value), r: 5 }), s("text", { x: x(k), y: 158, "text-anchor": "middle" }, p.id)))));
+      points.map((p, k) => s("g", { class: p.id === id ? "now" : null }, s("line", { x1: x(k), x2: x(k), y1: y(p.value - 2 * p.u), y2: y(p.value + 2 * p.u) }), s("circle", { cx: x(k), cy: y(p.value), r: 5 }), s("text", { x: x(k), y: 158, "text-anchor": "middle" }, p.id)))));
 }
 
 export function results(main) {

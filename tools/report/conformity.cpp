@@ -1,0 +1,117 @@
+#include "tools/report/conformity.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+#include "firmware/metrology/methods.hpp"
+#include "tools/report/digits.hpp"
+#include "tools/report/html.hpp"
+#include "tools/report/names.hpp"
+
+namespace probebox::report {
+namespace {
+
+using metrology::Estimate;
+using metrology::Proof;
+
+constexpr std::string_view kDeviation = "deviation_";
+
+std::optional<double> numberIn(const metrology::Dataset& dataset, const std::string& key) {
+  const auto entry = dataset.config.find(key);
+  const auto* number = entry == dataset.config.end() ? nullptr : std::get_if<double>(&entry->second);
+  return number == nullptr ? std::nullopt : std::optional{*number};
+}
+
+std::string judgedKey(const Estimate& deviation) {
+  return deviation.key.substr(kDeviation.size());
+}
+
+// The limit that a deviation was judged by: its own, else that of all.
+std::optional<double> limitOf(const Subject& subject, const Estimate& deviation) {
+  if (!subject.dataset) return std::nullopt;
+  const auto own = numberIn(*subject.dataset, "limit_" + judgedKey(deviation));
+  return own ? own : numberIn(*subject.dataset, "limit_mm");
+}
+
+const char* wordOf(const Judged& judged) {
+  if (!judged.proof) return "not on record";
+  switch (*judged.proof) {
+    case Proof::conforms:
+      return "PASS";
+    case Proof::not_proven:
+      return "NOT PROVEN";
+    case Proof::fails:
+      return "FAIL";
+  }
+  return "";
+}
+
+std::string rowOf(const Subject& subject, const Judged& judged) {
+  const auto cell = [](const std::string& text) { return "<td class=\"n\">" + escaped(text) + "</td>"; };
+  const auto& deviation = *judged.deviation;
+  const auto unit = unitOf(deviation, 0);
+  const auto u = combinedOf(deviation, 0);
+  return "<tr>" + element("td", judgedName(subject, judged)) + cell(valueDigits(unit, deviation.value(), u)) +
+         cell(u ? uncertaintyDigits(unit, *u) : "unknown") +
+         cell(judged.limit ? limitDigits(deviation, *judged.limit) : "not kept") + element("td", unit.unit) +
+         element("td", wordOf(judged)) + "</tr>\n";
+}
+
+}  // namespace
+
+std::optional<metrology::Proof> verdictOn(const Subject& subject) {
+  constexpr std::string_view kCheck = "check";
+  if (subject.result() == nullptr || (!subject.about.empty() && subject.about != kCheck)) return std::nullopt;
+  return metrology::proofOf(*subject.result());
+}
+
+std::vector<Judged> judgedValues(const Subject& subject) {
+  std::vector<Judged> all;
+  if (!verdictOn(subject)) return all;
+  for (const auto& deviation : subject.result()->also) {
+    if (!deviation.key.starts_with(kDeviation) || deviation.values.empty()) continue;
+    Judged judged{.deviation = &deviation, .limit = limitOf(subject, deviation), .proof = {}};
+    const double doubt = 2 * combinedOf(deviation, 0).value_or(0);
+    if (judged.limit) judged.proof = metrology::proofOf(deviation.value(), doubt, *judged.limit);
+    all.push_back(judged);
+  }
+  return all;
+}
+
+std::string judgedName(const Subject& subject, const Judged& judged) {
+  auto value = *judged.deviation;
+  value.key = judgedKey(value);
+  const auto name = valueName(subject, value, 0);
+  const auto* method = metrology::methodNamed(subject.method);
+  if (method == nullptr) return name;
+  const auto found = std::ranges::find(method->results, value.key, &metrology::MethodResult::key);
+  return found == method->results.end() ? name : name + ", " + std::string{found->about};
+}
+
+std::string limitDigits(const Estimate& deviation, double limit) {
+  return shortly(limit * unitOf(deviation, 0).factor, 6);
+}
+
+std::string decisionRule() {
+  return "Decision rule: ISO 14253-1 with the expanded uncertainty U (k = 2) of the deviation as guard band. A value "
+         "passes where |deviation| + U is within the limit, it fails where |deviation| - U is beyond it, and neither "
+         "is "
+         "proven in between.";
+}
+
+std::string conformityTable(const Subject& subject) {
+  const auto all = judgedValues(subject);
+  if (all.empty()) return {};
+  std::string text =
+      "<h2>Conformity with the limits</h2>\n<table class=\"matrix\">\n<thead><tr><th>value</th><th "
+      "class=\"n\">deviation "
+      "from the accepted value</th><th class=\"n\">U of the deviation (k = 2)</th><th class=\"n\">limit, \u00b1</th>"
+      "<th>unit</th><th>verdict</th></tr></thead>\n<tbody>\n";
+  for (const auto& judged : all) text += rowOf(subject, judged);
+  return text + "</tbody></table>\n<p class=\"small\">" +
+         escaped(decisionRule() +
+                 " The accepted value is taken as exact; of an error it is zero, unless one is stated.") +
+         "</p>\n";
+}
+
+}  // namespace probebox::report
