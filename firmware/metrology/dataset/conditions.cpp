@@ -5,7 +5,7 @@
 #include <string>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/dataset/subject_names.hpp"
 
 namespace probebox::metrology {
 namespace {

@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "firmware/metrology/dataset/method.hpp"
+#include "firmware/metrology/dataset/subject_names.hpp"
 
 // Parts that the descriptors of several methods share: sources, keys, known quantities.
 namespace probebox::metrology {
@@ -14,12 +15,6 @@ inline constexpr std::string_view kTool = "CN103801980 (tool assemblies)";
 inline constexpr std::string_view kScrew = "CN101394969 (ball screws)";
 inline constexpr std::string_view kRotary = "CN112247668 (rotary axes)";
 }  // namespace source
-
-// Of results that cases name in keys "..._result".
-namespace subject {
-inline constexpr std::string_view kAssembly = "assembly-";
-inline constexpr std::string_view kPreTravel = "pre-travel";
-}  // namespace subject
 
 namespace key {
 inline constexpr MethodKey kSigma{"sigma_mm", "",
