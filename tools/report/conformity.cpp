@@ -109,8 +109,10 @@ std::string conformityTable(const Subject& subject) {
       "<th>unit</th><th>verdict</th></tr></thead>\n<tbody>\n";
   for (const auto& judged : all) text += rowOf(subject, judged);
   return text + "</tbody></table>\n<p class=\"small\">" +
-         escaped(decisionRule() +
-                 " The accepted value is taken as exact; of an error it is zero, unless one is stated.") +
+         escaped(
+             decisionRule() +
+             " U holds the sd of an accepted value that was measured; one that machine.toml states counts as exact. "
+             "Of an error it is zero, unless one is stated.") +
          "</p>\n";
 }
 

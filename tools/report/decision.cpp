@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/verdict.hpp"
+#include "firmware/metrology/subject_values.hpp"
 #include "tools/case/proof.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/report/change.hpp"
@@ -54,11 +55,16 @@ bool isLong(const Estimate& estimate) {
   return estimate.shape == Shape::matrix ? estimate.values.size() > 9 : estimate.values.size() > kFewValues;
 }
 
+// What the result is about, where a case answers more.
+std::vector<Estimate> headValues(const Subject& subject) {
+  return subject.about.empty() ? subject.result()->estimates : metrology::valuesAbout(*subject.result(), subject.about);
+}
+
 // Of several scalar errors the worst; nothing where there are no more than a reader takes in at once.
-std::optional<std::string> worstScalar(const Subject& subject) {
+std::optional<std::string> worstScalar(const Subject& subject, const std::vector<Estimate>& estimates) {
   const Estimate* worst = nullptr;
   std::size_t count = 0;
-  for (const auto& estimate : subject.result()->estimates) {
+  for (const auto& estimate : estimates) {
     if (estimate.shape != Shape::scalar) continue;
     if (!casefolder::isError(estimate.key) && unitOf(estimate, 0).unit != "um") continue;
     ++count;
@@ -68,15 +74,16 @@ std::optional<std::string> worstScalar(const Subject& subject) {
 }
 
 std::vector<std::string> valueLines(const Subject& subject) {
-  if (const auto worst = worstScalar(subject)) return {*worst};
+  const auto estimates = headValues(subject);
+  if (const auto worst = worstScalar(subject, estimates)) return {*worst};
   std::vector<std::string> lines;
-  for (const auto& estimate : subject.result()->estimates) {
+  for (const auto& estimate : estimates) {
     if (isLong(estimate)) {
       const auto worst = worstOf(subject, estimate);
       lines.insert(lines.end(), worst.begin(), worst.end());
     }
   }
-  for (const auto& estimate : subject.result()->estimates) {
+  for (const auto& estimate : estimates) {
     if (isLong(estimate) || estimate.shape == Shape::matrix) continue;
     for (std::size_t k = 0; k < estimate.values.size(); ++k) {
       if (!casefolder::zeroByDefinition(estimate, k)) lines.push_back(sentenceOf(subject, estimate, k));

@@ -236,6 +236,20 @@ TEST(Report, SaysThatItRestsOnARetiredResult) {
   EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("verdict warned"));
 }
 
+// The readings of a check also give the stylus' offset.
+TEST(Report, BeginsWithTheValuesOfItsSubject) {
+  metrology::Result result;
+  result.method = "periodic-check";
+  result.estimates = {metrology::Estimate::scalar("Xcen_B0_mm", 0.154, 5e-5),
+                      metrology::Estimate::scalar("Ycen_B0_mm", -0.11, 5e-5)};
+  result.also = {metrology::Estimate::scalar("stylus_offset_x_mm", 0.0202, 3e-5),
+                 metrology::Estimate::scalar("stylus_offset_y_mm", -0.0133, 3e-5)};
+  Subject subject{"result 18", result.method, {}, result};
+  EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("Xcen"));
+  subject.about = "stylus-offset-1";
+  EXPECT_THAT(boxOf(pageOf(subject)), testing::AllOf(HasSubstr("stylus offset"), Not(HasSubstr("Xcen"))));
+}
+
 TEST(Report, PromisesNoBarsWithoutReadings) {
   for (const auto& folder : caseFolders()) {
     auto subject = subjectIn(folder);
