@@ -21,7 +21,7 @@ vm_sum() { cksum | cut -d' ' -f1; }
 # What prepare made for this state of the project: names of links in the release's folder. Another work tree may need
 # other ones.
 vm_kernel_link() { echo "kernel-$(cat "$vm_project"/host-tests/vm/{gpio-sim,counter-sim,iio-sim}/* | vm_sum)"; }
-vm_root_link() { echo "root-$(vm_root_packages | vm_sum)"; }
+vm_root_link() { echo "root-$({ vm_root_packages && echo 'accounts of base-passwd'; } | vm_sum)"; }
 
 # Into a root of another release goes what the project needs there, a kernel module, and a guest.
 vm_root_packages() {
