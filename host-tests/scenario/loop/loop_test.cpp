@@ -206,6 +206,7 @@ TEST_P(LoopProgram, StopsWhereTheProbeTouchesOnTheWay) {
   OfAText text{GetParam(), 0};
   text.program->set("_pb_sphere_x", 120 - 14);
   EXPECT_THROW(text.program->call(4, 0, 0), Alarm) << text.why();
+  ASSERT_FALSE(text.control.commanded().empty());
   EXPECT_TRUE(text.control.commanded().back().guarded);
   EXPECT_THAT(text.program->last, testing::AnyOf(testing::HasSubstr("PROBE TOUCHED"), testing::HasSubstr("SETAL")));
   EXPECT_EQ(text.control.contacts(), 1U);
@@ -225,6 +226,7 @@ TEST_P(LoopProgram, BeginsStraightUpAndNeverDown) {
     ASSERT_FALSE(stood.empty());
     const auto first = std::ranges::find(control.commanded().begin() + static_cast<std::ptrdiff_t>(from),
                                          control.commanded().end(), Commanded::Is::move, &Commanded::is);
+    ASSERT_NE(first, control.commanded().end());
     if (height_mm < kSafeZ_mm) {
       EXPECT_NEAR(first->to[0], 150, 1e-6);
       EXPECT_NEAR(first->to[1], 60, 1e-6);
