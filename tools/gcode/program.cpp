@@ -202,6 +202,10 @@ void explainStops(Writer& to, const Blocks& blocks, const Setting& setting, cons
     tip_control = tip_control || (move != nullptr && move->length && move->length->tip_control);
   }
   to.comment("The box only advises: no motion stop depends on it. The probe's skip input stays wired to the control.");
+  to.comment(
+      "The probe has to be switched on before the start and until the end: a wireless one by the M code or the turn "
+      "that "
+      "its maker says. While it is off the control sees no touch, and nothing stops any move.");
   if (!setting.guard) {
     to.comment("Nothing stops when the probe touches: --no-skip was given. Have a hand on the feed hold.");
     return;

@@ -88,7 +88,7 @@ void Control::move(const std::array<double, 3>& to_mm, double feed_mm_min, bool 
   lowest_mm = std::min(lowest_mm, to_mm[2]);
   if (!scenario.world().machine().moveTo(to, feed_mm_min / 60, scenario.now())) throw Alarm{"the machine did not move"};
   settle();
-  if (guarded && contacts() != before) throw Alarm{"the probe touched on the way"};
+  if (guarded && contacts() != before) throw Touched{};
 }
 
 void Control::turn(const std::array<double, 3>& to_deg) {
@@ -106,6 +106,16 @@ void Control::takeTool(unsigned number) {
   commanded_.push_back({Commanded::Is::tool, {number * 1.0}, 0, false});
   if (!office_.scenario().world().machine().takeTool(number, office_.scenario().now())) throw Alarm{"no such tool"};
   tool_ = number;
+  settle();
+  if (at_tool) at_tool();
+}
+
+void Control::shove(const std::array<double, 3>& to_mm) {
+  constexpr double kFast_mm_s = 100;
+  settle();
+  const world::Vector3 to{to_mm[0], to_mm[1], to_mm[2]};
+  auto& scenario = office_.scenario();
+  if (!scenario.world().machine().moveTo(to, kFast_mm_s, scenario.now())) throw Alarm{"the machine did not move"};
   settle();
 }
 

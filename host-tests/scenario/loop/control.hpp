@@ -16,6 +16,11 @@ struct Alarm : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// A guarded move has met something: the control has stopped it.
+struct Touched : Alarm {
+  Touched() : Alarm{"the probe touched on the way"} {}
+};
+
 // What a program has commanded.
 struct Commanded {
   enum class Is { move, turn, tool, stop };
@@ -47,6 +52,11 @@ class Control {
   double lowest_mm{1e9};          // of all moves since it was set
   std::function<void()> at_move;  // before each
   std::function<void()> at_stop;  // M0
+  std::function<void()> at_tool;  // behind a change
+  // A tool of which the emulated machine knows nothing.
+  void putIntoSpindle(unsigned number) { tool_ = number; }
+  // Moves the machine, as a tool change does it: no program has commanded that.
+  void shove(const std::array<double, 3>& to_mm);
 
  private:
   void run(Nanoseconds duration);

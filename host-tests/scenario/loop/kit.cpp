@@ -128,7 +128,8 @@ double Kit::value(const Value& of) {
     case Value::Is::number:
       return of.number;
     case Value::Is::variable:
-      if (of.name == "_tool") return control_.tool();
+      if (of.name == "_tool" || of.name == "_current_tool") return control_.tool();
+      if (of.name == "_z") return control_.position('Z');
       if (of.name == "_a" || of.name == "_b" || of.name == "_c")
         return control_.position(static_cast<char>(of.name[1] - 'a' + 'A'));
       return variables[of.name];

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <sstream>
+#include <stdexcept>
 
 #include "kit.hpp"
 #include "text_program.hpp"
@@ -92,6 +93,18 @@ class OfAText final : public Session {
   std::string alarm;
 };
 
+// A Fanuc calls the tool that is in the spindle once more, since it cannot know.
+std::vector<Commanded> withoutIdleChanges(const std::vector<Commanded>& all) {
+  std::vector<Commanded> rest;
+  double tool = 1;
+  for (const auto& one : all) {
+    if (one.is == Commanded::Is::tool && one.to[0] == tool) continue;
+    if (one.is == Commanded::Is::tool) tool = one.to[0];
+    rest.push_back(one);
+  }
+  return rest;
+}
+
 void expectSame(const std::vector<Commanded>& of_kit, const std::vector<Commanded>& of_text, std::size_t from) {
   ASSERT_EQ(of_kit.size(), of_text.size());
   for (std::size_t i = from; i < of_kit.size(); ++i) {
@@ -118,14 +131,14 @@ TEST_P(LoopProgram, MakesTheMovesOfTheKitsOwnLoop) {
   OfTheKit kit{0};
   OfAText text{GetParam(), 0};
   for (const auto& run : kRuns) {
-    const auto from = kit.control.commanded().size();
+    const auto from = withoutIdleChanges(kit.control.commanded()).size();
     ASSERT_EQ(kit.run(run), run.came) << "method " << run.method << ", " << kit.why();
     ASSERT_EQ(text.run(run), run.came) << "method " << run.method << ", " << text.why() << text.alarm;
     EXPECT_EQ(text.control.registers().value(address::calibration_method), run.method);
     if (run.came == kDone) {
-      EXPECT_GT(kit.control.commanded().size(), from) << "method " << run.method;
+      EXPECT_GT(withoutIdleChanges(kit.control.commanded()).size(), from) << "method " << run.method;
     }
-    expectSame(kit.control.commanded(), text.control.commanded(), from);
+    expectSame(withoutIdleChanges(kit.control.commanded()), withoutIdleChanges(text.control.commanded()), from);
     if (HasFatalFailure()) FAIL() << "method " << run.method;
   }
   EXPECT_EQ(text.control.crashes(), 0U);
@@ -193,8 +206,176 @@ TEST_P(LoopProgram, StopsWhereTheProbeTouchesOnTheWay) {
   OfAText text{GetParam(), 0};
   text.program->set("_pb_sphere_x", 120 - 14);
   EXPECT_THROW(text.program->call(4, 0, 0), Alarm) << text.why();
+  ASSERT_FALSE(text.control.commanded().empty());
   EXPECT_TRUE(text.control.commanded().back().guarded);
+  EXPECT_THAT(text.program->last, testing::AnyOf(testing::HasSubstr("PROBE TOUCHED"), testing::HasSubstr("SETAL")));
   EXPECT_EQ(text.control.contacts(), 1U);
+}
+
+// The first move of a call is up or nothing, wherever the machine stands and whatever the caller has active.
+TEST_P(LoopProgram, BeginsStraightUpAndNeverDown) {
+  for (const double height_mm : {-60.0, -130.0}) {
+    OfAText text{GetParam(), 2};
+    auto& control = text.control;
+    control.move({150, 60, height_mm}, 6000, false);
+    control.wait(1);
+    std::vector<std::array<double, 3>> stood;
+    control.at_move = [&] { stood.push_back({control.position('X'), control.position('Y'), control.position('Z')}); };
+    const auto from = control.commanded().size();
+    EXPECT_EQ(text.run({4}), kDone) << text.why() << text.alarm;
+    ASSERT_FALSE(stood.empty());
+    const auto first = std::ranges::find(control.commanded().begin() + static_cast<std::ptrdiff_t>(from),
+                                         control.commanded().end(), Commanded::Is::move, &Commanded::is);
+    ASSERT_NE(first, control.commanded().end());
+    if (height_mm < kSafeZ_mm) {
+      EXPECT_NEAR(first->to[0], 150, 1e-6);
+      EXPECT_NEAR(first->to[1], 60, 1e-6);
+      EXPECT_NEAR(first->to[2], kSafeZ_mm, 1e-6);
+    } else {
+      EXPECT_NEAR(first->to[2], height_mm, 1e-6) << "above the safe height it has nothing to rise to";
+    }
+  }
+}
+
+TEST_P(LoopProgram, EndsBeforeAMoveWhereTheLengthOfTheToolIsNotKnown) {
+  OfAText text{GetParam(), 0};
+  OfTheKit kit{0};
+  for (const unsigned tool : {3U, 150U}) {
+    text.control.putIntoSpindle(tool);
+    kit.control.putIntoSpindle(tool);
+    EXPECT_THROW(text.program->call(4, 0, 0), Alarm) << tool;
+    EXPECT_THROW(kit.run({4}), Alarm) << tool;
+  }
+  EXPECT_TRUE(text.control.commanded().empty());
+  EXPECT_TRUE(kit.control.commanded().empty());
+}
+
+// Many a changer moves the axes.
+TEST_P(LoopProgram, GoesOnFromWhereAToolChangeHasLeftTheMachine) {
+  OfAText text{GetParam(), 0};
+  auto& control = text.control;
+  text.control.takeTool(2);
+  const auto from = control.commanded().size();
+  control.at_tool = [&] { control.shove({10, 20, -30}); };
+  EXPECT_EQ(text.run({4}), kDone) << text.why() << text.alarm;
+  const auto& all = control.commanded();
+  const auto change = std::ranges::find(all.begin() + static_cast<std::ptrdiff_t>(from), all.end(), Commanded::Is::tool,
+                                        &Commanded::is);
+  ASSERT_NE(change, all.end());
+  const auto next = std::ranges::find(change, all.end(), Commanded::Is::move, &Commanded::is);
+  ASSERT_NE(next, all.end());
+  EXPECT_NEAR(next->to[2], -30, 1e-6) << "X and Y move at the height of the change";
+}
+
+TEST_P(LoopProgram, TellsNoPlaceToTheBoxWhereItsAxesAreAbsolute) {
+  OfAText text{GetParam(), 2};
+  text.program->set("_pb_home", 0);
+  const auto homed = text.control.registers().value(address::home_commit);
+  EXPECT_EQ(text.run({4}), kDone) << text.why() << text.alarm;
+  EXPECT_EQ(text.control.registers().value(address::home_commit), homed);
+}
+
+class FanucLoop : public testing::Test {
+ protected:
+  static void expectGivenBack(const FanucProgram& program) {
+    const FanucProgram& before = *untouched().program_;
+    for (const int group : {4002, 4003, 4005, 4014, 4015})
+      EXPECT_EQ(program.modal.at(group), before.modal.at(group)) << group;
+    EXPECT_EQ(program.offsets, before.offsets);
+  }
+  static FanucProgram& programOf(OfAText& text) { return dynamic_cast<FanucProgram&>(*text.program); }
+
+ private:
+  struct Untouched {
+    OfAText text{"fanuc", 0};
+    FanucProgram* program_ = &programOf(text);
+  };
+  static const Untouched& untouched() {
+    static const Untouched one;
+    return one;
+  }
+};
+
+TEST_F(FanucLoop, GivesTheStateOfTheControlBack) {
+  OfAText text{"fanuc", 2};
+  EXPECT_EQ(text.run({4}), kDone) << text.alarm;
+  expectGivenBack(programOf(text));
+  EXPECT_EQ(text.run({26}), kBeyond);
+  expectGivenBack(programOf(text));
+}
+
+TEST_F(FanucLoop, GivesItBackWhereTheProbeHasTouched) {
+  OfAText text{"fanuc", 0};
+  text.program->set("_pb_sphere_x", 120 - 14);
+  EXPECT_THROW(text.program->call(4, 0, 0), Alarm);
+  expectGivenBack(programOf(text));
+}
+
+TEST_F(FanucLoop, KeepsTheValuesOfG59OverAReset) {
+  OfAText text{"fanuc", 2};
+  text.control.at_stop = [] { throw std::runtime_error{"reset"}; };
+  text.program->set("_pb_dry", 1);
+  EXPECT_THROW(text.program->call(4, 0, 0), std::runtime_error);
+  EXPECT_EQ(programOf(text).offsets.at(59)[0], 0);
+  text.program->set("_pb_dry", 2);
+  text.run({4});
+  EXPECT_EQ(programOf(text).offsets.at(59)[0], 7);
+}
+
+TEST_F(FanucLoop, RefusesWhatWouldBendTheWay) {
+  for (const auto& [group, code] :
+       {std::pair{4011, 51.0}, {4016, 68.0}, {4022, 51.1}, {4006, 20.0}, {4007, 41.0}, {4008, 43.4}}) {
+    OfAText text{"fanuc", 0};
+    programOf(text).modal[group] = code;
+    EXPECT_THROW(text.program->call(4, 0, 0), Alarm) << group;
+    EXPECT_THAT(text.program->last, testing::HasSubstr("CA")) << group;
+    EXPECT_TRUE(text.control.commanded().empty()) << group;
+  }
+  OfAText text{"fanuc", 0};
+  programOf(text).local = {0, 5, 0};
+  EXPECT_THROW(text.program->call(4, 0, 0), Alarm);
+  EXPECT_THAT(text.program->last, testing::HasSubstr("CANCEL G52 G92"));
+  EXPECT_TRUE(text.control.commanded().empty());
+}
+
+TEST_F(FanucLoop, ChangesTheToolAlthoughTheCallSaysThatItIsThere) {
+  for (const bool builders : {false, true}) {
+    OfAText text{"fanuc", 2};
+    text.control.move({20, 20, -120}, 6000, false);
+    text.control.wait(1);
+    text.control.takeTool(2);
+    programOf(text).commanded_tool = 1;  // it waits in the changer
+    if (builders) text.program->set("_pb_spindle_at", FanucProgram::kToolOfTheBuilder);
+    EXPECT_EQ(text.run({4}), kDone) << text.alarm;
+    const auto& all = text.control.commanded();
+    ASSERT_GT(all.size(), 4U);
+    EXPECT_EQ(all[3].is, Commanded::Is::tool);
+    EXPECT_EQ(all[3].to[0], 1);
+    EXPECT_EQ(all[2].is, Commanded::Is::move);
+    EXPECT_GE(all[2].to[2], builders ? -50 : kSafeZ_mm) << "tool 2 is 50 mm longer than the probe";
+  }
+}
+
+TEST(SiemensLoop, GivesTheStateOfTheControlBack) {
+  OfAText text{"siemens", 2};
+  auto& program = dynamic_cast<SiemensProgram&>(*text.program);
+  const auto before = program.modes;
+  EXPECT_EQ(text.run({4}), kDone) << text.alarm;
+  EXPECT_EQ(program.modes, before);
+}
+
+TEST(SiemensLoop, HasNoLengthActiveBehindAnotherTool) {
+  OfAText text{"siemens", 2};
+  text.control.takeTool(2);
+  EXPECT_EQ(text.run({4}), kDone) << text.alarm;
+  EXPECT_EQ(dynamic_cast<SiemensProgram&>(*text.program).modes.at('D'), 0);
+}
+
+TEST(SiemensLoop, RefusesATransformation) {
+  OfAText text{"siemens", 0};
+  dynamic_cast<SiemensProgram&>(*text.program).transformation = 1;
+  EXPECT_THROW(text.program->call(4, 0, 0), Alarm);
+  EXPECT_TRUE(text.control.commanded().empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, LoopProgram, testing::Values("fanuc", "siemens"),

@@ -19,7 +19,7 @@ std::string upper(std::string text) {
 
 // As SiemensWriter names it.
 std::string siemensName(const std::string& of) {
-  std::string name = upper(of.starts_with("_pb_") ? of.substr(1) : "pbl_" + of);
+  std::string name = upper(of.starts_with("_pb_") ? "pbv_" + of.substr(4) : "pbl_" + of);
   std::ranges::replace(name, '/', '_');
   return name;
 }
@@ -34,6 +34,30 @@ std::map<char, std::string> wordsOf(const std::string& text) {
     words[word[0]] = word.substr(from);
   }
   return words;
+}
+
+// The words that begin with G, without it.
+std::vector<std::string> codesOf(const std::string& text) {
+  std::vector<std::string> codes;
+  std::istringstream all{text};
+  for (std::string word; all >> word;) {
+    if (word[0] == 'G') codes.push_back(word.substr(1));
+  }
+  return codes;
+}
+
+// #4000 and more of a Fanuc: the modal group of a G code; 0 for one that is not modal.
+int groupOf(double code) {
+  if (code >= 17 && code <= 19) return 4002;
+  if (code == 90 || code == 91) return 4003;
+  if (code == 94 || code == 95) return 4005;
+  if (code == 20 || code == 21) return 4006;
+  if (code == 40) return 4007;
+  if (code == 49) return 4008;
+  if (code == 80) return 4009;
+  if (code >= 54 && code <= 59) return 4014;
+  if (code >= 61 && code <= 64) return 4015;
+  return 0;
 }
 
 }  // namespace
@@ -57,7 +81,8 @@ void TextProgram::turnBy(const std::map<char, std::string>& words) {
   std::array<double, 3> to{};
   for (const char axis : {'A', 'B', 'C'}) {
     const auto word = words.find(axis);
-    to.at(static_cast<std::size_t>(axis - 'A')) = word == words.end() ? control_.position(axis) : valueOf(word->second);
+    const auto index = static_cast<std::size_t>(axis - 'A');
+    to.at(index) = word == words.end() ? control_.position(axis) : valueOf(word->second) + shiftOf(3 + index);
   }
   control_.turn(to);
 }
@@ -69,10 +94,11 @@ FanucProgram::FanucProgram(Control& control, std::string_view text) : TextProgra
   for (std::string one; std::getline(all, one);) {
     if (one == "%") continue;
     if (begins(one, "O")) {
-      name = one.substr(1, 4);
+      name = one.substr(1, one.find(' ') - 1);
+      if (first_.empty()) first_ = name;
       continue;
     }
-    if (name == "9049" && begins(one, "(#")) {
+    if (begins(name, first_.substr(0, 2)) && name.ends_with("49") && begins(one, "(#")) {
       std::istringstream words{one.substr(2, one.size() - 3)};
       int number = 0;
       std::string of;
@@ -91,17 +117,29 @@ void FanucProgram::call(double method, double axis, double tool) {
   variables_[1] = method;
   variables_[2] = axis;
   variables_[3] = tool;
-  run("9010");
+  run(first_);
 }
 
 double FanucProgram::read(int number) {
   if (number >= 5021 && number <= 5026) return control_.position("XYZABC"[number - 5021]);
-  if (number >= 5041 && number <= 5043) return control_.position("XYZ"[number - 5041]);
-  if (number == 4120) return control_.tool();
+  if (number >= 5041 && number <= 5046) {
+    const auto axis = static_cast<std::size_t>(number - 5041);
+    return control_.position("XYZABC"[axis]) - shiftOf(axis) + missed_mm_;
+  }
+  if (number >= 5221 && number <= 5326)
+    return offsets.at(54 + (number - 5221) / 20).at(static_cast<std::size_t>((number - 5221) % 20));
+  if (const auto found = modal.find(number); found != modal.end()) return found->second;
+  if (number == 4120) return commanded_tool ? *commanded_tool : control_.tool();
+  if (number == kToolOfTheBuilder) return control_.tool();
   if (number == 1033)
     return static_cast<std::int32_t>(control_.plc().answer(static_cast<std::uint32_t>(variables_[1133])));
   if (number >= 1000 && number != 1133) throw Alarm{"no variable #" + std::to_string(number)};
   return variables_[number];
+}
+
+double FanucProgram::shiftOf(std::size_t axis) const {
+  const double length_mm = axis == 2 && modal.at(4008) == 43 ? length : 0;
+  return offsets.at(static_cast<int>(modal.at(4014))).at(axis) + local.at(axis) + length_mm;
 }
 
 double FanucProgram::get(const std::string& name) const {
@@ -122,6 +160,8 @@ std::string FanucProgram::line(const std::string& text) {
   if (text == "M99") return "return";
   if (begins(text, "GOTO ")) return "->" + text.substr(5);
   if (begins(text, "IF [")) {
+    const auto then = text.rfind("] THEN ");
+    if (then != std::string::npos) return holds(text.substr(4, then - 4), known_) ? line(text.substr(then + 7)) : "";
     const auto end = text.rfind("] GOTO ");
     return holds(text.substr(4, end - 4), known_) ? "->" + text.substr(end + 7) : "";
   }
@@ -145,18 +185,50 @@ void FanucProgram::block(const std::string& text) {
   auto words = wordsOf(text);
   const auto value = [&](char letter) { return valueOf(words[letter]); };
   if (text == "G53") return control_.wait(0.008);
-  if (begins(text, "G4 ")) return control_.wait(value('P') / 1000);
   if (text == "M0") return control_.stop();
-  if (begins(text, "T")) return control_.takeTool(static_cast<unsigned>(value('T')));
-  if (begins(text, "G0 ")) return turnBy(words);
-  const bool guarded = begins(text, "G31 ");
-  if (guarded || begins(text, "G1 ")) {
-    return control_.move({value('X'), value('Y'), value('Z')}, value('F'), guarded);
+  if (begins(text, "T")) return takeTool(static_cast<unsigned>(value('T')));
+  std::set<double> codes;
+  for (const auto& code : codesOf(text)) codes.insert(valueOf(code));
+  if (codes.contains(4)) return control_.wait(value('P') / 1000);
+  // With parameter 5006 bit 6 (TOS) = 0.
+  const bool in_machine_frame = codes.contains(53) && words.contains('Z');
+  if (codes.contains(49) && modal[4008] != 49 && !in_machine_frame) throw Alarm{"G49 moves Z by the tool's length"};
+  if (in_machine_frame && std::abs(value('Z') - control_.position('Z')) > 1e-6) throw Alarm{"G53 moves Z"};
+  for (const double code : codes) {
+    if (const int group = groupOf(code); group != 0) modal[group] = code;
   }
-  for (const std::string_view known : {"G17 ", "G90 ", "G10 L2 P6 X0 Y0 Z0", "G59", "G49"}) {
-    if (begins(text, known)) return;
+  if (codes.contains(10)) {
+    for (std::size_t axis = 0; axis < 6; ++axis) {
+      if (words.contains("XYZABC"[axis]))
+        offsets.at(53 + static_cast<int>(value('P'))).at(axis) = value("XYZABC"[axis]);
+    }
+    return;
   }
-  throw Alarm{"an unknown block: " + text};
+  const bool guarded = codes.contains(31);
+  if (!guarded && !codes.contains(1) && !(codes.contains(0) && !in_machine_frame)) {
+    if (codes.empty()) throw Alarm{"an unknown block: " + text};
+    return;
+  }
+  for (const auto& [group, needed] : {std::pair{4003, 90}, {4005, 94}, {4006, 21}}) {
+    if (modal[group] != needed) throw Alarm{"a move without G" + std::to_string(needed)};
+  }
+  if (codes.contains(0)) return turnBy(words);
+  missed_mm_ = 0;
+  try {
+    control_.move({value('X') + shiftOf(0), value('Y') + shiftOf(1), value('Z') + shiftOf(2)}, value('F'), guarded);
+  } catch (const Touched&) {
+    missed_mm_ = 1;
+  }
+}
+
+// As many a builder's M6 does: it is a macro that leaves its own modes.
+void FanucProgram::takeTool(unsigned number) {
+  control_.takeTool(number);
+  modal[4002] = 18;
+  modal[4003] = 91;
+  modal[4005] = 95;
+  modal[4008] = 43;
+  modal[4014] = 54;
 }
 
 SiemensProgram::SiemensProgram(Control& control, std::string_view text) : TextProgram{control} {
@@ -171,6 +243,8 @@ SiemensProgram::SiemensProgram(Control& control, std::string_view text) : TextPr
     } else if (begins(one, "DEF CHAN INT ")) {
       whole_.insert(one.substr(13));
       variables_[one.substr(13)] = 0;
+    } else if (begins(one, "PROC PROBEBOX(")) {
+      saves_ = one.ends_with(" SAVE");
     } else if (!one.empty() && one.front() != ';' && !begins(one, "PROC ")) {
       programs_[name].push_back(one);
     }
@@ -178,10 +252,15 @@ SiemensProgram::SiemensProgram(Control& control, std::string_view text) : TextPr
 }
 
 void SiemensProgram::call(double method, double axis, double tool) {
-  variables_["PB_OF_METHOD"] = method;
-  variables_["PB_OF_AXIS"] = axis;
-  variables_["PB_OF_TOOL"] = tool;
+  variables_["PBP_METHOD"] = method;
+  variables_["PBP_AXIS"] = axis;
+  variables_["PBP_TOOL"] = tool;
+  const auto before = modes;
   run("PROBEBOX");
+  if (!saves_) return;
+  const double d = modes.at('D');
+  modes = before;
+  modes['D'] = d;
 }
 
 double SiemensProgram::read(const std::string& name, double index) {
@@ -194,8 +273,10 @@ double SiemensProgram::read(const std::string& name, double index) {
   if (begins(name, "$AA_IM")) return control_.position(name.back());
   if (name == "$AC_MEA") return touched_;
   if (name == "$P_TOOLNO") return control_.tool();
-  if (name == "PB_N" && index != std::floor(index)) throw Alarm{"an index that is no integer"};
-  if (name == "PB_N") return table_[static_cast<int>(index)];
+  if (name == "$P_TOOL") return modes.at('D');
+  if (name == "$AC_TRAFO") return transformation;
+  if (name == "PBT_N" && index != std::floor(index)) throw Alarm{"an index that is no integer"};
+  if (name == "PBT_N") return table_[static_cast<int>(index)];
   const auto found = variables_.find(name);
   if (found == variables_.end()) throw Alarm{"not defined: " + name};
   return found->second;
@@ -216,7 +297,7 @@ void SiemensProgram::write(const std::string& target, double value) {
     return;
   }
   const double index = valueOf(target.substr(bracket + 1, target.size() - bracket - 2));
-  if (name == "PB_N") {
+  if (name == "PBT_N") {
     table_[static_cast<int>(index)] = value;
     return;
   }
@@ -257,19 +338,51 @@ void SiemensProgram::block(const std::string& text) {
   const bool guarded = begins(text, "MEAS=1 ");
   auto words = wordsOf(guarded ? text.substr(7) : text);
   const auto value = [&](char letter) { return valueOf(words[letter]); };
-  if (text == "STOPRE") return control_.wait(0.004);
+  if (text == "STOPRE" || text == "TRAFOOF") return control_.wait(0.004);
   if (begins(text, "G4 ")) return control_.wait(value('F'));
   if (text == "M0") return control_.stop();
   if (begins(text, "T=")) return control_.takeTool(static_cast<unsigned>(value('T')));
-  if (begins(text, "G0 G153 ")) return turnBy(words);
-  if (guarded || begins(text, "G1 G153 ")) {
+  if (text == "M6") {
+    // As many a builder's M6 does: it is a program that leaves its own modes.
+    modes = {{'P', 18}, {'U', 70}, {'A', 91}, {'F', 95}, {'S', 64}, {'D', 1}};
+    return;
+  }
+  if (begins(text, "D")) {
+    modes['D'] = value('D');
+    return;
+  }
+  const bool moves = guarded || begins(text, "G1 G153 ");
+  if (moves || begins(text, "G0 G153 ")) {
+    if (modes['A'] != 90) throw Alarm{"a move that is incremental"};
+    if (modes['U'] != 710 || (moves && modes['F'] != 94)) throw Alarm{"a feed that is not mm/min"};
+    if (modes['D'] != 0) throw Alarm{"a move with a tool length"};
+    if (!moves) return turnBy(words);
     touched_ = 0;
-    return control_.move({value('X'), value('Y'), value('Z')}, value('F'), guarded);
+    try {
+      control_.move({value('X'), value('Y'), value('Z')}, value('F'), guarded);
+    } catch (const Touched&) {
+      touched_ = 1;
+    }
+    return;
   }
-  for (const std::string_view known : {"G17 ", "G90 ", "M6", "D0"}) {
-    if (begins(text, known)) return;
+  const auto codes = codesOf(text);
+  if (codes.empty()) throw Alarm{"an unknown block: " + text};
+  for (const auto& code : codes) {
+    const int g = std::stoi(code);
+    if (g >= 17 && g <= 19) {
+      modes['P'] = g;
+    } else if (g == 70 || g == 71 || g == 700 || g == 710) {
+      modes['U'] = g;
+    } else if (g == 90 || g == 91) {
+      modes['A'] = g;
+    } else if (g == 94 || g == 95) {
+      modes['F'] = g;
+    } else if (g == 60 || g == 64) {
+      modes['S'] = g;
+    } else if (g != 40) {
+      throw Alarm{"an unknown block: " + text};
+    }
   }
-  throw Alarm{"an unknown block: " + text};
 }
 
 }  // namespace probebox::scenario

@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -31,6 +33,8 @@ class TextProgram {
   virtual std::string line(const std::string& text) = 0;
   // Axes that have no word stay.
   void turnBy(const std::map<char, std::string>& words);
+  // From the present work coordinates of X Y Z A B C to those of the machine.
+  virtual double shiftOf(std::size_t) const { return 0; }
   double valueOf(std::string_view text) { return Formula{text, known_}.value(); }
 
   Control& control_;
@@ -45,12 +49,27 @@ class FanucProgram final : public TextProgram {
   void set(const std::string& name, double value) override { preset_[name] = value; }
   double get(const std::string& name) const override;
 
+  // The state in which the caller has the control: nothing is as the program needs it.
+  std::map<int, double> modal{{4002, 18}, {4003, 91}, {4005, 95}, {4006, 21}, {4007, 40}, {4008, 43},
+                              {4009, 80}, {4011, 50}, {4014, 55}, {4015, 64}, {4016, 69}, {4022, 50}};
+  std::map<int, std::array<double, 6>> offsets{
+      {54, {-310, -205, -410}}, {55, {-300, -200, -400, 10, 20, 30}}, {59, {7, -8, 9, 3, 4, 5}}};
+  std::array<double, 6> local{};                  // G52
+  double length{80};                              // mm, of the offset that is active where #4008 is 43
+  std::optional<double> commanded_tool;           // #4120, where it is not the one in the spindle
+  static constexpr int kToolOfTheBuilder = 1032;  // variable that has the tool in the spindle
+
  private:
   bool isLabel(const std::string& line, const std::string& label) const override { return line == "N" + label; }
   std::string line(const std::string& text) override;
   void block(const std::string& text);
+  void takeTool(unsigned number);
+  double shiftOf(std::size_t axis) const override;
   double read(int number);
   void write(int number, double value);
+
+  std::string first_;   // program that is called
+  double missed_mm_{};  // what the last guarded move is short of its end
 
   std::map<int, double> variables_;
   std::map<std::string, double> preset_;
@@ -64,6 +83,10 @@ class SiemensProgram final : public TextProgram {
   void set(const std::string& name, double value) override { preset_[name] = value; }
   double get(const std::string& name) const override;
 
+  // The state in which the caller has the control: plane, units, absolute, feed, exact stop, D.
+  std::map<char, double> modes{{'P', 18}, {'U', 70}, {'A', 91}, {'F', 95}, {'S', 64}, {'D', 1}};
+  double transformation{};  // $AC_TRAFO
+
  private:
   bool isLabel(const std::string& line, const std::string& label) const override { return line == label + ":"; }
   std::string line(const std::string& text) override;
@@ -76,6 +99,7 @@ class SiemensProgram final : public TextProgram {
   std::set<std::string> whole_;  // integers
   std::map<int, double> table_;
   double touched_{};
+  bool saves_{};
 };
 
 }  // namespace probebox::scenario

@@ -135,7 +135,7 @@ TEST(CommandLine, WritesNoProgramWithWhatIsNoNumberOrPlace) {
 
 TEST(CommandLine, WritesALoopProgramForAllMethodsAlone) {
   const std::string loop = "gcode --loop --dialect fanuc -o a.nc ";
-  EXPECT_EQ(complaint(loop + "--axes XYZBC --force"), "accepted");
+  EXPECT_EQ(complaint(loop + "--axes XYZBC --number 8000 --force"), "accepted");
   EXPECT_THAT(complaint(loop + "delay-multi-speed"), HasSubstr("omit the method"));
   EXPECT_THAT(complaint(loop + "--speed 10"), AllOf(HasSubstr("--speed"), HasSubstr("is not for --loop")));
   for (const char* axes : {"XZC", "XYZZ", "XYZU"})

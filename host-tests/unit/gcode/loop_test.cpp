@@ -28,6 +28,73 @@ TEST(LoopText, SaysThatItWasNotRunOnAControlAndWhatTheControlNeeds) {
   }
 }
 
+// As one line of words.
+std::string saidIn(const std::string& text) {
+  std::string all;
+  for (const char c : text) all += c == '\n' || c == '(' || c == ')' || c == ';' ? ' ' : c;
+  return std::regex_replace(all, std::regex{" +"}, " ");
+}
+
+TEST(LoopText, SaysThatTheProbeIsToBeSwitchedOn) {
+  for (const char* dialect : {"fanuc", "siemens"})
+    EXPECT_THAT(saidIn(*loopProgram(dialect, "XYZABC")), HasSubstr("THE PROBE HAS TO BE SWITCHED ON")) << dialect;
+}
+
+TEST(LoopText, SaysWhatAFanucLosesAndTakesNumbersThatNoMacroCallHas) {
+  const auto text = *loopProgram("fanuc", "XYZBC");
+  EXPECT_THAT(saidIn(text),
+              testing::AllOf(HasSubstr("OVERWRITES WITHOUT ASKING: COMMON VARIABLES #100 TO #199 AND #550 TO #999"),
+                             HasSubstr("G65 P8700"), HasSubstr("CALL G43 H AGAIN")));
+  const std::regex number{R"((?:^|\n)O(\d+) |[MG](?:98|65) P(\d+))"};
+  const auto numbersIn = [&](const std::string& of) {
+    std::set<int> numbers;
+    for (std::sregex_iterator one{of.begin(), of.end(), number}, end; one != end; ++one)
+      numbers.insert(std::stoi((*one)[1].matched ? (*one)[1] : (*one)[2]));
+    return numbers;
+  };
+  EXPECT_GE(*numbersIn(text).begin(), 8700);
+  EXPECT_LE(*numbersIn(text).rbegin(), 8749);
+  EXPECT_EQ(*numbersIn(*loopProgram("fanuc", "XYZBC", 1200)).begin(), 1200);
+  EXPECT_LE(*numbersIn(*loopProgram("fanuc", "XYZBC", 1200)).rbegin(), 1249);
+  EXPECT_FALSE(loopProgram("fanuc", "XYZBC", 8980)) << "9000 and more are the builder's";
+  EXPECT_FALSE(loopProgram("siemens", "XYZBC", 1200)) << "no number there";
+  const std::regex assigned{R"((?:^|\n)#(\d+)=)"};
+  for (std::sregex_iterator one{text.begin(), text.end(), assigned}, end; one != end; ++one) {
+    const int variable = std::stoi((*one)[1]);
+    EXPECT_TRUE(variable == 1133 || variable == 3000 || (variable >= 100 && variable < 200) || variable >= 550)
+        << variable;
+  }
+}
+
+TEST(LoopText, NamesInItsCommentsWhatThisControlHas) {
+  for (const char* dialect : {"fanuc", "siemens"}) {
+    const auto text = saidIn(*loopProgram(dialect, "XYZABC"));
+    for (const char* kits : {".NGC", "METHOD #1 ", "1200 +", "G59.3", "(G8", " G8 ", " PROBEBOX_", "#<"})
+      EXPECT_THAT(text, testing::Not(HasSubstr(kits))) << dialect;
+  }
+  EXPECT_THAT(saidIn(*loopProgram("fanuc", "XYZABC")), HasSubstr("#800 + NUMBER OF A TOOL"));
+  EXPECT_THAT(saidIn(*loopProgram("siemens", "XYZABC")), HasSubstr("PBT_N[200 + NUMBER OF A TOOL]"));
+}
+
+TEST(LoopText, RefusesNumbersWhosePlacesBelongToOthers) {
+  EXPECT_THAT(*loopProgram("siemens", "XYZABC"),
+              testing::AllOf(HasSubstr("PBL_STEP_TOOL<=99 GOTO"), HasSubstr("PBL_STEP_BALL<=9 GOTO")));
+}
+
+TEST(LoopText, DefinesEachNameOnceForSiemens) {
+  const auto text = *loopProgram("siemens", "XYZABC");
+  EXPECT_THAT(saidIn(text), HasSubstr("EXTERN PROBEBOX REAL, REAL, REAL"));
+  std::set<std::string> names;
+  const std::regex defined{R"((?:^|\n)(?:PROC|DEF CHAN REAL|DEF CHAN INT) (\w+)|REAL (PBP_\w+))"};
+  for (std::sregex_iterator one{text.begin(), text.end(), defined}, end; one != end; ++one) {
+    const std::string name = (*one)[1].matched ? (*one)[1] : (*one)[2];
+    EXPECT_TRUE(names.insert(name).second) << name << " is defined twice";
+    EXPECT_LE(name.size(), 31U) << name;
+  }
+  EXPECT_GT(names.size(), 50U);
+  EXPECT_THAT(text, testing::AllOf(HasSubstr("G710"), testing::Not(HasSubstr("G71 "))));
+}
+
 TEST(LoopText, RefusesAHaasWithTheRemedy) {
   const auto text = loopProgram("haas", "XYZABC");
   ASSERT_FALSE(text);

@@ -146,6 +146,11 @@ TEST(Safety, GuardsNothingWhereTheControlCannot) {
   }
 }
 
+TEST(Safety, SaysThatTheProbeIsToBeSwitchedOn) {
+  for (const auto name : dialectNames())
+    EXPECT_THAT(written(cases()[0], *dialectNamed(name)), HasSubstr("HAS TO BE SWITCHED ON")) << name;
+}
+
 TEST(Safety, HasNoFeedAboveTheLimit) {
   forEveryProgram([](auto, const auto&, const Interpreted& read) {
     for (const auto& part : read.parts) {

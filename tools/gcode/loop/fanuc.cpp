@@ -9,10 +9,11 @@
 namespace probebox::gcode::loop {
 namespace {
 
-constexpr int kFirstProgram = 9010;
-constexpr int kFirstLocal = 120, kLastLocal = 199, kFirstShared = 510, kLastShared = 699;
-// Programs of their own: one word from the PMC and to it, 32 bits of either, a guarded move.
-constexpr std::string_view kHelpers = R"(O9040 (ONE WORD FROM OR TO THE PMC: #101 WORD, #102 VALUE, #103 1 TO WRITE)
+constexpr int kHelpersFrom = 40;  // number of the first helper, from the first program on
+constexpr int kFirstLocal = 120, kLastLocal = 199, kFirstShared = 550, kLastShared = 699;
+// Programs of their own: one word from the PMC and to it, 32 bits of either, a guarded move, the state of the control.
+// "@40" is the number of a program, {name} a variable.
+constexpr std::string_view kHelpers = R"(O@40 (ONE WORD FROM OR TO THE PMC: #101 WORD, #102 VALUE, #103 1 TO WRITE)
 #104=FIX[#1133/1073741824]
 #104=[1-#104]
 #105=[#104*16384+#103*8192+#101]
@@ -23,20 +24,21 @@ IF [FIX[#1033/65536] EQ #105] GOTO 2
 #106=[#106+1]
 G4 P4
 IF [#106 LT 500] GOTO 1
+M98 P@47
 #3000=90 (PMC DOES NOT ANSWER)
 N2 IF [#103 EQ 1] GOTO 3
 #102=[#1033-FIX[#1033/65536]*65536]
 N3 M99
-O9041 (32 BITS WITHOUT SIGN, HIGH WORD FIRST: #101 FIRST WORD, #102 VALUE)
+O@41 (32 BITS WITHOUT SIGN, HIGH WORD FIRST: #101 FIRST WORD, #102 VALUE)
 #103=0
-M98 P9040
+M98 P@40
 #107=#102
 #101=[#101+1]
-M98 P9040
+M98 P@40
 #102=[#107*65536+#102]
 M99
-O9042 (IEEE 754, 32 BITS: #101 FIRST WORD, #102 VALUE)
-M98 P9041
+O@42 (IEEE 754, 32 BITS: #101 FIRST WORD, #102 VALUE)
+M98 P@41
 #108=1
 IF [#102 LT 2147483648] GOTO 1
 #108=-1
@@ -56,54 +58,119 @@ GOTO 3
 N4 #102=0
 N5 #102=[#102*#108]
 M99
-O9043 (32 BITS WITH SIGN TO THE PMC: #101 FIRST WORD, #102 VALUE)
+O@43 (32 BITS WITH SIGN TO THE PMC: #101 FIRST WORD, #102 VALUE)
 #107=ROUND[#102]
 IF [#107 GE 0] GOTO 1
 #107=[#107+4294967296]
 N1 #102=FIX[#107/65536]
 #103=1
-M98 P9040
+M98 P@40
 #102=[#107-#102*65536]
 #101=[#101+1]
-M98 P9040
+M98 P@40
 M99
-O9044 (A MOVE THAT THE PROBE STOPS: TO #110 #111 #112 AT #113)
+O@44 (A MOVE THAT THE PROBE STOPS: TO #110 #111 #112 AT #113)
 G31 X#110 Y#111 Z#112 F#113
 G53
 IF [ABS[#5041-#110] GT 0.05] GOTO 1
 IF [ABS[#5042-#111] GT 0.05] GOTO 1
 IF [ABS[#5043-#112] GT 0.05] GOTO 1
 M99
-N1 #3000=91 (PROBE TOUCHED ON THE WAY)
+N1 M98 P@47
+#3000=91 (PROBE TOUCHED ON THE WAY)
 M99
+O@45 (MODES, NO LENGTH, AND G59 AS THE MACHINE'S OWN COORDINATES: NOTHING MOVES)
+G17 G21 G40 G80
+G90 G94 G61
+G53
+G0 G49 G53 Z#5023
+G10 L2 P6 {zero}
+G59
+G53
+IF [ABS[#5041-#5021] GT 1] GOTO 1
+IF [ABS[#5042-#5022] GT 1] GOTO 1
+IF [ABS[#5043-#5023] GT 1] GOTO 1
+#110=#5041
+#111=#5042
+#112=#5043
+M99
+N1 M98 P@47
+#3000=94 (CANCEL G52 G92 EXT OFFSET)
+M99
+O@46 (KEEPS THE STATE OF THE CALLER. REFUSES WHAT WOULD BEND THE WAY)
+IF [FIX[#4011] EQ 51] THEN #3000=93 (CANCEL SCALING G50)
+IF [FIX[#4016] EQ 68] THEN #3000=93 (CANCEL ROTATION G69)
+IF [FIX[#4022] EQ 51] THEN #3000=93 (CANCEL MIRROR G50.1)
+IF [#4006 NE 21] THEN #3000=93 (CALL IT IN MM: G21)
+IF [#4007 NE 40] THEN #3000=93 (CANCEL COMPENSATION G40)
+IF [ABS[#4008-43.5] LT 0.3] THEN #3000=93 (CANCEL TIP CONTROL G49)
+(AN EARLIER RUN WAS RESET: ITS VALUES OF G59 STAY KEPT)
+IF [{_pb_kept} NE 20546] GOTO 1
+IF [[ABS[#5321]+ABS[#5322]+ABS[#5323]] EQ 0] GOTO 2
+{keep}
+N2 {_pb_kept_plane}=#4002
+{_pb_kept_absolute}=#4003
+{_pb_kept_feed}=#4005
+{_pb_kept_frame}=#4014
+{_pb_kept_stop}=#4015
+IF [ABS[#4014-54.5] GT 0.45] GOTO 3
+{_pb_kept_further}=#4130
+N3 {_pb_kept}=20546
+M99
+O@47 (GIVES IT BACK. AFTER A RESET ON THE WAY: CALL IT BY MDI)
+IF [{_pb_kept} NE 20546] GOTO 3
+G90 G10 L2 P6 {back}
+IF [ABS[{_pb_kept_frame}-54.5] GT 0.45] GOTO 1
+G54.1 P{_pb_kept_further}
+GOTO 2
+N1 G{_pb_kept_frame}
+N2 G{_pb_kept_plane} G{_pb_kept_absolute} G{_pb_kept_feed} G{_pb_kept_stop}
+{_pb_kept}=0
+N3 M99
 )";
 
 class FanucWriter final : public Writer {
  public:
-  using Writer::Writer;
+  FanucWriter(Axes axes, int first) : Writer{std::move(axes)}, first_{first} {}
 
  protected:
   void begin(const std::vector<Subprogram>& subprograms) override {
-    for (const auto& one : subprograms) programs_[one.name] = kFirstProgram + static_cast<int>(programs_.size());
+    for (const auto& one : subprograms) programs_[one.name] = first_ + static_cast<int>(programs_.size());
+    if (programs_.size() > kHelpersFrom) fail("more subprograms than there are numbers");
     line("%");
   }
   void end() override {
     for (std::string_view rest = kHelpers; !rest.empty();) {
       const auto cut = rest.find('\n');
-      line(std::string{rest.substr(0, cut)});
+      helper(rest.substr(0, cut));
       rest.remove_prefix(cut + 1);
     }
-    line("O9049 (VARIABLES THAT THE PROGRAMS TAKE: #100 TO #113, #700 TO #999, AND)");
+    line("O" + std::to_string(first_ + kHelpersFrom + 9) +
+         " (VARIABLES THAT THE PROGRAMS TAKE: #100 TO #113, #700 TO #999, AND)");
     for (const auto& [name, number] : numbers_) line(comment("#" + std::to_string(number) + " " + name));
     line("M99");
     line("%");
   }
   void beginSubprogram(const Subprogram& one) override {
+    subprogram_ = one.name;
     line("O" + std::to_string(programs_[one.name]) + " " + comment("PROBEBOX " + one.name));
+    if (one.name == "places") toolSetting();
     if (one.name != "main") return;
     explain(
         "Fanuc 0i-D and later, 30i to 32i, with custom macro B",
-        {"Call: G65 P9010 A4. B1. C0. - method, axis, tool.",
+        {"Call: G65 P" + std::to_string(first_) + " A4. B1. C0. - method, axis, tool. In G21.",
+         "Overwrites without asking: common variables #100 to #199 and #" + std::to_string(kFirstShared) +
+             " to #999, where other macros may keep data; programs O" + std::to_string(first_) + " to O" +
+             std::to_string(first_ + kHelpersFrom + 9) +
+             ", another number by --number. Save what is yours before the first start.",
+         "At its end, and where it ends itself with an alarm, it gives back work offset, the values of G59, G17 to "
+         "G19, "
+         "G90, G94 and G61 to G64. After a reset on the way call O" +
+             std::to_string(first_ + kHelpersFrom + 7) +
+             " by MDI: it does the same. No length offset is active behind it: call G43 H again before Z moves.",
+         "Which tool is in the spindle: the first line of " + programNamed("places") +
+             ". #4120 is the T that was called last, which on a changer that stages the next tool is the one that "
+             "waits. The first change is made in any case.",
          "A Fanuc is no Modbus master: its Modbus/TCP option (0i-D: R968) is a server, as the box is. A gateway that "
          "is master "
          "of the box and speaks a bus of the control (Profibus, Profinet, EtherNet/IP, or client of that option) keeps "
@@ -115,14 +182,18 @@ class FanucWriter final : public Writer {
          "address = bits 16 to 28, bit 29 write, bit 30 turns over. Write: word(address) := bits 0 to 15 of UO. Read: "
          "bits 0 "
          "to 15 of UI := word(address). Then bits 16 to 31 of UI := those of UO.",
-         "Common variables #100 to #199 and #500 to #999; 8-byte precision (0i-D: parameter 6008 bit 0 = 0); "
+         "The option of common variables #100 to #199 and #500 to #999; 8-byte precision (0i-D: parameter 6008 bit 0 = "
+         "0); "
          "subprograms 10 "
          "deep; G53 ends the look-ahead; G31 with acceleration (parameter 6200 bit 7, SKF = 1), its skip signal the "
          "probe."});
     for (int i = 1; i <= 3; ++i) line(variable("main/" + std::to_string(i)) + "=[#" + std::to_string(i) + "+0]");
-    for (int i = 0; i < 3; ++i) line("#" + std::to_string(110 + i) + "=#" + std::to_string(5041 + i));
+    callHelper(46);
   }
-  void endSubprogram() override { line("M99"); }
+  void endSubprogram() override {
+    if (subprogram_ == "main") callHelper(47);
+    line("M99");
+  }
   std::string comment(std::string_view text) const override { return "(" + plain(text) + ")"; }
 
   std::string variable(const std::string& name) override {
@@ -131,6 +202,12 @@ class FanucWriter final : public Writer {
     if (next > kLastShared) fail("more variables than the control has");
     numbers_[name] = next;
     return "#" + std::to_string(next++);
+  }
+  std::string programNamed(const std::string& subprogram) override {
+    return "O" + std::to_string(programs_.at(subprogram)) + " " + subprogram;
+  }
+  std::string placeSaid(int first, const std::string& rest) const override {
+    return "#" + std::to_string(first) + " + " + rest;
   }
   int placeOfTable(int number) const override { return number < 1200 ? number - 300 : number - 400; }
   std::string table(const std::string& index) override { return index.starts_with('[') ? "#" + index : "#" + index; }
@@ -149,7 +226,7 @@ class FanucWriter final : public Writer {
     const auto kind = place.entry->kind;
     line("#101=" + std::to_string(place.word));
     if (kind == modbus::Kind::u16) line("#103=0");
-    line(kind == modbus::Kind::u16 ? "M98 P9040" : kind == modbus::Kind::f32 ? "M98 P9042" : "M98 P9041");
+    callHelper(kind == modbus::Kind::u16 ? 40 : kind == modbus::Kind::f32 ? 42 : 41);
     const auto into = variable("read/" + std::to_string(reads_++ % 4));
     line(into + "=#102");
     return into;
@@ -158,13 +235,15 @@ class FanucWriter final : public Writer {
     const auto scale = number(1 / place.entry->scale);
     line("#102=" + (place.entry->scale == 1 ? value : operation(value, "*", scale)));
     line("#101=" + std::to_string(place.word));
-    if (registersOf(place.entry->kind) == 2) return line("M98 P9043");
+    if (registersOf(place.entry->kind) == 2) return callHelper(43);
     line("#102=ROUND[#102]");
     line("#103=1");
-    line("M98 P9040");
+    callHelper(40);
   }
   std::string position(char axis) override { return "#" + std::to_string(5021 + axes().letters.find(axis)); }
-  std::string tool() const override { return "#4120"; }
+  std::string commanded(char axis) override { return "#" + std::to_string(5041 + axes().letters.find(axis)); }
+  std::string tool() override { return variable("_pb_spindle"); }
+  std::string toolForSure() override { return variable("_pb_changed"); }
 
   void assign(const std::string& target, const std::string& value) override { line(target + "=" + value); }
   void label(int number) override { line("N" + std::to_string(number)); }
@@ -177,23 +256,19 @@ class FanucWriter final : public Writer {
   // Alarms show 26 characters.
   void abort(std::string_view text) override {
     comments(text);
+    callHelper(47);
     line("#3000=92 (PROBEBOX: SEE PROGRAM)");
   }
   void message(std::string_view text) override { comments(text); }
 
-  void settings() override {
-    line("G17 G21 G40 G49 G80");
-    line("G90 G94 G61");
-    line(comment("G59 IS THE MACHINE'S OWN COORDINATES, PLUS THE EXTERNAL OFFSET"));
-    line("G10 L2 P6 X0 Y0 Z0");
-    line("G59");
-  }
+  void settings() override { callHelper(45); }
   void wait(const std::string& seconds) override { line("G4 P[ROUND[1000*" + seconds + "]]"); }
   void settle() override { line("G53"); }
   void stop() override { line("M0"); }
   void takeTool(const std::string& number) override {
     line("T" + number + " M6");
-    line("G49");
+    line(tool() + "=" + number);
+    line(toolForSure() + "=" + number);
   }
   void turn(const std::map<char, std::string>& to) override {
     std::string words = "G0";
@@ -203,10 +278,63 @@ class FanucWriter final : public Writer {
   void move(const std::map<char, std::string>& to, const std::string& feed, bool guarded) override {
     for (const auto& [letter, value] : to) line("#" + std::to_string(110 + letter - 'X') + "=" + value);
     if (!feed.empty()) line("#113=" + feed);
-    line(guarded ? "M98 P9044" : "G1 X#110 Y#111 Z#112 F#113");
+    if (guarded) return callHelper(44);
+    line("G1 X#110 Y#111 Z#112 F#113");
   }
 
  private:
+  std::string helperNumber(int number) const { return std::to_string(first_ + number); }
+  void callHelper(int number) { line("M98 P" + helperNumber(number)); }
+  // Of each axis: its letter and what is said of it.
+  std::string eachAxis(const auto& said) const {
+    std::string words;
+    for (std::size_t i = 0; i < axes().letters.size(); ++i)
+      words += (i == 0 ? "" : " ") + std::string{axes().letters[i]} + said(i);
+    return words;
+  }
+  std::string kept(std::size_t axis) { return variable("_pb_kept_" + std::to_string(axis + 1)); }
+  // Writes a line of the helpers: numbers of programs and variables in place of "@40" and {name}.
+  void helper(std::string_view text) {
+    if (text == "{keep}") {
+      for (std::size_t i = 0; i < axes().letters.size(); ++i)
+        line((i == 0 ? "N1 " : "") + kept(i) + "=#" + std::to_string(5321 + i));
+      return;
+    }
+    std::string all;
+    for (std::size_t at = 0; at < text.size(); ++at) {
+      if (text[at] == '@') {
+        all += helperNumber((text[at + 1] - '0') * 10 + text[at + 2] - '0');
+        at += 2;
+      } else if (text[at] == '{') {
+        const auto end = text.find('}', at);
+        const std::string name{text.substr(at + 1, end - at - 1)};
+        if (name == "zero") {
+          all += eachAxis([](std::size_t) { return std::string{"0"}; });
+        } else if (name == "back") {
+          all += eachAxis([&](std::size_t i) { return kept(i); });
+        } else {
+          all += variable(name);
+        }
+        at = end;
+      } else {
+        all += text[at];
+      }
+    }
+    line(all);
+  }
+  void toolSetting() {
+    comments(
+        "Number of the variable that holds the tool in the spindle. #4120 is the T that was called last: right "
+        "where a T is called with its M6 only. Where the changer stages the next tool, or is a random one, put "
+        "here the variable in which your builder's M6 or PMC keeps the tool in the spindle. Where it is wrong, "
+        "the first rise is reckoned with the length of another tool and may end too low.");
+    line(variable("_pb_spindle_at") + "=4120");
+    line(tool() + "=#[" + variable("_pb_spindle_at") + "]");
+    line(toolForSure() + "=-1");
+  }
+
+  int first_{};
+  std::string subprogram_;
   std::map<std::string, int> programs_;
   std::map<std::string, int> numbers_;
   int next_local_{kFirstLocal}, next_shared_{kFirstShared};
@@ -215,8 +343,8 @@ class FanucWriter final : public Writer {
 
 }  // namespace
 
-std::unique_ptr<Writer> fanucWriter(Axes axes) {
-  return std::make_unique<FanucWriter>(std::move(axes));
+std::unique_ptr<Writer> fanucWriter(Axes axes, int first) {
+  return std::make_unique<FanucWriter>(std::move(axes), first);
 }
 
 }  // namespace probebox::gcode::loop

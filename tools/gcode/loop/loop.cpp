@@ -10,7 +10,7 @@
 
 namespace probebox::gcode::loop {
 
-Outcome<std::string> loopProgram(std::string_view dialect, const std::string& axes) {
+Outcome<std::string> loopProgram(std::string_view dialect, const std::string& axes, int number) {
   if (dialect == "haas")
     return Error{
         "A Haas cannot read registers: it is no Modbus master, and macros see nothing of its Ethernet. Let it print "
@@ -19,13 +19,18 @@ Outcome<std::string> loopProgram(std::string_view dialect, const std::string& ax
     return Error{
         "The loop program of LinuxCNC is a kit of its own: copy /usr/share/probebox/linuxcnc "
         "(tools/linuxcnc/README.md)."};
+  if (dialect != "fanuc" && number != kFirstProgram)
+    return Error{"--number is for fanuc and haas: others name programs."};
+  if (number < 1 || number > kLastFirstProgram)
+    return Error{"--number with --loop is from 1 to " + std::to_string(kLastFirstProgram) +
+                 ": the program takes 50 numbers, and those from 9000 on belong to the builder."};
   std::vector<Subprogram> all;
   for (const auto source : kSources) {
     TRY(auto some, subprogramsOf(source));
     for (auto& one : some) all.push_back(std::move(one));
   }
   all.push_back({"look", {}});
-  const auto writer = dialect == "siemens" ? siemensWriter({axes}) : fanucWriter({axes});
+  const auto writer = dialect == "siemens" ? siemensWriter({axes}) : fanucWriter({axes}, number);
   return writer->write(all);
 }
 

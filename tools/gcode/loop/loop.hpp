@@ -9,6 +9,8 @@ namespace probebox::gcode::loop {
 // The loop program for a control that reads registers: the box tells each step, the control moves. One program for all
 // methods. dialect: fanuc or siemens. axes: letters as the control numbers its axes, such as "XYZABC". Refuses dialects
 // whose controls cannot read registers, with the remedy.
-Outcome<std::string> loopProgram(std::string_view dialect, const std::string& axes);
+// number: of the first program, where the control numbers them.
+inline constexpr int kFirstProgram = 8700, kLastFirstProgram = 8950;
+Outcome<std::string> loopProgram(std::string_view dialect, const std::string& axes, int number = kFirstProgram);
 
 }  // namespace probebox::gcode::loop

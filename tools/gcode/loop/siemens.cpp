@@ -13,6 +13,9 @@ namespace probebox::gcode::loop {
 namespace {
 
 constexpr int kFirstOfTable = 1000, kTable = 400;
+// Names are distinct by their beginnings: programs PB_, helpers PBH_, arguments PBP_, variables PBV_ (of all) and PBL_
+// (of one subprogram), the table PBT_.
+constexpr std::string_view kTableName = "PBT_N";
 constexpr unsigned kIndices = 3;  // more than one block has
 const std::map<std::string_view, std::string_view, std::less<>> kRelations{{"EQ", "=="}, {"NE", "<>"}, {"LT", "<"},
                                                                            {"LE", "<="}, {"GT", ">"},  {"GE", ">="}};
@@ -26,11 +29,12 @@ class SiemensWriter final : public Writer {
   void begin(const std::vector<Subprogram>&) override {}
   void end() override {
     moveGuarded();
+    modes();
     line("%_N_GUD8_DEF");
     line(";$PATH=/_N_DEF_DIR");
     line("; ACTIVATE IT ONCE, OR PUT ITS LINES INTO YOUR OWN GUD FILE");
-    line("DEF CHAN REAL PB_N[" + std::to_string(kTable) + "]");
-    for (unsigned i = 0; i < kIndices; ++i) line("DEF CHAN INT PB_INDEX_" + std::to_string(i));
+    line("DEF CHAN REAL " + std::string{kTableName} + "[" + std::to_string(kTable) + "]");
+    for (unsigned i = 0; i < kIndices; ++i) line("DEF CHAN INT PBT_INDEX_" + std::to_string(i));
     for (const auto& name : names_) line("DEF CHAN REAL " + name);
     line("M17");
   }
@@ -39,11 +43,16 @@ class SiemensWriter final : public Writer {
     const std::string name = main ? "PROBEBOX" : programOf(one.name);
     line("%_N_" + name + "_SPF");
     line(";$PATH=/_N_SPF_DIR");
-    line("PROC " + name + (main ? "(REAL PB_OF_METHOD, REAL PB_OF_AXIS, REAL PB_OF_TOOL)" : ""));
+    subprogram_ = one.name;
+    line("PROC " + name + (main ? "(REAL PBP_METHOD, REAL PBP_AXIS, REAL PBP_TOOL) SAVE" : ""));
     if (!main) return;
     explain("Siemens 840D sl or ONE",
-            {"Call: PROBEBOX(4, 1, 0) - method, axis, tool. Put these programs where subprograms are found, and GUD8 "
-             "into force.",
+            {"Call: PROBEBOX(4, 1, 0) - method, axis, tool. The program that calls it has in its head: EXTERN "
+             "PROBEBOX(REAL, REAL, REAL). Put these programs where subprograms are found, and GUD8 into force.",
+             "At its end it gives back the G functions and frames of the caller (SAVE), and D where the tool in the "
+             "spindle is still his. After another tool D0 is active: call D before Z moves. An alarm of this program "
+             "is left by reset.",
+             "No transformation may be active (TRAORI, TRANSMIT, TRACYL): it refuses to begin.",
              "The PLC is the Modbus master of the box: MB_CLIENT of a S7-1500 (ONE), a CP 341 or an IM of a S7-300 "
              "(840D sl). Word "
              "N of the areas is byte 2 N of the memory that PLC and NC share ($A_DBW, $A_DBD, $A_DBR): FC 21 transfers "
@@ -51,27 +60,53 @@ class SiemensWriter final : public Writer {
              "the type of each register. Register 0 read there is 20546.",
              "MEAS=1 is the probe at measuring input 1. Machine data: the alarm 65000 stops the program.",
              "Axes of the machine are named X Y Z A B C; G153 moves them without frames, D0 without tool lengths."});
-    line(variable("main/1") + "=PB_OF_METHOD");
-    line(variable("main/2") + "=PB_OF_AXIS");
-    line(variable("main/3") + "=PB_OF_TOOL");
-    for (const char axis : {'X', 'Y', 'Z'}) line(variable(target(axis)) + "=" + position(axis));
+    line(variable("main/1") + "=PBP_METHOD");
+    line(variable("main/2") + "=PBP_AXIS");
+    line(variable("main/3") + "=PBP_TOOL");
+    line("STOPRE");
+    line(variable("_pb_kept_tool") + "=" + tool());
+    line(variable("_pb_kept_d") + "=$P_TOOL");
+    const int free = newLabel();
+    jumpIf("$AC_TRAFO", "EQ", "0", free);
+    abort("PROBEBOX: CANCEL THE TRANSFORMATION: TRAFOOF");
+    label(free);
   }
-  void endSubprogram() override { line("M17"); }
-  std::string comment(std::string_view text) const override { return "; " + plain(text); }
+  void endSubprogram() override {
+    if (subprogram_ == "main") {
+      const int other = newLabel();
+      line("STOPRE");
+      jumpIf(tool(), "NE", variable("_pb_kept_tool"), other);
+      line("D=" + variable("_pb_kept_d"));
+      label(other);
+    }
+    line("M17");
+  }
+  // Brackets stay: comments name places of the table.
+  std::string comment(std::string_view text) const override {
+    std::string all = "; ";
+    for (const char c : text) {
+      if (c >= ' ' && c <= '~' && c != '"') all += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    }
+    return all;
+  }
 
   std::string variable(const std::string& name) override {
-    std::string all = name.starts_with("_pb_") ? name.substr(1) : "pbl_" + name;
+    std::string all = name.starts_with("_pb_") ? "pbv_" + name.substr(4) : "pbl_" + name;
     for (char& c : all) c = c == '/' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     names_.insert(all);
     return all;
   }
+  std::string programNamed(const std::string& subprogram) override { return programOf(subprogram); }
+  std::string placeSaid(int first, const std::string& rest) const override {
+    return std::string{kTableName} + "[" + std::to_string(first) + " + " + rest + "]";
+  }
   int placeOfTable(int number) const override { return number - kFirstOfTable; }
   // An index is an integer; assigning makes one of a real.
   std::string table(const std::string& index) override {
-    if (index.find_first_not_of("0123456789") == std::string::npos) return "PB_N[" + index + "]";
-    const std::string whole = "PB_INDEX_" + std::to_string(tables_++ % kIndices);
+    if (index.find_first_not_of("0123456789") == std::string::npos) return std::string{kTableName} + "[" + index + "]";
+    const std::string whole = "PBT_INDEX_" + std::to_string(tables_++ % kIndices);
     line(whole + "=" + index);
-    return "PB_N[" + whole + "]";
+    return std::string{kTableName} + "[" + whole + "]";
   }
   std::string call(const std::string& function, const std::string& argument) const override {
     return (function == "FIX" ? "TRUNC" : function) + (argument.starts_with('(') ? argument : "(" + argument + ")");
@@ -94,7 +129,7 @@ class SiemensWriter final : public Writer {
     line((registersOf(place.entry->kind) == 2 ? "$A_DBD" : "$A_DBW") + at + "=ROUND(" + counts + ")");
   }
   std::string position(char axis) override { return std::string{"$AA_IM["} + axis + "]"; }
-  std::string tool() const override { return "$P_TOOLNO"; }
+  std::string tool() override { return "$P_TOOLNO"; }
 
   void assign(const std::string& target, const std::string& value) override { line(target + "=" + value); }
   void label(int number) override { line("LB" + std::to_string(number) + ":"); }
@@ -104,25 +139,24 @@ class SiemensWriter final : public Writer {
   }
   void callSubprogram(const std::string& name) override { line(programOf(name)); }
   void giveBack() override { line("M17"); }
-  // The stop holds where the machine's alarms of this range do not.
+  // The stop holds where the machine's alarms of this range do not, and start does not go on behind it.
   void abort(std::string_view text) override {
     line("MSG(\"" + plain(text) + "\")");
     line("SETAL(65000)");
+    const int again = newLabel();
+    label(again);
     line("M0");
+    jump(again);
   }
   void message(std::string_view text) override { line("MSG(\"" + plain(text) + "\")"); }
 
-  void settings() override {
-    line("G17 G71 G40 D0");
-    line("G90 G94 G60");
-  }
+  void settings() override { line("PBH_MODES"); }
   void wait(const std::string& seconds) override { line("G4 F=" + seconds); }
   void settle() override { line("STOPRE"); }
   void stop() override { line("M0"); }
   void takeTool(const std::string& number) override {
     line("T=" + number);
     line("M6");
-    line("D0");
   }
   void turn(const std::map<char, std::string>& to) override {
     std::string words = "G0 G153";
@@ -132,7 +166,7 @@ class SiemensWriter final : public Writer {
   void move(const std::map<char, std::string>& to, const std::string& feed, bool guarded) override {
     for (const auto& [letter, value] : to) line(variable(target(letter)) + "=" + value);
     if (!feed.empty()) line(variable("_pb_feed") + "=" + feed);
-    line(guarded ? "PB_GO" : straight());
+    line(guarded ? "PBH_GO" : straight());
   }
 
  private:
@@ -142,19 +176,35 @@ class SiemensWriter final : public Writer {
     std::ranges::transform(all, all.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     return all;
   }
-  static std::string straight() { return "G1 G153 X=PB_TO_X Y=PB_TO_Y Z=PB_TO_Z F=PB_FEED"; }
-  void moveGuarded() {
-    line("%_N_PB_GO_SPF");
+  static std::string straight() { return "G1 G153 X=PBV_TO_X Y=PBV_TO_Y Z=PBV_TO_Z F=PBV_FEED"; }
+  // Also where the machine stands: a move of one axis leaves the others there.
+  void modes() {
+    line("%_N_PBH_MODES_SPF");
     line(";$PATH=/_N_SPF_DIR");
-    line("PROC PB_GO");
+    line("PROC PBH_MODES");
+    line("; MODES, NO LENGTH, NO TRANSFORMATION. G153 OF EACH MOVE IS THE MACHINE'S FRAME");
+    line("G17 G710 G40");
+    line("G90 G94 G60");
+    line("TRAFOOF");
+    line("D0");
+    line("STOPRE");
+    for (const char axis : {'X', 'Y', 'Z'}) line(variable(target(axis)) + "=" + position(axis));
+    line("M17");
+  }
+  void moveGuarded() {
+    line("%_N_PBH_GO_SPF");
+    line(";$PATH=/_N_SPF_DIR");
+    line("PROC PBH_GO");
     line("; A MOVE THAT THE PROBE STOPS");
     line("MEAS=1 " + straight());
     line("STOPRE");
-    line("IF $AC_MEA[1]==0 GOTO LB1");
+    const int free = newLabel();
+    jumpIf("$AC_MEA[1]", "EQ", "0", free);
     abort("PROBEBOX: THE PROBE TOUCHED ON THE WAY");
-    line("LB1:");
+    label(free);
     line("M17");
   }
+  std::string subprogram_;
   std::set<std::string> names_;
   unsigned tables_{};
 };

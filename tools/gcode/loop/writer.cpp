@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <regex>
 #include <utility>
 
 namespace probebox::gcode::loop {
@@ -47,7 +48,30 @@ void Writer::fail(const std::string& what) {
   if (!failure_) failure_ = Error{"probebox_" + owner_ + ": " + what};
 }
 
-void Writer::comments(std::string_view text) {
+// Words of the kit in those of this control: "_pb_dry", "probebox_places.ngc", "#1" of the subprogram, "#[1200 + number of a tool]".
+std::string Writer::said(std::string_view kits) {
+  static const std::regex kWord{R"(_pb_\w+|probebox_(\w+)\.ngc|#\[(\d{4}) \+ ([^\]]+)\]|#(\d)(?!\d))"};
+  std::string all;
+  auto from = kits.begin();
+  for (std::cregex_iterator word{kits.data(), kits.data() + kits.size(), kWord}, end; word != end; ++word) {
+    all.append(from, kits.begin() + word->position());
+    from = kits.begin() + word->position() + word->length();
+    if ((*word)[1].matched) {
+      all += programNamed((*word)[1]);
+    } else if ((*word)[2].matched) {
+      all += placeSaid(placeOfTable(std::stoi((*word)[2])), (*word)[3]);
+    } else if ((*word)[4].matched) {
+      all += variable(owner_ + "/" + (*word)[4].str());
+    } else {
+      all += variable(word->str());
+    }
+  }
+  return all.append(from, kits.end());
+}
+
+void Writer::comments(std::string_view kits) {
+  const std::string all = said(kits);
+  std::string_view text = all;
   while (text.size() > kColumns) {
     auto cut = text.rfind(' ', kColumns);
     if (cut == std::string_view::npos || cut == 0) cut = kColumns;
@@ -78,11 +102,16 @@ void Writer::explain(std::string_view control, const std::vector<std::string>& n
       "stops "
       "every move but those that press the probe into a surface.");
   comments(
-      "First of all edit the places, heights, tools and limits below (probebox_places). Each run goes its whole way "
+      "First of all edit the places, heights, tools and limits below (probebox_places.ngc). Each run goes its whole "
+      "way "
       "above "
       "everything, stops, and touches at the next start. Override low, a hand on it. At the touches the override is "
       "100 "
       "percent.");
+  comments(
+      "The probe has to be switched on before the start and until the end: a wireless one by the M code or the turn "
+      "that "
+      "its maker says. While it is off the control sees no touch, and nothing stops any move.");
   for (const auto& need : needs) comments(need);
   comments(
       "Areas that the PLC transfers, in words of 16 bits. Read them in turn, every 100 ms or faster, each by one "
@@ -150,6 +179,8 @@ std::string Writer::text(const Value& value) {
       return number(value.number);
     case Value::Is::variable: {
       if (value.name == "_tool") return tool();
+      if (value.name == "_current_tool") return toolForSure();
+      if (value.name == "_z") return commanded('Z');
       for (const char axis : {'a', 'b', 'c'}) {
         if (value.name != std::string{"_"} + axis) continue;
         const auto letter = static_cast<char>(axis - 'a' + 'A');
@@ -200,9 +231,9 @@ void Writer::statement(const Statement& one) {
     case Statement::Is::comment:
       return comments(one.text);
     case Statement::Is::message:
-      return message(one.text);
+      return message(said(one.text));
     case Statement::Is::abort:
-      return abort(one.text);
+      return abort(said(one.text));
     case Statement::Is::assign:
       return assignment(one);
     case Statement::Is::call: {
@@ -263,7 +294,16 @@ void Writer::jumpUnless(const Value& condition, int to) {
   jumpUnlessRelation(condition, to);
 }
 
+// What settings() has already.
+bool Writer::isSetting(const Statement& one) {
+  if (one.is != Statement::Is::block) return false;
+  return std::ranges::any_of(one.words, [](const Word& word) {
+    return word.letter == 'G' && word.value.is == Value::Is::number && word.value.number == 10;
+  });
+}
+
 void Writer::choice(const Statement& one) {
+  if (std::ranges::all_of(one.bodies, [](const auto& each) { return std::ranges::all_of(each, isSetting); })) return;
   const int behind = newLabel();
   for (std::size_t i = 0; i < one.bodies.size(); ++i) {
     if (i >= one.values.size()) {
@@ -305,7 +345,7 @@ void Writer::block(const Statement& one) {
     }
   }
   if (g.contains(170)) return settings();
-  if (g.contains(80) || g.contains(100) || g.contains(593)) return;  // of settings()
+  if (g.contains(80) || g.contains(100) || g.contains(593)) return;  // settings() has it
   if (g.contains(40)) return wait(words['P']);
   if (g.contains(0) || g.contains(10)) return motion(one, words);
   if (m.contains(6)) return takeTool(words['T']);

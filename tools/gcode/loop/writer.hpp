@@ -39,6 +39,9 @@ class Writer {
   // Where the place of that number (1000 to 1399) of a table is in the control, and what is there.
   virtual int placeOfTable(int number) const = 0;
   virtual std::string table(const std::string& index) = 0;
+  // How comments name a subprogram, and the place of a table: "1 + number of a tool".
+  virtual std::string programNamed(const std::string& subprogram) = 0;
+  virtual std::string placeSaid(int first, const std::string& rest) const = 0;
   virtual std::string number(double value) const;
   virtual std::string call(const std::string& function, const std::string& argument) const = 0;
   virtual std::string operation(const std::string& left, std::string_view sign, const std::string& right) const = 0;
@@ -46,8 +49,11 @@ class Writer {
   // Gives what stands for a register or a position in a value; a dialect may write lines before that.
   virtual std::string read(const Place& place) = 0;
   virtual void write(const Place& place, const std::string& value) = 0;
-  virtual std::string position(char axis) = 0;  // in the machine's own coordinates
-  virtual std::string tool() const = 0;         // its number
+  virtual std::string position(char axis) = 0;                         // in the machine's own coordinates
+  virtual std::string commanded(char axis) { return position(axis); }  // as moves name it
+  virtual std::string tool() = 0;  // number of the tool in the spindle, as the control tells it
+  // The same where that is certain; otherwise a number that no tool has.
+  virtual std::string toolForSure() { return tool(); }
   // Flow.
   virtual void assign(const std::string& target, const std::string& value) = 0;
   virtual void label(int number) = 0;
@@ -68,7 +74,7 @@ class Writer {
   virtual void move(const std::map<char, std::string>& to, const std::string& feed, bool guarded) = 0;
 
   void line(const std::string& text) { text_ += text + "\n"; }
-  void comments(std::string_view text);
+  void comments(std::string_view kits);
   const Axes& axes() const { return axes_; }
   bool has(char axis) const { return axes_.letters.find(axis) != std::string::npos; }
   void fail(const std::string& what);
@@ -90,12 +96,14 @@ class Writer {
   void choice(const Statement& statement);
   void repeat(const Statement& statement);
   void block(const Statement& statement);
+  static bool isSetting(const Statement& statement);
   void motion(const Statement& statement, const std::map<char, std::string>& words);
   void jumpUnless(const Value& condition, int label);
   void jumpUnlessRelation(const Value& condition, int label);
   void gather(const Value& value);
   void gather(const std::vector<Statement>& statements);
   bool shift(Value& index) const;
+  std::string said(std::string_view kits);
 
   Axes axes_;
   std::string text_;

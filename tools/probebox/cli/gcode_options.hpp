@@ -126,7 +126,10 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
                    "machine position of Z to which it rises before a tool is taken; default: 0")
       ->check(between(-kFurthest_mm, kFurthest_mm))
       ->type_name("MM");
-  gcode->add_option("--number", options.number, "number of the program, for fanuc and haas; default: 1000")
+  gcode
+      ->add_option("--number", options.number,
+                   "number of the program, for fanuc and haas; default: 1000, "
+                   "with --loop the first of 50: 8700")
       ->check(wholeBetween(1, 8999))
       ->type_name("NUMBER");
   gcode->add_flag("--no-skip", options.no_skip,

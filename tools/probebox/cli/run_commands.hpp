@@ -184,7 +184,7 @@ class RunCommands {
 
   // What is about one method has no place in the program for all of them.
   static void checkLoop(const CLI::App& gcode) {
-    constexpr std::array kTaken{"--loop", "--axes", "--dialect", "--output", "--force"};
+    constexpr std::array kTaken{"--loop", "--axes", "--dialect", "--number", "--output", "--force"};
     for (const auto* given : gcode.get_options([](const CLI::Option* option) { return option->count() > 0; })) {
       const bool taken = std::ranges::any_of(kTaken, [&](const char* name) { return given->check_name(name); });
       if (!taken)
