@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "firmware/procedure/methods/needs.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
 #include "protocol/units/angle.hpp"
@@ -48,6 +49,8 @@ std::optional<Error> whyTooFar(std::size_t index, const Step& step, const Settin
     return Error{number + " goes " + decimal(pressedBy(step)) +
                  " mm into the surface, and the probe may be deflected " + decimal(setting.deflection_limit_mm) +
                  " mm: choose less --overtravel, or give deflection_limit_mm of probe.toml as --deflection-limit."};
+  if (step.feature == procedure::Feature::plates)
+    return procedure::whyTooNarrow(*setting.gap_mm, *setting.stylus_diameter_mm, step.clearance_mm);
   return std::nullopt;
 }
 

@@ -176,6 +176,24 @@ TEST(Safety, PressesTheProbeNoFurtherThanItMayBe) {
   EXPECT_TRUE(unroll(planOf({&procedure::kDelayMultiSpeed, deep}), robust));
 }
 
+// The way out ends beyond the clearance: 0.6 + 1.5 mm off the plate.
+TEST(Safety, KeepsTheStylusOffTheOppositePlate) {
+  const auto whyNot = [](double gap_mm, const ProcedureOptions& options = {}) {
+    Setting with = setting();
+    with.gap_mm = gap_mm;
+    const auto blocks = unroll(planOf({&procedure::kDelayPlates, options}), with);
+    return blocks ? std::string{} : blocks.error().what;
+  };
+  EXPECT_THAT(whyNot(5), testing::AllOf(HasSubstr("A gap of 5 mm is too narrow for a stylus ball of 6 mm"),
+                                        HasSubstr("use a wider gap"), Not(HasSubstr("--clearance"))));
+  EXPECT_THAT(whyNot(7), HasSubstr("2.1 mm off the plate"));
+  EXPECT_THAT(whyNot(8), HasSubstr("less clearance (--clearance), below 0.5 mm"));
+  EXPECT_THAT(whyNot(8.2), IsEmpty());
+  ProcedureOptions close;
+  close.clearance_mm = 0.4;
+  EXPECT_THAT(whyNot(8, close), IsEmpty());
+}
+
 TEST(Safety, AsksWithWhichToolAProgramTakesTheProbeAgain) {
   Setting unnamed = setting();
   unnamed.probe_tool = 0;

@@ -345,5 +345,21 @@ TEST(Facts, AMethodIsRefusedWithTheRemedyWhereWhatItNeedsIsNotKnown) {
   EXPECT_FALSE(whyUnready(kDelayPlates, told, false));
 }
 
+TEST(Facts, AGapIsRefusedWhereTheWayOutOfATouchEndsInTheOppositePlate) {
+  Facts facts;
+  facts.stylus_ball_diameter_mm = 6;
+  const auto ready = [&](double gap_mm, double clearance_mm) {
+    facts.gap_mm = gap_mm;
+    return readied(kDelayPlates, {.clearance_mm = clearance_mm}, facts, {});
+  };
+  const auto refused = ready(5, 0);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().because, Obstacle::option);
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("use a wider gap or a smaller stylus ball"));
+  EXPECT_FALSE(ready(7.9, 0));
+  EXPECT_TRUE(ready(7.9, 0.3));
+  EXPECT_TRUE(ready(8.2, 0));
+}
+
 }  // namespace
 }  // namespace probebox::procedure
