@@ -27,8 +27,11 @@ class Haas final : public MacroB {
     std::snprintf(text.data(), text.size(), "O%05u ", number);
     return {"%", text.data() + comment(title)};
   }
+  Lines modes() const override { return {"G17 G21 G40 G80", "G50", "G69", "G54 G90 G94 G61"}; }
   Lines start(Marks, std::string_view) const override {
-    return {"G17 G21 G40 G80", "G50", "G69", "G54 G90 G94 G61", "M5", "G103 P1"};
+    Lines lines = modes();
+    lines.insert(lines.end(), {"M5", "G103 P1"});
+    return lines;
   }
   Lines end(Marks) const override { return {"G103", "G64", "M30", "%"}; }
   Lines guarded(const Move& move) const override {

@@ -24,6 +24,7 @@ class LinuxCnc final : public Dialect {
   bool hasTipControl() const override { return false; }
 
   Lines head(std::string_view title, std::uint32_t) const override { return {"%", comment(title)}; }
+  Lines modes() const override { return {"G17 G21 G40 G54 G80 G90 G91.1 G94 G61.1"}; }
   Lines start(Marks marks, std::string_view device) const override {
     Lines lines{"o<pb_clear> sub",
                 "o<pb_touched> if [#5070 EQ 1]",
@@ -35,7 +36,7 @@ class LinuxCnc final : public Dialect {
                 "(ABORT,NO LENGTH OFFSET ACTIVE)",
                 "o<pb_none> endif",
                 "o<pb_length> endsub",
-                "G17 G21 G40 G54 G80 G90 G91.1 G94 G61.1",
+                modes().front(),
                 "M5",
                 "o<pb_rotated> if [#5230 NE 0]",
                 "(ABORT,CANCEL THE ROTATION OF G54: G10 L2 P1 R0)",

@@ -72,7 +72,7 @@ class Writer {
     tip_control_ = false;
     lines(dialect_.retract(retract, setting_.machine_z_mm));
   }
-  void operator()(const TakeTool& tool) { lines(dialect_.take(tool)); }
+  void operator()(const TakeTool& tool) { lines(dialect_.takeAnew(tool)); }
   void operator()(const CheckLength&) { lines(dialect_.checkLength()); }
   void operator()(const Contact& contact) {
     if (setting_.guard) lines(dialect_.contact(contact));

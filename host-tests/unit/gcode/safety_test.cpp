@@ -236,6 +236,15 @@ TEST(Safety, OrientsTheSpindleByItsOwnWord) {
   EXPECT_THAT(text, testing::AllOf(HasSubstr("\nG0 C180.000 C2="), Not(HasSubstr("SPOS="))));
 }
 
+// Builders' macros leave G91 or another offset behind.
+TEST(Safety, RestatesTheModesAfterEachToolChange) {
+  const auto textOf = [](const Dialect& dialect) { return written(cases()[5], dialect); };
+  EXPECT_THAT(textOf(fanuc()), HasSubstr("\nT4 M6\nG17 G21 G40 G80\nG54 G90 G94 G61\nG1 X"));
+  EXPECT_THAT(textOf(haas()), HasSubstr("\nT4 M6\nG17 G21 G40 G80\nG50\nG69\nG54 G90 G94 G61\nG1 X"));
+  EXPECT_THAT(textOf(siemens()), HasSubstr("\nT4\nM6\nG17 G710 G40\nG54 G90 G94 G60\nTRANS\nG1 X"));
+  EXPECT_THAT(textOf(linuxcnc()), HasSubstr("\nT4 M6\nG17 G21 G40 G54 G80 G90 G91.1 G94 G61.1\nG1 X"));
+}
+
 TEST(Safety, SetsAndRestoresTheModesThatItDependsOn) {
   const auto textOf = [](const Dialect& dialect) { return written(cases()[9], dialect); };
   EXPECT_THAT(textOf(siemens()), testing::AllOf(HasSubstr("\nG17 G710 G40\n"), HasSubstr("\nTRANS\n")));
