@@ -30,6 +30,8 @@ class Fanuc final : public MacroB {
     lines.insert(lines.end(), {"M5", "IF[FIX[#4011]EQ51]THEN#3000=2(CANCEL SCALING G50)",
                                "IF[FIX[#4016]EQ68]THEN#3000=2(CANCEL ROTATION G69)",
                                "IF[FIX[#4022]EQ51]THEN#3000=2(CANCEL MIRROR G50.1)"});
+    const Lines clear = cleared();
+    lines.insert(lines.end(), clear.begin(), clear.end());
     if (marks == Marks::lines) lines.emplace_back("POPEN");
     return lines;
   }

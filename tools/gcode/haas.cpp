@@ -31,6 +31,8 @@ class Haas final : public MacroB {
   Lines start(Marks, std::string_view) const override {
     Lines lines = modes();
     lines.insert(lines.end(), {"M5", "G103 P1"});
+    const Lines clear = cleared();
+    lines.insert(lines.end(), clear.begin(), clear.end());
     return lines;
   }
   Lines end(Marks) const override { return {"G103", "G64", "M30", "%"}; }

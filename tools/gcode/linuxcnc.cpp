@@ -40,7 +40,10 @@ class LinuxCnc final : public Dialect {
                 "M5",
                 "o<pb_rotated> if [#5230 NE 0]",
                 "(ABORT,CANCEL THE ROTATION OF G54: G10 L2 P1 R0)",
-                "o<pb_rotated> endif"};
+                "o<pb_rotated> endif",
+                "o<pb_shifted> if [#5210 NE 0]",
+                "(ABORT,CANCEL THE SHIFT: G92.1)",
+                "o<pb_shifted> endif"};
     if (marks == Marks::lines)
       lines.push_back("(LOGAPPEND," + std::string{device.empty() ? "/dev/ttyS1" : device} + ")");
     return lines;

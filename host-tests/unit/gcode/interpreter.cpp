@@ -115,7 +115,7 @@ class Control {
 
   // Alarms that end the program where something is not as it should be.
   bool checked(const std::string& raw) {
-    static const std::regex kOffset{R"(IF\[#4008EQ49\]THEN#3000=1\(.*\)|IF \(\$P_TOOL==0\) OR .*)"};
+    static const std::regex kOffset{R"(IF\[#4008NE43\]THEN#3000=1\(.*\)|IF \(\$P_TOOL==0\) OR .*)"};
     if (std::regex_match(raw, kOffset)) {
       offset_ = true;
       return true;
@@ -242,6 +242,7 @@ class Control {
   }
 
   void motion(const Codes& codes, bool measures) {
+    if (codes.has(52)) return;  // shifts, and moves nothing
     const bool linear = codes.moves("XYZ"), rotary = codes.moves("ABC");
     if (!linear && !rotary) return;
     if (!millimetres_ || !absolute_) danger("units or absolute positions are not set");

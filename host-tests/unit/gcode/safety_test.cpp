@@ -245,6 +245,28 @@ TEST(Safety, RestatesTheModesAfterEachToolChange) {
   EXPECT_THAT(textOf(linuxcnc()), HasSubstr("\nT4 M6\nG17 G21 G40 G54 G80 G90 G91.1 G94 G61.1\nG1 X"));
 }
 
+// A shift, a modal macro or polar words that an earlier program has left.
+TEST(Safety, RefusesWhatAnEarlierProgramHasLeftActive) {
+  for (const auto* dialect : {&fanuc(), &haas()}) {
+    const auto text = written(cases()[0], *dialect);
+    EXPECT_THAT(text, testing::AllOf(HasSubstr("[#4012]EQ66]THEN#3000="), HasSubstr("[#4017]EQ16]THEN#3000="),
+                                     HasSubstr("\nG52 X0 Y0 Z0\n"), HasSubstr("ABS[#5021-#5041-#5201-#5221]"),
+                                     HasSubstr("ABS[#5022-#5042-#5202-#5222]")));
+    EXPECT_LT(text.find("G52 X0 Y0 Z0"), text.find("#5041")) << "G92 alone is left then";
+  }
+  EXPECT_THAT(written(cases()[0], linuxcnc()), HasSubstr("[#5210 NE 0]"));
+}
+
+// G44 takes a length off, and tip control is none without a head that swivels.
+TEST(Safety, TakesNoOtherLengthOffsetThanG43) {
+  Setting in_spindle = setting();
+  in_spindle.probe_tool = 0;
+  for (const auto* dialect : {&fanuc(), &haas()}) {
+    const auto text = written(cases()[0], *dialect, Marks::lines, in_spindle);
+    EXPECT_THAT(text, testing::AllOf(HasSubstr("IF[#4008NE43]THEN#3000=1("), Not(HasSubstr("#4008EQ49"))));
+  }
+}
+
 TEST(Safety, SetsAndRestoresTheModesThatItDependsOn) {
   const auto textOf = [](const Dialect& dialect) { return written(cases()[9], dialect); };
   EXPECT_THAT(textOf(siemens()), testing::AllOf(HasSubstr("\nG17 G710 G40\n"), HasSubstr("\nTRANS\n")));
