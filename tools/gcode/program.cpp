@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <vector>
@@ -195,6 +196,15 @@ void explainClearance(Writer& to, const Blocks& blocks, const Setting& setting, 
       ".");
 }
 
+std::optional<double> lowestArc(const Blocks& blocks) {
+  std::optional<double> lowest_mm;
+  for (const auto& block : blocks) {
+    const auto* move = std::get_if<Move>(&block);
+    if (move != nullptr && move->arc) lowest_mm = std::min(lowest_mm.value_or(move->to_mm.z()), move->to_mm.z());
+  }
+  return lowest_mm;
+}
+
 void explainStops(Writer& to, const Blocks& blocks, const Setting& setting, const Dialect& dialect) {
   bool tip_control = false;
   for (const auto& block : blocks) {
@@ -212,11 +222,14 @@ void explainStops(Writer& to, const Blocks& blocks, const Setting& setting, cons
     return;
   }
   to.comment("Protected: " + std::string{dialect.guardWord()} +
-             " ends each move that is to meet nothing when the probe touches, and an alarm ends the program.");
+             " ends each straight move that is to meet nothing when the probe touches, and an alarm ends the program.");
   to.comment(
       "Not protected, nothing stops these: each step from its begin to its end, into the surface and back. The first "
       "moves of dry run and run, up to the first place at the safe height. Tool changes with their moves of Z, and "
       "across to the next place. Rotary axes.");
+  if (const auto lowest_mm = lowestArc(dryRun(blocks, liftOfDryRun(blocks, *setting.safe_z_mm))))
+    to.comment("Not protected either, no skip input ends an arc: arcs of the scan in the dry run: they run at Z " +
+               decimal(*lowest_mm) + " or higher, not below the safe height.");
   for (const auto& need : dialect.guardNeeds()) to.comment(need);
 }
 

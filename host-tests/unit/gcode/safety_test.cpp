@@ -236,6 +236,15 @@ TEST(Safety, OrientsTheSpindleByItsOwnWord) {
   EXPECT_THAT(text, testing::AllOf(HasSubstr("\nG0 C180.000 C2="), Not(HasSubstr("SPOS="))));
 }
 
+// What a sentence says, however the comment is broken into lines.
+std::string inOneLine(std::string text) {
+  for (const std::string between : {")\n(", "\n; "}) {
+    for (auto at = text.find(between); at != std::string::npos; at = text.find(between, at))
+      text.replace(at, between.size(), " ");
+  }
+  return text;
+}
+
 // Builders' macros leave G91 or another offset behind.
 TEST(Safety, RestatesTheModesAfterEachToolChange) {
   const auto textOf = [](const Dialect& dialect) { return written(cases()[5], dialect); };
@@ -264,6 +273,24 @@ TEST(Safety, TakesNoOtherLengthOffsetThanG43) {
   for (const auto* dialect : {&fanuc(), &haas()}) {
     const auto text = written(cases()[0], *dialect, Marks::lines, in_spindle);
     EXPECT_THAT(text, testing::AllOf(HasSubstr("IF[#4008NE43]THEN#3000=1("), Not(HasSubstr("#4008EQ49"))));
+  }
+}
+
+// No skip input ends an arc: the head says so, and where they run.
+TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
+  for (const auto name : dialectNames()) {
+    const auto text = written(cases()[9], *dialectNamed(name));
+    EXPECT_THAT(inOneLine(text), HasSubstr("ARCS OF THE SCAN IN THE DRY RUN: THEY RUN AT Z 90.000 OR HIGHER")) << name;
+    EXPECT_THAT(inOneLine(text), HasSubstr("ENDS EACH STRAIGHT MOVE THAT IS TO MEET NOTHING")) << name;
+    EXPECT_THAT(inOneLine(written(cases()[0], *dialectNamed(name))), Not(HasSubstr("ARCS OF THE SCAN"))) << name;
+    const auto read = interpret(text);
+    int arcs = 0;
+    for (const auto& move : read.parts[1].moves) {
+      if (move.arc == 0) continue;
+      ++arcs;
+      EXPECT_GE(move.at_mm[2], kSafe_mm - kRounding_mm);
+    }
+    EXPECT_GT(arcs, 0);
   }
 }
 
