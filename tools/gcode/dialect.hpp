@@ -25,6 +25,8 @@ class Dialect {
   virtual ~Dialect() = default;
   virtual std::string_view name() const = 0;
   virtual std::string_view control() const = 0;
+  // What of this control's lathes the programs know nothing of, after "no ".
+  virtual std::string_view lathe() const = 0;
   // A sentence: on what controls or simulators programs of this dialect have run.
   virtual std::string_view tried() const = 0;
   // What the control needs for these marks, one sentence per line.

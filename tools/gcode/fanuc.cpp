@@ -7,6 +7,7 @@ class Fanuc final : public MacroB {
  public:
   std::string_view name() const override { return "fanuc"; }
   std::string_view control() const override { return "Fanuc 0i to 31i with custom macro B"; }
+  std::string_view lathe() const override { return "G-code system A"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
   Lines needs(Marks marks) const override {
     if (marks == Marks::stops) return {"Custom macro B. Local variables #1 to #8 are overwritten, no common ones."};

@@ -10,6 +10,7 @@ class Haas final : public MacroB {
  public:
   std::string_view name() const override { return "haas"; }
   std::string_view control() const override { return "Haas NGC with macros"; }
+  std::string_view lathe() const override { return "lathe codes"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
   Lines needs(Marks marks) const override {
     constexpr const char* kMacros = "The macro option. Local variables #1 to #6 are overwritten, no global ones.";

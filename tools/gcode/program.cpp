@@ -238,6 +238,8 @@ void explain(Writer& to, const Blocks& measured, const Setting& setting, const H
   const Extent path{measured};
   const double lift_mm = liftOfDryRun(measured, *setting.safe_z_mm);
   to.comment("Control: " + std::string{dialect.control()} + ".");
+  to.comment("For machining centres, not for lathes: no " + std::string{dialect.lathe()} +
+             ", no diameters in X, no turret: each tool is taken by T and M6.");
   to.comment(dialect.tried());
   explainStops(to, measured, setting, dialect);
   to.comment("NEEDS:");

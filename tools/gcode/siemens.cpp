@@ -7,6 +7,7 @@ class Siemens final : public Dialect {
  public:
   std::string_view name() const override { return "siemens"; }
   std::string_view control() const override { return "Siemens 840D sl"; }
+  std::string_view lathe() const override { return "DIAMOF, G95 of a lathe"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
   Lines needs(Marks marks) const override {
     constexpr const char* kPlane = "No swivelled plane: CYCLE800 is deselected.";

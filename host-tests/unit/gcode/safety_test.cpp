@@ -294,6 +294,15 @@ TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
   }
 }
 
+TEST(Safety, SaysThatItIsForMachiningCentres) {
+  for (const auto name : dialectNames()) {
+    const auto text = inOneLine(written(cases()[0], *dialectNamed(name)));
+    EXPECT_THAT(text, testing::AllOf(HasSubstr("FOR MACHINING CENTRES, NOT FOR LATHES"), HasSubstr("TURRET"))) << name;
+    EXPECT_EQ(text.find("SYSTEM A") != std::string::npos, name == "fanuc") << name;
+    EXPECT_EQ(text.find("DIAMOF") != std::string::npos, name == "siemens") << name;
+  }
+}
+
 TEST(Safety, SetsAndRestoresTheModesThatItDependsOn) {
   const auto textOf = [](const Dialect& dialect) { return written(cases()[9], dialect); };
   EXPECT_THAT(textOf(siemens()), testing::AllOf(HasSubstr("\nG17 G710 G40\n"), HasSubstr("\nTRANS\n")));
