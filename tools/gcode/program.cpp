@@ -83,7 +83,7 @@ class Writer {
   void operator()(const Note& note) { comment(note.text); }
   void operator()(const Mark& mark) {
     if (marks_ == Marks::lines) return lines(dialect_.mark(mark));
-    const std::string step = nameOf(mark) + " OF STEP " + std::to_string(mark.step + 1);
+    const std::string step = "STEP " + std::to_string(mark.step + 1) + " " + nameOf(mark);
     lines(dialect_.stop({step + ": PRESS ENTER AT THE PC, THEN CYCLE START", step}));
   }
   void all(const Blocks& blocks) {

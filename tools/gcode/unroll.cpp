@@ -184,7 +184,7 @@ class Unroller {
     if (!started_ || step.touch.tool != tool_) takeUp(step, place_mm);
     if (step.touch.mount != mount_ && step.touch.mount > 1) {
       const std::string number = std::to_string(step.touch.mount);
-      blocks_.push_back(Stop{"PUT THE PLATE INTO MOUNT " + number, "PLATE INTO MOUNT " + number});
+      blocks_.push_back(Stop{"PUT THE PLATE INTO MOUNT " + number, "MOUNT " + number + ": PUT PLATE IN"});
     }
     mount_ = step.touch.mount;
     if (step.turns && (turns_anew_ || step.touch.rotary_angles_rad != angles_rad_))

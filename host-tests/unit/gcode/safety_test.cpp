@@ -303,6 +303,22 @@ TEST(Safety, SaysThatItIsForMachiningCentres) {
   }
 }
 
+// Its screen cuts them.
+TEST(Safety, TellsMessagesOfAHaasApartByTheirFirst15Characters) {
+  std::vector<std::string> texts{written(cases()[0], haas(), Marks::stops)};
+  for (const auto& c : allCases()) texts.push_back(written(c, haas(), Marks::stops));
+  for (const auto& text : texts) {
+    const auto messages = interpret(text).messages;
+    std::set<std::string> first, whole;
+    for (const auto& message : messages) {
+      first.insert(message.substr(0, 15));
+      whole.insert(message);
+    }
+    EXPECT_EQ(first.size(), whole.size());
+    EXPECT_GT(whole.size(), 2U);
+  }
+}
+
 TEST(Safety, SetsAndRestoresTheModesThatItDependsOn) {
   const auto textOf = [](const Dialect& dialect) { return written(cases()[9], dialect); };
   EXPECT_THAT(textOf(siemens()), testing::AllOf(HasSubstr("\nG17 G710 G40\n"), HasSubstr("\nTRANS\n")));
