@@ -222,9 +222,9 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   if (const auto error = procedure::whyRefused(*method, options, with_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
   const bool has_delay = state.snapshot.delay.calibrated;
-  if (const auto error = procedure::whyUnready(*method, facts, has_delay,
-                                               procedure::readBy({.head = request->head, .shank = request->shank})))
-    return refused(ErrorCode::wrong_state, error->what);
+  if (const auto why = procedure::whyUnready(*method, facts, has_delay,
+                                             procedure::readBy({.head = request->head, .shank = request->shank})))
+    return refusedFor(*why);
   if (method->finds_a_place) {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
       if (state.snapshot.axes[axis].referenced) continue;

@@ -116,8 +116,8 @@ std::optional<NotReady> whyUnknownTool(const ProcedureOptions& options, const Fa
   if (std::ranges::find(facts.tools, options.tool, &ToolFacts::number) != facts.tools.end()) return std::nullopt;
   std::string known;
   for (const auto& each : facts.tools) known += (known.empty() ? "" : ", ") + std::to_string(each.number);
-  return NotReady{Obstacle::unknown, "machine.toml has no [[tool]] with number " + std::to_string(options.tool) +
-                                         (known.empty() ? ": add it." : ": add it, or measure one of " + known + ".")};
+  return NotReady{Obstacle::option, "machine.toml has no [[tool]] with number " + std::to_string(options.tool) +
+                                        (known.empty() ? ": add it." : ": add it, or measure one of " + known + ".")};
 }
 
 std::optional<Error> whyNoTool(const ProcedureOptions& options) {

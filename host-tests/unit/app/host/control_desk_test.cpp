@@ -73,6 +73,26 @@ TEST_F(Desk, BeginsNoCutWithAMarkerThatBelongsToNoRun) {
   EXPECT_TRUE(doors_.inhibits(kDoor));
 }
 
+// Codes 6 and 7 of register 840 are these: a controller may wait for another state, for another machine it cannot.
+TEST_F(Desk, TellsWhatThisMachineCannotFromWhatItCannotNow) {
+  const auto ask = [&](const char* method, std::uint32_t tool = 0) {
+    messages::StartProcedure::Request request;
+    request.method = method;
+    request.tool = tool;
+    const auto body = messages::encoded(request);
+    const auto reply =
+        desk_.handle({.link = 1, .door = "network", .may = kAll},
+                     {.ticket = 1, .operation = messages::Operation::start_procedure, .body = body}, state_, {});
+    return reply ? reply->code : messages::ErrorCode::ok;
+  };
+  EXPECT_EQ(ask("pre-travel"), messages::ErrorCode::refused) << "a scanning probe has none";
+  EXPECT_EQ(ask("delay-known-sphere"), messages::ErrorCode::refused) << "the sphere is not described";
+  EXPECT_EQ(ask("tool-setter", 99), messages::ErrorCode::refused) << "no such tool";
+  EXPECT_EQ(ask("centreline"), messages::ErrorCode::wrong_state) << "no delay is in force";
+  EXPECT_EQ(ask("delay-multi-speed"), messages::ErrorCode::wrong_state) << "the clock is not locked";
+  EXPECT_EQ(ask("no-such-method"), messages::ErrorCode::not_found);
+}
+
 constexpr const char* kUnit =
     "[unit]\nserial_number = \"A1\"\nvendor = \"V\"\nmodel = \"M\"\nboard = \"board\"\n[usb]\nvendor_id = "
     "1\nproduct_id = "
