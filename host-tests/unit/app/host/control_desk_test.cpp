@@ -93,6 +93,23 @@ TEST_F(Desk, TellsWhatThisMachineCannotFromWhatItCannotNow) {
   EXPECT_EQ(ask("no-such-method"), messages::ErrorCode::not_found);
 }
 
+TEST_F(Desk, LogsHowFarHomingAgainMovesAReference) {
+  standStill(Axis::x);
+  auto& x = state_.snapshot.axes.at(0);
+  const auto logged = [&](double at_mm) {
+    testing::internal::CaptureStderr();
+    EXPECT_FALSE(take({AxisHomed{Axis::x, at_mm, {}}}));
+    return testing::internal::GetCapturedStderr();
+  };
+  x.position_mm = 100;
+  EXPECT_EQ(logged(99.5), "") << "nothing was referenced";
+  x.referenced = true;
+  EXPECT_THAT(logged(99.5), HasSubstr("The reference of axis X moved by 0.5000 mm (old - new position): homed again by "
+                                      "modbus:/dev/ttyS1"));
+  EXPECT_THAT(logged(100.25), HasSubstr("by -0.2500 mm"));
+  EXPECT_EQ(logged(100.0009), "");
+}
+
 constexpr const char* kUnit =
     "[unit]\nserial_number = \"A1\"\nvendor = \"V\"\nmodel = \"M\"\nboard = \"board\"\n[usb]\nvendor_id = "
     "1\nproduct_id = "
