@@ -33,7 +33,8 @@ CncLine::CncLine(const Way& way, StateBuffer& states, const CncColleagues& colle
       wishes_{"controller at " + name_,
               [this](messages::Operation operation, std::vector<std::byte> body, std::function<void(Reply)> then) {
                 with_.links.ask({door_, may_, operation, std::move(body), std::move(then)});
-              }},
+              },
+              [this](std::uint64_t result) { return with_.calibrations.inForce().isWaiting(result); }},
       server_{way.serve(faces(way.words))} {}
 
 RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {

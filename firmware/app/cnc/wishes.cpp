@@ -84,14 +84,16 @@ void Wishes::make(const modbus::Wish& wish) {
 }
 
 published::WishState Wishes::state(const published::Snapshot& shown) const {
-  const std::lock_guard lock{present_->mutex};
-  auto state = present_->state;
+  auto [state, what] = [&] {
+    const std::lock_guard lock{present_->mutex};
+    return std::pair{present_->state, present_->what};
+  }();
+  state.waits = state.waits && waits_(state.number);
   if (state.outcome != kDone) return state;
   const bool is_shown = state.number <= shown.calibration_run;
   const bool still_runs = shown.calibration == published::CalibrationState::running &&
                           (state.number == 0 || state.number == shown.calibration_run);
-  const bool is_unseen =
-      (present_->what == What::start && !is_shown) || (present_->what == What::abort && (!is_shown || still_runs));
+  const bool is_unseen = (what == What::start && !is_shown) || (what == What::abort && (!is_shown || still_runs));
   if (is_unseen) state.outcome = kInHand;
   return state;
 }

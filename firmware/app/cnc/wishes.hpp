@@ -20,8 +20,11 @@ class Wishes {
  public:
   using Ask = std::function<void(messages::Operation, std::vector<std::byte> body, std::function<void(Reply)> then)>;
 
+  // Tests whether an accepted result still waits for the end of a cut. Any thread.
+  using Waits = std::function<bool(std::uint64_t result)>;
+
   // by: the name under which results are accepted.
-  Wishes(std::string by, Ask ask) : by_{std::move(by)}, ask_{std::move(ask)} {}
+  Wishes(std::string by, Ask ask, Waits waits) : by_{std::move(by)}, ask_{std::move(ask)}, waits_{std::move(waits)} {}
 
   void make(const modbus::Wish& wish);
   // State for the registers. A start counts as done once the box shows the run, an abort once it shows its end.
@@ -38,6 +41,7 @@ class Wishes {
 
   std::string by_;
   Ask ask_;
+  Waits waits_;
   std::shared_ptr<Present> present_{std::make_shared<Present>()};
 };
 
