@@ -80,5 +80,19 @@ TEST(Wishes, AnAcceptedResultWaitsUntilTheCutIsOver) {
   EXPECT_EQ(registerNow(modbus::address::wish_outcome), kDone);
 }
 
+TEST(Wishes, ARefusalIsToldOnceInTheWordsOfTheBox) {
+  Wishes wishes{"a controller",
+                [](messages::Operation, std::vector<std::byte>, std::function<void(Reply)> then) {
+                  then(refused(messages::ErrorCode::wrong_state, "The master clock is not locked."));
+                },
+                [](std::uint64_t) { return false; }};
+  EXPECT_FALSE(wishes.newRefusal());
+  wishes.make({.commit = 1, .what = modbus::Wish::What::start, .method = 1});
+  EXPECT_EQ(wishes.newRefusal(), "The master clock is not locked.");
+  EXPECT_FALSE(wishes.newRefusal());
+  wishes.make({.commit = 2, .what = modbus::Wish::What::start, .method = 999});
+  EXPECT_EQ(wishes.newRefusal(), "This box has no method with the number 999.");
+}
+
 }  // namespace
 }  // namespace probebox::app
