@@ -64,6 +64,7 @@ A calibration by registers alone (service.toml must allow it: allow_calibrate, a
    A is the orientation of the spindle that holds the probe (M19 R, SPOS), not a rotary axis A of the machine. B is the table that tilts
    or the head that swivels, whatever the control calls it (ISO 841: A where it turns about X). C is the axis that turns along Z.
 3. Write the begin marker: run, step, phase 0, speed, tool, angles, at rest 1, commit (144 to 157). Exception 3: read 848 to 939 again.
+   The box does not compare the speed of the marker with that of register 882: see to it that no override changes it.
 4. Move as 852 says: in by clearance plus overtravel, dwell where it is a touch, out by overtravel, clearance and run-out at that speed. Stand
    still for 0.2 s, then write the end marker (phase 1, another commit number).
    A scan is marked in contact: come onto the surface along the normal to the first radius before the begin marker, follow arcs and
