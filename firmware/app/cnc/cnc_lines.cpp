@@ -120,8 +120,8 @@ bool CncLine::mayWish(const modbus::Wish& wish) {
   using What = modbus::Wish::What;
   const bool runs = wish.what == What::start || wish.what == What::abort;
   if (runs ? may_.allow_calibrate : may_.allow_accept) return true;
-  refused_.warn(time_.now(), "What " + name_ + " asked for was refused: service.toml does not allow it " +
-                                 (runs ? "allow_calibrate" : "allow_accept"));
+  refused_.warn(time_.now(), "What " + name_ + " asked for was refused: service.toml does not allow it: set " +
+                                 (runs ? "allow_calibrate" : "allow_accept") + " = true for this line.");
   return false;
 }
 
