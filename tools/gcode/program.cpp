@@ -228,7 +228,7 @@ void explainStops(Writer& to, const Blocks& blocks, const Setting& setting, cons
       "moves of dry run and run, up to the first place at the safe height. Tool changes with their moves of Z, and "
       "across to the next place. Rotary axes.");
   if (const auto lowest_mm = lowestArc(dryRun(blocks, liftOfDryRun(blocks, *setting.safe_z_mm))))
-    to.comment("Not protected either, no skip input ends an arc: arcs of the scan in the dry run: they run at Z " +
+    to.comment("Not protected either: arcs of the scan in the dry run. No skip input ends an arc. They run at Z " +
                decimal(*lowest_mm) + " or higher, not below the safe height.");
   for (const auto& need : dialect.guardNeeds()) to.comment(need);
 }
@@ -239,7 +239,7 @@ void explain(Writer& to, const Blocks& measured, const Setting& setting, const H
   const double lift_mm = liftOfDryRun(measured, *setting.safe_z_mm);
   to.comment("Control: " + std::string{dialect.control()} + ".");
   to.comment("For machining centres, not for lathes: no " + std::string{dialect.lathe()} +
-             ", no diameters in X, no turret: each tool is taken by T and M6.");
+             ", no diameters in X, no turret.");
   to.comment(dialect.tried());
   explainStops(to, measured, setting, dialect);
   to.comment("NEEDS:");

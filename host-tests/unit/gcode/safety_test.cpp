@@ -280,7 +280,9 @@ TEST(Safety, TakesNoOtherLengthOffsetThanG43) {
 TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
   for (const auto name : dialectNames()) {
     const auto text = written(cases()[9], *dialectNamed(name));
-    EXPECT_THAT(inOneLine(text), HasSubstr("ARCS OF THE SCAN IN THE DRY RUN: THEY RUN AT Z 90.000 OR HIGHER")) << name;
+    EXPECT_THAT(inOneLine(text),
+                HasSubstr("ARCS OF THE SCAN IN THE DRY RUN. NO SKIP INPUT ENDS AN ARC. THEY RUN AT Z 90.000 OR HIGHER"))
+        << name;
     EXPECT_THAT(inOneLine(text), HasSubstr("ENDS EACH STRAIGHT MOVE THAT IS TO MEET NOTHING")) << name;
     EXPECT_THAT(inOneLine(written(cases()[0], *dialectNamed(name))), Not(HasSubstr("ARCS OF THE SCAN"))) << name;
     const auto read = interpret(text);
