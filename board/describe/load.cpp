@@ -125,6 +125,18 @@ void checkProbeSwitch(const Reader& reader, const Descriptions& all, Error& erro
           " has no [[trigger]] of that name" + (names.empty() ? ": add one" : "; it has " + names));
 }
 
+// Between the plates the stylus ball needs room for its way out.
+void checkPlates(const Reader& reader, const Descriptions& all, Error& error) {
+  if (!all.machine.datum_gap_mm || all.probe.by_switch) return;
+  const double least_mm = all.probe.ball_diameter_mm + kLeastGapRoom_mm;
+  if (*all.machine.datum_gap_mm > least_mm) return;
+  error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "machine.toml") + ": 'datum_plates.gap_mm' is " +
+                plain(*all.machine.datum_gap_mm) + ", and the stylus ball of " + nameOf(reader, "probe.toml") +
+                " has " + plain(all.probe.ball_diameter_mm) +
+                " mm: on its way out of a touch it would go into the opposite " + "plate. Use plates more than " +
+                plain(least_mm) + " mm apart or a smaller ball, or remove " + "[datum_plates] and with it delay-plates";
+}
+
 // A sensor without a screw would be read for nothing, and a screw without a sensor never corrected.
 void checkDrift(const Reader& reader, const Box& box, const Machine& machine, Error& error) {
   const auto isRead = [&](std::size_t axis) {
@@ -176,6 +188,7 @@ Outcome<Descriptions> load(const Reader& reader, bool emulated) {
   }
   if (good) checkProbeSwitch(reader, all, error);
   if (good) checkToolSetter(reader, all.box, all.machine, error);
+  if (good) checkPlates(reader, all, error);
   if (good) checkDrift(reader, all.box, all.machine, error);
   if (good)
     for (const auto& problem :

@@ -12,6 +12,9 @@ inline constexpr Range kProbability{0, 1};
 inline constexpr Range kPosition_mm{-50'000, 50'000};  // the largest gantries are shorter than 50 m
 inline constexpr Range kDuration_s{0, 3600};
 
+// Between two plates beside the stylus ball: the least clearance of a touch and the run-out of its retract.
+inline constexpr double kLeastGapRoom_mm = 1.6;
+
 // Returns the widest range of a value by the unit at the end of its key: "travel_min_mm" is a length in mm. Always
 // finite. Ranges that readers ask for are limited to it.
 Range plausible(std::string_view key);

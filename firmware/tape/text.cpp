@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <string_view>
 
@@ -13,6 +14,17 @@ std::string printed(const char* format, Values... values) {
   std::array<char, 96> text{};
   std::snprintf(text.data(), text.size(), format, values...);
   return text.data();
+}
+
+// As it is written with so many decimals, and no "-0.0000".
+double shownZero(double value, int decimals) {
+  const double half = 0.5 * std::pow(10.0, -decimals);
+  return std::abs(value) <= half ? 0.0 : value;
+}
+
+constexpr int kDecimals_mm = 4;
+double zeroed(double mm) {
+  return shownZero(mm, kDecimals_mm);
 }
 
 constexpr const char* kEnd = "\r\n";
@@ -45,7 +57,8 @@ class Tape {
   void line(const std::string& words) { text_ += words + kEnd; }
   void value(unsigned number, double of, int digits) {
     const unsigned at = form_.first + number;
-    line(form_.dialect == Dialect::macro ? printed("#%u=%.*f", at, digits, of) : printed("N%u V%.*f", at, digits, of));
+    line(form_.dialect == Dialect::macro ? printed("#%u=%.*f", at, digits, shownZero(of, digits))
+                                         : printed("N%u V%.*f", at, digits, shownZero(of, digits)));
   }
   template <std::size_t size>
   void values(unsigned number, const std::array<double, size>& of, double factor, int digits) {
@@ -61,7 +74,7 @@ class Tape {
     if (!of_.valid) return line("(NO VALID CORRECTION)");
     const auto& [x, y, z] = of_.correction_mm;
     if (numbered()) return values(kCorrection, of_.correction_mm, 1, 4);
-    offset(printed("P%u X%.4f Y%.4f Z%.4f", unsigned{form_.offset}, x, y, z));
+    offset(printed("P%u X%.4f Y%.4f Z%.4f", unsigned{form_.offset}, zeroed(x), zeroed(y), zeroed(z)));
   }
 
   // Under G91 the control would add the values to those that it has, and under G20 take them for inches.
@@ -73,7 +86,7 @@ class Tape {
   void centreline() {
     const auto& [result, has_z, here] = of_.centreline;
     if (result.result_id == 0 || !has_z) return line("(NO CENTRELINE IN FORCE)");
-    if (!numbered()) return offset(printed("P%u X%.4f Y%.4f", form_.offset + 1U, here[0], here[1]));
+    if (!numbered()) return offset(printed("P%u X%.4f Y%.4f", form_.offset + 1U, zeroed(here[0]), zeroed(here[1])));
     values(kCentreline, here, 1, 4);
     values(kCentreline + 2, result.slope, 1, 7);
     values(kCentrelineSd, result.sd_centre_mm, 1, 5);
@@ -106,8 +119,8 @@ std::string record(const published::Snapshot& snapshot) {
   constexpr std::uint64_t kMostAge = 65535;  // as in register 11
   const auto& [x, y, z] = snapshot.correction_mm;
   std::string text =
-      printed("X%+.4f Y%+.4f Z%+.4f S%u N%u A%u", x, y, z, unsigned{statusOf(snapshot)}, unsigned{snapshot.sequence},
-              static_cast<unsigned>(std::min(snapshot.age_ms / 100, kMostAge)));
+      printed("X%+.4f Y%+.4f Z%+.4f S%u N%u A%u", zeroed(x), zeroed(y), zeroed(z), unsigned{statusOf(snapshot)},
+              unsigned{snapshot.sequence}, static_cast<unsigned>(std::min(snapshot.age_ms / 100, kMostAge)));
   unsigned sum = 0;
   for (const char c : text) sum ^= static_cast<unsigned char>(c);
   return text + printed("*%02X", sum) + kEnd;

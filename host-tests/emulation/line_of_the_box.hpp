@@ -36,7 +36,8 @@ class LineOfTheBox {
   modbus::RegisterImage image_;
   app::Wishes wishes_{"controller at line 1",
                       [this](messages::Operation operation, const std::vector<std::byte>& body,
-                             const std::function<void(app::Reply)>& then) { ask(operation, body, then); }};
+                             const std::function<void(app::Reply)>& then) { ask(operation, body, then); },
+                      [this](std::uint64_t result) { return boot_.inForce().isWaiting(result); }};
 };
 
 }  // namespace probebox::scenario

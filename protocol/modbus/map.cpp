@@ -51,7 +51,9 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::axes_fault, "XYZ reference fault", u16, 1, "", read,
      "last cause of a lost reference: 0 none, 1 impossible speed, 2 index at the wrong count, 3 encoder lost"},
     {address::inhibited, "inhibited", u16, 1, "", read,
-     "1 during a cut, by an inhibit line or the inhibit of any line, host or person: no result comes into force"},
+     "1 during a cut, by an inhibit line or the inhibit of any line, host or person: no result comes into force. It "
+     "follows "
+     "a write of register 138 within milliseconds; the inhibit itself holds from the answer on"},
     {address::settled, "settled", u16, 1, "", read,
      "1 when the correction has reached its target; 0 while the maximum rate limits it"},
     {address::refused_homings, "refused homings", u16, 1, "", read,

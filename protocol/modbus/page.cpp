@@ -57,12 +57,14 @@ Rules for the master:
 
 A calibration by registers alone (service.toml must allow it: allow_calibrate, allow_marker, for the last step allow_accept):
 1. Write method and options (800 to 821, 830), then run or result, request and commit (834 to 837). Wait until 838 is the commit number: 839 is 2
-   (done; 842 has the run) or 3 (refused; 840 says why). While 839 is 1, or no answer came, the same write again is safe.
+   (done; 842 has the run) or 3 (refused; 840 says why: 4 and 7 may pass, 6 does not). What service.toml does not allow is no
+   refusal of 840, but exception 3 to the write of 837. While 839 is 1, or no answer came, the same write again is safe.
 2. Read 848 to 939 in one request. 848 = 1: a step is to be done; take tool, angles and the start of the approach (target plus clearance
    against the way in), stand still.
    A is the orientation of the spindle that holds the probe (M19 R, SPOS), not a rotary axis A of the machine. B is the table that tilts
    or the head that swivels, whatever the control calls it (ISO 841: A where it turns about X). C is the axis that turns along Z.
 3. Write the begin marker: run, step, phase 0, speed, tool, angles, at rest 1, commit (144 to 157). Exception 3: read 848 to 939 again.
+   The box does not compare the speed of the marker with that of register 882: see to it that no override changes it.
 4. Move as 852 says: in by clearance plus overtravel, dwell where it is a touch, out by overtravel, clearance and run-out at that speed. Stand
    still for 0.2 s, then write the end marker (phase 1, another commit number).
    A scan is marked in contact: come onto the surface along the normal to the first radius before the begin marker, follow arcs and

@@ -65,7 +65,9 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "refused, "
      "6 aborted"},
     {address::step_number, "step: number", u16, 1, "", read,
-     "for register 146; it rises when the box has taken the end marker"},
+     "for register 146; it rises when the box has taken the step. A scanning probe need not have touched anything for "
+     "that: "
+     "only solving finds it"},
     {address::step_run, "step: run", u32, 1, "", read, "for register 144"},
     {address::step_kind, "step: kind", u16, 1, "", read,
      "0 touch: in, a dwell, out; 1 in and out without a dwell; 2 jog of one axis in free space; 3 sweep: the same at "

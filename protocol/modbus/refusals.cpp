@@ -11,12 +11,15 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {0, "none"},
     {1, "the request is not complete, or a value of it is out of range"},
     {2, "the box does not know the request"},
-    {3, "service.toml does not allow it on this line"},
+    {3, "not in use: what service.toml does not allow on a line is answered by exception 3"},
     {4, "the box is busy, or a run is in progress: try again"},
     {5, "there is no such method, run or result"},
-    {6, "the options do not fit to the method, the machine or the descriptions"},
+    {6,
+     "the options do not fit to the method, the machine or the descriptions, or what the method needs is not "
+     "described"},
     {7,
-     "not in this state: an axis is not referenced, the clock is not locked, the delay is not calibrated, a cut is on, "
+     "not in this state: an axis is not referenced, the clock is not locked, the delay or what else the method rests "
+     "on is not calibrated, a cut is on, "
      "or "
      "no run is in progress"},
     {10, "the result differs from the one in force by more than 4 sd: accept it by 4, although it differs"},

@@ -75,7 +75,9 @@ struct Mark {
 // Waits for the operator.
 struct Stop {
   std::string text;
-  std::string message;  // the same in at most 26 characters, which controls with custom macros display
+  // The same in at most 26 characters, which controls with custom macros display; told apart by the first 15, where a
+  // Haas cuts them.
+  std::string message;
 };
 struct Note {
   std::string text;

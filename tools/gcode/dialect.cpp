@@ -89,6 +89,13 @@ Dialect::Lines Dialect::take(const TakeTool& tool) const {
   return {"T" + std::to_string(tool.number) + " M6"};
 }
 
+Dialect::Lines Dialect::takeAnew(const TakeTool& tool) const {
+  Lines lines = take(tool);
+  const Lines restated = modes();
+  lines.insert(lines.end(), restated.begin(), restated.end());
+  return lines;
+}
+
 std::string Dialect::wait(double s) const {
   return "G4 P" + decimal(s);
 }

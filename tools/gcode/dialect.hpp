@@ -25,6 +25,8 @@ class Dialect {
   virtual ~Dialect() = default;
   virtual std::string_view name() const = 0;
   virtual std::string_view control() const = 0;
+  // What of this control's lathes the programs know nothing of, after "no ".
+  virtual std::string_view lathe() const = 0;
   // A sentence: on what controls or simulators programs of this dialect have run.
   virtual std::string_view tried() const = 0;
   // What the control needs for these marks, one sentence per line.
@@ -39,7 +41,11 @@ class Dialect {
 
   // number: of the program, where the control has one.
   virtual Lines head(std::string_view title, std::uint32_t number) const = 0;
-  // Sets the modes. device: line to the box, for dialects whose programs name it; empty: the usual one.
+  // Modal state of each move: plane, units, work offset, absolute positions, feed per minute. A builder's tool change
+  // may leave another one.
+  virtual Lines modes() const = 0;
+  // Sets the modes and refuses what is left of another program. device: line to the box, for dialects whose programs
+  // name it; empty: the usual one.
   virtual Lines start(Marks marks, std::string_view device) const = 0;
   virtual Lines end(Marks marks) const = 0;
   virtual std::string comment(std::string_view text) const;
@@ -55,6 +61,8 @@ class Dialect {
   virtual Lines turn(const Turn& turn, const Words& words) const;
   virtual Lines retract(const Retract& retract, double machine_z_mm) const = 0;
   virtual Lines take(const TakeTool& tool) const;
+  // The same, and the modes again.
+  Lines takeAnew(const TakeTool& tool) const;
   virtual Lines checkLength() const = 0;
   virtual Lines contact(const Contact&) const { return {}; }
   virtual std::string wait(double s) const;

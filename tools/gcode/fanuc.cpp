@@ -7,6 +7,7 @@ class Fanuc final : public MacroB {
  public:
   std::string_view name() const override { return "fanuc"; }
   std::string_view control() const override { return "Fanuc 0i to 31i with custom macro B"; }
+  std::string_view lathe() const override { return "G-code system A"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
   Lines needs(Marks marks) const override {
     if (marks == Marks::stops) return {"Custom macro B. Local variables #1 to #8 are overwritten, no common ones."};
@@ -23,14 +24,15 @@ class Fanuc final : public MacroB {
   Lines head(std::string_view title, std::uint32_t number) const override {
     return {"%", "O" + std::to_string(number) + " " + comment(title)};
   }
+  Lines modes() const override { return {"G17 G21 G40 G80", "G54 G90 G94 G61"}; }
   // Scaling, mirror image and rotation are options: their cancelling codes are no language of a control without them.
   Lines start(Marks marks, std::string_view) const override {
-    Lines lines{"G17 G21 G40 G80",
-                "G54 G90 G94 G61",
-                "M5",
-                "IF[FIX[#4011]EQ51]THEN#3000=2(CANCEL SCALING G50)",
-                "IF[FIX[#4016]EQ68]THEN#3000=2(CANCEL ROTATION G69)",
-                "IF[FIX[#4022]EQ51]THEN#3000=2(CANCEL MIRROR G50.1)"};
+    Lines lines = modes();
+    lines.insert(lines.end(), {"M5", "IF[FIX[#4011]EQ51]THEN#3000=2(CANCEL SCALING G50)",
+                               "IF[FIX[#4016]EQ68]THEN#3000=2(CANCEL ROTATION G69)",
+                               "IF[FIX[#4022]EQ51]THEN#3000=2(CANCEL MIRROR G50.1)"});
+    const Lines clear = cleared();
+    lines.insert(lines.end(), clear.begin(), clear.end());
     if (marks == Marks::lines) lines.emplace_back("POPEN");
     return lines;
   }

@@ -10,6 +10,7 @@ class Haas final : public MacroB {
  public:
   std::string_view name() const override { return "haas"; }
   std::string_view control() const override { return "Haas NGC with macros"; }
+  std::string_view lathe() const override { return "lathe codes"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
   Lines needs(Marks marks) const override {
     constexpr const char* kMacros = "The macro option. Local variables #1 to #6 are overwritten, no global ones.";
@@ -27,8 +28,13 @@ class Haas final : public MacroB {
     std::snprintf(text.data(), text.size(), "O%05u ", number);
     return {"%", text.data() + comment(title)};
   }
+  Lines modes() const override { return {"G17 G21 G40 G80", "G50", "G69", "G54 G90 G94 G61"}; }
   Lines start(Marks, std::string_view) const override {
-    return {"G17 G21 G40 G80", "G50", "G69", "G54 G90 G94 G61", "M5", "G103 P1"};
+    Lines lines = modes();
+    lines.insert(lines.end(), {"M5", "G103 P1"});
+    const Lines clear = cleared();
+    lines.insert(lines.end(), clear.begin(), clear.end());
+    return lines;
   }
   Lines end(Marks) const override { return {"G103", "G64", "M30", "%"}; }
   Lines guarded(const Move& move) const override {

@@ -7,6 +7,7 @@ class LinuxCnc final : public Dialect {
  public:
   std::string_view name() const override { return "linuxcnc"; }
   std::string_view control() const override { return "LinuxCNC 2.9"; }
+  std::string_view lathe() const override { return "G7, G8"; }
   std::string_view tried() const override {
     return "The tests read it with LinuxCNC's own interpreter, rs274. No machine was moved by it.";
   }
@@ -24,6 +25,7 @@ class LinuxCnc final : public Dialect {
   bool hasTipControl() const override { return false; }
 
   Lines head(std::string_view title, std::uint32_t) const override { return {"%", comment(title)}; }
+  Lines modes() const override { return {"G17 G21 G40 G54 G80 G90 G91.1 G94 G61.1"}; }
   Lines start(Marks marks, std::string_view device) const override {
     Lines lines{"o<pb_clear> sub",
                 "o<pb_touched> if [#5070 EQ 1]",
@@ -35,11 +37,14 @@ class LinuxCnc final : public Dialect {
                 "(ABORT,NO LENGTH OFFSET ACTIVE)",
                 "o<pb_none> endif",
                 "o<pb_length> endsub",
-                "G17 G21 G40 G54 G80 G90 G91.1 G94 G61.1",
+                modes().front(),
                 "M5",
                 "o<pb_rotated> if [#5230 NE 0]",
                 "(ABORT,CANCEL THE ROTATION OF G54: G10 L2 P1 R0)",
-                "o<pb_rotated> endif"};
+                "o<pb_rotated> endif",
+                "o<pb_shifted> if [#5210 NE 0]",
+                "(ABORT,CANCEL THE SHIFT: G92.1)",
+                "o<pb_shifted> endif"};
     if (marks == Marks::lines)
       lines.push_back("(LOGAPPEND," + std::string{device.empty() ? "/dev/ttyS1" : device} + ")");
     return lines;

@@ -15,9 +15,22 @@ Dialect::Lines MacroB::takeLength(const Move& move) const {
           decimal(move.feed_mm_min)};
 }
 
-// #4008: code of the length offset; #4111: number of the offset.
+// #4012: modal macro; #4017: polar words. Machine less work position, external shift and G54 is the shift of G92, which
+// no code cancels on every control.
+Dialect::Lines MacroB::cleared() const {
+  Lines lines{"G52 X0 Y0 Z0", "IF[FIX[#4012]EQ66]THEN#3000=2(MODAL MACRO ON: G67)",
+              "IF[FIX[#4017]EQ16]THEN#3000=2(POLAR WORDS ON: G15)"};
+  for (const char axis : {'1', '2'}) {
+    const std::string n{axis};
+    lines.push_back("IF[ABS[#502" + n + "-#504" + n + "-#520" + n + "-#522" + n +
+                    "]GT0.01]THEN#3000=2(CANCEL SHIFT OF G92)");
+  }
+  return lines;
+}
+
+// #4008: code of the length offset, which G44 would subtract; #4111: number of the offset.
 Dialect::Lines MacroB::checkLength() const {
-  return {"IF[#4008EQ49]THEN#3000=1(NO LENGTH OFFSET ACTIVE)", "IF[#4111EQ0]THEN#3000=1(NO LENGTH OFFSET ACTIVE)"};
+  return {"IF[#4008NE43]THEN#3000=1(NO LENGTH OFFSET ACTIVE)", "IF[#4111EQ0]THEN#3000=1(NO LENGTH OFFSET ACTIVE)"};
 }
 
 std::string MacroB::wait(double s) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <vector>
@@ -72,7 +73,7 @@ class Writer {
     tip_control_ = false;
     lines(dialect_.retract(retract, setting_.machine_z_mm));
   }
-  void operator()(const TakeTool& tool) { lines(dialect_.take(tool)); }
+  void operator()(const TakeTool& tool) { lines(dialect_.takeAnew(tool)); }
   void operator()(const CheckLength&) { lines(dialect_.checkLength()); }
   void operator()(const Contact& contact) {
     if (setting_.guard) lines(dialect_.contact(contact));
@@ -82,7 +83,7 @@ class Writer {
   void operator()(const Note& note) { comment(note.text); }
   void operator()(const Mark& mark) {
     if (marks_ == Marks::lines) return lines(dialect_.mark(mark));
-    const std::string step = nameOf(mark) + " OF STEP " + std::to_string(mark.step + 1);
+    const std::string step = "STEP " + std::to_string(mark.step + 1) + " " + nameOf(mark);
     lines(dialect_.stop({step + ": PRESS ENTER AT THE PC, THEN CYCLE START", step}));
   }
   void all(const Blocks& blocks) {
@@ -195,6 +196,15 @@ void explainClearance(Writer& to, const Blocks& blocks, const Setting& setting, 
       ".");
 }
 
+std::optional<double> lowestArc(const Blocks& blocks) {
+  std::optional<double> lowest_mm;
+  for (const auto& block : blocks) {
+    const auto* move = std::get_if<Move>(&block);
+    if (move != nullptr && move->arc) lowest_mm = std::min(lowest_mm.value_or(move->to_mm.z()), move->to_mm.z());
+  }
+  return lowest_mm;
+}
+
 void explainStops(Writer& to, const Blocks& blocks, const Setting& setting, const Dialect& dialect) {
   bool tip_control = false;
   for (const auto& block : blocks) {
@@ -216,11 +226,14 @@ void explainStops(Writer& to, const Blocks& blocks, const Setting& setting, cons
     return;
   }
   to.comment("Protected: " + std::string{dialect.guardWord()} +
-             " ends each move that is to meet nothing when the probe touches, and an alarm ends the program.");
+             " ends each straight move that is to meet nothing when the probe touches, and an alarm ends the program.");
   to.comment(
       "Not protected, nothing stops these: each step from its begin to its end, into the surface and back. The first "
       "moves of dry run and run, up to the first place at the safe height. Tool changes with their moves of Z, and "
       "across to the next place. Rotary axes.");
+  if (const auto lowest_mm = lowestArc(dryRun(blocks, liftOfDryRun(blocks, *setting.safe_z_mm))))
+    to.comment("Not protected either: arcs of the scan in the dry run. No skip input ends an arc. They run at Z " +
+               decimal(*lowest_mm) + " or higher, not below the safe height.");
   for (const auto& need : dialect.guardNeeds()) to.comment(need);
 }
 
@@ -229,6 +242,8 @@ void explain(Writer& to, const Blocks& measured, const Setting& setting, const H
   const Extent path{measured};
   const double lift_mm = liftOfDryRun(measured, *setting.safe_z_mm);
   to.comment("Control: " + std::string{dialect.control()} + ".");
+  to.comment("For machining centres, not for lathes: no " + std::string{dialect.lathe()} +
+             ", no diameters in X, no turret.");
   to.comment(dialect.tried());
   explainStops(to, measured, setting, dialect);
   to.comment("NEEDS:");

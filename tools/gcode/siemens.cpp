@@ -7,6 +7,7 @@ class Siemens final : public Dialect {
  public:
   std::string_view name() const override { return "siemens"; }
   std::string_view control() const override { return "Siemens 840D sl"; }
+  std::string_view lathe() const override { return "DIAMOF, G95 of a lathe"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
   Lines needs(Marks marks) const override {
     constexpr const char* kPlane = "No swivelled plane: CYCLE800 is deselected.";
@@ -23,8 +24,10 @@ class Siemens final : public Dialect {
     return {"%_N_PROBEBOX_MPF", comment(title), "DEF INT PB_ERR"};
   }
   // TRANS alone cancels programmed shifts, rotations, scales and mirrors.
+  Lines modes() const override { return {"G17 G710 G40", "G54 G90 G94 G60", "TRANS"}; }
   Lines start(Marks marks, std::string_view) const override {
-    Lines lines{"G17 G710 G40", "G54 G90 G94 G60", "TRANS", "M5"};
+    Lines lines = modes();
+    lines.emplace_back("M5");
     if (marks == Marks::lines) {
       lines.emplace_back("EXTOPEN(PB_ERR,\"/dev/v24\",\"SYN\",\"EXCL\",\"APP\")");
       addCheck(lines);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "firmware/procedure/methods/needs.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
 #include "protocol/units/angle.hpp"
@@ -48,6 +49,8 @@ std::optional<Error> whyTooFar(std::size_t index, const Step& step, const Settin
     return Error{number + " goes " + decimal(pressedBy(step)) +
                  " mm into the surface, and the probe may be deflected " + decimal(setting.deflection_limit_mm) +
                  " mm: choose less --overtravel, or give deflection_limit_mm of probe.toml as --deflection-limit."};
+  if (step.feature == procedure::Feature::plates)
+    return procedure::whyTooNarrow(*setting.gap_mm, *setting.stylus_diameter_mm, step.clearance_mm);
   return std::nullopt;
 }
 
@@ -181,7 +184,7 @@ class Unroller {
     if (!started_ || step.touch.tool != tool_) takeUp(step, place_mm);
     if (step.touch.mount != mount_ && step.touch.mount > 1) {
       const std::string number = std::to_string(step.touch.mount);
-      blocks_.push_back(Stop{"PUT THE PLATE INTO MOUNT " + number, "PLATE INTO MOUNT " + number});
+      blocks_.push_back(Stop{"PUT THE PLATE INTO MOUNT " + number, "MOUNT " + number + ": PUT PLATE IN"});
     }
     mount_ = step.touch.mount;
     if (step.turns && (turns_anew_ || step.touch.rotary_angles_rad != angles_rad_))

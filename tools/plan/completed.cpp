@@ -10,8 +10,8 @@ namespace {
 
 using metrology::Refusal;
 
-Refusal badOption(const Error& error) {
-  return {"bad-option", error.what};
+Refusal badOption(const std::string& what) {
+  return {"bad-option", what};
 }
 
 }  // namespace
@@ -24,10 +24,10 @@ Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedu
                    std::string{method->name()} + " has no result whose uncertainty could be forecast: run it"};
   }
   if (by == procedure::ReadBy::head) {
-    if (const auto why = procedure::whyNoHead(*method, facts)) return badOption(*why);
+    if (const auto why = procedure::whyNoHead(*method, facts)) return badOption(why->what);
   }
   if (by == procedure::ReadBy::shank) {
-    if (const auto why = procedure::whyNoShank(*method, facts)) return badOption(*why);
+    if (const auto why = procedure::whyNoShank(*method, facts)) return badOption(why->what);
   }
   if (facts.trigger_probe) {
     if (const auto why = procedure::whyUnready(*method, facts, true, by)) return Refusal{"not-forecast", why->what};
@@ -36,10 +36,10 @@ Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedu
     return Refusal{"bad-option", std::string{method->name()} + " has no option turns: omit it"};
   }
   const auto described = procedure::described(*method, options, facts, by);
-  if (!described) return badOption(described.error());
+  if (!described) return badOption(described.error().what);
   options = *described;
   constexpr double kAnyLimit_mm = 100;  // whoever runs it looks at the probe's
-  if (const auto why = procedure::whyRefused(*method, options, kAnyLimit_mm)) return badOption(*why);
+  if (const auto why = procedure::whyRefused(*method, options, kAnyLimit_mm)) return badOption(why->what);
   return options;
 }
 

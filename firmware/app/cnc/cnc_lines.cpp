@@ -33,7 +33,8 @@ CncLine::CncLine(const Way& way, StateBuffer& states, const CncColleagues& colle
       wishes_{"controller at " + name_,
               [this](messages::Operation operation, std::vector<std::byte> body, std::function<void(Reply)> then) {
                 with_.links.ask({door_, may_, operation, std::move(body), std::move(then)});
-              }},
+              },
+              [this](std::uint64_t result) { return with_.calibrations.inForce().isWaiting(result); }},
       server_{way.serve(faces(way.words))} {}
 
 RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
@@ -61,6 +62,8 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
               },
           .round =
               [this] {
+                if (const auto why = wishes_.newRefusal())
+                  refused_.warn(time_.now(), "What " + name_ + " asked for was refused: " + *why);
                 refused_.look(time_.now());
                 reported_.look(time_.now());
               }};
@@ -117,8 +120,8 @@ bool CncLine::mayWish(const modbus::Wish& wish) {
   using What = modbus::Wish::What;
   const bool runs = wish.what == What::start || wish.what == What::abort;
   if (runs ? may_.allow_calibrate : may_.allow_accept) return true;
-  refused_.warn(time_.now(), "What " + name_ + " asked for was refused: service.toml does not allow it " +
-                                 (runs ? "allow_calibrate" : "allow_accept"));
+  refused_.warn(time_.now(), "What " + name_ + " asked for was refused: service.toml does not allow it: set " +
+                                 (runs ? "allow_calibrate" : "allow_accept") + " = true for this line.");
   return false;
 }
 

@@ -1,6 +1,7 @@
 #include "firmware/app/cnc/wishes.hpp"
 
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "firmware/procedure/methods/methods.hpp"
@@ -71,11 +72,13 @@ void Wishes::make(const modbus::Wish& wish) {
     if (!asked) {
       present_->state = {
           .answered = wish.commit, .outcome = kRefused, .refusal = static_cast<std::uint16_t>(ErrorCode::not_found)};
+      present_->refusal = "This box has no method with the number " + std::to_string(wish.method) + ".";
       return;
     }
   }
   ask_(asked->operation, asked->body, [present = present_, wish](const Reply& reply) {
     const std::lock_guard lock{present->mutex};
+    if (reply.code != ErrorCode::ok) present->refusal = reply.text;
     if (present->commit != wish.commit) return;  // another request has taken its place
     published::WishState state{.answered = wish.commit};
     read(reply, wish, state);
@@ -83,15 +86,22 @@ void Wishes::make(const modbus::Wish& wish) {
   });
 }
 
-published::WishState Wishes::state(const published::Snapshot& shown) const {
+std::optional<std::string> Wishes::newRefusal() {
   const std::lock_guard lock{present_->mutex};
-  auto state = present_->state;
+  return std::exchange(present_->refusal, std::nullopt);
+}
+
+published::WishState Wishes::state(const published::Snapshot& shown) const {
+  auto [state, what] = [&] {
+    const std::lock_guard lock{present_->mutex};
+    return std::pair{present_->state, present_->what};
+  }();
+  state.waits = state.waits && waits_(state.number);
   if (state.outcome != kDone) return state;
   const bool is_shown = state.number <= shown.calibration_run;
   const bool still_runs = shown.calibration == published::CalibrationState::running &&
                           (state.number == 0 || state.number == shown.calibration_run);
-  const bool is_unseen =
-      (present_->what == What::start && !is_shown) || (present_->what == What::abort && (!is_shown || still_runs));
+  const bool is_unseen = (what == What::start && !is_shown) || (what == What::abort && (!is_shown || still_runs));
   if (is_unseen) state.outcome = kInHand;
   return state;
 }

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,12 +21,17 @@ class Wishes {
  public:
   using Ask = std::function<void(messages::Operation, std::vector<std::byte> body, std::function<void(Reply)> then)>;
 
+  // Tests whether an accepted result still waits for the end of a cut. Any thread.
+  using Waits = std::function<bool(std::uint64_t result)>;
+
   // by: the name under which results are accepted.
-  Wishes(std::string by, Ask ask) : by_{std::move(by)}, ask_{std::move(ask)} {}
+  Wishes(std::string by, Ask ask, Waits waits) : by_{std::move(by)}, ask_{std::move(ask)}, waits_{std::move(waits)} {}
 
   void make(const modbus::Wish& wish);
   // State for the registers. A start counts as done once the box shows the run, an abort once it shows its end.
   published::WishState state(const published::Snapshot& shown) const;
+  // Why the last request was refused, in the words of `probebox calibrate`; once for each refusal.
+  std::optional<std::string> newRefusal();
 
  private:
   // Shared with pending answers, so it may outlive this object.
@@ -34,10 +40,12 @@ class Wishes {
     published::WishState state;
     std::uint16_t commit{};  // of the request in hand
     modbus::Wish::What what{};
+    std::optional<std::string> refusal;  // not told yet
   };
 
   std::string by_;
   Ask ask_;
+  Waits waits_;
   std::shared_ptr<Present> present_{std::make_shared<Present>()};
 };
 

@@ -1,8 +1,11 @@
 #include "firmware/app/host/control_desk.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "board/describe/machine.hpp"
@@ -52,6 +55,17 @@ std::optional<Error> whyNotHomed(const AxisHomed& homed, const box::State& state
   return Error{std::string{"The axis "} + "XYZ"[axis] +
                " has not been seen to stand still for 0.1 s, or its encoder tells its position itself: home it at "
                "standstill."};
+}
+
+// A reference that was there already moves without anything else to show it.
+void logMovedReference(const AxisHomed& homed, const std::string& door, const published::AxisState& before) {
+  constexpr double kLeast_mm = 1e-3;
+  const double moved_mm = before.position_mm - homed.position_mm;
+  if (!before.referenced || std::abs(moved_mm) <= kLeast_mm) return;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4f", moved_mm);
+  logInfo(std::string{"The reference of axis "} + "XYZ"[static_cast<std::size_t>(homed.axis)] + " moved by " +
+          text.data() + " mm (old - new position): homed again by " + (door.empty() ? "a host" : door) + ".");
 }
 
 // Otherwise the first touches would show it, one by one.
@@ -168,6 +182,8 @@ std::optional<Error> ControlDesk::take(std::span<const Event> said, const std::s
   for (const auto& event : said) {
     if (std::holds_alternative<CutInhibit>(event)) continue;
     if (auto error = post(event, state, may)) return error;
+    if (const auto* homed = std::get_if<AxisHomed>(&event))
+      logMovedReference(*homed, door, state.snapshot.axes.at(static_cast<std::size_t>(homed->axis)));
   }
   return std::nullopt;
 }
@@ -222,9 +238,9 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   if (const auto error = procedure::whyRefused(*method, options, with_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
   const bool has_delay = state.snapshot.delay.calibrated;
-  if (const auto error = procedure::whyUnready(*method, facts, has_delay,
-                                               procedure::readBy({.head = request->head, .shank = request->shank})))
-    return refused(ErrorCode::wrong_state, error->what);
+  if (const auto why = procedure::whyUnready(*method, facts, has_delay,
+                                             procedure::readBy({.head = request->head, .shank = request->shank})))
+    return refusedFor(*why);
   if (method->finds_a_place) {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
       if (state.snapshot.axes[axis].referenced) continue;

@@ -20,19 +20,11 @@ procedure::MachineNow machineNow(const box::State& state) {
   return now;
 }
 
-ErrorCode codeOf(procedure::Obstacle because) {
-  switch (because) {
-    case procedure::Obstacle::option:
-      return ErrorCode::refused;
-    case procedure::Obstacle::unknown:
-      return ErrorCode::not_found;
-    case procedure::Obstacle::state:
-      return ErrorCode::wrong_state;
-  }
-  return ErrorCode::refused;
-}
-
 }  // namespace
+
+Reply refusedFor(const procedure::NotReady& why) {
+  return refused(why.because == procedure::Obstacle::state ? ErrorCode::wrong_state : ErrorCode::refused, why.what);
+}
 
 Outcome<ProcedureOptions, Reply> plannedOptions(const procedure::LiveMethod& method,
                                                 const messages::StartProcedure::Request& request,
@@ -41,7 +33,7 @@ Outcome<ProcedureOptions, Reply> plannedOptions(const procedure::LiveMethod& met
   if (!options)
     return refused(ErrorCode::refused, "A run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some.");
   const auto ready = procedure::readied(method, *options, facts, machineNow(state));
-  if (!ready) return refused(codeOf(ready.error().because), ready.error().what);
+  if (!ready) return refusedFor(ready.error());
   return *ready;
 }
 

@@ -7,6 +7,8 @@
 
 namespace probebox::app {
 
+// The reply to a run that cannot be started.
+Reply refusedFor(const procedure::NotReady& why);
 // Completes the options of a run, or returns the reply that refuses it.
 Outcome<ProcedureOptions, Reply> plannedOptions(const procedure::LiveMethod& method,
                                                 const messages::StartProcedure::Request& request,

@@ -6,14 +6,18 @@
 #include <string>
 #include <variant>
 
+#include "board/describe/ranges.hpp"
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/corrections_config.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
+#include "firmware/procedure/plan/step.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::app {
 namespace {
+
+static_assert(board::kLeastGapRoom_mm == procedure::kLeastClearance_mm + procedure::kRunOut_mm);
 
 // Zero for a device that is not fitted: its channels are 0 and nobody waits for it.
 Nanoseconds interval(const std::string& device, double rate_hz) {

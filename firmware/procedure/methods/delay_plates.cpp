@@ -18,6 +18,13 @@ constexpr Fact kGap{.place = "`[datum_plates] gap_mm`",
                     .missing = "the distance between the plates: give [datum_plates] gap_mm in machine.toml."};
 constexpr std::array kNeedsOfDelayPlates{&kGap};
 
+std::optional<NotReady> whyUnfitGap(const ProcedureOptions& asked, const Facts& facts) {
+  if (!facts.gap_mm) return std::nullopt;  // whyUnready() says so
+  const double clearance_mm = withDefaults(kDelayPlates, asked).clearance_mm;
+  const auto why = whyTooNarrow(*facts.gap_mm, facts.stylus_ball_diameter_mm, clearance_mm);
+  return why ? std::optional{NotReady{Obstacle::option, why->what}} : std::nullopt;
+}
+
 }  // namespace
 
 constinit const LiveMethod kDelayPlates{.number = 3,
@@ -28,6 +35,7 @@ constinit const LiveMethod kDelayPlates{.number = 3,
                                         .feature = Feature::plates,
                                         .sides = kFaces,
                                         .usual = touchesAt(25),
+                                        .why_unfit = whyUnfitGap,
                                         .dataset = [](const FinishedRun& run) {
                                           RunDataset built{touchesAndPoseOf(run), {}, {}};
                                           auto& config = built.dataset.config;

@@ -100,13 +100,24 @@ void takeTools(ProcedureOptions& options, const Facts& facts) {
   options.tools = facts.probe_tools.numbers;
 }
 
+std::optional<Error> whyTooNarrow(double gap_mm, double stylus_ball_mm, double clearance_mm) {
+  const double beside_mm = clearance_mm + kRunOut_mm;
+  if (gap_mm - stylus_ball_mm > beside_mm) return std::nullopt;
+  std::string remedy = "use a wider gap or a smaller stylus ball";
+  if (gap_mm - stylus_ball_mm > kLeastClearance_mm + kRunOut_mm)
+    remedy += ", or choose less clearance (--clearance), below " + number(gap_mm - stylus_ball_mm - kRunOut_mm) + " mm";
+  return Error{"A gap of " + number(gap_mm) + " mm is too narrow for a stylus ball of " + number(stylus_ball_mm) +
+               " mm: on its way out it goes " + number(beside_mm) + " mm off the plate (clearance " +
+               number(clearance_mm) + ", run-out " + number(kRunOut_mm) + "), into the opposite one: " + remedy + "."};
+}
+
 std::optional<NotReady> whyUnknownTool(const ProcedureOptions& options, const Facts& facts) {
   if (options.tool == 0) return std::nullopt;  // whyNoTool() refuses it
   if (std::ranges::find(facts.tools, options.tool, &ToolFacts::number) != facts.tools.end()) return std::nullopt;
   std::string known;
   for (const auto& each : facts.tools) known += (known.empty() ? "" : ", ") + std::to_string(each.number);
-  return NotReady{Obstacle::unknown, "machine.toml has no [[tool]] with number " + std::to_string(options.tool) +
-                                         (known.empty() ? ": add it." : ": add it, or measure one of " + known + ".")};
+  return NotReady{Obstacle::option, "machine.toml has no [[tool]] with number " + std::to_string(options.tool) +
+                                        (known.empty() ? ": add it." : ": add it, or measure one of " + known + ".")};
 }
 
 std::optional<Error> whyNoTool(const ProcedureOptions& options) {

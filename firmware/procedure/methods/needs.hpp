@@ -41,6 +41,9 @@ void takeB(ProcedureOptions& options, const BFacts& b);
 // Takes the numbers of the tools that carry the probe.
 void takeTools(ProcedureOptions& options, const Facts& facts);
 
+// Explains that a stylus ball between two plates would run into the opposite one on its way out: the gap has to be
+// wider than ball, clearance and run-out together. nullopt when it is.
+std::optional<Error> whyTooNarrow(double gap_mm, double stylus_ball_mm, double clearance_mm);
 // Explains that the tool to be measured is not described; nullopt when it is.
 std::optional<NotReady> whyUnknownTool(const ProcedureOptions& options, const Facts& facts);
 // Refuses touches of a tool-setting device without a tool, or too short: the lines about each edge need travel at

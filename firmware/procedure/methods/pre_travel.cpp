@@ -76,10 +76,10 @@ std::optional<NotReady> whyNoCarrier(const ProcedureOptions& asked, const Facts&
   if (asked.tool == 0 || std::ranges::find(carriers, asked.tool) != carriers.end()) return std::nullopt;
   std::string known;
   for (const auto carrier : carriers) known += (known.empty() ? "" : ", ") + std::to_string(carrier);
-  return NotReady{Obstacle::unknown, "tool " + std::to_string(asked.tool) + " does not carry the probe: " +
-                                         (known.empty() ? "give [probe_tools] numbers in machine.toml, or omit --tool."
-                                                        : "measure with one of " + known +
-                                                              ", or add it to [probe_tools] in machine.toml.")};
+  return NotReady{Obstacle::option, "tool " + std::to_string(asked.tool) + " does not carry the probe: " +
+                                        (known.empty() ? "give [probe_tools] numbers in machine.toml, or omit --tool."
+                                                       : "measure with one of " + known +
+                                                             ", or add it to [probe_tools] in machine.toml.")};
 }
 
 // The shank has to pass the equator while the ball touches below it.

@@ -15,7 +15,8 @@ namespace {
 constexpr double kRest_s = 60;
 constexpr double kRest_mm_s = 1;  // stated in markers, though nothing moves
 
-constexpr Fact kScrewAndFace{.place = "`[screw.X]`", .known = nullptr, .missing = {}};  // restOptions() checks it
+constexpr Fact kScrewAndFace{
+    .place = "`[screw.X]`", .known = nullptr, .missing = {}};  // restOptions() and whyNoFace() check it
 constexpr std::array kNeedsOfScrewReference{&kScrewAndFace};
 
 // Completes nothing: a rest has no options beside its axis.
@@ -30,11 +31,20 @@ Outcome<ProcedureOptions> restOptions(ProcedureOptions options, const Facts& fac
     return Error{"The screw of " + axis + " is not described: give [screw." + axis +
                  "] in machine.toml, or choose an axis that has a sensor on its screw."};
   }
-  if (screw->face) return options;
-  return Error{method + " needs the face table of the screw of " + axis +
-               ", because one angle does not show the mean of its face, and none is in force: calibrate it first "
-               "(probebox calibrate screw-calibration --axis " +
-               axis + ") and accept it."};
+  return options;
+}
+
+// The table is measured: it may come into force later.
+std::optional<NotReady> whyNoFace(const ProcedureOptions& options, const Facts& facts) {
+  if (options.axis < 1 || options.axis > kLinearAxes) return std::nullopt;  // restOptions() says so
+  const auto& screw = facts.screws[options.axis - 1U];
+  if (!screw || screw->face) return std::nullopt;
+  const std::string axis{"XYZ"[options.axis - 1U]};
+  return NotReady{Obstacle::state, std::string{kScrewReference.name()} + " needs the face table of the screw of " +
+                                       axis +
+                                       ", because one angle does not show the mean of its face, and none is in force: "
+                                       "calibrate it first (probebox calibrate screw-calibration --axis " +
+                                       axis + ") and accept it."};
 }
 
 std::optional<Error> whyNoRest(const ProcedureOptions& options) {
@@ -87,6 +97,7 @@ constinit const LiveMethod kScrewReference{
     .takes_axis = true,
     .own_steps = &kRest,
     .described = restOptions,
+    .why_unfit = whyNoFace,
     .why_not_now = [](const ProcedureOptions& options, const MachineNow& now,
                       const Facts&) { return whyScrewUnread(options.axis, now); },
     .dataset = restDataset};

@@ -73,7 +73,7 @@ std::optional<NotReady> whyUnknownAssembly(const ProcedureOptions& options, cons
   if (auto unknown = whyUnknownTool(options, facts)) return unknown;
   const auto tool = std::ranges::find(facts.tools, options.tool, &ToolFacts::number);
   if (tool == facts.tools.end() || tool->holder) return std::nullopt;
-  return NotReady{Obstacle::unknown,
+  return NotReady{Obstacle::option,
                   "The holder of tool " + std::to_string(options.tool) +
                       " is unknown: name it in its [[tool]] in machine.toml, and add a [[holder]] with its length."};
 }

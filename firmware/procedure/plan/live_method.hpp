@@ -29,8 +29,9 @@ struct Fact {
   bool shank_replaces{};                 // not needed when the shank is the second length
 };
 
-// Cause of a refusal, for its code: an option, something not described, or the state of the machine.
-enum class Obstacle : std::uint8_t { option, unknown, state };
+// Cause of a refusal, for its code: options that do not fit the method, this machine or its descriptions, or a state in
+// which the same options may fit later.
+enum class Obstacle : std::uint8_t { option, state };
 struct NotReady {
   Obstacle because{};
   std::string what;

@@ -74,7 +74,7 @@ std::optional<Error> whyNoTouches(const ProcedureOptions& with, double deflectio
     if (auto error = outside("A speed", speed, 0.5, 100, "mm/s")) return error;
   }
   if (auto error = outside("An overtravel", with.overtravel_mm, 0.05, deflection_limit_mm, "mm")) return error;
-  if (auto error = outside("A clearance", with.clearance_mm, 0.1, 10, "mm")) return error;
+  if (auto error = outside("A clearance", with.clearance_mm, kLeastClearance_mm, 10, "mm")) return error;
   return outside("An approach", degrees(with.approach_rad), 0, 60, "degrees off the normal");
 }
 

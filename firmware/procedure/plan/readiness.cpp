@@ -29,25 +29,29 @@ std::vector<std::uint32_t> tipsOf(const LiveMethod& method, const Facts& facts, 
 }
 
 // Why a touch-trigger probe cannot make the run; nothing where it can. It needs no delay: in and out cancel it.
-std::optional<Error> whyNoTrigger(const LiveMethod& method, const Facts& facts, ReadBy by) {
+std::optional<NotReady> whyNoTrigger(const LiveMethod& method, const Facts& facts, ReadBy by) {
   const std::string name{method.name()};
   const ByTrigger runs = byTrigger(method, by);
   if (runs == ByTrigger::refused && !method.why_no_trigger.empty())
-    return Error{name + " " + std::string{method.why_no_trigger}};
+    return NotReady{Obstacle::option, name + " " + std::string{method.why_no_trigger}};
   if (runs == ByTrigger::refused)
-    return Error{name +
-                 " with a sensor head reads samples of its sensors while it stands beside the ball, and a box with a "
-                 "touch-trigger probe has no channels for them: " +
-                 (method.kind == Kind::touch ? "omit --head, and the same balls are touched with the touch-trigger "
-                                               "probe; or describe"
-                                             : "describe") +
-                 " the probe as kind = \"scanning\" in probe.toml, and connect the head in its place."};
+    return NotReady{
+        Obstacle::option,
+        name +
+            " with a sensor head reads samples of its sensors while it stands beside the ball, and a box with a "
+            "touch-trigger probe has no channels for them: " +
+            (method.kind == Kind::touch ? "omit --head, and the same balls are touched with the touch-trigger "
+                                          "probe; or describe"
+                                        : "describe") +
+            " the probe as kind = \"scanning\" in probe.toml, and connect the head in its place."};
   if (runs == ByTrigger::as_it_is) return std::nullopt;
   for (const std::uint32_t tool : tipsOf(method, facts, by)) {
     if (facts.preTravelOf(tool) != nullptr) continue;
     const std::string number = std::to_string(tool);
-    return Error{name + " needs the pre-travel of the touch-trigger probe" + (tool == 0 ? "" : " in tool " + number) +
-                 ", and none is in force: calibrate it first (" + preTravelCommand(tool) + ") and accept it."};
+    return NotReady{Obstacle::state, name + " needs the pre-travel of the touch-trigger probe" +
+                                         (tool == 0 ? "" : " in tool " + number) +
+                                         ", and none is in force: calibrate it first (" + preTravelCommand(tool) +
+                                         ") and accept it."};
   }
   return std::nullopt;
 }
@@ -79,15 +83,14 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
                                             const MachineNow& now) {
   if (facts.trigger_probe) {
     // Before anything that would have to be described or calibrated for it in vain.
-    if (byTrigger(method, readBy(asked)) == ByTrigger::refused)
-      return NotReady{Obstacle::state, whyNoTrigger(method, facts, readBy(asked))->what};
+    if (byTrigger(method, readBy(asked)) == ByTrigger::refused) return *whyNoTrigger(method, facts, readBy(asked));
     if (const auto error = whyTooShort(asked)) return NotReady{Obstacle::option, error->what};
   }
   if (asked.head) {
-    if (const auto error = whyNoHead(method, facts)) return NotReady{Obstacle::state, error->what};
+    if (const auto why = whyNoHead(method, facts)) return *why;
   }
   if (asked.shank) {
-    if (const auto error = whyNoShank(method, facts)) return NotReady{Obstacle::state, error->what};
+    if (const auto why = whyNoShank(method, facts)) return *why;
   }
   if (asked.contacts && !method.takes_contacts)
     return NotReady{Obstacle::option,
@@ -114,45 +117,48 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
   return *options;
 }
 
-std::optional<Error> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force, ReadBy by) {
+std::optional<NotReady> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force, ReadBy by) {
   const std::string name{method.name()};
   if (facts.trigger_probe) {
-    if (auto error = whyNoTrigger(method, facts, by)) return error;
+    if (auto why = whyNoTrigger(method, facts, by)) return why;
   }
   for (const Fact* fact : method.needs) {
     const bool replaced = fact->shank_replaces && by == ReadBy::shank;
     if (fact->known == nullptr || replaced || fact->known(facts)) continue;
-    return Error{name + " needs " + std::string{fact->missing}};
+    return NotReady{Obstacle::option, name + " needs " + std::string{fact->missing}};
   }
   if (!method.finds_a_place || delay_in_force || by == ReadBy::head || facts.trigger_probe) return std::nullopt;
-  return Error{name +
-               " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
-               "delay-multi-speed) and accept it."};
+  return NotReady{Obstacle::state,
+                  name +
+                      " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
+                      "delay-multi-speed) and accept it."};
 }
 
-std::optional<Error> whyNoHead(const LiveMethod& method, const Facts& facts) {
+std::optional<NotReady> whyNoHead(const LiveMethod& method, const Facts& facts) {
   const std::string name{method.name()};
-  if (!method.takesHead()) return Error{name + " does not use a sensor head: omit that option."};
-  if (!facts.sensor_head) return Error{name + kNoSensorHead};
+  if (!method.takesHead()) return NotReady{Obstacle::option, name + " does not use a sensor head: omit that option."};
+  if (!facts.sensor_head) return NotReady{Obstacle::option, name + kNoSensorHead};
   if (method.kind == Kind::hold || facts.sensor_head->calibrated) return std::nullopt;
-  return Error{name +
-               " with a sensor head needs the calibration of the head, and none is in force: calibrate it first "
-               "(probebox calibrate sensor-head-calibration) and accept it."};
+  return NotReady{Obstacle::state,
+                  name +
+                      " with a sensor head needs the calibration of the head, and none is in force: calibrate it first "
+                      "(probebox calibrate sensor-head-calibration) and accept it."};
 }
 
-std::optional<Error> whyNoShank(const LiveMethod& method, const Facts& facts) {
+std::optional<NotReady> whyNoShank(const LiveMethod& method, const Facts& facts) {
   const std::string name{method.name()};
-  if (!method.takesShank()) return Error{name + " does not use a shank: omit that option."};
-  if (!facts.probe_shank) return Error{name + kNoShank};
+  if (!method.takesShank()) return NotReady{Obstacle::option, name + " does not use a shank: omit that option."};
+  if (!facts.probe_shank) return NotReady{Obstacle::option, name + kNoShank};
   // Lower down the stylus' ball would come to the ball as well.
   const bool of_part = method.feature == Feature::part_ball;
   const double ball_mm =
       of_part ? (facts.checked_ball ? facts.checked_ball->diameter_mm : 0) : facts.sphere_diameter_mm.value_or(0);
   const double least_mm = (ball_mm + facts.stylus_ball_diameter_mm) / 2;
   if (facts.probe_shank->height_mm > least_mm) return std::nullopt;
-  return Error{name + " with the shank: " + number(facts.probe_shank->height_mm) +
-               " mm above its ball the stylus ball would touch as well: choose [probe_shank] height_mm above " +
-               number(least_mm) + " in machine.toml."};
+  return NotReady{Obstacle::option,
+                  name + " with the shank: " + number(facts.probe_shank->height_mm) +
+                      " mm above its ball the stylus ball would touch as well: choose [probe_shank] height_mm above " +
+                      number(least_mm) + " in machine.toml."};
 }
 
 Outcome<ProcedureOptions> described(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts,

@@ -30,12 +30,12 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
 
 // Explains why a method cannot be started with these facts, with the remedy; nullopt when it can. delay_in_force: a
 // system delay is in force; a sensor head needs none, and a touch-trigger probe needs its pre-travel instead.
-std::optional<Error> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force,
-                                ReadBy by = ReadBy::tip);
+std::optional<NotReady> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force,
+                                   ReadBy by = ReadBy::tip);
 // Explains why the method cannot use a sensor head; nullopt when it can.
-std::optional<Error> whyNoHead(const LiveMethod& method, const Facts& facts);
+std::optional<NotReady> whyNoHead(const LiveMethod& method, const Facts& facts);
 // Explains why a shank cannot replace a second tool; nullopt when it can.
-std::optional<Error> whyNoShank(const LiveMethod& method, const Facts& facts);
+std::optional<NotReady> whyNoShank(const LiveMethod& method, const Facts& facts);
 // Completes the options from the descriptions: angles of B and the probe's tools where the method uses them, travel and
 // speed of a sweep, sensor head or shank if chosen.
 Outcome<ProcedureOptions> described(const LiveMethod& method, const ProcedureOptions& options, const Facts& facts,

@@ -43,6 +43,7 @@ struct Step {
 };
 // Extra travel: braking earlier would shorten the constant-speed window.
 inline constexpr double kRunOut_mm = 1.5;
+inline constexpr double kLeastClearance_mm = 0.1;
 
 inline constexpr std::size_t kMostSteps = 160;
 

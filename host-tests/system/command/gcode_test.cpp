@@ -51,7 +51,7 @@ TEST(GcodeCommand, CallsTheToolThatCarriesTheProbe) {
   EXPECT_THAT(delay("fanuc", {"--probe-tools", "7", "--number", "1234", "--machine-z", "-5"}).out,
               AllOf(HasSubstr("\nO1234 "), HasSubstr("\nG0 G90 G49 G53 Z-5.000\nT7 M6\n"), HasSubstr("\nG1 G43 H7 Z"),
                     Not(HasSubstr("#4008"))));
-  EXPECT_THAT(delay("fanuc", {}).out, AllOf(HasSubstr("#4008EQ49"), Not(HasSubstr(" M6"))));
+  EXPECT_THAT(delay("fanuc", {}).out, AllOf(HasSubstr("#4008NE43"), Not(HasSubstr(" M6"))));
   EXPECT_THAT(delay("fanuc", {"--no-skip"}).out, Not(HasSubstr("\nG31")));
 }
 

@@ -97,6 +97,20 @@ TEST_F(BoardFolder, RefusesADeviceWhoseLineNobodyBuilt) {
                         "of that name; it has \"probe trigger\", \"tool setter\""));
 }
 
+TEST_F(BoardFolder, RefusesPlatesThatTheStylusBallHasNoWayOutBetween) {
+  const auto problem = [&](const std::string& gap) {
+    std::string machine{simFile("machine.toml")};
+    const std::string_view line = "gap_mm = 26";
+    write(folder_ / "config" / "machine.toml", machine.replace(machine.find(line), line.size(), "gap_mm = " + gap));
+    const auto sim = simDescriptions(folder_ / "config");
+    return sim.ok() ? std::string{} : sim.error().what;
+  };
+  EXPECT_THAT(problem("5"), AllOf(HasSubstr("'datum_plates.gap_mm' is 5"), HasSubstr("board/sim/probe.toml has 6 mm"),
+                                  HasSubstr("more than 7.6 mm apart")));
+  EXPECT_THAT(problem("7.6"), HasSubstr("gap_mm"));
+  EXPECT_EQ(problem("7.7"), "");
+}
+
 constexpr std::string_view kTriggerProbe =
     "[probe]\nserial_number = \"T1\"\nkind = \"trigger\"\ntrigger = \"probe trigger\"\nrepeatability_um = 0.5\n"
     "deflection_limit_mm = 1\n[stylus]\nball_diameter_mm = 6\n";

@@ -115,7 +115,7 @@ class Control {
 
   // Alarms that end the program where something is not as it should be.
   bool checked(const std::string& raw) {
-    static const std::regex kOffset{R"(IF\[#4008EQ49\]THEN#3000=1\(.*\)|IF \(\$P_TOOL==0\) OR .*)"};
+    static const std::regex kOffset{R"(IF\[#4008NE43\]THEN#3000=1\(.*\)|IF \(\$P_TOOL==0\) OR .*)"};
     if (std::regex_match(raw, kOffset)) {
       offset_ = true;
       return true;
@@ -196,6 +196,11 @@ class Control {
     if (codes.has(20) || codes.has(70) || codes.has(700) || codes.has(71)) millimetres_ = false;
     if (codes.has(90)) absolute_ = true;
     if (codes.has(91)) absolute_ = false;
+    if (codes.has(17)) plane_ = true;
+    if (codes.has(18) || codes.has(19)) plane_ = false;
+    if (codes.has(54)) work_offset_ = true;
+    if (codes.has(94)) feed_per_minute_ = true;
+    if (codes.has(93) || codes.has(95)) feed_per_minute_ = false;
     if (codes.has(4)) part().dwells.push_back(part().moves.size());
     if (codes.hasM(5)) spindle_stands_ = true;
     if (codes.hasM(2) || codes.hasM(30)) all_.ended = true;
@@ -210,7 +215,8 @@ class Control {
     if (codes.hasM(6)) {
       if (!retracted_) danger("a tool is taken before Z is retracted");
       part().tools.push_back(part().moves.size());
-      offset_ = false;
+      // A builder's macro may leave any of these as it needed them: G91 G30 Z0 is a usual one.
+      offset_ = millimetres_ = absolute_ = plane_ = work_offset_ = feed_per_minute_ = false;
     }
     if (codes.words.contains('D')) offset_ = codes.words.at('D') != 0;
     if (codes.has(49)) {
@@ -236,9 +242,11 @@ class Control {
   }
 
   void motion(const Codes& codes, bool measures) {
+    if (codes.has(52)) return;  // shifts, and moves nothing
     const bool linear = codes.moves("XYZ"), rotary = codes.moves("ABC");
     if (!linear && !rotary) return;
     if (!millimetres_ || !absolute_) danger("units or absolute positions are not set");
+    if (!plane_ || !work_offset_ || !feed_per_minute_) danger("plane, work offset or feed per minute are not set");
     if (!spindle_stands_) danger("the spindle was not stopped");
     if (!unchecked_.empty()) danger("no alarm follows " + unchecked_);
     if (motion_ == 0 && linear) danger("a rapid of a linear axis");
@@ -278,8 +286,8 @@ class Control {
   std::string in_, line_, message_, unchecked_;
   Reached now_;
   double motion_{1}, tool_{};
-  bool linuxcnc_{}, millimetres_{}, absolute_{}, spindle_stands_{}, offset_{}, tip_control_{}, retracted_{},
-      height_known_{}, compared_{}, frame_known_{};
+  bool linuxcnc_{}, millimetres_{}, absolute_{}, plane_{}, work_offset_{}, feed_per_minute_{}, spindle_stands_{},
+      offset_{}, tip_control_{}, retracted_{}, height_known_{}, compared_{}, frame_known_{};
 };
 
 }  // namespace

@@ -181,6 +181,24 @@ TEST(Safety, PressesTheProbeNoFurtherThanItMayBe) {
   EXPECT_TRUE(unroll(planOf({&procedure::kDelayMultiSpeed, deep}), robust));
 }
 
+// The way out ends beyond the clearance: 0.6 + 1.5 mm off the plate.
+TEST(Safety, KeepsTheStylusOffTheOppositePlate) {
+  const auto whyNot = [](double gap_mm, const ProcedureOptions& options = {}) {
+    Setting with = setting();
+    with.gap_mm = gap_mm;
+    const auto blocks = unroll(planOf({&procedure::kDelayPlates, options}), with);
+    return blocks ? std::string{} : blocks.error().what;
+  };
+  EXPECT_THAT(whyNot(5), testing::AllOf(HasSubstr("A gap of 5 mm is too narrow for a stylus ball of 6 mm"),
+                                        HasSubstr("use a wider gap"), Not(HasSubstr("--clearance"))));
+  EXPECT_THAT(whyNot(7), HasSubstr("2.1 mm off the plate"));
+  EXPECT_THAT(whyNot(8), HasSubstr("less clearance (--clearance), below 0.5 mm"));
+  EXPECT_THAT(whyNot(8.2), IsEmpty());
+  ProcedureOptions close;
+  close.clearance_mm = 0.4;
+  EXPECT_THAT(whyNot(8, close), IsEmpty());
+}
+
 TEST(Safety, AsksWithWhichToolAProgramTakesTheProbeAgain) {
   Setting unnamed = setting();
   unnamed.probe_tool = 0;
@@ -221,6 +239,91 @@ TEST(Safety, OrientsTheSpindleByItsOwnWord) {
   named.words = {"C", "A", "C2="};
   const auto text = written(aligned, siemens(), Marks::lines, named);
   EXPECT_THAT(text, testing::AllOf(HasSubstr("\nG0 C180.000 C2="), Not(HasSubstr("SPOS="))));
+}
+
+// What a sentence says, however the comment is broken into lines.
+std::string inOneLine(std::string text) {
+  for (const std::string between : {")\n(", "\n; "}) {
+    for (auto at = text.find(between); at != std::string::npos; at = text.find(between, at))
+      text.replace(at, between.size(), " ");
+  }
+  return text;
+}
+
+// Builders' macros leave G91 or another offset behind.
+TEST(Safety, RestatesTheModesAfterEachToolChange) {
+  const auto textOf = [](const Dialect& dialect) { return written(cases()[5], dialect); };
+  EXPECT_THAT(textOf(fanuc()), HasSubstr("\nT4 M6\nG17 G21 G40 G80\nG54 G90 G94 G61\nG1 X"));
+  EXPECT_THAT(textOf(haas()), HasSubstr("\nT4 M6\nG17 G21 G40 G80\nG50\nG69\nG54 G90 G94 G61\nG1 X"));
+  EXPECT_THAT(textOf(siemens()), HasSubstr("\nT4\nM6\nG17 G710 G40\nG54 G90 G94 G60\nTRANS\nG1 X"));
+  EXPECT_THAT(textOf(linuxcnc()), HasSubstr("\nT4 M6\nG17 G21 G40 G54 G80 G90 G91.1 G94 G61.1\nG1 X"));
+}
+
+// A shift, a modal macro or polar words that an earlier program has left.
+TEST(Safety, RefusesWhatAnEarlierProgramHasLeftActive) {
+  for (const auto* dialect : {&fanuc(), &haas()}) {
+    const auto text = written(cases()[0], *dialect);
+    EXPECT_THAT(text, testing::AllOf(HasSubstr("[#4012]EQ66]THEN#3000="), HasSubstr("[#4017]EQ16]THEN#3000="),
+                                     HasSubstr("\nG52 X0 Y0 Z0\n"), HasSubstr("ABS[#5021-#5041-#5201-#5221]"),
+                                     HasSubstr("ABS[#5022-#5042-#5202-#5222]")));
+    EXPECT_LT(text.find("G52 X0 Y0 Z0"), text.find("#5041")) << "G92 alone is left then";
+  }
+  EXPECT_THAT(written(cases()[0], linuxcnc()), HasSubstr("[#5210 NE 0]"));
+}
+
+// G44 takes a length off, and tip control is none without a head that swivels.
+TEST(Safety, TakesNoOtherLengthOffsetThanG43) {
+  Setting in_spindle = setting();
+  in_spindle.probe_tool = 0;
+  for (const auto* dialect : {&fanuc(), &haas()}) {
+    const auto text = written(cases()[0], *dialect, Marks::lines, in_spindle);
+    EXPECT_THAT(text, testing::AllOf(HasSubstr("IF[#4008NE43]THEN#3000=1("), Not(HasSubstr("#4008EQ49"))));
+  }
+}
+
+// No skip input ends an arc: the head says so, and where they run.
+TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
+  for (const auto name : dialectNames()) {
+    const auto text = written(cases()[9], *dialectNamed(name));
+    EXPECT_THAT(inOneLine(text),
+                HasSubstr("ARCS OF THE SCAN IN THE DRY RUN. NO SKIP INPUT ENDS AN ARC. THEY RUN AT Z 90.000 OR HIGHER"))
+        << name;
+    EXPECT_THAT(inOneLine(text), HasSubstr("ENDS EACH STRAIGHT MOVE THAT IS TO MEET NOTHING")) << name;
+    EXPECT_THAT(inOneLine(written(cases()[0], *dialectNamed(name))), Not(HasSubstr("ARCS OF THE SCAN"))) << name;
+    const auto read = interpret(text);
+    int arcs = 0;
+    for (const auto& move : read.parts[1].moves) {
+      if (move.arc == 0) continue;
+      ++arcs;
+      EXPECT_GE(move.at_mm[2], kSafe_mm - kRounding_mm);
+    }
+    EXPECT_GT(arcs, 0);
+  }
+}
+
+TEST(Safety, SaysThatItIsForMachiningCentres) {
+  for (const auto name : dialectNames()) {
+    const auto text = inOneLine(written(cases()[0], *dialectNamed(name)));
+    EXPECT_THAT(text, testing::AllOf(HasSubstr("FOR MACHINING CENTRES, NOT FOR LATHES"), HasSubstr("TURRET"))) << name;
+    EXPECT_EQ(text.find("SYSTEM A") != std::string::npos, name == "fanuc") << name;
+    EXPECT_EQ(text.find("DIAMOF") != std::string::npos, name == "siemens") << name;
+  }
+}
+
+// Its screen cuts them.
+TEST(Safety, TellsMessagesOfAHaasApartByTheirFirst15Characters) {
+  std::vector<std::string> texts{written(cases()[0], haas(), Marks::stops)};
+  for (const auto& c : allCases()) texts.push_back(written(c, haas(), Marks::stops));
+  for (const auto& text : texts) {
+    const auto messages = interpret(text).messages;
+    std::set<std::string> first, whole;
+    for (const auto& message : messages) {
+      first.insert(message.substr(0, 15));
+      whole.insert(message);
+    }
+    EXPECT_EQ(first.size(), whole.size());
+    EXPECT_GT(whole.size(), 2U);
+  }
 }
 
 TEST(Safety, SetsAndRestoresTheModesThatItDependsOn) {

@@ -345,5 +345,39 @@ TEST(Facts, AMethodIsRefusedWithTheRemedyWhereWhatItNeedsIsNotKnown) {
   EXPECT_FALSE(whyUnready(kDelayPlates, told, false));
 }
 
+TEST(Facts, AGapIsRefusedWhereTheWayOutOfATouchEndsInTheOppositePlate) {
+  Facts facts;
+  facts.stylus_ball_diameter_mm = 6;
+  const auto ready = [&](double gap_mm, double clearance_mm) {
+    facts.gap_mm = gap_mm;
+    return readied(kDelayPlates, {.clearance_mm = clearance_mm}, facts, {});
+  };
+  const auto refused = ready(5, 0);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().because, Obstacle::option);
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("use a wider gap or a smaller stylus ball"));
+  EXPECT_FALSE(ready(7.9, 0));
+  EXPECT_TRUE(ready(7.9, 0.3));
+  EXPECT_TRUE(ready(8.2, 0));
+}
+
+// A controller reads the code alone: what never becomes right by waiting is an option, the rest is a state.
+TEST(Facts, ARefusalNamesItsCause) {
+  Facts facts;
+  facts.screws[0] = ScrewFacts{};
+  const auto because = [&](const LiveMethod& method, const ProcedureOptions& asked) {
+    const auto ready = readied(method, asked, facts, {});
+    EXPECT_FALSE(ready);
+    return ready ? Obstacle{} : ready.error().because;
+  };
+  EXPECT_EQ(because(kScrewReference, {.axis = 1}), Obstacle::state) << "no face table is in force";
+  EXPECT_EQ(because(kScrewReference, {.axis = 2}), Obstacle::option) << "no such screw";
+  EXPECT_EQ(because(kToolSetter, {.tool = 99}), Obstacle::option) << "no such tool";
+  EXPECT_EQ(because(kCentreline, {.head = true}), Obstacle::option) << "no sensor head";
+  EXPECT_EQ(because(kTablePivot, {.shank = true}), Obstacle::option) << "no shank";
+  facts.trigger_probe = TriggerProbe{.repeatability_mm = 0.0005};
+  EXPECT_EQ(because(kDelayMultiSpeed, {}), Obstacle::option) << "it delivers no samples";
+}
+
 }  // namespace
 }  // namespace probebox::procedure

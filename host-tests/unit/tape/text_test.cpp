@@ -56,6 +56,14 @@ TEST(Record, HasTheCorrectionWithItsStateAndASumThatANmeaReaderChecks) {
   EXPECT_TRUE(sumIsRight(lines[0]));
 }
 
+TEST(Record, HasNoMinusBeforeAZero) {
+  auto s = valid();
+  s.correction_mm = {-0.00004, -0.00006, -0.0};
+  EXPECT_THAT(record(s), testing::StartsWith("X+0.0000 Y-0.0001 Z+0.0000 "));
+  EXPECT_THAT(tape(s, Ask::corrections, {}), HasSubstr("X0.0000 Y-0.0001 Z0.0000"));
+  EXPECT_THAT(tape(s, Ask::corrections, {.dialect = Dialect::macro}), HasSubstr("#502=0.0000\r\n#503=-0.0001"));
+}
+
 TEST(Record, SaturatesTheAgeAsTheRegisterDoes) {
   auto old = valid();
   old.age_ms = 1'000'000'000;

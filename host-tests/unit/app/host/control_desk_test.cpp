@@ -73,6 +73,43 @@ TEST_F(Desk, BeginsNoCutWithAMarkerThatBelongsToNoRun) {
   EXPECT_TRUE(doors_.inhibits(kDoor));
 }
 
+// Codes 6 and 7 of register 840 are these: a controller may wait for another state, for another machine it cannot.
+TEST_F(Desk, TellsWhatThisMachineCannotFromWhatItCannotNow) {
+  const auto ask = [&](const char* method, std::uint32_t tool = 0) {
+    messages::StartProcedure::Request request;
+    request.method = method;
+    request.tool = tool;
+    const auto body = messages::encoded(request);
+    const auto reply =
+        desk_.handle({.link = 1, .door = "network", .may = kAll},
+                     {.ticket = 1, .operation = messages::Operation::start_procedure, .body = body}, state_, {});
+    return reply ? reply->code : messages::ErrorCode::ok;
+  };
+  EXPECT_EQ(ask("pre-travel"), messages::ErrorCode::refused) << "a scanning probe has none";
+  EXPECT_EQ(ask("delay-known-sphere"), messages::ErrorCode::refused) << "the sphere is not described";
+  EXPECT_EQ(ask("tool-setter", 99), messages::ErrorCode::refused) << "no such tool";
+  EXPECT_EQ(ask("centreline"), messages::ErrorCode::wrong_state) << "no delay is in force";
+  EXPECT_EQ(ask("delay-multi-speed"), messages::ErrorCode::wrong_state) << "the clock is not locked";
+  EXPECT_EQ(ask("no-such-method"), messages::ErrorCode::not_found);
+}
+
+TEST_F(Desk, LogsHowFarHomingAgainMovesAReference) {
+  standStill(Axis::x);
+  auto& x = state_.snapshot.axes.at(0);
+  const auto logged = [&](double at_mm) {
+    testing::internal::CaptureStderr();
+    EXPECT_FALSE(take({AxisHomed{Axis::x, at_mm, {}}}));
+    return testing::internal::GetCapturedStderr();
+  };
+  x.position_mm = 100;
+  EXPECT_EQ(logged(99.5), "") << "nothing was referenced";
+  x.referenced = true;
+  EXPECT_THAT(logged(99.5), HasSubstr("The reference of axis X moved by 0.5000 mm (old - new position): homed again by "
+                                      "modbus:/dev/ttyS1"));
+  EXPECT_THAT(logged(100.25), HasSubstr("by -0.2500 mm"));
+  EXPECT_EQ(logged(100.0009), "");
+}
+
 constexpr const char* kUnit =
     "[unit]\nserial_number = \"A1\"\nvendor = \"V\"\nmodel = \"M\"\nboard = \"board\"\n[usb]\nvendor_id = "
     "1\nproduct_id = "
