@@ -133,8 +133,8 @@ void checkPlates(const Reader& reader, const Descriptions& all, Error& error) {
   error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "machine.toml") + ": 'datum_plates.gap_mm' is " +
                 plain(*all.machine.datum_gap_mm) + ", and the stylus ball of " + nameOf(reader, "probe.toml") +
                 " has " + plain(all.probe.ball_diameter_mm) +
-                " mm: on its way out of a touch it would go into the opposite " + "plate. Use plates more than " +
-                plain(least_mm) + " mm apart or a smaller ball, or remove " + "[datum_plates] and with it delay-plates";
+                " mm: on its way out of a touch it would go into the opposite plate. Use plates more than " +
+                plain(least_mm) + " mm apart or a smaller ball, or remove [datum_plates] and with it delay-plates";
 }
 
 // A sensor without a screw would be read for nothing, and a screw without a sensor never corrected.

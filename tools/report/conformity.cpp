@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "firmware/metrology/centreline/periodic_check.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "tools/report/digits.hpp"
 #include "tools/report/html.hpp"
@@ -16,21 +17,14 @@ using metrology::Proof;
 
 constexpr std::string_view kDeviation = "deviation_";
 
-std::optional<double> numberIn(const metrology::Dataset& dataset, const std::string& key) {
-  const auto entry = dataset.config.find(key);
-  const auto* number = entry == dataset.config.end() ? nullptr : std::get_if<double>(&entry->second);
-  return number == nullptr ? std::nullopt : std::optional{*number};
-}
-
 std::string judgedKey(const Estimate& deviation) {
   return deviation.key.substr(kDeviation.size());
 }
 
-// The limit that a deviation was judged by: its own, else that of all.
-std::optional<double> limitOf(const Subject& subject, const Estimate& deviation) {
+std::optional<double> limitIn(const Subject& subject, const Estimate& deviation) {
   if (!subject.dataset) return std::nullopt;
-  const auto own = numberIn(*subject.dataset, "limit_" + judgedKey(deviation));
-  return own ? own : numberIn(*subject.dataset, "limit_mm");
+  const auto limit = metrology::limitOf(*subject.dataset, judgedKey(deviation));
+  return limit ? limit.value() : std::nullopt;
 }
 
 const char* wordOf(const Judged& judged) {
@@ -60,9 +54,9 @@ std::string rowOf(const Subject& subject, const Judged& judged) {
 }  // namespace
 
 std::optional<metrology::Proof> verdictOn(const Subject& subject) {
-  constexpr std::string_view kCheck = "check";
-  if (subject.result() == nullptr || (!subject.about.empty() && subject.about != kCheck)) return std::nullopt;
-  return metrology::proofOf(*subject.result());
+  if (subject.result() == nullptr) return std::nullopt;
+  return subject.about.empty() ? metrology::proofOf(*subject.result())
+                               : metrology::proofAbout(*subject.result(), subject.about);
 }
 
 std::vector<Judged> judgedValues(const Subject& subject) {
@@ -70,7 +64,7 @@ std::vector<Judged> judgedValues(const Subject& subject) {
   if (!verdictOn(subject)) return all;
   for (const auto& deviation : subject.result()->also) {
     if (!deviation.key.starts_with(kDeviation) || deviation.values.empty()) continue;
-    Judged judged{.deviation = &deviation, .limit = limitOf(subject, deviation), .proof = {}};
+    Judged judged{.deviation = &deviation, .limit = limitIn(subject, deviation), .proof = {}};
     const double doubt = 2 * combinedOf(deviation, 0).value_or(0);
     if (judged.limit) judged.proof = metrology::proofOf(deviation.value(), doubt, *judged.limit);
     all.push_back(judged);

@@ -62,8 +62,8 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
               },
           .round =
               [this] {
-                if (const auto why = wishes_.newRefusal())
-                  refused_.warn(time_.now(), "What " + name_ + " asked for was refused: " + *why);
+                for (const auto& why : wishes_.newRefusals())
+                  refused_.warn(time_.now(), "What " + name_ + " asked for was refused: " + why);
                 refused_.look(time_.now());
                 reported_.look(time_.now());
               }};

@@ -72,13 +72,13 @@ void Wishes::make(const modbus::Wish& wish) {
     if (!asked) {
       present_->state = {
           .answered = wish.commit, .outcome = kRefused, .refusal = static_cast<std::uint16_t>(ErrorCode::not_found)};
-      present_->refusal = "This box has no method with the number " + std::to_string(wish.method) + ".";
+      present_->refusals.push_back("This box has no method with the number " + std::to_string(wish.method) + ".");
       return;
     }
   }
   ask_(asked->operation, asked->body, [present = present_, wish](const Reply& reply) {
     const std::lock_guard lock{present->mutex};
-    if (reply.code != ErrorCode::ok) present->refusal = reply.text;
+    if (reply.code != ErrorCode::ok) present->refusals.push_back(reply.text);
     if (present->commit != wish.commit) return;  // another request has taken its place
     published::WishState state{.answered = wish.commit};
     read(reply, wish, state);
@@ -86,9 +86,9 @@ void Wishes::make(const modbus::Wish& wish) {
   });
 }
 
-std::optional<std::string> Wishes::newRefusal() {
+std::vector<std::string> Wishes::newRefusals() {
   const std::lock_guard lock{present_->mutex};
-  return std::exchange(present_->refusal, std::nullopt);
+  return std::exchange(present_->refusals, {});
 }
 
 published::WishState Wishes::state(const published::Snapshot& shown) const {

@@ -3,7 +3,6 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,8 +29,8 @@ class Wishes {
   void make(const modbus::Wish& wish);
   // State for the registers. A start counts as done once the box shows the run, an abort once it shows its end.
   published::WishState state(const published::Snapshot& shown) const;
-  // Why the last request was refused, in the words of `probebox calibrate`; once for each refusal.
-  std::optional<std::string> newRefusal();
+  // Why requests were refused since the last call, in the words of `probebox calibrate`.
+  std::vector<std::string> newRefusals();
 
  private:
   // Shared with pending answers, so it may outlive this object.
@@ -40,7 +39,7 @@ class Wishes {
     published::WishState state;
     std::uint16_t commit{};  // of the request in hand
     modbus::Wish::What what{};
-    std::optional<std::string> refusal;  // not told yet
+    std::vector<std::string> refusals;  // not told yet
   };
 
   std::string by_;

@@ -16,14 +16,6 @@ store::Failure tooFarApart(const store::Record& record, const Comparison& compar
                                       "(--although-it-differs)."};
 }
 
-namespace {
-
-// What the warnings of a verdict begin with.
-constexpr std::string_view kFail = "fail: ";
-constexpr std::string_view kNotProven = "not proven: ";
-
-}  // namespace
-
 std::vector<std::string> warningsOf(const store::Record& record) {
   constexpr std::size_t kMost = 8;  // what an answer of a link holds besides
   std::vector<std::string> sentences;
@@ -31,7 +23,7 @@ std::vector<std::string> warningsOf(const store::Record& record) {
   if (result == nullptr) return sentences;
   for (const auto& warning : result->warnings) {
     if (sentences.size() == kMost) break;
-    if (!warning.starts_with(kFail) && !warning.starts_with(kNotProven))
+    if (!warning.starts_with(metrology::kFailWarning) && !warning.starts_with(metrology::kNotProvenWarning))
       sentences.push_back("Warning: " + warning + ".");
   }
   if (result->warnings.size() > kMost)
@@ -39,14 +31,13 @@ std::vector<std::string> warningsOf(const store::Record& record) {
   return sentences;
 }
 
-// The other results of a check's case, such as the offset of the stylus, are no verdicts.
 std::optional<std::string> whyNotConforming(const store::Record& record) {
   const auto* result = record.result();
-  if (result == nullptr || record.binding.subject != "check") return std::nullopt;
-  const auto proof = metrology::proofOf(*result).value_or(metrology::Proof::conforms);
+  if (result == nullptr) return std::nullopt;
+  const auto proof = metrology::proofAbout(*result, record.binding.subject).value_or(metrology::Proof::conforms);
   if (proof == metrology::Proof::conforms) return std::nullopt;
   const bool fails = proof == metrology::Proof::fails;
-  const auto of_verdict = fails ? kFail : kNotProven;
+  const auto of_verdict = fails ? metrology::kFailWarning : metrology::kNotProvenWarning;
   std::string why;
   for (const auto& warning : result->warnings) {
     if (warning.starts_with(of_verdict)) why += (why.empty() ? "" : "; ") + warning.substr(of_verdict.size());

@@ -13,6 +13,7 @@
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/verdict.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/subject_values.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
@@ -41,7 +42,8 @@ void addProbeTool(metrology::Dataset& dataset, const procedure::Facts& facts) {
   const auto* method = metrology::methodNamed(dataset.method);
   if (method == nullptr || facts.probe_tools.count != 1) return;
   const auto& subject = method->subject.name;
-  if (subject.starts_with(metrology::kTurningAxis) || subject == "spindle-offset" || subject == "check")
+  if (subject.starts_with(metrology::kTurningAxis) || subject == "spindle-offset" ||
+      subject == metrology::kCheckSubject)
     dataset.config.try_emplace("probe_tool", static_cast<double>(facts.probe_tools.numbers[0]));
 }
 
@@ -79,7 +81,7 @@ std::optional<Error> whyElsewhere(const metrology::Dataset& dataset, const store
 // A check is held against the limit of this machine, whoever proposes it.
 std::optional<Error> whyOtherLimit(const metrology::Dataset& dataset, const procedure::Facts& facts) {
   const auto& ball = facts.checked_ball;
-  if (metrology::subjectOf(dataset) != "check" || !ball || !ball->limit_mm) return std::nullopt;
+  if (metrology::subjectOf(dataset) != metrology::kCheckSubject || !ball || !ball->limit_mm) return std::nullopt;
   for (const auto& [key, value] : dataset.config) {
     const auto* limit_mm = std::get_if<double>(&value);
     if (!key.starts_with("limit_") || limit_mm == nullptr || *limit_mm <= *ball->limit_mm) continue;

@@ -27,10 +27,8 @@ void worsen(Worst& worst, const Worst& by) {
 Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, bool error, Result& result) {
   TRY(const auto accepted, configNumber(dataset, "accepted_" + estimate.key));
   TRY(const auto sd_accepted, configPositive(dataset, "sd_accepted_" + estimate.key));
-  auto limit = configPositive(dataset, "limit_" + estimate.key);
-  if (limit && !limit.value()) limit = configPositive(dataset, "limit_mm");
-  if (!limit) return limit.error();
-  if (!limit.value() || (!accepted && !error)) return Worst{};
+  TRY(const auto limit, limitOf(dataset, estimate.key));
+  if (!limit || (!accepted && !error)) return Worst{};
   Estimate deviation = estimate;
   deviation.key = "deviation_" + estimate.key;
   deviation.values = {estimate.value() - accepted.value_or(0.0)};
@@ -41,17 +39,17 @@ Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, 
   const auto& uncertainty = deviation.uncertainty.empty() ? deviation.sd : deviation.uncertainty;
   const double doubt = uncertainty.empty() ? 0.0 : 2.0 * uncertainty.front();
   const double off = std::abs(deviation.value());
-  const Proof proof = proofOf(deviation.value(), doubt, **limit);
+  const Proof proof = proofOf(deviation.value(), doubt, *limit);
   if (proof != Proof::conforms) {
     const bool fails = proof == Proof::fails;
-    result.warnings.push_back(std::string{fails ? "fail: " : "not proven: "} + estimate.key + " is " +
+    result.warnings.push_back(std::string{fails ? kFailWarning : kNotProvenWarning} + estimate.key + " is " +
                               text(deviation.value()) + " mm off the accepted value, " + (fails ? "beyond" : "and") +
-                              " the limit of " + text(**limit) + " mm " +
+                              " the limit of " + text(*limit) + " mm " +
                               (fails ? "by more than U (k = 2): calibrate again"
                                      : "lies within U (k = 2), " + text(doubt) + " mm: measure more exactly"));
   }
   result.also.push_back(std::move(deviation));
-  return Worst{{proof, (off + doubt) / **limit}};
+  return Worst{{proof, (off + doubt) / *limit}};
 }
 
 // The worst verdict on the run-outs that a value was accepted of.
@@ -71,6 +69,11 @@ Outcome<Worst, Refusal> judgeRunOuts(const Dataset& dataset, Result& result) {
 }
 
 }  // namespace
+
+Outcome<std::optional<double>, Refusal> limitOf(const Dataset& dataset, std::string_view key) {
+  TRY(const auto own, configPositive(dataset, "limit_" + std::string{key}));
+  return own ? own : configPositive(dataset, "limit_mm");
+}
 
 std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result) {
   TRY(const auto run_outs, judgeRunOuts(dataset, result));

@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <string_view>
 
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/method.hpp"
@@ -21,11 +22,15 @@ namespace probebox::metrology {
 Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset);
 
 // Judges such a result once its values have their combined uncertainty, type A and B. With accepted_<key> (0 for the
-// offset errors) and limit_<key> or limit_mm in the config it adds deviation_<key> and verdict (Proof), by
-// ISO 14253-1: 0 pass, 1 not proven (the limit lies within U, k = 2), 2 fail, with a sentence for each that does not
-// pass. Run-outs are judged if accepted_ball_offset_x_mm etc. are stated; a fail asks for a full calibration. Refuses:
-// bad-config.
+// offset errors) and limit_<key> or limit_mm in the config it adds deviation_<key> (whose sd and
+// uncertainty hold sd_accepted_<key>) and verdict (Proof), by ISO 14253-1: 0 pass, 1 not proven (the limit lies within
+// U, k = 2), 2 fail, with a sentence for each that does not pass. Run-outs are judged if accepted_ball_offset_x_mm etc.
+// are stated; a fail asks for a full calibration. Refuses: bad-config.
 std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result);
+
+// What a value may be off the accepted one: limit_<key>, else limit_mm; nothing where neither is stated. Refuses:
+// bad-config.
+Outcome<std::optional<double>, Refusal> limitOf(const Dataset& dataset, std::string_view key);
 
 extern const Method kPeriodicCheck;
 

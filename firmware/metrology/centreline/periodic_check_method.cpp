@@ -1,5 +1,6 @@
 #include "firmware/metrology/centreline/periodic_check.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/dataset/verdict.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -94,7 +95,7 @@ const Method kPeriodicCheck{.name = "periodic-check",
                             .known = kKnown,
                             .results = kPeriodicCheckResults,
                             .unobservable = kPeriodicCheckUnobservable,
-                            .subject = {.name = "check"},
+                            .subject = {.name = kCheckSubject},
                             .also_about = stylusOfCheck};
 
 }  // namespace probebox::metrology

@@ -33,4 +33,17 @@ inline std::optional<Proof> proofOf(const Result& result) {
   return verdict->value() < 0.5 ? Proof::conforms : Proof::not_proven;
 }
 
+// What such a result is about.
+inline constexpr std::string_view kCheckSubject = "check";
+
+// The same of a result about one subject: other results of a check's case, such as the offset of the stylus, are no
+// verdicts.
+inline std::optional<Proof> proofAbout(const Result& result, std::string_view subject) {
+  return subject == kCheckSubject ? proofOf(result) : std::nullopt;
+}
+
+// What the warnings about values that do not conform begin with.
+inline constexpr std::string_view kFailWarning = "fail: ";
+inline constexpr std::string_view kNotProvenWarning = "not proven: ";
+
 }  // namespace probebox::metrology

@@ -95,6 +95,20 @@ TEST(SwivelledCheck, DoesNotTakeTheDoubtOfTheDelayForScatter) {
   }
 }
 
+// X at 90 degrees counts from the accepted turning axis.
+TEST(SwivelledCheck, HoldsTheDoubtOfTheCheckInForce) {
+  Scenario scenario{checkWorld(6), 6};
+  auto& ball = *scenario.facts.checked_ball;
+  ball.accepted_x->sd_mm = 2e-3, ball.accepted_y->sd_mm = 1e-3, ball.centre_z.sd_mm = 3e-3;
+  const auto result = measured(scenario, procedure::kPeriodicCheck, checkOf(scenario));
+  ASSERT_TRUE(result);
+  const auto sdOf = [&](const char* key) { return result->find(key)->sd[0]; };
+  EXPECT_NEAR(sdOf("deviation_Xcen_B0_mm"), std::hypot(2e-3, sdOf("Xcen_B0_mm")), 1e-9);
+  EXPECT_NEAR(sdOf("deviation_Ycen_B45_mm"), std::hypot(1e-3, sdOf("Ycen_B45_mm")), 1e-9);
+  EXPECT_NEAR(sdOf("deviation_x_offset_error_mm"), std::hypot(2e-3, sdOf("x_offset_error_mm")), 1e-9);
+  EXPECT_GT(result->find("z_offset_error_mm")->uncertainty[0], 3e-3);
+}
+
 TEST(SwivelledCheck, FailsWhereTheHeadHasMoved) {
   auto config = usualWorld();
   config.swivel_head.pivot_mm[0] += 0.1;

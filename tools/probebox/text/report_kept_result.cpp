@@ -87,9 +87,7 @@ std::string fitOf(const Result& result) {
 
 // "PASS: ..." of a result that was held against limits; empty for others.
 std::string verdictOf(const Result& result, std::string_view subject) {
-  // Its readings give the offset of the stylus too, which is no verdict.
-  if (subject != "check") return {};
-  const auto proof = metrology::proofOf(result);
+  const auto proof = metrology::proofAbout(result, subject);
   if (!proof) return {};
   std::string all = casefolder::proofInWords(*proof, !result.warnings.empty());
   if (const auto* worst = result.find("worst_ratio"); worst != nullptr && !worst->values.empty())

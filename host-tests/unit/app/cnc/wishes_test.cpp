@@ -1,5 +1,6 @@
 #include "firmware/app/cnc/wishes.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <string>
 #include <utility>
@@ -86,12 +87,12 @@ TEST(Wishes, ARefusalIsToldOnceInTheWordsOfTheBox) {
                   then(refused(messages::ErrorCode::wrong_state, "The master clock is not locked."));
                 },
                 [](std::uint64_t) { return false; }};
-  EXPECT_FALSE(wishes.newRefusal());
+  EXPECT_THAT(wishes.newRefusals(), testing::IsEmpty());
   wishes.make({.commit = 1, .what = modbus::Wish::What::start, .method = 1});
-  EXPECT_EQ(wishes.newRefusal(), "The master clock is not locked.");
-  EXPECT_FALSE(wishes.newRefusal());
   wishes.make({.commit = 2, .what = modbus::Wish::What::start, .method = 999});
-  EXPECT_EQ(wishes.newRefusal(), "This box has no method with the number 999.");
+  EXPECT_THAT(wishes.newRefusals(),
+              testing::ElementsAre("The master clock is not locked.", "This box has no method with the number 999."));
+  EXPECT_THAT(wishes.newRefusals(), testing::IsEmpty());
 }
 
 }  // namespace
