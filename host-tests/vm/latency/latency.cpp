@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
+#include <optional>
 #include <random>
 #include <thread>
 
@@ -24,23 +25,49 @@ using namespace std::chrono_literals;
 
 constexpr std::int64_t kTriggerCame = 2;  // of the channel flags
 
-// When each sample came, and when it was.
+// When each sample came, and when it was; and which times no sample came of.
 struct Arrivals : support::Balances {
+  struct Flagged {
+    MonoTime at, came;
+  };
+  struct Missing {
+    MonoTime from, to;
+    bool holds(MonoTime time) const { return from < time && time <= to; }
+  };
+
   void onBlock(const link::DecodedBlock& block) override {
     const auto now = link::now();
     Balances::onBlock(block);
+    const auto first = block.header.first;
+    if (next && *next != first.index) missing.push_back({last, codec::timeOf(block.header, first)});
     const auto& channels = block.descriptor.channels;
     const auto flags = std::find_if(channels.begin(), channels.end(), [](auto& c) { return c.name == "flags"; });
     const auto column = block.column(static_cast<std::size_t>(flags - channels.begin()));
     for (std::size_t k = 0; k < column.size(); ++k) {
-      const SampleIndex sample{block.header.first.index + static_cast<std::int64_t>(k)};
-      ticks.add(now - codec::timeOf(block.header, sample));
-      if ((column[k] & kTriggerCame) != 0) triggers.push_back(now);
+      last = codec::timeOf(block.header, SampleIndex{first.index + static_cast<std::int64_t>(k)});
+      ticks.add(now - last);
+      if ((column[k] & kTriggerCame) != 0) triggers.push_back({last, now});
     }
+    next = first.index + static_cast<std::int64_t>(column.size());
   }
   Latencies ticks;
-  std::vector<MonoTime> triggers;
+  std::vector<Flagged> triggers;
+  std::vector<Missing> missing;
+  std::optional<std::int64_t> next;
+  MonoTime last{};
 };
+
+// The sample that tells of an edge, or nothing where the samples after it were lost, which the ledger counted.
+std::optional<Nanoseconds> edgeToItsSample(const Arrivals& arrivals, MonoTime made) {
+  const auto& all = arrivals.triggers;
+  const auto after = [](MonoTime time, const Arrivals::Flagged& flagged) { return time < flagged.at; };
+  const auto told = std::upper_bound(all.begin(), all.end(), made, after);
+  if (told != all.end() && told->at - made < 20ms) return told->came - made;
+  const auto lost =
+      std::any_of(arrivals.missing.begin(), arrivals.missing.end(), [&](auto& m) { return m.holds(made); });
+  EXPECT_TRUE(lost) << "no sample tells of the edge at " << toNs(made) << " ns, and none is missing";
+  return {};
+}
 
 }  // namespace
 
@@ -100,24 +127,25 @@ BoxLatencies edgeToSample(const std::string& uri, GpioSim& chip, unsigned sync, 
     }
     done = true;
   }};
-  EXPECT_TRUE(host->eventually([&] { return done && arrivals.triggers.size() >= edges; }));
+  EXPECT_TRUE(host->eventually([&] { return done && arrivals.last - made.back() > 20ms; }));
   hand.join();
   train.stop();
   const auto closing = host->finish();
   EXPECT_TRUE(closing.exact);
-  EXPECT_EQ(arrivals.triggers.size(), made.size());
 
   BoxLatencies latencies;
   latencies.tick_to_sample = arrivals.ticks;
-  for (std::size_t i = 0; i < std::min(made.size(), arrivals.triggers.size()); ++i)
-    latencies.trigger_to_sample.add(arrivals.triggers[i] - made[i]);
+  for (const auto edge : made) {
+    if (const auto latency = edgeToItsSample(arrivals, edge)) latencies.trigger_to_sample.add(*latency);
+  }
+  EXPECT_EQ(latencies.trigger_to_sample.count(), arrivals.triggers.size()) << "samples tell of edges that nobody made";
   return latencies;
 }
 
 void report(const BoxLatencies& latencies, const std::string& by, std::size_t edges) {
   latencies.trigger_to_sample.print("trigger edge to the sample that tells of it, by " + by);
   latencies.tick_to_sample.print("tick to its sample, by " + by);
-  EXPECT_EQ(latencies.trigger_to_sample.count(), edges);
+  EXPECT_GT(latencies.trigger_to_sample.count(), edges / 2);
   EXPECT_GT(latencies.tick_to_sample.count(), 10'000U);
   for (const auto* each : {&latencies.trigger_to_sample, &latencies.tick_to_sample}) {
     EXPECT_GT(each->us(0.5), 100);
