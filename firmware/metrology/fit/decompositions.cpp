@@ -102,7 +102,7 @@ MatrixXd lowerCholesky(const MatrixXd& covariance) {
 }
 
 MatrixXd inverse(const MatrixXd& matrix) {
-  return Eigen::PartialPivLU<MatrixXd>{matrix}.inverse();
+  return Eigen::FullPivLU<MatrixXd>{matrix}.inverse();
 }
 
 Matrix6d inverse(const Matrix6d& matrix) {
@@ -122,11 +122,14 @@ std::optional<MatrixXd> inverseIfRegular(const MatrixXd& matrix) {
 }
 
 MatrixXd pseudoInverse(const MatrixXd& matrix) {
-  return Eigen::CompleteOrthogonalDecomposition<MatrixXd>{matrix}.pseudoInverse();
+  const Svd svd{matrix, Eigen::ComputeThinU | Eigen::ComputeThinV};
+  const auto kept = svd.rank();
+  const VectorXd inverse = svd.singularValues().head(kept).cwiseInverse();
+  return svd.matrixV().leftCols(kept) * inverse.asDiagonal() * svd.matrixU().leftCols(kept).transpose();
 }
 
 double determinant(const MatrixXd& matrix) {
-  return Eigen::PartialPivLU<MatrixXd>{matrix}.determinant();
+  return Eigen::FullPivLU<MatrixXd>{matrix}.determinant();
 }
 
 VectorXd singularValues(const MatrixXd& matrix) {
