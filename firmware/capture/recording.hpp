@@ -51,7 +51,7 @@ using MethodNote = std::array<double, 3>;
 // The device whose edges tell contact and release of a touch by edges.
 enum class SwitchOf : std::uint8_t { tool_setter, probe };
 
-// What the procedure asked for in one step: nominal outward normal, retract direction and speed, pose. All touches with
+// One step as the procedure asked for it: nominal outward normal, retract direction and speed, pose. All touches with
 // the same `reading` are of one ball at one pose.
 struct TouchRequest {
   std::uint32_t step{};

@@ -34,9 +34,9 @@ struct ReferenceConfig {
 // marks that are passed fast say nothing.
 class AxisReference {
  public:
-  // A delay that nobody has measured may be up to this.
+  // Longest delay that is assumed while none has been measured.
   static constexpr double kUnknownDelay_s = 0.01;
-  // Of the index line's edge against the trigger line that the delay was measured with.
+  // Uncertainty of the edge of the index line relative to the trigger line that the delay was measured with.
   static constexpr double kEdgeUncertainty_s = 50e-6;
   // An axis that moved less than this in the last 100 ms stands still.
   static constexpr double kStill_mm = 0.01;
@@ -56,7 +56,7 @@ class AxisReference {
   bool referenced() const { return offset_mm_.has_value(); }
   // Machine position at the latest count; nothing without a reference.
   std::optional<double> position_mm() const;
-  // Of any count of this axis.
+  // Machine position at any count of this axis; nothing without a reference.
   std::optional<double> position_mm(double counts) const;
   // The latest count times mm_per_count; 0 before the first.
   double counted_mm() const { return u_mm_; }

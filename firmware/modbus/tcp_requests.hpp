@@ -33,7 +33,7 @@ class TcpRequests {
   // Bytes that are no request yet, and never will be one if the connection ends now.
   std::size_t unfinished() const { return size_; }
 
-  // What came is not Modbus over TCP: close the connection.
+  // True when the received bytes are not Modbus over TCP: close the connection.
   bool broken() const { return broken_; }
 
  private:

@@ -8,7 +8,7 @@
 #include "protocol/units/scan_path.hpp"
 #include "protocol/units/time.hpp"
 
-// What the box publishes about itself at every tick: plain values that its servers read. Box alone writes a Snapshot.
+// State of the box, published at every tick as plain values that its servers read. Only Box writes a Snapshot.
 namespace probebox::published {
 
 // mm, machine axes X Y Z, radius.
@@ -23,7 +23,7 @@ enum class Health : std::uint8_t {
   invalid = 3,  // without an input that it needs, or in doubt for too long: it says nothing
 };
 
-// What took a reference away, the last time that it happened.
+// Reason why an axis last lost its reference.
 enum class ReferenceFault : std::uint8_t {
   none = 0,
   impossible_speed = 1,  // the counts moved faster than the axis can
@@ -34,7 +34,7 @@ enum class ReferenceFault : std::uint8_t {
 // Why a screw's sensor is not believed.
 enum class SensorFault : std::uint8_t { none = 0, silent = 1, out_of_range = 2, lost = 3 };
 
-// What was served to the CNC, from when on.
+// A correction served to the CNC, and the time from which it was served.
 struct Served {
   MonoTime from{};
   Nanometres correction_nm{};
@@ -91,7 +91,7 @@ struct ToolAxis {
   double screw_slope{};
 };
 
-// What the samples of a block need to become positions of the stylus' tip.
+// Factors and offsets that turn the samples of a block into positions of the stylus tip.
 struct ToolInSamples {
   std::array<ToolAxis, kLinearAxes> axes{};
   std::uint32_t tool{};                                         // in the spindle, as told last; 0 for none
@@ -158,7 +158,7 @@ enum class CalibrationState : std::uint16_t {
   aborted = 5
 };
 
-// What the corrections are, and what they rest on. Corrections are in machine axes, radius, mm, to be ADDED to the
+// The corrections and the state that they depend on. Corrections are in machine axes, radius, mm, to be ADDED to the
 // commanded position.
 struct CorrectionsState {
   bool valid{};
@@ -214,7 +214,7 @@ struct StepNow {
   double shank_height_mm{};
   double rest_s{};  // to stand still for
   ScanPath scan{};
-  // Of a turn of C until contact.
+  // For a step in which C turns until contact.
   double turn_line_rad{}, turn_to_rad{}, turn_speed_rad_s{};
   std::array<double, kRotaryAxes> angles_rad{};
   std::uint32_t repeats{};

@@ -24,7 +24,7 @@ struct Decision {
 Decision decide(const Subject& subject);
 
 // The box with the decision at the head of an article, as HTML.
-// more: sentences behind those of the decision.
+// more: sentences that follow those of the decision.
 std::string decisionBox(const Subject& subject, const std::vector<std::string>& more = {});
 
 }  // namespace probebox::report

@@ -32,14 +32,14 @@ inline constexpr MethodKey kGreatestRadius{"radius_max_mm", "", "a larger radius
 inline constexpr MethodKey kRobust{"robust", "false", "drop outliers once, instead of refusing them"};
 inline constexpr MethodKey kFeatureAxis{"feature_axis", "[0,0,1]", "axis of the feature, along X, Y or Z"};
 inline constexpr MethodKey kSwivelAxis{"swivel_axis", kNeeded, "unit vector of the swivel axis, along X, Y or Z"};
-// Of the tools that carry the probe, in the order in which they were read.
+// Results with the lengths of the tools that carry the probe, in the order in which the tools were read.
 inline constexpr std::array<MethodKey, 4> kLengthResults{
     {{"length_1_result", "", "number of the assembly that has the length of the first tool; for the record",
       subject::kAssembly},
      {"length_2_result", "", "the same of the second", subject::kAssembly},
      {"length_3_result", "", "the same of the third", subject::kAssembly},
      {"length_4_result", "", "the same of the fourth", subject::kAssembly}}};
-// The same of the pre-travels of a touch-trigger probe.
+// Results with the pre-travels of a touch-trigger probe, in the same order.
 inline constexpr std::array<MethodKey, 4> kPreTravelResults{
     {{"pre_travel_1_result", "", "number of the pre-travel that was taken out with the first tool; for the record",
       subject::kPreTravel},

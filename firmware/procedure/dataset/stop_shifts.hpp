@@ -10,7 +10,8 @@
 #include "firmware/procedure/facts/facts.hpp"
 #include "firmware/procedure/plan/finished_run.hpp"
 
-// What the stops of axes that stood still in a run move its readings by (metrology/dataset/stop_shifts.hpp).
+// Shifts of the readings of a run by the positioning errors of axes that stood still in it
+// (metrology/dataset/stop_shifts.hpp).
 namespace probebox::procedure {
 
 // The readings as they would be with the tilting table one sd of its stop further. Balls of the part are displaced by
@@ -21,7 +22,7 @@ BallReadings withTableFurther(BallReadings found, const Facts& facts);
 // further the other way. Readings with the head swivelled are left as they are: that is another stop.
 BallReadings withHeadFurther(BallReadings found, const Facts& facts);
 
-// What one sd of a standing axis moves the stylus by, seen from a ball of the part.
+// Displacement of the stylus relative to a ball of the part by one sd of the position of a standing axis.
 struct StylusMove {
   metrology::StandingAxis axis;
   Eigen::Vector3d stylus_mm;

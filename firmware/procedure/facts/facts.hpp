@@ -69,7 +69,7 @@ struct BFacts {
   std::size_t count{};
   std::array<double, kMostBAngles> angles_rad{};
   double sigma_rad{};  // k = 1
-  // Of a table: a point of its nominal axis, as machine position of the stylus ball.
+  // For a tilting table: a point on its nominal axis, as machine position of the stylus ball.
   std::optional<std::array<double, 3>> point_mm{};
 };
 
@@ -217,7 +217,7 @@ struct Facts {
 
   // Distance from the gauge line to the stylus ball of a tool that carries the probe; 0 for any other tool.
   double lengthOf(std::uint32_t probe_tool) const;
-  // Of the assembly in force that says so; 0: machine.toml does.
+  // Number of the assembly result in force that states the length; 0 if machine.toml states it.
   std::uint64_t lengthResultOf(std::uint32_t probe_tool) const;
   // Numbers of the tools that carry the probe, that of the shank included.
   std::vector<std::uint32_t> carriers() const;

@@ -182,7 +182,7 @@ class RunCommands {
     });
   }
 
-  // What is about one method has no place in the program for all of them.
+  // Refuses options about one method: the loop program serves all methods.
   static void checkLoop(const CLI::App& gcode) {
     constexpr std::array kTaken{"--loop", "--axes", "--dialect", "--number", "--output", "--force"};
     for (const auto* given : gcode.get_options([](const CLI::Option* option) { return option->count() > 0; })) {
