@@ -21,7 +21,7 @@ struct Word {
   double value{};
 };
 
-// What a kind of line may say: its word, and the letters after it with their limits.
+// Grammar of a kind of line: its word, and the letters after it with their limits.
 enum class Kind { begin, end, abandon, home, pose, cut, status, corrections, centreline, delay, all };
 struct Keyword {
   std::string_view text;

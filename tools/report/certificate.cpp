@@ -136,7 +136,8 @@ std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
          "its standard deviation, s sqrt(n/(n - 2)) at n degrees of freedom.</p>\n";
 }
 
-// What was held against limits: the answer of the decision rule, before all else. Empty for other results.
+// Box at the top of a certificate with the answer of the decision rule for values that have limits. Empty for other
+// results.
 std::string verdictBox(const Subject& subject) {
   return verdictOn(subject) ? decisionBox(subject, {"Decision rule: ISO 14253-1 with U (k = 2) as guard band, below."})
                             : "";

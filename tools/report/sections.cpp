@@ -192,7 +192,7 @@ std::string effectiveDofText(const Result& result) {
   return (low == high ? low : low + " to " + high) + ", with type B (JCGM 100:2008, G.4)";
 }
 
-// What readings scatter by: nobody reads micrometres as 9.856e-04 mm, or microradians as 4.3e-06 rad.
+// Formats the scatter of readings in um or urad instead of 9.856e-04 mm or 4.3e-06 rad.
 std::string ofAReading(double value, const std::string& unit) {
   if (unit == "mm") return shortly(1e3 * value, 3) + " um";
   if (unit == "rad") return shortly(1e6 * value, 3) + " urad";

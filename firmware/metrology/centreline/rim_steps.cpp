@@ -186,7 +186,7 @@ std::optional<std::string> disagreement(const RimSteps& steps, const RimCentre& 
   return std::nullopt;
 }
 
-// Of step 2: the zero of C that puts the ball on the nominal line, and its sd where that of a contact is stated.
+// Result of step 2: the zero of C that puts the ball on the nominal line, and its sd if that of a contact is stated.
 struct ContactShift {
   double rad{};
   std::optional<double> sd;
@@ -203,7 +203,7 @@ Outcome<ContactShift, Refusal> contactShift(const Dataset& dataset) {
   return ContactShift{shift.value(), sigma.stated ? std::optional{shift.sd.front()} : std::nullopt};
 }
 
-// What a case asks, read and checked.
+// Content of a case, read and checked.
 struct Measured {
   StatedNoise noise;
   bool trust{true};  // the angles of C

@@ -16,7 +16,7 @@ struct Offset {
   Answer answer;
 };
 
-// What both methods have in common: the fit, and the offset of the axes.
+// Part that both methods share: the fit, and the offset of the axes.
 Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
   TRY(const auto noise, statedNoise(dataset));
   TRY(const auto table, readBallTable(dataset, {}));

@@ -99,7 +99,7 @@ std::optional<Refusal> misses(const FeatureModel& model, const Fit& fit, std::sp
   return std::nullopt;
 }
 
-// What is found from the points as they are.
+// Fits the points as they are.
 Outcome<Fit, Refusal> fitPoints(const FeatureQuestion& question, std::span<const SurfacePoint> points) {
   if (auto refusal = offFeature(question, points)) return *refusal;
   const FeatureModel model{question, points};

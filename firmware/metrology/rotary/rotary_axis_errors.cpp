@@ -155,7 +155,7 @@ Matrix6d turnedPlate(const NominalAxis& axis, double angle) {
   return both;
 }
 
-// What the rigid motion of one angle leaves of the balls, in the order of their rows.
+// Adds the residuals of the balls from the rigid motion of one angle, in the order of their rows.
 void addResiduals(Residuals& residuals, const Station& station, const Motion& motion) {
   for (Eigen::Index k = 0; k < motion.left.size(); ++k) {
     residuals.names.push_back("first, " + text(station.angle * 360.0 / kTurn) + " degrees, ball " +
@@ -262,7 +262,7 @@ Fit errorsOf(const std::vector<Station>& stations, const NominalAxis& axis, cons
   return fit;
 }
 
-// What a case holds, read and checked: the plate where second and third put it, the stations of first.
+// Content of a case, read and checked: the plate where second and third put it, the stations of first.
 struct Bench {
   NominalAxis axis;
   Sigma sigma;

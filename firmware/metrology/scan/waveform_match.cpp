@@ -169,7 +169,7 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const WaveformPair> records, do
     }
   }
   auto tau = settle(grids, start);
-  // What stands out of the noise is left out: spikes, and without noise the kinks that interpolation cannot follow.
+  // Samples beyond the noise are omitted: spikes, and in noise-free data the kinks that interpolation cannot follow.
   for (int round = 0; tau && round < kRounds; ++round) {
     const double deviation = robustDeviation(grids) + kLeastDeviation_mm / kOutlierDeviations;
     bool changed = false;

@@ -159,7 +159,7 @@ Outcome<std::optional<Fit>, Refusal> measuredGain(const Dataset& dataset, const 
   return std::optional<Fit>{std::move(fit)};
 }
 
-// Of values that do not depend on each other, those of the first one first.
+// Joint covariance of two sets of independent values, the first set first.
 Covariance apart(const Covariance& first, const Covariance& second) {
   Covariance both = first;
   both.components.insert(both.components.end(), second.components.begin(), second.components.end());

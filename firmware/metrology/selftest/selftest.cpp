@@ -30,7 +30,7 @@ constexpr double kDeepest = 0.02;
 
 constexpr const char* kAxes = "XYZ";
 
-// What a step did, in machine axes.
+// Motion and deflection of a step, in machine axes.
 struct Step {
   double number{};
   Vector3d towards;

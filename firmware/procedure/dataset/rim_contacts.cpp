@@ -134,7 +134,7 @@ std::optional<Onset> extrapolated(const Deflections& all) {
   }
   const auto there = onsetOf(all, on_the_way, *free), back = onsetOf(all, on_the_way_back, *free);
   if (!there || !back) return std::nullopt;
-  // What the mean of the free stylus is off by moves both alike.
+  // An error of the mean of the free stylus moves both by the same amount.
   return Onset{(there->c_rad + back->c_rad) / 2,
                (there->variance + back->variance) / 4 + free->variance / (there->slope_mm * there->slope_mm),
                there->slope_mm};
@@ -195,7 +195,7 @@ std::optional<Refusal> whyNot(const Turned& plus, const Turned& minus, double be
   return std::nullopt;
 }
 
-// What the pre-travel in force displaces the two contacts by, and the variance that it gives their middle.
+// Displacements of the two contacts by the pre-travel in force, and the variance of their middle due to it.
 struct Displaced {
   double plus_rad{}, minus_rad{};
   double variance{};
