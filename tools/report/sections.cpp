@@ -276,7 +276,7 @@ std::string factsTable(const Result& result) {
   const metrology::Method* method = metrology::methodNamed(result.method);
   std::string text = "<h2>Method</h2>\n<table>\n" + row("method", result.method);
   if (method != nullptr) {
-    text += row("equations", std::string{method->equations}) + row("patent", std::string{method->source});
+    text += row("equations", std::string{method->equations}) + row("source", std::string{method->source});
   }
   text += row("condition", shortly(result.condition, 4) + " (of the scaled Jacobian; 1 is best, 1e6 is refused)");
   if (const auto figure = result.designFigure()) {
