@@ -12,9 +12,9 @@ using published::ReferenceFault;
 
 // How the counts of an axis become a machine position.
 enum class ReferenceBy : std::uint8_t {
-  absolute,  // the encoder tells the position itself
+  absolute,  // the encoder reports the position itself
   index,     // the axis passes its reference mark
-  homing,    // the controller says where the axis stands
+  homing,    // the controller reports the position
 };
 
 struct ReferenceConfig {
@@ -28,10 +28,10 @@ struct ReferenceConfig {
   Travel travel{};
 };
 
-// The reference of one incremental axis (of a rotary one, degrees stand wherever mm is written): nothing until the
-// index pulse or the controller's word, and nothing again after a count error. Counts lag behind the lines by the
+// The reference of one incremental axis; for a rotary axis read degrees wherever mm is written. There is none until the
+// index pulse or a position from the controller, and none after a count error. Counts lag behind the lines by the
 // system delay (A1), so a mark is looked up in the counts that come that much later; while the delay is not known,
-// marks that are passed fast say nothing.
+// marks that are passed fast are ignored.
 class AxisReference {
  public:
   // Longest delay that is assumed while none has been measured.
@@ -46,8 +46,8 @@ class AxisReference {
   void setDelay(double tau_s, double sd_s);
   void push(MonoTime at, std::int64_t counts);
   void index(MonoTime at);
-  // False, and nothing happens, when the axis has not been seen to stand still, tells its position itself, or cannot
-  // stand there.
+  // Returns false and changes nothing if the axis was not at standstill, has an absolute encoder, or cannot be at this
+  // position.
   bool homed(double position_mm);
   bool canBeHomed() const;
   // An absolute encoder references its axis again with the next count.

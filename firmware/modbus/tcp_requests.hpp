@@ -22,7 +22,7 @@ struct TcpRequest {
 
 // Finds requests in the bytes of a TCP connection by the length in their header (MODBUS Messaging on TCP/IP
 // Implementation Guide 1.0b, section 3.1.3). Bytes that are no such header, as those of a browser, or no function of a
-// request end the search for good: nothing tells where the next request begins. Allocates nothing.
+// request end the search for good: the start of the next request cannot be found. Allocates nothing.
 class TcpRequests {
  public:
   // Takes as many bytes as fit; offer the rest after next() has returned nothing.

@@ -10,7 +10,7 @@ enum class Verdict {
   pass,      // within every stated limit, with U, and no warning
   warn,      // a value less than U from its limit, or a warning beside values within their limits
   fail,      // a value beyond its limit
-  no_limit,  // nothing to decide against; warned tells whether there are warnings
+  no_limit,  // no limit to decide against; `warned`: whether there are warnings
   refused,
 };
 

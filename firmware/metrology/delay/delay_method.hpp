@@ -47,7 +47,7 @@ inline constexpr MethodKey kProbeKind{"probe_kind", "deflection",
 inline constexpr MethodKey kSearchWindow{"search_window_s", kNeeded, "how long the delay may be, to either side"};
 inline constexpr MethodKey kGain{"gain_matrix", "identity", "3 x 3, machine mm per unit of the probe's channels (A3)"};
 
-// The second one is that of the stylus ball alone, where the first is the sphere's: no certificate tells it.
+// The first is the sd of the certified sphere. The second is that of the stylus ball alone, which has no certificate.
 inline constexpr KnownQuantity kDiameterKnown[]{
     {"sd_effective_diameter_mm", "effective_diameter_mm"},
     {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value}};

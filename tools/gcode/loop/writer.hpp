@@ -51,7 +51,7 @@ class Writer {
   virtual void write(const Place& place, const std::string& value) = 0;
   virtual std::string position(char axis) = 0;                         // in the machine's own coordinates
   virtual std::string commanded(char axis) { return position(axis); }  // as moves name it
-  virtual std::string tool() = 0;  // number of the tool in the spindle, as the control tells it
+  virtual std::string tool() = 0;  // number of the tool in the spindle, as the control reports it
   // The same where that is certain; otherwise a number that no tool has.
   virtual std::string toolForSure() { return tool(); }
   // Flow.
