@@ -170,7 +170,7 @@ WorldProbeSpindle readProbeSpindle(Section section) {
     const bool again = number == spindle.tool || std::ranges::find(spindle.further_tools, number, &WorldTool::number) !=
                                                      spindle.further_tools.end();
     if (again && further.good("number"))
-      further.problem("number", "= " + std::to_string(number) + " is there twice: give each tool a number of its own");
+      further.problem("number", "= " + std::to_string(number) + " is used twice: give each tool a number of its own");
     spindle.further_tools.push_back(readTool(further, number));
     further.finish();
   }

@@ -341,8 +341,9 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   const auto differ =
       measured.noise.stated ? disagreement(steps, *found, fitted, covariance.diagonal().cwiseSqrt()) : std::nullopt;
   if (differ && measured.trust) {
-    return Refusal{"steps-disagree",
-                   *differ + ": are the angles of C right? Set trust_C_angles to false if they are not"};
+    return Refusal{
+        "steps-disagree",
+        *differ + ": check the angles of C; if they are wrong, set trust_C_angles to false, and the steps decide"};
   }
   covariance.diagonal().head<2>() += measured.stylus.variance.head<2>() * noise.position * noise.position;
 

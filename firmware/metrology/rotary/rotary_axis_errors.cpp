@@ -115,9 +115,9 @@ std::optional<Refusal> badPlate(const Station& station, const RigidMotion& plate
   for (std::size_t k = 0; k < station.ideal.size(); ++k) {
     const double off = (station.read[k] - plate(station.ideal[k])).cwiseAbs().maxCoeff();
     if (off > std::max(kWorstResidual_sigma * sigma.value, kBallResidualFloor_mm)) {
-      return Refusal{"residual-too-large", "row " + std::to_string(k + 1) + " of table 'second', by ball, is " +
-                                               text(off) +
-                                               " mm off the certificate, more than 5 sigma: measure it again"};
+      return Refusal{"residual-too-large",
+                     "row " + std::to_string(k + 1) + " of table 'second', by ball, is " + text(off) +
+                         " mm from the certified position, more than 5 sigma: measure this ball again"};
     }
   }
   return std::nullopt;

@@ -89,7 +89,8 @@ Standing standingIn(const FinishedRun& run, bool lengths_are_known) {
     standing.table = table->point_mm.has_value();
     if (!standing.table)
       standing.warnings.emplace_back(
-          "the stop of the tilting table is not in the sd, because it is not described where its axis is: give "
+          "the sd does not include the positioning error of the tilting table, because the position of its axis is not "
+          "described: give "
           "[tilting_table] point_mm in machine.toml");
   }
   const auto& head = run.facts.swivel_head;
@@ -97,7 +98,8 @@ Standing standingIn(const FinishedRun& run, bool lengths_are_known) {
     standing.head = lengths_are_known;
     if (!standing.head)
       standing.warnings.emplace_back(
-          "the stop of the swivelling head is not in the sd, because it is not described how long the probe is: give "
+          "the sd does not include the positioning error of the swivelling head, because the length of the probe is "
+          "not described: give "
           "[probe_tools] numbers in machine.toml, and the [[tool]] of each");
   }
   return standing;

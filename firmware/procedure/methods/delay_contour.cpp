@@ -43,7 +43,7 @@ constinit const LiveMethod kDelayContour{
     .why_no_trigger = kNoDelayOfTrigger,
     .steps =
         "eight straight chords of different lengths along the equator of the datum sphere in contact, at 20, 40, "
-        "60 mm/s in either sense",
+        "60 mm/s in both directions",
     .needs = kNeedsOfDelayContour,
     .kind = Kind::scan,
     .usual = kUsualScan,

@@ -195,7 +195,7 @@ void TipPoints::compute(const messages::Descriptor& descriptor, std::size_t k) {
   const Three way_mm = wayOf(reach, false);
   const double noise_mm = descriptor.tip.noise_nm * kMillimetresPerNanometre;
   auto why = whyNoSd(descriptor);
-  if (!why && seconds <= 0) why = "a sample alone has no speed, so what the delay may be off cannot be told";
+  if (!why && seconds <= 0) why = "a single sample has no speed, so the effect of the delay's uncertainty is unknown";
   if (why) lack("sd", *why, body.sample);
   Three pushed_variance{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
