@@ -12,7 +12,7 @@ namespace {
 // A reading may be late by so many of its intervals and still tell how often the counter has turned over.
 constexpr double kIntervalsToSpare = 10;
 
-// What machine.toml says about an axis, linear or rotary.
+// Facts of machine.toml about a linear or rotary axis.
 struct AxisOfMachine {
   std::string section;  // "[axis.X]"
   std::string speed_key;

@@ -14,10 +14,10 @@ constexpr Range kChannel{0, 255};
 constexpr Range kEncoderRate_hz{1, 1e6};
 // A timer of the kernel reads each counter; a faster one takes more of the processor than it gives.
 constexpr Range kPollRate_hz{1, 10'000};
-// What libgpiod and a small board's processor have been seen to follow without a loss, with room to spare.
+// Measured: libgpiod on a small board's processor follows such rates without a loss, with a margin.
 constexpr Range kEdgeRate_hz{10, 20'000};
 constexpr double kUsualEdgeRate_hz = 5000;
-// What numbers the positions of a controller: its cycles, or microseconds.
+// Rate of the counter that numbers the positions of a controller: its cycles, or microseconds.
 constexpr Range kControlCounter_hz{10, 1e6};
 
 const std::vector<std::string> kKinds{"counter", "quadrature", "receiver", "control"};

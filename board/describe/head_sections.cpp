@@ -45,7 +45,7 @@ WorldSensorHead readEmulatedSensorHead(Section section, const World& world) {
   head.noise_um = section.number("noise_um", {0, 100});
   if (section.good("number") && hasTool(world, head.number))
     section.problem("number",
-                    "= " + std::to_string(head.number) + " is there twice: give each tool a number of its own");
+                    "= " + std::to_string(head.number) + " is used twice: give each tool a number of its own");
   if (section.good("sensors") && !spansSpace(head.sensors))
     section.problem("sensors", "looks along directions that lie nearly in one plane: turn one of the sensors");
   section.finish();

@@ -29,11 +29,11 @@ GpioLine gpioLine(Section& section, const std::string& default_name, TakenLines&
   if (section.good("line") && section.good("chip")) {
     const auto [place, is_new] = taken.lines.try_emplace({line.chip, line.line}, line.name);
     if (!is_new)
-      section.problem("line", "of " + inQuotes(line.name) + " is that of " + inQuotes(place->second) +
-                                  ": give each a line of its own");
+      section.problem("line", "of " + inQuotes(line.name) + " is used by " + inQuotes(place->second) +
+                                  " already: connect and describe another line");
   }
   if (!line.name.empty() && !taken.names.insert(line.name).second)
-    section.problem("name", "= " + inQuotes(line.name) + " is there twice: give each line a name of its own");
+    section.problem("name", "= " + inQuotes(line.name) + " is used twice: give each line a name of its own");
   return line;
 }
 

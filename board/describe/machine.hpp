@@ -91,7 +91,7 @@ struct TiltDescription {
   std::array<double, 3> axis{};  // unit vector along X or Y, right-handed: a positive angle is about it
   std::vector<double> angles_deg;
   double sigma_rad{};  // sd of an angle (k = 1)
-  // Of a table: a point of its axis, as machine position of the stylus ball.
+  // For a tilting table: a point on its axis, as machine position of the stylus ball.
   std::optional<std::array<double, 3>> point_mm{};
 };
 

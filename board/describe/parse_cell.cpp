@@ -15,7 +15,9 @@ CellSolid readSolid(Section& section, const std::vector<CellSolid>& before) {
   solid.name = section.text("name");
   const auto same = std::ranges::find(before, solid.name, &CellSolid::name);
   if (section.good("name") && same != before.end())
-    section.problem("name", "= \"" + solid.name + "\" is there twice: a hit has to name one solid");
+    section.problem(
+        "name",
+        "= \"" + solid.name + "\" is used twice: give each solid a name of its own, by which a collision is reported");
   solid.part = static_cast<SolidPart>(section.choice("part", {"machine", "fixture", "workpiece"}));
   solid.shape = static_cast<SolidShape>(section.choice("shape", {"box", "cylinder", "sphere", "stl"}));
   if (solid.shape == SolidShape::box) {
@@ -36,7 +38,8 @@ CellTool readTool(Section& section, const std::vector<CellTool>& before) {
   CellTool tool;
   tool.number = static_cast<std::uint32_t>(section.integer("number", {1, 99}));
   if (section.good("number") && std::ranges::find(before, tool.number, &CellTool::number) != before.end())
-    section.problem("number", "= " + std::to_string(tool.number) + " is there twice: give each a number of its own");
+    section.problem("number",
+                    "= " + std::to_string(tool.number) + " is used twice: give each tool a number of its own");
   tool.holder_radius_mm = section.number("holder_radius_mm", {0.1, 500});
   tool.holder_length_mm = section.number("holder_length_mm", {0.1, 1000});
   tool.radius_mm = section.number("radius_mm", {0.01, 500});

@@ -55,7 +55,7 @@ void readDoors(Section& root, Service& service) {
     if (section.good("address") && !named(service.links) && !named(service.cnc))
       section.problem("address", "is neither in links nor in cnc: write it as it is written there");
     if (section.good("address") && service.doorAt(door.address) != nullptr)
-      section.problem("address", "has a [[door]] already: write one for each address");
+      section.problem("address", "has a [[door]] already: keep one [[door]] with all rights of this address");
     if (door.read_only && givesARight(door.access))
       section.problem("read_only", "contradicts a right that the door gives: remove one of them");
     if (door.read_only) door.access.allow_provision = false;

@@ -94,7 +94,7 @@ WorldPlates readPlates(Section section) {
   return plates;
 }
 
-// Of an axis that is nominally along Z; more than that is another machine.
+// Tilt of an axis that is nominally along Z; a larger tilt would be a machine of another type.
 std::array<double, 2> readTilt(Section& section) {
   return {section.number("tilt_x_rad", {-0.01, 0.01}), section.number("tilt_y_rad", {-0.01, 0.01})};
 }
@@ -115,7 +115,7 @@ WorldPartSpindle readPartSpindle(Section section) {
   return spindle;
 }
 
-// What a table tilts about, or a head.
+// Axis that a table tilts about, or a head swivels about.
 struct Swing {
   Vector3 axis{}, lean{};
 };
@@ -170,7 +170,7 @@ WorldProbeSpindle readProbeSpindle(Section section) {
     const bool again = number == spindle.tool || std::ranges::find(spindle.further_tools, number, &WorldTool::number) !=
                                                      spindle.further_tools.end();
     if (again && further.good("number"))
-      further.problem("number", "= " + std::to_string(number) + " is there twice: give each tool a number of its own");
+      further.problem("number", "= " + std::to_string(number) + " is used twice: give each tool a number of its own");
     spindle.further_tools.push_back(readTool(further, number));
     further.finish();
   }

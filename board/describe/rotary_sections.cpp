@@ -103,7 +103,7 @@ void checkAngles(Section& section, std::string_view key, std::vector<double> ang
   if (!section.good(key)) return;
   std::ranges::sort(angles_deg);
   if (std::ranges::adjacent_find(angles_deg) != angles_deg.end())
-    section.problem(key, "has an angle twice: give each once");
+    section.problem(key, "lists an angle twice: list each angle once");
   if (angles_deg.back() - angles_deg.front() < kLeastTiltSpan_deg)
     section.problem(key,
                     "spans less than 20 degrees, too little to locate an axis: spread the angles, such as [-90, 0]");

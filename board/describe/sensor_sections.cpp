@@ -99,7 +99,8 @@ void checkTogether(Section& root, const Sensors& sensors) {
     const auto [place, is_new] = first.emplace(sensor.device, &sensor);
     if (!is_new && (place->second->buffered != sensor.buffered || place->second->rate_hz != sensor.rate_hz))
       root.problem("drift", "has different values of 'buffered' or 'rate_hz' for sensors of " +
-                                inQuotes(sensor.device) + ": a device is read in one way, write the same for both");
+                                inQuotes(sensor.device) +
+                                ": a device is read in one mode at one rate; write the same for all its sensors");
   }
 }
 

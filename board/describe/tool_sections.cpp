@@ -27,7 +27,7 @@ bool isThere(const std::vector<Description>& all, std::uint32_t number) {
 template <class Description>
 void requireNew(Section& section, const std::vector<Description>& before, std::uint32_t number) {
   if (section.good("number") && isThere(before, number))
-    section.problem("number", "= " + std::to_string(number) + " is there twice: give each a number of its own");
+    section.problem("number", "= " + std::to_string(number) + " is used twice: give each one a number of its own");
 }
 
 void readHolders(std::vector<Section> sections, Machine& machine) {
@@ -156,7 +156,7 @@ void readWorldTools(Section& root, World& world) {
         .radius_mm = section.number("radius_mm", {0.05, 100})};
     if (section.good("number") && hasTool(world, tool.number))
       section.problem("number",
-                      "= " + std::to_string(tool.number) + " is there twice: give each tool a number of its own");
+                      "= " + std::to_string(tool.number) + " is used twice: give each tool a number of its own");
     section.finish();
     world.cutters.push_back(tool);
   }

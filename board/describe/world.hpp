@@ -131,7 +131,8 @@ struct WorldTiltingTable {
   WorldAxisErrors errors;
 };
 
-// A head that swivels the probe's spindle: B of the controller, in other steps than the table's.
+// A head that swivels the probe's spindle. Its angle is the controller's B in the steps of a run in which the head
+// moves; in the others B is the tilting table.
 struct WorldSwivelHead {
   Vector3 axis{};      // nominally, unit vector along X or Y: a positive angle is right-handed about it
   Vector3 pivot_mm{};  // a point of the true axis, from the machine's reference with the head level
@@ -218,7 +219,7 @@ struct WorldCycle {
   std::uint32_t repeats{};  // of the whole list of speeds
 };
 
-// What goes wrong with the machine and its sensors, in the order of world::FaultKind.
+// Faults of the emulated machine and its sensors, in the order of world::FaultKind.
 enum class FaultKind : std::uint8_t {
   probe_silent,
   encoders_silent,

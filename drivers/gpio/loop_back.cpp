@@ -118,7 +118,7 @@ class Wire {
   bool write(gpiod_line_value value) {
     return gpiod_line_request_set_value(output_.request.get(), output_.offset, value) == 0;
   }
-  // What came too late for its own pulse must not answer the next one.
+  // Discards edges that came too late for their own pulse, so that they are not taken for answers to the next one.
   bool drain() {
     LoopBackPulse nobody{.before = MonoTime::max(), .after = {}, .stamp = {}};
     return read(nobody);

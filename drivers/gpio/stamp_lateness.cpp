@@ -10,7 +10,7 @@
 namespace probebox::gpio {
 namespace {
 
-// Of a sorted list; of an even number the mean of the two in the middle.
+// Median of a sorted list; for an even number of values the mean of the two in the middle.
 Nanoseconds medianOf(const std::vector<Nanoseconds>& sorted) {
   const std::size_t half = sorted.size() / 2;
   return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;

@@ -15,7 +15,7 @@
 namespace probebox::iio {
 namespace {
 
-// What the capture thread may be late by, and more.
+// Longer than the capture thread is ever late.
 constexpr double kBufferedSeconds = 0.25;
 constexpr double kLeastFrames = 64;
 constexpr std::size_t kReadFrames = 64;  // at once

@@ -24,7 +24,7 @@ std::string trimmed(std::string text) {
   return text;
 }
 
-// What failed with an attribute, by errno.
+// Explains by errno why an attribute could not be read or written.
 Error failure(const std::filesystem::path& file, int code) {
   std::string remedy;
   if (code == EACCES || code == EPERM || code == EROFS)

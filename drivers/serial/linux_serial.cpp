@@ -137,7 +137,7 @@ bool configure(int fd, const Settings& settings, speed_t speed) {
          (taken.c_cflag & (CSIZE | CSTOPB | PARENB)) == (line.c_cflag & (CSIZE | CSTOPB | PARENB));
 }
 
-// Of the kernel's class tty, as far as that can be seen. /dev/tty and /dev/ptmx are of it too, and no lines.
+// True for devices of the kernel's class tty, if that can be seen, but for /dev/tty and /dev/ptmx, which are no lines.
 bool mayBeTerminal(dev_t device) {
   constexpr unsigned kAuxiliary = 5;
   if (major(device) == kAuxiliary && minor(device) != 1) return false;

@@ -39,7 +39,7 @@ std::size_t InLane::write(std::span<const std::byte> from) {
   settle();
   while (!failed_ && !full() && written < from.size()) {
     Transfer& open = at(next_);
-    // What fits into one transfer goes as one: the host need not put it together again.
+    // Data that fit into one transfer are sent as one, so the host need not reassemble them.
     const bool split = written > 0 || from.size() > open.bytes.size();
     if (!split && open.filled + from.size() > open.bytes.size()) {
       if (next_ - oldest_ + 1 == ring_.size() || !send()) break;

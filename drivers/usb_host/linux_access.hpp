@@ -17,7 +17,7 @@ std::string_view nameOf(Access access);
 Access accessTo(const Device& device);
 
 // Who has claimed the interface: "probebox (process 1234)", "the kernel's driver cdc_acm", or "another program" if
-// unknown. Empty if nobody has.
+// unknown. Empty if it is not claimed.
 std::string holderOf(const Device& device);
 
 // Remedy for a device without permission or claimed by another program.

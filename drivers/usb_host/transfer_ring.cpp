@@ -122,7 +122,7 @@ void TransferRing::judge(const libusb_transfer& transfer) {
     default:
       ++counters_.errors;
   }
-  // What is on its way to the device may not be left out; what comes from it is checked by whoever reads it.
+  // Data for the device may not be lost; data from it are checked by their reader.
   if (!in_ || ++errors_in_a_row_ > 2 * slots_.size()) end(EndpointState::failed);
 }
 

@@ -25,7 +25,7 @@ struct Farewell {
   }
 };
 
-// What both lanes live on; the last of them to go closes it.
+// Interface shared by both lanes; the last lane to be destroyed closes it.
 struct Link {
   explicit Link(std::unique_ptr<ClaimedInterface> claimed)
       : device{std::move(claimed)},

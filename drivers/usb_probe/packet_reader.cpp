@@ -79,7 +79,7 @@ void PacketReader::skipToMagic() {
   begin_ = end_;
 }
 
-// What looked like a packet is none: the search goes on behind its first byte.
+// Discards a false start of a packet: the search continues after its first byte.
 void PacketReader::drop(PacketFault fault) {
   switch (fault) {
     case PacketFault::truncated:

@@ -62,7 +62,8 @@ struct Prompt {
   std::uint16_t mount{};  // required mount of the part's balls, from 1; 0: as they are
   double rest_s{};        // time to stand still
   ScanPath scan{};
-  // Of a turn: C with the ball about on the line beside which the stylus stands, C at most, and its speed.
+  // For a step in which C turns: the angle of C at which the ball is near the line beside the stylus, the angle at
+  // which the turn ends at the latest, and its speed.
   double turn_line_rad{}, turn_to_rad{}, turn_speed_rad_s{};
 };
 

@@ -6,8 +6,8 @@
 
 namespace probebox::world {
 
-// What a control outside commands in one of its cycles: where the motors of X, Y and Z are to stand at its end, as
-// their encoders show it, the angles of the rotary axes, and the tool in the spindle.
+// Command of an external control for one of its cycles: the encoder positions that X, Y and Z reach at its end, the
+// angles of the rotary axes, and the tool in the spindle.
 struct Lead {
   Vector3 motor_mm{};
   Pose pose{};

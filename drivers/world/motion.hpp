@@ -16,7 +16,7 @@ struct MotionLimits {
   double jerk_time_s{};
 };
 
-// Of a move at one speed all along, as a control commands it within one of its cycles.
+// Limits of a move at constant speed, as a control commands it within one of its cycles.
 inline MotionLimits steady(double speed_mm_s) {
   return {speed_mm_s, std::numeric_limits<double>::infinity(), 0};
 }

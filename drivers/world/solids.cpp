@@ -28,7 +28,7 @@ Vector3 turnedBy(const Vector3& direction, double angle_rad, const AxisErrorsCon
   return shift + rotation(unit(tilt), norm(tilt)) * (rotation(direction, angle_rad) * point);
 }
 
-// Of all that a way meets.
+// The first of all solids that a move meets.
 struct Nearest {
   const Move& way;
   double from_mm;

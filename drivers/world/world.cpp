@@ -32,7 +32,7 @@ void World::follow(const Lead& lead, MonoTime from, MonoTime until) {
   if (commanded || norm(nut_mm - machine_.commandedPosition()) > kDrift_mm) machine_.follow(nut_mm, from, until);
 }
 
-// What happened is worked out when it is asked for: there is no queue that could overflow.
+// Events are computed when they are polled: there is no queue that could overflow.
 std::size_t World::poll(std::span<Event> into) {
   std::size_t filled = 0;
   while (filled < into.size()) {

@@ -4,7 +4,7 @@
 
 namespace probebox::box {
 
-// What a controller is shown of a run: how far it is, and the step that it has to do next.
+// Returns the progress of a run as a controller reads it: how far it is, and the step to do next.
 published::CalibrationProgress calibrationOf(const procedure::Progress& progress, const procedure::Plan& plan,
                                              const published::DelayInForce& delay);
 

@@ -20,7 +20,8 @@ inline constexpr std::size_t kLinesOfRole = 32;
 template <class T>
 using PerLine = std::array<std::array<T, kLinesOfRole>, kLineRoles>;
 
-// Edges of one line: each edge that the kernel saw is in one of these once a later edge has arrived.
+// Numbers of edges of one line. Once a later edge has arrived, each edge that the kernel saw is counted in exactly one
+// of them.
 struct LineCounters {
   std::uint64_t edges{};  // reached the core
   std::uint64_t lost{};   // by the gaps in the line's sequence

@@ -17,7 +17,7 @@ class CommonStamps {
   struct Row {
     MonoTime at{};
     std::array<std::int64_t, kLinearAxes> counts{};
-    // Of the axes' screws, as push() was told; nothing where it is not known.
+    // Extensions of the screws, as given to push(); nothing where unknown.
     std::array<std::optional<std::int32_t>, kLinearAxes> screw_nm{};
   };
 

@@ -48,10 +48,10 @@ struct TurnOfC {
 // Numbers that a method attaches to its steps and reads from the recording; no other code reads them.
 using MethodNote = std::array<double, 3>;
 
-// The device whose edges tell contact and release of a touch by edges.
+// Device whose edges mark contact and release of a touch by edges.
 enum class SwitchOf : std::uint8_t { tool_setter, probe };
 
-// What the procedure asked for in one step: nominal outward normal, retract direction and speed, pose. All touches with
+// One step as the procedure asked for it: nominal outward normal, retract direction and speed, pose. All touches with
 // the same `reading` are of one ball at one pose.
 struct TouchRequest {
   std::uint32_t step{};
@@ -66,7 +66,7 @@ struct TouchRequest {
   double travel_mm{};
   bool sweeps{};           // the sensor of the screw of the axis along the normal is read, and no probe
   double rest_s{};         // with `sweeps`: the axis stands still for at least so long; 0: it turns its screw
-  bool by_edges{};         // a switch tells the contact, and no samples of a probe
+  bool by_edges{};         // contact is detected by a switch, without samples of a probe
   bool holds{};            // stands still where a sensor head reads a ball, and touches nothing
   double head_range_mm{};  // range of its sensors, +- this value
   // Height of the contact above the centre of the stylus ball when the shank touches; 0 when the ball touches.

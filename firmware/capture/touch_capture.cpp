@@ -23,7 +23,7 @@ bool isInContact(const Deflection& deflection) {
   return square >= kContact_mm * kContact_mm;
 }
 
-// Of a stream that is slow anyway three intervals.
+// In a slow stream a hole is a gap of more than three intervals.
 bool hasHoleIn(const auto& rows) {
   const Nanoseconds interval = (rows.back().at - rows.front().at) / static_cast<std::int64_t>(rows.size() - 1);
   const Nanoseconds hole = std::max(kHole, 3 * interval);

@@ -13,7 +13,7 @@ struct Scales {
   Nanoseconds nominal_period{};                    // of the master clock
 };
 
-// Of the tool, mm: the encoders sit on the motors, and a warm screw lies between. offset_mm: of the recording.
+// Position of the tool, mm: that of the encoders less the extension of the screws. offset_mm: of the recording.
 std::array<double, kLinearAxes> position_mm(const MachineRow& row, const Scales& scales,
                                             const std::array<double, kLinearAxes>& offset_mm);
 

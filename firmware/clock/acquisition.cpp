@@ -9,7 +9,7 @@
 namespace probebox::clock {
 namespace {
 
-// Of a period: jitter, and 200 ppm over the 32 edges, stay within it.
+// Fraction of a period that an edge may be off the grid: room for jitter, and for 200 ppm over 32 edges.
 constexpr double kTolerance = 0.12;
 
 }  // namespace

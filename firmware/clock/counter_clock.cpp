@@ -10,7 +10,7 @@ namespace probebox::clock {
 namespace {
 
 constexpr Nanoseconds kHoldoverAfterSilence{500'000'000};
-// What may lie between the host's and the device's account of the time that has passed: data that had to wait.
+// Largest difference between the time that passed on the host and by the device's count: data may have had to wait.
 constexpr double kLongestBacklogNs = 1e9;
 constexpr std::int64_t kMisfits = 32;  // arrivals in a row: the line is another one now
 // A sample cannot be taken after it has arrived: a stamp later than that by more than the jitter explains is wrong.

@@ -68,7 +68,7 @@ class TrackedPhase {
   // sd of the frequency with its possible change in holdover, ns per tick.
   double holdoverDriftSigmaNs() const;
   double ppmToNs(double ppm) const { return ppm * kPpm * config_.period_ns; }
-  // Part of the nominal period below the filter's whole nanoseconds.
+  // Fraction of the nominal period that the filter, which counts whole nanoseconds, leaves out; ns.
   double roundingNs() const { return rounding_ns_; }
 
  private:

@@ -144,7 +144,7 @@ double Wander::plausibility(Choice choice) const {
   return logLikelihood(walkOf(choice)) - 0.5 * (phase_steps * phase_steps + frequency_steps * frequency_steps);
 }
 
-// Of the blocks' phases under a walk: the usual prediction error decomposition.
+// Log likelihood of the blocks' phases under a walk, by prediction error decomposition.
 double Wander::logLikelihood(PhaseFilter::Walk walk) const {
   double phase = blocks_[0].phase_ns;
   double drift = (blocks_[1].phase_ns - blocks_[0].phase_ns) / (blocks_[1].tick - blocks_[0].tick);

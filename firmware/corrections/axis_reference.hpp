@@ -12,9 +12,9 @@ using published::ReferenceFault;
 
 // How the counts of an axis become a machine position.
 enum class ReferenceBy : std::uint8_t {
-  absolute,  // the encoder tells the position itself
+  absolute,  // the encoder reports the position itself
   index,     // the axis passes its reference mark
-  homing,    // the controller says where the axis stands
+  homing,    // the controller reports the position
 };
 
 struct ReferenceConfig {
@@ -28,15 +28,15 @@ struct ReferenceConfig {
   Travel travel{};
 };
 
-// The reference of one incremental axis (of a rotary one, degrees stand wherever mm is written): nothing until the
-// index pulse or the controller's word, and nothing again after a count error. Counts lag behind the lines by the
+// The reference of one incremental axis; for a rotary axis read degrees wherever mm is written. There is none until the
+// index pulse or a position from the controller, and none after a count error. Counts lag behind the lines by the
 // system delay (A1), so a mark is looked up in the counts that come that much later; while the delay is not known,
-// marks that are passed fast say nothing.
+// marks that are passed fast are ignored.
 class AxisReference {
  public:
-  // A delay that nobody has measured may be up to this.
+  // Longest delay that is assumed while none has been measured.
   static constexpr double kUnknownDelay_s = 0.01;
-  // Of the index line's edge against the trigger line that the delay was measured with.
+  // Uncertainty of the edge of the index line relative to the trigger line that the delay was measured with.
   static constexpr double kEdgeUncertainty_s = 50e-6;
   // An axis that moved less than this in the last 100 ms stands still.
   static constexpr double kStill_mm = 0.01;
@@ -46,8 +46,8 @@ class AxisReference {
   void setDelay(double tau_s, double sd_s);
   void push(MonoTime at, std::int64_t counts);
   void index(MonoTime at);
-  // False, and nothing happens, when the axis has not been seen to stand still, tells its position itself, or cannot
-  // stand there.
+  // Returns false and changes nothing if the axis was not at standstill, has an absolute encoder, or cannot be at this
+  // position.
   bool homed(double position_mm);
   bool canBeHomed() const;
   // An absolute encoder references its axis again with the next count.
@@ -56,7 +56,7 @@ class AxisReference {
   bool referenced() const { return offset_mm_.has_value(); }
   // Machine position at the latest count; nothing without a reference.
   std::optional<double> position_mm() const;
-  // Of any count of this axis.
+  // Machine position at any count of this axis; nothing without a reference.
   std::optional<double> position_mm(double counts) const;
   // The latest count times mm_per_count; 0 before the first.
   double counted_mm() const { return u_mm_; }

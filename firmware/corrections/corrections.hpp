@@ -106,8 +106,8 @@ class Corrections {
   // Correction for screw expansion at the present position, nm, from the last valid extension, whether it is summed or
   // not. 0 for an axis without a screw or a reference; nullopt when the extension is older than T_hold.
   std::optional<std::int32_t> screw_nm(Axis axis, MonoTime now) const;
-  // What turns counts into positions of the tool now. References are as of the latest count; tool and angles as last
-  // published.
+  // Returns the factors and offsets that turn counts into positions of the tool now. References are as of the latest
+  // count; tool and angles as last published.
   published::ToolInSamples toolInSamples(MonoTime now) const;
 
  private:

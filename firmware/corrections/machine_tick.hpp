@@ -10,7 +10,7 @@ namespace probebox::corrections {
 // Angle of one rotary axis, as far as it is known.
 struct AngleNow {
   std::optional<double> rad;  // nullopt without a reference, or before the controller sent it
-  bool doubtful{};            // nobody has said so for too long
+  bool doubtful{};            // not confirmed for too long
 };
 
 // State of the machine at one tick: the input of every source of corrections.
@@ -21,7 +21,7 @@ struct MachineTick {
   std::array<bool, kLinearAxes> position_doubtful{};             // its encoder is silent
   std::array<double, kLinearAxes> speed_mm_s{};
   std::array<AngleNow, kRotaryAxes> angles{};  // A B C
-  std::optional<double> tool_length_mm{};      // nothing without a tool, or for one whose length nobody knows
+  std::optional<double> tool_length_mm{};      // nothing without a tool, or if its length is unknown
 };
 
 }  // namespace probebox::corrections

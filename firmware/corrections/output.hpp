@@ -19,20 +19,21 @@ class Output {
  public:
   explicit Output(const std::array<OutputLimits, kLinearAxes>& limits);
 
-  // Where the axes still stand from before the box started, to within `doubt_mm`. With a doubt it becomes valid only
-  // after the time in which an axis may come from anywhere within it at the limit of rate.
+  // Sets the correction at which the axes still stand from before the box started, known to within `doubt_mm`. With a
+  // doubt the output becomes valid only after the time that an axis needs to cross it at the maximum rate.
   void standAt(const Vector& value_mm, const Vector& doubt_mm);
-  // What is known on the disk before it is served: from now on the value goes no further. Without a word of it,
-  // anywhere.
+  // Limits the served value to the range that is already recorded on the disk. Until the first call there is no such
+  // limit.
   void keepWithin(const Vector& least_mm, const Vector& greatest_mm);
-  // Every source that is summed is good or held.
+  // Call it while every source of the sum is good or held, otherwise freeze().
   void follow(const Vector& sum_mm, double elapsed_s);
-  // At least one is not.
+  // Call it while at least one source is neither good nor held.
   void freeze(double elapsed_s);
 
   bool valid() const { return valid_; }
   bool saturated() const { return saturated_; }
-  // What it may not go beyond has kept it back for longer than a disk takes.
+  // True when the range recorded on the disk has held the value back for longer than a disk takes to record a wider
+  // one.
   bool keptBack() const { return kept_back_s_ > kDiskPatience_s; }
   bool arrived() const { return arrived_; }  // at the sum, within the limits in size
   const Vector& value_mm() const { return value_mm_; }

@@ -17,7 +17,7 @@ inline constexpr std::size_t kMostMeasuredTools = 99;
 struct ToolLength {
   std::uint32_t number{};
   double length_mm{};
-  std::uint64_t result_id{};  // the assembly in force that says so; 0: none does
+  std::uint64_t result_id{};  // assembly result in force that states the length; 0: none does
 };
 
 // The tools described in machine.toml.

@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Of a result that was stored before there were such lists: none.
+// Reads a list; empty for a result stored by a version without such lists.
 std::vector<double> listed(const Json& item, const char* key) {
   return item.contains(key) ? numbers(item.at(key)) : std::vector<double>{};
 }
@@ -47,7 +47,7 @@ std::vector<metrology::Estimate> estimates(const Json& list) {
   return all;
 }
 
-// What it rests on; the residuals follow from the dataset that is stored beside it.
+// Budget and conditions of a result. Residuals are omitted: they follow from the dataset that is stored beside it.
 Json renderGrounds(const metrology::Result& result) {
   Json budget = Json::array();
   for (const auto& line : result.budget) {

@@ -32,7 +32,7 @@ struct Record {
 };
 
 enum class LostReason : std::uint8_t {
-  clock = 0,     // the master clock was ambiguous or not locked: nobody can say when these samples were
+  clock = 0,     // the master clock was ambiguous or not locked: the time of these samples is unknown
   probe = 1,     // no two deflections close enough around the sample's time
   encoders = 2,  // no counts of some axis close enough to the sample's time
 };

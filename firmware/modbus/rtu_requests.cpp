@@ -191,7 +191,7 @@ std::optional<Request> RtuRequests::requestInGarbage() {
     if (length == 0 || length > rest.size() || !crcGood(rest.first(length))) continue;
     return take(offset, length);
   }
-  // What cannot begin a request makes room; what may still become one stays.
+  // Discards bytes that cannot begin a request, and keeps those that may still become one.
   std::size_t useless = 0;
   while (useless < size_) {
     const auto length = requestLength(from(useless));

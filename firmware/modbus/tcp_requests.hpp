@@ -22,7 +22,7 @@ struct TcpRequest {
 
 // Finds requests in the bytes of a TCP connection by the length in their header (MODBUS Messaging on TCP/IP
 // Implementation Guide 1.0b, section 3.1.3). Bytes that are no such header, as those of a browser, or no function of a
-// request end the search for good: nothing tells where the next request begins. Allocates nothing.
+// request end the search for good: the start of the next request cannot be found. Allocates nothing.
 class TcpRequests {
  public:
   // Takes as many bytes as fit; offer the rest after next() has returned nothing.
@@ -33,7 +33,7 @@ class TcpRequests {
   // Bytes that are no request yet, and never will be one if the connection ends now.
   std::size_t unfinished() const { return size_; }
 
-  // What came is not Modbus over TCP: close the connection.
+  // True when the received bytes are not Modbus over TCP: close the connection.
   bool broken() const { return broken_; }
 
  private:

@@ -90,7 +90,7 @@ std::optional<WriteRefusal> WritableRegisters::checkHoming(const Words& words) {
   return std::nullopt;
 }
 
-// What stands in two registers may be half written before, but not now.
+// A value in two registers may be half written before the commit, but not now.
 std::optional<WriteRefusal> WritableRegisters::checkMarker(const Words& words) {
   if (words[address::marker_commit] == 0) {
     return WriteRefusal{ExceptionCode::illegal_value, "a marker is committed by a number from 1 to 65535"};

@@ -24,7 +24,7 @@ struct ServedResults {
   std::vector<ServedResult> in_force;
 };
 
-// What one line of a controller gets to read besides: its wishes about runs, and what does not change by itself.
+// State of the last request about runs and results that came over one line of a controller.
 struct WishState {
   std::uint16_t answered{};  // commit number
   std::uint16_t outcome{};   // 0 none, 1 in hand, 2 done, 3 refused

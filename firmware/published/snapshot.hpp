@@ -8,7 +8,7 @@
 #include "protocol/units/scan_path.hpp"
 #include "protocol/units/time.hpp"
 
-// What the box publishes about itself at every tick: plain values that its servers read. Box alone writes a Snapshot.
+// State of the box, published at every tick as plain values that its servers read. Only Box writes a Snapshot.
 namespace probebox::published {
 
 // mm, machine axes X Y Z, radius.
@@ -19,22 +19,22 @@ using Nanometres = std::array<std::int32_t, kLinearAxes>;
 enum class Health : std::uint8_t {
   off = 0,  // not configured
   good = 1,
-  held = 2,     // doubtful: the last good value stands for it, for a while
-  invalid = 3,  // without an input that it needs, or in doubt for too long: it says nothing
+  held = 2,     // doubtful: the last good value is used, for a limited time
+  invalid = 3,  // without an input that it needs, or doubtful for too long: no value
 };
 
-// What took a reference away, the last time that it happened.
+// Reason why an axis last lost its reference.
 enum class ReferenceFault : std::uint8_t {
   none = 0,
   impossible_speed = 1,  // the counts moved faster than the axis can
-  wrong_index = 2,       // a mark came where the counts say that none is
+  wrong_index = 2,       // a mark came where none is, according to the counts
   encoder_lost = 3,      // the encoder went away
 };
 
 // Why a screw's sensor is not believed.
 enum class SensorFault : std::uint8_t { none = 0, silent = 1, out_of_range = 2, lost = 3 };
 
-// What was served to the CNC, from when on.
+// A correction served to the CNC, and the time from which it was served.
 struct Served {
   MonoTime from{};
   Nanometres correction_nm{};
@@ -91,7 +91,7 @@ struct ToolAxis {
   double screw_slope{};
 };
 
-// What the samples of a block need to become positions of the stylus' tip.
+// Factors and offsets that turn the samples of a block into positions of the stylus tip.
 struct ToolInSamples {
   std::array<ToolAxis, kLinearAxes> axes{};
   std::uint32_t tool{};                                         // in the spindle, as told last; 0 for none
@@ -108,7 +108,7 @@ struct CentrelineInForce {
 // One linear axis: its reference, and its screw correction as a line over the position.
 struct AxisState {
   bool referenced{};
-  bool can_be_homed{};   // it stands still, and does not tell its position itself
+  bool can_be_homed{};   // it is at standstill, and its encoder is not absolute
   double position_mm{};  // valid when referenced
   ReferenceFault last_fault{};
   std::uint32_t reference_losses{};
@@ -125,7 +125,7 @@ struct AxisState {
 struct RotaryAxisState {
   bool described{};
   bool known{};        // it has its reference, or was told
-  bool doubtful{};     // nobody has said so for too long
+  bool doubtful{};     // not confirmed for too long
   double angle_rad{};  // valid when known
   ReferenceFault last_fault{};
   std::uint32_t reference_losses{};
@@ -135,7 +135,7 @@ struct RotaryAxisState {
   std::array<double, 6> sd_errors{};  // largest standard deviation (k = 1) of all angles
 };
 
-// Who says how long the tool is.
+// Source of the length of the tool.
 enum class LengthFrom : std::uint8_t { nobody = 0, description = 1, result = 2, controller = 3 };
 
 // The swivelling head and the tool in it.
@@ -146,7 +146,7 @@ struct SwivelState {
   bool has_tool_length{};
   double tool_length_mm{};
   LengthFrom tool_length_from{};
-  std::uint64_t tool_length_result{};  // the assembly in force that says so; 0: another source does
+  std::uint64_t tool_length_result{};  // assembly result in force that states it; 0: another source does
 };
 
 enum class CalibrationState : std::uint16_t {
@@ -158,7 +158,7 @@ enum class CalibrationState : std::uint16_t {
   aborted = 5
 };
 
-// What the corrections are, and what they rest on. Corrections are in machine axes, radius, mm, to be ADDED to the
+// The corrections and the state that they depend on. Corrections are in machine axes, radius, mm, to be ADDED to the
 // commanded position.
 struct CorrectionsState {
   bool valid{};
@@ -214,7 +214,7 @@ struct StepNow {
   double shank_height_mm{};
   double rest_s{};  // to stand still for
   ScanPath scan{};
-  // Of a turn of C until contact.
+  // For a step in which C turns until contact.
   double turn_line_rad{}, turn_to_rad{}, turn_speed_rad_s{};
   std::array<double, kRotaryAxes> angles_rad{};
   std::uint32_t repeats{};

@@ -30,7 +30,7 @@ Failure explain(int code, const std::string& path, const char* detail) {
     case SQLITE_IOERR:
       return {Reason::unavailable,
               path + " cannot be read or written (" + detail + "); check the disk; nothing was changed"};
-    // What we ask is always the same: tables that do not take it are not as we made them.
+    // The statements are fixed, so tables that reject them are not as this program created them.
     case SQLITE_ERROR:
     case SQLITE_CONSTRAINT:
     case SQLITE_CORRUPT:

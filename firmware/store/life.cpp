@@ -66,7 +66,7 @@ Outcome<void, Failure> markAccepted(Database& database, Id id, std::string_view 
   return done ? seal(database, id) : done;
 }
 
-// Of those that were in force at some time, not of those that were withdrawn before.
+// The last retired result that was in force at some time, not one that was withdrawn before.
 Outcome<std::optional<Record>, Failure> retiredLast(Database& database, const Binding& binding) {
   Statement statement{
       database, select("WHERE state = 3 AND ")

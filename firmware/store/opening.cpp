@@ -70,7 +70,7 @@ Outcome<Opened, Failure> beginAnew(const std::string& path, const std::string& r
   const auto results = salvage(aside, fresh);
   // The file may have been of an earlier version.
   TRY(auto assigned, assignSalvaged(fresh));
-  // What is whole by its checksum may still contradict itself.
+  // A file with a good checksum may still contradict itself.
   TRY(checkRows(fresh));
   return opened(std::move(fresh),
                 what + "; it was moved to " + aside + ", and a new store was begun with " +
@@ -80,7 +80,7 @@ Outcome<Opened, Failure> beginAnew(const std::string& path, const std::string& r
                     (assigned.empty() ? "" : ". " + assigned));
 }
 
-// What can be read of a file that cannot be written, as a copy in memory.
+// Copies into memory what can be read of a file that cannot be written.
 Outcome<Database, Failure> copyOf(const std::string& path) {
   TRY(auto file, Database::openToRead(path));
   TRY(inspect(file));
@@ -94,7 +94,7 @@ struct Readable {
   std::string told;
 };
 
-// What can be read where the file itself cannot be used, and a sentence about it.
+// Reads what it can from a file that cannot be used itself, with a sentence about it.
 Readable readableOf(const std::string& path, const Failure& why) {
   if (why.reason != Reason::newer_schema) return {copyOf(path), "What it has can be read"};
   const auto before = copyBefore(path);

@@ -58,8 +58,8 @@ class WorkingCopy {
   std::string path_;
 };
 
-// What SQLite writes into the header of every file of ours (sqlite.org/fileformat.html, 1.3): a byte of it that fell
-// over hides all rows.
+// Restores the header that SQLite writes into each of our files (sqlite.org/fileformat.html, 1.3): one damaged byte of
+// it hides all rows.
 void makeHeaderGood(const std::string& path) {
   constexpr std::size_t kPage = 4096;
   std::error_code error;

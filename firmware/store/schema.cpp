@@ -55,7 +55,7 @@ constexpr std::array kSteps{
       CREATE UNIQUE INDEX one_active_result ON results (subject, probe, machine, mounting) WHERE state = 2;
       CREATE UNIQUE INDEX one_waiting_result ON results (subject, probe, machine, mounting) WHERE state = 1;
     )sql",
-    // What was measured goes into a table of its own: it is large, read seldom and not kept for ever.
+    // Datasets have a table of their own: they are large, seldom read and not kept for ever.
     R"sql(
       CREATE TABLE datasets (
         result_id INTEGER PRIMARY KEY REFERENCES results (id),
@@ -86,8 +86,8 @@ constexpr std::array kSteps{
       ALTER TABLE standing ADD COLUMN checksum INTEGER NOT NULL DEFAULT 0;
       UPDATE standing SET checksum = row_sum(id, x_mm, y_mm, z_mm, utc);
     )sql",
-    // What a result rests on, and what was said with a change of state. Tables of their own: a damaged file of an
-    // earlier version is salvaged by the same columns.
+    // Results that a result was computed with, and remarks made with a change of state. Tables of their own: a damaged
+    // file of an earlier version is salvaged by the same columns.
     R"sql(
       CREATE TABLE dependences (
         id INTEGER PRIMARY KEY,

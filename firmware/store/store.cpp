@@ -7,7 +7,7 @@
 #include "firmware/store/opening.hpp"
 #include "firmware/store/rows.hpp"
 
-// What is kept and found again; life.cpp has the changes of state.
+// Storing and finding results; changes of their state are in life.cpp.
 namespace probebox::store {
 namespace {
 

@@ -31,7 +31,7 @@ constexpr const char* kRename = R"sql(
     WHERE id IN (SELECT id FROM temp.renamed);
 )sql";
 
-// Of two that are about one subject now and in force, or waiting, the one accepted last stays.
+// Where two results in force (or waiting) are now about one subject, the one accepted last stays.
 constexpr const char* kReplace = R"sql(
   CREATE TEMP TABLE replaced AS SELECT older.id AS id, max(newer.accepted_utc) AS utc
     FROM results older JOIN results newer

@@ -12,7 +12,7 @@ using messages::AnswerView;
 using messages::ErrorCode;
 using messages::RequestView;
 
-// What waits for nextRequest(): ticket, operation, body.
+// A request that waits for nextRequest(): ticket, operation, body.
 struct Waiting {
   std::uint64_t ticket{};
   messages::Operation operation{};

@@ -17,7 +17,7 @@ namespace probebox::stream {
 // Explains why this HELLO gets no session; nullopt when both sides have a protocol version in common.
 std::optional<messages::Refusal> whyNoSession(const frame::Header& header, const messages::Hello& hello);
 
-// One whole REFUSAL frame with delimiters before and behind, for a connection without a session.
+// One whole REFUSAL frame with delimiters before and after it, for a connection without a session.
 std::vector<std::byte> refusalFrame(const messages::Refusal& refusal);
 
 // Checks the first bytes of a connection that anyone can open (TCP): they must be HELLO, after any number of

@@ -44,7 +44,7 @@ class History {
   }
 
  private:
-  // The stream in one profile.
+  // Blocks of the stream as encoded for one profile.
   struct Line {
     messages::Profile profile{};
     SampleRing ring;

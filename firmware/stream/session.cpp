@@ -224,7 +224,7 @@ messages::LinkCounters Session::linkCounters() const {
   return sum;
 }
 
-// What finds no room is dropped: the host asks again for what it misses.
+// A message without room is dropped: the host asks again for what it misses.
 template <class Message>
 void Session::send(const Message& message) {
   const auto size = messages::encodedSize(message);

@@ -21,7 +21,7 @@ struct Word {
   double value{};
 };
 
-// What a kind of line may say: its word, and the letters after it with their limits.
+// Grammar of a kind of line: its word, and the letters after it with their limits.
 enum class Kind { begin, end, abandon, home, pose, cut, status, corrections, centreline, delay, all };
 struct Keyword {
   std::string_view text;
@@ -79,7 +79,7 @@ std::optional<Refused> whyNot(const Word& word, std::string_view letters, const 
   if (letters.find(word.letter) == std::string_view::npos)
     return refused("unknown-word", quoted(word.letter) + " has no meaning in this line: omit it");
   if (std::ranges::find(before, word.letter, &Word::letter) != before.end())
-    return refused("repeated-word", quoted(word.letter) + " is there twice: give it once");
+    return refused("repeated-word", quoted(word.letter) + " is given twice: give it once");
   const auto& limits = *std::ranges::find(kLimits, word.letter, &Limits::letter);
   const bool good = word.value >= limits.least && word.value <= limits.most &&
                     (!limits.whole || word.value == std::floor(word.value));

@@ -10,7 +10,7 @@
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 
-// What a control says in lines of text, as DPRNT prints them.
+// Parser of the lines of text that a control prints, for example by DPRNT.
 namespace probebox::tape {
 
 // A line that was not understood. `name` is stable.

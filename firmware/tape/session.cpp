@@ -7,7 +7,7 @@ constexpr unsigned char kXon = 0x11, kXoff = 0x13, kDelete = 0x7F, kEscape = 0x1
 
 }  // namespace
 
-// What is no text: flow control, and the feed, rub-out and codes of a punch.
+// Handles bytes that are no text: flow control, and the feed, rub-out and codes of a punch.
 bool Session::control(unsigned char c) {
   if (c == kXoff && flow_) {
     stopped_ = true;

@@ -31,12 +31,12 @@ class Session {
 
   // False: too much waits already, and the text is not sent at all.
   bool send(std::string_view text);
-  // What may be sent now; nothing while the other end has stopped the box.
+  // Bytes that may be sent now; none while the other end has stopped the box by XOFF.
   std::span<const std::byte> toSend() const;
   void sent(std::size_t bytes);
   bool stopped() const { return stopped_; }
   bool waits() const { return !outgoing_.empty(); }  // something has not been sent yet
-  // After a line that was closed: what came and what waited is of before.
+  // Discards received and unsent bytes, for a line that was opened again.
   void restart();
 
  private:

@@ -5,7 +5,7 @@
 
 #include "firmware/published/snapshot.hpp"
 
-// What the box says in text on a serial line of a control.
+// Text that the box sends on a serial line of a control: records and tapes.
 namespace probebox::tape {
 
 // How a control reads values from a tape.

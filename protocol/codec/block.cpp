@@ -46,7 +46,7 @@ void putSummary(frame::ByteWriter& writer, Profile profile, const BlockHeader& h
   writer.put(static_cast<std::uint8_t>(channels));
 }
 
-// What comes next is on its way while the columns before it are coded.
+// Prefetches the next columns while the ones before them are coded.
 void prefetch([[maybe_unused]] std::span<const std::int64_t> columns) {
 #if defined(__GNUC__)
   constexpr std::size_t kCacheLine = 64 / sizeof(std::int64_t);

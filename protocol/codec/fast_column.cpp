@@ -162,7 +162,7 @@ void FastColumnEncoder::survey(Work& work) const {
   work.mean = meanOf(sums[order], some - kMostOrder);
 }
 
-// Of those columns that it is for, what moves, and noisily, and keeps it where it is better.
+// Tries tracking on the columns that it suits, those that move and are noisy, and keeps it where it is shorter.
 void FastColumnEncoder::track(std::size_t columns) {
   std::array<Work*, kTracked> works{};
   std::array<const std::int64_t*, kTracked> from{};

@@ -94,7 +94,7 @@ struct ProcedureOptions {
           "mm above the middle of the stylus' ball, where the shank touches in the place of the last of the tools");
     field("c_on_line_rad", self.c_on_line_rad, "rad, how C stands with the ball of the rim on the line along +Y");
     field("stations", self.stations, "at how many places the balls of a plate are read; 0: all balls at every angle");
-    field("mounts", self.mounts, "in how many ways the plate is put on the table, one after the other");
+    field("mounts", self.mounts, "number of mounts in which the plate is measured on the table, one after the other");
     field("faces", self.faces,
           "of the tool-setting device that the tool reaches: bit 0 +X, 1 -X, 2 +Y, 3 -Y, 4 +Z; 0: all of them");
     field("reach_mm", self.reach_mm, "mm from the middle of the datum sphere to that of the stylus' ball at contact");

@@ -17,7 +17,7 @@ class Sha256 {
   void add(std::span<const std::byte> bytes) {
     SHA256Update(&state_, reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
   }
-  // Of all that was added; more may be added afterwards.
+  // Digest of all bytes added so far; more may be added afterwards.
   Digest digest() const {
     SHA2_CTX whole = state_;
     Digest digest{};

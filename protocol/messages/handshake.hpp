@@ -87,9 +87,9 @@ struct DelayInForce {
   }
 };
 
-// What turns samples into positions of the stylus' tip: machine position = counts * scale + offset_mm, tool position =
-// machine position - (screw_mm + screw_slope * machine position), tip = tool position + gain * deflection. Since
-// protocol 1.2.
+// Factors and offsets that turn samples into positions of the stylus tip: machine position = counts * scale +
+// offset_mm, tool position = machine position - (screw_mm + screw_slope * machine position), tip = tool position + gain
+// * deflection. Since protocol 1.2.
 struct TipDescription {
   bool has_deflection{};
   bool turned{};

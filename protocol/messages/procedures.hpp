@@ -57,8 +57,10 @@ struct StartProcedure {
       field("method", self.method, "such as delay-multi-speed");
       field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches; none: the method's own. Since 1.2, as all below");
       field("overtravel_mm", self.overtravel_mm, "mm into the surface after contact; 0: the method's own");
-      field("clearance_mm", self.clearance_mm, "mm off the surface before and after a touch; 0: the method's own");
-      field("approach_rad", self.approach_rad, "rad off the normal, for delay-non-normal; 0: the method's own");
+      field("clearance_mm", self.clearance_mm,
+            "mm, distance from the surface before and after a touch; 0: the method's own");
+      field("approach_rad", self.approach_rad,
+            "rad, angle between retract and normal, for delay-non-normal; 0: the method's own");
       field("arc_rad", self.arc_rad,
             "rad over which the angles of C are spread, for centreline, centreline-limited-access and "
             "centreline-by-steps; 0: the method's own");
@@ -175,9 +177,10 @@ struct ProcedureStatus {
             "mm from contact towards the middle of the ball: the arcs of a scan alternate between these two, from the "
             "first on; a scan is marked in contact, at its begin and at its end");
       field("scan_start_rad", self.scan_start_rad, "rad from X to Y, direction from the middle to where a scan begins");
-      field("scan_ramp_rad", self.scan_ramp_rad, "rad, over which a straight way leads from one arc to the next");
+      field("scan_ramp_rad", self.scan_ramp_rad,
+            "rad, angle over which a straight line leads from one arc to the next");
       field("scan_sense", self.scan_sense, "1 from X to Y, -1 the other way; 0: no scan");
-      field("scan_chords", self.scan_chords, "1: straight ways between points at the first depth in place of arcs");
+      field("scan_chords", self.scan_chords, "1: straight lines between points at the first depth in place of arcs");
       field("scan_arcs_rad", self.scan_arcs_rad, "rad, of the arcs or chords, one after the other");
       field(
           "turn_line_rad", self.turn_line_rad,

@@ -146,7 +146,7 @@ what is not there. A field that begins must be whole.
 - A sample is interpolated between the stamps of its sources at the tick; the positions are those of the time tick + system delay in force,
   as the DESCRIPTOR has it, so that one row belongs together. Without a result in force they are not shifted.
 - A resume with another boot id than the box's begins with the present sample, as if it had not been asked for; one from a sample that does not
-  exist yet is refused; one from a sample that is not kept any more begins with the oldest that is, behind a GAP.
+  exist yet is refused; one from a sample that is not kept any more begins with the oldest that is, after a GAP.
 - Sources that `enable_sources` can switch: bit 0 screw, 1 swivel, 2 rotary, 3 centreline, those that machine.toml describes.
 
 ## Frame
@@ -154,7 +154,7 @@ docs/decisions/0001-frame-layout.md says why. The CRC-32C of header and payload 
 and in recordings the whole is COBS-coded and ends with a zero.
 
 CRC-32C: polynomial 1EDC6F41, bits reflected (82F63B78 shifted to the right), all ones before, inverted after; of the text 123456789 it
-is E3069283. COBS: a code byte n from 1 to 255 stands before n - 1 bytes that are not 0; behind them comes a 0 of the data, unless n is
+is E3069283. COBS: a code byte n from 1 to 255 stands before n - 1 bytes that are not 0; after them comes a 0 of the data, unless n is
 255 or the coded frame ends there. 11 00 00 33 becomes 02 11 01 02 33. host-tests/system/independent holds a reader in Python that was
 written from this page.
 
@@ -186,7 +186,7 @@ std::string fastProfile() {
 The channel list and the columns are as above, but order and width say how each column is coded. Arithmetic is on 64-bit integers
 that wrap around; `>>` keeps the sign.
 
-- **order**: bits 0 to 6 name the predictor, 0x80 says that exceptions stand behind the column. Order 0 with the width 8 x bytes of
+- **order**: bits 0 to 6 name the predictor, 0x80 says that exceptions follow the column. Order 0 with the width 8 x bytes of
   the channel is a column as in raw (without sign where the channel is unsigned), and nothing of what follows.
 - **column** = seeds, then packed residuals, then exceptions. Predictors 0 to 3 have as many seeds as their number, predictor 4 has
   3; the column has m = count - seeds residuals.
@@ -255,7 +255,7 @@ std::string stream() {
              "into "
              "force, or a resumed stream goes back to earlier blocks. The CRC-32C of its payload is the descriptor "
              "hash "
-             "of the frames behind it; keep the last ones and decode a block with the one whose hash is in its "
+             "of the frames after it; keep the last ones and decode a block with the one whose hash is in its "
              "frame.") +
          message<TestPattern>("Box to host.") +
          message<Start>(

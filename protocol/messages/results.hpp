@@ -25,7 +25,7 @@ struct NamedValue {
     field("u", self.u, "combined standard uncertainty (k = 1), type A and B, the same unit; since protocol 1.2");
     field("has_u", self.has_u, "0 when u says nothing: sd counts; since protocol 1.2");
   }
-  // What a person reads behind +/-; nothing where it is unknown.
+  // Standard uncertainty (k = 1) that a person reads after +/-: u, else sd; nothing if neither is known.
   std::optional<double> uncertainty() const {
     if (has_u) return u;
     return has_sd ? std::optional{sd} : std::nullopt;

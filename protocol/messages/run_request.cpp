@@ -5,7 +5,7 @@
 namespace probebox::messages {
 namespace {
 
-// What both have under the same name.
+// Copies the options that both have under the same name.
 void copyOptions(const auto& from, auto& to) {
   to.overtravel_mm = from.overtravel_mm;
   to.clearance_mm = from.clearance_mm;

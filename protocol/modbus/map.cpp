@@ -114,7 +114,8 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::marker_run, "marker: run", u32, 1, "", write, "number of the calibration run of the step"},
     {address::marker_step, "marker: step", u16, 1, "", write, "step of the run, from 0"},
     {address::marker_phase, "marker: phase", u16, 1, "", write,
-     "0 begin, 1 end, 2 abandon (the step is repeated), 3 pass: in a dry run the way of the step was gone in the air; "
+     "0 begin, 1 end, 2 abandon (the step is repeated), 3 pass: in a dry run the motion of the step was made in the "
+     "air; "
      "nothing is recorded, and after the last step the first one is asked for again, to be measured. A dry run comes "
      "before the first begin marker, and goes through all steps that are known then"},
     {address::marker_speed, "marker: nominal speed", u16, 0.1, "mm/s", write, "commanded measuring speed of the step"},

@@ -11,25 +11,24 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {0, "none"},
     {1, "the request is not complete, or a value of it is out of range"},
     {2, "the box does not know the request"},
-    {3, "not in use: what service.toml does not allow on a line is answered by exception 3"},
+    {3, "never sent: a request that service.toml does not allow on a line is answered by Modbus exception 3"},
     {4, "the box is busy, or a run is in progress: try again"},
     {5, "there is no such method, run or result"},
     {6,
-     "the options do not fit to the method, the machine or the descriptions, or what the method needs is not "
-     "described"},
+     "the options do not fit the method, the machine or the descriptions, or the descriptions lack something that "
+     "the method needs: the log of the box says what"},
     {7,
-     "not in this state: an axis is not referenced, the clock is not locked, the delay or what else the method rests "
-     "on is not calibrated, a cut is on, "
-     "or "
-     "no run is in progress"},
-    {10, "the result differs from the one in force by more than 4 sd: accept it by 4, although it differs"},
+     "not possible in the present state: an axis is not referenced, the clock is not locked, the delay or another "
+     "result "
+     "that the method needs is not calibrated, a cut is on, or no run is in progress"},
+    {10, "the result differs from the one in force by more than 4 sd: write request 4 to accept it all the same"},
     {21, "step: no counts of the machine during it"},
     {22, "step: no samples of the probe during it"},
     {23, "step: the probe was at the end of its range"},
     {24, "step: a source was lost during it"},
     {25, "step: the clock was not locked"},
     {26, "step: the recording is full"},
-    {27, "step: the rotary axes stood elsewhere"},
+    {27, "step: the rotary axes were not at the angles of the step"},
     {28, "step: no readings of the screw's sensor during it"},
     {29, "step: the extension of a screw was not known"},
     {30, "step: no edges of the tool-setting device during it"},
@@ -39,13 +38,13 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {34, "step: no edges of the probe's switch during it"},
     {35, "step: the probe's switch was open before it"},
     {36, "step: the probe's switch opened twice"},
-    {37, "step: the rest was shorter than it has to be"},
+    {37, "step: the machine stood still for less than the time of the step"},
     {38, "step: the probe came off the surface during a scan"},
     {39, "step: samples were missing during a scan"},
     {40, "step: C turned and nothing touched the stylus"},
     {41, "step: the ball touched the stylus from the wrong side"},
     {42, "step: the angle of C at the contact was not known"},
-    {60, "step: its end marker never came"},
+    {60, "step: its end marker did not arrive in time"},
     {99, "a refusal that this version has no number for: see the page of the run"},
 });
 

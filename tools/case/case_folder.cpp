@@ -124,7 +124,7 @@ Json readConfig(const fs::path& folder, Problems& problems) {
   std::set<std::string> keys;
   const auto watch = [&](int depth, Json::parse_event_t event, Json& parsed) {
     if (depth == 1 && event == Json::parse_event_t::key && !keys.insert(parsed.get<std::string>()).second) {
-      problems.addUnreadable(file + ": key '" + parsed.get<std::string>() + "' stands there twice");
+      problems.addUnreadable(file + ": key '" + parsed.get<std::string>() + "' is there twice: remove one");
     }
     return true;
   };

@@ -64,7 +64,7 @@ void addRun(std::ostream& out, const procedure::LiveMethod& method, std::string_
       << byTrigger(method, option) << " |\n";
 }
 
-// What the machine does for each live method, in alphabetical order.
+// Table of the machine's motions for each live method, in alphabetical order.
 std::string tableOfRuns() {
   std::map<std::string_view, const procedure::LiveMethod*> sorted;
   for (const auto* method : procedure::liveMethods()) {

@@ -101,7 +101,7 @@ std::optional<Label> partLabel(std::string_view stem, std::size_t k) {
   if (stem == "sensor_matrix" && k < 9) return Label{numbered("sensor", k / 3 + 1) + " per " + axis, "", 1};
   if (stem == kErrorAtQueries) return Label{"error " + axis + " at " + numbered("query", k / 3 + 1), "um", 1e3};
   if (stem == kSwivelTerms && k < 12) {
-    // Of what grows with the tool's length L, mm per mm.
+    // Factor of a term that grows with the tool's length L, mm per mm.
     const bool slope = k % 2 != 0;
     return Label{std::string{"XYZ"[k / 4]} + ", factor of " + kTerms[k % 4], slope ? "um/m" : "um", slope ? 1e6 : 1e3};
   }

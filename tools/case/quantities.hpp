@@ -18,7 +18,7 @@ struct Quantity {
   std::optional<double> expanded;  // U, k = 2, type B inputs included
   bool by_definition{};            // zero by definition, such as the location of an axis along itself
 
-  // Combined standard uncertainty (k = 1), what stands behind +/-; the sd where it is not known.
+  // Combined standard uncertainty (k = 1), shown after +/-; the sd if it is not known.
   std::optional<double> uncertainty() const { return expanded ? std::optional{*expanded / 2} : sd; }
 };
 
@@ -39,7 +39,7 @@ Label quantityLabel(const std::string& key, std::string_view axis = {});
 // "C" for the subject "rotary-c"; empty for one that is about no rotary axis.
 std::string rotaryAxisOf(std::string_view subject);
 
-// What the names of ISO 230-7 mean that the values of a result have: "Names of ISO 230-7: XOC and YOC are errors of the
+// Explains the names of ISO 230-7 that the values of a result have: "Names of ISO 230-7: XOC and YOC are errors of the
 // position of C in the X and Y directions, ...". Empty for a result without such names.
 std::string axisNamesInWords(const metrology::Result& result, std::string_view axis);
 

@@ -47,7 +47,8 @@ bool isSmall(std::string_view key) {
                              [&](std::string_view word) { return key.find(word) != std::string_view::npos; });
 }
 
-// What an axis leans; other angles say where an axis stands, as a control does: in degrees.
+// True for an angle by which an axis leans. Other angles are positions of an axis and are shown in degrees, as on a
+// control.
 bool isSmallRotation(std::string_view key) {
   constexpr std::array<std::string_view, 5> kEnds{"tilt_rad", "square_error_rad", "A_minus_C_rad", "Z_slide_rad",
                                                   "rotations_rad"};

@@ -29,7 +29,7 @@ Label labelOf(const std::string& key);
 // it. Callers give the combined one, with type B, where it is known.
 std::string withUncertainty(const Label& label, double value, std::optional<double> u);
 
-// "5447.1": the value alone, with the same places.
+// "5447.1": the value alone, with as many decimal places as withUncertainty() gives it.
 std::string valueText(const Label& label, double value, std::optional<double> sd);
 
 // "10 us": an uncertainty, given in the key's unit, to two digits.

@@ -146,7 +146,7 @@ void addKnown(Json& line, const metrology::Result& result) {
 
 namespace {
 
-// What goes back to the tool store: one record for motion control, one for simulation (docs/metrology.md (C4)).
+// Adds the records that go back to the tool store: one for motion control, one for simulation (docs/metrology.md (C4)).
 void addToolStore(Json& line, const metrology::Result& result) {
   const auto* motion = result.find("motion_control_mm");
   const auto* simulation = result.find("simulation_mm");

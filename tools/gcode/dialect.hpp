@@ -25,13 +25,13 @@ class Dialect {
   virtual ~Dialect() = default;
   virtual std::string_view name() const = 0;
   virtual std::string_view control() const = 0;
-  // What of this control's lathes the programs know nothing of, after "no ".
+  // Lathe features of this control that the programs do not support, as text to follow "no ".
   virtual std::string_view lathe() const = 0;
-  // A sentence: on what controls or simulators programs of this dialect have run.
+  // One sentence that names the controls or simulators on which programs of this dialect have run.
   virtual std::string_view tried() const = 0;
-  // What the control needs for these marks, one sentence per line.
+  // Requirements of these marks on the control, one sentence per line.
   virtual Lines needs(Marks marks) const = 0;
-  // What it needs to stop moves by its skip input, and the word that does it.
+  // Requirements on the control for moves that its skip input stops, and the word for such a move.
   virtual Lines guardNeeds() const = 0;
   virtual std::string_view guardWord() const = 0;
   // True if the control has a code that keeps the tip in place while a head swivels.

@@ -167,7 +167,7 @@ std::string from(double least, double most) {
   return decimal(least) + " to " + decimal(most);
 }
 
-// What turns, and where, and what the machine's axes do meanwhile.
+// Explains in comments what turns, where, and how the linear axes move meanwhile.
 void explainClearance(Writer& to, const Blocks& blocks, const Setting& setting, double lift_mm) {
   std::array<double, 2> sine{}, down{};
   bool tip_control = false, turns = false;

@@ -10,9 +10,9 @@ namespace probebox::gcode {
 // steps depend on measured values, so that no fixed program can do the run.
 Outcome<Blocks> unroll(const procedure::Plan& plan, const Setting& setting);
 
-// By how much the whole path has to be lifted to stay at or above the safe height.
+// Returns the height by which the whole path has to be lifted to stay at or above the safe height, mm.
 double liftOfDryRun(const Blocks& blocks, double safe_z_mm);
-// The same path, all of it lifted by so much, without marks and stops.
+// Returns the path lifted by lift_mm, without marks and stops.
 Blocks dryRun(const Blocks& blocks, double lift_mm);
 
 }  // namespace probebox::gcode

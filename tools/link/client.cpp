@@ -251,7 +251,7 @@ void Client::onHeartbeat(const messages::Heartbeat& beat, const std::optional<Ba
 
 void Client::onRefusal(const messages::Refusal& refusal) {
   if (refusal.about == MessageType::hello) {
-    // Of the right protocol, but without room for one more host.
+    // The box has the right protocol, but no room for another host.
     const bool full = refusal.code == ErrorCode::busy;
     lose({full ? Failure::Kind::box_refused : Failure::Kind::no_protocol, refusal.code, refusal.text});
   } else if (refusal.about == MessageType::start) {

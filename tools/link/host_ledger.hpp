@@ -44,7 +44,7 @@ class HostLedger {
   // Holes without a missing frame, and indices that went back: the box, not the wire, is at fault.
   std::uint64_t unexplained() const { return unexplained_; }
   std::uint64_t repeated() const { return repeated_; }
-  // Index behind the last sample. What follows it is unknown in a recording without a closing heartbeat.
+  // Index after the last sample. In a recording without a closing heartbeat it is unknown whether samples followed.
   SampleIndex next() const { return expected_; }
   bool begun() const { return begun_; }
   bool closed() const { return closed_; }

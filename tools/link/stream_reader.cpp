@@ -36,7 +36,7 @@ std::optional<Message> StreamReader::decoded(std::span<const std::byte> payload)
   return std::nullopt;
 }
 
-// What speaks of a stream that this host has not heard the beginning of: its counts are of somebody else's stream.
+// True for a message about a stream whose beginning this host did not receive: its counts are another stream's.
 bool StreamReader::isStray(MessageType type) const {
   const bool of_a_stream = type == MessageType::heartbeat || type == MessageType::gap || type == MessageType::trigger ||
                            type == MessageType::trigger_gap;

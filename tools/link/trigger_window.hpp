@@ -61,7 +61,7 @@ class TriggerWindow {
   std::optional<messages::Heartbeat> base_;  // where the ledger of the recording begins; none on a later link
   std::optional<messages::BootId> boot_id_;
   std::optional<std::uint32_t> trigger_;
-  std::optional<std::uint64_t> triggered_ms_;  // uptime at the first heartbeat behind the trigger
+  std::optional<std::uint64_t> triggered_ms_;  // uptime at the first heartbeat after the trigger
   bool done_{};
 };
 

@@ -41,7 +41,7 @@ class ScanMotion {
     if (!leg->way.is_arc) return leg->from + share * (leg->to - leg->from);
     return at(leg->from_rad + share * leg->way.turn_rad, leg->way.to_depth_mm);
   }
-  // Of a probe whose gain matrix is the identity, without friction.
+  // Deflection of a probe without friction whose gain matrix is the identity.
   Eigen::Vector3d deflection(double t) const {
     const Eigen::Vector3d here = body(t);
     return (reach_mm_ - here.norm()) * here.normalized();

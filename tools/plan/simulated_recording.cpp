@@ -31,7 +31,7 @@ std::size_t axisAlong(const Vector3d& direction) {
   return static_cast<std::size_t>(along);
 }
 
-// Of the face of a ball screw under its sensor: run-out once and twice a turn, and a slow drift.
+// Simulated reading of the sensor at the face of a ball screw: run-out once and twice a turn, and a slow drift.
 double screwSensor_um(double turn_rad, double t_s) {
   return 3 * std::sin(turn_rad) + 0.8 * std::sin(2 * turn_rad) + 0.02 * t_s;
 }

@@ -14,7 +14,7 @@ namespace probebox::plan {
 // sticks to the stylus while it presses.
 class Turn {
  public:
-  // ball: its centre at C = 0. away: of the stylus from where the machine says that it stands.
+  // ball: its centre at C = 0. away: offset of the stylus from its position by the machine, mm.
   Turn(const procedure::Step& step, const Eigen::Vector3d& ball, const Eigen::Vector3d& away, const SetUp& set_up)
       : ball_{ball},
         stylus_{step.touch.travel_mm * vectorOf(step.touch.outward_normal) +

@@ -30,7 +30,7 @@ ExitStatus answer(const Answer& answer, bool json, const Streams& streams) {
 ExitStatus run(std::span<const std::string> arguments, const Streams& streams) {
   const auto parsed = parse(arguments, methodHelp());
   if (const auto* finished = std::get_if<Answer>(&parsed)) {
-    // What could not be parsed may still have asked for JSON.
+    // A command line that could not be parsed may still have asked for JSON.
     return answer(*finished, std::ranges::find(arguments, "--json") != arguments.end(), streams);
   }
   const auto& request = std::get<Request>(parsed);

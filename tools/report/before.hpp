@@ -14,7 +14,7 @@ struct Earlier {
   metrology::Result result;
 };
 
-// What a page compares its result with; the caller that knows the box fills it in:
+// Earlier results that a page compares its result with; filled in by a caller that knows the box:
 //
 //   Subject subject{"result 17", result.method, dataset, result};
 //   subject.before.in_force = Earlier{"result 12", "2026-11-20T08:00:00Z", active};

@@ -136,7 +136,8 @@ std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
          "its standard deviation, s sqrt(n/(n - 2)) at n degrees of freedom.</p>\n";
 }
 
-// What was held against limits: the answer of the decision rule, before all else. Empty for other results.
+// Box at the top of a certificate with the answer of the decision rule for values that have limits. Empty for other
+// results.
 std::string verdictBox(const Subject& subject) {
   return verdictOn(subject) ? decisionBox(subject, {"Decision rule: ISO 14253-1 with U (k = 2) as guard band, below."})
                             : "";
@@ -170,8 +171,8 @@ std::string traceabilityBox(const Subject& subject, const CertificateFacts& fact
                            "far as u rests on it</p><ul>" +
                                element("li", conditionOf(result, "sphere_certificate")) +
                                element("li",
-                                       "Not traceable is what the values owe to the scales of the machine and the "
-                                       "clock of the box, of which no certificate is on record.");
+                                       "Not traceable are the contributions of the scales of the machine and the "
+                                       "clock of the box: no certificate of them is on record.");
   if (!why && conditionOf(result, "temperature_c").empty())
     text += element("li",
                     "The temperature of the sphere is not stated: the values hold if it was 20 \u00b0C. In steel each "

@@ -7,7 +7,7 @@
 
 namespace probebox::report {
 
-// What a certificate says beside its result.
+// Facts that a certificate states besides its result.
 struct CertificateFacts {
   std::string number;    // of the certificate
   std::string subject;   // what the result is about

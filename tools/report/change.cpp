@@ -65,7 +65,7 @@ std::string tail(const Label& unit) {
   return unit.unit.empty() ? "" : " " + unit.unit;
 }
 
-// Of each value with many components the one that changed most, of the others all.
+// Chooses all values, but of one with many components only the component that changed most.
 std::vector<Change> worthTelling(const Subject& subject) {
   std::vector<Change> chosen;
   for (const auto& change : changesBetween(*subject.result(), subject.before.in_force->result)) {

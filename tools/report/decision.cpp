@@ -55,12 +55,12 @@ bool isLong(const Estimate& estimate) {
   return estimate.shape == Shape::matrix ? estimate.values.size() > 9 : estimate.values.size() > kFewValues;
 }
 
-// What the result is about, where a case answers more.
+// Values about the subject of the result, where its case answers several subjects.
 std::vector<Estimate> headValues(const Subject& subject) {
   return subject.about.empty() ? subject.result()->estimates : metrology::valuesAbout(*subject.result(), subject.about);
 }
 
-// Of several scalar errors the worst; nothing where there are no more than a reader takes in at once.
+// Names the worst of many scalar errors; nothing where they are few enough to read at a glance.
 std::optional<std::string> worstScalar(const Subject& subject, const std::vector<Estimate>& estimates) {
   const Estimate* worst = nullptr;
   std::size_t count = 0;

@@ -10,7 +10,7 @@ enum class Verdict {
   pass,      // within every stated limit, with U, and no warning
   warn,      // a value less than U from its limit, or a warning beside values within their limits
   fail,      // a value beyond its limit
-  no_limit,  // nothing to decide against; warned tells whether there are warnings
+  no_limit,  // no limit to decide against; `warned`: whether there are warnings
   refused,
 };
 
@@ -24,7 +24,7 @@ struct Decision {
 Decision decide(const Subject& subject);
 
 // The box with the decision at the head of an article, as HTML.
-// more: sentences behind those of the decision.
+// more: sentences that follow those of the decision.
 std::string decisionBox(const Subject& subject, const std::vector<std::string>& more = {});
 
 }  // namespace probebox::report

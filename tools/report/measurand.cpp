@@ -14,28 +14,34 @@ struct Measurand {
 // docs/results.md, Subject and binding. A is the angle of the spindle that carries the probe, C the turning axis.
 constexpr auto kMeasurands = std::to_array<Measurand>({
     {"delay",
-     "by how much the stamps of the machine's positions are later than those of the probe's deflections, by axis; the "
+     "the time by which the stamps of the machine's positions are later than those of the probe's deflections, per "
+     "axis; the "
      "gain turns deflections into machine axes with the spindle at A = 0, if the case states at which A it was "
      "measured"},
-    {"centreline", "the turning axis C from the axis of the spindle that carries the probe"},
+    {"centreline", "the position of the turning axis C relative to the axis of the spindle that carries the probe"},
     {"centreline-stylus",
-     "the turning axis C from the tip of the stylus with the spindle at A = 0: the offset of the tip from the axis of "
+     "the position of the turning axis C relative to the tip of the stylus with the spindle at A = 0: the offset of "
+     "the tip from the axis of "
      "the spindle is part of it"},
     {"centreline-slide",
-     "the turning axis C of a chuck that the Z slide carries, from the axis of the spindle that carries the probe"},
-    {"stylus-offset-", "the tip of the stylus from the axis of the spindle that carries it, at A = 0"},
+     "the position of the turning axis C of a chuck that the Z slide carries, relative to the axis of the spindle that "
+     "carries the probe"},
+    {"stylus-offset-",
+     "the position of the tip of the stylus relative to the axis of the spindle that carries it, at A = 0"},
     {"spindle-offset", "the turning axis C minus the axis of the spindle that carries the probe"},
-    {"spindle-tilt", "the direction of the axis of the spindle that carries the probe, against Z"},
-    {"swivel-", "what the reported centre of a ball is off when the head swivels, against the upright head"},
+    {"spindle-tilt", "the tilt against Z of the axis of the spindle that carries the probe"},
+    {"swivel-",
+     "the displacement of the reported centre of a ball when the head swivels, relative to the upright head"},
     {"rotary-",
      "the error motions of a rotary axis about the point named here, relative to the axis at angle zero, and its "
      "location and orientation (ISO 230-1, ISO 230-7)"},
     {"screw-", "the extension of a ball screw by its sensor: gain, and the error of the measured face by sector"},
     {"screw-reference-", "the reading of the sensor that means no extension"},
-    {"tool-", "the tip of a tool from the reference of the head"},
-    {"setter", "the place of the device that tools are set on"},
+    {"tool-", "the position of the tip of a tool relative to the reference of the head"},
+    {"setter", "the position of the tool-setting device"},
     {"assembly-", "the length and the offset of a tool in its holder"},
-    {"sensor-head-", "what turns the readings of a sensor head into machine axes, and its readings at the centre"},
+    {"sensor-head-",
+     "the matrix that turns the readings of a sensor head into machine axes, and its readings at the centre"},
     {"check", "the errors that a ball shows at different angles of the axes, against its accepted place"},
 });
 

@@ -11,7 +11,7 @@
 namespace probebox::report {
 
 // Letter of the rotary axis that the result is about, from its direction ("C" along Z) or the dataset's key `axis`;
-// "" where neither says.
+// "" if neither determines it.
 std::string axisLetter(const Subject& subject);
 
 // Name of value k as the field has it: "EXC at 60 deg", "XOC", "centre X", "Z at B = 30 deg, L = 100 mm", "sector 3".

@@ -44,7 +44,7 @@ std::string page(std::span<const Subject> subjects, const std::string& version) 
          "; equations as numbered in docs/metrology.md; sd is one standard deviation (k = 1) of readings and stops of "
          "axes, U = 2 u "
          "(k = 2, "
-         "about 95 %), u the combined standard uncertainty with type B, which commands print behind "
+         "about 95 %), u the combined standard uncertainty with type B, which commands print after "
          "+/-.</p>\n</body>\n</html>\n";
 }
 

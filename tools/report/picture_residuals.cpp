@@ -17,7 +17,7 @@ bool allAtOnePlace(const metrology::Residuals& residuals) {
   return greatest - least <= alike * std::max(1.0, std::abs(greatest));
 }
 
-// What comes behind the last comma of a name: "x_mm" of "readings 3, x_mm".
+// Part of a name after its last comma: "x_mm" of "readings 3, x_mm".
 std::string partOf(const std::string& name) {
   const auto comma = name.rfind(", ");
   if (comma == std::string::npos) return {};

@@ -192,7 +192,7 @@ std::string effectiveDofText(const Result& result) {
   return (low == high ? low : low + " to " + high) + ", with type B (JCGM 100:2008, G.4)";
 }
 
-// What readings scatter by: nobody reads micrometres as 9.856e-04 mm, or microradians as 4.3e-06 rad.
+// Formats the scatter of readings in um or urad instead of 9.856e-04 mm or 4.3e-06 rad.
 std::string ofAReading(double value, const std::string& unit) {
   if (unit == "mm") return shortly(1e3 * value, 3) + " um";
   if (unit == "rad") return shortly(1e6 * value, 3) + " urad";
@@ -276,7 +276,7 @@ std::string factsTable(const Result& result) {
   const metrology::Method* method = metrology::methodNamed(result.method);
   std::string text = "<h2>Method</h2>\n<table>\n" + row("method", result.method);
   if (method != nullptr) {
-    text += row("equations", std::string{method->equations}) + row("patent", std::string{method->source});
+    text += row("equations", std::string{method->equations}) + row("source", std::string{method->source});
   }
   text += row("condition", shortly(result.condition, 4) + " (of the scaled Jacobian; 1 is best, 1e6 is refused)");
   if (const auto figure = result.designFigure()) {

@@ -13,7 +13,7 @@ std::string residualsTable(const metrology::Result& result);
 std::string warningsList(const metrology::Result& result);
 std::string droppedList(const metrology::Result& result);
 std::string unobservableList(const Subject& subject);
-// Method, equations, patent, and design figures of the readings.
+// Method, equations, source, and design figures of the readings.
 std::string factsTable(const metrology::Result& result);
 // Table of further estimates (`also`).
 std::string alsoTable(const Subject& subject);

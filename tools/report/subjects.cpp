@@ -42,7 +42,7 @@ std::vector<double> flat(const Json& json) {
   return values;
 }
 
-// What no solver writes, although it is JSON.
+// Error for JSON that no solver has written.
 struct NoAnswer {};
 
 Estimate estimate(const std::string& key, const Json& json) {

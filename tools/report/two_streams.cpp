@@ -106,7 +106,7 @@ std::optional<TwoStreams> ofTouch(const Dataset& dataset, const Table& machine, 
   return streams;
 }
 
-// What a scan went along: the feature that the case names, or a sphere.
+// Feature along which a scan was made: the one that the case names, or a sphere.
 std::optional<metrology::FeatureDistance> scannedFeature(const Dataset& dataset) {
   if (dataset.config.contains("shape")) {
     const auto feature = metrology::featureDistance(dataset);

@@ -28,9 +28,9 @@ Outcome<ModbusTcpOptions> parseModbusTcpOptions(std::string_view text);
 // the box. All masters share the registers that they write.
 class ModbusTcpServer final : public RegisterServer {
  public:
-  // Masters that may be connected at once; one more takes the place of the one that has been silent for longest, so
-  // that those who are gone without a word keep nobody out. Those who have not asked for anything yet go first: who
-  // only knocks, however often, displaces no master.
+  // Masters that may be connected at once. A further one replaces the one that has been silent for longest, so that
+  // masters that vanished do not block new ones. Connections that have sent no request yet are replaced first, so that
+  // port scans displace no master.
   static constexpr std::size_t kMostMasters = 8;
 
   // revision: of the firmware, for device identification.

@@ -75,7 +75,7 @@ RegisterDesk::~RegisterDesk() = default;
 RegisterDesk::Answer RegisterDesk::answer(const modbus::Request& request) {
   const Kept kept = faces_.kept();
   writable_.restore(kept.word_order, kept.inhibits);
-  // What the line adds belongs to the same instant: a newer snapshot may have come meanwhile.
+  // Use one snapshot for image and line, because a newer one may be published at any time.
   const auto snapshot = faces_.snapshot();
   image_.fill(snapshot, faces_.line ? faces_.line(snapshot) : published::LineState{},
               faces_.results ? faces_.results() : nullptr, writable_.wordOrder());
@@ -131,7 +131,7 @@ RegisterDesk::Answer RegisterDesk::write(const modbus::Request& request) {
   const bool reorders = changed.wordOrder() != order;
   if (reorders && !faces_.keep) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   if (reorders && !faces_.keep(changed.wordOrder())) return refuse(request, MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE);
-  // What the box does not want leaves no trace, so that the same request may be tried again.
+  // A request that the box refuses leaves no trace, so that it may be tried again.
   if (!outcome->empty() && !faces_.take(*outcome)) {
     if (reorders) faces_.keep(order);
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);

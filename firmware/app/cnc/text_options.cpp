@@ -40,7 +40,7 @@ bool number(std::string_view text, unsigned least, unsigned most, auto& into) {
   return true;
 }
 
-// What the face itself takes; everything else is the line's. An error explains a value that is none.
+// Whether an option was one of the tape: face; all others belong to the serial line. An error explains a bad value.
 enum class Taken { yes, no, wrong };
 
 Taken taken(bool good) {

@@ -45,7 +45,7 @@ std::optional<Asked> askedOf(const modbus::Wish& wish, const std::string& by) {
   return Asked{Operation::accept_result, messages::encoded(request)};
 }
 
-// What a reply says in registers.
+// Translates a reply into the registers about a request.
 void read(const Reply& reply, const modbus::Wish& wish, published::WishState& state) {
   state.outcome = reply.code == ErrorCode::ok ? kDone : kRefused;
   state.refusal = static_cast<std::uint16_t>(reply.code);

@@ -41,7 +41,7 @@ struct Right {
   bool board::Access::*flag;
   const char* key;
 };
-// What it takes to tell the box this.
+// Right that a host needs for sending this event.
 Right rightFor(const Event& said) {
   if (std::holds_alternative<AxisHomed>(said)) return {&board::Access::allow_homing, "allow_homing"};
   if (std::holds_alternative<CutInhibit>(said)) return {&board::Access::allow_inhibit, "allow_inhibit"};

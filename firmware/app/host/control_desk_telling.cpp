@@ -5,7 +5,7 @@
 #include "firmware/app/host/control_desk.hpp"
 #include "protocol/messages/control.hpp"
 
-// What a controller says of its axes and its tool over a link.
+// Requests by which a controller reports its axes and its tool over a link.
 namespace probebox::app {
 
 using messages::ErrorCode;

@@ -313,7 +313,7 @@ void LinkService::advance() {
   openUsbPorts(now);
 }
 
-// What is in the samples stands in the descriptor: blocks from here on go under it.
+// Samples are described by the descriptor: the blocks that follow refer to the new one.
 void LinkService::describe(const published::DelayInForce& delay, const published::ToolInSamples& tool) {
   if (description_.update(delay, tool, time_.now()))
     history_.setDescriptor(messages::encoded(description_.descriptor()));

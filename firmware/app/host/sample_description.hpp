@@ -8,7 +8,7 @@
 
 namespace probebox::app {
 
-// What the descriptor has to know of probe and machine beyond what the core tells.
+// Facts about probe and machine that the stream descriptor needs and the core does not report.
 struct ProbeOnMachine {
   bool switches{};                         // a touch-trigger probe: no channels
   bool head_swivels{};                     // B turns the probe

@@ -5,9 +5,9 @@
 
 namespace probebox::app {
 
-// What the machine does with the box.
+// Whether the machine uses the box now: while it does, the box may not be changed.
 struct Activity {
-  bool cut_is_on{};  // says any door, or a line
+  bool cut_is_on{};  // declared by a door or an input line
   bool run_is_on{};
 };
 

@@ -33,7 +33,7 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
     if (!value.empty()) dataset.config.try_emplace(key, value);
   }
   dataset.config.try_emplace("measured_utc", utc);
-  // What goes back to a store carries its time.
+  // Lengths that go back to a tool store carry the time of their measurement.
   if (dataset.table("tool_store")) dataset.config.try_emplace("measured_at_s", static_cast<double>(std::time(nullptr)));
 }
 
@@ -66,7 +66,7 @@ std::optional<Error> whyNameless(const metrology::Dataset& dataset, const store:
       "(--as-this-machine --by NAME)."};
 }
 
-// What a case states about its probe, machine or mounting that is not what the box describes.
+// Explains which condition stated by a case (probe, machine or mounting) contradicts the descriptions of the box.
 std::optional<Error> whyElsewhere(const metrology::Dataset& dataset, const store::Binding& binding) {
   for (const auto& [key, value] : conditionsOf(binding)) {
     const auto stated = dataset.config.find(key);

@@ -1,5 +1,5 @@
-// What ResultsInForce does around an acceptance: compares, warns, and adds a stylus offset to a centreline from the
-// tip.
+// Members of ResultsInForce for the time around an acceptance: they compare, warn, and add a stylus offset to a
+// centreline from the tip.
 #include <algorithm>
 #include <iterator>
 #include <optional>
@@ -18,7 +18,7 @@ constexpr const char* kFromTip = "centreline-stylus";
 constexpr const char* kOfSpindle = "centreline";
 constexpr const char* kOfSlide = "centreline-slide";
 
-// What a person might not expect of a result about this subject.
+// Warns of an effect that a person may not expect of a result about this subject.
 std::optional<std::string> aboutEffect(const store::Record& record) {
   const auto& subject = record.binding.subject;
   const auto* result = record.result();

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kMostValues = 60;  // what an answer of a link holds
 constexpr std::size_t kMostNamed = 6;    // of them in a sentence
 
-// What is compared where it is not valuesAbout() the subject.
+// Subjects whose compared values differ from valuesAbout() them.
 constexpr std::array kCompared{
     metrology::KeysAbout{"spindle-tilt", {"A_tilt_rad", "", ""}},
     metrology::KeysAbout{"sensor-head-", {"sensor_matrix", "sensor_zero", ""}},

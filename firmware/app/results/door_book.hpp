@@ -29,8 +29,8 @@ struct DoorEntry {
   }
 };
 
-// Stores the choices of each door on disk before they are acknowledged, and tells the core whether any door declares a
-// cut. Any thread; each call may wait for the disk.
+// Stores the choices of each door on disk before they are acknowledged, and informs the core whether any door declares
+// a cut. Any thread; each call may wait for the disk.
 class DoorBook {
  public:
   static constexpr std::size_t kMostDoors = 32;

@@ -33,7 +33,7 @@ std::optional<Axis> screwAxis(std::string_view subject) {
   return std::nullopt;
 }
 
-// Of "screw-reference-x".
+// Axis of a subject such as "screw-reference-x".
 std::optional<Axis> screwReferenceAxis(std::string_view subject) {
   constexpr std::string_view kReferenceOf = "screw-reference-";
   if (!subject.starts_with(kReferenceOf)) return std::nullopt;
@@ -227,7 +227,7 @@ std::optional<std::uint32_t> numberBehind(std::string_view prefix, std::string_v
   return error == std::errc{} && end == digits.data() + digits.size() ? std::optional{number} : std::nullopt;
 }
 
-// Of two parts of one key; nothing where the result states none.
+// Covariance of two parts of one key; nothing if the result states none.
 std::optional<double> covarianceOf(const metrology::Result& result, std::string_view key, std::size_t i,
                                    std::size_t k) {
   if (!result.covariance) return std::nullopt;
@@ -241,7 +241,7 @@ std::optional<double> covarianceOf(const metrology::Result& result, std::string_
   return values[row * size + column];
 }
 
-// Of the type A uncertainty of two parts of one key: the covariance, or the sd where the result states none.
+// Type A covariance of two parts of one key: as stated, else from the sd.
 double statisticalCovarianceOf(const metrology::Result& result, std::string_view key, std::size_t i, std::size_t k) {
   if (const auto stated = covarianceOf(result, key, i, k)) return *stated;
   const auto& sd = result.find(key)->sd;

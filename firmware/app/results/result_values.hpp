@@ -31,8 +31,9 @@ struct Values {
 // count: how many there have to be; 0 for any number. The error names the key: it is missing, or a value is not finite.
 Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, std::size_t count);
 
-// The probe's gain that a result about a delay brings into force; null where it has none, where nobody knows how good
-// it is, or where the case did not state at which A the probe touched, so that it may be that of a turned probe.
+// The probe's gain that a result about a delay brings into force; null if there is none, if its uncertainty is unknown,
+// or if the case did not state the angle A at which the probe touched, because the gain may then be that of a turned
+// probe.
 const metrology::Estimate* servedGain(const metrology::Result& result);
 
 // Offset of the stylus tip from the spindle axis at A = 0, x y, mm, under the key stylus_offset_mm; nothing if the

@@ -25,7 +25,7 @@ constexpr std::size_t kBootIdBytes = 36;
 constexpr std::size_t kRecordBytes = 8 + kBootIdBytes + 3 * 4 + 4;
 using Bytes = std::array<std::byte, kRecordBytes>;
 
-// Of this run of the kernel; empty where a sandbox hides it.
+// Boot id of the running kernel; empty if a sandbox hides it.
 std::string bootId() {
   std::ifstream file{"/proc/sys/kernel/random/boot_id"};
   std::string id;

@@ -21,10 +21,10 @@ class ServedRecord {
   // Correction that an earlier process served last, mm; nothing unless the computer has run without a restart since.
   std::optional<std::array<double, kLinearAxes>> before() const { return before_; }
 
-  // The same, or what was noted since: where the axes stand now.
+  // The correction noted last, else before(): where the axes stand now.
   std::optional<std::array<double, kLinearAxes>> last();
 
-  // Call with every snapshot before a CNC can read it, and with no other: axes do not follow what nobody reads.
+  // Call with every snapshot before a CNC can read it, and with no other: axes follow only snapshots that a CNC reads.
   void note(const published::Snapshot& snapshot);
 
  private:

@@ -38,8 +38,8 @@ class StandingKeeper {
 
   // Writes when necessary. An invalid correction is not applied by the CNC, so the stored one is kept.
   void look(const published::Snapshot& snapshot);
-  // Writes where the axes stand, when nothing is served any more. exactly: what a CNC has read last, if one has; the
-  // final correction otherwise.
+  // Writes the correction at which the axes stand, after serving has ended. exactly: what a CNC has read last, if one
+  // has; the final correction otherwise.
   void finish(const published::Snapshot& snapshot, const std::optional<Correction>& exactly = {});
 
   // Problem for a person; empty without one.

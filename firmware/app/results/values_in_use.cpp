@@ -16,7 +16,7 @@ std::string screwSubject(std::size_t axis) {
   return std::string{"screw-"} + "xyz"[axis];
 }
 
-// Of the first values; 0 without any.
+// Largest uncertainty among the first `count` values; 0 if none is stated.
 double largestSd(const metrology::Estimate& estimate, std::size_t count) {
   const auto sd = uncertaintiesOf(estimate);
   return sd.empty() ? 0.0 : std::ranges::max(sd.first(std::min(count, sd.size())));
@@ -29,7 +29,7 @@ std::optional<procedure::ScrewFace> faceOf(const store::Record& record) {
       .result_id = record.id, .sector_um = table->values, .sd_um = largestSd(*table, table->values.size())};
 }
 
-// Of a centreline from the spindle axis; one from two heights has a tilt.
+// Turning axis by a centreline result from the spindle axis; a result from two heights states its tilt.
 std::optional<procedure::TurningAxis> turningAxisOf(const store::Record& record) {
   const auto* centre = record.result()->find("centre_mm");
   if (centre == nullptr || centre->values.size() != 2) return std::nullopt;
@@ -44,7 +44,7 @@ std::optional<procedure::TurningAxis> turningAxisOf(const store::Record& record)
   return axis;
 }
 
-// What the readings scattered by: the next check has the same ball, so its type B part cancels.
+// With the type A uncertainty: the next check uses the same ball, so the type B part cancels.
 std::optional<procedure::AcceptedValue> acceptedOf(const metrology::Result& result, std::string_view key,
                                                    std::size_t at = 0) {
   const auto* estimate = result.find(key);

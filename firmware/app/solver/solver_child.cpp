@@ -36,7 +36,7 @@ std::string megabytes(std::size_t bytes) {
   return std::to_string(bytes >> 20U) + " MB";
 }
 
-// What is limited to less already stays so.
+// Keeps a limit that is lower already.
 bool limit(decltype(RLIMIT_CPU) resource, rlim_t most) {
   rlimit before{};
   if (getrlimit(resource, &before) != 0) return false;

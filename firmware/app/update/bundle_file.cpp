@@ -20,7 +20,7 @@ constexpr std::size_t kMostOfferBytes = 1024;
 constexpr std::size_t kMostName = 200;  // bytes of a name or a version that are kept
 constexpr std::size_t kSlice = 1U << 20U;
 
-// What the file `offer` holds.
+// Content of the file `offer`.
 struct KeptOffer {
   std::string name{};
   std::string version{};
@@ -67,7 +67,7 @@ BundleFile::BundleFile(std::filesystem::path folder)
   restore();
 }
 
-// What was received and not stored may be anything after a power cut, and is sent again.
+// Bytes received but not yet recorded in `offer` may be damaged by a power cut and are sent again.
 void BundleFile::restore() {
   const auto kept = keptIn(offer_);
   if (kept.total_bytes == 0) return drop();

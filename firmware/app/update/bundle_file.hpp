@@ -14,7 +14,7 @@
 
 namespace probebox::app {
 
-// What is known of a bundle before it has come.
+// Facts about an update bundle that its sender states before sending it.
 struct Bundle {
   std::string name;
   std::string version;

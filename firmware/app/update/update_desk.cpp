@@ -144,8 +144,8 @@ Reply UpdateDesk::send(std::span<const std::byte> body, Clock::time_point now) {
   heard_ = now;
   const std::uint64_t end = request->offset + request->bytes.size();
   if (end < request->offset || end > file.bundle()->total_bytes)
-    return refused(ErrorCode::malformed, "This part ends behind the end of the bundle.");
-  // What begins behind has lost its predecessor; what ends before is there already.
+    return refused(ErrorCode::malformed, "This part ends after the end of the bundle.");
+  // A part that begins later has lost its predecessor; one that ends earlier is stored already.
   if (request->offset <= file.received() && end > file.received()) {
     const auto fresh = std::span{request->bytes}.subspan(file.received() - request->offset);
     if (const auto why = file.append(fresh)) {

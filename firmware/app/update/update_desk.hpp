@@ -46,7 +46,7 @@ class UpdateDesk {
   std::string inWords() const;
 
  private:
-  // Where the box has an updater.
+  // Present only on a box with an updater.
   struct Parts {
     Updater updater;
     BundleFile file;

@@ -92,7 +92,7 @@ std::optional<Error> Updater::put(const char* name, const std::string& text) {
   const io::Descriptor folder{::open(requests_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
   if (folder && ::fsync(folder.get()) == 0) return std::nullopt;
   const auto trouble = troubleWith(path);
-  // What is refused may not be carried out. Where the updater has it already, it is carried out.
+  // Withdraws a refused request. If the updater has taken it already, it is carried out.
   return ::unlink(path.c_str()) == 0 ? std::optional{trouble} : std::nullopt;
 }
 

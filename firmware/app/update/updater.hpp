@@ -10,10 +10,10 @@
 
 namespace probebox::app {
 
-// What the updater says.
+// State that the updater reports in its file.
 struct UpdaterReport {
   messages::UpdateState state{};
-  std::uint64_t installation{};  // that it is about
+  std::uint64_t installation{};  // number of the installation that it reports on
   std::string version;
   std::string running_version;
   std::uint8_t percent{};

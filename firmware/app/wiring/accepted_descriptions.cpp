@@ -1,4 +1,4 @@
-// What a daemon can be started with.
+// Loads the descriptions and checks whether the daemon can run with them.
 #include "firmware/app/wiring/addresses.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/box_config.hpp"

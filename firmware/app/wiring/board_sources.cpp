@@ -29,7 +29,7 @@ Outcome<Sources> openSim(const board::Descriptions& descriptions, const tcp::Add
   return sources;
 }
 
-// What cannot be had yet is asked for while the box runs.
+// Devices that cannot be opened yet are retried while the box runs.
 Sources openReal(const board::Descriptions& descriptions, Counters& counters) {
   const auto& box = descriptions.box;
   Sources sources;

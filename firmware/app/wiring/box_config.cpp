@@ -128,7 +128,7 @@ std::optional<procedure::ProbeShank> probeShank(const board::Machine& machine) {
                                .from_mm = shank->from_mm};
 }
 
-// What was measured with one stylus is not for another one: results belong to both.
+// Results belong to probe and stylus together: those of one stylus do not hold for another.
 std::string probeName(const board::Probe& probe) {
   return probe.serial_number + (probe.stylus.empty() ? "" : ", stylus " + probe.stylus);
 }

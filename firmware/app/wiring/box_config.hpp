@@ -21,7 +21,7 @@ messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, con
 // The digital inputs, with nothing counted yet.
 std::vector<messages::LineStatus> wireLines(const board::Box& box);
 
-// What results are bound to: probe, machine and mounting, and the travel that they must lie in.
+// Returns the probe, machine and mounting that results are bound to, and the travel that they must lie in.
 Mounting mountingOf(const board::Descriptions& descriptions);
 
 }  // namespace probebox::app

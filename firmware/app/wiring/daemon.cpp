@@ -147,7 +147,7 @@ struct Daemon::Parts {
     worker.alsoWaitFor(calibrations.solverDescriptor());
   }
 
-  // What an update has to wait for. For the worker's thread.
+  // Activity of the machine that an update has to wait for. For the worker's thread.
   Activity activity() {
     const auto& now = core_view.newest();
     return {.cut_is_on = doors.anyInhibits() || now.snapshot.inhibited,

@@ -163,7 +163,7 @@ constexpr KnownQuantity kAKnown[]{{"sd_C_tilt_rad", "C_tilt_rad", KnownKind::val
                                   {"sd_ball_offset_mm", "ball_offset_mm", KnownKind::value}};
 constexpr MethodResult kAResults[]{
     {"A_tilt_rad", "x and y of the spindle axis per mm of Z"},
-    {"A_minus_C_rad", "that less the tilt of C, with C_tilt_rad"},
+    {"A_minus_C_rad", "A_tilt_rad minus C_tilt_rad; only if C_tilt_rad is given"},
     {"stylus_offset_of_tool_N_mm", "tip of that tool from the spindle axis, x and y at A = 0; with column tool"}};
 constexpr std::string_view kAUnobservable[]{kAxisAlignmentUnobservable[0],
                                             "first harmonic of the spindle separately from the offsets of its tips"};

@@ -28,7 +28,7 @@ bool constant(std::span<const BallReading> readings, double most_rad, Angle&& an
   });
 }
 
-// What a control measures at one stop of an axis separates nothing; the difference of two axes is off by both.
+// Readings at one stop of an axis separate nothing; the difference of two axes has the errors of both.
 std::optional<Turned> turnedOf(std::span<const BallReading> readings) {
   const bool c = !constant(readings, kSameStop_rad, [](const BallReading& reading) { return reading.c; });
   const bool spindle = !constant(readings, kSameStop_rad, [](const BallReading& reading) { return reading.spindle; });
@@ -153,8 +153,8 @@ Rows rowsOf(std::span<const BallReading> readings, const Columns& columns, doubl
   return rows;
 }
 
-// Returns how far one sd of the angle of C moves each row, in sds of the row. Where spindle and C turned together, r - s
-// stands for r, from which a stylus in its spindle differs by a few micrometres.
+// Returns how far one sd of the angle of C moves each row, in sds of the row. Where spindle and C turned together, r -
+// s stands for r, from which a stylus in its spindle differs by a few micrometres.
 Eigen::VectorXd movedByC(const Rows& rows, const Columns& columns, const Eigen::VectorXd& parameters,
                          const RotationNoise& noise) {
   Eigen::VectorXd moved{rows.values.size()};

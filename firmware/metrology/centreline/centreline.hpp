@@ -61,7 +61,7 @@ inline constexpr std::string_view kTurningAxisFromTip = "centreline-stylus";
 // The turning axis of a chuck on the Z slide, relative to the spindle axis, as a function of the slide's position.
 inline constexpr std::string_view kTurningAxisOfSlide = "centreline-slide";
 
-// What the three methods of a centreline cannot observe.
+// Quantities that none of the three centreline methods can observe.
 extern const std::string_view kCentrelineUnobservable[2];
 
 extern const Method kCentreline;

@@ -2,7 +2,7 @@
 #include <array>
 #include <string_view>
 
-// What the periodic check measures and is held to.
+// Quantities of the periodic check: the mean values that it measures and compares with accepted ones.
 namespace probebox::metrology {
 
 // One mean: which readings make it, and what cancels in it.
@@ -16,7 +16,7 @@ struct CheckQuantity {
   bool promised{true};
 };
 
-// What the run-outs of ball and stylus are at B = 0; the check asks for a new calibration where they have moved.
+// Run-outs of ball and stylus at B = 0; the check asks for a new calibration when they have changed.
 inline constexpr std::array<std::string_view, 4> kCheckRunOuts{"ball_offset_x_mm", "ball_offset_y_mm",
                                                                "stylus_offset_x_mm", "stylus_offset_y_mm"};
 

@@ -11,7 +11,7 @@
 namespace probebox::metrology {
 namespace {
 
-// What was compared, and (|error| + U) / limit, above 1 where conformity is not proven.
+// The value compared, and its (|error| + U) / limit: above 1, conformity is not proven.
 struct Judged {
   Proof proof{};
   double ratio{};

@@ -175,7 +175,7 @@ constexpr MethodTable kContactTables[]{{"contacts", kLimitedAccessContactColumns
 constexpr MethodKey kContactKeys[]{key::kSigmaC};
 constexpr MethodResult kContactResults[]{{"C_shift_rad", "new zero of C in the old count"}};
 constexpr std::string_view kContactUnobservable[]{
-    "the offset of the stylus from the spindle, beyond what two opposite contacts cancel"};
+    "the offset of the stylus from the spindle, except for the part that two opposite contacts cancel"};
 
 }  // namespace
 

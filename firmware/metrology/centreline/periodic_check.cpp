@@ -44,7 +44,7 @@ double side(double degrees) {
   return std::abs(std::remainder(degrees, 360.0)) < 90.0 ? 1.0 : -1.0;
 }
 
-// Of one coordinate of a centre, of its height at B = 90, of a single touch, and of a stop of C.
+// Standard deviations of one coordinate of a centre, of its height at B = 90, of a single touch, and of a stop of C.
 struct Sigmas {
   StatedNoise centre;
   double height90{1.0};

@@ -28,8 +28,8 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset);
 // are stated; a fail asks for a full calibration. Refuses: bad-config.
 std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result);
 
-// What a value may be off the accepted one: limit_<key>, else limit_mm; nothing where neither is stated. Refuses:
-// bad-config.
+// Largest deviation of a value from the accepted one that is allowed: limit_<key>, else limit_mm; nothing if neither is
+// stated. Refuses: bad-config.
 Outcome<std::optional<double>, Refusal> limitOf(const Dataset& dataset, std::string_view key);
 
 extern const Method kPeriodicCheck;

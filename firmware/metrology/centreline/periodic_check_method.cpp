@@ -10,12 +10,12 @@ constexpr std::string_view kPeriodicCheckXColumns[]{"B_deg", "C_deg", "A_deg", "
 constexpr std::string_view kPeriodicCheckZColumns[]{"B_deg", "C_deg", "A_deg", "z_mm"};
 constexpr MethodTable kPeriodicCheckTables[]{
     {"centres", kPeriodicCheckCentreColumns, "centre of the ball at B 0, 45 or 90, C and A 0 or 180", true},
-    {"x_touch", kPeriodicCheckXColumns, "a touch along X at B = 90; needed where centres are there", true},
-    {"z_touch", kPeriodicCheckZColumns, "a touch along Z at B = 0; needed where centres are there", true}};
+    {"x_touch", kPeriodicCheckXColumns, "a touch along X at B = 90; needed if table centres is given", true},
+    {"z_touch", kPeriodicCheckZColumns, "a touch along Z at B = 0; needed if table centres is given", true}};
 constexpr std::string_view kAccepted = "the value in the accepted calibration";
 constexpr std::string_view kSdAccepted =
-    "its standard deviation (k = 1), a part of U of the deviation; without it, exact";
-constexpr std::string_view kLimit = "what it may be off the accepted value";
+    "standard deviation of the accepted value (k = 1), included in U of the deviation; without it, taken as exact";
+constexpr std::string_view kLimit = "largest deviation from the accepted value that is allowed";
 constexpr MethodKey kPeriodicCheckKeys[]{
     {"effective_ball_radius_mm", kNeeded, "of ball plus stylus ball"},
     {"expected_ball_centre_z_mm", kNeeded, "Z of the ball's centre at B = 0"},
@@ -27,9 +27,9 @@ constexpr MethodKey kPeriodicCheckKeys[]{
     key::kLengthResults[2],
     key::kLengthResults[3],
     {"sigma_touch_mm", "sigma_mm", "standard deviation of one touch (k = 1)"},
-    {"sigma_stop_B90_mm", "0", "what a stop of B moves Zcen_B90_mm by (k = 1)"},
-    {"sigma_Zcen_B90_mm", "sigma_mm", "the same of the height of one centre at B = 90"},
-    {"limit_mm", "", "what any value may be off the accepted one"},
+    {"sigma_stop_B90_mm", "0", "standard deviation of Zcen_B90_mm due to a stop of B (k = 1)"},
+    {"sigma_Zcen_B90_mm", "sigma_mm", "standard deviation of the height of one centre at B = 90 (k = 1)"},
+    {"limit_mm", "", "the same for every value without a limit of its own"},
     key::kTauForTheRecord,
     {"accepted_ball_offset_x_mm", "", kAccepted},
     {"sd_accepted_ball_offset_x_mm", "", kSdAccepted},

@@ -186,7 +186,7 @@ std::optional<std::string> disagreement(const RimSteps& steps, const RimCentre& 
   return std::nullopt;
 }
 
-// Of step 2: the zero of C that puts the ball on the nominal line, and its sd where that of a contact is stated.
+// Result of step 2: the zero of C that puts the ball on the nominal line, and its sd if that of a contact is stated.
 struct ContactShift {
   double rad{};
   std::optional<double> sd;
@@ -203,7 +203,7 @@ Outcome<ContactShift, Refusal> contactShift(const Dataset& dataset) {
   return ContactShift{shift.value(), sigma.stated ? std::optional{shift.sd.front()} : std::nullopt};
 }
 
-// What a case asks, read and checked.
+// Content of a case, read and checked.
 struct Measured {
   StatedNoise noise;
   bool trust{true};  // the angles of C
@@ -341,8 +341,9 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   const auto differ =
       measured.noise.stated ? disagreement(steps, *found, fitted, covariance.diagonal().cwiseSqrt()) : std::nullopt;
   if (differ && measured.trust) {
-    return Refusal{"steps-disagree",
-                   *differ + ": are the angles of C right? Set trust_C_angles to false if they are not"};
+    return Refusal{
+        "steps-disagree",
+        *differ + ": check the angles of C; if they are wrong, set trust_C_angles to false, and the steps decide"};
   }
   covariance.diagonal().head<2>() += measured.stylus.variance.head<2>() * noise.position * noise.position;
 

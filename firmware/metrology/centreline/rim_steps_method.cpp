@@ -12,15 +12,16 @@ constexpr MethodTable kRimStepsTables[]{
     {"readings", kRimStepsColumns,
      "the ball at an angle of C from the zero in force in that loop; z_mm too where wanted", true},
     {"stylus", kStylusColumns,
-     "where wanted: the stylus at spindle 0 and 180 degrees; of x_mm, y_mm, z_mm the two across the spindle", true},
-    {"contacts", kRimStepsContactColumns,
-     "where wanted: angles of C at which the ball touches the stylus on either side"}};
+     "optional: tip of the stylus with the spindle at 0 and 180 degrees; of x_mm, y_mm, z_mm give the two across the "
+     "spindle",
+     true},
+    {"contacts", kRimStepsContactColumns, "optional: angles of C at which the ball touches the stylus on either side"}};
 constexpr MethodKey kRimStepsKeys[]{
     key::kSigma,
     key::kSigmaC,
     {"sigma_contact_rad", "", "sd of an angle of C at a contact (k = 1), for the sd of contact_shift_rad"},
-    {"level_limit_mm", "0.01", "y at +theta and -theta within it are level"},
-    {"trust_C_angles", "true", "false where an angle of C is not what it says: the steps count"},
+    {"level_limit_mm", "0.01", "largest difference of y at +theta and -theta that counts as level"},
+    {"trust_C_angles", "true", "false if the angles of C are wrong: the result then follows from the steps"},
     key::kMeanHeight,
     key::kTauForTheRecord};
 // Only half a turn of the spindle relates the tip to the spindle axis.

@@ -16,7 +16,7 @@ struct Offset {
   Answer answer;
 };
 
-// What both methods have in common: the fit, and the offset of the axes.
+// Part that both methods share: the fit, and the offset of the axes.
 Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
   TRY(const auto noise, statedNoise(dataset));
   TRY(const auto table, readBallTable(dataset, {}));
@@ -72,8 +72,9 @@ constexpr MethodTable kSpindleOffsetTables[]{
     {"readings", kSpindleOffsetColumns, "the ball at angles of spindle (A) and C; column stop as for c-axis-alignment",
      true}};
 constexpr MethodKey kSpindleOffsetKeys[]{key::kSigma, key::kSigmaC, key::kASense, key::kCSense, key::kTauForTheRecord};
-constexpr MethodResult kSpindleOffsetResults[]{{"offset_C_minus_A_mm", "C axis less spindle axis, x y"},
-                                               {"stylus_offset_mm", "stylus from the spindle axis at spindle 0, x y"}};
+constexpr MethodResult kSpindleOffsetResults[]{
+    {"offset_C_minus_A_mm", "position of the C axis minus that of the spindle axis, x y"},
+    {"stylus_offset_mm", "position of the stylus relative to the spindle axis with the spindle at 0, x y"}};
 constexpr Subject kSpindleOffset{.name = "spindle-offset"};
 constexpr std::string_view kSpindleOffsetUnobservable[]{
     "first harmonics of C and of the spindle separately from the offsets of ball and stylus"};

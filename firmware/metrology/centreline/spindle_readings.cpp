@@ -153,7 +153,7 @@ std::optional<Refusal> badTool(const Table& table) {
                                  text(*bad) + "; give the number of the tool that carries the tip, from 1 on"};
 }
 
-// Of several tips that one tool carries none is its stylus.
+// Row of the tip of each tool; none for a tool that carries several, because none of them is its stylus.
 std::map<std::uint32_t, std::size_t> tipOfTool(const Dataset& dataset, const BallTable& tips) {
   const auto* tools = dataset.table(kTips)->column(kTool);
   if (tools == nullptr) return {};

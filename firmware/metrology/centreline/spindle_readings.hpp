@@ -27,7 +27,7 @@ struct SpindleReadings {
 
 inline constexpr std::string_view kTool = "tool";
 
-// Numbers of the tools whose styli the readings may tell: column `tool`.
+// Numbers of the tools whose stylus offsets the readings may determine: column `tool`.
 std::set<std::uint32_t> toolsOfTips(const Dataset& dataset);
 
 // Tables readings{tip_length_mm,A_rad,C_rad,x_mm,y_mm}, with `tool` where the numbers of the tools are known, and, for

@@ -12,7 +12,7 @@ namespace probebox::metrology {
 // sphere_certificate, sphere_next_due, stylus_ball.
 bool isCondition(std::string_view key);
 
-// What the subject of the result begins with that such a key names; empty for others.
+// Prefix of the subject of the result that this key names by number; empty for a key that names no result.
 std::string_view subjectNamedByCondition(std::string_view key);
 
 // Diameter of the stylus ball that a case relies on, in words, with its standard deviation as stated; or it ends with

@@ -103,7 +103,7 @@ std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method
 // The sentence about one key.
 std::string unusedKey(std::string_view key, std::string_view method);
 
-// What the subject of the result begins with that a case names in this key; empty where that may be any.
+// Prefix of the subject of the result that this key of a case names by number; empty if any subject is allowed.
 std::string_view subjectNamedBy(std::string_view key, const Method& method);
 
 // "tool-4" of the prefix "tool-" and the number that the key states; nothing without one.

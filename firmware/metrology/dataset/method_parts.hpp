@@ -24,28 +24,30 @@ inline constexpr MethodKey kSigmaAngle{"sigma_angle_rad", "0", "standard deviati
 inline constexpr MethodKey kASense{"A_sense", "1", "-1 where A of the spindle is left-handed about +Z"};
 inline constexpr MethodKey kCSense{"C_sense", "1", "-1 where C is left-handed about +Z"};
 inline constexpr MethodKey kMeanHeight{
-    "mean_z_mm", "", "mean height at which the ball was read: where centre_mm is on an axis that leans"};
-inline constexpr MethodKey kTauForTheRecord{"previous_tau_axis_s", "", "delay in the positions; for the record"};
-inline constexpr MethodKey kStylusRadius{"stylus_ball_radius_mm", "", "with it also the feature's own size"};
+    "mean_z_mm", "", "mean height at which the ball was read: centre_mm of a tilted axis holds at this height"};
+inline constexpr MethodKey kTauForTheRecord{"previous_tau_axis_s", "",
+                                            "delays of the axes already subtracted from the positions; for the record"};
+inline constexpr MethodKey kStylusRadius{
+    "stylus_ball_radius_mm", "", "radius of the stylus ball; if given, the size of the feature itself is answered too"};
 inline constexpr MethodKey kLeastRadius{"radius_min_mm", "", "a smaller radius is refused"};
 inline constexpr MethodKey kGreatestRadius{"radius_max_mm", "", "a larger radius is refused"};
-inline constexpr MethodKey kRobust{"robust", "false", "drop outliers once, instead of refusing them"};
+inline constexpr MethodKey kRobust{"robust", "false", "true: drop outliers once instead of refusing the case"};
 inline constexpr MethodKey kFeatureAxis{"feature_axis", "[0,0,1]", "axis of the feature, along X, Y or Z"};
 inline constexpr MethodKey kSwivelAxis{"swivel_axis", kNeeded, "unit vector of the swivel axis, along X, Y or Z"};
-// Of the tools that carry the probe, in the order in which they were read.
+// Results with the lengths of the tools that carry the probe, in the order in which the tools were read.
 inline constexpr std::array<MethodKey, 4> kLengthResults{
-    {{"length_1_result", "", "number of the assembly that has the length of the first tool; for the record",
+    {{"length_1_result", "", "number of the assembly result that states the length of the first tool; for the record",
       subject::kAssembly},
-     {"length_2_result", "", "the same of the second", subject::kAssembly},
-     {"length_3_result", "", "the same of the third", subject::kAssembly},
-     {"length_4_result", "", "the same of the fourth", subject::kAssembly}}};
-// The same of the pre-travels of a touch-trigger probe.
+     {"length_2_result", "", "the same for the second tool", subject::kAssembly},
+     {"length_3_result", "", "the same for the third tool", subject::kAssembly},
+     {"length_4_result", "", "the same for the fourth tool", subject::kAssembly}}};
+// Results with the pre-travels of a touch-trigger probe, in the same order.
 inline constexpr std::array<MethodKey, 4> kPreTravelResults{
-    {{"pre_travel_1_result", "", "number of the pre-travel that was taken out with the first tool; for the record",
-      subject::kPreTravel},
-     {"pre_travel_2_result", "", "the same with the second", subject::kPreTravel},
-     {"pre_travel_3_result", "", "the same with the third", subject::kPreTravel},
-     {"pre_travel_4_result", "", "the same with the fourth", subject::kPreTravel}}};
+    {{"pre_travel_1_result", "",
+      "number of the pre-travel result that was subtracted for the first tool; for the record", subject::kPreTravel},
+     {"pre_travel_2_result", "", "the same for the second tool", subject::kPreTravel},
+     {"pre_travel_3_result", "", "the same for the third tool", subject::kPreTravel},
+     {"pre_travel_4_result", "", "the same for the fourth tool", subject::kPreTravel}}};
 }  // namespace key
 
 inline constexpr KnownQuantity kStylusRadiusKnown[]{

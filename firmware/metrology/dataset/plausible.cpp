@@ -75,7 +75,7 @@ bool isPlausible(double value, const PlausibleRange& range, bool is_sigma) {
          !(is_sigma && value != 0.0 && std::abs(value) < range.least_sigma);
 }
 
-// What keeps a number from being a reading; nothing when it is good.
+// Reason why a number cannot be a reading.
 struct Objection {
   std::string name;
   std::string what;

@@ -16,7 +16,8 @@ inline constexpr MethodKey kProbeAtZero{"A_rad", "0",
                                         "angle of the spindle while the probe measured: refused beyond 0"};
 inline constexpr MethodKey kProbeAForTheRecord{"A_rad", "",
                                                "angle of the spindle while the probe measured; for the record"};
-inline constexpr MethodKey kProbeBForTheRecord{"B_rad", "", "angle of a swivelling head then; for the record"};
+inline constexpr MethodKey kProbeBForTheRecord{"B_rad", "",
+                                               "angle of a swivelling head while the probe measured; for the record"};
 inline constexpr MethodKey kProbeB{"B_rad", "0",
                                    "angle of a swivelling head while the probe measured: refused beyond 0"};
 

@@ -19,12 +19,13 @@ constexpr double kFarthestStop_rad = 4 * std::numbers::pi;
 constexpr double kMostDegrees = 720;
 // Readings of a screw's sensor and errors of its nut exceed this; the same number of millimetres is usual.
 constexpr double kLeastReading_um = 0.1;
-// What the noise makes of a plane face; the same number of millimetres is a usual face.
+// Least deviation of a face in um: noise alone makes a perfect face look this large. The same number in mm would be a
+// usual face.
 constexpr double kLeastFace_um = 0.02;
 // Two hours, longer than any run; the same number of milliseconds is 7 s.
 constexpr double kLongestRun_s = 7200;
 
-// What readings with noise are called; other columns hold what was set or chosen.
+// Names of columns with noisy readings; other columns hold set or chosen values.
 constexpr std::array<std::string_view, 8> kMeasured{"x_mm",    "y_mm",    "z_mm",      "W0_x_mm",
                                                     "W0_y_mm", "L0_z_mm", "sensor_um", "error_um"};
 // The least noise of a reading where none is stated: that of a good interferometer's position, and of a sensor.

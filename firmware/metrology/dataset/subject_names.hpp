@@ -3,7 +3,7 @@
 
 namespace probebox::metrology::subject {
 
-// What the subjects of results begin with that cases name in keys "..._result".
+// Prefixes of the subjects of results that keys "..._result" of a case name by number.
 inline constexpr std::string_view kAssembly = "assembly-";
 inline constexpr std::string_view kPreTravel = "pre-travel";
 

@@ -33,7 +33,7 @@ inline std::optional<Proof> proofOf(const Result& result) {
   return verdict->value() < 0.5 ? Proof::conforms : Proof::not_proven;
 }
 
-// What such a result is about.
+// Subject of a result with a verdict: that of the periodic check.
 inline constexpr std::string_view kCheckSubject = "check";
 
 // The same of a result about one subject: other results of a check's case, such as the offset of the stylus, are no
@@ -42,7 +42,7 @@ inline std::optional<Proof> proofAbout(const Result& result, std::string_view su
   return subject == kCheckSubject ? proofOf(result) : std::nullopt;
 }
 
-// What the warnings about values that do not conform begin with.
+// Prefixes of the warnings about values whose conformity is disproved or not proven.
 inline constexpr std::string_view kFailWarning = "fail: ";
 inline constexpr std::string_view kNotProvenWarning = "not proven: ";
 

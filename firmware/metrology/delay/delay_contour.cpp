@@ -20,9 +20,10 @@ namespace {
 
 constexpr MethodKey kContourKeys[]{
     {"shape", kNeeded, "sphere, cylinder, plane, plane-pair or box"},
-    {"centre_mm", "", "nominal centre; needed but for a plane"},
-    {"axis_direction", "", "axis of a cylinder, outward normal of a plane, normal of a pair of faces; needed there"},
-    {"size_axis_mm", "", "size of a box along x y z; needed there"},
+    {"centre_mm", "", "nominal centre; needed unless shape is plane"},
+    {"axis_direction", "",
+     "axis of a cylinder, outward normal of a plane, normal of a pair of faces; needed for these shapes"},
+    {"size_axis_mm", "", "size of a box along x y z; needed for this shape"},
     {"feature", "external", "external or internal"},
     of_delay::kSearchWindow,
     of_delay::kGain,

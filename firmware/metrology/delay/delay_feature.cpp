@@ -99,7 +99,7 @@ std::optional<Refusal> misses(const FeatureModel& model, const Fit& fit, std::sp
   return std::nullopt;
 }
 
-// What is found from the points as they are.
+// Fits the points as they are.
 Outcome<Fit, Refusal> fitPoints(const FeatureQuestion& question, std::span<const SurfacePoint> points) {
   if (auto refusal = offFeature(question, points)) return *refusal;
   const FeatureModel model{question, points};
@@ -263,20 +263,20 @@ constexpr MethodTable kFeatureTables[]{of_delay::kMachine,
                                        {"article", kArticleColumns, "position of the workpiece, where it moves"}};
 constexpr MethodKey kFeatureKeys[]{
     {"shape", kNeeded, "sphere, cylinder, plane-pair, box or plane"},
-    {"axis_direction", "", "axis of a cylinder; needed there"},
-    {"size_mm", "", "effective diameter, or distance of the faces; free without it"},
-    {"size_axis_mm", "", "effective size of a box along x y z; needed there"},
+    {"axis_direction", "", "axis of a cylinder; needed for this shape"},
+    {"size_mm", "", "known effective diameter, or distance of the faces; without it the size is fitted"},
+    {"size_axis_mm", "", "effective size of a box along x y z; needed for this shape"},
     {"delays", "common", "common or each-axis"},
-    {"article_has_own_delay", "false", "true where the stamps of article have another delay"},
-    {"threshold_mm", "", "the points are where |A d| falls through it, not where it is zero"},
+    {"article_has_own_delay", "false", "true if the stamps of table article have a delay of their own"},
+    {"threshold_mm", "", "points are taken where the deflection |A d| falls below it, instead of where it is zero"},
     of_delay::kGain,
-    {"previous_tau_s", "0", "delay in the stamps already, with delays common"},
-    {"previous_tau_axis_s", "[0,0,0]", "delays in the stamps already, with delays each-axis"}};
+    {"previous_tau_s", "0", "delay already subtracted from the stamps, with delays common"},
+    {"previous_tau_axis_s", "[0,0,0]", "delays already subtracted from the stamps, with delays each-axis"}};
 constexpr KnownQuantity kFeatureKnown[]{{"sd_size_mm", "size_mm"}, {"sd_size_axis_mm", "size_axis_mm"}};
 constexpr MethodResult kFeatureResults[]{{"tau_s", "delay, with delays common"},
                                          {"tau_axis_s", "delay of each axis, with delays each-axis"},
                                          {"tau_article_s", "delay of article, with article_has_own_delay"},
-                                         {"size_mm", "effective size, where it is not known"}};
+                                         {"size_mm", "effective size; only if size_mm is not given"}};
 constexpr std::string_view kFeatureUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
                                                   "delays that differ between the axes, where one is assumed for all",
                                                   of_delay::kExactFeature};

@@ -71,8 +71,9 @@ constexpr MethodKey kJointsKeys[]{
     {"delays", "common", "common or each-joint"},
     of_delay::kDiameter,
     of_delay::kFeature,
-    {"previous_tau_s", "0", "delay in the stamps already, with delays common; tau is the whole"},
-    {"previous_tau_joint_s", "zeros", "delays in the stamps already, with delays each-joint; tau is the whole"}};
+    {"previous_tau_s", "0", "delay already subtracted from the stamps, with delays common; tau_s includes it"},
+    {"previous_tau_joint_s", "zeros",
+     "delays already subtracted from the stamps, with delays each-joint; tau_joint_s includes them"}};
 constexpr MethodResult kJointsResults[]{{"tau_s", "delay of all joints, with delays common"},
                                         {"tau_joint_s", "delay of each joint, with delays each-joint"},
                                         {"centre_mm", "centre of the sphere in the frame of the machine's base"}};

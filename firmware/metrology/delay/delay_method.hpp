@@ -37,23 +37,24 @@ inline constexpr MethodTable kScanTables[]{
     {"scans", kScansColumns, "a scan, and its speed"}};
 
 inline constexpr MethodKey kPreviousTau{"previous_tau_s", "0",
-                                        "delay in the machine's stamps already; tau is the whole"};
+                                        "delay already subtracted from the machine's stamps; tau includes it"};
 inline constexpr MethodKey kPreviousTauAxis{"previous_tau_axis_s", "[0,0,0]",
-                                            "delays in the machine's stamps already; tau is the whole"};
+                                            "delays already subtracted from the machine's stamps; tau includes them"};
 inline constexpr MethodKey kFeature{"feature", "", "external or internal; must not contradict the normals"};
 inline constexpr MethodKey kDiameter{"effective_diameter_mm", "", "of sphere plus stylus ball; needed at one speed"};
 inline constexpr MethodKey kProbeKind{"probe_kind", "deflection",
                                       "deflection or distance (a probe that does not touch)"};
-inline constexpr MethodKey kSearchWindow{"search_window_s", kNeeded, "how long the delay may be, to either side"};
+inline constexpr MethodKey kSearchWindow{"search_window_s", kNeeded, "largest absolute delay that is searched for"};
 inline constexpr MethodKey kGain{"gain_matrix", "identity", "3 x 3, machine mm per unit of the probe's channels (A3)"};
 
-// The second one is that of the stylus ball alone, where the first is the sphere's: no certificate tells it.
+// The first is the sd of the certified sphere. The second is that of the stylus ball alone, which has no certificate.
 inline constexpr KnownQuantity kDiameterKnown[]{
     {"sd_effective_diameter_mm", "effective_diameter_mm"},
     {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value}};
 
 inline constexpr MethodResult kTau{"tau_s", "delay of the machine's stamps less that of the probe's"};
-inline constexpr MethodResult kTauAxis{"tau_axis_s", "the same of each axis, x y z"};
+inline constexpr MethodResult kTauAxis{"tau_axis_s",
+                                       "delay of the stamps of each axis less that of the probe's, x y z"};
 inline constexpr MethodResult kCentre{"centre_mm", "centre of the sphere"};
 
 }  // namespace probebox::metrology::of_delay

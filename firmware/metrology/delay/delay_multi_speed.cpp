@@ -73,16 +73,18 @@ Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kMultiSpeedKeys[]{{"effective_diameter_mm", "", "certified; with it also the static error"},
-                                      of_delay::kFeature,
-                                      of_delay::kPreviousTau,
-                                      kProbeA,
-                                      key::kASense,
-                                      kProbeB};
+constexpr MethodKey kMultiSpeedKeys[]{
+    {"effective_diameter_mm", "",
+     "certified diameter of sphere plus stylus ball; if given, static_error_mm is answered too"},
+    of_delay::kFeature,
+    of_delay::kPreviousTau,
+    kProbeA,
+    key::kASense,
+    kProbeB};
 constexpr MethodResult kMultiSpeedResults[]{
     of_delay::kTau,
-    {"effective_diameter_mm", "size without delay"},
-    {"static_error_mm", "that size less the certified one, where effective_diameter_mm is stated"}};
+    {"effective_diameter_mm", "diameter of sphere plus stylus ball, free of the delay"},
+    {"static_error_mm", "the measured effective diameter minus the certified one; only if that is given"}};
 constexpr std::string_view kMultiSpeedUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps, of_delay::kOneForAll,
     "the causes of the static error separately: size of the ball, threshold of the probe and form are one number"};

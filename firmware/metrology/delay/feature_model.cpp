@@ -21,7 +21,7 @@ Vector3d motionOf(const SurfacePoint& point) {
   return (point.probe_velocity - point.article_velocity).normalized();
 }
 
-// What the centre can be told of: space, across the axis, or along the common normal.
+// Directions in which the readings determine the centre: all, across the axis, or along the common normal.
 MatrixXd spanOf(const FeatureQuestion& question, std::span<const SurfacePoint> points) {
   if (question.shape == "plane" || question.shape == "plane-pair") return points.front().normal;
   if (question.shape != "cylinder") return Eigen::Matrix3d::Identity();
@@ -72,7 +72,7 @@ Vector3d FeatureModel::surfaceOf(const SurfacePoint& point, const VectorXd& at) 
   return point.machine + pressed + carried(point) * at.tail(question_.delayCount());
 }
 
-// Of the feature, from its centre to the touched place.
+// Extent of the feature from its centre to the touched point.
 double FeatureModel::extent(const SurfacePoint& point, const VectorXd& at) const {
   if (question_.shape == "plane") return 0.0;
   if (question_.shape == "box") return 0.5 * side_ * question_.box_mm.dot(point.normal.cwiseAbs());

@@ -31,7 +31,8 @@ std::optional<Refusal> readSizes(const Dataset& dataset, FeatureQuestion& questi
     return badConfig("config key 'size_mm' does not describe a " + question.shape);
   question.size_mm = size;
   if (is_box) question.box_mm = Vector3d::Map(box->data());
-  if (is_box && !(question.box_mm.minCoeff() > 0.0)) return badConfig("config key 'size_axis_mm': sizes are positive");
+  if (is_box && !(question.box_mm.minCoeff() > 0.0))
+    return badConfig("config key 'size_axis_mm': the sizes of the box must be positive, in mm: correct them");
   return std::nullopt;
 }
 

@@ -63,8 +63,8 @@ Vector3d velocityOf(const Stream& article, const Line& machine) {
   return fitLine(article.timesOf(run), article.valuesOf(run)).slope;
 }
 
-// What the article's samples give of the line through positions that are relative to it: the article is interpolated,
-// so neighbours share its noise. For unit variance of one sample of the article.
+// Contribution of the article's samples to a line through positions relative to the article, for unit variance of one
+// of its samples. The article is interpolated, so neighbours share its noise.
 struct ArticleShare {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the line's middle and slope
   double scatter{};  // of a residual of the line, on average over its degrees of freedom
@@ -95,7 +95,7 @@ ArticleShare articleShare(const Stream& article, const Stream& relative, const L
   return share;
 }
 
-// Of one sample, by what it misses its neighbours by: the article need not move evenly.
+// Noise of one sample, from its distance to the line between its neighbours: the article need not move evenly.
 SampleNoise articleNoise(const Stream& article, const Vector3d& motion) {
   Signal along{article.times, {}};
   for (const auto row : article.values.rowwise()) along.values.push_back(row.dot(motion));

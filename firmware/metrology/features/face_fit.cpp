@@ -157,7 +157,8 @@ Outcome<Corner, Refusal> cornerOf(const Table& points, const Table& faces, const
   std::size_t used = 0;
   for (const auto& face : corner.faces) used += face.rows.size();
   if (used != of_point.size())
-    return Refusal{"bad-face", "the face of a point is not in table 'faces', or is in it twice"};
+    return Refusal{"bad-face",
+                   "table 'points' names a face that table 'faces' does not list, or lists twice: list each face once"};
   return corner;
 }
 
@@ -291,7 +292,9 @@ constexpr std::string_view kWidthUnobservable[]{
 constexpr MethodTable kCornerTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with that face"},
                                       {"faces", kFaceColumns, "outward normal of a face, within 30 degrees"}};
 constexpr MethodKey kCornerKeys[]{
-    {"stylus_ball_radius_mm", kNeeded, "each face is moved in by it"}, key::kSigma, key::kFeatureAxis};
+    {"stylus_ball_radius_mm", kNeeded, "radius of the stylus ball: each face is moved inwards by it"},
+    key::kSigma,
+    key::kFeatureAxis};
 constexpr MethodResult kCornerResults[]{
     {"corner_xy_mm", "corner of two faces across Z; corner_yz_mm or corner_xz_mm across X or Y"},
     {"corner_mm", "corner of three faces"}};

@@ -121,10 +121,10 @@ namespace {
 constexpr MethodTable kSphereFitTables[]{{"points", kSphereFitColumns, "a stylus-ball centre at contact"}};
 constexpr MethodKey kSphereFitKeys[]{
     key::kSigma,
-    {"radius_mm", "", "effective radius where it is known; free without it"},
+    {"radius_mm", "", "known effective radius; without it the radius is fitted"},
     key::kLeastRadius,
     key::kGreatestRadius,
-    {"approximate_centre_mm", "", "on which side of points of one plane the sphere lies"},
+    {"approximate_centre_mm", "", "shows on which side the sphere lies if all points are in one plane"},
     key::kRobust};
 constexpr KnownQuantity kKnown[]{{"sd_radius_mm", "radius_mm"}};
 constexpr MethodResult kSphereFitResults[]{{"centre_mm", "centre of the sphere"},

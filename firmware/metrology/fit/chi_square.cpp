@@ -69,7 +69,7 @@ double incompleteBetaBelowMean(double a, double b, double x, double one_less_x) 
   return front * fraction.value;
 }
 
-// Of the F distribution, whose share below f is I_x(d1/2, d2/2) at x = d1 f / (d1 f + d2).
+// Tails of the F distribution, whose share below f is I_x(d1/2, d2/2) at x = d1 f / (d1 f + d2).
 Tails ofFisher(double d1, double d2, double f) {
   if (!(f > 0.0)) return {0.0, 1.0};
   const double x = d1 * f / (d1 * f + d2);

@@ -43,7 +43,7 @@ std::optional<double> scaleOf(const Fit& fit, const Sigma& sigma, Result& result
   return check.widening;
 }
 
-// Of what was not dropped.
+// Root mean square of the residuals that were not dropped.
 template <class Dropped>
 double rmsOf(const Eigen::VectorXd& residuals, const Dropped& dropped) {
   double squares = residuals.squaredNorm();

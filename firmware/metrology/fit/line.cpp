@@ -197,7 +197,7 @@ double resolutionOf(std::span<const double> values) {
   std::ranges::sort(sorted);
   double step = std::numeric_limits<double>::infinity();
   for (std::size_t k = 1; k < sorted.size(); ++k) {
-    // What rounding leaves of equal values is no step.
+    // A difference within the rounding of equal values is no step.
     if (sorted[k] - sorted[k - 1] > kCaseDigits) step = std::min(step, sorted[k] - sorted[k - 1]);
   }
   const auto off_grid = [&](double value) {

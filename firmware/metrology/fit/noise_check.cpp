@@ -20,7 +20,7 @@ std::string remedyOf(const NoiseCheck& check) {
            "that no reading is a copy of another";
   }
   if (check.warning == kResidualsShowAPattern) {
-    return "neighbouring readings are off to the same side, so the model does not hold and the sd, which is not "
+    return "neighbouring readings deviate to the same side, so the model does not hold and the sd, which is not "
            "widened, does not cover it; look at the residuals, and check the feature's form, the stated sizes and "
            "whether something moved";
   }

@@ -8,7 +8,7 @@
 namespace probebox::metrology {
 namespace {
 
-// What sample k misses a polynomial through its neighbours by, squared, over what that is for unit variance.
+// Squared distance of sample k from the polynomial through its neighbours, divided by its expectation at unit variance.
 double missedSquare(const Signal& signal, std::size_t k, std::span<const std::size_t> neighbours) {
   double missed = signal.values[k];
   double variance = 1.0;

@@ -8,8 +8,9 @@ std::optional<double> varianceFromResiduals(double sum_of_squares, std::size_t d
 }
 
 std::string noSdWarning(std::size_t dof, std::string_view key) {
-  const std::string spare = dof == 0 ? "no more readings than unknowns"
-                                     : "only " + std::to_string(dof) + " more than unknowns, of which it takes three";
+  const std::string spare =
+      dof == 0 ? "no more readings than unknowns"
+               : "only " + std::to_string(dof) + " more readings than unknowns, but an sd needs three more";
   return "no sd: no " + std::string{key} + " is stated and there are " + spare + "; state " + std::string{key} +
          ", or take more readings";
 }

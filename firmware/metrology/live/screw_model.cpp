@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kBand = 0.1;  // of the threshold, to either side
 
-// Of a turn, in sectors: 0 to count.
+// Angle within a turn, in sectors from 0 to count.
 double sectorsOf(double angle_rad, std::size_t count) {
   const double turns = angle_rad / kTurn;
   return (turns - std::floor(turns)) * static_cast<double>(count);

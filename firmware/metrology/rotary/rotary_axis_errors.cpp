@@ -115,9 +115,9 @@ std::optional<Refusal> badPlate(const Station& station, const RigidMotion& plate
   for (std::size_t k = 0; k < station.ideal.size(); ++k) {
     const double off = (station.read[k] - plate(station.ideal[k])).cwiseAbs().maxCoeff();
     if (off > std::max(kWorstResidual_sigma * sigma.value, kBallResidualFloor_mm)) {
-      return Refusal{"residual-too-large", "row " + std::to_string(k + 1) + " of table 'second', by ball, is " +
-                                               text(off) +
-                                               " mm off the certificate, more than 5 sigma: measure it again"};
+      return Refusal{"residual-too-large",
+                     "row " + std::to_string(k + 1) + " of table 'second', by ball, is " + text(off) +
+                         " mm from the certified position, more than 5 sigma: measure this ball again"};
     }
   }
   return std::nullopt;
@@ -155,7 +155,7 @@ Matrix6d turnedPlate(const NominalAxis& axis, double angle) {
   return both;
 }
 
-// What the rigid motion of one angle leaves of the balls, in the order of their rows.
+// Adds the residuals of the balls from the rigid motion of one angle, in the order of their rows.
 void addResiduals(Residuals& residuals, const Station& station, const Motion& motion) {
   for (Eigen::Index k = 0; k < motion.left.size(); ++k) {
     residuals.names.push_back("first, " + text(station.angle * 360.0 / kTurn) + " degrees, ball " +
@@ -262,7 +262,7 @@ Fit errorsOf(const std::vector<Station>& stations, const NominalAxis& axis, cons
   return fit;
 }
 
-// What a case holds, read and checked: the plate where second and third put it, the stations of first.
+// Content of a case, read and checked: the plate where second and third put it, the stations of first.
 struct Bench {
   NominalAxis axis;
   Sigma sigma;

@@ -130,8 +130,8 @@ Matrix3d weightOf(const Keys& keys) {
 
 // Where each kind of unknown stands among the parameters: places of the plate (6 a mount), errors (6 an angle), errors
 // of the stations (3 a reading of second), the certificate (3 a ball), how far off its angle the axis stopped (1 a
-// stop, and it stops anew in every mount: the angles, then the zero of second), what all readings are off by (3). The last three are held by what is
-// known of them.
+// stop, and it stops anew in every mount: the angles, then the zero of second), what all readings are off by (3). The
+// last three are held by what is known of them.
 class StackModel {
  public:
   StackModel(const PlateReadings& stack, const Keys& keys) : stack_{stack}, keys_{keys}, weight_{weightOf(keys)} {
@@ -173,7 +173,7 @@ class StackModel {
     const Vector3d place = at.segment<3>(mount) + turned(at.segment<3>(mount + 3)) * start(certified);
     const double stop = stops_at_ < offset_at_ ? at[stopOf(reading)] : 0.0;
     const double angle = (reading.angle ? stack_.angles[*reading.angle] : 0.0) + stop;
-    // Of the plate, after the axis has turned it.
+    // Orientation of the plate after the axis has turned it.
     const Matrix3d seen = Eigen::AngleAxisd{angle, keys_.axis.direction}.toRotationMatrix();
     const Vector3d ideal = seen * place;
     Vector3d model_at = ideal;

@@ -157,15 +157,16 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
 namespace {
 
 constexpr MethodTable kSensorHeadTables[]{
-    {"moves", kMoveColumns, "place of the ball from the head's reference, and what the sensors say", true},
-    {"readings", kReadingColumns, "where wanted: machine position, and what the sensors say"}};
+    {"moves", kMoveColumns, "position of the ball relative to the head's reference, and the readings of the sensors",
+     true},
+    {"readings", kReadingColumns, "optional: machine position, and the readings of the sensors"}};
 constexpr MethodKey kSensorHeadKeys[]{
     {"sigma_sensor", "", "standard deviation of one sensor (k = 1), in its unit"},
     {"tool_vector_mm", "[0,0,0]", "from the machine's position to the head's reference"},
     {"reference_mm", "", "the machine's position at the reference, u = 0; gives centred_mm"},
-    {"tool", "", "the head's number, which the box needs"}};
-constexpr MethodResult kSensorHeadResults[]{{"sensor_matrix", "units of the sensors per mm, a row a sensor"},
-                                            {"sensor_zero", "of each sensor at the reference"},
+    {"tool", "", "number of the sensor head as a tool; needed by the box"}};
+constexpr MethodResult kSensorHeadResults[]{{"sensor_matrix", "units of the sensors per mm, one row per sensor"},
+                                            {"sensor_zero", "reading of each sensor at the reference"},
                                             {"ball_mm", "centre of the ball, a row a reading"}};
 constexpr std::string_view kSensorHeadUnobservable[]{
     "the position of the ball separately from that of the head's reference: only moves relative to it"};

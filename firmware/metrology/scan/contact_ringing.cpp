@@ -30,7 +30,8 @@ struct Tone {
   double decay{};
 };
 
-// What a contact shows beyond the machine's motion: orthogonal to motion, its rate and a constant.
+// Part of a contact's deflection that the machine's motion does not explain: orthogonal to the motion, its rate and a
+// constant.
 struct Beyond {
   ArrayXd since;    // s, from the first deflected sample
   MatrixXd motion;  // orthonormal columns

@@ -88,7 +88,7 @@ Smoothed bestSmoothed(const VectorXd& steps, const VectorXd& probe_rate, double 
   return best;
 }
 
-// What the distance and its errors look like on the grid. start: the delay, to within a few samples.
+// Distance and shapes of its errors, sampled on the grid. start: the delay, to within a few samples.
 Eigen::MatrixXd shapesOf(const ContourScan& scan, double start, const Grid& grid) {
   const Index n = grid.times.size();
   const auto places = static_cast<Index>(scan.places.size());

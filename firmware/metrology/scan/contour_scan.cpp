@@ -79,7 +79,7 @@ VectorXd mapped(const std::vector<double>& values) {
   return VectorXd::Map(values.data(), static_cast<Index>(values.size()));
 }
 
-// What the distance may be off by, one column each: a constant, and an error of the place along each direction.
+// Shapes of the errors of the distance, one column each: a constant, and an error of the place along each direction.
 Eigen::MatrixXd errorShapes(const ContourScan& scan) {
   Eigen::MatrixXd shapes{static_cast<Index>(scan.distance.values.size()), 1 + static_cast<Index>(scan.places.size())};
   shapes.col(0).setOnes();
@@ -87,12 +87,12 @@ Eigen::MatrixXd errorShapes(const ContourScan& scan) {
   return shapes;
 }
 
-// What is left of values without the columns of shapes.
+// Residuals of values after a fit of the columns of shapes.
 VectorXd without(const Eigen::MatrixXd& shapes, const VectorXd& values) {
   return values - shapes * solveSquare(shapes.transpose() * shapes, shapes.transpose() * values);
 }
 
-// What is left of the distance without that.
+// Distance after the fit of the shapes of its errors.
 std::vector<double> stepsOf(const ContourScan& scan) {
   const Eigen::MatrixXd shapes = errorShapes(scan);
   const VectorXd distance = mapped(scan.distance.values);

@@ -66,7 +66,9 @@ Outcome<FeatureDistance, Refusal> featureDistance(const Dataset& dataset) {
   TRY(const auto size, requiredVector(dataset, "size_axis_mm"));
   feature.half_mm = 0.5 * Vector3d{size.data()};
   if (!(feature.half_mm.minCoeff() > 0.0)) {
-    return Refusal{"bad-config", "config key 'size_axis_mm': the sizes of the box along x, y and z are positive"};
+    return Refusal{
+        "bad-config",
+        "config key 'size_axis_mm': the sizes of the box along x, y and z must be positive, in mm: correct them"};
   }
   return feature;
 }

@@ -43,7 +43,7 @@ std::vector<Leg> legsOf(const Stream& machine, const std::array<std::pair<double
   return legs;
 }
 
-// Of a sum over samples; what the gains weigh a line by.
+// Variance that rounding errors shared by the samples add to a weighted sum of them. gains: the weights.
 double commonOf(const Leg& leg, const std::vector<double>& times, const Eigen::Vector3d& direction, double noise,
                 const Eigen::VectorXd& gains) {
   double of_mean = 0.0;

@@ -10,8 +10,8 @@ namespace probebox::metrology {
 // |x - centre| + |A d| is constant (A14), but for the place of the ball, with the delay as a further unknown. A is
 // `described` times a symmetric matrix: its sense of rotation changes no length. An error of the
 // centre counts by its first order, as in the solver. Friction, which adds the same share to
-// every length, is in it. Tables machine, probe and scans as solveDelaySteppedScan takes them. Nothing where the scans
-// do not tell, or tell what no probe has.
+// every length, is in it. Tables machine, probe and scans as solveDelaySteppedScan takes them. Nothing if the scans do
+// not determine it, or if the answer is impossible for a probe.
 std::optional<Eigen::Matrix3d> scanGain(const Dataset& scans, const Eigen::Vector3d& centre_mm,
                                         const Eigen::Matrix3d& described);
 

@@ -169,7 +169,7 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const WaveformPair> records, do
     }
   }
   auto tau = settle(grids, start);
-  // What stands out of the noise is left out: spikes, and without noise the kinks that interpolation cannot follow.
+  // Samples beyond the noise are omitted: spikes, and in noise-free data the kinks that interpolation cannot follow.
   for (int round = 0; tau && round < kRounds; ++round) {
     const double deviation = robustDeviation(grids) + kLeastDeviation_mm / kOutlierDeviations;
     bool changed = false;
@@ -217,7 +217,8 @@ Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::Vect
                               " mm, not " + text(match.expected_mm) +
                               "): sd widened; check for stiction or a loose stylus");
   }
-  for (const auto& name : match.dropped) result.dropped.push_back({name, "off the other samples by 4.5 deviations"});
+  for (const auto& name : match.dropped)
+    result.dropped.push_back({name, "more than 4.5 deviations from the other samples"});
   Estimate delay = Estimate::scalar("tau_s", previous[0] + match.tau_s, sd);
   if (match.expected_mm > 0.0) delay.design = {match.sd_s / match.expected_mm};
   result.design_per = "one comparison of machine and probe, mm";

@@ -159,7 +159,7 @@ Outcome<std::optional<Fit>, Refusal> measuredGain(const Dataset& dataset, const 
   return std::optional<Fit>{std::move(fit)};
 }
 
-// Of values that do not depend on each other, those of the first one first.
+// Joint covariance of two sets of independent values, the first set first.
 Covariance apart(const Covariance& first, const Covariance& second) {
   Covariance both = first;
   both.components.insert(both.components.end(), second.components.begin(), second.components.end());
@@ -236,12 +236,12 @@ constexpr MethodKey kCalibrationKeys[]{
     {"sectors", kNeeded, "of the face table"},
     kAxisReversed,
     {"drift_limit_um_s", "0.1", "more drift is refused"},
-    {"axis", "", "whose screw, X, Y or Z, for the box"},
-    {kStandingGain, "", "in the place of gain_cal: it stays, and the face alone is measured"}};
+    {"axis", "", "axis of the screw, X, Y or Z; needed by the box"},
+    {kStandingGain, "", "gain K that is kept, instead of table gain_cal: only the face table is measured"}};
 constexpr KnownQuantity kCalibrationKnown[]{kScrewLengthKnown, kScrewOffsetKnown};
 constexpr MethodResult kCalibrationResults[]{{"K", "gain (D2), unless it is stated"},
                                              {"sector_table_um", "face table (D3), sum 0"},
-                                             {"drift_um_s", "of the sensor during sector_cal"}};
+                                             {"drift_um_s", "drift of the sensor during sector_cal"}};
 constexpr std::string_view kCalibrationUnobservable[]{
     kEvenHeat, "the mean height of the face separately from the zero of the sensor: the table sums to 0"};
 

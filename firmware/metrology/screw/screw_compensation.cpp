@@ -84,7 +84,7 @@ constexpr MethodKey kCompensationKeys[]{
     kScrewLength,
     kScrewOffset,
     {"K", kNeeded, "calibrated gain"},
-    {"threshold_rpm", kNeeded, "from this speed on the face table is not taken off (D5)"},
+    {"threshold_rpm", kNeeded, "at this speed and above the face table is not subtracted (D5)"},
     kAxisReversed,
     {"reference_um", "0", "the sensor's reading of the cold screw"},
     {"extension_min_um", "", "a smaller extension is refused"},
@@ -94,7 +94,7 @@ constexpr KnownQuantity kCompensationKnown[]{kScrewLengthKnown,
                                              kScrewOffsetKnown,
                                              {"sd_K", "K", KnownKind::value},
                                              {"sd_reference_um", "reference_um", KnownKind::value}};
-constexpr MethodResult kCompensationResults[]{{"comp_um", "to add to the position, one a row of cycle"}};
+constexpr MethodResult kCompensationResults[]{{"comp_um", "correction to add to the position, one per row of cycle"}};
 constexpr std::string_view kCompensationUnobservable[]{kEvenHeat};
 
 }  // namespace

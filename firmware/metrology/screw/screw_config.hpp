@@ -14,7 +14,7 @@ namespace probebox::metrology {
 inline constexpr MethodKey kScrewLength{"screw_length_mm", kNeeded, "from the fixed bearing to the sensor"};
 inline constexpr MethodKey kScrewOffset{"orgoff_mm", kNeeded, "from the fixed bearing to the axis zero"};
 inline constexpr MethodKey kAxisReversed{"axis_reversed", "false",
-                                         "true where the axis counts towards the fixed bearing"};
+                                         "true if the axis counts upwards towards the fixed bearing"};
 inline constexpr KnownQuantity kScrewLengthKnown{"sd_screw_length_mm", "screw_length_mm", KnownKind::value};
 inline constexpr KnownQuantity kScrewOffsetKnown{"sd_orgoff_mm", "orgoff_mm", KnownKind::value};
 inline constexpr std::string_view kEvenHeat =

@@ -210,13 +210,13 @@ constexpr MethodTable kReferenceTables[]{{"at_rest", kRestColumns, "a reading of
                                          {"sector_table", kSectorColumns, "a sector of the calibrated face table"}};
 constexpr MethodKey kReferenceKeys[]{
     {"sd_T_um", "0", "standard deviation of a value of sector_table (k = 1)"},
-    {"sd_face_um", "", "in the place of sector_table: standard deviation of the face over a turn (k = 1)"},
+    {"sd_face_um", "", "instead of table sector_table: standard deviation of the face over a turn (k = 1)"},
     {"drift_limit_um_s", "0.002", "more drift is refused"},
     {"resolution_um", "", "of a reading; without it the smallest difference between two"},
-    {"axis", "", "whose screw, X, Y or Z, for the box"},
+    {"axis", "", "axis of the screw, X, Y or Z; needed by the box"},
     {"screw_result", "", "number of the face table's result; for the record", "screw-"}};
 constexpr MethodResult kReferenceResults[]{{"reference_um", "reading that means no extension (D1a)"},
-                                           {"drift_um_s", "of the sensor during at_rest"}};
+                                           {"drift_um_s", "drift of the sensor during at_rest"}};
 constexpr std::string_view kReferenceUnobservable[]{
     "whether the screw is at the temperature at which the machine is right: a screw that is evenly warm is as steady",
     "a drift of the sensor itself, which looks like an extension"};

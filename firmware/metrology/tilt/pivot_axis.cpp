@@ -95,7 +95,7 @@ Outcome<Fit, Refusal> refuseUncertainLean(Outcome<Fit, Refusal> fit, double sigm
   const double design = std::sqrt(fit->cofactor.diagonal().segment<2>(2).maxCoeff()) / sigma;
   if (design <= kMostLeanPerMm) return fit;
   return Refusal{"ill-conditioned",
-                 "the readings do not determine the lean of the axis (a reading that is 1 um off makes " +
+                 "the readings do not determine the lean of the axis (an error of 1 um in a reading changes it by " +
                      text(1e-3 * design) +
                      " rad): read at a third tilt, or points that lie further apart along the axis"};
 }
@@ -162,10 +162,10 @@ namespace {
 
 constexpr MethodResult kPivotAxisTableResults[]{
     {"pivot_yz_mm", "the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z"},
-    {"lean_yz_rad", "by which it leans in that plane; lean_xz_rad, lean_xy_rad likewise"}};
+    {"lean_yz_rad", "angle by which the axis leans in that plane; likewise lean_xz_rad, lean_xy_rad"}};
 constexpr MethodResult kPivotAxisHeadResults[]{
     {"pivot_xz_mm", "a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z"},
-    {"lean_xz_rad", "by which it leans in that plane; lean_yz_rad, lean_xy_rad likewise"}};
+    {"lean_xz_rad", "angle by which the axis leans in that plane; likewise lean_yz_rad, lean_xy_rad"}};
 
 }  // namespace
 

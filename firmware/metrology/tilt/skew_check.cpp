@@ -39,14 +39,15 @@ Outcome<std::optional<std::string>, Refusal> checkSkew(const std::vector<TiltRea
     const auto change = changeOf(reading, *seen->second, fit, sigma);
     const bool beyond = std::abs(change.mm) > kDeviations * change.sd_mm;
     if (std::abs(change.mm) > kGross_mm && (beyond || !sigma.stated)) {
-      return Refusal{"readings-contradict",
-                     "the reading at a tilt of " + text(reading.tilt_deg) + " degrees is " + text(change.mm) +
-                         " mm off along the axis if the axis is as skew as the others say: one of the readings is bad; "
-                         "measure again, with a third tilt"};
+      return Refusal{
+          "readings-contradict",
+          "the reading at a tilt of " + text(reading.tilt_deg) + " degrees is " + text(change.mm) +
+              " mm from where the other readings put it along the axis, skew included: one of the readings is wrong; "
+              "measure again, with a third tilt"};
     }
     if (beyond && !warning)
       warning = "the readings along the axis contradict its skew by " + text(change.mm) +
-                " mm: one of them may be bad; a third tilt tells";
+                " mm: one of them may be wrong; read at a third tilt to find it";
   }
   return warning;
 }

@@ -42,7 +42,7 @@ struct Candidates {
   std::optional<Refusal> rigid_refused;
 
   const std::optional<Fit>& of(Kind kind) const { return fits[static_cast<std::size_t>(kind)]; }
-  // Of a residual, mm; nothing without redundancy.
+  // Root mean square of the residuals, mm; nothing without redundancy.
   std::optional<double> rms(Kind kind, double sigma) const {
     const auto& fit = of(kind);
     if (!fit || fit->dof == 0) return std::nullopt;
@@ -114,7 +114,7 @@ Outcome<Chosen, Refusal> choose(const Candidates& candidates, SwivelModel model,
 Candidates fitAll(const SwivelReadings& readings, SwivelModel model, double sigma) {
   Candidates candidates;
   for (const Kind kind : {Kind::sine, Kind::rigid, Kind::free}) {
-    // What a shank tells goes with the lengths by a rigid head alone.
+    // Readings with a shank combine with the lengths in the model of a rigid head only.
     if (kind != Kind::rigid && readings.byShank()) continue;
     if (kind == Kind::free && !model.one_minus_cosine) continue;
     model.kind = kind;
@@ -125,8 +125,8 @@ Candidates fitAll(const SwivelReadings& readings, SwivelModel model, double sigm
   return candidates;
 }
 
-// What the model leaves at each stop of B, the mean over the lengths, less what it leaves at zero: rows B_deg, x, y, z.
-// An index error of B shows here.
+// Residuals of the model at each stop of B, averaged over the lengths, minus those at zero: rows B_deg, x, y, z. An
+// index error of B shows here.
 Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, double sigma,
                      std::optional<double> reading_sd) {
   const auto stops = swivelStops(readings);
@@ -161,7 +161,7 @@ Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, doubl
   return Estimate::matrix("left_by_angle_mm", 4, std::move(values), std::move(sds));
 }
 
-// What stands beside the answer: which model it is and how well each fits, and all that live corrections need.
+// Adds the chosen model, how well each candidate fits, and the values that live corrections need.
 void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates, const SwivelReadings& readings,
               double sigma) {
   const auto& parameters = chosen.fit.parameters;
@@ -195,7 +195,7 @@ SwivelModel modelFor(const SwivelReadings& readings, const SwivelPlane& plane) {
   return model;
 }
 
-// Of tips and shank, mm.
+// Adds the residuals of tips and shank, mm.
 void tellResiduals(Answer& answer, const SwivelReadings& readings, Eigen::Index axis) {
   std::vector<std::string> names;
   std::vector<double> at;

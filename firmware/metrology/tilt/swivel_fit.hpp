@@ -28,7 +28,7 @@ struct SwivelModel {
   // L sin B, 1 - cos B and L (1 - cos B). Shape: 12 x parameters().
   Eigen::MatrixXd map() const;
   Eigen::MatrixXd terms(double swivel_deg, double length_mm) const;  // 3 x parameters()
-  // Of a rigid head: t of (B20), in the plane's order. Shape: 2 x parameters().
+  // Direction t of (B20) for a rigid head, in the order of the plane's axes. Shape: 2 x parameters().
   Eigen::MatrixXd direction() const;
 };
 

@@ -162,8 +162,8 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   sds.head<2>() << lengths.holder_sd, lengths.tool_sd;
   widen(result, slopes, sds);
   result.convention =
-      "compensation is of the spindle axis from the tip, X and Y as the machine counts, Z along the tool: add Z to the "
-      "stored length, X and Y to the commanded position; the tip is off the axis by the opposite";
+      "compensation: spindle axis minus tip, X and Y in the machine's sense, Z along the tool. Add Z to the "
+      "stored length, X and Y to the commanded position. The offset of the tip from the axis has the opposite sign";
   for (auto& estimate : result.also) {
     if (estimate.key != kGaugeLength) continue;
     for (double& sd : estimate.sd) sd = std::hypot(sd, share * lengths.part_sd);
@@ -179,15 +179,15 @@ constexpr std::string_view kToolColumns[]{"tool_id", "L2_mm", "sd_mm"};
 constexpr MethodTable kAssemblyTables[]{
     {"readings", kAssemblyColumns,
      "machine coordinates at contact; workpiece_variant 1 touches a workpiece, 0 the unit", true},
-    {"holder_store", kHolderColumns, "where wanted: a holder in store"},
-    {"tool_store", kToolColumns, "where wanted: a tool in store"},
-    {"faces", kFaceColumns, "where wanted: number of the face that an axis (0, 1, 2) touched, and the configured one"}};
-constexpr MethodKey kAssemblyKeys[]{{"L1_mm", "", "length of the holder; needed without stores"},
-                                    {"L2_mm", "", "length of the tool; needed without stores"},
+    {"holder_store", kHolderColumns, "optional: a holder in store"},
+    {"tool_store", kToolColumns, "optional: a tool in store"},
+    {"faces", kFaceColumns, "optional: number of the face that an axis (0, 1, 2) touched, and of the configured one"}};
+constexpr MethodKey kAssemblyKeys[]{{"L1_mm", "", "length of the holder; needed without table holder_store"},
+                                    {"L2_mm", "", "length of the tool; needed without table tool_store"},
                                     {"part_mm", "", "size of the workpiece, x y z; needed for workpiece_variant 1"},
                                     {"approach_side", "1", "-1 where the machine counts Z against the tool"},
-                                    {"holder_id", "", "row of holder_store; needed with it"},
-                                    {"tool_id", "", "row of tool_store; needed with it"},
+                                    {"holder_id", "", "id of the holder in holder_store; needed with that table"},
+                                    {"tool_id", "", "id of the tool in tool_store; needed with that table"},
                                     {"measured_at_s", "", "seconds since 1970; needed with stores"},
                                     key::kSigma,
                                     {"sd_L1_mm", "", "standard uncertainty of L1_mm (k = 1)"},

@@ -15,23 +15,26 @@ constexpr MethodTable kSetterTables[]{
     {"readings", kSetterCentreColumns, "machine position at the device's centre; B_deg too for several B", true},
     {"touches", kSetterTouchColumns,
      "instead of readings: machine position at contact with a face; B_deg too for several B"},
-    {"probe_offsets", kSetterOffsetColumns, "for several B, in the place of probe_offset_mm"}};
+    {"probe_offsets", kSetterOffsetColumns,
+     "for several B, instead of key probe_offset_mm: the probe's tip from the head's reference"}};
 constexpr MethodKey kCentrelineResult{"centreline_result", "", "number of the centreline's result; for the record",
                                       "centreline"};
 constexpr MethodKey kSetterKeys[]{
-    {"probe_offset_mm", "", "the probe's tip from the head's reference, x y z; needed but for several B"},
+    {"probe_offset_mm", "",
+     "the probe's tip from the head's reference, x y z; needed unless table probe_offsets is given"},
     {"sd_probe_offset_mm", "", "standard uncertainty of its coordinates (k = 1)"},
     key::kSigma,
-    {"stylus_ball_radius_mm", "0", "of the probe, added to radius_mm of its touches"},
+    {"stylus_ball_radius_mm", "0", "radius of the probe's stylus ball, added to radius_mm of its touches"},
     {"sd_half_width_mm", "", "standard uncertainty of column half_width_mm (k = 1)"},
-    {"accepted_setter_mm", "", "accepted place of the device; of several B a row each, or of the first alone"},
-    {"setter_limit_mm", "", "what the device may have moved by"},
+    {"accepted_setter_mm", "",
+     "accepted position of the device, x y z; for several B one row per B, or one row for the first B"},
+    {"setter_limit_mm", "", "largest distance of the device from its accepted position that is allowed"},
     {"centreline_mm", "", "x and y of the turning axis at centreline_z_mm; gives link_mm"},
     {"centreline_z_mm", "0", "Z of centreline_mm"},
     {"C_tilt_rad", "[0,0]", "tilt of the turning axis, x y per mm of Z"},
     {"sd_centreline_mm", "", "standard uncertainty of its coordinates (k = 1)"},
     {"sd_C_tilt_rad", "", "standard uncertainty of its components (k = 1)"},
-    {"accepted_link_mm", "", "accepted link; a row a B"},
+    {"accepted_link_mm", "", "accepted link_mm, x y; one row per B"},
     {"tool", "", "number of the tool whose offset it is"},
     kCentrelineResult,
     key::kTauForTheRecord};
@@ -42,9 +45,9 @@ constexpr KnownQuantity kSetterKnown[]{{"sd_probe_offset_mm", "probe_offset_mm",
                                        {"sd_centreline_mm", "centreline_mm", KnownKind::value, true},
                                        {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, true}};
 constexpr MethodResult kSetterResults[]{
-    {"tool_offset_mm", "tool tip from the head's reference, x y z; a row a B"},
-    {"setter_mm", "place of the device, x y z; a row a B"},
-    {"link_mm", "the device from the turning axis, x y, with centreline_mm; a row a B"}};
+    {"tool_offset_mm", "tool tip from the head's reference, x y z; one row per B"},
+    {"setter_mm", "position of the device, x y z; one row per B"},
+    {"link_mm", "position of the device relative to the turning axis, x y; needs centreline_mm; one row per B"}};
 constexpr std::string_view kSetterUnobservable[]{
     "an error of probe_offset_mm: it biases tool and setting device with unit sensitivity"};
 

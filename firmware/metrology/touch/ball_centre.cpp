@@ -59,7 +59,7 @@ double varianceAt(const Line& line, double t, double of_sample) {
   return of_sample * (1.0 / static_cast<double>(line.n) + (t - line.t_mean) * (t - line.t_mean) / line.sxx);
 }
 
-// Of a separation point, along the motion (A8).
+// Variance of a separation point along the motion (A8).
 double pointVariance(const Retract& retract, const TouchNoise& noise) {
   const double t0 = separationTime(retract.probe);
   const double speed_per_slope = retract.machine.slope.norm() / retract.probe.slope.norm();

@@ -20,7 +20,7 @@ constexpr double kStanding = 1e-5;    // of the overtravel, that a machine at re
 constexpr std::size_t kLeastOfDwell = 6;
 constexpr double kLeastTurns = 1.5;  // of the oscillation within a rest: slower ones look like a drift
 constexpr double kSignificant = 5.0;
-// What bounds the work: a stylus has long come to rest by then, and few touches tell the tone of all.
+// Bounds on the work: a stylus has long come to rest by then, and a few touches determine the frequency for all.
 constexpr std::size_t kMostSamples = 2000;  // of one rest
 constexpr double kMostTurns = 100.0;
 constexpr std::size_t kSearched = 4'000;  // samples of all rests that the coarse search looks at
@@ -160,7 +160,7 @@ class Rests {
     };
     if (rests_.empty() || !stands_out(still_, 3.0 * (samples_ - touches))) return std::nullopt;
     const Tone best = refined(coarse());
-    // What it takes away, against the unknowns that it spends.
+    // Reduction of the residuals against the number of unknowns spent on it.
     return stands_out(still_ - left(best), 6.0 * touches + 2.0) ? std::optional{best} : std::nullopt;
   }
 

@@ -117,8 +117,9 @@ std::optional<Refusal> whyNegative(const Sphere& sphere, const Fit& fit, const A
     const auto sd_mm = answer.sdOf(whole);
     if (!sd_mm || way_mm >= -3 * *sd_mm) continue;
     return Refusal{"pre-travel-negative",
-                   "the probe triggers " + text(-way_mm) + " mm before it touches " + (part == 0 ? "across" : "along") +
-                       " the stylus, which no switch does: check the diameters of the sphere and of the stylus ball "
+                   "the probe triggers " + text(-way_mm) + " mm before it touches, " +
+                       (part == 0 ? "across" : "along") +
+                       " the stylus, which is impossible: check the diameters of the sphere and of the stylus ball "
                        "(effective_diameter_mm), and that the shank passes the sphere"};
   }
   return std::nullopt;

@@ -33,7 +33,7 @@ double separationTime(const Line& probe);
 // Machine position at zero deflection (A7), mm, displaced by the lag: M = P - tau v (A2).
 Eigen::Vector3d separationPoint(const Line& machine, const Line& probe);
 
-// What the lines need of a touch, to be sure of before it is made.
+// Samples and travel that the line fits need from one touch, so that a plan can be checked before it is run.
 struct RetractNeeds {
   static constexpr std::size_t kPositions = 5;  // tell a ramp from noise
   // Travel of the machine, in overtravels from its apex: the latest at which it may reach its speed, and the end of its

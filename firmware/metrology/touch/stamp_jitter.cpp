@@ -18,7 +18,7 @@ constexpr double kDeflected = 0.7;
 constexpr double kReleased = 0.1;
 constexpr double kUnderWay = 0.3;
 
-// What one sample of a moving stream misses the line between its neighbours by.
+// Distance of one sample of a moving stream from the line between its neighbours.
 struct Miss {
   double square{};  // for unit weight of its own noise
   double still{};   // variance of a sample at rest

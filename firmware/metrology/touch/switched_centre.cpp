@@ -13,9 +13,9 @@ namespace {
 
 constexpr std::size_t kFewestForScatter = 10;  // touches beyond one a speed
 
-// Of one touch along its way, as its two edges scatter against each other: the difference of two independent edges has
-// four times the variance of their mean. It holds the jitter of their stamps, which no other figure has. 0 where too
-// few touches tell it.
+// Standard deviation of one touch along its motion, from the scatter of its two edges against each other: the
+// difference of two independent edges has four times the variance of their mean. It holds the jitter of their stamps,
+// which no other figure has. 0 if there are too few touches for it.
 double scatterOfEdges(const std::vector<SwitchedTouch>& touches) {
   struct Sum {
     double n{}, late_s{};
@@ -35,7 +35,8 @@ double scatterOfEdges(const std::vector<SwitchedTouch>& touches) {
   return std::sqrt(squares / static_cast<double>(touches.size() - of_speed.size()));
 }
 
-// Of one touch along its way. The switch opens and closes once each, and both edges count half.
+// Pooled standard deviation of one touch along its motion. The switch opens and closes once each, and both edges count
+// half.
 double pooledSigma(const std::vector<SwitchedTouch>& touches, double switch_sd_mm) {
   double variance = 0;
   for (const auto& touch : touches) variance += touch.sd_mm * touch.sd_mm / static_cast<double>(touches.size());

@@ -33,7 +33,7 @@ class TouchDelay {
   Estimate delay() const;
   // If the touches span three dimensions.
   std::optional<Estimate> centre() const;
-  // Of a probe with the spindle at 0, turned back from the stated angle.
+  // Gain matrix of the probe with the spindle at 0, rotated back from the stated angle.
   std::optional<Estimate> gainMatrix() const;
   // If it was not known.
   Estimate size() const;

@@ -81,7 +81,10 @@ void addGain(TouchFit& result, const TouchModel& model, const Fit& fit) {
 
 Outcome<TouchFit, Refusal> fitTouches(std::span<const Retract> retracts, const PooledNoise& noise,
                                       const TouchQuestion& question) {
-  if (retracts.empty()) return Refusal{"too-few-readings", "no touch is left to fit: measure again"};
+  if (retracts.empty())
+    return Refusal{
+        "too-few-readings",
+        "every touch was refused, so none is left to fit: see the reasons of the touches, and measure again"};
   TouchModel model{retracts, noise, question};
   if (model.size() < model.gainAt()) {
     return Refusal{"too-few-readings", std::to_string(model.size()) + " touches for " + std::to_string(model.gainAt()) +

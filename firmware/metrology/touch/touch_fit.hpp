@@ -18,7 +18,7 @@ namespace probebox::metrology {
 struct TouchFit {
   Eigen::VectorXd tau_s;  // one, or one per axis
   double size_mm{};       // 2 R, known or fitted
-  // Of tau_s, centre and, if fitted, size_mm, from the noise of the samples.
+  // Covariance of tau_s, centre and, if fitted, size_mm, from the noise of the samples.
   Eigen::MatrixXd covariance;
   Eigen::VectorXd centre;  // mm, in the span of the normals: three numbers for a sphere
   Eigen::VectorXd centre_sd;

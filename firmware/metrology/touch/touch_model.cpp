@@ -17,7 +17,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Of deflections: less is noise of the slopes.
+// Least spread of deflections in a direction, relative to the largest; less is noise of the slopes.
 constexpr double kFlatDeflections = 0.02;
 constexpr double kLeastJoint = 0.02;  // of the speed, that a joint has to move the tip by
 
@@ -91,7 +91,7 @@ Vector3d TouchModel::point(Index i, const VectorXd& at) const {
   return undelayed(i, at) + left;
 }
 
-// What the point holds of the velocity's noise: T of T v.
+// Share of the velocity's noise in the point: T of T v.
 Matrix3d TouchModel::velocityShare(Index i, const VectorXd& at) const {
   const VectorXd tau = delays(at);
   if (question_.delays == Delays::each_axis) return tau.asDiagonal();
@@ -137,7 +137,7 @@ Eigen::Matrix4d TouchModel::covariance(Index i, const VectorXd& at) const {
   return all;
 }
 
-// What each delay moves the touched points outwards by, per second and speed of the fastest touch.
+// Outward displacement of the touched points by each delay, per second and per speed of the fastest touch.
 MatrixXd TouchModel::carriedOutwards() const {
   double fastest = 0.0;
   for (Index i = 0; i < size(); ++i) fastest = std::max(fastest, touch(i).plan.speed_mm_s);

@@ -65,7 +65,7 @@ double rateOf(const Line& line) {
   return line.slope.norm();
 }
 
-// What rounding gives the residuals of each touch along its motion, and its line.
+// Contribution of rounding to the residuals of each touch along its motion, and to its line.
 struct Rounded {
   std::vector<double> residuals;
   std::vector<LineNoise> lines;

@@ -52,7 +52,7 @@ Outcome<Neighbours, Refusal> neighboursOf(const Dataset& dataset, Solver solver,
                                        "tenth of it; omit the key, or look for readings at a limit"};
 }
 
-// What one sd of the input changes values by.
+// Change of the values for one sd of the input.
 std::vector<double> changeOf(const std::vector<double>& here, const std::vector<double>& high,
                              const std::vector<double>& low, double width) {
   std::vector<double> change;

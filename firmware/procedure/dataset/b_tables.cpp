@@ -71,8 +71,8 @@ std::vector<Stop> stopsOf(const std::vector<Reading>& readings, const Facts& fac
   return stops;
 }
 
-// Of one coordinate of a mean, root mean square over all. A stop of B that is off moves the ball in one direction of
-// the two across the axis: half of the variance for each. Along the axis it does nothing.
+// Standard deviation of one coordinate of a mean, root mean square over all. A stop of B that is off moves the ball in
+// one direction of the two across the axis: half of the variance for each. Along the axis it does nothing.
 struct StopSigma {
   double across_mm{};
   double along_mm{};

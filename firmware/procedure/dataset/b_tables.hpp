@@ -21,7 +21,7 @@ void addSwivels(metrology::Dataset& dataset, const std::vector<Reading>& reading
 // Names the assemblies in force whose lengths these tools have, so that a result rests on them. At most
 // kMostProbeTools.
 void addLengthResults(metrology::Dataset& dataset, const Facts& facts, const std::vector<std::uint32_t>& probe_tools);
-// Of the readings, each once, as they were read.
+// Numbers of the tools in the readings, each once, in the order in which they were read.
 std::vector<std::uint32_t> toolsOf(const std::vector<Reading>& readings);
 
 // Adds the tables of swivel-error: the ball's centre as a control with nominal kinematics reports it, for every angle

@@ -141,8 +141,8 @@ std::optional<metrology::Refusal> addFound(RunDataset& built, BallReadings& foun
   return std::nullopt;
 }
 
-// What one sd of every cause of the pre-travels' uncertainty changes the tables of the method by. Each tool's was
-// measured by itself, so no cause is common to two of them.
+// Adds the shifts of the method's tables by one sd of each cause of uncertainty of the pre-travels. Each tool's
+// pre-travel was measured by itself, so no cause is common to two of them.
 std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset, const FinishedRun& run,
                                                      const std::vector<metrology::SwitchedTouch>& touches,
                                                      const std::vector<PreTravel>& pre_travels, AddTables tables) {

@@ -15,7 +15,8 @@ metrology::Dataset touchesOf(const FinishedRun& run);
 
 // The same of a run that measures the probe itself, with the pose of its body (metrology/dataset/probe_pose.hpp).
 metrology::Dataset touchesAndPoseOf(const FinishedRun& run);
-// The same where the method also tells where the sphere is, with what the stop of a head moves it by.
+// The same for a method that also determines the position of the sphere, with the shift of it by an error of the head's
+// stop.
 RunDataset sphereRun(const FinishedRun& run);
 // Keys A_rad and B_rad: means of the reported angles, which are within the tolerance of a pose.
 void addProbePose(metrology::Dataset& dataset, const capture::Recording& recording);

@@ -134,7 +134,7 @@ std::optional<Onset> extrapolated(const Deflections& all) {
   }
   const auto there = onsetOf(all, on_the_way, *free), back = onsetOf(all, on_the_way_back, *free);
   if (!there || !back) return std::nullopt;
-  // What the mean of the free stylus is off by moves both alike.
+  // An error of the mean of the free stylus moves both by the same amount.
   return Onset{(there->c_rad + back->c_rad) / 2,
                (there->variance + back->variance) / 4 + free->variance / (there->slope_mm * there->slope_mm),
                there->slope_mm};
@@ -153,11 +153,10 @@ Outcome<Turned, Refusal> turnedOf(const FinishedRun& run, const capture::Touch& 
   }
   const auto onset = extrapolated(deflectionsOf(run, touch));
   if (!onset) {
-    return Refusal{
-        "too-few-samples",
-        "step " + std::to_string(touch.request.step + 1) +
-            ": the deflection while C turned has too few samples on a way to be extrapolated to the contact: "
-            "turn C at the speed that the step states, and stop after its overtravel"};
+    return Refusal{"too-few-samples",
+                   "step " + std::to_string(touch.request.step + 1) +
+                       ": too few samples of the deflection while C turned, so the contact cannot be extrapolated: "
+                       "turn C at the speed that the step states, and stop after its overtravel"};
   }
   turned.c_rad = clockwise(onset->c_rad);
   turned.variance = onset->variance;
@@ -195,7 +194,7 @@ std::optional<Refusal> whyNot(const Turned& plus, const Turned& minus, double be
   return std::nullopt;
 }
 
-// What the pre-travel in force displaces the two contacts by, and the variance that it gives their middle.
+// Displacements of the two contacts by the pre-travel in force, and the variance of their middle due to it.
 struct Displaced {
   double plus_rad{}, minus_rad{};
   double variance{};
@@ -225,8 +224,9 @@ Outcome<RimContacts, Refusal> rimContacts(const FinishedRun& run) {
   const auto& ball = run.facts.rim_ball;
   if (contacts.size() != 2 || !ball || !ball->radius_mm || !ball->beside_mm) {
     return Refusal{"missing-contact",
-                   "two turns of C until contact are needed, and [rim_ball] beside_mm and radius_mm in machine.toml: "
-                   "measure again"};
+                   "the zero of C needs two turns of C until contact, and [rim_ball] beside_mm and radius_mm in "
+                   "machine.toml: give "
+                   "both keys and measure again"};
   }
   TRY(const auto plus, turnedOf(run, contacts[0]));
   TRY(const auto minus, turnedOf(run, contacts[1]));

@@ -14,7 +14,7 @@ struct RimContacts {
   double sd_rad{};                              // k = 1, of one of them
   std::uint32_t tool{};
   Eigen::Vector3d stylus_mm;  // machine position, between the two
-  // By how much each changes where the stylus stands 1 mm further along X and Y, rad/mm.
+  // Change of each angle if the stylus is 1 mm further along X and Y, rad/mm.
   Eigen::RowVector2d clockwise_per_mm, anticlockwise_per_mm;
 };
 

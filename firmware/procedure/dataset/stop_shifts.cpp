@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// What B does in a run.
+// Use of B in a run.
 struct MotionOfB {
   bool of_table{};
   bool of_head{};
@@ -62,13 +62,13 @@ Vector3d tipFromFirst(const Facts& facts, std::uint32_t tool, double length_mm, 
   return nominalTip(head, b_rad, length_mm) - nominalTip(head, 0, first_mm);
 }
 
-// What one sd of the table's stop moves a ball of the part by.
+// Displacement of a ball of the part by one sd of the table's stop.
 Vector3d movedByTable(const Facts& facts, const Vector3d& ball_mm) {
   const BFacts& table = *facts.tilting_table;
   return table.sigma_rad * vectorOf(table.axis).cross(ball_mm - vectorOf(*table.point_mm));
 }
 
-// What one sd of the stop of a level head moves a tip by that hangs there from the gauge line.
+// Displacement of a tip below the gauge line of a level head by one sd of the head's stop.
 Vector3d movedByHead(const Facts& facts, const Vector3d& tip_mm) {
   const HeadFacts& head = *facts.swivel_head;
   return head.b.sigma_rad * vectorOf(head.b.axis).cross(tip_mm - vectorOf(head.pivot_mm));
@@ -89,7 +89,8 @@ Standing standingIn(const FinishedRun& run, bool lengths_are_known) {
     standing.table = table->point_mm.has_value();
     if (!standing.table)
       standing.warnings.emplace_back(
-          "the stop of the tilting table is not in the sd, because it is not described where its axis is: give "
+          "the sd does not include the positioning error of the tilting table, because the position of its axis is not "
+          "described: give "
           "[tilting_table] point_mm in machine.toml");
   }
   const auto& head = run.facts.swivel_head;
@@ -97,7 +98,8 @@ Standing standingIn(const FinishedRun& run, bool lengths_are_known) {
     standing.head = lengths_are_known;
     if (!standing.head)
       standing.warnings.emplace_back(
-          "the stop of the swivelling head is not in the sd, because it is not described how long the probe is: give "
+          "the sd does not include the positioning error of the swivelling head, because the length of the probe is "
+          "not described: give "
           "[probe_tools] numbers in machine.toml, and the [[tool]] of each");
   }
   return standing;

@@ -10,26 +10,27 @@
 #include "firmware/procedure/facts/facts.hpp"
 #include "firmware/procedure/plan/finished_run.hpp"
 
-// What the stops of axes that stood still in a run move its readings by (metrology/dataset/stop_shifts.hpp).
+// Shifts of the readings of a run by the positioning errors of axes that stood still in it
+// (metrology/dataset/stop_shifts.hpp).
 namespace probebox::procedure {
 
-// The readings as they would be with the tilting table one sd of its stop further. Balls of the part are displaced by
-// sd x (their place - a point of its axis), those of other features not at all.
+// Returns the readings that the tilting table would give if it were one sd of its stop further. Balls of the part are
+// displaced by sd x (their place - a point of its axis), those of other features not at all.
 BallReadings withTableFurther(BallReadings found, const Facts& facts);
 
-// The same with the head: the stylus is displaced by its arm from the head's axis, so the machine stands so much
-// further the other way. Readings with the head swivelled are left as they are: that is another stop.
+// The same for the head: the stylus is displaced in proportion to its arm from the head's axis, so the machine's
+// position changes by the opposite. Readings with the head swivelled are unchanged: that is another stop.
 BallReadings withHeadFurther(BallReadings found, const Facts& facts);
 
-// What one sd of a standing axis moves the stylus by, seen from a ball of the part.
+// Displacement of the stylus relative to a ball of the part by one sd of the position of a standing axis.
 struct StylusMove {
   metrology::StandingAxis axis;
   Eigen::Vector3d stylus_mm;
 };
 std::vector<StylusMove> movedByStops(const FinishedRun& run, const Eigen::Vector3d& ball_mm, std::uint32_t tool);
 
-// Adds what the stop of a head moves all touches of a sphere by that stands on the machine's bed: its place, and
-// nothing else. Returns warnings.
+// Adds the shift of all touches of a sphere on the machine's bed by one sd of the head's stop: it shifts the position
+// of the sphere only. Returns warnings.
 std::vector<std::string> addStopOfHead(metrology::Dataset& dataset, const FinishedRun& run);
 
 // Adds the changes of the method's tables by both stops, as far as they move anything that the run reads. Returns

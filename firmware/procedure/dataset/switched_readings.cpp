@@ -69,7 +69,7 @@ Outcome<std::vector<PreTravel>, metrology::Refusal> preTravelsOf(const FinishedR
           "no-pre-travel", "no pre-travel of the touch-trigger probe" +
                                (tool == 0 ? "" : " in tool " + std::to_string(tool)) +
                                " is in force any more, so its touches are displaced from the surface by an unknown "
-                               "way: calibrate it (" +
+                               "distance: calibrate it (" +
                                preTravelCommand(tool) + "), accept it, and measure again"};
     }
     found.push_back(*in_force);

@@ -47,8 +47,8 @@ struct CheckedBall {
 struct RimBall {
   double c_on_line_rad{};  // approximate angle of C at which the ball is above the axis, along +Y
   std::optional<double> level_limit_mm;
-  // For contacts by turning C: how far beside the line the stylus stands, about how far the ball is from C, and whether
-  // an encoder tells the angle of C.
+  // For contacts by turning C: distance of the stylus from the line, approximate distance of the ball from C, and
+  // whether an encoder measures the angle of C.
   std::optional<double> beside_mm{}, radius_mm{};
   bool c_has_encoder{};
 };
@@ -69,7 +69,7 @@ struct BFacts {
   std::size_t count{};
   std::array<double, kMostBAngles> angles_rad{};
   double sigma_rad{};  // k = 1
-  // Of a table: a point of its nominal axis, as machine position of the stylus ball.
+  // For a tilting table: a point on its nominal axis, as machine position of the stylus ball.
   std::optional<std::array<double, 3>> point_mm{};
 };
 
@@ -87,7 +87,7 @@ struct ProbeTools {
   std::size_t count{};
   std::array<std::uint32_t, kMostProbeTools> numbers{};
   std::array<double, kMostProbeTools> lengths_mm{};
-  std::array<std::uint64_t, kMostProbeTools> results{};  // assemblies in force that say so; 0: machine.toml does
+  std::array<std::uint64_t, kMostProbeTools> results{};  // assemblies in force with these lengths; 0: machine.toml
 
   // 0 for any other tool.
   double lengthOf(std::uint32_t number) const;
@@ -99,7 +99,7 @@ struct ProbeTools {
 struct ProbeShank {
   std::uint32_t tool{};
   double tip_length_mm{};      // from the gauge line to the stylus ball
-  std::uint64_t tip_result{};  // the assembly in force that says so; 0: machine.toml does
+  std::uint64_t tip_result{};  // assembly result in force that states it; 0: machine.toml does
   double radius_mm{};
   double height_mm{};  // height of the contact above the centre of the stylus ball
   double from_mm{};    // height of its lower end
@@ -217,7 +217,7 @@ struct Facts {
 
   // Distance from the gauge line to the stylus ball of a tool that carries the probe; 0 for any other tool.
   double lengthOf(std::uint32_t probe_tool) const;
-  // Of the assembly in force that says so; 0: machine.toml does.
+  // Number of the assembly result in force that states the length; 0 if machine.toml states it.
   std::uint64_t lengthResultOf(std::uint32_t probe_tool) const;
   // Numbers of the tools that carry the probe, that of the shank included.
   std::vector<std::uint32_t> carriers() const;

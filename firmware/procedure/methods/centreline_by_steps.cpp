@@ -27,7 +27,7 @@ constexpr std::array<std::string_view, 4> kReadingsColumnsOfCentrelineBySteps{"l
 constexpr std::array<std::string_view, 3> kStylusColumns{"A_rad", "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
 
-// Of C, clockwise from the zero of the loop, as measured.
+// Measured angle of C, clockwise from the zero of the loop.
 double angleOf(const Reading& reading, double c_on_line_rad) {
   const RimStep rim = rimStep(reading.note);
   return rim.c_rad + std::remainder(c_on_line_rad - reading.c_rad - rim.zero_rad - rim.c_rad, kTurn);
@@ -67,7 +67,7 @@ void addRimSteps(metrology::Dataset& dataset, const BallReadings& found, const F
   dataset.tables.insert(dataset.tables.begin(), {std::move(table), std::move(stylus)});
 }
 
-// Of (B25).
+// Adds the contacts of (B25).
 std::optional<metrology::Refusal> addContacts(metrology::Dataset& dataset, const FinishedRun& run) {
   TRY(const auto contacts, rimContacts(run));
   auto table = metrology::Table::withColumns("contacts", kContactColumns);

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::array kNeedsOfDelayContour{&kSphereDiameter};
 
-// Of the longest chord, whose middle is as deep as the overtravel says. All lengths differ, so that a delay cannot take
-// one for another.
+// Lengths as fractions of the longest chord, whose middle has the depth of the overtravel. All lengths differ, so that
+// a delay cannot take one for another.
 constexpr std::array kChords{0.8, 1.0, 0.6, 0.95, 0.7, 0.9, 0.55, 0.85};
 
 void addContours(Plan& plan, const ProcedureOptions& options) {
@@ -43,7 +43,7 @@ constinit const LiveMethod kDelayContour{
     .why_no_trigger = kNoDelayOfTrigger,
     .steps =
         "eight straight chords of different lengths along the equator of the datum sphere in contact, at 20, 40, "
-        "60 mm/s in either sense",
+        "60 mm/s in both directions",
     .needs = kNeedsOfDelayContour,
     .kind = Kind::scan,
     .usual = kUsualScan,

@@ -29,7 +29,8 @@ constexpr Fact kCheckedBall{
         "a description of the ball: give [periodic_check] ball_diameter_mm and ball_centre_z_mm in machine.toml."};
 constexpr std::array kNeedsOfPeriodicCheck{&kCheckedBall};
 
-// What a wrong delay displaces touches from one side by, k = 1: all of them outwards alike, as a wrong radius does.
+// Displacement of one-sided touches by the uncertainty of the delay (k = 1): all outwards by the same amount, like an
+// error of the radius.
 double delayError_mm(const capture::Recording& recording) {
   double speeds_mm_s = 0;
   for (const auto& touch : recording.touches()) speeds_mm_s += touch.request.retract_speed_mm_s;
@@ -79,7 +80,8 @@ CheckTables checkTables(const std::vector<Reading>& readings, const Facts& facts
   return tables;
 }
 
-// Of the height of one centre at B = 90, where the side of the stem cannot be touched; 0 without such readings.
+// Standard deviation of the height of one centre at B = 90, where the side of the stem cannot be touched; 0 without
+// such readings.
 double sigmaOfHeight90(const std::vector<Reading>& readings) {
   double squares = 0, count = 0;
   for (const auto& reading : readings) {

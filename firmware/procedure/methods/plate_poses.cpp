@@ -57,15 +57,15 @@ constinit const Poses kOnPlate{
 
 std::optional<Error> whyNoPlate(const ProcedureOptions& with) {
   if (with.mounts > kMostMounts)
-    return Error{"A number of " + std::to_string(with.mounts) + " mounts is out of range: give 1 to " +
-                 std::to_string(kMostMounts) + " mounts."};
+    return Error{std::to_string(with.mounts) + " mounts are out of range: give 1 to " + std::to_string(kMostMounts) +
+                 " mounts."};
   if (with.stations > with.balls)
     return Error{"There are " + std::to_string(with.stations) + " stations, but " + std::to_string(with.balls) +
-                 " balls: give up to as many stations as balls."};
+                 " balls: give at most as many stations as balls."};
   const std::size_t at_an_angle = with.mounts * ballsAtAStop(with);
   if (with.balls < kFewestBalls || at_an_angle >= kFewestBalls) return std::nullopt;  // too few balls: refused anyway
-  return Error{"At an angle " + std::to_string(at_an_angle) +
-               " balls would be read, and six errors need 3: give more stations or mounts."};
+  return Error{"Only " + std::to_string(at_an_angle) +
+               " balls would be read at each angle, and the six errors need 3: give more stations or mounts."};
 }
 
 }  // namespace probebox::procedure

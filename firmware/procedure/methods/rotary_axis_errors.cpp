@@ -79,7 +79,7 @@ Matrix3d matrixOf(const std::array<std::array<double, 3>, 3>& rows) {
   return matrix;
 }
 
-// What an uncertain K makes of a displacement: the sd of the three coordinates.
+// Standard deviations of the three coordinates of a displacement due to the uncertainty of K.
 Vector3d sdByMatrix(const Matrix3d& inverse, const Matrix3d& sd, const Vector3d& displacement) {
   const Vector3d of_sensors = (sd.cwiseAbs2() * displacement.cwiseAbs2()).cwiseSqrt();
   return (inverse.cwiseAbs2() * of_sensors.cwiseAbs2()).cwiseSqrt();
@@ -89,8 +89,8 @@ void addPlateOfRun(metrology::Dataset& dataset, const BallReadings& found, const
   addPlate(dataset, found.readings, *run.facts.ball_plate, run.facts);
 }
 
-// What K is off by moves all readings alike as far as the ball stands at the same place in the head: that part is
-// common to all of them, and the rest belongs to each. Returns warnings.
+// An error of K displaces all readings equally as far as the ball is at the same place in the head: that part is common
+// to all of them, the rest differs for each. Returns warnings.
 std::vector<std::string> addBalls(metrology::Dataset& dataset, const std::vector<Hold>& holds, const SensorHead& head,
                                   const CalibratedHead& calibrated, const FinishedRun& run) {
   const Matrix3d inverse = metrology::inverse(matrixOf(calibrated.matrix)), sd = matrixOf(calibrated.sd);

@@ -42,7 +42,7 @@ std::string roundedUp(double value) {
 std::optional<Error> whyTooLong(const ProcedureOptions& sweep) {
   const double duration_s = sweep.travel_mm / sweep.speeds_mm_s[0];
   if (duration_s <= kLongest_s) return std::nullopt;
-  return Error{"A way of " + number(sweep.travel_mm) + " mm at " + number(sweep.speeds_mm_s[0]) + " mm/s takes " +
+  return Error{"A travel of " + number(sweep.travel_mm) + " mm at " + number(sweep.speeds_mm_s[0]) + " mm/s takes " +
                number(duration_s) + " s, but a recording holds at most " + number(kLongest_s) + " s: give at least " +
                roundedUp(sweep.travel_mm / kLongest_s) + " mm/s, or fewer turns."};
 }
@@ -129,15 +129,15 @@ std::optional<Error> whyNoRoom(const ProcedureOptions& sweep, double position_mm
   if (!screw) return std::nullopt;
   const std::string axis = nameOfAxis(sweep.axis - 1U);
   const double last_mm = screw->travel_max_mm - sweep.travel_mm;
-  const std::string way = "The way of +" + number(sweep.travel_mm) + " mm";
+  const std::string way = "The travel of +" + number(sweep.travel_mm) + " mm";
   if (last_mm < screw->travel_min_mm) {
-    return Error{way + " is longer than the axis " + axis + ", which goes from " + number(screw->travel_min_mm) +
+    return Error{way + " is longer than the range of " + axis + ", which is from " + number(screw->travel_min_mm) +
                  " to " + number(screw->travel_max_mm) + " mm: choose fewer turns."};
   }
   if (position_mm <= last_mm + kAtRest_mm) return std::nullopt;
-  return Error{way + " from " + number(position_mm) + " mm ends beyond the axis " + axis + ", at " +
-               number(screw->travel_max_mm) + " mm: move it to between " + number(screw->travel_min_mm) + " and " +
-               number(last_mm) + " mm first."};
+  return Error{way + " from " + number(position_mm) + " mm would end beyond the limit of " + axis + " at " +
+               number(screw->travel_max_mm) + " mm: move " + axis + " to between " + number(screw->travel_min_mm) +
+               " and " + number(last_mm) + " mm first."};
 }
 
 std::size_t appendScrewReadings(const FinishedRun& of, const capture::Touch& step, metrology::Table& table) {

@@ -56,8 +56,8 @@ class Procedure {
                      const std::array<double, kLinearAxes>& mm_per_count = {}, ProbeKind probe = ProbeKind::scanning)
       : methods_{methods}, probe_{probe}, capture_{capacity, mm_per_count} {}
 
-  // Ignored during a run, for a number that no method has, and for options that cannot be planned. delay: in force,
-  // result_id 0 for none. offset_mm: machine positions at count 0.
+  // Starts a run. Does nothing during a run, for an unknown method number, and for options that cannot be planned.
+  // delay: the one in force, result_id 0 for none. offset_mm: machine positions at count 0.
   void start(const ProcedureStarted& started, const DelayActivated& delay = {},
              const std::array<double, kLinearAxes>& offset_mm = {});
   void abort(const ProcedureAborted& aborted);

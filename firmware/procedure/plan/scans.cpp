@@ -19,11 +19,10 @@ constexpr double kLeastDeep_mm = 0.5;
 
 std::optional<Error> whyNoScans(const ProcedureOptions& with) {
   if (with.overtravel_mm < kLeastDeep_mm)
-    return Error{
-        "A scan " + number(with.overtravel_mm) +
-        " mm deep may come off the sphere, whose middle may be 0.2 mm beside where the control takes it to be: "
-        "give an overtravel of at least " +
-        number(kLeastDeep_mm) + " mm."};
+    return Error{"A scan " + number(with.overtravel_mm) +
+                 " mm deep may come off the sphere, whose centre may be 0.2 mm from where the control takes it to be: "
+                 "give an overtravel of at least " +
+                 number(kLeastDeep_mm) + " mm."};
   for (const double speed : speedsOf(with)) {
     if (auto error = outside("A speed of a scan", speed, 5, 100, "mm/s")) return error;
   }

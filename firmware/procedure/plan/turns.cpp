@@ -34,10 +34,11 @@ std::string turnPrompt(const Step& step) {
   const auto& turn = *touch.until_contact;
   const double from_rad = touch.rotary_angles_rad[2];
   return "A at " + number(degrees(touch.rotary_angles_rad[0])) + " and C at " + number(degrees(from_rad)) +
-         " deg; stand the stylus " + number(touch.travel_mm) + " mm to " + (touch.outward_normal[0] > 0 ? "+X" : "-X") +
+         " deg; position the stylus " + number(touch.travel_mm) + " mm to " +
+         (touch.outward_normal[0] > 0 ? "+X" : "-X") +
          " of the nominal line along +Y above the axis of C, at the height (Y and Z) that the centre of ball " +
-         std::to_string(touch.ball) + " has there (with C at about " + number(degrees(turn.line_rad)) +
-         " deg); turn C towards " + number(degrees(turn.to_rad)) + " deg at " + number(degrees(turn.speed_rad_s)) +
+         std::to_string(touch.ball) + " has with C at about " + number(degrees(turn.line_rad)) +
+         " deg; turn C towards " + number(degrees(turn.to_rad)) + " deg at " + number(degrees(turn.speed_rad_s)) +
          " deg/s until the ball touches, stop within " + number(step.overtravel_mm) + " mm, and turn back to " +
          number(degrees(from_rad)) + " deg at the same speed";
 }

@@ -235,11 +235,11 @@ TEST(SweepRoom, IsLookedForBeforeTheStart) {
   };
   EXPECT_EQ(why(-50, 20), "");
   EXPECT_EQ(why(100, 20), "") << "200 mm, to the very end";
-  EXPECT_EQ(
-      why(100.5, 20),
-      "The way of +200 mm from 100.5 mm ends beyond the axis Y, at 300 mm: move it to between -50 and 100 mm first.");
+  EXPECT_EQ(why(100.5, 20),
+            "The travel of +200 mm from 100.5 mm would end beyond the limit of Y at 300 mm: move Y to between -50 and "
+            "100 mm first.");
   facts.screws[1]->travel_max_mm = 100;
-  EXPECT_NE(why(-50, 20).find("is longer than the axis Y, which goes from -50 to 100 mm"), std::string::npos);
+  EXPECT_NE(why(-50, 20).find("is longer than the range of Y, which is from -50 to 100 mm"), std::string::npos);
 }
 
 // What is there is what machine.toml says.

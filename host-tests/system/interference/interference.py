@@ -243,7 +243,7 @@ def check_refusals(probebox, folder):
     assert status == 0 and told["moves"] == 1, (status, told, said)
     done = subprocess.run([probebox, "interference", "--cell", str(folder), "--tool", "4", "--gcode", str(folder / "part.ngc")], capture_output=True, text=True)
     assert done.returncode == 2 and "is a folder" in done.stderr, done
-    for description, words in ((cell([BOX, BOX]), "is there twice"), (cell([{**BOX, "shape": "cone"}]), "cone"), (cell([BOX]).replace("number = 4", "number = 5"), "no [[tool]]"),
+    for description, words in ((cell([BOX, BOX]), "is used twice"), (cell([{**BOX, "shape": "cone"}]), "cone"), (cell([BOX]).replace("number = 4", "number = 5"), "no [[tool]]"),
                                (cell([{**BOX, "colour": "red"}]), "colour"), (cell([BOX], {"cutting_mm": 59}), "cutting_mm")):
         status, _, said = run(probebox, folder, description, at((0, 0, 0)))
         assert status == 2 and words in said, (words, status, said)

@@ -200,7 +200,8 @@ TEST_F(CaseFolder, TellsTheProblemsOfTablesBesideAConfigurationThatIsNone) {
   const auto read = readCase(folder_);
   ASSERT_FALSE(read.ok());
   ASSERT_TRUE(std::holds_alternative<Unreadable>(read.error()));
-  for (const auto* problem : {"'sigma_mm' stands there twice", "names no method", "not-a-number: points.csv, line 2"})
+  for (const auto* problem :
+       {"'sigma_mm' is there twice: remove one", "names no method", "not-a-number: points.csv, line 2"})
     EXPECT_THAT(std::get<Unreadable>(read.error()).reason, HasSubstr(problem));
 }
 

@@ -125,7 +125,7 @@ TEST(Encoders, AreRefusedWhereTheyCannotBeRead) {
 TEST(Encoders, ThatCountLinesNeedTwoFreeOnesOfOneChip) {
   auto text = std::string{kLinesC};
   text.replace(text.find("line = 21"), 9, "line = 4");
-  EXPECT_THAT(problemOfBox(boxText(text)), HasSubstr("of \"encoder C b\" is that of \"sync\""));
+  EXPECT_THAT(problemOfBox(boxText(text)), HasSubstr("of \"encoder C b\" is used by \"sync\" already"));
   text = kLinesC;
   text.replace(text.rfind("gpiochip0"), 9, "gpiochip1");
   EXPECT_THAT(problemOfBox(boxText(text)),

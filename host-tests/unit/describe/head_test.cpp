@@ -60,7 +60,7 @@ TEST(WorldToml, MayHaveASensorHead) {
   for (const char* other : {"number = 1", "number = 2", "number = 4"}) {
     std::string twice = head + kSensors;
     EXPECT_THAT(worldWithHead(twice.replace(twice.find("number = 6"), 10, other)).error().what,
-                HasSubstr("is there twice"));
+                HasSubstr("is used twice"));
   }
 }
 

@@ -111,7 +111,7 @@ TEST(BoxToml, RefusesValuesOutOfRangeAndSaysTheRange) {
 
 TEST(BoxToml, RefusesTwoInputsOnOneLine) {
   EXPECT_THAT(problemOfBox(exchangedInBox("line = \"TOUCH\"", "line = 4")),
-              HasSubstr("'trigger.line' of \"trigger 1\" is that of \"sync\": give each a line of its own"));
+              HasSubstr("'trigger.line' of \"trigger 1\" is used by \"sync\" already"));
 }
 
 constexpr std::string_view kLoopBack = R"([loop_back]
@@ -139,9 +139,9 @@ TEST(BoxToml, RefusesALoopBackThatIsHalfThereOrOnALineInUse) {
   constexpr std::string_view kOutput = "output = { chip = \"gpiochip0\", line = 20 }";
   EXPECT_THAT(problemOfBox(with(kOutput, "")), HasSubstr("missing key 'loop_back.input'"));
   EXPECT_THAT(problemOfBox(with(kOutput, "input = { chip = \"gpiochip0\", line = 4 }")),
-              AllOf(HasSubstr("box.toml:22:"), HasSubstr("of \"loop-back input\" is that of \"sync\"")));
+              AllOf(HasSubstr("box.toml:22:"), HasSubstr("of \"loop-back input\" is used by \"sync\"")));
   EXPECT_THAT(problemOfBox(with(kOutput, "input = { chip = \"gpiochip0\", line = 20 }")),
-              HasSubstr("of \"loop-back input\" is that of \"loop-back output\""));
+              HasSubstr("of \"loop-back input\" is used by \"loop-back output\""));
   EXPECT_THAT(problemOfBox(with(kOutput, "input = { chip = \"gpiochip0\", line = 21, pull = \"up\" }")),
               HasSubstr("unknown key 'loop_back.input.pull'"));
   EXPECT_THAT(problemOfBox(with("output = 20", "input = 21")), HasSubstr("write a table"));
@@ -217,7 +217,7 @@ TEST(MachineToml, RefusesChainsAndHeadsThatCannotBe) {
   EXPECT_THAT(machineProblem("[rotary_axis.B]\nangle_from = \"controller\"\n"), HasSubstr("rotary_axis.B.stale_s"));
   EXPECT_THAT(machineProblem("[rotary_axis.D]\nangle_from = \"controller\"\nstale_s = 1\n"), HasSubstr("unknown key"));
   EXPECT_THAT(machineProblem("[[tool]]\nnumber = 4\nlength_mm = 1\n[[tool]]\nnumber = 4\nlength_mm = 2\n"),
-              HasSubstr("is there twice"));
+              HasSubstr("is used twice"));
 }
 
 TEST(MachineToml, MayDescribeTheBallOfThePeriodicCheck) {

@@ -79,7 +79,7 @@ TEST(Refused, TwoLinesWhereThereIsOne) {
                     Not(HasSubstr("index.name"))));
   EXPECT_THAT(
       simBoxProblem("name = \"tool setter\"", "name = \"probe trigger\""),
-      HasSubstr("box.toml:22: 'trigger.name' = \"probe trigger\" is there twice: give each line a name of its own"));
+      HasSubstr("box.toml:22: 'trigger.name' = \"probe trigger\" is used twice: give each line a name of its own"));
   std::string many;
   for (int k = 0; k < 20; ++k) many += "[[skip]]\nchip = \"c\"\nline = " + std::to_string(100 + k) + "\n";
   EXPECT_THAT(simBoxProblem("[loop_back]", many + "[loop_back]"),

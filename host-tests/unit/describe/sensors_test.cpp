@@ -120,7 +120,8 @@ TEST(Sensors, OneChannelOrAxisIsNotReadTwice) {
   EXPECT_THAT(problemOfBox(boxToml("none", "iio", kScrew + exchanged(kScrew, "\"X\"", "\"Y\""))),
               HasSubstr("box.toml:21: 'drift.channel' = \"voltage0\" of \"ads1115\" is read for another sensor"));
   const auto other_rate = exchanged(exchanged(kScrew, "\"X\"", "\"Y\""), "voltage0\"", "voltage1\"\nrate_hz = 20");
-  EXPECT_THAT(problemOfBox(boxToml("none", "iio", kScrew + other_rate)), HasSubstr("write the same for both"));
+  EXPECT_THAT(problemOfBox(boxToml("none", "iio", kScrew + other_rate)),
+              HasSubstr("write the same for all its sensors"));
 }
 
 // A vendor's example is one that a box takes.

@@ -88,7 +88,7 @@ TEST(WorldToml, HasEachToolOnce) {
                                     "[[probe_spindle.further_tool]]\nnumber = 2\nstylus_offset_x_mm = 0\n"
                                     "stylus_offset_y_mm = 0\nstylus_length_mm = 50\n",
                                 "world.toml");
-  EXPECT_THAT(twice.error().what, HasSubstr("'probe_spindle.further_tool.number' = 2 is there twice"));
+  EXPECT_THAT(twice.error().what, HasSubstr("'probe_spindle.further_tool.number' = 2 is used twice"));
 }
 
 TEST(MachineToml, MayDescribeTheDeviceThatToolsAreSetOn) {
@@ -121,7 +121,7 @@ TEST(MachineToml, MayTellWhatToolsArePutTogetherWith) {
   EXPECT_EQ(machine->tools[0].sd_mm, 0);
   EXPECT_THAT(machineProblem(holder + "[[tool]]\nnumber = 4\nlength_mm = 120\nholder = 3\n"),
               HasSubstr("'tool.holder' = 3 is no [[holder]]: add it, or remove this key"));
-  EXPECT_THAT(machineProblem(holder + holder), HasSubstr("'holder.number' = 2 is there twice"));
+  EXPECT_THAT(machineProblem(holder + holder), HasSubstr("'holder.number' = 2 is used twice"));
 }
 
 TEST(MachineToml, MayDescribeTheBallOnTheRim) {

@@ -112,7 +112,8 @@ TEST(RegisterMap, GivesEachRegisterAPinOfItsOwn) {
 
 // The names are the solvers' own, and none of them is without a number.
 TEST(RefusalCodes, HaveANumberForEveryNameThatASolverGives) {
-  const std::regex named{"(?:Refusal|Objection)\\{\"([a-z0-9-]+)\""};
+  // However the formatter breaks the line, and where the type of the answer stands for that of the refusal.
+  const std::regex named{"(?:(?:Refusal|Objection)\\{\\s*\"([a-z0-9-]+)\"|return \\{\\s*\"([a-z0-9]+-[a-z0-9-]+)\")"};
   std::size_t names = 0;
   for (const auto* room : {"/firmware/metrology", "/firmware/procedure"}) {
     for (const auto& file : std::filesystem::recursive_directory_iterator{PROBEBOX_SOURCE_DIR + std::string{room}}) {
@@ -120,7 +121,7 @@ TEST(RefusalCodes, HaveANumberForEveryNameThatASolverGives) {
       std::ifstream source{file.path()};
       const std::string text{std::istreambuf_iterator<char>{source}, {}};
       for (std::sregex_iterator each{text.begin(), text.end(), named}, end; each != end; ++each, ++names) {
-        const auto name = (*each)[1].str();
+        const auto name = (*each)[1].str() + (*each)[2].str();
         EXPECT_NE(codeOfRefusal(name), refusal::not_in_list) << name << ": append it to protocol/modbus/refusals.cpp";
       }
     }

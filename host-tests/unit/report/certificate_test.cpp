@@ -99,11 +99,12 @@ TEST_F(CalibrationCertificate, NamesTheCertificateThatItIsTraceableTo) {
 }
 
 TEST_F(CalibrationCertificate, SaysWhatTheValuesAreOfAndWhereTheyHold) {
-  EXPECT_THAT(page(), HasSubstr("by how much the stamps of the machine"));
+  EXPECT_THAT(page(), HasSubstr("the time by which the stamps of the machine"));
   result_.method = "c-axis-alignment";
   result_.also = {metrology::Estimate::scalar("mean_z_mm", 155.0, std::nullopt)};
   facts_.subject = "centreline-stylus";
-  EXPECT_THAT(page(), AllOf(HasSubstr("from the tip of the stylus with the spindle at A = 0"), HasSubstr("155")));
+  EXPECT_THAT(page(),
+              AllOf(HasSubstr("relative to the tip of the stylus with the spindle at A = 0"), HasSubstr("155")));
   facts_.subject = "centreline";
   EXPECT_THAT(page(), Not(HasSubstr("tip of the stylus with")));
   for (const auto* known : {"screw-reference-x", "screw-x", "tool-4", "rotary-c"}) {

@@ -20,7 +20,7 @@ struct Area {
 };
 std::span<const Area> areasRead();
 std::span<const Area> areasWritten();
-// Words from the first area to behind the last one.
+// Number of words from the first area to the end of the last one.
 std::size_t wordsOfAreas();
 
 struct Place {

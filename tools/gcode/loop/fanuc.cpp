@@ -285,7 +285,7 @@ class FanucWriter final : public Writer {
  private:
   std::string helperNumber(int number) const { return std::to_string(first_ + number); }
   void callHelper(int number) { line("M98 P" + helperNumber(number)); }
-  // Of each axis: its letter and what is said of it.
+  // Joins for all axes the letter and the text given for it.
   std::string eachAxis(const auto& said) const {
     std::string words;
     for (std::size_t i = 0; i < axes().letters.size(); ++i)

@@ -6,7 +6,7 @@
 
 namespace probebox::gcode::loop {
 
-// The loop program for a control that reads registers: the box tells each step, the control moves. One program for all
+// The loop program for a control that reads registers: the box states each step, the control moves. One program for all
 // methods. dialect: fanuc or siemens. axes: letters as the control numbers its axes, such as "XYZABC". Refuses dialects
 // whose controls cannot read registers, with the remedy.
 // number: of the first program, where the control numbers them.

@@ -48,7 +48,8 @@ void Writer::fail(const std::string& what) {
   if (!failure_) failure_ = Error{"probebox_" + owner_ + ": " + what};
 }
 
-// Words of the kit in those of this control: "_pb_dry", "probebox_places.ngc", "#1" of the subprogram, "#[1200 + number of a tool]".
+// Words of the kit in those of this control: "_pb_dry", "probebox_places.ngc", "#1" of the subprogram, "#[1200 + number
+// of a tool]".
 std::string Writer::said(std::string_view kits) {
   static const std::regex kWord{R"(_pb_\w+|probebox_(\w+)\.ngc|#\[(\d{4}) \+ ([^\]]+)\]|#(\d)(?!\d))"};
   std::string all;
@@ -294,7 +295,7 @@ void Writer::jumpUnless(const Value& condition, int to) {
   jumpUnlessRelation(condition, to);
 }
 
-// What settings() has already.
+// True for a statement that settings() has already written.
 bool Writer::isSetting(const Statement& one) {
   if (one.is != Statement::Is::block) return false;
   return std::ranges::any_of(one.words, [](const Word& word) {

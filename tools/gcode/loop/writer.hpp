@@ -12,7 +12,7 @@
 
 namespace probebox::gcode::loop {
 
-// What a control is told that the program is to know of it.
+// Properties of the control that the loop program depends on.
 struct Axes {
   std::string letters{
       "XYZABC"};  // as the control numbers its axes, from 1; rotary axes that are not here are not moved
@@ -29,7 +29,7 @@ class Writer {
   Outcome<std::string> write(const std::vector<Subprogram>& subprograms);
 
  protected:
-  // Of the whole file, before the subprograms and behind them.
+  // Write the text of the file before the first and after the last subprogram.
   virtual void begin(const std::vector<Subprogram>& subprograms) = 0;
   virtual void end() = 0;
   virtual void beginSubprogram(const Subprogram& subprogram) = 0;
@@ -51,7 +51,7 @@ class Writer {
   virtual void write(const Place& place, const std::string& value) = 0;
   virtual std::string position(char axis) = 0;                         // in the machine's own coordinates
   virtual std::string commanded(char axis) { return position(axis); }  // as moves name it
-  virtual std::string tool() = 0;  // number of the tool in the spindle, as the control tells it
+  virtual std::string tool() = 0;  // number of the tool in the spindle, as the control reports it
   // The same where that is certain; otherwise a number that no tool has.
   virtual std::string toolForSure() { return tool(); }
   // Flow.
@@ -81,7 +81,7 @@ class Writer {
   int newLabel() { return ++labels_; }
   std::string text(const Value& value);
   const std::set<std::string>& stepPins() const { return step_pins_; }
-  // What an integrator has to know and to do, as comments.
+  // Writes as comments what an integrator has to know and to do.
   void explain(std::string_view control, const std::vector<std::string>& needs);
   // Assigns the copies of the registers of the step.
   void look();

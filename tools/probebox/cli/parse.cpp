@@ -21,7 +21,7 @@ constexpr const char* kUriHelp =
 constexpr std::size_t kMostFrame = 2048;
 constexpr const char* kAbout =
     "Shows the state of a probebox, records its samples, runs calibrations, and solves measured cases off line.\n"
-    "Behind +/- stands the combined standard uncertainty u (k = 1, type B included).\nExit "
+    "Values after +/- are combined standard uncertainties u (k = 1, type B included).\nExit "
     "status: 0 ok, 1 refused or failed measurement, 2 usage or unreadable input, 3 no box or link lost, 4 refused by "
     "the box, 130 interrupted, files closed, 141 the reader of a pipe has exited.";
 
@@ -170,7 +170,7 @@ class CommandLine {
     exporting
         ->add_option("--friction", export_.friction,
                      "with --points: largest coefficient of friction between ball and part, for the standard deviation "
-                     "of a surface point while the tip rests; what is dragged by more has none; default 0.2")
+                     "of a surface point while the tip rests; a tip dragged by more has none; default 0.2")
         ->check(CLI::Range(0.0, 1.0));
   }
 

@@ -62,8 +62,9 @@ class RunCommands {
     addChoices(calibrate, calibrate_);
     calibrate
         ->add_option("--stations", calibrate_.stations,
-                     "read balls only at so many of their places, and take out what the linear axes are off by there; "
-                     "for " +
+                     "number of places at which the balls are read, at most as many as balls; removes the errors of "
+                     "the linear axes "
+                     "there; for " +
                          methods_.mounts)
         ->check(positive())
         ->type_name("NUMBER");
@@ -134,8 +135,7 @@ class RunCommands {
         "measure with tip and shank of one stylus instead of tools of several lengths; for " + methods_.shank);
     command->add_flag(
         "--contacts", choices.contacts,
-        "first turn C until its ball touches the stylus on either side of the line, which finds the zero of "
-        "C; for " +
+        "first find the zero of C: turn C until its ball touches the stylus, on either side of the line; for " +
             methods_.contacts);
   }
 
@@ -182,15 +182,15 @@ class RunCommands {
     });
   }
 
-  // What is about one method has no place in the program for all of them.
+  // Refuses options about one method: the loop program serves all methods.
   static void checkLoop(const CLI::App& gcode) {
     constexpr std::array kTaken{"--loop", "--axes", "--dialect", "--number", "--output", "--force"};
     for (const auto* given : gcode.get_options([](const CLI::Option* option) { return option->count() > 0; })) {
       const bool taken = std::ranges::any_of(kTaken, [&](const char* name) { return given->check_name(name); });
       if (!taken)
         throw CLI::ValidationError{given->get_name(),
-                                   "is not for --loop: places are edited in the program, and what the "
-                                   "run shall be is the box's own"};
+                                   "is not for --loop: edit places in the program; the box itself decides about "
+                                   "the run"};
     }
   }
 

@@ -27,7 +27,7 @@ Outcome<std::optional<Comparison>, Trouble> compare(link::Client& box, const Acc
       !proposed.summary.why_not_in_force.empty())
     return std::optional<Comparison>{};
   const auto compared = comparisonByBox(box, console, proposed);
-  // What speaks against it is the answer to accepting it, too.
+  // An objection found by the comparison also answers the acceptance.
   return compared ? std::optional{*compared} : std::nullopt;
 }
 

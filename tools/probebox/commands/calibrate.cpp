@@ -70,7 +70,7 @@ class Run {
          "the box has no result " + std::to_string(last.result_id) + ", though it proposed it; look at its log"});
   }
 
-  // What else the run determined is accepted by itself.
+  // Further results of the same run are accepted separately.
   void noteOthers(const std::vector<messages::ResultSummary>& results) {
     const auto& first = results.front();
     for (const auto& other : results) {

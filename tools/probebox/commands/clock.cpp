@@ -53,7 +53,7 @@ Outcome<Edges> readEdges(const std::string& input, Console& console) {
   return named(readIntegerTable(file));
 }
 
-// What is known of each tick as soon as it is decided, never corrected later.
+// One row for each tick, written as soon as the tick is decided and never corrected later.
 class TickRows {
  public:
   explicit TickRows(Output& output) : output_{output} { output_.write("tick,time_ns,sigma_ns,state\n"); }

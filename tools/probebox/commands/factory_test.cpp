@@ -11,7 +11,7 @@
 #include "tools/probebox/text/report_unit.hpp"
 #include "tools/report/sheet.hpp"
 
-// What a vendor measures on a box before it is shipped. Every line is measured over the link that was named.
+// Test of a box by its vendor before it is shipped. Every line is measured over the link that was named.
 namespace probebox::command {
 namespace {
 

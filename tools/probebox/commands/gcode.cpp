@@ -24,7 +24,7 @@ namespace {
 
 using procedure::Feature;
 
-// What machine.toml says of the axes and tools that the steps name.
+// Facts from machine.toml about the axes and tools that the steps name.
 procedure::Facts factsOf(const Gcode& options) {
   procedure::Facts facts = plan::factsOf({}, options.tool.value_or(0));
   const Eigen::Vector3d about = bAxisOf(options);

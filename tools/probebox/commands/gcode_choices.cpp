@@ -51,7 +51,7 @@ Outcome<gcode::Words, Trouble> wordsOf(const Gcode& options) {
   return words;
 }
 
-// What the steps of a run have to do with.
+// Features, tools and axes that the steps of a run use.
 struct Uses {
   bool sphere{}, part_ball{}, plates{}, setter{}, stylus{}, cutting_tool{}, probe{}, several_probes{}, head{}, b{},
       table{}, place{};

@@ -10,18 +10,18 @@
 #include "tools/probebox/cli/console.hpp"
 #include "tools/probebox/cli/request.hpp"
 
-// What the options of `gcode` say of machine and control, and whether they fit the run.
+// Reads the options of `gcode` about machine and control, and checks them against the run.
 namespace probebox::command {
 
 // Axis about which B turns right-handed.
 Eigen::Vector3d bAxisOf(const Gcode& options);
 // Trouble: two axes with one word, or a word that the dialect does not have.
 Outcome<gcode::Setting, Trouble> settingOf(const Gcode& options);
-// What a run depends on that only machine.toml has, and that was not given.
+// Explains which fact the run needs from machine.toml, where none was given.
 std::optional<Trouble> whyNotGiven(const Gcode& options, const procedure::Plan& plan, const gcode::Dialect& dialect);
-// More than a run has room for.
+// Explains which option exceeds the limits of a run.
 std::optional<Trouble> whyTooMany(const Gcode& options);
-// An option that this run does not use: whoever gives it means another run.
+// Explains which given option this run does not use: it is probably meant for another run.
 std::optional<Trouble> whyNotUsed(const Gcode& options, const procedure::Plan& plan);
 std::optional<Trouble> whyWordNotUsed(const Gcode& options, const gcode::Blocks& blocks);
 

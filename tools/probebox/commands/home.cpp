@@ -34,7 +34,7 @@ bool allReferenced(const messages::Corrections::Answer& now, std::uint8_t axes) 
   return true;
 }
 
-// What the box makes of it, once its core has heard it.
+// Waits until the box's core has processed the request, and returns its outcome.
 Outcome<messages::Corrections::Answer, Trouble> outcome(link::Client& box, std::uint8_t axes, std::uint32_t refused,
                                                         const Console& console) {
   for (int look = 0;; ++look) {

@@ -5,7 +5,7 @@
 
 namespace probebox::command {
 
-// What the samples of a box took, and what became of them.
+// Duration, size and losses of a stream of samples received for trial.
 struct StreamTrial {
   double seconds{};
   std::uint64_t samples{};

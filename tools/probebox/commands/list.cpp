@@ -21,7 +21,7 @@ struct Found {
   std::string obstacle;  // why it was not asked, and what to do
 };
 
-// What is announced, and the usual address for a box that could not announce itself.
+// Announced addresses, and the usual one for a box that could not announce itself.
 std::vector<std::string> candidates() {
   std::vector<std::string> all;
   const auto add = [&all](const std::string& uri) {
@@ -47,7 +47,7 @@ std::optional<Found> asked(const std::string& text, milliseconds patience, const
   return found ? std::optional{std::move(*found)} : std::nullopt;
 }
 
-// What can be seen of it from outside, unless it answers.
+// Facts about a box: its own answer, else what its USB descriptors show.
 Found lookedAt(const usb_host::Device& device, milliseconds patience, const Console& console) {
   const std::string uri = "usb:" + device.name();
   const auto state = stateOf(device);

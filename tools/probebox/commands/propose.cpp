@@ -89,7 +89,7 @@ Trouble troubleOf(const casefolder::Problem& problem) {
   return {ExitStatus::failed, refusal.name, refusal.name + ": " + refusal.reason};
 }
 
-// What a person should know before accepting it; nothing from a box that cannot show results.
+// Warnings that a person should read before accepting the result; none from a box that cannot show results.
 std::vector<std::string> warningsOf(link::Client& box, const messages::ProposeCase::Answer& answer, Console& console) {
   if (!answer.refusal.empty()) return {};
   const auto kept = keptResult(box, console, answer.result_id);

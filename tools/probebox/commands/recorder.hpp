@@ -15,7 +15,7 @@ namespace probebox::command {
 // Writes received frames to a file. The first frame opens it, so a box that does not answer leaves no empty file.
 class Recorder : public link::StreamListener {
  public:
-  // Both outlive the recorder.
+  // Options and stream must outlive the recorder.
   Recorder(const Record& options, std::ostream& standard) : options_{options}, standard_{standard} {}
 
   void onFrame(const frame::Frame& frame) override {

@@ -36,7 +36,7 @@ class Findings {
     else
       console_.line((finding.good ? "[ok]    " : "[wrong] ") + finding.what);
   }
-  // What could not be looked at, and is not wrong.
+  // Reports an item that could not be checked; that is no fault.
   void skip(const std::string& what) {
     if (console_.json())
       console_.object({{"skipped", what}});
@@ -106,7 +106,7 @@ std::optional<Trouble> judgeIndexes(const link::Uri& uri, Console& console, Find
   return std::nullopt;
 }
 
-// What the steps showed, also when the box refused the run because of it.
+// Findings of the steps, also if the box refused the run because of them.
 Outcome<std::vector<Finding>, Trouble> measured(FollowedRun& run) {
   TRY(const auto text, run.dataset());
   const auto dataset = json::datasetFromJson(text);

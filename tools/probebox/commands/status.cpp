@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kNewest = 5;
 
-// What a recording says of its box, the last word of each.
+// Collects the last message of each kind that a recording has about its box.
 class LastWords : public link::StreamListener {
  public:
   explicit LastWords(std::string path) { status_.recording = std::move(path); }
@@ -43,7 +43,7 @@ ExitStatus ofRecording(const std::string& path, Console& console) {
   return ExitStatus::ok;
 }
 
-// What makes results less than traceable.
+// Warns of facts that make results untraceable.
 void warn(const messages::DescribeUnit::Answer& unit, Console& console) {
   if (const auto sentence = overdue(unit, today())) console.line(printed("%-18s %s", "overdue", sentence->c_str()));
   for (const auto& note : unit.notes) console.line(printed("%-18s %s", "unit", note.c_str()));

@@ -24,7 +24,7 @@ std::string textOf(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// What people take for a bundle.
+// Recognises other files that people take for a bundle.
 std::string whatElse(std::string_view head) {
   constexpr std::size_t kPartitionTable = 512;
   if (head.starts_with("\x28\xb5\x2f\xfd"sv)) return "it is packed by zstd, such as the image of a new box";

@@ -19,7 +19,7 @@ class BundleToSend {
   static Outcome<BundleToSend, Trouble> open(const std::string& path);
 
   const std::string& name() const { return name_; }
-  // Of the manifest, for a person; empty where it cannot be read.
+  // Version stated in the manifest, for a person; empty if it cannot be read.
   const std::string& version() const { return version_; }
   std::uint64_t bytes() const { return bytes_; }
   const messages::Sha256& sha256() const { return sha256_; }

@@ -46,7 +46,7 @@ Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Clien
 std::string subjectMeant(const std::string& word, const std::vector<messages::ResultSummary>& all) {
   std::vector<std::string> known;
   for (const auto& result : all) known.insert(known.end(), {result.subject, result.method});
-  // Of a word that is right there is nothing to ask.
+  // A known word needs no suggestion.
   if (std::ranges::find(known, word) != known.end()) return {};
   return didYouMean(word, known);
 }

@@ -290,7 +290,7 @@ ExitStatus writeTable(const TableJob& job, RowWriter& writer, Console& console) 
   if (const auto objection = objectionToTriggers(job)) return console.fail(usage(*objection));
   Rows table{writer, console};
   const auto end = readThrough(job.input, table, console, {.shows_progress = job.input != "-"});
-  // What came until Ctrl-C is a whole table.
+  // The rows up to Ctrl-C are a complete table.
   if (!end && console.interrupted()) return finish(job, writer, table, {}, console);
   if (!end) return console.fail(end.error());
   return finish(job, writer, table, *end, console);

@@ -27,7 +27,7 @@ constexpr double kContact_mm = 0.02;
 constexpr double kContactInSd = 20;
 // A tip that moved by less than this many standard deviations rests.
 constexpr double kMovedInSd = 20;
-// Of the drag, beyond what friction explains.
+// Limit of the drag beyond what friction explains, in sd.
 constexpr double kDragInSd = 5;
 // Positions within this time of each other may share a reading of a slow encoder.
 constexpr double kScatterLag_s = 0.002;
@@ -170,7 +170,7 @@ void TipPoints::measureScatter() {
   }
 }
 
-// What is known within kReach_s to either side.
+// Rows within kReach_s to either side.
 TipPoints::Reach TipPoints::reachOf(std::size_t k) const {
   const std::size_t at = first_ + k;
   Reach reach{at, at};
@@ -195,7 +195,7 @@ void TipPoints::compute(const messages::Descriptor& descriptor, std::size_t k) {
   const Three way_mm = wayOf(reach, false);
   const double noise_mm = descriptor.tip.noise_nm * kMillimetresPerNanometre;
   auto why = whyNoSd(descriptor);
-  if (!why && seconds <= 0) why = "a sample alone has no speed, so what the delay may be off cannot be told";
+  if (!why && seconds <= 0) why = "a single sample has no speed, so the effect of the delay's uncertainty is unknown";
   if (why) lack("sd", *why, body.sample);
   Three pushed_variance{};
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -76,7 +76,7 @@ class TipPoints {
   double friction_;
   std::optional<MonoTime> taken_;  // time of the first sample of the block that was taken
   std::vector<TipPoint> points_;
-  std::vector<Body> bodies_;            // of the block, behind those kept of the one before
+  std::vector<Body> bodies_;            // of the block, after those kept of the one before
   std::size_t first_{};                 // body of the block's first sample
   std::array<double, 3> scatter_mm_{};  // sd of a machine position: the encoder's noise
   std::array<std::size_t, 7> columns_{};

@@ -36,7 +36,7 @@ struct RecordedStatus {
 Json describe(const RecordedStatus& status);
 std::string page(const RecordedStatus& status);
 std::string page(const messages::ResultSummary& result);
-// Unit of its residual rms; of a box that does not say, the one that its values suggest.
+// Unit of the residual rms of a result; if the box does not state it, the one that the values suggest.
 std::string rmsUnitOf(const messages::ResultSummary& result);
 // "17  proposed  delay-multi-speed  tau 5447.1 +/- 5.0 us"
 std::string line(const messages::ResultSummary& result);

@@ -59,7 +59,7 @@ double rmsAt(const std::vector<double>& sd, const std::vector<std::size_t>& at, 
   return std::sqrt(squares / static_cast<double>(at.size()));
 }
 
-// What one cause adds to each value; of a vector the root mean square.
+// Contribution of one cause to each value; for a vector the root mean square.
 std::string shareOf(const Contribution& contribution, const Result& result) {
   std::string all;
   std::size_t first = 0;

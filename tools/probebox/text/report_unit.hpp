@@ -16,9 +16,9 @@ std::string today();
 std::string nowUtc();
 
 Json describe(const messages::DescribeUnit::Answer& unit, const std::string& today);
-// Null where the box does not tell it.
+// Null if the box does not report it.
 Json describe(const messages::ProcessStatus& process);
-// Rows as those of info; without an identity one that says so.
+// Rows as in `probebox info`; for a box without an identity one row that says so.
 std::string page(const messages::DescribeUnit::Answer& unit, const std::string& today);
 
 // A sentence for status where the certificate of the sphere has run out.

@@ -38,7 +38,7 @@ class Desk {
   // {"descriptor", "link", ...} for a page that has just loaded.
   std::string about();
 
-  // What ended the link for good; nothing before that.
+  // Reason why the link ended for good; nothing before that.
   std::optional<Trouble> trouble() const;
 
  private:
