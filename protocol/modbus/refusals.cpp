@@ -19,8 +19,7 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
      "the method needs: the log of the box says what"},
     {7,
      "not possible in the present state: an axis is not referenced, the clock is not locked, the delay or another "
-     "result "
-     "that the method needs is not calibrated, a cut is on, or no run is in progress"},
+     "result that the method needs is not calibrated, a cut is on, or no run is in progress"},
     {10, "the result differs from the one in force by more than 4 sd: write request 4 to accept it all the same"},
     {21, "step: no counts of the machine during it"},
     {22, "step: no samples of the probe during it"},

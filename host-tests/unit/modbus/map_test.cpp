@@ -110,9 +110,11 @@ TEST(RegisterMap, GivesEachRegisterAPinOfItsOwn) {
   EXPECT_EQ(std::ranges::adjacent_find(pins), pins.end());
 }
 
-// The names are the solvers' own, and none of them is without a number.
-TEST(RefusalCodes, HaveANumberForEveryNameThatASolverGives) {
+// The names are the solvers' own, and none of them is without a number or missing from the page.
+TEST(RefusalCodes, HaveANumberAndALineForEveryNameThatASolverGives) {
   // However the formatter breaks the line, and where the type of the answer stands for that of the refusal.
+  std::ifstream page{PROBEBOX_SOURCE_DIR "/docs/metrology.md"};
+  const std::string listed{std::istreambuf_iterator<char>{page}, {}};
   const std::regex named{"(?:(?:Refusal|Objection)\\{\\s*\"([a-z0-9-]+)\"|return \\{\\s*\"([a-z0-9]+-[a-z0-9-]+)\")"};
   std::size_t names = 0;
   for (const auto* room : {"/firmware/metrology", "/firmware/procedure"}) {
@@ -123,6 +125,8 @@ TEST(RefusalCodes, HaveANumberForEveryNameThatASolverGives) {
       for (std::sregex_iterator each{text.begin(), text.end(), named}, end; each != end; ++each, ++names) {
         const auto name = (*each)[1].str() + (*each)[2].str();
         EXPECT_NE(codeOfRefusal(name), refusal::not_in_list) << name << ": append it to protocol/modbus/refusals.cpp";
+        EXPECT_NE(listed.find("`" + name), std::string::npos)
+            << name << ": list it in docs/metrology.md, Refusals by name";
       }
     }
   }
