@@ -178,6 +178,24 @@ struct ScrewInUse {
   }
 };
 
+// The ball that periodic-check reads, with its accepted values.
+struct CheckInUse {
+  double ball_diameter_mm{};
+  double limit_mm{};
+  bool accepted{};
+  std::array<double, 2> sd_accepted_mm{};
+  double sd_centre_z_mm{};
+  std::vector<double> swivels_rad{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("ball_diameter_mm", self.ball_diameter_mm, "mm");
+    field("limit_mm", self.limit_mm, "mm, largest deviation that passes; 0 for none");
+    field("accepted", self.accepted, "1 when a position of the C axis is accepted");
+    field("sd_accepted_mm", self.sd_accepted_mm, "mm, X Y, sd of that position");
+    field("sd_centre_z_mm", self.sd_centre_z_mm, "mm, sd of the accepted height of the ball");
+    field("swivels_rad", self.swivels_rad, "rad, angles of the head at which it is read too");
+  }
+};
+
 struct PreTravelInUse {
   std::uint32_t tool{};
   std::uint64_t result_id{};
@@ -214,7 +232,7 @@ struct DescribeMachine {
     std::vector<ScrewInUse> screws{};
     std::vector<PreTravelInUse> pre_travels{};
     bool has_rim_ball{};
-    bool has_checked_ball{};
+    std::vector<CheckInUse> checked_ball{};
     static constexpr void fields(auto& self, auto&& field) {
       field("machine", self.machine, "name of the machine description");
       field("mounting", self.mounting, "where the probe sits");
@@ -237,7 +255,7 @@ struct DescribeMachine {
       field("screws", self.screws, "ball screws with a sensor");
       field("pre_travels", self.pre_travels, "those in force of a touch-trigger probe");
       field("has_rim_ball", self.has_rim_ball, "1 when machine.toml has [rim_ball]");
-      field("has_checked_ball", self.has_checked_ball, "1 when machine.toml has [periodic_check]");
+      field("checked_ball", self.checked_ball, "the ball of periodic-check; none or one");
     }
   };
 };

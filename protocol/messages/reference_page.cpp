@@ -64,6 +64,7 @@ std::string structureName() {
   if constexpr (std::same_as<T, SensorHeadInUse>) return "SensorHeadInUse";
   if constexpr (std::same_as<T, ScrewInUse>) return "ScrewInUse";
   if constexpr (std::same_as<T, PreTravelInUse>) return "PreTravelInUse";
+  if constexpr (std::same_as<T, CheckInUse>) return "CheckInUse";
 }
 
 template <class T>
@@ -357,7 +358,7 @@ std::string structures() {
          structure<ProcessStatus>() + structure<ProbeInUse>() + structure<SphereInUse>() + structure<TiltInUse>() +
          structure<PlateInUse>() + structure<CarrierInUse>() + structure<ShankInUse>() + structure<ToolInUse>() +
          structure<SetterInUse>() + structure<SensorHeadInUse>() + structure<ScrewInUse>() +
-         structure<PreTravelInUse>();
+         structure<PreTravelInUse>() + structure<CheckInUse>();
 }
 
 std::string numbers() {

@@ -47,6 +47,11 @@ struct SetUp {
   std::vector<std::array<double, 3>> balls_mm{};
   double sd_plate_mm{};       // sd of a certified coordinate of one; 0: not stated
   bool station_correction{};  // errors of the linear axes are taken out by stations
+  // Accepted position of C and height of its ball, for periodic-check: sd (k = 1; 0: not stated), where one is
+  // accepted.
+  std::optional<std::array<double, 2>> sd_accepted_mm{};
+  double sd_checked_height_mm{};
+  std::optional<double> check_limit_mm{};
   // Delay in force. Its value is arbitrary, because precision does not depend on it; its sd (k = 1) counts.
   double delay_s{4e-3};
   std::array<double, 3> sd_delay_s{};

@@ -21,7 +21,12 @@ std::optional<double> ifStated(double sd) {
 procedure::CheckedBall checkedBall(const SetUp& set_up) {
   procedure::CheckedBall ball;
   ball.diameter_mm = set_up.sphere_diameter_mm;
-  ball.centre_z.mm = ballAt(set_up, 1).z();
+  ball.centre_z = {.mm = ballAt(set_up, 1).z(), .sd_mm = set_up.sd_checked_height_mm};
+  ball.limit_mm = set_up.check_limit_mm;
+  if (const auto& sd = set_up.sd_accepted_mm) {
+    ball.accepted_x = procedure::AcceptedValue{.mm = 0, .sd_mm = (*sd)[0]};
+    ball.accepted_y = procedure::AcceptedValue{.mm = 0, .sd_mm = (*sd)[1]};
+  }
   return ball;
 }
 

@@ -73,6 +73,16 @@ messages::SetterInUse setterInUse(const procedure::ToolSetter& setter) {
           .swivels_rad = setter.swivels_rad};
 }
 
+messages::CheckInUse checkInUse(const procedure::CheckedBall& ball) {
+  const auto &x = ball.accepted_x, &y = ball.accepted_y;
+  return {.ball_diameter_mm = ball.diameter_mm,
+          .limit_mm = ball.limit_mm.value_or(0),
+          .accepted = x && y,
+          .sd_accepted_mm = {x ? x->sd_mm : 0, y ? y->sd_mm : 0},
+          .sd_centre_z_mm = ball.centre_z.sd_mm,
+          .swivels_rad = ball.swivels_rad};
+}
+
 messages::SensorHeadInUse sensorHeadInUse(const procedure::SensorHead& head) {
   messages::SensorHeadInUse in_use{
       .tool = head.tool, .range_mm = head.range_mm, .sd_centre_offset_mm = head.sd_centre_offset_mm};
@@ -144,7 +154,7 @@ messages::DescribeMachine::Answer machineDescription(const MachineNames& names, 
       answer.pre_travels.push_back({.tool = one.tool, .result_id = one.result_id, .covariance_mm2 = one.covariance});
   }
   answer.has_rim_ball = facts.rim_ball.has_value();
-  answer.has_checked_ball = facts.checked_ball.has_value();
+  if (facts.checked_ball) answer.checked_ball.push_back(checkInUse(*facts.checked_ball));
   return answer;
 }
 

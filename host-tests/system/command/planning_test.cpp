@@ -101,8 +101,11 @@ TEST(Planning, SaysWhyTheBoxWouldRefuseTheRun) {
   const auto no_tool = planOf(box, {"tool-setter", "--tool", "4"});
   EXPECT_EQ(no_tool.status, 1);
   EXPECT_THAT(no_tool.err, HasSubstr("measure one of 7"));
+  EXPECT_THAT(planOf(box, {"periodic-check"}).out, HasSubstr("periodic-check needs a description of the ball"));
+  says.checked_ball = {{.ball_diameter_mm = 12, .swivels_rad = {0.8}}};
   says.delay = {};
   const FakeBox new_box{describing(says)};
+  EXPECT_THAT(planOf(new_box, {"periodic-check"}).out, HasSubstr("the head at 0 alone"));
   EXPECT_THAT(planOf(new_box, {"centreline"}).out,
               HasSubstr("centreline needs the system delay, and none is in force"));
 }

@@ -119,6 +119,22 @@ TEST(CertificatesInAForecast, HoldTheDelayInForceWhereARunDoes) {
   EXPECT_THAT(forecastFor(procedure::kPeriodicCheck, set_up).in_u, Contains("sd_effective_ball_radius_mm"));
 }
 
+// Deviations from what is accepted are as uncertain as that, too.
+TEST(CertificatesInAForecast, HoldWhatWasAcceptedBeforeACheck) {
+  plan::SetUp set_up;
+  set_up.sd_accepted_mm = {0.003, 0.004};
+  set_up.check_limit_mm = 0.02;
+  const auto check = forecastFor(procedure::kPeriodicCheck, set_up);
+  const auto uOf = [](const std::vector<metrology::Estimate>& all, const char* key) {
+    const auto found = std::ranges::find(all, key, &metrology::Estimate::key);
+    EXPECT_NE(found, all.end()) << key;
+    return found == all.end() ? 0 : found->uncertainty.at(0);
+  };
+  const double of_x_mm = uOf(check.estimates, "Xcen_B0_mm"), of_y_mm = uOf(check.estimates, "Ycen_B0_mm");
+  EXPECT_NEAR(uOf(check.also, "deviation_Xcen_B0_mm"), std::hypot(of_x_mm, 0.003), 1e-4);
+  EXPECT_NEAR(uOf(check.also, "deviation_Ycen_B0_mm"), std::hypot(of_y_mm, 0.004), 1e-4);
+}
+
 // The fit has its coordinates as unknowns.
 TEST(CertificatesInAForecast, OfAPlateAreNotTakenAsExactWhereStated) {
   plan::SetUp set_up;

@@ -42,6 +42,14 @@ messages::SetterInUse setterOf(const board::ToolSetterDescription& setter) {
   return in_use;
 }
 
+messages::CheckInUse checkOf(const board::PeriodicCheckDescription& check) {
+  messages::CheckInUse in_use{.ball_diameter_mm = check.ball_diameter_mm,
+                              .limit_mm = check.limit_mm.value_or(0),
+                              .accepted = check.accepted_x_mm && check.accepted_y_mm};
+  for (const double angle_deg : check.swivels_deg) in_use.swivels_rad.push_back(radians(angle_deg));
+  return in_use;
+}
+
 double lengthOfTool(const board::Machine& machine, std::uint32_t number) {
   const auto tool = std::ranges::find(machine.tools, number, &board::ToolDescription::number);
   return tool == machine.tools.end() ? 0 : tool->length_mm;
@@ -205,7 +213,8 @@ void replaceMachine(Described& says, const board::Machine& machine) {
   }
   addTools(says, machine);
   says.has_rim_ball = machine.rim_ball.has_value();
-  says.has_checked_ball = machine.periodic_check.has_value();
+  says.checked_ball.clear();
+  if (machine.periodic_check) says.checked_ball.push_back(checkOf(*machine.periodic_check));
 }
 
 void takeMachine(plan::SetUp& set_up, const Described& says, const plan::Wanted& wanted) {
@@ -228,6 +237,11 @@ void takeMachine(plan::SetUp& set_up, const Described& says, const plan::Wanted&
   takeTools(set_up, says);
   for (const auto& setter : says.setter) takeSetter(set_up, setter);
   for (const auto& head : says.sensor_head) takeSensorHead(set_up, head);
+  for (const auto& check : says.checked_ball) {
+    if (check.accepted) set_up.sd_accepted_mm = check.sd_accepted_mm;
+    set_up.sd_checked_height_mm = check.sd_centre_z_mm;
+    if (check.limit_mm > 0) set_up.check_limit_mm = check.limit_mm;
+  }
   for (const auto& screw : says.screws) {
     if (screw.axis + 1 != wanted.options.axis) continue;
     set_up.screw_pitch_mm = screw.pitch_mm;
@@ -259,7 +273,7 @@ procedure::Facts describedFacts(const plan::SetUp& set_up, const Described& says
       facts.screws[axis]->face.reset();
   }
   if (!says.has_rim_ball) facts.rim_ball.reset();
-  if (!says.has_checked_ball) facts.checked_ball.reset();
+  if (says.checked_ball.empty()) facts.checked_ball.reset();
   if (facts.trigger_probe && of_box) facts.trigger_probe->pre_travels = set_up.pre_travels;
   return facts;
 }

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "board/describe/parse.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "tools/probebox/commands/described_machine.hpp"
 #include "tools/probebox/text/report.hpp"
@@ -37,6 +38,13 @@ void choose(PlannedMachine& machine, const Plan& options, const messages::Descri
   if (says.probe.ball_diameter_mm == 0)
     machine.usual.push_back(printed("a stylus ball of %g mm", set_up.stylus_ball_diameter_mm));
   take(set_up.acceleration_mm_s2, options.acceleration_mm_s2, false, "an acceleration of %g mm/s2");
+}
+
+// Runs at several angles of the head are forecast at one.
+bool swivelsToo(const plan::Wanted& wanted, const messages::DescribeMachine::Answer& says) {
+  if (wanted.method == &procedure::kPeriodicCheck)
+    return !says.checked_ball.empty() && !says.checked_ball.front().swivels_rad.empty();
+  return wanted.method == &procedure::kToolSetter && !says.setter.empty() && says.setter.front().swivels_rad.size() > 1;
 }
 
 // As the box would refuse the run now. Which results are in force is known from a box alone.
@@ -82,6 +90,7 @@ Outcome<PlannedMachine, Trouble> plannedMachine(const Plan& options, const plan:
   const bool is_described = box || !machine.file.empty();
   if (is_described) takeMachine(machine.set_up, says, wanted);
   choose(machine, options, says);
+  if (swivelsToo(wanted, says)) machine.usual.emplace_back("the head at 0 alone");
   if (is_described) machine.why_refused = whyRefusedThere(machine, wanted, says);
   return machine;
 }

@@ -52,6 +52,7 @@ TEST(MachineDescription, HasWhatIsDescribedAndTheNames) {
   EXPECT_EQ(says.screws[0].axis, 1);
   EXPECT_EQ(says.screws[0].face_result_id, 9U);
   EXPECT_TRUE(says.plate.empty());
+  EXPECT_TRUE(says.checked_ball.empty());
   EXPECT_FALSE(says.has_rim_ball);
   EXPECT_EQ(says.positions_hz[0], 0) << "nothing has arrived yet";
 }
@@ -63,7 +64,15 @@ TEST(MachineDescription, HasTheResultsInForceInThePlaceOfWhatTheyReplace) {
   facts.sensor_head->calibrated->sd[2][1] = 1e-4;
   facts.trigger_probe =
       procedure::TriggerProbe{.repeatability_mm = 0.0005, .pre_travels = {{.result_id = 6, .tool = 8}}};
+  facts.checked_ball = procedure::CheckedBall{.diameter_mm = 12,
+                                              .centre_z = {.mm = -160, .sd_mm = 0.0004},
+                                              .accepted_x = procedure::AcceptedValue{.mm = 330, .sd_mm = 0.0003},
+                                              .accepted_y = procedure::AcceptedValue{.mm = 200, .sd_mm = 0.0002}};
   const auto says = machineDescription({"mill", "spindle", "P1", 0.4}, facts, {});
+  ASSERT_EQ(says.checked_ball.size(), 1U);
+  EXPECT_TRUE(says.checked_ball[0].accepted);
+  EXPECT_EQ(says.checked_ball[0].sd_accepted_mm, (std::array{0.0003, 0.0002}));
+  EXPECT_EQ(says.checked_ball[0].sd_centre_z_mm, 0.0004);
   ASSERT_EQ(says.carriers.size(), 2U);
   EXPECT_EQ(says.carriers[0].result_id, 0U);
   EXPECT_EQ(says.carriers[1].number, 8U);
