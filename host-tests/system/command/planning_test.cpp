@@ -69,11 +69,14 @@ TEST(Planning, AsksTheBoxThatIsNamed) {
   const FakeBox box{describing(latheOfTest())};
   const auto page = planOf(box, {"delay-known-sphere"});
   EXPECT_EQ(page.status, 0) << page.err;
-  EXPECT_THAT(page.out, AllOf(HasSubstr("in u beside the readings: certificate of the sphere"),
-                              HasSubstr("stylus ball"), Not(HasSubstr("not in u")),
-                              HasSubstr("for lathe of a test with P-17, as the box " + box.uri() + " says"),
-                              HasSubstr("usual, because nothing says otherwise: positions with 0.5 um of noise, an "
-                                        "acceleration of 10000 mm/s2")));
+  EXPECT_THAT(
+      page.out,
+      AllOf(
+          HasSubstr("in u beside the readings: certificate of the sphere"), HasSubstr("stylus ball"),
+          Not(HasSubstr("not in u")), HasSubstr("for lathe of a test with P-17, as the box " + box.uri() + " says"),
+          HasSubstr("of the box: 500 positions a second, 1000 deflections a second, deflections with 1.5 um of noise"),
+          HasSubstr("usual, because nothing says otherwise: positions with 0.5 um of noise, an "
+                    "acceleration of 10000 mm/s2")));
   const auto machine = planOf(box, {"delay-known-sphere", "--json"}).object()["machine"];
   EXPECT_EQ(machine["positions_hz"], 500) << "of the slowest axis";
   EXPECT_EQ(machine["deflections_hz"], 1000);
@@ -105,6 +108,7 @@ TEST(Planning, SaysWhyTheBoxWouldRefuseTheRun) {
   says.checked_ball = {{.ball_diameter_mm = 12, .swivels_rad = {0.8}}};
   says.delay = {};
   const FakeBox new_box{describing(says)};
+  EXPECT_THAT(planOf(new_box, {"tool-setter", "--tool", "4"}).err, HasSubstr("measure one of 7"));
   EXPECT_THAT(planOf(new_box, {"periodic-check"}).out, HasSubstr("the head at 0 alone"));
   EXPECT_THAT(planOf(new_box, {"centreline"}).out,
               HasSubstr("centreline needs the system delay, and none is in force"));

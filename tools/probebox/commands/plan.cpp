@@ -110,9 +110,12 @@ std::string forecastPage(const plan::Forecast& forecast, const PlannedMachine& m
   return all;
 }
 
-// The box's own sentence tells more than what its lack leads to.
+// What the machine lacks may be why no run could be simulated.
 Trouble troubleOf(const metrology::Refusal& refusal, const PlannedMachine& machine) {
-  return {ExitStatus::failed, refusal.name, machine.why_refused.empty() ? refusal.reason : machine.why_refused};
+  std::string reason = refusal.reason;
+  if (!machine.why_refused.empty() && machine.why_refused != reason)
+    reason += (reason.ends_with('.') ? " " : ". ") + std::string{"On that machine: "} + machine.why_refused;
+  return {ExitStatus::failed, refusal.name, reason};
 }
 
 ExitStatus proposeRuns(const plan::Wanted& wanted, const PlannedMachine& machine, const Plan& options,

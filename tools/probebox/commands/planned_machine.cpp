@@ -20,19 +20,25 @@ Outcome<board::Machine> machineIn(const std::string& path) {
   return board::parseMachine(text, path);
 }
 
+std::string listed(const std::vector<std::string>& texts) {
+  std::string all;
+  for (const auto& text : texts) all += (all.empty() ? "" : ", ") + text;
+  return all;
+}
+
 // Options replace what is described. What neither says is usual.
 void choose(PlannedMachine& machine, const Plan& options, const messages::DescribeMachine::Answer& says) {
   plan::SetUp& set_up = machine.set_up;
-  const auto take = [&](double& value, const std::optional<double>& given, bool described, const char* usual) {
-    if (!given && !described) machine.usual.push_back(printed(usual, value));
+  const auto take = [&](double& value, const std::optional<double>& given, bool described, const char* in_words) {
+    if (!given) (described ? machine.told : machine.usual).push_back(printed(in_words, value));
     value = given.value_or(value);
   };
   const bool has_positions = says.positions_hz[0] > 0 && says.positions_hz[1] > 0 && says.positions_hz[2] > 0;
-  take(set_up.machine_rate_hz, options.machine_rate_hz, has_positions, "%g positions a second");
+  take(set_up.machine_rate_hz, options.machine_rate_hz, has_positions, "%.4g positions a second");
   take(set_up.machine_noise_um, options.machine_noise_um, false, "positions with %g um of noise");
   if (options.switch_noise_um) set_up.switch_repeatability_um = options.switch_noise_um;
   if (!set_up.switch_repeatability_um) {
-    take(set_up.probe_rate_hz, options.probe_rate_hz, says.deflections_hz > 0, "%g deflections a second");
+    take(set_up.probe_rate_hz, options.probe_rate_hz, says.deflections_hz > 0, "%.4g deflections a second");
     take(set_up.probe_noise_um, options.probe_noise_um, says.probe.noise_um > 0, "deflections with %g um of noise");
   }
   if (says.probe.ball_diameter_mm == 0)
@@ -123,9 +129,8 @@ std::vector<std::string> inWords(const PlannedMachine& machine) {
     lines.push_back("for " + machine.name + ", as " + machine.file + " says in the place of " + machine.name_in_box +
                     " of the box " + machine.box + "; with its " + machine.probe + ", rates and delay");
   }
-  std::string usual;
-  for (const auto& one : machine.usual) usual += (usual.empty() ? "" : ", ") + one;
-  if (!usual.empty()) lines.push_back("usual, because nothing says otherwise: " + usual);
+  if (!machine.told.empty()) lines.push_back("of the box: " + listed(machine.told));
+  if (!machine.usual.empty()) lines.push_back("usual, because nothing says otherwise: " + listed(machine.usual));
   if (!machine.why_refused.empty()) lines.push_back("there the run would be refused: " + machine.why_refused);
   return lines;
 }

@@ -27,6 +27,7 @@ struct PlannedMachine {
   std::string box;                 // address of the box that was asked; empty: none
   std::string name_in_box;         // of its machine
   std::string probe;               // as the box names it; empty: a usual one
+  std::vector<std::string> told;   // rates and noise that the box says
   std::vector<std::string> usual;  // assumptions that neither file, box nor option states
   std::string why_refused;         // sentence with which a run would be refused there; empty: none
 };
