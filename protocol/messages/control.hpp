@@ -1,5 +1,6 @@
 #pragma once
 #include "protocol/messages/corrections.hpp"
+#include "protocol/messages/machine.hpp"
 #include "protocol/messages/procedures.hpp"
 #include "protocol/messages/results.hpp"
 #include "protocol/messages/self_test.hpp"

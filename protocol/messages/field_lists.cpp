@@ -167,7 +167,7 @@ std::string fieldLists(const Language& language) {
   operations.operator()<Status, PostMarker, StartProcedure, ProcedureStatus, AbortProcedure, ListResults, AcceptResult,
                         Corrections, GetDataset, RollbackResult, ResultHistory, SetInhibit, HomeAxes, EnableSources,
                         LoopBack, TellPose, ProposeCase, FollowCase, GetResult, TellPositions, Provision, DescribeUnit,
-                        OfferUpdate, SendUpdate, InstallUpdate, UpdateStatus>();
+                        OfferUpdate, SendUpdate, InstallUpdate, UpdateStatus, DescribeMachine>();
   all.exempt(nameOf(MessageType::samples));  // its payload is a block of protocol/codec
   if (const auto missing = all.missing<MessageType>() + all.missing<Operation>(); !missing.empty()) {
     std::cerr << "protocol/messages/field_lists.cpp does not list" << missing << "\n";

@@ -53,6 +53,18 @@ std::string structureName() {
   if constexpr (std::same_as<T, CaseColumn>) return "CaseColumn";
   if constexpr (std::same_as<T, ProcessStatus>) return "ProcessStatus";
   if constexpr (std::same_as<T, SphereCertificate>) return "SphereCertificate";
+  if constexpr (std::same_as<T, ProbeInUse>) return "ProbeInUse";
+  if constexpr (std::same_as<T, SphereInUse>) return "SphereInUse";
+  if constexpr (std::same_as<T, TiltInUse>) return "TiltInUse";
+  if constexpr (std::same_as<T, PlateInUse>) return "PlateInUse";
+  if constexpr (std::same_as<T, CarrierInUse>) return "CarrierInUse";
+  if constexpr (std::same_as<T, ShankInUse>) return "ShankInUse";
+  if constexpr (std::same_as<T, ToolInUse>) return "ToolInUse";
+  if constexpr (std::same_as<T, SetterInUse>) return "SetterInUse";
+  if constexpr (std::same_as<T, SensorHeadInUse>) return "SensorHeadInUse";
+  if constexpr (std::same_as<T, ScrewInUse>) return "ScrewInUse";
+  if constexpr (std::same_as<T, PreTravelInUse>) return "PreTravelInUse";
+  if constexpr (std::same_as<T, CheckInUse>) return "CheckInUse";
 }
 
 template <class T>
@@ -326,7 +338,10 @@ std::string control() {
              "protocol 1.2.") +
          operation<UpdateStatus>(
              "How far an update has come, and what came of the last one, also after the restart of the box. Since "
-             "protocol 1.2.");
+             "protocol 1.2.") +
+         operation<DescribeMachine>(
+             "What a run starts from: machine, probe, rates and results in force. Standard deviations are k = 1, and 0 "
+             "where none is stated. Since protocol 1.2.");
 }
 
 std::string structures() {
@@ -339,7 +354,11 @@ std::string structures() {
          structure<ResultSummary>() + structure<ValueChange>() + structure<ValueInUse>() +
          structure<ResultTransition>() + structure<CorrectionSource>() + structure<AxisStatus>() +
          structure<StampedTrigger>() + structure<RotaryAxisStatus>() + structure<SwivelStatus>() +
-         structure<CaseEntry>() + structure<CaseColumn>() + structure<SphereCertificate>() + structure<ProcessStatus>();
+         structure<CaseEntry>() + structure<CaseColumn>() + structure<SphereCertificate>() +
+         structure<ProcessStatus>() + structure<ProbeInUse>() + structure<SphereInUse>() + structure<TiltInUse>() +
+         structure<PlateInUse>() + structure<CarrierInUse>() + structure<ShankInUse>() + structure<ToolInUse>() +
+         structure<SetterInUse>() + structure<SensorHeadInUse>() + structure<ScrewInUse>() +
+         structure<PreTravelInUse>() + structure<CheckInUse>();
 }
 
 std::string numbers() {

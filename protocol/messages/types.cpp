@@ -23,7 +23,7 @@ constexpr auto kOperations = std::to_array<std::string_view>(
      "accept_result",  "corrections",    "get_dataset",     "rollback_result",  "result_history",  "set_inhibit",
      "home_axes",      "enable_sources", "loop_back",       "tell_pose",        "propose_case",    "follow_case",
      "get_result",     "tell_positions", "provision",       "describe_unit",    "offer_update",    "send_update",
-     "install_update", "update_status"});
+     "install_update", "update_status",  "describe_machine"});
 constexpr auto kProfiles = std::to_array<std::string_view>({"raw", "fast", "tight"});
 constexpr auto kPolicies = std::to_array<std::string_view>({"live", "record"});
 constexpr auto kGapReasons = std::to_array<std::string_view>(

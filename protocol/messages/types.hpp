@@ -72,6 +72,7 @@ enum class Operation : std::uint16_t {
   send_update = 24,
   install_update = 25,
   update_status = 26,
+  describe_machine = 27,
 };
 
 // Selects the coding of the columns of a block.

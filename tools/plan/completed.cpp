@@ -35,6 +35,9 @@ Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedu
   if (options.turns != 0 && !method->takes_turns) {
     return Refusal{"bad-option", std::string{method->name()} + " has no option turns: omit it"};
   }
+  if (method->why_unfit != nullptr) {
+    if (const auto why = method->why_unfit(options, facts)) return badOption(why->what);
+  }
   const auto described = procedure::described(*method, options, facts, by);
   if (!described) return badOption(described.error().what);
   options = *described;

@@ -107,15 +107,34 @@ std::vector<Wanted> candidates(const Wanted& given) {
   return all;
 }
 
-double firstSd(const Forecast& forecast) {
-  const bool known = !forecast.estimates.empty() && !forecast.estimates.front().sd.empty();
-  return known ? forecast.estimates.front().sd.front() : std::numeric_limits<double>::infinity();
+double firstUncertainty(const Forecast& forecast) {
+  if (forecast.estimates.empty()) return std::numeric_limits<double>::infinity();
+  const auto& first = forecast.estimates.front();
+  const auto& of_first = first.uncertainty.empty() ? first.sd : first.uncertainty;
+  return of_first.empty() ? std::numeric_limits<double>::infinity() : of_first.front();
+}
+
+// Type B lines of the budget that contribute to any value.
+std::vector<std::string> typeBOf(const metrology::Result& result) {
+  std::vector<std::string> names;
+  for (const auto& line : result.budget) {
+    const bool counts = std::ranges::any_of(line.sd, [](double sd) { return sd > 0; });
+    if (line.type_b && counts) names.push_back(line.name);
+  }
+  return names;
 }
 
 Outcome<Forecast, Refusal> forecastOf(const Wanted& wanted, const SetUp& set_up, std::uint64_t runs) {
   TRY(const auto options, completed(wanted, factsOf(withProbeFor(*wanted.method, set_up), wanted.options.tool)));
-  Forecast forecast{
-      .wanted = wanted, .steps = 0, .duration_s = 0, .estimates = {}, .also = {}, .axis = {}, .dropped = {}};
+  Forecast forecast{.wanted = wanted,
+                    .steps = 0,
+                    .duration_s = 0,
+                    .estimates = {},
+                    .also = {},
+                    .axis = {},
+                    .dropped = {},
+                    .in_u = {},
+                    .taken_as_exact = {}};
   MeanSpread spread;
   for (std::uint64_t run = 0; run < runs; ++run) {
     const auto simulated = simulatedRun(*wanted.method, options, set_up, run + 1);
@@ -127,6 +146,8 @@ Outcome<Forecast, Refusal> forecastOf(const Wanted& wanted, const SetUp& set_up,
     forecast.also = simulated.solved->also;
     forecast.axis = simulated.axis;
     forecast.dropped = simulated.solved->dropped;
+    forecast.in_u = typeBOf(*simulated.solved);
+    forecast.taken_as_exact = simulated.taken_as_exact;
   }
   forecast.estimates = spread.estimates();
   return forecast;
@@ -154,7 +175,7 @@ Outcome<std::vector<Forecast>, Refusal> proposals(const Wanted& wanted, const Se
     if (expected && expected->duration_s <= time_s) fitting.push_back(std::move(expected).value());
   }
   if (!any && first) return *first;
-  std::ranges::stable_sort(fitting, {}, firstSd);
+  std::ranges::stable_sort(fitting, {}, firstUncertainty);
   return fitting;
 }
 

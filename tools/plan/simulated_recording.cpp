@@ -1,6 +1,7 @@
 #include "tools/plan/simulated_recording.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -42,7 +43,7 @@ SimulatedRecording::SimulatedRecording(const SetUp& set_up, const procedure::Fac
     : set_up_{set_up}, facts_{facts}, random_{seed}, recording_{capture::Capacity{}}, now_s_{kStart_s} {
   recording_.clear();
   const double tau = set_up.delay_s;
-  recording_.setDelay({.result_id = 1, .tau_s = {tau, tau, tau}, .sd_s = {}, .at = {}});
+  recording_.setDelay({.result_id = 1, .tau_s = {tau, tau, tau}, .sd_s = set_up.sd_delay_s, .at = {}});
   for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) beside_rad_[axis] = stopOff(axis);
   head_beside_rad_ = normal(set_up.head.sigma_rad);
 }
@@ -238,6 +239,7 @@ Vector3d SimulatedRecording::surfaceOf(const procedure::Step& step) const {
   const double reach_mm = (set_up_.sphere_diameter_mm + touching_mm) / 2;
   switch (step.feature) {
     case procedure::Feature::datum_sphere:
+      return (by_shank ? reach_mm : touchedSphere_mm(set_up_) / 2) * n + ballOf(step) - tipOf(step);
     case procedure::Feature::part_ball:
       return ballOf(step) + reach_mm * n - tipOf(step);
     case procedure::Feature::plates:
@@ -251,12 +253,14 @@ Vector3d SimulatedRecording::surfaceOf(const procedure::Step& step) const {
 // Position at a face of the device, whose middle is the origin, with the probe or the tool in the spindle.
 Vector3d SimulatedRecording::setterFaceOf(const procedure::Step& step) const {
   const Vector3d n = vectorOf(step.touch.outward_normal);
-  const bool probe = step.touch.tool == 0, end_face = axisAlong(n) == 2;
+  const std::size_t axis = axisAlong(n);
+  const bool probe = step.touch.tool == 0, end_face = axis == 2;
   const double tool_reach_mm = end_face ? 0 : kCuttingRadius_mm;
   const double reach_mm = probe ? set_up_.stylus_ball_diameter_mm / 2 : tool_reach_mm;
-  const auto& tool = facts_.tools.front();
-  const Vector3d hanging = probe ? vectorOf(facts_.tool_setter->probe_offset_mm) : Vector3d{0, 0, -tool.length_mm};
-  return (set_up_.setter_half_width_mm + reach_mm) * n - hanging;
+  const auto tool = std::ranges::find(facts_.tools, step.touch.tool, &procedure::ToolFacts::number);
+  const double length_mm = tool != facts_.tools.end() ? tool->length_mm : 0;  // of a tool that the box would refuse
+  const Vector3d hanging = probe ? vectorOf(facts_.tool_setter->probe_offset_mm) : Vector3d{0, 0, -length_mm};
+  return (set_up_.setter_half_width_mm.at(axis) + reach_mm) * n - hanging;
 }
 
 // Middle of the ball that the step is about.
@@ -288,8 +292,8 @@ Vector3d SimulatedRecording::movedByHead(const Vector3d& tip, double swivel_rad)
 // From what the positions are of to what touches.
 Vector3d SimulatedRecording::tipOf(const procedure::Step& step) const {
   const bool swivels = step.b_moves == procedure::BMoves::head;
-  const auto& tools = facts_.probe_tools;
-  const double length_mm = tools.lengthOf(step.touch.tool != 0 ? step.touch.tool : tools.numbers[0]);
+  const auto first = facts_.probe_tools.numbers[0];
+  const double length_mm = facts_.lengthOf(step.touch.tool != 0 ? step.touch.tool : first);
   const Vector3d hanging{0, 0, -(length_mm - step.touch.shank_height_mm)};
   const Vector3d moved = movedByHead(hanging, swivels ? step.touch.rotary_angles_rad[1] : 0);
   return step.touch.tool == 0 && !swivels ? moved : Vector3d{hanging + moved};

@@ -1,10 +1,12 @@
 #include "tools/plan/simulated_run.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
 #include <variant>
 
+#include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "tools/plan/contact.hpp"
@@ -19,6 +21,28 @@ std::string axisOf(const metrology::Dataset& dataset) {
   const auto axis = dataset.config.find("axis");
   const auto* letter = axis == dataset.config.end() ? nullptr : std::get_if<std::string>(&axis->second);
   return letter == nullptr ? std::string{} : *letter;
+}
+
+bool states(const metrology::Dataset& dataset, const metrology::KnownQuantity& known) {
+  if (known.kind == metrology::KnownKind::table) return dataset.table(known.key) != nullptr;
+  const auto has = [&](const metrology::Table& table) { return table.column(known.key) != nullptr; };
+  return dataset.config.contains(known.key) || std::ranges::any_of(dataset.tables, has);
+}
+
+std::vector<std::string> takenAsExact(const metrology::Dataset& dataset, const metrology::Method& method) {
+  std::vector<std::string> keys;
+  for (const auto& known : method.known) {
+    // The plate's sd is in the sd of the method.
+    const bool in_sigma = known.sd_key == "sd_certificate_mm" && dataset.config.contains("sigma_third_mm");
+    if (in_sigma || dataset.config.contains(known.sd_key) || !states(dataset, known)) continue;
+    keys.emplace_back(known.sd_key);
+  }
+  const auto ball = dataset.config.find(metrology::kStylusBall);
+  const auto* in_words = ball == dataset.config.end() ? nullptr : std::get_if<std::string>(&ball->second);
+  const auto is_named = [](const std::string& key) { return key.find("stylus_ball") != std::string::npos; };
+  if (in_words != nullptr && in_words->ends_with(metrology::kAssumedExact) && std::ranges::none_of(keys, is_named))
+    keys.emplace_back("sd_stylus_ball_diameter_mm");
+  return keys;
 }
 
 // Duration of a step, s, without the way to the next one.
@@ -65,7 +89,8 @@ SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOp
   // The box states when it measured for the stores; any time does here.
   constexpr double kAnyTime_s = 1.8e9;
   if (measured.dataset.table("tool_store") != nullptr) measured.dataset.config.try_emplace("measured_at_s", kAnyTime_s);
-  return {metrology::solve(measured.dataset), run.duration(), plan->step_count, axisOf(measured.dataset)};
+  return {metrology::solve(measured.dataset), run.duration(), plan->step_count, axisOf(measured.dataset),
+          takenAsExact(measured.dataset, *method.solver)};
 }
 
 double shortestDuration(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& set_up) {

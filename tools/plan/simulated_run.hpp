@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "firmware/metrology/solve.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
@@ -15,7 +16,8 @@ struct SimulatedRun {
   metrology::Solved solved;
   double duration_s{};
   std::size_t steps{};
-  std::string axis{};  // letter of the rotary axis that the run is about; empty for none
+  std::string axis{};                         // letter of the rotary axis that the run is about; empty for none
+  std::vector<std::string> taken_as_exact{};  // as in a forecast
 };
 // options: complete, as procedure::described() leaves them.
 SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& set_up,

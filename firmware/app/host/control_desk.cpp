@@ -115,6 +115,8 @@ Reply ControlDesk::answer(const board::Access& may, const stream::PendingRequest
       return describeStatus(state, vitals);
     case Operation::procedure_status:
       return describeProcedure(state);
+    case Operation::describe_machine:
+      return ok(machineDescription(identity_.machine, with_.calibrations.factsNow(), state));
     case Operation::post_marker:
       return takeMarker(may, request.body, state);
     case Operation::start_procedure:

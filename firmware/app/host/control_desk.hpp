@@ -7,6 +7,7 @@
 
 #include "board/describe/service.hpp"
 #include "firmware/app/host/loop_back_desk.hpp"
+#include "firmware/app/host/machine_description.hpp"
 #include "firmware/app/host/unit_desk.hpp"
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/caller.hpp"
@@ -34,6 +35,7 @@ struct Identity {
   std::string board;
   std::string firmware_version;
   std::vector<messages::LineStatus> lines;
+  MachineNames machine{};
 };
 
 // State that only the thread of the links knows.

@@ -262,6 +262,13 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .trigger_probe = triggerProbe(descriptions.probe)};
 }
 
+MachineNames namesOf(const board::Descriptions& descriptions) {
+  return {.machine = descriptions.machine.name,
+          .mounting = descriptions.machine.mounting,
+          .probe = probeName(descriptions.probe),
+          .probe_noise_um = descriptions.probe.noise_um};
+}
+
 ProbeOnMachine probeOnMachine(const board::Descriptions& descriptions) {
   const auto& machine = descriptions.machine;
   return {.switches = descriptions.probe.by_switch.has_value(),

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "board/describe/parse.hpp"
+#include "firmware/app/host/machine_description.hpp"
 #include "firmware/app/host/sample_description.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/box/box.hpp"
@@ -15,6 +16,8 @@ namespace probebox::app {
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions);
 procedure::Facts procedureFacts(const board::Descriptions& descriptions);
+// The names that a host sees of machine and probe.
+MachineNames namesOf(const board::Descriptions& descriptions);
 ProbeOnMachine probeOnMachine(const board::Descriptions& descriptions);
 // Without what is in force, which changes while the box runs.
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version);

@@ -102,7 +102,7 @@ struct Daemon::Parts {
                      [file = options.confirmed] { return file.empty() || isThere(file); }}},
         worker{[this] { workerRound(); }},
         desk{
-            {descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
+            {descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box), namesOf(descriptions)},
             {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk, loop_back_desk,
              unit_desk, update_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); },
              travelOf(descriptions.machine), controlAxes(descriptions.box.devices)},

@@ -255,12 +255,6 @@ TEST(StoredResults, AreReportedAfterARefusedRunAboutTheSame) {
   EXPECT_EQ(kept.status, 0) << kept.err;
 }
 
-TEST(Planning, SaysWhatIsNotInItsUncertainty) {
-  EXPECT_THAT(
-      probebox({"plan", "centreline"}).out,
-      HasSubstr("(+/- u, k = 1, of readings and descriptions; without the certificates of sphere and stylus ball)"));
-}
-
 TEST(GoingBack, NamesTheSubjectThatWasMeant) {
   const FakeBox box{{.in_force_tau_s = FakeBox::kTau_s}};
   EXPECT_THAT(at(box, {"rollback", "dealy", "--by", "Ada"}).err, HasSubstr("did you mean delay?"));

@@ -116,6 +116,7 @@ void forEachMessage(auto&& call) {
   call("install_update request", InstallUpdate::Request{});
   call("install_update answer", InstallUpdate::Answer{});
   call("update_status answer", UpdateStatus::Answer{});
+  call("describe_machine answer", DescribeMachine::Answer{});
 }
 
 }  // namespace probebox::messages

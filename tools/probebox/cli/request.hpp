@@ -129,7 +129,7 @@ struct Calibrate : RunChoices {
   std::string by;
 };
 struct Plan : RunChoices {
-  std::string machine;           // file; empty: a usual machine
+  std::string machine;           // file; empty: the machine of the box that is named, or a usual one
   std::optional<double> time_s;  // propose runs that fit into this time
   std::optional<double> machine_rate_hz;
   std::optional<double> machine_noise_um;

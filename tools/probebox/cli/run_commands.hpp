@@ -140,13 +140,16 @@ class RunCommands {
   }
 
   void declarePlan(Subcommands& commands) {
-    auto* plan =
-        commands.add("plan", "forecast the uncertainty of a calibration, and find the best touches for a given time",
-                     "probebox plan delay-multi-speed --time 60", plan_);
+    auto* plan = commands.add(
+        "plan",
+        "forecast the uncertainty of a calibration on the machine of the box that -u names, and find the best "
+        "touches for a given time",
+        "probebox plan delay-multi-speed --time 60", plan_);
     plan->add_option("method", plan_.method, "a method that calibrate runs")->required();
     addChoices(plan, plan_);
     plan->add_option("--machine", plan_.machine,
-                     "machine.toml of the box: its axes, stops, tools and balls; default: a usual machine")
+                     "machine.toml in the place of the machine of the box that -u names; default: that of the box, or "
+                     "a usual one")
         ->type_name("FILE");
     plan->add_option("--time", plan_.time_s, "time available: propose the most precise sets of touches for it")
         ->check(seconds())
@@ -154,12 +157,14 @@ class RunCommands {
     const auto add_positive = [&](const char* name, std::optional<double>& value, const char* what, const char* unit) {
       plan->add_option(name, value, what)->check(positive())->type_name(unit);
     };
-    add_positive("--machine-rate", plan_.machine_rate_hz, "rate of the positions; default: 1000", "HZ");
+    add_positive("--machine-rate", plan_.machine_rate_hz, "rate of the positions; default: of the box, or 1000", "HZ");
     add_positive("--machine-noise", plan_.machine_noise_um, "noise of one position, k = 1; default: 0.5", "UM");
-    add_positive("--probe-rate", plan_.probe_rate_hz, "rate of the deflections; default: 2000", "HZ");
-    add_positive("--probe-noise", plan_.probe_noise_um, "noise of one channel, k = 1; default: 0.4", "UM");
+    add_positive("--probe-rate", plan_.probe_rate_hz, "rate of the deflections; default: of the box, or 2000", "HZ");
+    add_positive("--probe-noise", plan_.probe_noise_um, "noise of one channel, k = 1; default: of the box, or 0.4",
+                 "UM");
     add_positive("--switch-noise", plan_.switch_noise_um,
-                 "plan with a touch-trigger probe: depth at which its switch opens, k = 1; default: a scanning probe",
+                 "plan with a touch-trigger probe: depth at which its switch opens, k = 1; default: the probe of the "
+                 "box, or a scanning one",
                  "UM");
     add_positive("--acceleration", plan_.acceleration_mm_s2, "acceleration of the machine; default: 10000",
                  "MM_PER_S2");

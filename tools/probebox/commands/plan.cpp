@@ -1,20 +1,17 @@
-#include "firmware/procedure/plan/plan.hpp"
-
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <iterator>
-#include <numbers>
+#include <cstdlib>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
-#include "board/describe/parse.hpp"
-#include "firmware/procedure/methods/methods.hpp"
-#include "protocol/units/angle.hpp"
-#include "protocol/units/nearest.hpp"
+#include "protocol/messages/machine.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/plan/forecast.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/planned_machine.hpp"
 #include "tools/probebox/commands/run_choices.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/text/report.hpp"
@@ -23,60 +20,6 @@ namespace probebox::command {
 namespace {
 
 constexpr std::size_t kProposals = 5;  // proposals, on a page
-
-procedure::BFacts bOf(const board::TiltDescription& b, procedure::BFacts usual) {
-  usual.axis = b.axis;
-  usual.sigma_rad = b.sigma_rad;
-  usual.count = b.angles_deg.size();
-  std::ranges::transform(b.angles_deg, usual.angles_rad.begin(), [](double angle_deg) { return radians(angle_deg); });
-  return usual;
-}
-
-// Balls of the part are those of the plate, from C and from the axis of the table.
-std::vector<std::array<double, 3>> ballsOf(const board::BallPlateDescription& plate, const board::Machine& machine) {
-  const auto& table = machine.tilting_table;
-  const double axis_z_mm = table && table->point_mm ? (*table->point_mm)[2] : plate.axis_point_mm[2];
-  auto balls = plate.balls_mm;
-  for (auto& ball : balls) ball[2] += plate.axis_point_mm[2] - axis_z_mm;
-  return balls;
-}
-
-void take(plan::SetUp& set_up, const board::Machine& machine) {
-  set_up.sigma_c_rad = machine.sigma_c_rad;
-  set_up.sphere_diameter_mm = machine.datum_sphere_diameter_mm.value_or(set_up.sphere_diameter_mm);
-  set_up.gap_mm = machine.datum_gap_mm.value_or(set_up.gap_mm);
-  if (machine.tilting_table) set_up.table = bOf(*machine.tilting_table, set_up.table);
-  if (machine.swivel_head) {
-    set_up.head = bOf(machine.swivel_head->swivel, set_up.head);
-    set_up.pivot_mm = machine.swivel_head->pivot_mm;
-  }
-  if (machine.ball_plate) set_up.balls_mm = ballsOf(*machine.ball_plate, machine);
-  for (std::size_t i = 0; i < std::min(machine.probe_tools.size(), set_up.tool_lengths_mm.size()); ++i)
-    set_up.tool_lengths_mm[i] = machine.probe_tools[i].length_mm;
-  if (machine.probe_shank) {
-    set_up.shank_height_mm = machine.probe_shank->height_mm;
-    set_up.shank_radius_mm = machine.probe_shank->radius_mm;
-  }
-}
-
-Outcome<plan::SetUp> setUpOf(const Plan& options) {
-  plan::SetUp set_up;
-  if (!options.machine.empty()) {
-    std::ifstream file{options.machine};
-    if (!file) return Error{options.machine + " cannot be read: give the machine.toml of the box (--machine)."};
-    const std::string text{std::istreambuf_iterator<char>{file}, {}};
-    TRY(const auto machine, board::parseMachine(text, options.machine));
-    take(set_up, machine);
-  }
-  const auto choose = [](double& value, const std::optional<double>& given) { value = given.value_or(value); };
-  choose(set_up.machine_rate_hz, options.machine_rate_hz);
-  choose(set_up.machine_noise_um, options.machine_noise_um);
-  choose(set_up.probe_rate_hz, options.probe_rate_hz);
-  choose(set_up.probe_noise_um, options.probe_noise_um);
-  choose(set_up.acceleration_mm_s2, options.acceleration_mm_s2);
-  if (options.switch_noise_um) set_up.switch_repeatability_um = options.switch_noise_um;
-  return set_up;
-}
 
 // With names and units as those of a result.
 std::vector<casefolder::Quantity> quantitiesOf(const plan::Forecast& forecast) {
@@ -92,10 +35,11 @@ std::string spreadOf(const casefolder::Quantity& quantity) {
   return "+/- " + (u ? casefolder::withUnit(quantity.label, *u) : "?");
 }
 
-Json forecastJson(const plan::Forecast& forecast) {
-  Json sd = Json::object(), expanded = Json::object(), dropped = Json::array();
+Json forecastJson(const plan::Forecast& forecast, const PlannedMachine& machine) {
+  Json sd = Json::object(), u = Json::object(), expanded = Json::object(), dropped = Json::array();
   for (const auto& quantity : quantitiesOf(forecast)) {
     sd[quantity.key] = quantity.sd ? Json(*quantity.sd) : Json(nullptr);
+    u[quantity.key] = quantity.expanded ? Json(*quantity.expanded / 2) : Json(nullptr);
     expanded[quantity.key] = quantity.expanded ? Json(*quantity.expanded) : Json(nullptr);
   }
   for (const auto& one : forecast.dropped) dropped.push_back({{"name", one.name}, {"reason", one.reason}});
@@ -109,8 +53,12 @@ Json forecastJson(const plan::Forecast& forecast) {
           {"touches", forecast.steps},
           {"duration_s", forecast.duration_s},
           {"sd", sd},
+          {"u", u},
           {"expanded_k2", expanded},
-          {"dropped", dropped}};
+          {"in_u", forecast.in_u},
+          {"taken_as_exact", forecast.taken_as_exact},
+          {"dropped", dropped},
+          {"machine", describe(machine)}};
 }
 
 // "25 touches", "1 sweep", "2 turns of C and 25 touches".
@@ -127,7 +75,27 @@ std::string stepsOf(const plan::Forecast& forecast) {
                            : "s");
 }
 
-std::string forecastPage(const plan::Forecast& forecast) {
+// Lines of a budget whose names are keys, for a person.
+std::string nameOfInput(const std::string& key) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kNames{{
+      {"sd_effective_diameter_mm", "certificate of the sphere"},
+      {"sd_stylus_ball_diameter_mm", "stylus ball"},
+      {"sd_stylus_ball_radius_mm", "stylus ball"},
+      {"sd_temperature_k", "temperature of the sphere"},
+      {"sd_gap_mm", "certificate of the gap"},
+      {"sd_certificate_mm", "certificate of the ball plate"},
+  }};
+  const auto named = std::ranges::find(kNames, key, &std::pair<std::string_view, std::string_view>::first);
+  return named == kNames.end() ? key : std::string{named->second} + " (" + key + ")";
+}
+
+std::string inputLine(const char* begin, const std::vector<std::string>& keys) {
+  std::string all;
+  for (const auto& key : keys) all += (all.empty() ? begin : ", ") + nameOfInput(key);
+  return all.empty() ? all : "\n  " + all;
+}
+
+std::string forecastPage(const plan::Forecast& forecast, const PlannedMachine& machine) {
   std::string all = std::string{forecast.wanted.method->name()} + ": " + stepsOf(forecast) +
                     printed(", about %.0f s", forecast.duration_s);
   for (const auto& quantity : quantitiesOf(forecast)) {
@@ -135,22 +103,35 @@ std::string forecastPage(const plan::Forecast& forecast) {
     if (quantity.expanded) all += "U (k = 2) " + casefolder::withUnit(quantity.label, *quantity.expanded);
   }
   for (const auto& dropped : forecast.dropped) all += "\n  left out: " + dropped.name + ", " + dropped.reason;
-  return all + "\n  (+/- u, k = 1, of readings and descriptions; without the certificates of sphere and stylus ball)";
+  all += "\n  (+/- u, k = 1, of readings and descriptions)";
+  all += inputLine("in u beside the readings: ", forecast.in_u);
+  all += inputLine("not in u, taken as exact: ", forecast.taken_as_exact);
+  for (const auto& line : inWords(machine)) all += "\n  " + line;
+  return all;
 }
 
-ExitStatus propose(const plan::Wanted& wanted, const plan::SetUp& set_up, const Plan& options, Console& console) {
-  const auto found = plan::proposals(wanted, set_up, *options.time_s);
-  if (!found) return console.fail({ExitStatus::failed, found.error().name, found.error().reason});
+// What the machine lacks may be why no run could be simulated.
+Trouble troubleOf(const metrology::Refusal& refusal, const PlannedMachine& machine) {
+  std::string reason = refusal.reason;
+  if (!machine.why_refused.empty() && machine.why_refused != reason)
+    reason += (reason.ends_with('.') ? " " : ". ") + std::string{"On that machine: "} + machine.why_refused;
+  return {ExitStatus::failed, refusal.name, reason};
+}
+
+ExitStatus proposeRuns(const plan::Wanted& wanted, const PlannedMachine& machine, const Plan& options,
+                       Console& console) {
+  const auto found = plan::proposals(wanted, machine.set_up, *options.time_s);
+  if (!found) return console.fail(troubleOf(found.error(), machine));
   if (found->empty())
     return console.fail(
         {ExitStatus::failed, "nothing-fits",
          printed("no set of touches that this method can use fits into %g s; allow more time", *options.time_s)});
-  if (!console.json()) console.line(forecastPage(found->front()));
+  if (!console.json()) console.line(forecastPage(found->front(), machine));
   if (!console.json()) console.line("the most precise that fit into " + printed("%g s:", *options.time_s));
   for (std::size_t i = 0; i < std::min(kProposals, found->size()); ++i) {
     const auto& one = (*found)[i];
     if (console.json())
-      console.object(forecastJson(one));
+      console.object(forecastJson(one, machine));
     else
       console.line(printed("  %-16s %5.0f s  ", spreadOf(quantitiesOf(one).front()).c_str(), one.duration_s) +
                    "probebox calibrate " + std::string{wanted.method->name()} + " " + chosenOf(one.wanted));
@@ -158,21 +139,45 @@ ExitStatus propose(const plan::Wanted& wanted, const plan::SetUp& set_up, const 
   return ExitStatus::ok;
 }
 
+// A box that is named is asked. A recording that PROBEBOX_URI names is none.
+std::string boxOfPlan(const std::string& given) {
+  const char* environment = std::getenv("PROBEBOX_URI");
+  const std::string named = given.empty() && environment != nullptr ? environment : "";
+  return !given.empty() ? given : named.starts_with("file:") ? std::string{} : named;
+}
+
+Outcome<std::optional<AskedBox>, Trouble> askedBox(const std::string& uri, const Console& console) {
+  if (uri.empty()) return std::optional<AskedBox>{};
+  TRY(const auto box, openBox(uri, console));
+  auto says = ask<messages::DescribeMachine>(*box, console);
+  if (says) return std::optional{AskedBox{.uri = uri, .says = std::move(says).value()}};
+  auto trouble = says.error();
+  if (trouble.name == messages::nameOf(messages::ErrorCode::unknown_operation))
+    trouble.what += " Without it, give --machine FILE and no -u.";
+  return trouble;
+}
+
 }  // namespace
 
-ExitStatus run(const Plan& options, const std::string&, Console& console) {
+ExitStatus planFor(const Plan& options, const std::optional<AskedBox>& box, Console& console) {
   const auto wanted = wantedOf(options);
   if (!wanted) return console.fail(wanted.error());
-  const auto set_up = setUpOf(options);
-  if (!set_up) return console.fail({ExitStatus::usage, "bad-description", set_up.error().what});
-  if (options.time_s) return propose(*wanted, *set_up, options, console);
-  const auto expected = plan::forecast(*wanted, *set_up);
-  if (!expected) return console.fail({ExitStatus::failed, expected.error().name, expected.error().reason});
+  const auto machine = plannedMachine(options, *wanted, box);
+  if (!machine) return console.fail(machine.error());
+  if (options.time_s) return proposeRuns(*wanted, *machine, options, console);
+  const auto expected = plan::forecast(*wanted, machine->set_up);
+  if (!expected) return console.fail(troubleOf(expected.error(), *machine));
   if (console.json())
-    console.object(forecastJson(*expected));
+    console.object(forecastJson(*expected, *machine));
   else
-    console.line(forecastPage(*expected));
+    console.line(forecastPage(*expected, *machine));
   return ExitStatus::ok;
+}
+
+ExitStatus run(const Plan& options, const std::string& uri, Console& console) {
+  if (const auto wanted = wantedOf(options); !wanted) return console.fail(wanted.error());
+  const auto box = askedBox(boxOfPlan(uri), console);
+  return box ? planFor(options, *box, console) : console.fail(box.error());
 }
 
 }  // namespace probebox::command

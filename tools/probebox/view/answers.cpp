@@ -10,6 +10,8 @@
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/kept_report.hpp"
 #include "tools/probebox/commands/kept_result.hpp"
+#include "tools/probebox/commands/planned_machine.hpp"
+#include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/comparison.hpp"
 #include "tools/probebox/text/report.hpp"
@@ -106,15 +108,25 @@ std::string methods() {
   return all.dump();
 }
 
+std::optional<command::AskedBox> machineOf(Desk& desk) {
+  std::optional<command::AskedBox> asked;
+  const auto answer = desk.ask([&asked](link::Client& box, Console& console) -> Answer {
+    TRY(auto says, command::ask<messages::DescribeMachine>(box, console));
+    asked = command::AskedBox{.uri = "of this page", .says = std::move(says)};
+    return std::string{};
+  });
+  return answer ? asked : std::nullopt;
+}
+
 // As `probebox plan --json` says it.
-Answer forecast(const std::string& method) {
+Answer forecast(const std::string& method, const std::optional<command::AskedBox>& box) {
   std::istringstream nothing;
   std::ostringstream out, err;
   const std::atomic<bool> never{false};
   Console console{command::Streams{nothing, out, err, false, false, 0, never}, true};
   command::Plan plan;
   plan.method = method;
-  const auto status = command::run(plan, "", console);
+  const auto status = command::planFor(plan, box, console);
   if (status == ExitStatus::ok) return out.str();
   const auto error = nlohmann::json::parse(out.str(), nullptr, false);
   return Trouble{status, "no-forecast",

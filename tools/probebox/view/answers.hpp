@@ -1,7 +1,9 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 
+#include "tools/probebox/commands/planned_machine.hpp"
 #include "tools/probebox/view/desk.hpp"
 
 // Answers the requests of the page as JSON text.
@@ -9,8 +11,11 @@ namespace probebox::view {
 
 // Every method that a box runs: its results, requirements and options.
 std::string methods();
-// Forecasts the uncertainty of a run; no box is asked.
-Desk::Answer forecast(const std::string& method);
+// What the box says of its machine; nothing where the desk has none that can say so, such as a recording.
+std::optional<command::AskedBox> machineOf(Desk& desk);
+// Forecasts the uncertainty of a run, on a usual machine where no box has said what it has. It takes a while: not for
+// the thread of the desk.
+Desk::Answer forecast(const std::string& method, const std::optional<command::AskedBox>& box);
 
 Desk::Answer results(link::Client& box, Console& console);
 // One result with every value, its history, and the values as text, to the digits that U justifies.

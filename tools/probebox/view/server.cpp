@@ -99,8 +99,8 @@ struct Server::Http {
   void declareReading() {
     server.Get("/api/about", [this](const auto&, auto& response) { response.set_content(desk.about(), kJson); });
     server.Get("/api/methods", [](const auto&, auto& response) { response.set_content(methods(), kJson); });
-    server.Get("/api/plan", [](const auto& request, auto& response) {
-      give(response, forecast(request.get_param_value("method")));
+    server.Get("/api/plan", [this](const auto& request, auto& response) {
+      give(response, forecast(request.get_param_value("method"), machineOf(desk)));
     });
     server.Get("/api/window", [this](const auto& request, auto& response) {
       const auto columns = std::min<std::uint64_t>(numberIn(request, "columns"), 4000);

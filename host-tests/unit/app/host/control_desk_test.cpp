@@ -93,6 +93,25 @@ TEST_F(Desk, TellsWhatThisMachineCannotFromWhatItCannotNow) {
   EXPECT_EQ(ask("no-such-method"), messages::ErrorCode::not_found);
 }
 
+// Whoever may do nothing else may ask: a forecast changes nothing.
+TEST_F(Desk, DescribesTheMachineToEverybody) {
+  state_.rates = procedure::Rates{.positions_hz = {1000, 1000, 500}, .deflections_hz = 2000};
+  state_.snapshot.delay = {.calibrated = true, .result_id = 7, .tau_s = {4e-3, 4e-3, 4e-3}, .sd_s = {1e-6, 1e-6, 2e-6}};
+  const auto reply =
+      desk_.handle({.link = 1, .door = "network", .may = {}},
+                   {.ticket = 9, .operation = messages::Operation::describe_machine, .body = {}}, state_, {});
+  ASSERT_TRUE(reply);
+  ASSERT_EQ(reply->code, messages::ErrorCode::ok) << reply->text;
+  EXPECT_EQ(reply->ticket, 9U);
+  const auto answer = messages::decode<messages::DescribeMachine::Answer>(reply->body);
+  ASSERT_TRUE(answer.ok());
+  EXPECT_EQ(answer->positions_hz[2], 500);
+  EXPECT_EQ(answer->deflections_hz, 2000);
+  EXPECT_EQ(answer->delay.result_id, 7U);
+  EXPECT_EQ(answer->delay.sd_s[2], 2e-6);
+  EXPECT_EQ(answer->sphere.diameter_mm, 0) << "none is described";
+}
+
 TEST_F(Desk, LogsHowFarHomingAgainMovesAReference) {
   standStill(Axis::x);
   auto& x = state_.snapshot.axes.at(0);

@@ -1,0 +1,167 @@
+// For which machine `probebox plan` forecasts, and what it says of its uncertainty.
+#include <cstdlib>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "board/describe/sim_files.hpp"
+#include "fake_box.hpp"
+#include "in_process.hpp"
+#include "protocol/messages/control.hpp"
+#include "runtime_directory.hpp"
+
+namespace probebox::command {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+using Said = messages::DescribeMachine::Answer;
+
+// A lathe with one tool to measure, a ball plate and nothing that tilts or swivels.
+Said latheOfTest() {
+  Said says{.machine = "lathe of a test", .mounting = "turret"};
+  says.probe = {.name = "P-17", .noise_um = 1.5, .ball_diameter_mm = 4, .sd_ball_diameter_mm = 0.0002};
+  says.positions_hz = {4000, 4000, 500};
+  says.deflections_hz = 1000;
+  says.delay = {.calibrated = true, .tau_s = {}, .sd_s = {1e-6, 1e-6, 1e-6}, .result_id = 3};
+  says.sphere = {.diameter_mm = 20, .sd_diameter_mm = 0.0004};
+  says.sigma_c_rad = 2e-4;
+  says.plate = {
+      {.axis_point_mm = {0, 0, 0}, .sd_mm = 0.0005, .balls_mm = {{100, 0, 0}, {-50, 87, 40}, {-50, -87, 80}}}};
+  says.carriers = {{.number = 3, .length_mm = 150, .result_id = 0}};
+  says.tools = {{.number = 7, .length_mm = 90, .sd_mm = 0.001}};
+  says.setter = {{.half_width_mm = {5, 5, 5}, .sd_probe_offset_mm = 0.002, .accepted = true, .limit_mm = 0.1}};
+  return says;
+}
+
+FakeBoxOptions describing(const Said& says) {
+  FakeBoxOptions options;
+  options.answers_first = [says](messages::Operation operation, std::span<const std::byte>) {
+    return operation == messages::Operation::describe_machine
+               ? std::optional{FakeReply{.code = messages::ErrorCode::ok, .text = {}, .body = messages::encoded(says)}}
+               : std::nullopt;
+  };
+  return options;
+}
+
+Finished planOf(const FakeBox& box, std::vector<std::string> words) {
+  words.insert(words.begin(), {"-u", box.uri(), "plan"});
+  return probebox(words);
+}
+
+TEST(Planning, WithoutABoxSaysThatItsMachineIsUsualAndWhatIsNotInU) {
+  const auto done = probebox({"plan", "delay-known-sphere"});
+  EXPECT_THAT(done.out,
+              AllOf(HasSubstr("(+/- u, k = 1, of readings and descriptions)"),
+                    HasSubstr("not in u, taken as exact: certificate of the sphere (sd_effective_diameter_mm), "
+                              "stylus ball (sd_stylus_ball_diameter_mm)"),
+                    HasSubstr("for a usual machine, no particular one"),
+                    HasSubstr("1000 positions a second, positions with 0.5 um of noise")));
+  const auto machine = probebox({"plan", "delay-known-sphere", "--json"}).object()["machine"];
+  EXPECT_EQ(machine["name"], nullptr);
+  EXPECT_EQ(machine["box"], nullptr);
+}
+
+TEST(Planning, AsksTheBoxThatIsNamed) {
+  const FakeBox box{describing(latheOfTest())};
+  const auto page = planOf(box, {"delay-known-sphere"});
+  EXPECT_EQ(page.status, 0) << page.err;
+  EXPECT_THAT(
+      page.out,
+      AllOf(
+          HasSubstr("in u beside the readings: certificate of the sphere"), HasSubstr("stylus ball"),
+          Not(HasSubstr("not in u")), HasSubstr("for lathe of a test with P-17, as the box " + box.uri() + " says"),
+          HasSubstr("of the box: 500 positions a second, 1000 deflections a second, deflections with 1.5 um of noise"),
+          HasSubstr("usual, because nothing says otherwise: positions with 0.5 um of noise, an "
+                    "acceleration of 10000 mm/s2")));
+  const auto machine = planOf(box, {"delay-known-sphere", "--json"}).object()["machine"];
+  EXPECT_EQ(machine["positions_hz"], 500) << "of the slowest axis";
+  EXPECT_EQ(machine["deflections_hz"], 1000);
+  EXPECT_EQ(machine["deflections_noise_um"], 1.5);
+  EXPECT_EQ(machine["why_refused"], nullptr);
+  // C stops 40 times as far off as usual, and what it turns is nearly twice as far from it.
+  const auto of_lathe = planOf(box, {"c-axis-alignment", "--json"});
+  const auto offsetSd = [](const Finished& done) {
+    return done.object()["sd"]["offset_C_minus_A_mm[1]"].get<double>();
+  };
+  EXPECT_GT(offsetSd(planOf(box, {"spindle-offset-2x2", "--json"})),
+            5 * offsetSd(probebox({"plan", "spindle-offset-2x2", "--json"})));
+  EXPECT_THAT(of_lathe.object()["in_u"], testing::IsEmpty()) << "it has no table and no head that could be off";
+}
+
+TEST(Planning, SaysWhyTheBoxWouldRefuseTheRun) {
+  auto says = latheOfTest();
+  const FakeBox box{describing(says)};
+  EXPECT_THAT(planOf(box, {"sensor-head-calibration"}).out,
+              HasSubstr("there the run would be refused: sensor-head-calibration needs a sensor head"));
+  const auto one_length = planOf(box, {"swivel-error"});
+  EXPECT_EQ(one_length.status, 1);
+  EXPECT_THAT(one_length.err, HasSubstr("swivel-error needs "));
+  EXPECT_THAT(planOf(box, {"screw-calibration", "--axis", "X"}).out, HasSubstr("there the run would be refused:"));
+  const auto no_tool = planOf(box, {"tool-setter", "--tool", "4"});
+  EXPECT_EQ(no_tool.status, 1);
+  EXPECT_THAT(no_tool.err, HasSubstr("measure one of 7"));
+  EXPECT_THAT(planOf(box, {"periodic-check"}).out, HasSubstr("periodic-check needs a description of the ball"));
+  says.checked_ball = {{.ball_diameter_mm = 12, .swivels_rad = {0.8}}};
+  says.delay = {};
+  const FakeBox new_box{describing(says)};
+  EXPECT_THAT(planOf(new_box, {"tool-setter", "--tool", "4"}).err, HasSubstr("measure one of 7"));
+  EXPECT_THAT(planOf(new_box, {"periodic-check"}).out, HasSubstr("the head at 0 alone"));
+  EXPECT_THAT(planOf(new_box, {"centreline"}).out,
+              HasSubstr("centreline needs the system delay, and none is in force"));
+}
+
+TEST(Planning, OptionsReplaceWhatTheBoxSays) {
+  const FakeBox box{describing(latheOfTest())};
+  const auto machine = planOf(box, {"delay-known-sphere", "--json", "--probe-noise", "0.1", "--machine-rate", "3000"})
+                           .object()["machine"];
+  EXPECT_EQ(machine["deflections_noise_um"], 0.1);
+  EXPECT_EQ(machine["positions_hz"], 3000);
+  EXPECT_EQ(machine["deflections_hz"], 1000);
+}
+
+TEST(Planning, OfAFileHasItsMachineAndTheProbeOfTheBox) {
+  const FakeBox box{describing(latheOfTest())};
+  const RuntimeDirectory directory;
+  const auto path = directory.file("machine.toml");
+  std::ofstream{path} << board::simFile("machine.toml");
+  const auto both = planOf(box, {"delay-known-sphere", "--machine", path});
+  EXPECT_THAT(both.out, AllOf(HasSubstr("for emulated three-axis mill, as " + path +
+                                        " says in the place of lathe of a "
+                                        "test of the box " +
+                                        box.uri() + "; with its P-17, rates and delay"),
+                              HasSubstr("not in u, taken as exact: certificate of the sphere"),
+                              HasSubstr("in u beside the readings: stylus ball")))
+      << "the certificate is of another sphere";
+  const auto alone = probebox({"plan", "delay-known-sphere", "--machine", path});
+  EXPECT_THAT(alone.out, HasSubstr("for emulated three-axis mill, as " + path + " says; no box was asked"));
+  EXPECT_THAT(alone.out, HasSubstr("a stylus ball of 6 mm"));
+}
+
+// It was passed over in silence.
+TEST(Planning, FailsWhereTheNamedBoxDoesNotAnswer) {
+  const auto nobody = probebox({"-u", "tcp:127.0.0.1:1", "plan", "centreline"});
+  EXPECT_EQ(nobody.status, 3);
+  EXPECT_EQ(nobody.out, "");
+  const FakeBox old;
+  const auto before = planOf(old, {"centreline"});
+  EXPECT_EQ(before.status, 4);
+  EXPECT_THAT(before.err, HasSubstr("--machine FILE"));
+}
+
+TEST(Planning, AsksTheBoxOfTheEnvironment) {
+  const FakeBox box{describing(latheOfTest())};
+  ASSERT_EQ(setenv("PROBEBOX_URI", box.uri().c_str(), 1), 0);
+  const auto asked = probebox({"plan", "delay-known-sphere", "--json"});
+  ASSERT_EQ(setenv("PROBEBOX_URI", "file:recording.pbx", 1), 0);
+  const auto recording = probebox({"plan", "delay-known-sphere", "--json"});
+  unsetenv("PROBEBOX_URI");
+  EXPECT_EQ(asked.object()["machine"]["name"], "lathe of a test");
+  EXPECT_EQ(recording.object()["machine"]["name"], nullptr) << "a recording has no machine";
+}
+
+}  // namespace
+}  // namespace probebox::command

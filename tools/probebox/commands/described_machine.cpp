@@ -1,0 +1,281 @@
+#include "tools/probebox/commands/described_machine.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "protocol/units/angle.hpp"
+#include "tools/plan/simulated_facts.hpp"
+
+namespace probebox::command {
+namespace {
+
+using Described = messages::DescribeMachine::Answer;
+
+messages::TiltInUse tiltOf(const board::TiltDescription& b) {
+  messages::TiltInUse tilt{.axis = b.axis, .sigma_rad = b.sigma_rad};
+  for (const double angle_deg : b.angles_deg) tilt.angles_rad.push_back(radians(angle_deg));
+  tilt.has_point = b.point_mm.has_value();
+  tilt.point_mm = b.point_mm.value_or(std::array<double, 3>{});
+  return tilt;
+}
+
+messages::TiltInUse headOf(const board::HeadDescription& described) {
+  messages::TiltInUse head = tiltOf(described.swivel);
+  head.pivot_mm = described.pivot_mm;
+  head.has_ball = described.ball_mm.has_value();
+  head.sd_ball_mm = described.sd_ball_mm.value_or(0);
+  return head;
+}
+
+messages::SetterInUse setterOf(const board::ToolSetterDescription& setter) {
+  messages::SetterInUse in_use{.half_width_mm = setter.half_width_mm,
+                               .sd_half_width_mm = setter.sd_half_width_mm.value_or(0),
+                               .sd_probe_offset_mm = setter.sd_probe_offset_mm.value_or(0),
+                               .accepted = setter.accepted_mm.has_value(),
+                               .sd_accepted_mm = setter.sd_accepted_mm,
+                               .limit_mm = setter.limit_mm};
+  for (const double angle_deg : setter.swivels_deg) in_use.swivels_rad.push_back(radians(angle_deg));
+  return in_use;
+}
+
+messages::CheckInUse checkOf(const board::PeriodicCheckDescription& check) {
+  messages::CheckInUse in_use{.ball_diameter_mm = check.ball_diameter_mm,
+                              .limit_mm = check.limit_mm.value_or(0),
+                              .accepted = check.accepted_x_mm && check.accepted_y_mm};
+  for (const double angle_deg : check.swivels_deg) in_use.swivels_rad.push_back(radians(angle_deg));
+  return in_use;
+}
+
+double lengthOfTool(const board::Machine& machine, std::uint32_t number) {
+  const auto tool = std::ranges::find(machine.tools, number, &board::ToolDescription::number);
+  return tool == machine.tools.end() ? 0 : tool->length_mm;
+}
+
+void addTools(Described& says, const board::Machine& machine) {
+  says.carriers.clear(), says.tools.clear(), says.shank.clear();
+  for (const auto& tool : machine.probe_tools)
+    says.carriers.push_back({.number = tool.number, .length_mm = tool.length_mm, .result_id = 0});
+  if (const auto& shank = machine.probe_shank)
+    says.shank.push_back({.tool = shank->tool,
+                          .tip_length_mm = lengthOfTool(machine, shank->tool),
+                          .radius_mm = shank->radius_mm,
+                          .height_mm = shank->height_mm,
+                          .from_mm = shank->from_mm});
+  for (const auto& tool : machine.tools) {
+    messages::ToolInUse in_use{
+        .number = tool.number, .length_mm = tool.length_mm, .sd_mm = tool.sd_mm, .faces = tool.faces};
+    for (const auto& [number, length_mm, sd_mm] : machine.holders) {
+      if (number != tool.holder) continue;
+      in_use.holder = number, in_use.holder_length_mm = length_mm, in_use.sd_holder_mm = sd_mm;
+    }
+    says.tools.push_back(in_use);
+  }
+}
+
+void replaceSphere(messages::SphereInUse& sphere, const board::Machine& machine) {
+  constexpr double kRounding_mm = 5e-7;  // of a value written to the nanometre
+  const auto& diameter_mm = machine.datum_sphere_diameter_mm;
+  const bool is_certified = sphere.sd_diameter_mm > 0 && (!diameter_mm || std::abs(*diameter_mm - sphere.diameter_mm) <=
+                                                                              2 * sphere.sd_diameter_mm + kRounding_mm);
+  if (!is_certified) sphere = {.diameter_mm = diameter_mm.value_or(0)};
+  const auto& stated = machine.datum_sphere_temperature;
+  sphere.has_temperature = stated.has_value();
+  if (!stated) return;
+  sphere.temperature_c = stated->celsius;
+  sphere.sd_temperature_k = stated->sd_k;
+  sphere.expansion_per_k = stated->expansion_per_k;
+}
+
+void takeB(procedure::BFacts& b, const messages::TiltInUse& described) {
+  b.axis = described.axis;
+  b.sigma_rad = described.sigma_rad;
+  b.count = std::min(described.angles_rad.size(), b.angles_rad.size());
+  std::copy_n(described.angles_rad.begin(), b.count, b.angles_rad.begin());
+}
+
+// Balls of the part are those of the plate, from C and from the axis of the table.
+std::vector<std::array<double, 3>> ballsOf(const messages::PlateInUse& plate, const Described& says) {
+  const bool has_point = !says.table.empty() && says.table.front().has_point;
+  const double axis_z_mm = has_point ? says.table.front().point_mm[2] : plate.axis_point_mm[2];
+  auto balls = plate.balls_mm;
+  for (auto& ball : balls) ball[2] += plate.axis_point_mm[2] - axis_z_mm;
+  return balls;
+}
+
+void takeTools(plan::SetUp& set_up, const Described& says) {
+  if (!says.carriers.empty()) {
+    set_up.tool_count = std::min(says.carriers.size(), set_up.tool_numbers.size());
+    for (std::size_t i = 0; i < set_up.tool_count; ++i) {
+      set_up.tool_numbers.at(i) = says.carriers[i].number;
+      set_up.tool_lengths_mm.at(i) = says.carriers[i].length_mm;
+    }
+  }
+  for (const auto& shank : says.shank) {
+    set_up.shank_tool = shank.tool;
+    set_up.shank_tip_length_mm = shank.tip_length_mm;
+    set_up.shank_radius_mm = shank.radius_mm;
+    set_up.shank_height_mm = shank.height_mm;
+    set_up.shank_from_mm = shank.from_mm;
+  }
+  for (const auto& tool : says.tools) {
+    set_up.tools.push_back(
+        {.number = tool.number, .length_mm = tool.length_mm, .sd_mm = tool.sd_mm, .faces = tool.faces});
+    if (tool.holder != 0)
+      set_up.tools.back().holder = procedure::HolderFacts{tool.holder, tool.holder_length_mm, tool.sd_holder_mm};
+  }
+}
+
+void takeProbe(plan::SetUp& set_up, const Described& says) {
+  const auto& probe = says.probe;
+  if (probe.ball_diameter_mm > 0) set_up.stylus_ball_diameter_mm = probe.ball_diameter_mm;
+  set_up.sd_stylus_ball_diameter_mm = probe.sd_ball_diameter_mm;
+  if (probe.switches) set_up.switch_repeatability_um = probe.repeatability_um;
+  if (probe.noise_um > 0) set_up.probe_noise_um = probe.noise_um;
+  if (says.deflections_hz > 0) set_up.probe_rate_hz = says.deflections_hz;
+  // The slowest of the axes.
+  const double positions_hz = std::ranges::min(says.positions_hz);
+  if (positions_hz > 0) set_up.machine_rate_hz = positions_hz;
+  if (says.delay.calibrated) set_up.sd_delay_s = says.delay.sd_s;
+  for (const auto& one : says.pre_travels)
+    set_up.pre_travels.push_back(
+        {.result_id = one.result_id, .tool = one.tool, .parts_mm = {}, .covariance = one.covariance_mm2});
+}
+
+void takeSphere(plan::SetUp& set_up, const messages::SphereInUse& sphere) {
+  if (sphere.diameter_mm > 0) set_up.sphere_diameter_mm = sphere.diameter_mm;
+  set_up.sd_sphere_diameter_mm = sphere.sd_diameter_mm;
+  if (sphere.has_temperature)
+    set_up.sphere_temperature = procedure::SphereTemperature{
+        .celsius = sphere.temperature_c, .sd_k = sphere.sd_temperature_k, .expansion_per_k = sphere.expansion_per_k};
+}
+
+void takeSetter(plan::SetUp& set_up, const messages::SetterInUse& setter) {
+  set_up.setter_half_width_mm = setter.half_width_mm;
+  set_up.sd_half_width_mm = setter.sd_half_width_mm;
+  set_up.sd_probe_offset_mm = setter.sd_probe_offset_mm;
+  set_up.sd_setter_mm = setter.sd_accepted_mm;
+  if (setter.limit_mm > 0) set_up.setter_limit_mm = setter.limit_mm;
+}
+
+void takeSensorHead(plan::SetUp& set_up, const messages::SensorHeadInUse& head) {
+  set_up.head_tool = head.tool;
+  set_up.head_range_mm = head.range_mm;
+  set_up.sd_head_centre_mm = head.sd_centre_offset_mm;
+  if (head.result_id == 0) return;
+  set_up.head_calibrated = procedure::CalibratedHead{
+      .result_id = head.result_id, .tool = head.tool, .matrix = head.matrix, .sd = head.sd_matrix};
+}
+
+bool allNeedsKnown(const plan::Wanted& wanted, const procedure::Facts& facts) {
+  return std::ranges::all_of(wanted.method->needs,
+                             [&](const procedure::Fact* fact) { return fact->known == nullptr || fact->known(facts); });
+}
+
+// What a machine does not have is off by nothing, unless the run needs it: it is usual then.
+void omitMissing(plan::SetUp& set_up, const Described& says, const plan::Wanted& wanted) {
+  const auto usual = plan::factsOf(set_up, wanted.options.tool);
+  auto without = usual;
+  without.tilting_table.reset();
+  if (says.table.empty() && allNeedsKnown(wanted, without)) set_up.table.sigma_rad = 0;
+  without = usual;
+  without.swivel_head.reset();
+  if (says.head.empty() && allNeedsKnown(wanted, without)) set_up.head.sigma_rad = 0;
+}
+
+}  // namespace
+
+void replaceMachine(Described& says, const board::Machine& machine) {
+  says.machine = machine.name;
+  says.mounting = machine.mounting;
+  replaceSphere(says.sphere, machine);
+  says.gap_mm = machine.datum_gap_mm.value_or(0);
+  says.sigma_c_rad = machine.sigma_c_rad;
+  says.table.clear(), says.head.clear(), says.plate.clear(), says.setter.clear(), says.screws.clear();
+  says.sensor_head.clear();
+  if (machine.tilting_table) says.table.push_back(tiltOf(*machine.tilting_table));
+  if (machine.swivel_head) says.head.push_back(headOf(*machine.swivel_head));
+  if (const auto& plate = machine.ball_plate)
+    says.plate.push_back({.axis_point_mm = plate->axis_point_mm,
+                          .sd_mm = plate->sd_mm.value_or(0),
+                          .station_correction = plate->station_correction,
+                          .balls_mm = plate->balls_mm});
+  if (machine.tool_setter) says.setter.push_back(setterOf(*machine.tool_setter));
+  if (const auto& head = machine.sensor_head)
+    says.sensor_head.push_back(
+        {.tool = head->tool, .range_mm = head->range_mm, .sd_centre_offset_mm = head->sd_centre_offset_mm.value_or(0)});
+  for (std::size_t axis = 0; axis < machine.screws.size(); ++axis) {
+    if (const auto& screw = machine.screws[axis])
+      says.screws.push_back({.axis = static_cast<std::uint8_t>(axis), .pitch_mm = screw->pitch_mm});
+  }
+  addTools(says, machine);
+  says.has_rim_ball = machine.rim_ball.has_value();
+  says.checked_ball.clear();
+  if (machine.periodic_check) says.checked_ball.push_back(checkOf(*machine.periodic_check));
+}
+
+void takeMachine(plan::SetUp& set_up, const Described& says, const plan::Wanted& wanted) {
+  takeProbe(set_up, says);
+  omitMissing(set_up, says, wanted);
+  takeSphere(set_up, says.sphere);
+  if (says.gap_mm > 0) set_up.gap_mm = says.gap_mm;
+  set_up.sigma_c_rad = says.sigma_c_rad;
+  for (const auto& table : says.table) takeB(set_up.table, table);
+  for (const auto& head : says.head) {
+    takeB(set_up.head, head);
+    set_up.pivot_mm = head.pivot_mm;
+    set_up.sd_head_ball_mm = head.sd_ball_mm;
+  }
+  for (const auto& plate : says.plate) {
+    set_up.balls_mm = ballsOf(plate, says);
+    set_up.sd_plate_mm = plate.sd_mm;
+    set_up.station_correction = plate.station_correction;
+  }
+  takeTools(set_up, says);
+  for (const auto& setter : says.setter) takeSetter(set_up, setter);
+  for (const auto& head : says.sensor_head) takeSensorHead(set_up, head);
+  for (const auto& check : says.checked_ball) {
+    if (check.accepted) set_up.sd_accepted_mm = check.sd_accepted_mm;
+    set_up.sd_checked_height_mm = check.sd_centre_z_mm;
+    if (check.limit_mm > 0) set_up.check_limit_mm = check.limit_mm;
+  }
+  for (const auto& screw : says.screws) {
+    if (screw.axis + 1 != wanted.options.axis) continue;
+    set_up.screw_pitch_mm = screw.pitch_mm;
+    if (screw.face_result_id != 0) set_up.sd_screw_sector_um = screw.sd_face_um;
+  }
+}
+
+procedure::Facts describedFacts(const plan::SetUp& set_up, const Described& says, const plan::Wanted& wanted,
+                                bool of_box) {
+  auto facts = plan::factsOf(set_up, wanted.options.tool);
+  if (says.sphere.diameter_mm == 0) facts.sphere_diameter_mm.reset();
+  if (says.gap_mm == 0) facts.gap_mm.reset();
+  if (says.table.empty()) facts.tilting_table.reset();
+  if (says.head.empty()) facts.swivel_head.reset();
+  if (facts.swivel_head && !says.head.front().has_ball) facts.swivel_head->ball_mm.reset();
+  if (says.plate.empty()) facts.ball_plate.reset();
+  if (says.carriers.empty()) facts.probe_tools = {};
+  if (says.shank.empty()) facts.probe_shank.reset();
+  if (says.tools.empty()) facts.tools.clear();
+  if (says.setter.empty()) facts.tool_setter.reset();
+  if (facts.tool_setter && !says.setter.front().accepted) facts.tool_setter->accepted_mm.reset();
+  if (says.sensor_head.empty()) facts.sensor_head.reset();
+  if (facts.sensor_head && of_box && says.sensor_head.front().result_id == 0) facts.sensor_head->calibrated.reset();
+  for (std::size_t axis = 0; axis < facts.screws.size(); ++axis) {
+    const auto screw = std::ranges::find(says.screws, axis, &messages::ScrewInUse::axis);
+    if (screw == says.screws.end())
+      facts.screws[axis].reset();
+    else if (of_box && screw->face_result_id == 0)
+      facts.screws[axis]->face.reset();
+  }
+  if (!says.has_rim_ball) facts.rim_ball.reset();
+  if (says.checked_ball.empty()) facts.checked_ball.reset();
+  if (facts.trigger_probe && of_box) facts.trigger_probe->pre_travels = set_up.pre_travels;
+  return facts;
+}
+
+}  // namespace probebox::command
