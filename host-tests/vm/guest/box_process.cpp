@@ -29,9 +29,13 @@ std::filesystem::path copyOf(const std::filesystem::path& program) {
   return copy;
 }
 
-// A command of the box's user; its output goes to `log`.
+// A command of the box's user; its output goes to `log`. As probeboxd.service allows, it may lock its memory, so that it
+// does not wait for pages that 9p brings from this machine. It may not have real-time priority: the one processor of the
+// guest also makes the pulses, which have to be on time whatever the box does.
 pid_t spawnAsBoxUser(const std::vector<std::string>& command, const std::filesystem::path& log) {
-  std::vector<std::string> words{"setpriv",
+  std::vector<std::string> words{"prlimit",
+                                 "--memlock=unlimited",
+                                 "setpriv",
                                  "--reuid=" + std::to_string(kBoxUser),
                                  "--regid=" + std::to_string(kBoxGroup),
                                  "--clear-groups",
