@@ -69,7 +69,10 @@ class BoxOnAMachine : public testing::Test {
     return std::ranges::all_of(now["sources"], [](const auto& source) { return source["problem"] == ""; });
   }
 
-  static HostCommand calibrate() { return command({"calibrate", "--speed", "20,40", "--accept", "--by", "somebody"}); }
+  // Five touches for each of the speeds.
+  static HostCommand calibrate(const std::string& speeds_mm_s = "20,40") {
+    return command({"calibrate", "--speed", speeds_mm_s, "--accept", "--by", "somebody"});
+  }
   // Ends the hold. Why the run asks for the touch that was held again; nothing when it counts.
   std::string whyAgain(const HostCommand& calibration) {
     const auto before = calibration.objects();
