@@ -8,7 +8,7 @@
 #include "drivers/world/from_description.hpp"
 #include "firmware/app/wiring/box_config.hpp"
 #include "firmware/app/wiring/corrections_config.hpp"
-#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/described/machine_facts.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 
 namespace probebox::scenario {
@@ -68,7 +68,7 @@ box::BoxConfig usualBox(const world::Config& config) {
 }
 
 procedure::Facts usualFacts() {
-  return app::procedureFacts(sim());
+  return procedure::factsOf(sim());
 }
 
 app::MachineTravel usualTravel() {

@@ -17,7 +17,7 @@ struct SetUp {
   // sd (k = 1) of the depth at which a touch-trigger probe switches; empty: a scanning probe.
   std::optional<double> switch_repeatability_um{};
   double sd_pre_travel_um{0.15};  // sd of each component of its pre-travel in force, where none of these is
-  std::vector<procedure::PreTravel> pre_travels{};
+  std::vector<procedure::PreTravel> pre_travels{};  // of all parts 0, because the simulated switch has none to take out
 
   double sphere_diameter_mm{25};  // of the datum sphere, and of a ball of the part
   double gap_mm{26};              // between the plates

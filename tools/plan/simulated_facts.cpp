@@ -78,16 +78,9 @@ procedure::SensorHead sensorHead(const SetUp& set_up) {
   return head;
 }
 
-// Measured pre-travels have a covariance; the simulated switch has none to take out.
-procedure::TriggerProbe withPreTravels(const SetUp& set_up) {
-  procedure::TriggerProbe probe{.repeatability_mm = 1e-3 * *set_up.switch_repeatability_um,
-                                .pre_travels = set_up.pre_travels};
-  for (auto& pre_travel : probe.pre_travels) pre_travel.parts_mm = {};
-  return probe;
-}
-
 procedure::TriggerProbe triggerProbe(const SetUp& set_up, std::span<const std::uint32_t> tools) {
-  if (!set_up.pre_travels.empty()) return withPreTravels(set_up);
+  if (!set_up.pre_travels.empty())
+    return {.repeatability_mm = 1e-3 * *set_up.switch_repeatability_um, .pre_travels = set_up.pre_travels};
   procedure::PreTravel pre_travel{.result_id = 1, .parts_mm = {}, .covariance = {}};
   const double sd_mm = 1e-3 * set_up.sd_pre_travel_um;
   for (std::size_t part = 0; part < procedure::PreTravel::kParts; ++part)

@@ -1,6 +1,5 @@
 #include "firmware/app/wiring/box_config.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -12,7 +11,6 @@
 #include "firmware/app/wiring/corrections_config.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
 #include "firmware/procedure/plan/step.hpp"
-#include "protocol/units/angle.hpp"
 
 namespace probebox::app {
 namespace {
@@ -55,79 +53,6 @@ constexpr std::array<ChannelText, latch::kChannels> kChannelTexts{{
      "1 holdover, 2 trigger came, 4 touching, 8 skip, 16 probe clipped, 32 step running, 64 index pulse came"},
 }};
 
-std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> screwFacts(const board::Machine& machine) {
-  std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> all;
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    const auto& screw = machine.screws[axis];
-    if (!screw) continue;
-    auto& facts = all[axis].emplace(procedure::ScrewFacts{*screw});
-    facts.gain = screw->gain_is == board::GainIs::error ? screw->gain : -screw->gain;
-    facts.sector_zero_mm = screw->sector_zero_mm;
-    facts.threshold_rpm = screw->threshold_rpm;
-    facts.travel_min_mm = machine.axes[axis].travel_min_mm;
-    facts.travel_max_mm = machine.axes[axis].travel_max_mm;
-  }
-  return all;
-}
-
-procedure::BFacts bFacts(const board::TiltDescription& tilt) {
-  static_assert(board::kMostTilts <= kMostBAngles);
-  procedure::BFacts facts{.axis = tilt.axis,
-                          .count = tilt.angles_deg.size(),
-                          .angles_rad = {},
-                          .sigma_rad = tilt.sigma_rad,
-                          .point_mm = tilt.point_mm};
-  std::ranges::transform(tilt.angles_deg, facts.angles_rad.begin(),
-                         [](double angle_deg) { return radians(angle_deg); });
-  return facts;
-}
-
-std::vector<double> inRadians(std::vector<double> angles_deg) {
-  for (double& angle : angles_deg) angle = radians(angle);
-  return angles_deg;
-}
-
-std::optional<procedure::HeadFacts> headFacts(const board::Machine& machine) {
-  const auto& head = machine.swivel_head;
-  if (!head) return std::nullopt;
-  return procedure::HeadFacts{
-      .b = bFacts(head->swivel), .pivot_mm = head->pivot_mm, .ball_mm = head->ball_mm, .sd_ball_mm = head->sd_ball_mm};
-}
-
-procedure::ProbeTools probeTools(const board::Machine& machine) {
-  static_assert(board::kMostProbeTools <= kMostProbeTools);
-  procedure::ProbeTools tools;
-  for (const auto& tool : machine.probe_tools) {
-    tools.numbers.at(tools.count) = tool.number;
-    tools.lengths_mm.at(tools.count) = tool.length_mm;
-    ++tools.count;
-  }
-  return tools;
-}
-
-std::optional<procedure::RimBall> rimBall(const board::Machine& machine) {
-  const auto& ball = machine.rim_ball;
-  if (!ball) return std::nullopt;
-  const auto& c = machine.rotary_axes[static_cast<std::size_t>(RotaryAxis::c)];
-  return procedure::RimBall{.c_on_line_rad = radians(ball->c_deg),
-                            .level_limit_mm = ball->level_limit_mm,
-                            .beside_mm = ball->beside_mm,
-                            .radius_mm = ball->radius_mm,
-                            .c_has_encoder = c && c->angle_from == board::AngleFrom::encoder};
-}
-
-std::optional<procedure::ProbeShank> probeShank(const board::Machine& machine) {
-  const auto& shank = machine.probe_shank;
-  if (!shank) return std::nullopt;
-  const auto tool = std::ranges::find(machine.tools, shank->tool, &board::ToolDescription::number);
-  if (tool == machine.tools.end()) return std::nullopt;  // the description would have been refused
-  return procedure::ProbeShank{.tool = shank->tool,
-                               .tip_length_mm = tool->length_mm,
-                               .radius_mm = shank->radius_mm,
-                               .height_mm = shank->height_mm,
-                               .from_mm = shank->from_mm};
-}
-
 // Results belong to probe and stylus together: those of one stylus do not hold for another.
 std::string probeName(const board::Probe& probe) {
   return probe.serial_number + (probe.stylus.empty() ? "" : ", stylus " + probe.stylus);
@@ -156,110 +81,6 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   config.probe_switch_line = board::lineOfProbeSwitch(descriptions.box, descriptions.probe);
   config.block_samples = descriptions.service.stream.block_samples;
   return config;
-}
-
-std::optional<procedure::AcceptedValue> accepted(std::optional<double> value_mm) {
-  return value_mm ? std::optional{procedure::AcceptedValue{.mm = *value_mm}} : std::nullopt;
-}
-
-std::optional<procedure::CheckedBall> checkedBall(const board::Machine& machine) {
-  const auto& check = machine.periodic_check;
-  if (!check) return std::nullopt;
-  return procedure::CheckedBall{.diameter_mm = check->ball_diameter_mm,
-                                .centre_z = {.mm = check->ball_centre_z_mm},
-                                .accepted_x = accepted(check->accepted_x_mm),
-                                .accepted_y = accepted(check->accepted_y_mm),
-                                .limit_mm = check->limit_mm,
-                                .swivels_rad = inRadians(check->swivels_deg)};
-}
-
-std::optional<procedure::BallPlate> ballPlate(const board::Machine& machine) {
-  const auto& plate = machine.ball_plate;
-  if (!plate) return std::nullopt;
-  return procedure::BallPlate{.axis_point_mm = plate->axis_point_mm,
-                              .sd_mm = plate->sd_mm,
-                              .b_axis_point_mm = plate->b_axis_point_mm,
-                              .station_correction = plate->station_correction,
-                              .balls_mm = plate->balls_mm};
-}
-
-std::optional<procedure::ToolSetter> toolSetter(const board::Machine& machine) {
-  const auto& described = machine.tool_setter;
-  if (!described) return std::nullopt;
-  return procedure::ToolSetter{.half_width_mm = described->half_width_mm,
-                               .sd_half_width_mm = described->sd_half_width_mm,
-                               .probe_offset_mm = described->probe_offset_mm,
-                               .sd_probe_offset_mm = described->sd_probe_offset_mm,
-                               .accepted_mm = described->accepted_mm,
-                               .limit_mm = described->limit_mm,
-                               .sd_accepted_mm = described->sd_accepted_mm,
-                               .swivels_rad = inRadians(described->swivels_deg)};
-}
-
-std::vector<procedure::ToolFacts> toolFacts(const board::Machine& machine) {
-  std::vector<procedure::ToolFacts> tools;
-  for (const auto& tool : machine.tools) {
-    auto& facts = tools.emplace_back(procedure::ToolFacts{.number = tool.number,
-                                                          .length_mm = tool.length_mm,
-                                                          .sd_mm = tool.sd_mm,
-                                                          .holder = std::nullopt,
-                                                          .faces = tool.faces});
-    for (const auto& [number, length_mm, sd_mm] : machine.holders)
-      if (number == tool.holder) facts.holder = procedure::HolderFacts{number, length_mm, sd_mm};
-  }
-  return tools;
-}
-
-std::optional<procedure::SensorHead> sensorHead(const board::Machine& machine) {
-  const auto& described = machine.sensor_head;
-  if (!described) return std::nullopt;
-  return procedure::SensorHead{.tool = described->tool,
-                               .range_mm = described->range_mm,
-                               .centre_offset_mm = described->centre_offset_mm,
-                               .sd_centre_offset_mm = described->sd_centre_offset_mm.value_or(0)};
-}
-
-std::optional<procedure::TriggerProbe> triggerProbe(const board::Probe& probe) {
-  if (!probe.by_switch) return std::nullopt;
-  return procedure::TriggerProbe{.repeatability_mm = 1e-3 * probe.by_switch->repeatability_um};
-}
-
-std::optional<procedure::SphereCertificate> sphereCertificate(const board::Machine& machine) {
-  const auto& certified = machine.datum_sphere_certificate;
-  if (!certified) return std::nullopt;
-  return procedure::SphereCertificate{
-      .sd_mm = certified->sd_mm(), .in_words = certified->inWords(), .next_due = certified->next_due};
-}
-
-std::optional<procedure::SphereTemperature> sphereTemperature(const board::Machine& machine) {
-  const auto& stated = machine.datum_sphere_temperature;
-  if (!stated) return std::nullopt;
-  return procedure::SphereTemperature{
-      .celsius = stated->celsius, .sd_k = stated->sd_k, .expansion_per_k = stated->expansion_per_k};
-}
-
-procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
-  const auto& machine = descriptions.machine;
-  return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
-          .sphere_certificate = sphereCertificate(machine),
-          .sphere_temperature = sphereTemperature(machine),
-          .gap_mm = machine.datum_gap_mm,
-          .stylus_ball_diameter_mm = descriptions.probe.ball_diameter_mm,
-          .sd_stylus_ball_diameter_mm = descriptions.probe.sd_ball_diameter_mm,
-          .sigma_c_rad = machine.sigma_c_rad,
-          .gain = descriptions.probe.gain,
-          .screws = screwFacts(machine),
-          .checked_ball = checkedBall(machine),
-          .rim_ball = rimBall(machine),
-          .ball_plate = ballPlate(machine),
-          .tilting_table = machine.tilting_table ? std::optional{bFacts(*machine.tilting_table)} : std::nullopt,
-          .swivel_head = headFacts(machine),
-          .probe_tools = probeTools(machine),
-          .probe_shank = probeShank(machine),
-          .tool_setter = toolSetter(machine),
-          .tools = toolFacts(machine),
-          .sensor_head = sensorHead(machine),
-          .trigger_probe = triggerProbe(descriptions.probe)};
 }
 
 MachineNames namesOf(const board::Descriptions& descriptions) {

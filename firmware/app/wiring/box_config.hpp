@@ -15,7 +15,6 @@
 namespace probebox::app {
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions);
-procedure::Facts procedureFacts(const board::Descriptions& descriptions);
 // The names that a host sees of machine and probe.
 MachineNames namesOf(const board::Descriptions& descriptions);
 ProbeOnMachine probeOnMachine(const board::Descriptions& descriptions);

@@ -32,6 +32,7 @@
 #include "firmware/app/wiring/box_config.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
 #include "firmware/app/wiring/unit_in_use.hpp"
+#include "firmware/procedure/described/machine_facts.hpp"
 #include "version.hpp"
 
 namespace probebox::app {
@@ -80,7 +81,7 @@ struct Daemon::Parts {
         calibrations{
             std::move(store),
             mountingOf(descriptions),
-            procedureFacts(descriptions),
+            procedure::factsOf(descriptions),
             [this] { return time.now(); },
             [config = boxConfig(descriptions)](std::span<const Event> told) { return box::whyUnfit(config, told); },
             [this](const Event& command) { return tellCore(command); },

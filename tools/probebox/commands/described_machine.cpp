@@ -4,10 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
+#include <utility>
 #include <vector>
 
-#include "protocol/units/angle.hpp"
+#include "firmware/procedure/described/machine_facts.hpp"
+#include "firmware/procedure/described/machine_in_use.hpp"
 #include "tools/plan/simulated_facts.hpp"
 
 namespace probebox::command {
@@ -15,79 +16,15 @@ namespace {
 
 using Described = messages::DescribeMachine::Answer;
 
-messages::TiltInUse tiltOf(const board::TiltDescription& b) {
-  messages::TiltInUse tilt{.axis = b.axis, .sigma_rad = b.sigma_rad};
-  for (const double angle_deg : b.angles_deg) tilt.angles_rad.push_back(radians(angle_deg));
-  tilt.has_point = b.point_mm.has_value();
-  tilt.point_mm = b.point_mm.value_or(std::array<double, 3>{});
-  return tilt;
-}
-
-messages::TiltInUse headOf(const board::HeadDescription& described) {
-  messages::TiltInUse head = tiltOf(described.swivel);
-  head.pivot_mm = described.pivot_mm;
-  head.has_ball = described.ball_mm.has_value();
-  head.sd_ball_mm = described.sd_ball_mm.value_or(0);
-  return head;
-}
-
-messages::SetterInUse setterOf(const board::ToolSetterDescription& setter) {
-  messages::SetterInUse in_use{.half_width_mm = setter.half_width_mm,
-                               .sd_half_width_mm = setter.sd_half_width_mm.value_or(0),
-                               .sd_probe_offset_mm = setter.sd_probe_offset_mm.value_or(0),
-                               .accepted = setter.accepted_mm.has_value(),
-                               .sd_accepted_mm = setter.sd_accepted_mm,
-                               .limit_mm = setter.limit_mm};
-  for (const double angle_deg : setter.swivels_deg) in_use.swivels_rad.push_back(radians(angle_deg));
-  return in_use;
-}
-
-messages::CheckInUse checkOf(const board::PeriodicCheckDescription& check) {
-  messages::CheckInUse in_use{.ball_diameter_mm = check.ball_diameter_mm,
-                              .limit_mm = check.limit_mm.value_or(0),
-                              .accepted = check.accepted_x_mm && check.accepted_y_mm};
-  for (const double angle_deg : check.swivels_deg) in_use.swivels_rad.push_back(radians(angle_deg));
-  return in_use;
-}
-
-double lengthOfTool(const board::Machine& machine, std::uint32_t number) {
-  const auto tool = std::ranges::find(machine.tools, number, &board::ToolDescription::number);
-  return tool == machine.tools.end() ? 0 : tool->length_mm;
-}
-
-void addTools(Described& says, const board::Machine& machine) {
-  says.carriers.clear(), says.tools.clear(), says.shank.clear();
-  for (const auto& tool : machine.probe_tools)
-    says.carriers.push_back({.number = tool.number, .length_mm = tool.length_mm, .result_id = 0});
-  if (const auto& shank = machine.probe_shank)
-    says.shank.push_back({.tool = shank->tool,
-                          .tip_length_mm = lengthOfTool(machine, shank->tool),
-                          .radius_mm = shank->radius_mm,
-                          .height_mm = shank->height_mm,
-                          .from_mm = shank->from_mm});
-  for (const auto& tool : machine.tools) {
-    messages::ToolInUse in_use{
-        .number = tool.number, .length_mm = tool.length_mm, .sd_mm = tool.sd_mm, .faces = tool.faces};
-    for (const auto& [number, length_mm, sd_mm] : machine.holders) {
-      if (number != tool.holder) continue;
-      in_use.holder = number, in_use.holder_length_mm = length_mm, in_use.sd_holder_mm = sd_mm;
-    }
-    says.tools.push_back(in_use);
-  }
-}
-
-void replaceSphere(messages::SphereInUse& sphere, const board::Machine& machine) {
+// The certificate stays where the file has a sphere of that size, or states none.
+void keepCertificate(messages::SphereInUse& sphere, const messages::SphereInUse& of_box) {
   constexpr double kRounding_mm = 5e-7;  // of a value written to the nanometre
-  const auto& diameter_mm = machine.datum_sphere_diameter_mm;
-  const bool is_certified = sphere.sd_diameter_mm > 0 && (!diameter_mm || std::abs(*diameter_mm - sphere.diameter_mm) <=
-                                                                              2 * sphere.sd_diameter_mm + kRounding_mm);
-  if (!is_certified) sphere = {.diameter_mm = diameter_mm.value_or(0)};
-  const auto& stated = machine.datum_sphere_temperature;
-  sphere.has_temperature = stated.has_value();
-  if (!stated) return;
-  sphere.temperature_c = stated->celsius;
-  sphere.sd_temperature_k = stated->sd_k;
-  sphere.expansion_per_k = stated->expansion_per_k;
+  const double off_mm = std::abs(sphere.diameter_mm - of_box.diameter_mm);
+  const bool is_same = sphere.diameter_mm == 0 || off_mm <= 2 * of_box.sd_diameter_mm + kRounding_mm;
+  if (of_box.sd_diameter_mm == 0 || !is_same) return;
+  sphere.diameter_mm = of_box.diameter_mm;
+  sphere.sd_diameter_mm = of_box.sd_diameter_mm;
+  sphere.certificate = of_box.certificate;
 }
 
 void takeB(procedure::BFacts& b, const messages::TiltInUse& described) {
@@ -189,32 +126,16 @@ void omitMissing(plan::SetUp& set_up, const Described& says, const plan::Wanted&
 }  // namespace
 
 void replaceMachine(Described& says, const board::Machine& machine) {
-  says.machine = machine.name;
-  says.mounting = machine.mounting;
-  replaceSphere(says.sphere, machine);
-  says.gap_mm = machine.datum_gap_mm.value_or(0);
-  says.sigma_c_rad = machine.sigma_c_rad;
-  says.table.clear(), says.head.clear(), says.plate.clear(), says.setter.clear(), says.screws.clear();
-  says.sensor_head.clear();
-  if (machine.tilting_table) says.table.push_back(tiltOf(*machine.tilting_table));
-  if (machine.swivel_head) says.head.push_back(headOf(*machine.swivel_head));
-  if (const auto& plate = machine.ball_plate)
-    says.plate.push_back({.axis_point_mm = plate->axis_point_mm,
-                          .sd_mm = plate->sd_mm.value_or(0),
-                          .station_correction = plate->station_correction,
-                          .balls_mm = plate->balls_mm});
-  if (machine.tool_setter) says.setter.push_back(setterOf(*machine.tool_setter));
-  if (const auto& head = machine.sensor_head)
-    says.sensor_head.push_back(
-        {.tool = head->tool, .range_mm = head->range_mm, .sd_centre_offset_mm = head->sd_centre_offset_mm.value_or(0)});
-  for (std::size_t axis = 0; axis < machine.screws.size(); ++axis) {
-    if (const auto& screw = machine.screws[axis])
-      says.screws.push_back({.axis = static_cast<std::uint8_t>(axis), .pitch_mm = screw->pitch_mm});
-  }
-  addTools(says, machine);
-  says.has_rim_ball = machine.rim_ball.has_value();
-  says.checked_ball.clear();
-  if (machine.periodic_check) says.checked_ball.push_back(checkOf(*machine.periodic_check));
+  auto in_file = procedure::machineInUse(procedure::factsOf(machine));
+  keepCertificate(in_file.sphere, says.sphere);
+  in_file.machine = machine.name;
+  in_file.mounting = machine.mounting;
+  in_file.probe = std::move(says.probe);
+  in_file.positions_hz = says.positions_hz;
+  in_file.deflections_hz = says.deflections_hz;
+  in_file.delay = says.delay;
+  in_file.pre_travels = std::move(says.pre_travels);
+  says = std::move(in_file);
 }
 
 void takeMachine(plan::SetUp& set_up, const Described& says, const plan::Wanted& wanted) {

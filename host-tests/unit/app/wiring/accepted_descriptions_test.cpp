@@ -6,6 +6,7 @@
 #include "board/describe/sim_files.hpp"
 #include "firmware/app/wiring/box_config.hpp"
 #include "firmware/app/wiring/daemon.hpp"
+#include "firmware/procedure/described/machine_facts.hpp"
 
 // What the descriptions' own check accepts, the core takes: whatever is refused is refused there, with file and line.
 namespace probebox::app {
@@ -60,7 +61,7 @@ TEST(AcceptedDescriptions, AreOnesThatTheCoreTakes) {
         const auto refused = whyRefused(Options{}, *all);
         EXPECT_FALSE(refused) << file << ": " << line << " with " << value << ": " << refused->what;
         EXPECT_EQ(wireDescriptor(*all, "0").channels.size(), 7U);
-        EXPECT_EQ(procedureFacts(*all).probe_tools.count, all->machine.probe_tools.size());
+        EXPECT_EQ(procedure::factsOf(*all).probe_tools.count, all->machine.probe_tools.size());
       });
     }
   }
