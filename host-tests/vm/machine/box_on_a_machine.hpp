@@ -24,7 +24,7 @@ class BoxOnAMachine : public testing::Test {
  protected:
   static constexpr const char* kUri = "tcp:127.0.0.1:7627";
 
-  explicit BoxOnAMachine(bool homes = true) : machine{config, "127.0.0.1:7627", homes} {}
+  explicit BoxOnAMachine(bool homes = true) : homes_{homes}, machine{config, "127.0.0.1:7627", homes} {}
 
   static HostCommand command(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"-u", kUri});
@@ -69,6 +69,17 @@ class BoxOnAMachine : public testing::Test {
     return std::ranges::all_of(now["sources"], [](const auto& source) { return source["problem"] == ""; });
   }
 
+  // The controller tells where its axes are only to a box that has not run anything yet.
+  bool mayBegin() const { return isReady() && (!homes_ || areReferenced(axes())); }
+  // None while the box does not answer.
+  static nlohmann::json axes() {
+    auto asked = command({"corrections"});
+    return asked.status() == 0 ? nlohmann::json::parse(asked.out())["axes"] : nlohmann::json::array();
+  }
+  static bool areReferenced(const nlohmann::json& axes) {
+    return axes.size() == 3 && std::ranges::all_of(axes, [](const auto& axis) { return axis["referenced"] == true; });
+  }
+
   // Five touches for each of the speeds.
   static HostCommand calibrate(const std::string& speeds_mm_s = "20,40") {
     return command({"calibrate", "--speed", speeds_mm_s, "--accept", "--by", "somebody"});
@@ -110,19 +121,15 @@ class BoxOnAMachine : public testing::Test {
   static std::int64_t lostSamples() { return status()["ledger"]["lost_at_source_samples"]; }
   // Of a machine that has parked: no source came back with a step.
   static void expectPositionsOf(const world::Machine& machine) {
-    nlohmann::json axes;
-    EXPECT_TRUE(eventually([&] {
-      auto asked = command({"corrections"});
-      axes = asked.status() == 0 ? nlohmann::json::parse(asked.out())["axes"] : nlohmann::json::array();
-      return axes.size() == 3 &&
-             std::ranges::all_of(axes, [](const auto& axis) { return axis["referenced"] == true; }) &&
-             machine.speedAt(kernelNow()) == 0;
-    })) << axes.dump(1);
+    nlohmann::json known;
+    ASSERT_TRUE(eventually([&] { return areReferenced(known = axes()) && machine.speedAt(kernelNow()) == 0; }))
+        << known.dump(1);
     const auto true_mm = machine.positionAt(kernelNow());
-    for (std::size_t axis = 0; axis < axes.size(); ++axis)
-      EXPECT_NEAR(axes[axis]["position_mm"].get<double>(), true_mm[axis], 0.01) << "axis " << axis;
+    for (std::size_t axis = 0; axis < known.size(); ++axis)
+      EXPECT_NEAR(known[axis]["position_mm"].get<double>(), true_mm[axis], 0.01) << "axis " << axis;
   }
 
+  bool homes_;
   BoxRights rights;
   BoxProcess box{MACHINE_BOARD};
   world::Config config = PlayedMachine::config();

@@ -21,7 +21,7 @@ class MachineOnCounters : public BoxOnAMachine {
     BoxRights::settle();
     box.start();
     machine.start(sensors);
-    ASSERT_TRUE(eventually([] { return isReady(); })) << status().dump(1) << box.log();
+    ASSERT_TRUE(eventually([this] { return mayBegin(); })) << status().dump(1) << axes().dump(1) << box.log();
   }
 
   static constexpr const char* kScrew = "/sys/kernel/config/iio/devices/dummy/screw";

@@ -24,7 +24,7 @@ class MachineOnAReceiver : public BoxOnAMachine {
     BoxRights::settle();
     box.start();
     machine.start(sensors);
-    ASSERT_TRUE(eventually([] { return isReady(); })) << status().dump(1) << box.log();
+    ASSERT_TRUE(eventually([this] { return mayBegin(); })) << status().dump(1) << axes().dump(1) << box.log();
   }
 
   ReceiverWithAxes sensors{config, machine.machine()};
