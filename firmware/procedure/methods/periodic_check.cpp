@@ -6,12 +6,14 @@
 #include <cstdint>
 #include <iterator>
 #include <numbers>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "firmware/procedure/dataset/b_tables.hpp"
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
