@@ -205,8 +205,8 @@ struct CorrectionsDescription {
 
 // At which the datum sphere and the stylus ball are touched, and how they expand.
 struct SphereTemperature {
-  double celsius{};
-  double sd_k{};  // k = 1
+  std::optional<double> celsius{};  // nothing: each run states its own
+  double sd_k{};                    // k = 1
   double expansion_per_k{};
 };
 

@@ -13,6 +13,7 @@
 #include "board/describe/shank_sections.hpp"
 #include "board/describe/spelling.hpp"
 #include "board/describe/tool_sections.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::board {
 namespace {
@@ -72,7 +73,7 @@ void readDatumSphere(Section section, Machine& machine) {
   machine.datum_sphere_diameter_mm = section.number("diameter_mm", {0.1, 1000});
   if (section.has("temperature_c") || section.has("expansion_per_k") || section.has("sd_temperature_k"))
     machine.datum_sphere_temperature =
-        SphereTemperature{.celsius = section.number("temperature_c", {-30, 70}),
+        SphereTemperature{.celsius = section.numberIfThere("temperature_c", {kColdest_c, kWarmest_c}),
                           .sd_k = section.number("sd_temperature_k", {0, 20}, 0.0),
                           .expansion_per_k = section.number("expansion_per_k", {-1e-3, 1e-3})};
   section.finish();

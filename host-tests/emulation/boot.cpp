@@ -118,7 +118,7 @@ bool Boot::solve() {
   const auto run = std::exchange(scenario.recorder().run_to_solve, std::nullopt);
   if (!run) return false;
   const auto& box = scenario.box();
-  calibrations_.solve(*run, *box.plan().method, box.recording(), box.scales());
+  calibrations_.solve(*run, box.plan(), box.recording(), box.scales());
   return true;
 }
 

@@ -335,7 +335,9 @@ std::uint32_t Scenario::start(const procedure::LiveMethod& method, const Procedu
 std::optional<metrology::Solved> Scenario::finish(std::uint32_t run_number) {
   runUntil([this] { return recorder_.run_to_solve.has_value(); }, std::chrono::seconds{300});
   if (recorder_.run_to_solve != run_number) return std::nullopt;
-  auto measured = procedure::runDataset(*box_->plan().method, box_->recording(), box_->scales(), facts);
+  auto of_run = facts;
+  of_run.temperature_c = box_->plan().temperature_c;
+  auto measured = procedure::runDataset(*box_->plan().method, box_->recording(), box_->scales(), of_run);
   if (auto next = procedure::nextLoop(*box_->plan().method, box_->recording(), box_->scales(), facts, measured)) {
     recorder_.run_to_solve.reset();
     next->run = run_number;

@@ -66,6 +66,8 @@ struct ProcedureOptions {
   double reach_mm{};
   double contact_beside_mm{};
   double rim_radius_mm{};
+  bool has_temperature{};
+  double temperature_c{};  // of this run, if has_temperature
   // As requested. Before a run starts they are replaced by travel, tools and heights above, so no event contains them.
   std::uint16_t turns{};  // of the screw
   bool head{};            // a sensor head measures instead of the probe
@@ -102,6 +104,8 @@ struct ProcedureOptions {
           "mm to either side of the nominal line, where the stylus stands while C turns until the ball touches it; 0: "
           "the run has no such steps");
     field("rim_radius_mm", self.rim_radius_mm, "mm, about, of that ball from C");
+    field("has_temperature", self.has_temperature, "1 when a temperature was stated for this run");
+    field("temperature_c", self.temperature_c, "degrees C, of sphere and part during the run");
   }
 };
 

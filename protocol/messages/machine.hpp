@@ -41,10 +41,10 @@ struct SphereInUse {
     field("diameter_mm", self.diameter_mm, "mm, at 20 degrees C");
     field("sd_diameter_mm", self.sd_diameter_mm, "mm, sd of its certificate");
     field("certificate", self.certificate, "for a person; empty for none");
-    field("has_temperature", self.has_temperature, "1 when the three below are stated");
-    field("temperature_c", self.temperature_c, "degrees C, at which it is touched");
+    field("has_temperature", self.has_temperature, "1 when temperature_c is stated");
+    field("temperature_c", self.temperature_c, "degrees C, at which it is touched unless a run states another");
     field("sd_temperature_k", self.sd_temperature_k, "K, sd of that temperature");
-    field("expansion_per_k", self.expansion_per_k, "1/K");
+    field("expansion_per_k", self.expansion_per_k, "1/K; 0 where it is not stated");
   }
 };
 

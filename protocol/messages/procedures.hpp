@@ -53,6 +53,8 @@ struct StartProcedure {
     std::uint16_t stations{};
     std::uint8_t mounts{};
     bool contacts{};
+    bool has_temperature{};
+    double temperature_c{};
     static constexpr void fields(auto& self, auto&& field) {
       field("method", self.method, "such as delay-multi-speed");
       field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches; none: the method's own. Since 1.2, as all below");
@@ -82,6 +84,9 @@ struct StartProcedure {
       field("contacts", self.contacts,
             "1: C turns until the ball touches the stylus on either side, before everything else, for "
             "centreline-by-steps");
+      field("has_temperature", self.has_temperature, "1 when temperature_c is stated; 0: machine.toml's, if any");
+      field("temperature_c", self.temperature_c,
+            "degrees C, -30 to 70, of sphere and part during this run, in place of machine.toml's");
     }
   };
   struct Answer {
@@ -130,6 +135,8 @@ struct ProcedureStatus {
     double turn_line_rad{};
     double turn_to_rad{};
     double turn_speed_rad_s{};
+    bool has_temperature{};
+    double temperature_c{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -189,6 +196,9 @@ struct ProcedureStatus {
       field("turn_to_rad", self.turn_to_rad,
             "rad, in a turn: C turns from its angle towards this one until contact, and no further");
       field("turn_speed_rad_s", self.turn_speed_rad_s, "rad/s, in a turn: there and back");
+      field("has_temperature", self.has_temperature,
+            "1 when the run was started with a temperature; 0 also from a box that does not know of it");
+      field("temperature_c", self.temperature_c, "degrees C, as stated when the run was started");
     }
   };
 };

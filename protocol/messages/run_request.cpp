@@ -21,6 +21,8 @@ void copyOptions(const auto& from, auto& to) {
   to.stations = from.stations;
   to.mounts = from.mounts;
   to.contacts = from.contacts;
+  to.has_temperature = from.has_temperature;
+  to.temperature_c = from.temperature_c;
 }
 
 }  // namespace

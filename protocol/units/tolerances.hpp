@@ -42,6 +42,11 @@ inline constexpr double kSameAngle_rad = 1e-6;
 // The same for a table by angle, whose angles are compared in the digits they were stored with.
 inline constexpr double kSameTableAngle_rad = 1e-8;
 
+// Temperatures that a machine and what it measures may have, degrees C. Chosen: beyond any workshop; kelvin and degrees
+// Fahrenheit of a workshop are mostly outside.
+inline constexpr double kColdest_c = -30;
+inline constexpr double kWarmest_c = 70;
+
 // Samples and touches beyond this many robust deviations are outliers: false for one Gaussian value in 150 000.
 inline constexpr double kOutlierDeviations = 4.5;
 // Residuals of balls beyond this many sigma refuse a case: 4 would refuse one good case in some thousands.

@@ -117,7 +117,7 @@ std::vector<procedure::ToolFacts> toolsOf(const SetUp& set_up, std::uint32_t ask
 double touchedSphere_mm(const SetUp& set_up) {
   const double at_20_mm = set_up.sphere_diameter_mm + set_up.stylus_ball_diameter_mm;
   const auto& at = set_up.sphere_temperature;
-  return at ? at_20_mm * (1 + at->expansion_per_k * (at->celsius - kReference_c)) : at_20_mm;
+  return at && at->celsius ? at_20_mm * (1 + at->expansion_per_k * (*at->celsius - kReference_c)) : at_20_mm;
 }
 
 SetUp withProbeFor(const procedure::LiveMethod& method, SetUp set_up) {

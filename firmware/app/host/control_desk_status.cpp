@@ -140,6 +140,8 @@ Reply ControlDesk::describeProcedure(const box::State& state) const {
   const auto& progress = state.procedure;
   messages::ProcedureStatus::Answer answer;
   answer.referenced = state.snapshot.referenced;
+  answer.has_temperature = plan_.temperature_c.has_value();
+  answer.temperature_c = plan_.temperature_c.value_or(0);
   if (last_run_ > progress.run) {
     // Started, and the core has not published it yet: nobody may take the run before for this one.
     answer.run = last_run_;

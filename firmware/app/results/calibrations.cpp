@@ -132,9 +132,11 @@ void Calibrations::look(const box::State& state) {
   attend();
 }
 
-void Calibrations::solve(std::uint32_t run, const procedure::LiveMethod& method, const capture::Recording& recording,
+void Calibrations::solve(std::uint32_t run, const procedure::Plan& plan, const capture::Recording& recording,
                          const capture::Scales& scales) {
-  const auto facts = factsNow();
+  const procedure::LiveMethod& method = *plan.method;
+  auto facts = factsNow();
+  facts.temperature_c = plan.temperature_c;
   auto measured = procedure::runDataset(method, recording, scales, facts);
   if (auto next = procedure::nextLoop(method, recording, scales, facts, measured)) {
     next->run = run;

@@ -44,8 +44,8 @@ class Calibrations {
   // refusal.
   void finishSolving(std::chrono::milliseconds at_most);
 
-  // Solves a run. A calibration's result is stored as proposed; a selftest's findings are answered only.
-  void solve(std::uint32_t run, const procedure::LiveMethod& method, const capture::Recording& recording,
+  // Solves a run of this plan. A calibration's result is stored as proposed; a selftest's findings are answered only.
+  void solve(std::uint32_t run, const procedure::Plan& plan, const capture::Recording& recording,
              const capture::Scales& scales);
   // Solves a case that was measured without the box, stores the outcome, and calls `then`, at once or in a later
   // look(). A case that names its probe, machine or mounting must name those of this box. One at a time.

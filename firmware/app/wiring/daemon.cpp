@@ -143,8 +143,7 @@ struct Daemon::Parts {
     standing.look(state.snapshot);
     results_desk.look();
     update_desk.look();
-    if (const auto run = core.takeRunToSolve())
-      calibrations.solve(*run, *core.plan().method, core.recording(), core.scales());
+    if (const auto run = core.takeRunToSolve()) calibrations.solve(*run, core.plan(), core.recording(), core.scales());
     worker.alsoWaitFor(calibrations.solverDescriptor());
   }
 

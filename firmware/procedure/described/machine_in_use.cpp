@@ -13,8 +13,8 @@ messages::SphereInUse sphereInUse(const Facts& facts) {
     sphere.certificate = certificate->in_words;
   }
   if (const auto& stated = facts.sphere_temperature) {
-    sphere.has_temperature = true;
-    sphere.temperature_c = stated->celsius;
+    sphere.has_temperature = stated->celsius.has_value();
+    sphere.temperature_c = stated->celsius.value_or(0);
     sphere.sd_temperature_k = stated->sd_k;
     sphere.expansion_per_k = stated->expansion_per_k;
   }

@@ -183,10 +183,10 @@ struct SphereCertificate {
   std::string next_due;  // "2028-04-17"
 };
 
-// At which the datum sphere is touched. Certificates hold at 20 degrees (ISO 1).
+// At which the datum sphere is touched, unless a run states another. Certificates hold at 20 degrees (ISO 1).
 struct SphereTemperature {
-  double celsius{};
-  double sd_k{};  // k = 1; 0: exact
+  std::optional<double> celsius{};  // nothing: as each run states, else 20
+  double sd_k{};                    // k = 1; 0: exact
   double expansion_per_k{};
 };
 
@@ -195,7 +195,8 @@ struct Facts {
   std::optional<double> sphere_diameter_mm;  // certified diameter of the datum sphere
   std::optional<SphereCertificate> sphere_certificate{};
   std::optional<SphereTemperature> sphere_temperature{};
-  std::optional<double> gap_mm;  // between the plates, certified
+  std::optional<double> temperature_c{};  // stated for this run; goes before that of the sphere
+  std::optional<double> gap_mm;           // between the plates, certified
   double stylus_ball_diameter_mm{};
   std::optional<double> sd_stylus_ball_diameter_mm{};
   double sigma_c_rad{};  // positioning uncertainty of the rotary axis C (k = 1)

@@ -66,9 +66,11 @@ void addEffectiveDiameter(metrology::Dataset& dataset, const Facts& facts) {
   if (const auto& sd = facts.sd_stylus_ball_diameter_mm; sd && *sd > 0)
     dataset.config["sd_stylus_ball_diameter_mm"] = *sd;
   if (const auto& sphere = facts.sphere_temperature) {
-    dataset.config["temperature_c"] = sphere->celsius;
-    dataset.config["expansion_per_k"] = sphere->expansion_per_k;
-    if (sphere->sd_k > 0) dataset.config["sd_temperature_k"] = sphere->sd_k;
+    if (const auto celsius = facts.temperature_c ? facts.temperature_c : sphere->celsius) {
+      dataset.config["temperature_c"] = *celsius;
+      dataset.config["expansion_per_k"] = sphere->expansion_per_k;
+      if (sphere->sd_k > 0) dataset.config["sd_temperature_k"] = sphere->sd_k;
+    }
   }
   const auto& certificate = facts.sphere_certificate;
   if (certificate && certificate->sd_mm > 0) dataset.config["sd_effective_diameter_mm"] = certificate->sd_mm;

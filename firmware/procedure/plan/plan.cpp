@@ -9,6 +9,7 @@
 #include "firmware/procedure/plan/holds.hpp"
 #include "firmware/procedure/plan/poses.hpp"
 #include "protocol/units/angle.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -136,6 +137,9 @@ std::optional<Error> outside(const char* what, double value, double from, double
 
 std::optional<Error> whyRefused(const LiveMethod& method, const ProcedureOptions& options, double deflection_limit_mm) {
   if (auto error = unused(method, options)) return error;
+  if (options.has_temperature) {
+    if (auto error = outside("A temperature", options.temperature_c, kColdest_c, kWarmest_c, "degrees C")) return error;
+  }
   if (options.speed_count > kMostSpeeds)
     return Error{"A run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some."};
   if (method.own_steps != nullptr && method.own_steps->why_refused != nullptr)
@@ -173,6 +177,7 @@ void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options,
   plan.step_count = 0;
   plan.tool = method.takes_tool ? options.tool : 0;
   plan.loops = loops;
+  plan.temperature_c = options.has_temperature ? std::optional{options.temperature_c} : std::nullopt;
   if (method.own_steps != nullptr) return method.own_steps->fill(plan, options);
   const ProcedureOptions with = withDefaults(method, options);
   if (method.first_steps != nullptr) method.first_steps(plan, with);

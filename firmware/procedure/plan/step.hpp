@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/capture/recording.hpp"
 
@@ -58,7 +59,8 @@ struct LiveMethod;
 
 struct Plan {
   const LiveMethod* method{};
-  std::uint32_t tool{};  // the measured tool; 0: none
+  std::uint32_t tool{};                   // the measured tool; 0: none
+  std::optional<double> temperature_c{};  // of this run, as stated for it
   LoopState loops{};
   std::size_t step_count{};
   std::array<Step, kMostSteps> steps{};

@@ -160,6 +160,7 @@ Reply FakeAnswers::procedure() {
   p.run = presentRun();
   p.method = "delay-multi-speed";
   p.steps = kSteps;
+  p.has_temperature = options_.knows_temperature;
   p.step = std::min(asked_ / 2, kSteps);
   p.state = asked_ % 2 == 0 ? messages::ProcedureState::waiting : messages::ProcedureState::running;
   p.prompt = "touch " + std::to_string(p.step + 1) + " of 3: +X side of the sphere";

@@ -32,6 +32,7 @@ struct FakeBoxOptions {
   bool unlocked{};                     // its master clock
   bool joined{};                       // it has a loop-back
   std::uint32_t lost_pulses{};         // of the loop-back, of 500 pulses
+  bool knows_temperature{};            // says the temperature of its run
   bool only_looks{};                   // its runs give no result to accept
   bool at_another_run{};               // another host starts a run right after this one
   std::function<void()> when_asked{};  // to start a run, or about it

@@ -72,6 +72,31 @@ TEST_F(Certificates, HaveTheValuesOfTheStoredResultAndTheSpheresUncertainty) {
   EXPECT_GE(u_us, 2);
 }
 
+// Six kelvin make sphere and stylus ball of 31 mm 2.14 um larger, which is 42.8 us at 25 mm/s.
+TEST_F(Certificates, NameTheTemperatureThatWasStatedForTheRun) {
+  start([](board::Descriptions& changed) {
+    changed.machine.datum_sphere_temperature =
+        board::SphereTemperature{.celsius = {}, .sd_k = 0.5, .expansion_per_k = 11.5e-6};
+  });
+  const auto solvedAt = [&](const std::string& celsius) {
+    const auto done = box({"calibrate", "delay-known-sphere", "--temperature", celsius});
+    EXPECT_EQ(done.status, 0) << done.err;
+    return done.out;
+  };
+  solvedAt("20");
+  solvedAt("26");
+  const auto cold = box({"show", "1", "--json"}).object(), warm = box({"show", "2", "--json"}).object();
+  EXPECT_NEAR(warm["result"]["tau_s"].get<double>() - cold["result"]["tau_s"].get<double>(),
+              31 * 11.5e-6 * 6 / (2 * 25), 10e-6);
+  const auto isOfTemperature = [](const auto& line) { return line["name"] == "sd_temperature_k"; };
+  EXPECT_TRUE(std::ranges::any_of(warm["budget"], isOfTemperature)) << warm["budget"];
+  EXPECT_EQ(warm["conditions"]["temperature_c"], "26") << warm["conditions"];
+  EXPECT_THAT(certificate("2"), HasSubstr("<td>temperature</td><td>26 \u00b0C</td>"));
+  const auto page = directory_.file("report.html");
+  ASSERT_EQ(box({"report", "2", "-o", page}).status, 0);
+  EXPECT_THAT(contentOf(page), HasSubstr("temperature_c"));
+}
+
 TEST_F(Certificates, AreRefusedForWhatIsNoResult) {
   const auto path = directory_.file("none.html");
   EXPECT_EQ(box({"certificate", "7", "-o", path}).status, 4);

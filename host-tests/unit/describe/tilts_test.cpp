@@ -39,6 +39,9 @@ TEST(MachineToml, MayDescribeHowWarmTheDatumSphereIs) {
   EXPECT_EQ(machine->datum_sphere_temperature->celsius, 23.5);
   EXPECT_EQ(machine->datum_sphere_temperature->sd_k, 0.5);
   EXPECT_EQ(machine->datum_sphere_temperature->expansion_per_k, 11.5e-6);
+  const auto of_runs = machineWith("[datum_sphere]\ndiameter_mm = 25\nexpansion_per_k = 1e-5\n");
+  ASSERT_TRUE(of_runs.ok()) << of_runs.error().what;
+  EXPECT_FALSE(of_runs->datum_sphere_temperature->celsius) << "each run states its own";
   EXPECT_THAT(machineProblem(sphere), HasSubstr("datum_sphere.expansion_per_k"));
   EXPECT_THAT(machineProblem("[datum_sphere]\ndiameter_mm = 25\ntemperature_c = 296\nexpansion_per_k = 1e-5\n"),
               HasSubstr("datum_sphere.temperature_c"));

@@ -84,7 +84,7 @@ double errorOfRun(const LiveMethod& method, const SetUp& stated, std::uint64_t s
   SetUp truly = stated;
   truly.sphere_diameter_mm += stated.sd_sphere_diameter_mm * normal(random);
   truly.stylus_ball_diameter_mm += stated.sd_stylus_ball_diameter_mm * normal(random);
-  truly.sphere_temperature->celsius += stated.sphere_temperature->sd_k * normal(random);
+  *truly.sphere_temperature->celsius += stated.sphere_temperature->sd_k * normal(random);
   const auto facts = factsOf(stated, 0);
   const auto options = completed({.method = &method}, facts);
   EXPECT_TRUE(options) << options.error().reason;

@@ -122,8 +122,9 @@ struct RunChoices {
 struct Calibrate : RunChoices {
   std::optional<std::uint16_t> stations;
   std::optional<std::uint8_t> mounts;
-  std::string save;  // folder; empty: not saved
-  bool abort{};      // start nothing; abort the current run
+  std::optional<double> temperature_c;  // of sphere and part in this run; nothing: as machine.toml says
+  std::string save;                     // folder; empty: not saved
+  bool abort{};                         // start nothing; abort the current run
   bool accept{};
   bool although_it_differs{};  // from the result in force
   std::string by;

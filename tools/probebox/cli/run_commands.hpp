@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "protocol/units/tolerances.hpp"
 #include "tools/probebox/cli/gcode_options.hpp"
 #include "tools/probebox/cli/method_help.hpp"
 #include "tools/probebox/cli/request.hpp"
@@ -73,6 +74,12 @@ class RunCommands {
                      "number of mounts in which the ball plate is read, up to 4; for " + methods_.mounts)
         ->check(CLI::Range(1, 4))
         ->type_name("NUMBER");
+    calibrate
+        ->add_option("--temperature", calibrate_.temperature_c,
+                     "temperature of datum sphere and part during this run, -30 to 70; default: temperature_c of "
+                     "machine.toml")
+        ->check(between(kColdest_c, kWarmest_c))
+        ->type_name("DEGREES_C");
     calibrate->add_option("--save", calibrate_.save, "also save the measured data as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts")->check(personsName());

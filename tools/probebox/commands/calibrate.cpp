@@ -25,6 +25,8 @@ Outcome<messages::StartProcedure::Request, Trouble> requestOf(const Calibrate& c
   TRY(auto options, optionsOf(choices));
   options.stations = choices.stations.value_or(0);
   options.mounts = choices.mounts.value_or(0);
+  options.has_temperature = choices.temperature_c.has_value();
+  options.temperature_c = choices.temperature_c.value_or(0);
   return messages::requestOf(choices.method, options);
 }
 

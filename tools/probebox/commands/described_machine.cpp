@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -85,9 +86,11 @@ void takeProbe(plan::SetUp& set_up, const Described& says) {
 void takeSphere(plan::SetUp& set_up, const messages::SphereInUse& sphere) {
   if (sphere.diameter_mm > 0) set_up.sphere_diameter_mm = sphere.diameter_mm;
   set_up.sd_sphere_diameter_mm = sphere.sd_diameter_mm;
-  if (sphere.has_temperature)
+  if (sphere.has_temperature || sphere.expansion_per_k != 0)
     set_up.sphere_temperature = procedure::SphereTemperature{
-        .celsius = sphere.temperature_c, .sd_k = sphere.sd_temperature_k, .expansion_per_k = sphere.expansion_per_k};
+        .celsius = sphere.has_temperature ? std::optional{sphere.temperature_c} : std::nullopt,
+        .sd_k = sphere.sd_temperature_k,
+        .expansion_per_k = sphere.expansion_per_k};
 }
 
 void takeSetter(plan::SetUp& set_up, const messages::SetterInUse& setter) {

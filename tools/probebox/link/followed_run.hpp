@@ -19,7 +19,7 @@ class FollowedRun {
   FollowedRun(link::Uri uri, Console& console) : uri_{std::move(uri)}, console_{console} {}
 
   // Starts the run, shows its steps, and returns its final status. Aborts the run after Ctrl-C or when the output has
-  // no reader, so that the machine is not asked for further steps.
+  // no reader, and where a box of before would use another temperature than the stated one.
   Outcome<Progress, Trouble> go(const messages::StartProcedure::Request& request);
 
   // Fetches the measured data of the run, also of a refused one, as JSON text.
@@ -34,6 +34,7 @@ class FollowedRun {
   bool unattended() const { return console_.interrupted() || !console_.writable(); }
   Trouble aborted();
   Trouble replaced(std::uint32_t other);
+  Trouble withoutTemperature();
   void rest();
   void markByHand(const Progress& progress);
   void show(const Progress& progress);
@@ -42,6 +43,7 @@ class FollowedRun {
   Console& console_;
   Box box_;
   std::uint32_t run_{};
+  bool states_temperature_{};
   bool replaced_{};  // another host has started a run; this command must not abort it
   bool told_of_keys_{};
 };

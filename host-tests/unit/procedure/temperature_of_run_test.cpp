@@ -1,0 +1,92 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
+#include "obedient_machine.hpp"
+
+// The temperature that a person states for one run, in the place of that of machine.toml.
+namespace probebox::procedure {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+RunDataset measured(const LiveMethod& method, const Facts& facts) {
+  Procedure procedure{liveMethods(), capture::Capacity{}};
+  ObedientMachine machine{procedure};
+  procedure.start({.run = 1, .method = method.number, .at = {}, .options = {}});
+  while (procedure.progress().state == State::waiting) machine.touch();
+  return runDataset(method, procedure.recording(), {}, facts);
+}
+
+double numberAt(const RunDataset& run, const std::string& key) {
+  return std::get<double>(run.dataset.config.at(key));
+}
+
+Facts withSphere(std::optional<SphereTemperature> temperature) {
+  Facts facts;
+  facts.sphere_diameter_mm = 25;
+  facts.sphere_temperature = temperature;
+  return facts;
+}
+
+TEST(TemperatureOfARun, ReplacesThatOfTheDescription) {
+  Facts facts = withSphere(SphereTemperature{.celsius = 23.5, .sd_k = 0.5, .expansion_per_k = 11.5e-6});
+  EXPECT_EQ(numberAt(measured(kDelayKnownSphere, facts), "temperature_c"), 23.5);
+  facts.temperature_c = 26.25;
+  const auto run = measured(kDelayKnownSphere, facts);
+  EXPECT_EQ(numberAt(run, "temperature_c"), 26.25);
+  EXPECT_EQ(numberAt(run, "expansion_per_k"), 11.5e-6);
+  EXPECT_EQ(numberAt(run, "sd_temperature_k"), 0.5);
+  EXPECT_THAT(run.warnings, IsEmpty());
+}
+
+TEST(TemperatureOfARun, IsEnoughWhereTheExpansionAloneIsDescribed) {
+  Facts facts = withSphere(SphereTemperature{.celsius = {}, .sd_k = 0.5, .expansion_per_k = 11.5e-6});
+  const auto without = measured(kDelayKnownSphere, facts);
+  for (const auto* key : {"temperature_c", "expansion_per_k", "sd_temperature_k"})
+    EXPECT_FALSE(without.dataset.config.contains(key)) << key;
+  facts.temperature_c = 26;
+  const auto run = measured(kDelayKnownSphere, facts);
+  EXPECT_EQ(numberAt(run, "temperature_c"), 26);
+  EXPECT_EQ(numberAt(run, "expansion_per_k"), 11.5e-6);
+}
+
+TEST(TemperatureOfARun, IsForTheRecordWhereNoExpansionIsDescribedAndSaysSo) {
+  Facts facts = withSphere({});
+  facts.temperature_c = 26;
+  const auto known = measured(kDelayKnownSphere, facts);
+  EXPECT_EQ(numberAt(known, "temperature_c"), 26);
+  EXPECT_THAT(known.warnings, testing::ElementsAre(HasSubstr("give [datum_sphere] expansion_per_k in machine.toml")));
+  const auto unknown = measured(kCentreline, facts);
+  EXPECT_EQ(numberAt(unknown, "temperature_c"), 26) << "of every method";
+  EXPECT_THAT(unknown.warnings, IsEmpty()) << "no known size";
+}
+
+TEST(TemperatureOfARun, IsInThePlanOfItsOptionsAndRefusedInOtherUnits) {
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, kDelayKnownSphere, {});
+  EXPECT_FALSE(plan->temperature_c);
+  ProcedureOptions options;
+  options.has_temperature = true;
+  options.temperature_c = 0;
+  options.axis = 1;
+  fill(*plan, kScrewCalibration, options);
+  EXPECT_EQ(plan->temperature_c, 0.0) << "of freezing point, and of a method with steps of its own";
+  for (const double wrong : {297.0, -31.0, std::numeric_limits<double>::quiet_NaN()}) {
+    options.temperature_c = wrong;
+    options.axis = 0;
+    const auto why = whyRefused(kDelayKnownSphere, options, 10);
+    ASSERT_TRUE(why) << wrong;
+    EXPECT_THAT(why->what, HasSubstr("give -30 to 70 degrees C"));
+  }
+}
+
+}  // namespace
+}  // namespace probebox::procedure
