@@ -70,8 +70,11 @@ std::vector<std::string> namesOf(const Result& result) {
   std::vector<std::string> names;
   for (const auto& estimate : result.estimates) {
     for (std::size_t k = 0; k < estimate.values.size(); ++k) {
-      const bool scalar = estimate.shape == Shape::scalar;
-      names.push_back(scalar ? estimate.key : estimate.key + "[" + std::to_string(k) + "]");
+      std::string name = estimate.key;
+      if (estimate.shape == Shape::vector) name += "[" + std::to_string(k) + "]";
+      if (estimate.shape == Shape::matrix)
+        name += "[" + std::to_string(k / estimate.columns) + "][" + std::to_string(k % estimate.columns) + "]";
+      names.push_back(std::move(name));
     }
   }
   return names;

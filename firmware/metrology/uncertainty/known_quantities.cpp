@@ -11,13 +11,12 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/pre_travel_shifts.hpp"
 #include "firmware/metrology/dataset/stop_shifts.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr double kReference_c = 20.0;  // ISO 1
-constexpr double kColdest_c = -30.0;
-constexpr double kWarmest_c = 70.0;
+constexpr double kReference_c = 20.0;       // ISO 1
 constexpr double kLargestExpansion = 1e-3;  // per K; zinc has 3e-5
 
 constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
@@ -161,22 +160,37 @@ std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuan
   return std::nullopt;
 }
 
-// Changes a whole case by what one sd of one cause changes it by.
-TypeBInput shiftInput(const std::string& suffix, std::string_view name, bool widens) {
-  const auto move = [suffix](Dataset& moved, double by) {
+// Changes a whole case by what one sd of one cause changes it by. stop: of that stop alone, in tables that number them.
+TypeBInput shiftInput(const std::string& suffix, std::string_view name, bool widens,
+                      std::optional<double> stop = std::nullopt) {
+  const auto move = [suffix, stop](Dataset& moved, double by) {
     for (auto& changed : moved.tables) {
       const Table* shift = moved.table(changed.name + suffix);
       if (shift == nullptr) continue;
+      const auto* stops = shift->column(kOfStop);
+      if ((stops != nullptr) != stop.has_value()) continue;
       for (auto& column : changed.columns) {
         const auto* by_one_sd = shift->column(column.name);
         if (by_one_sd == nullptr || by_one_sd->empty()) continue;
         const bool alike = by_one_sd->size() == 1;  // one row is of all
         const std::size_t rows = alike ? column.values.size() : std::min(by_one_sd->size(), column.values.size());
-        for (std::size_t row = 0; row < rows; ++row) column.values[row] += by * (*by_one_sd)[alike ? 0 : row];
+        for (std::size_t row = 0; row < rows; ++row) {
+          if (stops != nullptr && (*stops)[alike ? 0 : row] != *stop) continue;
+          column.values[row] += by * (*by_one_sd)[alike ? 0 : row];
+        }
       }
     }
   };
   return {.name = std::string{name}, .sd = 1, .move = move, .in_sd = false, .widens = widens};
+}
+
+std::set<double> stopsIn(const Dataset& dataset, const std::string& suffix) {
+  std::set<double> stops;
+  for (const auto& table : dataset.tables) {
+    const auto* numbers = table.name.ends_with(suffix) ? table.column(kOfStop) : nullptr;
+    if (numbers != nullptr) stops.insert(numbers->begin(), numbers->end());
+  }
+  return stops;
 }
 
 // A cause that changes nothing in this case has no table, so numbers may be missing.
@@ -187,9 +201,10 @@ void addShifts(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
   }
   for (const auto& suffix : suffixes) inputs.push_back(shiftInput(suffix, kPreTravelBudget, false));
   for (const auto& axis : kStandingAxes) {
-    const auto isOf = [&](const Table& table) { return table.name.ends_with(axis.suffix); };
-    if (std::ranges::any_of(dataset.tables, isOf))
-      inputs.push_back(shiftInput(std::string{axis.suffix}, axis.budget, true));
+    const std::string suffix{axis.suffix};
+    const auto isOfOne = [&](const Table& t) { return t.name.ends_with(suffix) && t.column(kOfStop) == nullptr; };
+    if (std::ranges::any_of(dataset.tables, isOfOne)) inputs.push_back(shiftInput(suffix, axis.budget, true));
+    for (const double stop : stopsIn(dataset, suffix)) inputs.push_back(shiftInput(suffix, axis.budget, true, stop));
   }
 }
 

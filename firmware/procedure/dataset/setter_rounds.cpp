@@ -1,6 +1,7 @@
 #include "firmware/procedure/dataset/setter_rounds.hpp"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -68,6 +69,12 @@ Rounds roundsOf(const FinishedRun& of) {
   }
   found.touches = std::move(*touches);
   return found;
+}
+
+Eigen::Vector3d touchingTip(const Facts& facts, std::uint32_t tool) {
+  const auto found = std::ranges::find(facts.tools, tool, &ToolFacts::number);
+  if (tool != 0 && found != facts.tools.end()) return {0, 0, -found->length_mm};
+  return facts.tool_setter ? Eigen::Vector3d{facts.tool_setter->probe_offset_mm.data()} : Eigen::Vector3d::Zero();
 }
 
 }  // namespace probebox::procedure

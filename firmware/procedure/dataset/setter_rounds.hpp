@@ -1,5 +1,7 @@
 #pragma once
+#include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "firmware/metrology/touch/switched_touch.hpp"
@@ -35,5 +37,8 @@ struct Rounds {
   std::vector<metrology::SwitchedTouch> touches;
 };
 Rounds roundsOf(const FinishedRun& run);
+
+// Where the tip of a tool, or of the probe (0), is below the gauge line of a level head.
+Eigen::Vector3d touchingTip(const Facts& facts, std::uint32_t tool);
 
 }  // namespace probebox::procedure

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "firmware/metrology/dataset/stop_shifts.hpp"
 #include "firmware/procedure/dataset/b_tables.hpp"
@@ -148,6 +149,32 @@ std::vector<std::string> addStopOfHead(metrology::Dataset& dataset, const Finish
   shift.append({machine_mm.x(), machine_mm.y(), machine_mm.z()});
   dataset.tables.push_back(std::move(shift));
   return std::move(standing.warnings);
+}
+
+void addStopsOfHead(metrology::Dataset& dataset, std::string_view table, std::span<const std::string_view, 3> columns,
+                    std::span<const TouchingTip> rows, const Facts& facts) {
+  if (!facts.swivel_head || facts.swivel_head->b.sigma_rad <= 0 || rows.empty()) return;
+  const BFacts& b = facts.swivel_head->b;
+  const auto turned = [&](const TouchingTip& row) { return std::abs(row.b_rad - rows.front().b_rad) > kSameStop_rad; };
+  const bool swivels = std::ranges::any_of(rows, turned);
+  std::vector<std::string_view> names{columns.begin(), columns.end()};
+  if (swivels) names.push_back(metrology::kOfStop);
+  auto shift = metrology::Table::withColumns(std::string{table} + std::string{metrology::kHeadStands.suffix}, names);
+  double stop = 1;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const TouchingTip& row = rows[k];
+    const bool other_stop =
+        k > 0 && (std::abs(row.b_rad - rows[k - 1].b_rad) > kSameStop_rad || row.tip_mm != rows[k - 1].tip_mm);
+    stop += other_stop ? 1 : 0;
+    const Vector3d arm = row.tip_mm - vectorOf(facts.swivel_head->pivot_mm);
+    const Vector3d swung = Eigen::AngleAxisd{row.b_rad, vectorOf(b.axis)} * arm;
+    const Vector3d machine_mm = -b.sigma_rad * vectorOf(b.axis).cross(swung);
+    if (swivels)
+      shift.append({machine_mm.x(), machine_mm.y(), machine_mm.z(), stop});
+    else
+      shift.append({machine_mm.x(), machine_mm.y(), machine_mm.z()});
+  }
+  dataset.tables.push_back(std::move(shift));
 }
 
 std::vector<std::string> addStopShifts(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run,

@@ -1,7 +1,9 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
@@ -32,6 +34,18 @@ std::vector<StylusMove> movedByStops(const FinishedRun& run, const Eigen::Vector
 // Adds the shift of all touches of a sphere on the machine's bed by one sd of the head's stop: it shifts the position
 // of the sphere only. Returns warnings.
 std::vector<std::string> addStopOfHead(metrology::Dataset& dataset, const FinishedRun& run);
+
+// A row of a table of touches of a tool-setting device, or the mean of a round: what touched hangs at tip_mm below the
+// gauge line of the level head.
+struct TouchingTip {
+  double b_rad{};
+  Eigen::Vector3d tip_mm;
+};
+
+// Adds to the dataset what one sd of the head's stops changes the columns (X, Y, Z) of `table` by, row by row. Rows of
+// one tip and one B in succession are of one stop; where B never moves, all rows are.
+void addStopsOfHead(metrology::Dataset& dataset, std::string_view table, std::span<const std::string_view, 3> columns,
+                    std::span<const TouchingTip> rows, const Facts& facts);
 
 // Adds the changes of the method's tables by both stops, as far as they move anything that the run reads. Returns
 // warnings about an axis whose sigma_rad is stated and whose place is not.

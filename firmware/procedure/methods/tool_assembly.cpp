@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "firmware/procedure/dataset/setter_rounds.hpp"
+#include "firmware/procedure/dataset/stop_shifts.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/needs.hpp"
 #include "firmware/procedure/methods/setter_faces.hpp"
@@ -66,6 +69,8 @@ RunDataset assemblyDataset(const FinishedRun& of) {
   addPart(run.dataset, rounds.front(), unit);
   auto& tables = run.dataset.tables;
   tables.insert(tables.begin(), readingsOf(rounds, *unit.accepted_mm));
+  const std::vector<TouchingTip> tips{rounds.size(), {0, touchingTip(of.facts, tool->number)}};
+  addStopsOfHead(run.dataset, "readings", std::span{kReadingsColumnsOfToolAssembly}.last<3>(), tips, of.facts);
   return std::move(run);
 }
 

@@ -12,6 +12,7 @@
 
 #include "firmware/procedure/dataset/ball_reading.hpp"
 #include "firmware/procedure/dataset/setter_rounds.hpp"
+#include "firmware/procedure/dataset/stop_shifts.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/needs.hpp"
 #include "firmware/procedure/methods/setter_faces.hpp"
@@ -27,6 +28,7 @@ constexpr std::array<std::string_view, 4> kReadingsColumnsOfToolSetter{"is_tool"
 constexpr std::array<std::string_view, 10> kTouchColumns{"is_tool",   "nx",   "ny",   "nz",   "half_width_mm",
                                                          "radius_mm", "x_mm", "y_mm", "z_mm", "B_deg"};
 constexpr std::array<std::string_view, 4> kOffsetColumns{"B_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 3> kPlace{"x_mm", "y_mm", "z_mm"};
 // More than any device trips before or behind its faces: half_width_mm or the ball is another one.
 constexpr double kWidthTolerance_mm = 0.1;
 
@@ -73,6 +75,21 @@ metrology::Table facesOf(const std::vector<metrology::SwitchedTouch>& touches, c
     }
   }
   return table;
+}
+
+// What each row of `touches` touched with.
+std::vector<TouchingTip> tipsOf(const FinishedRun& of) {
+  std::vector<TouchingTip> tips;
+  for (const auto& touch : of.recording.touches())
+    tips.push_back({touch.request.rotary_angles_rad[1], touchingTip(of.facts, touch.request.tool)});
+  return tips;
+}
+
+// The same of each row of `readings`, all of them with a level head.
+std::vector<TouchingTip> tipsOf(const std::vector<Round>& rounds, const Facts& facts) {
+  std::vector<TouchingTip> tips;
+  for (const auto& round : rounds) tips.push_back({0, touchingTip(facts, round.tool)});
+  return tips;
 }
 
 std::vector<double> listOf(const auto& values) {
@@ -133,6 +150,7 @@ RunDataset setterDataset(const FinishedRun& of) {
   addStylusBall(run.dataset, of.facts, by_touches);
   if (!by_touches) {
     tables.insert(tables.begin(), readingsOf(rounds, setter, ball_mm));
+    addStopsOfHead(run.dataset, "readings", kPlace, tipsOf(rounds, of.facts), of.facts);
     return std::move(run);
   }
   auto& config = run.dataset.config;
@@ -144,6 +162,7 @@ RunDataset setterDataset(const FinishedRun& of) {
   if (planned != tables.end()) planned->name = "planned_touches";
   tables.insert(tables.begin(), facesOf(touches, of, several_b));
   if (several_b) tables.insert(tables.begin() + 1, offsetsOf(setter, *of.facts.swivel_head));
+  addStopsOfHead(run.dataset, "touches", kPlace, tipsOf(of), of.facts);
   return std::move(run);
 }
 

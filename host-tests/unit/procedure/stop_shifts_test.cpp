@@ -1,7 +1,10 @@
 #include "firmware/procedure/dataset/stop_shifts.hpp"
 
 #include <Eigen/Geometry>
+#include <array>
 #include <gtest/gtest.h>
+#include <string_view>
+#include <vector>
 
 #include "firmware/procedure/dataset/b_tables.hpp"
 
@@ -57,6 +60,34 @@ TEST(StopOfTheHead, MovesTheMachineAgainstTheTip) {
     EXPECT_GT(truth.norm(), 2e-4);
   }
   EXPECT_EQ(movedBy(withHeadFurther(oneReading(at, 1, 0.7), facts), at), Vector3d::Zero().eval()) << "another stop";
+}
+
+// Numbered where the head stood at several stops; what touched hangs further down with a longer tool.
+TEST(StopsOfTheHead, AreNumberedByVisitWhereAToolSetterIsTouchedAtSeveralAngles) {
+  const Facts facts = factsOfBoth();
+  constexpr std::array<std::string_view, 3> kColumns{"x_mm", "y_mm", "z_mm"};
+  const Vector3d probe{0.02, -0.01, -150}, tool{0, 0, -190}, pivot{0, 0, 60};
+  const std::vector<TouchingTip> rows{{0, probe}, {0, probe}, {1.5, probe}, {0, tool}, {1.5, tool}};
+  metrology::Dataset dataset;
+  addStopsOfHead(dataset, "touches", kColumns, rows, facts);
+  const auto* shift = dataset.table("touches_by_stop_of_head");
+  ASSERT_NE(shift, nullptr);
+  EXPECT_EQ(*shift->column("of_stop"), (std::vector<double>{1, 1, 2, 3, 4}));
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const auto at = [&](double b_rad) -> Vector3d {
+      return AngleAxisd{b_rad, Vector3d::UnitY()} * (rows[k].tip_mm - pivot);
+    };
+    const Vector3d truth = at(rows[k].b_rad) - at(rows[k].b_rad + 1e-6);
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR((*shift->column(kColumns[i]))[k], truth[static_cast<Eigen::Index>(i)], 1e-8) << k;
+  }
+  // One stop for all where B never moves, as in any other run.
+  addStopsOfHead(dataset, "readings", kColumns, std::span{rows}.first(2), facts);
+  EXPECT_EQ(dataset.table("readings_by_stop_of_head")->column("of_stop"), nullptr);
+  Facts without = facts;
+  without.swivel_head->b.sigma_rad = 0;
+  addStopsOfHead(dataset, "others", kColumns, rows, without);
+  EXPECT_EQ(dataset.table("others_by_stop_of_head"), nullptr);
 }
 
 // Its readings are places, and its centre hangs aside of the stylus ball.
