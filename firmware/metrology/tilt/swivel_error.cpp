@@ -13,6 +13,7 @@
 #include "firmware/metrology/dataset/relative_sigma.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tilt/swivel_fit.hpp"
+#include "firmware/metrology/tilt/swivel_stops.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -21,6 +22,8 @@ constexpr std::array<std::string_view, 3> kParts{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
 // How rarely chance alone may make rigid look wrong: four deviations of chi-square with 4 degrees of freedom.
 constexpr double kChance = 0.003;
+// What rounding leaves of a variance that is nothing, as a share.
+constexpr double kRounding = 1e-9;
 
 using Kind = SwivelKind;
 
@@ -134,7 +137,7 @@ Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, doubl
   // Residuals are the readings less what the fit has drawn them to; the two are uncorrelated.
   const Eigen::MatrixXd design = swivelDesign(readings, chosen.model);
   const Eigen::MatrixXd seen = chosen.fit.cofactor / (sigma * sigma);
-  const Eigen::VectorXd left = -sigma * chosen.fit.residuals;
+  const Eigen::VectorXd left = swivelValues(readings, chosen.model.plane.axis) - design * chosen.fit.parameters;
   const auto meanOver = [&](const std::vector<std::size_t>& rows, Eigen::Index axis) {
     Eigen::VectorXd weights = Eigen::VectorXd::Zero(left.size());
     for (const auto row : rows) {
@@ -153,8 +156,12 @@ Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, doubl
       const Eigen::VectorXd drawn = design.transpose() * weights;
       const double spread = axis == chosen.model.plane.axis ? readings.along_spread : 1.0;
       values.push_back(spread * weights.dot(left));
-      sds.push_back(spread * reading_sd.value_or(0.0) *
-                    std::sqrt(std::max(weights.squaredNorm() - drawn.dot(seen * drawn), 0.0)));
+      const double whole =
+          weights.squaredNorm() + squareOfStops(readings, chosen.model.plane, weights) / (sigma * sigma);
+      const double square = whole - drawn.dot(seen * drawn);
+      const bool fitted = square <= kRounding * whole;  // as many terms as readings: nothing is left
+      if (fitted) values.back() = 0.0;
+      sds.push_back(fitted ? 0.0 : spread * reading_sd.value_or(0.0) * std::sqrt(square));
     }
   }
   if (!reading_sd) sds.clear();
@@ -235,6 +242,7 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   TRY(const auto along, relativeSigma(dataset, "sigma_along_mm", sigma));
   readings.shank_spread = of_shank.ratio;
   readings.along_spread = along.ratio;
+  TRY(const auto about_stops, takeStops(readings, dataset, sigma));
   TRY(const auto queries, checkedTable(dataset, "queries", kQueryColumns));
   const SwivelModel model = modelFor(readings, plane);
   const Candidates candidates = fitAll(readings, model, sigma.value);
@@ -261,6 +269,7 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   }
   addModel(answer, chosen, candidates, readings, sigma.value);
   for (const auto& warning : chosen.warnings) answer.warn(warning);
+  for (const auto& warning : about_stops) answer.warn(warning);
   for (const auto* table : {dataset.table("readings"), dataset.table("shank")}) {
     if (!table) continue;
     for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
@@ -285,6 +294,10 @@ constexpr MethodKey kMethodKeys[]{
     key::kSigma,
     {"sigma_shank_mm", "sigma_mm", "standard deviation of one row of shank (k = 1)"},
     {"sigma_along_mm", "sigma_mm", "standard deviation of a tip's coordinate along the axis (k = 1)"},
+    key::kSigmaAngle,
+    {"pivot_mm", "",
+     "from the gauge line to the swivel axis with the head level and tools towards -Z, x y z; needed with "
+     "sigma_angle_rad"},
     {"model", "", "rigid, free or sine; without it rigid, or free where readings contradict rigid"},
     key::kLengthResults[0],
     key::kLengthResults[1],

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/shared_errors.hpp"
+#include "firmware/metrology/tilt/swivel_stops.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -110,17 +112,17 @@ MatrixXd withoutColumn(const MatrixXd& all, std::optional<Index> column) {
   return rest;
 }
 
-// In the rows of swivelDesign().
-Eigen::VectorXd valuesOf(const SwivelReadings& readings, Index axis) {
-  const auto tips = static_cast<Index>(readings.tips.size());
-  Eigen::VectorXd values{3 * tips + static_cast<Index>(readings.shank.size())};
-  for (Index k = 0; k < tips; ++k) {
-    values.segment<3>(3 * k) = readings.tips[static_cast<std::size_t>(k)].at;
-    values[3 * k + axis] /= readings.along_spread;
-  }
-  Index row = 3 * tips;
-  for (const auto& [reading, side] : readings.shank) values[row++] = side.dot(reading.at) / readings.shank_spread;
-  return values;
+// Design and values over sigma, rows of one stop of B freed of what they share.
+struct WeightedRows {
+  MatrixXd design;
+  Eigen::VectorXd values;
+};
+
+WeightedRows weightedRows(const SwivelReadings& readings, const SwivelModel& model, double sigma) {
+  WeightedRows rows{swivelDesign(readings, model) / sigma, swivelValues(readings, model.plane.axis) / sigma};
+  if (readings.stop_sd_rad > 0)
+    shareErrors(rows.design, rows.values, movedByStops(readings, model.plane) / sigma, stopOfEachRow(readings));
+  return rows;
 }
 
 }  // namespace
@@ -210,7 +212,8 @@ std::size_t swivelAngles(const SwivelReadings& readings) {
 }
 
 MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model) {
-  const auto& [tips, shank, spread, along_spread] = readings;
+  const auto& tips = readings.tips;
+  const auto& shank = readings.shank;
   const auto lengths = lengthsOf(tips);
   const Index own = model.parameters(), of_shank = own + static_cast<Index>(3 * lengths.size());
   const auto rows = static_cast<Index>(3 * tips.size());
@@ -220,7 +223,7 @@ MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model) 
     const auto base = 3 * (std::ranges::find(lengths, tips[k].length_mm) - lengths.begin());
     design.block(row, 0, 3, own) = model.terms(tips[k].swivel_deg, tips[k].length_mm);
     design.block<3, 3>(row, own + base).setIdentity();
-    design.row(row + model.plane.axis) /= along_spread;
+    design.row(row + model.plane.axis) /= readings.along_spread;
   }
   const auto& plane = model.plane;
   for (std::size_t k = 0; k < shank.size(); ++k) {
@@ -236,13 +239,26 @@ MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model) 
     const auto row = rows + static_cast<Index>(k);
     design.row(row) = side.transpose() * whole;
     design(row, of_shank + 1) = 1.0;
-    design.row(row) /= spread;
+    design.row(row) /= readings.shank_spread;
   }
   return design;
 }
 
+Eigen::VectorXd swivelValues(const SwivelReadings& readings, Index axis) {
+  const auto tips = static_cast<Index>(readings.tips.size());
+  Eigen::VectorXd values{3 * tips + static_cast<Index>(readings.shank.size())};
+  for (Index k = 0; k < tips; ++k) {
+    values.segment<3>(3 * k) = readings.tips[static_cast<std::size_t>(k)].at;
+    values[3 * k + axis] /= readings.along_spread;
+  }
+  Index row = 3 * tips;
+  for (const auto& [reading, side] : readings.shank) values[row++] = side.dot(reading.at) / readings.shank_spread;
+  return values;
+}
+
 Outcome<Fit, Refusal> fitSwivel(const SwivelReadings& readings, const SwivelModel& model, double sigma) {
-  return linearLeastSquares(swivelDesign(readings, model) / sigma, valuesOf(readings, model.plane.axis) / sigma);
+  const auto [design, values] = weightedRows(readings, model, sigma);
+  return linearLeastSquares(design, values);
 }
 
 Outcome<Fit, Refusal> fitEitherShape(const SwivelReadings& readings, SwivelModel model, const Fit& found,
@@ -259,7 +275,7 @@ Outcome<Fit, Refusal> fitEitherShape(const SwivelReadings& readings, SwivelModel
   const auto seenAt = [&](double length_mm) { return (model.terms(angle, length_mm) * terms)[model.plane.axis]; };
   const Eigen::Vector2d seen{seenAt(shortest), seenAt(longest)};
   model.one_minus_cosine = true;
-  const Eigen::MatrixXd own = swivelDesign(readings, model) / sigma.value;
+  const auto [own, of_readings] = weightedRows(readings, model, sigma.value);
   const Index rows = own.rows();
   Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows + 2, own.cols());
   design.topRows(rows) = own;
@@ -273,7 +289,7 @@ Outcome<Fit, Refusal> fitEitherShape(const SwivelReadings& readings, SwivelModel
   weights.row(1) = Eigen::RowVector2d{-along.y(), along.x()} / noise_mm;
   design.bottomRows(2).middleCols(model.parameters() - 2, 2) = sd * rest * weights * at_lengths;
   Eigen::VectorXd values = Eigen::VectorXd::Zero(rows + 2);
-  values.head(rows) = valuesOf(readings, model.plane.axis) / sigma.value;
+  values.head(rows) = of_readings;
   auto fit = linearLeastSquares(design, values);
   if (fit) fit->residuals.conservativeResize(rows);
   return fit;

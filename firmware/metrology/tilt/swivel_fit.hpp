@@ -8,6 +8,7 @@
 #include "firmware/metrology/dataset/machine_plane.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/tilt/swivel_readings.hpp"
 #include "protocol/units/outcome.hpp"
 
 // Linear model of the ball positions that a swivelling head produces, and its fit (docs/metrology.md B.8).
@@ -30,30 +31,6 @@ struct SwivelModel {
   Eigen::MatrixXd terms(double swivel_deg, double length_mm) const;  // 3 x parameters()
   // Direction t of (B20) for a rigid head, in the order of the plane's axes. Shape: 2 x parameters().
   Eigen::MatrixXd direction() const;
-};
-
-struct SwivelReading {
-  double swivel_deg{};
-  double length_mm{};
-  Eigen::Vector3d at;
-};
-
-// Mean of two touches with the shank, with the spindle turned by 180 degrees between them (B16). It is used only along
-// `side`, a unit vector from the ball, and is further out by the radii of ball and shank.
-struct ShankTouch {
-  SwivelReading reading;
-  Eigen::Vector3d side;
-};
-
-struct SwivelReadings {
-  std::vector<SwivelReading> tips;
-  std::vector<ShankTouch> shank;  // of one tool with the tip, which is then the only one
-  // sd of a touch with the shank, and of a tip's coordinate along the axis, in units of the sd of a tip's coordinate
-  // across the swivel axis.
-  double shank_spread{1.0};
-  double along_spread{1.0};
-
-  bool byShank() const { return !shank.empty(); }
 };
 
 // Tables readings{B_deg,L_mm,x_mm,y_mm,z_mm} and, where a shank touched, shank{..,ux,uy,uz}. Refuses:
@@ -80,6 +57,8 @@ std::size_t swivelAngles(const SwivelReadings& readings);
 // for a shank its different report along the axis at B = 0 and the sum of both radii. Tip and shank of one tool share
 // the ball, so that in the plane their reports differ only by the effect of the tool's direction on their lengths.
 Eigen::MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model);
+// What the rows of the design are to be, mm.
+Eigen::VectorXd swivelValues(const SwivelReadings& readings, Eigen::Index axis);
 // sigma: mm, of a coordinate of a tip.
 Outcome<Fit, Refusal> fitSwivel(const SwivelReadings& readings, const SwivelModel& model, double sigma);
 // Extends `found`, the fit of a rigid head without 1 - cos B to readings at one angle. Along the axis its error may

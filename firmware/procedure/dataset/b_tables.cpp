@@ -71,27 +71,14 @@ std::vector<Stop> stopsOf(const std::vector<Reading>& readings, const Facts& fac
   return stops;
 }
 
-// Standard deviation of one coordinate of a mean, root mean square over all. A stop of B that is off moves the ball in
-// one direction of the two across the axis: half of the variance for each. Along the axis it does nothing.
-struct StopSigma {
-  double across_mm{};
-  double along_mm{};
-};
-
-StopSigma sigmaOfStops(const std::vector<Stop>& stops, const HeadFacts& head) {
-  double across = 0, along = 0;
+// Standard deviation of one coordinate of a mean, root mean square over all.
+double sigmaOf(const std::vector<Stop>& stops) {
+  double sum = 0;
   for (const auto& stop : stops) {
-    double of_readings = 0;
-    for (const auto* reading : stop.readings) of_readings += reading->centre.sd_mm.squaredNorm();
     const auto n = static_cast<double>(stop.readings.size());
-    const Vector3d axis = vectorOf(head.b.axis);
-    const Vector3d arm = Vector3d{0, 0, -stop.length_mm} - vectorOf(head.pivot_mm);
-    const double of_stop = axis.cross(arm).norm() * head.b.sigma_rad;
-    along += of_readings / (3 * n * n);
-    across += of_readings / (3 * n * n) + of_stop * of_stop / 2;
+    for (const auto* reading : stop.readings) sum += reading->centre.sd_mm.squaredNorm() / (3 * n * n);
   }
-  const auto count = static_cast<double>(stops.size());
-  return {std::sqrt(across / count), std::sqrt(along / count)};
+  return std::sqrt(sum / static_cast<double>(stops.size()));
 }
 
 }  // namespace
@@ -135,9 +122,11 @@ void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& re
   const HeadFacts head = facts.swivel_head.value_or(HeadFacts{});
   const auto stops = stopsOf(readings, facts);
   dataset.config["swivel_axis"] = listOf(head.b.axis);
-  const StopSigma sigma = sigmaOfStops(stops, head);
-  dataset.config["sigma_mm"] = sigma.across_mm;
-  dataset.config["sigma_along_mm"] = sigma.along_mm;
+  dataset.config["sigma_mm"] = sigmaOf(stops);
+  if (head.b.sigma_rad > 0) {
+    dataset.config["sigma_angle_rad"] = head.b.sigma_rad;
+    dataset.config["pivot_mm"] = listOf(head.pivot_mm);
+  }
   addLengthResults(dataset, facts, toolsOf(readings));
   auto rows = metrology::Table::withColumns("readings", kSwivelColumns);
   auto queries = metrology::Table::withColumns("queries", kQueryColumns);

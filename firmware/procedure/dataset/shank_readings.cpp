@@ -138,11 +138,7 @@ void addShankOfSwivel(metrology::Dataset& dataset, const std::vector<ShankReadin
     queries.append({degrees(stop.b_rad), length_mm});
     queried_rad = stop.b_rad;
   }
-  // An error of a stop of B acts across the tool, where a touch in the plane of the swivel is read; along the axis it
-  // has no effect, so there the stated sd is too large.
-  const Vector3d arm = Vector3d{0, 0, -length_mm} - vectorOf(head.pivot_mm);
-  const double of_stop = vectorOf(head.b.axis).cross(arm).norm() * head.b.sigma_rad;
-  dataset.config["sigma_shank_mm"] = std::hypot(sigmaOf(touches) / std::numbers::sqrt2, of_stop);
+  dataset.config["sigma_shank_mm"] = sigmaOf(touches) / std::numbers::sqrt2;
   dataset.tables.insert(dataset.tables.begin() + 2, std::move(table));
 }
 
