@@ -54,6 +54,18 @@ constexpr auto kNamed = std::to_array<Unit>({
     {"z_offset_error_mm", {-10, 10, "mm", kLeastSigma}},
     {"B_deg", {-720, 720, "degrees", kLeastSigma}},  // a head or a table that tilts has no two turns
     {"tilt_deg", {-720, 720, "degrees", kLeastSigma}},
+    {"B_rad", {-13, 13, "rad", kLeastSigma}},  // the same
+    // Directions against their machine axis, and what a stop is off: 5.7 degrees, as degrees or milliradians are
+    // beyond.
+    {"C_tilt_rad", {-0.1, 0.1, "rad", kLeastSigma}},
+    {"sd_C_tilt_rad", {-0.1, 0.1, "rad", kLeastSigma}},
+    {"A_tilt_rad", {-0.1, 0.1, "rad", kLeastSigma}},
+    {"A_minus_C_rad", {-0.1, 0.1, "rad", kLeastSigma}},
+    {"Z_slide_rad", {-0.1, 0.1, "rad", kLeastSigma}},
+    {"tool_direction_rad", {-0.1, 0.1, "rad", kLeastSigma}},
+    {"sigma_C_rad", {-0.1, 0.1, "rad", kLeastSigma}},
+    {"sigma_angle_rad", {-0.1, 0.1, "rad", kLeastSigma}},
+    {"sigma_contact_rad", {-0.1, 0.1, "rad", kLeastSigma}},
     {"tau_s", {-1, 1, "s", kLeastSigma}},  // no control loop lags by a second
     {"tau_axis_s", {-1, 1, "s", kLeastSigma}},
     {"tau_joint_s", {-1, 1, "s", kLeastSigma}},

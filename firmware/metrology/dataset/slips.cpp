@@ -17,6 +17,9 @@ namespace {
 // Two turns: no method stops an axis further from its zero, and nobody who takes radians for degrees stays below.
 constexpr double kFarthestStop_rad = 4 * std::numbers::pi;
 constexpr double kMostDegrees = 720;
+// Fifty turns, wherever on the screw they begin: a slow rotation of a screw has up to twenty, and one turn in degrees
+// is more, even where angles begin anew at 360.
+constexpr double kLongestRotation_rad = 100 * std::numbers::pi;
 // Readings of a screw's sensor and errors of its nut exceed this; the same number of millimetres is usual.
 constexpr double kLeastReading_um = 0.1;
 // Least deviation of a face in um: noise alone makes a perfect face look this large. The same number in mm would be a
@@ -126,11 +129,18 @@ bool isAngle(const std::string& column) {
   return column.ends_with("_rad") || column.find("_rad_") != std::string::npos;
 }
 
+// A screw turns from any angle on.
+double spanOf(const std::vector<double>& values) {
+  const auto [least, greatest] = std::ranges::minmax(values);
+  return greatest - least;
+}
+
 std::optional<std::string> degreesIn(const Table& table) {
   for (const auto& [name, values] : table.columns) {
     if (!isAngle(name) || values.empty()) continue;
-    const double farthest = farthestOf(values);
-    if (std::abs(farthest) <= kFarthestStop_rad) continue;
+    const bool of_screw = table.name == "sector_cal";
+    const double farthest = of_screw ? spanOf(values) : farthestOf(values);
+    if (std::abs(farthest) <= (of_screw ? kLongestRotation_rad : kFarthestStop_rad)) continue;
     return place(name, table) + " reaches " + text(farthest) + " rad, " +
            text(std::round(farthest / (2 * std::numbers::pi))) + " turns: angles are in radians; are these " +
            (std::abs(farthest) > kMostDegrees ? "milliradians?" : "degrees?");

@@ -233,6 +233,19 @@ TEST(WrongUnit, IsToldWithItsPlaceAndTheRightOne) {
               HasSubstr("implausible: the answer 'x_offset_error_mm'"));
 }
 
+// Position over pitch: 16 turns where the axis is 160 mm from the fixed bearing.
+TEST(WrongUnit, IsNotSaidOfAScrewThatTurnsFarFromItsZero) {
+  auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / "screw-calibration").value();
+  auto& table = *std::ranges::find(dataset.tables, "sector_cal", &Table::name);
+  for (double& phi : std::ranges::find(table.columns, "phi_rad", &metrology::Column::name)->values)
+    phi += 1000 * 2 * std::numbers::pi;
+  const auto solved = metrology::solve(dataset);
+  ASSERT_TRUE(solved) << solved.error().reason;
+  EXPECT_THAT(solved->warnings, testing::IsEmpty());
+  EXPECT_THAT(saidOf("screw-calibration", "sector_cal", "phi_rad", 180 / std::numbers::pi),
+              HasSubstr("angles are in radians"));
+}
+
 TEST(FrozenChannel, IsRefusedByNameWithItsPlaceAndTheRemedy) {
   const auto frozen = [](const std::string& name, const std::string& table, const std::string& what, double value) {
     auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / name).value();
@@ -297,6 +310,26 @@ TEST(FrozenChannel, IsNotAChannelWithoutNoiseNorOneThatAProbeDoesNotHave) {
   EXPECT_EQ(refused(1e-5, 0.007), "frozen-channel");
   EXPECT_NE(refused(2e-3, 0.002), "frozen-channel");
   EXPECT_EQ(refused(1e-5, 0), "");
+}
+
+// 0.35 is the tilt of an axis in degrees or milliradians, and of none in radians.
+TEST(Limits, OfDirectionsAndStopsOfAxesAreThoseOfRadians) {
+  const auto said = [](const std::string& name, const std::string& key, metrology::Value value) {
+    auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / name).value();
+    dataset.config[key] = std::move(value);
+    const auto solved = metrology::solve(dataset);
+    return solved ? std::string{} : solved.error().name + ": " + solved.error().reason;
+  };
+  for (const std::string key : {"sigma_C_rad", "sd_C_tilt_rad"}) {
+    EXPECT_THAT(said("a-axis-alignment", key, 0.35),
+                AllOf(HasSubstr("implausible: config key '" + key + "' is 0.35 rad"), HasSubstr("-0.1 to 0.1 rad"),
+                      HasSubstr("correct it in config.json, in rad")));
+  }
+  EXPECT_THAT(said("a-axis-alignment", "C_tilt_rad", std::vector<double>{1e-4, 0.35}),
+              HasSubstr("implausible: config key 'C_tilt_rad', number 2,"));
+  EXPECT_EQ(said("a-axis-alignment", "sigma_C_rad", 2e-5), "");
+  EXPECT_THAT(said("table-pivot", "sigma_angle_rad", 0.5), HasSubstr("implausible"));
+  EXPECT_THAT(said("swivel-error", "sigma_angle_rad", 0.5), HasSubstr("implausible"));
 }
 
 TEST(Limits, OfWhatAMachineHasAreKept) {
