@@ -53,8 +53,11 @@ void tellAccepted(std::uint64_t id, const std::string& by, const messages::Accep
                   const Json& comparison, Console& console);
 
 // "tau 5447.1 +/- 5.0 us" for the key "tau_s": the combined standard uncertainty, from an older box the sd, and as many
-// digits as it supports.
-std::string readable(const messages::NamedValue& value);
+// digits as it supports. axis: of a rotary axis, "C", whose errors are named as in ISO 230.
+std::string readable(const messages::NamedValue& value, std::string_view axis = {});
+
+// "residual rms 0.0001 mm, 20 degrees of freedom of the fit, condition 1".
+std::string fitInWords(double rms, const std::string& unit, std::size_t dof, double condition);
 
 // "12.5 us", "830 ns": a duration with three or more digits before its unit changes.
 std::string readableNs(double ns);

@@ -77,9 +77,7 @@ std::string shareOf(const Contribution& contribution, const Result& result) {
 }
 
 std::string fitOf(const Result& result) {
-  const std::string unit = metrology::unitOfRms(result);
-  std::string all = printed("\n  residual rms %.3g %s, %zu degrees of freedom of the fit, condition %.3g", result.rms,
-                            unit.c_str(), result.dof, result.condition);
+  std::string all = "\n  " + fitInWords(result.rms, metrology::unitOfRms(result), result.dof, result.condition);
   if (result.chi2_reduced) all += "\n  " + casefolder::chiSquareText(result);
   for (const auto& dropped : result.dropped) all += "\n  left out: " + dropped.name + ": " + dropped.reason;
   return all;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <string_view>
 
 #include "protocol/units/wording.hpp"
 #include "tools/case/quantities.hpp"
@@ -24,6 +25,16 @@ Json rmsInMm(const messages::ResultSummary& result) {
   return unit == "um" ? Json(result.rms * 1e-3) : Json(nullptr);
 }
 
+// Such as the location of an axis along itself: certain, where other parts of the same vector are not.
+bool isZeroByDefinition(const messages::NamedValue& value, const messages::ResultSummary& result) {
+  const auto isCertain = [](const messages::NamedValue& v) { return v.has_sd && v.sd == 0 && (!v.has_u || v.u == 0); };
+  if (value.value != 0 || !isCertain(value)) return false;
+  const auto stem = std::string_view{value.key}.substr(0, value.key.find('['));
+  return stem.size() < value.key.size() && std::ranges::any_of(result.values, [&](const messages::NamedValue& other) {
+           return other.key.starts_with(stem) && !isCertain(other);
+         });
+}
+
 // As the store has it, unless that says "active" of what this box does not use.
 std::string stateHere(const messages::ResultSummary& result) {
   const bool of_another = result.state == messages::ResultState::active && !result.why_not_in_force.empty();
@@ -32,9 +43,17 @@ std::string stateHere(const messages::ResultSummary& result) {
 
 }  // namespace
 
-std::string readable(const messages::NamedValue& value) {
-  const auto label = casefolder::quantityLabel(value.key);
+std::string readable(const messages::NamedValue& value, std::string_view axis) {
+  const auto label = casefolder::quantityLabel(value.key, axis);
   return label.name + " " + casefolder::withUncertainty(label, value.value, value.uncertainty());
+}
+
+std::string fitInWords(double rms, const std::string& unit, std::size_t dof, double condition) {
+  const std::string of_condition = printed("condition %.3g", condition);
+  if (dof == 0) return "as many unknowns as readings: no residual shows their noise, " + of_condition;
+  return printed("residual rms %.3g %s, %zu degree%s of freedom of the fit, ", rms, unit.c_str(), dof,
+                 dof == 1 ? "" : "s") +
+         of_condition;
 }
 
 std::string rmsUnitOf(const messages::ResultSummary& result) {
@@ -81,9 +100,11 @@ Json describe(const messages::ResultSummary& result) {
 std::string page(const messages::ResultSummary& result) {
   std::string all =
       "result " + std::to_string(result.id) + ", " + result.method + ", " + std::string{nameOf(result.state)};
-  for (const auto& value : result.values) all += "\n  " + readable(value);
-  all += printed("\n  residual rms %.3g %s, %u degrees of freedom of the fit, condition %.3g", result.rms,
-                 rmsUnitOf(result).c_str(), static_cast<unsigned>(result.dof), result.condition);
+  const auto axis = casefolder::rotaryAxisOf(result.subject);
+  for (const auto& value : result.values) {
+    if (!isZeroByDefinition(value, result)) all += "\n  " + readable(value, axis);
+  }
+  all += "\n  " + fitInWords(result.rms, rmsUnitOf(result), result.dof, result.condition);
   for (const auto& warning : result.warnings) all += "\n  warning: " + warning;
   return all;
 }
@@ -91,7 +112,7 @@ std::string page(const messages::ResultSummary& result) {
 std::string line(const messages::ResultSummary& result) {
   std::string all = printed("%-5llu ", static_cast<unsigned long long>(result.id)) +
                     printed("%-9s ", stateHere(result).c_str()) + result.subject;
-  if (!result.values.empty()) all += "  " + readable(result.values.front());
+  if (!result.values.empty()) all += "  " + readable(result.values.front(), casefolder::rotaryAxisOf(result.subject));
   if (!result.accepted_by.empty()) all += ", accepted by " + shown(result.accepted_by);
   return result.waiting_for_cut ? all + ", waits for the end of the cut" : all;
 }
@@ -152,6 +173,7 @@ Json describe(const messages::ProcedureStatus::Answer& p) {
           {"b_moves", nameOf(p.b_moves)},
           {"approach_direction", p.approach_direction},
           {"run_out_mm", p.run_out_mm},
+          {"temperature_c", p.has_temperature ? Json(p.temperature_c) : Json(nullptr)},
           {"refusal", p.refusal},
           {"result_id", p.result_id}};
 }
