@@ -111,21 +111,25 @@ int degreeOf(const Face& face) {
   return std::ranges::min(count) < kEnoughForCurves ? 1 : 2;
 }
 
-// Parameters: mean of each sector, drift, then slope and curvature of each sector. The polynomials are those of
-// Legendre, so the mean over the sector is the first parameter alone.
+// Parameters: mean of each sector, drift, how the drift changes, then slope and curvature of each sector. The
+// polynomials are those of Legendre, so the mean over the sector is the first parameter alone. A screw that approaches
+// its temperature drifts less and less, and the bend of that would be in the residuals.
 Outcome<Fit, Refusal> fitFace(const Face& face) {
   const auto sectors = static_cast<Eigen::Index>(face.sectors);
   const auto rows = static_cast<Eigen::Index>(face.sector.size());
   const int degree = degreeOf(face);
-  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, sectors * (degree + 1) + 1);
+  double mean_square = 0.0;
+  for (const double t : face.time) mean_square += t * t / static_cast<double>(face.time.size());
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, sectors * (degree + 1) + 2);
   for (Eigen::Index k = 0; k < rows; ++k) {
     const auto row = static_cast<std::size_t>(k);
     const auto sector = static_cast<Eigen::Index>(face.sector[row]);
     const double place = face.place[row];
     design(k, sector) = 1.0;
     design(k, sectors) = face.time[row];
-    if (degree > 0) design(k, sectors + 1 + sector) = place;
-    if (degree > 1) design(k, 2 * sectors + 1 + sector) = place * place - 1.0 / 12.0;
+    design(k, sectors + 1) = face.time[row] * face.time[row] - mean_square;
+    if (degree > 0) design(k, sectors + 2 + sector) = place;
+    if (degree > 1) design(k, 2 * sectors + 2 + sector) = place * place - 1.0 / 12.0;
   }
   return linearLeastSquares(design, Eigen::Map<const Eigen::VectorXd>{face.sensor->data(), rows});
 }
