@@ -9,6 +9,7 @@
 
 #include "firmware/metrology/subject_values.hpp"
 #include "protocol/units/angle.hpp"
+#include "tools/case/budget_names.hpp"
 
 namespace probebox::casefolder {
 namespace {
@@ -67,11 +68,6 @@ std::string errorMotionKey(std::string_view axis, std::size_t error, double angl
   std::array<char, 48> at{};
   std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", degrees(angle_rad), error < 3 ? "mm" : "rad");
   return kErrors.at(error) + std::string{axis} + at.data();
-}
-
-std::string spaced(std::string name) {
-  std::ranges::replace(name, '_', ' ');
-  return name;
 }
 
 std::string keyOf(const Estimate& estimate, std::size_t k) {
@@ -140,7 +136,7 @@ Label quantityLabel(const std::string& key, std::string_view axis) {
   const auto bracket = key.find('[');
   const std::string stem = key.substr(0, bracket);
   Label label = labelOf(stem);
-  label.name = spaced(label.name);
+  label.name = keyInWords(label.name);
   if (bracket == std::string::npos) return label;
   const auto known = std::ranges::find_if(kByAxis, [&](const ByAxis& each) { return each.fits(stem); });
   const auto numberAt = [&](std::size_t at) { return static_cast<std::size_t>(std::atoi(key.c_str() + at + 1)); };

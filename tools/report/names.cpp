@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "protocol/units/angle.hpp"
+#include "tools/case/budget_names.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/report/digits.hpp"
 
@@ -29,11 +30,6 @@ std::string angleText(double angle_rad) {
   return shortly(std::round(degrees(angle_rad) * 1e4) / 1e4, 6) + " deg";
 }
 
-std::string spaced(std::string name) {
-  std::ranges::replace(name, '_', ' ');
-  return name;
-}
-
 const std::vector<double>* columnOf(const Subject& subject, const char* table, const char* column) {
   const auto* found = subject.dataset ? subject.dataset->table(table) : nullptr;
   return found == nullptr ? nullptr : found->column(column);
@@ -42,7 +38,7 @@ const std::vector<double>* columnOf(const Subject& subject, const char* table, c
 // By the names that all commands share; where they have none for it, by its coordinate or its number.
 std::string vectorName(const Subject& subject, const Estimate& estimate, std::size_t k) {
   const auto label = casefolder::quantityLabel(estimate.key + "[" + std::to_string(k) + "]", axisLetter(subject));
-  const std::string name = spaced(casefolder::labelOf(estimate.key).name);
+  const std::string name = casefolder::keyInWords(casefolder::labelOf(estimate.key).name);
   const bool by_number = label.name == name + " " + std::to_string(k + 1);
   const bool coordinate = estimate.values.size() <= kAxes.size() && estimate.key.ends_with("_mm");
   return by_number && coordinate ? name + " " + std::string{kAxes[k]} : label.name;
@@ -101,7 +97,7 @@ std::string valueName(const Subject& subject, const Estimate& estimate, std::siz
   if (estimate.shape == Shape::scalar) {
     const std::string name = casefolder::labelOf(estimate.key).name;
     if (name == "tau") return "delay tau";
-    return spaced(name);
+    return casefolder::keyInWords(name);
   }
   const std::string row = rowName(subject, estimate, k / estimate.columns);
   const bool at = row.find_first_not_of("0123456789") != std::string::npos;
@@ -116,7 +112,7 @@ std::string titleOf(const Estimate& estimate) {
   if (estimate.key == "error_at_queries_mm") return "error of the head at the queried angles";
   if (estimate.key == kSwivelTerms) return "terms of the error of the head, L the length of the tool";
   if (estimate.key == kLeftByAngle) return "left at each angle";
-  return spaced(casefolder::labelOf(estimate.key).name);
+  return casefolder::keyInWords(casefolder::labelOf(estimate.key).name);
 }
 
 Label unitOf(const Estimate& estimate, std::size_t k) {

@@ -12,6 +12,7 @@
 #include "firmware/metrology/dataset/estimate.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "tools/case/budget_names.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/report/conformity.hpp"
 #include "tools/report/coverage.hpp"
@@ -77,8 +78,7 @@ std::vector<BudgetColumn> budgetColumns(const Result& result) {
   for (const auto& estimate : result.estimates) {
     for (const auto& part : metrology::partsOf(estimate)) {
       const Label unit = unitOf(estimate, part.at.front());
-      std::string name = labelOf(part.key).name;
-      std::ranges::replace(name, '_', ' ');
+      const auto name = casefolder::keyInWords(labelOf(part.key).name);
       columns.push_back({estimate, {name, unit.unit, unit.factor}, part.at, from});
     }
     from += estimate.values.size();
@@ -218,7 +218,7 @@ std::string budgetTable(const Result& result) {
   for (const auto& column : columns) text += "<th class=\"n\">" + escaped(column.title()) + "</th>";
   text += "</tr>\n";
   for (const auto& line : result.budget) {
-    text += "<tr>" + element("td", line.name) + element("td", line.type_b ? "B" : "A");
+    text += "<tr>" + element("td", casefolder::budgetName(line.name)) + element("td", line.type_b ? "B" : "A");
     for (const auto& column : columns) {
       const bool unknown = !line.type_b && column.estimate.sd.empty();
       text += unknown ? kUnknown

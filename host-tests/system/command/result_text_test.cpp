@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <vector>
 
 #include "tools/probebox/text/report.hpp"
 
@@ -27,6 +28,19 @@ TEST(ResultInWords, NamesTheLocationOfARotaryAxisAsIso230AndOmitsWhatIsZeroByDef
                                   HasSubstr("AOC 300.0 +/- 5.0 urad"), Not(HasSubstr("ZOC")), Not(HasSubstr("COC")),
                                   HasSubstr("27 degrees of freedom of the fit")));
   EXPECT_THAT(line(result), HasSubstr("XOC"));
+}
+
+TEST(ResultInWords, SaysAtWhichAngleAndLengthAHeadErrs) {
+  messages::ResultSummary result;
+  result.subject = "swivel-b";
+  result.values = {value("error_at_queries_mm[0]", 0.033, 3e-4), value("error_at_queries_mm[4]", 0.012, 3e-4)};
+  EXPECT_THAT(page(result), HasSubstr("error Y at query 2 12.00 +/- 0.30 um"));
+  metrology::Result kept;
+  kept.estimates = {metrology::Estimate::matrix("error_at_queries_mm", 3, std::vector<double>(6, 0.01), {})};
+  kept.also = {metrology::Estimate::vector("query_B_deg", {45, 90}, {}),
+               metrology::Estimate::vector("query_L_mm", {150, 200}, {})};
+  EXPECT_THAT(page(result, &kept), AllOf(HasSubstr("error X at B 45 deg, L 150 mm 33.00 +/- 0.30 um"),
+                                         HasSubstr("error Y at B 90 deg, L 200 mm 12.00 +/- 0.30 um")));
 }
 
 TEST(ResultInWords, SaysThatNothingIsLeftWhereEveryReadingIsNeeded) {

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <numbers>
 
+#include "firmware/metrology/methods.hpp"
+#include "tools/case/budget_names.hpp"
+
 namespace probebox::casefolder {
 namespace {
 
@@ -129,6 +132,26 @@ TEST(Quantities, FindTheAxisOfASubject) {
   EXPECT_EQ(rotaryAxisOf("rotary-c"), "C");
   EXPECT_EQ(rotaryAxisOf("rotary-axis-errors"), "");
   EXPECT_EQ(rotaryAxisOf("delay"), "");
+}
+
+// Every input of every method, and what stops of axes leave.
+TEST(BudgetLines, AreNamedForAPerson) {
+  for (const auto& method : metrology::allMethods()) {
+    for (const auto& known : method->known)
+      EXPECT_NE(budgetName(known.sd_key), known.sd_key) << method->name << ": give it a name in budget_names.cpp";
+  }
+  EXPECT_EQ(budgetName("sd_effective_diameter_mm"), "certificate of the sphere (sd_effective_diameter_mm)");
+  EXPECT_EQ(budgetName("sd_part_mm[2]"), "position of the measuring unit (sd_part_mm[2])");
+  EXPECT_EQ(budgetName("stop_of_table"), "stop of the tilting table");
+  EXPECT_EQ(budgetName("readings"), "readings");
+}
+
+TEST(KeysInWords, HaveAxesInCapitals) {
+  EXPECT_EQ(keyInWords("z_offset_error"), "Z offset error");
+  EXPECT_EQ(keyInWords("stylus_offset_x"), "stylus offset X");
+  EXPECT_EQ(keyInWords("mean_z"), "mean Z");
+  EXPECT_EQ(keyInWords("Xcen_B0"), "Xcen B0");
+  EXPECT_EQ(keyInWords("extension_xy"), "extension xy");
 }
 
 }  // namespace

@@ -343,7 +343,7 @@ TEST(Report, ShowsDroppedReadingsAndTheBudget) {
   solved.dropped.push_back({"touch 7", "clipped"});
   const auto html = pageOf({"case", dataset.method, dataset, solved});
   EXPECT_THAT(html, HasSubstr("touch 7: clipped"));
-  EXPECT_THAT(html, HasSubstr("<td>sd_effective_diameter_mm</td><td>B</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>certificate of the sphere (sd_effective_diameter_mm)</td><td>B</td>"));
 }
 
 TEST(Subjects, SayWhatCannotBeRead) {

@@ -112,7 +112,8 @@ inline CLI::Validator day() {
 inline CLI::Validator personsName() {
   const auto check = [](std::string& text) {
     const auto why = whyNoName(text);
-    return why ? why->what : std::string{};
+    if (!why) return std::string{};
+    return why->what.ends_with('.') ? why->what.substr(0, why->what.size() - 1) : why->what;  // a sentence goes on
   };
   return CLI::Validator{check, "", "name"};
 }

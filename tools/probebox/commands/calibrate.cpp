@@ -8,6 +8,7 @@
 #include "tools/case/case_folder.hpp"
 #include "tools/probebox/commands/acceptance.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/kept_result.hpp"
 #include "tools/probebox/commands/run_choices.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/followed_run.hpp"
@@ -97,7 +98,8 @@ class Run {
     if (console_.json()) {
       console_.object(describe(result));
     } else {
-      console_.line(page(result));
+      const auto kept = keptResult(run_.box(), console_, result.id);  // an older box has none
+      console_.line(page(result, kept ? kept->result() : nullptr));
     }
     const auto id = std::to_string(result.id);
     if (!options_.accept) {

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <optional>
 #include <string>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "protocol/messages/machine.hpp"
+#include "tools/case/budget_names.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/plan/forecast.hpp"
 #include "tools/probebox/commands/commands.hpp"
@@ -75,23 +75,9 @@ std::string stepsOf(const plan::Forecast& forecast) {
                            : "s");
 }
 
-// Lines of a budget whose names are keys, for a person.
-std::string nameOfInput(const std::string& key) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kNames{{
-      {"sd_effective_diameter_mm", "certificate of the sphere"},
-      {"sd_stylus_ball_diameter_mm", "stylus ball"},
-      {"sd_stylus_ball_radius_mm", "stylus ball"},
-      {"sd_temperature_k", "temperature of the sphere"},
-      {"sd_gap_mm", "certificate of the gap"},
-      {"sd_certificate_mm", "certificate of the ball plate"},
-  }};
-  const auto named = std::ranges::find(kNames, key, &std::pair<std::string_view, std::string_view>::first);
-  return named == kNames.end() ? key : std::string{named->second} + " (" + key + ")";
-}
-
 std::string inputLine(const char* begin, const std::vector<std::string>& keys) {
   std::string all;
-  for (const auto& key : keys) all += (all.empty() ? begin : ", ") + nameOfInput(key);
+  for (const auto& key : keys) all += (all.empty() ? begin : ", ") + casefolder::budgetName(key);
   return all.empty() ? all : "\n  " + all;
 }
 

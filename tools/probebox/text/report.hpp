@@ -2,7 +2,9 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <string_view>
 
+#include "firmware/metrology/dataset/result.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/stream.hpp"
@@ -35,7 +37,8 @@ struct RecordedStatus {
 };
 Json describe(const RecordedStatus& status);
 std::string page(const RecordedStatus& status);
-std::string page(const messages::ResultSummary& result);
+// kept: the whole result, where it is at hand: it has the angles at which values hold.
+std::string page(const messages::ResultSummary& result, const metrology::Result* kept = nullptr);
 // Unit of the residual rms of a result; if the box does not state it, the one that the values suggest.
 std::string rmsUnitOf(const messages::ResultSummary& result);
 // "17  proposed  delay-multi-speed  tau 5447.1 +/- 5.0 us"

@@ -7,6 +7,7 @@
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/subject_values.hpp"
 #include "protocol/units/wording.hpp"
+#include "tools/case/budget_names.hpp"
 #include "tools/case/proof.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
@@ -180,8 +181,8 @@ std::string page(const Result& result, std::string_view subject) {
   all += "\nfit" + fitOf(result);
   if (!result.budget.empty()) all += "\nuncertainty budget (k = 1)";
   for (const auto& contribution : result.budget) {
-    all += printed("\n  %-28s type ", contribution.name.c_str()) + (contribution.type_b ? "B  " : "A  ") +
-           shareOf(contribution, result);
+    all += printed("\n  %-28s type ", casefolder::budgetName(contribution.name).c_str()) +
+           (contribution.type_b ? "B  " : "A  ") + shareOf(contribution, result);
   }
   all += listed("warnings", result.warnings);
   all += listed("these data cannot determine", result.unobservable);

@@ -2,6 +2,7 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "protocol/units/wording.hpp"
 #include "tools/case/quantities.hpp"
@@ -97,12 +98,16 @@ Json describe(const messages::ResultSummary& result) {
           {"rms_unit", rmsUnitOf(result)}};
 }
 
-std::string page(const messages::ResultSummary& result) {
+std::string page(const messages::ResultSummary& result, const metrology::Result* kept) {
   std::string all =
       "result " + std::to_string(result.id) + ", " + result.method + ", " + std::string{nameOf(result.state)};
   const auto axis = casefolder::rotaryAxisOf(result.subject);
+  const auto named = kept != nullptr ? casefolder::quantitiesOf(*kept, axis) : std::vector<casefolder::Quantity>{};
   for (const auto& value : result.values) {
-    if (!isZeroByDefinition(value, result)) all += "\n  " + readable(value, axis);
+    if (isZeroByDefinition(value, result)) continue;
+    const auto found = std::ranges::find(named, value.key, &casefolder::Quantity::key);
+    const auto label = found == named.end() ? casefolder::quantityLabel(value.key, axis) : found->label;
+    all += "\n  " + label.name + " " + casefolder::withUncertainty(label, value.value, value.uncertainty());
   }
   all += "\n  " + fitInWords(result.rms, rmsUnitOf(result), result.dof, result.condition);
   for (const auto& warning : result.warnings) all += "\n  warning: " + warning;
