@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "board/describe/sim_files.hpp"
+#include "board/describe/start_files.hpp"
 #include "fake_box.hpp"
 #include "in_process.hpp"
 #include "protocol/messages/control.hpp"
@@ -139,6 +140,47 @@ TEST(Planning, OfAFileHasItsMachineAndTheProbeOfTheBox) {
   const auto alone = probebox({"plan", "delay-known-sphere", "--machine", path});
   EXPECT_THAT(alone.out, HasSubstr("for emulated three-axis mill, as " + path + " says; no box was asked"));
   EXPECT_THAT(alone.out, HasSubstr("a stylus ball of 6 mm"));
+}
+
+TEST(Planning, OfFilesHasTheCertificateOfTheSphereAndTheProbe) {
+  const RuntimeDirectory directory;
+  const auto machine = directory.file("machine.toml"), unit = directory.file("unit.toml"),
+             probe = directory.file("probe.toml");
+  std::ofstream{machine} << board::simFile("machine.toml");
+  const auto written = [](const std::string& path, std::string text, const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+    std::ofstream{path} << text;
+  };
+  written(unit, std::string{board::startFile("unit.toml")}, "25.00018", "25.0001");
+  written(probe, std::string{board::simFile("probe.toml")}, "# sd_ball_diameter_mm", "sd_ball_diameter_mm");
+  const auto plan = [](std::vector<std::string> words) {
+    words.insert(words.begin(), {"plan", "delay-known-sphere"});
+    return probebox(words);
+  };
+  const auto of_machine = plan({"--machine", machine}),
+             of_all = plan({"--machine", machine, "--unit", unit, "--probe", probe});
+  EXPECT_THAT(of_machine.out, HasSubstr("not in u, taken as exact: certificate of the sphere"));
+  EXPECT_EQ(of_all.status, 0) << of_all.err;
+  EXPECT_THAT(of_all.out, AllOf(HasSubstr("certificate of the sphere (sd_effective_diameter_mm), stylus ball"),
+                                Not(HasSubstr("not in u")), HasSubstr("with the datum sphere of " + unit),
+                                HasSubstr("with the probe SIM-PROBE-1, as " + probe + " says"),
+                                HasSubstr("described: 2000 deflections a second"), Not(HasSubstr("of the box"))));
+  const auto described = plan({"--machine", machine, "--unit", unit, "--probe", probe, "--json"}).object()["machine"];
+  EXPECT_EQ(described["unit_file"], unit);
+  EXPECT_EQ(described["probe"], "SIM-PROBE-1");
+  // Of another sphere, of nothing, without its machine.
+  written(unit, std::string{board::startFile("unit.toml")}, "25.00018", "20.00018");
+  EXPECT_THAT(
+      plan({"--machine", machine, "--unit", unit}).out,
+      AllOf(HasSubstr("which is not the certified sphere"), HasSubstr("not in u, taken as exact: certificate")));
+  EXPECT_THAT(plan({"--machine", machine, "--unit", directory.file("none")}).err, HasSubstr("give the unit.toml"));
+  EXPECT_THAT(plan({"--probe", machine}).err, HasSubstr("machine.toml:"));
+  EXPECT_EQ(plan({"--unit", unit}).status, 2);
+
+  const FakeBox box{describing(latheOfTest())};
+  EXPECT_THAT(planOf(box, {"delay-known-sphere", "--probe", probe}).out,
+              AllOf(HasSubstr("for lathe of a test, as the box"), HasSubstr("with the probe SIM-PROBE-1"),
+                    HasSubstr("deflections with 0.4 um of noise")));
 }
 
 // It was passed over in silence.

@@ -130,7 +130,9 @@ struct Calibrate : RunChoices {
   std::string by;
 };
 struct Plan : RunChoices {
-  std::string machine;           // file; empty: the machine of the box that is named, or a usual one
+  std::string machine;  // file; empty: the machine of the box that is named, or a usual one
+  std::string probe,
+      unit;  // files; empty: the probe of the box or a usual one, and the sphere's certificate in the box
   std::optional<double> time_s;  // propose runs that fit into this time
   std::optional<double> machine_rate_hz;
   std::optional<double> machine_noise_um;

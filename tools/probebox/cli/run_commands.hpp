@@ -158,6 +158,10 @@ class RunCommands {
                      "machine.toml in the place of the machine of the box that -u names; default: that of the box, or "
                      "a usual one")
         ->type_name("FILE");
+    plan->add_option("--probe", plan_.probe, "probe.toml in the place of the probe of that box")->type_name("FILE");
+    plan->add_option("--unit", plan_.unit, "unit.toml with the certificate of the datum sphere of that machine")
+        ->needs("--machine")
+        ->type_name("FILE");
     plan->add_option("--time", plan_.time_s, "time available: propose the most precise sets of touches for it")
         ->check(seconds())
         ->type_name("SECONDS");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,7 +23,7 @@ void keepCertificate(messages::SphereInUse& sphere, const messages::SphereInUse&
   constexpr double kRounding_mm = 5e-7;  // of a value written to the nanometre
   const double off_mm = std::abs(sphere.diameter_mm - of_box.diameter_mm);
   const bool is_same = sphere.diameter_mm == 0 || off_mm <= 2 * of_box.sd_diameter_mm + kRounding_mm;
-  if (of_box.sd_diameter_mm == 0 || !is_same) return;
+  if (of_box.sd_diameter_mm == 0 || sphere.sd_diameter_mm > 0 || !is_same) return;
   sphere.diameter_mm = of_box.diameter_mm;
   sphere.sd_diameter_mm = of_box.sd_diameter_mm;
   sphere.certificate = of_box.certificate;
@@ -65,22 +66,6 @@ void takeTools(plan::SetUp& set_up, const Described& says) {
     if (tool.holder != 0)
       set_up.tools.back().holder = procedure::HolderFacts{tool.holder, tool.holder_length_mm, tool.sd_holder_mm};
   }
-}
-
-void takeProbe(plan::SetUp& set_up, const Described& says) {
-  const auto& probe = says.probe;
-  if (probe.ball_diameter_mm > 0) set_up.stylus_ball_diameter_mm = probe.ball_diameter_mm;
-  set_up.sd_stylus_ball_diameter_mm = probe.sd_ball_diameter_mm;
-  if (probe.switches) set_up.switch_repeatability_um = probe.repeatability_um;
-  if (probe.noise_um > 0) set_up.probe_noise_um = probe.noise_um;
-  if (says.deflections_hz > 0) set_up.probe_rate_hz = says.deflections_hz;
-  // The slowest of the axes.
-  const double positions_hz = std::ranges::min(says.positions_hz);
-  if (positions_hz > 0) set_up.machine_rate_hz = positions_hz;
-  if (says.delay.calibrated) set_up.sd_delay_s = says.delay.sd_s;
-  for (const auto& one : says.pre_travels)
-    set_up.pre_travels.push_back(
-        {.result_id = one.result_id, .tool = one.tool, .parts_mm = {}, .covariance = one.covariance_mm2});
 }
 
 void takeSphere(plan::SetUp& set_up, const messages::SphereInUse& sphere) {
@@ -139,6 +124,38 @@ void replaceMachine(Described& says, const board::Machine& machine) {
   in_file.delay = says.delay;
   in_file.pre_travels = std::move(says.pre_travels);
   says = std::move(in_file);
+}
+
+void replaceProbe(Described& says, const board::Probe& probe) {
+  const std::string name = probe.serial_number + (probe.stylus.empty() ? "" : ", stylus " + probe.stylus);
+  if (name != says.probe.name) {
+    says.delay = {};
+    says.pre_travels.clear();
+  }
+  const auto& by_switch = probe.by_switch;
+  says.probe = {.name = name,
+                .switches = by_switch.has_value(),
+                .repeatability_um = by_switch ? by_switch->repeatability_um : 0,
+                .noise_um = by_switch ? 0 : probe.noise_um,
+                .ball_diameter_mm = probe.ball_diameter_mm,
+                .sd_ball_diameter_mm = probe.sd_ball_diameter_mm.value_or(0)};
+  says.deflections_hz = by_switch ? 0 : probe.rate_hz;
+}
+
+void takeProbe(plan::SetUp& set_up, const Described& says) {
+  const auto& probe = says.probe;
+  if (probe.ball_diameter_mm > 0) set_up.stylus_ball_diameter_mm = probe.ball_diameter_mm;
+  set_up.sd_stylus_ball_diameter_mm = probe.sd_ball_diameter_mm;
+  if (probe.switches) set_up.switch_repeatability_um = probe.repeatability_um;
+  if (probe.noise_um > 0) set_up.probe_noise_um = probe.noise_um;
+  if (says.deflections_hz > 0) set_up.probe_rate_hz = says.deflections_hz;
+  // The slowest of the axes.
+  const double positions_hz = std::ranges::min(says.positions_hz);
+  if (positions_hz > 0) set_up.machine_rate_hz = positions_hz;
+  if (says.delay.calibrated) set_up.sd_delay_s = says.delay.sd_s;
+  for (const auto& one : says.pre_travels)
+    set_up.pre_travels.push_back(
+        {.result_id = one.result_id, .tool = one.tool, .parts_mm = {}, .covariance = one.covariance_mm2});
 }
 
 void takeMachine(plan::SetUp& set_up, const Described& says, const plan::Wanted& wanted) {

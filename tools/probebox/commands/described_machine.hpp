@@ -1,5 +1,6 @@
 #pragma once
 #include "board/describe/machine.hpp"
+#include "board/describe/probe.hpp"
 #include "firmware/procedure/facts/facts.hpp"
 #include "protocol/messages/machine.hpp"
 #include "tools/plan/set_up.hpp"
@@ -9,9 +10,14 @@
 namespace probebox::command {
 
 // Replaces the machine that a box has named by that of a machine.toml, with the results in force about its parts. The
-// certificate of the sphere stays where the file has that sphere.
+// certificate of the sphere stays where the file has that sphere, without one of its own.
 void replaceMachine(messages::DescribeMachine::Answer& says, const board::Machine& machine);
 
+// Replaces the probe by that of a probe.toml, at its nominal rate; what was calibrated with another one is gone.
+void replaceProbe(messages::DescribeMachine::Answer& says, const board::Probe& probe);
+
+// Takes the probe that is described, its rate and that of the positions into a set-up; the rest stays as it is.
+void takeProbe(plan::SetUp& set_up, const messages::DescribeMachine::Answer& says);
 // Takes what is described into a set-up; the rest stays as it is. wanted: for the screw that it is about.
 void takeMachine(plan::SetUp& set_up, const messages::DescribeMachine::Answer& says, const plan::Wanted& wanted);
 

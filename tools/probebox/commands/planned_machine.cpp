@@ -13,11 +13,28 @@
 namespace probebox::command {
 namespace {
 
-Outcome<board::Machine> machineIn(const std::string& path) {
+// what: "machine.toml of the box (--machine)".
+Outcome<std::string> textOf(const std::string& path, const char* what) {
   std::ifstream file{path};
-  if (!file) return Error{path + " cannot be read: give the machine.toml of the box (--machine)."};
-  const std::string text{std::istreambuf_iterator<char>{file}, {}};
-  return board::parseMachine(text, path);
+  if (!file) return Error{path + " cannot be read: give the " + what + "."};
+  return std::string{std::istreambuf_iterator<char>{file}, {}};
+}
+
+// The machine of a file, with the certified sphere of another.
+Outcome<board::Machine> machineIn(const Plan& options, std::vector<std::string>& notes) {
+  TRY(const auto text, textOf(options.machine, "machine.toml of the box (--machine)"));
+  board::Descriptions described;
+  TRY(described.machine, board::parseMachine(text, options.machine));
+  if (options.unit.empty()) return described.machine;
+  TRY(const auto of_unit, textOf(options.unit, "unit.toml of the box (--unit)"));
+  TRY(const auto unit, board::parseUnit(of_unit, options.unit));
+  if (auto other = board::applyUnit(unit, described)) notes.push_back(*std::move(other));
+  return described.machine;
+}
+
+Outcome<board::Probe> probeIn(const Plan& options) {
+  TRY(const auto text, textOf(options.probe, "probe.toml of the box (--probe)"));
+  return board::parseProbe(text, options.probe);
 }
 
 std::string listed(const std::vector<std::string>& texts) {
@@ -87,13 +104,22 @@ Outcome<PlannedMachine, Trouble> plannedMachine(const Plan& options, const plan:
     machine.probe = says.probe.name;
   }
   if (!options.machine.empty()) {
-    const auto in_file = machineIn(options.machine);
+    const auto in_file = machineIn(options, machine.notes);
     if (!in_file) return Trouble{ExitStatus::usage, "bad-description", in_file.error().what};
     replaceMachine(says, *in_file);
     machine.file = options.machine;
+    machine.unit_file = options.unit;
+  }
+  if (!options.probe.empty()) {
+    const auto in_file = probeIn(options);
+    if (!in_file) return Trouble{ExitStatus::usage, "bad-description", in_file.error().what};
+    replaceProbe(says, *in_file);
+    machine.probe = says.probe.name;
+    machine.probe_file = options.probe;
   }
   machine.name = says.machine;
   const bool is_described = box || !machine.file.empty();
+  if (!is_described) takeProbe(machine.set_up, says);
   if (is_described) takeMachine(machine.set_up, says, wanted);
   choose(machine, options, says);
   if (swivelsToo(wanted, says)) machine.usual.emplace_back("the head at 0 alone");
@@ -107,6 +133,8 @@ Json describe(const PlannedMachine& machine) {
   return {{"name", orNull(machine.name)},
           {"box", orNull(machine.box)},
           {"file", orNull(machine.file)},
+          {"unit_file", orNull(machine.unit_file)},
+          {"probe_file", orNull(machine.probe_file)},
           {"probe", orNull(machine.probe)},
           {"positions_hz", set_up.machine_rate_hz},
           {"positions_noise_um", set_up.machine_noise_um},
@@ -119,17 +147,25 @@ Json describe(const PlannedMachine& machine) {
 
 std::vector<std::string> inWords(const PlannedMachine& machine) {
   std::vector<std::string> lines;
+  const bool own_probe = !machine.probe_file.empty();
   if (machine.name.empty()) {
     lines.emplace_back("for a usual machine, no particular one: name a box with -u, or give --machine FILE");
   } else if (machine.file.empty()) {
-    lines.push_back("for " + machine.name + " with " + machine.probe + ", as the box " + machine.box + " says");
+    lines.push_back("for " + machine.name + (own_probe ? "" : " with " + machine.probe) + ", as the box " +
+                    machine.box + " says");
   } else if (machine.box.empty()) {
     lines.push_back("for " + machine.name + ", as " + machine.file + " says; no box was asked");
   } else {
-    lines.push_back("for " + machine.name + ", as " + machine.file + " says in the place of " + machine.name_in_box +
-                    " of the box " + machine.box + "; with its " + machine.probe + ", rates and delay");
+    lines.push_back(
+        "for " + machine.name + ", as " + machine.file + " says in the place of " + machine.name_in_box +
+        " of the box " + machine.box +
+        (own_probe ? "; with its rates of positions" : "; with its " + machine.probe + ", rates and delay"));
   }
-  if (!machine.told.empty()) lines.push_back("of the box: " + listed(machine.told));
+  if (!machine.unit_file.empty()) lines.push_back("with the datum sphere of " + machine.unit_file);
+  if (own_probe) lines.push_back("with the probe " + machine.probe + ", as " + machine.probe_file + " says");
+  if (!machine.told.empty())
+    lines.push_back((machine.box.empty() || own_probe ? "described: " : "of the box: ") + listed(machine.told));
+  lines.insert(lines.end(), machine.notes.begin(), machine.notes.end());
   if (!machine.usual.empty()) lines.push_back("usual, because nothing says otherwise: " + listed(machine.usual));
   if (!machine.why_refused.empty()) lines.push_back("there the run would be refused: " + machine.why_refused);
   return lines;

@@ -24,16 +24,19 @@ struct PlannedMachine {
   plan::SetUp set_up;
   std::string name;                // empty: a usual machine
   std::string file;                // machine.toml in the place of the box's; empty: none
+  std::string probe_file;          // probe.toml in the place of the box's; empty: none
+  std::string unit_file;           // unit.toml with the certificate of the sphere; empty: none
   std::string box;                 // address of the box that was asked; empty: none
   std::string name_in_box;         // of its machine
-  std::string probe;               // as the box names it; empty: a usual one
-  std::vector<std::string> told;   // rates and noise that the box says
+  std::string probe;               // as box or file name it; empty: a usual one
+  std::vector<std::string> told;   // rates and noise that box or files say
   std::vector<std::string> usual;  // assumptions that neither file, box nor option states
+  std::vector<std::string> notes;  // sentences about files that contradict each other
   std::string why_refused;         // sentence with which a run would be refused there; empty: none
 };
 
-// Takes machine and probe from --machine, from a box, or both: the file then replaces the machine of the box. Options
-// replace either. Trouble: the file cannot be read.
+// Takes machine and probe from files (--machine, --unit, --probe), from a box, or both: a file then replaces what the
+// box says. Options replace either. Trouble: a file cannot be read.
 Outcome<PlannedMachine, Trouble> plannedMachine(const Plan& options, const plan::Wanted& wanted,
                                                 const std::optional<AskedBox>& box);
 
