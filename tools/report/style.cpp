@@ -36,7 +36,7 @@ tr.sum td { border-top: 1px solid var(--rule); font-weight: 600; } ul { margin: 
 .pictures svg { width: 100%; height: auto; border: 1px solid var(--grid); break-inside: avoid; display: block; }
 @media screen and (max-width: 620px) { td, th { padding-right: .4em; } td:first-child { white-space: normal; } .pictures { grid-template-columns: minmax(0, 1fr); } .matrix { font-size: 8pt; } .matrix td, .matrix th { padding-right: .3em; }
   .matrix small { display: block; } }
-@media print { body { margin: 0; padding: 0; max-width: none; font-size: 9.5pt; } tr { break-inside: avoid; } thead { display: table-header-group; }
+@media print { body { margin: 0; padding: 0; max-width: none; font-size: 9.5pt; line-height: 1.3; } tr { break-inside: avoid; } thead { display: table-header-group; }
   .verdict, svg { print-color-adjust: exact; -webkit-print-color-adjust: exact; } }
 )";
 }
