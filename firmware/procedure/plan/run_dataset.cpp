@@ -1,19 +1,17 @@
 #include "firmware/procedure/plan/run_dataset.hpp"
 
-#include "firmware/metrology/dataset/method.hpp"
-
 namespace probebox::procedure {
 namespace {
 
 // Adds the temperature that was stated for this run, of whatever method.
-void addTemperature(RunDataset& run, const LiveMethod& method, const Facts& facts) {
+void addTemperature(RunDataset& run, const Facts& facts) {
   if (!facts.temperature_c) return;
   auto& config = run.dataset.config;
   config["temperature_c"] = *facts.temperature_c;
-  if (method.solver == nullptr || !metrology::hasSize(*method.solver) || config.contains("expansion_per_k")) return;
+  if (!config.contains("effective_diameter_mm") || config.contains("expansion_per_k")) return;
   run.warnings.emplace_back(
-      "the temperature is for the record: known sizes are used as at 20 degrees C, because their expansion is not "
-      "described; for the datum sphere give [datum_sphere] expansion_per_k in machine.toml");
+      "the temperature is for the record: the datum sphere is used as at 20 degrees C, because its expansion is not "
+      "described; give [datum_sphere] expansion_per_k in machine.toml");
 }
 
 }  // namespace
@@ -21,7 +19,7 @@ void addTemperature(RunDataset& run, const LiveMethod& method, const Facts& fact
 RunDataset runDataset(const LiveMethod& method, const capture::Recording& recording, const capture::Scales& scales,
                       const Facts& facts) {
   RunDataset run = method.dataset({method, recording, scales, facts});
-  addTemperature(run, method, facts);
+  addTemperature(run, facts);
   return run;
 }
 

@@ -64,6 +64,8 @@ TEST(TemperatureOfARun, IsForTheRecordWhereNoExpansionIsDescribedAndSaysSo) {
   const auto known = measured(kDelayKnownSphere, facts);
   EXPECT_EQ(numberAt(known, "temperature_c"), 26);
   EXPECT_THAT(known.warnings, testing::ElementsAre(HasSubstr("give [datum_sphere] expansion_per_k in machine.toml")));
+  facts.gap_mm = 26;
+  EXPECT_THAT(measured(kDelayPlates, facts).warnings, IsEmpty()) << "no description could state how a gap expands";
   const auto unknown = measured(kCentreline, facts);
   EXPECT_EQ(numberAt(unknown, "temperature_c"), 26) << "of every method";
   EXPECT_THAT(unknown.warnings, IsEmpty()) << "no known size";
