@@ -89,6 +89,26 @@ TEST_F(WhatIsInForce, IsOneQuantityASubject) {
   EXPECT_THAT(shown, HasSubstr("at 2 degrees of freedom (99.9 % of honest readings"));
 }
 
+// The box adds the two, and keeps the data of either.
+TEST_F(WhatIsInForce, IsASumOfTwoResultsWithoutDataOfItsOwn) {
+  ASSERT_NO_FATAL_FAILURE(acceptDelay());
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"centreline", "--angles", "3"}, {"spindle-offset-2x2"}, {"spindle-offset-2x2"}}) {
+    auto run = words;
+    run.insert(run.begin(), "calibrate");
+    ASSERT_EQ(box(run).status, 0);
+  }
+  ASSERT_EQ(box({"accept", "2", "--by", "Ada"}).status, 0);
+  ASSERT_THAT(box({"accept", "4", "--by", "Ada"}).out, HasSubstr("Result 7 about centreline"));
+  ASSERT_THAT(box({"accept", "6", "--by", "Ada"}).out, HasSubstr("Result 8 about centreline"));
+  EXPECT_THAT(box({"show", "8"}).out, HasSubstr("it is the sum of two results"));
+  const auto accepted = box({"accept", "8", "--by", "Ada"});
+  EXPECT_EQ(accepted.status, 0) << accepted.err;
+  EXPECT_THAT(accepted.err, Not(HasSubstr("does not keep")));
+  const auto certificate = directory_.file("sum.html");
+  EXPECT_EQ(box({"certificate", "8", "-o", certificate}).status, 0);
+}
+
 TEST_F(WhatIsInForce, IsTheStylusOfEveryToolByItself) {
   ASSERT_NO_FATAL_FAILURE(acceptDelay());
   const auto run = box({"calibrate", "a-axis-alignment"});

@@ -19,10 +19,10 @@ Outcome<std::optional<Comparison>, Trouble> compare(link::Client& box, const Acc
   TRY(const auto proposed, keptResult(box, console, acceptance.id));
   subject = proposed.summary.subject;
   adopted_by = proposed.summary.as_this_machine_by;
-  if (!proposed.dataset_kept && proposed.summary.state == messages::ResultState::proposed)
+  if (!proposed.dataset_kept && !proposed.isSum() && proposed.summary.state == messages::ResultState::proposed)
     console.note("the box does not keep the measured data of result " + std::to_string(acceptance.id) +
-                 " (of results that nobody has accepted, those of the newest 20): there can be no report and no "
-                 "certificate of it");
+                 " (of results that nobody has accepted, those of the newest 20): there can be no report of it, "
+                 "and a certificate without the limits of its case");
   if (proposed.result() == nullptr || proposed.summary.state == messages::ResultState::active ||
       !proposed.summary.why_not_in_force.empty())
     return std::optional<Comparison>{};

@@ -43,6 +43,10 @@ Trouble unreadable(std::uint64_t id, const Error& error) {
 
 }  // namespace
 
+bool KeptResult::isSum() const {
+  return !dataset_kept && result() != nullptr && result()->find("stylus_offset_in_force_mm") != nullptr;
+}
+
 Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std::uint64_t id) {
   TRY(auto fetched, fetch(box, console, id, ResultDocument::result));
   KeptResult kept{std::move(fetched.summary), metrology::Refusal{}, fetched.dataset_kept};

@@ -20,6 +20,8 @@ struct KeptResult {
 
   const metrology::Result* result() const { return std::get_if<metrology::Result>(&content); }
   const metrology::Refusal* refusal() const { return std::get_if<metrology::Refusal>(&content); }
+  // A centreline from the tip plus the offset of its stylus, which the box added: it has no data of its own.
+  bool isSum() const;
 };
 
 Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std::uint64_t id);
@@ -30,8 +32,8 @@ Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, s
 // True for two results of the same subject, probe, machine and mounting: at most one of them can be in force.
 bool answersTheSame(const messages::ResultSummary& one, const messages::ResultSummary& other);
 
-// Asks the box how a result compares with the one in force of its subject, and changes nothing. Trouble: it cannot be accepted,
-// with the reason.
+// Asks the box how a result compares with the one in force of its subject, and changes nothing. Trouble: it cannot be
+// accepted, with the reason.
 Outcome<Comparison, Trouble> comparisonByBox(link::Client& box, Console& console, const KeptResult& proposed);
 
 // The results in force, of every subject.

@@ -40,6 +40,7 @@ void showPage(const KeptResult& kept, const Transitions& history, Console& conso
   console.line("history");
   for (const auto& transition : history) console.line("  " + line(transition));
   console.line(kept.dataset_kept ? "its dataset is kept: probebox report " + number + " -o result-" + number + ".html"
+               : kept.isSum()    ? "it is the sum of two results: the datasets are those of the results it rests on"
                                  : "its dataset is no longer kept");
 }
 
