@@ -17,9 +17,12 @@ Failure notAcceptable(const Record& record) {
     return {Reason::not_possible_now, which(record) + " is a refusal (" + record.refusal()->name + ": " +
                                           record.refusal()->reason + "); calibrate again"};
   }
-  return {Reason::not_possible_now, which(record) + " is " + std::string{name(record.state)} +
-                                        ", and only a proposed one can be accepted; calibrate again, or return to the "
-                                        "previous result with `probebox rollback ID --by NAME`"};
+  const std::string what = which(record) + " is " + std::string{name(record.state)};
+  const auto& subject = record.binding.subject;
+  return {Reason::not_possible_now, what +
+                                        ", and only a proposed one can be accepted; calibrate again, or undo the last "
+                                        "change of what is in force about it: probebox rollback " +
+                                        subject + " --by NAME"};
 }
 
 Failure notWaiting(const Record& record) {

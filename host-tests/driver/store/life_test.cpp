@@ -146,6 +146,14 @@ TEST_F(ResultsLife, ARollbackOfAnotherMountingTouchesNothingHere) {
   EXPECT_EQ(activeId(), here);
 }
 
+TEST_F(ResultsLife, ARetiredResultComesBackByItsSubjectAndTheRefusalSaysSo) {
+  const auto id = accepted(1e-3);
+  ASSERT_TRUE(store_.rollBack(kBinding, "Ada", "t3"));
+  EXPECT_THAT(store_.accept(id, "Ada", "t4").error().what, HasSubstr("probebox rollback delay --by NAME"));
+  ASSERT_TRUE(store_.rollBack(kBinding, "Ada", "t5"));
+  EXPECT_EQ(activeId(), id);
+}
+
 TEST_F(ResultsLife, EveryChangeNeedsANameAndATime) {
   accepted(1e-3);
   const auto waiting = propose(2e-3);

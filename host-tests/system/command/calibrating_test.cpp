@@ -55,39 +55,6 @@ TEST(Calibrating, SpeaksInObjectsToPrograms) {
   for (const auto& object : objects) EXPECT_EQ(object["schema_version"], 1);
 }
 
-TEST(Calibrating, StatesTheTemperatureOfTheRun) {
-  messages::StartProcedure::Request asked;
-  FakeBoxOptions options;
-  options.answers_first = [&](messages::Operation operation,
-                              std::span<const std::byte> body) -> std::optional<FakeReply> {
-    if (operation == messages::Operation::start_procedure)
-      asked = messages::decode<messages::StartProcedure::Request>(body).value();
-    return std::nullopt;
-  };
-  options.knows_temperature = true;
-  const FakeBox box{options};
-  const auto done = at(box, {"calibrate", "delay-multi-speed", "--temperature", "23.4"});
-  EXPECT_EQ(done.status, 0) << done.err;
-  EXPECT_TRUE(asked.has_temperature);
-  EXPECT_EQ(asked.temperature_c, 23.4);
-  EXPECT_EQ(at(box, kCalibrate).status, 0);
-  EXPECT_FALSE(asked.has_temperature);
-  for (const auto* wrong : {"296", "warm", "nan"}) {
-    const auto refused = at(box, {"calibrate", "delay-multi-speed", "--temperature", wrong});
-    EXPECT_EQ(refused.status, 2) << wrong;
-    EXPECT_THAT(refused.err, HasSubstr("is not a number from -30 to 70"));
-  }
-}
-
-TEST(Calibrating, DoesNotRunOnABoxThatWouldTakeAnotherTemperature) {
-  const FakeBox box;  // of before
-  const auto done = at(box, {"calibrate", "delay-multi-speed", "--temperature", "23.4"});
-  EXPECT_EQ(done.status, 1);
-  EXPECT_THAT(done.err, AllOf(HasSubstr("does not take the temperature of a run, and the run was aborted"),
-                              HasSubstr("update the firmware"), HasSubstr("[datum_sphere] temperature_c")));
-  EXPECT_FALSE(box.calibrating());
-}
-
 TEST(Calibrating, AcceptsOnlyWhenTold) {
   const FakeBox box;
   at(box, kCalibrate);

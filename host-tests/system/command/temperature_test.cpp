@@ -1,0 +1,58 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fake_box.hpp"
+#include "in_process.hpp"
+#include "protocol/messages/control.hpp"
+
+// `calibrate --temperature`, and boxes that do not know of it.
+namespace probebox::command {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+Finished onBox(const FakeBox& box, std::vector<std::string> words) {
+  words.insert(words.begin(), {"-u", box.uri()});
+  return probebox(words);
+}
+
+TEST(CalibratingAtATemperature, StatesTheTemperatureOfTheRun) {
+  messages::StartProcedure::Request asked;
+  FakeBoxOptions options;
+  options.answers_first = [&](messages::Operation operation,
+                              std::span<const std::byte> body) -> std::optional<FakeReply> {
+    if (operation == messages::Operation::start_procedure)
+      asked = messages::decode<messages::StartProcedure::Request>(body).value();
+    return std::nullopt;
+  };
+  options.knows_temperature = true;
+  const FakeBox box{options};
+  const auto done = onBox(box, {"calibrate", "delay-multi-speed", "--temperature", "23.4"});
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_TRUE(asked.has_temperature);
+  EXPECT_EQ(asked.temperature_c, 23.4);
+  EXPECT_EQ(onBox(box, {"calibrate", "delay-multi-speed"}).status, 0);
+  EXPECT_FALSE(asked.has_temperature);
+  for (const auto* wrong : {"296", "warm", "nan"}) {
+    const auto refused = onBox(box, {"calibrate", "delay-multi-speed", "--temperature", wrong});
+    EXPECT_EQ(refused.status, 2) << wrong;
+    EXPECT_THAT(refused.err, HasSubstr("is not a number from -30 to 70"));
+  }
+}
+
+TEST(CalibratingAtATemperature, DoesNotRunOnABoxThatWouldTakeAnotherTemperature) {
+  const FakeBox box;  // of before
+  const auto done = onBox(box, {"calibrate", "delay-multi-speed", "--temperature", "23.4"});
+  EXPECT_EQ(done.status, 1);
+  EXPECT_THAT(done.err, AllOf(HasSubstr("does not take the temperature of a run, and the run was aborted"),
+                              HasSubstr("update the firmware"), HasSubstr("[datum_sphere] temperature_c")));
+  EXPECT_FALSE(box.calibrating());
+}
+
+}  // namespace
+}  // namespace probebox::command
