@@ -5,39 +5,23 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
-#include "protocol/codec/block.hpp"
-#include "protocol/messages/handshake.hpp"
-#include "protocol/messages/stream.hpp"
 #include "protocol/units/outcome.hpp"
 #include "tools/link/stream_reader.hpp"
+#include "tools/replay/recording.hpp"
 
 namespace probebox::replay {
 
-// Holds a block in both profiles that boxes send.
-struct RecordedBlock {
-  codec::BlockHeader header{};
-  std::vector<std::byte> raw;
-  std::vector<std::byte> fast;
-};
-
-// Holds one entry of a recording.
-using Recorded =
-    std::variant<messages::Descriptor, RecordedBlock, messages::Gap, messages::Trigger, messages::TriggerGap>;
-
 // Reads a recording piece by piece on demand. Samples come in rising order, each once: repeats of a resumed link are
 // omitted, and reading ends at a restart of the box, where indices begin anew.
-class RecordedStream : private link::StreamListener {
+class RecordedStream : public Recording, private link::StreamListener {
  public:
   // Fails when the file cannot be read or has no descriptor at its beginning.
   static Outcome<std::unique_ptr<RecordedStream>> open(const std::string& path);
 
-  // Returns nothing at the end.
-  std::optional<Recorded> next();
-
-  const messages::Descriptor& firstDescriptor() const { return *first_; }
+  std::optional<Recorded> next() override;
+  const messages::Descriptor& firstDescriptor() const override { return *first_; }
 
  private:
   explicit RecordedStream(std::ifstream file) : file_{std::move(file)}, reader_{*this} {}

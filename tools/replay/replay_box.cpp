@@ -31,7 +31,7 @@ messages::BootId anyBootId() {
 
 }  // namespace
 
-ReplayBox::ReplayBox(std::unique_ptr<RecordedStream> recording, tcp::Listener listener, const ReplayOptions& options)
+ReplayBox::ReplayBox(std::unique_ptr<Recording> recording, tcp::Listener listener, const ReplayOptions& options)
     : recording_{std::move(recording)},
       listener_{std::move(listener)},
       options_{options},

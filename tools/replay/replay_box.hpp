@@ -10,7 +10,7 @@
 #include "drivers/tcp/linux_tcp.hpp"
 #include "firmware/stream/history.hpp"
 #include "firmware/stream/session.hpp"
-#include "tools/replay/recorded_stream.hpp"
+#include "tools/replay/recording.hpp"
 
 namespace probebox::replay {
 
@@ -24,7 +24,7 @@ struct ReplayOptions {
 // status. The replay begins when the first host starts. Requests that would change a box are refused. One thread.
 class ReplayBox {
  public:
-  ReplayBox(std::unique_ptr<RecordedStream> recording, tcp::Listener listener, const ReplayOptions& options);
+  ReplayBox(std::unique_ptr<Recording> recording, tcp::Listener listener, const ReplayOptions& options);
 
   const tcp::Address& address() const { return listener_.address(); }
   // Runs one round: waits a few milliseconds for hosts, or not at all when there is more to send. False at the end.
@@ -55,7 +55,7 @@ class ReplayBox {
   void wait(bool briefly) const;
   std::uint64_t uptimeMs(MonoTime now) const;
 
-  std::unique_ptr<RecordedStream> recording_;
+  std::unique_ptr<Recording> recording_;
   tcp::Listener listener_;
   ReplayOptions options_;
   messages::BootId boot_id_{};

@@ -8,6 +8,7 @@
 #include "host-tests/support/file_content.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
+#include "tools/replay/recorded_stream.hpp"
 #include "tools/replay/replay_box.hpp"
 
 namespace probebox::command {

@@ -10,6 +10,7 @@
 #include "host-tests/support/file_content.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
+#include "tools/replay/recorded_stream.hpp"
 #include "tools/replay/replay_box.hpp"
 
 // Triggers on their way: watched, recorded, exported, served again. The fake box loses each seventh.

@@ -58,20 +58,22 @@ export async function view(uri, ...more) {
   return server;
 }
 
-export async function browser() {
+// drawing: a computer without a graphics card has three dimensions only by an emulation, which makes all else slow.
+export async function browser(drawing = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]) {
   const path = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find((one) => existsSync(one));
   if (path === undefined) {
     console.log("Skipped: chromium is not installed (apt-get install chromium)");
     process.exit(77);
   }
   const { chromium } = require("playwright-core");
-  return chromium.launch({ executablePath: path, args: ["--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
+  return chromium.launch({ executablePath: path, args: ["--no-sandbox", "--disable-dev-shm-usage", ...drawing] });
 }
 
-// A page of its own; whatever goes wrong in it ends the test, and so does a request to anywhere else.
-export async function open(chromium, address, options = {}) {
+// A page of its own; whatever goes wrong in it ends the test, and so does a request to anywhere else. before: runs in it first.
+export async function open(chromium, address, options = {}, before = undefined) {
   const context = await chromium.newContext({ viewport: { width: 1280, height: 900 }, ...options });
   const page = await context.newPage();
+  if (before !== undefined) await page.addInitScript(before);
   page.faults = [];
   page.on("pageerror", (error) => page.faults.push(String(error)));
   page.on("console", (message) => { if (message.type() === "error" && !/Failed to load resource/.test(message.text())) page.faults.push(message.text()); });
@@ -81,7 +83,10 @@ export async function open(chromium, address, options = {}) {
   return page;
 }
 
-export const picture = (page, name) => page.screenshot({ path: join(screens, `${name}.png`), fullPage: true });
+export async function picture(page, name) {
+  await page.evaluate(() => scrollTo(0, 0)); // the head of the page would stand in the middle of it
+  return page.screenshot({ path: join(screens, `${name}.png`), fullPage: true });
+}
 
 // axe-core runs in the page by the debugger's door: its own policy lets no other script in.
 export async function accessible(page, where) {

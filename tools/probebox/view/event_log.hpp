@@ -15,7 +15,7 @@ class EventLog {
 
   void put(const std::string& kind, const std::string& json) {
     const std::lock_guard lock{mutex_};
-    events_.push_back("event: " + kind + "\ndata: " + json + "\n\n");
+    events_.push_back("id: " + std::to_string(next_) + "\nevent: " + kind + "\ndata: " + json + "\n\n");
     ++next_;
     if (events_.size() > kMost) events_.pop_front();
     changed_.notify_all();
@@ -27,6 +27,7 @@ class EventLog {
   // Returns the events since number `from` and advances it. Waits up to 0.5 s for the first one; empty if none came.
   std::string since(std::uint64_t& from) {
     std::unique_lock lock{mutex_};
+    if (from > next_) from = 0;  // of another run
     changed_.wait_for(lock, std::chrono::milliseconds{500}, [&] { return next_ > from || ended_; });
     const auto oldest = next_ - events_.size();
     if (from < oldest) from = oldest;

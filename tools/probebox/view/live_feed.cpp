@@ -5,7 +5,7 @@
 namespace probebox::view {
 namespace {
 
-constexpr std::size_t kMostSlots = 500;  // of a page that does not ask: 5 s
+constexpr std::size_t kMostSlots = 6000;  // as many as a page keeps: a minute, in which an answer of the box may take its time
 
 }  // namespace
 

@@ -84,7 +84,7 @@ struct Server::Http {
     declareReading();
     declareChanging();
     declareCell();
-    server.Get("/api/events", [this](const auto&, auto& response) { follow(response); });
+    server.Get("/api/events", [this](const auto& request, auto& response) { follow(request, response); });
   }
 
   void declareFiles() {
@@ -153,8 +153,10 @@ struct Server::Http {
     post("/api/rollback", &rollback);
   }
 
-  void follow(httplib::Response& response) {
-    auto next = std::make_shared<std::uint64_t>(0);  // a page that begins is told the last seconds too
+  void follow(const httplib::Request& request, httplib::Response& response) {
+    // A page that begins is told the last seconds too; one that was cut off goes on where it was.
+    const auto had = request.get_header_value("Last-Event-ID");
+    auto next = std::make_shared<std::uint64_t>(had.empty() ? 0 : std::strtoull(had.c_str(), nullptr, 10) + 1);
     response.set_header("X-Accel-Buffering", "no");
     response.set_chunked_content_provider("text/event-stream", [this, next](std::size_t, httplib::DataSink& sink) {
       auto news = events.since(*next);

@@ -7,6 +7,7 @@
 #include "tools/probebox/text/report.hpp"
 #include "tools/probebox/view/desk.hpp"
 #include "tools/probebox/view/server.hpp"
+#include "tools/replay/recorded_stream.hpp"
 #include "tools/replay/replay_box.hpp"
 
 namespace probebox::command {

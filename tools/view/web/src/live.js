@@ -1,49 +1,9 @@
-import uPlot from "uplot";
 import { get, last, on } from "./box.js";
 import { h, say, show } from "./dom.js";
+import { chart, dark, Edge, Slots } from "./strip_chart.js";
 
-const KEPT = 6000; // slots of 10 ms: a minute
 const SPANS = [5, 20, 60];
-const SERIES = ["--series1", "--series2", "--series3"];
-
-const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-
-// The minimum and maximum of every channel in slots of 10 ms, the newest at the end.
-class Slots {
-  constructor(channels) {
-    this.times = [];
-    this.low = Array.from({ length: channels }, () => []);
-    this.high = Array.from({ length: channels }, () => []);
-  }
-  add(batch) {
-    const t = batch.slots.map((slot) => slot * batch.slot_ns * 1e-9);
-    if (this.times.length > 0 && t[0] <= this.times.at(-1) - 1) this.clear();
-    this.times.push(...t);
-    batch.low.forEach((low, c) => this.low[c].push(...low));
-    batch.high.forEach((high, c) => this.high[c].push(...high));
-    const over = this.times.length - KEPT;
-    if (over > 0) for (const column of [this.times, ...this.low, ...this.high]) column.splice(0, over);
-  }
-  clear() { for (const column of [this.times, ...this.low, ...this.high]) column.length = 0; }
-}
-
-// A chart of some channels: each a band from its minimum to its maximum.
-function chart(holder, title, channels, unit) {
-  const series = [{}];
-  const bands = [];
-  channels.forEach((channel, k) => {
-    const stroke = () => colour(SERIES[k % SERIES.length]);
-    series.push({ label: `${channel.label} max`, stroke, width: 1.5, points: { show: false } }, { label: `${channel.label} min`, stroke, width: 1.5, points: { show: false } });
-    bands.push({ series: [2 * k + 1, 2 * k + 2], fill: () => `${colour(SERIES[k % SERIES.length])}55` });
-  });
-  const axis = { stroke: () => colour("--soft"), grid: { stroke: () => colour("--grid") }, ticks: { stroke: () => colour("--grid") } };
-  return new uPlot({
-    title, width: Math.max(280, holder.clientWidth), height: 230, series, bands,
-    scales: { x: { time: false }, y: { range: (_, low, high) => { const room = Math.max((high - low) * 0.1, 1e-6); return [low - room, high + room]; } } },
-    axes: [{ ...axis, label: "s before now", labelSize: 22, labelFont: "12px sans-serif" }, { ...axis, label: unit, size: 72, labelSize: 18, labelFont: "12px sans-serif" }],
-    legend: { live: true }, cursor: { sync: { key: "probebox" }, drag: { x: true, y: false } },
-  }, series.map(() => []), holder);
-}
+const still = matchMedia("(prefers-reduced-motion: reduce)");
 
 const bar = (value, scale) => {
   const part = Math.max(-1, Math.min(1, value / scale));
@@ -65,6 +25,8 @@ function readouts() {
 
 export function live(main) {
   let slots = null, channels = [], charts = [], span = 20, paused = false, armed = false, frozen = null, peak = 0, shownAt = 0;
+  let zero = 0, changed = false; // the time at the right edge, s; are there other samples than those drawn?
+  const edge = new Edge();
   const positions = h("div", { class: "readouts positions" });
   const deflections = h("div", { class: "readouts" });
   const { tiles, tile } = readouts();
@@ -74,7 +36,7 @@ export function live(main) {
   const status = h("p", { class: "small", role: "status" });
   const pause = h("button", { "aria-pressed": "false", onclick: () => hold(!paused) }, "Pause (space)");
   const freeze = h("button", { "aria-pressed": "false", onclick: () => arm(!armed) }, "Freeze at trigger (f)");
-  const choose = h("select", { "aria-label": "Length of the charts", onchange: (event) => { span = Number(event.target.value); } },
+  const choose = h("select", { "aria-label": "Length of the charts", onchange: (event) => { span = Number(event.target.value); changed = true; } },
     SPANS.map((one) => h("option", { value: one, selected: one === span }, `${one} s`)));
   show(main, h("h2", { class: "hidden" }, "Live"), positions, deflections, state,
     h("div", { class: "bar" }, pause, freeze, choose, status), holders);
@@ -82,6 +44,11 @@ export function live(main) {
   function hold(yes) {
     paused = yes;
     frozen = null;
+    changed = true;
+    if (paused && slots) { // what is looked at stays, and what comes meanwhile is kept for later
+      const kept = { times: [...slots.times], low: slots.low.map((one) => [...one]), high: slots.high.map((one) => [...one]) };
+      for (const plot of charts) plot.take(kept, false);
+    }
     for (const plot of charts) plot.axes[0].label = "s before now";
     pause.setAttribute("aria-pressed", paused);
     say(status, paused ? "Paused. Drag to look closer, double click to see all; the cursor shows values." : "");
@@ -103,7 +70,7 @@ export function live(main) {
     for (const one of charts) one.destroy();
     const of = (kind) => channels.filter((channel) => channel.name.startsWith(kind));
     const sets = [["Deflection", of("deflection")], ["Position", of("position")]];
-    charts = sets.map(([title, some], k) => ({ some, plot: chart(holders[k], k === 0 ? title : `${title}, as the encoders count`, some, some[0]?.unit ?? "") })).map(({ some, plot }) => Object.assign(plot, { some }));
+    charts = sets.map(([title, some], k) => chart(holders[k], k === 0 ? title : `${title}, as the encoders count`, some, some[0]?.unit ?? "", () => zero));
     const big = (channel, box) => { channel.output = h("output", { class: "value", "aria-live": "off" }, "–"); box.append(h("section", { class: "tile" }, h("h3", null, channel.name.startsWith("deflection") ? `Deflection ${channel.label}` : channel.label.toUpperCase()), channel.output, (channel.note = h("small", null, channel.unit)), channel.track)); };
     show(positions); show(deflections);
     for (const channel of of("position")) big(channel, positions);
@@ -124,22 +91,21 @@ export function live(main) {
     }
   }
 
-  // One picture: as many slots as the span holds. The time axis counts from the newest sample.
+  // One picture of the screen. Samples are handed over when there are others; only the axis moves in between.
   function draw(now) {
     frame = requestAnimationFrame(draw);
-    if (slots === null || paused || frozen !== null) return;
+    if (slots === null || slots.times.length === 0 || paused) return;
     if (now - shownAt > 100) { numbers(); shownAt = now; }
-    const end = slots.times.at(-1);
-    if (end === undefined || end === drawn) return;
-    drawn = end;
-    const from = Math.max(0, slots.times.length - Math.round(span * 100));
-    const x = slots.times.slice(from).map((t) => t - end);
+    const before = zero;
+    zero = edge.follow(now * 1e-3, slots.times.at(-1), !still.matches);
+    if (zero === before && !changed) return;
     for (const plot of charts) {
       plot.batch(() => {
-        plot.setData([x, ...plot.some.flatMap((channel) => [slots.high[channel.index].slice(from), slots.low[channel.index].slice(from)])], false);
-        plot.setScale("x", { min: -span, max: 0 });
+        if (changed) plot.take(slots, false);
+        plot.setScale("x", { min: zero - span, max: zero });
       });
     }
+    changed = false;
   }
 
   async function freezeAt(trigger) {
@@ -149,10 +115,11 @@ export function live(main) {
     const at = trigger.at_ns;
     const window_ = await get("window", { from_ns: Math.round(at - 4e8), to_ns: Math.round(at + 5e8), columns: 1800 });
     frozen = trigger;
-    const x = window_.times_ns.map((t) => (t - at) * 1e-9);
+    zero = 0;
+    const times = window_.times_ns.map((t) => (t - at) * 1e-9);
     for (const plot of charts) {
       plot.axes[0].label = "s after the trigger";
-      plot.setData([x, ...plot.some.flatMap((channel) => [window_.high[channel.index], window_.low[channel.index]])]);
+      plot.take({ ...window_, times }, true);
     }
     say(status, `Frozen at trigger ${trigger.number}: 0 s is its stamp. ${window_.samples_per_column === 1 ? "Every sample is drawn." : `The extremes of ${window_.samples_per_column} samples a column.`}`);
     show(pause, "Live again (space)");
@@ -188,10 +155,10 @@ export function live(main) {
     say(tiles.result.note, one.active_results?.length === 1 ? "result" : "results");
   }
 
-  let frame = 0, drawn = 0;
+  let frame = 0;
   const offs = [
     on("descriptor", prepare),
-    on("samples", (batch) => { if (slots && batch.low.length === channels.length) slots.add(batch); }),
+    on("samples", (batch) => { if (slots && batch.low.length === channels.length) { slots.add(batch); changed = true; } }),
     on("state", tell),
     on("trigger", (trigger) => {
       say(tiles.trigger.value, `${trigger.number}`);
@@ -209,15 +176,21 @@ export function live(main) {
   const fit = () => { for (const [k, plot] of charts.entries()) plot.setSize({ width: Math.max(280, holders[k].clientWidth), height: 230 }); };
   addEventListener("keydown", keys);
   addEventListener("resize", fit);
+  const recolour = () => { for (const plot of charts) plot.redraw(false); };
+  dark.addEventListener("change", recolour);
   if (last.trigger === undefined) say(tiles.trigger.value, "none yet");
   frame = requestAnimationFrame(draw);
-  // For the test of the frame rate and of memory.
-  window.probeboxLive = { slots: () => slots?.times.length ?? 0, isFrozen: () => frozen !== null };
+  // For the tests of the frame rate and of memory.
+  window.probeboxLive = {
+    slots: () => slots?.times.length ?? 0, isFrozen: () => frozen !== null, edge: () => zero, seen: () => slots?.seen ?? 0, newest: () => slots?.times.at(-1) ?? 0,
+    points: () => charts.map((plot) => plot.series[0].idxs?.[1] - plot.series[0].idxs?.[0] + 1), highest: (channel) => Math.max(...slots.high[channel]),
+  };
   return () => {
     cancelAnimationFrame(frame);
     for (const off of offs) off();
     removeEventListener("keydown", keys);
     removeEventListener("resize", fit);
+    dark.removeEventListener("change", recolour);
     for (const plot of charts) plot.destroy();
   };
 }
