@@ -6,11 +6,23 @@
 #include <string_view>
 #include <vector>
 
+#include "board/describe/machine.hpp"
 #include "protocol/units/outcome.hpp"
 
-// Describes the surroundings of the tool as simple solids or STL (cell.toml), mm, machine axes. For pictures and
-// interference checks only.
+// Describes the surroundings of the tool as simple solids or STL (cell.toml), mm, machine axes, with all rotary axes
+// at 0. For pictures and interference checks only.
 namespace probebox::board {
+
+// What a rotary axis turns: the solids that name it (a table), or the tool (a head).
+enum class Carries : std::uint8_t { solids, tool };
+
+struct CellRotary {
+  RotaryLetter letter{};
+  Carries carries{};
+  std::array<double, 3> direction{};  // unit vector: a positive angle is right-handed about it
+  std::array<double, 3>
+      through_mm{};  // a point on it; of a head from the middle of the gauge line, as a control has it
+};
 
 enum class SolidPart : std::uint8_t { machine, fixture, workpiece };
 enum class SolidShape : std::uint8_t { box, cylinder, sphere, mesh };
@@ -19,12 +31,13 @@ struct CellSolid {
   std::string name;
   SolidPart part{};
   SolidShape shape{};
-  std::array<double, 3> size_mm{};   // of a box, along its own axes
-  double radius_mm{};                // of a cylinder, whose axis is its own Z, or a sphere
-  double height_mm{};                // of a cylinder
-  std::string file;                  // of a mesh: STL, beside cell.toml
-  std::array<double, 3> at_mm{};     // position of its middle; for a mesh, of its origin
-  std::array<double, 3> turn_deg{};  // about X, then Y, then Z of the machine
+  std::array<double, 3> size_mm{};        // of a box, along its own axes
+  double radius_mm{};                     // of a cylinder, whose axis is its own Z, or a sphere
+  double height_mm{};                     // of a cylinder
+  std::string file;                       // of a mesh: STL, beside cell.toml
+  std::array<double, 3> at_mm{};          // position of its middle; for a mesh, of its origin
+  std::array<double, 3> turn_deg{};       // about X, then Y, then Z of the machine
+  std::optional<std::size_t> moves_with;  // place in Cell::rotary of the axis that carries it
 };
 
 // A tool in its holder, rotationally symmetric about Z, with the spindle above.
@@ -43,6 +56,7 @@ struct Cell {
   std::string name;
   std::array<double, 3> program_zero_mm{};  // machine coordinates of the program's zero
   double least_mm{};                        // a smaller distance is a hit
+  std::vector<CellRotary> rotary;           // those of the table, and those of the head, each from the base outwards
   std::vector<CellSolid> solids;
   std::vector<CellTool> tools;
 };

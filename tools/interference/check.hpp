@@ -2,17 +2,25 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "tools/interference/scene.hpp"
+#include "tools/interference/stock.hpp"
 
 namespace probebox::interference {
 
 struct Hit {
   std::size_t line{};  // of the program
-  Point tip{};         // machine coordinates
+  Pose pose;
   Nearest nearest;
   double overlap_mm{};  // depth in a workpiece that is cut; 0 for other solids
+};
+
+// What is left of a workpiece.
+struct Left {
+  std::string solid;
+  Heights heights;
 };
 
 struct Report {
@@ -21,6 +29,7 @@ struct Report {
   std::optional<Hit> nearest;  // smallest distance on the whole path; empty for an empty cell
   std::vector<Hit> hits;       // first hit of each line for each pair of tool part and solid
   double removed_mm3{};        // of the workpieces
+  std::vector<Left> left;      // of the workpieces that the program could cut
 };
 
 struct Settings {
@@ -28,13 +37,14 @@ struct Settings {
   double grid_mm{0.5};  // cell size of the workpiece's height field
 };
 
-// Returns the cell without the workpieces that the program cuts, for the scene of a check.
-board::Cell withoutStock(board::Cell cell);
+// Returns the cell without the workpieces that the program cuts, for the scene of a check: upright boxes, where no
+// rotary axis leaves 0.
+board::Cell withoutStock(board::Cell cell, std::span<const Move> path);
 
 // Moves the tool along the path, given in the program's coordinates. In feed the cutting edges remove material from a
 // workpiece that is an upright box; the rest of the tool, and in rapid all of it, must stay clear of the remaining
 // material. The whole tool must stay clear of all other solids by more than the cell's least distance. scene: of
-// withoutStock(cell).
+// withoutStock(cell, path).
 Report check(const board::Cell& cell, const board::CellTool& tool, const Scene& scene, std::span<const Move> path,
              const Settings& settings);
 

@@ -11,8 +11,12 @@ Outcome<std::unique_ptr<Scene>> Scene::open(const board::Cell&, const board::Cel
   return Error{"this probebox was built without FCL, which measures distances: install libfcl-dev and build again"};
 }
 
-Nearest Scene::nearest(const Point&, bool) const {
+Nearest Scene::nearest(const Pose&, bool) const {
   return {};
+}
+
+double Scene::travel(const Move&) const {
+  return 0;
 }
 
 }  // namespace probebox::interference

@@ -57,7 +57,7 @@ Outcome<Words> wordsOf(const std::string& text, std::size_t line) {
     if (!word || fault != std::errc{} || !std::isfinite(value))
       return objection(line,
                        "'" + text.substr(at - 1, 12) + "' is no word with a number: write out variables and calls");
-    if (std::string_view{"GTXYZIJ"}.find(letter) != std::string_view::npos && std::abs(value) > kFurthest)
+    if (std::string_view{"GTXYZABCIJ"}.find(letter) != std::string_view::npos && std::abs(value) > kFurthest)
       return objection(line, "'" + text.substr(at - 1, 12) + "' is further than any machine reaches: correct it");
     at = static_cast<std::size_t>(end - text.data());
     if (letter == 'G') {
@@ -73,7 +73,7 @@ Outcome<Words> wordsOf(const std::string& text, std::size_t line) {
 
 class Reader {
  public:
-  Reader(double tolerance_mm, std::uint32_t tool) : tolerance_mm_{tolerance_mm}, tool_{tool} {}
+  explicit Reader(const Dialect& dialect) : dialect_{dialect} {}
 
   std::optional<Error> read(const std::string& text, std::size_t line) {
     TRY(const auto words, wordsOf(text, line));
@@ -124,19 +124,22 @@ class Reader {
     const auto number = std::to_string(std::lround(m));
     if (std::ranges::find(kCalls, m) != kCalls.end())
       return objection(line, "M" + number + " goes on in another program: write its blocks out here");
-    if (m == 6 && chosen_tool_ && *chosen_tool_ != tool_)
+    if (m == 6 && chosen_tool_ && *chosen_tool_ != dialect_.tool)
       return objection(line, "tool " + std::to_string(std::lround(*chosen_tool_)) + " is taken, and tool " +
-                                 std::to_string(tool_) + " is checked: check the blocks of each tool by themselves");
+                                 std::to_string(dialect_.tool) +
+                                 " is checked: check the blocks of each tool by themselves");
     return std::nullopt;
   }
 
   std::optional<Error> move(const Words& words, std::size_t line) {
-    for (const char rotary : {'A', 'B', 'C', 'U', 'V', 'W'}) {
-      if (words.values.contains(rotary))
-        return objection(line, std::string{"a word "} + rotary + ": the check is for three axes X, Y and Z");
+    for (const char second : {'U', 'V', 'W'}) {
+      if (words.values.contains(second))
+        return objection(line, std::string{"a word "} + second + ": write the path with X, Y and Z");
     }
+    Angles to_deg = at_deg_;
+    TRY(const bool turns, turned(words, line, to_deg));
     Point to = at_;
-    bool moves = false;
+    bool moves = turns;
     for (std::size_t k = 0; k < to.size(); ++k) {
       const auto word = words.values.find("XYZ"[k]);
       if (word == words.values.end()) continue;
@@ -152,16 +155,33 @@ class Reader {
       if (arc) return objection(line, "an arc from a place that is not known: command X, Y and Z before");
       for (std::size_t k = 0; k < known_.size(); ++k) known_[k] = known_[k] || words.values.contains("XYZ"[k]);
       at_ = to;
+      at_deg_ = to_deg;
       return std::nullopt;
     }
+    if (arc && turns) return objection(line, "an arc while a rotary axis turns: write it with G1");
     if (arc) return arcTo(to, words, line);
-    straightTo(to, line);
+    straightTo(to, to_deg, line);
     return std::nullopt;
   }
 
-  void straightTo(const Point& to, std::size_t line) {
-    moves_.push_back({line, motion_ == 0, at_, to});
+  // Whether a rotary axis is commanded, and the angles then.
+  Outcome<bool> turned(const Words& words, std::size_t line, Angles& to_deg) const {
+    bool any = false;
+    for (std::size_t k = 0; k < to_deg.size(); ++k) {
+      const auto word = words.values.find("ABC"[k]);
+      if (word == words.values.end()) continue;
+      if (!dialect_.rotary[k])
+        return objection(line, std::string{"a word "} + "ABC"[k] + ": the cell has no [[rotary_axis]] of that letter");
+      to_deg[k] = (relative_ ? at_deg_[k] : 0) + word->second;
+      any = true;
+    }
+    return any;
+  }
+
+  void straightTo(const Point& to, const Angles& to_deg, std::size_t line) {
+    moves_.push_back({line, motion_ == 0, at_, to, at_deg_, to_deg});
     at_ = to;
+    at_deg_ = to_deg;
   }
 
   // With its middle; Z changes evenly on the way.
@@ -182,23 +202,23 @@ class Reader {
     double turn = std::atan2(to[1] - cy, to[0] - cx) - from;
     if (motion_ == 2 && turn >= -1e-9) turn -= kTurn;
     if (motion_ == 3 && turn <= 1e-9) turn += kTurn;
-    const double each = 2 * std::acos(std::max(0.0, 1 - tolerance_mm_ / radius));
+    const double each = 2 * std::acos(std::max(0.0, 1 - dialect_.tolerance_mm / radius));
     const auto count = std::clamp<std::size_t>(static_cast<std::size_t>(std::ceil(std::abs(turn) / each)), 1, 100'000);
     const double z = at_[2];
     for (std::size_t k = 1; k < count; ++k) {
       const double part = static_cast<double>(k) / static_cast<double>(count);
       straightTo({cx + radius * std::cos(from + part * turn), cy + radius * std::sin(from + part * turn),
                   z + part * (to[2] - z)},
-                 line);
+                 at_deg_, line);
     }
-    straightTo(to, line);
+    straightTo(to, at_deg_, line);
     return std::nullopt;
   }
 
   Point at_{};
+  Angles at_deg_{};
   std::array<bool, 3> known_{};
-  double tolerance_mm_;
-  std::uint32_t tool_;
+  Dialect dialect_;
   std::optional<double> chosen_tool_;  // by the last T
   double unit_mm_{1};
   bool relative_{};
@@ -208,8 +228,8 @@ class Reader {
 
 }  // namespace
 
-Outcome<std::vector<Move>> readProgram(std::string_view text, double tolerance_mm, std::uint32_t tool) {
-  Reader reader{tolerance_mm, tool};
+Outcome<std::vector<Move>> readProgram(std::string_view text, const Dialect& dialect) {
+  Reader reader{dialect};
   for (std::size_t line = 1; !text.empty(); ++line) {
     const auto end = text.find('\n');
     if (const auto error = reader.read(bare(text.substr(0, end)), line)) return *error;

@@ -1,10 +1,12 @@
 #include "tools/interference/scene.hpp"
 
+#include <cmath>
 #include <fcl/fcl.h>
 #include <limits>
 #include <utility>
 
 #include "protocol/units/angle.hpp"
+#include "tools/interference/turning.hpp"
 
 namespace probebox::interference {
 namespace {
@@ -57,45 +59,78 @@ struct Scene::Objects {
     std::string name;
     bool workpiece{};
     std::unique_ptr<Object> object;
+    std::optional<std::size_t> moves_with;
+    fcl::Transform3d at_zero;
   };
   struct Part {
     ToolPart part{};
-    double middle_mm{};  // above the tip
+    fcl::Vector3d middle;  // from the tip, upright
     std::unique_ptr<Object> object;
   };
+  explicit Objects(Turning of_cell) : turning{std::move(of_cell)} {}
   std::vector<Solid> solids;
   std::vector<Part> parts;
+  Turning turning;
+  Angles turned_deg{};  // as the solids stand
 
-  void add(ToolPart part, double radius_mm, double from_mm, double to_mm) {
+  void add(ToolPart part, const std::array<double, 2>& across_mm, double radius_mm, double from_mm, double to_mm) {
     if (!(to_mm > from_mm)) return;
-    parts.push_back({part, (from_mm + to_mm) / 2,
-                     std::make_unique<Object>(std::make_shared<fcl::Cylinderd>(radius_mm, to_mm - from_mm))});
+    const fcl::Vector3d middle{across_mm[0], across_mm[1], (from_mm + to_mm) / 2};
+    parts.push_back(
+        {part, middle, std::make_unique<Object>(std::make_shared<fcl::Cylinderd>(radius_mm, to_mm - from_mm))});
+    turning.carryTool({middle, std::hypot(radius_mm, (to_mm - from_mm) / 2)});
+  }
+  void add(const board::CellSolid& solid, std::shared_ptr<fcl::CollisionGeometryd> geometry) {
+    const auto pose = poseOf(solid);
+    auto object = std::make_unique<Object>(geometry, pose);
+    geometry->computeLocalAABB();
+    if (solid.moves_with) turning.carry(*solid.moves_with, {pose * geometry->aabb_center, geometry->aabb_radius});
+    const bool workpiece = solid.part == board::SolidPart::workpiece;
+    solids.push_back({solid.name, workpiece, std::move(object), solid.moves_with, pose});
+  }
+  void turn(const Angles& angles_deg) {
+    if (angles_deg == turned_deg) return;
+    turned_deg = angles_deg;
+    for (auto& solid : solids) {
+      if (!solid.moves_with) continue;
+      solid.object->setTransform(turning.ofSolids(*solid.moves_with, angles_deg) * solid.at_zero);
+      solid.object->computeAABB();
+    }
   }
 };
 
-Scene::Scene() : objects_{std::make_unique<Objects>()} {}
+Scene::Scene() = default;
 Scene::~Scene() = default;
 
 Outcome<std::unique_ptr<Scene>> Scene::open(const board::Cell& cell, const board::CellTool& tool,
                                             const std::filesystem::path& folder) {
   std::unique_ptr<Scene> scene{new Scene};
+  const auto lengths = scene->lengths_ = lengthsOf(tool);
+  const double gauge_mm = lengths.assembled_mm + lengths.holder_mm;
+  scene->objects_ = std::make_unique<Objects>(Turning{cell.rotary, gauge_mm});
   for (const auto& solid : cell.solids) {
     TRY(auto geometry, geometryOf(solid, folder));
-    scene->objects_->solids.push_back({solid.name, solid.part == board::SolidPart::workpiece,
-                                       std::make_unique<Object>(std::move(geometry), poseOf(solid))});
+    scene->objects_->add(solid, std::move(geometry));
   }
-  const auto lengths = scene->lengths_ = lengthsOf(tool);
-  scene->objects_->add(ToolPart::cutter, tool.radius_mm, 0, tool.cutting_mm);
-  scene->objects_->add(ToolPart::shank, tool.radius_mm, tool.cutting_mm, lengths.assembled_mm);
-  scene->objects_->add(ToolPart::holder, tool.holder_radius_mm, lengths.assembled_mm,
-                       lengths.assembled_mm + lengths.holder_mm);
+  scene->objects_->add(ToolPart::cutter, lengths.tip_mm, tool.radius_mm, 0, tool.cutting_mm);
+  scene->objects_->add(ToolPart::shank, lengths.tip_mm, tool.radius_mm, tool.cutting_mm, lengths.assembled_mm);
+  scene->objects_->add(ToolPart::holder, lengths.tip_mm, tool.holder_radius_mm, lengths.assembled_mm, gauge_mm);
   return scene;
 }
 
-Nearest Scene::nearest(const Point& tip, bool cuts) const {
+double Scene::travel(const Move& move) const {
+  return std::hypot(move.to[0] - move.from[0], move.to[1] - move.from[1], move.to[2] - move.from[2]) +
+         objects_->turning.far(move.from_deg, move.to_deg);
+}
+
+Nearest Scene::nearest(const Pose& pose, bool cuts) const {
+  objects_->turn(pose.angles_deg);
+  fcl::Transform3d stands = fcl::Transform3d::Identity();
+  stands.translation() = fcl::Vector3d{pose.tip[0], pose.tip[1], pose.tip[2]};
+  stands = stands * objects_->turning.ofTool(pose.angles_deg);
   Nearest best{.distance_mm = std::numeric_limits<double>::infinity(), .solid = {}};
   for (const auto& part : objects_->parts) {
-    part.object->setTranslation({tip[0] + lengths_.tip_mm[0], tip[1] + lengths_.tip_mm[1], tip[2] + part.middle_mm});
+    part.object->setTransform(stands * Eigen::Translation3d{part.middle});
     part.object->computeAABB();
     for (const auto& solid : objects_->solids) {
       if (cuts && solid.workpiece && part.part == ToolPart::cutter) continue;

@@ -19,6 +19,9 @@ struct Lengths {
 };
 Lengths lengthsOf(const board::CellTool& tool);
 
+// What a program for this cell may contain.
+Dialect dialectOf(const board::Cell& cell, std::uint32_t tool, double tolerance_mm);
+
 enum class ToolPart : std::uint8_t { cutter, shank, holder };
 std::string_view nameOf(ToolPart part);
 
@@ -37,7 +40,13 @@ struct Mesh {
 };
 Outcome<Mesh> readStl(const std::filesystem::path& path);
 
-// Measures distances between one upright tool and the solids of a cell with FCL.
+// Where a tool stands.
+struct Pose {
+  Point tip{};  // machine coordinates of the tip if it were on the spindle axis and all axes of the head at 0
+  Angles angles_deg{};
+};
+
+// Measures distances between one tool and the solids of a cell with FCL.
 class Scene {
  public:
   // folder: contains the mesh files. Error: a mesh that cannot be read.
@@ -45,9 +54,10 @@ class Scene {
                                               const std::filesystem::path& folder);
   ~Scene();
 
-  // tip: machine coordinates of the tip if it were on the spindle axis. cuts: the edges may touch the workpiece.
-  // Returns an infinite distance for an empty cell.
-  Nearest nearest(const Point& tip, bool cuts) const;
+  // cuts: the edges may touch the workpiece. Returns an infinite distance for an empty cell.
+  Nearest nearest(const Pose& pose, bool cuts) const;
+  // An upper bound for what any point of the tool moves by against any point of a solid, mm.
+  double travel(const Move& move) const;
   const Lengths& lengths() const { return lengths_; }
 
  private:

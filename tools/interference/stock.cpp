@@ -59,4 +59,19 @@ double Stock::removed_mm3() const {
   return all * grid_ * grid_;
 }
 
+Heights Stock::picture(std::size_t most) const {
+  const double shrink = std::sqrt(static_cast<double>(columns_ * rows_) / static_cast<double>(most));
+  const auto every = static_cast<std::size_t>(std::max(1.0, std::ceil(shrink)));
+  Heights made{grid_ * static_cast<double>(every), (columns_ + every - 1) / every, (rows_ + every - 1) / every, {}};
+  made.mm.reserve(made.columns * made.rows);
+  for (std::size_t r = 0; r < made.rows; ++r) {
+    for (std::size_t c = 0; c < made.columns; ++c) {
+      const auto row = std::min(rows_ - 1, r * every + every / 2),
+                 column = std::min(columns_ - 1, c * every + every / 2);
+      made.mm.push_back(heights_[row * columns_ + column]);
+    }
+  }
+  return made;
+}
+
 }  // namespace probebox::interference

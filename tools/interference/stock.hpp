@@ -1,10 +1,18 @@
 #pragma once
+#include <cstddef>
 #include <vector>
 
 #include "board/describe/cell.hpp"
 #include "tools/interference/program.hpp"
 
 namespace probebox::interference {
+
+// Heights above the bottom of a workpiece in square cells, row by row along Y, for a picture.
+struct Heights {
+  double cell_mm{};
+  std::size_t columns{}, rows{};
+  std::vector<float> mm;
+};
 
 // Material that a 3-axis program leaves of a box-shaped workpiece, as a height field over a grid of X and Y.
 class Stock {
@@ -18,6 +26,8 @@ class Stock {
   // Height of the material above the lower end of an upright cylinder, mm; 0 if it is free.
   double overlap(double x, double y, double z, double radius) const;
   double removed_mm3() const;
+  // Each cell of the picture has the height in its middle; of at most `most` cells.
+  Heights picture(std::size_t most) const;
 
  private:
   template <class Use>

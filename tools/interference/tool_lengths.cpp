@@ -14,6 +14,12 @@ std::string_view nameOf(ToolPart part) {
   return "tool";
 }
 
+Dialect dialectOf(const board::Cell& cell, std::uint32_t tool, double tolerance_mm) {
+  Dialect dialect{tolerance_mm, tool, {}};
+  for (const auto& axis : cell.rotary) dialect.rotary[static_cast<std::size_t>(axis.letter)] = true;
+  return dialect;
+}
+
 Lengths lengthsOf(const board::CellTool& tool) {
   const auto w1_mm = tool.w1_mm.value_or(std::array<double, 2>{});
   return {tool.holder_length_mm,

@@ -21,8 +21,8 @@ def toml(value):
     return "[" + ", ".join(map(str, value)) + "]" if isinstance(value, (list, tuple)) else str(value)
 
 
-def cell(solids, tool=None, **more):
-    tables = [("[cell]", {"name": "test", **more})] + [("[[solid]]", s) for s in solids] + [("[[tool]]", {**TOOL, **(tool or {})})]
+def cell(solids, tool=None, rotary=(), **more):
+    tables = [("[cell]", {"name": "test", **more})] + [("[[rotary_axis]]", a) for a in rotary] + [("[[solid]]", s) for s in solids] + [("[[tool]]", {**TOOL, **(tool or {})})]
     return "\n".join(head + "\n" + "".join(f"{k} = {toml(v)}\n" for k, v in table.items()) for head, table in tables)
 
 
@@ -37,9 +37,9 @@ def run(probebox, folder, description, program, *more):
     return done.returncode, json.loads(done.stdout.splitlines()[0]) if done.stdout else {}, done.stderr
 
 
-def at(tip):
+def at(tip, **angles):
     """A program that only stands there."""
-    return "G90 G21\n" + 2 * f"G0 X{tip[0]} Y{tip[1]} Z{tip[2]}\n"
+    return "G90 G21\n" + 2 * (f"G0 X{tip[0]} Y{tip[1]} Z{tip[2]}" + "".join(f" {letter}{value}" for letter, value in angles.items()) + "\n")
 
 
 # Solids as projections: the nearest point of the solid to any point, in its own axes.
@@ -99,6 +99,42 @@ def distance(one, other):
         p = point_of(other, q)
         now = math.dist(p, q)
         if last is not None and last - now < 1e-13 * (1 + now):
+            break
+        last = now
+    return now
+
+
+def about(p, axis, degrees):
+    """p turned about an axis of a cell, by Rodrigues."""
+    length = math.sqrt(sum(c * c for c in axis["direction"]))
+    k = [c / length for c in axis["direction"]]
+    v = [c - o for c, o in zip(p, axis["through_mm"])]
+    a = math.radians(degrees)
+    cross = [k[1] * v[2] - k[2] * v[1], k[2] * v[0] - k[0] * v[2], k[0] * v[1] - k[1] * v[0]]
+    along = sum(x * y for x, y in zip(k, v)) * (1 - math.cos(a))
+    return [o + x * math.cos(a) + y * math.sin(a) + z * along for o, x, y, z in zip(axis["through_mm"], v, cross, k)]
+
+
+def carried(solid, chain):
+    """A solid that axes carry, each with its angle, from the base outwards."""
+    def nearest_point(p):
+        for axis, degrees in chain:
+            p = about(p, axis, -degrees)
+        p = point_of(solid, p)
+        for axis, degrees in reversed(chain):
+            p = about(p, axis, degrees)
+        return p
+    return nearest_point
+
+
+def turned_distance(one, other, start):
+    """As distance(), of solids that are given by their nearest points."""
+    p, last = start, math.inf
+    for _ in range(40_000):
+        q = one(p)
+        p = other(q)
+        now = math.dist(p, q)
+        if last - now < 1e-13 * (1 + now):
             break
         last = now
     return now
@@ -167,6 +203,79 @@ def check_path(probebox, folder):
     assert status == 1 and {(h["solid"], h["tool_part"], h["line"]) for h in told["hits"]} == {("fin", "cutter", 2)}, told["hits"]
     status, told, _ = run(probebox, folder, cell([BOX], least_mm=5), at((60, 0, 4)))
     assert status == 1 and abs(told["hits"][0]["distance_mm"] - 4) < 1e-4, "nearer than the cell allows"
+
+
+def check_turned(probebox, folder):
+    """Tables and heads: distances from the drawing, then chains of axes in any direction."""
+    table = {"letter": "C", "carries": "solids", "through_mm": [0, 0, 0]}
+    jaw = {**BOX, "moves_with": "C"}
+    # The near face of the jaw is 50 away from C, and the holder that stands beside it is 20 wide.
+    for degrees, tip, mm in ((0, (0, 0, -59), 30), (90, (0, 0, -59), 30), (90, (0, 40, -59), 0), (-90, (0, -20, -59), 10), (180, (-25, 0, -59), 5)):
+        status, told, said = run(probebox, folder, cell([jaw], rotary=[table]), at(tip, C=degrees))
+        assert status == (1 if mm == 0 else 0) and abs(told["nearest"]["distance_mm"] - mm) < 1e-4, (degrees, told, said)
+        assert told["nearest"]["angles_deg"] == [0, 0, degrees], told["nearest"]
+    # A head that swivels about Y, 60 above the gauge line: at 90 degrees the tool lies along X, and its tip is 180 from the pivot.
+    head = {"letter": "B", "carries": "tool", "through_mm": [0, 0, 60]}
+    wall = {"name": "wall", "part": "machine", "shape": "box", "size_mm": [10, 300, 300], "at_mm": [-195, 0, 180]}
+    status, told, _ = run(probebox, folder, cell([wall], rotary=[head]), at((0, 0, 0), B=90))
+    assert abs(told["nearest"]["distance_mm"] - 10) < 1e-4 and told["nearest"]["tool_part"] == "cutter", told["nearest"]
+    random.seed(11)
+    worst = 0
+    for k in range(30):
+        place = lambda reach: [round(random.uniform(-reach, reach), 3) for _ in range(3)]
+        axes = [{"letter": letter, "carries": carries, "through_mm": place(60), "direction": place(1)} for letter, carries in zip("BCA", ("solids", "solids", "tool"))]
+        if k % 2:
+            axes[2]["carries"] = "solids"
+        angles = {axis["letter"]: round(random.uniform(-180, 180), 3) for axis in axes}
+        solid = {"name": "a", "part": "machine", "shape": "box", "size_mm": [round(random.uniform(10, 60), 3) for _ in range(3)], "at_mm": place(90), "turn_deg": place(90), "moves_with": "C"}
+        tip = place(120)
+        gauge = TOOL["length_mm"] + TOOL["holder_length_mm"]
+        lifted = [{**axis, "through_mm": [t + c for t, c in zip(tip, [axis["through_mm"][0], axis["through_mm"][1], axis["through_mm"][2] + gauge])]} for axis in axes]
+        swivels = [(axis, angles[axis["letter"]]) for axis in lifted if axis["carries"] == "tool"]
+        turns = [(axis, angles[axis["letter"]]) for axis in axes[:2]]
+        expected = min(turned_distance(carried(part, swivels), carried(solid, turns), list(tip)) for _, part in parts(tip, TOOL))
+        status, told, said = run(probebox, folder, cell([solid], rotary=axes), at(tip, **angles))
+        if expected < 1e-6:
+            assert status == 1 and told["nearest"]["distance_mm"] == 0, (k, told, expected)
+            continue
+        off = abs(told["nearest"]["distance_mm"] - expected)
+        assert status == 0 and off < 2e-3, (k, axes, angles, solid, tip, told["nearest"], expected, said)
+        worst = max(worst, off)
+    return worst
+
+
+def check_turning(probebox, folder):
+    """What a turn passes by, with the same distance before and behind: a ball on an arm, and a thin blade."""
+    table = {"letter": "C", "carries": "solids", "through_mm": [100, 0, 0], "direction": [0, 0, -1]}
+    ball = {"name": "ball", "part": "fixture", "shape": "sphere", "radius_mm": 12.5, "at_mm": [-40, 0, 20], "moves_with": "C"}
+    program = "G21 G90\nG0 X-60 Y0 Z0 C-90\nG0 C90\n"
+    # The ball's middle goes round (100, 0) at 140: past the cutter, which is 160 from there, at 20 - 12.5 - 6.
+    status, told, said = run(probebox, folder, cell([ball], rotary=[table]), program)
+    near = told["nearest"]
+    assert status == 0 and abs(near["distance_mm"] - 1.5) < 2e-3 and abs(near["angles_deg"][2]) < 1.5, (near, said)
+    status, told, _ = run(probebox, folder, cell([{**ball, "radius_mm": 14.2}], rotary=[table]), program)
+    assert status == 1 and told["hits"][0]["solid"] == "ball" and told["hits"][0]["line"] == 3, told
+    blade = {"name": "blade", "part": "fixture", "shape": "box", "size_mm": [140, 0.2, 30], "at_mm": [30, 0, 0], "moves_with": "C"}
+    status, told, _ = run(probebox, folder, cell([blade], rotary=[table]), program.replace("X-60", "X-30"))
+    assert status == 1 and told["hits"][0]["solid"] == "blade", told
+    # A workpiece that turns is not cut: the edges may touch it in feed, its shank may not.
+    block = {**BLOCK, "moves_with": "C"}
+    feed = "G21 G90\nG0 X-20 Y0 Z10\nG1 Z-5 F200\nG1 C1\nG1 C0\n"
+    status, told, _ = run(probebox, folder, cell([block], rotary=[table]), feed)
+    assert status == 0 and told["removed_mm3"] == 0, told
+    status, told, _ = run(probebox, folder, cell([block], {"cutting_mm": 4}, rotary=[table]), feed)
+    assert status == 1 and {hit["tool_part"] for hit in told["hits"]} == {"shank"}, told
+    for description, words in ((cell([jaw_of("A")], rotary=[table]), "moves_with"), (cell([BOX], rotary=[table, table]), "is used twice"), (cell([BOX], rotary=[{**table, "direction": [0, 0, 0]}]), "has no length"),
+                               (cell([jaw_of("C")], rotary=[{**table, "carries": "tool"}]), "moves_with"), (cell([BOX], rotary=[{**table, "carries": "all"}]), "carries")):
+        status, _, said = run(probebox, folder, description, at((0, 0, 0)))
+        assert status == 2 and words in said, (words, status, said)
+    for text, words in (("G0 X0 Y0 Z0\nG1 B10\n", "line 2: a word B"), ("G0 X0 Y0 Z0\nG2 X10 I5 C10\n", "line 2: an arc while"), ("G0 X0 Y0 Z0\nG43.4 H1\n", "line 2: G43.4")):
+        status, _, said = run(probebox, folder, cell([BOX], rotary=[table]), text)
+        assert status == 2 and words in said, (words, status, said)
+
+
+def jaw_of(letter):
+    return {**BOX, "moves_with": letter}
 
 
 BLOCK = {"name": "block", "part": "workpiece", "shape": "box", "size_mm": [80, 60, 50], "at_mm": [0, 0, -25]}
@@ -254,9 +363,10 @@ def main(probebox):
         folder = pathlib.Path(scratch)
         check_known(probebox, folder)
         worst = check_random(probebox, folder)
-        for one in (check_path, check_cutting, check_measured, check_stl, check_refusals):
+        turned_worst = check_turned(probebox, folder)
+        for one in (check_turning, check_path, check_cutting, check_measured, check_stl, check_refusals):
             one(probebox, folder)
-        print(f"40 random poses agree within {worst * 1e3:.3f} um")
+        print(f"40 random poses agree within {worst * 1e3:.3f} um, 30 with rotary axes within {turned_worst * 1e3:.3f} um")
 
 
 if __name__ == "__main__":

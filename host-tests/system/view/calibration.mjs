@@ -5,6 +5,10 @@ const CELL = `
 [cell]
 name = "test cell"
 program_zero_mm = [120, 80, -100]
+[[rotary_axis]]
+letter = "C"
+carries = "solids"
+through_mm = [120, 80, -200]
 [[solid]]
 name = "table"
 part = "machine"
@@ -17,12 +21,14 @@ part = "fixture"
 shape = "box"
 size_mm = [20, 120, 60]
 at_mm = [60, 80, -170]
+moves_with = "C"
 [[solid]]
 name = "block"
 part = "workpiece"
 shape = "box"
 size_mm = [80, 60, 50]
 at_mm = [120, 80, -175]
+moves_with = "C"
 [[tool]]
 number = 4
 holder_radius_mm = 20
@@ -125,8 +131,16 @@ async function toolsTab(page) {
   await picture(page, "tools-hit");
   await page.getByLabel("Check a program").fill("G21 G90\nG0 X-60 Y0 Z60\nG0 X0 Y0 Z10\nG1 Z-60 F200\nG1 X20\nG0 Z60\n");
   await page.getByRole("button", { name: "Check" }).click();
-  await page.waitForSelector("text=mm³ are cut");
+  await page.waitForSelector("text=/No hit in 4 moves.* [1-9][0-9]* mm³ are cut/");
   await picture(page, "tools-program");
+  // The table turns the jaw against a tool that stands still.
+  await page.getByLabel("Check a program").fill("G21 G90\nG0 X0 Y-60 Z-45\nG0 C90\n");
+  await page.getByRole("button", { name: "Check" }).click();
+  await page.waitForSelector("text=1 hit in 1 move");
+  await page.waitForSelector("text=Line 3: cutter and vise jaw: they touch");
+  await picture(page, "tools-turned");
+  await page.getByRole("button", { name: "Where the machine stands" }).click();
+  await page.waitForSelector("text=/stands now \\(C .*: cutter and block: /");
 }
 
 run(async () => {

@@ -16,12 +16,17 @@ const ask = (address, path, { method = "GET", headers = {}, body } = {}) => new 
 const CELL = `
 [cell]
 name = "lengths"
+[[rotary_axis]]
+letter = "C"
+carries = "solids"
+through_mm = [0, 0, 0]
 [[solid]]
 name = "plate"
 part = "fixture"
 shape = "box"
 size_mm = [10, 200, 10]
 at_mm = [20, 0, 5]
+moves_with = "C"
 [[tool]]
 number = 4
 holder_radius_mm = 20
@@ -66,6 +71,9 @@ async function checksWithMeasuredLengths(server) {
   const short = { measured: { assembled_mm: 50, W1_mm: [0, 0] } };
   check((await hits({})) === 0 && (await hits(short)) === 1 && (await hits({ ...short, stored: true })) === 0, "the measured lengths count in a check");
   for (const bad of ["&length=nan&w1x=0&w1y=0", "&length=12&w1x=0&w1y=0", "&length=50&w1x=99&w1y=0"]) check((await page(`/api/nearest?tool=4&x=0&y=0&z=0${bad}`)).status === 400, bad);
+  const beside = async (c) => (await page(`/api/nearest?tool=4&x=0&y=-30&z=-42&c=${c}`)).told.distance_mm;
+  check(Math.abs((await beside(0)) - 6) < 1e-3 && Math.abs((await beside(90)) - Math.hypot(25, 6)) < 1e-3, "C turns the plate away");
+  check((await page("/api/nearest?tool=4&x=0&y=0&z=0&b=nan")).status === 400, "an angle that is no number");
   check((await page("/api/nearest?tool=4&x=nan&y=0&z=0")).status === 400, "a place that is no number");
 }
 

@@ -15,7 +15,7 @@ namespace probebox::command {
 namespace {
 
 using interference::Hit;
-using interference::Point;
+using interference::Pose;
 
 constexpr double kChord_mm = 0.005;  // by which chords leave an arc
 constexpr std::size_t kShown = 10;
@@ -47,7 +47,7 @@ Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
   if (tool == cell->tools.end())
     return usage(options.cell + " has no [[tool]] with number = " + std::to_string(options.tool) + ": add it");
   TRY(const auto program, contentOf(options.program, console));
-  auto path = interference::readProgram(program, kChord_mm, options.tool);
+  auto path = interference::readProgram(program, interference::dialectOf(*cell, options.tool, kChord_mm));
   if (!path) return Trouble{ExitStatus::usage, "unreadable-input", options.program + ": " + path.error().what};
   if (path->empty())
     return Trouble{ExitStatus::usage, "unreadable-input",
@@ -57,8 +57,12 @@ Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
   return job;
 }
 
-std::string placeOf(const Point& at) {
-  return printed("X %.3f Y %.3f Z %.3f", at[0], at[1], at[2]);
+std::string placeOf(const Pose& pose) {
+  auto text = printed("X %.3f Y %.3f Z %.3f", pose.tip[0], pose.tip[1], pose.tip[2]);
+  for (std::size_t k = 0; k < pose.angles_deg.size(); ++k) {
+    if (pose.angles_deg[k] != 0) text += printed(" %c %.3f", "ABC"[k], pose.angles_deg[k]);
+  }
+  return text;
 }
 
 std::string line(const Hit& hit) {
@@ -66,7 +70,7 @@ std::string line(const Hit& hit) {
                    : hit.nearest.distance_mm == 0 ? std::string{"touches"}
                                                   : printed("only %.3f mm away", hit.nearest.distance_mm);
   return printed("  line %zu: the ", hit.line) + std::string{interference::nameOf(hit.nearest.part)} + " and " +
-         hit.nearest.solid + ", " + how + ", tip at " + placeOf(hit.tip);
+         hit.nearest.solid + ", " + how + ", tip at " + placeOf(hit.pose);
 }
 
 Json summary(const Job& job, const interference::Lengths& lengths, const interference::Report& report) {
@@ -112,7 +116,8 @@ Json describe(const Hit& hit) {
           {"tool_part", std::string{interference::nameOf(hit.nearest.part)}},
           {"distance_mm", hit.nearest.distance_mm},
           {"overlap_mm", hit.overlap_mm},
-          {"tip_mm", hit.tip},
+          {"tip_mm", hit.pose.tip},
+          {"angles_deg", hit.pose.angles_deg},
           {"on_tool_mm", hit.nearest.on_tool},
           {"on_solid_mm", hit.nearest.on_solid}};
 }
@@ -120,7 +125,7 @@ Json describe(const Hit& hit) {
 ExitStatus run(const Interference& options, const std::string&, Console& console) {
   const auto job = jobOf(options, console);
   if (!job) return console.fail(job.error());
-  const auto scene = interference::Scene::open(interference::withoutStock(job->cell), job->tool,
+  const auto scene = interference::Scene::open(interference::withoutStock(job->cell, job->path), job->tool,
                                                std::filesystem::path{options.cell}.parent_path());
   if (!scene) return console.fail({ExitStatus::usage, "unreadable-input", scene.error().what});
   interference::Settings settings;

@@ -28,10 +28,23 @@ const char* nameOf(board::SolidShape shape) {
   return kNames[static_cast<std::size_t>(shape)];
 }
 
-Json describe(const board::CellSolid& solid, const std::filesystem::path& folder) {
+std::string nameOf(board::RotaryLetter letter) {
+  return {"ABC"[static_cast<std::size_t>(letter)]};
+}
+
+Json describe(const board::CellRotary& axis) {
+  return {{"letter", nameOf(axis.letter)},
+          {"carries", axis.carries == board::Carries::tool ? "tool" : "solids"},
+          {"direction", axis.direction},
+          {"through_mm", axis.through_mm}};
+}
+
+Json describe(const board::CellSolid& solid, const std::vector<board::CellRotary>& rotary,
+              const std::filesystem::path& folder) {
   Json object{{"name", solid.name},       {"part", nameOf(solid.part)},   {"shape", nameOf(solid.shape)},
               {"size_mm", solid.size_mm}, {"radius_mm", solid.radius_mm}, {"height_mm", solid.height_mm},
               {"at_mm", solid.at_mm},     {"turn_deg", solid.turn_deg}};
+  object["moves_with"] = solid.moves_with ? Json(nameOf(rotary[*solid.moves_with].letter)) : Json(nullptr);
   if (solid.shape != board::SolidShape::mesh) return object;
   const auto mesh = interference::readStl(folder / solid.file);
   if (!mesh) {
@@ -113,28 +126,31 @@ Outcome<CellDesk> CellDesk::open(const std::string& path) {
 
 std::string CellDesk::scene() const {
   if (!cell_) return "null";
-  Json solids = Json::array(), tools = Json::array();
-  for (const auto& solid : cell_->solids) solids.push_back(describe(solid, folder_));
+  Json rotary = Json::array(), solids = Json::array(), tools = Json::array();
+  for (const auto& axis : cell_->rotary) rotary.push_back(describe(axis));
+  for (const auto& solid : cell_->solids) solids.push_back(describe(solid, cell_->rotary, folder_));
   for (const auto& tool : cell_->tools) tools.push_back(describe(tool));
   return Json{{"name", cell_->name},
               {"program_zero_mm", cell_->program_zero_mm},
               {"least_mm", cell_->least_mm},
+              {"rotary", rotary},
               {"solids", solids},
               {"tools", tools}}
       .dump();
 }
 
 Desk::Answer CellDesk::nearest(std::uint32_t number, const std::optional<Measured>& measured,
-                               const std::array<double, 3>& tip_mm) const {
+                               const interference::Pose& pose) const {
   TRY(auto tool, toolOf(cell_, number));
   if (measured) {
     if (auto trouble = take(tool, *measured)) return *trouble;
   }
-  if (!std::ranges::all_of(tip_mm, [](double mm) { return std::abs(mm) <= 1e5; }))
-    return objection("x, y and z have to be machine positions, mm");
+  const auto near = [](double value) { return std::abs(value) <= 1e5; };
+  if (!std::ranges::all_of(pose.tip, near) || !std::ranges::all_of(pose.angles_deg, near))
+    return objection("x, y and z have to be machine positions, mm, and a, b and c angles, degrees");
   const auto scene = interference::Scene::open(*cell_, tool, folder_);
   if (!scene) return objection(scene.error().what);
-  return describe(Hit{0, tip_mm, (*scene)->nearest(tip_mm, false), 0}).dump();
+  return describe(Hit{0, pose, (*scene)->nearest(pose, false), 0}).dump();
 }
 
 Desk::Answer CellDesk::check(const std::string& body) const {
@@ -147,19 +163,28 @@ Desk::Answer CellDesk::check(const std::string& body) const {
     if (auto trouble = take(tool, *measured)) return *trouble;
   }
   if (asked.contains("stored") && asked["stored"] == true) tool.assembled_length_mm.reset(), tool.w1_mm.reset();
-  const auto path = interference::readProgram(asked["program"].get<std::string>(), 0.01, tool.number);
+  const auto path = interference::readProgram(asked["program"].get<std::string>(),
+                                              interference::dialectOf(*cell_, tool.number, 0.01));
   if (!path) return objection(path.error().what);
-  const auto scene = interference::Scene::open(interference::withoutStock(*cell_), tool, folder_);
+  const auto scene = interference::Scene::open(interference::withoutStock(*cell_, *path), tool, folder_);
   if (!scene) return objection(scene.error().what);
   const auto report = interference::check(*cell_, tool, **scene, *path, {});
   Json hits = Json::array(), corners = Json::array();
   for (const auto& hit : report.hits) hits.push_back(describe(hit));
   for (std::size_t k = 0; k < std::min(path->size(), kMostPath); ++k)
     corners.push_back({{"line", (*path)[k].line}, {"rapid", (*path)[k].rapid}, {"to", (*path)[k].to}});
+  Json left = Json::array();
+  for (const auto& one : report.left)
+    left.push_back({{"solid", one.solid},
+                    {"cell_mm", one.heights.cell_mm},
+                    {"columns", one.heights.columns},
+                    {"rows", one.heights.rows},
+                    {"heights_mm", one.heights.mm}});
   return Json{{"moves", report.moves},
               {"path_mm", report.length_mm},
               {"removed_mm3", report.removed_mm3},
               {"nearest", report.nearest ? describe(*report.nearest) : Json(nullptr)},
+              {"left", left},
               {"hits", hits},
               {"from", path->empty() ? Json(nullptr) : Json(path->front().from)},
               {"path", corners}}

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "board/describe/cell.hpp"
+#include "tools/interference/scene.hpp"
 #include "tools/probebox/view/desk.hpp"
 
 namespace probebox::view {
@@ -24,9 +25,9 @@ class CellDesk {
 
   // Solids, with the triangles of meshes, and tools with their stored and measured lengths. Null without a cell.
   std::string scene() const;
-  // The smallest distance of a tool whose tip is at a machine position.
+  // The smallest distance of a tool.
   Desk::Answer nearest(std::uint32_t tool, const std::optional<Measured>& measured,
-                       const std::array<double, 3>& tip_mm) const;
+                       const interference::Pose& pose) const;
   // body: {"tool", "program", "measured": {"assembled_mm", "W1_mm"}, "stored"}. Returns the hits, the smallest
   // distance, and the path to draw.
   Desk::Answer check(const std::string& body) const;

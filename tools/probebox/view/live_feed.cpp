@@ -5,7 +5,7 @@
 namespace probebox::view {
 namespace {
 
-constexpr std::size_t kMostSlots = 6000;  // as many as a page keeps: a minute, in which an answer of the box may take its time
+constexpr std::size_t kMostSlots = 6000;  // as many as a page keeps: a minute, for an answer that takes its time
 
 }  // namespace
 

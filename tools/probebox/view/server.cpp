@@ -129,11 +129,11 @@ struct Server::Http {
   void declareCell() {
     server.Get("/api/cell", [this](const auto&, auto& response) { response.set_content(cell.scene(), kJson); });
     server.Get("/api/nearest", [this](const auto& request, auto& response) {
-      const auto mm = [&](const char* name) { return std::strtod(request.get_param_value(name).c_str(), nullptr); };
+      const auto value = [&](const char* name) { return std::strtod(request.get_param_value(name).c_str(), nullptr); };
       std::optional<Measured> measured;
-      if (request.has_param("length")) measured = Measured{mm("length"), {mm("w1x"), mm("w1y")}};
-      give(response,
-           cell.nearest(static_cast<std::uint32_t>(numberIn(request, "tool")), measured, {mm("x"), mm("y"), mm("z")}));
+      if (request.has_param("length")) measured = Measured{value("length"), {value("w1x"), value("w1y")}};
+      const interference::Pose pose{{value("x"), value("y"), value("z")}, {value("a"), value("b"), value("c")}};
+      give(response, cell.nearest(static_cast<std::uint32_t>(numberIn(request, "tool")), measured, pose));
     });
     server.Post("/api/check",
                 [this](const auto& request, auto& response) { give(response, cell.check(request.body)); });

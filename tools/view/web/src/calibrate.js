@@ -19,10 +19,13 @@ function readable(key, value) {
   return `${significant(value * (match[1] === "mm" ? 1e3 : 1e6))} ${match[1] === "mm" ? "µm" : "µs"}`;
 }
 
+// tau_s is known as tau: the unit stands behind the value.
+const named = (key) => key.replace(/_(mm|s|rad|nm|um)(?=\[|$)/, "").replaceAll("_", " ");
+
 function forecast(plan) {
   return h("div", null, h("p", null, h("b", null, `${plan.touches} steps, about ${time(plan.duration_s)}`), plan.machine.name ? ` on ${plan.machine.name}, as this box describes it.` : " on a machine as good as usual."),
     plan.machine.why_refused ? h("p", { class: "small" }, plan.machine.why_refused) : null,
-    table(["Will be known to", { text: "sd", n: true }, { text: "U (k = 2)", n: true }], Object.entries(plan.sd).slice(0, 12).map(([key, sd]) => h("tr", null, cell(key), cell(readable(key, sd), true), cell(readable(key, plan.expanded_k2[key]), true))), { label: "Forecast" }));
+    table(["Will be known to", { text: "sd", n: true }, { text: "U (k = 2)", n: true }], Object.entries(plan.sd).slice(0, 12).map(([key, sd]) => h("tr", null, cell(named(key)), cell(readable(key, sd), true), cell(readable(key, plan.expanded_k2[key]), true))), { label: "Forecast" }));
 }
 
 export function calibrate(main) {

@@ -3,7 +3,8 @@ import { cell, h, s, say, show, table } from "./dom.js";
 
 const number = (mm) => (mm === null || mm === undefined ? "–" : mm.toFixed(4));
 const count = (n, word) => `${n} ${word}${n === 1 ? "" : "s"}`;
-const signed = (mm) => `${mm < 0 ? "−" : "+"}${Math.abs(mm).toFixed(4)}`;
+const ROTARY = ["a", "b", "c"];
+const signed = (mm) => `${mm < 0 ? "-" : "+"}${Math.abs(mm).toFixed(4)}`;
 
 // Lengths of the assemblies in force: for motion control L4 and W2, for simulation L3 and W1 (CN103801980, C2 to C4).
 async function assemblies() {
@@ -12,7 +13,7 @@ async function assemblies() {
   const newest = new Map();
   for (const one of some) if (one.state === "active" || !newest.has(one.subject)) newest.set(one.subject, one);
   return [...newest.values()].map((one) => {
-    const of = (key) => ({ value: one.result[key] ?? null, sd: one.sd[key] ?? null });
+    const of = (key) => ({ value: one.result[key] ?? null, u: one.u?.[key] ?? one.sd[key] ?? null }); // an older box has no u
     return { tool: Number(one.subject.slice(9)), state: one.state, id: one.id, L3: of("assembled_length_mm"), W: [of("compensation_mm[0]"), of("compensation_mm[1]")], L4: of("compensation_mm[2]") };
   });
 }
@@ -36,15 +37,17 @@ function drawing(tool) {
     s("line", { x1: right, x2: right, y1: 0, y2: holder, class: "size" }), s("text", { x: right + 6, y: holder / 2 }, `L1 ${number(tool.holder_length_mm)}`));
 }
 
+// Side by side: what simulates the tool is drawn with L3 and W1, what moves it adds L4 and W2.
 function lengths(tool, measured) {
-  const sd = (one) => (one?.sd === null || one?.sd === undefined ? "" : `sd ${(one.sd * 1e3).toFixed(2)} µm`);
-  const row = (name, what, value, note) => h("tr", null, h("th", { scope: "row" }, name), cell(what), cell(value, true), cell(note));
+  const u = (one) => (one === undefined || one.u === null ? "" : ` ± ${(one.u * 1e3).toFixed(2)} µm`);
+  const row = (what, L, simulated, M, moved, one) => h("tr", null, h("th", { scope: "row" }, what), cell(`${L} ${simulated}`, true), cell(`${M} ${signed(moved)}${u(one)}`, true));
   const delta = tool.assembled_length_mm - tool.stored_length_mm;
-  return table(["", "For", { text: "mm", n: true }, ""], [
-    row("L3", "simulation: from the holder's face to the tip", number(tool.assembled_length_mm), tool.measured ? `${signed(delta)} against the store` : "not measured: the stored one"),
-    row("W1", "simulation: of the axis from the tip, X", number(tool.W1_mm[0]), ""), row("W1", "simulation: of the axis from the tip, Y", number(tool.W1_mm[1]), ""),
-    row("L4", "motion control: to add to the stored length", number(measured?.L4.value ?? delta), measured ? `${sd(measured.L4)}, result ${measured.id} ${measured.state}` : ""),
-    row("W2", "motion control: to add to the tip's position, X", number(measured?.W[0].value ?? tool.W1_mm[0]), sd(measured?.W[0])), row("W2", "motion control: to add to the tip's position, Y", number(measured?.W[1].value ?? tool.W1_mm[1]), sd(measured?.W[1]))], { label: "Lengths" });
+  return h("div", null, table(["mm", { text: "Simulation", n: true }, { text: "Motion control", n: true }], [
+    row("Length", "L3", number(tool.assembled_length_mm), "L4", measured?.L4.value ?? delta, measured?.L4),
+    row("X", "W1", signed(tool.W1_mm[0]), "W2", measured?.W[0].value ?? tool.W1_mm[0], measured?.W[0]),
+    row("Y", "W1", signed(tool.W1_mm[1]), "W2", measured?.W[1].value ?? tool.W1_mm[1], measured?.W[1])], { label: "Lengths" }),
+  h("p", { class: "small" }, measured ? `Result ${measured.id}, ${measured.state}: L3 is ${signed(delta)} mm against the store.` : tool.measured ? `As cell.toml has them: L3 is ${signed(delta)} mm against the store.` : "Not measured: the lengths in store.",
+    " L3: from the holder's face to the tip; W1: of the axis from the tip. L4: to add to the stored length; W2: to add to the position of the tip. Behind ±: u (k = 1)."));
 }
 
 export function tools(main) {
@@ -68,14 +71,22 @@ export function tools(main) {
     picture.setTool(tool);
   }
   let asked = 0;
-  async function look(position) {
-    picture.moveTool(position);
+  // Where the machine stands: an axis of the cell whose angle the box does not know is drawn at 0, and that is said.
+  function angles(state) {
+    const told = ROTARY.map((letter) => state.corrections.rotary_axes?.find((one) => one.axis.toLowerCase() === letter));
+    const unknown = scene.rotary.map((axis) => axis.letter).filter((letter) => (told["ABC".indexOf(letter)]?.angle_deg ?? null) === null);
+    return { at: told.map((one) => one?.angle_deg ?? 0), unknown };
+  }
+  const stands = ({ at, unknown }) => scene.rotary.map(({ letter }) => (unknown.includes(letter) ? `${letter} unknown, taken as 0` : `${letter} ${at["ABC".indexOf(letter)].toFixed(3)}°`)).join(", ");
+  async function look(position, turned) {
+    picture.moveTool(position, turned.at);
     if (performance.now() - asked < 900) return;
     asked = performance.now();
     try {
       const lengths_ = { length: tool.assembled_length_mm, w1x: tool.W1_mm[0], w1y: tool.W1_mm[1] };
-      const nearest = await get("nearest", { tool: tool.number, ...lengths_, x: position[0], y: position[1], z: position[2] });
-      tellNearest(nearest, "Where the machine stands now: ");
+      const nearest = await get("nearest", { tool: tool.number, ...lengths_, x: position[0], y: position[1], z: position[2], ...Object.fromEntries(ROTARY.map((letter, k) => [letter, turned.at[k]])) });
+      if (!follow || !alive) return;
+      tellNearest(nearest, `Where the machine stands now${scene.rotary.length > 0 ? ` (${stands(turned)})` : ""}: `);
     } catch (error) {
       near.className = "verdict warned";
       say(near, error.message);
@@ -96,11 +107,13 @@ export function tools(main) {
       const report = await post("check", { tool: tool.number, program: program.value, measured: measured_, stored: stored.checked });
       follow = false;
       picture.showPath(report, scene.program_zero_mm);
-      const rows = report.hits.slice(0, 50).map((hit) => h("tr", { tabindex: 0, onclick: () => { picture.moveTool(hit.tip_mm); tellNearest(hit, `Line ${hit.line}: `); } }, cell(hit.line, true), cell(hit.tool_part), cell(hit.solid), cell(hit.overlap_mm > 0 ? `${hit.overlap_mm.toFixed(3)} deep` : hit.distance_mm.toFixed(3), true)));
+      picture.showLeft(report.left, scene.solids);
+      const goTo = (hit) => { picture.moveTool(hit.tip_mm, hit.angles_deg); tellNearest(hit, `Line ${hit.line}: `); };
+      const rows = report.hits.slice(0, 50).map((hit) => h("tr", null, h("td", { class: "n" }, h("button", { type: "button", class: "plain", onclick: () => goTo(hit) }, hit.line)), cell(hit.tool_part), cell(hit.solid), cell(hit.overlap_mm > 0 ? `${hit.overlap_mm.toFixed(3)} deep` : hit.distance_mm.toFixed(3), true)));
       show(outcome, h("p", { class: `verdict ${report.hits.length > 0 ? "failed" : "pass"}` }, report.hits.length > 0 ? `${count(report.hits.length, "hit")} in ${count(report.moves, "move")}` : `No hit in ${count(report.moves, "move")}, ${report.path_mm.toFixed(0)} mm`, report.nearest && report.hits.length === 0 ? `; nearest ${report.nearest.distance_mm.toFixed(3)} mm: ${report.nearest.tool_part} and ${report.nearest.solid}, line ${report.nearest.line}` : "", `. ${report.removed_mm3.toFixed(0)} mm³ are cut.`),
         rows.length > 0 && table([{ text: "Line", n: true }, "Tool", "Solid", { text: "mm", n: true }], rows, { label: "Hits" }));
       const worst = report.hits[0] ?? report.nearest;
-      if (worst) { picture.moveTool(worst.tip_mm); tellNearest(worst, `Line ${worst.line}: `); }
+      if (worst) goTo(worst);
     } catch (error) {
       say(said, error.message);
     }
@@ -119,7 +132,7 @@ export function tools(main) {
     scene = told;
     show(choose, scene.tools.map((one) => h("option", { value: one.number }, `Tool ${one.number}`)));
     show(main, h("h2", { class: "hidden" }, "Tools"), h("div", { class: "columns results" },
-      h("div", null, h("div", { class: "bar" }, choose, h("button", { onclick: () => picture.home() }, "Whole cell"), h("button", { onclick: () => { follow = true; } }, "Where the machine stands")), holder, near),
+      h("div", null, h("div", { class: "bar" }, choose, h("button", { onclick: () => picture.home() }, "Whole cell"), h("button", { onclick: () => { follow = true; asked = 0; picture.showPath({ from: null }); picture.showLeft([], scene.solids); } }, "Where the machine stands")), holder, near),
       h("section", { class: "panel" }, side, numbers, h("form", { onsubmit: run }, h("h4", null, h("label", { for: "program" }, "Check a program")), program,
         h("p", { class: "bar" }, h("label", null, stored, " with the stored lengths"), h("button", { class: "primary" }, "Check")), said, outcome))));
     if (scene.tools.length === 0) { show(main, h("p", { class: "verdict warned" }, "The cell has no [[tool]].")); return; }
@@ -129,7 +142,7 @@ export function tools(main) {
     offs.push(on("state", (state) => {
       if (!follow || !state.corrections) return;
       const position = state.corrections.axes.map((axis) => axis.position_mm);
-      if (position.every((mm) => mm !== null)) look(position);
+      if (position.every((mm) => mm !== null)) look(position, angles(state));
     }));
   }).catch((error) => show(main, h("p", { class: "verdict failed" }, error.message)));
   return () => { alive = false; for (const off of offs) off(); picture?.dispose(); };
