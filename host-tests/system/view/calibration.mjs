@@ -32,9 +32,9 @@ moves_with = "C"
 [[tool]]
 number = 4
 holder_radius_mm = 20
-holder_length_mm = 62
+holder_length_mm = 70
 radius_mm = 6
-length_mm = 58
+length_mm = 60
 cutting_mm = 30
 assembled_length_mm = 58.2503
 W1_mm = [-0.012, 0.008]
@@ -100,6 +100,8 @@ async function calibrateTab(page) {
   await screens(page, "calibrate-running", "Calibrate, running");
   await page.waitForSelector("text=The first result about");
   await screens(page, "calibrate-proposed", "Calibrate, proposed");
+  const bell = await page.evaluate(() => fetch("/api/accept", { method: "POST", body: JSON.stringify({ id: 1, by: "Ada\u0007\u001b[31m" }) }).then(async (one) => [one.status, await one.text()]));
+  check(bell[0] === 409 && /control character/.test(bell[1]), `a name with control characters: ${bell}`);
   await page.getByLabel("Accepted by").fill(HOSTILE);
   await page.getByRole("button", { name: "Accept" }).click();
   await page.waitForSelector(".verdict.pass");
@@ -123,6 +125,8 @@ async function toolsTab(page) {
   await page.keyboard.press("Alt+4");
   await page.waitForSelector(".scene canvas");
   await page.waitForFunction(() => /mm|touch/.test(document.querySelector(".verdict[role=status]")?.textContent ?? ""));
+  const drawn = await page.textContent("svg.toolpicture");
+  check(/L1 62\.0000/.test(drawn) && /store 58\.0000/.test(drawn) && /L3 58\.2503/.test(drawn), `lengths in store are the box's: ${drawn}`);
   await screens(page, "tools", "Tools");
   await page.getByLabel("Check a program").fill("G21 G90\nG0 X-60 Y0 Z60\nG0 X-60 Y0 Z-40\n");
   await page.getByRole("button", { name: "Check" }).click();

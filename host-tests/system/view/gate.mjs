@@ -66,6 +66,9 @@ async function checksWithMeasuredLengths(server) {
   const stored = await near(""), measured = await near("&length=50&w1x=0&w1y=0");
   check(Math.abs(stored.distance_mm - 6) < 1e-3 && stored.tool_part === "holder", JSON.stringify(stored));
   check(measured.distance_mm === 0 && measured.tool_part === "holder", JSON.stringify(measured));
+  const below = async (holder) => (await page(`/api/nearest?tool=4&x=0&y=0&z=-80&length=58&w1x=0&w1y=0&holder=${holder}`)).told.distance_mm;
+  check((await below(62)) === 0 && Math.abs((await below(20)) - 2) < 1e-3, "a holder of 20 mm ends below the plate");
+  check((await page("/api/nearest?tool=4&x=0&y=0&z=0&length=58&w1x=0&w1y=0&holder=-1")).status === 400, "a holder of less than nothing");
   const program = "G0 X0 Y0 Z20\nZ-42\n";
   const hits = async (more) => (await page("/api/check", { tool: 4, program, ...more })).told.hits.length;
   const short = { measured: { assembled_mm: 50, W1_mm: [0, 0] } };

@@ -118,6 +118,18 @@ std::optional<command::AskedBox> machineOf(Desk& desk) {
   return answer ? asked : std::nullopt;
 }
 
+Answer stores(link::Client& box, Console& console) {
+  TRY(const auto says, command::ask<messages::DescribeMachine>(box, console));
+  Json all = Json::array();
+  for (const auto& tool : says.tools) {
+    if (tool.holder == 0 || !(tool.length_mm > tool.holder_length_mm)) continue;
+    all.push_back({{"number", tool.number},
+                   {"holder_length_mm", tool.holder_length_mm},
+                   {"length_mm", tool.length_mm - tool.holder_length_mm}});
+  }
+  return all.dump();
+}
+
 // As `probebox plan --json` says it.
 Answer forecast(const std::string& method, const std::optional<command::AskedBox>& box) {
   std::istringstream nothing;

@@ -17,6 +17,9 @@ std::optional<command::AskedBox> machineOf(Desk& desk);
 // the thread of the desk.
 Desk::Answer forecast(const std::string& method, const std::optional<command::AskedBox>& box);
 
+// Tools whose holder the box knows: number, holder_length_mm, and length_mm beyond the holder, as they are in store.
+Desk::Answer stores(link::Client& box, Console& console);
+
 Desk::Answer results(link::Client& box, Console& console);
 // One result with every value, its history, and the values as text, to the digits that U justifies.
 Desk::Answer result(link::Client& box, Console& console, std::uint64_t id);

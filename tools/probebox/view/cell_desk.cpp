@@ -90,12 +90,16 @@ Outcome<board::CellTool, Trouble> toolOf(const std::optional<board::Cell>& cell,
 std::optional<Trouble> take(board::CellTool& tool, const Measured& measured) {
   const bool good = measured.assembled_mm >= tool.cutting_mm && measured.assembled_mm <= 1000 &&
                     std::abs(measured.w1_mm[0]) <= 10 && std::abs(measured.w1_mm[1]) <= 10;
+  const double holder_mm = measured.holder_mm.value_or(tool.holder_length_mm);
+  if (!(holder_mm >= 0.1 && holder_mm <= 1000))
+    return objection("a holder of " + std::to_string(holder_mm) + " mm: correct [[holder]] in machine.toml of the box");
   if (!good)
     return objection("the measured length " + std::to_string(measured.assembled_mm) +
                      " mm, or its W1, does not fit tool " + std::to_string(tool.number) +
                      " of the cell: correct its cutting_mm, or measure again");
   tool.assembled_length_mm = measured.assembled_mm;
   tool.w1_mm = measured.w1_mm;
+  tool.holder_length_mm = holder_mm;
   return std::nullopt;
 }
 
@@ -107,7 +111,9 @@ std::optional<Measured> measuredIn(const nlohmann::json& asked) {
   };
   const auto w1 = found->value("W1_mm", nlohmann::json::array());
   if (!w1.is_array() || w1.size() != 2) return Measured{std::nan(""), {}};
-  return Measured{number(found->value("assembled_mm", nlohmann::json{})), {number(w1[0]), number(w1[1])}};
+  Measured measured{number(found->value("assembled_mm", nlohmann::json{})), {number(w1[0]), number(w1[1])}};
+  if (found->contains("holder_mm")) measured.holder_mm = number((*found)["holder_mm"]);
+  return measured;
 }
 
 }  // namespace

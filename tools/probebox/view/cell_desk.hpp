@@ -11,10 +11,11 @@
 
 namespace probebox::view {
 
-// Measured lengths from a result of the box, which replace those in cell.toml.
+// Lengths from a result and from the store of the box, which replace those in cell.toml.
 struct Measured {
-  double assembled_mm{};          // L3
-  std::array<double, 2> w1_mm{};  // W1
+  double assembled_mm{};              // L3
+  std::array<double, 2> w1_mm{};      // W1
+  std::optional<double> holder_mm{};  // L1
 };
 
 // Answers the requests of the page about a cell: its scene, distances and interference checks.
@@ -28,8 +29,8 @@ class CellDesk {
   // The smallest distance of a tool.
   Desk::Answer nearest(std::uint32_t tool, const std::optional<Measured>& measured,
                        const interference::Pose& pose) const;
-  // body: {"tool", "program", "measured": {"assembled_mm", "W1_mm"}, "stored"}. Returns the hits, the smallest
-  // distance, and the path to draw.
+  // body: {"tool", "program", "measured": {"assembled_mm", "W1_mm", "holder_mm"}, "stored"}. Returns the hits, the
+  // smallest distance, and the path to draw.
   Desk::Answer check(const std::string& body) const;
 
  private:

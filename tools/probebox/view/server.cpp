@@ -108,6 +108,7 @@ struct Server::Http {
            desk.window(static_cast<std::int64_t>(numberIn(request, "from_ns")),
                        static_cast<std::int64_t>(numberIn(request, "to_ns")), static_cast<std::size_t>(columns)));
     });
+    server.Get("/api/stores", [this](const auto&, auto& response) { give(response, desk.ask(&stores)); });
     server.Get("/api/results", [this](const auto&, auto& response) { give(response, desk.ask(&results)); });
     const auto about_one = [this](const char* path, auto function, const char* type) {
       server.Get(path, [this, function, type](const auto& request, auto& response) {
@@ -132,6 +133,7 @@ struct Server::Http {
       const auto value = [&](const char* name) { return std::strtod(request.get_param_value(name).c_str(), nullptr); };
       std::optional<Measured> measured;
       if (request.has_param("length")) measured = Measured{value("length"), {value("w1x"), value("w1y")}};
+      if (measured && request.has_param("holder")) measured->holder_mm = value("holder");
       const interference::Pose pose{{value("x"), value("y"), value("z")}, {value("a"), value("b"), value("c")}};
       give(response, cell.nearest(static_cast<std::uint32_t>(numberIn(request, "tool")), measured, pose));
     });

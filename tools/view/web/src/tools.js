@@ -46,21 +46,24 @@ function lengths(tool, measured) {
     row("Length", "L3", number(tool.assembled_length_mm), "L4", measured?.L4.value ?? delta, measured?.L4),
     row("X", "W1", signed(tool.W1_mm[0]), "W2", measured?.W[0].value ?? tool.W1_mm[0], measured?.W[0]),
     row("Y", "W1", signed(tool.W1_mm[1]), "W2", measured?.W[1].value ?? tool.W1_mm[1], measured?.W[1])], { label: "Lengths" }),
-  h("p", { class: "small" }, measured ? `Result ${measured.id}, ${measured.state}: L3 is ${signed(delta)} mm against the store.` : tool.measured ? `As cell.toml has them: L3 is ${signed(delta)} mm against the store.` : "Not measured: the lengths in store.",
+  h("p", { class: "small" }, measured ? `Result ${measured.id}, ${measured.state}: L3 is ${signed(delta)} mm against the store.` : tool.measured ? `As cell.toml has them: L3 is ${signed(delta)} mm against the store.` : "Not measured: the lengths in store.", ` The store is that of ${tool.of_the_box ? "the box" : "cell.toml"}.`,
     " L3: from the holder's face to the tip; W1: of the axis from the tip. L4: to add to the stored length; W2: to add to the position of the tip. Behind ±: u (k = 1)."));
 }
 
 export function tools(main) {
-  let picture = null, tool = null, scene = null, measured = [], alive = true, follow = true;
+  let picture = null, tool = null, scene = null, measured = [], inStore = [], alive = true, follow = true;
   const choose = h("select", { "aria-label": "Tool" }), holder = h("div", { class: "scene" }), side = h("div"), numbers = h("div");
   const near = h("p", { class: "verdict neutral", role: "status" }, "…"), said = h("p", { role: "alert", class: "said" }), outcome = h("div");
   const program = h("textarea", { id: "program", rows: 8, spellcheck: "false", placeholder: "G21 G90\nG0 X0 Y0 Z50\nG1 Z-5 F200" });
   const stored = h("input", { type: "checkbox" });
   show(main, h("h2", { class: "hidden" }, "Tools"), h("p", null, "…"));
 
-  // Measured lengths of the box come before those that cell.toml states.
-  function withMeasured(one) {
-    const found = measured.find((other) => other.tool === one.number && other.state === "active");
+  // What the box measured, and has in store, comes before what cell.toml states.
+  function withMeasured(described) {
+    const found = measured.find((other) => other.tool === described.number && other.state === "active");
+    const kept = inStore.find((other) => other.number === described.number);
+    const one = !kept ? described : { ...described, of_the_box: true, holder_length_mm: kept.holder_length_mm, stored_length_mm: kept.length_mm,
+      assembled_length_mm: described.measured ? described.assembled_length_mm : kept.length_mm };
     if (!found || found.L3.value === null) return one;
     return { ...one, assembled_length_mm: found.L3.value, ...across(found.W.map((one) => one.value ?? 0)), measured: true };
   }
@@ -83,7 +86,7 @@ export function tools(main) {
     if (performance.now() - asked < 900) return;
     asked = performance.now();
     try {
-      const lengths_ = { length: tool.assembled_length_mm, w1x: tool.W1_mm[0], w1y: tool.W1_mm[1] };
+      const lengths_ = { holder: tool.holder_length_mm, length: tool.assembled_length_mm, w1x: tool.W1_mm[0], w1y: tool.W1_mm[1] };
       const nearest = await get("nearest", { tool: tool.number, ...lengths_, x: position[0], y: position[1], z: position[2], ...Object.fromEntries(ROTARY.map((letter, k) => [letter, turned.at[k]])) });
       if (!follow || !alive) return;
       tellNearest(nearest, `Where the machine stands now${scene.rotary.length > 0 ? ` (${stands(turned)})` : ""}: `);
@@ -103,8 +106,8 @@ export function tools(main) {
     event.preventDefault();
     say(said, "");
     try {
-      const measured_ = { assembled_mm: tool.assembled_length_mm, W1_mm: tool.W1_mm };
-      const report = await post("check", { tool: tool.number, program: program.value, measured: measured_, stored: stored.checked });
+      const lengths_ = stored.checked ? { assembled_mm: tool.stored_length_mm, W1_mm: [0, 0] } : { assembled_mm: tool.assembled_length_mm, W1_mm: tool.W1_mm };
+      const report = await post("check", { tool: tool.number, program: program.value, measured: { holder_mm: tool.holder_length_mm, ...lengths_ } });
       follow = false;
       picture.showPath(report, scene.program_zero_mm);
       picture.showLeft(report.left, scene.solids);
@@ -120,8 +123,9 @@ export function tools(main) {
   }
 
   const offs = [];
-  Promise.all([get("cell"), assemblies(), import("./scene.js")]).then(([told, some, { Picture }]) => {
+  Promise.all([get("cell"), assemblies(), import("./scene.js"), get("stores").catch(() => [])]).then(([told, some, { Picture }, stores]) => { // a recording has none
     if (!alive) return;
+    inStore = stores;
     measured = some;
     if (told === null) {
       show(main, h("section", { class: "panel" }, h("h3", null, "Tools"), measured.length === 0 ? h("p", null, "No assembly of tool and holder has been measured: ", h("a", { href: "#calibrate" }, "calibrate"), " tool-assembly.") :
