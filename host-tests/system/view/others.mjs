@@ -36,11 +36,16 @@ async function lostLink(chromium) {
   await stop(daemon, "SIGKILL");
   await page.waitForSelector("#link.failed");
   check(/link lost/.test(await page.textContent("#link")), await page.textContent("#link"));
+  await page.waitForSelector("main.stale >> text=these are the last values");
+  await picture(page, "link-lost-live");
+  await page.keyboard.press("Alt+4");
+  await page.waitForSelector("main:not(.stale) .verdict.failed >> text=the link to the box is down");
   await page.keyboard.press("Alt+3");
   await page.waitForSelector("text=the link to the box is down");
   await picture(page, "link-lost");
   await box("lost", port);
   await page.waitForFunction(() => /locked/.test(document.getElementById("link").textContent) && document.getElementById("link").className === "pass");
+  await page.waitForSelector("text=None yet: calibrate"); // without a hand that asks again
   check(page.faults.length === 0, page.faults.join("\n"));
 }
 

@@ -160,6 +160,8 @@ export function live(main) {
     on("descriptor", prepare),
     on("samples", (batch) => { if (slots && batch.low.length === channels.length) { slots.add(batch); changed = true; } }),
     on("state", tell),
+    on("link", ({ up }) => { main.classList.toggle("stale", !up); if (!paused && !armed) say(status, up ? "" : "The link is lost: these are the last values."); }),
+    () => main.classList.remove("stale"),
     on("trigger", (trigger) => {
       say(tiles.trigger.value, `${trigger.number}`);
       say(tiles.trigger.note, `line ${trigger.line}: ` + trigger.position_mm.map((mm, k) => `${"XYZ"[k]} ${mm === null ? "–" : mm.toFixed(4)}`).join("  "));

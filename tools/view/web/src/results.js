@@ -19,7 +19,7 @@ function trend(all, id) {
 }
 
 export function results(main) {
-  let all = [], chosen = Number(location.hash.split("/")[1]) || null, pair = [], known = "";
+  let all = [], chosen = Number(location.hash.split("/")[1]) || null, pair = [], known = "", failed = true, down = false;
   const list = h("div"), detail = h("section", { class: "panel" }), said = h("p", { role: "alert", class: "said" });
   show(main, h("h2", { class: "hidden" }, "Results"), h("div", { class: "columns results" }, h("section", { class: "panel" }, list, said), detail));
 
@@ -75,19 +75,29 @@ export function results(main) {
     }
   }
   async function load() {
+    const first = failed; // what is looked at stays as it is, with its report, when the list changes
     try {
       all = await get("results");
+      failed = false;
+      said.textContent = "";
       draw();
-      if (chosen === null) show(detail, h("p", { class: "small" }, "Choose a result."));
+      if (first && chosen === null) show(detail, h("p", { class: "small" }, "Choose a result."));
     } catch (error) {
+      failed = true;
       said.textContent = error.message;
     }
+    detail.classList.toggle("hidden", failed);
+    if (first && !failed && chosen !== null) choose(chosen);
   }
-  load().then(() => { if (chosen !== null) choose(chosen); });
-  return on("state", (state) => {
-    const now = JSON.stringify([state.newest_result, state.active_results]);
-    if (known !== "" && now !== known) load();
-    known = now;
-  });
+  load();
+  const offs = [
+    on("link", ({ up }) => { if (up && down && failed) load(); down = !up; }),
+    on("state", (state) => {
+      const now = JSON.stringify([state.newest_result, state.active_results]);
+      if (known !== "" && now !== known) load();
+      known = now;
+    }),
+  ];
+  return () => { for (const off of offs) off(); };
 }
 

@@ -123,8 +123,10 @@ export function tools(main) {
   }
 
   const offs = [];
-  Promise.all([get("cell"), assemblies(), import("./scene.js"), get("stores").catch(() => [])]).then(([told, some, { Picture }, stores]) => { // a recording has none
+  let failed = false;
+  const begin = () => Promise.all([get("cell"), assemblies(), import("./scene.js"), get("stores").catch(() => [])]).then(([told, some, { Picture }, stores]) => { // a recording has none
     if (!alive) return;
+    failed = false;
     inStore = stores;
     measured = some;
     if (told === null) {
@@ -148,7 +150,9 @@ export function tools(main) {
       const position = state.corrections.axes.map((axis) => axis.position_mm);
       if (position.every((mm) => mm !== null)) look(position, angles(state));
     }));
-  }).catch((error) => show(main, h("p", { class: "verdict failed" }, error.message)));
+  }).catch((error) => { failed = true; if (alive) show(main, h("p", { class: "verdict failed" }, error.message)); });
+  begin();
+  offs.push(on("link", ({ up }) => { if (up && failed) begin(); }));
   return () => { alive = false; for (const off of offs) off(); picture?.dispose(); };
 }
 
