@@ -60,6 +60,7 @@ async function liveTab(page) {
   await page.waitForFunction(() => globalThis.probeboxLive?.slots() > 300 && /locked/.test(document.getElementById("link").textContent));
   const position = await page.locator(".positions output").first().textContent();
   check(/^-?\d+\.\d{4}$/.test(position), `a position: ${position}`);
+  await page.waitForSelector('.tile:has-text("Angles") >> text=/^C -?[0-9]+\\.[0-9]{4}/');
   const frames = await page.evaluate(() => new Promise((done) => { let n = 0; const begin = performance.now(); const one = () => { n += 1; if (performance.now() - begin < 3000) requestAnimationFrame(one); else done(n / 3); }; requestAnimationFrame(one); }));
   console.log(`${frames.toFixed(0)} frames a second`);
   await page.keyboard.press("Space");

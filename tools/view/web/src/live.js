@@ -31,7 +31,8 @@ export function live(main) {
   const deflections = h("div", { class: "readouts" });
   const { tiles, tile } = readouts();
   const state = h("div", { class: "readouts" }, tile("clock", "Master clock"), tile("ledger", "Samples", true), tile("correction", "Correction, µm", true),
-    tile("cut", "Cut"), tile("trigger", "Last trigger", true), tile("result", "In force"));
+    tile("cut", "Cut"), tile("trigger", "Last trigger", true), tile("result", "In force"), tile("angles", "Angles, degrees", true));
+  tiles.angles.box.classList.add("hidden");
   const holders = [h("div", { class: "chart" }), h("div", { class: "chart" })];
   const status = h("p", { class: "small", role: "status" });
   const pause = h("button", { "aria-pressed": "false", onclick: () => hold(!paused) }, "Pause (space)");
@@ -146,6 +147,11 @@ export function live(main) {
       say(tiles.correction.value, c.correction_mm.map((mm, k) => `${"XYZ"[k]} ${(mm * 1e3).toFixed(1)}`).join("  "));
       tiles.correction.box.dataset.state = !c.valid ? "failed" : c.degraded ? "warned" : "pass";
       show(tiles.correction.note, c.sources.map((source) => h("span", { class: `chip ${{ good: "pass", held: "warned", invalid: source.summed ? "failed" : "off" }[source.health] ?? "off"}` }, `${source.source} ${source.health}`)));
+      const turned = c.rotary_axes ?? [];
+      tiles.angles.box.classList.toggle("hidden", turned.length === 0);
+      tiles.angles.box.dataset.state = turned.some((axis) => axis.doubtful || axis.angle_deg === null) ? "warned" : "";
+      say(tiles.angles.value, turned.map((axis) => `${axis.axis} ${axis.angle_deg === null ? "–" : axis.angle_deg.toFixed(4)}`).join("  "));
+      say(tiles.angles.note, turned.filter((axis) => axis.doubtful || axis.angle_deg === null).map((axis) => `${axis.axis} ${axis.angle_deg === null ? "is not referenced" : "in doubt"}`).join("; "));
       const holders_ = one.status?.inhibits ?? [];
       say(tiles.cut.value, c.inhibited ? "on" : "none");
       tiles.cut.box.dataset.state = c.inhibited ? "warned" : "";
