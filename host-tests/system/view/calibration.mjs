@@ -1,5 +1,5 @@
 // A whole calibration by page alone, and every screen as a picture, light and dark, wide and on a phone.
-import { accessible, box, browser, check, open, picture, run, view, write } from "./common.mjs";
+import { accessible, box, browser, check, open, picture, probebox, run, start, view, write } from "./common.mjs";
 
 const CELL = `
 [cell]
@@ -148,6 +148,25 @@ async function toolsTab(page) {
   await page.waitForSelector("text=/stands now \\(C .*: cutter and block: /");
 }
 
+// A second result: beside the one in force, in the trend, and compared.
+async function twoResults(page, uri) {
+  const again = start(probebox, ["-u", uri, "calibrate", "delay-multi-speed", "--speed", "20,30,40"]);
+  check((await again.ended) === 0, again.text);
+  await page.keyboard.press("Alt+3");
+  await page.locator("td button.plain", { hasText: /^2$/ }).click();
+  await page.waitForSelector("text=Beside the one in force");
+  const differences = await page.locator("[aria-label=Comparison] tbody td:nth-child(4)").allTextContents();
+  // Two digits of the sd: what is far from zero has more, as far as its last place counts.
+  check(differences.length > 5 && differences.every((one) => /^[+-]?\d{1,4}(\.\d{1,7})?( us)?$/.test(one)), `differences: ${differences}`);
+  check((await page.locator("svg.trend text").allTextContents()).filter((one) => / us$/.test(one)).length === 2, "the trend has its values");
+  await screens(page, "results-beside", "Results, beside the one in force");
+  for (const id of [2, 1]) await page.getByLabel(`compare result ${id}`).check();
+  const table = page.locator("[aria-label='Two results']");
+  await table.waitFor();
+  check(await table.evaluate((one) => one.scrollWidth <= one.clientWidth + 1), "two results do not fit beside each other");
+  await screens(page, "results-compared", "Results, compared");
+}
+
 run(async () => {
   const chromium = await browser();
   try {
@@ -158,6 +177,7 @@ run(async () => {
     await calibrateTab(page);
     await resultsTab(page);
     await toolsTab(page);
+    await twoResults(page, daemon.uri);
     check(page.faults.length === 0, page.faults.join("\n"));
   } finally {
     await chromium.close();

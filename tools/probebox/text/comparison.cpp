@@ -19,14 +19,8 @@ double sortKey(const Change& change) {
 
 // "+2.2 um, 3.1 sd".
 std::string differenceOf(const Change& change) {
-  const auto& [now, before] = change;
-  const double difference = now.value - before->value;
-  std::optional<double> sd;
-  if (now.sd && before->sd) sd = std::hypot(*now.sd, *before->sd);
-  const auto text = casefolder::valueText(now.label, difference, sd);
   const auto in_sd = change.inSd();
-  return (difference > 0 ? "+" : "") + text + (now.label.unit.empty() ? "" : " " + now.label.unit) +
-         (in_sd ? printed(", %.1f sd", *in_sd) : "; no sd to judge it by");
+  return differenceText(change) + (in_sd ? printed(", %.1f sd", *in_sd) : "; no sd to judge it by");
 }
 
 std::string linesOf(const Change& change) {
@@ -72,6 +66,15 @@ Quantity quantityFrom(const std::vector<Quantity>& listed, const std::string& ke
 }
 
 }  // namespace
+
+std::string differenceText(const Change& change) {
+  const auto& [now, before] = change;
+  const double difference = now.value - before->value;
+  std::optional<double> sd;
+  if (now.sd && before->sd) sd = std::hypot(*now.sd, *before->sd);
+  const auto text = casefolder::valueText(now.label, difference, sd);
+  return (difference > 0 ? "+" : "") + text + (now.label.unit.empty() ? "" : " " + now.label.unit);
+}
 
 std::optional<double> Comparison::Change::inSd() const {
   if (!before || !now.sd || !before->sd) return std::nullopt;

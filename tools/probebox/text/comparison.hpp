@@ -33,6 +33,8 @@ Comparison comparisonOf(const messages::AcceptResult::Answer& answer, const metr
 // Nothing to compare with: the values about the subject alone.
 Comparison nothingBeside(const metrology::Result& proposed, std::string_view subject);
 
+// "+2.2 um", to the digits that its sd justifies. change: of one that is in force.
+std::string differenceText(const Comparison::Change& change);
 Json describe(const Comparison& comparison);
 // Prints value, sd and U of both and their difference; of many values only those that differ most.
 std::string page(const Comparison& comparison, std::uint64_t proposed_id, const std::string& subject);

@@ -195,9 +195,7 @@ Answer comparison(link::Client& box, Console& console, std::uint64_t id) {
                        {"name", change.now.label.name},
                        {"now", casefolder::withSdAndU(change.now)},
                        {"before", change.before ? Json(casefolder::withSdAndU(*change.before)) : Json(nullptr)},
-                       {"difference", change.before ? Json(casefolder::withUnit(
-                                                          change.now.label, change.now.value - change.before->value))
-                                                    : Json(nullptr)},
+                       {"difference", change.before ? Json(command::differenceText(change)) : Json(nullptr)},
                        {"in_sd", in_sd ? Json(*in_sd) : Json(nullptr)}});
   }
   object["rows"] = changes;

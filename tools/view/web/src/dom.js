@@ -33,4 +33,10 @@ export function table(head, rows, attributes) {
       h("tbody", null, rows)));
 }
 
+// "5.2 us, sd 0.1 us": the value, and under it how well it is known, so that two columns of them fit beside each other.
+export function valueCell(text) {
+  const [value, ...rest] = text.split(", ");
+  return h("td", { class: "n" }, value, rest.map((one) => [h("br"), h("small", null, one)]));
+}
+
 export const cell = (text, n) => h("td", { class: n ? "n" : null }, text);

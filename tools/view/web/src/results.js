@@ -1,5 +1,5 @@
 import { get, on, post } from "./box.js";
-import { cell, h, s, show, table } from "./dom.js";
+import { cell, h, s, show, table, valueCell } from "./dom.js";
 import { acceptance, beside, name, quantities } from "./verdict.js";
 
 const ORDER = ["active", "accepted", "proposed", "refused", "retired"];
@@ -9,13 +9,15 @@ const day = (utc) => (utc ? utc.replace("T", " ").replace(/(\.\d+)?Z$/, "") : ""
 function trend(all, id) {
   const same = all.filter((one) => one.subject === all.find((other) => other.id === id)?.subject && Object.keys(one.result).length > 0).slice(-10);
   const key = Object.keys(same.at(-1)?.result ?? {})[0];
-  const points = same.filter((one) => key in one.result).map((one) => ({ id: one.id, value: one.result[key], u: one.u?.[key] ?? one.sd[key] ?? 0 }));
+  const points = same.filter((one) => key in one.result).map((one) => ({ id: one.id, text: /(\S+) \+\/- \S+( \S+)?$/.exec(one.text), value: one.result[key], u: one.u?.[key] ?? one.sd[key] ?? 0 }));
   if (points.length < 2) return null;
   const low = Math.min(...points.map((p) => p.value - 2 * p.u)), high = Math.max(...points.map((p) => p.value + 2 * p.u));
   const x = (k) => 50 + (k * 500) / Math.max(1, points.length - 1), y = (v) => 20 + (110 * (high - v)) / (high - low || 1);
+  // The digits that U justifies, as the list has them; of many results only the ends and the one that is looked at.
+  const told = (p, k) => p.text && (points.length <= 5 || k === 0 || k === points.length - 1 || p.id === id) && s("text", { x: x(k), y: y(p.value + 2 * p.u) - 6, "text-anchor": "middle" }, p.text[1] + (p.text[2] ?? ""));
   return h("figure", null, h("figcaption", null, `${key} of the last ${points.length} results; bars are U (k = 2)`),
     s("svg", { viewBox: "0 0 600 165", role: "img", "aria-label": `Trend of ${key}`, class: "trend" },
-      points.map((p, k) => s("g", { class: p.id === id ? "now" : null }, s("line", { x1: x(k), x2: x(k), y1: y(p.value - 2 * p.u), y2: y(p.value + 2 * p.u) }), s("circle", { cx: x(k), cy: y(p.value), r: 5 }), s("text", { x: x(k), y: 158, "text-anchor": "middle" }, p.id)))));
+      points.map((p, k) => s("g", { class: p.id === id ? "now" : null }, s("line", { x1: x(k), x2: x(k), y1: y(p.value - 2 * p.u), y2: y(p.value + 2 * p.u) }), s("circle", { cx: x(k), cy: y(p.value), r: 5 }), told(p, k), s("text", { x: x(k), y: 158, "text-anchor": "middle" }, p.id)))));
 }
 
 export function results(main) {
@@ -43,7 +45,7 @@ export function results(main) {
     const rows = (one.quantities ?? []).map((q) => {
       const same = other.quantities?.find((candidate) => candidate.key === q.key);
       const sd = same && q.sd !== null && same.sd !== null ? Math.hypot(q.sd, same.sd) : 0;
-      return h("tr", null, cell(q.name), cell(q.text, true), cell(same?.text ?? "none", true), cell(sd > 0 ? (Math.abs(q.value - same.value) / sd).toFixed(1) : "", true));
+      return h("tr", null, cell(q.name), valueCell(q.text), valueCell(same?.text ?? "none"), cell(sd > 0 ? (Math.abs(q.value - same.value) / sd).toFixed(1) : "", true));
     });
     show(detail, h("h3", null, `Results ${pair[0]} and ${pair[1]}`), table(["Quantity", { text: `${pair[0]}`, n: true }, { text: `${pair[1]}`, n: true }, { text: "apart, sd", n: true }], rows, { label: "Two results" }));
   }

@@ -1,6 +1,6 @@
 // A result beside the one in force, and how it comes into force.
 import { get, post } from "./box.js";
-import { cell, h, show, table } from "./dom.js";
+import { cell, h, show, table, valueCell } from "./dom.js";
 
 export const name = () => localStorage.getItem("name") ?? "";
 
@@ -16,7 +16,7 @@ export function beside(comparison) {
   const rows = far.length > 24 ? far.slice(0, 24) : comparison.rows;
   return h("div", null, rows.length < comparison.rows.length && h("p", { class: "small" }, `The ${rows.length} of ${comparison.rows.length} values that differ most.`),
     table(["Quantity", { text: "This one", n: true }, { text: "In force", n: true }, { text: "Difference", n: true }, { text: "in sd", n: true }],
-      rows.map((row) => h("tr", { class: row.in_sd > 4 ? "far" : null }, cell(row.name), cell(row.now, true), cell(row.before ?? "none", true), cell(row.difference ?? "", true), cell(row.in_sd === null ? "" : row.in_sd.toFixed(1), true))), { label: "Comparison" }));
+      rows.map((row) => h("tr", { class: row.in_sd > 4 ? "far" : null }, cell(row.name), valueCell(row.now), valueCell(row.before ?? "none"), cell(row.difference ?? "", true), cell(row.in_sd === null ? "" : row.in_sd.toFixed(1), true))), { label: "Comparison" }));
 }
 
 // The form by which a person accepts. after: called once it is accepted.
