@@ -31,6 +31,9 @@ struct Probe {
   std::optional<double> sd_ball_diameter_mm;
   std::string stylus;       // its name, where styli are exchanged; empty: there is one
   Certificate certificate;  // empty when none is known
+
+  // Results belong to probe and stylus together: those of one stylus do not hold for another.
+  std::string name() const { return serial_number + (stylus.empty() ? "" : ", stylus " + stylus); }
 };
 
 }  // namespace probebox::board

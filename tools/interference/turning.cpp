@@ -6,19 +6,12 @@
 #include "protocol/units/angle.hpp"
 
 namespace probebox::interference {
-namespace {
-
-Eigen::Vector3d vectorOf(const std::array<double, 3>& of) {
-  return {of[0], of[1], of[2]};
-}
-
-}  // namespace
 
 Turning::Turning(const std::vector<board::CellRotary>& axes, double gauge_mm) {
   for (const auto& axis : axes) {
     const bool head = axis.carries == board::Carries::tool;
-    axes_.push_back({static_cast<std::size_t>(axis.letter), axis.carries, vectorOf(axis.direction),
-                     vectorOf(axis.through_mm) + (head ? gauge_mm : 0.0) * Eigen::Vector3d::UnitZ()});
+    axes_.push_back({static_cast<std::size_t>(axis.letter), axis.carries, Eigen::Vector3d{axis.direction.data()},
+                     Eigen::Vector3d{axis.through_mm.data()} + (head ? gauge_mm : 0.0) * Eigen::Vector3d::UnitZ()});
   }
 }
 

@@ -177,8 +177,7 @@ std::string traceabilityBox(const Subject& subject, const CertificateFacts& fact
     text += element("li",
                     "The temperature of the sphere is not stated: the values hold if it was 20 \u00b0C. In steel each "
                     "kelvin is 11.5 \u00b5m per metre of its diameter. State it for the run (probebox calibrate "
-                    "--temperature) or in "
-                    "[datum_sphere] of machine.toml.");
+                    "--temperature) or in [datum_sphere] of machine.toml.");
   if (ballIsAssumed(result)) text += element("li", "Stylus ball: " + conditionOf(result, metrology::kStylusBall) + ".");
   if (facts.accepted.empty())
     text += element("li", "This result was accepted by nobody: it is a proposal, and not in force.");

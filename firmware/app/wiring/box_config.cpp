@@ -53,11 +53,6 @@ constexpr std::array<ChannelText, latch::kChannels> kChannelTexts{{
      "1 holdover, 2 trigger came, 4 touching, 8 skip, 16 probe clipped, 32 step running, 64 index pulse came"},
 }};
 
-// Results belong to probe and stylus together: those of one stylus do not hold for another.
-std::string probeName(const board::Probe& probe) {
-  return probe.serial_number + (probe.stylus.empty() ? "" : ", stylus " + probe.stylus);
-}
-
 }  // namespace
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
@@ -86,7 +81,7 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
 MachineNames namesOf(const board::Descriptions& descriptions) {
   return {.machine = descriptions.machine.name,
           .mounting = descriptions.machine.mounting,
-          .probe = probeName(descriptions.probe),
+          .probe = descriptions.probe.name(),
           .probe_noise_um = descriptions.probe.noise_um};
 }
 
@@ -103,7 +98,7 @@ messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, con
   descriptor.serial_number = descriptions.box.serial_number;
   descriptor.firmware_version = firmware_version;
   descriptor.machine = descriptions.machine.name;
-  descriptor.probe = probeName(descriptions.probe);
+  descriptor.probe = descriptions.probe.name();
   descriptor.nominal_tick_period_ns = descriptions.box.sync_period.count();
   descriptor.samples_per_tick = static_cast<std::uint16_t>(descriptions.box.samples_per_tick);
   descriptor.gain = descriptions.probe.gain;
@@ -151,7 +146,7 @@ std::vector<messages::LineStatus> wireLines(const board::Box& box) {
 }
 
 Mounting mountingOf(const board::Descriptions& descriptions) {
-  return {.probe_serial_number = probeName(descriptions.probe),
+  return {.probe_serial_number = descriptions.probe.name(),
           .machine = descriptions.machine.name,
           .mounting = descriptions.machine.mounting,
           .travel = travelOf(descriptions.machine)};

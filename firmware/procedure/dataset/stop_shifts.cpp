@@ -69,10 +69,11 @@ Vector3d movedByTable(const Facts& facts, const Vector3d& ball_mm) {
   return table.sigma_rad * vectorOf(table.axis).cross(ball_mm - vectorOf(*table.point_mm));
 }
 
-// Displacement of a tip below the gauge line of a level head by one sd of the head's stop.
-Vector3d movedByHead(const Facts& facts, const Vector3d& tip_mm) {
+// Displacement of a tip by one sd of the head's stop at B. tip_mm: below the gauge line of the level head.
+Vector3d movedByHead(const Facts& facts, const Vector3d& tip_mm, double b_rad = 0) {
   const HeadFacts& head = *facts.swivel_head;
-  return head.b.sigma_rad * vectorOf(head.b.axis).cross(tip_mm - vectorOf(head.pivot_mm));
+  const Vector3d axis = vectorOf(head.b.axis);
+  return head.b.sigma_rad * axis.cross(Eigen::AngleAxisd{b_rad, axis} * (tip_mm - vectorOf(head.pivot_mm)));
 }
 
 // Axes that stood still in a run and move what it reads. Where one is not described well enough to say how far, a
@@ -154,7 +155,6 @@ std::vector<std::string> addStopOfHead(metrology::Dataset& dataset, const Finish
 void addStopsOfHead(metrology::Dataset& dataset, std::string_view table, std::span<const std::string_view, 3> columns,
                     std::span<const TouchingTip> rows, const Facts& facts) {
   if (!facts.swivel_head || facts.swivel_head->b.sigma_rad <= 0 || rows.empty()) return;
-  const BFacts& b = facts.swivel_head->b;
   const auto turned = [&](const TouchingTip& row) { return std::abs(row.b_rad - rows.front().b_rad) > kSameStop_rad; };
   const bool swivels = std::ranges::any_of(rows, turned);
   std::vector<std::string_view> names{columns.begin(), columns.end()};
@@ -166,9 +166,7 @@ void addStopsOfHead(metrology::Dataset& dataset, std::string_view table, std::sp
     const bool other_stop =
         k > 0 && (std::abs(row.b_rad - rows[k - 1].b_rad) > kSameStop_rad || row.tip_mm != rows[k - 1].tip_mm);
     stop += other_stop ? 1 : 0;
-    const Vector3d arm = row.tip_mm - vectorOf(facts.swivel_head->pivot_mm);
-    const Vector3d swung = Eigen::AngleAxisd{row.b_rad, vectorOf(b.axis)} * arm;
-    const Vector3d machine_mm = -b.sigma_rad * vectorOf(b.axis).cross(swung);
+    const Vector3d machine_mm = -movedByHead(facts, row.tip_mm, row.b_rad);
     if (swivels)
       shift.append({machine_mm.x(), machine_mm.y(), machine_mm.z(), stop});
     else

@@ -127,13 +127,12 @@ void replaceMachine(Described& says, const board::Machine& machine) {
 }
 
 void replaceProbe(Described& says, const board::Probe& probe) {
-  const std::string name = probe.serial_number + (probe.stylus.empty() ? "" : ", stylus " + probe.stylus);
-  if (name != says.probe.name) {
+  if (probe.name() != says.probe.name) {
     says.delay = {};
     says.pre_travels.clear();
   }
   const auto& by_switch = probe.by_switch;
-  says.probe = {.name = name,
+  says.probe = {.name = probe.name(),
                 .switches = by_switch.has_value(),
                 .repeatability_um = by_switch ? by_switch->repeatability_um : 0,
                 .noise_um = by_switch ? 0 : probe.noise_um,

@@ -102,7 +102,7 @@ Trouble FollowedRun::replaced(std::uint32_t other) {
 
 // A box of before skips the field, and would take the temperature of its machine.toml.
 Trouble FollowedRun::withoutTemperature() {
-  const auto aborted = box_->request<messages::AbortProcedure>({run_}, link::patience(milliseconds{2000}));
+  const bool aborted = abortRun();
   return {ExitStatus::failed, "no-temperature",
           std::string{"this box does not take the temperature of a run, and the run was "} +
               (aborted ? "aborted" : "not aborted (probebox calibrate --abort)") +
@@ -146,10 +146,13 @@ Outcome<std::string, Trouble> FollowedRun::dataset() {
   }
 }
 
+bool FollowedRun::abortRun() {
+  return box_->request<messages::AbortProcedure>({run_}, link::patience(milliseconds{2000})).ok();
+}
+
 Trouble FollowedRun::aborted() {
-  const auto aborted = box_->request<messages::AbortProcedure>({run_}, link::patience(milliseconds{2000}));
-  console_.note(aborted ? "probebox: the run was aborted"
-                        : "probebox: the stop request did not reach the box; see probebox calibrate --abort");
+  console_.note(abortRun() ? "probebox: the run was aborted"
+                           : "probebox: the stop request did not reach the box; see probebox calibrate --abort");
   return console_.interrupted() ? interruption() : outputGone();
 }
 

@@ -32,6 +32,7 @@ class FollowedRun {
   Outcome<Progress, Trouble> follow();
   Outcome<Progress, Trouble> askAgain();
   bool unattended() const { return console_.interrupted() || !console_.writable(); }
+  bool abortRun();  // false when the request did not reach the box
   Trouble aborted();
   Trouble replaced(std::uint32_t other);
   Trouble withoutTemperature();
