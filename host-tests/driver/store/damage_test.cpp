@@ -4,13 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <map>
-#include <memory>
 #include <random>
 #include <sqlite3.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "host-tests/support/file_content.hpp"
+#include "host-tests/support/temporary_folder.hpp"
 #include "old_schema.hpp"
 #include "scratch.hpp"
 
@@ -165,16 +165,11 @@ TEST_F(Damage, OfAnyOneBitNeverPutsAnotherNumberIntoForceInSilence) {
     auto store = reopened();
     for (const auto& subject : kSubjects) truth[subject] = *(*store.active(about(subject)))->result();
   }
-  // In memory where there is such a folder: 3000 files that are opened wait for no disk.
-  const auto folder =
-      std::filesystem::path{std::filesystem::is_directory("/dev/shm") ? "/dev/shm" : testing::TempDir()} /
-      ("probebox-bits-" + std::to_string(::getpid()));
-  std::filesystem::create_directories(folder);
-  const std::shared_ptr<void> cleared{nullptr, [&](void*) { std::filesystem::remove_all(folder); }};
+  const support::TemporaryFolder folder{support::inMemory()};
   std::mt19937_64 random{20261122};
   int harmless = 0, worst = 0, took_several = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
-    const auto file = (folder / ("results-" + std::to_string(trial) + ".db")).string();
+    const auto file = folder.file("results-" + std::to_string(trial) + ".db");
     auto damaged = sound;
     const auto bit = random() % (8 * sound.size());
     damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << bit % 8));
@@ -203,7 +198,7 @@ TEST_F(Damage, OfAnyOneBitNeverPutsAnotherNumberIntoForceInSilence) {
     const auto fresh = store.propose(about("delay"), delayOf(1e-3), "", "t3");
     ASSERT_TRUE(fresh) << when << fresh.error().what;
     ASSERT_TRUE(store.accept(*fresh, "Ada", "t4")) << when;
-    for (const auto& entry : std::filesystem::directory_iterator{folder}) std::filesystem::remove(entry);
+    for (const auto& entry : std::filesystem::directory_iterator{folder.path()}) std::filesystem::remove(entry);
   }
   EXPECT_LT(took_several, kTrials / 25) << "a bit takes one result with it, seldom a page or the table of contents";
   EXPECT_GT(harmless, kTrials / 2);

@@ -4,20 +4,13 @@
 #include <gtest/gtest.h>
 #include <string>
 
+#include "host-tests/support/temporary_folder.hpp"
+
 namespace probebox::casefolder {
 
 // A folder of its own for every test, gone when the test is.
 class ScratchFolder : public testing::Test {
  protected:
-  ScratchFolder() {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::path{testing::TempDir()} / "probebox-case" /
-              (std::string{test->test_suite_name()} + "." + test->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~ScratchFolder() override { std::filesystem::remove_all(folder_); }
-
   // A case "sphere-fit" of five good points.
   std::filesystem::path goodCase(const std::string& name) const {
     write(name + "/config.json", R"({"method": "sphere-fit", "sigma_mm": 0.001})");
@@ -29,7 +22,8 @@ class ScratchFolder : public testing::Test {
     std::ofstream{folder_ / name, std::ios::binary} << text;
   }
 
-  std::filesystem::path folder_;
+  const support::TemporaryFolder scratch_;
+  const std::filesystem::path folder_ = scratch_.path();
 };
 
 }  // namespace probebox::casefolder

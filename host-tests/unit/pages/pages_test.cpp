@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/app/wiring/command_line.hpp"
+#include "host-tests/support/temporary_folder.hpp"
 #include "tools/pages/completion.hpp"
 #include "tools/pages/described.hpp"
 #include "tools/pages/man_page.hpp"
@@ -31,7 +32,8 @@ void withCommand(const std::function<void(const CLI::App&)>& look) {
 
 // What bash offers behind `probebox WORDS...`.
 std::string offered(const std::string& words) {
-  const std::string file = testing::TempDir() + "/probebox.bash";
+  const support::TemporaryFolder folder;
+  const auto file = folder.file("probebox.bash");
   withCommand([&](const CLI::App& app) { std::ofstream{file} << bashCompletion(app, kMethods); });
   const std::string command = "bash -c '. " + file + "; COMP_WORDS=(probebox " + words +
                               "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); compopt() { :; }; _probebox; "

@@ -9,6 +9,7 @@
 
 #include "board/describe/parse.hpp"
 #include "firmware/app/wiring/daemon.hpp"
+#include "host-tests/support/temporary_folder.hpp"
 
 namespace probebox::app {
 namespace {
@@ -17,8 +18,8 @@ using testing::HasSubstr;
 
 class StartFolder : public testing::Test {
  protected:
-  void TearDown() override { std::filesystem::remove_all(folder); }
-  const std::filesystem::path folder = std::filesystem::path{testing::TempDir()} / "start-folder" / "probebox";
+  support::TemporaryFolder parent;
+  const std::filesystem::path folder = parent.path() / "start-folder" / "probebox";
 };
 
 std::string textOf(const std::filesystem::path& file) {
