@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <exception>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <system_error>
 
 namespace probebox::campaign {
 namespace {
@@ -107,7 +109,30 @@ std::string_view name(Kind kind) {
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
-Play drawPlay(std::uint64_t seed, Nanoseconds length) {
+Outcome<Mixture> mixtureFrom(std::string_view text) {
+  Mixture mixture;
+  for (bool more = true; more;) {
+    const auto comma = text.find(',');
+    const auto one = text.substr(0, comma);
+    more = comma != std::string_view::npos;
+    if (more) text.remove_prefix(comma + 1);
+    const auto equals = std::min(one.find('='), one.size());
+    const auto kind = std::ranges::find(kNames, one.substr(0, equals));
+    const auto rest = one.substr(std::min(equals + 1, one.size()));
+    double weight = 0;
+    const auto read = std::from_chars(rest.data(), rest.data() + rest.size(), weight);
+    const bool whole = read.ec == std::errc{} && read.ptr == rest.data() + rest.size();
+    if (kind == kNames.end() || !whole || !std::isfinite(weight) || weight <= 0) {
+      std::string kinds;
+      for (const auto each : kNames) kinds += (kinds.empty() ? "" : ", ") + std::string{each};
+      return Error{"'" + std::string{one} + "' is no kind with a weight above 0, as in kill=3. Kinds: " + kinds + "."};
+    }
+    mixture.weights.at(static_cast<std::size_t>(kind - kNames.begin())) = weight;
+  }
+  return mixture;
+}
+
+Play drawPlay(std::uint64_t seed, Nanoseconds length, const std::optional<Mixture>& given) {
   Dice dice{seed};
   Play play{.seed = seed,
             .length = length,
@@ -116,9 +141,11 @@ Play drawPlay(std::uint64_t seed, Nanoseconds length) {
             .absolute = dice.oneIn(2),
             .cold_um = dice.uniform(-250, 350),
             .acts = {}};
-  const auto weights = dice.exponential(kKinds);
+  auto weights = dice.exponential(kKinds);
+  if (given) weights.assign(given->weights.begin(), given->weights.end());
   // From one act in two minutes to one a second.
-  const double mean_s = dice.uniform(0, 1) < 0.1 ? 1 : dice.uniform(5, 120);
+  const double drawn_mean_s = dice.uniform(0, 1) < 0.1 ? 1 : dice.uniform(5, 120);
+  const double mean_s = given ? given->mean_interval_s.value_or(drawn_mean_s) : drawn_mean_s;
   const auto expected = static_cast<std::uint64_t>(std::chrono::duration<double>{length}.count() / mean_s);
   std::size_t machine_faults = 0;
   for (std::uint64_t i = 0; i < expected; ++i) {
@@ -133,7 +160,7 @@ Play drawPlay(std::uint64_t seed, Nanoseconds length) {
                          .lasts = dice.between(1ms, 40s),
                          .number = numberOf(kind, dice)});
   }
-  addScenes(play, dice);
+  if (!given) addScenes(play, dice);
   std::ranges::stable_sort(play.acts, {}, &Act::at);
   return play;
 }

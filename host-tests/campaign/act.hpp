@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -69,9 +70,17 @@ struct Play {
   std::vector<Act> acts;        // in the order of time
 };
 
-// Draws the play of this seed: rates, and acts from a mixture that is drawn too, so that there are plays with few
-// faults, with long ones and with many.
-Play drawPlay(std::uint64_t seed, Nanoseconds length);
+// How often acts happen. A kind without a weight happens only as one of the usual commands, which every third act is.
+struct Mixture {
+  std::array<double, kKinds> weights{};
+  std::optional<double> mean_interval_s;  // between acts
+};
+// Reads "kill=3,cut_power=1". The error names what is no kind or no weight, and all kinds.
+Outcome<Mixture> mixtureFrom(std::string_view text);
+
+// Draws the play of this seed: rates, and acts from a mixture that is drawn too unless it is given, so that there are
+// plays with few faults, with long ones and with many.
+Play drawPlay(std::uint64_t seed, Nanoseconds length, const std::optional<Mixture>& given = std::nullopt);
 
 std::string toJson(const Play& play);
 // Reads a play. The error explains what is wrong with the text.

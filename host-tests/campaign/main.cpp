@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <thread>
 #include <unistd.h>
@@ -22,6 +23,7 @@ struct Options {
   std::uint64_t seed{1};
   std::size_t jobs{std::max(1U, std::thread::hardware_concurrency())};
   std::size_t shrink_attempts{200};
+  std::optional<Mixture> mixture;
   std::string replay;
   std::string folder{"."};
 };
@@ -75,7 +77,8 @@ int campaign(const Options& options) {
   Tally all;
   std::size_t found = 0;
   for (std::uint64_t started = 0; started < plays || runner.running() > 0;) {
-    while (started < plays && runner.running() < options.jobs) runner.start(drawPlay(options.seed + started++, length));
+    while (started < plays && runner.running() < options.jobs)
+      runner.start(drawPlay(options.seed + started++, length, options.mixture));
     const auto done = runner.next();
     all += done.verdict.tally;
     if (done.verdict.violation) {
@@ -128,7 +131,25 @@ int main(int count, char** arguments) {
   app.add_option("--folder", options.folder, "where plays that broke a rule are kept")
       ->check(CLI::ExistingDirectory)
       ->capture_default_str();
+  std::string mixture;
+  auto* mixed = app.add_option("--mixture", mixture,
+                               "kinds of acts with weights, in place of a mixture drawn for each play: "
+                               "kill=3,cut_power=1");
+  double every_s = 0;
+  auto* every =
+      app.add_option("--every", every_s, "mean time between acts of --mixture, s; drawn for each play if not given")
+          ->check(CLI::Range(0.1, 3600.0))
+          ->needs(mixed);
   app.add_option("--replay", options.replay, "one play again, from the file that was kept");
   CLI11_PARSE(app, count, arguments);
+  if (*mixed) {
+    const auto given = mixtureFrom(mixture);
+    if (!given) {
+      std::cerr << "--mixture: " << given.error().what << '\n';
+      return kExitUsage;
+    }
+    options.mixture = *given;
+    if (*every) options.mixture->mean_interval_s = every_s;
+  }
   return options.replay.empty() ? campaign(options) : replay(options.replay);
 }

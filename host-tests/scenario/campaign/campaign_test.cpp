@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
@@ -42,6 +43,26 @@ TEST(Campaign, BreaksNoRule) {
   EXPECT_GT(all.restarts, 10U);
   EXPECT_GT(all.checks_of_values, 200U);
   EXPECT_GT(all.samples, 100'000U);
+}
+
+TEST(Campaign, DrawsTheMixtureThatIsGiven) {
+  auto mixture = mixtureFrom("kill=3,drop_probe=0.5");
+  ASSERT_TRUE(mixture);
+  mixture->mean_interval_s = 2;
+  const auto play = drawPlay(1, 2400s, *mixture);
+  const auto count = [&](Kind kind) { return std::ranges::count(play.acts, kind, &Act::kind); };
+  EXPECT_NEAR(static_cast<double>(count(Kind::kill)), 1200 * 2.0 / 3 * 6 / 7, 90);
+  EXPECT_EQ(count(Kind::drop_probe), 60) << "as many as the emulated machine remembers";
+  EXPECT_GT(count(Kind::accept), 0) << "one of the usual commands";
+  EXPECT_EQ(count(Kind::cut_power) + count(Kind::stop_sync), 0);
+}
+
+TEST(Campaign, NamesWhatIsNoMixture) {
+  for (const auto* const text : {"kil=3", "kill", "kill=", "kill=0", "kill=-1", "kill=nan", "kill=3x", "", "kill=3,"}) {
+    const auto mixture = mixtureFrom(text);
+    ASSERT_FALSE(mixture) << text;
+    EXPECT_THAT(mixture.error().what, HasSubstr("cut_power")) << text;
+  }
 }
 
 TEST(Campaign, FindsJointsThatMoveFasterThanTheyMay) {
