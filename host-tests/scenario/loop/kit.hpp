@@ -32,7 +32,8 @@ class Kit {
   // As probebox_master does it.
   double ask(const std::vector<double>& what);
   double mark(int phase);
-  double wish(const std::vector<double>& what, double of, double method, double axis, double tool);
+  // chosen: as a program asks for a start.
+  double wish(double what, double of, const std::vector<double>& chosen);
   void look();
 
   Control& control_;

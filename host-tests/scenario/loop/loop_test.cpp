@@ -24,6 +24,9 @@ enum Came { kDone = 0, kBeyond = 2, kRefused = 3, kSilent = 6 };
 struct Run {
   double method{}, axis{}, tool{};
   Came came{kDone};
+  double read_by{}, mounts{}, contacts{};
+
+  std::vector<double> asked() const { return {method, axis, tool, read_by, mounts, contacts}; }
 };
 // Touches with and without a dwell, jogs, sweeps, a rest (whose screws still warm up), touches of the setter with a
 // cutting tool, the head swivelled, C turned, holds.
@@ -59,7 +62,7 @@ class OfTheKit final : public Session {
     kit.variables["_pb_dry"] = dry_;
     kit.call("ask", {1, 7});
     kit.call("stand", {1, 0, 0, 0});
-    const double came = kit.call("run", {run.method, run.axis, run.tool});
+    const double came = kit.call("run", run.asked());
     kit.call("stand", {control.tool() * 1.0, control.position('A'), control.position('B'), control.position('C')});
     return came;
   }
@@ -80,7 +83,7 @@ class OfAText final : public Session {
   }
   double run(const Run& run) override {
     try {
-      program->call(run.method, run.axis, run.tool);
+      program->call(run.asked());
       EXPECT_EQ(program->get("main/came"), 0);
       alarm.clear();
     } catch (const Alarm& stopped) {
@@ -111,8 +114,10 @@ void expectSame(const std::vector<Commanded>& of_kit, const std::vector<Commande
     const auto &one = of_kit[i], &other = of_text[i];
     ASSERT_EQ(one.is, other.is) << i;
     for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_NEAR(one.to[axis], other.to[axis], 1e-6) << i;
-    ASSERT_NEAR(one.feed_mm_min, other.feed_mm_min, 1e-6) << i;
+    ASSERT_NEAR(one.feed, other.feed, 1e-6) << i;
     ASSERT_EQ(one.guarded, other.guarded) << i;
+    ASSERT_EQ(one.clockwise, other.clockwise) << i;
+    for (std::size_t axis = 0; axis < 2; ++axis) ASSERT_NEAR(one.centre[axis], other.centre[axis], 1e-6) << i;
   }
 }
 
@@ -205,7 +210,7 @@ TEST_P(LoopProgram, RisesAndStopsWhereTheBoxFallsSilentDuringATouch) {
 TEST_P(LoopProgram, StopsWhereTheProbeTouchesOnTheWay) {
   OfAText text{GetParam(), 0};
   text.program->set("_pb_sphere_x", 120 - 14);
-  EXPECT_THROW(text.program->call(4, 0, 0), Alarm) << text.why();
+  EXPECT_THROW(text.program->call({4}), Alarm) << text.why();
   ASSERT_FALSE(text.control.commanded().empty());
   EXPECT_TRUE(text.control.commanded().back().guarded);
   EXPECT_THAT(text.program->last, testing::AnyOf(testing::HasSubstr("PROBE TOUCHED"), testing::HasSubstr("SETAL")));
@@ -243,7 +248,7 @@ TEST_P(LoopProgram, EndsBeforeAMoveWhereTheLengthOfTheToolIsNotKnown) {
   for (const unsigned tool : {3U, 150U}) {
     text.control.putIntoSpindle(tool);
     kit.control.putIntoSpindle(tool);
-    EXPECT_THROW(text.program->call(4, 0, 0), Alarm) << tool;
+    EXPECT_THROW(text.program->call({4}), Alarm) << tool;
     EXPECT_THROW(kit.run({4}), Alarm) << tool;
   }
   EXPECT_TRUE(text.control.commanded().empty());
@@ -307,7 +312,7 @@ TEST_F(FanucLoop, GivesTheStateOfTheControlBack) {
 TEST_F(FanucLoop, GivesItBackWhereTheProbeHasTouched) {
   OfAText text{"fanuc", 0};
   text.program->set("_pb_sphere_x", 120 - 14);
-  EXPECT_THROW(text.program->call(4, 0, 0), Alarm);
+  EXPECT_THROW(text.program->call({4}), Alarm);
   expectGivenBack(programOf(text));
 }
 
@@ -315,7 +320,7 @@ TEST_F(FanucLoop, KeepsTheValuesOfG59OverAReset) {
   OfAText text{"fanuc", 2};
   text.control.at_stop = [] { throw std::runtime_error{"reset"}; };
   text.program->set("_pb_dry", 1);
-  EXPECT_THROW(text.program->call(4, 0, 0), std::runtime_error);
+  EXPECT_THROW(text.program->call({4}), std::runtime_error);
   EXPECT_EQ(programOf(text).offsets.at(59)[0], 0);
   text.program->set("_pb_dry", 2);
   text.run({4});
@@ -327,13 +332,13 @@ TEST_F(FanucLoop, RefusesWhatWouldBendTheWay) {
        {std::pair{4011, 51.0}, {4016, 68.0}, {4022, 51.1}, {4006, 20.0}, {4007, 41.0}, {4008, 43.4}}) {
     OfAText text{"fanuc", 0};
     programOf(text).modal[group] = code;
-    EXPECT_THROW(text.program->call(4, 0, 0), Alarm) << group;
+    EXPECT_THROW(text.program->call({4}), Alarm) << group;
     EXPECT_THAT(text.program->last, testing::HasSubstr("CA")) << group;
     EXPECT_TRUE(text.control.commanded().empty()) << group;
   }
   OfAText text{"fanuc", 0};
   programOf(text).local = {0, 5, 0};
-  EXPECT_THROW(text.program->call(4, 0, 0), Alarm);
+  EXPECT_THROW(text.program->call({4}), Alarm);
   EXPECT_THAT(text.program->last, testing::HasSubstr("CANCEL G52 G92"));
   EXPECT_TRUE(text.control.commanded().empty());
 }
@@ -374,7 +379,7 @@ TEST(SiemensLoop, HasNoLengthActiveBehindAnotherTool) {
 TEST(SiemensLoop, RefusesATransformation) {
   OfAText text{"siemens", 0};
   dynamic_cast<SiemensProgram&>(*text.program).transformation = 1;
-  EXPECT_THROW(text.program->call(4, 0, 0), Alarm);
+  EXPECT_THROW(text.program->call({4}), Alarm);
   EXPECT_TRUE(text.control.commanded().empty());
 }
 

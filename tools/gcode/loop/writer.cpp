@@ -18,6 +18,12 @@ std::string_view oppositeOf(std::string_view relation) {
   return found == kOpposites.end() ? std::string_view{} : found->second;
 }
 
+constexpr int kScan = 6;  // register 852
+
+bool ofScan(std::string_view pin) {
+  return pin.starts_with("probebox.step-scan");
+}
+
 }  // namespace
 
 Outcome<std::string> Writer::write(const std::vector<Subprogram>& subprograms) {
@@ -159,8 +165,15 @@ void Writer::look() {
   label(again);
   for (const auto& pin : head) assign(variable(copyOf(pin)), live(pin));
   for (const auto& pin : step_pins_) {
-    if (std::ranges::find(head, pin) == head.end()) assign(variable(copyOf(pin)), live(pin));
+    if (std::ranges::find(head, pin) == head.end() && !ofScan(pin)) assign(variable(copyOf(pin)), live(pin));
   }
+  // Each word takes its time, and other steps have no scan.
+  const int no_scan = newLabel();
+  jumpIf(variable(copyOf("probebox.step-kind")), "NE", number(kScan), no_scan);
+  for (const auto& pin : step_pins_) {
+    if (ofScan(pin)) assign(variable(copyOf(pin)), live(pin));
+  }
+  label(no_scan);
   for (const auto& pin : head) jumpIf(live(pin), "NE", variable(copyOf(pin)), again);
   label(behind);
 }
@@ -346,9 +359,14 @@ void Writer::block(const Statement& one) {
     }
   }
   if (g.contains(170)) return settings();
-  if (g.contains(80) || g.contains(100) || g.contains(593)) return;  // settings() has it
+  // settings() has them: on these controls G61 is an exact stop.
+  for (const int code : {80, 100, 593, 610, 611}) {
+    if (g.contains(code)) return;
+  }
   if (g.contains(40)) return wait(words['P']);
-  if (g.contains(0) || g.contains(10)) return motion(one, words);
+  if (g.contains(0) || g.contains(10)) return motion(one, words, Turn::freely);
+  if (g.contains(383)) return motion(one, words, Turn::until_touched);
+  if (g.contains(20) || g.contains(30)) return circle(words, g.contains(20));
   if (m.contains(6)) return takeTool(words['T']);
   if (m.contains(0)) return stop();
   if (m.contains(66)) return settle();
@@ -359,7 +377,13 @@ void Writer::block(const Statement& one) {
   fail("unknown block " + one.text);
 }
 
-void Writer::motion(const Statement& one, const std::map<char, std::string>& words) {
+// No skip input ends an arc.
+void Writer::circle(const std::map<char, std::string>& words, bool clockwise) {
+  if (!pressing_) return fail("an arc that the probe is to stop");
+  arc({{'X', words.at('X')}, {'Y', words.at('Y')}}, {words.at('I'), words.at('J')}, words.at('F'), clockwise);
+}
+
+void Writer::motion(const Statement& one, const std::map<char, std::string>& words, Turn how) {
   std::map<char, std::string> linear, rotary;
   for (const auto& [letter, value] : words) {
     if (letter >= 'X') linear[letter] = value;
@@ -367,11 +391,12 @@ void Writer::motion(const Statement& one, const std::map<char, std::string>& wor
   }
   const auto feed = words.find('F');
   if (!linear.empty() && !rotary.empty()) return fail("linear and rotary axes in one block: " + one.text);
+  if (!linear.empty() && how == Turn::until_touched) return fail("only a turn ends where the probe touches: " + one.text);
   if (!linear.empty()) return move(linear, feed == words.end() ? std::string{} : feed->second, !pressing_);
   for (const auto& [letter, value] : rotary) {
     if (!has(letter)) return abort(std::string{"A STEP TURNS AN AXIS THAT IS NOT THERE: "} + letter);
   }
-  if (!rotary.empty()) turn(rotary);
+  if (!rotary.empty()) turn(rotary, feed == words.end() ? std::string{} : feed->second, how);
 }
 
 }  // namespace probebox::gcode::loop
