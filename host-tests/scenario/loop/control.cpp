@@ -37,6 +37,8 @@ void describeMachine(box::BoxConfig& box) {
       .described = true, .from = corrections::AngleFrom::controller, .reference = {}, .stale = {}};
 }
 
+}  // namespace
+
 // Two more mounts of the balls: turned about C, and shifted.
 world::Config worldOfTheLoop() {
   auto config = warmingWorld();
@@ -45,8 +47,6 @@ world::Config worldOfTheLoop() {
   config.part_spindle.further_mount_count = 2;
   return config;
 }
-
-}  // namespace
 
 Control::Control(std::uint64_t seed, char table)
     : table_{table},
@@ -93,6 +93,7 @@ void Control::move(const std::array<double, 3>& to_mm, double feed_mm_min, bool 
   double way_mm = 0;
   for (std::size_t i = 0; i < 3; ++i) way_mm += std::abs(to[i] - scenario.machine().commandedPosition()[i]);
   if (way_mm < 1e-6) return;
+  if (feed_mm_min <= 0) throw Alarm{"a move without a feed"};
   if (at_move) at_move();
   commanded_.push_back({.is = Commanded::Is::move, .to = to_mm, .feed = feed_mm_min, .guarded = guarded});
   lowest_mm = std::min(lowest_mm, to_mm[2]);

@@ -11,6 +11,9 @@
 
 namespace probebox::scenario {
 
+// The emulated machine with two more mounts of its plate.
+world::Config worldOfTheLoop();
+
 // The program stopped with this text.
 struct Alarm : std::runtime_error {
   using std::runtime_error::runtime_error;

@@ -61,6 +61,7 @@ Kit::Left Kit::statement(const Statement& one) {
     case Statement::Is::assign: {
       const double now = value(one.values[1]);
       place(one.values[0]) = now;
+      for (const auto& [number, preset] : preset_) tables_[number] = preset;
       return Left::no;
     }
     case Statement::Is::call: {

@@ -160,6 +160,8 @@ void FanucProgram::write(int number, double value) {
   for (const auto& [name, preset] : preset_) {
     if (numbers_.at(upper(name)) == number) value = preset;
   }
+  if (const auto preset = preset_table_.find(number + 300); preset != preset_table_.end() && number >= 700)
+    value = preset->second;
   variables_[number] = value;
 }
 
@@ -319,7 +321,8 @@ void SiemensProgram::write(const std::string& target, double value) {
   }
   const double index = valueOf(target.substr(bracket + 1, target.size() - bracket - 2));
   if (name == "PBT_N") {
-    table_[static_cast<int>(index)] = value;
+    const auto preset = preset_table_.find(static_cast<int>(index) + 1000);
+    table_[static_cast<int>(index)] = preset == preset_table_.end() ? value : preset->second;
     return;
   }
   const auto at = static_cast<std::size_t>(index) / 2;

@@ -21,6 +21,8 @@ class TextProgram {
   virtual void call(const std::vector<double>& arguments) = 0;
   // Of a variable of the kit's program that all share, as its name there: "_pb_dry".
   virtual void set(const std::string& name, double value) = 0;
+  // The same of a place of the tables, by the kit's number.
+  void setTable(int number, double value) { preset_table_[number] = value; }
   // The same of any variable, as it is now: "main/came".
   virtual double get(const std::string& name) const = 0;
   std::string last;  // line that was done last
@@ -38,6 +40,7 @@ class TextProgram {
   double valueOf(std::string_view text) { return Formula{text, known_}.value(); }
 
   Control& control_;
+  std::map<int, double> preset_table_;
   int depth_{};  // of subprograms in each other
   std::map<std::string, Lines> programs_;
   Formula::Known known_;

@@ -1,10 +1,12 @@
 #include "tools/gcode/loop/fanuc.hpp"
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <utility>
 
 #include "tools/gcode/dialect.hpp"
+#include "tools/gcode/loop/locals.hpp"
 
 namespace probebox::gcode::loop {
 namespace {
@@ -138,6 +140,11 @@ class FanucWriter final : public Writer {
   void begin(const std::vector<Subprogram>& subprograms) override {
     for (const auto& one : subprograms) programs_[one.name] = first_ + static_cast<int>(programs_.size());
     if (programs_.size() > kHelpersFrom) fail("more subprograms than there are numbers");
+    for (const auto& [name, place] : placesOfLocals(subprograms)) {
+      const int number = kFirstLocal + static_cast<int>(place), beyond = number - kLastLocal - 1;
+      numbers_[name] = beyond < 0 ? number : kFirstShared + beyond;
+      next_shared_ = std::max(next_shared_, kFirstShared + beyond + 1);
+    }
     line("%");
   }
   void end() override {
@@ -200,10 +207,9 @@ class FanucWriter final : public Writer {
 
   std::string variable(const std::string& name) override {
     if (const auto found = numbers_.find(name); found != numbers_.end()) return "#" + std::to_string(found->second);
-    int& next = name.starts_with('_') || next_local_ > kLastLocal ? next_shared_ : next_local_;
-    if (next > kLastShared) fail("more variables than the control has");
-    numbers_[name] = next;
-    return "#" + std::to_string(next++);
+    if (next_shared_ > kLastShared) fail("more variables than the control has: " + name);
+    numbers_[name] = next_shared_;
+    return "#" + std::to_string(next_shared_++);
   }
   std::string programNamed(const std::string& subprogram) override {
     return "O" + std::to_string(programs_.at(subprogram)) + " " + subprogram;
@@ -356,7 +362,7 @@ class FanucWriter final : public Writer {
   std::string said_;  // by the last message
   std::map<std::string, int> programs_;
   std::map<std::string, int> numbers_;
-  int next_local_{kFirstLocal}, next_shared_{kFirstShared};
+  int next_shared_{kFirstShared};
   unsigned reads_{};
 };
 
