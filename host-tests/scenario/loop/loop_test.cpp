@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <set>
 #include <span>
@@ -35,10 +36,11 @@ struct Asked {
 constexpr std::array kRuns =
     std::to_array<Asked>({{4}, {6}, {9}, {10, 1}, {25, 1, 0, kRefused}, {20, 0, 4}, {17}, {8}, {22}});
 
-// Scans by arcs and by chords, touches by the shank, C turned until the ball touches, a plate in two mounts. All but the
-// scans need the delay.
+// Scans by arcs and by chords, touches by the shank, C turned until the ball touches, a plate in two mounts, read by
+// the sensor head. All but the scans need the delay.
 constexpr Asked kDelay{.method = 4}, kStepped{.method = 26}, kContour{.method = 27}, kShank{.method = 17, .read_by = 2},
-    kContacts{.method = 23, .contacts = 1}, kMounts{.method = 15, .axis = 5, .mounts = 2};
+    kContacts{.method = 23, .contacts = 1}, kHead{.method = 22},
+    kMounts{.method = 15, .axis = 5, .read_by = 1, .mounts = 2};
 // The table tilted, C at 0 and half a turn; and a plate on it.
 constexpr Asked kTablePivot{.method = 16}, kPlateOnB{.method = 15, .axis = 5};
 
@@ -75,20 +77,27 @@ class Session {
   char table_;
 };
 
-// Of the ball in mounts 2 and 3, as the emulated person puts the plate: number of the place, and what is there.
-std::vector<std::pair<int, double>> placesInMounts() {
-  std::vector<std::pair<int, double>> places;
+// Where an integrator finds the balls of the emulated part, in all mounts, and its axes: a sensor head has to come near
+// them. Numbers of tables, and names.
+std::map<int, double> placesOfBalls() {
+  std::map<int, double> places;
   const auto config = worldOfTheLoop();
   const auto& part = config.part_spindle;
-  const world::Vector3 shown{330, 200, -300};  // as probebox_places.ngc has the axis of C
   for (std::size_t ball = 0; ball < part.ball_count; ++ball) {
-    for (std::size_t mount = 0; mount < part.further_mount_count; ++mount) {
-      const auto at = part.further_mounts[mount].place(part.balls_mm[ball]);
+    for (std::size_t mount = 0; mount <= part.further_mount_count; ++mount) {
+      const auto& as_described = part.balls_mm[ball];
+      const auto at = mount == 0 ? as_described : part.further_mounts[mount - 1].place(as_described);
+      const auto number = 1001 + 10 * (static_cast<int>(ball) + 1) + 3 * static_cast<int>(mount);
       for (std::size_t axis = 0; axis < 3; ++axis)
-        places.emplace_back(1001 + 10 * (ball + 1) + 3 * (mount + 1) + axis, shown[axis] + at[axis]);
+        places[number + static_cast<int>(axis)] = part.point_mm[axis] + at[axis];
     }
   }
   return places;
+}
+std::map<std::string, double> placesOfAxes() {
+  const auto config = worldOfTheLoop();
+  const auto &part = config.part_spindle.point_mm, &table = config.tilting_table.point_mm;
+  return {{"_pb_axis_x", part[0]}, {"_pb_axis_y", part[1]}, {"_pb_table_y", table[1]}, {"_pb_table_z", table[2]}};
 }
 
 class OfTheKit final : public Session {
@@ -98,7 +107,10 @@ class OfTheKit final : public Session {
     kit.call("begin", {});
     kit.variables["_pb_dry"] = dry_;
     kit.variables["_pb_table_word"] = tableWord();
-    for (const auto& [number, mm] : placesInMounts()) kit.setTable(number, mm);
+    if (table_ != 0) {
+      for (const auto& [number, mm] : placesOfBalls()) kit.setTable(number, mm);
+      for (const auto& [name, mm] : placesOfAxes()) kit.variables[name] = mm;
+    }
     kit.call("ask", {1, 7});
     kit.call("stand", {1, 0, 0, 0});
     const double came = kit.call("run", run.asked());
@@ -120,7 +132,9 @@ class OfAText final : public Session {
     }
     program->set("_pb_dry", dry_);
     program->set("_pb_table_word", tableWord());
-    for (const auto& [number, mm] : placesInMounts()) program->setTable(number, mm);
+    if (table == 0) return;
+    for (const auto& [number, mm] : placesOfBalls()) program->setTable(number, mm);
+    for (const auto& [name, mm] : placesOfAxes()) program->set(name, mm);
   }
   double run(const Asked& run) override {
     try {
@@ -259,7 +273,7 @@ TEST_P(LoopProgram, TurnsCUntilTheBallTouches) {
 }
 
 TEST_P(LoopProgram, HasThePlatePutIntoEachMount) {
-  expectTheKitsMoves(GetParam(), {kDelay, kMounts, kMounts}, 'B', [](OfAText& text) {
+  expectTheKitsMoves(GetParam(), {kDelay, kHead, kMounts, kMounts}, 'B', [](OfAText& text) {
     EXPECT_EQ(text.mounted, (std::vector{2, 1, 2})) << "it is in the first one at the beginning, and says so once each";
   });
 }
@@ -303,6 +317,9 @@ TEST_P(LoopProgram, GoesTheWayOfEveryKindAboveEverything) {
       text.program->set("_pb_dry", 2);
     } else {
       ASSERT_EQ(text.run(kDelay), kDone) << text.why() << text.alarm;
+      if (run.read_by == 1) {
+        ASSERT_EQ(text.run(kHead), kDone) << text.why() << text.alarm;
+      }
       text.program->set("_pb_dry", 2);
     }
     auto& control = text.control;

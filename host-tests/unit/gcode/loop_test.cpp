@@ -80,7 +80,7 @@ TEST(LoopText, NamesInItsCommentsWhatThisControlHas) {
 
 TEST(LoopText, RefusesNumbersWhosePlacesBelongToOthers) {
   EXPECT_THAT(*loopProgram("siemens", "XYZABC"),
-              testing::AllOf(HasSubstr("PBL_STEP_TOOL<=99 GOTO"), HasSubstr("PBL_STEP_BALL<=9 GOTO")));
+              testing::AllOf(HasSubstr("PBL_FITS_TOOL<=99 GOTO"), HasSubstr("PBL_FITS_BALL<=9 GOTO")));
 }
 
 TEST(LoopText, DefinesEachNameOnceForSiemens) {
