@@ -22,7 +22,7 @@ namespace address = modbus::address;
 
 constexpr double kSafeZ_mm = -100;  // as probebox_places.ngc has it, for tools that are no longer than the probe
 // Values of probebox_run.
-enum Came { kDone = 0, kBeyond = 2, kRefused = 3, kSilent = 6 };
+enum Came { kDone = 0, kBeyond = 2, kRefused = 3, kNotAccepted = 4, kSilent = 6 };
 
 struct Asked {
   double method{}, axis{}, tool{};
@@ -36,11 +36,10 @@ struct Asked {
 constexpr std::array kRuns =
     std::to_array<Asked>({{4}, {6}, {9}, {10, 1}, {25, 1, 0, kRefused}, {20, 0, 4}, {17}, {8}, {22}});
 
-// Scans by arcs and by chords, touches by the shank, C turned until the ball touches, a plate in two mounts, read by
-// the sensor head. All but the scans need the delay.
+// Scans by arcs and by chords, touches by the shank, C turned until the ball touches, a plate in two mounts. All but
+// the scans need the delay.
 constexpr Asked kDelay{.method = 4}, kStepped{.method = 26}, kContour{.method = 27}, kShank{.method = 17, .read_by = 2},
-    kContacts{.method = 23, .contacts = 1}, kHead{.method = 22},
-    kMounts{.method = 15, .axis = 5, .read_by = 1, .mounts = 2};
+    kContacts{.method = 23, .contacts = 1}, kMounts{.method = 15, .axis = 5, .mounts = 2};
 // The table tilted, C at 0 and half a turn; and a plate on it.
 constexpr Asked kTablePivot{.method = 16}, kPlateOnB{.method = 15, .axis = 5};
 
@@ -272,10 +271,37 @@ TEST_P(LoopProgram, TurnsCUntilTheBallTouches) {
   });
 }
 
-TEST_P(LoopProgram, HasThePlatePutIntoEachMount) {
-  expectTheKitsMoves(GetParam(), {kDelay, kHead, kMounts, kMounts}, 'B', [](OfAText& text) {
-    EXPECT_EQ(text.mounted, (std::vector{2, 1, 2})) << "it is in the first one at the beginning, and says so once each";
-  });
+TEST(LoopKit, HasThePlatePutIntoEachMount) {
+  OfTheKit kit{0, 'B'};
+  kit.standByThePlate();
+  for (const auto& run : {kDelay, kMounts}) ASSERT_EQ(kit.run(run), kDone) << run.method << ": " << kit.why();
+  EXPECT_THAT(kit.run(kMounts), testing::AnyOf(kDone, kNotAccepted)) << "screws are warmer; " << kit.why();
+  EXPECT_EQ(kit.mounted, (std::vector{2, 1, 2, 1})) << "it is in the first one at the beginning and the end";
+  EXPECT_EQ(kit.control.crashes(), 0U);
+}
+
+// A step of a text takes longer, and the box records 98 s of a run: it is full before the end of this one.
+TEST_P(LoopProgram, HasThePlatePutIntoAnotherMount) {
+  OfTheKit kit{0, 'B'};
+  OfAText text{GetParam(), 0, 'B'};
+  for (Session* session : std::initializer_list<Session*>{&kit, &text}) {
+    session->standByThePlate();
+    ASSERT_EQ(session->run(kDelay), kDone) << session->why();
+  }
+  const auto from = withoutIdleChanges(kit.control.commanded()).size();
+  ASSERT_EQ(kit.run(kMounts), kDone) << kit.why();
+  text.run(kMounts);
+  EXPECT_EQ(text.mounted, (std::vector{2, 1}));
+  EXPECT_EQ(text.control.crashes(), 0U);
+  auto of_kit = withoutIdleChanges(kit.control.commanded()), of_text = withoutIdleChanges(text.control.commanded());
+  const auto stop = std::ranges::find(of_kit, Commanded::Is::stop, &Commanded::is);
+  ASSERT_NE(stop, of_kit.end());
+  constexpr std::size_t kThen = 60;  // moves at balls of the second mount
+  const auto until = static_cast<std::size_t>(stop - of_kit.begin()) + kThen;
+  ASSERT_GT(of_text.size(), until);
+  of_kit.resize(until);
+  of_text.resize(until);
+  expectSame(of_kit, of_text, from);
 }
 
 TEST_P(LoopProgram, KnowsThreeMounts) {
@@ -284,7 +310,7 @@ TEST_P(LoopProgram, KnowsThreeMounts) {
     text.standByThePlate();
     text.control.plc().feign(gcode::loop::placeRead("probebox.step-mount")->word, mount);
     EXPECT_EQ(text.run(kDelay), mount == 3 ? kDone : kBeyond) << text.why() << text.alarm;
-    EXPECT_EQ(text.mounted, mount == 3 ? std::vector{3} : std::vector<int>{});
+    EXPECT_EQ(text.mounted, (mount == 3 ? std::vector{3, 1} : std::vector<int>{}));
   }
 }
 
@@ -317,9 +343,6 @@ TEST_P(LoopProgram, GoesTheWayOfEveryKindAboveEverything) {
       text.program->set("_pb_dry", 2);
     } else {
       ASSERT_EQ(text.run(kDelay), kDone) << text.why() << text.alarm;
-      if (run.read_by == 1) {
-        ASSERT_EQ(text.run(kHead), kDone) << text.why() << text.alarm;
-      }
       text.program->set("_pb_dry", 2);
     }
     auto& control = text.control;
