@@ -133,8 +133,8 @@ void Machine::follow(const Vector3& position_mm, MonoTime from, MonoTime until) 
   stylus_.follow(move, solids_, hold_);
 }
 
-// A way along the datum sphere, within its surface, is a scan; a touch goes into it. What is slower is a correction, and
-// says nothing of the sense.
+// A way along the datum sphere, within its surface, is a scan; a touch goes into it. What is slower is a correction,
+// and says nothing of the sense.
 bool Machine::slidesTo(const Vector3& position_mm, double speed_mm_s, MonoTime from) {
   constexpr double kAlong = 0.3, kSlowest_mm_s = 1;
   if (!touching() || turnedInto()) return false;

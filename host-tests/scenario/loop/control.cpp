@@ -165,9 +165,8 @@ void Control::turnUntilTouched(double c_deg, double feed_deg_min) {
   constexpr double kBeyond_rad = 0.005;  // until the drive of C stands
   settle();
   auto& scenario = office_.scenario();
-  commanded_.push_back({.is = Commanded::Is::turn_until_touched,
-                        .to = {angles_deg_[0], angles_deg_[1], c_deg},
-                        .feed = feed_deg_min});
+  commanded_.push_back(
+      {.is = Commanded::Is::turn_until_touched, .to = {angles_deg_[0], angles_deg_[1], c_deg}, .feed = feed_deg_min});
   auto& machine = scenario.world().machine();
   if (!machine.turnUntilContact(c_deg * kDegree, feed_deg_min / 60 * kDegree, scenario.now(), kBeyond_rad))
     throw Alarm{"C did not turn"};

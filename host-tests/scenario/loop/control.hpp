@@ -50,7 +50,7 @@ class Control {
   void turnUntilTouched(double c_deg, double feed_deg_min);
   void takeTool(unsigned number);
   void stop();
-  double position(char axis);  // of the machine; angles as commanded
+  double position(char axis);          // of the machine; angles as commanded
   double positionOfTheBox(char axis);  // the same by the letters of the box, as HAL wires them
   unsigned tool() const { return tool_; }
 

@@ -189,10 +189,10 @@ double Kit::mark(int phase) {
   look();
   const auto before = step_;
   const auto commit = box.value(address::marker_commit) + 1;
-  const bool taken =
-      box.write(address::marker_run, {step_["probebox.step-run"], step_["probebox.step-number"], phase * 1.0,
-                                      step_["probebox.step-speed"], control_.tool() * 1.0, control_.positionOfTheBox('A'),
-                                      control_.positionOfTheBox('B'), control_.positionOfTheBox('C'), 1, commit});
+  const bool taken = box.write(address::marker_run,
+                               {step_["probebox.step-run"], step_["probebox.step-number"], phase * 1.0,
+                                step_["probebox.step-speed"], control_.tool() * 1.0, control_.positionOfTheBox('A'),
+                                control_.positionOfTheBox('B'), control_.positionOfTheBox('C'), 1, commit});
   if (!taken) return kRefusedWrite;
   for (int tries = 0; tries < 40; ++tries) {
     control_.wait(0.05);
@@ -242,8 +242,8 @@ double Kit::ask(const std::vector<double>& what) {
     }
     case 2: {
       const auto commit = box.value(address::pose_commit) + 1;
-      return box.write(address::pose_angle, {control_.positionOfTheBox('A'), control_.positionOfTheBox('B'), control_.positionOfTheBox('C'),
-                                             at(1), control_.tool() * 1.0, 0, commit})
+      return box.write(address::pose_angle, {control_.positionOfTheBox('A'), control_.positionOfTheBox('B'),
+                                             control_.positionOfTheBox('C'), at(1), control_.tool() * 1.0, 0, commit})
                  ? 0
                  : kRefusedWrite;
     }

@@ -387,8 +387,7 @@ void SiemensProgram::block(const std::string& text) {
     if (modes['D'] != 0) throw Alarm{"a move with a tool length"};
     if (!moves) return turnBy(words);
     if (round && modes['P'] != 17) throw Alarm{"an arc in another plane than G17"};
-    if (round)
-      return control_.arc({value('X'), value('Y')}, {value('I'), value('J')}, value('F'), begins(text, "G2"));
+    if (round) return control_.arc({value('X'), value('Y')}, {value('I'), value('J')}, value('F'), begins(text, "G2"));
     if (guarded && words.contains('C')) return control_.turnUntilTouched(value('C'), value('F'));
     if (!words.contains('X')) return turnBy(words, value('F'));
     touched_ = 0;

@@ -99,7 +99,8 @@ TEST(LoopText, DefinesEachNameOnceForSiemens) {
 
 TEST(LoopText, SharesPlacesOfVariablesThatAreNeverInUseTogether) {
   const auto all = subprogramsOf(
-      "o<probebox_main> sub\n#<kept> = 1\no<probebox_one> call [#<kept>]\no<probebox_other> call [2]\no<probebox_main> endsub\n"
+      "o<probebox_main> sub\n#<kept> = 1\no<probebox_one> call [#<kept>]\no<probebox_other> call [2]\no<probebox_main> "
+      "endsub\n"
       "o<probebox_one> sub\n#<x> = #1\no<probebox_deep> call [#<x>]\no<probebox_one> endsub\n"
       "o<probebox_other> sub\n#<y> = #1\no<probebox_deep> call [3]\n#<z> = #<y>\no<probebox_other> endsub\n"
       "o<probebox_deep> sub\n#<w> = #1\no<probebox_deep> endsub\n");

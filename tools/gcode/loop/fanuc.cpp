@@ -11,7 +11,7 @@
 namespace probebox::gcode::loop {
 namespace {
 
-constexpr int kHelpersFrom = 40;  // number of the first helper, from the first program on
+constexpr int kHelpersFrom = 40;    // number of the first helper, from the first program on
 constexpr std::size_t kShown = 26;  // characters of a message
 constexpr int kFirstLocal = 120, kLastLocal = 199, kFirstShared = 550, kLastShared = 699;
 // Programs of their own: one word from the PMC and to it, 32 bits of either, a guarded move, the state of the control.

@@ -50,7 +50,8 @@ class SiemensWriter final : public Writer {
     if (!main) return;
     explain("Siemens 840D sl or ONE",
             {"Call: PROBEBOX(4, 1, 0) - method, axis, tool, read by, mounts, contacts; what is left out at the end is "
-             "0. The program that calls it has in its head: EXTERN PROBEBOX(REAL, REAL, REAL, REAL, REAL, REAL). Put these programs where subprograms are found, and GUD8 into force.",
+             "0. The program that calls it has in its head: EXTERN PROBEBOX(REAL, REAL, REAL, REAL, REAL, REAL). Put "
+             "these programs where subprograms are found, and GUD8 into force.",
              "At its end it gives back the G functions and frames of the caller (SAVE), and D where the tool in the "
              "spindle is still his. After another tool D0 is active: call D before Z moves. An alarm of this program "
              "is left by reset.",

@@ -391,7 +391,8 @@ void Writer::motion(const Statement& one, const std::map<char, std::string>& wor
   }
   const auto feed = words.find('F');
   if (!linear.empty() && !rotary.empty()) return fail("linear and rotary axes in one block: " + one.text);
-  if (!linear.empty() && how == Turn::until_touched) return fail("only a turn ends where the probe touches: " + one.text);
+  if (!linear.empty() && how == Turn::until_touched)
+    return fail("only a turn ends where the probe touches: " + one.text);
   if (!linear.empty()) return move(linear, feed == words.end() ? std::string{} : feed->second, !pressing_);
   for (const auto& [letter, value] : rotary) {
     if (!has(letter)) return abort(std::string{"A STEP TURNS AN AXIS THAT IS NOT THERE: "} + letter);
