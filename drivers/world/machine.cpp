@@ -124,9 +124,27 @@ void Machine::follow(const Vector3& position_mm, MonoTime from, MonoTime until) 
   commanded_mm_ = position_mm;
   if (position_mm == motion_.target()) return;
   const double speed_mm_s = norm(position_mm - motion_.target()) / toSeconds(until - from);
+  if (slidesTo(position_mm, speed_mm_s, from)) {
+    motion_.append(position_mm, steady(speed_mm_s), from);
+    return;
+  }
   const Move move = ofTheBody(motion_.append(position_mm, steady(speed_mm_s), from));
   if (hold_.is_head && comesFromAside(move)) ++crashes_;
   stylus_.follow(move, solids_, hold_);
+}
+
+// A way along the datum sphere, within its surface, is a scan; a touch goes into it. What is slower is a correction,
+// and says nothing of the sense.
+bool Machine::slidesTo(const Vector3& position_mm, double speed_mm_s, MonoTime from) {
+  constexpr double kAlong = 0.3, kSlowest_mm_s = 1;
+  if (!touching() || turnedInto()) return false;
+  const SolidBall& sphere = solids_.sphere();
+  const Vector3 body = bodyFor(motion_.target()), way = position_mm - motion_.target();
+  const Vector3 outwards = unit(body + hold_.tip - sphere.centre);
+  if (norm(bodyFor(position_mm) + hold_.tip - sphere.centre) >= sphere.reach_mm) return false;
+  const bool begins = speed_mm_s > kSlowest_mm_s && std::abs(dot(unit(way), outwards)) < kAlong;
+  if (!begins && !stylus_.slides()) return false;
+  return stylus_.slide({from, 0}, body, sphere, std::copysign(1, cross(outwards, way)[2]));
 }
 
 void Machine::followPose(const Pose& pose, MonoTime from, MonoTime until) {

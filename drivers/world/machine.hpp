@@ -117,6 +117,7 @@ class Machine {
   ToolConfig toolOf(std::uint32_t number) const;
   bool strikesOnTheWayTo(const Pose& pose) const;
   bool turnedInto() const;
+  bool slidesTo(const Vector3& position_mm, double speed_mm_s, MonoTime from);
   Vector3 normalAt(const Vector3& tip) const;
   std::optional<double> shareUntilContact(const Pose& from, const Pose& to) const;
   bool comesFromAside(const Move& move) const;

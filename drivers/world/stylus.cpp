@@ -24,14 +24,21 @@ void Stylus::follow(const Move& move, const Solids& solids, const Hold& hold) {
   if (free_from_mm < way.length_mm && !hold.is_head) meet(way, free_from_mm, solids, hold);
 }
 
-void Stylus::slide(const Instant& begin, const Vector3& body, const SolidBall& ball, double sense) {
+bool Stylus::slide(const Instant& begin, const Vector3& body, const SolidBall& ball, double sense) {
   constexpr double kOnIt_mm = 1e-6;
-  if (count_ == 0) return;
+  if (count_ == 0) return false;
   Contact& contact = contacts_[(count_ - 1) % kRemembered];
+  if (contact.slide) return !contact.end && !contact.slides_until;
   const bool touches = !contact.end && std::abs(norm(contact.point - ball.centre) - ball.reach_mm) < kOnIt_mm;
-  if (!touches || contact.slide) return;
+  if (!touches) return false;
   contact.slide = Slide{.ball = ball, .sense = sense, .friction_rad = friction_rad_, .from = body + contact.tip};
   contact.slides_from = begin;
+  return true;
+}
+
+bool Stylus::slides() const {
+  const Contact* last = count_ > 0 ? contact(count_ - 1) : nullptr;
+  return last != nullptr && last->slide && !last->end && !last->slides_until;
 }
 
 // The ball sticks again where it is. Beyond the surface it is free.

@@ -84,8 +84,9 @@ class Stylus {
   // Finds the contacts that a move of the body makes and ends.
   void follow(const Move& move, const Solids& solids, const Hold& hold);
 
-  // The ball that touches `ball` slides along it from `begin` on, until a move that it follows.
-  void slide(const Instant& begin, const Vector3& body, const SolidBall& ball, double sense);
+  // The ball that touches `ball` slides along it from `begin` on, until a move that it follows. False where it does not
+  // touch it.
+  bool slide(const Instant& begin, const Vector3& body, const SolidBall& ball, double sense);
 
   // Makes a contact: the part turns against the resting stylus, its ball's centre at `point`, and on. normal: outwards
   // from what struck it.
@@ -102,6 +103,7 @@ class Stylus {
 
   std::uint64_t contactCount() const { return count_; }
   // Returns the contact of that number, from 0; null when it lies ahead or is no longer remembered.
+  bool slides() const;
   const Contact* contact(std::uint64_t number) const;
 
  private:

@@ -63,6 +63,32 @@ TEST_P(AroundTheSphere, TheBallStaysOnItAndTrailsByTheFrictionAngle) {
 
 INSTANTIATE_TEST_SUITE_P(Senses, AroundTheSphere, ::testing::Values(1.0, -1.0));
 
+// A control outside leads the axes cycle by cycle.
+TEST_P(AroundTheSphere, ItDoesSoWhereAControlOutsideLeadsIt) {
+  Config config;
+  config.probe.friction = 0.15;
+  World world = inContact(config);
+  const double sense = GetParam(), cycle_s = 0.001;
+  double angle_rad = 0, now_s = 12;
+  const auto follow = [&](double radius_mm) {
+    const Vector3 out{radius_mm * std::cos(angle_rad), radius_mm * std::sin(angle_rad), 0};
+    world.machine().follow(config.sphere.centre_mm + out, seconds(now_s), seconds(now_s + cycle_s));
+    now_s += cycle_s;
+  };
+  for (int i = 0; i < 2000; ++i) {
+    angle_rad += sense * 20 * cycle_s / kReach_mm;
+    follow(kReach_mm - kDeep_mm);
+  }
+  run(world, now_s);
+  for (double at_s = 12.3; at_s < 13.9; at_s += 0.05)
+    EXPECT_NEAR(frictionAngle(world, config, at_s), std::atan(0.15), 1e-3);
+  for (int i = 1; i <= 100; ++i) follow(kReach_mm - kDeep_mm + 0.02 * i);
+  run(world, now_s + 1);
+  EXPECT_LT(norm(world.machine().stylusDisplacementAt(seconds(now_s + 1))), 1e-6) << "it has come off";
+  ASSERT_EQ(world.machine().stylus().contactCount(), 1U);
+  EXPECT_TRUE(world.machine().stylus().contact(0)->end);
+}
+
 TEST(Slide, EndsWhereTheBodyWithdraws) {
   const Config config;
   World world = inContact(config);

@@ -39,8 +39,18 @@ void describeMachine(box::BoxConfig& box) {
 
 }  // namespace
 
-Control::Control(std::uint64_t seed)
-    : office_{2U << 20U, stream::TriggerHistory::kKept, warmingWorld(), seed},
+// Two more mounts of the balls: turned about C, and shifted.
+world::Config worldOfTheLoop() {
+  auto config = warmingWorld();
+  config.part_spindle.further_mounts[0] = {.turn_rad = {0, 0, 15 * kDegree}, .shift_mm = {0, 0, 30}};
+  config.part_spindle.further_mounts[1] = {.turn_rad = {0, 0, -20 * kDegree}, .shift_mm = {5, 0, 10}};
+  config.part_spindle.further_mount_count = 2;
+  return config;
+}
+
+Control::Control(std::uint64_t seed, char table)
+    : table_{table},
+      office_{2U << 20U, stream::TriggerHistory::kKept, worldOfTheLoop(), seed},
       boot_{office_, folder_.file("results.db")} {
   office_.scenario().describeBy(describeMachine);
   office_.restartBox(boot_.restored());
@@ -83,27 +93,90 @@ void Control::move(const std::array<double, 3>& to_mm, double feed_mm_min, bool 
   double way_mm = 0;
   for (std::size_t i = 0; i < 3; ++i) way_mm += std::abs(to[i] - scenario.machine().commandedPosition()[i]);
   if (way_mm < 1e-6) return;
+  if (feed_mm_min <= 0) throw Alarm{"a move without a feed"};
   if (at_move) at_move();
-  commanded_.push_back({Commanded::Is::move, to_mm, feed_mm_min, guarded});
+  commanded_.push_back({.is = Commanded::Is::move, .to = to_mm, .feed = feed_mm_min, .guarded = guarded});
   lowest_mm = std::min(lowest_mm, to_mm[2]);
-  if (!scenario.world().machine().moveTo(to, feed_mm_min / 60, scenario.now())) throw Alarm{"the machine did not move"};
+  auto& machine = scenario.world().machine();
+  const bool moves = slides(to) ? machine.slideTo(to, feed_mm_min / 60, scenario.now())
+                                : machine.moveTo(to, feed_mm_min / 60, scenario.now());
+  if (!moves) throw Alarm{"the machine did not move"};
   settle();
   if (guarded && contacts() != before) throw Touched{};
 }
 
-void Control::turn(const std::array<double, 3>& to_deg) {
+// From within the surface of the datum sphere to another point within: the stylus slides along it.
+bool Control::slides(const world::Vector3& to_mm) {
+  using world::operator+, world::operator-;
+  const auto& machine = office_.scenario().machine();
+  if (!machine.touching()) return false;
+  static const auto sphere = worldOfTheLoop().sphere;
+  const auto tip_mm = machine.bodyFor(to_mm) + machine.tipIn(machine.commandedPose(), machine.tool());
+  return world::norm(tip_mm - sphere.centre_mm) < sphere.radius_mm + sphere.stylus_ball_radius_mm;
+}
+
+void Control::arc(const std::array<double, 2>& to_mm, const std::array<double, 2>& centre_mm, double feed_mm_min,
+                  bool clockwise) {
   settle();
-  commanded_.push_back({Commanded::Is::turn, to_deg, 0, false});
-  const auto& [a, b, c] = to_deg;
-  const world::Pose pose{.a_rad = a * kDegree, .head_rad = b * kDegree, .c_rad = c * kDegree};
-  if (!office_.scenario().world().machine().turnTo(pose, office_.scenario().now())) throw Alarm{"nothing turned"};
+  auto& scenario = office_.scenario();
+  const auto here_mm = scenario.machine().commandedPosition();
+  const world::Vector3 centre{here_mm[0] + centre_mm[0], here_mm[1] + centre_mm[1], here_mm[2]};
+  const auto directionOf = [&](double x, double y) { return std::atan2(y - centre[1], x - centre[0]); };
+  double turn_rad = directionOf(to_mm[0], to_mm[1]) - directionOf(here_mm[0], here_mm[1]);
+  if (clockwise && turn_rad >= 0) turn_rad -= kTurn;
+  if (!clockwise && turn_rad <= 0) turn_rad += kTurn;
+  const double radius_mm = std::hypot(centre_mm[0], centre_mm[1]);
+  if (std::abs(std::hypot(to_mm[0] - centre[0], to_mm[1] - centre[1]) - radius_mm) > 1e-3)
+    throw Alarm{"the end of an arc is not on its circle"};
+  commanded_.push_back({.is = Commanded::Is::arc,
+                        .to = {to_mm[0], to_mm[1], here_mm[2]},
+                        .feed = feed_mm_min,
+                        .centre = centre_mm,
+                        .clockwise = clockwise});
+  if (!scenario.world().machine().slideRound(centre, turn_rad, feed_mm_min / 60, scenario.now()))
+    throw Alarm{"the machine did not move"};
+  settle();
+}
+
+world::Pose Control::poseOf(const std::array<double, 3>& angles_deg) const {
+  const auto& [a, b, c] = angles_deg;
+  return {.a_rad = table_ == 'A' ? 0 : a * kDegree,
+          .head_rad = table_ == 'B' ? 0 : b * kDegree,
+          .table_rad = table_ == 'A'   ? a * kDegree
+                       : table_ == 'B' ? b * kDegree
+                                       : 0,
+          .c_rad = c * kDegree};
+}
+
+void Control::turn(const std::array<double, 3>& to_deg, double feed_deg_min) {
+  settle();
+  if (to_deg == angles_deg_) return;
+  commanded_.push_back({.is = Commanded::Is::turn, .to = to_deg, .feed = feed_deg_min});
+  auto& machine = office_.scenario().world().machine();
+  const auto now = office_.scenario().now();
+  const bool turns = feed_deg_min > 0 ? machine.turnTo(poseOf(to_deg), feed_deg_min / 60 * kDegree, now)
+                                      : machine.turnTo(poseOf(to_deg), now);
+  if (!turns) throw Alarm{"nothing turned"};
   angles_deg_ = to_deg;
+  settle();
+}
+
+void Control::turnUntilTouched(double c_deg, double feed_deg_min) {
+  constexpr double kBeyond_rad = 0.005;  // until the drive of C stands
+  settle();
+  auto& scenario = office_.scenario();
+  commanded_.push_back(
+      {.is = Commanded::Is::turn_until_touched, .to = {angles_deg_[0], angles_deg_[1], c_deg}, .feed = feed_deg_min});
+  auto& machine = scenario.world().machine();
+  if (!machine.turnUntilContact(c_deg * kDegree, feed_deg_min / 60 * kDegree, scenario.now(), kBeyond_rad))
+    throw Alarm{"C did not turn"};
+  angles_deg_[2] = degrees(machine.commandedPose().c_rad);
   settle();
 }
 
 void Control::takeTool(unsigned number) {
   settle();
-  commanded_.push_back({Commanded::Is::tool, {number * 1.0}, 0, false});
+  commanded_.push_back({.is = Commanded::Is::tool, .to = {number * 1.0}});
   if (!office_.scenario().world().machine().takeTool(number, office_.scenario().now())) throw Alarm{"no such tool"};
   tool_ = number;
   settle();
@@ -120,13 +193,23 @@ void Control::shove(const std::array<double, 3>& to_mm) {
 }
 
 void Control::stop() {
-  commanded_.push_back({Commanded::Is::stop, {}, 0, false});
+  commanded_.push_back({.is = Commanded::Is::stop});
   if (at_stop) at_stop();
+}
+
+void Control::mountBalls(std::size_t mount) {
+  if (!office_.scenario().world().machine().mountBalls(mount, office_.scenario().now())) throw Alarm{"no such mount"};
+  settle();
 }
 
 double Control::position(char axis) {
   if (axis >= 'X') return office_.scenario().machine().commandedPosition().at(static_cast<std::size_t>(axis - 'X'));
   return angles_deg_.at(static_cast<std::size_t>(axis - 'A'));
+}
+
+double Control::positionOfTheBox(char axis) {
+  if (table_ == 'A' && axis == 'A') return 0;
+  return position(table_ == 'A' && axis == 'B' ? 'A' : axis);
 }
 
 }  // namespace probebox::scenario

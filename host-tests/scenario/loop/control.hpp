@@ -11,6 +11,9 @@
 
 namespace probebox::scenario {
 
+// The emulated machine with two more mounts of its plate.
+world::Config worldOfTheLoop();
+
 // The program stopped with this text.
 struct Alarm : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -23,24 +26,32 @@ struct Touched : Alarm {
 
 // What a program has commanded.
 struct Commanded {
-  enum class Is { move, turn, tool, stop };
+  enum class Is { move, arc, turn, turn_until_touched, tool, stop };
   Is is{};
   std::array<double, 3> to{};  // mm, or deg of A, B, C, or the number of the tool
-  double feed_mm_min{};
+  double feed{};               // mm/min, or deg/min; 0: rapid
   bool guarded{};
+  std::array<double, 2> centre{};  // of an arc, from where it begins
+  bool clockwise{};
 };
 
 // A control on an emulated machine with a box: what a program can command and read there. Virtual time.
 class Control {
  public:
-  explicit Control(std::uint64_t seed);
+  // table: the axis that tilts the table, A or B; without one B swivels the head, and A orients the spindle.
+  explicit Control(std::uint64_t seed, char table = 0);
 
   void wait(double s);
   void move(const std::array<double, 3>& to_mm, double feed_mm_min, bool guarded);
-  void turn(const std::array<double, 3>& to_deg);
+  void arc(const std::array<double, 2>& to_mm, const std::array<double, 2>& centre_mm, double feed_mm_min,
+           bool clockwise);
+  void turn(const std::array<double, 3>& to_deg, double feed_deg_min = 0);
+  // Stops C where the probe touches, as soon as its drive can.
+  void turnUntilTouched(double c_deg, double feed_deg_min);
   void takeTool(unsigned number);
   void stop();
-  double position(char axis);  // of the machine; angles as commanded
+  double position(char axis);          // of the machine; angles as commanded
+  double positionOfTheBox(char axis);  // the same by the letters of the box, as HAL wires them
   unsigned tool() const { return tool_; }
 
   Plc& plc() { return plc_; }
@@ -48,11 +59,14 @@ class Control {
   Boot& boot() { return boot_; }
   std::uint64_t crashes() { return office_.scenario().machine().crashes(); }
   const std::vector<Commanded>& commanded() const { return commanded_; }
+  Scenario& scenario() { return office_.scenario(); }
   std::uint64_t contacts() { return office_.scenario().machine().stylus().contactCount(); }
   double lowest_mm{1e9};          // of all moves since it was set
   std::function<void()> at_move;  // before each
   std::function<void()> at_stop;  // M0
   std::function<void()> at_tool;  // behind a change
+  std::string said;               // message that the operator sees
+  void mountBalls(std::size_t mount);
   // A tool of which the emulated machine knows nothing.
   void putIntoSpindle(unsigned number) { tool_ = number; }
   // Moves the machine, as a tool change does it: no program has commanded that.
@@ -61,7 +75,10 @@ class Control {
  private:
   void run(Nanoseconds duration);
   void settle();
+  bool slides(const world::Vector3& to_mm);
+  world::Pose poseOf(const std::array<double, 3>& angles_deg) const;
 
+  char table_;
   const support::TemporaryFolder folder_;
   Office office_;
   Boot boot_;

@@ -19,7 +19,7 @@ constexpr double kRefusedWrite = 1003;
 }  // namespace
 
 Kit::Kit(Control& control) : control_{control} {
-  for (const auto source : gcode::loop::kSources) {
+  for (const auto source : gcode::loop::sources()) {
     auto some = gcode::loop::subprogramsOf(source);
     if (!some) throw Alarm{some.error().what};
     for (auto& one : *some) subprograms_[one.name] = std::move(one);
@@ -52,13 +52,16 @@ Kit::Left Kit::choice(const Statement& one) {
 Kit::Left Kit::statement(const Statement& one) {
   switch (one.is) {
     case Statement::Is::comment:
+      return Left::no;
     case Statement::Is::message:
+      control_.said = one.text;
       return Left::no;
     case Statement::Is::abort:
       throw Alarm{one.text};
     case Statement::Is::assign: {
       const double now = value(one.values[1]);
       place(one.values[0]) = now;
+      for (const auto& [number, preset] : preset_) tables_[number] = preset;
       return Left::no;
     }
     case Statement::Is::call: {
@@ -98,12 +101,15 @@ void Kit::block(const Statement& one) {
   if (m == 6) return control_.takeTool(static_cast<unsigned>(words['T']));
   if (m == 64 || m == 65) pressing_ = m == 64;
   if (m == 0) return control_.stop();
+  if (g == 2 || g == 3)
+    return control_.arc({words.at('X'), words.at('Y')}, {words.at('I'), words.at('J')}, words.at('F'), g == 2);
+  if (g == 38.3) return control_.turnUntilTouched(words.at('C'), words.at('F'));
   if (g != 0 && g != 1) return;
   if (words.contains('A') || words.contains('B') || words.contains('C')) {
     std::array<double, 3> to{};
     for (const char axis : {'A', 'B', 'C'})
       to.at(static_cast<std::size_t>(axis - 'A')) = words.contains(axis) ? words[axis] : control_.position(axis);
-    return control_.turn(to);
+    return control_.turn(to, g == 1 ? words.at('F') : 0);
   }
   std::array<double, 3> to{};
   for (const char axis : {'X', 'Y', 'Z'})
@@ -183,10 +189,10 @@ double Kit::mark(int phase) {
   look();
   const auto before = step_;
   const auto commit = box.value(address::marker_commit) + 1;
-  const bool taken =
-      box.write(address::marker_run, {step_["probebox.step-run"], step_["probebox.step-number"], phase * 1.0,
-                                      step_["probebox.step-speed"], control_.tool() * 1.0, control_.position('A'),
-                                      control_.position('B'), control_.position('C'), 1, commit});
+  const bool taken = box.write(address::marker_run,
+                               {step_["probebox.step-run"], step_["probebox.step-number"], phase * 1.0,
+                                step_["probebox.step-speed"], control_.tool() * 1.0, control_.positionOfTheBox('A'),
+                                control_.positionOfTheBox('B'), control_.positionOfTheBox('C'), 1, commit});
   if (!taken) return kRefusedWrite;
   for (int tries = 0; tries < 40; ++tries) {
     control_.wait(0.05);
@@ -199,17 +205,20 @@ double Kit::mark(int phase) {
   return 0;
 }
 
-double Kit::wish(const std::vector<double>& what, double of, double method, double axis, double tool) {
+double Kit::wish(double what, double of, const std::vector<double>& chosen) {
   auto& box = control_.registers();
-  if (what[0] == 1) {
-    std::vector<double> chosen(22, 0.0);
-    chosen[0] = method;
-    chosen[16] = axis;
-    chosen[18] = tool;
-    if (!box.write(address::wish_method, chosen)) return kRefusedWrite;
+  if (what == 1) {
+    const auto at = [&](std::size_t i) { return i < chosen.size() ? chosen[i] : 0.0; };
+    std::vector<double> options(22, 0.0);
+    options[0] = at(1);
+    options[16] = at(2);
+    options[18] = at(3);
+    options[19] = at(4);
+    options[21] = at(5);
+    if (!box.write(address::wish_method, options) || !box.write(address::wish_contacts, {at(6)})) return kRefusedWrite;
   }
   const auto commit = box.value(address::wish_commit) + 1;
-  if (!box.write(address::wish_of, {of, what[0], commit})) return kRefusedWrite;
+  if (!box.write(address::wish_of, {of, what, commit})) return kRefusedWrite;
   for (int tries = 0; tries < 200; ++tries) {
     control_.wait(0.05);
     const auto outcome = box.value(address::wish_outcome);
@@ -233,18 +242,18 @@ double Kit::ask(const std::vector<double>& what) {
     }
     case 2: {
       const auto commit = box.value(address::pose_commit) + 1;
-      return box.write(address::pose_angle, {control_.position('A'), control_.position('B'), control_.position('C'),
-                                             at(1), control_.tool() * 1.0, 0, commit})
+      return box.write(address::pose_angle, {control_.positionOfTheBox('A'), control_.positionOfTheBox('B'),
+                                             control_.positionOfTheBox('C'), at(1), control_.tool() * 1.0, 0, commit})
                  ? 0
                  : kRefusedWrite;
     }
     case 3:
-      return wish({1}, 0, at(1), at(2), at(3));
+      return wish(1, 0, what);
     case 7:
       if (box.value(address::calibration_result) == 0) return 0;
-      return wish({at(1) == 1 ? 4.0 : 3.0}, box.value(address::calibration_result), 0, 0, 0);
+      return wish(at(1) == 1 ? 4 : 3, box.value(address::calibration_result), {});
     case 8:
-      return wish({2}, 0, 0, 0, 0);
+      return wish(2, 0, {});
     case 12:
       look();
       return 0;

@@ -16,6 +16,8 @@ class Kit {
 
   // Calls a subprogram with arguments; its value.
   double call(const std::string& name, const std::vector<double>& arguments);
+  // Of a place of the tables: from the next call on whatever probebox_places.ngc says.
+  void setTable(int number, double value) { preset_[number] = value; }
   std::map<std::string, double> variables;  // as gcode::loop names them
 
  private:
@@ -32,13 +34,14 @@ class Kit {
   // As probebox_master does it.
   double ask(const std::vector<double>& what);
   double mark(int phase);
-  double wish(const std::vector<double>& what, double of, double method, double axis, double tool);
+  // chosen: as a program asks for a start.
+  double wish(double what, double of, const std::vector<double>& chosen);
   void look();
 
   Control& control_;
   std::map<std::string, gcode::loop::Subprogram> subprograms_;
   std::map<std::string, double> step_;
-  std::map<int, double> tables_;
+  std::map<int, double> tables_, preset_;
   bool pressing_{};
 };
 

@@ -24,6 +24,7 @@ void Plc::cycle() {
   if (!connected_) return;
   const auto& area = gcode::loop::areasRead()[next_++ % gcode::loop::areasRead().size()];
   std::ranges::copy(box_.read(area.first, area.count), words_.begin() + area.word);
+  for (const auto& [at, value] : feigned_) words_.at(at) = value;
   for (auto& [commit, sent] : sent_) {
     const auto now = words_.at(wordOfCommit(commit));
     if (now == sent) continue;

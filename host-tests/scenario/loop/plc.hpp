@@ -16,6 +16,8 @@ class Plc {
 
   void cycle();
   void setLine(bool connected) { connected_ = connected; }
+  // The program reads that of this word from now on, whatever the box says.
+  void feign(std::size_t at, std::uint16_t value) { feigned_[at] = value; }
   std::uint16_t word(std::size_t at) const { return words_.at(at); }
   void set(std::size_t at, std::uint16_t value) { words_.at(at) = value; }
   // The ladder of a Fanuc: one word for the program, asked for by UO100 to UO131 and answered by UI100 to UI131.
@@ -29,6 +31,7 @@ class Plc {
   bool connected_{true};
   std::array<std::uint16_t, 512> words_{};
   std::map<std::uint16_t, std::uint16_t> sent_;  // commit register: number that the box has answered
+  std::map<std::size_t, std::uint16_t> feigned_;
   std::size_t next_{};
   std::uint32_t answered_{};
   unsigned refused_writes_{};

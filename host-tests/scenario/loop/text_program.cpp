@@ -65,6 +65,15 @@ int groupOf(double code) {
 void TextProgram::run(const std::string& name) {
   const auto found = programs_.find(name);
   if (found == programs_.end()) throw Alarm{"no program " + name};
+  constexpr int kDeepest = 10;  // levels of M98 that a control has
+  if (depth_ > kDeepest) throw Alarm{"subprograms are too deep in each other: " + name};
+  struct Level {
+    explicit Level(int& of) : depth{of} { ++depth; }
+    ~Level() { --depth; }
+    Level(const Level&) = delete;
+    Level& operator=(const Level&) = delete;
+    int& depth;
+  } const level{depth_};
   const Lines& lines = found->second;
   for (std::size_t at = 0; at < lines.size(); ++at) {
     last = name + ": " + lines[at];
@@ -77,14 +86,14 @@ void TextProgram::run(const std::string& name) {
   }
 }
 
-void TextProgram::turnBy(const std::map<char, std::string>& words) {
+void TextProgram::turnBy(const std::map<char, std::string>& words, double feed_deg_min) {
   std::array<double, 3> to{};
   for (const char axis : {'A', 'B', 'C'}) {
     const auto word = words.find(axis);
     const auto index = static_cast<std::size_t>(axis - 'A');
     to.at(index) = word == words.end() ? control_.position(axis) : valueOf(word->second) + shiftOf(3 + index);
   }
-  control_.turn(to);
+  control_.turn(to, feed_deg_min);
 }
 
 FanucProgram::FanucProgram(Control& control, std::string_view text) : TextProgram{control} {
@@ -113,10 +122,8 @@ FanucProgram::FanucProgram(Control& control, std::string_view text) : TextProgra
   }
 }
 
-void FanucProgram::call(double method, double axis, double tool) {
-  variables_[1] = method;
-  variables_[2] = axis;
-  variables_[3] = tool;
+void FanucProgram::call(const std::vector<double>& arguments) {
+  for (std::size_t i = 0; i < 6; ++i) variables_[static_cast<int>(i) + 1] = i < arguments.size() ? arguments[i] : 0;
   run(first_);
 }
 
@@ -153,6 +160,8 @@ void FanucProgram::write(int number, double value) {
   for (const auto& [name, preset] : preset_) {
     if (numbers_.at(upper(name)) == number) value = preset;
   }
+  if (const auto preset = preset_table_.find(number + 300); preset != preset_table_.end() && number >= 700)
+    value = preset->second;
   variables_[number] = value;
 }
 
@@ -164,6 +173,12 @@ std::string FanucProgram::line(const std::string& text) {
     if (then != std::string::npos) return holds(text.substr(4, then - 4), known_) ? line(text.substr(then + 7)) : "";
     const auto end = text.rfind("] GOTO ");
     return holds(text.substr(4, end - 4), known_) ? "->" + text.substr(end + 7) : "";
+  }
+  if (begins(text, "#3006=1 (")) {
+    control_.said = text.substr(9, text.size() - 10);
+    if (control_.said.size() > 26) throw Alarm{"a message that is not shown as a whole: " + text};
+    control_.stop();
+    return {};
   }
   if (begins(text, "M98 P")) {
     run(text.substr(5));
@@ -204,8 +219,8 @@ void FanucProgram::block(const std::string& text) {
     }
     return;
   }
-  const bool guarded = codes.contains(31);
-  if (!guarded && !codes.contains(1) && !(codes.contains(0) && !in_machine_frame)) {
+  const bool guarded = codes.contains(31), round = codes.contains(2) || codes.contains(3);
+  if (!guarded && !round && !codes.contains(1) && !(codes.contains(0) && !in_machine_frame)) {
     if (codes.empty()) throw Alarm{"an unknown block: " + text};
     return;
   }
@@ -213,6 +228,13 @@ void FanucProgram::block(const std::string& text) {
     if (modal[group] != needed) throw Alarm{"a move without G" + std::to_string(needed)};
   }
   if (codes.contains(0)) return turnBy(words);
+  if (round) {
+    if (modal[4002] != 17) throw Alarm{"an arc in another plane than G17"};
+    return control_.arc({value('X') + shiftOf(0), value('Y') + shiftOf(1)}, {value('I'), value('J')}, value('F'),
+                        codes.contains(2));
+  }
+  if (guarded && words.contains('C')) return control_.turnUntilTouched(value('C') + shiftOf(5), value('F'));
+  if (!words.contains('X')) return turnBy(words, value('F'));
   missed_mm_ = 0;
   try {
     control_.move({value('X') + shiftOf(0), value('Y') + shiftOf(1), value('Z') + shiftOf(2)}, value('F'), guarded);
@@ -245,16 +267,17 @@ SiemensProgram::SiemensProgram(Control& control, std::string_view text) : TextPr
       variables_[one.substr(13)] = 0;
     } else if (begins(one, "PROC PROBEBOX(")) {
       saves_ = one.ends_with(" SAVE");
+      for (auto at = one.find("PBP_"); at != std::string::npos; at = one.find("PBP_", at + 1))
+        parameters_.push_back(one.substr(at, one.find_first_of(",)", at) - at));
     } else if (!one.empty() && one.front() != ';' && !begins(one, "PROC ")) {
       programs_[name].push_back(one);
     }
   }
 }
 
-void SiemensProgram::call(double method, double axis, double tool) {
-  variables_["PBP_METHOD"] = method;
-  variables_["PBP_AXIS"] = axis;
-  variables_["PBP_TOOL"] = tool;
+void SiemensProgram::call(const std::vector<double>& arguments) {
+  for (std::size_t i = 0; i < parameters_.size(); ++i)
+    variables_[parameters_[i]] = i < arguments.size() ? arguments[i] : 0;
   const auto before = modes;
   run("PROBEBOX");
   if (!saves_) return;
@@ -298,7 +321,8 @@ void SiemensProgram::write(const std::string& target, double value) {
   }
   const double index = valueOf(target.substr(bracket + 1, target.size() - bracket - 2));
   if (name == "PBT_N") {
-    table_[static_cast<int>(index)] = value;
+    const auto preset = preset_table_.find(static_cast<int>(index) + 1000);
+    table_[static_cast<int>(index)] = preset == preset_table_.end() ? value : preset->second;
     return;
   }
   const auto at = static_cast<std::size_t>(index) / 2;
@@ -314,7 +338,11 @@ void SiemensProgram::write(const std::string& target, double value) {
 
 std::string SiemensProgram::line(const std::string& text) {
   if (text == "M17") return "return";
-  if (text.back() == ':' || begins(text, "MSG(")) return {};
+  if (text.back() == ':') return {};
+  if (begins(text, "MSG(")) {
+    control_.said = text.substr(5, text.size() - 7);
+    return {};
+  }
   if (begins(text, "GOTO ")) return "->" + text.substr(5);
   if (begins(text, "IF ")) {
     const auto end = text.rfind(" GOTO ");
@@ -351,12 +379,17 @@ void SiemensProgram::block(const std::string& text) {
     modes['D'] = value('D');
     return;
   }
-  const bool moves = guarded || begins(text, "G1 G153 ");
+  const bool round = begins(text, "G2 G153 ") || begins(text, "G3 G153 ");
+  const bool moves = guarded || round || begins(text, "G1 G153 ");
   if (moves || begins(text, "G0 G153 ")) {
     if (modes['A'] != 90) throw Alarm{"a move that is incremental"};
     if (modes['U'] != 710 || (moves && modes['F'] != 94)) throw Alarm{"a feed that is not mm/min"};
     if (modes['D'] != 0) throw Alarm{"a move with a tool length"};
     if (!moves) return turnBy(words);
+    if (round && modes['P'] != 17) throw Alarm{"an arc in another plane than G17"};
+    if (round) return control_.arc({value('X'), value('Y')}, {value('I'), value('J')}, value('F'), begins(text, "G2"));
+    if (guarded && words.contains('C')) return control_.turnUntilTouched(value('C'), value('F'));
+    if (!words.contains('X')) return turnBy(words, value('F'));
     touched_ = 0;
     try {
       control_.move({value('X'), value('Y'), value('Z')}, value('F'), guarded);

@@ -17,10 +17,12 @@ class TextProgram {
  public:
   explicit TextProgram(Control& control) : control_{control} {}
   virtual ~TextProgram() = default;
-  // Method, axis, tool.
-  virtual void call(double method, double axis, double tool) = 0;
+  // Method, axis, tool, read by, mounts, contacts; what is left out at the end is 0.
+  virtual void call(const std::vector<double>& arguments) = 0;
   // Of a variable of the kit's program that all share, as its name there: "_pb_dry".
   virtual void set(const std::string& name, double value) = 0;
+  // The same of a place of the tables, by the kit's number.
+  void setTable(int number, double value) { preset_table_[number] = value; }
   // The same of any variable, as it is now: "main/came".
   virtual double get(const std::string& name) const = 0;
   std::string last;  // line that was done last
@@ -32,12 +34,14 @@ class TextProgram {
   // Does a line. "->LABEL" to go on there, "return", or nothing.
   virtual std::string line(const std::string& text) = 0;
   // Axes that have no word stay.
-  void turnBy(const std::map<char, std::string>& words);
+  void turnBy(const std::map<char, std::string>& words, double feed_deg_min = 0);
   // From the present work coordinates of X Y Z A B C to those of the machine.
   virtual double shiftOf(std::size_t) const { return 0; }
   double valueOf(std::string_view text) { return Formula{text, known_}.value(); }
 
   Control& control_;
+  std::map<int, double> preset_table_;
+  int depth_{};  // of subprograms in each other
   std::map<std::string, Lines> programs_;
   Formula::Known known_;
 };
@@ -45,7 +49,7 @@ class TextProgram {
 class FanucProgram final : public TextProgram {
  public:
   FanucProgram(Control& control, std::string_view text);
-  void call(double method, double axis, double tool) override;
+  void call(const std::vector<double>& arguments) override;
   void set(const std::string& name, double value) override { preset_[name] = value; }
   double get(const std::string& name) const override;
 
@@ -79,7 +83,7 @@ class FanucProgram final : public TextProgram {
 class SiemensProgram final : public TextProgram {
  public:
   SiemensProgram(Control& control, std::string_view text);
-  void call(double method, double axis, double tool) override;
+  void call(const std::vector<double>& arguments) override;
   void set(const std::string& name, double value) override { preset_[name] = value; }
   double get(const std::string& name) const override;
 
@@ -96,6 +100,7 @@ class SiemensProgram final : public TextProgram {
 
   std::map<std::string, double> variables_;
   std::map<std::string, double> preset_;
+  std::vector<std::string> parameters_;
   std::set<std::string> whole_;  // integers
   std::map<int, double> table_;
   double touched_{};

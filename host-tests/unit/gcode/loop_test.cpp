@@ -1,5 +1,6 @@
 #include "tools/gcode/loop/loop.hpp"
 
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <regex>
 #include <set>
@@ -7,6 +8,7 @@
 
 #include "protocol/modbus/map.hpp"
 #include "tools/gcode/loop/areas.hpp"
+#include "tools/gcode/loop/locals.hpp"
 #include "tools/gcode/loop/program_text.hpp"
 
 namespace probebox::gcode::loop {
@@ -22,7 +24,7 @@ TEST(LoopText, SaysThatItWasNotRunOnAControlAndWhatTheControlNeeds) {
     for (const char c : text->substr(0, 4000)) head += c == '\n' || c == '(' || c == ')' || c == ';' ? ' ' : c;
     EXPECT_THAT(std::regex_replace(head, std::regex{" +"}, " "),
                 testing::AllOf(HasSubstr("THIS PROGRAM WAS NOT RUN ON A CONTROL"), HasSubstr("THE BOX ONLY ADVISES")));
-    EXPECT_THAT(*text, HasSubstr("REGISTERS 834 TO 893 INTO WORDS 64 TO 123"));
+    EXPECT_THAT(*text, HasSubstr("REGISTERS 834 TO 939 INTO WORDS 64 TO 169"));
     std::istringstream lines{*text};
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 160U) << line;
   }
@@ -78,12 +80,12 @@ TEST(LoopText, NamesInItsCommentsWhatThisControlHas) {
 
 TEST(LoopText, RefusesNumbersWhosePlacesBelongToOthers) {
   EXPECT_THAT(*loopProgram("siemens", "XYZABC"),
-              testing::AllOf(HasSubstr("PBL_STEP_TOOL<=99 GOTO"), HasSubstr("PBL_STEP_BALL<=9 GOTO")));
+              testing::AllOf(HasSubstr("PBL_FITS_TOOL<=99 GOTO"), HasSubstr("PBL_FITS_BALL<=9 GOTO")));
 }
 
 TEST(LoopText, DefinesEachNameOnceForSiemens) {
   const auto text = *loopProgram("siemens", "XYZABC");
-  EXPECT_THAT(saidIn(text), HasSubstr("EXTERN PROBEBOX REAL, REAL, REAL"));
+  EXPECT_THAT(saidIn(text), HasSubstr("EXTERN PROBEBOX REAL, REAL, REAL, REAL, REAL, REAL"));
   std::set<std::string> names;
   const std::regex defined{R"((?:^|\n)(?:PROC|DEF CHAN REAL|DEF CHAN INT) (\w+)|REAL (PBP_\w+))"};
   for (std::sregex_iterator one{text.begin(), text.end(), defined}, end; one != end; ++one) {
@@ -93,6 +95,21 @@ TEST(LoopText, DefinesEachNameOnceForSiemens) {
   }
   EXPECT_GT(names.size(), 50U);
   EXPECT_THAT(text, testing::AllOf(HasSubstr("G710"), testing::Not(HasSubstr("G71 "))));
+}
+
+TEST(LoopText, SharesPlacesOfVariablesThatAreNeverInUseTogether) {
+  const auto all = subprogramsOf(
+      "o<probebox_main> sub\n#<kept> = 1\no<probebox_one> call [#<kept>]\no<probebox_other> call [2]\no<probebox_main> "
+      "endsub\n"
+      "o<probebox_one> sub\n#<x> = #1\no<probebox_deep> call [#<x>]\no<probebox_one> endsub\n"
+      "o<probebox_other> sub\n#<y> = #1\no<probebox_deep> call [3]\n#<z> = #<y>\no<probebox_other> endsub\n"
+      "o<probebox_deep> sub\n#<w> = #1\no<probebox_deep> endsub\n");
+  ASSERT_TRUE(all) << all.error().what;
+  const auto places = placesOfLocals(*all);
+  EXPECT_EQ(places.at("main/kept"), 0U);
+  EXPECT_EQ(std::min(places.at("one/1"), places.at("one/x")), 1U);
+  EXPECT_EQ(std::min({places.at("other/1"), places.at("other/y"), places.at("other/z")}), 1U);
+  EXPECT_EQ(std::min(places.at("deep/1"), places.at("deep/w")), 4U) << "behind those of all that call it";
 }
 
 TEST(LoopText, RefusesAHaasWithTheRemedy) {

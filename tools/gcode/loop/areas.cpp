@@ -20,7 +20,7 @@ constexpr std::array kRead = std::to_array<Area>({
     {.first = address::calibration_state, .count = 9, .word = 14},
     {.first = address::home_position, .count = 28, .word = 24},
     {.first = address::pose_angle, .count = 11, .word = 52},
-    {.first = address::wish_of, .count = 60, .word = 64},
+    {.first = address::wish_of, .count = 106, .word = 64},
 });
 constexpr std::array kWrittenAreas = std::to_array<Area>({
     {.first = address::home_position, .count = 8, .word = kWritten, .commit = address::home_commit},

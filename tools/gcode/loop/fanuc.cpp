@@ -1,15 +1,18 @@
 #include "tools/gcode/loop/fanuc.hpp"
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <utility>
 
 #include "tools/gcode/dialect.hpp"
+#include "tools/gcode/loop/locals.hpp"
 
 namespace probebox::gcode::loop {
 namespace {
 
-constexpr int kHelpersFrom = 40;  // number of the first helper, from the first program on
+constexpr int kHelpersFrom = 40;    // number of the first helper, from the first program on
+constexpr std::size_t kShown = 26;  // characters of a message
 constexpr int kFirstLocal = 120, kLastLocal = 199, kFirstShared = 550, kLastShared = 699;
 // Programs of their own: one word from the PMC and to it, 32 bits of either, a guarded move, the state of the control.
 // "@40" is the number of a program, {name} a variable.
@@ -137,6 +140,11 @@ class FanucWriter final : public Writer {
   void begin(const std::vector<Subprogram>& subprograms) override {
     for (const auto& one : subprograms) programs_[one.name] = first_ + static_cast<int>(programs_.size());
     if (programs_.size() > kHelpersFrom) fail("more subprograms than there are numbers");
+    for (const auto& [name, place] : placesOfLocals(subprograms)) {
+      const int number = kFirstLocal + static_cast<int>(place), beyond = number - kLastLocal - 1;
+      numbers_[name] = beyond < 0 ? number : kFirstShared + beyond;
+      next_shared_ = std::max(next_shared_, kFirstShared + beyond + 1);
+    }
     line("%");
   }
   void end() override {
@@ -146,7 +154,7 @@ class FanucWriter final : public Writer {
       rest.remove_prefix(cut + 1);
     }
     line("O" + std::to_string(first_ + kHelpersFrom + 9) +
-         " (VARIABLES THAT THE PROGRAMS TAKE: #100 TO #113, #700 TO #999, AND)");
+         " (VARIABLES THAT THE PROGRAMS TAKE: #100 TO #115, #700 TO #999, AND)");
     for (const auto& [name, number] : numbers_) line(comment("#" + std::to_string(number) + " " + name));
     line("M99");
     line("%");
@@ -158,7 +166,8 @@ class FanucWriter final : public Writer {
     if (one.name != "main") return;
     explain(
         "Fanuc 0i-D and later, 30i to 32i, with custom macro B",
-        {"Call: G65 P" + std::to_string(first_) + " A4. B1. C0. - method, axis, tool. In G21.",
+        {"Call: G65 P" + std::to_string(first_) +
+             " A4. B1. C0. I0. J0. K0. - method, axis, tool, read by, mounts, contacts; what is left out is 0. In G21.",
          "Overwrites without asking: common variables #100 to #199 and #" + std::to_string(kFirstShared) +
              " to #999, where other macros may keep data; programs O" + std::to_string(first_) + " to O" +
              std::to_string(first_ + kHelpersFrom + 9) +
@@ -187,7 +196,7 @@ class FanucWriter final : public Writer {
          "subprograms 10 "
          "deep; G53 ends the look-ahead; G31 with acceleration (parameter 6200 bit 7, SKF = 1), its skip signal the "
          "probe."});
-    for (int i = 1; i <= 3; ++i) line(variable("main/" + std::to_string(i)) + "=[#" + std::to_string(i) + "+0]");
+    for (int i = 1; i <= 6; ++i) line(variable("main/" + std::to_string(i)) + "=[#" + std::to_string(i) + "+0]");
     callHelper(46);
   }
   void endSubprogram() override {
@@ -198,10 +207,9 @@ class FanucWriter final : public Writer {
 
   std::string variable(const std::string& name) override {
     if (const auto found = numbers_.find(name); found != numbers_.end()) return "#" + std::to_string(found->second);
-    int& next = name.starts_with('_') || next_local_ > kLastLocal ? next_shared_ : next_local_;
-    if (next > kLastShared) fail("more variables than the control has");
-    numbers_[name] = next;
-    return "#" + std::to_string(next++);
+    if (next_shared_ > kLastShared) fail("more variables than the control has: " + name);
+    numbers_[name] = next_shared_;
+    return "#" + std::to_string(next_shared_++);
   }
   std::string programNamed(const std::string& subprogram) override {
     return "O" + std::to_string(programs_.at(subprogram)) + " " + subprogram;
@@ -259,21 +267,37 @@ class FanucWriter final : public Writer {
     callHelper(47);
     line("#3000=92 (PROBEBOX: SEE PROGRAM)");
   }
-  void message(std::string_view text) override { comments(text); }
+  void message(std::string_view text) override {
+    comments(text);
+    said_ = plain(text);
+  }
 
   void settings() override { callHelper(45); }
   void wait(const std::string& seconds) override { line("G4 P[ROUND[1000*" + seconds + "]]"); }
   void settle() override { line("G53"); }
-  void stop() override { line("M0"); }
+  // With the message before it, where that is shown as a whole.
+  void stop() override {
+    line(said_.empty() || said_.size() > kShown ? "M0" : "#3006=1 (" + said_ + ")");
+    said_.clear();
+  }
   void takeTool(const std::string& number) override {
     line("T" + number + " M6");
     line(tool() + "=" + number);
     line(toolForSure() + "=" + number);
   }
-  void turn(const std::map<char, std::string>& to) override {
-    std::string words = "G0";
+  void turn(const std::map<char, std::string>& to, const std::string& feed, Turn how) override {
+    std::string words = how == Turn::until_touched ? "G31" : feed.empty() ? "G0" : "G1";
     for (const auto& [letter, value] : to) words += std::string{" "} + letter + value;
-    line(words);
+    line(words + (feed.empty() ? "" : " F" + feed));
+    if (how == Turn::until_touched) line("G53");
+  }
+  void arc(const std::map<char, std::string>& to, const std::array<std::string, 2>& centre, const std::string& feed,
+           bool clockwise) override {
+    for (const auto& [letter, value] : to) line("#" + std::to_string(110 + letter - 'X') + "=" + value);
+    line("#113=" + feed);
+    line("#114=" + centre[0]);
+    line("#115=" + centre[1]);
+    line(std::string{clockwise ? "G2" : "G3"} + " X#110 Y#111 I#114 J#115 F#113");
   }
   void move(const std::map<char, std::string>& to, const std::string& feed, bool guarded) override {
     for (const auto& [letter, value] : to) line("#" + std::to_string(110 + letter - 'X') + "=" + value);
@@ -335,9 +359,10 @@ class FanucWriter final : public Writer {
 
   int first_{};
   std::string subprogram_;
+  std::string said_;  // by the last message
   std::map<std::string, int> programs_;
   std::map<std::string, int> numbers_;
-  int next_local_{kFirstLocal}, next_shared_{kFirstShared};
+  int next_shared_{kFirstShared};
   unsigned reads_{};
 };
 

@@ -25,7 +25,7 @@ Outcome<std::string> loopProgram(std::string_view dialect, const std::string& ax
     return Error{"--number with --loop is from 1 to " + std::to_string(kLastFirstProgram) +
                  ": the program takes 50 numbers, and those from 9000 on belong to the builder."};
   std::vector<Subprogram> all;
-  for (const auto source : kSources) {
+  for (const auto source : sources()) {
     TRY(auto some, subprogramsOf(source));
     for (auto& one : some) all.push_back(std::move(one));
   }

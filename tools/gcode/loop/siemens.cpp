@@ -1,6 +1,7 @@
 #include "tools/gcode/loop/siemens.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <map>
 #include <set>
@@ -16,6 +17,7 @@ constexpr int kFirstOfTable = 1000, kTable = 400;
 // Names are distinct by their beginnings: programs PB_, helpers PBH_, arguments PBP_, variables PBV_ (of all) and PBL_
 // (of one subprogram), the table PBT_.
 constexpr std::string_view kTableName = "PBT_N";
+constexpr std::array<std::string_view, 6> kArguments{"METHOD", "AXIS", "TOOL", "READ_BY", "MOUNTS", "CONTACTS"};
 constexpr unsigned kIndices = 3;  // more than one block has
 const std::map<std::string_view, std::string_view, std::less<>> kRelations{{"EQ", "=="}, {"NE", "<>"}, {"LT", "<"},
                                                                            {"LE", "<="}, {"GT", ">"},  {"GE", ">="}};
@@ -44,11 +46,12 @@ class SiemensWriter final : public Writer {
     line("%_N_" + name + "_SPF");
     line(";$PATH=/_N_SPF_DIR");
     subprogram_ = one.name;
-    line("PROC " + name + (main ? "(REAL PBP_METHOD, REAL PBP_AXIS, REAL PBP_TOOL) SAVE" : ""));
+    line("PROC " + name + (main ? "(" + parameters() + ") SAVE" : ""));
     if (!main) return;
     explain("Siemens 840D sl or ONE",
-            {"Call: PROBEBOX(4, 1, 0) - method, axis, tool. The program that calls it has in its head: EXTERN "
-             "PROBEBOX(REAL, REAL, REAL). Put these programs where subprograms are found, and GUD8 into force.",
+            {"Call: PROBEBOX(4, 1, 0) - method, axis, tool, read by, mounts, contacts; what is left out at the end is "
+             "0. The program that calls it has in its head: EXTERN PROBEBOX(REAL, REAL, REAL, REAL, REAL, REAL). Put "
+             "these programs where subprograms are found, and GUD8 into force.",
              "At its end it gives back the G functions and frames of the caller (SAVE), and D where the tool in the "
              "spindle is still his. After another tool D0 is active: call D before Z moves. An alarm of this program "
              "is left by reset.",
@@ -60,9 +63,8 @@ class SiemensWriter final : public Writer {
              "the type of each register. Register 0 read there is 20546.",
              "MEAS=1 is the probe at measuring input 1. Machine data: the alarm 65000 stops the program.",
              "Axes of the machine are named X Y Z A B C; G153 moves them without frames, D0 without tool lengths."});
-    line(variable("main/1") + "=PBP_METHOD");
-    line(variable("main/2") + "=PBP_AXIS");
-    line(variable("main/3") + "=PBP_TOOL");
+    for (std::size_t i = 0; i < kArguments.size(); ++i)
+      line(variable("main/" + std::to_string(i + 1)) + "=PBP_" + std::string{kArguments[i]});
     line("STOPRE");
     line(variable("_pb_kept_tool") + "=" + tool());
     line(variable("_pb_kept_d") + "=$P_TOOL");
@@ -158,10 +160,20 @@ class SiemensWriter final : public Writer {
     line("T=" + number);
     line("M6");
   }
-  void turn(const std::map<char, std::string>& to) override {
-    std::string words = "G0 G153";
+  void turn(const std::map<char, std::string>& to, const std::string& feed, Turn how) override {
+    const bool until_touched = how == Turn::until_touched;
+    std::string words = until_touched ? "MEAS=1 G1 G153" : feed.empty() ? "G0 G153" : "G1 G153";
     for (const auto& [letter, value] : to) words += std::string{" "} + letter + "=" + value;
-    line(words);
+    line(words + (feed.empty() ? "" : " F=" + feed));
+    if (until_touched) line("STOPRE");
+  }
+  void arc(const std::map<char, std::string>& to, const std::array<std::string, 2>& centre, const std::string& feed,
+           bool clockwise) override {
+    for (const auto& [letter, value] : to) line(variable(target(letter)) + "=" + value);
+    line(variable("_pb_feed") + "=" + feed);
+    line(variable("_pb_to_i") + "=" + centre[0]);
+    line(variable("_pb_to_j") + "=" + centre[1]);
+    line(std::string{clockwise ? "G2" : "G3"} + " G153 X=PBV_TO_X Y=PBV_TO_Y I=PBV_TO_I J=PBV_TO_J F=PBV_FEED");
   }
   void move(const std::map<char, std::string>& to, const std::string& feed, bool guarded) override {
     for (const auto& [letter, value] : to) line(variable(target(letter)) + "=" + value);
@@ -170,6 +182,11 @@ class SiemensWriter final : public Writer {
   }
 
  private:
+  static std::string parameters() {
+    std::string all;
+    for (const auto name : kArguments) all += (all.empty() ? "REAL PBP_" : ", REAL PBP_") + std::string{name};
+    return all;
+  }
   static std::string target(char axis) { return std::string{"_pb_to_"} + static_cast<char>(axis - 'X' + 'x'); }
   static std::string programOf(std::string_view name) {
     std::string all = "PB_" + std::string{name};

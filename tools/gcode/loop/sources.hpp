@@ -1,11 +1,11 @@
 #pragma once
-#include <array>
+#include <span>
 #include <string_view>
 
 namespace probebox::gcode::loop {
 
 // The texts of the subprograms in the language of LinuxCNC: those of the kit, and those that stand in for its HAL
 // component.
-extern const std::array<std::string_view, 9> kSources;
+std::span<const std::string_view> sources();
 
 }  // namespace probebox::gcode::loop

@@ -82,18 +82,6 @@ void Writer::comments(std::string_view kits) {
   if (!text.empty()) line(comment(text));
 }
 
-const std::vector<std::string>& Writer::headOfStep() {
-  static const std::vector<std::string> head{"probebox.step-run", "probebox.step-number", "probebox.step-repeats",
-                                             "probebox.step-state"};
-  return head;
-}
-
-std::string Writer::copyOf(std::string_view pin) {
-  std::string name = "_pb_box_" + std::string{pin.substr(pin.find('.') + 1)};
-  std::ranges::replace(name, '-', '_');
-  return name;
-}
-
 void Writer::explain(std::string_view control, const std::vector<std::string>& needs) {
   comments("Loop program of a probebox for " + std::string{control} +
            ". The box says by its registers which step is to be done. This program was not run on a control: it is the "
@@ -143,26 +131,6 @@ void Writer::gather(const std::vector<Statement>& statements) {
     for (const auto& word : one.words) gather(word.value);
     for (const auto& each : one.bodies) gather(each);
   }
-}
-
-// A copy is of one instant where run, number, repeats and state are the same before and behind it. While the box
-// records, the step stays the one that is copied: only its state is read, since the recording has room for so much.
-void Writer::look() {
-  const int again = newLabel(), behind = newLabel();
-  const auto& head = headOfStep();
-  const auto live = [&](const std::string& pin) { return read(*placeRead(pin)); };
-  for (std::size_t i = 0; i + 1 < head.size(); ++i) jumpIf(live(head[i]), "NE", variable(copyOf(head[i])), again);
-  const auto state = variable(copyOf(head.back()));
-  jumpIf(live(head.back()), "EQ", state, behind);
-  assign(state, live(head.back()));
-  jumpIf(state, "NE", number(1), behind);
-  label(again);
-  for (const auto& pin : head) assign(variable(copyOf(pin)), live(pin));
-  for (const auto& pin : step_pins_) {
-    if (std::ranges::find(head, pin) == head.end()) assign(variable(copyOf(pin)), live(pin));
-  }
-  for (const auto& pin : head) jumpIf(live(pin), "NE", variable(copyOf(pin)), again);
-  label(behind);
 }
 
 std::string Writer::number(double value) const {
@@ -346,9 +314,14 @@ void Writer::block(const Statement& one) {
     }
   }
   if (g.contains(170)) return settings();
-  if (g.contains(80) || g.contains(100) || g.contains(593)) return;  // settings() has it
+  // settings() has them: on these controls G61 is an exact stop.
+  for (const int code : {80, 100, 593, 610, 611}) {
+    if (g.contains(code)) return;
+  }
   if (g.contains(40)) return wait(words['P']);
-  if (g.contains(0) || g.contains(10)) return motion(one, words);
+  if (g.contains(0) || g.contains(10)) return motion(one, words, Turn::freely);
+  if (g.contains(383)) return motion(one, words, Turn::until_touched);
+  if (g.contains(20) || g.contains(30)) return circle(words, g.contains(20));
   if (m.contains(6)) return takeTool(words['T']);
   if (m.contains(0)) return stop();
   if (m.contains(66)) return settle();
@@ -359,7 +332,13 @@ void Writer::block(const Statement& one) {
   fail("unknown block " + one.text);
 }
 
-void Writer::motion(const Statement& one, const std::map<char, std::string>& words) {
+// No skip input ends an arc.
+void Writer::circle(const std::map<char, std::string>& words, bool clockwise) {
+  if (!pressing_) return fail("an arc that the probe is to stop");
+  arc({{'X', words.at('X')}, {'Y', words.at('Y')}}, {words.at('I'), words.at('J')}, words.at('F'), clockwise);
+}
+
+void Writer::motion(const Statement& one, const std::map<char, std::string>& words, Turn how) {
   std::map<char, std::string> linear, rotary;
   for (const auto& [letter, value] : words) {
     if (letter >= 'X') linear[letter] = value;
@@ -367,11 +346,13 @@ void Writer::motion(const Statement& one, const std::map<char, std::string>& wor
   }
   const auto feed = words.find('F');
   if (!linear.empty() && !rotary.empty()) return fail("linear and rotary axes in one block: " + one.text);
+  if (!linear.empty() && how == Turn::until_touched)
+    return fail("only a turn ends where the probe touches: " + one.text);
   if (!linear.empty()) return move(linear, feed == words.end() ? std::string{} : feed->second, !pressing_);
   for (const auto& [letter, value] : rotary) {
     if (!has(letter)) return abort(std::string{"A STEP TURNS AN AXIS THAT IS NOT THERE: "} + letter);
   }
-  if (!rotary.empty()) turn(rotary);
+  if (!rotary.empty()) turn(rotary, feed == words.end() ? std::string{} : feed->second, how);
 }
 
 }  // namespace probebox::gcode::loop

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <map>
 #include <optional>
 #include <set>
@@ -69,7 +70,12 @@ class Writer {
   virtual void settle() = 0;  // the program does not run ahead of the motion
   virtual void stop() = 0;
   virtual void takeTool(const std::string& number) = 0;
-  virtual void turn(const std::map<char, std::string>& to) = 0;
+  enum class Turn { freely, until_touched };
+  // At rapid without a feed, which is in degrees a minute.
+  virtual void turn(const std::map<char, std::string>& to, const std::string& feed, Turn how) = 0;
+  // centre: from where it begins, along X and Y.
+  virtual void arc(const std::map<char, std::string>& to, const std::array<std::string, 2>& centre,
+                   const std::string& feed, bool clockwise) = 0;
   // guarded: stops the program where the probe touches.
   virtual void move(const std::map<char, std::string>& to, const std::string& feed, bool guarded) = 0;
 
@@ -97,7 +103,8 @@ class Writer {
   void repeat(const Statement& statement);
   void block(const Statement& statement);
   static bool isSetting(const Statement& statement);
-  void motion(const Statement& statement, const std::map<char, std::string>& words);
+  void motion(const Statement& statement, const std::map<char, std::string>& words, Turn how);
+  void circle(const std::map<char, std::string>& words, bool clockwise);
   void jumpUnless(const Value& condition, int label);
   void jumpUnlessRelation(const Value& condition, int label);
   void gather(const Value& value);

@@ -1,0 +1,165 @@
+#pragma once
+#include <cmath>
+#include <gmock/gmock.h>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kit.hpp"
+#include "text_program.hpp"
+#include "tools/gcode/loop/loop.hpp"
+
+// Runs of the loop program, by the kit itself and by the texts that are made from it.
+namespace probebox::scenario {
+
+namespace address = modbus::address;
+
+inline constexpr double kSafeZ_mm = -100;  // as probebox_places.ngc has it, for tools that are no longer than the probe
+// Values of probebox_run.
+enum Came { kDone = 0, kBeyond = 2, kRefused = 3, kNotAccepted = 4, kSilent = 6 };
+
+struct Asked {
+  double method{}, axis{}, tool{};
+  Came came{kDone};
+  double read_by{}, mounts{}, contacts{};
+
+  std::vector<double> asked() const { return {method, axis, tool, read_by, mounts, contacts}; }
+};
+
+// One control, one machine, one box. table: the axis of the control that tilts the table.
+class Session {
+ public:
+  explicit Session(double dry, char table = 0) : control{1, table}, dry_{dry}, table_{table} {}
+  virtual ~Session() = default;
+  // The value of probebox_run.
+  virtual double run(const Asked& run) = 0;
+  std::string why() {
+    auto& box = control.registers();
+    std::ostringstream text;
+    text << "refusal of the run " << box.value(address::calibration_refusal) << ", of the wish "
+         << box.value(address::wish_refusal) << ", state " << box.value(address::step_state) << ", step "
+         << box.value(address::step_number) << ", fault " << box.value(address::step_fault);
+    return text.str();
+  }
+  // A person turns the plate as the control's message says, and counts what that was.
+  void standByThePlate() {
+    control.at_stop = [this] {
+      const auto at = control.said.find("MOUNT ");
+      if (at == std::string::npos) return;
+      mounted.push_back(control.said[at + 6] - '0');
+      control.mountBalls(static_cast<std::size_t>(mounted.back()));
+    };
+  }
+  std::vector<int> mounted;
+  Control control;
+
+ protected:
+  double tableWord() const { return table_ == 0 ? 0 : table_ - 'A' + 1; }
+  double dry_;
+  char table_;
+};
+
+// Where an integrator finds the balls of the emulated part, in all mounts, and its axes: a sensor head has to come near
+// them. Numbers of tables, and names.
+inline std::map<int, double> placesOfBalls() {
+  std::map<int, double> places;
+  const auto config = worldOfTheLoop();
+  const auto& part = config.part_spindle;
+  for (std::size_t ball = 0; ball < part.ball_count; ++ball) {
+    for (std::size_t mount = 0; mount <= part.further_mount_count; ++mount) {
+      const auto& as_described = part.balls_mm[ball];
+      const auto at = mount == 0 ? as_described : part.further_mounts[mount - 1].place(as_described);
+      const auto number = 1001 + 10 * (static_cast<int>(ball) + 1) + 3 * static_cast<int>(mount);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        places[number + static_cast<int>(axis)] = part.point_mm[axis] + at[axis];
+    }
+  }
+  return places;
+}
+inline std::map<std::string, double> placesOfAxes() {
+  const auto config = worldOfTheLoop();
+  const auto &part = config.part_spindle.point_mm, &table = config.tilting_table.point_mm;
+  return {{"_pb_axis_x", part[0]}, {"_pb_axis_y", part[1]}, {"_pb_table_y", table[1]}, {"_pb_table_z", table[2]}};
+}
+
+class OfTheKit final : public Session {
+ public:
+  explicit OfTheKit(double dry, char table = 0) : Session{dry, table} {}
+  double run(const Asked& run) override {
+    kit.call("begin", {});
+    kit.variables["_pb_dry"] = dry_;
+    kit.variables["_pb_table_word"] = tableWord();
+    if (table_ != 0) {
+      for (const auto& [number, mm] : placesOfBalls()) kit.setTable(number, mm);
+      for (const auto& [name, mm] : placesOfAxes()) kit.variables[name] = mm;
+    }
+    kit.call("ask", {1, 7});
+    kit.call("stand", {1, 0, 0, 0});
+    const double came = kit.call("run", run.asked());
+    kit.call("stand", {control.tool() * 1.0, control.position('A'), control.position('B'), control.position('C')});
+    return came;
+  }
+  Kit kit{control};
+};
+
+class OfAText final : public Session {
+ public:
+  OfAText(const std::string& dialect, double dry, char table = 0) : Session{dry, table} {
+    const auto text = gcode::loop::loopProgram(dialect, "XYZABC");
+    EXPECT_TRUE(text) << (text ? "" : text.error().what);
+    if (dialect == "fanuc") {
+      program = std::make_unique<FanucProgram>(control, *text);
+    } else {
+      program = std::make_unique<SiemensProgram>(control, *text);
+    }
+    program->set("_pb_dry", dry_);
+    program->set("_pb_table_word", tableWord());
+    if (table == 0) return;
+    for (const auto& [number, mm] : placesOfBalls()) program->setTable(number, mm);
+    for (const auto& [name, mm] : placesOfAxes()) program->set(name, mm);
+  }
+  double run(const Asked& run) override {
+    try {
+      program->call(run.asked());
+      EXPECT_EQ(program->get("main/came"), 0);
+      alarm.clear();
+    } catch (const Alarm& stopped) {
+      alarm = stopped.what();
+      EXPECT_NE(program->get("main/came"), 0) << alarm;
+    }
+    return program->get("main/came");
+  }
+  std::unique_ptr<TextProgram> program;
+  std::string alarm;
+};
+
+// A Fanuc calls the tool that is in the spindle once more, since it cannot know.
+inline std::vector<Commanded> withoutIdleChanges(const std::vector<Commanded>& all) {
+  std::vector<Commanded> rest;
+  double tool = 1;
+  for (const auto& one : all) {
+    if (one.is == Commanded::Is::tool && one.to[0] == tool) continue;
+    if (one.is == Commanded::Is::tool) tool = one.to[0];
+    rest.push_back(one);
+  }
+  return rest;
+}
+
+inline void expectSame(const std::vector<Commanded>& of_kit, const std::vector<Commanded>& of_text, std::size_t from,
+                       double within = 1e-6) {
+  ASSERT_EQ(of_kit.size(), of_text.size());
+  for (std::size_t i = from; i < of_kit.size(); ++i) {
+    const auto &one = of_kit[i], &other = of_text[i];
+    ASSERT_EQ(one.is, other.is) << i;
+    for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_NEAR(one.to[axis], other.to[axis], within) << i;
+    ASSERT_NEAR(one.feed, other.feed, 1e-6) << i;
+    ASSERT_EQ(one.guarded, other.guarded) << i;
+    ASSERT_EQ(one.clockwise, other.clockwise) << i;
+    for (std::size_t axis = 0; axis < 2; ++axis) ASSERT_NEAR(one.centre[axis], other.centre[axis], 1e-6) << i;
+  }
+}
+
+}  // namespace probebox::scenario
