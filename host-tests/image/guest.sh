@@ -27,7 +27,7 @@ wait_for_the_end() {
   guest=''
 }
 power_on() {
-  rm -rf "$work"/box/{console,port,pid,shell}
+  rm -rf "$work"/box/{console,port,tunnel,pid,shell}
   host-tests/image/boot "$work/disk.img" "$work/box" "${drives[@]}" &
   guest=$!
 }
