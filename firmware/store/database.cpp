@@ -156,6 +156,14 @@ Outcome<void, Failure> Statement::run() {
   return {};
 }
 
+Statement& Statement::again() {
+  if (!handle_) return *this;  // what it could not be prepared for stands
+  sqlite3_reset(handle_.get());
+  bound_ = 0;
+  code_ = SQLITE_OK;
+  return *this;
+}
+
 std::string Statement::text(int column) const {
   const auto* bytes = sqlite3_column_text(handle_.get(), column);
   const auto size = static_cast<std::size_t>(sqlite3_column_bytes(handle_.get(), column));

@@ -70,6 +70,8 @@ class Statement {
   Outcome<bool, Failure> step();
   // For a statement without rows.
   Outcome<void, Failure> run();
+  // Begins once more, with other values to bind.
+  Statement& again();
 
   std::int64_t number(int column) const { return sqlite3_column_int64(handle_.get(), column); }
   double real(int column) const { return sqlite3_column_double(handle_.get(), column); }

@@ -108,19 +108,36 @@ std::set<std::int64_t> idsOf(Database& from, const Table& table) {
   return ids;
 }
 
-Outcome<void, Failure> copyRow(Database& from, Database& into, const Table& table, std::int64_t id) {
-  const std::string columns = table.columns;
-  Statement row{from, "SELECT " + columns + ", checksum FROM " + table.name + " WHERE " + table.id +
-                          " = ? AND checksum = row_sum(" + columns + ")"};
-  TRY(const auto found, row.bind(id).step());
-  if (!found) return Failure{Reason::damaged, "not whole"};
-  std::string places = "?";
-  for (int i = 0; i < table.count; ++i) places += ", ?";
-  Statement insert{into, std::string{"INSERT OR IGNORE INTO "} + table.name + " (" + columns + ", checksum) VALUES (" +
-                             places + ")"};
-  for (int i = 0; i <= table.count; ++i) row.copyTo(insert, i);
-  return insert.run();
-}
+// Copies rows of one table that are whole. A damaged number can make it try all up to kMostIds, so its statements are
+// prepared once.
+class Copier {
+ public:
+  Copier(Database& from, Database& into, const Table& table)
+      : table_{table},
+        row_{from, "SELECT " + std::string{table.columns} + ", checksum FROM " + table.name + " WHERE " + table.id +
+                       " = ? AND checksum = row_sum(" + table.columns + ")"},
+        insert_{into, std::string{"INSERT OR IGNORE INTO "} + table.name + " (" + table.columns +
+                          ", checksum) VALUES (" + places(table.count + 1) + ")"} {}
+
+  bool copies(std::int64_t id) {
+    const auto found = row_.again().bind(id).step();
+    if (!found || !found.value()) return false;
+    insert_.again();
+    for (int i = 0; i <= table_.count; ++i) row_.copyTo(insert_, i);
+    return insert_.run().ok();
+  }
+
+ private:
+  static std::string places(int count) {
+    std::string all = "?";
+    for (int i = 1; i < count; ++i) all += ", ?";
+    return all;
+  }
+
+  const Table& table_;
+  Statement row_;
+  Statement insert_;
+};
 
 }  // namespace
 
@@ -134,9 +151,9 @@ std::size_t salvage(const std::string& damaged, Database& into) {
     auto transaction = Transaction::begin(into);
     if (!transaction) return 0;
     for (const auto& table : kTables) {
+      Copier copier{*from, into, table};
       for (const auto id : idsOf(*from, table)) {
-        const bool copied = copyRow(*from, into, table, id).ok();
-        if (copied && &table == kTables.data()) ++results;
+        if (copier.copies(id) && &table == kTables.data()) ++results;
       }
     }
     // The numbers of what was lost are not given again.
