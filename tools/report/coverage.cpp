@@ -41,7 +41,8 @@ double combinedInS(double dof, double u, double readings) {
 double readingsDof(const metrology::Result& result) {
   if (!result.chi2_reduced) return result.dof == 0 ? kInfinite : static_cast<double>(result.dof);
   const auto* of_noise = result.find(metrology::kNoiseDof);
-  return of_noise != nullptr ? of_noise->value() : kInfinite;
+  if (of_noise == nullptr) return kInfinite;
+  return of_noise->value() >= 1.0 ? of_noise->value() : 1.0;  // an answer that was read from a file may say anything
 }
 
 std::string dofText(double dof) {

@@ -34,6 +34,18 @@ TEST(Coverage, CombinesDegreesOfFreedomByWelchAndSatterthwaite) {
   EXPECT_EQ(effectiveDof(result, estimate, 0), 40);
 }
 
+// Of an answer that was read from a file.
+TEST(Coverage, IsWidestWhereAnAnswerHasNoSensibleDegreesOfFreedom) {
+  metrology::Result result;
+  result.chi2_reduced = 1.1;
+  const metrology::Estimate estimate{.key = "a_mm", .values = {1}, .sd = {1}, .uncertainty = {1}};
+  for (const double dof : {-1e308, -3.0, 0.0, 0.5, std::numeric_limits<double>::quiet_NaN()}) {
+    result.also = {metrology::Estimate::scalar("noise_dof", dof, std::nullopt)};
+    EXPECT_EQ(effectiveDof(result, estimate, 0), 1) << dof;
+    EXPECT_EQ(dofText(effectiveDof(result, estimate, 0)), "1") << dof;
+  }
+}
+
 // The sd holds what a table that stood still is off, which has no degrees of freedom of these readings.
 TEST(Coverage, TakesOnlyTheReadingsForTypeA) {
   metrology::Result result;
