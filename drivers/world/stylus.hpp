@@ -102,8 +102,8 @@ class Stylus {
   Vector3 inProbeAxes(const Vector3& body, MonoTime at, double delay_s) const;
 
   std::uint64_t contactCount() const { return count_; }
+  bool slides() const;  // along a ball, at present
   // Returns the contact of that number, from 0; null when it lies ahead or is no longer remembered.
-  bool slides() const;
   const Contact* contact(std::uint64_t number) const;
 
  private:

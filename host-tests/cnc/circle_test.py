@@ -34,6 +34,26 @@ def as_integrator(room, cable, ini="mill.ini", hal="mill.hal", measure="probebox
         table.write("T1 P1 Z150 D6\nT2 P2 Z200 D6\nT4 P4 Z120 D10\n")
 
 
+def ready(room, world, ini="mill.ini", integrate=as_integrator):
+    """A box at the machine of this world, and LinuxCNC that leads it over a line, homed."""
+    for name in os.listdir(HERE):
+        if name.endswith(".ngc") or name.startswith("emulated_machine"):
+            shutil.copy(os.path.join(HERE, name), room.kit)
+    cable = room.cable("line")
+    integrate(room, cable)
+    room.start_box(world.folder, "--cnc", "modbus:%s,baud=115200,parity=none" % cable.ports[0])
+    room.start_linuxcnc(ini)
+    room.machine_on()
+    room.home()
+
+
+def all_done(room, log):
+    """The machine met nothing, and every run of the program was accepted."""
+    assert room.pin("emulated-machine.crashes") == 0, "the machine collided"
+    for method, value, refusal, fault in log.lines["run"]:
+        assert value == 0, "method %d ended with %d, refusal %d, fault %d" % (method, value, refusal, fault)
+
+
 def run_program(room, name):
     """Runs a program of the kit to its end, and returns what it has logged."""
     import linuxcnc
@@ -62,20 +82,10 @@ def run_program(room, name):
 
 def circle(room, board, short, seed):
     world = emulated_world.World(board, room.path("board"), seed)
-    for name in os.listdir(HERE):
-        if name.endswith(".ngc") or name.startswith("emulated_machine"):
-            shutil.copy(os.path.join(HERE, name), room.kit)
-    cable = room.cable("line")
-    as_integrator(room, cable)
-    room.start_box(world.folder, "--cnc", "modbus:%s,baud=115200,parity=none" % cable.ports[0])
-    room.start_linuxcnc("mill.ini")
-    room.machine_on()
-    room.home()
+    ready(room, world)
     log = run_program(room, "circle_short.ngc" if short else "circle.ngc")
-    assert room.pin("emulated-machine.crashes") == 0, "the machine collided"
     assert "end" in log.lines and "missed" not in log.lines, log.lines
-    for method, value, refusal, fault in log.lines["run"]:
-        assert value == 0, "method %d ended with %d, refusal %d, fault %d" % (method, value, refusal, fault)
+    all_done(room, log)
     found = residuals.of_delay(log, world)
     if not short:
         found += residuals.of_touches(log, world, residuals.Results(room))

@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """A dry run goes the whole way above everything: LinuxCNC's joints are watched while it does, and the probe. dry_run_test.py BINARIES KIT BOARD"""
 import os
-import shutil
 import sys
 import threading
 import time
@@ -49,16 +48,7 @@ def results(room):
 def test(room, board):
     import linuxcnc
     world = emulated_world.World(board, room.path("board"), 1)
-    here = os.path.dirname(os.path.abspath(__file__))
-    for name in os.listdir(here):
-        if name.endswith(".ngc") or name.startswith("emulated_machine"):
-            shutil.copy(os.path.join(here, name), room.kit)
-    cable = room.cable("line")
-    circle_test.as_integrator(room, cable)
-    room.start_box(world.folder, "--cnc", "modbus:%s,baud=115200,parity=none" % cable.ports[0])
-    room.start_linuxcnc("mill.ini")
-    room.machine_on()
-    room.home()
+    circle_test.ready(room, world)
     room.pin = lambda name, pin=room.pin: pin("streamer.0.pin.6") if name == "probe-signal-of-test" else pin(name)
     watch = Watch(room)
     watch.start()

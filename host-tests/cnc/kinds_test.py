@@ -1,8 +1,6 @@
 #!/usr/bin/python3
 """LinuxCNC scans the datum sphere of an emulated machine and touches it by the shank, as the box asks for by registers: the delay is what it is.
 kinds_test.py BINARIES KIT BOARD"""
-import os
-import shutil
 import sys
 
 import circle_test
@@ -17,21 +15,10 @@ def test(room, board):
     # A scan finds one delay of all axes.
     tau_ms = world.tau_ms[0]
     world._edit("world.toml", lambda text: emulated_world.put(text, "delays", "tau_machine_s", [1e-3 * tau_ms] * 3))
-    here = os.path.dirname(os.path.abspath(__file__))
-    for name in os.listdir(here):
-        if name.endswith(".ngc") or name.startswith("emulated_machine"):
-            shutil.copy(os.path.join(here, name), room.kit)
-    cable = room.cable("line")
-    circle_test.as_integrator(room, cable)
-    room.start_box(world.folder, "--cnc", "modbus:%s,baud=115200,parity=none" % cable.ports[0])
-    room.start_linuxcnc("mill.ini")
-    room.machine_on()
-    room.home()
+    circle_test.ready(room, world)
     log = circle_test.run_program(room, "kinds.ngc")
-    assert room.pin("emulated-machine.crashes") == 0, "the machine collided"
     assert "end" in log.lines, log.lines
-    for method, value, refusal, fault in log.lines["run"]:
-        assert value == 0, "method %d ended with %d, refusal %d, fault %d" % (method, value, refusal, fault)
+    circle_test.all_done(room, log)
     for found, sd in zip(log.one("tau"), log.one("tau-sd-us")):
         truth, limit = tau_ms - world.tau_probe_ms, 4e-3 * sd
         print("delay: %.4f ms, is %.4f, limit %.4f" % (found, truth, limit))

@@ -4,7 +4,6 @@ by registers alone. turn_test.py BINARIES KIT BOARD"""
 import math
 import os
 import re
-import shutil
 import sys
 
 import circle_test
@@ -47,22 +46,11 @@ def test(room, board):
     world = emulated_world.World(board, room.path("board"), 3)
     world._edit("machine.toml", lambda text: emulated_world.put(text.replace(
         "length_mm = 120\n", 'length_mm = 120\nfaces = ["+X", "-Y", "+Z"]\n', 1), "tool_setter", "sd_half_width_mm", "0.0004"))
-    here = os.path.dirname(os.path.abspath(__file__))
-    for name in os.listdir(here):
-        if name.endswith(".ngc") or name.startswith("emulated_machine"):
-            shutil.copy(os.path.join(here, name), room.kit)
-    cable = room.cable("line")
-    as_integrator(room, cable)
-    room.start_box(world.folder, "--cnc", "modbus:%s,baud=115200,parity=none" % cable.ports[0])
-    room.start_linuxcnc("turn.ini")
-    room.machine_on()
-    room.home()
+    circle_test.ready(room, world, "turn.ini", as_integrator)
     log = circle_test.run_program(room, "turn.ngc")
-    assert room.pin("emulated-machine.crashes") == 0, "the machine collided"
+    circle_test.all_done(room, log)
     before = open(os.path.join(room.kit, "before.log")).read()
     assert before.split() == ["diameter", "1.000000"] and log.one("after") == [1.0], (before, "X is diameter before and behind")
-    for method, value, refusal, fault in log.lines["run"]:
-        assert value == 0, "method %d ended with %d, refusal %d, fault %d" % (method, value, refusal, fault)
     judge(log, world)
 
 

@@ -60,8 +60,10 @@ Kit::Left Kit::statement(const Statement& one) {
       throw Alarm{one.text};
     case Statement::Is::assign: {
       const double now = value(one.values[1]);
-      place(one.values[0]) = now;
-      for (const auto& [number, preset] : preset_) tables_[number] = preset;
+      const Value& to = one.values[0];
+      const auto preset =
+          to.is == Value::Is::table ? preset_.find(static_cast<int>(value(to.arguments[0]))) : preset_.end();
+      place(to) = preset == preset_.end() ? now : preset->second;
       return Left::no;
     }
     case Statement::Is::call: {
