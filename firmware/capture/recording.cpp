@@ -1,5 +1,7 @@
 #include "firmware/capture/recording.hpp"
 
+#include <algorithm>
+
 namespace probebox::capture {
 namespace {
 
@@ -8,6 +10,15 @@ bool appendWithinCapacity(std::vector<Row>& rows, const Row& row) {
   if (rows.size() == rows.capacity()) return false;
   rows.push_back(row);
   return true;
+}
+
+// Keeps of the rows from `begin` on those within [from, until], and returns their end.
+template <class Row>
+std::size_t keptWithin(MonoTime from, MonoTime until, std::size_t begin, std::vector<Row>& rows) {
+  const auto outside = [&](const Row& row) { return row.at < from || row.at > until; };
+  const auto first = rows.begin() + static_cast<std::ptrdiff_t>(begin);
+  rows.erase(std::remove_if(first, rows.end(), outside), rows.end());
+  return rows.size();
 }
 
 }  // namespace
@@ -51,6 +62,11 @@ void Recording::truncate(const Touch& touch) {
   probe_rows_.resize(touch.probe_begin);
   drift_rows_.resize(touch.drift_begin);
   angle_rows_.resize(touch.angle_begin);
+}
+
+void Recording::keepWithin(MonoTime from, MonoTime until, Touch& newest) {
+  newest.machine_end = keptWithin(from, until, newest.machine_begin, machine_rows_);
+  newest.probe_end = keptWithin(from, until, newest.probe_begin, probe_rows_);
 }
 
 std::span<const MachineRow> Recording::machineRows(const Touch& touch) const {

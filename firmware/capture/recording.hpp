@@ -120,6 +120,8 @@ class Recording {
   bool append(const Touch& touch);  // a contact by a turn of C is none of touches()
   // Removes the rows from the begin of this touch on.
   void truncate(const Touch& touch);
+  // Keeps of the newest touch its positions and deflections within [from, until].
+  void keepWithin(MonoTime from, MonoTime until, Touch& newest);
 
   std::size_t machineRowCount() const { return machine_rows_.size(); }
   std::size_t probeRowCount() const { return probe_rows_.size(); }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "firmware/capture/near_contact.hpp"
 #include "firmware/capture/turn_until_contact.hpp"
 
 namespace probebox::capture {
@@ -15,12 +16,6 @@ constexpr std::uint8_t kAllAxes = (1U << kLinearAxes) - 1U;
 bool atTheEnd(const Deflection& deflection, double range_mm) {
   return std::ranges::any_of(deflection.channels_nm,
                              [&](std::int32_t channel) { return std::abs(1e-6 * channel) >= range_mm; });
-}
-
-bool isInContact(const Deflection& deflection) {
-  double square = 0;
-  for (const std::int32_t channel : deflection.channels_nm) square += 1e-12 * channel * channel;
-  return square >= kContact_mm * kContact_mm;
 }
 
 // In a slow stream a hole is a gap of more than three intervals.
@@ -165,7 +160,7 @@ void TouchCapture::push(const Deflection& deflection) {
   const auto& request = touch_.request;
   if (deflection.clipped) note(request.holds ? TouchFault::head_out_of_range : TouchFault::probe_clipped);
   if (request.holds && atTheEnd(deflection, request.head_range_mm)) note(TouchFault::head_out_of_range);
-  if (request.scan.count > 0 && !isInContact(deflection)) note(TouchFault::contact_lost);
+  if (request.scan.count > 0 && !isInContact(deflection.channels_nm)) note(TouchFault::contact_lost);
   if (!isDue(deflection.at, probe_row_kept_)) return;
   if (!recording_.append(ProbeRow{deflection.at, deflection.channels_nm})) note(TouchFault::recording_full);
 }
@@ -247,10 +242,15 @@ TouchFault TouchCapture::end(const TickMap& map) {
   if (stands && !stoodStill()) note(TouchFault::moved);
   if (touch_.request.rest_s > 0 && !restedLongEnough()) note(TouchFault::rest_too_short);
   if (fault_ == TouchFault::none && touch_.request.scan.count > 0 && hasHole()) note(TouchFault::samples_missing);
-  if (fault_ == TouchFault::none && !recording_.append(touch_)) note(TouchFault::recording_full);
+  if (fault_ == TouchFault::none) keepTouch();
   running_ = false;
   if (fault_ != TouchFault::none) recording_.truncate(touch_);
   return fault_;
+}
+
+void TouchCapture::keepTouch() {
+  keepNearContact(recording_, touch_);
+  if (!recording_.append(touch_)) note(TouchFault::recording_full);
 }
 
 TouchFault TouchCapture::edgeFault() const {

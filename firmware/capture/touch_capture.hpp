@@ -48,16 +48,14 @@ inline constexpr Nanoseconds kBounce = std::chrono::milliseconds{20};
 // Longest time between two edges of one chattering contact of a probe's switch.
 inline constexpr Nanoseconds kChatter = std::chrono::milliseconds{5};
 
-// Less deflection than this in a scan is no contact: noise of channels stays far below.
-inline constexpr double kContact_mm = 0.005;
-
 // A hole in the samples of a scan that may hide a step of its path.
 inline constexpr Nanoseconds kHole = std::chrono::milliseconds{10};
 
 // Position tolerance of a machine at standstill: servo and encoder noise together.
 inline constexpr double kStill_mm = 0.02;
 
-// Collects the rows of consecutive touches, each between its begin and end markers.
+// Collects the rows of consecutive touches, each between its begin and end markers; of a touch it keeps those near the
+// contact.
 class TouchCapture {
  public:
   // mm_per_count: linear axes; a hold uses it to detect motion.
@@ -95,6 +93,7 @@ class TouchCapture {
   bool hasHole() const;
   bool isDue(MonoTime at, MonoTime& kept) const;
   TouchFault edgeFault() const;
+  void keepTouch();
 
   Recording recording_;
   std::array<double, kLinearAxes> mm_per_count_;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "firmware/capture/near_contact.hpp"
 #include "firmware/capture/touch_capture.hpp"
 #include "protocol/units/angle.hpp"
 #include "tools/plan/contact.hpp"
@@ -104,6 +105,7 @@ bool SimulatedRecording::end(capture::Touch touch, double duration_s) {
   const double pause_s = touch.request.rotary_angles_rad == pose_ ? set_up_.between_s : set_up_.turning_s;
   pose_ = touch.request.rotary_angles_rad;
   now_s_ += duration_s + pause_s;
+  capture::keepNearContact(recording_, touch);
   return recording_.append(touch);
 }
 

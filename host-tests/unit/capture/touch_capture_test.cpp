@@ -5,17 +5,12 @@
 
 #include "firmware/capture/touch_dataset.hpp"
 #include "firmware/capture/turn_until_contact.hpp"
+#include "locked_clock.hpp"
 
 namespace probebox::capture {
 namespace {
 
 constexpr Nanoseconds kPeriod{1'000'000};
-constexpr TickMap kLocked{.tick = {100},
-                          .at = monoTime(100'000'000),
-                          .period_q32_ns = std::int64_t{1'000'000} << 32,
-                          .sigma_ns = 500,
-                          .state = ClockState::locked,
-                          .holdover_ms = 0};
 constexpr TouchRequest kTouch{
     .step = 3, .outward_normal = {1, 0, 0}, .retract_direction = {1, 0, 0}, .retract_speed_mm_s = 20};
 
