@@ -28,6 +28,12 @@ constexpr std::array kCompared{
 
 using metrology::Estimate;
 
+std::string number(const char* format, double value) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
 // A delay common to all axes is one of each.
 std::vector<Estimate> delayByAxis(const metrology::Result& result) {
   const auto* common = result.find("tau_s");
@@ -81,6 +87,31 @@ void moveTo(double z_mm, const metrology::Result& result, const metrology::Resul
   }
 }
 
+std::vector<double> part(const std::vector<double>& all, std::size_t from, std::size_t count) {
+  if (from + count > all.size()) return {};
+  const auto begin = all.begin() + static_cast<std::ptrdiff_t>(from);
+  return {begin, begin + static_cast<std::ptrdiff_t>(count)};
+}
+
+// A matrix with a row for each B of a swivelling head becomes a vector for each, under the name of its B: two results
+// may have other B, and one without a B is of a level head.
+void nameByB(const metrology::Result& result, std::vector<Estimate>& quantities) {
+  const auto* several = result.find("B_deg");
+  const auto b_deg = several != nullptr ? several->values : std::vector<double>{0};
+  std::vector<Estimate> named;
+  for (const auto& each : quantities) {
+    const std::size_t columns = each.values.size() / b_deg.size();
+    for (std::size_t row = 0; row < b_deg.size(); ++row) {
+      auto& at = named.emplace_back(each);
+      at.key += number("_at_B_%.6g_deg", b_deg[row]);
+      at.values = part(each.values, row * columns, columns);
+      at.sd = part(each.sd, row * columns, columns);
+      at.uncertainty = part(each.uncertainty, row * columns, columns);
+    }
+  }
+  quantities = std::move(named);
+}
+
 std::optional<double> sdOf(const messages::NamedValue& value) {
   return value.has_sd ? std::optional{value.sd} : std::nullopt;
 }
@@ -107,12 +138,6 @@ void keepLargest(Comparison& comparison) {
   std::erase_if(values, [&](const ComparedValue& each) { return each.inSd().value_or(INFINITY) < least; });
   if (values.size() > kMostValues) values.resize(kMostValues);
   comparison.omitted = before - values.size();
-}
-
-std::string number(const char* format, double value) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
 }
 
 }  // namespace
@@ -144,6 +169,10 @@ Comparison compare(const store::Record& next, const store::Record& in_force) {
     takeCombined(others);
   }
   if (const auto* z = result->find("mean_z_mm")) moveTo(z->value(), *other, *result, others);
+  if (result->find("B_deg") != nullptr || other->find("B_deg") != nullptr) {
+    nameByB(*result, quantities);
+    nameByB(*other, others);
+  }
   // Tables of different lengths have no rows in common.
   std::erase_if(others, [&](const Estimate& each) {
     const auto same = std::ranges::find(quantities, each.key, &Estimate::key);

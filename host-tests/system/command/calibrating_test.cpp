@@ -304,7 +304,7 @@ TEST(LookingBack, TellsEveryTransitionWithWhoAndWhen) {
   EXPECT_EQ(at(box, {"history", "7", "--json"}).objects().size(), 2U);
   EXPECT_THAT(at(box, {"history", "7"}).out, AllOf(HasSubstr("proposed"), HasSubstr("active"), HasSubstr("by Ada")));
   const auto nothing = at(box, {"history", "swivel"});
-  EXPECT_EQ(nothing.status, 0);
+  EXPECT_EQ(nothing.status, 1);
   EXPECT_THAT(nothing.err, HasSubstr("no result about swivel is stored"));
 }
 

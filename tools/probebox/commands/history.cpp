@@ -35,9 +35,13 @@ ExitStatus run(const History& options, const std::string& uri, Console& console)
     more = history->more && !history->transitions.empty();
     if (more) request.after_number = history->transitions.back().number;
   }
-  if (nothing && options.what.empty()) console.note("no result is stored");
-  if (nothing && !options.what.empty())
-    console.note("no result about " + options.what + " is stored" + subjectMeant(options.what, **box, console));
+  if (nothing && !options.what.empty()) {
+    const auto meant = subjectMeant(options.what, **box, console);
+    return console.fail(Trouble{ExitStatus::failed, "not_found",
+                                "no result about " + options.what + " is stored" +
+                                    (meant.empty() ? "; probebox history lists all" : meant)});
+  }
+  if (nothing) console.note("no result is stored");
   return ExitStatus::ok;
 }
 

@@ -92,6 +92,26 @@ TEST_F(Accepting, ComparesCentrelinesAtTheSameHeight) {
   EXPECT_LT(higher.comparison.values.back().inSd().value_or(99), 0.1);
 }
 
+// Offsets of a tool at several B of a swivelling head.
+TEST_F(Accepting, ComparesWhatWasMeasuredAtTheSameB) {
+  const auto at = [](const std::vector<double>& b_deg, const std::vector<double>& x_mm) {
+    std::vector<double> rows;
+    for (const double x : x_mm) rows.insert(rows.end(), {x, 0.1, -120});
+    auto result = resultOf("tool-setter", {Estimate::vector("tool_offset_mm", rows, std::vector(rows.size(), 1e-4))});
+    if (b_deg != std::vector<double>{0}) result.also = {Estimate::vector("B_deg", b_deg, {})};
+    return result;
+  };
+  acceptedAs("tool-4", at({0, 45}, {1, 2}));
+  const auto other_angles = acceptedAs("tool-4", at({0, 90}, {1, 3}));
+  ASSERT_EQ(other_angles.comparison.values.size(), 3U) << "B = 0 alone";
+  EXPECT_EQ(other_angles.comparison.values.front().key, "tool_offset_mm_at_B_0_deg[0]");
+  EXPECT_EQ(acceptedAs("tool-4", at({-30, 0, 90}, {7, 1, 3})).comparison.values.size(), 6U);
+  EXPECT_EQ(acceptedAs("tool-4", at({0}, {1})).comparison.values.size(), 3U) << "with a level head";
+  const auto moved = results_.accept(propose("tool-4", at({0, 45}, {1.1, 2})), "Ada");
+  ASSERT_FALSE(moved);
+  EXPECT_THAT(moved.error().what, HasSubstr("tool_offset_mm_at_B_0_deg[0] 1.1 instead of 1"));
+}
+
 // One height does not tell how the axis leans; the result of two heights does.
 TEST_F(Accepting, TakesTheSlopeFromWhicheverOfTwoCentrelinesHasOne) {
   const auto at_one_height = [](double x_mm, double z_mm) {
