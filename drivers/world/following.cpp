@@ -24,6 +24,8 @@ std::optional<std::string> Following::take(const Lead& lead, MonoTime now) {
            " mm";
   if (!world_.machine().hasTool(lead.tool))
     return "there is no tool " + std::to_string(lead.tool) + ": name one of world.toml";
+  if (!world_.machine().hasMount(lead.mount))
+    return "there is no mount " + std::to_string(lead.mount) + " of the balls: name one of world.toml";
   const MonoTime from = std::max(until_, world_.now()), until = from + config_.cycle;
   const bool rests = !last_ || lead == *last_;
   world_.follow(lead, from, until);

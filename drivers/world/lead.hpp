@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 
 #include "drivers/world/machine.hpp"
@@ -7,11 +8,12 @@
 namespace probebox::world {
 
 // Command of an external control for one of its cycles: the encoder positions that X, Y and Z reach at its end, the
-// angles of the rotary axes, and the tool in the spindle.
+// angles of the rotary axes, the tool in the spindle, and the mount that the balls of the part are in.
 struct Lead {
   Vector3 motor_mm{};
   Pose pose{};
   std::uint32_t tool{};
+  std::size_t mount{1};
   friend bool operator==(const Lead&, const Lead&) = default;
 };
 

@@ -95,15 +95,38 @@ Move Machine::ofTheBody(const Move& move) const {
 bool Machine::turnTo(const Pose& pose, double speed_rad_s, MonoTime now) {
   if (!atRest(now)) return false;
   if (pose == commanded_) return true;
-  if (turnedInto()) {
-    // Further into the stylus is no way out.
-    if ((pose.c_rad - commanded_.c_rad) * (commanded_.c_rad - turned_from_c_rad_) > 0) ++crashes_;
-    stylus_.turnedBack(now, speed_rad_s);
-  } else if (touching() || strikesOnTheWayTo(pose)) {
-    ++crashes_;
+  const MonoTime until = now + Nanoseconds{std::llround(1e9 * wayBetween(commanded_, pose) / speed_rad_s)};
+  if (turnedInto() != nullptr) {
+    turnTouching(pose, speed_rad_s, now, until);
+    return true;
   }
-  turn(pose, now, now + Nanoseconds{std::llround(1e9 * wayBetween(commanded_, pose) / speed_rad_s)});
+  if (touching() || strikesOnTheWayTo(pose)) ++crashes_;
+  turn(pose, now, until);
   return true;
+}
+
+// On, or back until the ball leaves the stylus. C stands as far off as it did.
+void Machine::turnTouching(const Pose& pose, double speed_rad_s, MonoTime from, MonoTime until) {
+  constexpr double kMost_mm = 3;  // that the stylus gives way
+  const auto& into = *turnedInto();
+  const double before_rad = into.beyond(commanded_.c_rad), after_rad = into.beyond(pose.c_rad);
+  const double arm_mm = armOf(bodyFor(motion_.target()) + hold_.tip);
+  if (!turnsByC(pose) || arm_mm * after_rad > kMost_mm) ++crashes_;
+  if (after_rad <= 0) stylus_.partedAt({from, before_rad / speed_rad_s}, before_rad > 0 ? speed_rad_s : 0);
+  if (!turnsByC(pose)) return turn(pose, from, until);
+  stands_.c_rad += pose.c_rad - commanded_.c_rad;
+  standAt(pose, from, until);
+}
+
+bool Machine::turnsByC(const Pose& pose) const {
+  Pose by_c = commanded_;
+  by_c.c_rad = pose.c_rad;
+  return pose == by_c;
+}
+
+// Distance from the part's axis.
+double Machine::armOf(const Vector3& point) const {
+  return norm(cross(part_axis_, point - part_point_));
 }
 
 void Machine::turn(const Pose& pose, MonoTime from, MonoTime until) {
@@ -111,11 +134,15 @@ void Machine::turn(const Pose& pose, MonoTime from, MonoTime until) {
   if (pose.c_rad != commanded_.c_rad) stands_.c_rad = stopAt(pose.c_rad, rotary_.noise_rad);
   if (pose.table_rad != commanded_.table_rad) stands_.table_rad = stopAt(pose.table_rad, rotary_.noise_rad);
   if (pose.head_rad != commanded_.head_rad) stands_.head_rad = stopAt(pose.head_rad, head_.noise_rad);
+  standAt(pose, from, until);
+}
+
+// The true angles are known.
+void Machine::standAt(const Pose& pose, MonoTime from, MonoTime until) {
   hold_ = holdAt(stands_, tool_);
   solids_.turnPart(stands_.part());
   standFrom(from);
-  turned_from_c_rad_ = commanded_.c_rad;
-  turns_since_ = from;
+  if (pose.c_rad != commanded_.c_rad) part_.append(pose.c_rad, from, until);
   turned_at_ = until;
   commanded_ = pose;
 }
@@ -137,7 +164,7 @@ void Machine::follow(const Vector3& position_mm, MonoTime from, MonoTime until) 
 // and says nothing of the sense.
 bool Machine::slidesTo(const Vector3& position_mm, double speed_mm_s, MonoTime from) {
   constexpr double kAlong = 0.3, kSlowest_mm_s = 1;
-  if (!touching() || turnedInto()) return false;
+  if (!touching() || turnedInto() != nullptr) return false;
   const SolidBall& sphere = solids_.sphere();
   const Vector3 body = bodyFor(motion_.target()), way = position_mm - motion_.target();
   const Vector3 outwards = unit(body + hold_.tip - sphere.centre);
@@ -149,8 +176,43 @@ bool Machine::slidesTo(const Vector3& position_mm, double speed_mm_s, MonoTime f
 
 void Machine::followPose(const Pose& pose, MonoTime from, MonoTime until) {
   if (pose == commanded_) return;
-  if (touching() || strikesOnTheWayTo(pose)) ++crashes_;
-  turn(pose, from, until);
+  const Pose before = commanded_;
+  if (turnedInto() != nullptr) {
+    turnTouching(pose, wayBetween(commanded_, pose) / toSeconds(until - from), from, until);
+  } else if (!leadsPart(pose, from, until)) {
+    if (touching() || strikesOnTheWayTo(pose)) ++crashes_;
+    turn(pose, from, until);
+  }
+  led_from_ = before;
+}
+
+// A turn of C alone that goes on, or that meets the stylus: C stands as far off as it did, since it has not stopped.
+// False where it is none, or runs into the stylus.
+bool Machine::leadsPart(const Pose& pose, MonoTime from, MonoTime until) {
+  constexpr double kFastest_mm_s = 20;  // that a control touches at
+  if (!turnsByC(pose) || touching() || tool_.radius_mm || tool_.head) return false;
+  const double way_rad = pose.c_rad - commanded_.c_rad, speed_rad_s = std::abs(way_rad) / toSeconds(until - from);
+  Pose to = stands_;
+  to.c_rad += way_rad;
+  const bool goes_on = led_from_.c_rad != commanded_.c_rad && from <= turned_at_;
+  const auto share = shareUntilContact(stands_, to);
+  const Vector3 tip = bodyFor(motion_.target()) + hold_.tip;
+  if (!(share ? armOf(tip) * speed_rad_s <= kFastest_mm_s : goes_on)) return false;
+  if (share) {
+    solids_.turnPart(between(stands_, to, *share).part());
+    strike(commanded_.c_rad + *share * way_rad, {from, *share * toSeconds(until - from)}, std::copysign(1, way_rad),
+           speed_rad_s);
+  }
+  stands_ = to;
+  standAt(pose, from, until);
+  return true;
+}
+
+// A ball of the part, which stands at its contact, meets the free stylus.
+void Machine::strike(double c_rad, const Instant& at, double sense, double speed_rad_s) {
+  const Vector3 tip = bodyFor(motion_.target()) + hold_.tip;
+  stylus_.struckAt(tip, normalAt(tip), at, hold_,
+                   {.axis = part_axis_, .through = part_point_, .contact_rad = c_rad, .sense = sense}, speed_rad_s);
 }
 
 bool Machine::followTool(std::uint32_t number, MonoTime from) {
@@ -169,22 +231,18 @@ bool Machine::turnUntilContact(double c_rad, double speed_rad_s, MonoTime now, d
   const auto share = shareUntilContact(stands_, target);
   const double contact_rad = share.value_or(1) * way_rad;
   const double on_rad = share ? std::copysign(std::min(beyond_rad, std::abs(way_rad - contact_rad)), way_rad) : 0;
-  const MonoTime struck = now + Nanoseconds{std::llround(1e9 * std::abs(contact_rad) / speed_rad_s)};
-  turned_from_c_rad_ = commanded_.c_rad;
-  commanded_.c_rad += contact_rad + on_rad;
+  const double until_contact_s = std::abs(contact_rad) / speed_rad_s;
+  const double turning_s = std::abs(contact_rad + on_rad) / speed_rad_s;
+  const double met_at_rad = commanded_.c_rad + contact_rad;
   stands_.c_rad += contact_rad;
-  turns_since_ = now;
-  turned_at_ = struck + Nanoseconds{std::llround(1e9 * std::abs(on_rad) / speed_rad_s)};
   solids_.turnPart(stands_.part());
+  if (share)
+    strike(met_at_rad, {now + Nanoseconds{std::llround(1e9 * until_contact_s)}, 0}, std::copysign(1, way_rad),
+           speed_rad_s);
+  commanded_.c_rad = met_at_rad + on_rad;
+  turned_at_ = now + Nanoseconds{std::llround(1e9 * turning_s)};
+  part_.append(commanded_.c_rad, now, turned_at_);
   standFrom(now);
-  if (share) {
-    const Vector3 tip = bodyFor(motion_.target()) + hold_.tip;
-    stylus_.struckAt(tip, normalAt(tip), Instant{struck, 0}, hold_,
-                     {.axis = part_axis_,
-                      .through = part_point_,
-                      .rate_rad_s = std::copysign(speed_rad_s, way_rad),
-                      .beyond_rad = std::abs(on_rad)});
-  }
   stands_.c_rad += on_rad;
   return true;
 }
@@ -239,20 +297,30 @@ bool Machine::mountBalls(std::size_t mount, MonoTime now) {
   constexpr Nanoseconds kChange = std::chrono::seconds{10};
   if (!atRest(now)) return false;
   if (mount == mount_) return true;
-  if (mount < 1 || mount > mounts_) return false;
+  if (!hasMount(mount)) return false;
+  putInto(mount);
+  standStillFor(kChange, now);
+  return true;
+}
+
+bool Machine::followMount(std::size_t mount, MonoTime from) {
+  if (mount == mount_) return true;
+  if (!hasMount(mount)) return false;
+  putInto(mount);
+  standFrom(from);
+  return true;
+}
+
+void Machine::putInto(std::size_t mount) {
   if (touching()) ++crashes_;
   mount_ = mount;
   solids_.mountBalls(mount);
   solids_.turnPart(stands_.part());
-  standStillFor(kChange, now);
-  return true;
 }
 
 // Somebody changes something, and no axis may move.
 void Machine::standStillFor(Nanoseconds duration, MonoTime now) {
   standFrom(now);
-  turned_from_c_rad_ = commanded_.c_rad;
-  turns_since_ = now;
   turned_at_ = now + duration;
 }
 
@@ -299,17 +367,10 @@ bool Machine::touching() const {
   return last != nullptr && !last->end;
 }
 
-bool Machine::turnedInto() const {
-  return touching() && stylus_.contact(stylus_.contactCount() - 1)->turned_into;
-}
-
-// At constant speed on its way.
-double Machine::partAngleAt(MonoTime at, double delay_s) const {
-  const MonoTime seen = at - Nanoseconds{std::llround(1e9 * delay_s)};
-  if (seen >= turned_at_) return commanded_.c_rad;
-  if (seen <= turns_since_) return turned_from_c_rad_;
-  const double share = toSeconds(seen - turns_since_) / toSeconds(turned_at_ - turns_since_);
-  return turned_from_c_rad_ + share * (commanded_.c_rad - turned_from_c_rad_);
+const TurnOfPart* Machine::turnedInto() const {
+  if (!touching()) return nullptr;
+  const auto& into = stylus_.contact(stylus_.contactCount() - 1)->turned_into;
+  return into ? &*into : nullptr;
 }
 
 // The reference lies on the spindle's axis; the ball hangs below it. Positions count from where an ideal spindle in a

@@ -11,6 +11,7 @@
 #include "drivers/world/sensor_head.hpp"
 #include "drivers/world/solids.hpp"
 #include "drivers/world/stylus.hpp"
+#include "drivers/world/turn_history.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
@@ -63,10 +64,13 @@ class Machine {
 
   // Moves at constant speed during one cycle, and stops there unless the next one goes on.
   void follow(const Vector3& position_mm, MonoTime from, MonoTime until);
-  // Turns the rotary axes during one cycle. The encoder of C knows the last turn alone: it is true of an axis at rest.
+  // Turns the rotary axes during one cycle. Where C alone turns, slowly, until a ball of the part meets the free
+  // stylus, the ball takes it along from there and leaves it at the same angle on the way back.
   void followPose(const Pose& pose, MonoTime from, MonoTime until);
   // Changes the tool at once: how long that takes is up to the control. False without effect for an unknown one.
   bool followTool(std::uint32_t number, MonoTime from);
+  // Puts the balls into another mount at once: a person takes their time.
+  bool followMount(std::size_t mount, MonoTime from);
   // Tells whether stylus or tool touches something where the last command ends.
   bool touching() const;
 
@@ -79,6 +83,7 @@ class Machine {
   // for an unknown mount.
   bool mountBalls(std::size_t mount, MonoTime now);
   std::size_t mount() const { return mount_; }
+  bool hasMount(std::size_t mount) const { return mount >= 1 && mount <= mounts_; }
   Vector3 commandedPosition() const { return commanded_mm_; }
 
   // The truth, for the sensors and for tests, `delay_s` before `at`.
@@ -90,11 +95,11 @@ class Machine {
   double speedAt(MonoTime at) const { return motion_.speedAt(at); }
   // Centre of the stylus ball minus bodyAt(), mm, in machine axes.
   Vector3 stylusDisplacementAt(MonoTime at, double delay_s = 0) const {
-    return stylus_.displacement(bodyAt(at, delay_s), at, delay_s);
+    return stylus_.displacement(bodyAt(at, delay_s), partAngleAt(at, delay_s), at, delay_s);
   }
   // Returns it in the probe's own axes.
   Vector3 probeDisplacementAt(MonoTime at, double delay_s) const {
-    return stylus_.inProbeAxes(bodyAt(at, delay_s), at, delay_s);
+    return stylus_.inProbeAxes(bodyAt(at, delay_s), partAngleAt(at, delay_s), at, delay_s);
   }
   // Returns what a sensor head instead of the probe reads of the nearest ball; nothing without a head.
   std::optional<HeadReading> headReadingAt(MonoTime at, double delay_s) const {
@@ -104,7 +109,7 @@ class Machine {
   // Returns the stylus ball with that tool at an ideal stop of the pose, relative to positionAt().
   Vector3 tipIn(const Pose& pose, std::uint32_t tool) const { return holdAt(pose, toolOf(tool)).tip; }
   // Returns the angle of C on its encoder.
-  double partAngleAt(MonoTime at, double delay_s = 0) const;
+  double partAngleAt(MonoTime at, double delay_s = 0) const { return part_.angleAt(at, delay_s); }
   // Returns a point of the part in that pose; at_zero: the point at C = 0 without tilt.
   Vector3 partPoint(const Vector3& at_zero, const PartPose& pose) const { return solids_.partPoint(at_zero, pose); }
   // Counts collisions: stylus and ball during a turn, a turn while the stylus touched, or a sensor head that reached a
@@ -116,7 +121,12 @@ class Machine {
   Hold holdAt(const Pose& pose, const ToolConfig& tool) const;
   ToolConfig toolOf(std::uint32_t number) const;
   bool strikesOnTheWayTo(const Pose& pose) const;
-  bool turnedInto() const;
+  const TurnOfPart* turnedInto() const;  // null where the stylus does not touch by a turn
+  void strike(double c_rad, const Instant& at, double sense, double speed_rad_s);
+  void turnTouching(const Pose& pose, double speed_rad_s, MonoTime from, MonoTime until);
+  bool turnsByC(const Pose& pose) const;
+  double armOf(const Vector3& point) const;
+  bool leadsPart(const Pose& pose, MonoTime from, MonoTime until);
   bool slidesTo(const Vector3& position_mm, double speed_mm_s, MonoTime from);
   Vector3 normalAt(const Vector3& tip) const;
   std::optional<double> shareUntilContact(const Pose& from, const Pose& to) const;
@@ -124,7 +134,9 @@ class Machine {
   Move ofTheBody(const Move& move) const;
   MotionLimits limits(double speed_mm_s) const { return {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}; }
   void turn(const Pose& pose, MonoTime from, MonoTime until);
+  void standAt(const Pose& pose, MonoTime from, MonoTime until);
   void change(const ToolConfig& tool);
+  void putInto(std::size_t mount);
   void standFrom(MonoTime since);
   void standStillFor(Nanoseconds duration, MonoTime now);
 
@@ -147,8 +159,8 @@ class Machine {
   ToolConfig tool_;
   std::size_t mounts_;
   std::size_t mount_{1};
-  double turned_from_c_rad_{};
-  MonoTime turns_since_{MonoTime::min()};
+  TurnHistory part_;     // C by its encoder
+  Pose led_from_;        // where the last cycle of a control outside began
   MonoTime turned_at_{MonoTime::min()};
   std::uint64_t crashes_{};
 };

@@ -54,6 +54,7 @@ double Stylus::release(const Move& move) {
   if (count_ == 0) return 0;
   Contact& contact = contacts_[(count_ - 1) % kRemembered];
   if (contact.end) return 0;
+  if (contact.turned_into) return move.length_mm;  // no more than a drift of warm screws
   if (contact.slide && !contact.slides_until) endSlide(contact, move);
   // The body presses while it is behind the tangent plane of the point where the ball sticks.
   const double outwards = dot(move.direction, contact.normal);
@@ -89,38 +90,34 @@ void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const H
   ++count_;
 }
 
-double TurnAfterContact::turnedAt(double since_contact_s, MonoTime at, double delay_s) const {
-  const double there_rad = std::min(std::abs(rate_rad_s) * since_contact_s, beyond_rad);
-  const double back_rad = back_from ? std::max(back_rad_s * back_from->elapsed(at, delay_s), 0.0) : 0;
-  return std::copysign(std::max(there_rad - back_rad, 0.0), rate_rad_s);
+// Speed of the touched point as its part turns, mm/s.
+double Stylus::alongNormal(const Contact& contact, double speed_rad_s) {
+  const auto& turn = *contact.turned_into;
+  return std::abs(speed_rad_s * dot(cross(turn.axis, contact.point - turn.through), contact.normal));
 }
 
 void Stylus::struckAt(const Vector3& point, const Vector3& normal, const Instant& begin, const Hold& hold,
-                      const TurnAfterContact& turn) {
+                      const TurnOfPart& turn, double speed_rad_s) {
   Contact& contact = contacts_[count_ % kRemembered];
   contact = Contact{};
   contact.point = point;
   contact.normal = normal;
-  contact.turn = turn;
-  contact.speed_mm_s = std::abs(turn.rate_rad_s * dot(cross(turn.axis, point - turn.through), normal));
+  contact.turned_into = turn;
+  contact.speed_mm_s = alongNormal(contact, speed_rad_s);
   contact.bounce_mm = amplitude(contact.speed_mm_s);
   contact.tip = hold.tip;
   contact.turned = hold.turned;
   contact.pre_travel = hold.pre_travel;
   contact.begin = begin;
-  contact.turned_into = true;
   ++count_;
 }
 
-void Stylus::turnedBack(MonoTime from, double speed_rad_s) {
+void Stylus::partedAt(const Instant& end, double speed_rad_s) {
   if (count_ == 0) return;
   Contact& contact = contacts_[(count_ - 1) % kRemembered];
-  auto& turn = contact.turn;
-  turn.back_from = Instant{from, 0};
-  turn.back_rad_s = speed_rad_s;
-  contact.end = Instant{from, turn.beyond_rad / speed_rad_s};
-  contact.release_mm_s = turn.rate_rad_s != 0 ? contact.speed_mm_s * speed_rad_s / std::abs(turn.rate_rad_s) : 0;
-  contact.ring_mm = turn.beyond_rad > 0 ? amplitude(contact.release_mm_s) : 0;
+  contact.end = end;
+  contact.release_mm_s = alongNormal(contact, speed_rad_s);
+  contact.ring_mm = amplitude(contact.release_mm_s);
 }
 
 // A stylus that leaves the surface with this speed swings by speed / angular frequency; more would take it through.
@@ -140,15 +137,17 @@ const Contact* Stylus::contactAt(MonoTime at, double delay_s) const {
   return nullptr;
 }
 
-Vector3 Stylus::displaced(const Contact& contact, const Vector3& body, MonoTime at, double delay_s) const {
+Vector3 Stylus::displaced(const Contact& contact, const Vector3& body, double c_rad, MonoTime at,
+                          double delay_s) const {
   const double free_s = contact.end ? contact.end->elapsed(at, delay_s) : -1;
   if (free_s >= 0) return -decayed(contact.ring_mm, free_s) * contact.normal;
   // A bounce goes off the surface alone.
   const double touched_s = contact.begin.elapsed(at, delay_s);
   const Vector3 bounced = std::abs(decayed(contact.bounce_mm, touched_s)) * contact.normal;
-  if (contact.turned_into) {
-    const Vector3 arm = contact.point - contact.turn.through;
-    return rotation(contact.turn.axis, contact.turn.turnedAt(touched_s, at, delay_s)) * arm - arm + bounced;
+  if (const auto& turn = contact.turned_into) {
+    const Vector3 arm = contact.point - turn->through;
+    const double turned_rad = turn->sense * std::max(turn->beyond(c_rad), 0.0);
+    return rotation(turn->axis, turned_rad) * arm - arm + bounced;
   }
   const Vector3 unheld = body + contact.tip;
   const double slid_s = contact.slide ? contact.slides_from.elapsed(at, delay_s) : -1;
@@ -157,15 +156,15 @@ Vector3 Stylus::displaced(const Contact& contact, const Vector3& body, MonoTime 
   return contact.lever * (contact.point - unheld) + bounced;
 }
 
-Vector3 Stylus::displacement(const Vector3& body, MonoTime at, double delay_s) const {
+Vector3 Stylus::displacement(const Vector3& body, double c_rad, MonoTime at, double delay_s) const {
   const Contact* contact = contactAt(at, delay_s);
-  return contact != nullptr ? displaced(*contact, body, at, delay_s) : Vector3{};
+  return contact != nullptr ? displaced(*contact, body, c_rad, at, delay_s) : Vector3{};
 }
 
-Vector3 Stylus::inProbeAxes(const Vector3& body, MonoTime at, double delay_s) const {
+Vector3 Stylus::inProbeAxes(const Vector3& body, double c_rad, MonoTime at, double delay_s) const {
   const Contact* contact = contactAt(at, delay_s);
   if (contact == nullptr || contact->tool) return {};
-  return transposed(contact->turned) * displaced(*contact, body, at, delay_s);
+  return transposed(contact->turned) * displaced(*contact, body, c_rad, at, delay_s);
 }
 
 const Contact* Stylus::contact(std::uint64_t number) const {

@@ -24,15 +24,13 @@ struct Instant {
   MonoTime rounded() const;
 };
 
-// The part turns on after it has come to the stylus, which sticks to the touched point, and back.
-struct TurnAfterContact {
+// The part has turned into the stylus, which sticks to the touched point until the part has turned back to there.
+struct TurnOfPart {
   Vector3 axis{}, through{};  // of the part's spindle
-  double rate_rad_s{};        // signed, there
-  double beyond_rad{};        // at most so far
-  std::optional<Instant> back_from{};
-  double back_rad_s{};  // speed
+  double contact_rad{};       // by its encoder
+  double sense{};             // in which it came
 
-  double turnedAt(double since_contact_s, MonoTime at, double delay_s) const;
+  double beyond(double c_rad) const { return sense * (c_rad - contact_rad); }
 };
 
 // Contact of the stylus ball or its shank. The ball's centre stays at `point` until the body releases it.
@@ -49,8 +47,7 @@ struct Contact {
   double release_mm_s{};  // the same at its end
   bool setter{};          // with the tool-setting device
   bool tool{};            // of a tool, and not of the stylus
-  bool turned_into{};     // the part came to the stylus, which stood still
-  TurnAfterContact turn{};
+  std::optional<TurnOfPart> turned_into{};  // the part came to the stylus, which stood still
   // Displacement of the ball per displacement of the touched shank; 1 where the ball itself is touched.
   double lever{1};
   double pre_travel{1};  // of the switch, over that of the first tool touched by its ball
@@ -91,15 +88,15 @@ class Stylus {
   // Makes a contact: the part turns against the resting stylus, its ball's centre at `point`, and on. normal: outwards
   // from what struck it.
   void struckAt(const Vector3& point, const Vector3& normal, const Instant& begin, const Hold& hold,
-                const TurnAfterContact& turn);
-  // Ends that contact: the part turns away at that speed, and leaves the stylus where it met it.
-  void turnedBack(MonoTime from, double speed_rad_s);
+                const TurnOfPart& turn, double speed_rad_s);
+  // Ends that contact: the part leaves the stylus, where it met it, at that speed; 0 where it had not turned beyond.
+  void partedAt(const Instant& end, double speed_rad_s);
 
   // Returns the displacement of the stylus ball from its free position, mm, in machine axes, `delay_s` before `at`.
-  // body: its position at that instant.
-  Vector3 displacement(const Vector3& body, MonoTime at, double delay_s) const;
+  // body, c_rad: position and angle of the part by its encoder at that instant.
+  Vector3 displacement(const Vector3& body, double c_rad, MonoTime at, double delay_s) const;
   // Returns it in the probe's own axes, which turn with its spindle; zero while a tool is in the spindle.
-  Vector3 inProbeAxes(const Vector3& body, MonoTime at, double delay_s) const;
+  Vector3 inProbeAxes(const Vector3& body, double c_rad, MonoTime at, double delay_s) const;
 
   std::uint64_t contactCount() const { return count_; }
   bool slides() const;  // along a ball, at present
@@ -111,7 +108,8 @@ class Stylus {
   double release(const Move& move);  // distance from which on the ball is free; the length when it stays in contact
   void meet(const Move& way, double from_mm, const Solids& solids, const Hold& hold);
   const Contact* contactAt(MonoTime at, double delay_s) const;
-  Vector3 displaced(const Contact& contact, const Vector3& body, MonoTime at, double delay_s) const;
+  Vector3 displaced(const Contact& contact, const Vector3& body, double c_rad, MonoTime at, double delay_s) const;
+  static double alongNormal(const Contact& contact, double speed_rad_s);
   double amplitude(double normal_speed_mm_s) const;
   double decayed(double amplitude_mm, double elapsed_s) const;
 

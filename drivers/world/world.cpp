@@ -24,6 +24,7 @@ void World::follow(const Lead& lead, MonoTime from, MonoTime until) {
   // A nut drifts with its screw while the motor rests; less than this is no move.
   constexpr double kDrift_mm = 1e-5;
   machine_.followTool(lead.tool, from);
+  machine_.followMount(lead.mount, from);
   machine_.followPose(lead.pose, from, until);
   const bool commanded = lead.motor_mm != led_to_mm_;
   led_to_mm_ = lead.motor_mm;

@@ -54,8 +54,8 @@ def all_done(room, log):
         assert value == 0, "method %d ended with %d, refusal %d, fault %d" % (method, value, refusal, fault)
 
 
-def run_program(room, name):
-    """Runs a program of the kit to its end, and returns what it has logged."""
+def run_program(room, name, at_stop=None):
+    """Runs a program of the kit to its end, and returns what it has logged. At M0 at_stop is told what was said before, and it goes on."""
     import linuxcnc
     log, shown = os.path.join(room.kit, "circle.log"), 0
     errors = linuxcnc.error_channel()
@@ -65,18 +65,29 @@ def run_program(room, name):
     # Not waited for: that would keep all threads of this program from running, and the cable with them.
     room.command.auto(linuxcnc.AUTO_RUN, 0)
     machine_room.eventually(lambda: os.path.exists(log), "a program that has begun")
-    end = time.monotonic() + PATIENCE_S
+    end, said = time.monotonic() + PATIENCE_S, None
+
+    def heard():
+        nonlocal said
+        message = errors.poll()
+        if message and at_stop and message[0] not in (linuxcnc.OPERATOR_ERROR, linuxcnc.NML_ERROR):
+            said = message[1]
+        else:
+            assert not message, message
+
     while room.polled().interp_state != linuxcnc.INTERP_IDLE:
         assert time.monotonic() < end, "the program does not end"
-        error = errors.poll()
-        assert not error, error
+        heard()
+        if said and room.polled().interp_state == linuxcnc.INTERP_PAUSED:
+            at_stop(said)
+            said = None
+            room.command.auto(linuxcnc.AUTO_RESUME)
         lines = open(log).read().splitlines()
         for line in lines[shown:]:
             print(time.strftime("%H:%M:%S"), line, flush=True)
         shown = len(lines)
         time.sleep(0.5)
-    error = errors.poll()
-    assert not error, error
+    heard()
     return residuals.Log(open(log).read())
 
 

@@ -33,7 +33,8 @@ def tool_of(text, number, **values):
 class World:
     """Draws the errors; `truth` has what tests may compare with, mm, rad, ms."""
 
-    def __init__(self, board, folder, seed):
+    def __init__(self, board, folder, seed, b_turns="head"):
+        self.b_turns = b_turns
         shutil.copytree(board, folder)
         self.folder, draw = folder, random.Random(seed)
 
@@ -77,15 +78,17 @@ class World:
                                    ("noise_um", self.screw_noise_um), ("sensor_time_constant_s", 0.02)]:
                     text = put(text, "screw." + axis, key, value)
             text = tool_of(text, 4, offset_x_mm=self.tool_mm[0], offset_y_mm=self.tool_mm[1], length_mm=self.tool_mm[2], radius_mm=5 + within(0.02))
-            return text + '\n[outside_control]\nport = %d\nb_turns = "head"\n' % PORT
+            return text + '\n[outside_control]\nport = %d\nb_turns = "%s"\n' % (PORT, self.b_turns)
 
         self._edit("world.toml", change)
 
     def _machine(self):
         def change(text):
-            text = put(text, "corrections", "sources", '["screw", "swivel", "centreline"]')
+            swivels = self.b_turns == "head"
+            text = put(text, "corrections", "sources", '["screw", "swivel", "centreline"]' if swivels else '["screw", "centreline"]')
             for axis in "XYZ":  # the sensors follow their faces up to this speed
                 text = put(text, "screw." + axis, "threshold_rpm", 238)
-            return text + '\n[rotary_axis.B]\nangle_from = "controller"\nstale_s = 0\n[swivel]\naxis = "B"\n'
+            text += '\n[rotary_axis.B]\nangle_from = "controller"\nstale_s = 0\n'
+            return text + '[swivel]\naxis = "B"\n' if swivels else text
 
         self._edit("machine.toml", change)

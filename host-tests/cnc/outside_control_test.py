@@ -38,7 +38,8 @@ def test(room, board):
     leader = Leader()
     assert leader.ask(line(7, HOME_MM[2])) == "7 0 0"
     for wrong, why in [("8 0 0 0 0 0 0 1", "the motors jump to 0.000 0.000 0.000 mm: begin where they stand, at 120.000 80.000 -100.000 mm"),
-                       ("9 120 80 -100 0 0 0", "a line is a number"), ("10 120 80 -100 0 0 0 1 1", "a line is a number"),
+                       ("9 120 80 -100 0 0 0", "a line is a number"), ("10 120 80 -100 0 0 0 1 1 1", "a line is a number"), ("12 120 80 -100 0 0 0 1 x", "a line is a number"),
+                       ("13 120 80 -100 0 0 0 1 9", "there is no mount 9"),
                        ("11 120 80 nought 0 0 0 1", "a line is a number"), ("", "a line is a number"),
                        (line(12, HOME_MM[2], tool=77), "there is no tool 77")]:
         answer = leader.ask(wrong)

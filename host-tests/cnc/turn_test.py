@@ -27,19 +27,21 @@ def radius_of_tool(world):
     return float(re.search(r"(?s)number = 4\n.*?radius_mm = ([0-9.e-]+)", open(world.path("world.toml")).read())[1])
 
 
+def is_within(what, found, truth, sd_mm):
+    limit = 4 * math.hypot(sd_mm, SCREWS_MM)
+    print("%s: %.4f mm, is %.4f, limit %.4f" % (what, found, truth, limit))
+    assert sd_mm > 0 and abs(found - truth) < limit, (what, found, truth, limit)
+
+
 def judge(log, world):
     sd = [1e-3 * value for value in log.one("axis-sd-um")]
     for i, found in enumerate(log.one("axis")):
         truth = world.axis_mm[i] + world.axis_tilt[i] * BALL_ABOVE_POINT_MM - world.stylus_mm[i]
-        limit = 4 * math.hypot(sd[i], SCREWS_MM)
-        print("turning axis %s: %.4f mm, is %.4f, limit %.4f" % ("XY"[i], found, truth, limit))
-        assert sd[i] > 0 and abs(found - truth) < limit, (i, found, truth, limit)
+        is_within("turning axis " + "XY"[i], found, truth, sd[i])
     radius = radius_of_tool(world)
     edge = [world.tool_mm[0] - radius * FACES[0], world.tool_mm[1] - radius * FACES[1], -world.tool_mm[2]]
     for i, found in enumerate(log.one("tool")):
-        limit = 4 * math.hypot(0.0008, SCREWS_MM)
-        print("tool 4 %s: %.4f mm, is %.4f, limit %.4f" % ("XYZ"[i], found, edge[i], limit))
-        assert abs(found - edge[i]) < limit, (i, found, edge[i], limit)
+        is_within("tool 4 " + "XYZ"[i], found, edge[i], 0.0008)
 
 
 def test(room, board):

@@ -143,8 +143,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "of a turn: C turns from the angle of register 892 towards this one, and no further; if nothing has touched by "
      "then, it turns back"},
     {address::step_turn_speed, "step: speed of C", f32, 1, "deg/s", read,
-     "of a turn: there and back; C stops within the overtravel of register 876 after the contact, along the ball's "
-     "path"},
+     "of a turn: there and back; after the contact C goes on by the overtravel of register 876, along the ball's path"},
 });
 
 }  // namespace

@@ -71,8 +71,12 @@ std::optional<std::string> OutsideControl::take(std::string_view values, MonoTim
   for (double& motor : lead.motor_mm) words >> motor;
   for (double& angle : angles_deg) words >> angle;
   words >> lead.tool;
+  const bool complete = !words.fail();
+  if (!(words >> std::ws).eof()) words >> lead.mount;
   std::string more;
-  if (!words || words >> more) return "a line is a number, X Y Z in mm, A B C in degrees, and the tool's number";
+  if (!complete || words.fail() || words >> more)
+    return "a line is a number, X Y Z in mm, A B C in degrees, the tool's number, and the mount of the balls where it is "
+           "not the first";
   const double b_rad = angles_deg[1] * kDegree;
   lead.pose = {.a_rad = angles_deg[0] * kDegree,
                .head_rad = swivels_head_ ? b_rad : 0,

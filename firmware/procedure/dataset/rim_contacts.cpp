@@ -156,7 +156,7 @@ Outcome<Turned, Refusal> turnedOf(const FinishedRun& run, const capture::Touch& 
     return Refusal{"too-few-samples",
                    "step " + std::to_string(touch.request.step + 1) +
                        ": too few samples of the deflection while C turned, so the contact cannot be extrapolated: "
-                       "turn C at the speed that the step states, and stop after its overtravel"};
+                       "turn C at the speed that the step states, and on by its overtravel after the contact"};
   }
   turned.c_rad = clockwise(onset->c_rad);
   turned.variance = onset->variance;

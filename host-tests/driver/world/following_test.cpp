@@ -41,6 +41,16 @@ class Led {
     world.advanceTo(following.known(now));
     pollAll(world, events);
   }
+  void turnC(double to_rad, double speed_rad_s) {
+    const double from_rad = lead.pose.c_rad;
+    const int cycles = static_cast<int>(std::lround(std::abs(to_rad - from_rad) / speed_rad_s / kCycle_s));
+    for (int k = 1; k <= cycles; ++k) {
+      pass(1ms);
+      lead.pose.c_rad = from_rad + k * (to_rad - from_rad) / cycles;
+      ASSERT_EQ(cycle(), std::nullopt);
+      touched.push_back(world.machine().touching());
+    }
+  }
   // Along an axis, told in bunches of so many cycles.
   void move(std::size_t axis, double way_mm, double speed_mm_s, int bunch) {
     const int cycles = static_cast<int>(std::lround(std::abs(way_mm) / speed_mm_s / kCycle_s));
@@ -177,6 +187,75 @@ TEST(Following, TurnsTheProbeAndCountsATurnInContactAsACollision) {
   led.lead.pose.a_rad = 0;
   led.stand(0.3);
   EXPECT_EQ(led.world.machine().crashes(), 1U);
+}
+
+// A ball of 6 mm at 60 mm from C; the stylus, whose ball has 3 mm, stands beside it at the same height.
+Config besideABall() {
+  Config config = aboveTheSphere();
+  config.part_spindle.point_mm = {300, 50, -40};
+  config.part_spindle.ball_count = 1;
+  config.part_spindle.balls_mm[0] = {0, 60, 20};
+  config.part_spindle.ball_radius_mm = 6;
+  config.probe.bounce_mm = 0;
+  config.axes.home_mm = {315, 110, -20};
+  return config;
+}
+
+// Angle of C at which the ball is 9 mm from the stylus, on its left.
+double contact_rad() {
+  const double away = std::hypot(15, 60);
+  const double between = std::acos((away * away + 60 * 60 - 81) / (2 * away * 60));
+  return -(std::atan2(15, 60) - between);
+}
+
+TEST(Following, TakesTheStylusAlongWhereCTurnsABallIntoIt) {
+  for (const double noise_rad : {0.0, 1e-5}) {
+    Config config = besideABall();
+    config.rotary.noise_rad = noise_rad;
+    Led led{config};
+    led.stand(0.3);
+    const double at_rad = contact_rad(), beyond_rad = 0.005;
+    led.turnC(at_rad - beyond_rad, 0.02);
+    // 20 urad a cycle.
+    const auto meets = static_cast<std::size_t>(-at_rad / 2e-5);
+    ASSERT_GT(led.touched.size(), meets + 3);
+    EXPECT_FALSE(led.touched[meets - 3]);
+    EXPECT_TRUE(led.touched[meets + 3]);
+    led.stand(0.5);
+    const auto streams = takeApart(led.events);
+    const auto& shown = streams.deflections.back().channels_nm;
+    const Vector3 mm = config.probe.gain * Vector3{1e-6 * shown[0], 1e-6 * shown[1], 1e-6 * shown[2]};
+    EXPECT_NEAR(norm(mm), beyond_rad * std::hypot(15, 60), 2e-5 + 300 * noise_rad) << "as far as its arm has turned";
+    EXPECT_GT(mm[0], 0.25);
+    led.touched.clear();
+    led.turnC(0, 0.02);
+    EXPECT_TRUE(led.touched[247]);
+    EXPECT_FALSE(led.touched[253]);
+    EXPECT_FALSE(led.touched.back());
+    led.stand(0.5);
+    EXPECT_EQ(led.world.machine().stylus().contactCount(), 1U);
+    EXPECT_EQ(led.world.machine().crashes(), 0U);
+    EXPECT_LT(norm(led.world.machine().stylusDisplacementAt(led.world.now())), 1e-6);
+  }
+}
+
+TEST(Following, ShowsTheAngleOfCAllAlongATurn) {
+  Led led{besideABall()};
+  led.stand(0.3);
+  led.turnC(0.1, 0.05);
+  const MonoTime known = led.following.known(led.now);
+  const auto& machine = led.world.machine();
+  const double at_rad = machine.partAngleAt(known - 100ms);
+  EXPECT_GT(at_rad, 0.05);
+  EXPECT_NEAR(machine.partAngleAt(known - 200ms), at_rad - 0.1 * 0.05, 1e-9);
+  EXPECT_NEAR(machine.partAngleAt(known - 100ms, 0.0503), at_rad - 0.0503 * 0.05, 1e-9);
+}
+
+TEST(Following, CountsATurnThatRunsIntoTheStylusAsACollision) {
+  Led led{besideABall()};
+  led.stand(0.3);
+  led.turnC(contact_rad() - 0.005, 2);  // 120 mm/s
+  EXPECT_GT(led.world.machine().crashes(), 0U);
 }
 
 }  // namespace

@@ -162,7 +162,7 @@ void Control::turn(const std::array<double, 3>& to_deg, double feed_deg_min) {
 }
 
 void Control::turnUntilTouched(double c_deg, double feed_deg_min) {
-  constexpr double kBeyond_rad = 0.005;  // until the drive of C stands
+  constexpr double kBeyond_rad = 0.0003;  // until the drive of C stands
   settle();
   auto& scenario = office_.scenario();
   commanded_.push_back(
