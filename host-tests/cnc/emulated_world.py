@@ -88,6 +88,8 @@ class World:
             text = put(text, "corrections", "sources", '["screw", "swivel", "centreline"]' if swivels else '["screw", "centreline"]')
             for axis in "XYZ":  # the sensors follow their faces up to this speed
                 text = put(text, "screw." + axis, "threshold_rpm", 238)
+            if not swivels:
+                text = put(text, "rotary_table", "chain", '["B", "C"]')
             text += '\n[rotary_axis.B]\nangle_from = "controller"\nstale_s = 0\n'
             return text + '[swivel]\naxis = "B"\n' if swivels else text
 
