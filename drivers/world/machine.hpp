@@ -159,8 +159,8 @@ class Machine {
   ToolConfig tool_;
   std::size_t mounts_;
   std::size_t mount_{1};
-  TurnHistory part_;     // C by its encoder
-  Pose led_from_;        // where the last cycle of a control outside began
+  TurnHistory part_;  // C by its encoder
+  Pose led_from_;     // where the last cycle of a control outside began
   MonoTime turned_at_{MonoTime::min()};
   std::uint64_t crashes_{};
 };

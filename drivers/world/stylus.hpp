@@ -43,10 +43,10 @@ struct Contact {
   std::optional<Instant> end;
   double bounce_mm{};  // first amplitudes
   double ring_mm{};
-  double speed_mm_s{};    // along the normal, at contact
-  double release_mm_s{};  // the same at its end
-  bool setter{};          // with the tool-setting device
-  bool tool{};            // of a tool, and not of the stylus
+  double speed_mm_s{};                      // along the normal, at contact
+  double release_mm_s{};                    // the same at its end
+  bool setter{};                            // with the tool-setting device
+  bool tool{};                              // of a tool, and not of the stylus
   std::optional<TurnOfPart> turned_into{};  // the part came to the stylus, which stood still
   // Displacement of the ball per displacement of the touched shank; 1 where the ball itself is touched.
   double lever{1};

@@ -4,7 +4,8 @@
 
 #include "firmware/capture/recording.hpp"
 
-// A control marks a touch from beside the feature and back. Most of that is free way, and the solvers read little of it.
+// A control marks a touch from beside the feature and back. Most of that is free way, and the solvers read little of
+// it.
 namespace probebox::capture {
 
 // The probe is free for so long before and after what the solvers read: its noise is known from there. Also covers the

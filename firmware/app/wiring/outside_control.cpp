@@ -75,7 +75,8 @@ std::optional<std::string> OutsideControl::take(std::string_view values, MonoTim
   if (!(words >> std::ws).eof()) words >> lead.mount;
   std::string more;
   if (!complete || words.fail() || words >> more)
-    return "a line is a number, X Y Z in mm, A B C in degrees, the tool's number, and the mount of the balls where it is "
+    return "a line is a number, X Y Z in mm, A B C in degrees, the tool's number, and the mount of the balls where it "
+           "is "
            "not the first";
   const double b_rad = angles_deg[1] * kDegree;
   lead.pose = {.a_rad = angles_deg[0] * kDegree,

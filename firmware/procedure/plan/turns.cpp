@@ -39,8 +39,8 @@ std::string turnPrompt(const Step& step) {
          " of the nominal line along +Y above the axis of C, at the height (Y and Z) that the centre of ball " +
          std::to_string(touch.ball) + " has with C at about " + number(degrees(turn.line_rad)) +
          " deg; turn C towards " + number(degrees(turn.to_rad)) + " deg at " + number(degrees(turn.speed_rad_s)) +
-         " deg/s until the ball touches and " + number(step.overtravel_mm) + " mm further along its path, and turn back to " +
-         number(degrees(from_rad)) + " deg at the same speed";
+         " deg/s until the ball touches and " + number(step.overtravel_mm) +
+         " mm further along its path, and turn back to " + number(degrees(from_rad)) + " deg at the same speed";
 }
 
 }  // namespace probebox::procedure

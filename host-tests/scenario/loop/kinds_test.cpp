@@ -17,7 +17,8 @@ class LoopKinds : public testing::TestWithParam<std::string> {};
 // Scans by arcs and by chords, touches by the shank, C turned until the ball touches, a plate in two mounts. All but
 // the scans need the delay.
 constexpr Asked kDelay{.method = 4}, kStepped{.method = 26}, kContour{.method = 27}, kShank{.method = 17, .read_by = 2},
-    kContacts{.method = 23, .contacts = 1}, kMounts{.method = 15, .axis = 5, .mounts = 2}, kTurningAxis{.method = 15, .axis = 6};
+    kContacts{.method = 23, .contacts = 1}, kMounts{.method = 15, .axis = 5, .mounts = 2},
+    kTurningAxis{.method = 15, .axis = 6};
 // The table tilted, C at 0 and half a turn; and a plate on it.
 constexpr Asked kTablePivot{.method = 16}, kPlateOnB{.method = 15, .axis = 5}, kHead{.method = 22},
     kBallsOverTheHead{.method = 15, .axis = 5, .read_by = 1};
@@ -106,15 +107,15 @@ TEST(LoopKit, HasThePlatePutIntoEachMount) {
 }
 
 TEST_P(LoopKinds, HasThePlatePutIntoAnotherMount) {
-  expectTheKitsMoves(GetParam(), {kDelay, kMounts}, 'B',
-                     [](OfAText& text) { EXPECT_EQ(text.mounted, (std::vector{2, 1})); });
+  expectTheKitsMoves(GetParam(), {kDelay, kMounts}, 'B', [](OfAText& text) {
+    EXPECT_EQ(text.mounted, (std::vector{2, 1}));
+  });
 }
 
 // The longest run: 135 touches, with which a recording is still not full.
 TEST_P(LoopKinds, ReadsTheTurningAxisByManyTouches) {
-  expectTheKitsMoves(GetParam(), {kDelay, kTurningAxis}, 0, [](OfAText& text) {
-    EXPECT_GE(text.control.contacts(), 135U);
-  });
+  expectTheKitsMoves(GetParam(), {kDelay, kTurningAxis}, 0,
+                     [](OfAText& text) { EXPECT_GE(text.control.contacts(), 135U); });
 }
 
 TEST_P(LoopKinds, KnowsThreeMounts) {

@@ -96,7 +96,8 @@ TEST(NearContact, KeepsAllOfAHoldAndOfATouchThatEndsEarly) {
 
 TEST(NearContact, LetsManyTouchesIntoARecording) {
   OneTouch touch{{.machine_rows = 10'000, .probe_rows = 10'000, .touches = 20}};
-  for (int count = 0; count < 14; ++count) ASSERT_EQ(touch.record(kSlowTouch, deflection_nm), TouchFault::none) << count;
+  for (int count = 0; count < 14; ++count)
+    ASSERT_EQ(touch.record(kSlowTouch, deflection_nm), TouchFault::none) << count;
   EXPECT_EQ(touch.recording().touches().size(), 14U);
   for (const auto& one : touch.recording().touches()) {
     EXPECT_EQ(touch.recording().machineRows(one).size(), touch.recording().probeRows(one).size());

@@ -37,9 +37,9 @@ ExitStatus run(const History& options, const std::string& uri, Console& console)
   }
   if (nothing && !options.what.empty()) {
     const auto meant = subjectMeant(options.what, **box, console);
-    return console.fail(Trouble{ExitStatus::failed, "not_found",
-                                "no result about " + options.what + " is stored" +
-                                    (meant.empty() ? "; probebox history lists all" : meant)});
+    return console.fail(Trouble{
+        ExitStatus::failed, "not_found",
+        "no result about " + options.what + " is stored" + (meant.empty() ? "; probebox history lists all" : meant)});
   }
   if (nothing) console.note("no result is stored");
   return ExitStatus::ok;
