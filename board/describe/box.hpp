@@ -34,7 +34,14 @@ struct Devices {
   std::string probe;
   std::string drift{"none"};  // sensors of the ball screws
   Encoders encoders_by_axis{};
+  SecondaryEncoders secondary_encoders{};
 };
+
+// By its place in kAllEncoderAxes.
+inline const std::optional<EncoderDescription>& encoderOf(const Devices& devices, std::size_t place) {
+  return place < kEncoderLetters ? devices.encoders_by_axis.at(place)
+                                 : devices.secondary_encoders.at(place - kEncoderLetters);
+}
 
 // USB identity; the serial number is that of the box. Vendors have numbers of their own: 1209:0001 is for tests
 // (pid.codes).

@@ -21,7 +21,10 @@ struct AxisOfMachine {
 };
 
 AxisOfMachine axisOf(const Machine& machine, std::size_t axis) {
-  const std::string letter{kEncoderAxes[axis]};
+  const std::string letter{kAllEncoderAxes[axis]};
+  if (axis >= kEncoderLetters)
+    return {"[axis." + letter + "]", "maximum_speed_mm_s", ReferenceBy::homing,
+            machine.secondary_axes.at(axis - kEncoderLetters).has_value()};
   if (axis < kLinearEncoders)
     return {"[axis." + letter + "]", "maximum_speed_mm_s", machine.axes.at(axis).reference.by, true};
   const auto& rotary = machine.rotary_axes.at(axis - kLinearEncoders);
@@ -36,7 +39,8 @@ class Findings {
       : box_file_{std::move(box_file)}, machine_file_{std::move(machine_file)} {}
 
   void inBox(const EncoderDescription& encoder, std::size_t axis, const std::string& text) {
-    found.push_back(box_file_ + ":" + std::to_string(encoder.line) + ": 'encoder." + kEncoderAxes[axis] + "' " + text);
+    found.push_back(box_file_ + ":" + std::to_string(encoder.line) + ": 'encoder." + kAllEncoderAxes[axis] + "' " +
+                    text);
   }
   void inMachine(const std::string& text) { found.push_back(machine_file_ + ": " + text); }
   const std::string& machineFile() const { return machine_file_; }
@@ -91,6 +95,10 @@ void checkSpeed(const EncoderDescription& encoder, std::size_t axis, const Machi
 }  // namespace
 
 double fastestCounts_hz(const Machine& machine, std::size_t axis) {
+  if (axis >= kEncoderLetters) {
+    const auto& secondary = machine.secondary_axes.at(axis - kEncoderLetters);
+    return secondary ? secondary->counts_per_mm * secondary->maximum_speed_mm_s : 0;
+  }
   if (axis < kLinearEncoders) {
     const auto& linear = machine.axes.at(axis);
     return linear.counts_per_mm * linear.reference.maximum_speed_mm_s;
@@ -107,27 +115,25 @@ std::vector<std::string> encoderProblems(const Box& box, const std::string& box_
                                          const std::string& machine_file) {
   if (box.devices.encoders != "axes") return {};
   Findings findings{box_file, machine_file};
-  for (std::size_t axis = 0; axis < kEncoderLetters; ++axis) {
-    const auto& encoder = box.devices.encoders_by_axis.at(axis);
+  for (std::size_t axis = 0; axis < kAllEncoderAxes.size(); ++axis) {
+    const auto& encoder = encoderOf(box.devices, axis);
     const auto described = axisOf(machine, axis);
-    if (!encoder) {
-      if (axis >= kLinearEncoders && described.is_described)
-        findings.inMachine("'" + described.section + "' has angle_from = \"encoder\", and " + box_file +
-                           " has no "
-                           "[encoder." +
-                           std::string{kEncoderAxes[axis]} +
-                           "]: add it there, or write angle_from = "
-                           "\"controller\"");
-      continue;
-    }
-    if (!described.is_described) {
+    if (encoder && described.is_described) {
+      checkReference(*encoder, axis, box, described, findings);
+      checkSpeed(*encoder, axis, machine, described, findings);
+    } else if (encoder) {
       findings.inBox(*encoder, axis,
-                     "is read for nothing: add " + described.section + " with angle_from = \"encoder\" to " +
-                         machine_file + ", or remove it");
-      continue;
+                     "is read for nothing: add " + described.section +
+                         (axis < kEncoderLetters ? " with angle_from = \"encoder\"" : "") + " to " + machine_file +
+                         ", or remove it");
+    } else if (axis >= kLinearEncoders && described.is_described) {
+      const std::string missing =
+          ", and " + box_file + " has no [encoder." + kAllEncoderAxes[axis] + "]: add it there, or ";
+      findings.inMachine("'" + described.section + "' " +
+                         (axis < kEncoderLetters
+                              ? "has angle_from = \"encoder\"" + missing + "write angle_from = \"controller\""
+                              : "is there" + missing + "remove it"));
     }
-    checkReference(*encoder, axis, box, described, findings);
-    checkSpeed(*encoder, axis, machine, described, findings);
   }
   return findings.found;
 }

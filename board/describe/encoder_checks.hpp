@@ -11,7 +11,8 @@ namespace probebox::board {
 std::vector<std::string> encoderProblems(const Box& box, const std::string& box_file, const Machine& machine,
                                          const std::string& machine_file);
 
-// Highest count rate of an axis at its speed in machine.toml; 0 for a rotary axis that is not described.
+// Highest count rate of an axis, by its place in kAllEncoderAxes, at its speed in machine.toml; 0 for a rotary or
+// secondary axis that is not described.
 double fastestCounts_hz(const Machine& machine, std::size_t axis);
 
 // Longest time between two reads of a count that wraps: it must move by less than half its range meanwhile, to be

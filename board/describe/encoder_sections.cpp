@@ -5,8 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "board/describe/secondary_axes.hpp"
-
 namespace probebox::board {
 namespace {
 
@@ -20,6 +18,9 @@ constexpr double kUsualEdgeRate_hz = 5000;
 // Rate of the counter that numbers the positions of a controller: its cycles, or microseconds.
 constexpr Range kControlCounter_hz{10, 1e6};
 
+// Encoders that were read before, with their letters.
+using Named = std::vector<std::pair<char, const EncoderDescription*>>;
+
 const std::vector<std::string> kKinds{"counter", "quadrature", "receiver", "control"};
 enum class Kind { counter, quadrature, receiver, control };
 
@@ -28,11 +29,15 @@ std::uint8_t channelOf(Section& section, std::string_view key) {
 }
 
 // An index mark that two inputs tell would be taken for two marks.
-bool indexOf(Section& section, std::size_t axis, const Box& box) {
+bool indexOf(Section& section, char letter, const Box& box) {
   const bool has_index = section.flag("index", false);
   if (!has_index) return false;
-  const std::string name{kEncoderAxes[axis]};
-  if (axis >= kLinearEncoders) {
+  const std::string name{letter};
+  const std::size_t axis = kEncoderAxes.find(letter);
+  if (kSecondaryAxes.find(letter) != std::string_view::npos) {
+    section.problem("index",
+                    "= true, and a mark of " + name + " says nothing of the sum that it is a part of: remove it");
+  } else if (axis >= kLinearEncoders) {
     section.problem("index",
                     "= true, and rotary axes are not referenced by a mark: remove it, and let the controller "
                     "tell the angle after homing (reference = \"homing\" in machine.toml)");
@@ -43,14 +48,14 @@ bool indexOf(Section& section, std::size_t axis, const Box& box) {
   return true;
 }
 
-CounterEncoder readCounter(Section& section, std::size_t axis, const Box& box) {
+CounterEncoder readCounter(Section& section, char letter, const Box& box) {
   CounterEncoder counter;
   counter.device = section.text("device", {}, kLongestAddress);
   counter.count = channelOf(section, "count");
   if (section.has("bits")) counter.bits = static_cast<std::uint8_t>(section.integer("bits", {8, 64}));
   counter.latched_by =
       static_cast<LatchedBy>(section.choice("latched_by", {"polling", "index", "capture", "change-of-state"}, 0));
-  counter.has_index = indexOf(section, axis, box);
+  counter.has_index = indexOf(section, letter, box);
   if (counter.has_index) counter.index_channel = channelOf(section, "index_channel");
   if (counter.latched_by == LatchedBy::polling) return counter;
   counter.latch_channel = channelOf(section, "latch_channel");
@@ -62,8 +67,8 @@ CounterEncoder readCounter(Section& section, std::size_t axis, const Box& box) {
   return counter;
 }
 
-QuadratureEncoder readQuadrature(Section& section, std::size_t axis, TakenLines& taken) {
-  const std::string name = std::string{"encoder "} + kEncoderAxes[axis];
+QuadratureEncoder readQuadrature(Section& section, char letter, TakenLines& taken) {
+  const std::string name = std::string{"encoder "} + letter;
   QuadratureEncoder quadrature{
       .a = lineOf(section, "a", name, taken),
       .b = lineOf(section, "b", name, taken),
@@ -76,10 +81,10 @@ QuadratureEncoder readQuadrature(Section& section, std::size_t axis, TakenLines&
   return quadrature;
 }
 
-ReceiverEncoder readReceiver(Section& section, std::size_t axis, const Box& box) {
+ReceiverEncoder readReceiver(Section& section, char letter, const Box& box) {
   ReceiverEncoder receiver;
   receiver.channel = static_cast<std::uint8_t>(section.integer("channel", {0, kMostReceiverChannels - 1}));
-  receiver.has_index = indexOf(section, axis, box);
+  receiver.has_index = indexOf(section, letter, box);
   if (section.has("rate_hz"))
     section.problem("rate_hz", "is that of the receiver's samples, 'probe.rate_hz' in probe.toml: remove it");
   return receiver;
@@ -101,19 +106,19 @@ double rateOf(Section& section, const EncoderDescription& encoder, const Box& bo
   return section.number("rate_hz", allowed, usual_hz);
 }
 
-EncoderDescription readEncoder(Section section, std::size_t axis, const Box& box, TakenLines& taken) {
+EncoderDescription readEncoder(Section section, char letter, const Box& box, TakenLines& taken) {
   EncoderDescription encoder;
   const auto* const kind = section.node("kind");
   if (kind != nullptr) encoder.line = static_cast<std::uint32_t>(kind->source().begin.line);
   switch (static_cast<Kind>(section.choice("kind", kKinds))) {
     case Kind::counter:
-      encoder.by = readCounter(section, axis, box);
+      encoder.by = readCounter(section, letter, box);
       break;
     case Kind::quadrature:
-      encoder.by = readQuadrature(section, axis, taken);
+      encoder.by = readQuadrature(section, letter, taken);
       break;
     case Kind::receiver:
-      encoder.by = readReceiver(section, axis, box);
+      encoder.by = readReceiver(section, letter, box);
       if (section.good("kind") && !box.devices.probe.starts_with("usb"))
         section.problem("kind", "= \"receiver\" needs a receiver on USB: write probe = \"usb\" in [devices]");
       break;
@@ -132,21 +137,20 @@ EncoderDescription readEncoder(Section section, std::size_t axis, const Box& box
 }
 
 // Two axes that count with one counter, or one channel, are one axis.
-void checkShared(Section& section, std::size_t axis, const Encoders& encoders) {
-  const auto* const counter = std::get_if<CounterEncoder>(&encoders[axis]->by);
-  const auto* const receiver = std::get_if<ReceiverEncoder>(&encoders[axis]->by);
-  for (std::size_t before = 0; before < axis; ++before) {
-    if (!encoders[before]) continue;
-    const auto* const other = std::get_if<CounterEncoder>(&encoders[before]->by);
-    const auto* const other_channel = std::get_if<ReceiverEncoder>(&encoders[before]->by);
+void checkShared(Section& section, char letter, const EncoderDescription& encoder, const Named& before) {
+  const auto* const counter = std::get_if<CounterEncoder>(&encoder.by);
+  const auto* const receiver = std::get_if<ReceiverEncoder>(&encoder.by);
+  for (const auto& [other_letter, described] : before) {
+    const auto* const other = std::get_if<CounterEncoder>(&described->by);
+    const auto* const other_channel = std::get_if<ReceiverEncoder>(&described->by);
     const bool same_count = counter != nullptr && other != nullptr && !counter->device.empty() &&
                             counter->device == other->device && counter->count == other->count;
     const bool same_channel =
         receiver != nullptr && other_channel != nullptr && receiver->channel == other_channel->channel;
     if (same_count || same_channel)
-      section.problem(std::string{kEncoderAxes[axis]},
-                      std::string{"reads what [encoder."} + kEncoderAxes[before] + "] reads: give it " +
-                          (same_count ? "a 'device' or a 'count'" : "a 'channel'") + " of its own");
+      section.problem(std::string{letter}, std::string{"reads what [encoder."} + other_letter + "] reads: give it " +
+                                               (same_count ? "a 'device' or a 'count'" : "a 'channel'") +
+                                               " of its own");
   }
 }
 
@@ -163,6 +167,31 @@ void checkCounterOfControl(Section& section, std::size_t axis, const Encoders& e
   }
 }
 
+bool isReceiver(const EncoderDescription& encoder) {
+  return std::holds_alternative<ReceiverEncoder>(encoder.by);
+}
+
+// What a secondary axis needs to be added to its primary axis.
+void checkSum(Section& section, std::size_t axis, const std::optional<EncoderDescription>& primary,
+              const EncoderDescription& secondary) {
+  const std::string name{kSecondaryAxes[axis]}, to{kEncoderAxes[axis]};
+  const auto is_told = [](const EncoderDescription& one) { return std::holds_alternative<ControlEncoder>(one.by); };
+  if (!primary) {
+    section.problem(name, "is added to " + to + ", which has no encoder: describe [encoder." + to + "]");
+  } else if (is_told(secondary) || is_told(*primary)) {
+    section.problem(name, "is added to " + to +
+                              ", and the control can do that: remove it, and let the control send the sum of both as "
+                              "its position of " +
+                              to + " (kind = \"control\" in [encoder." + to + "])");
+  } else if (isReceiver(*primary) != isReceiver(secondary)) {
+    section.problem(name,
+                    "is added to " + to + ", and only one of the two is on the receiver: wire both to it, or neither");
+  } else if (primary->is_absolute != secondary.is_absolute) {
+    section.problem(name,
+                    "is added to " + to + ", and a sum is absolute when both are: write the same 'absolute' for both");
+  }
+}
+
 }  // namespace
 
 std::string_view kindOf(const EncoderDescription& encoder) {
@@ -175,8 +204,10 @@ bool tellsIndex(const EncoderDescription& encoder) {
   return false;
 }
 
-Encoders readEncoders(Section& root, const Box& box, TakenLines& taken) {
-  Encoders encoders;
+void readEncoders(Section& root, TakenLines& taken, Box& box) {
+  auto& encoders = box.devices.encoders_by_axis;
+  auto& secondary = box.devices.secondary_encoders;
+  Named before;
   const bool wanted = box.devices.encoders == "axes";
   auto axes = root.sectionIfThere("encoder");
   if (!axes) {
@@ -184,7 +215,7 @@ Encoders readEncoders(Section& root, const Box& box, TakenLines& taken) {
       root.problem("encoder",
                    "is not there, and encoders = \"axes\" in [devices] needs it: describe each axis, such as "
                    "[encoder.X] with kind = \"counter\"");
-    return encoders;
+    return;
   }
   if (!wanted)
     root.problem("encoder", "is there, and encoders = " + inQuotes(box.devices.encoders) +
@@ -192,15 +223,22 @@ Encoders readEncoders(Section& root, const Box& box, TakenLines& taken) {
   for (std::size_t axis = 0; axis < kEncoderLetters; ++axis) {
     auto section = axes->sectionIfThere(std::string{kEncoderAxes[axis]});
     if (!section) continue;
-    encoders[axis] = readEncoder(std::move(*section), axis, box, taken);
-    checkShared(*axes, axis, encoders);
+    encoders[axis] = readEncoder(std::move(*section), kEncoderAxes[axis], box, taken);
+    checkShared(*axes, kEncoderAxes[axis], *encoders[axis], before);
+    before.emplace_back(kEncoderAxes[axis], &*encoders[axis]);
     checkCounterOfControl(*axes, axis, encoders);
   }
-  refuseSecondaryAxes(*axes);
+  for (std::size_t axis = 0; axis < kSecondaryAxes.size(); ++axis) {
+    auto section = axes->sectionIfThere(std::string{kSecondaryAxes[axis]});
+    if (!section) continue;
+    auto& encoder = secondary[axis] = readEncoder(std::move(*section), kSecondaryAxes[axis], box, taken);
+    checkShared(*axes, kSecondaryAxes[axis], *encoder, before);
+    before.emplace_back(kSecondaryAxes[axis], &*encoder);
+    checkSum(*axes, axis, encoders[axis], *encoder);
+  }
   if (wanted && std::ranges::none_of(encoders, [](const auto& encoder) { return encoder.has_value(); }))
     root.problem("encoder", "describes no axis: add [encoder.X], or write encoders = \"none\" in [devices]");
   axes->finish();
-  return encoders;
 }
 
 }  // namespace probebox::board

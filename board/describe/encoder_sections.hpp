@@ -6,6 +6,6 @@
 namespace probebox::board {
 
 // Reads [encoder.AXIS] of box.toml. box: with everything that was read before, including devices and index lines.
-Encoders readEncoders(Section& root, const Box& box, TakenLines& taken);
+void readEncoders(Section& root, TakenLines& taken, Box& box);
 
 }  // namespace probebox::board

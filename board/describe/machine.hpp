@@ -38,6 +38,13 @@ struct AxisDescription {
   double correction_rate_mm_s{};
 };
 
+// U, V or W, such as a quill: its position is added to that of X, Y or Z, to which it is parallel.
+struct SecondaryAxisDescription {
+  double counts_per_mm{};
+  int sense{1};
+  double maximum_speed_mm_s{1000};  // faster counts are taken for an encoder error
+};
+
 // Selects the meaning of the gain K of a screw, equation (D1): correction or error.
 enum class GainIs { correction, error };
 
@@ -214,6 +221,7 @@ struct Machine {
   std::string name;
   std::string mounting;                 // where the probe sits; a result holds for one mounting
   std::array<AxisDescription, 3> axes;  // X, Y, Z
+  std::array<std::optional<SecondaryAxisDescription>, 3> secondary_axes;
   std::array<std::optional<ScrewDescription>, 3> screws;
   Programming x_programming{Programming::radius};
   // Certified sizes of the features to calibrate on.

@@ -108,7 +108,7 @@ Box readBox(Section& root) {
   box.inhibits = gpioLines(root, "inhibit", taken);
   if (auto pair = root.sectionIfThere("loop_back")) box.loop_back = loopBack(std::move(*pair), taken);
   box.devices = devicesOf(root.section("devices"));
-  box.devices.encoders_by_axis = readEncoders(root, box, taken);
+  readEncoders(root, taken, box);
   box.sensors = readSensors(root, box.devices);
   box.usb = usbIdentity(root.section("usb", false));
   return box;

@@ -40,13 +40,18 @@ ReferenceDescription readReference(Section& axis) {
   return reference;
 }
 
+// Of any linear axis.
+void readCounts(Section& section, double& counts_per_mm, int& sense) {
+  counts_per_mm = section.number("counts_per_mm", {1e-3, 1e9});
+  sense = static_cast<int>(section.integer("sense", {-1, 1}));
+  if (section.good("sense") && sense == 0)
+    section.problem("sense", "= 0 is no direction: write 1 where counts rise with the position, else -1");
+}
+
 // `number`: 0 X, 1 Y, 2 Z.
 void readAxis(Section section, std::size_t number, Machine& machine) {
   auto& axis = machine.axes.at(number);
-  axis.counts_per_mm = section.number("counts_per_mm", {1e-3, 1e9});
-  axis.sense = static_cast<int>(section.integer("sense", {-1, 1}));
-  if (section.good("sense") && axis.sense == 0)
-    section.problem("sense", "= 0 is no direction: write 1 where counts rise with the position, else -1");
+  readCounts(section, axis.counts_per_mm, axis.sense);
   axis.travel_min_mm = section.number("travel_min_mm", kPosition_mm);
   axis.travel_max_mm = section.number("travel_max_mm", kPosition_mm);
   if (section.good("travel_min_mm") && section.good("travel_max_mm") && axis.travel_min_mm >= axis.travel_max_mm)
@@ -58,6 +63,23 @@ void readAxis(Section section, std::size_t number, Machine& machine) {
   axis.correction_limit_mm = section.number("correction_limit_mm", kCorrection_mm);
   axis.correction_rate_mm_s = section.number("correction_rate_mm_s", {1e-6, 1000});
   section.finish();
+}
+
+// A mark is passed by the primary axis alone, and says nothing of the sum.
+void readSecondaryAxes(Section& axes, Machine& machine) {
+  for (std::size_t number = 0; number < machine.secondary_axes.size(); ++number) {
+    const std::string name{kSecondaryAxes[number]}, primary{"XYZ"[number]};
+    auto section = axes.sectionIfThere(name);
+    if (!section) continue;
+    auto& axis = machine.secondary_axes.at(number).emplace();
+    readCounts(*section, axis.counts_per_mm, axis.sense);
+    axis.maximum_speed_mm_s = section->number("maximum_speed_mm_s", {1, 1e5}, axis.maximum_speed_mm_s);
+    section->finish();
+    if (machine.axes.at(number).reference.has_index)
+      axes.problem(name, "is added to " + primary +
+                             ", whose index mark says nothing of the sum: write reference = \"homing\" in [axis." +
+                             primary + "], without index_mm, and let the control tell the sum after homing both");
+  }
 }
 
 // A size that an optional section gives.
@@ -212,7 +234,7 @@ Machine readMachine(Section& root) {
   auto axes = root.section("axis");
   for (std::size_t axis = 0; axis < machine.axes.size(); ++axis)
     readAxis(axes.section(std::string{"XYZ"[axis]}), axis, machine);
-  refuseSecondaryAxes(axes);
+  readSecondaryAxes(axes, machine);
   axes.finish();
 
   if (auto sphere = root.sectionIfThere("datum_sphere")) readDatumSphere(std::move(*sphere), machine);

@@ -58,8 +58,14 @@ ScrewDescription readScrew(Section section, double hold_s, const AxisDescription
 void readScrews(Section& root, double hold_s, Machine& machine) {
   auto screws = root.section("screw", false);
   for (std::size_t axis = 0; axis < machine.screws.size(); ++axis) {
-    if (auto section = screws.sectionIfThere(std::string{"XYZ"[axis]}))
-      machine.screws.at(axis) = readScrew(std::move(*section), hold_s, machine.axes.at(axis));
+    const std::string name{"XYZ"[axis]};
+    auto section = screws.sectionIfThere(name);
+    if (!section) continue;
+    machine.screws.at(axis) = readScrew(std::move(*section), hold_s, machine.axes.at(axis));
+    if (machine.secondary_axes.at(axis))
+      screws.problem(name, "needs the place of the nut of " + name + ", and [axis." +
+                               std::string{kSecondaryAxes[axis]} +
+                               "] adds another axis to its position: remove one of the two");
   }
   refuseSecondaryAxes(screws);
   screws.finish();

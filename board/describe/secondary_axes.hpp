@@ -1,10 +1,11 @@
 #pragma once
 #include <cstddef>
 
+#include "board/describe/encoder.hpp"
 #include "board/describe/section.hpp"
 
-// U, V, W are linear axes parallel to X, Y, Z (ISO 841), such as a quill. The box counts one position a direction, so
-// it refuses them by name, with the remedy.
+// U, V, W are linear axes parallel to X, Y, Z (ISO 841), such as a quill. The box adds their positions up, and knows
+// nothing else of them: everywhere but in [encoder] and [axis] they are refused by name, with the remedy.
 namespace probebox::board {
 
 // Refuses each of them that has a table in `axes`.

@@ -1,5 +1,7 @@
 #include "drivers/usb_probe/decode.hpp"
 
+#include <cmath>
+
 namespace probebox::usb_probe {
 
 ReceiverDecoder::ReceiverDecoder(const CounterAxes& axes) : axes_{axes} {
@@ -73,17 +75,26 @@ void ReceiverDecoder::decodeLatch(const IndexLatch& latch) {
                                      .at = arrived_};
 }
 
+// A sum needs all its parts.
 void ReceiverDecoder::decodeCounts(std::uint32_t counter, std::uint16_t status) {
   CountedAxes counted{.run = packet_.header.run, .counter = counter, .at = arrived_};
-  for (std::size_t i = 0; i < packet_.more.counters; ++i) {
+  unsigned sent = 0, missing = 0, faults = 0;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto& axis = axes_[i];
     if (!axis) continue;
-    const auto bit = static_cast<std::uint8_t>(1U << axis->axis);
-    counted.axes = static_cast<std::uint8_t>(counted.axes | bit);
-    counted.counts[axis->axis] = packet_.count(next_, i);
-    const bool has_fault = (std::uint32_t{status} >> (status::kFirstCounterFault + i) & 1U) != 0;
-    if (has_fault) counted.faults = static_cast<std::uint8_t>(counted.faults | bit);
+    const unsigned bit = 1U << axis->axis;
+    if (i >= packet_.more.counters) {
+      missing |= bit;
+      continue;
+    }
+    sent |= bit;
+    const auto count = packet_.count(next_, i);
+    counted.counts[axis->axis] +=
+        axis->counts_per_count == 0 ? count : std::llround(axis->counts_per_count * static_cast<double>(count));
+    if ((std::uint32_t{status} >> (status::kFirstCounterFault + i) & 1U) != 0) faults |= bit;
   }
+  counted.axes = static_cast<std::uint8_t>(sent & ~missing);
+  counted.faults = static_cast<std::uint8_t>(faults & ~missing);
   events_[pending_++] = counted;
 }
 

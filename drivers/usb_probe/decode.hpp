@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "drivers/io/encoder_axis.hpp"
 #include "drivers/usb_probe/packet_reader.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
@@ -15,7 +16,12 @@ namespace probebox::usb_probe {
 struct CounterAxis {
   std::uint8_t axis{};  // place in X Y Z A B C
   bool has_index{};     // its index latches are used
+  // 0: of that axis itself; else of the secondary axis that is added to it, and what one of its counts adds.
+  double counts_per_count{};
 };
+constexpr char letterOf(const CounterAxis& axis) {
+  return io::EncoderAxis{axis.axis + (axis.counts_per_count != 0 ? io::EncoderAxis::kSecondary : 0)}.letter();
+}
 using CounterAxes = std::array<std::optional<CounterAxis>, kMostCounters>;
 
 // Decodes transfers of a probe receiver to events: for each sample CountedDeflection, then CountedAxes of the axes that

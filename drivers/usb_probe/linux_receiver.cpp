@@ -154,7 +154,7 @@ std::string LinuxReceiver::problemOfPackets() const {
   for (std::size_t i = decoder_.axisCounters(); i < axes_.size(); ++i) {
     if (axes_[i])
       return "it sends " + std::to_string(decoder_.axisCounters()) + " axis counters, and [encoder." +
-             "XYZABC"[axes_[i]->axis] + "] of box.toml reads number " + std::to_string(i) +
+             letterOf(*axes_[i]) + "] of box.toml reads number " + std::to_string(i) +
              " (from 0): correct 'channel', or let the receiver send packets of version 2 with that counter";
   }
   return {};

@@ -36,7 +36,7 @@ Sources openReal(const board::Descriptions& descriptions, Counters& counters) {
   for (auto& line : gpio::linesApart(box)) sources.push_back(std::make_unique<GpioLine>(std::move(line)));
   for (auto& encoder : openEncoders(descriptions)) sources.push_back(std::move(encoder));
   if (auto receiver = receiverOf(box.devices))
-    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), counterAxes(box.devices), counters));
+    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), counterAxes(descriptions), counters));
   for (auto& sensors : sensorSources(descriptions)) sources.push_back(std::move(sensors));
   return sources;
 }

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 
 #include "board/describe/encoder_checks.hpp"
 #include "drivers/counter/counter_source.hpp"
 #include "drivers/counter/linux_counter.hpp"
 #include "drivers/gpio/quadrature.hpp"
+#include "drivers/io/summed_source.hpp"
 #include "firmware/app/wiring/gpio_line.hpp"
 
 namespace probebox::app {
@@ -28,7 +30,7 @@ std::unique_ptr<io::EventSource> openCounter(const board::CounterEncoder& descri
                                              double fastest_counts_hz) {
   const auto interval = intervalOf(encoder);
   return std::make_unique<counter::CounterSource>(
-      std::make_unique<counter::LinuxCounter>(described, board::kEncoderAxes.at(axis), interval),
+      std::make_unique<counter::LinuxCounter>(described, board::kAllEncoderAxes.at(axis), interval),
       counter::CounterConfig{.axis = axis,
                              .device = described.device,
                              .bits = described.bits,
@@ -46,17 +48,35 @@ std::unique_ptr<io::EventSource> openQuadrature(const board::QuadratureEncoder& 
           .axis = axis, .interval = intervalOf(encoder), .maximum_edge_rate_hz = described.maximum_edge_rate_hz});
 }
 
+// Null where the axis has none, or it is part of another source.
+std::unique_ptr<io::EventSource> openEncoder(const board::Descriptions& descriptions, std::size_t axis) {
+  const auto& encoder = board::encoderOf(descriptions.box.devices, axis);
+  if (!encoder) return nullptr;
+  if (const auto* const counter = std::get_if<board::CounterEncoder>(&encoder->by))
+    return openCounter(*counter, *encoder, axis, board::fastestCounts_hz(descriptions.machine, axis));
+  if (const auto* const lines = std::get_if<board::QuadratureEncoder>(&encoder->by))
+    return openQuadrature(*lines, *encoder, axis);
+  return nullptr;
+}
+
 }  // namespace
 
+double countsPerSecondaryCount(const board::Machine& machine, std::size_t axis) {
+  const auto& primary = machine.axes.at(axis);
+  const auto& secondary = machine.secondary_axes.at(axis);
+  if (!secondary) return 0;
+  return primary.sense * secondary->sense * primary.counts_per_mm / secondary->counts_per_mm;
+}
+
 std::optional<Error> whyUnsupportedEncoders(const board::Devices& devices) {
-  for (std::size_t axis = 0; axis < board::kEncoderLetters; ++axis) {
-    const auto& encoder = devices.encoders_by_axis.at(axis);
+  for (std::size_t axis = 0; axis < board::kAllEncoderAxes.size(); ++axis) {
+    const auto& encoder = board::encoderOf(devices, axis);
     if (!encoder || std::ranges::find(kDriven, board::kindOf(*encoder)) != kDriven.end()) continue;
     std::string driven;
     for (const auto kind : kDriven) driven += (driven.empty() ? "\"" : ", \"") + std::string{kind} + "\"";
-    return Error{"box.toml:" + std::to_string(encoder->line) + ": [encoder." + std::string{board::kEncoderAxes[axis]} +
-                 "] has kind = \"" + std::string{board::kindOf(*encoder)} + "\", which is not in this build; it has " +
-                 driven + "."};
+    return Error{"box.toml:" + std::to_string(encoder->line) + ": [encoder." +
+                 std::string{board::kAllEncoderAxes[axis]} + "] has kind = \"" + std::string{board::kindOf(*encoder)} +
+                 "\", which is not in this build; it has " + driven + "."};
   }
   return std::nullopt;
 }
@@ -64,23 +84,30 @@ std::optional<Error> whyUnsupportedEncoders(const board::Devices& devices) {
 std::vector<std::unique_ptr<io::EventSource>> openEncoders(const board::Descriptions& descriptions) {
   std::vector<std::unique_ptr<io::EventSource>> sources;
   for (std::size_t axis = 0; axis < board::kEncoderLetters; ++axis) {
-    const auto& encoder = descriptions.box.devices.encoders_by_axis.at(axis);
-    if (!encoder) continue;
-    if (const auto* const counter = std::get_if<board::CounterEncoder>(&encoder->by))
-      sources.push_back(openCounter(*counter, *encoder, axis, board::fastestCounts_hz(descriptions.machine, axis)));
-    if (const auto* const lines = std::get_if<board::QuadratureEncoder>(&encoder->by))
-      sources.push_back(openQuadrature(*lines, *encoder, axis));
+    auto source = openEncoder(descriptions, axis);
+    if (!source) continue;
+    auto secondary = axis < board::kLinearEncoders ? openEncoder(descriptions, board::kEncoderLetters + axis) : nullptr;
+    if (secondary) {
+      source = std::make_unique<io::SummedSource>(std::move(source), std::move(secondary),
+                                                  countsPerSecondaryCount(descriptions.machine, axis));
+    }
+    sources.push_back(std::move(source));
   }
   return sources;
 }
 
-usb_probe::CounterAxes counterAxes(const board::Devices& devices) {
+usb_probe::CounterAxes counterAxes(const board::Descriptions& descriptions) {
   usb_probe::CounterAxes axes{};
-  for (std::size_t axis = 0; axis < board::kEncoderLetters; ++axis) {
-    const auto& encoder = devices.encoders_by_axis.at(axis);
+  for (std::size_t place = 0; place < board::kAllEncoderAxes.size(); ++place) {
+    const auto& encoder = board::encoderOf(descriptions.box.devices, place);
     const auto* const receiver = encoder ? std::get_if<board::ReceiverEncoder>(&encoder->by) : nullptr;
-    if (receiver != nullptr)
-      axes.at(receiver->channel) = {.axis = static_cast<std::uint8_t>(axis), .has_index = receiver->has_index};
+    if (receiver == nullptr) continue;
+    const bool is_secondary = place >= board::kEncoderLetters;
+    const std::size_t axis = is_secondary ? place - board::kEncoderLetters : place;
+    axes.at(receiver->channel) = {
+        .axis = static_cast<std::uint8_t>(axis),
+        .has_index = receiver->has_index,
+        .counts_per_count = is_secondary ? countsPerSecondaryCount(descriptions.machine, axis) : 0};
   }
   return axes;
 }

@@ -19,7 +19,10 @@ std::optional<Error> whyUnsupportedEncoders(const board::Devices& devices);
 std::vector<std::unique_ptr<io::EventSource>> openEncoders(const board::Descriptions& descriptions);
 
 // Axes to which the counters of the probe's receiver are wired.
-usb_probe::CounterAxes counterAxes(const board::Devices& devices);
+usb_probe::CounterAxes counterAxes(const board::Descriptions& descriptions);
+
+// Counts of X, Y or Z for one of its secondary axis, negative where the two count in opposite senses; 0 without one.
+double countsPerSecondaryCount(const board::Machine& machine, std::size_t axis);
 
 // Axes whose positions the controller sends, as axisBit(), and the rate of its counter; nullopt without such an axis.
 std::uint8_t controlAxes(const board::Devices& devices);

@@ -74,6 +74,27 @@ TEST(AxisCounters, FollowTheDeflectionOfTheirSampleWithTheSameNumber) {
   EXPECT_EQ(decoder.axisCounters(), 4U);
 }
 
+// U on counter 1, whose counts are half of those of X, and fall where those of X rise.
+TEST(AxisCounters, AddASecondaryAxisToItsPrimaryAxis) {
+  auto axes = wiring();
+  axes[1] = {kX, false, -2};
+  auto device = receiver(4);
+  ReceiverDecoder decoder{axes};
+  device.breakWire(1);
+  const auto events = eventsOf(decoder, device.packet(device.nextPacketAt()));
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto& counted = std::get<CountedAxes>(events[2 * i + 1]);
+    const auto us = static_cast<std::int64_t>(1000 * i);
+    EXPECT_EQ(counted.counts[kX], 3'000'000'000'000 + us - 2 * (2'000'000'000'000 + us));
+    EXPECT_EQ(counted.faults, 1U << kX) << "a broken wire of U";
+  }
+  // Without the counter of either there is no sum.
+  auto fewer = receiver(2);
+  const auto without = eventsOf(decoder, fewer.packet(fewer.nextPacketAt()));
+  EXPECT_EQ(std::get<CountedAxes>(without[1]).axes, 1U << kZ);
+  EXPECT_EQ(letterOf(*axes[1]), 'U');
+}
+
 TEST(AxisCounters, OfAReceiverWithoutWiredAxesAreLeftOut) {
   auto device = receiver(4);
   ReceiverDecoder decoder;

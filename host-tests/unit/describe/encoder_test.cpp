@@ -158,6 +158,20 @@ TEST(Encoders, AgreeWithTheMachine) {
                                 HasSubstr("add [rotary_axis.C] with angle_from = \"encoder\" to machine.toml"))));
 }
 
+TEST(Encoders, OfSecondaryAxesAgreeWithTheMachineToo) {
+  constexpr std::string_view kQuill = "[encoder.U]\nkind = \"counter\"\ndevice = \"counter7\"\nbits = 16\n",
+                             kAxis = "[axis.U]\ncounts_per_mm = 1000\nsense = 1\n";
+  const auto both = std::string{kCounterX} + std::string{kQuill};
+  EXPECT_THAT(problemsWith(both, kAxis), IsEmpty());
+  EXPECT_THAT(problemsWith(both, ""), ElementsAre(AllOf(HasSubstr("'encoder.U' is read for nothing"),
+                                                        HasSubstr("add [axis.U] to machine.toml"))));
+  EXPECT_THAT(problemsWith(kCounterX, kAxis),
+              ElementsAre(HasSubstr("machine.toml: '[axis.U]' is there, and box.toml has no [encoder.U]")));
+  EXPECT_THAT(problemsWith(both, std::string{kAxis} + "maximum_speed_mm_s = 10000\n"),
+              ElementsAre(AllOf(HasSubstr("'encoder.U' wraps after 16 bits"),
+                                HasSubstr("lower 'maximum_speed_mm_s' in [axis.U]"))));
+}
+
 // 1000 counts/mm at 1000 mm/s are 32 768 counts in 33 ms.
 TEST(Encoders, AreReadOftenEnoughToTellATurnOfTheCounter) {
   EXPECT_THAT(problemsWith(with(kCounterX, "bits = 16\nrate_hz = 400"), ""), IsEmpty());

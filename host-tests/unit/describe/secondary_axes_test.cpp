@@ -4,7 +4,8 @@
 #include "machine_with.hpp"
 #include "problems.hpp"
 
-// U, V and W are refused wherever a description may name an axis: place, reason and remedy.
+// U, V and W have encoders, which are added to those of X, Y and Z; everywhere else they are refused: place, reason and
+// remedy.
 namespace probebox::board {
 namespace {
 
@@ -18,7 +19,7 @@ constexpr const char* kBoxOfAxes =
 
 auto refuses(const std::string& place, const std::string& secondary, const std::string& primary) {
   return AllOf(HasSubstr(place + " names the secondary axis " + secondary + ", parallel to " + primary + " (ISO 841)"),
-               HasSubstr("remove it, and let the control send the sum of both as its position of " + primary),
+               HasSubstr("[axis." + secondary + "] in machine.toml add its position to that of " + primary),
                Not(HasSubstr("did you mean")), Not(HasSubstr("unknown key")));
 }
 
@@ -26,7 +27,6 @@ TEST(SecondaryAxes, AreRefusedInBoxToml) {
   const auto problem = [](const std::string& more) {
     return problemOfBox(kBoxOfAxes + std::string{"[encoder.X]\nkind = \"control\"\n"} + more);
   };
-  EXPECT_THAT(problem("[encoder.V]\nkind = \"control\"\n"), refuses("box.toml:15: 'encoder.V'", "V", "Y"));
   EXPECT_THAT(problem("[[index]]\naxis = \"U\"\nchip = \"gpiochip0\"\nline = 9\n"),
               refuses("box.toml:16: 'index.axis'", "U", "X"));
   EXPECT_THAT(problem("[[drift]]\naxis = \"W\"\ndevice = \"d\"\nchannel = \"voltage0\"\num_per_unit = 1\n"),
@@ -34,9 +34,53 @@ TEST(SecondaryAxes, AreRefusedInBoxToml) {
 }
 
 TEST(SecondaryAxes, AreRefusedInMachineToml) {
-  EXPECT_THAT(machineProblem("[axis.U]\ncounts_per_mm = 1000\n"), refuses("machine.toml:26: 'axis.U'", "U", "X"));
   EXPECT_THAT(machineProblem("[screw.V]\nlength_mm = 800\n"), refuses("machine.toml:26: 'screw.V'", "V", "Y"));
   EXPECT_THAT(machineProblem("[rotary_axis.W]\nsense = 1\n"), refuses("machine.toml:26: 'rotary_axis.W'", "W", "Z"));
+}
+
+const std::string kWithoutSensors = exchanged(kBoxOfAxes, "drift = \"iio\"", "drift = \"none\"");
+
+std::string encoder(char letter, const std::string& kind) {
+  return "[encoder." + std::string{letter} + "]\nkind = " + kind + "\n";
+}
+std::string counted(char letter, int number, const std::string& more = {}) {
+  return encoder(letter, "\"counter\"\ndevice = \"counter" + std::to_string(number) + "\"\n" + more);
+}
+
+TEST(SecondaryAxes, HaveEncodersOfTheirOwn) {
+  const auto box = parseBox(kWithoutSensors + counted('Z', 0) + counted('W', 1), "box.toml");
+  ASSERT_TRUE(box) << box.error().what;
+  ASSERT_TRUE(box->devices.secondary_encoders[2]);
+  EXPECT_EQ(std::get<CounterEncoder>(box->devices.secondary_encoders[2]->by).device, "counter1");
+  EXPECT_EQ(&encoderOf(box->devices, kAllEncoderAxes.find('W')), &box->devices.secondary_encoders[2]);
+}
+
+TEST(SecondaryAxes, NeedWhatTheyAreAddedTo) {
+  const auto problem = [](const std::string& encoders) { return problemOfBox(kWithoutSensors + encoders); };
+  EXPECT_THAT(problem(counted('Y', 0) + counted('W', 1)),
+              HasSubstr("box.toml:17: 'encoder.W' is added to Z, which has no encoder"));
+  EXPECT_THAT(problem(counted('Z', 0) + counted('W', 0)), HasSubstr("'encoder.W' reads what [encoder.Z] reads"));
+  EXPECT_THAT(problem(encoder('Z', "\"control\"") + counted('W', 0)),
+              HasSubstr("let the control send the sum of both"));
+  EXPECT_THAT(problem(counted('Z', 0) + encoder('W', "\"control\"")),
+              HasSubstr("let the control send the sum of both"));
+  EXPECT_THAT(problem(counted('Z', 0, "absolute = true") + counted('W', 1)),
+              HasSubstr("a sum is absolute when both are"));
+  EXPECT_THAT(problem(counted('Z', 0) + counted('W', 1, "index = true")),
+              HasSubstr("a mark of W says nothing of the sum"));
+}
+
+TEST(SecondaryAxes, AreDescribedAsTheAxesThatTheyAreAddedTo) {
+  const std::string quill = "[axis.W]\ncounts_per_mm = 2000\nsense = -1\n";
+  const auto machine = machineWith(quill);
+  ASSERT_TRUE(machine) << machine.error().what;
+  ASSERT_TRUE(machine->secondary_axes[2]);
+  EXPECT_EQ(machine->secondary_axes[2]->counts_per_mm, 2000);
+  EXPECT_EQ(machine->secondary_axes[2]->sense, -1);
+  EXPECT_THAT(machineProblem(quill + "sense = 0\n"), HasSubstr("sense"));
+  EXPECT_THAT(machineProblem(quill + "travel_min_mm = 0\n"), HasSubstr("travel_min_mm"));
+  EXPECT_THAT(machineProblem(quill + "[screw.Z]\nlength_mm = 800\n"),
+              HasSubstr("'screw.Z' needs the place of the nut of Z"));
 }
 
 }  // namespace

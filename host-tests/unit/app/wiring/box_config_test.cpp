@@ -113,7 +113,16 @@ TEST(BoxConfig, ReadsAxesOfAReceiverWithItsSamplesAndThoseOfTheControllerOnItsCo
   EXPECT_EQ(config.latch.axes[1].interval, Nanoseconds{4'000'000});
   EXPECT_EQ(config.control_clock.rate_hz, 1e6);
   EXPECT_EQ(controlAxes(box.box.devices), 2);
-  const auto wired = counterAxes(box.box.devices);
+  box.machine.axes[0].sense = -1;
+  box.machine.axes[0].counts_per_mm = 1000;
+  box.machine.secondary_axes[0] = {.counts_per_mm = 500, .sense = 1};
+  box.box.devices.secondary_encoders[0] =
+      board::EncoderDescription{.by = board::ReceiverEncoder{.channel = 3}, .rate_hz = 1000};
+  const auto wired = counterAxes(box);
+  ASSERT_TRUE(wired[3]);
+  EXPECT_EQ(wired[3]->axis, 0);
+  EXPECT_EQ(wired[3]->counts_per_count, -2);
+  EXPECT_EQ(wired[2]->counts_per_count, 0);
   ASSERT_TRUE(wired[2]);
   EXPECT_EQ(wired[2]->axis, 0);
   EXPECT_TRUE(wired[2]->has_index);
