@@ -89,7 +89,7 @@ class World:
             for axis in "XYZ":  # the sensors follow their faces up to this speed
                 text = put(text, "screw." + axis, "threshold_rpm", 238)
             if not swivels:
-                text = put(text, "rotary_table", "chain", '["B", "C"]')
+                text = put(put(text, "rotary_table", "chain", '["B", "C"]'), "rotary_table", "between", '"linear"')
             text += '\n[rotary_axis.B]\nangle_from = "controller"\nstale_s = 0\n'
             return text + '[swivel]\naxis = "B"\n' if swivels else text
 

@@ -14,6 +14,7 @@ SEED = 11
 TURNED_DEG, LIFTED_MM = 15, 30  # the plate in its second mount
 PART_MM = (330.0, 200.0, -300.0)  # where the control takes the balls' holder to be
 BALLS_MM = ((30, 0, 140), (-15, 26, 100), (-15, -26, 60))
+STYLUS_MM = 150.0
 TABLE_MM = (200.037, -260.021)  # Y and Z of its axis, which lies along X
 
 
@@ -34,10 +35,11 @@ def as_integrator(room, cable):
 def judge(log, world):
     sd_mm = [1e-3 * value for value in log.one("axis-sd-um")]
     for i, found in enumerate(log.one("axis")):
-        truth = world.axis_mm[i] + world.axis_tilt[i] * turn_test.BALL_ABOVE_POINT_MM - world.stylus_mm[i]
+        # From the spindle, which leans: its axis is that much beside the reference at the height of the stylus' ball.
+        truth = world.axis_mm[i] + world.axis_tilt[i] * turn_test.BALL_ABOVE_POINT_MM + world.spindle_tilt[i] * STYLUS_MM
         turn_test.is_within("turning axis " + "XY"[i], found, truth, sd_mm[i])
     sd_mm = [1e-3 * value for value in log.one("pivot-sd-um")]
-    truths = TABLE_MM[0] - world.stylus_mm[1], TABLE_MM[1] + world.stylus_mm[2] - 150
+    truths = TABLE_MM[0] - world.stylus_mm[1], TABLE_MM[1] + world.stylus_mm[2] - STYLUS_MM
     for name, found, truth, sd in zip("YZ", log.one("pivot"), truths, sd_mm):
         turn_test.is_within("table " + name, found, truth, sd)
 
@@ -57,7 +59,7 @@ def test(room, board):
     assert "end" in log.lines, log.lines
     circle_test.all_done(room, log)
     assert mounted == [2, 1], mounted
-    print(room.probebox("results", "rotary-b").stdout)
+    assert "in force" in room.probebox("results", "rotary-b").stdout
     judge(log, world)
 
 

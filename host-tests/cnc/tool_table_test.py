@@ -38,6 +38,9 @@ def main():
         assert lines[2] == "T9 P9 D3", lines
         assert lines[3] == "T6 P6 X+0.000000 Y+0.000000 Z+80.000000 ;probebox", lines
         assert open(table + ".before").read() == TABLE
+        missing = os.path.join(folder, "nope.tbl")
+        done = subprocess.run([os.path.join(sys.argv[1], "probebox_tools"), "--probebox", command, missing, "4"], capture_output=True, text=True)
+        assert done.returncode == 1 and "nope.tbl is not there" in done.stderr and not os.path.exists(missing), done.stderr
     print("ok")
 
 

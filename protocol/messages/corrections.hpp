@@ -215,6 +215,7 @@ struct HomeAxes {
 // The controller reports the angles of its rotary axes and the tool in the spindle. Since protocol 1.2.
 struct TellPose {
   static constexpr Operation kOperation = Operation::tell_pose;
+  static constexpr double kMostAngle_deg = 3600, kMostLength_mm = 2000;
   struct Request {
     std::uint8_t axes{};
     std::array<double, 3> angles_rad{};
@@ -223,7 +224,7 @@ struct TellPose {
     double tool_length_mm{};
     static constexpr void fields(auto& self, auto&& field) {
       field("axes", self.axes, "whose angles are told: bit 0 A, 1 B, 2 C");
-      field("angles_rad", self.angles_rad, "rad, A B C, in the senses of the control");
+      field("angles_rad", self.angles_rad, "rad, A B C, in the senses of the control; up to 20 pi, ten turns");
       field("has_tool", self.has_tool, "1 when the tool is told");
       field("tool", self.tool, "its number, 0 for none");
       field("tool_length_mm", self.tool_length_mm, "mm; 0: as machine.toml has it by its number");

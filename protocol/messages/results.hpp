@@ -212,6 +212,7 @@ struct AcceptResult {
     std::vector<ValueChange> changes{};
     bool differs{};
     std::vector<std::string> notes{};
+    std::string accepted_by{};
     static constexpr void fields(auto& self, auto&& field) {
       field("state", self.state, "2 active: in force now; 1 accepted: not yet; since protocol 1.2");
       field("waiting_for_cut", self.waiting_for_cut,
@@ -226,6 +227,9 @@ struct AcceptResult {
             "1 when a value differs by more than 4 sd, the two cannot be compared, or it fails a limit; since protocol "
             "1.2");
       field("notes", self.notes, "what a person should know about the effect; since protocol 1.2");
+      field("accepted_by", self.accepted_by,
+            "who accepted it, which may have been before this request; empty of one that nobody has; since protocol "
+            "1.2");
     }
   };
 };

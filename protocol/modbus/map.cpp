@@ -165,11 +165,12 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::triggers_unplaced, "triggers unplaced", u16, 1, "", read,
      "triggers without a known machine position; wraps"},
 
-    {address::pose_angle, "pose: ABC angle", i32, 0.0001, "deg", write, "angle of an axis that only the control knows"},
+    {address::pose_angle, "pose: ABC angle", i32, 0.0001, "deg", write,
+     "angle of an axis that only the control knows, from -3600 to 3600 deg"},
     {address::pose_told, "pose: told", u16, 1, "", write, "values that are valid: bit 0 A angle, 1 B, 2 C, 3 the tool"},
     {address::pose_tool, "pose: tool", u16, 1, "", write, "its number, 0 for none"},
     {address::pose_tool_length, "pose: tool length", i32, 0.0001, "mm", write,
-     "0 to 2000 mm; 0: take the length from machine.toml"},
+     "0 to 2000 mm; 0: take the length of assembly-N in force, or of machine.toml where there is none"},
     {address::pose_commit, "pose: commit", u16, 1, "", write,
      "write a number from 1 to 65535 that differs from the present one: the box takes over registers 240 to 248"},
 

@@ -1,5 +1,6 @@
 #include <array>
 #include <atomic>
+#include <fcntl.h>
 #include <iostream>
 #include <poll.h>
 #include <signal.h>
@@ -28,6 +29,16 @@ void catchSignals() {
   signal(SIGPIPE, SIG_IGN);  // a reader that goes away shows as a failed write
 }
 
+// Otherwise the next file or connection that is opened would get its number, and what is meant for a person with it.
+// Nothing can be written to this one, as to one that is closed.
+void occupyClosedStreams() {
+  for (int opened = open("/dev/null", O_RDONLY); opened >= 0; opened = open("/dev/null", O_RDONLY)) {
+    if (opened <= STDERR_FILENO) continue;
+    close(opened);
+    return;
+  }
+}
+
 std::size_t terminalColumns() {
   winsize size{};
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 || ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
@@ -52,6 +63,7 @@ bool readerGone() {
 }  // namespace
 
 int main(int count, char** words) {
+  occupyClosedStreams();
   catchSignals();
   std::ios::sync_with_stdio(false);
   const std::vector<std::string> arguments{words + 1, words + count};

@@ -8,9 +8,10 @@ std::string named(store::Id id) {
   return "Result " + std::to_string(id);
 }
 
-store::Failure tooFarApart(const store::Record& record, const Comparison& comparison) {
-  return {store::Reason::differs, named(record.id) + " about " + record.binding.subject + " differs from result " +
-                                      std::to_string(comparison.with) +
+store::Failure tooFarApart(const store::Record& record, const Comparison& comparison,
+                           const std::optional<std::string>& doubt) {
+  return {store::Reason::differs, (doubt ? *doubt + " " : "") + named(record.id) + " about " + record.binding.subject +
+                                      " differs from result " + std::to_string(comparison.with) +
                                       ", which is in force: " + differencesIn(comparison) +
                                       ". Look for what has changed, or measure again; to accept it all the same say so "
                                       "(--although-it-differs)."};

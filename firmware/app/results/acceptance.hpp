@@ -12,8 +12,9 @@ namespace probebox::app {
 // "Result 5".
 std::string named(store::Id id);
 
-// The refusal of a result that differs too much from the one in force.
-store::Failure tooFarApart(const store::Record& record, const Comparison& comparison);
+// The refusal of a result that differs too much from the one in force. doubt: of whyNotConforming(), or nothing.
+store::Failure tooFarApart(const store::Record& record, const Comparison& comparison,
+                           const std::optional<std::string>& doubt);
 
 // "Warning: ..." of each warning that the result was measured or solved with.
 std::vector<std::string> warningsOf(const store::Record& record);

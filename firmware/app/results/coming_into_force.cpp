@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <iterator>
 #include <optional>
+#include <set>
 #include <utility>
+#include <vector>
 
 #include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_values.hpp"
@@ -100,8 +102,21 @@ bool ResultsInForce::isDerived(const store::Binding& binding, store::Id from_tip
   const auto present = store_.active(binding);
   if (!present || !*present) return false;
   const auto others = store_.restsOn((*present)->id);
-  return others && others->size() == 2 && (*others)[0].id == std::min(from_tip, offset) &&
-         (*others)[1].id == std::max(from_tip, offset);
+  const auto has = [&](store::Id id) {
+    return std::ranges::find(*others, id, &store::Dependence::id) != others->end();
+  };
+  return others && has(from_tip) && has(offset);
+}
+
+// A sum rests on its parts, and on what they rest on.
+std::vector<store::Id> ResultsInForce::basisOf(store::Id from_tip, store::Id offset) const {
+  std::set<store::Id> basis{from_tip, offset};
+  for (const store::Id part : {from_tip, offset}) {
+    const auto others = store_.restsOn(part);
+    if (!others) continue;
+    for (const auto& other : *others) basis.insert(other.id);
+  }
+  return {basis.begin(), basis.end()};
 }
 
 // With the centreline from a tip and the offset of that tip both in force, their sum is one from the spindle axis. It
@@ -121,7 +136,8 @@ std::optional<std::string> ResultsInForce::deriveCentreline(const store::Record&
   if (!derived) return std::nullopt;
   const std::string sum =
       "result " + std::to_string(tip_id) + " plus the stylus offset of result " + std::to_string(offset_id);
-  const auto id = store_.propose(binding, *derived, "", utcNow(), {.rests_on = {tip_id, offset_id}, .remark = sum});
+  const auto id =
+      store_.propose(binding, *derived, "", utcNow(), {.rests_on = basisOf(tip_id, offset_id), .remark = sum});
   if (!id) return "The centreline of " + sum + " could not be stored: " + id.error().what;
   const std::string what = named(*id) + " about centreline, " + sum + ", ";
   const auto present = store_.active(binding);

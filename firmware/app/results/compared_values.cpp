@@ -203,7 +203,10 @@ std::string differencesIn(const Comparison& comparison) {
     const auto in_sd = each.inSd();
     text += (text.empty() ? "" : ", ") + each.key + " " + number("%.9g", each.value) + " instead of " +
             number("%.9g", each.before) + " (" + number("%+.3g", each.difference()) + ", " +
-            (in_sd ? number("%.3g", *in_sd) + " sd" : "without a standard deviation") + ")";
+            (!in_sd         ? "without a standard deviation"
+             : *in_sd > 999 ? "more than 999 sd"
+                            : number("%.3g sd", *in_sd)) +
+            ")";
   }
   return more == 0 ? text : text + " and " + std::to_string(more) + " more";
 }

@@ -86,10 +86,13 @@ Outcome<std::vector<Event>> centreline(const metrology::Result& result, std::uin
     event.sd_centre_mm[i] = centre.sdOf(i);
   }
   const bool of_slide = result.find("Z_slide_rad") != nullptr;
-  if (!of_slide && result.find("C_tilt_rad") == nullptr) return std::vector<Event>{event};
+  const bool leans = of_slide || result.find("C_tilt_rad") != nullptr;
+  if (leans || result.find("mean_z_mm") != nullptr) {
+    TRY(const auto reference, valuesOf(result, "mean_z_mm", 1));
+    event.reference_z_mm = reference.values[0];
+  }
+  if (!leans) return std::vector<Event>{event};
   TRY(const auto tilt, valuesOf(result, of_slide ? "Z_slide_rad" : "C_tilt_rad", 2));
-  TRY(const auto reference, valuesOf(result, "mean_z_mm", 1));
-  event.reference_z_mm = reference.values[0];
   for (std::size_t i = 0; i < 2; ++i) {
     event.slope[i] = tilt.values[i];  // small: the tangent is the angle
     event.sd_slope[i] = tilt.sdOf(i);

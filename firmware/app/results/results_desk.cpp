@@ -154,7 +154,8 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Ac
                                         .compared_with = comparison.with,
                                         .changes = {},
                                         .differs = comparison.differs() || whyNotConforming(*accepted).has_value(),
-                                        .notes = accepted->notes};
+                                        .notes = accepted->notes,
+                                        .accepted_by = accepted->accepted_by};
   for (const auto& value : comparison.values) answer.changes.push_back(wireChange(value));
   if (comparison.omitted > 0)
     answer.notes.push_back(std::to_string(comparison.omitted) + " values that differ less are not listed.");

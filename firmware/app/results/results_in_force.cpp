@@ -143,8 +143,8 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
   const bool was_proposed = record.state == store::State::proposed;
   const bool was_active = record.state == store::State::active;
   const bool differs = was_proposed && comparison.differs();
-  if (differs && !although_it_differs) return tooFarApart(record, comparison);
   const auto doubt = was_proposed ? whyNotConforming(record) : std::nullopt;
+  if (differs && !although_it_differs) return tooFarApart(record, comparison, doubt);
   if (doubt && !although_it_differs) return notConforming(record, *doubt);
   const auto activation = mayChange() ? store::Activation::at_once : store::Activation::later;
   auto accepted = store_.accept(id, by, utcNow(), activation,

@@ -118,6 +118,7 @@ class ResultsInForce {
   std::optional<store::Failure> whyBeside(const std::string& subject) const;
   std::optional<std::string> deriveCentreline(const store::Record& accepted, const std::string& by);
   bool isDerived(const store::Binding& binding, store::Id from_tip, store::Id offset) const;
+  std::vector<store::Id> basisOf(store::Id from_tip, store::Id offset) const;
   std::optional<store::Failure> otherBinding(const store::Record& record) const;
   std::optional<store::Failure> objectionTo(const store::Record& record) const;
   void activateWaiting();

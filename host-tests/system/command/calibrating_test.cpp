@@ -156,6 +156,10 @@ TEST(Accepting, PutsAProposedResultIntoForce) {
   const auto done = at(box, {"accept", "4711", "--by", "Ada"});
   EXPECT_EQ(done.status, 0) << done.err;
   EXPECT_THAT(done.out, HasSubstr("Ada"));
+  const auto again = at(box, {"accept", "4711", "--by", "Zed"});
+  EXPECT_EQ(again.status, 0);
+  EXPECT_THAT(again.out, AllOf(HasSubstr("in force, accepted by Ada"), HasSubstr("nothing has changed")));
+  EXPECT_EQ(at(box, {"accept", "4711", "--by", "Zed", "--json"}).object()["accepted_by"], "Ada");
 }
 
 TEST(Accepting, PassesOnWhatTheBoxRefuses) {

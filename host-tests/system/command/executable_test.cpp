@@ -107,6 +107,21 @@ TEST_F(RunningProgram, EndsAtOneCtrlCWhileItWaitsForItsInput) {
   EXPECT_EQ(WEXITSTATUS(status), 130);
 }
 
+// The next file that is opened would get the number of a closed stream, and the text that is meant for a person.
+TEST_F(RunningProgram, WritesNothingIntoItsLinkWhereItsOutputIsClosed) {
+  const auto child = ::fork();
+  if (child == 0) {
+    ::close(STDOUT_FILENO);
+    ::execl(PROBEBOX_PROGRAM, PROBEBOX_PROGRAM, "-u", box_.uri().c_str(), "status", nullptr);
+    ::_exit(127);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 2) << "nobody can read it";
+  const auto other = probebox({"-u", box_.uri(), "status"});
+  EXPECT_EQ(other.status, 0) << "the box was not disturbed; " << other.err;
+}
+
 TEST_F(RunningProgram, LeavesAReadableRecordingWhenKilled) {
   const auto program = record();
   waitForContent();

@@ -292,9 +292,11 @@ Reply FakeAnswers::accept(std::span<const std::byte> body) {
   if (in_sd > 4 && !options_.forgets_results && !request.although_it_differs) {
     return no(ErrorCode::differs, printed("tau differs by %.1f sd; accept it with --although-it-differs", in_sd));
   }
-  accepted_by_ = request.by;
-  if (options_.cut_is_on) return ok(messages::AcceptResult::Answer{messages::ResultState::accepted, true});
-  return ok(messages::AcceptResult::Answer{});
+  if (accepted_by_.empty()) accepted_by_ = request.by;
+  messages::AcceptResult::Answer answer;
+  answer.accepted_by = accepted_by_;
+  if (options_.cut_is_on) answer.state = messages::ResultState::accepted, answer.waiting_for_cut = true;
+  return ok(answer);
 }
 
 // Delay alone: 4711 goes, 4710 comes back.

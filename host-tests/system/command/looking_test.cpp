@@ -285,5 +285,21 @@ TEST(Cuts, AreOnThePagesOfStatusAndInfo) {
   }
 }
 
+// What is wrong is said before a box is asked for anything, or looked for.
+TEST(CorrectionsToSet, AreReadWholeBeforeABoxIsAsked) {
+  const auto without_box = [](const std::string& option, const std::string& value) {
+    const auto done = probebox({"-u", "tcp:127.0.0.1:1", "corrections", option, value});
+    EXPECT_EQ(done.status, 2) << option << " " << value;
+    return done.err;
+  };
+  EXPECT_THAT(without_box("--sum", "foo"), HasSubstr("name screw, swivel, rotary, centreline, or none"));
+  without_box("--sum", "");
+  EXPECT_THAT(without_box("--tell", "B=foo"), HasSubstr("'B=foo' is no number"));
+  EXPECT_THAT(without_box("--tell", "B=30,B=40"), HasSubstr("'B=40' comes twice"));
+  EXPECT_THAT(without_box("--tell", "A=1e9"), HasSubstr("'A=1e9' is no angle from -3600 to 3600 degrees"));
+  EXPECT_THAT(without_box("--tell", "tool=4,length=99999"), HasSubstr("'length=99999' is no length"));
+  EXPECT_THAT(without_box("--tell", "length=10"), HasSubstr("add tool=NUMBER"));
+}
+
 }  // namespace
 }  // namespace probebox::command

@@ -270,7 +270,7 @@ TEST_F(Recording, IsExportedWithStatus1WhenItIsDamaged) {
        {std::vector<std::string>{"export", "-", "-o", "-"}, {"unpack", "-", "-"}}) {
     const auto exported = probebox(command, damaged);
     EXPECT_EQ(exported.status, 1);
-    EXPECT_THAT(exported.err, AllOf(HasSubstr("is not whole"), HasSubstr("1 frames are damaged")));
+    EXPECT_THAT(exported.err, AllOf(HasSubstr("is not whole"), HasSubstr("1 frame is damaged")));
     EXPECT_GT(rowsOf(exported.out).size(), 10U) << "what can be read is there";
   }
 }

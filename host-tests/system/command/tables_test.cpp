@@ -56,6 +56,27 @@ TEST(Packing, TellsGapsByTheirPlaces) {
   EXPECT_TRUE(summary["end_known"]);
 }
 
+TEST(Packing, LeavesItsInputAsItIs) {
+  RuntimeDirectory directory;
+  const auto table = directory.file("s.csv"), edges = directory.file("e.csv");
+  const auto content = [](const std::string& path) {
+    std::ostringstream text;
+    text << std::ifstream{path}.rdbuf();
+    return text.str();
+  };
+  std::ofstream{table} << "sample,x\n5,1\n6,1\n";
+  std::ofstream{edges} << "edge_ns\n1000000\n2000000\n";
+  const auto packed = probebox({"pack", table, table, "--force"});
+  EXPECT_EQ(packed.status, 2);
+  EXPECT_THAT(packed.err, HasSubstr("s.csv is the table itself; name another file"));
+  EXPECT_EQ(content(table), "sample,x\n5,1\n6,1\n");
+  const auto judged = probebox({"clock", "--period-ns", "1000000", edges, edges, "--force"});
+  EXPECT_EQ(judged.status, 2);
+  EXPECT_THAT(judged.err, HasSubstr("e.csv has the edges themselves; name another file"));
+  EXPECT_EQ(content(edges), "edge_ns\n1000000\n2000000\n");
+  EXPECT_THAT(probebox({"pack", table, ""}).err, HasSubstr("the name of the file to write is empty"));
+}
+
 TEST(Exporting, WritesNoTableUnderTheNameOfAnotherFormat) {
   RuntimeDirectory directory;
   const auto recording = directory.file("scan.pbx");

@@ -43,7 +43,13 @@ Output::~Output() {
   fs::remove(written_to_, gone);
 }
 
+bool Output::isInput(const std::string& path, const std::string& input) {
+  std::error_code different;
+  return fs::equivalent(path, input, different);
+}
+
 std::optional<std::string> Output::objectionTo(const std::string& path, bool force) {
+  if (path.empty()) return "the name of the file to write is empty: name one, or - for the standard output";
   std::error_code absent;
   if (force || path == "-" || !fs::is_regular_file(path, absent)) return std::nullopt;
   return path + " already exists; name another file, or overwrite it with --force";

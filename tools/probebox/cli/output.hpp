@@ -21,6 +21,8 @@ class Output {
 
   // Explains why open() would refuse the file (it exists already); nothing when it would not.
   static std::optional<std::string> objectionTo(const std::string& path, bool force);
+  // Whether a command would overwrite what it reads.
+  static bool isInput(const std::string& path, const std::string& input);
   // "-" is `standard`. An existing file is an error unless `force`; devices and pipes are written directly.
   static Outcome<Output> open(const std::string& path, bool force, std::ostream& standard,
                               Appears appears = Appears::when_whole);

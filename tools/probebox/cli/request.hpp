@@ -194,8 +194,8 @@ struct History {
   std::string what;  // the number of a result, a subject, or a method; empty: everything
 };
 struct Corrections {
-  std::string sum;   // sources to sum from now on; empty: unchanged
-  std::string tell;  // angles of the rotary axes and the current tool, to be sent to the box; empty: nothing
+  std::optional<std::string> sum;   // sources to sum from now on
+  std::optional<std::string> tell;  // angles of the rotary axes and the current tool, to be sent to the box
   bool follow{};
   Until until;
 };

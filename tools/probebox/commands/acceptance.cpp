@@ -1,5 +1,6 @@
 #include "tools/probebox/commands/acceptance.hpp"
 
+#include <algorithm>
 #include <istream>
 #include <optional>
 #include <utility>
@@ -81,8 +82,13 @@ ExitStatus acceptOn(link::Client& box, const Acceptance& acceptance, Console& co
       if (!adopted_by.empty()) console.line("  " + adoptedBy(adopted_by));
     }
   }
-  const auto accepted = accept(box, acceptance, console);
+  auto accepted = accept(box, acceptance, console);
   if (!accepted) return refuse(accepted.error(), acceptance.id, beside, console);
+  if (!console.json() && comparison && *comparison) {
+    const auto& said = (*comparison)->notes;
+    std::erase_if(accepted->notes,
+                  [&](const std::string& note) { return std::ranges::find(said, note) != said.end(); });
+  }
   tellAccepted(acceptance.id, acceptance.by, *accepted, beside, console);
   return ExitStatus::ok;
 }

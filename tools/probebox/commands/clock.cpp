@@ -150,6 +150,8 @@ ExitStatus run(const Clock& options, const std::string&, Console& console) {
   for (const auto& path : {options.output, options.ticks}) {
     if (path.empty()) continue;
     if (const auto objection = Output::objectionTo(path, options.force)) return console.fail(usage(*objection));
+    if (options.input != "-" && Output::isInput(path, options.input))
+      return console.fail(usage(path + " has the edges themselves; name another file for what is written"));
   }
   if (options.output == "-") console.keepOutputForData();
   const auto edges = readEdges(options.input, console);

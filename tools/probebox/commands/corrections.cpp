@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "protocol/units/angle.hpp"
@@ -41,57 +43,91 @@ std::optional<std::uint16_t> maskOf(const std::string& names) {
   return static_cast<std::uint16_t>(mask);
 }
 
-// "B=30,tool=4,length=120.5"; nothing when it says something else.
-std::optional<messages::TellPose::Request> poseOf(const std::string& text) {
-  constexpr std::string_view kLetters = "ABC";
-  messages::TellPose::Request pose;
-  for (std::size_t at = 0; at <= text.size();) {
-    const auto part = std::string_view{text}.substr(at, text.find(',', at) - at);
-    at += part.size() + 1;
+// What "B=30,tool=4,length=120.5" says; which part of another text is wrong.
+class Told {
+ public:
+  Outcome<messages::TellPose::Request, Trouble> read(const std::string& text) {
+    for (std::size_t at = 0; at <= text.size();) {
+      const auto part = std::string_view{text}.substr(at, text.find(',', at) - at);
+      at += part.size() + 1;
+      if (const auto wrong = whyNot(part); !wrong.empty())
+        return Trouble{ExitStatus::usage, "usage",
+                       "--tell " + text + ": '" + std::string{part} + "' " + wrong +
+                           "; write angles in degrees, the tool's number and, with it, its length in mm, such as "
+                           "B=30,tool=4,length=120"};
+    }
+    // A length belongs to a tool.
+    if (pose_.tool_length_mm > 0 && !pose_.has_tool)
+      return Trouble{ExitStatus::usage, "usage", "--tell " + text + " has a length without its tool: add tool=NUMBER"};
+    return pose_;
+  }
+
+ private:
+  // Empty for a part that is right.
+  std::string whyNot(std::string_view part) {
+    constexpr std::string_view kLetters = "ABC";
     const auto equals = part.find('=');
-    if (equals == std::string_view::npos) return std::nullopt;
+    if (equals == std::string_view::npos) return "has no value";
     const auto name = part.substr(0, equals), number = part.substr(equals + 1);
     double value = 0;
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
-    if (error != std::errc{} || end != number.data() + number.size() || !std::isfinite(value)) return std::nullopt;
+    if (error != std::errc{} || end != number.data() + number.size() || !std::isfinite(value)) return "is no number";
     const auto axis = name.size() == 1 ? kLetters.find(name) : std::string_view::npos;
-    if (axis != std::string_view::npos) {
-      pose.axes = static_cast<std::uint8_t>(pose.axes | 1U << axis);
-      pose.angles_rad[axis] = radians(value);
-    } else if (name == "tool" && value >= 0 && value <= 65'535 && value == std::floor(value)) {
-      pose.has_tool = true;
-      pose.tool = static_cast<std::uint32_t>(value);
-    } else if (name == "length" && value > 0) {
-      pose.tool_length_mm = value;
-    } else {
-      return std::nullopt;
-    }
+    if (axis != std::string_view::npos) return takeAngle(axis, value);
+    if (name == "tool") return takeTool(value);
+    if (name != "length") return "names nothing that can be told";
+    if (pose_.tool_length_mm > 0) return "comes twice";
+    if (!(value > 0 && value <= messages::TellPose::kMostLength_mm)) return "is no length from 0 to 2000 mm";
+    pose_.tool_length_mm = value;
+    return {};
   }
-  // A length belongs to a tool.
-  if (pose.tool_length_mm > 0 && !pose.has_tool) return std::nullopt;
-  return pose;
+  std::string takeAngle(std::size_t axis, double degrees) {
+    const unsigned bit = 1U << axis;
+    if ((pose_.axes & bit) != 0) return "comes twice";
+    if (std::abs(degrees) > messages::TellPose::kMostAngle_deg) return "is no angle from -3600 to 3600 degrees";
+    pose_.axes = static_cast<std::uint8_t>(pose_.axes | bit);
+    pose_.angles_rad[axis] = radians(degrees);
+    return {};
+  }
+  std::string takeTool(double number) {
+    if (pose_.has_tool) return "comes twice";
+    if (!(number >= 0 && number <= 65'535 && number == std::floor(number))) return "is no tool from 0 to 65535";
+    pose_.has_tool = true;
+    pose_.tool = static_cast<std::uint32_t>(number);
+    return {};
+  }
+
+  messages::TellPose::Request pose_;
+};
+
+// The box takes the mask at a tick and shows it a moment later.
+Outcome<messages::Corrections::Answer, Trouble> correctionsWith(std::optional<std::uint16_t> mask, link::Client& box,
+                                                                Console& console) {
+  constexpr Nanoseconds kPatience = std::chrono::seconds{2};
+  const auto begun = link::now();
+  for (;;) {
+    auto corrections = ask<messages::Corrections>(box, console);
+    const bool shown = !corrections || !mask || corrections->mask == *mask;
+    if (shown || link::now() - begun > kPatience || !goRound(box, console)) return corrections;
+  }
 }
 
 }  // namespace
 
 ExitStatus run(const Corrections& options, const std::string& uri, Console& console) {
+  std::optional<std::uint16_t> mask;
+  if (options.sum && !(mask = maskOf(*options.sum)))
+    return console.fail(
+        {ExitStatus::usage, "usage", "--sum " + *options.sum + ": name screw, swivel, rotary, centreline, or none"});
+  const auto pose = options.tell ? Told{}.read(*options.tell) : messages::TellPose::Request{};
+  if (!pose) return console.fail(pose.error());
   const auto box = openBox(uri, console);
   if (!box) return console.fail(box.error());
-  if (!options.sum.empty()) {
-    const auto mask = maskOf(options.sum);
-    if (!mask)
-      return console.fail(
-          {ExitStatus::usage, "usage", "--sum " + options.sum + ": name screw, swivel, rotary, centreline, or none"});
+  if (mask) {
     const auto enabled = ask<messages::EnableSources>(**box, console, {*mask});
     if (!enabled) return console.fail(enabled.error());
   }
-  if (!options.tell.empty()) {
-    const auto pose = poseOf(options.tell);
-    if (!pose)
-      return console.fail({ExitStatus::usage, "usage",
-                           "--tell " + options.tell +
-                               ": write angles in degrees, the tool's number and, with it, its "
-                               "length in mm, such as B=30,tool=4,length=120"});
+  if (options.tell) {
     const auto told = ask<messages::TellPose>(**box, console, *pose);
     if (!told) return console.fail(told.error());
   }
@@ -99,8 +135,9 @@ ExitStatus run(const Corrections& options, const std::string& uri, Console& cons
   const bool follow = options.follow || options.until.count || options.until.seconds;
   do {
     if (pace.due()) {
-      const auto corrections = ask<messages::Corrections>(**box, console);
+      const auto corrections = correctionsWith(mask, **box, console);
       if (!corrections) return console.fail(corrections.error());
+      mask.reset();
       show(*corrections, follow, console);
     }
   } while (follow && !pace.over() && goRound(**box, console));

@@ -15,33 +15,47 @@ void show(const messages::ResultTransition& transition, Console& console) {
   }
 }
 
+// Whether there is any; shows each as it comes.
+Outcome<bool, Trouble> showAll(messages::ResultHistory::Request request, link::Client& box, Console& console) {
+  bool more = true, any = false;
+  ListWatch watch;
+  while (more && console.writable()) {
+    TRY(const auto history, ask<messages::ResultHistory>(box, console, request));
+    if (const auto& all = history.transitions; !all.empty()) {
+      if (const auto trouble = watch.part(all.front().number, all.back().number)) return *trouble;
+    }
+    for (const auto& transition : history.transitions) show(transition, console);
+    any = any || !history.transitions.empty();
+    more = history.more && !history.transitions.empty();
+    if (more) request.after_number = history.transitions.back().number;
+  }
+  return any;
+}
+
+// Of a method whose results name their subject, such as rotary-b.
+Outcome<bool, Trouble> showOfMethod(const std::string& method, link::Client& box, Console& console) {
+  TRY(const auto subject, subjectOfMethod(method, box, console));
+  if (!subject || *subject == method) return false;
+  return showAll({.id = 0, .subject = *subject, .after_number = 0}, box, console);
+}
+
 }  // namespace
 
 ExitStatus run(const History& options, const std::string& uri, Console& console) {
   const auto box = openBox(uri, console);
   if (!box) return console.fail(box.error());
   const auto id = resultNumber(options.what);
-  messages::ResultHistory::Request request{id.value_or(0), id ? "" : options.what, 0};
-  bool more = true, nothing = true;
-  ListWatch watch;
-  while (more && console.writable()) {
-    const auto history = ask<messages::ResultHistory>(**box, console, request);
-    if (!history) return console.fail(history.error());
-    if (const auto& all = history->transitions; !all.empty()) {
-      if (const auto trouble = watch.part(all.front().number, all.back().number)) return console.fail(*trouble);
-    }
-    for (const auto& transition : history->transitions) show(transition, console);
-    nothing = nothing && history->transitions.empty();
-    more = history->more && !history->transitions.empty();
-    if (more) request.after_number = history->transitions.back().number;
-  }
-  if (nothing && !options.what.empty()) {
+  auto any = showAll({id.value_or(0), id ? "" : options.what, 0}, **box, console);
+  if (any && !*any && !id && !options.what.empty()) any = showOfMethod(options.what, **box, console);
+  if (!any) return console.fail(any.error());
+  if (*any) return ExitStatus::ok;
+  if (!options.what.empty()) {
     const auto meant = subjectMeant(options.what, **box, console);
-    return console.fail(Trouble{
-        ExitStatus::failed, "not_found",
-        "no result about " + options.what + " is stored" + (meant.empty() ? "; probebox history lists all" : meant)});
+    return console.fail(
+        {ExitStatus::failed, "not_found",
+         "no result about " + options.what + " is stored" + (meant.empty() ? "; probebox history lists all" : meant)});
   }
-  if (nothing) console.note("no result is stored");
+  console.note("no result is stored");
   return ExitStatus::ok;
 }
 

@@ -84,9 +84,15 @@ Outcome<Comparison, Trouble> comparisonByBox(link::Client& box, Console& console
   messages::AcceptResult::Request question{.id = proposed.summary.id};
   question.compare_only = true;
   TRY(const auto answer, ask<messages::AcceptResult>(box, console, question));
-  if (answer.compared_with == 0) return nothingBeside(*proposed.result(), proposed.summary.subject);
-  TRY(const auto in_force, keptResult(box, console, answer.compared_with));
-  return comparisonOf(answer, *proposed.result(), in_force.result());
+  Comparison comparison;
+  if (answer.compared_with == 0) {
+    comparison = nothingBeside(*proposed.result(), proposed.summary.subject);
+  } else {
+    TRY(const auto in_force, keptResult(box, console, answer.compared_with));
+    comparison = comparisonOf(answer, *proposed.result(), in_force.result());
+  }
+  comparison.notes = answer.notes;
+  return comparison;
 }
 
 Outcome<std::vector<KeptResult>, Trouble> keptInForce(link::Client& box, Console& console) {

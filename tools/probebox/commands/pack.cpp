@@ -142,6 +142,8 @@ ExitStatus run(const Pack& options, const std::string&, Console& console) {
     console.keepOutputForData();
   }
   if (const auto objection = Output::objectionTo(options.output, options.force)) return console.fail(usage(*objection));
+  if (options.input != "-" && Output::isInput(options.output, options.input))
+    return console.fail(usage(options.output + " is the table itself; name another file for the recording"));
   const auto table = readInput(options, console);
   if (!table) return console.fail({ExitStatus::usage, "unreadable-table", table.error().what});
   if (const auto size = messages::encodedSize(descriptorOf(*table)); size > frame::kMaxPayload) {
@@ -157,8 +159,9 @@ ExitStatus run(const Pack& options, const std::string&, Console& console) {
   if (console.json()) {
     console.object(summary(options, maker));
   } else {
-    console.note(std::to_string(maker.samples()) + " samples in " + std::to_string(maker.bytes()) + " bytes, " +
-                 std::to_string(maker.gaps()) + (maker.gaps() == 1 ? " gap" : " gaps"));
+    console.note(std::to_string(maker.samples()) + (maker.samples() == 1 ? " sample in " : " samples in ") +
+                 std::to_string(maker.bytes()) + " bytes, " + std::to_string(maker.gaps()) +
+                 (maker.gaps() == 1 ? " gap" : " gaps"));
   }
   return ExitStatus::ok;
 }

@@ -33,7 +33,7 @@ Outcome<std::string, Trouble> unitText(const std::string& path) {
 ExitStatus run(const Provision& options, const std::string& uri, Console& console) {
   const auto text = unitText(options.input);
   if (!text) return console.fail(text.error());
-  const auto unit = board::parseUnit(*text, std::filesystem::path{options.input}.filename().string());
+  const auto unit = board::parseUnit(*text, options.input);
   if (!unit) return console.fail({ExitStatus::usage, "unreadable-input", unit.error().what});
   if (options.check) {
     if (console.json())

@@ -136,7 +136,7 @@ std::optional<Trouble> objectionTo(const Record& options, const link::Uri& uri, 
   if (uri.isFile() && options.seconds) return usage("--for is for a box; a recording is read to its end");
   std::error_code different;
   const auto* file = std::get_if<link::FileAddress>(&uri.address);
-  if (file != nullptr && std::filesystem::equivalent(file->path, options.output, different))
+  if (file != nullptr && Output::isInput(options.output, file->path))
     return usage(options.output + " is the recording itself; name another file");
   if (options.output == "-" && console.outIsTerminal()) {
     return usage("a recording is not for a terminal; name a file, or send the standard output into a pipe");

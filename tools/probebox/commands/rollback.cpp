@@ -20,8 +20,14 @@ ExitStatus run(const Rollback& options, const std::string& uri, Console& console
   const auto box = openBox(uri, console);
   if (!box) return console.fail(box.error());
   const auto id = resultNumber(options.what);
-  const auto rolled_back =
+  auto rolled_back =
       ask<messages::RollbackResult>(**box, console, {id.value_or(0), id ? "" : options.what, options.by});
+  if (!rolled_back && rolled_back.error().status == ExitStatus::box_refused && !id) {
+    const auto subject = subjectOfMethod(options.what, **box, console);
+    if (!subject) return console.fail(subject.error());
+    if (*subject && **subject != options.what)
+      rolled_back = ask<messages::RollbackResult>(**box, console, {0, **subject, options.by});
+  }
   if (!rolled_back) {
     auto trouble = rolled_back.error();
     if (trouble.status == ExitStatus::box_refused && !id) trouble.what += subjectMeant(options.what, **box, console);

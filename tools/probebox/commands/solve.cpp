@@ -1,5 +1,6 @@
 #include <filesystem>
 
+#include "firmware/metrology/methods.hpp"
 #include "tools/case/method_text.hpp"
 #include "tools/case/solve_cases.hpp"
 #include "tools/probebox/commands/commands.hpp"
@@ -9,6 +10,11 @@ namespace probebox::command {
 // The table for people is for a terminal or for --text; whatever else reads a pipe gets JSON, asked for or not.
 ExitStatus run(const Solve& options, const std::string&, Console& console) {
   if (options.methods) {
+    for (const auto& name : options.cases) {
+      if (!console.json() || metrology::methodNamed(name) != nullptr) continue;
+      return console.fail(
+          {ExitStatus::usage, "unknown-method", "there is no method " + name + "; probebox solve --methods lists all"});
+    }
     return static_cast<ExitStatus>(
         casefolder::explainMethods(options.cases, console.json(), console.out(), console.err()));
   }

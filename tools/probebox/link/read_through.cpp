@@ -23,16 +23,21 @@ ExitStatus conclude(const Trouble& trouble, Console& console) {
 
 std::vector<std::string> faultsOf(const RecordingSums& sums, const link::RecordingEnd& end) {
   std::vector<std::string> faults;
-  const auto say = [&](std::uint64_t count, const std::string& what) {
-    if (count > 0) faults.push_back(std::to_string(count) + what);
+  const auto say = [&](std::uint64_t count, const std::string& what, const std::string& of_one,
+                       const std::string& of_many, const std::string& more = {}) {
+    if (count > 0)
+      faults.push_back(std::to_string(count) + " " + what + (count == 1 ? " " : "s ") +
+                       (count == 1 ? of_one : of_many) + more);
   };
-  say(end.frames.bad(), " frames are damaged");
-  say(end.frames_missing, " frames are missing, with " + std::to_string(sums.lost_on_link) + " samples");
-  say(end.faults.malformed, " frames do not contain a message of their type");
-  say(end.faults.other_major, " frames are of another protocol version");
-  say(end.faults.unreadable_blocks, " blocks cannot be read: their descriptor is missing or their coding unknown");
-  say(end.unexplained, " samples are missing and not declared lost");
-  say(sums.inexact, " heartbeats do not balance: received + declared lost differs from produced");
+  say(end.frames.bad(), "frame", "is damaged", "are damaged");
+  say(end.frames_missing, "frame", "is missing", "are missing",
+      ", with " + std::to_string(sums.lost_on_link) + (sums.lost_on_link == 1 ? " sample" : " samples"));
+  say(end.faults.malformed, "frame", "is", "are", " without a message of the type that is stated");
+  say(end.faults.other_major, "frame", "is", "are", " of another protocol version");
+  say(end.faults.unreadable_blocks, "block", "cannot be read", "cannot be read",
+      ": the descriptor is missing or the coding unknown");
+  say(end.unexplained, "sample", "is", "are", " missing and not declared lost");
+  say(sums.inexact, "heartbeat", "does", "do", " not balance: received + declared lost differs from produced");
   if (!end.triggers_exact) faults.emplace_back("the numbers of its triggers do not agree with its heartbeats");
   if (end.cut_bytes > 0) {
     faults.push_back("it is cut in the middle of a frame, which begins at byte " +

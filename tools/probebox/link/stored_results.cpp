@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "protocol/units/nearest.hpp"
@@ -41,6 +42,21 @@ Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Clien
   }
   if (all.size() > count) all.resize(count);
   return all;
+}
+
+Outcome<std::optional<std::string>, Trouble> subjectOfMethod(const std::string& method, link::Client& box,
+                                                             const Console& console) {
+  TRY(const auto all, storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
+  std::set<std::string> subjects;
+  for (const auto& result : all) {
+    if (result.method == method) subjects.insert(result.subject);
+  }
+  if (subjects.empty()) return std::optional<std::string>{};
+  if (subjects.size() == 1) return std::optional{*subjects.begin()};
+  std::string names;
+  for (const auto& subject : subjects) names += (names.empty() ? "" : ", ") + subject;
+  return Trouble{ExitStatus::failed, "not_found",
+                 "results of " + method + " are about " + names + ": name one of them"};
 }
 
 std::string subjectMeant(const std::string& word, const std::vector<messages::ResultSummary>& all) {

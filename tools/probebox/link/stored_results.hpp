@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,11 @@ Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Clien
 // Fetches every requested transition, oldest first.
 Outcome<std::vector<messages::ResultTransition>, Trouble> storedTransitions(link::Client& box, const Console& console,
                                                                             messages::ResultHistory::Request request);
+
+// The subject of which the stored results of a method are, where the method alone does not tell it: rotary-b. Nothing
+// for what is no such method; a trouble where there are several.
+Outcome<std::optional<std::string>, Trouble> subjectOfMethod(const std::string& method, link::Client& box,
+                                                             const Console& console);
 
 // Returns "; did you mean delay?", from the subjects and methods of these results, or an empty text.
 std::string subjectMeant(const std::string& word, const std::vector<messages::ResultSummary>& all);

@@ -138,8 +138,11 @@ std::string sentence(const Rows::Missing& gap) {
 void note(const Rows& table, Console& console) {
   const auto& missing = table.missing();
   if (!missing.empty()) {
-    console.note(std::to_string(table.missingSamples()) + " samples are missing, at " + std::to_string(missing.size()) +
-                 " places; they have no row:");
+    console.note(std::to_string(table.missingSamples()) +
+                 (table.missingSamples() == 1
+                      ? " sample is missing; it has no row:"
+                      : " samples are missing, at " + std::to_string(missing.size()) +
+                            (missing.size() == 1 ? " place" : " places") + "; they have no row:"));
   }
   for (std::size_t i = 0; i < missing.size() && i < kGapsNoted; ++i) console.note(sentence(missing[i]));
   if (missing.size() > kGapsNoted) console.note("  and so on; --json names them all");
@@ -147,14 +150,16 @@ void note(const Rows& table, Console& console) {
 }
 
 void noteTriggers(const TableJob& job, const Rows& table, bool in_table, Console& console) {
-  if (table.missingTriggers() > 0) console.note(std::to_string(table.missingTriggers()) + " triggers are missing");
+  const auto count = table.triggers().size(), missing = table.missingTriggers();
+  const std::string triggers = std::to_string(count) + (count == 1 ? " trigger" : " triggers");
+  if (missing > 0)
+    console.note(std::to_string(missing) + (missing == 1 ? " trigger is" : " triggers are") + " missing");
   if (!job.triggers.empty()) {
-    console.note(std::to_string(table.triggers().size()) + " triggers in " + job.triggers);
+    console.note(triggers + " in " + job.triggers);
   } else if (in_table) {
-    console.note(std::to_string(table.triggers().size()) + " triggers in " + job.output);
+    console.note(triggers + " in " + job.output);
   } else if (!table.triggers().empty()) {
-    console.note(std::to_string(table.triggers().size()) +
-                 " triggers are in the recording; --triggers FILE writes them");
+    console.note(triggers + (count == 1 ? " is" : " are") + " in the recording; --triggers FILE writes them");
   }
 }
 
@@ -254,8 +259,7 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
 std::optional<std::string> objectionTo(const TableJob& job) {
   if (job.input == "-") return std::nullopt;
   if (!std::ifstream{job.input}) return job.input + " cannot be read: " + std::strerror(errno);
-  std::error_code different;
-  if (std::filesystem::equivalent(job.input, job.output, different)) {
+  if (Output::isInput(job.output, job.input)) {
     return job.output + " is the recording itself; name another file for the table";
   }
   return std::nullopt;

@@ -55,13 +55,14 @@ std::vector<Quantity> comparedOf(const metrology::Result& result, std::string_vi
   return about.estimates.empty() ? casefolder::quantitiesAbout(result, subject) : casefolder::quantitiesOf(about);
 }
 
-// Value and sd are the box's, which may have moved them to another height; name, unit and U are the result's.
+// Value and sd are the box's, which may have moved them to another height; U is the result's. The box compares a delay
+// that is common to all axes by axis.
 Quantity quantityFrom(const std::vector<Quantity>& listed, const std::string& key, const std::string& axis,
                       double value, std::optional<double> sd) {
-  const auto same = std::ranges::find(listed, key, &Quantity::key);
-  auto quantity = same == listed.end() ? Quantity{key, casefolder::quantityLabel(key, axis), {}, {}, {}} : *same;
-  quantity.value = value;
-  quantity.sd = sd;
+  auto same = std::ranges::find(listed, key, &Quantity::key);
+  if (same == listed.end() && key.starts_with("tau_axis_s[")) same = std::ranges::find(listed, "tau_s", &Quantity::key);
+  Quantity quantity{key, casefolder::quantityLabel(key, axis), value, sd, {}};
+  if (same != listed.end()) quantity.expanded = same->expanded;
   return quantity;
 }
 
@@ -96,7 +97,7 @@ Comparison comparisonOf(const messages::AcceptResult::Answer& answer, const metr
   if (answer.compared_with == 0 || in_force == nullptr) return nothingBeside(proposed, answer.subject);
   const auto axis = casefolder::rotaryAxisOf(answer.subject);
   const auto now = casefolder::quantitiesOf(proposed, axis), before = casefolder::quantitiesOf(*in_force, axis);
-  Comparison comparison{.in_force = answer.compared_with, .changes = {}};
+  Comparison comparison{.in_force = answer.compared_with, .changes = {}, .notes = {}};
   for (const auto& change : answer.changes) {
     comparison.changes.push_back(
         {quantityFrom(now, change.key, axis, change.value, change.has_sd ? std::optional{change.sd} : std::nullopt),
@@ -119,6 +120,7 @@ Json describe(const Comparison& comparison) {
   return {{"in_force_id", comparison.in_force},
           {"first_of_subject", comparison.in_force == 0},
           {"values", values},
+          {"notes", comparison.notes},
           {"worst_difference_in_sd", worst ? Json(*worst) : Json(nullptr)}};
 }
 
@@ -139,6 +141,7 @@ std::string page(const Comparison& comparison, std::uint64_t proposed_id, const 
     all += "\n  and " + std::to_string(changes.size() - kMostShown) + " more" +
            (comparison.in_force == 0 ? "" : " that differ less") + ": probebox show " + std::to_string(proposed_id);
   }
+  for (const auto& note : comparison.notes) all += "\n  " + note;
   return all;
 }
 

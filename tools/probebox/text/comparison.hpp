@@ -22,6 +22,7 @@ struct Comparison {
   };
   std::uint64_t in_force{};  // its number; 0: the proposed one is the first of its subject
   std::vector<Change> changes;
+  std::vector<std::string> notes;  // what a person should know before: warnings, a failed limit
 
   // The largest difference in sd; empty where none can be judged.
   std::optional<double> worstInSd() const;

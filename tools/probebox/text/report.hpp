@@ -52,7 +52,7 @@ std::string sourcesInUse(const std::vector<messages::ValueInUse>& values);
 std::string line(const messages::ResultTransition& transition);
 
 // Reports the outcome of an acceptance. comparison: with the result in force before; null for none.
-void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
+void tellAccepted(std::uint64_t id, const std::string& asked_by, const messages::AcceptResult::Answer& answer,
                   const Json& comparison, Console& console);
 
 // "tau 5447.1 +/- 5.0 us" for the key "tau_s": the combined standard uncertainty, from an older box the sd, and as many

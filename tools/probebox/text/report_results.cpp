@@ -136,8 +136,9 @@ std::string line(const messages::ResultTransition& transition) {
          (transition.remark.empty() ? "" : "  (" + shown(transition.remark) + ")");
 }
 
-void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
+void tellAccepted(std::uint64_t id, const std::string& asked_by, const messages::AcceptResult::Answer& answer,
                   const Json& comparison, Console& console) {
+  const auto& by = answer.accepted_by.empty() ? asked_by : answer.accepted_by;
   if (console.json()) {
     return console.object({{"accepted_id", id},
                            {"accepted_by", by},
@@ -148,11 +149,12 @@ void tellAccepted(std::uint64_t id, const std::string& by, const messages::Accep
   }
   const std::string which = "result " + std::to_string(id);
   if (answer.waiting_for_cut) {
-    console.line(which + " is accepted by " + by +
+    console.line(which + " is accepted by " + shown(by) +
                  "; a cut is in progress, and it comes into force when the cut is over");
   } else {
-    console.line(which + " is in force, accepted by " + by);
+    console.line(which + " is in force, accepted by " + shown(by));
   }
+  if (by != asked_by) console.line("  it was accepted before, and nothing has changed");
   for (const auto& note : answer.notes) console.line("  " + note);
 }
 

@@ -157,6 +157,20 @@ TEST_F(Accepting, OfTheStylusOffsetMakesACentrelineOfWhatTheTipSaw) {
   EXPECT_EQ(rests_on[1].id, offset.id);
 }
 
+TEST_F(Accepting, OfASumRestsOnWhatItsPartsRestOn) {
+  const auto delay = acceptedAs("delay", resultOf("delay-plates", {Estimate::scalar("tau_s", 0.00385, 4e-6)})).id;
+  const auto tip = propose("centreline-stylus", centreAt(0.174, -0.1233), {.rests_on = {delay}});
+  ASSERT_TRUE(results_.accept(tip, "Ada"));
+  const auto offset = acceptedAs("stylus-offset-1", offsetOf(0.020, -0.013)).id;
+  std::vector<store::Id> basis;
+  const auto rests_on = store_.restsOn(inForce("centreline")->id).value();
+  for (const auto& other : rests_on) basis.push_back(other.id);
+  EXPECT_THAT(basis, testing::UnorderedElementsAre(delay, tip, offset));
+  acceptedAs("delay", resultOf("delay-plates", {Estimate::scalar("tau_s", 0.003851, 4e-6)}));
+  EXPECT_THAT(results_.toRepeat(), testing::Contains(HasSubstr("about centreline rests on a retired result, " +
+                                                               std::to_string(delay) + " about delay")));
+}
+
 TEST_F(Accepting, OfAnotherProbesOffsetMakesNone) {
   acceptedAs("centreline-stylus", centreAt(0.174, -0.1233));
   EXPECT_THAT(acceptedAs("stylus-offset-2", offsetOf(0.020, -0.013)).notes, IsEmpty());

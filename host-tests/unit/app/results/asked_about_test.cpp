@@ -26,6 +26,10 @@ TEST_F(Accepting, ACheckThatFailsIsAskedAboutAndNamedWhileItIsInForce) {
   const auto doubtful = results_.accept(propose("check", check(1)), "Ada");
   ASSERT_FALSE(doubtful);
   EXPECT_THAT(doubtful.error().what, HasSubstr("about check is NOT PROVEN: Xcen_B0_mm is 0.01 mm off"));
+  auto moved = check(2);
+  moved.estimates[0].values[0] = 331;
+  EXPECT_THAT(results_.accept(propose("check", moved), "Ada").error().what,
+              AllOf(HasSubstr("about check FAILED"), HasSubstr("differs from result")));
   const auto id = propose("check", check(2));
   const auto refused = results_.accept(id, "Ada");
   ASSERT_FALSE(refused);

@@ -108,6 +108,22 @@ TEST(ResultEvents, OfAChuckOnTheSlideTellTheSlidesOwnSlopeAndNeverZero) {
   EXPECT_TRUE(noneInForce("centreline-slide", kNow));
 }
 
+// Of one height: no slope, and the height itself.
+TEST(ResultEvents, SayTheHeightOfACentrelineWithoutTilts) {
+  store::Record record;
+  record.binding.subject = "centreline";
+  metrology::Result result;
+  result.method = "centreline";
+  result.estimates = {metrology::Estimate::vector("centre_mm", {330.1, 200.2}, {1e-4, 1e-4})};
+  result.also = {metrology::Estimate::scalar("mean_z_mm", -159.993, std::nullopt)};
+  record.content = result;
+  const auto events = activationOf(record, kNow);
+  ASSERT_TRUE(events) << events.error().what;
+  const auto& event = std::get<CentrelineActivated>(events->front());
+  EXPECT_EQ(event.reference_z_mm, -159.993);
+  EXPECT_EQ(event.slope[0], 0);
+}
+
 TEST(ResultEvents, OfASpindleThatStoodStillNeverMoveTheTurningAxis) {
   auto dataset = alignment({330.02, 199.97}, {2e-4, -3e-4});
   auto& readings = dataset.tables.front();
