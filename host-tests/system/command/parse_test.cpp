@@ -157,6 +157,14 @@ TEST(CommandLine, NamesTheRangeOfANumber) {
     EXPECT_THAT(complaint(std::string{"record -o a --on-trigger --before "} + seconds), HasSubstr("from 0 to 600"));
 }
 
+TEST(CommandLine, NamesTheRangeOfACount) {
+  for (const std::string wrong : {"--angles 1000000", "--angles 2.5", "--heights 0", "--turns -1"})
+    EXPECT_THAT(complaint("calibrate centreline " + wrong), HasSubstr("is not a whole number from 1 to 65535"))
+        << wrong;
+  EXPECT_THAT(complaint("calibrate tool-setter --tool -1"), HasSubstr("is not a whole number from 1 to"));
+  EXPECT_THAT(complaint("export a.pbx -o b --points --friction nan"), HasSubstr("is not a number from 0 to 1"));
+}
+
 TEST(CommandLine, TakesNoNameThatForgesAHistory) {
   using Words = std::vector<std::string>;
   for (const auto& name : {std::string{" "}, std::string{"Ada\n18 active by Bob"}, std::string{"Ada\u202Eboss"}}) {

@@ -171,7 +171,7 @@ class CommandLine {
         ->add_option("--friction", export_.friction,
                      "with --points: largest coefficient of friction between ball and part, for the standard deviation "
                      "of a surface point while the tip rests; a tip dragged by more has none; default 0.2")
-        ->check(CLI::Range(0.0, 1.0));
+        ->check(between(0, 1));
   }
 
   // Off-line doors to what the box does: files in, files out.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -94,6 +95,7 @@ class RunCommands {
   }
 
   void addChoices(CLI::App* command, RunChoices& choices) {
+    constexpr std::uint64_t kMostCount = std::numeric_limits<std::uint16_t>::max();
     command->add_option("--speed", choices.speeds_mm_s, "speeds of the touches, such as 10,20,40")
         ->delimiter(',')
         ->check(positive())
@@ -110,13 +112,13 @@ class RunCommands {
         ->check(positive())
         ->type_name("DEGREES");
     command->add_option("--angles", choices.angles, "number of angles of C; for " + methods_.angles)
-        ->check(positive())
+        ->check(wholeBetween(1, kMostCount))
         ->type_name("NUMBER");
     command->add_option("--arc", choices.arc_deg, "range of C; default: " + methods_.usual_arcs)
         ->check(positive())
         ->type_name("DEGREES");
     command->add_option("--heights", choices.balls, "number of balls at different heights; for " + methods_.heights)
-        ->check(positive())
+        ->check(wholeBetween(1, kMostCount))
         ->type_name("NUMBER");
     command
         ->add_option("--axis", choices.axis,
@@ -125,13 +127,13 @@ class RunCommands {
         ->check(CLI::IsMember({"X", "Y", "Z", "B", "C"}, CLI::ignore_case))
         ->type_name("AXIS");
     command->add_option("--turns", choices.turns, "whole turns of the screw, 3 or more; for " + methods_.turns)
-        ->check(positive())
+        ->check(wholeBetween(1, kMostCount))
         ->type_name("NUMBER");
     command
         ->add_option("--tool", choices.tool,
                      "number of the tool that is measured, for " + methods_.tool +
                          "; of the tool that carries the probe, for " + methods_.probe_tool)
-        ->check(positive())
+        ->check(wholeBetween(1, std::numeric_limits<std::uint32_t>::max()))
         ->type_name("NUMBER");
     command->add_flag("--head", choices.head,
                       "measure with the sensor head instead of the probe, one position per ball; not on a box with a "
