@@ -236,7 +236,7 @@ TEST(Planning, NamesTheOptionThatNoRunIsPossibleWith) {
               AllOf(HasSubstr("The probe delivers 1e-09 deflections a second"), HasSubstr("--probe-rate 1e-09")));
   EXPECT_THAT(whyNot("--machine-rate", "20"), HasSubstr("--machine-rate 20"));
   EXPECT_THAT(whyNot("--acceleration", "1"),
-              HasSubstr("at 1 mm/s2 the machine needs 50 mm to reach 10 mm/s, and a touch has"));
+              HasSubstr("at 1 mm/s2 the machine needs 12.5 mm to reach 5 mm/s, and a touch has"));
   EXPECT_THAT(whyNot("--probe-noise", "1000"), HasSubstr("--probe-noise 1000"));
 }
 

@@ -71,7 +71,7 @@ TEST_F(SolveCases, NamesTheColumnsThatItFoundWhereOneIsMissing) {
   const auto folder = goodCase("case");
   write("case/points.csv", "x_mm,Y_mm,z_mm\n10,0,0\n");
   EXPECT_EQ(answer({folder}).lines.at(0)["reason"],
-            "table 'points' has no column 'y_mm': give x_mm,y_mm,z_mm; it has x_mm,Y_mm,z_mm");
+            "missing-column: table 'points' has no column 'y_mm': give x_mm,y_mm,z_mm; it has x_mm,Y_mm,z_mm");
 }
 
 TEST_F(SolveCases, SaysTheResidualRmsWithTheUnitOfTheReport) {
