@@ -59,7 +59,7 @@ const char* explain(TouchFault fault) {
     case TouchFault::clock_not_locked:
       return "the master clock was not locked: check the sync line";
     case TouchFault::recording_full:
-      return "the recording is full: move faster between the begin and end markers";
+      return "the recording is full: choose fewer or faster touches";
     case TouchFault::wrong_pose:
       return "the rotary axes are not at the angles that the step needs: turn them as the prompt says, and give their "
              "angles in the marker";

@@ -19,6 +19,7 @@ struct ProbeInUse {
   double noise_um{};
   double ball_diameter_mm{};
   double sd_ball_diameter_mm{};
+  double deflection_limit_mm{};
   static constexpr void fields(auto& self, auto&& field) {
     field("name", self.name, "name and serial number, with the stylus where styli are exchanged");
     field("switches", self.switches, "1 for a touch-trigger probe, which delivers no samples");
@@ -26,6 +27,7 @@ struct ProbeInUse {
     field("noise_um", self.noise_um, "um, sd of one sample of one channel, as probe.toml states");
     field("ball_diameter_mm", self.ball_diameter_mm, "mm, of the stylus ball");
     field("sd_ball_diameter_mm", self.sd_ball_diameter_mm, "mm, sd of that diameter");
+    field("deflection_limit_mm", self.deflection_limit_mm, "mm, the most overtravel of a touch; 0: not stated");
   }
 };
 

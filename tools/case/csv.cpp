@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -28,11 +29,17 @@ std::string_view trimmed(std::string_view cell) {
   return cell;
 }
 
+// A name or number may stand in quotes; none of them holds a comma.
+std::string_view unquoted(std::string_view cell) {
+  const bool is_quoted = cell.size() >= 2 && cell.front() == '"' && cell.back() == '"';
+  return is_quoted ? trimmed(cell.substr(1, cell.size() - 2)) : cell;
+}
+
 std::vector<std::string_view> cellsOf(std::string_view line) {
   std::vector<std::string_view> cells;
   while (true) {
     const auto comma = line.find(',');
-    cells.push_back(trimmed(line.substr(0, comma)));
+    cells.push_back(unquoted(trimmed(line.substr(0, comma))));
     if (comma == std::string_view::npos) return cells;
     line.remove_prefix(comma + 1);
   }
@@ -49,6 +56,17 @@ std::string_view takeLine(std::string_view& text) {
 
 using Refusals = std::vector<Refusal>;
 constexpr std::size_t kMostRefusals = 100;  // of a table; a file that is no table has one in every line
+
+// A spreadsheet may separate cells by what its country uses for the comma.
+std::optional<Refusal> whyNoCommas(std::string_view header, const Place& at) {
+  for (const auto& [separator, name] : {std::pair{';', "semicolons"}, std::pair{'\t', "tabs"}}) {
+    if (trimmed(header).find(separator) == std::string_view::npos || header.find(',') != std::string_view::npos)
+      continue;
+    return Refusal{"bad-header", at.toText() + ": the columns are separated by " + name +
+                                     "; separate them by commas, and write numbers with a point, as 1.25"};
+  }
+  return std::nullopt;
+}
 
 void readHeader(std::string_view line, const Place& at, Table& table, Refusals& refusals) {
   for (const auto name : cellsOf(line)) {
@@ -101,8 +119,12 @@ Outcome<Table, Refusals> parseCsv(std::string_view text, const std::string& tabl
         {"truncated-file", at.file + ": the last line has no end, so the file may be cut off; copy it again, or end "
                                      "the line if it is whole"}};
   }
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  const std::string_view header = takeLine(text);
+  if (auto refusal = whyNoCommas(header, at)) return Refusals{*std::move(refusal)};
   Refusals refusals;
-  readHeader(takeLine(text), at, table, refusals);
+  readHeader(header, at, table, refusals);
   // Empty lines at the very end hurt nobody; one in the middle is a row without its cells.
   const bool has_header = refusals.empty();
   while (has_header && refusals.size() < kMostRefusals && text.find_first_not_of(" \t\r\n") != std::string_view::npos) {

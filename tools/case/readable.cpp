@@ -135,6 +135,12 @@ std::string chiSquareText(const metrology::Result& result) {
          " of freedom (99.9 % of honest readings: " + plain(low, 2) + " to " + plain(high, 2) + ")";
 }
 
+std::string ofAReading(double value, const std::string& unit) {
+  if (unit == "mm") return plain(1e3 * value, 3) + " um";
+  if (unit == "rad") return plain(1e6 * value, 3) + " urad";
+  return plain(value, 3) + (unit.empty() ? "" : " " + unit);
+}
+
 std::string designText(const std::string& key, double figure, const std::string& design_per) {
   const Label label = labelOf(key);
   const auto comma = design_per.rfind(", ");

@@ -38,6 +38,9 @@ std::string withUnit(const Label& label, double uncertainty);
 // "10 us" of one cause, or "0 us" where it is nothing beside the whole.
 std::string shareText(const Label& label, double share, double whole);
 
+// Formats the scatter of readings in um or urad instead of 9.856e-04 mm or 4.3e-06 rad. unit: of the value.
+std::string ofAReading(double value, const std::string& unit);
+
 // "reduced chi-square 1.4 at 20 degrees of freedom (99.9 % of honest readings: 0.27 to 2.4)"; without degrees of
 // freedom (a result of an older version) the number alone. Only for a result that has one.
 std::string chiSquareText(const metrology::Result& result);

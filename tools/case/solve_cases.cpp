@@ -10,6 +10,7 @@
 
 #include "firmware/metrology/dataset/estimate.hpp"
 #include "firmware/metrology/solve.hpp"
+#include "firmware/metrology/subject_values.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
@@ -57,8 +58,9 @@ std::string axisOf(const metrology::Dataset& dataset) {
 void print(std::ostream& out, const std::string& case_name, const Result& result, const std::string& axis) {
   out << case_name << ": " << result.method << "\n";
   for (const auto& quantity : quantitiesOf(result, axis)) print(out, quantity);
-  out << "  (+/- u, k = 1, with type B; sd of readings, k = 1; U, k = 2; rms " << printed("%.3g", result.rms) << ", "
-      << result.dof << " degrees of freedom of the fit, condition " << printed("%.3g", result.condition);
+  out << "  (+/- u, k = 1, with type B; sd of readings, k = 1; U, k = 2; rms "
+      << ofAReading(result.rms, metrology::unitOfRms(result)) << ", " << result.dof
+      << " degrees of freedom of the fit, condition " << printed("%.3g", result.condition);
   if (result.chi2_reduced) out << ", " << chiSquareText(result);
   out << ")\n";
   if (const auto figure = result.designFigure()) {

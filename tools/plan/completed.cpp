@@ -16,7 +16,8 @@ Refusal badOption(const std::string& what) {
 
 }  // namespace
 
-Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedure::Facts& facts) {
+Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedure::Facts& facts,
+                                             double deflection_limit_mm) {
   auto [method, options] = wanted;
   const auto by = procedure::readBy(options);
   if (!method->calibrates) {
@@ -41,8 +42,7 @@ Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedu
   const auto described = procedure::described(*method, options, facts, by);
   if (!described) return badOption(described.error().what);
   options = *described;
-  constexpr double kAnyLimit_mm = 100;  // whoever runs it looks at the probe's
-  if (const auto why = procedure::whyRefused(*method, options, kAnyLimit_mm)) return badOption(why->what);
+  if (const auto why = procedure::whyRefused(*method, options, deflection_limit_mm)) return badOption(why->what);
   return options;
 }
 

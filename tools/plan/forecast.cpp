@@ -12,6 +12,7 @@
 #include "tools/plan/completed.hpp"
 #include "tools/plan/simulated_facts.hpp"
 #include "tools/plan/simulated_run.hpp"
+#include "tools/plan/unsuited.hpp"
 
 namespace probebox::plan {
 namespace {
@@ -125,7 +126,9 @@ std::vector<std::string> typeBOf(const metrology::Result& result) {
 }
 
 Outcome<Forecast, Refusal> forecastOf(const Wanted& wanted, const SetUp& set_up, std::uint64_t runs) {
-  TRY(const auto options, completed(wanted, factsOf(withProbeFor(*wanted.method, set_up), wanted.options.tool)));
+  const auto facts = factsOf(withProbeFor(*wanted.method, set_up), wanted.options.tool);
+  TRY(const auto options, completed(wanted, facts, set_up.deflection_limit_mm));
+  if (auto refusal = whyUnsuited(*wanted.method, options, facts, set_up)) return *refusal;
   Forecast forecast{.wanted = wanted,
                     .steps = 0,
                     .duration_s = 0,
@@ -138,7 +141,9 @@ Outcome<Forecast, Refusal> forecastOf(const Wanted& wanted, const SetUp& set_up,
   MeanSpread spread;
   for (std::uint64_t run = 0; run < runs; ++run) {
     const auto simulated = simulatedRun(*wanted.method, options, set_up, run + 1);
-    if (!simulated.solved) return simulated.solved.error();
+    if (!simulated.solved)
+      return whyTooSluggish(*wanted.method, options, set_up, simulated.solved.error())
+          .value_or(simulated.solved.error());
     spread.add(simulated.solved->estimates);
     if (run > 0) continue;
     forecast.steps = simulated.steps;
@@ -164,7 +169,8 @@ Outcome<std::vector<Forecast>, Refusal> proposals(const Wanted& wanted, const Se
   std::optional<Refusal> first;
   bool any = false;
   for (const auto& candidate : candidates(wanted)) {
-    const auto options = completed(candidate, factsOf(withProbeFor(*candidate.method, set_up), candidate.options.tool));
+    const auto options = completed(candidate, factsOf(withProbeFor(*candidate.method, set_up), candidate.options.tool),
+                                   set_up.deflection_limit_mm);
     if (options && shortestDuration(*candidate.method, *options, set_up) > time_s) {
       any = true;
       continue;

@@ -9,11 +9,16 @@
 // Assumptions of a forecast: noise of the streams, stated features, and motion of the machine.
 namespace probebox::plan {
 
+// Where no probe is known.
+inline constexpr double kAnyLimit_mm = 100;
+
 struct SetUp {
-  double machine_rate_hz{1000};
-  double machine_noise_um{0.5};  // standard deviation (k = 1) of one position
+  double machine_rate_hz{1000};           // of the slowest axis
+  std::array<double, 3> axis_rates_hz{};  // of X, Y, Z; 0: as the slowest
+  double machine_noise_um{0.5};           // standard deviation (k = 1) of one position
   double probe_rate_hz{2000};
-  double probe_noise_um{0.4};  // the same, of one channel
+  double deflection_limit_mm{kAnyLimit_mm};  // the most overtravel of a touch
+  double probe_noise_um{0.4};                // the same, of one channel
   // sd (k = 1) of the depth at which a touch-trigger probe switches; empty: a scanning probe.
   std::optional<double> switch_repeatability_um{};
   double sd_pre_travel_um{0.15};  // sd of each component of its pre-travel in force, where none of these is
@@ -27,8 +32,8 @@ struct SetUp {
   double sd_stylus_ball_diameter_mm{};
   std::optional<procedure::SphereTemperature> sphere_temperature{};  // nothing: 20 degrees
   double sigma_c_rad{5e-6};  // repeatability of an angle of the rotary axis C (k = 1)
-  // A tilting table, whose axis goes through the origin, and a swivelling head: sigma_rad is the same for B; without
-  // angles those of the method.
+  // A tilting table, with a point of its axis from the same origin as the balls, and a swivelling head: sigma_rad is
+  // the same for B; without angles those of the method.
   procedure::BFacts table{.axis = {1, 0, 0}, .sigma_rad = 5e-6, .point_mm = std::array<double, 3>{}};
   procedure::BFacts head{.axis = {0, 1, 0}, .sigma_rad = 5e-6};
   std::array<double, 3> pivot_mm{0, 0, 60};  // nominal, from the gauge line of the spindle to the axis of the head
@@ -43,7 +48,8 @@ struct SetUp {
   double shank_from_mm{30};         // height at which it begins
   double shank_radius_mm{5};
   double ball_reach_mm{60};  // distance of the part's ball from the axis that turns it
-  // Balls of the part from C and from the axis of the table, at C = 0; empty: at that distance, and as high each.
+  // Balls of the part at C = 0, from the point of C about which a run reports its errors; empty: at that distance from
+  // C, and as high each.
   std::vector<std::array<double, 3>> balls_mm{};
   double sd_plate_mm{};       // sd of a certified coordinate of one; 0: not stated
   bool station_correction{};  // errors of the linear axes are taken out by stations

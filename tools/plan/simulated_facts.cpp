@@ -37,6 +37,7 @@ procedure::BallPlate ballPlate(const SetUp& set_up) {
     const Eigen::Vector3d at = ballAt(set_up, number);
     plate.balls_mm.push_back({at.x(), at.y(), at.z()});
   }
+  plate.b_axis_point_mm = set_up.table.point_mm;
   plate.sd_mm = ifStated(set_up.sd_plate_mm);
   plate.station_correction = set_up.station_correction;
   return plate;

@@ -201,7 +201,8 @@ bool SimulatedRecording::scan(const procedure::Step& step) {
 bool SimulatedRecording::turn(const procedure::Step& step) {
   auto touch = begin(step);
   const Vector3d ball = ballAt(set_up_, step.touch.ball), met{0, ball.head<2>().norm(), ball.z()};
-  const Vector3d away = movedByHead(firstTip()) - (tableBeside() * met - met);  // of the stylus, seen from the ball
+  const Vector3d away =
+      movedByHead(firstTip()) - (tilted(met, beside_rad_[1]) - met);  // of the stylus, seen from the ball
   const Turn motion{step, ball, away, set_up_};
   beside_rad_[2] = stopOff(2);  // C has moved, and its encoder does not see how far it stands beside
   const double interval_s = std::chrono::duration<double>{capture::kSweepInterval}.count();
@@ -271,14 +272,15 @@ Vector3d SimulatedRecording::ballOf(const procedure::Step& step) const {
   // A carries the probe, whose stylus is straight: only C and the table move the ball.
   const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2] + beside_rad_[2], Vector3d::UnitZ()};
   const Vector3d ball = turn * ballAt(set_up_, step.touch.ball);
-  const Vector3d level = tableBeside() * ball;
-  if (step.b_moves != procedure::BMoves::table) return level;
-  return Eigen::AngleAxisd{step.touch.rotary_angles_rad[1], vectorOf(facts_.tilting_table->axis)} * level;
+  const bool tilts = step.b_moves == procedure::BMoves::table;
+  return tilted(ball, beside_rad_[1] + (tilts ? step.touch.rotary_angles_rad[1] : 0));
 }
 
-// About an axis through the middle of the table.
-Eigen::AngleAxisd SimulatedRecording::tableBeside() const {
-  return Eigen::AngleAxisd{beside_rad_[1], vectorOf(facts_.tilting_table->axis)};
+// Place of a ball that is there with the table level.
+Vector3d SimulatedRecording::tilted(const Vector3d& ball, double angle_rad) const {
+  const procedure::BFacts& table = *facts_.tilting_table;
+  const Vector3d on_axis = vectorOf(table.point_mm.value_or(std::array<double, 3>{}));
+  return on_axis + Eigen::AngleAxisd{angle_rad, vectorOf(table.axis)} * (ball - on_axis);
 }
 
 Vector3d SimulatedRecording::firstTip() const {

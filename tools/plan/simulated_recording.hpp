@@ -44,7 +44,7 @@ class SimulatedRecording {
   Eigen::Vector3d surfaceOf(const procedure::Step& step) const;
   Eigen::Vector3d setterFaceOf(const procedure::Step& step) const;
   Eigen::Vector3d ballOf(const procedure::Step& step) const;
-  Eigen::AngleAxisd tableBeside() const;
+  Eigen::Vector3d tilted(const Eigen::Vector3d& ball, double angle_rad) const;
   Eigen::Vector3d firstTip() const;
   Eigen::Vector3d movedByHead(const Eigen::Vector3d& tip, double swivel_rad = 0) const;
   Eigen::Vector3d tipOf(const procedure::Step& step) const;

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "firmware/metrology/dataset/conditions.hpp"
+#include "firmware/procedure/plan/capacity.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "tools/plan/contact.hpp"
@@ -72,9 +73,7 @@ SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOp
   for (std::size_t step = 0; step < plan->step_count;) {
     for (; step < plan->step_count; ++step) {
       if (run.take(plan->steps[step])) continue;
-      return {metrology::Refusal{"recording-full",
-                                 "the run exceeds the recording capacity of the box: choose fewer or faster touches"},
-              run.duration(), step};
+      return {metrology::Refusal{"recording-full", procedure::kExceedsCapacity}, run.duration(), step};
     }
     measured = procedure::runDataset(method, run.recording(), run.scales(), facts);
     // A run whose steps follow from its readings goes on.

@@ -27,6 +27,7 @@ namespace {
 
 using casefolder::Label;
 using casefolder::labelOf;
+using casefolder::ofAReading;
 using metrology::Estimate;
 using metrology::Result;
 using metrology::Shape;
@@ -190,13 +191,6 @@ std::string effectiveDofText(const Result& result) {
   if (!any) return {};
   const auto low = dofText(least), high = dofText(most);
   return (low == high ? low : low + " to " + high) + ", with type B (JCGM 100:2008, G.4)";
-}
-
-// Formats the scatter of readings in um or urad instead of 9.856e-04 mm or 4.3e-06 rad.
-std::string ofAReading(double value, const std::string& unit) {
-  if (unit == "mm") return shortly(1e3 * value, 3) + " um";
-  if (unit == "rad") return shortly(1e6 * value, 3) + " urad";
-  return shortly(value, 3) + (unit.empty() ? "" : " " + unit);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/capacity.hpp"
 #include "firmware/procedure/plan/rates.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/units/nearest.hpp"
@@ -68,13 +69,14 @@ void logMovedReference(const AxisHomed& homed, const std::string& door, const pu
           text.data() + " mm (old - new position): homed again by " + (door.empty() ? "a host" : door) + ".");
 }
 
-// Otherwise the first touches would show it, one by one.
+// Otherwise the touches would show it, one by one, or the last of many.
 std::optional<Error> whyTooSlow(const procedure::LiveMethod& method, const ProcedureOptions& options,
                                 const procedure::Facts& facts, const procedure::Rates& measured) {
   const auto plan = std::make_unique<procedure::Plan>();
   procedure::fill(*plan, method, options);
   procedure::takeReadings(*plan, facts.trigger_probe ? procedure::ProbeKind::trigger : procedure::ProbeKind::scanning);
-  return procedure::whyTooSlow(*plan, facts, measured);
+  if (auto error = procedure::whyTooSlow(*plan, facts, measured)) return error;
+  return procedure::whyTooLongToRecord(*plan, measured);
 }
 
 // Why a marker does not belong to what is being done.

@@ -12,7 +12,8 @@ messages::ProbeInUse probeInUse(const MachineNames& names, const procedure::Fact
           .repeatability_um = by_switch ? 1e3 * by_switch->repeatability_mm : 0,
           .noise_um = by_switch ? 0 : names.probe_noise_um,
           .ball_diameter_mm = facts.stylus_ball_diameter_mm,
-          .sd_ball_diameter_mm = facts.sd_stylus_ball_diameter_mm.value_or(0)};
+          .sd_ball_diameter_mm = facts.sd_stylus_ball_diameter_mm.value_or(0),
+          .deflection_limit_mm = names.deflection_limit_mm};
 }
 
 }  // namespace

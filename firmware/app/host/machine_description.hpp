@@ -13,6 +13,7 @@ struct MachineNames {
   std::string mounting;
   std::string probe;
   double probe_noise_um{};
+  double deflection_limit_mm{};
 };
 
 // Describes what a run would start from now. facts: descriptions with the values of results in force.

@@ -82,7 +82,8 @@ MachineNames namesOf(const board::Descriptions& descriptions) {
   return {.machine = descriptions.machine.name,
           .mounting = descriptions.machine.mounting,
           .probe = descriptions.probe.name(),
-          .probe_noise_um = descriptions.probe.noise_um};
+          .probe_noise_um = descriptions.probe.noise_um,
+          .deflection_limit_mm = descriptions.probe.deflection_limit_mm};
 }
 
 ProbeOnMachine probeOnMachine(const board::Descriptions& descriptions) {

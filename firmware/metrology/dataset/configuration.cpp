@@ -7,6 +7,8 @@
 #include <map>
 #include <utility>
 
+#include "protocol/units/wording.hpp"
+
 namespace probebox::metrology {
 namespace {
 
@@ -16,11 +18,20 @@ std::string joined(std::span<const std::string_view> names) {
   return all;
 }
 
+// The names that were found, of very many only the first.
+std::string columnsOf(const Table& table) {
+  constexpr std::size_t kMost = 20, kLongest = 40;
+  std::string all;
+  for (std::size_t k = 0; k < std::min(table.columns.size(), kMost); ++k)
+    all += (k == 0 ? "" : ",") + shown(table.columns[k].name, kLongest);
+  return all.empty() ? "none" : all + (table.columns.size() > kMost ? " and more" : "");
+}
+
 std::optional<Refusal> wrongColumns(const Table& table, std::span<const std::string_view> columns) {
   for (const auto wanted : columns) {
     if (!table.column(wanted)) {
-      return Refusal{"missing-column",
-                     "table '" + table.name + "' has no column '" + std::string{wanted} + "': give " + joined(columns)};
+      return Refusal{"missing-column", "table '" + table.name + "' has no column '" + std::string{wanted} + "': give " +
+                                           joined(columns) + "; it has " + columnsOf(table)};
     }
   }
   for (const auto& column : table.columns) {

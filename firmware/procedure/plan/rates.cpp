@@ -49,14 +49,21 @@ Error nothingArrives(const std::string& samples, const std::string& where) {
                "source (" + where + ")."};
 }
 
+// As people write numbers: none by a power of ten that has whole hertz.
+std::string inWords(double hz) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), hz < 100 ? "%.3g" : "%.0f", std::min(hz, 1e12));
+  return text.data();
+}
+
 Error tooSlow(const std::string& who, const std::string& samples, double measured_hz, const Shortfall& most,
               const std::string& where) {
   const double speed = most.step->touch.retract_speed_mm_s;
   const double slower = std::floor(10 * speed * measured_hz / most.needed_hz) / 10;
   std::array<char, 320> text{};
-  const int size = std::snprintf(
-      text.data(), text.size(), "%s delivers %.3g %s a second, and a %s at %g mm/s needs %.0f", who.c_str(),
-      measured_hz, samples.c_str(), most.step->kind == Kind::scan ? "scan" : "touch", speed, std::ceil(most.needed_hz));
+  const int size = std::snprintf(text.data(), text.size(), "%s delivers %s %s a second, and a %s at %g mm/s needs %.0f",
+                                 who.c_str(), inWords(measured_hz).c_str(), samples.c_str(),
+                                 most.step->kind == Kind::scan ? "scan" : "touch", speed, std::ceil(most.needed_hz));
   std::string all{text.data(), static_cast<std::size_t>(size)};
   all += ": ";
   if (slower >= kSlowest_mm_s) {

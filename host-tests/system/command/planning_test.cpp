@@ -1,4 +1,5 @@
 // For which machine `probebox plan` forecasts, and what it says of its uncertainty.
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <gmock/gmock.h>
@@ -181,6 +182,69 @@ TEST(Planning, OfFilesHasTheCertificateOfTheSphereAndTheProbe) {
   EXPECT_THAT(planOf(box, {"delay-known-sphere", "--probe", probe}).out,
               AllOf(HasSubstr("for lathe of a test, as the box"), HasSubstr("with the probe SIM-PROBE-1"),
                     HasSubstr("deflections with 0.4 um of noise")));
+}
+
+// A table that stops 2e-4 rad off moves the axis by that times the height of the point above the table's own axis.
+TEST(Planning, OfTheErrorsOfAnAxisIsAboutThePointOfTheRun) {
+  const auto spreadOfY = [](double table_z_mm) {
+    auto says = latheOfTest();
+    says.sigma_c_rad = 1e-7;
+    says.table = {{.axis = {1, 0, 0}, .sigma_rad = 2e-4, .has_point = true, .point_mm = {0, 0, table_z_mm}}};
+    const FakeBox box{describing(says)};
+    const auto done = planOf(box, {"rotary-axis-errors", "--angles", "3", "--json"});
+    EXPECT_EQ(done.status, 0) << done.err;
+    return done.object()["u"]["EYC_at_0_deg_mm"].get<double>();
+  };
+  const double near_mm = spreadOfY(0), far_mm = spreadOfY(40);
+  EXPECT_NEAR(std::sqrt(far_mm * far_mm - near_mm * near_mm), 2e-4 * 40, 0.05 * 2e-4 * 40);
+  EXPECT_LT(near_mm, 2e-4 * 10) << "whose axis goes through the point";
+}
+
+TEST(Planning, HasTheLargestOvertravelOfTheBoxsProbe) {
+  auto says = latheOfTest();
+  const std::vector<std::string> deep{"delay-known-sphere", "--overtravel", "5"};
+  EXPECT_EQ(planOf(FakeBox{describing(says)}, deep).status, 0) << "an older box states no limit";
+  says.probe.deflection_limit_mm = 1;
+  const auto done = planOf(FakeBox{describing(says)}, deep);
+  EXPECT_EQ(done.status, 1);
+  EXPECT_THAT(done.err, HasSubstr("An overtravel of 5 mm is out of range: give 0.05 to 1 mm."));
+  const RuntimeDirectory directory;
+  const auto probe = directory.file("probe.toml");
+  std::ofstream{probe} << board::simFile("probe.toml");
+  says.probe.deflection_limit_mm = 10;
+  EXPECT_THAT(planOf(FakeBox{describing(says)}, {"delay-known-sphere", "--overtravel", "5", "--probe", probe}).err,
+              HasSubstr("give 0.05 to 1 mm"));
+}
+
+TEST(Planning, RefusesAsTheBoxDoesWhatItsSourcesAreTooSlowFor) {
+  const FakeBox box{describing(latheOfTest())};
+  const auto fast = planOf(box, {"delay-known-sphere", "--speed", "100", "--overtravel", "0.05"});
+  EXPECT_EQ(fast.status, 1);
+  EXPECT_THAT(fast.err, HasSubstr("The encoder of X delivers 4000 positions a second, and a touch at 100 mm/s needs"));
+  EXPECT_THAT(planOf(box, {"delay-known-sphere", "--speed", "40", "--overtravel", "0.05"}).err,
+              HasSubstr("The encoder of Z delivers 500 positions a second"));
+}
+
+TEST(Planning, NamesTheOptionThatNoRunIsPossibleWith) {
+  const auto whyNot = [](const char* option, const char* value) {
+    const auto done = probebox({"plan", "delay-multi-speed", option, value});
+    EXPECT_EQ(done.status, 1) << option;
+    EXPECT_THAT(done.err, Not(HasSubstr("again"))) << option;
+    return done.err;
+  };
+  EXPECT_THAT(whyNot("--probe-rate", "1e-9"),
+              AllOf(HasSubstr("The probe delivers 1e-09 deflections a second"), HasSubstr("--probe-rate 1e-09")));
+  EXPECT_THAT(whyNot("--machine-rate", "20"), HasSubstr("--machine-rate 20"));
+  EXPECT_THAT(whyNot("--acceleration", "1"),
+              HasSubstr("at 1 mm/s2 the machine needs 12.5 mm to reach 5 mm/s, and a touch has"));
+  EXPECT_THAT(whyNot("--probe-noise", "1000"), HasSubstr("--probe-noise 1000"));
+}
+
+TEST(Planning, PrintsRatesWithoutPowersOfTen) {
+  auto says = latheOfTest();
+  says.positions_hz = {19999.98, 20000, 20000};
+  EXPECT_THAT(planOf(FakeBox{describing(says)}, {"delay-known-sphere"}).out,
+              HasSubstr("of the box: 20000 positions a second"));
 }
 
 // It was passed over in silence.

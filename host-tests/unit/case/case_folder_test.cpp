@@ -217,6 +217,24 @@ TEST_F(CaseFolder, TellsTheFirstOfVeryManyProblems) {
   EXPECT_THAT(reason, HasSubstr("and more"));
 }
 
+// As a spreadsheet saves it as UTF-8.
+TEST(GoodTable, MayBeginWithAByteOrderMarkAndHaveQuotes) {
+  const auto table = parseCsv("\xEF\xBB\xBF\"C_rad\",x_mm\r\n0.5,\"2\"\r\n", "readings");
+  ASSERT_TRUE(table.ok()) << table.error().front().reason;
+  EXPECT_THAT(*table->column("C_rad"), testing::ElementsAre(0.5));
+  EXPECT_THAT(*table->column("x_mm"), testing::ElementsAre(2.0));
+}
+
+TEST(SeparatedTable, IsToldOnceThatItsSeparatorIsToBeAComma) {
+  const auto table = parseCsv("C_rad;x_mm;y_mm\n0;21,3;8,36\n0,5;21;8\n", "readings");
+  ASSERT_FALSE(table.ok());
+  ASSERT_EQ(table.error().size(), 1U);
+  EXPECT_EQ(table.error().front().reason,
+            "readings.csv, line 1: the columns are separated by semicolons; separate them by commas, and write numbers "
+            "with a point, as 1.25");
+  EXPECT_THAT(parseCsv("C_rad\tx_mm\n0\t2\n", "readings").error().front().reason, HasSubstr("separated by tabs"));
+}
+
 TEST(GoodTable, MayHaveBlanksCarriageReturnsAndEmptyLinesAtTheEnd) {
   const auto table = parseCsv("t_s, x_mm\r\n1,\t2\r\n-3e-3 , 4\r\n\r\n", "machine");
   ASSERT_TRUE(table.ok()) << table.error().front().reason;

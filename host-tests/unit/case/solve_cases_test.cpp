@@ -67,6 +67,19 @@ TEST_F(SolveCases, AnswersInOrderAndWithTheWorstStatus) {
   EXPECT_EQ(answer({}).status, 2);
 }
 
+TEST_F(SolveCases, NamesTheColumnsThatItFoundWhereOneIsMissing) {
+  const auto folder = goodCase("case");
+  write("case/points.csv", "x_mm,Y_mm,z_mm\n10,0,0\n");
+  EXPECT_EQ(answer({folder}).lines.at(0)["reason"],
+            "missing-column: table 'points' has no column 'y_mm': give x_mm,y_mm,z_mm; it has x_mm,Y_mm,z_mm");
+}
+
+TEST_F(SolveCases, SaysTheResidualRmsWithTheUnitOfTheReport) {
+  const auto folder = goodCase("case");
+  write("case/points.csv", "x_mm,y_mm,z_mm\n10,0,0\n-10,0,0\n0,10,0\n0,-10,0\n0,0,10\n0,0,-10.0012\n7.07,7.07,0\n");
+  EXPECT_THAT(answer({folder}, false).out, testing::ContainsRegex("rms [0-9.]+ um, "));
+}
+
 TEST_F(SolveCases, RefusesContentThatCannotSupportAnAnswer) {
   const auto refusal = [&](const std::string& text) {
     const auto folder = goodCase("case");

@@ -113,6 +113,15 @@ TEST(TooSlow, NamesTheSourceBothRatesAndASpeedThatWillDo) {
               AllOf(HasSubstr("The probe delivers 300 deflections a second"), HasSubstr("needs 572")));
 }
 
+TEST(TooSlow, PrintsRatesWithoutPowersOfTen) {
+  const auto run = std::make_unique<RunOf>(procedure::kDelayMultiSpeed);
+  EXPECT_THAT(procedure::whyTooSlow(run->plan, run->facts, {{12000, 12000, 12000}, 99.96})->what,
+              HasSubstr("delivers 100 deflections"));
+  for (std::size_t i = 0; i < run->plan.step_count; ++i) run->plan.steps[i].overtravel_mm = 0.01;
+  EXPECT_THAT(procedure::whyTooSlow(run->plan, run->facts, {{1000, 1000, 1000}, 2000})->what,
+              HasSubstr("The encoder of X delivers 1000 positions a second"));
+}
+
 // Where a switch tells the contact no deflections are awaited.
 TEST(TooSlow, IsNoProbeThatSwitches) {
   const auto run = std::make_unique<RunOf>(procedure::kPreTravel);

@@ -36,13 +36,15 @@ void takeB(procedure::BFacts& b, const messages::TiltInUse& described) {
   std::copy_n(described.angles_rad.begin(), b.count, b.angles_rad.begin());
 }
 
-// Balls of the part are those of the plate, from C and from the axis of the table.
-std::vector<std::array<double, 3>> ballsOf(const messages::PlateInUse& plate, const Described& says) {
-  const bool has_point = !says.table.empty() && says.table.front().has_point;
-  const double axis_z_mm = has_point ? says.table.front().point_mm[2] : plate.axis_point_mm[2];
-  auto balls = plate.balls_mm;
-  for (auto& ball : balls) ball[2] += plate.axis_point_mm[2] - axis_z_mm;
-  return balls;
+// Takes balls and the axis of the table from the point of C about which a run reports its errors.
+void takePlate(plan::SetUp& set_up, const messages::PlateInUse& plate, const Described& says) {
+  set_up.balls_mm = plate.balls_mm;
+  set_up.sd_plate_mm = plate.sd_mm;
+  set_up.station_correction = plate.station_correction;
+  if (says.table.empty() || !says.table.front().has_point) return;
+  auto point_mm = says.table.front().point_mm;
+  for (std::size_t i = 0; i < point_mm.size(); ++i) point_mm.at(i) -= plate.axis_point_mm.at(i);
+  set_up.table.point_mm = point_mm;
 }
 
 void takeTools(plan::SetUp& set_up, const Described& says) {
@@ -137,7 +139,8 @@ void replaceProbe(Described& says, const board::Probe& probe) {
                 .repeatability_um = by_switch ? by_switch->repeatability_um : 0,
                 .noise_um = by_switch ? 0 : probe.noise_um,
                 .ball_diameter_mm = probe.ball_diameter_mm,
-                .sd_ball_diameter_mm = probe.sd_ball_diameter_mm.value_or(0)};
+                .sd_ball_diameter_mm = probe.sd_ball_diameter_mm.value_or(0),
+                .deflection_limit_mm = probe.deflection_limit_mm};
   says.deflections_hz = by_switch ? 0 : probe.rate_hz;
 }
 
@@ -145,12 +148,16 @@ void takeProbe(plan::SetUp& set_up, const Described& says) {
   const auto& probe = says.probe;
   if (probe.ball_diameter_mm > 0) set_up.stylus_ball_diameter_mm = probe.ball_diameter_mm;
   set_up.sd_stylus_ball_diameter_mm = probe.sd_ball_diameter_mm;
+  if (probe.deflection_limit_mm > 0) set_up.deflection_limit_mm = probe.deflection_limit_mm;
   if (probe.switches) set_up.switch_repeatability_um = probe.repeatability_um;
   if (probe.noise_um > 0) set_up.probe_noise_um = probe.noise_um;
   if (says.deflections_hz > 0) set_up.probe_rate_hz = says.deflections_hz;
   // The slowest of the axes.
   const double positions_hz = std::ranges::min(says.positions_hz);
-  if (positions_hz > 0) set_up.machine_rate_hz = positions_hz;
+  if (positions_hz > 0) {
+    set_up.machine_rate_hz = positions_hz;
+    set_up.axis_rates_hz = says.positions_hz;
+  }
   if (says.delay.calibrated) set_up.sd_delay_s = says.delay.sd_s;
   for (const auto& one : says.pre_travels)
     set_up.pre_travels.push_back(
@@ -169,11 +176,7 @@ void takeMachine(plan::SetUp& set_up, const Described& says, const plan::Wanted&
     set_up.pivot_mm = head.pivot_mm;
     set_up.sd_head_ball_mm = head.sd_ball_mm;
   }
-  for (const auto& plate : says.plate) {
-    set_up.balls_mm = ballsOf(plate, says);
-    set_up.sd_plate_mm = plate.sd_mm;
-    set_up.station_correction = plate.station_correction;
-  }
+  for (const auto& plate : says.plate) takePlate(set_up, plate, says);
   takeTools(set_up, says);
   for (const auto& setter : says.setter) takeSetter(set_up, setter);
   for (const auto& head : says.sensor_head) takeSensorHead(set_up, head);

@@ -96,9 +96,33 @@ std::string forecastPage(const plan::Forecast& forecast, const PlannedMachine& m
   return all;
 }
 
+// "--probe-rate 10, --acceleration 1"
+std::string assumedBy(const Plan& options) {
+  std::string all;
+  const auto add = [&](const char* option, const std::optional<double>& value) {
+    if (value) all += (all.empty() ? "" : ", ") + std::string{option} + printed(" %g", *value);
+  };
+  add("--machine-rate", options.machine_rate_hz);
+  add("--machine-noise", options.machine_noise_um);
+  add("--probe-rate", options.probe_rate_hz);
+  add("--probe-noise", options.probe_noise_um);
+  add("--switch-noise", options.switch_noise_um);
+  add("--acceleration", options.acceleration_mm_s2);
+  return all;
+}
+
+// Nothing was measured that could be measured again. What was assumed may be to blame.
+std::string ofASimulation(std::string reason, const Plan& options) {
+  const auto remedy = reason.rfind(';');
+  if (remedy != std::string::npos && reason.find(" again", remedy) != std::string::npos) reason.erase(remedy);
+  const auto assumed = assumedBy(options);
+  return assumed.empty() ? reason : reason + " (assumed by " + assumed + ")";
+}
+
 // What the machine lacks may be why no run could be simulated.
-Trouble troubleOf(const metrology::Refusal& refusal, const PlannedMachine& machine) {
-  std::string reason = refusal.reason;
+Trouble troubleOf(const metrology::Refusal& refusal, const PlannedMachine& machine, const Plan& options) {
+  const bool simulated = refusal.name != "bad-option" && refusal.name != "not-forecast";
+  std::string reason = simulated ? ofASimulation(refusal.reason, options) : refusal.reason;
   if (!machine.why_refused.empty() && machine.why_refused != reason)
     reason += (reason.ends_with('.') ? " " : ". ") + std::string{"On that machine: "} + machine.why_refused;
   return {ExitStatus::failed, refusal.name, reason};
@@ -107,7 +131,7 @@ Trouble troubleOf(const metrology::Refusal& refusal, const PlannedMachine& machi
 ExitStatus proposeRuns(const plan::Wanted& wanted, const PlannedMachine& machine, const Plan& options,
                        Console& console) {
   const auto found = plan::proposals(wanted, machine.set_up, *options.time_s);
-  if (!found) return console.fail(troubleOf(found.error(), machine));
+  if (!found) return console.fail(troubleOf(found.error(), machine, options));
   if (found->empty())
     return console.fail(
         {ExitStatus::failed, "nothing-fits",
@@ -152,7 +176,7 @@ ExitStatus planFor(const Plan& options, const std::optional<AskedBox>& box, Cons
   if (!machine) return console.fail(machine.error());
   if (options.time_s) return proposeRuns(*wanted, *machine, options, console);
   const auto expected = plan::forecast(*wanted, machine->set_up);
-  if (!expected) return console.fail(troubleOf(expected.error(), *machine));
+  if (!expected) return console.fail(troubleOf(expected.error(), *machine, options));
   if (console.json())
     console.object(forecastJson(*expected, *machine));
   else

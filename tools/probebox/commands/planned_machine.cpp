@@ -1,5 +1,6 @@
 #include "tools/probebox/commands/planned_machine.hpp"
 
+#include <cmath>
 #include <cstddef>
 #include <fstream>
 #include <iterator>
@@ -43,19 +44,25 @@ std::string listed(const std::vector<std::string>& texts) {
   return all;
 }
 
+// Of a measured rate no more than its whole hertz are of interest.
+double rounded(double value) {
+  return value >= 100 ? std::round(value) : value;
+}
+
 // Options replace what is described. What neither says is usual.
 void choose(PlannedMachine& machine, const Plan& options, const messages::DescribeMachine::Answer& says) {
   plan::SetUp& set_up = machine.set_up;
   const auto take = [&](double& value, const std::optional<double>& given, bool described, const char* in_words) {
-    if (!given) (described ? machine.told : machine.usual).push_back(printed(in_words, value));
+    if (!given) (described ? machine.told : machine.usual).push_back(printed(in_words, rounded(value)));
     value = given.value_or(value);
   };
+  if (options.machine_rate_hz) set_up.axis_rates_hz.fill(0);
   const bool has_positions = says.positions_hz[0] > 0 && says.positions_hz[1] > 0 && says.positions_hz[2] > 0;
-  take(set_up.machine_rate_hz, options.machine_rate_hz, has_positions, "%.4g positions a second");
+  take(set_up.machine_rate_hz, options.machine_rate_hz, has_positions, "%g positions a second");
   take(set_up.machine_noise_um, options.machine_noise_um, false, "positions with %g um of noise");
   if (options.switch_noise_um) set_up.switch_repeatability_um = options.switch_noise_um;
   if (!set_up.switch_repeatability_um) {
-    take(set_up.probe_rate_hz, options.probe_rate_hz, says.deflections_hz > 0, "%.4g deflections a second");
+    take(set_up.probe_rate_hz, options.probe_rate_hz, says.deflections_hz > 0, "%g deflections a second");
     take(set_up.probe_noise_um, options.probe_noise_um, says.probe.noise_um > 0, "deflections with %g um of noise");
   }
   if (says.probe.ball_diameter_mm == 0)

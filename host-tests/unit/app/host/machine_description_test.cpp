@@ -28,12 +28,13 @@ procedure::Facts fullFacts() {
 }
 
 TEST(MachineDescription, HasWhatIsDescribedAndTheNames) {
-  const auto says = machineDescription({"mill", "spindle", "P1", 0.4}, fullFacts(), {});
+  const auto says = machineDescription({"mill", "spindle", "P1", 0.4, 1.5}, fullFacts(), {});
   EXPECT_EQ(says.machine, "mill");
   EXPECT_EQ(says.mounting, "spindle");
   EXPECT_EQ(says.probe.name, "P1");
   EXPECT_FALSE(says.probe.switches);
   EXPECT_EQ(says.probe.noise_um, 0.4);
+  EXPECT_EQ(says.probe.deflection_limit_mm, 1.5);
   EXPECT_EQ(says.probe.sd_ball_diameter_mm, 3e-4);
   EXPECT_EQ(says.sphere.sd_diameter_mm, 5e-5);
   EXPECT_EQ(says.sphere.certificate, "number 7");
