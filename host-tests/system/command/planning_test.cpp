@@ -193,10 +193,12 @@ TEST(Planning, OfTheErrorsOfAnAxisIsAboutThePointOfTheRun) {
     const FakeBox box{describing(says)};
     const auto done = planOf(box, {"rotary-axis-errors", "--angles", "3", "--json"});
     EXPECT_EQ(done.status, 0) << done.err;
-    return done.object()["u"]["EYC_at_0_deg_mm"].get<double>();
+    return done.object()["u"]["EYC_at_120_deg_mm"].get<double>();
   };
   const double near_mm = spreadOfY(0), far_mm = spreadOfY(40);
-  EXPECT_NEAR(std::sqrt(far_mm * far_mm - near_mm * near_mm), 2e-4 * 40, 0.05 * 2e-4 * 40);
+  // What the axis does at 120 degrees counts from zero: 1 - cos(120 deg) of the arm.
+  constexpr double kMoved_mm = 1.5 * 2e-4 * 40;
+  EXPECT_NEAR(std::sqrt(far_mm * far_mm - near_mm * near_mm), kMoved_mm, 0.05 * kMoved_mm);
   EXPECT_LT(near_mm, 2e-4 * 10) << "whose axis goes through the point";
 }
 
