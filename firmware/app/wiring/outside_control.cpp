@@ -1,6 +1,7 @@
 #include "firmware/app/wiring/outside_control.hpp"
 
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <span>
 #include <sstream>
@@ -72,9 +73,11 @@ std::optional<std::string> OutsideControl::take(std::string_view values, MonoTim
   for (double& angle : angles_deg) words >> angle;
   words >> lead.tool;
   const bool complete = !words.fail();
-  if (!(words >> std::ws).eof()) words >> lead.mount;
-  std::string more;
-  if (!complete || words.fail() || words >> more)
+  std::string mount, more;
+  const bool has_mount = static_cast<bool>(words >> mount);
+  const auto* const end = mount.data() + mount.size();
+  const bool readable = !has_mount || std::from_chars(mount.data(), end, lead.mount).ptr == end;
+  if (!complete || !readable || words >> more)
     return "a line is a number, X Y Z in mm, A B C in degrees, the tool's number, and the mount of the balls where it "
            "is "
            "not the first";
