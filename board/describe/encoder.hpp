@@ -16,8 +16,9 @@ namespace probebox::board {
 inline constexpr std::string_view kEncoderAxes = "XYZABC";
 inline constexpr std::size_t kEncoderLetters = kEncoderAxes.size();
 inline constexpr std::size_t kLinearEncoders = 3;
-// Secondary axes (ISO 841): parallel to X, Y and Z, whose positions theirs are added to.
-inline constexpr std::string_view kSecondaryAxes = "UVW";
+// Behind them the secondary axes (ISO 841): parallel to X, Y and Z, whose positions theirs are added to.
+inline constexpr std::string_view kAllEncoderAxes = "XYZABCUVW";
+inline constexpr std::string_view kSecondaryAxes = kAllEncoderAxes.substr(kEncoderLetters);
 
 // When the kernel's counter is read: by a timer, or at one of its events, which the sync line causes.
 enum class LatchedBy : std::uint8_t { polling, index, capture, change_of_state };
@@ -66,9 +67,6 @@ struct EncoderDescription {
 // By axis, in the order of kEncoderAxes.
 using Encoders = std::array<std::optional<EncoderDescription>, kEncoderLetters>;
 using SecondaryEncoders = std::array<std::optional<EncoderDescription>, kLinearEncoders>;
-
-// All of them by their place in X Y Z A B C U V W.
-inline constexpr std::string_view kAllEncoderAxes = "XYZABCUVW";
 
 // "counter", "quadrature", "receiver", "control"
 std::string_view kindOf(const EncoderDescription& encoder);

@@ -157,7 +157,6 @@ struct RotaryTableDescription {
 };
 
 inline constexpr std::size_t kMostTools = 64;
-inline constexpr double kMostToolLength_mm = 2000;
 
 struct ToolDescription {
   std::uint32_t number{};

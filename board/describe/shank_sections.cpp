@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "board/describe/tool_sections.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::board {
 namespace {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "board/describe/places.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::board {
 namespace {

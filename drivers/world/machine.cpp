@@ -5,21 +5,6 @@
 #include <span>
 
 namespace probebox::world {
-namespace {
-
-double wayBetween(const Pose& from, const Pose& to) {
-  return std::max({std::abs(to.a_rad - from.a_rad), std::abs(to.head_rad - from.head_rad),
-                   std::abs(to.table_rad - from.table_rad), std::abs(to.c_rad - from.c_rad)});
-}
-
-Pose between(const Pose& from, const Pose& to, double share) {
-  const auto at = [share](double one, double other) { return one + share * (other - one); };
-  return {at(from.a_rad, to.a_rad), at(from.head_rad, to.head_rad), at(from.table_rad, to.table_rad),
-          at(from.c_rad, to.c_rad)};
-}
-
-}  // namespace
-
 Machine::Machine(const Config& config, std::uint64_t seed)
     : axes_{config.axes},
       part_point_{config.part_spindle.point_mm},

@@ -7,6 +7,7 @@
 #include "drivers/world/config.hpp"
 #include "drivers/world/linear_errors.hpp"
 #include "drivers/world/motion.hpp"
+#include "drivers/world/pose.hpp"
 #include "drivers/world/random.hpp"
 #include "drivers/world/sensor_head.hpp"
 #include "drivers/world/solids.hpp"
@@ -16,17 +17,6 @@
 #include "protocol/units/time.hpp"
 
 namespace probebox::world {
-
-// Angles of the rotary axes: the probe's spindle, the head that holds it, the table under the part, the part's spindle.
-struct Pose {
-  double a_rad{};
-  double head_rad{};
-  double table_rad{};
-  double c_rad{};
-
-  PartPose part() const { return {c_rad, table_rad}; }
-  friend bool operator==(const Pose&, const Pose&) = default;
-};
 
 // Emulates a machine: three linear axes carry the probe or a tool in a spindle (rotary axis A) in a head that may
 // swivel; a part spindle (C) stands on a table that may tilt. A position is that of the moving reference: the centre of

@@ -54,7 +54,8 @@ double Stylus::release(const Move& move) {
   if (count_ == 0) return 0;
   Contact& contact = contacts_[(count_ - 1) % kRemembered];
   if (contact.end) return 0;
-  if (contact.turned_into) return move.length_mm;  // no more than a drift of warm screws
+  constexpr double kDrift_mm = 1e-4;  // of a warm screw, between two cycles of a control
+  if (contact.turned_into && move.length_mm < kDrift_mm) return move.length_mm;
   if (contact.slide && !contact.slides_until) endSlide(contact, move);
   // The body presses while it is behind the tangent plane of the point where the ball sticks.
   const double outwards = dot(move.direction, contact.normal);

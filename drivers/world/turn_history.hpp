@@ -14,7 +14,6 @@ class TurnHistory {
   static constexpr std::size_t kRemembered = 512;
 
   void append(double to_rad, MonoTime from, MonoTime until);
-  double target() const { return to_rad_; }  // where the last turn ends
   // Angle at the instant `delay_s` before `at`.
   double angleAt(MonoTime at, double delay_s = 0) const;
 
@@ -25,7 +24,7 @@ class TurnHistory {
   };
   std::array<Turn, kRemembered> turns_{};
   std::uint64_t count_{};
-  double to_rad_{};
+  double to_rad_{};  // where the last turn ends
 };
 
 }  // namespace probebox::world

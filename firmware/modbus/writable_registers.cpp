@@ -4,12 +4,10 @@
 #include <cmath>
 
 #include "protocol/units/angle.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::modbus {
 namespace {
-
-constexpr double kMostDegrees = 3600;
-constexpr double kMostToolLength_mm = 2000;
 
 double valueAt(std::size_t address, std::span<const std::uint16_t> words) {
   const auto order = static_cast<WordOrder>(words[address::word_order]);
@@ -96,7 +94,7 @@ std::optional<WriteRefusal> WritableRegisters::checkMarker(const Words& words) {
     return WriteRefusal{ExceptionCode::illegal_value, "a marker is committed by a number from 1 to 65535"};
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (std::abs(valueAt(address::marker_angle + 2 * axis, words)) <= kMostDegrees) continue;
+    if (std::abs(valueAt(address::marker_angle + 2 * axis, words)) <= kMostTurn_deg) continue;
     return WriteRefusal{ExceptionCode::illegal_value, "an angle of a marker is from -3600 to 3600 degrees"};
   }
   return std::nullopt;
@@ -119,9 +117,9 @@ std::optional<WriteRefusal> WritableRegisters::checkWhole(const Words& words, st
   const auto wrote = [&](std::size_t address) { return address >= first && address + 1 < first + count; };
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::size_t marker = address::marker_angle + 2 * axis, pose = address::pose_angle + 2 * axis;
-    if (wrote(marker) && std::abs(valueAt(marker, words)) > kMostDegrees)
+    if (wrote(marker) && std::abs(valueAt(marker, words)) > kMostTurn_deg)
       return WriteRefusal{ExceptionCode::illegal_value, "an angle of a marker is from -3600 to 3600 degrees"};
-    if (wrote(pose) && std::abs(valueAt(pose, words)) > kMostDegrees)
+    if (wrote(pose) && std::abs(valueAt(pose, words)) > kMostTurn_deg)
       return WriteRefusal{ExceptionCode::illegal_value, "an angle of a pose is from -3600 to 3600 degrees"};
   }
   if (!wrote(address::pose_tool_length)) return std::nullopt;

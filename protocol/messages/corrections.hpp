@@ -215,7 +215,6 @@ struct HomeAxes {
 // The controller reports the angles of its rotary axes and the tool in the spindle. Since protocol 1.2.
 struct TellPose {
   static constexpr Operation kOperation = Operation::tell_pose;
-  static constexpr double kMostAngle_deg = 3600, kMostLength_mm = 2000;
   struct Request {
     std::uint8_t axes{};
     std::array<double, 3> angles_rad{};

@@ -20,6 +20,11 @@ inline constexpr double kOppositeCosine = -0.94;
 // Allowed deviation from 1 of the length of a unit vector: people write three digits.
 inline constexpr double kUnitLength = 1e-3;
 
+// Longest tool, and farthest turn of a rotary axis either way, that a control or a description may state (chosen):
+// beyond, a value was misread.
+inline constexpr double kMostToolLength_mm = 2000;
+inline constexpr double kMostTurn_deg = 3600;
+
 // Maximum number of loops of centreline-by-steps. Chosen: a run that has not closed by then does not converge.
 inline constexpr std::size_t kMostRimLoops = 5;
 // Reach of the probe to either side on the rim of a large part (chosen), 40 degrees each.

@@ -4,6 +4,7 @@
 #include "firmware/app/host/control_desk.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/units/angle.hpp"
+#include "protocol/units/tolerances.hpp"
 
 // Requests by which a controller reports its axes and its tool over a link.
 namespace probebox::app {
@@ -15,10 +16,10 @@ Reply ControlDesk::tellPose(const board::Access& may, std::span<const std::byte>
   const auto request = messages::decode<messages::TellPose::Request>(body);
   if (!request) return malformed(Operation::tell_pose);
   if (!may.allow_marker) return notPermitted("allow_marker");
-  constexpr double kMost_rad = messages::TellPose::kMostAngle_deg * kDegree;
+  constexpr double kMost_rad = kMostTurn_deg * kDegree;
   if (!std::ranges::all_of(request->angles_rad, [](double rad) { return std::abs(rad) <= kMost_rad; }))
     return refused(ErrorCode::malformed, "An angle is out of range: tell -3600 to 3600 degrees.");
-  if (!(request->tool_length_mm >= 0 && request->tool_length_mm <= messages::TellPose::kMostLength_mm))
+  if (!(request->tool_length_mm >= 0 && request->tool_length_mm <= kMostToolLength_mm))
     return refused(ErrorCode::malformed, "The length of the tool is out of range: tell 0 to 2000 mm.");
   const PoseTold told{.axes = request->axes,
                       .angles_rad = request->angles_rad,

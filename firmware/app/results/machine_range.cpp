@@ -9,6 +9,7 @@
 
 #include "firmware/metrology/dataset/plausible.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::app {
 namespace {
@@ -38,7 +39,7 @@ std::optional<double> reachOf(const MachineTravel& travel) {
     farthest = std::max({farthest, std::abs(axis.min_mm), std::abs(axis.max_mm)});
     longest = std::max(longest, axis.max_mm - axis.min_mm);
   }
-  return longest > 0 ? std::optional{farthest + longest + board::kMostToolLength_mm} : std::nullopt;
+  return longest > 0 ? std::optional{farthest + longest + kMostToolLength_mm} : std::nullopt;
 }
 
 std::optional<Error> turningAxisOutside(const metrology::Result& result, const MachineTravel& travel) {

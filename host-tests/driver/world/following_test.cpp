@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "ball_on_rim.hpp"
 #include "streams.hpp"
 
 // A control outside leads the machine: what the sensors show of it, whenever it is told.
@@ -189,13 +190,10 @@ TEST(Following, TurnsTheProbeAndCountsATurnInContactAsACollision) {
   EXPECT_EQ(led.world.machine().crashes(), 1U);
 }
 
-// A ball of 6 mm at 60 mm from C; the stylus, whose ball has 3 mm, stands beside it at the same height.
+// The stylus, whose ball has 3 mm, stands beside the ball at the same height.
 Config besideABall() {
-  Config config = aboveTheSphere();
-  config.part_spindle.point_mm = {300, 50, -40};
-  config.part_spindle.ball_count = 1;
-  config.part_spindle.balls_mm[0] = {0, 60, 20};
-  config.part_spindle.ball_radius_mm = 6;
+  Config config = testing::withABall();
+  config.delays = {};
   config.probe.bounce_mm = 0;
   config.axes.home_mm = {315, 110, -20};
   return config;
@@ -237,6 +235,21 @@ TEST(Following, TakesTheStylusAlongWhereCTurnsABallIntoIt) {
     EXPECT_EQ(led.world.machine().crashes(), 0U);
     EXPECT_LT(norm(led.world.machine().stylusDisplacementAt(led.world.now())), 1e-6);
   }
+}
+
+TEST(Following, LetsTheStylusGoWhereTheAxesLeaveTheBall) {
+  Led led{besideABall()};
+  led.stand(0.3);
+  led.turnC(contact_rad() - 0.005, 0.02);
+  ASSERT_TRUE(led.touched.back());
+  led.lead.motor_mm[0] += 5e-5;  // a warm screw
+  led.stand(0.1);
+  EXPECT_TRUE(led.world.machine().touching());
+  led.move(0, 2, 10, 1);
+  EXPECT_FALSE(led.touched.back());
+  led.stand(0.5);
+  EXPECT_LT(norm(led.world.machine().stylusDisplacementAt(led.world.now())), 1e-6);
+  EXPECT_EQ(led.world.machine().crashes(), 0U);
 }
 
 TEST(Following, ShowsTheAngleOfCAllAlongATurn) {

@@ -2,25 +2,15 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
+#include "ball_on_rim.hpp"
 #include "streams.hpp"
 
 // What is done with the part's spindle: its balls in other mounts, and C until a ball touches.
 namespace probebox::world {
 namespace {
 
-using testing::quiet;
 using testing::seconds;
-
-Config withABall() {
-  Config config = quiet();
-  config.part_spindle.point_mm = {300, 50, -40};
-  config.part_spindle.ball_count = 1;
-  config.part_spindle.balls_mm[0] = {0, 60, 20};
-  config.part_spindle.ball_radius_mm = 6;
-  config.rotary.noise_rad = 0;
-  config.axes.home_mm = {315, 110, 60};
-  return config;
-}
+using testing::withABall;
 
 // The ball's centre from a touch of its top, by a stylus ball of 3 mm.
 std::optional<Vector3> topAt(Machine& machine, const Vector3& ball, double from_s) {

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "protocol/units/angle.hpp"
+#include "protocol/units/tolerances.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/pace.hpp"
 #include "tools/probebox/link/box.hpp"
@@ -77,14 +78,14 @@ class Told {
     if (name == "tool") return takeTool(value);
     if (name != "length") return "names nothing that can be told";
     if (pose_.tool_length_mm > 0) return "comes twice";
-    if (!(value > 0 && value <= messages::TellPose::kMostLength_mm)) return "is no length from 0 to 2000 mm";
+    if (!(value > 0 && value <= kMostToolLength_mm)) return "is no length from 0 to 2000 mm";
     pose_.tool_length_mm = value;
     return {};
   }
   std::string takeAngle(std::size_t axis, double degrees) {
     const unsigned bit = 1U << axis;
     if ((pose_.axes & bit) != 0) return "comes twice";
-    if (std::abs(degrees) > messages::TellPose::kMostAngle_deg) return "is no angle from -3600 to 3600 degrees";
+    if (std::abs(degrees) > kMostTurn_deg) return "is no angle from -3600 to 3600 degrees";
     pose_.axes = static_cast<std::uint8_t>(pose_.axes | bit);
     pose_.angles_rad[axis] = radians(degrees);
     return {};
