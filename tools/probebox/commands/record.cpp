@@ -1,4 +1,3 @@
-#include <filesystem>
 #include <optional>
 
 #include "tools/probebox/commands/commands.hpp"
@@ -134,7 +133,6 @@ class Copy : private RecordedTally {
 
 std::optional<Trouble> objectionTo(const Record& options, const link::Uri& uri, const Console& console) {
   if (uri.isFile() && options.seconds) return usage("--for is for a box; a recording is read to its end");
-  std::error_code different;
   const auto* file = std::get_if<link::FileAddress>(&uri.address);
   if (file != nullptr && Output::isInput(options.output, file->path))
     return usage(options.output + " is the recording itself; name another file");
