@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0
 /*
- * Counter devices for tests, counter-sim.0 to counter-sim.2: the count is written by sysfs (count0/count) and wraps after
+ * Counter devices for tests, counter-sim.0 to counter-sim.3: the count is written by sysfs (count0/count) and wraps after
  * count0/ceiling; writing a channel to index_pulse or capture_pulse of the device makes that event, stamped by the kernel.
  * Capturing also keeps the count of that moment in count0/capture. Unbind and bind a device to unplug it and plug it in.
  */
@@ -8,7 +8,7 @@
 #include <linux/module.h>
 #include <linux/platform_device.h>
 
-#define COUNTERS 3
+#define COUNTERS 4
 
 struct counter_sim {
 	u64 count;

@@ -5,11 +5,14 @@
 #include <memory>
 #include <poll.h>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include "counter_sim.hpp"
 #include "drivers/counter/counter_source.hpp"
 #include "drivers/counter/linux_counter.hpp"
+#include "drivers/io/summed_source.hpp"
 #include "host-tests/support/events_of.hpp"
 #include "kernel_files.hpp"
 
@@ -42,12 +45,18 @@ class CounterOfTheKernel : public testing::Test {
  protected:
   CounterOfTheKernel() { ceiling(0xFFFF'FFFF), count(0); }
 
-  void open(board::CounterEncoder described, CounterConfig config = {}) {
-    described.device = config.device = "counter-sim.0";
-    config.interval = 1ms;
-    config.is_latched = described.latched_by != board::LatchedBy::polling;
-    source = std::make_unique<CounterSource>(std::make_unique<LinuxCounter>(described, 'X', config.interval), config);
+  static std::unique_ptr<CounterSource> counter(board::CounterEncoder described, const char* device = "counter-sim.0") {
+    described.device = device;
+    const CounterConfig config{
+        .device = device, .is_latched = described.latched_by != board::LatchedBy::polling, .interval = 1ms};
+    return std::make_unique<CounterSource>(std::make_unique<LinuxCounter>(described, 'X', config.interval), config);
+  }
+  const CounterSource& open(const board::CounterEncoder& described) {
+    auto opened = counter(described);
+    const auto& result = *opened;
+    source = std::move(opened);
     read();
+    return result;
   }
   void read() {
     std::array<Event, 64> batch;
@@ -68,13 +77,13 @@ class CounterOfTheKernel : public testing::Test {
     return support::eventsOf<T>(events);
   }
 
-  std::unique_ptr<CounterSource> source;
+  std::unique_ptr<io::EventSource> source;
   std::vector<Event> events;
 };
 
 TEST_F(CounterOfTheKernel, IsPolledWithStampsOfItsOwn) {
   const auto before = now();
-  open({});
+  const auto& opened = open({});
   ASSERT_EQ(source->problem(), "");
   count(4711);
   ASSERT_TRUE(readUntil(50));
@@ -83,7 +92,7 @@ TEST_F(CounterOfTheKernel, IsPolledWithStampsOfItsOwn) {
   EXPECT_GT(counts.front().at, before);
   EXPECT_LT(counts.back().at, now());
   for (std::size_t i = 1; i < counts.size(); ++i) EXPECT_GT(counts[i].at, counts[i - 1].at);
-  EXPECT_GT(source->stampSd().count(), 0);
+  EXPECT_GT(opened.stampSd().count(), 0);
 }
 
 TEST_F(CounterOfTheKernel, IsUnwrappedAtSixteenAndThirtyTwoBits) {
@@ -155,6 +164,25 @@ TEST_F(CounterOfTheKernel, IsUnpluggedWhileItIsReadAndComesBack) {
   ASSERT_TRUE(readUntil(had + 5)) << source->problem();
   EXPECT_EQ(all<Count>()[had].sequence, all<Count>()[had - 1].sequence + 1);
   EXPECT_EQ(all<Count>().back().counts, 0) << "it counts from 0 again";
+}
+
+TEST_F(CounterOfTheKernel, IsAddedToThatOfItsPrimaryAxis) {
+  source = std::make_unique<io::SummedSource>(counter({}), counter({}, "counter-sim.3"), -2.0);
+  vm::CounterSim quill{3};
+  count(1000);
+  quill.count(300);
+  read();
+  ASSERT_TRUE(readUntil(10)) << source->problem();
+  EXPECT_EQ(all<Count>().back().counts, 400);
+  quill.unplug();
+  for (int i = 0; i < 60'000 && all<SourceLost>().empty(); ++i) read();
+  ASSERT_EQ(all<SourceLost>().size(), 1U);
+  EXPECT_THAT(std::string{source->problem()}, HasSubstr("counter-sim.3 disappeared"));
+  quill.plugIn();
+  quill.count(100);
+  events.clear();
+  ASSERT_TRUE(readUntil(10)) << source->problem();
+  EXPECT_EQ(all<Count>().back().counts, 800);
 }
 
 }  // namespace

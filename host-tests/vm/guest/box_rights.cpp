@@ -30,7 +30,8 @@ BoxRights::BoxRights() : udev_{withGroup(PROBEBOXD_RULE)} {
 }
 
 void BoxRights::settle() {
-  shell("SYSTEMD_IGNORE_CHROOT=1 udevadm settle --timeout=60");
+  // A guest whose time leaps may have waited minutes for this machine's files.
+  shell("SYSTEMD_IGNORE_CHROOT=1 udevadm settle --timeout=3600");
 }
 
 }  // namespace probebox::vm

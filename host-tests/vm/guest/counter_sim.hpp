@@ -8,7 +8,7 @@ namespace probebox::vm {
 // makes. Needs root and the module counter-sim. Throws std::system_error when the kernel refuses.
 class CounterSim {
  public:
-  static constexpr int kDevices = 3;
+  static constexpr int kDevices = 4;
 
   // 0 to kDevices - 1; found by its name, "counter-sim.0", because numbers change when devices come and go.
   explicit CounterSim(int number);

@@ -22,7 +22,8 @@ UdevDaemon::UdevDaemon(const fs::path& rule) : installed_{"/etc/udev/rules.d" / 
   fs::create_directories(installed_.parent_path());
   fs::copy_file(rule, installed_, fs::copy_options::overwrite_existing);
   std::string program = "/lib/systemd/systemd-udevd";
-  char* const words[] = {program.data(), nullptr};
+  std::string patience = "--event-timeout=3600";  // of a guest whose time leaps while it waits for this machine's files
+  char* const words[] = {program.data(), patience.data(), nullptr};
   if (::posix_spawn(&pid_, program.c_str(), nullptr, nullptr, words, environ) != 0) {
     throw std::runtime_error{program + " does not start"};
   }

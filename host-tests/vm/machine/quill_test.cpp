@@ -1,0 +1,63 @@
+#include <cstdlib>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <string>
+
+#include "machine_on_counters.hpp"
+
+// A quill in the slide of Z, which is never at rest: Z is where both together are.
+namespace probebox::vm {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class MachineWithAQuill : public MachineOnCounters {
+ protected:
+  MachineWithAQuill() {
+    sensors.putQuill();
+    const auto described = [this](const char* file) { return std::ofstream{box.board() / file, std::ios::app}; };
+    described("box.toml")
+        << "\n[encoder.W]\nkind = \"counter\"\ndevice = \"counter-sim.3\"\nlatched_by = \"capture\"\n";
+    described("machine.toml") << "\n[axis.W]\ncounts_per_mm = "
+                              << std::to_string(std::abs(CountersAndConverter::kQuillCountsPerMm)) << "\nsense = -1\n";
+  }
+  static bool isReferenced(std::size_t axis) { return axes().at(axis)["referenced"] == true; }
+  // Wherever the quill is.
+  void expectPositionsForAWhile() {
+    for (int times = 0; times < 10; ++times) expectPositionsOf(machine.machine());
+  }
+};
+
+TEST_F(MachineWithAQuill, IsCalibratedAndKnowsWhereZIs) {
+  start();
+  auto calibration = calibrate();
+  expectTruth(calibration, sensors.truth().tau_s(), 2e-5);
+  expectPositionsForAWhile();
+}
+
+TEST_F(MachineWithAQuill, LosesZWithItsEncoderUntilItIsHomed) {
+  start();
+  auto calibration = calibrate();
+  ASSERT_TRUE(eventually([&] { return machine.finishedSteps() > 1; }));
+  ASSERT_TRUE(machine.holdInATouch());
+  machine.between([this] { sensors.quill().unplug(); });
+  EXPECT_THAT(problemComing("encoder W"), HasSubstr("counter-sim.3"));
+  EXPECT_TRUE(isReferenced(0) && isReferenced(1));
+  EXPECT_FALSE(isReferenced(2));
+  machine.between([this] { sensors.quill().plugIn(); });
+  EXPECT_TRUE(eventually([] { return isReady(); })) << status().dump(1) << box.log();
+  EXPECT_THAT(whyAgain(calibration), StartsWith("(again: a source was lost during the touch"));
+  expectTruth(calibration, sensors.truth().tau_s(), 2e-5);
+  EXPECT_FALSE(isReferenced(2)) << "nobody knows what the counter missed that was away";
+  const auto& real = machine.machine();
+  EXPECT_TRUE(eventually([&] {
+    return real.speedAt(kernelNow()) == 0 &&
+           command({"home", "Z=" + std::to_string(real.positionAt(kernelNow())[2])}).status() == 0;
+  }));
+  expectPositionsForAWhile();
+  EXPECT_TRUE(box.running());
+}
+
+}  // namespace
+}  // namespace probebox::vm
