@@ -9,9 +9,11 @@
 #include <string>
 
 #include "firmware/metrology/dataset/estimate.hpp"
+#include "firmware/metrology/dataset/verdict.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "firmware/metrology/subject_values.hpp"
 #include "tools/case/case_folder.hpp"
+#include "tools/case/proof.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/case/solve_json.hpp"
@@ -57,6 +59,8 @@ std::string axisOf(const metrology::Dataset& dataset) {
 
 void print(std::ostream& out, const std::string& case_name, const Result& result, const std::string& axis) {
   out << case_name << ": " << result.method << "\n";
+  if (const auto proof = metrology::proofOf(result))
+    out << "  " << proofInWords(*proof, !result.warnings.empty()) << "\n";
   for (const auto& quantity : quantitiesOf(result, axis)) print(out, quantity);
   out << "  (+/- u, k = 1, with type B; sd of readings, k = 1; U, k = 2; rms "
       << ofAReading(result.rms, metrology::unitOfRms(result)) << ", " << result.dof

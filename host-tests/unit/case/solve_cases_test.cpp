@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 
 #include "firmware/metrology/solve.hpp"
@@ -127,6 +128,25 @@ TEST_F(SolveCases, PrintsATableForAPerson) {
   EXPECT_THAT(text, HasSubstr("radius"));
   EXPECT_THAT(text, HasSubstr("+/-"));
   EXPECT_THAT(text, HasSubstr("mm"));
+}
+
+// Of two checks of one machine; X is 13.43 um from the axis, U is 1 um.
+TEST_F(SolveCases, SaysTheVerdictOfACheckFirst) {
+  const auto check = [this](std::optional<double> limit_mm) {
+    const fs::path measured = fs::path{PROBEBOX_REPORT_CASES} / "periodic-check";
+    fs::create_directories(folder_ / "check");
+    for (const auto& file : fs::directory_iterator{measured})
+      fs::copy_file(file, folder_ / "check" / file.path().filename(), fs::copy_options::overwrite_existing);
+    std::ifstream config{measured / "config.json"};
+    Json described = Json::parse(config);
+    if (limit_mm) described.update({{"accepted_Xcen_B0_mm", 0}, {"limit_Xcen_B0_mm", *limit_mm}});
+    write("check/config.json", described.dump());
+    return answer({folder_ / "check"}, false).out;
+  };
+  EXPECT_THAT(check(0.015), HasSubstr("periodic-check\n  PASS: within the limits, with U\n"));
+  EXPECT_THAT(check(0.0135), HasSubstr("periodic-check\n  NOT PROVEN: the limit lies within U\n"));
+  EXPECT_THAT(check(0.012), HasSubstr("periodic-check\n  FAIL: beyond the limit by more than U\n"));
+  EXPECT_THAT(check({}), HasSubstr("periodic-check\n  Xcen B0 "));
 }
 
 // The radius is taken as known to 0.01 mm, which moves the centre along Z alone.
