@@ -16,6 +16,15 @@ std::array<Nanoseconds, kLinearAxes> tauOf(const DelayActivated& activated) {
   return tau;
 }
 
+procedure::Zeros zerosOf(const corrections::Corrections& corrections) {
+  procedure::Zeros zeros;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    zeros.offset_mm[axis] = corrections.reference(axis).zero_mm();
+    zeros.breaks[axis] = corrections.reference(axis).breaks();
+  }
+  return zeros;
+}
+
 }  // namespace
 
 std::optional<Error> whyUnfit(const BoxConfig& config, std::span<const Event> result) {
@@ -237,16 +246,13 @@ void Box::take(const Deflection& deflection) {
 
 void Box::on(const ProcedureStarted& started) {
   const auto& delay = corrections_.state().delay;
-  std::array<double, kLinearAxes> offset_mm{};
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
-    offset_mm[axis] = corrections_.reference(axis).position_mm(0.0).value_or(0.0);
   procedure_.start(started, {.result_id = delay.result_id, .tau_s = delay.tau_s, .sd_s = delay.sd_s, .at = started.at},
-                   offset_mm);
+                   zerosOf(corrections_));
 }
 
 void Box::on(const Marker& marker) {
   latch_.push(marker);
-  procedure_.mark(marker, clock_.map());
+  procedure_.mark(marker, clock_.map(), zerosOf(corrections_));
 }
 
 void Box::on(const SourceLost& lost) {

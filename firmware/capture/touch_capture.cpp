@@ -106,6 +106,10 @@ const char* explain(TouchFault fault) {
     case TouchFault::no_angles:
       return "no angles of C arrived around the contact: check the encoder of C, and that it is referenced (`probebox "
              "status`)";
+    case TouchFault::zero_lost:
+      return "an axis does not count from where it did when the run began, because its encoder was lost or miscounted, "
+             "or it was homed anew: positions before and after do not go together. See `probebox corrections`, home "
+             "the axis, and start the run again";
   }
   return "";
 }

@@ -35,6 +35,7 @@ enum class TouchFault : std::uint8_t {
   no_contact,
   wrong_side,
   no_angles,
+  zero_lost,  // ends the run
 };
 const char* explain(TouchFault fault);
 
@@ -65,6 +66,8 @@ class TouchCapture {
   // Clears the recording for a new run. delay: in force during the run (result_id 0: none). offset_mm: references of
   // the axes.
   void clear(const DelayActivated& delay, const std::array<double, kLinearAxes>& offset_mm);
+  // For a run that has kept nothing yet.
+  void setOffsets(const std::array<double, kLinearAxes>& offset_mm) { recording_.setOffsets(offset_mm); }
   void begin(const TouchRequest& request);
   // screw_nm: see MachineRow, for the axis of `count`; nullopt when the expansion of its screw is unknown.
   void push(const Count& count, std::optional<std::int32_t> screw_nm = 0);

@@ -139,6 +139,7 @@ void AxisReference::encoderLost() {
 
 void AxisReference::lose(ReferenceFault fault) {
   last_fault_ = fault;
+  if (config_.by != ReferenceBy::absolute) ++breaks_;
   pending_index_.reset();
   pass_.reset();
   still_since_.reset();

@@ -58,12 +58,17 @@ class AxisReference {
   std::optional<double> position_mm() const;
   // Machine position at any count of this axis; nothing without a reference.
   std::optional<double> position_mm(double counts) const;
+  // Machine position at count 0; nothing without a reference. Of an absolute encoder it is known while that is away.
+  std::optional<double> zero_mm() const { return config_.by == ReferenceBy::absolute ? 0.0 : offset_mm_; }
   // The latest count times mm_per_count; 0 before the first.
   double counted_mm() const { return u_mm_; }
   // Tests whether no count has come for so long.
   bool isSilent(MonoTime now, Nanoseconds longer_than) const { return !has_count_ || now - at_ > longer_than; }
   ReferenceFault lastFault() const { return last_fault_; }
   std::uint32_t losses() const { return losses_; }
+  // How often counts were found not to go on from those before, with or without a reference. Those of an absolute
+  // encoder do.
+  std::uint32_t breaks() const { return breaks_; }
   std::uint32_t unusedIndexes() const { return unused_indexes_; }  // passed too fast, or two at once
 
  private:
@@ -98,6 +103,7 @@ class AxisReference {
   std::optional<Pass> pass_;
   ReferenceFault last_fault_{};
   std::uint32_t losses_{};
+  std::uint32_t breaks_{};
   std::uint32_t unused_indexes_{};
 };
 

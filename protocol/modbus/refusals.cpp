@@ -43,6 +43,9 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {40, "step: C turned and nothing touched the stylus"},
     {41, "step: the ball touched the stylus from the wrong side"},
     {42, "step: the angle of C at the contact was not known"},
+    {43,
+     "step: an axis does not count from where it did when the run began: its encoder was lost or miscounted, or it was "
+     "homed anew. The run is over"},
     {60, "step: its end marker did not arrive in time"},
     {99, "a refusal that this version has no number for: see the page of the run"},
 });

@@ -45,6 +45,13 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
   answer.b_moves = static_cast<messages::BMoves>(step.b_moves);
 }
 
+std::string failedStep(const procedure::Progress& progress) {
+  const std::string step = "step " + std::to_string(progress.step + 1);
+  if (progress.last_fault == capture::TouchFault::zero_lost) return "at " + step + ": " + explain(progress.last_fault);
+  return step + " failed " + std::to_string(progress.repeats) +
+         " times: " + (progress.timed_out ? "its end never came" : explain(progress.last_fault));
+}
+
 }  // namespace
 
 Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vitals) const {
@@ -159,13 +166,8 @@ Reply ControlDesk::describeProcedure(const box::State& state) const {
   if (progress.step < progress.steps) {
     describeStep(plan_.steps[progress.step], answer);
   }
-  if (progress.state == procedure::State::refused) {
-    answer.refusal =
-        progress.step < progress.steps
-            ? "step " + std::to_string(progress.step + 1) + " failed " + std::to_string(progress.repeats) +
-                  " times: " + (progress.timed_out ? "its end never came" : capture::explain(progress.last_fault))
-            : with_.calibrations.lastRefusal();
-  }
+  if (progress.state == procedure::State::refused)
+    answer.refusal = progress.step < progress.steps ? failedStep(progress) : with_.calibrations.lastRefusal();
   return ok(answer);
 }
 

@@ -1,5 +1,6 @@
 #include "firmware/procedure/plan/procedure.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -55,6 +56,24 @@ Nanoseconds timeoutOf(const Step& step) {
   return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * travel_s)};
 }
 
+std::array<double, kLinearAxes> offsetsOf(const Zeros& zeros) {
+  std::array<double, kLinearAxes> offset_mm{};
+  std::ranges::transform(zeros.offset_mm, offset_mm.begin(), [](const auto& known) { return known.value_or(0.0); });
+  return offset_mm;
+}
+
+// places: what counts is where the axes are, and not only how far they went.
+bool areTheSame(const Zeros& a, const Zeros& b, bool places) {
+  constexpr double kLeast_mm = 1e-3;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (a.breaks[axis] != b.breaks[axis]) return false;
+    if (!places) continue;
+    const auto &from = a.offset_mm[axis], &to = b.offset_mm[axis];
+    if (from.has_value() != to.has_value() || std::abs(from.value_or(0) - to.value_or(0)) > kLeast_mm) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::optional<Error> whyNotNow(const Progress& progress, MarkerPhase phase) {
@@ -66,8 +85,7 @@ std::optional<Error> whyNotNow(const Progress& progress, MarkerPhase phase) {
   return Error{"A dry run comes before the first reading: abort the run, and start it again."};
 }
 
-void Procedure::start(const ProcedureStarted& started, const DelayActivated& delay,
-                      const std::array<double, kLinearAxes>& offset_mm) {
+void Procedure::start(const ProcedureStarted& started, const DelayActivated& delay, const Zeros& zeros) {
   // A run is given up by abort only, and the worker may still be reading the recording.
   const bool in_progress =
       progress_.state == State::waiting || progress_.state == State::running || progress_.state == State::solving;
@@ -79,7 +97,8 @@ void Procedure::start(const ProcedureStarted& started, const DelayActivated& del
   options_ = started.options;
   fill(plan_, *method, options_);
   takeReadings(plan_, probe_);
-  capture_.clear(delay, offset_mm);
+  capture_.clear(delay, offsetsOf(zeros));
+  zeros_ = zeros;
   progress_ = Progress{};
   progress_.run = started.run;
   progress_.method = method;
@@ -95,11 +114,15 @@ void Procedure::abort(const ProcedureAborted& aborted) {
   progress_.state = State::aborted;
 }
 
-void Procedure::mark(const Marker& marker, const TickMap& map) {
+void Procedure::mark(const Marker& marker, const TickMap& map, const Zeros& zeros) {
   if (marker.procedure != progress_.run || marker.step != progress_.step) {
     ++stray_markers_;
     return;
   }
+  const bool is_active = progress_.state == State::waiting || progress_.state == State::running;
+  const bool are_moved =
+      is_active && progress_.method->calibrates && !areTheSame(zeros_, zeros, progress_.method->finds_a_place);
+  if (are_moved && !beginAnew(zeros)) return;
   if (whyNotNow(progress_, marker.phase)) {
     ++stray_markers_;
   } else if (marker.phase == MarkerPhase::pass) {
@@ -107,6 +130,7 @@ void Procedure::mark(const Marker& marker, const TickMap& map) {
   } else if (progress_.state == State::waiting && marker.phase == MarkerPhase::begin) {
     beginStep(marker);
   } else if (progress_.state == State::running && marker.phase == MarkerPhase::end) {
+    if (are_moved) capture_.push(SourceLost{Source::encoders, LossReason::overrun, 0, marker.at});
     endStep(map);
   } else if (progress_.state == State::running && marker.phase == MarkerPhase::begin) {
     // The machine has started the step again: what was recorded so far is half a touch.
@@ -117,6 +141,21 @@ void Procedure::mark(const Marker& marker, const TickMap& map) {
   } else {
     ++stray_markers_;
   }
+}
+
+// Positions about other zeros do not go together with those that are kept. Returns false when the run is refused.
+bool Procedure::beginAnew(const Zeros& zeros) {
+  const bool are_known = !progress_.method->finds_a_place ||
+                         std::ranges::all_of(zeros.offset_mm, [](const auto& offset) { return offset.has_value(); });
+  if (progress_.step != 0 || !are_known) {
+    capture_.abandon();
+    progress_.last_fault = capture::TouchFault::zero_lost;
+    progress_.state = State::refused;
+    return false;
+  }
+  zeros_ = zeros;
+  capture_.setOffsets(offsetsOf(zeros));
+  return true;
 }
 
 void Procedure::beginStep(const Marker& marker) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -40,6 +41,12 @@ struct Progress {
   bool passing{};     // a dry run is at this step: nothing was recorded yet
 };
 
+// What the linear axes count from.
+struct Zeros {
+  std::array<std::optional<double>, kLinearAxes> offset_mm{};  // machine positions at count 0; none without a reference
+  std::array<std::uint32_t, kLinearAxes> breaks{};             // how often counts did not go on from those before
+};
+
 // Why a marker of the present step is not taken in this state of a dry run.
 std::optional<Error> whyNotNow(const Progress& progress, MarkerPhase phase);
 
@@ -57,12 +64,12 @@ class Procedure {
       : methods_{methods}, probe_{probe}, capture_{capacity, mm_per_count} {}
 
   // Starts a run. Does nothing during a run, for an unknown method number, and for options that cannot be planned.
-  // delay: the one in force, result_id 0 for none. offset_mm: machine positions at count 0.
-  void start(const ProcedureStarted& started, const DelayActivated& delay = {},
-             const std::array<double, kLinearAxes>& offset_mm = {});
+  // delay: the one in force, result_id 0 for none.
+  void start(const ProcedureStarted& started, const DelayActivated& delay = {}, const Zeros& zeros = {});
   void abort(const ProcedureAborted& aborted);
-  // `map`: present clock map. Markers of another run or step are only counted.
-  void mark(const Marker& marker, const TickMap& map);
+  // `map`: present clock map. Markers of another run or step are only counted. When zeros are not those of the start,
+  // the run is refused, but begins anew with them while no step is kept.
+  void mark(const Marker& marker, const TickMap& map, const Zeros& zeros = {});
   void push(const Count& count, std::optional<std::int32_t> screw_nm = 0) { capture_.push(count, screw_nm); }
   void push(const Deflection& deflection) { capture_.push(deflection); }
   void push(const Drift& drift) { capture_.push(drift); }
@@ -82,6 +89,7 @@ class Procedure {
   std::uint64_t strayMarkers() const { return stray_markers_; }
 
  private:
+  bool beginAnew(const Zeros& zeros);
   void beginStep(const Marker& marker);
   void endStep(const TickMap& map);
   void passStep();
@@ -93,6 +101,7 @@ class Procedure {
   Plan plan_;
   ProcedureOptions options_;
   capture::TouchCapture capture_;
+  Zeros zeros_;
   Progress progress_;
   MonoTime step_begun_{};
   bool ready_to_solve_{};

@@ -206,6 +206,10 @@ TEST(AxisReference, GoesWithTheEncoder) {
   axis.reference.encoderLost();
   EXPECT_FALSE(axis.reference.referenced());
   EXPECT_EQ(axis.reference.lastFault(), ReferenceFault::encoder_lost);
+  EXPECT_EQ(axis.reference.breaks(), 1U);
+  axis.reference.encoderLost();
+  EXPECT_EQ(axis.reference.breaks(), 2U) << "without a reference too";
+  EXPECT_EQ(axis.reference.losses(), 1U);
 }
 
 TEST(AxisReference, OfAnAbsoluteEncoderIsThereFromTheStart) {
@@ -220,9 +224,11 @@ TEST(AxisReference, OfAnAbsoluteEncoderIsThereAgainWithItsFirstCount) {
   reference.push(monoTime(1), 25'000);
   reference.encoderLost();
   EXPECT_FALSE(reference.referenced());
+  EXPECT_EQ(reference.zero_mm(), 0.0);
   reference.push(monoTime(2), 95'000);  // it went on while it was unplugged
   EXPECT_TRUE(reference.referenced());
   EXPECT_DOUBLE_EQ(*reference.position_mm(), 9.5);
+  EXPECT_EQ(reference.breaks(), 0U) << "it counts from where it did";
   EXPECT_EQ(reference.lastFault(), ReferenceFault::encoder_lost);
 }
 

@@ -20,8 +20,9 @@ class ObedientMachine {
                            .rotary_angles_rad = angles_rad,
                            .tool = tool,
                            .at = monoTime(now_ns_)},
-                    kLocked);
+                    kLocked, zeros);
   }
+  Zeros zeros{};
   std::array<double, 3> angles_rad{};
   std::uint32_t tool{};
   void touch(bool clipped = false) {

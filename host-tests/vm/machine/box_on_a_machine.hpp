@@ -100,6 +100,23 @@ class BoxOnAMachine : public testing::Test {
     return {};
   }
 
+  // A run that an encoder's loss has ended.
+  static void expectEnded(HostCommand& calibration) {
+    EXPECT_NE(calibration.status(), 0) << calibration.out();
+    EXPECT_NE(calibration.err().find(": an axis does not count from where it did when the run began"),
+              std::string::npos)
+        << calibration.err();
+  }
+  // Tells where it is as soon as it stands.
+  void home(std::size_t axis) {
+    const auto& real = machine.machine();
+    EXPECT_TRUE(eventually([&] {
+      const auto at_mm = real.positionAt(kernelNow())[axis];
+      return real.speedAt(kernelNow()) == 0 &&
+             command({"home", std::string{"XYZ"[axis]} + "=" + std::to_string(at_mm)}).status() == 0;
+    }));
+  }
+
   // A calibration that was accepted, to the delay that the machine really has.
   // late_s: of what the kernel stamps, at most.
   void expectTruth(HostCommand& calibration, double tau_s, double late_s) {
