@@ -147,7 +147,8 @@ void Procedure::mark(const Marker& marker, const TickMap& map, const Zeros& zero
 bool Procedure::beginAnew(const Zeros& zeros) {
   const bool are_known = !progress_.method->finds_a_place ||
                          std::ranges::all_of(zeros.offset_mm, [](const auto& offset) { return offset.has_value(); });
-  if (progress_.step != 0 || !are_known) {
+  const auto& kept = capture_.recording();
+  if (!kept.touches().empty() || !kept.contacts().empty() || !are_known) {
     capture_.abandon();
     progress_.last_fault = capture::TouchFault::zero_lost;
     progress_.state = State::refused;

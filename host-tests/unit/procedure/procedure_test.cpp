@@ -121,6 +121,15 @@ TEST_F(MultiSpeedProcedure, RepeatsItsFirstTouchWhenAnAxisCountsFromElsewhereInI
   EXPECT_EQ(procedure.progress().state, State::solving);
 }
 
+TEST_F(MultiSpeedProcedure, GoesOnWithADryRunWhateverTheAxesCount) {
+  start(1);
+  for (int i = 0; i < 2; ++i) machine.mark(MarkerPhase::pass);
+  ++machine.zeros.breaks[0];
+  while (procedure.progress().passing) machine.mark(MarkerPhase::pass);
+  touchAll();
+  EXPECT_EQ(procedure.progress().state, State::solving);
+}
+
 // How far it went is what a delay needs.
 TEST_F(MultiSpeedProcedure, DoesNotMindThatAnAxisIsHomed) {
   start(1);
