@@ -22,6 +22,8 @@ class Encoders {
   MonoTime nextAt() const { return sampling_.at(latch_); }
   // Returns the next count; false when it is dropped.
   bool take(Event& event, const Machine& machine, const Screws& screws, const FaultSchedule& faults, Ledger& ledger);
+  // Counts from 0 where the axis was seen last.
+  void restart(std::size_t axis) { config_.power_up_mm.at(axis) = -position_mm_.at(axis); }
 
  private:
   std::size_t axes() const { return config_.c_counts_per_deg > 0 ? kLinearAxes + 1 : kLinearAxes; }

@@ -49,6 +49,8 @@ class World {
 
   // Adds a fault; false when the schedule is full. A fault in the past begins with the events not delivered yet.
   bool inject(const Fault& fault) { return faults_.add(fault); }
+  // The encoder of this linear axis was without power: it counts from 0 where the axis stands.
+  void restartEncoder(std::size_t axis) { encoders_.restart(axis); }
 
   // For tests and the demo.
   Truth truth() const;

@@ -15,11 +15,12 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::array<std::string_view, kKinds> kNames{
-    "drop_probe",     "drop_encoders", "stop_sync",    "lose_edges",  "double_edges",  "drop_drift",
-    "stick_encoders", "freeze_probe",  "shake_probe",  "jump_clock",  "drop_angles",   "overflow_queue",
-    "stall_worker",   "fill_disk",     "kill",         "cut_power",   "lose_standing", "stop",
-    "connect",        "cut_link",      "stop_reading", "propose",     "start_run",     "abort_run",
-    "accept",         "roll_back",     "inhibit",      "end_inhibit", "home_outside",  "choose_sources"};
+    "drop_probe",     "drop_encoders", "stop_sync",   "lose_edges",   "double_edges", "drop_drift",
+    "stick_encoders", "freeze_probe",  "shake_probe", "jump_clock",   "drop_angles",  "replug_encoder",
+    "overflow_queue", "stall_worker",  "fill_disk",   "kill",         "cut_power",    "lose_standing",
+    "stop",           "connect",       "cut_link",    "stop_reading", "propose",      "start_run",
+    "abort_run",      "accept",        "roll_back",   "inhibit",      "end_inhibit",  "home_outside",
+    "choose_sources"};
 
 // Kinds that need others to mean anything: a run that is never started cannot be accepted.
 constexpr std::array kUsual{Kind::start_run,   Kind::propose,        Kind::accept,
@@ -68,6 +69,7 @@ std::uint64_t numberOf(Kind kind, Dice& dice) {
       return dice.below(100'000);
     case Kind::start_run:
       return dice.below(1000);
+    case Kind::replug_encoder:
     case Kind::inhibit:
     case Kind::end_inhibit:
     case Kind::home_outside:

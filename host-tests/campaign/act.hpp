@@ -26,6 +26,7 @@ enum class Kind : std::uint8_t {
   jump_clock,
   drop_angles,
   // of the box
+  replug_encoder,  // of axis `number`: away and back at once, and it counts from 0 unless it is absolute
   overflow_queue,  // the capture queue has no room for `number` events
   stall_worker,    // the worker does nothing for `lasts`
   fill_disk,       // the disk is full for `lasts`

@@ -132,6 +132,8 @@ void Stage::applyToMachine(const Act& act) {
 
 void Stage::applyToBox(const Act& act) {
   switch (act.kind) {
+    case Kind::replug_encoder:
+      return replugEncoder(static_cast<std::size_t>(act.number));
     case Kind::overflow_queue:
       // As long in any world.
       box().overflowQueue(
@@ -149,6 +151,16 @@ void Stage::applyToBox(const Act& act) {
     default:
       restart(act);
   }
+}
+
+void Stage::replugEncoder(std::size_t axis) {
+  if (!play_.absolute) box().restartEncoder(axis);
+  is_unhomed_ = !play_.absolute;
+  moved_ = now_;
+  box().push(SourceLost{Source::encoders, LossReason::disconnected, 0, box().now(), axisBit(static_cast<Axis>(axis))});
+  const auto& run = box().state().procedure;
+  const bool is_measuring = run.state == procedure::State::waiting || run.state == procedure::State::running;
+  if (!play_.absolute && is_measuring && run.step > 0) torn_run_ = run.run;
 }
 
 // The box ends in one of three ways, and comes back at once: whoever follows has the least time to forget.
@@ -179,6 +191,8 @@ void Stage::begin() {
   for (auto& each : hosts_) each.left = now_;
   hosts_.push_back({.host = &office_.add()});
   began_ = changed_ = now_;
+  torn_run_.reset();
+  is_unhomed_ = false;
   counts_stuck_ = troubles_.at(static_cast<std::size_t>(Kind::stick_encoders)).on(now_);
   queue_overflowed_ = false;
   sums_known_ = any_trouble_.until == kNever || now_ - any_trouble_.until > 1s;
@@ -191,6 +205,19 @@ void Stage::carryOn() {
     disk_back_ = kNever;
   }
   tendHosts();
+  homeAgain();
+}
+
+// As an operator does it who finds an axis without a reference: when the machine has stood for a while.
+void Stage::homeAgain() {
+  constexpr Nanoseconds kStands = 500ms;
+  if (!box().machine().atRest(box().now())) moved_ = now_;
+  if (!is_unhomed_ || now_ - moved_ < kStands) return;
+  const auto at_mm = box().machine().commandedPosition();
+  for (std::size_t axis = 0; axis < at_mm.size(); ++axis) {
+    if (!served().axes.at(axis).referenced) box().push(AxisHomed{static_cast<Axis>(axis), at_mm.at(axis), box().now()});
+  }
+  is_unhomed_ = false;
 }
 
 void Stage::tendHosts() {
@@ -306,6 +333,15 @@ void Stage::check() {
   checkLedger();
   checkHosts();
   checkValues();
+  checkRun();
+}
+
+// Positions before and after do not go together.
+void Stage::checkRun() {
+  const auto& run = box().state().procedure;
+  const bool is_whole = run.state == procedure::State::solving || run.state == procedure::State::proposed;
+  if (torn_run_ == run.run && is_whole)
+    fail("run " + std::to_string(run.run) + " is solved, though an encoder counted from elsewhere in it");
 }
 
 void Stage::checkSources() {

@@ -38,10 +38,12 @@ class Stage {
   void applyToBox(const Act& act);
   void applyToHosts(const Act& act);
   void command(const Act& act);
+  void replugEncoder(std::size_t axis);
   void restart(const Act& act);
   void begin();
   void carryOn();  // continues lasting acts and their consequences
   void tendHosts();
+  void homeAgain();
   void propose(std::uint64_t number);
   void accept();
   void rollBack();
@@ -54,6 +56,7 @@ class Stage {
   void checkLedger();
   void checkHosts();
   void checkValues();
+  void checkRun();
   bool wasRecent(Nanoseconds end, Nanoseconds within) const { return end != kNever && now_ - end < within; }
 
   scenario::Scenario& box() { return office_.scenario(); }
@@ -90,6 +93,9 @@ class Stage {
   Nanoseconds disk_back_{kNever};
   std::array<Trouble, kMachineKinds> troubles_{};
   Trouble any_trouble_;
+  bool is_unhomed_{};                      // an axis, by an encoder that began anew
+  Nanoseconds moved_{};                    // when the machine was seen moving last
+  std::optional<std::uint32_t> torn_run_;  // an encoder began anew in it, after its first touch
   bool counts_stuck_{};      // since the start of the box: its references may be wrong without a way to know
   bool queue_overflowed_{};  // since the start of the box
   bool sums_known_{true};    // the losses before this boot are known exactly

@@ -83,6 +83,8 @@ class Scenario {
   void setStep(Nanoseconds step) { step_ = step; }
   void overflowQueue(std::uint32_t events) { no_room_for_ += events; }
   void inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds duration, Nanoseconds jump = {});
+  // One that lies in the world counts from 0; nobody says so.
+  void restartEncoder(std::size_t axis) { world_.restartEncoder(axis); }
   // Starts a run, lets the controller do it, and solves it as the worker would.
   std::optional<metrology::Solved> calibrate(const procedure::LiveMethod& method = procedure::kDelayMultiSpeed,
                                              const ProcedureOptions& options = {});
