@@ -11,11 +11,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanoseconds kRound = 10ms;
 constexpr Nanoseconds kWorkerRound = 100ms;
 constexpr Nanoseconds kCheckRound = 500ms;
-// What is told to the core is served by then.
-constexpr Nanoseconds kGrace = 500ms;
 constexpr std::size_t kMostHosts = 3;
 constexpr const char* kPerson = "Ada";
 
@@ -326,89 +323,6 @@ void Stage::follow() {
   served_record_->note(served());
   setDiskFull(disk_back_ != kNever);
   if (const auto broken = follower_.read(served(), box().now())) fail(*broken);
-}
-
-void Stage::check() {
-  checkSources();
-  checkLedger();
-  checkHosts();
-  checkValues();
-  checkRun();
-}
-
-// Positions before and after do not go together.
-void Stage::checkRun() {
-  const auto& run = box().state().procedure;
-  const bool is_whole = run.state == procedure::State::solving || run.state == procedure::State::proposed;
-  if (torn_run_ == run.run && is_whole)
-    fail("run " + std::to_string(run.run) + " is solved, though an encoder counted from elsewhere in it");
-}
-
-void Stage::checkSources() {
-  const auto& now = served();
-  if (believed_.cutIsOn() && now_ - began_ > kGrace && now_ - changed_ > kGrace && !now.inhibited)
-    fail("a cut is on that the registers do not show");
-  for (std::size_t kind = 0; kind < published::kSourceKinds; ++kind) {
-    const bool summed = (now.mask & 1U << kind) != 0;
-    const auto health = now.health.at(kind);
-    if (now.valid && summed && health != published::Health::good && health != published::Health::held)
-      fail("valid, and source " + std::to_string(kind) + " that is summed is not");
-  }
-  // Longer than T_hold without the input that a screw needs.
-  constexpr Nanoseconds kHeldAtMost = 7s;
-  for (const auto kind : {Kind::drop_drift, Kind::drop_encoders}) {
-    const auto& trouble = troubles_.at(static_cast<std::size_t>(kind));
-    if (now.valid && (now.mask & 1U) != 0 && trouble.on(now_ + kRound) && now_ - trouble.since > kHeldAtMost)
-      fail("valid after more than T_hold of " + std::string{name(kind)});
-  }
-  const auto delay = believed_.inForce("delay");
-  if (delay && now_ - changed_ > kGrace && now_ - began_ > kGrace && now_ >= worker_back_ + kGrace &&
-      now.delay.result_id != *delay)
-    fail("delay " + std::to_string(*delay) + " was acknowledged as in force, and " +
-         std::to_string(now.delay.result_id) + " is applied");
-}
-
-// Every sample index has one fate, and what was lost at its source is what the emulated machine withheld.
-void Stage::checkLedger() {
-  const auto& recorded = box().recorded();
-  if (!recorded.contiguous) fail("an index of a sample is missing or comes twice");
-  const auto& state = box().state();
-  const auto truth = box().truth().ledger;
-  if (!sums_known_ || queue_overflowed_ || (any_trouble_.until != kNever && now_ - any_trouble_.until < 1s)) return;
-  if (state.lost.deflections != truth.dropped_probe - at_boot_.dropped_probe)
-    fail("lost deflections: " + std::to_string(state.lost.deflections) + " counted, " +
-         std::to_string(truth.dropped_probe - at_boot_.dropped_probe) + " withheld");
-  if (state.lost.counts != truth.dropped_encoders - at_boot_.dropped_encoders)
-    fail("lost counts: " + std::to_string(state.lost.counts) + " counted, " +
-         std::to_string(truth.dropped_encoders - at_boot_.dropped_encoders) + " withheld");
-  if (state.lost.sync_edges != truth.lost_edges - at_boot_.lost_edges)
-    fail("lost edges: " + std::to_string(state.lost.sync_edges) + " counted, " +
-         std::to_string(truth.lost_edges - at_boot_.lost_edges) + " withheld");
-}
-
-void Stage::checkHosts() {
-  for (const auto& each : hosts_) {
-    if (each.host->faults() > 0) fail("a host found " + std::to_string(each.host->faults()) + " faults in its stream");
-    if (each.host->received() + each.host->declaredLost() != each.host->total()) fail("a host misses samples");
-  }
-}
-
-// Screws alone, everything known: what is served is what the nuts are off by, once and not twice.
-void Stage::checkValues() {
-  const auto& now = served();
-  const bool known = now.valid && now.settled && !now.degraded && now.mask == 1 && !counts_stuck_ &&
-                     now_ - began_ > 10s && (any_trouble_.until == kNever || now_ - any_trouble_.until > 10s) &&
-                     disk_back_ == kNever && box().controller().activity() == world::Activity::asking;
-  if (!known) return;
-  ++verdict_.tally.checks_of_values;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double position_mm = box().machine().positionAt(box().now())[axis];
-    const double error_mm = box().world().screws().nutError_mm(axis, position_mm, box().now());
-    const double left_um = (error_mm + now.correction_mm.at(axis)) * 1e3;
-    if (std::abs(left_um) > rules_.value_um)
-      fail("axis " + std::to_string(axis) + " is corrected wrongly by " + std::to_string(left_um) +
-           " um: the nut is off by " + std::to_string(error_mm * 1e3) + " um");
-  }
 }
 
 }  // namespace probebox::campaign

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -32,6 +33,9 @@ class Stage {
 
  private:
   static constexpr Nanoseconds kNever{-1};
+  static constexpr Nanoseconds kRound = std::chrono::milliseconds{10};
+  // What is told to the core is served by then.
+  static constexpr Nanoseconds kGrace = std::chrono::milliseconds{500};
 
   void apply(const Act& act);
   void applyToMachine(const Act& act);
