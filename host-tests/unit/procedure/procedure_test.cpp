@@ -14,21 +14,11 @@
 #include "firmware/procedure/plan/readiness.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "locked_clock.hpp"
+#include "multi_speed_procedure.hpp"
 #include "obedient_machine.hpp"
 
 namespace probebox::procedure {
 namespace {
-
-class MultiSpeedProcedure : public testing::Test {
- protected:
-  Procedure procedure{liveMethods(), capture::Capacity{}};
-  ObedientMachine machine{procedure};
-
-  void start(std::uint32_t run) { procedure.start({.run = run, .method = kDelayMultiSpeed.number, .at = {}}); }
-  void touchAll() {
-    while (procedure.progress().state == State::waiting) machine.touch();
-  }
-};
 
 TEST_F(MultiSpeedProcedure, AsksForFivePointsAtEachSpeed) {
   start(1);

@@ -2,22 +2,14 @@
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
+#include "multi_speed_procedure.hpp"
 #include "obedient_machine.hpp"
 
 // Positions about two zeros do not go together.
 namespace probebox::procedure {
 namespace {
 
-class RunAboutTwoZeros : public testing::Test {
- protected:
-  Procedure procedure{liveMethods(), capture::Capacity{}};
-  ObedientMachine machine{procedure};
-
-  void start(std::uint32_t run) { procedure.start({.run = run, .method = kDelayMultiSpeed.number, .at = {}}); }
-  void touchAll() {
-    while (procedure.progress().state == State::waiting) machine.touch();
-  }
-};
+class RunAboutTwoZeros : public MultiSpeedProcedure {};
 
 TEST_F(RunAboutTwoZeros, IsRefusedWhenAnAxisCountsFromElsewhereThanInTheTouchesBefore) {
   for (const auto phase : {MarkerPhase::begin, MarkerPhase::end}) {
