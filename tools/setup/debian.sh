@@ -113,6 +113,7 @@ in_build_root() { # ROOT COMMAND...
     mount --bind "$PWD" "$root/$PWD"
     mount -t proc proc "$root/proc"
     mount --rbind /dev "$root/dev"
+    mount --rbind /sys "$root/sys"
     cache=${CCACHE_DIR:-}
     if [[ ${CCACHE_CONFIGPATH:-} ]]; then
       cache=$(sed -n "s/^cache_dir = //p" "$CCACHE_CONFIGPATH")
