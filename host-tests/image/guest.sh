@@ -3,6 +3,7 @@
 
 # Makes $work, with a copy of the image; ended by finish.
 make_guest() { # IMAGE
+  [[ -x build/bin/probebox ]] || { echo "build/bin/probebox is missing, which asks the box: build it first" >&2; exit 2; }
   work=$(mktemp -d "${TMPDIR:-/var/tmp}/probebox-guest.XXXXXX")
   guest='' drives=()
   trap finish EXIT

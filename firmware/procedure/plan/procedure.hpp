@@ -68,7 +68,7 @@ class Procedure {
   void start(const ProcedureStarted& started, const DelayActivated& delay = {}, const Zeros& zeros = {});
   void abort(const ProcedureAborted& aborted);
   // `map`: present clock map. Markers of another run or step are only counted. When zeros are not those of the start,
-  // the run is refused, but begins anew with them while no step is kept.
+  // the run is refused, but begins anew with them while no step is kept and all that it needs are known.
   void mark(const Marker& marker, const TickMap& map, const Zeros& zeros = {});
   void push(const Count& count, std::optional<std::int32_t> screw_nm = 0) { capture_.push(count, screw_nm); }
   void push(const Deflection& deflection) { capture_.push(deflection); }

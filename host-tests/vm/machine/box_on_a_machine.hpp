@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <functional>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -100,12 +101,21 @@ class BoxOnAMachine : public testing::Test {
     return {};
   }
 
-  // A run that an encoder's loss has ended.
-  static void expectEnded(HostCommand& calibration) {
+  // Unplugs what counts in a touch, which lasts until it is there again, and another one before is kept.
+  void expectACalibrationEndsWithout(const std::string& source, const std::string& problem,
+                                     const std::function<void()>& pull, const std::function<void()>& put) {
+    auto calibration = calibrate();
+    ASSERT_TRUE(eventually([&] { return machine.finishedSteps() > 1; }));
+    const auto lost = lostSamples();
+    ASSERT_TRUE(machine.holdInATouch());
+    machine.between(pull);
+    EXPECT_THAT(problemComing(source), testing::ContainsRegex(problem));
+    machine.between(put);
+    EXPECT_TRUE(eventually([] { return isReady(); })) << status().dump(1) << box.log();
+    EXPECT_GT(lostSamples(), lost);
+    machine.hold(false);
     EXPECT_NE(calibration.status(), 0) << calibration.out();
-    EXPECT_NE(calibration.err().find(": an axis does not count from where it did when the run began"),
-              std::string::npos)
-        << calibration.err();
+    EXPECT_THAT(calibration.err(), testing::HasSubstr(": an axis does not count from where it did when the run began"));
   }
   // Tells where it is as soon as it stands.
   void home(std::size_t axis) {

@@ -63,18 +63,9 @@ TEST_F(MachineOnCounters, IsCalibratedThoughEverySourceThatCountsNothingIsUnplug
 // Nobody knows what a counter missed that was away.
 TEST_F(MachineOnCounters, EndsARunWhoseEncoderIsUnpluggedAndIsCalibratedWhenItIsHomed) {
   start();
-  auto calibration = calibrate();
-  ASSERT_TRUE(eventually([&] { return machine.finishedSteps() > 1; }));
-  const auto lost = lostSamples();
-  ASSERT_TRUE(machine.holdInATouch());
-  machine.between([this] { sensors.counter(0).unplug(); });
-  EXPECT_THAT(problemComing("encoder X"),
-              ContainsRegex("counter-sim.0 disappeared|counter-sim.0: there is no such counter"));
-  machine.between([this] { sensors.counter(0).plugIn(); });
-  EXPECT_TRUE(eventually([] { return isReady(); })) << status().dump(1) << box.log();
-  EXPECT_GT(lostSamples(), lost);
-  machine.hold(false);
-  expectEnded(calibration);
+  expectACalibrationEndsWithout(
+      "encoder X", "counter-sim.0 disappeared|counter-sim.0: there is no such counter",
+      [this] { sensors.counter(0).unplug(); }, [this] { sensors.counter(0).plugIn(); });
   home(0);
   auto next = calibrate();
   expectTruth(next, sensors.truth().tau_s(), 2e-5);
