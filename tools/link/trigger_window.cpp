@@ -22,10 +22,13 @@ MessageType typeOf(const frame::Header& header) {
 
 void TriggerWindow::frame(const frame::Frame& frame) {
   if (done_) return;
-  const Kept kept{frame.header, {frame.payload.begin(), frame.payload.end()}};
+  Kept kept{frame.header, {frame.payload.begin(), frame.payload.end()}};
   const auto type = typeOf(kept.header);
   if (type == MessageType::heartbeat) {
-    if (const auto beat = messages::decode<messages::Heartbeat>(kept.payload)) heartbeat(kept, *beat);
+    if (const auto beat = messages::decode<messages::Heartbeat>(kept.payload)) {
+      kept.beat = *beat;
+      heartbeat(std::move(kept));
+    }
     return;
   }
   if (type == MessageType::welcome) {
@@ -35,7 +38,7 @@ void TriggerWindow::frame(const frame::Frame& frame) {
     if (restarted && !trigger_) history_.clear();  // its times are of another life of the box
     if (trigger_) base_.reset();                   // a new link has a ledger of its own
   }
-  if (trigger_) return pass(kept, nullptr);
+  if (trigger_) return pass(kept);
   if (history_.empty()) {
     if (isHandshake(type)) keepHandshake(kept);
     return;
@@ -48,10 +51,15 @@ void TriggerWindow::frame(const frame::Frame& frame) {
   }
 }
 
-void TriggerWindow::heartbeat(const Kept& frame, const messages::Heartbeat& beat) {
-  if (!beat.streaming || beat.stream_number == 0) {
-    if (trigger_) pass(frame, &beat);
-    done_ = trigger_.has_value();  // the stream itself has ended
+void TriggerWindow::heartbeat(Kept frame) {
+  auto& beat = *frame.beat;
+  if (!beat.streaming) {
+    if (trigger_) {
+      pass(frame);
+      done_ = beat.stream_number != 0;  // 0: a new link whose stream has not begun
+    } else if (!history_.empty()) {
+      history_.back().frames.push_back(frame);
+    }
     return;
   }
   if (!trigger_) {
@@ -61,9 +69,8 @@ void TriggerWindow::heartbeat(const Kept& frame, const messages::Heartbeat& beat
   if (!triggered_ms_) triggered_ms_ = beat.uptime_ms;
   if (beat.uptime_ms < *triggered_ms_) triggered_ms_ = 0;  // the box was restarted: what was asked for cannot be had
   done_ = beat.uptime_ms >= *triggered_ms_ + lengths_.after_ms + kMargin_ms;
-  auto last = beat;
-  last.streaming = !done_;
-  pass(frame, &last);
+  beat.streaming = !done_;
+  pass(frame);
 }
 
 // Drops the first stretch while the second one is long enough ago.
@@ -89,20 +96,19 @@ void TriggerWindow::begin() {
   auto sequence = history_.front().frames.front().header.sequence - static_cast<std::uint32_t>(handshake_.size());
   for (auto& [type, frame] : handshake_) {
     frame.header.sequence = sequence++;
-    pass(frame, nullptr);
+    pass(frame);
   }
   for (const auto& stretch : std::exchange(history_, {})) {
     for (const auto& frame : stretch.frames) {
-      const auto type = typeOf(frame.header);
-      if (type == MessageType::welcome) base_.reset();
-      pass(frame, type == MessageType::heartbeat ? &stretch.begin : nullptr);
+      if (typeOf(frame.header) == MessageType::welcome) base_.reset();
+      pass(frame);
     }
   }
 }
 
-void TriggerWindow::pass(const Kept& frame, const messages::Heartbeat* beat) {
-  if (beat == nullptr) return sink_({frame.header, frame.payload});
-  const auto payload = messages::encoded(counted(*beat));
+void TriggerWindow::pass(const Kept& frame) {
+  if (!frame.beat) return sink_({frame.header, frame.payload});
+  const auto payload = messages::encoded(counted(*frame.beat));
   auto header = frame.header;
   header.payload_length = static_cast<std::uint16_t>(payload.size());
   sink_({header, payload});

@@ -40,6 +40,7 @@ class TriggerWindow {
   struct Kept {
     frame::Header header;
     std::vector<std::byte> payload;
+    std::optional<messages::Heartbeat> beat{};  // that the payload is
   };
   // Frames from one heartbeat up to the next.
   struct Stretch {
@@ -47,11 +48,11 @@ class TriggerWindow {
     std::vector<Kept> frames;
   };
 
-  void heartbeat(const Kept& frame, const messages::Heartbeat& beat);
+  void heartbeat(Kept frame);
   void forgetOld(std::uint64_t now_ms);
   void keepHandshake(const Kept& frame);
   void begin();
-  void pass(const Kept& frame, const messages::Heartbeat* beat);
+  void pass(const Kept& frame);
   messages::Heartbeat counted(messages::Heartbeat beat) const;
 
   Lengths lengths_;
