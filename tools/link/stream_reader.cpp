@@ -108,6 +108,10 @@ void StreamReader::onAnswer(std::span<const std::byte> payload) {
 void StreamReader::onDescriptor(std::span<const std::byte> payload) {
   auto descriptor = decoded<messages::Descriptor>(payload);
   if (!descriptor) return;
+  if (descriptor->channels.size() > codec::kMaxChannels) {  // no block can have them
+    ++faults_.malformed;
+    return;
+  }
   descriptor_ = std::move(*descriptor);
   const auto hash = frame::crc32c(payload);
   std::erase_if(known_, [hash](const Known& known) { return known.hash == hash; });

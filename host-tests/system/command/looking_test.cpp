@@ -100,6 +100,10 @@ TEST_F(Looking, WatchPrintsOneObjectForEachUpdateAndStopsByItself) {
   EXPECT_EQ(objects[2]["values"]["x_um"].get<double>(), objects[2]["sample"].get<double>());
 }
 
+TEST_F(Looking, WatchTakesATimeLongerThanALife) {
+  EXPECT_EQ(probebox({"-u", box_.uri(), "watch", "--json", "--for", "1e12", "--count", "2"}).objects().size(), 2U);
+}
+
 TEST_F(Looking, WatchShowsLinesWithoutATerminal) {
   const auto watched = probebox({"-u", uri_, "watch", "--for", "0.5"});
   EXPECT_EQ(watched.status, 0) << watched.err;

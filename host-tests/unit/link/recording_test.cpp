@@ -53,6 +53,21 @@ TEST(Recording, IsReadByTheReaderOfTheWire) {
 }
 
 // Pieces are 64 kB; what was asked for has come by then.
+// A list of empty descriptions is short, and its samples would take gigabytes.
+TEST(Recording, WithMoreChannelsThanABlockCanHoldHasNoDescriptor) {
+  messages::Descriptor descriptor;
+  descriptor.channels.resize(300);
+  Tally tally;
+  StreamReader reader{tally};
+  const auto payload = messages::encoded(descriptor);
+  std::vector<std::byte> scratch(frame::bareSize(payload.size())), coded(frame::delimitedMaxSize(payload.size()));
+  frame::Header header;
+  header.type = static_cast<std::uint8_t>(messages::MessageType::descriptor);
+  reader.read(std::span{coded}.first(frame::encodeDelimited(header, payload, scratch, coded)));
+  EXPECT_EQ(reader.faults().malformed, 1U);
+  EXPECT_FALSE(reader.descriptor());
+}
+
 TEST(Recording, IsReadNoFurtherThanIsWanted) {
   const auto recording = recorded(true);
   std::string bytes;

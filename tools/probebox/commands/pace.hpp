@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 
@@ -13,7 +14,9 @@ class Pace {
  public:
   Pace(const Until& until, std::chrono::milliseconds period)
       : period_{period}, next_{link::now()}, remaining_{until.count} {
-    if (until.seconds) end_ = link::now() + Nanoseconds{static_cast<std::int64_t>(*until.seconds * 1e9)};
+    constexpr double kLongest_s = 1e9;  // as nanoseconds it still is a time
+    if (until.seconds)
+      end_ = link::now() + Nanoseconds{static_cast<std::int64_t>(std::min(*until.seconds, kLongest_s) * 1e9)};
   }
 
   // Returns true once for every update that is due.

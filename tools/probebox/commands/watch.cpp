@@ -21,8 +21,9 @@ constexpr int kMostDecimals = 4;            // a line has to hold all channels
 
 // The newest of everything that the box sends.
 struct Latest : link::StreamListener {
-  void onDescriptor(const messages::Descriptor& d) override { descriptor = d; }
+  // A block may belong to an earlier descriptor than the latest.
   void onBlock(const link::DecodedBlock& block) override {
+    channels = block.descriptor.channels;
     values.clear();
     for (std::size_t channel = 0; channel < block.descriptor.channels.size(); ++channel) {
       values.push_back(Scale{block.descriptor.channels[channel].scale}.value(block.column(channel).back()));
@@ -38,8 +39,8 @@ struct Latest : link::StreamListener {
     balanced = newest.has_value();
   }
 
-  messages::Descriptor descriptor;
-  std::vector<double> values;  // scaled, in the order of the channels
+  std::vector<messages::ChannelDescription> channels;  // of the values
+  std::vector<double> values;                          // scaled
   SampleIndex sample{};
   std::vector<messages::Trigger> triggers;  // not told yet
   std::uint32_t newest_trigger{};           // 0: none came
@@ -55,7 +56,7 @@ std::string key(const messages::ChannelDescription& channel) {
 // reconnections: before now.
 Json describe(const Latest& latest, const SampleTally& tally, std::uint64_t reconnections) {
   Json values = Json::object();
-  for (std::size_t i = 0; i < latest.values.size(); ++i) values[key(latest.descriptor.channels[i])] = latest.values[i];
+  for (std::size_t i = 0; i < latest.values.size(); ++i) values[key(latest.channels[i])] = latest.values[i];
   const auto& beat = *latest.beat;
   const auto& sums = tally.atHeartbeat();
   return {{"uptime_ms", beat.uptime_ms},
@@ -75,7 +76,7 @@ Json describe(const Latest& latest, const SampleTally& tally, std::uint64_t reco
 
 // "  a 339 b 360 c 378 nm  x 120.0000 y 79.9995 z -100.0000 mm": one line has to hold them all.
 std::string valuesOf(const Latest& latest) {
-  const auto& channels = latest.descriptor.channels;
+  const auto& channels = latest.channels;
   std::string all;
   for (std::size_t i = 0; i < latest.values.size(); ++i) {
     const auto& [name, unit, scale, bytes, is_signed, doc] = channels[i];
@@ -218,7 +219,6 @@ class RecordedDisplay : private link::StreamListener {
 
  private:
   void onWelcome(const messages::Welcome& welcome) override { tally_.link(welcome.boot_id); }
-  void onDescriptor(const messages::Descriptor& descriptor) override { latest_.onDescriptor(descriptor); }
   void onBlock(const link::DecodedBlock& block) override {
     tally_.block(block.header.first, block.header.count);
     latest_.onBlock(block);

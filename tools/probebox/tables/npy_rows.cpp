@@ -57,14 +57,19 @@ void NpyRows::begin(const messages::Descriptor& descriptor) {
     return;
   }
   output_.emplace(std::move(output).value());
-  types_ = field("sample", "<i8") + field("time_ns", "<i8");
-  for (const auto& channel : descriptor.channels)
-    types_ += field(npyFieldName(channel, types_ + ownFields()), typeOf(channel));
-  types_ += field("delay_result_id", "<u8");
-  for (const auto* name : {"tau_x_s", "tau_y_s", "tau_z_s"}) types_ += field(name, "<f8");
-  if (job_.points != nullptr)
-    for (const auto name : kPointColumns) types_ += field(std::string{name}, "<f8");
+  types_ = typesOf(descriptor);
   writeHeader();
+}
+
+std::string NpyRows::typesOf(const messages::Descriptor& descriptor) const {
+  std::string types = field("sample", "<i8") + field("time_ns", "<i8");
+  for (const auto& channel : descriptor.channels)
+    types += field(npyFieldName(channel, types + ownFields()), typeOf(channel));
+  types += field("delay_result_id", "<u8");
+  for (const auto* name : {"tau_x_s", "tau_y_s", "tau_z_s"}) types += field(name, "<f8");
+  if (job_.points != nullptr)
+    for (const auto name : kPointColumns) types += field(std::string{name}, "<f8");
+  return types;
 }
 
 std::string npyHeader(const std::string& types, std::uint64_t rows) {

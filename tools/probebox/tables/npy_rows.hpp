@@ -24,11 +24,14 @@ class NpyRows : public RowWriter {
   explicit NpyRows(const TableJob& job) : job_{job} {}
 
   void begin(const messages::Descriptor& descriptor) override;
+  // Not when a channel would have another type.
+  bool canGoOnWith(const messages::Descriptor& descriptor) const override { return typesOf(descriptor) == types_; }
   void row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) override;
   void end() override;
   const std::optional<std::string>& failure() const override { return failure_; }
 
  private:
+  std::string typesOf(const messages::Descriptor& descriptor) const;
   void writeHeader();
   template <class T>
   void put(T value);
