@@ -6,12 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
+#include <sstream>
 #include <string>
 
 #include "firmware/metrology/dataset/estimate.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "firmware/metrology/subject_values.hpp"
+#include "protocol/units/wording.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/case/proof.hpp"
 #include "tools/case/quantities.hpp"
@@ -77,7 +79,7 @@ void print(std::ostream& out, const std::string& case_name, const Result& result
 }
 
 void printJson(std::ostream& out, const nlohmann::ordered_json& line) {
-  out << line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
+  out << line.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) << "\n";
 }
 
 // Answers one case; its exit status.
@@ -87,14 +89,14 @@ int solveCase(const fs::path& folder, bool json, std::ostream& out, std::ostream
     if (json) {
       printJson(out, toJson(refusal, method, name));
     } else {
-      out << name << ": " << method << " refused\n  " << refusal.name << ": " << refusal.reason << "\n";
+      out << shownLines(name + ": " + method + " refused\n  " + refusal.name + ": " + refusal.reason + "\n");
     }
     return 1;
   };
   const auto dataset = readCase(folder);
   if (!dataset) {
     if (const auto* unreadable = std::get_if<Unreadable>(&dataset.error())) {
-      err << "probebox solve: " << unreadable->reason << "\n";
+      err << shownLines("probebox solve: " + unreadable->reason + "\n");
       if (json) printJson(out, toJson(*unreadable, name));
       return 2;
     }
@@ -106,20 +108,24 @@ int solveCase(const fs::path& folder, bool json, std::ostream& out, std::ostream
   if (json) {
     printJson(out, toJson(solved.value(), name));
   } else {
-    print(out, name, solved.value(), axisOf(dataset.value()));
+    std::ostringstream text;
+    print(text, name, solved.value(), axisOf(dataset.value()));
+    out << shownLines(text.str());
   }
   return 0;
 }
 
 }  // namespace
 
-int solveCases(std::span<const fs::path> folders, bool json, std::ostream& out, std::ostream& err) {
+int solveCases(std::span<const fs::path> folders, bool json, std::ostream& out, std::ostream& err,
+               const std::function<bool()>& stopped) {
   if (folders.empty()) {
     err << "probebox solve: no case given; name at least one folder that holds a config.json\n";
     return 2;
   }
   int status = 0;
   for (const auto& folder : folders) {
+    if (stopped()) break;
     status = std::max(status, solveCase(folder, json, out, err));
     if (!out.flush()) break;  // one answer after the other, also into a pipe
   }

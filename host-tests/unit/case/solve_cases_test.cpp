@@ -1,5 +1,6 @@
 #include "tools/case/solve_cases.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <limits>
@@ -31,7 +32,7 @@ Answer answer(const std::vector<fs::path>& folders, bool json = true) {
   std::ostringstream out;
   std::ostringstream err;
   Answer answer;
-  answer.status = solveCases(folders, json, out, err);
+  answer.status = solveCases(folders, json, out, err, [] { return false; });
   answer.out = out.str();
   answer.err = err.str();
   std::istringstream lines{answer.out};
@@ -66,6 +67,28 @@ TEST_F(SolveCases, AnswersInOrderAndWithTheWorstStatus) {
     EXPECT_EQ(line["schema_version"], kSchemaVersion);
   }
   EXPECT_EQ(answer({}).status, 2);
+}
+
+TEST_F(SolveCases, PrintsNoControlCharacterOfACase) {
+  const auto unknown = folder_ / "unknown", twice = folder_ / "twice";
+  write("unknown/config.json", R"({"method": "\u001b[2Jx\u009b"})");
+  write("twice/config.json", R"({"\u001b]0;": 1, "\u001b]0;": 2})");
+  for (const bool json : {false, true}) {
+    const auto refused = answer({unknown, twice}, json);
+    EXPECT_EQ(refused.status, 2);
+    for (const auto& text : {refused.out, refused.err}) {
+      EXPECT_EQ(text.find('\x1b'), std::string::npos) << text;
+      EXPECT_EQ(text.find("\u009b"), std::string::npos) << text;
+    }
+  }
+}
+
+TEST_F(SolveCases, StopsBetweenTwoCases) {
+  const auto good = goodCase("good");
+  std::ostringstream out, err;
+  EXPECT_EQ(solveCases(std::vector{good, good, good}, true, out, err, [&] { return !out.str().empty(); }), 0);
+  const std::string text = out.str();
+  EXPECT_EQ(std::ranges::count(text, '\n'), 1);
 }
 
 TEST_F(SolveCases, NamesTheColumnsThatItFoundWhereOneIsMissing) {

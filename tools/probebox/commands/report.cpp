@@ -102,6 +102,7 @@ ExitStatus run(const Report& options, const std::string& uri, Console& console) 
   auto status = ExitStatus::ok;
   Inputs inputs{uri, console};
   for (const auto& input : options.inputs) {
+    if (console.interrupted()) return ExitStatus::interrupted;
     auto found = inputs.about(input);
     if (!found) {
       status = console.fail(found.error());

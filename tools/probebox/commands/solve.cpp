@@ -20,7 +20,9 @@ ExitStatus run(const Solve& options, const std::string&, Console& console) {
   }
   const std::vector<std::filesystem::path> folders{options.cases.begin(), options.cases.end()};
   const bool json = console.json() || !(options.text || console.outIsTerminal());
-  return static_cast<ExitStatus>(casefolder::solveCases(folders, json, console.out(), console.err()));
+  const int status =
+      casefolder::solveCases(folders, json, console.out(), console.err(), [&] { return console.interrupted(); });
+  return console.interrupted() ? ExitStatus::interrupted : static_cast<ExitStatus>(status);
 }
 
 }  // namespace probebox::command
