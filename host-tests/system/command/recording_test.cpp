@@ -176,6 +176,15 @@ TEST_F(Recording, CountsNoReconnectionWithoutABeginning) {
   EXPECT_EQ(watched.objects().back()["reconnections"], 0);
 }
 
+TEST_F(Recording, IsCopiedAsItIs) {
+  record();
+  for (const auto& [option, value] : {std::pair{"--profile", "raw"}, {"--policy", "live"}, {"--patience", "5"}}) {
+    const auto refused = probebox({"-u", "file:" + file_, "record", "-o", directory_.file("copy.pbx"), option, value});
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_THAT(refused.err, AllOf(HasSubstr(option), HasSubstr("is for a box")));
+  }
+}
+
 TEST_F(Recording, IsReadUntilCtrlC) {
   record();
   const std::atomic<bool> interrupted{true};

@@ -6,6 +6,7 @@
 #include <random>
 #include <sstream>
 
+#include "host-tests/support/file_content.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
 
@@ -13,6 +14,7 @@
 namespace probebox::command {
 namespace {
 
+using support::contentOf;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -204,6 +206,37 @@ TEST(ClockCommand, NamesWhatItCannotUse) {
   EXPECT_THAT(probebox({"clock", "--period-ns", "1000000", "-", "-"}, "edge\n1\n").err, HasSubstr("edge_ns"));
   EXPECT_THAT(probebox({"clock", "--period-ns", "5", "-", "-"}, "edge_ns\n1\n").status, 2);
   EXPECT_THAT(probebox({"clock", "-", "-"}, "edge_ns\n1\n").err, HasSubstr("--period-ns"));
+}
+
+TEST(ClockCommand, WritesTwoTablesIntoTwoFiles) {
+  const RuntimeDirectory directory;
+  const auto table = directory.file("edges.csv"), output = directory.file("x.csv");
+  std::ofstream{table} << "edge_ns\n1\n";
+  std::ofstream{output} << "older";
+  for (const auto& ticks : {output, directory.file("./x.csv"), std::string{"-"}, std::string{}}) {
+    const auto refused = probebox({"clock", "--period-ns", "1000000", "--force", table, output, "--ticks", ticks});
+    EXPECT_EQ(refused.status, 2) << ticks;
+    EXPECT_THAT(refused.err, HasSubstr("--ticks"));
+    EXPECT_EQ(contentOf(output), "older");
+  }
+  EXPECT_EQ(probebox({"clock", "--period-ns", "1000000", table, directory.file("new.csv"), "--ticks",
+                      directory.file("./new.csv")})
+                .status,
+            2)
+      << "neither is there yet";
+}
+
+TEST(Tables, KeepTheOlderFileAtCtrlC) {
+  const RuntimeDirectory directory;
+  const auto table = directory.file("a.csv"), edges = directory.file("edges.csv"), older = directory.file("older");
+  std::ofstream{table} << "sample,x\n1,2\n";
+  std::ofstream{edges} << "edge_ns\n1\n";
+  std::ofstream{older} << "older";
+  const std::atomic<bool> interrupted{true};
+  const auto status = [&](const std::vector<std::string>& words) { return probebox(words, {}, &interrupted).status; };
+  EXPECT_EQ(status({"pack", "--force", table, older}), 130);
+  EXPECT_EQ(status({"clock", "--period-ns", "1000000", "--force", edges, older}), 130);
+  EXPECT_EQ(contentOf(older), "older");
 }
 
 }  // namespace

@@ -137,11 +137,13 @@ TEST_F(Triggers, AreWrittenAsATableOfTheirOwn) {
 TEST_F(Triggers, NeedAFileOfTheirOwn) {
   ASSERT_EQ(record(box_.uri(), file_).status, 0);
   const auto table = directory_.file("scan.csv");
-  for (const auto& name : {std::string{"-"}, table, file_}) {
-    const auto refused = probebox({"export", file_, "-o", table, "--triggers", name});
+  for (const auto& name :
+       {std::string{"-"}, table, file_, directory_.file("./scan.csv"), directory_.file("./scan.pbx")}) {
+    const auto refused = probebox({"export", file_, "-o", table, "--triggers", name, "--force"});
     EXPECT_EQ(refused.status, 2);
     EXPECT_THAT(refused.err, HasSubstr("triggers need a file of their own"));
   }
+  EXPECT_THAT(probebox({"export", file_, "-o", table, "--triggers", ""}).err, HasSubstr("--triggers"));
   std::ofstream{directory_.file("there.csv")} << "kept";
   EXPECT_EQ(probebox({"export", file_, "-o", table, "--triggers", directory_.file("there.csv")}).status, 2);
   EXPECT_EQ(contentOf(directory_.file("there.csv")), "kept");

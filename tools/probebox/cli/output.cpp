@@ -43,9 +43,13 @@ Output::~Output() {
   fs::remove(written_to_, gone);
 }
 
-bool Output::isInput(const std::string& path, const std::string& input) {
-  std::error_code different;
-  return fs::equivalent(path, input, different);
+bool Output::isSameFile(const std::string& a, const std::string& b) {
+  if (a.empty() || b.empty() || a == "-" || b == "-") return false;
+  std::error_code absent;
+  if (fs::equivalent(a, b, absent)) return true;
+  const auto first = fs::weakly_canonical(fs::absolute(a), absent),
+             second = fs::weakly_canonical(fs::absolute(b), absent);
+  return !first.empty() && first == second;
 }
 
 std::optional<std::string> Output::objectionTo(const std::string& path, bool force) {

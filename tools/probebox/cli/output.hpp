@@ -21,8 +21,8 @@ class Output {
 
   // Explains why open() would refuse the file (it exists already); nothing when it would not.
   static std::optional<std::string> objectionTo(const std::string& path, bool force);
-  // Whether a command would overwrite what it reads.
-  static bool isInput(const std::string& path, const std::string& input);
+  // Whether two paths name one file, which need not exist. "-" is no file.
+  static bool isSameFile(const std::string& a, const std::string& b);
   // "-" is `standard`. An existing file is an error unless `force`; devices and pipes are written directly.
   static Outcome<Output> open(const std::string& path, bool force, std::ostream& standard,
                               Appears appears = Appears::when_whole);

@@ -144,7 +144,10 @@ class CommandLine {
     add_length("--before", record_.before_s, "with --on-trigger: seconds of history at least");
     add_length("--after", record_.after_s, "with --on-trigger: seconds that follow at least");
     record->add_flag("--force", record_.force, "overwrite an existing file");
-    record->callback([this] {
+    record->callback([this, record] {
+      for (const auto* option : {"--policy", "--profile", "--patience"}) {
+        if (record->count(option) > 0) record_.for_box = option;
+      }
       record_.live = policy_ == "live";
       record_.profile = profileOf(record_profile_);
       request_.job = record_;
@@ -161,6 +164,7 @@ class CommandLine {
     exporting
         ->add_option("--triggers", export_.triggers,
                      "also write a table of the triggers: CSV, or NumPy if the name ends with .npy")
+        ->check(fileName())
         ->type_name("FILE");
     exporting->add_flag(
         "--points", export_.points,
@@ -219,7 +223,9 @@ class CommandLine {
         ->check(wholeNumber())
         ->type_name("NUMBER")
         ->required();
-    clock->add_option("--ticks", clock_.ticks, "also write the time of each tick as estimated in real time");
+    clock->add_option("--ticks", clock_.ticks, "also write the time of each tick as estimated in real time")
+        ->check(fileName())
+        ->type_name("FILE");
   }
 
   static void addFiles(CLI::App* command, std::string& input, const std::string& in, std::string& output,

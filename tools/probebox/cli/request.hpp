@@ -39,7 +39,8 @@ struct Record {
   messages::Profile profile{messages::Profile::fast};
   bool live{};  // the box drops the oldest samples, not the newest, when the link is too slow
   bool force{};
-  bool on_trigger{};  // record only the first trigger and the samples around it
+  bool on_trigger{};    // record only the first trigger and the samples around it
+  std::string for_box;  // an option that was given and means nothing for a recording
   double before_s{2};
   double after_s{1};
 };

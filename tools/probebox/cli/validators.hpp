@@ -101,6 +101,11 @@ inline CLI::Validator axisPosition() {
   return CLI::Validator{check, "", "axis and position"};
 }
 
+inline CLI::Validator fileName() {
+  const auto check = [](std::string& text) { return text.empty() ? "the name of the file is empty" : std::string{}; };
+  return CLI::Validator{check, "", "file name"};
+}
+
 // A day of the calendar, such as "2027-11-26".
 inline CLI::Validator day() {
   const auto check = [](std::string& text) {

@@ -150,9 +150,11 @@ ExitStatus run(const Clock& options, const std::string&, Console& console) {
   for (const auto& path : {options.output, options.ticks}) {
     if (path.empty()) continue;
     if (const auto objection = Output::objectionTo(path, options.force)) return console.fail(usage(*objection));
-    if (options.input != "-" && Output::isInput(path, options.input))
+    if (Output::isSameFile(path, options.input))
       return console.fail(usage(path + " has the edges themselves; name another file for what is written"));
   }
+  if (options.ticks == "-" || Output::isSameFile(options.ticks, options.output))
+    return console.fail(usage("--ticks " + options.ticks + ": ticks need a file of their own"));
   if (options.output == "-") console.keepOutputForData();
   const auto edges = readEdges(options.input, console);
   if (!edges) return console.fail({ExitStatus::usage, "unreadable-table", edges.error().what});
@@ -168,9 +170,9 @@ ExitStatus run(const Clock& options, const std::string&, Console& console) {
   if (ticks) tick_rows.emplace(*ticks);
   clock::ClockEstimator estimator{config};
   writeVerdicts(judge(*edges, estimator, tick_rows ? &*tick_rows : nullptr, console), *output);
+  if (console.interrupted()) return ExitStatus::interrupted;
   if (!output->finish()) return console.fail({ExitStatus::usage, "not-written", output->failure()});
   if (ticks && !ticks->finish()) return console.fail({ExitStatus::usage, "not-written", ticks->failure()});
-  if (console.interrupted()) return ExitStatus::interrupted;
   if (console.json()) {
     console.object(summary(options, estimator));
   } else {

@@ -142,7 +142,7 @@ ExitStatus run(const Pack& options, const std::string&, Console& console) {
     console.keepOutputForData();
   }
   if (const auto objection = Output::objectionTo(options.output, options.force)) return console.fail(usage(*objection));
-  if (options.input != "-" && Output::isInput(options.output, options.input))
+  if (Output::isSameFile(options.output, options.input))
     return console.fail(usage(options.output + " is the table itself; name another file for the recording"));
   const auto table = readInput(options, console);
   if (!table) return console.fail({ExitStatus::usage, "unreadable-table", table.error().what});
@@ -154,8 +154,8 @@ ExitStatus run(const Pack& options, const std::string&, Console& console) {
   if (!output) return console.fail({ExitStatus::usage, "not-written", output.error().what});
   link::RecordingMaker maker{output->stream(), options.profile, options.frame};
   const bool written = make(*table, maker, console);
+  if (console.interrupted()) return ExitStatus::interrupted;  // a part would look like a whole recording
   if (!written || !output->finish()) return console.fail({ExitStatus::usage, "not-written", output->failure()});
-  if (console.interrupted()) return ExitStatus::interrupted;
   if (console.json()) {
     console.object(summary(options, maker));
   } else {

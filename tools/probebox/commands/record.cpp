@@ -133,8 +133,10 @@ class Copy : private RecordedTally {
 
 std::optional<Trouble> objectionTo(const Record& options, const link::Uri& uri, const Console& console) {
   if (uri.isFile() && options.seconds) return usage("--for is for a box; a recording is read to its end");
+  if (uri.isFile() && !options.for_box.empty())
+    return usage(options.for_box + " is for a box; the frames of a recording are copied as they are");
   const auto* file = std::get_if<link::FileAddress>(&uri.address);
-  if (file != nullptr && Output::isInput(options.output, file->path))
+  if (file != nullptr && Output::isSameFile(options.output, file->path))
     return usage(options.output + " is the recording itself; name another file");
   if (options.output == "-" && console.outIsTerminal()) {
     return usage("a recording is not for a terminal; name a file, or send the standard output into a pipe");

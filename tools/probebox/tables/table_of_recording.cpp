@@ -43,7 +43,7 @@ class Rows : public link::StreamListener {
       begun_ = true;
       writer_.begin(descriptor);
       names_ = names;
-    } else if (names != names_) {
+    } else if (names != names_ || !writer_.canGoOnWith(descriptor)) {
       channels_changed_ = true;
     }
   }
@@ -259,7 +259,7 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
 std::optional<std::string> objectionTo(const TableJob& job) {
   if (job.input == "-") return std::nullopt;
   if (!std::ifstream{job.input}) return job.input + " cannot be read: " + std::strerror(errno);
-  if (Output::isInput(job.output, job.input)) {
+  if (Output::isSameFile(job.output, job.input)) {
     return job.output + " is the recording itself; name another file for the table";
   }
   return std::nullopt;
@@ -267,7 +267,8 @@ std::optional<std::string> objectionTo(const TableJob& job) {
 
 std::optional<std::string> objectionToTriggers(const TableJob& job) {
   if (job.triggers.empty()) return std::nullopt;
-  if (job.triggers == "-" || job.triggers == job.output || job.triggers == job.input)
+  if (job.triggers == "-" || Output::isSameFile(job.triggers, job.output) ||
+      Output::isSameFile(job.triggers, job.input))
     return "--triggers " + job.triggers + ": triggers need a file of their own";
   if (auto objection = objectionToFormat(job.triggers, Format::table)) return objection;
   return Output::objectionTo(job.triggers, job.force);
