@@ -75,7 +75,7 @@ A calibration by registers alone (service.toml must allow it: allow_calibrate, a
 5. When 849 has risen, go to 2. When it has not after 1 s, or 859 has risen, the step is repeated: 860 says why. 848 = 2 without a motion of
    yours: a master before this one died in mid-step; write phase 2 (abandon), then go to 2.
 6. 848 = 3: the box solves. 4: register 102 has the number of the result; accept it by request 3. 5: refused, register 104 says why.
-A master that dies at any point leaves nothing half done: the step is given up after 60 s and asked for again, the run waits, and request 2
+A master that dies at any point leaves nothing half done: the step is given up 60 s after the time that it may take (1.5 times a travel or a rest, 3 times a turn of C) and asked for again, the run waits, and request 2
 (abort) ends it. Runs are counted from 1 at each start of the box: a master that sees register 50 change begins anew. Corrections follow when register 839 is 2 after the accept, unless 844 says that a cut is on.
 )";
 

@@ -45,7 +45,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::wish_of, "wish: run or result", u32, 1, "", write,
      "for abort the run (0: whichever is in progress), for accept the result; register 102 has the last one's"},
     {address::wish_what, "wish: request", u16, 1, "", write,
-     "1 start, 2 abort, 3 accept, 4 accept although it differs by more than 4 sd"},
+     "1 start, 2 abort, 3 accept, 4 accept although the answer was code 10"},
     {address::wish_commit, "wish: commit", u16, 1, "", write,
      "write a number from 1 to 65535 that differs from the present one: the request of registers 800 to 836 is made. "
      "The same "

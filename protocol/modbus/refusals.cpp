@@ -20,7 +20,9 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {7,
      "not possible in the present state: an axis is not referenced, the clock is not locked, the delay or another "
      "result that the method needs is not calibrated, a cut is on, or no run is in progress"},
-    {10, "the result differs from the one in force by more than 4 sd: write request 4 to accept it all the same"},
+    {10,
+     "the result differs from the one in force by more than 4 sd or cannot be compared with it, or is a periodic check "
+     "that fails a limit or is not proven: look at it; request 4 accepts it all the same"},
     {21, "step: no counts of the machine during it"},
     {22, "step: no samples of the probe during it"},
     {23, "step: the probe was at the end of its range"},
@@ -215,9 +217,11 @@ std::span<const RefusalCode> refusalCodes() {
 std::uint16_t codeOfRefusal(std::string_view name) {
   if (name.empty()) return refusal::none;
   // A name that ends with a dash stands for those that go on behind it: "constant-distance".
-  const auto found = std::ranges::find_if(kOfSolvers, [&](std::string_view known) {
-    return name == known || (known.ends_with('-') && name.starts_with(known));
-  });
+  auto found = std::ranges::find(kOfSolvers, name);
+  if (found == kOfSolvers.end()) {
+    found = std::ranges::find_if(
+        kOfSolvers, [&](std::string_view known) { return known.ends_with('-') && name.starts_with(known); });
+  }
   if (found == kOfSolvers.end()) return refusal::not_in_list;
   return static_cast<std::uint16_t>(refusal::of_solver + (found - kOfSolvers.begin()));
 }

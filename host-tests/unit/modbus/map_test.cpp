@@ -134,6 +134,7 @@ TEST(RefusalCodes, HaveANumberAndALineForEveryNameThatASolverGives) {
   EXPECT_EQ(codeOfRefusal("arc-too-short"), 101) << "numbers never change";
   EXPECT_EQ(codeOfRefusal("constant-distance"), 122) << "what does not change is a part of the name";
   EXPECT_EQ(codeOfRefusal("constant-radius"), 122);
+  EXPECT_EQ(codeOfRefusal("constant-sensor"), 234) << "a name of its own comes before a part of a name";
   EXPECT_EQ(codeOfRefusal(""), refusal::none);
 }
 
