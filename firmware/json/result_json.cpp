@@ -30,6 +30,15 @@ Json render(const std::vector<metrology::Estimate>& estimates) {
   return list;
 }
 
+// What reads a result relies on these sizes, and a result may come from another computer.
+bool isWhole(const metrology::Estimate& estimate) {
+  const auto count = estimate.values.size();
+  const auto none_or_all = [count](const std::vector<double>& list) { return list.empty() || list.size() == count; };
+  const bool shaped =
+      estimate.shape == metrology::Shape::scalar ? count == 1 : estimate.columns > 0 && count % estimate.columns == 0;
+  return shaped && none_or_all(estimate.sd) && none_or_all(estimate.design) && none_or_all(estimate.uncertainty);
+}
+
 std::vector<metrology::Estimate> estimates(const Json& list) {
   std::vector<metrology::Estimate> all;
   for (const auto& item : list) {
@@ -43,6 +52,8 @@ std::vector<metrology::Estimate> estimates(const Json& list) {
                    .columns = count(item.at("columns")),
                    .design = listed(item, "design"),
                    .uncertainty = listed(item, "uncertainty")});
+    if (!isWhole(all.back()))
+      throw Json::other_error::create(0, "the lists of " + all.back().key + " do not go together", &item);
   }
   return all;
 }
@@ -73,18 +84,25 @@ void readGrounds(const Json& json, metrology::Result& result) {
   }
 }
 
+metrology::Covariance covarianceOf(const Json& json) {
+  metrology::Covariance all{json.at("components").get<std::vector<std::string>>(), numbers(json.at("values"))};
+  if (all.values.size() != all.components.size() * all.components.size())
+    throw Json::other_error::create(0, "the covariance is not square", &json);
+  return all;
+}
+
 metrology::Result result(const Json& json) {
   metrology::Result all;
   all.method = json.at("method").get<std::string>();
   all.estimates = estimates(json.at("estimates"));
+  if (all.estimates.empty()) throw Json::other_error::create(0, "there is no estimate", &json);
   all.also = estimates(json.at("also"));
   all.rms = number(json.at("rms"));
   all.dof = count(json.at("dof"));
   all.condition = number(json.at("condition"));
   if (json.contains("chi2_reduced")) all.chi2_reduced = number(json.at("chi2_reduced"));
   if (json.contains("covariance")) {
-    const auto& covariance = json.at("covariance");
-    all.covariance = {covariance.at("components").get<std::vector<std::string>>(), numbers(covariance.at("values"))};
+    all.covariance = covarianceOf(json.at("covariance"));
     all.weakest = metrology::weakestOf(*all.covariance);
   }
   all.convention = json.value("convention", std::string{});

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "answers_entry.hpp"
+#include "firmware/json/result_json.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "require.hpp"
 #include "tools/case/case_folder.hpp"
@@ -26,6 +27,7 @@ std::vector<Json> answers() {
     const auto solved = metrology::solve(*dataset);
     all.push_back(solved ? casefolder::toJson(*solved, "case")
                          : casefolder::toJson(solved.error(), dataset->method, "case"));
+    if (solved) all.push_back(Json::parse(json::toJson(*solved)));
   }
   return all;
 }
