@@ -8,6 +8,7 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
+#include <unistd.h>
 #include <vector>
 
 namespace probebox::app {
@@ -37,7 +38,6 @@ constexpr unsigned kAllowed[] = {
     SYS_getrandom,
     SYS_getpid,
     SYS_gettid,
-    SYS_tgkill,
     SYS_sched_yield,
     SYS_rt_sigaction,
     SYS_rt_sigprocmask,
@@ -83,7 +83,7 @@ constexpr unsigned kAllowedForData[] = {
 };
 
 constexpr std::size_t kProtection = 2;
-// The lower half of an argument, which has all bits of a protection.
+// The lower half of an argument, which has all bits of a protection and of a process.
 constexpr std::size_t argumentAt(std::size_t k) {
   constexpr bool kLittleEndian = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
   return offsetof(seccomp_data, args) + 8 * k + (kLittleEndian ? 0 : 4);
@@ -110,6 +110,9 @@ std::vector<sock_filter> program() {
   for (const auto call : kAllowedForData)
     steps.insert(steps.end(), {unless(call, 4), load(argumentAt(kProtection)), whereAnyBitOf(PROT_EXEC, 1),
                                end(SECCOMP_RET_KILL_PROCESS), end(SECCOMP_RET_ALLOW)});
+  // abort() and raise() signal this process; the daemon has the same user.
+  steps.insert(steps.end(), {unless(SYS_tgkill, 4), load(argumentAt(0)), unless(static_cast<unsigned>(getpid()), 1),
+                             end(SECCOMP_RET_ALLOW), end(SECCOMP_RET_KILL_PROCESS)});
   steps.push_back(end(SECCOMP_RET_KILL_PROCESS));
   return steps;
 }

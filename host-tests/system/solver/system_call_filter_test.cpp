@@ -11,6 +11,7 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 #include <vector>
 
@@ -70,6 +71,7 @@ TEST_F(SystemCallFilter, KillsItForEverythingElse) {
   isKilled("fork", [] { fork(); });
   isKilled("exec", [] { execl("/bin/true", "true", nullptr); });
   isKilled("kill", [] { kill(getppid(), 0); });
+  isKilled("tgkill", [] { syscall(SYS_tgkill, getppid(), getppid(), 0); });
   isKilled("ioctl", [] { isatty(0); });
   isKilled("prctl", [] { prctl(PR_SET_DUMPABLE, 1); });
   isKilled("memory with code", [] { mmap(nullptr, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0); });
