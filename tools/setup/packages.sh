@@ -20,7 +20,7 @@ probebox_reader_packages=(tshark python3-numpy python3-pyte)
 probebox_cnc_packages=(linuxcnc-uspace util-linux)
 # What looks at bundles as the updater of an image does. Without them those tests are skipped.
 # shellcheck disable=SC2034
-probebox_update_packages=(rauc squashfs-tools openssl faketime)
+probebox_update_packages=(rauc squashfs-tools openssl faketime dbus-daemon dbus-bin)
 # A PC and a board with an arm64 processor to boot images in (host-tests/image). tools/test --image installs it.
 # shellcheck disable=SC2034
 probebox_emulated_packages=(qemu-system-x86 ovmf qemu-system-arm qemu-efi-aarch64 mtools)
