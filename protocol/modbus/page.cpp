@@ -41,7 +41,7 @@ Rules for the master:
   reads up to 125 registers: seven rows.
 - A request to unit 0 (broadcast) is done by every unit and answered by none. By TCP it is a request like any other.
 - By TCP 8 masters are served at once; one more takes the place of one that has asked for nothing yet, or else of the one that has been
-  silent for longest. All share the registers that they write, so one alone should: then a request that is repeated over a new
+  silent for longest, of those of the computer that has most; a computer that has half of all replaces its own. All share the registers that they write, so one alone should: then a request that is repeated over a new
   connection is done once. What is no Modbus over TCP ends the connection.
 - A frame begins after silence or behind a whole frame. What is inside another unit's answer, or inside a frame with a bad CRC, is not done
   unless the line falls silent for 50 ms in its middle: after such a silence the box listens for a new frame.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 #include <utility>
 
 namespace probebox::app {
@@ -10,6 +11,11 @@ namespace {
 constexpr std::chrono::milliseconds kRound{500};
 constexpr std::uint8_t kUnit = 1;  // of requests at the desk; answers have the unit that the master wrote
 constexpr int kMostKnocks = 16;    // in one turn: those who knock without end do not keep the masters waiting
+
+// "10.0.0.7" of "10.0.0.7:51234".
+std::string_view computerOf(std::string_view peer) {
+  return peer.substr(0, peer.rfind(':'));
+}
 
 }  // namespace
 
@@ -50,20 +56,25 @@ void ModbusTcpServer::accept() {
   for (int k = 0; k < kMostKnocks; ++k) {
     auto pipe = listener_.accept();
     if (!pipe) return;
-    makeRoom();
+    std::string computer{computerOf(pipe->name())};
+    makeRoomFor(computer);
     masters_.push_back(std::make_unique<Master>());
     auto& master = *masters_.back();
     master.pipe = std::move(pipe);
+    master.computer = std::move(computer);
     master.heard = ++turn_;
     master.watch = loop_.watch(master.pipe->descriptor(), [this, &master] { receive(master); });
   }
 }
 
-void ModbusTcpServer::makeRoom() {
+void ModbusTcpServer::makeRoomFor(std::string_view computer) {
   std::erase_if(masters_, [](const auto& master) { return master->gone; });
   if (masters_.size() < kMostMasters) return;
-  const auto quietest = std::ranges::min_element(masters_, {}, [](const auto& master) {
-    return std::pair{master->has_asked, master->heard};
+  const auto ofComputer = [&](std::string_view name) { return std::ranges::count(masters_, name, &Master::computer); };
+  const bool among_own = ofComputer(computer) >= static_cast<std::ptrdiff_t>(kMostMasters / 2);
+  const auto quietest = std::ranges::min_element(masters_, {}, [&](const auto& master) {
+    const bool may_stay = among_own && master->computer != computer;
+    return std::tuple{may_stay, master->has_asked, -ofComputer(master->computer), master->heard};
   });
   dismiss(**quietest, "gave way to a newer one: " + std::to_string(kMostMasters) + " masters are served at once");
   masters_.erase(quietest);

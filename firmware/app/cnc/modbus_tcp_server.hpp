@@ -30,7 +30,8 @@ class ModbusTcpServer final : public RegisterServer {
  public:
   // Masters that may be connected at once. A further one replaces the one that has been silent for longest, so that
   // masters that vanished do not block new ones. Connections that have sent no request yet are replaced first, so that
-  // port scans displace no master.
+  // port scans displace no master; then those of the computer that has most. A computer that has half of all replaces
+  // its own.
   static constexpr std::size_t kMostMasters = 8;
 
   // revision: of the firmware, for device identification.
@@ -44,6 +45,7 @@ class ModbusTcpServer final : public RegisterServer {
  private:
   struct Master {
     std::unique_ptr<io::BytePipe> pipe;
+    std::string computer;  // its address
     modbus::TcpRequests requests;
     bool has_asked{};
     std::uint64_t heard{};  // turn of its last request
@@ -52,7 +54,7 @@ class ModbusTcpServer final : public RegisterServer {
   };
 
   void accept();
-  void makeRoom();
+  void makeRoomFor(std::string_view computer);
   void receive(Master& master);
   void answer(Master& master, modbus::TcpRequest& asked);
   void dismiss(Master& master, const std::string& why);

@@ -1,4 +1,7 @@
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 
 #include "firmware/app/cnc/modbus_tcp_server.hpp"
 #include "fixture.hpp"
@@ -50,6 +53,16 @@ class NetworkMaster : public ServedRegisters {
     auto pipe = tcp::connectTcp(address_, std::chrono::seconds{10});
     EXPECT_TRUE(pipe) << (pipe ? "" : pipe.error().what);
     return pipe ? std::move(*pipe) : nullptr;
+  }
+  // From another address of this computer.
+  io::Descriptor connectFrom(const char* host) const {
+    io::Descriptor socket{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+    sockaddr_in from{.sin_family = AF_INET, .sin_port = 0, .sin_addr = {inet_addr(host)}, .sin_zero = {}};
+    EXPECT_EQ(bind(socket.get(), reinterpret_cast<const sockaddr*>(&from), sizeof from), 0);
+    from.sin_addr.s_addr = inet_addr("127.0.0.1");
+    from.sin_port = htons(address_.port);
+    EXPECT_EQ(::connect(socket.get(), reinterpret_cast<const sockaddr*>(&from), sizeof from), 0);
+    return socket;
   }
   // What comes until there are `count` bytes or the connection ends.
   static std::string received(io::BytePipe& pipe, std::size_t count) {
@@ -202,6 +215,26 @@ TEST_F(NetworkMaster, KeepsItsPlaceHoweverManyKnockBetweenTwoOfItsRequests) {
     for (std::size_t k = 0; k < 2 * ModbusTcpServer::kMostMasters; ++k) knocking.push_back(connect());
     EXPECT_TRUE(isClosed(*knocking.at(knocking.size() - ModbusTcpServer::kMostMasters)));
   }
+}
+
+// The control asks seldom, as seen by a program that asks without end.
+TEST_F(NetworkMaster, KeepsItsPlaceHoweverManyOfAnotherComputerAsk) {
+  show(xOf(-0.0125));
+  const auto controller = connectFrom("127.0.0.2");
+  const auto asks = [&] {
+    std::string all(kAnswerX.size(), '\0');
+    return send(controller.get(), kReadX.data(), kReadX.size(), MSG_NOSIGNAL) > 0 &&
+           recv(controller.get(), all.data(), all.size(), MSG_WAITALL) > 0 && all == kAnswerX;
+  };
+  ASSERT_TRUE(asks());
+  std::vector<std::unique_ptr<io::BytePipe>> others;
+  for (std::size_t k = 0; k < 3 * ModbusTcpServer::kMostMasters; ++k) {
+    others.push_back(connect());
+    others.back()->write(bytesOf(kReadX));
+    EXPECT_EQ(received(*others.back(), kAnswerX.size()), kAnswerX);
+  }
+  EXPECT_TRUE(isClosed(*others.front()));
+  EXPECT_TRUE(asks());
 }
 
 TEST_F(NetworkMaster, IsTurnedOutWhenItDoesNotReadItsAnswers) {
