@@ -40,11 +40,6 @@ Access readAccess(Section& section) {
   return access;
 }
 
-bool givesARight(Access access) {
-  if (!access.allow_provision.value_or(false)) access.allow_provision.reset();
-  return access != Access{};
-}
-
 // An address that nothing has would leave its link with the rights of [access], and nobody would notice.
 void readDoors(Section& root, Service& service) {
   for (auto& section : root.sections("door", 2 * kMostAddresses)) {
@@ -85,6 +80,11 @@ Service readService(Section& root) {
 }
 
 }  // namespace
+
+bool givesARight(Access access) {
+  if (!access.allow_provision.value_or(false)) access.allow_provision.reset();
+  return access != Access{};
+}
 
 Access onUsb(Access named) {
   named.allow_provision = named.allow_provision.value_or(true);

@@ -22,6 +22,9 @@ struct Access {
   friend bool operator==(const Access&, const Access&) = default;
 };
 
+// Whether whoever has these rights may do anything but read.
+bool givesARight(Access access);
+
 // Returns the rights of hosts on USB: whoever holds the cable holds the box, and may provision it unless `named` says
 // otherwise.
 Access onUsb(Access named);

@@ -320,11 +320,12 @@ std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::
     reply.ticket = request.ticket;
     return reply;
   };
+  const auto rank = board::givesARight(caller.may) ? Worker::Rank::usual : Worker::Rank::guest;
   if (request.operation != Operation::loop_back)
-    return with_.worker.post(job) ? std::nullopt : std::optional{busy("Too many requests are waiting: try again.")};
+    return with_.worker.post(job, rank) ? std::nullopt : std::optional{busy("Too many requests are waiting: try again.")};
   // It takes seconds: one after the other, hosts would lose patience.
   if (with_.loop_back.begin()) {
-    if (with_.worker.postPatient(job)) return std::nullopt;
+    if (with_.worker.post(job, Worker::Rank::patient)) return std::nullopt;
     with_.loop_back.end();
   }
   return busy("The loop-back is already being measured, or too many requests are waiting: try again in a few seconds.");

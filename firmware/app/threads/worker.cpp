@@ -1,5 +1,6 @@
 #include "firmware/app/threads/worker.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <pthread.h>
 #include <utility>
@@ -23,17 +24,10 @@ void Worker::stop() {
   thread_.join();
 }
 
-bool Worker::post(std::function<void()> job) {
-  return post(jobs_, std::move(job));
-}
-
-bool Worker::postPatient(std::function<void()> job) {
-  return post(patient_, std::move(job));
-}
-
-bool Worker::post(Jobs& into, std::function<void()> job) {
+bool Worker::post(std::function<void()> job, Rank rank) {
   {
     const std::lock_guard lock{mutex_};
+    auto& into = jobs_[static_cast<std::size_t>(rank)];
     if (into.size() >= kMostJobs) return false;
     into.push_back(std::move(job));
   }
@@ -43,10 +37,10 @@ bool Worker::post(Jobs& into, std::function<void()> job) {
 
 std::function<void()> Worker::take() {
   const std::lock_guard lock{mutex_};
-  auto& from = jobs_.empty() ? patient_ : jobs_;
-  if (from.empty()) return {};
-  auto job = std::move(from.front());
-  from.pop_front();
+  const auto from = std::ranges::find_if_not(jobs_, &Jobs::empty);
+  if (from == jobs_.end()) return {};
+  auto job = std::move(from->front());
+  from->pop_front();
   return job;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <atomic>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <mutex>
@@ -9,20 +11,24 @@
 
 namespace probebox::app {
 
-// Runs everything that may take time in one thread: solving, SQLite, files. Jobs run in the order of posting; patient
-// ones run when no others wait.
+// Runs everything that may take time in one thread: solving, SQLite, files. Jobs of one rank run in the order of
+// posting, those of a lower rank when none of a higher one waits.
 class Worker {
  public:
+  enum class Rank : std::uint8_t {
+    usual,
+    patient,  // takes seconds
+    guest,    // of a host without rights, which may not keep others waiting
+  };
+
   // `on_wake` runs in the worker's thread after every notify(), after every job, and periodically.
   explicit Worker(std::function<void()> on_wake);
   ~Worker() { stop(); }
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  // Returns false when too many jobs wait: the caller reports that the box is busy.
-  bool post(std::function<void()> job);
-  // For jobs that take seconds: they run when nothing else waits.
-  bool postPatient(std::function<void()> job);
+  // Returns false when too many jobs of this rank wait: the caller reports that the box is busy.
+  bool post(std::function<void()> job, Rank rank = Rank::usual);
   // Runs the posted jobs, then ends the thread; notify() stays allowed.
   void stop();
   // Call within on_wake: the next round also begins when this descriptor is readable (-1: none).
@@ -32,15 +38,13 @@ class Worker {
 
  private:
   using Jobs = std::deque<std::function<void()>>;
-  bool post(Jobs& into, std::function<void()> job);
   void run();
   std::function<void()> take();
 
   std::function<void()> on_wake_;
   WakeUp wake_up_;
   std::mutex mutex_;
-  Jobs jobs_;
-  Jobs patient_;
+  std::array<Jobs, 3> jobs_;  // by rank
   int also_{-1};
   std::atomic<bool> stopping_{false};
   std::thread thread_;

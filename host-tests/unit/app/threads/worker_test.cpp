@@ -24,18 +24,19 @@ TEST(Worker, RunsJobsInTheirOrderAndAllOfThemBeforeItEnds) {
 }
 
 // What a cut has to hear must not wait behind what takes seconds.
-TEST(Worker, DoesPatientJobsWhenNothingElseWaits) {
+TEST(Worker, DoesJobsOfALowerRankWhenNothingElseWaits) {
   std::promise<void> gate;
   std::vector<int> done;
   {
     Worker worker{[] {}};
     worker.post([opened = gate.get_future().share()] { opened.wait(); });
-    ASSERT_TRUE(worker.postPatient([&] { done.push_back(3); }));
+    ASSERT_TRUE(worker.post([&] { done.push_back(4); }, Worker::Rank::guest));
+    ASSERT_TRUE(worker.post([&] { done.push_back(3); }, Worker::Rank::patient));
     ASSERT_TRUE(worker.post([&] { done.push_back(1); }));
     ASSERT_TRUE(worker.post([&] { done.push_back(2); }));
     gate.set_value();
   }
-  EXPECT_EQ(done, (std::vector<int>{1, 2, 3}));
+  EXPECT_EQ(done, (std::vector<int>{1, 2, 3, 4}));
 }
 
 TEST(Worker, SaysWhenTooMuchIsWaiting) {
@@ -43,8 +44,9 @@ TEST(Worker, SaysWhenTooMuchIsWaiting) {
   Worker worker{[] {}};
   worker.post([opened = gate.get_future().share()] { opened.wait(); });
   int taken = 0;
-  while (worker.post([] {})) ASSERT_LT(++taken, 10'000);
+  while (worker.post([] {}, Worker::Rank::guest)) ASSERT_LT(++taken, 10'000);
   EXPECT_GT(taken, 100);
+  EXPECT_TRUE(worker.post([] {})) << "guests take no place of others";
   gate.set_value();
 }
 
