@@ -11,12 +11,19 @@
 namespace probebox::store {
 namespace {
 
-// A dataset is up to a megabyte, a result a few kilobytes: the store must not grow with every run.
+// A dataset of a run is up to a megabyte, one that a host proposes up to some twenty, a result a few kilobytes: the
+// store must not grow with every run, nor fill a disk that needs room for an update.
 Outcome<void, Failure> dropOldDatasets(Database& database) {
-  Statement statement{database,
-                      "DELETE FROM datasets WHERE result_id IN (SELECT d.result_id FROM datasets d JOIN results r "
-                      "ON r.id = d.result_id WHERE r.accepted_utc = '' ORDER BY d.result_id DESC LIMIT -1 OFFSET ?)"};
-  return statement.bind(static_cast<std::int64_t>(Store::kOtherDatasets)).run();
+  Statement statement{
+      database,
+      "DELETE FROM datasets WHERE result_id IN (SELECT result_id FROM (SELECT d.result_id, row_number() OVER newest AS "
+      "place, "
+      "sum(length(d.json)) OVER newest AS characters FROM datasets d JOIN results r ON r.id = d.result_id "
+      "WHERE r.accepted_utc = '' WINDOW newest AS (ORDER BY d.result_id DESC)) "
+      "WHERE place > ? OR (place > 1 AND characters > ?))"};
+  return statement.bind(static_cast<std::int64_t>(Store::kOtherDatasets))
+      .bind(static_cast<std::int64_t>(Store::kOtherDatasetsCharacters))
+      .run();
 }
 
 Outcome<void, Failure> keepDataset(Database& database, Id id, std::string_view dataset) {

@@ -35,8 +35,9 @@ class Database;
 
 class Store {
  public:
-  // Number of datasets kept for results that were never accepted. Datasets of accepted results are all kept.
-  static constexpr std::size_t kOtherDatasets = 20;
+  // Number of datasets kept for results that were never accepted, and their characters, of which the newest may have
+  // more. Datasets of accepted results are all kept.
+  static constexpr std::size_t kOtherDatasets = 20, kOtherDatasetsCharacters = 32'000'000;
 
   // Makes the file when it is missing, updates an older one to the newest schema, of which a copy is kept before
   // (copy_before.hpp), and checks every page and row. A file

@@ -249,6 +249,16 @@ TEST_F(ResultsLife, KeepsTheDatasetsOfAcceptedResultsAndOfTheNewestOthers) {
   EXPECT_LT(std::filesystem::file_size(scratch_.file()), size_after_30 + 400'000) << "the file does not grow for ever";
 }
 
+// A disk of an image has room for an update beside them.
+TEST_F(ResultsLife, KeepsLargeDatasetsOfTheNewestOthersOnly) {
+  const std::string large(10'000'000, 'x');
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(store_.refuse(kBinding, "delay-multi-speed", {"a", "b"}, large, "t1"));
+  for (Id id = 1; id <= 5; ++id) EXPECT_EQ(store_.dataset(id).value().empty(), id <= 2) << id;
+  const std::string larger(Store::kOtherDatasetsCharacters + 1, 'x');
+  ASSERT_TRUE(store_.refuse(kBinding, "delay-multi-speed", {"a", "b"}, larger, "t1"));
+  for (Id id = 1; id <= 6; ++id) EXPECT_EQ(store_.dataset(id).value().empty(), id <= 5) << id;
+}
+
 TEST_F(ResultsLife, RemembersTheCorrectionThatWasServedLast) {
   EXPECT_FALSE(store_.standing().value());
   ASSERT_TRUE(store_.keepStanding({1.0 / 3, -2e-7, 0}, "t1"));
