@@ -28,6 +28,7 @@ Kit::Kit(Control& control) : control_{control} {
 
 double Kit::call(const std::string& name, const std::vector<double>& arguments) {
   if (name == "ask") return variables["_value"] = ask(arguments);
+  if (name == "frame") return 0;  // of LinuxCNC itself: host-tests/cnc/frame_test.py
   const auto found = subprograms_.find(name);
   if (found == subprograms_.end()) throw Alarm{"no subprogram " + name};
   for (std::size_t i = 0; i < arguments.size(); ++i) variables[name + "/" + std::to_string(i + 1)] = arguments[i];

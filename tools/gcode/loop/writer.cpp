@@ -206,6 +206,7 @@ void Writer::statement(const Statement& one) {
     case Statement::Is::assign:
       return assignment(one);
     case Statement::Is::call: {
+      if (one.text == "frame") return;  // LinuxCNC's own check: settings() has that of this control
       if (!by_name_.contains(one.text) && one.text != "look") return fail("there is no subprogram " + one.text);
       std::vector<std::string> given;
       for (const auto& argument : one.values) given.push_back(text(argument));
