@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The kit begins in the machine's own frame alone: with a shift, or another joint, nothing moves.
+"""The kit begins in the machine's own frame in mm alone: with a shift, another joint or a machine that counts in inches nothing moves.
 
 frame_test.py BINARIES KIT BOARD
 """
@@ -106,8 +106,22 @@ def lathe(room):
     goes(room, "a lathe that has diameters")
 
 
+def inches(room, *more):
+    """LinuxCNC ends before anything of the kit is at work."""
+    room.edit("mill.ini", ("LINEAR_UNITS = mm", "LINEAR_UNITS = inch"), *more)
+    without_a_box(room, "probebox_measure.hal")
+    process = room.start("linuxcnc", ["linuxcnc", "-r", "mill.ini"], cwd=room.kit)
+    eventually(lambda: process.poll() is not None, "a LinuxCNC that refuses inches")
+    del room.processes["linuxcnc"]
+    assert process.returncode != 0 and "LINEAR_UNITS = inch" in room.log("linuxcnc"), room.log("linuxcnc")
+
+
+def inches_that_measure(room):
+    inches(room, ("HALFILE = probebox.hal", "HALFILE = probebox_measure.hal"))
+
+
 if __name__ == "__main__":
     binaries, kit, board = sys.argv[1:4]
-    for test in (mill, lathe):
+    for test in (mill, lathe, inches, inches_that_measure):
         machine_room.run(test, binaries, kit)
     print("ok")
