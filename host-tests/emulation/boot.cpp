@@ -16,12 +16,12 @@ constexpr app::StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.05}, {0.5, 0
 
 }  // namespace
 
-Boot::Boot(Office& office, const std::filesystem::path& file)
+Boot::Boot(Office& office, const std::filesystem::path& file, const procedure::Facts& facts)
     : office_{office},
       core_{states_},
       calibrations_{store::Store::openAnyhow(file.string()),
                     {.probe_serial_number = "1", .machine = "mill", .mounting = "spindle", .travel = usualTravel()},
-                    usualFacts(),
+                    facts,
                     [this] { return office_.scenario().now(); },
                     [](std::span<const Event>) { return std::optional<Error>{}; },
                     [this](const Event& event) {

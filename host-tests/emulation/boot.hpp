@@ -16,7 +16,7 @@ namespace probebox::scenario {
 class Boot {
  public:
   // Nothing is told to the core: that is what restored() is for.
-  Boot(Office& office, const std::filesystem::path& file);
+  Boot(Office& office, const std::filesystem::path& file, const procedure::Facts& facts = usualFacts());
 
   // Events that the core must get first. exactly: the correction that the CNC has read last, if it survived the end.
   std::vector<Event> restored(const std::optional<std::array<double, kLinearAxes>>& exactly = std::nullopt);

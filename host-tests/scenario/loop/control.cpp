@@ -48,10 +48,11 @@ world::Config worldOfTheLoop() {
   return config;
 }
 
-Control::Control(std::uint64_t seed, char table)
+Control::Control(std::uint64_t seed, char table, const procedure::Facts& facts)
     : table_{table},
       office_{2U << 20U, stream::TriggerHistory::kKept, worldOfTheLoop(), seed},
-      boot_{office_, folder_.file("results.db")} {
+      boot_{office_, folder_.file("results.db"), facts} {
+  office_.scenario().facts = facts;
   office_.scenario().describeBy(describeMachine);
   office_.restartBox(boot_.restored());
   office_.scenario().speakThrough(standing());
@@ -148,9 +149,22 @@ world::Pose Control::poseOf(const std::array<double, 3>& angles_deg) const {
           .c_rad = c * kDegree};
 }
 
+void Control::watchTip(const std::array<double, 3>& from_deg, const std::array<double, 3>& to_deg) {
+  constexpr int kParts = 90;
+  const auto& machine = office_.scenario().machine();
+  const double level_mm = machine.tipIn({}, 1)[2];
+  for (int part = 0; part <= kParts; ++part) {
+    std::array<double, 3> at{};
+    for (std::size_t i = 0; i < 3; ++i) at[i] = from_deg[i] + (to_deg[i] - from_deg[i]) * part / kParts;
+    const double below_mm = level_mm - machine.tipIn(poseOf(at), machine.tool())[2];
+    lowest_tip_mm = std::min(lowest_tip_mm, machine.commandedPosition()[2] - below_mm);
+  }
+}
+
 void Control::turn(const std::array<double, 3>& to_deg, double feed_deg_min) {
   settle();
   if (to_deg == angles_deg_) return;
+  watchTip(angles_deg_, to_deg);
   commanded_.push_back({.is = Commanded::Is::turn, .to = to_deg, .feed = feed_deg_min});
   auto& machine = office_.scenario().world().machine();
   const auto now = office_.scenario().now();
@@ -180,6 +194,7 @@ void Control::takeTool(unsigned number) {
   if (!office_.scenario().world().machine().takeTool(number, office_.scenario().now())) throw Alarm{"no such tool"};
   tool_ = number;
   settle();
+  watchTip(angles_deg_, angles_deg_);
   if (at_tool) at_tool();
 }
 

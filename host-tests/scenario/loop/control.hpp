@@ -39,7 +39,7 @@ struct Commanded {
 class Control {
  public:
   // table: the axis that tilts the table, A or B; without one B swivels the head, and A orients the spindle.
-  explicit Control(std::uint64_t seed, char table = 0);
+  explicit Control(std::uint64_t seed, char table = 0, const procedure::Facts& facts = usualFacts());
 
   void wait(double s);
   void move(const std::array<double, 3>& to_mm, double feed_mm_min, bool guarded);
@@ -61,7 +61,10 @@ class Control {
   const std::vector<Commanded>& commanded() const { return commanded_; }
   Scenario& scenario() { return office_.scenario(); }
   std::uint64_t contacts() { return office_.scenario().machine().stylus().contactCount(); }
-  double lowest_mm{1e9};          // of all moves since it was set
+  double lowest_mm{1e9};  // of all moves since it was set
+  // Of the tip, where the first probe's with the head level is at the position of the machine: during all turns and
+  // after all tool changes since it was set.
+  double lowest_tip_mm{1e9};
   std::function<void()> at_move;  // before each
   std::function<void()> at_stop;  // M0
   std::function<void()> at_tool;  // behind a change
@@ -77,6 +80,7 @@ class Control {
   void settle();
   bool slides(const world::Vector3& to_mm);
   world::Pose poseOf(const std::array<double, 3>& angles_deg) const;
+  void watchTip(const std::array<double, 3>& from_deg, const std::array<double, 3>& to_deg);
 
   char table_;
   const support::TemporaryFolder folder_;

@@ -3,9 +3,11 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <memory>
+#include <set>
 #include <span>
 #include <stdexcept>
 
+#include "protocol/units/angle.hpp"
 #include "session.hpp"
 
 // The loop programs of Fanuc and Siemens, run as texts against an emulated box and its machine.
@@ -166,6 +168,31 @@ TEST_P(LoopProgram, GoesOnFromWhereAToolChangeHasLeftTheMachine) {
   const auto next = std::ranges::find(change, all.end(), Commanded::Is::move, &Commanded::is);
   ASSERT_NE(next, all.end());
   EXPECT_NEAR(next->to[2], -30, 1e-6) << "X and Y move at the height of the change";
+}
+
+// From one side to the other the head is level on the way, where the tip hangs lowest; a longer tool is taken with the
+// head where it is.
+TEST_P(LoopProgram, KeepsTheTipAboveEverythingWhereTheHeadSwivelsToItsOtherSide) {
+  constexpr double kNominal_mm = 0.1;  // the true head and tools are not the described ones
+  auto facts = usualFacts();
+  ASSERT_TRUE(facts.swivel_head);
+  facts.swivel_head->b.count = 3;
+  facts.swivel_head->b.angles_rad = {-45 * kDegree, 0, 45 * kDegree};
+  OfTheKit kit{0, 0, facts};
+  OfAText text{GetParam(), 0, 0, facts};
+  for (Session* session : {static_cast<Session*>(&kit), static_cast<Session*>(&text)}) {
+    auto& control = session->control;
+    ASSERT_EQ(session->run({4}), kDone) << session->why();
+    control.lowest_tip_mm = 1e9;
+    ASSERT_EQ(session->run({17}), kDone) << session->why();
+    std::set<double> angles;
+    for (const auto& one : control.commanded()) {
+      if (one.is == Commanded::Is::turn) angles.insert(std::round(one.to[1]));
+    }
+    EXPECT_EQ(angles, (std::set{-45.0, 0.0, 45.0}));
+    EXPECT_GE(control.lowest_tip_mm, kSafeZ_mm - kNominal_mm);
+    EXPECT_EQ(control.crashes(), 0U);
+  }
 }
 
 TEST_P(LoopProgram, TellsNoPlaceToTheBoxWhereItsAxesAreAbsolute) {

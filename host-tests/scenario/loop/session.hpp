@@ -32,7 +32,8 @@ struct Asked {
 // One control, one machine, one box. table: the axis of the control that tilts the table.
 class Session {
  public:
-  explicit Session(double dry, char table = 0) : control{1, table}, dry_{dry}, table_{table} {}
+  explicit Session(double dry, char table = 0, const procedure::Facts& facts = usualFacts())
+      : control{1, table, facts}, dry_{dry}, table_{table} {}
   virtual ~Session() = default;
   // The value of probebox_run.
   virtual double run(const Asked& run) = 0;
@@ -87,7 +88,8 @@ inline std::map<std::string, double> placesOfAxes() {
 
 class OfTheKit final : public Session {
  public:
-  explicit OfTheKit(double dry, char table = 0) : Session{dry, table} {}
+  explicit OfTheKit(double dry, char table = 0, const procedure::Facts& facts = usualFacts())
+      : Session{dry, table, facts} {}
   double run(const Asked& run) override {
     kit.call("begin", {});
     kit.variables["_pb_dry"] = dry_;
@@ -107,7 +109,8 @@ class OfTheKit final : public Session {
 
 class OfAText final : public Session {
  public:
-  OfAText(const std::string& dialect, double dry, char table = 0) : Session{dry, table} {
+  OfAText(const std::string& dialect, double dry, char table = 0, const procedure::Facts& facts = usualFacts())
+      : Session{dry, table, facts} {
     const auto text = gcode::loop::loopProgram(dialect, "XYZABC");
     EXPECT_TRUE(text) << (text ? "" : text.error().what);
     if (dialect == "fanuc") {
