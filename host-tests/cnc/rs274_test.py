@@ -14,7 +14,7 @@ RUNS = {
     "delay-multi-speed": STYLUS + SPHERE + TOOL,
     "delay-plates": STYLUS + ["--gap", "26"] + TOOL,
     "delay-in-out": ["--speed", "20"] + STYLUS + SPHERE + TOOL,
-    "delay-contour": STYLUS + SPHERE + TOOL,
+    "delay-contour": ["--speed", "5", "--sphere", "50"] + STYLUS + TOOL,  # renews the mask of the probe
     "centreline": ["--angles", "5", "--c-axis", "0.5,0.25,0"] + STYLUS + SPHERE + BALL + TOOL,
     "tool-setter": ["--tool", "4", "--setter", "16", "--tool-diameter", "10"] + STYLUS + TOOL,
     "table-pivot": ["--tilts=-20,0,20", "--table-axis", "0,0,-50"] + STYLUS + SPHERE + BALL + TOOL,

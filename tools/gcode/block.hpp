@@ -57,9 +57,11 @@ struct TakeTool {
 };
 // Raises an alarm unless a length offset is active.
 struct CheckLength {};
-// The probe is pressed into a surface from here, or free again.
+// The probe is pressed into a surface from here, or free again. renews: it was before, and a control that masks it for
+// a while begins anew, with the axes at rest.
 struct Contact {
   bool begin{};
+  bool renews{};
 };
 struct Wait {
   double s{};

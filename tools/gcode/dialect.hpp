@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -65,6 +66,9 @@ class Dialect {
   Lines takeAnew(const TakeTool& tool) const;
   virtual Lines checkLength() const = 0;
   virtual Lines contact(const Contact&) const { return {}; }
+  // How long the control masks a probe that is pressed into a surface, s, until an exact stop at which that begins
+  // anew; nothing where it does not stop such moves.
+  virtual std::optional<double> mask_s() const { return std::nullopt; }
   virtual std::string wait(double s) const;
   virtual Lines stop(const Stop& stop) const = 0;
   virtual Lines mark(const Mark& mark) const = 0;

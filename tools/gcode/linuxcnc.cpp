@@ -63,7 +63,11 @@ class LinuxCnc final : public Dialect {
   }
   Lines retract(const Retract&, double machine_z_mm) const override { return {"G53 G0 Z" + decimal(machine_z_mm)}; }
   Lines checkLength() const override { return {"o<pb_length> call"}; }
-  Lines contact(const Contact& contact) const override { return {contact.begin ? "M64 P0" : "M65 P0"}; }
+  Lines contact(const Contact& contact) const override {
+    if (contact.renews) return {"M66 P0 L0", "M65 P0", "M64 P0"};
+    return {contact.begin ? "M64 P0" : "M65 P0"};
+  }
+  std::optional<double> mask_s() const override { return 18; }  // of the 20 s of probebox_requests.hal
   Lines stop(const Stop& stop) const override { return {"(MSG," + plain(stop.text) + ")", "M0"}; }
   Lines mark(const Mark& mark) const override {
     const auto& [a, b, c] = mark.angles_deg;

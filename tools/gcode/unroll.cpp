@@ -25,6 +25,9 @@ constexpr double kDwell_s = 0.1;   // at overtravel
 // At rest after the retract: longer than all delays and the line together.
 constexpr double kAfter_s = 0.3;
 constexpr double kHold_s = 1;
+// A way of a scan that would end beyond that begins with a new mask (LinuxCNC's lasts 20 s). kStop_s: to come to speed
+// and to a stop.
+constexpr double kMask_s = 17, kStop_s = 0.5;
 constexpr double kSwivel_deg_min = 600;  // of a head under tip control
 
 std::array<double, 3> inDegrees(std::array<double, 3> angles_rad) {
@@ -267,7 +270,8 @@ class Unroller {
     mark(false, step);
   }
 
-  // In contact from the first mark to the second.
+  // In contact from the first mark to the second. At a mark somebody may have stood for long, so that behind it the
+  // mask of the probe begins anew.
   void scan(const Step& step, const Place& place) {
     const ScanPath& path = step.touch.scan;
     const double feed = step.touch.retract_speed_mm_s * 60;
@@ -280,15 +284,24 @@ class Unroller {
     move(at(path.depths_mm[0]), std::min(setting_.near_mm_min, feed), Way::measure);
     blocks_.push_back(Wait{kSettle_s});
     mark(true, step);
+    double masked_s = kMask_s;
     for (std::size_t i = 0; i < waysOf(path); ++i) {
       const ScanWay way = wayOf(path, i);
       const Eigen::Vector2d to_centre_mm = (place.centre_mm - here_).head<2>();
+      const double way_mm = std::abs(way.turn_rad) * to_centre_mm.norm();
+      const double lasts_s = way_mm / step.touch.retract_speed_mm_s + kStop_s;
+      if (masked_s + lasts_s > kMask_s) {
+        blocks_.push_back(Contact{.begin = true, .renews = true});
+        masked_s = 0;
+      }
+      masked_s += lasts_s;
       angle_rad += way.turn_rad;
       move(at(way.to_depth_mm), feed, Way::measure);
       if (way.is_arc) std::get<Move>(blocks_.back()).arc = Arc{to_centre_mm, way.turn_rad < 0};
     }
     blocks_.push_back(Wait{kAfter_s});
     mark(false, step);
+    blocks_.push_back(Contact{.begin = true, .renews = true});
     move(at(-step.clearance_mm), std::min(setting_.near_mm_min, feed), Way::measure);
     blocks_.push_back(Contact{false});
   }

@@ -47,6 +47,16 @@ TEST(GcodeCommand, RefusesToGoThroughTheSphere) {
   EXPECT_EQ(delay("haas", {"--overtravel", "1.5", "--deflection-limit", "2"}).status, 0);
 }
 
+TEST(GcodeCommand, RefusesAScanThatOutlastsTheMaskOfLinuxCnc) {
+  const auto scan = [](const std::string& dialect, const std::string& speed) {
+    return probebox({"gcode", "delay-stepped-scan", "--dialect", dialect, "-o", "-", "--safe-z", "200", "--sphere",
+                     "200", "--stylus", "6", "--speed", speed});
+  };
+  EXPECT_THAT(scan("linuxcnc", "5").err, AllOf(HasSubstr("without an exact stop"), HasSubstr("greater --speed")));
+  EXPECT_EQ(scan("linuxcnc", "20").status, 0);
+  EXPECT_EQ(scan("fanuc", "5").status, 0);
+}
+
 TEST(GcodeCommand, CallsTheToolThatCarriesTheProbe) {
   EXPECT_THAT(delay("fanuc", {"--probe-tools", "7", "--number", "1234", "--machine-z", "-5"}).out,
               AllOf(HasSubstr("\nO1234 "), HasSubstr("\nG0 G90 G49 G53 Z-5.000\nT7 M6\n"), HasSubstr("\nG1 G43 H7 Z"),

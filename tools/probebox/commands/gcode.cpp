@@ -6,6 +6,7 @@
 #include "firmware/procedure/plan/plan.hpp"
 #include "protocol/units/angle.hpp"
 #include "tools/gcode/loop/loop.hpp"
+#include "tools/gcode/mask.hpp"
 #include "tools/gcode/picture.hpp"
 #include "tools/gcode/place_of.hpp"
 #include "tools/gcode/program.hpp"
@@ -98,6 +99,8 @@ Outcome<Written, Trouble> unrolled(const Gcode& options) {
   TRY(const auto setting, settingOf(options));
   const auto blocks = gcode::unroll(plan, setting);
   if (!blocks) return Trouble{ExitStatus::failed, "no-program", blocks.error().what};
+  if (auto error = gcode::whyMaskedTooLong(*blocks, setting, dialect))
+    return Trouble{ExitStatus::failed, "no-program", error->what};
   if (auto trouble = whyWordNotUsed(options, *blocks)) return *trouble;
   const std::string chosen = chosenOf(wanted);
   const gcode::Heading heading{.method = options.method,
