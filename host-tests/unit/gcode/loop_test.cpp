@@ -78,6 +78,12 @@ TEST(LoopText, NamesInItsCommentsWhatThisControlHas) {
   EXPECT_THAT(saidIn(*loopProgram("siemens", "XYZABC")), HasSubstr("PBT_N[200 + NUMBER OF A TOOL]"));
 }
 
+TEST(LoopText, SaysThatASiemensCountsCOn) {
+  const auto text = saidIn(*loopProgram("siemens", "XYZABC"));
+  const auto head = text.substr(0, text.find("AREAS THAT THE PLC TRANSFERS"));
+  EXPECT_THAT(head, testing::AllOf(HasSubstr("MD 30310"), HasSubstr("NO MODULO AXIS"), HasSubstr("LONG WAY ROUND")));
+}
+
 TEST(LoopText, RefusesNumbersWhosePlacesBelongToOthers) {
   EXPECT_THAT(*loopProgram("siemens", "XYZABC"),
               testing::AllOf(HasSubstr("PBL_FITS_TOOL<=99 GOTO"), HasSubstr("PBL_FITS_BALL<=9 GOTO")));

@@ -48,21 +48,25 @@ class SiemensWriter final : public Writer {
     subprogram_ = one.name;
     line("PROC " + name + (main ? "(" + parameters() + ") SAVE" : ""));
     if (!main) return;
-    explain("Siemens 840D sl or ONE",
-            {"Call: PROBEBOX(4, 1, 0) - method, axis, tool, read by, mounts, contacts; what is left out at the end is "
-             "0. The program that calls it has in its head: EXTERN PROBEBOX(REAL, REAL, REAL, REAL, REAL, REAL). Put "
-             "these programs where subprograms are found, and GUD8 into force.",
-             "At its end it gives back the G functions and frames of the caller (SAVE), and D where the tool in the "
-             "spindle is still his. After another tool D0 is active: call D before Z moves. An alarm of this program "
-             "is left by reset.",
-             "No transformation may be active (TRAORI, TRANSMIT, TRACYL): it refuses to begin.",
-             "The PLC is the Modbus master of the box: MB_CLIENT of a S7-1500 (ONE), a CP 341 or an IM of a S7-300 "
-             "(840D sl). Word "
-             "N of the areas is byte 2 N of the memory that PLC and NC share ($A_DBW, $A_DBD, $A_DBR): FC 21 transfers "
-             "it, by "
-             "the type of each register. Register 0 read there is 20546.",
-             "MEAS=1 is the probe at measuring input 1. Machine data: the alarm 65000 stops the program.",
-             "Axes of the machine are named X Y Z A B C; G153 moves them without frames, D0 without tool lengths."});
+    explain(
+        "Siemens 840D sl or ONE",
+        {"Call: PROBEBOX(4, 1, 0) - method, axis, tool, read by, mounts, contacts; what is left out at the end is "
+         "0. The program that calls it has in its head: EXTERN PROBEBOX(REAL, REAL, REAL, REAL, REAL, REAL). Put "
+         "these programs where subprograms are found, and GUD8 into force.",
+         "At its end it gives back the G functions and frames of the caller (SAVE), and D where the tool in the "
+         "spindle is still his. After another tool D0 is active: call D before Z moves. An alarm of this program "
+         "is left by reset.",
+         "No transformation may be active (TRAORI, TRANSMIT, TRACYL): it refuses to begin.",
+         "The PLC is the Modbus master of the box: MB_CLIENT of a S7-1500 (ONE), a CP 341 or an IM of a S7-300 "
+         "(840D sl). Word "
+         "N of the areas is byte 2 N of the memory that PLC and NC share ($A_DBW, $A_DBD, $A_DBR): FC 21 transfers "
+         "it, by "
+         "the type of each register. Register 0 read there is 20546.",
+         "MEAS=1 is the probe at measuring input 1. Machine data: the alarm 65000 stops the program.",
+         "Axes of the machine are named X Y Z A B C; G153 moves them without frames, D0 without tool lengths.",
+         "C counts on beyond 360 degrees and below 0: it is no modulo axis (MD 30310 ROT_IS_MODULO = 0). The program "
+         "writes plain C=, which on a modulo axis never passes 0: there a turn until contact near 0, or the way back "
+         "from it, would go the long way round."});
     for (std::size_t i = 0; i < kArguments.size(); ++i)
       line(variable("main/" + std::to_string(i + 1)) + "=PBP_" + std::string{kArguments[i]});
     line("STOPRE");
