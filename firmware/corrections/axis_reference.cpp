@@ -107,15 +107,17 @@ double AxisReference::nearestIndex_mm(double position_mm, double speed_mm_s) con
   return begins_mm + std::round((position_mm - begins_mm) / config_.index_pitch_mm) * config_.index_pitch_mm;
 }
 
-bool AxisReference::canBeHomed() const {
-  if (config_.by == ReferenceBy::absolute && offset_mm_) return false;
-  return still_since_ && std::abs(u_mm_ - still_since_->u_mm) <= kStill_mm;
+Homing AxisReference::homing(MonoTime now) const {
+  if (config_.by == ReferenceBy::absolute && offset_mm_) return Homing::absolute;
+  if (isSilent(now, kSilence)) return Homing::silent;
+  const bool stands = still_since_ && std::abs(u_mm_ - still_since_->u_mm) <= kStill_mm;
+  return stands ? Homing::possible : Homing::moving;
 }
 
-bool AxisReference::homed(double position_mm) {
+bool AxisReference::homed(double position_mm, MonoTime now) {
   if (!std::isfinite(position_mm) || (config_.travel.isDescribed() && !config_.travel.reaches(position_mm)))
     return false;
-  if (!canBeHomed()) return false;
+  if (homing(now) != Homing::possible) return false;
   // The mean of what it showed while it stood still.
   const double mean_mm = still_since_->u_mm + still_since_->sum_mm / std::max(1, still_since_->counts);
   offset_mm_ = config_.by == ReferenceBy::absolute ? 0 : position_mm - mean_mm;

@@ -8,6 +8,7 @@
 
 namespace probebox::corrections {
 
+using published::Homing;
 using published::ReferenceFault;
 
 // How the counts of an axis become a machine position.
@@ -40,16 +41,17 @@ class AxisReference {
   static constexpr double kEdgeUncertainty_s = 50e-6;
   // An axis that moved less than this in the last 100 ms stands still.
   static constexpr double kStill_mm = 0.01;
+  // Without a count for longer than this it may have moved.
+  static constexpr Nanoseconds kSilence = std::chrono::milliseconds{250};
 
   explicit AxisReference(const ReferenceConfig& config);
 
   void setDelay(double tau_s, double sd_s);
   void push(MonoTime at, std::int64_t counts);
   void index(MonoTime at);
-  // Returns false and changes nothing if the axis was not at standstill, has an absolute encoder, or cannot be at this
-  // position.
-  bool homed(double position_mm);
-  bool canBeHomed() const;
+  // Returns false and changes nothing if the axis cannot be homed at `now`, or cannot be at this position.
+  bool homed(double position_mm, MonoTime now);
+  Homing homing(MonoTime now) const;
   // An absolute encoder references its axis again with the next count.
   void encoderLost();
 

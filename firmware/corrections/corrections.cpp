@@ -119,7 +119,8 @@ void Corrections::push(const SourceLost& lost) {
 }
 
 void Corrections::push(const AxisHomed& homed) {
-  if (!references_[static_cast<std::size_t>(homed.axis)].homed(homed.position_mm)) ++refused_homings_;
+  auto& reference = references_[static_cast<std::size_t>(homed.axis)];
+  if (!reference.homed(homed.position_mm, homed.at)) ++refused_homings_;
 }
 
 void Corrections::push(const PoseTold& pose) {
@@ -297,7 +298,7 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
   beat(now);
   tick_since_advance_ = false;
   sampled_since_advance_ = false;
-  describeAxes();
+  describeAxes(now);
   describeRotary(now);
   state_.at = now;
   state_.last_trigger = triggers_.newest();
@@ -312,7 +313,7 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
   state_.loss_seen = ledger.lost_at_source != 0 || ledger.lost_in_queue != 0;
 }
 
-void Corrections::describeAxes() {
+void Corrections::describeAxes(MonoTime now) {
   bool any_screw = false, all_good = true;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const auto& reference = references_[axis];
@@ -320,7 +321,7 @@ void Corrections::describeAxes() {
     any_screw = any_screw || screw.fitted();
     all_good = all_good && (!screw.fitted() || screw.sensorGood());
     state_.axes[axis] = {.referenced = reference.referenced(),
-                         .can_be_homed = reference.canBeHomed(),
+                         .homing = reference.homing(now),
                          .position_mm = reference.position_mm().value_or(0),
                          .last_fault = reference.lastFault(),
                          .reference_losses = reference.losses(),

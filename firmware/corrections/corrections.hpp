@@ -58,7 +58,7 @@ class Corrections {
   // Heartbeat period of the register map.
   static constexpr Nanoseconds kHeartbeat = std::chrono::milliseconds{100};
   // A source that needs an axis is in doubt when its encoder was silent for this long.
-  static constexpr Nanoseconds kSilence = std::chrono::milliseconds{250};
+  static constexpr Nanoseconds kSilence = AxisReference::kSilence;
   // Counts take the place of samples that did not come for this long: the probe is silent in every cut.
   static constexpr Nanoseconds kSamplesMissing = std::chrono::milliseconds{50};
 
@@ -127,7 +127,7 @@ class Corrections {
   void inhibit();
   void serve(MonoTime now, const Sum& sum);
   void beat(MonoTime now);
-  void describeAxes();
+  void describeAxes(MonoTime now);
   void describeRotary(MonoTime now);
   bool neededAxesReferenced() const;
   bool neededAnglesKnown() const;

@@ -18,7 +18,7 @@ bool RotaryAngle::told(double angle_rad, MonoTime at) {
   }
   const bool tells_itself = config_.reference.by == ReferenceBy::absolute && reference_.referenced();
   // A controller that goes on telling where the axis is while it turns references nothing, and does no harm.
-  return tells_itself || reference_.homed(angle_rad / kDegree) || reference_.referenced();
+  return tells_itself || reference_.homed(angle_rad / kDegree, at) || reference_.referenced();
 }
 
 bool RotaryAngle::known() const {

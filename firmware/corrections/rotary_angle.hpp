@@ -24,7 +24,7 @@ class RotaryAngle {
 
   void push(const AngleCount& count);
   // Takes an angle from the controller, or the reference of an incremental encoder. Returns false when the axis is not
-  // at standstill.
+  // at standstill, or its encoder is silent.
   bool told(double angle_rad, MonoTime at);
   void encoderLost() { reference_.encoderLost(); }
 

@@ -31,6 +31,14 @@ enum class ReferenceFault : std::uint8_t {
   encoder_lost = 3,      // the encoder went away
 };
 
+// Whether an axis can be homed now, or why not.
+enum class Homing : std::uint8_t {
+  silent = 0,    // no count has come, or none lately
+  moving = 1,    // it has not been seen to stand still
+  absolute = 2,  // its encoder tells the position itself
+  possible = 3,
+};
+
 // Why a screw's sensor is not believed.
 enum class SensorFault : std::uint8_t { none = 0, silent = 1, out_of_range = 2, lost = 3 };
 
@@ -108,7 +116,7 @@ struct CentrelineInForce {
 // One linear axis: its reference, and its screw correction as a line over the position.
 struct AxisState {
   bool referenced{};
-  bool can_be_homed{};   // it is at standstill, and its encoder is not absolute
+  Homing homing{};
   double position_mm{};  // valid when referenced
   ReferenceFault last_fault{};
   std::uint32_t reference_losses{};

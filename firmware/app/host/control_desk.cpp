@@ -51,11 +51,18 @@ Right rightFor(const Event& said) {
 
 // The core would refuse it: the caller hears so at once.
 std::optional<Error> whyNotHomed(const AxisHomed& homed, const box::State& state) {
+  using published::Homing;
   const auto axis = static_cast<std::size_t>(homed.axis);
-  if (state.snapshot.axes.at(axis).can_be_homed) return std::nullopt;
-  return Error{std::string{"The axis "} + "XYZ"[axis] +
-               " has not been seen to stand still for 0.1 s, or its encoder tells its position itself: home it at "
-               "standstill."};
+  const auto homing = state.snapshot.axes.at(axis).homing;
+  if (homing == Homing::possible) return std::nullopt;
+  const std::string the_axis = std::string{"The axis "} + "XYZ"[axis];
+  if (homing == Homing::silent)
+    return Error{the_axis +
+                 " is not counted: its encoder is silent, and the axis may be anywhere; read probebox status, and home "
+                 "it when its counts have come back."};
+  if (homing == Homing::absolute)
+    return Error{the_axis + " has an encoder that tells its position itself: leave it out of the homing."};
+  return Error{the_axis + " has not been seen to stand still for 0.1 s: home it at standstill."};
 }
 
 // A reference that was there already moves without anything else to show it.

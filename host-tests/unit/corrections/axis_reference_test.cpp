@@ -29,6 +29,7 @@ class ReferencedAxis {
     }
   }
   void loseCounts(std::int64_t counts) { lost_ += counts; }
+  bool home(double position_mm) { return reference.homed(position_mm, stamp(t_s_)); }
   double position_mm() const { return x_mm_; }
 
   AxisReference reference;
@@ -148,7 +149,7 @@ TEST(AxisReference, IsLostWhenTheCountsMoveFasterThanTheAxisCan) {
   config.maximum_speed_mm_s = 200;
   ReferencedAxis axis{config};
   axis.move(0, 0.2);
-  ASSERT_TRUE(axis.reference.homed(-40));
+  ASSERT_TRUE(axis.home(-40));
   axis.move(150, 0.5);
   EXPECT_TRUE(axis.reference.referenced());
   EXPECT_NEAR(*axis.reference.position_mm(), 35, 2e-3);
@@ -162,11 +163,11 @@ TEST(AxisReference, IsTakenFromTheControllerOnlyAtRest) {
   auto config = marked();
   config.by = ReferenceBy::homing;
   ReferencedAxis axis{config};
-  EXPECT_FALSE(axis.reference.homed(7)) << "no count has come";
+  EXPECT_FALSE(axis.home(7)) << "no count has come";
   axis.move(5, 0.5);
-  EXPECT_FALSE(axis.reference.homed(7)) << "it moves";
+  EXPECT_FALSE(axis.home(7)) << "it moves";
   axis.move(0, 0.2);
-  EXPECT_TRUE(axis.reference.homed(7));
+  EXPECT_TRUE(axis.home(7));
   EXPECT_NEAR(*axis.reference.position_mm(), 7, 1e-9);
 }
 
@@ -177,11 +178,11 @@ TEST(AxisReference, IsTakenFromTheControllerOnlyWithinTheTravel) {
   ReferencedAxis axis{config};
   axis.move(0, 0.2);
   for (const double nowhere_mm : {1e6, 450.01, -50.01, -1e308, HUGE_VAL, std::nan("")}) {
-    EXPECT_FALSE(axis.reference.homed(nowhere_mm)) << nowhere_mm;
+    EXPECT_FALSE(axis.home(nowhere_mm)) << nowhere_mm;
     EXPECT_FALSE(axis.reference.referenced());
   }
-  EXPECT_TRUE(axis.reference.homed(static_cast<float>(-50.0F)));
-  EXPECT_TRUE(axis.reference.homed(450));
+  EXPECT_TRUE(axis.home(static_cast<float>(-50.0F)));
+  EXPECT_TRUE(axis.home(450));
 }
 
 TEST(AxisReference, OfRepeatingMarksNeedsHomingAndIsCheckedByEach) {
@@ -192,7 +193,7 @@ TEST(AxisReference, OfRepeatingMarksNeedsHomingAndIsCheckedByEach) {
   axis.move(1, 2, 1.0);
   EXPECT_FALSE(axis.reference.referenced());
   axis.move(0, 0.2);
-  ASSERT_TRUE(axis.reference.homed(20));  // it stands 2 mm from where it was switched on
+  ASSERT_TRUE(axis.home(20));  // it stands 2 mm from where it was switched on
   axis.move(1, 10, 4.5);                  // the mark at 22.5
   EXPECT_TRUE(axis.reference.referenced());
   axis.loseCounts(-400);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "machine_on_a_desk.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::corrections {
 namespace {
@@ -93,6 +94,55 @@ TEST(Corrections, WaitForTheReferencesOfTheAxesThatTheyNeedAndForNoOther) {
     alone.run(0.1);
     EXPECT_TRUE(alone.snapshot().referenced) << static_cast<int>(axis);
   }
+}
+
+// The axis may be anywhere, whatever its latest count was.
+TEST(Corrections, TakeNoReferenceForAnAxisWhoseEncoderIsSilent) {
+  MachineOnADesk machine{MachineOnADesk::usual()};
+  machine.position_mm = {10, 10, 10};
+  machine.run(0.5);
+  machine.home();
+  machine.encoders = false;
+  machine.run(0.1);
+  machine.position_mm = {50, 50, 50};
+  machine.run(1);
+  machine.home();
+  machine.run(0.01);
+  EXPECT_EQ(machine.snapshot().refused_homings, 3U);
+  machine.encoders = true;
+  machine.run(0.05);
+  EXPECT_TRUE(machine.snapshot().axes[0].referenced);
+  EXPECT_NEAR(machine.snapshot().axes[0].position_mm, 50, 1e-6);
+  machine.run(0.2);
+  machine.home();
+  machine.run(0.01);
+  EXPECT_EQ(machine.snapshot().refused_homings, 3U) << "it is counted again, and stands still";
+}
+
+TEST(Corrections, TakeNoAngleForARotaryAxisWhoseEncoderIsSilent) {
+  auto config = MachineOnADesk::usual();
+  config.angles[2] = {.described = true,
+                      .from = AngleFrom::encoder,
+                      .reference = {.by = ReferenceBy::homing, .mm_per_count = MachineOnADesk::kDegPerCount}};
+  MachineOnADesk machine{config};
+  const auto told = [&machine](double degrees) {
+    machine.corrections.push(PoseTold{.axes = 4,
+                                      .angles_rad = {0, 0, degrees * kDegree},
+                                      .has_tool = false,
+                                      .tool = 0,
+                                      .tool_length_mm = 0,
+                                      .at = machine.now});
+  };
+  machine.angle_deg[2] = 10;
+  machine.run(0.5);
+  told(10);
+  machine.angle_deg[2].reset();
+  machine.run(1);
+  told(50);
+  machine.angle_deg[2] = 50;
+  machine.run(0.05);
+  EXPECT_TRUE(machine.snapshot().rotary[2].known);
+  EXPECT_NEAR(machine.snapshot().rotary[2].angle_rad, 50 * kDegree, 1e-6);
 }
 
 TEST(Corrections, AreRefusedASourceThatTheMachineDoesNotHave) {

@@ -24,7 +24,9 @@ class Desk : public testing::Test {
     for (Event event; commands_.pop(event);) ++count;
     return count;
   }
-  void standStill(Axis axis) { state_.snapshot.axes.at(static_cast<std::size_t>(axis)).can_be_homed = true; }
+  void standStill(Axis axis) {
+    state_.snapshot.axes.at(static_cast<std::size_t>(axis)).homing = published::Homing::possible;
+  }
 
   box::State state_;
 
@@ -64,6 +66,17 @@ TEST_F(Desk, HomesAllAxesOfALineOrNone) {
   standStill(Axis::y);
   EXPECT_FALSE(take(said));
   EXPECT_EQ(taken(), 2U);
+}
+
+TEST_F(Desk, SaysWhatAHomingLacks) {
+  const auto why = [&](published::Homing homing) {
+    state_.snapshot.axes[1].homing = homing;
+    return take({AxisHomed{Axis::y, 20, {}}}).value_or(Error{}).what;
+  };
+  EXPECT_THAT(why(published::Homing::silent), HasSubstr("The axis Y is not counted"));
+  EXPECT_THAT(why(published::Homing::moving), HasSubstr("The axis Y has not been seen to stand still for 0.1 s"));
+  EXPECT_THAT(why(published::Homing::absolute), HasSubstr("leave it out"));
+  EXPECT_EQ(taken(), 0U);
 }
 
 TEST_F(Desk, BeginsNoCutWithAMarkerThatBelongsToNoRun) {
