@@ -12,10 +12,6 @@ constexpr double kCountNoise_mm = 0.02;
 
 }  // namespace
 
-AxisReference::AxisReference(const ReferenceConfig& config) : config_{config} {
-  if (config.by == ReferenceBy::absolute) offset_mm_ = 0.0;
-}
-
 void AxisReference::setDelay(double tau_s, double sd_s) {
   const bool known = sd_s > 0;
   tau_s_ = known ? tau_s : 0;
@@ -32,7 +28,11 @@ void AxisReference::push(MonoTime at, std::int64_t counts) {
   } else if (at > at_) {
     const double dt_s = toSeconds(at - at_);
     const double moved_mm = u_mm - u_mm_;
-    if (std::abs(moved_mm) > config_.maximum_speed_mm_s * dt_s + kCountNoise_mm) lose(ReferenceFault::impossible_speed);
+    if (std::abs(moved_mm) > config_.maximum_speed_mm_s * dt_s + kCountNoise_mm) {
+      lose(ReferenceFault::impossible_speed);
+      // The next one of an absolute encoder is as good as its first.
+      if (config_.by == ReferenceBy::absolute) has_count_ = false;
+    }
     if (pending_index_) {
       const MonoTime due = *pending_index_ + Nanoseconds{std::llround(tau_s_ * 1e9)};
       if (at >= due) takeIndex(due, moved_mm, dt_s, at, u_mm);
@@ -87,7 +87,8 @@ void AxisReference::followPass(MonoTime at, double u_mm) {
 }
 
 void AxisReference::passIndex(double u_mm, double speed_mm_s, double uncertainty_mm) {
-  if (!offset_mm_) {
+  const auto zero_mm = this->zero_mm();
+  if (!zero_mm) {
     const bool is_unique = config_.by == ReferenceBy::index && config_.index_pitch_mm == 0;
     if (is_unique && uncertainty_mm <= config_.index_tolerance_mm) {
       offset_mm_ = nearestIndex_mm(0, speed_mm_s) - u_mm;
@@ -96,9 +97,10 @@ void AxisReference::passIndex(double u_mm, double speed_mm_s, double uncertainty
     }
     return;
   }
-  const double position_mm = u_mm + *offset_mm_;
+  const double position_mm = u_mm + *zero_mm;
   const double off_mm = position_mm - nearestIndex_mm(position_mm, speed_mm_s);
-  if (std::abs(off_mm) > config_.index_tolerance_mm + uncertainty_mm) lose(ReferenceFault::wrong_index);
+  if (std::abs(off_mm) > config_.index_tolerance_mm + uncertainty_mm) return lose(ReferenceFault::wrong_index);
+  offset_mm_ = zero_mm;  // an absolute encoder that disagreed with a mark is believed again
 }
 
 double AxisReference::nearestIndex_mm(double position_mm, double speed_mm_s) const {
@@ -108,7 +110,7 @@ double AxisReference::nearestIndex_mm(double position_mm, double speed_mm_s) con
 }
 
 Homing AxisReference::homing(MonoTime now) const {
-  if (config_.by == ReferenceBy::absolute && offset_mm_) return Homing::absolute;
+  if (config_.by == ReferenceBy::absolute) return Homing::absolute;
   if (isSilent(now, kSilence)) return Homing::silent;
   const bool stands = still_since_ && std::abs(u_mm_ - still_since_->u_mm) <= kStill_mm;
   return stands ? Homing::possible : Homing::moving;
@@ -120,7 +122,7 @@ bool AxisReference::homed(double position_mm, MonoTime now) {
   if (homing(now) != Homing::possible) return false;
   // The mean of what it showed while it stood still.
   const double mean_mm = still_since_->u_mm + still_since_->sum_mm / std::max(1, still_since_->counts);
-  offset_mm_ = config_.by == ReferenceBy::absolute ? 0 : position_mm - mean_mm;
+  offset_mm_ = position_mm - mean_mm;
   return true;
 }
 

@@ -29,8 +29,8 @@ struct ReferenceConfig {
   Travel travel{};
 };
 
-// The reference of one incremental axis; for a rotary axis read degrees wherever mm is written. There is none until the
-// index pulse or a position from the controller, and none after a count error. Counts lag behind the lines by the
+// The reference of one axis; for a rotary axis read degrees wherever mm is written. There is none until the first count
+// of an absolute encoder, the index pulse or a position from the controller, and none after a count error. Counts lag behind the lines by the
 // system delay (A1), so a mark is looked up in the counts that come that much later; while the delay is not known,
 // marks that are passed fast are ignored.
 class AxisReference {
@@ -44,7 +44,7 @@ class AxisReference {
   // Without a count for longer than this it may have moved.
   static constexpr Nanoseconds kSilence = std::chrono::milliseconds{250};
 
-  explicit AxisReference(const ReferenceConfig& config);
+  explicit AxisReference(const ReferenceConfig& config) : config_{config} {}
 
   void setDelay(double tau_s, double sd_s);
   void push(MonoTime at, std::int64_t counts);

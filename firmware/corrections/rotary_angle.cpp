@@ -16,7 +16,7 @@ bool RotaryAngle::told(double angle_rad, MonoTime at) {
     heard_at_ = at;
     return true;
   }
-  const bool tells_itself = config_.reference.by == ReferenceBy::absolute && reference_.referenced();
+  const bool tells_itself = config_.reference.by == ReferenceBy::absolute;
   // A controller that goes on telling where the axis is while it turns references nothing, and does no harm.
   return tells_itself || reference_.homed(angle_rad / kDegree, at) || reference_.referenced();
 }

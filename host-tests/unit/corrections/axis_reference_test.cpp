@@ -52,7 +52,10 @@ class ReferencedAxis {
 };
 
 ReferenceConfig marked() {
-  return {.by = ReferenceBy::index, .mm_per_count = kMmPerCount, .index_mm = 12.5, .index_tolerance_mm = 0.02};
+  return {.by = ReferenceBy::index,
+          .mm_per_count = kMmPerCount,
+          .index_mm = 12.5,
+          .index_tolerance_mm = 0.02};
 }
 
 TEST(AxisReference, IsThereAfterTheMarkAndNotBefore) {
@@ -194,7 +197,7 @@ TEST(AxisReference, OfRepeatingMarksNeedsHomingAndIsCheckedByEach) {
   EXPECT_FALSE(axis.reference.referenced());
   axis.move(0, 0.2);
   ASSERT_TRUE(axis.home(20));  // it stands 2 mm from where it was switched on
-  axis.move(1, 10, 4.5);                  // the mark at 22.5
+  axis.move(1, 10, 4.5);       // the mark at 22.5
   EXPECT_TRUE(axis.reference.referenced());
   axis.loseCounts(-400);
   axis.move(1, 10, 14.5);  // the one at 32.5
@@ -213,10 +216,12 @@ TEST(AxisReference, GoesWithTheEncoder) {
   EXPECT_EQ(axis.reference.losses(), 1U);
 }
 
-TEST(AxisReference, OfAnAbsoluteEncoderIsThereFromTheStart) {
+TEST(AxisReference, OfAnAbsoluteEncoderIsThereWithItsFirstCount) {
   AxisReference reference{{.by = ReferenceBy::absolute, .mm_per_count = kMmPerCount}};
-  EXPECT_TRUE(reference.referenced());
+  EXPECT_FALSE(reference.referenced()) << "nothing has been heard of it";
+  EXPECT_EQ(reference.zero_mm(), 0.0);
   reference.push(monoTime(1), 25'000);
+  EXPECT_TRUE(reference.referenced());
   EXPECT_DOUBLE_EQ(*reference.position_mm(), 2.5);
 }
 
@@ -231,6 +236,49 @@ TEST(AxisReference, OfAnAbsoluteEncoderIsThereAgainWithItsFirstCount) {
   EXPECT_DOUBLE_EQ(*reference.position_mm(), 9.5);
   EXPECT_EQ(reference.breaks(), 0U) << "it counts from where it did";
   EXPECT_EQ(reference.lastFault(), ReferenceFault::encoder_lost);
+}
+
+TEST(AxisReference, OfAnAbsoluteEncoderOutlivesACountThatCannotBe) {
+  ReferencedAxis axis{{.by = ReferenceBy::absolute, .mm_per_count = kMmPerCount}};
+  axis.move(5, 0.5);
+  axis.loseCounts(10'000'000);  // a metre
+  axis.move(5, 0.001);
+  EXPECT_FALSE(axis.reference.referenced());
+  EXPECT_EQ(axis.reference.lastFault(), ReferenceFault::impossible_speed);
+  axis.loseCounts(-10'000'000);
+  axis.move(5, 0.001);
+  ASSERT_TRUE(axis.reference.referenced());
+  EXPECT_NEAR(*axis.reference.position_mm(), kPowerUp * kMmPerCount + axis.position_mm(), 2e-3);
+  EXPECT_EQ(axis.reference.breaks(), 0U) << "it counts from where it did";
+  EXPECT_EQ(axis.reference.losses(), 1U);
+}
+
+TEST(AxisReference, OfAnAbsoluteEncoderThatAMarkContradictsComesBackWithARightOne) {
+  auto config = marked();
+  config.by = ReferenceBy::absolute;
+  config.index_mm = kPowerUp * kMmPerCount + 3.5;
+  ReferencedAxis axis{config};
+  axis.move(1, 4, 3.5);
+  ASSERT_TRUE(axis.reference.referenced());
+  axis.move(-1, 2, 3.0);
+  EXPECT_FALSE(axis.reference.referenced());
+  EXPECT_EQ(axis.reference.lastFault(), ReferenceFault::wrong_index);
+  axis.move(0, 1);
+  EXPECT_FALSE(axis.reference.referenced());
+  EXPECT_FALSE(axis.home(5));
+  axis.move(1, 4, 3.5);
+  ASSERT_TRUE(axis.reference.referenced());
+  EXPECT_NEAR(*axis.reference.position_mm(), kPowerUp * kMmPerCount + axis.position_mm(), 2e-3);
+}
+
+TEST(AxisReference, OfAnAbsoluteEncoderIsNeverTakenFromTheController) {
+  ReferencedAxis axis{{.by = ReferenceBy::absolute, .mm_per_count = kMmPerCount}};
+  axis.move(0, 0.5);
+  EXPECT_FALSE(axis.home(5));
+  axis.loseCounts(10'000'000);
+  axis.move(0, 0.001);
+  axis.move(0, 0.5);
+  EXPECT_FALSE(axis.home(5)) << "nor after a count that cannot be";
 }
 
 }  // namespace
