@@ -220,6 +220,8 @@ void Box::on(const CountedIndex& index) {
 }
 
 void Box::on(const ControlPositions& positions) {
+  if (const auto broken = control_axes_.broken(positions); broken != 0)
+    on(SourceLost{Source::encoders, LossReason::overrun, 0, positions.at, broken});
   const auto stamped = control_clock_.push({positions.run, positions.counter, positions.newest, positions.at});
   if (!stamped) return;  // of unknown time: until the clock is locked there are no positions
   for (std::size_t axis = 0; axis < positions.counts.size(); ++axis)

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "firmware/box/block_builder.hpp"
+#include "firmware/box/control_axes.hpp"
 #include "firmware/box/outputs.hpp"
 #include "firmware/box/parked_changes.hpp"
 #include "firmware/box/rate_meter.hpp"
@@ -119,6 +120,7 @@ class Box {
   std::array<SequenceWatch, kRotaryAxes> angle_sequence_;
   SequenceWatch probe_sequence_;
   ReceiverAxes receiver_axes_;
+  ControlAxes control_axes_;
   RateMeter rate_meter_;
   std::uint64_t lost_in_queue_samples_{};
   std::uint64_t source_losses_untold_{};  // those among them that were lost at their source before

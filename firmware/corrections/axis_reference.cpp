@@ -136,7 +136,8 @@ std::optional<double> AxisReference::position_mm(double counts) const {
   return counts * config_.mm_per_count + *offset_mm_;
 }
 
-void AxisReference::encoderLost() {
+void AxisReference::encoderLost(bool is_gone) {
+  if (config_.by == ReferenceBy::absolute && !is_gone) return;
   lose(ReferenceFault::encoder_lost);
   has_count_ = false;  // what comes next does not go on from there
 }

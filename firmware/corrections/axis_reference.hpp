@@ -52,8 +52,8 @@ class AxisReference {
   // Returns false and changes nothing if the axis cannot be homed at `now`, or cannot be at this position.
   bool homed(double position_mm, MonoTime now);
   Homing homing(MonoTime now) const;
-  // An absolute encoder references its axis again with the next count.
-  void encoderLost();
+  // An absolute encoder references its axis again with the next count, and goes on where counts were only missed.
+  void encoderLost(bool is_gone = true);
 
   bool referenced() const { return offset_mm_.has_value(); }
   // Machine position at the latest count; nothing without a reference.

@@ -109,9 +109,9 @@ void Corrections::push(const SourceLost& lost) {
   if (!is_gone && !are_counts_wrong) return;
   if (lost.source == Source::encoders) {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
-      if (lost.concerns(static_cast<Axis>(axis))) references_[axis].encoderLost();
+      if (lost.concerns(static_cast<Axis>(axis))) references_[axis].encoderLost(is_gone);
     for (std::size_t axis = 0; axis < kRotaryAxes; ++axis)
-      if (lost.concerns(static_cast<RotaryAxis>(axis))) angles_[axis].encoderLost();
+      if (lost.concerns(static_cast<RotaryAxis>(axis))) angles_[axis].encoderLost(is_gone);
     triggers_.encodersLost();
   } else if (lost.source == Source::drift) {
     for (auto& screw : screws_) screw.sensorLost();

@@ -26,7 +26,7 @@ class RotaryAngle {
   // Takes an angle from the controller, or the reference of an incremental encoder. Returns false when the axis is not
   // at standstill, or its encoder is silent.
   bool told(double angle_rad, MonoTime at);
-  void encoderLost() { reference_.encoderLost(); }
+  void encoderLost(bool is_gone) { reference_.encoderLost(is_gone); }
 
   AngleNow at(MonoTime now) const;
   // Angle of the last latch; nullopt without an encoder or its reference.

@@ -72,7 +72,7 @@ struct ControlPositions {
   bool newest{};
   MonoTime at{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("run", self.run, "another value than before: the counter began anew");
+    field("run", self.run, "another value than before: the counter began anew, and incremental counts do not go on");
     field("counter", self.counter, "the controller's own counter or time stamp when it had these positions; wraps");
     field("axes", self.axes, "whose positions there are: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
     field("counts", self.counts, "positions as counts, X Y Z A B C; their size is in machine.toml");

@@ -241,7 +241,8 @@ struct TellPositions {
     std::uint8_t axes{};
     std::array<std::int64_t, 6> counts{};
     static constexpr void fields(auto& self, auto&& field) {
-      field("run", self.run, "another value each time that the counter begins anew");
+      field("run", self.run,
+            "another value each time that the counter begins anew: axes that are not absolute lose their reference");
       field("counter", self.counter,
             "the controller's own counter or time stamp at these positions, at counter_rate_hz of box.toml; wraps");
       field("axes", self.axes, "whose positions are told: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");

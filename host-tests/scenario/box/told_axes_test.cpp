@@ -61,5 +61,26 @@ TEST(ToldAxes, ThatStopAndBeginAnewLoseSamplesByName) {
   EXPECT_NEAR(static_cast<double>(scenario.recorded().received - received), 2000, 150);
 }
 
+// Where its positions begin, it alone knows.
+TEST(ToldAxes, OfAControllerThatBeginsAnewAreReferencedNoMore) {
+  for (const bool are_absolute : {false, true}) {
+    auto config = usualWorld();
+    if (!are_absolute) config.encoders.power_up_mm = {1, 1, 1};
+    Scenario scenario{config, 4, ProbeIs::stamped_axes_told};
+    ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().snapshot.referenced; }, 60s));
+    scenario.run(1s);
+    const auto losses = scenario.state().snapshot.axes[0].reference_losses;
+    scenario.controllerThatTells().setSilent(true);
+    scenario.run(100ms);
+    scenario.controllerThatTells().restart();
+    scenario.controllerThatTells().setSilent(false);
+    scenario.run(20ms);
+    for (const auto& axis : scenario.state().snapshot.axes) {
+      EXPECT_EQ(axis.referenced, are_absolute);
+      EXPECT_EQ(axis.reference_losses, losses + (are_absolute ? 0 : 1));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace probebox::scenario
