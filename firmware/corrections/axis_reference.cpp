@@ -53,7 +53,8 @@ void AxisReference::push(MonoTime at, std::int64_t counts) {
 }
 
 void AxisReference::index(MonoTime at) {
-  if (pending_index_) ++unused_indexes_;
+  if (pending_index_ || !config_.has_mark) ++unused_indexes_;
+  if (!config_.has_mark) return;
   pending_index_ = at;
 }
 

@@ -21,6 +21,7 @@ enum class ReferenceBy : std::uint8_t {
 struct ReferenceConfig {
   ReferenceBy by{ReferenceBy::homing};
   double mm_per_count{1};   // with the axis sense in its sign
+  bool has_mark{};          // at a known place: pulses of another are not used
   double index_mm{};        // machine position where the mark begins for an axis that moves up
   double index_width_mm{};  // it begins this much higher for an axis that moves down
   double index_pitch_mm{};  // marks repeat at this distance; 0: there is one
@@ -71,7 +72,7 @@ class AxisReference {
   // How often counts were found not to go on from those before, with or without a reference. Those of an absolute
   // encoder do.
   std::uint32_t breaks() const { return breaks_; }
-  std::uint32_t unusedIndexes() const { return unused_indexes_; }  // passed too fast, or two at once
+  std::uint32_t unusedIndexes() const { return unused_indexes_; }  // passed too fast, two at once, of unknown place
 
  private:
   void lose(ReferenceFault fault);

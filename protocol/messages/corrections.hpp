@@ -45,7 +45,8 @@ struct AxisStatus {
     field("extension_um", self.extension_um, "um, of the whole screw since it was cold, as last believed");
     field("screw_offset_mm", self.screw_offset_mm, "mm, the screw's correction at machine position 0");
     field("screw_slope", self.screw_slope, "mm of correction per mm of position");
-    field("unused_indexes", self.unused_indexes, "marks that said nothing: passed too fast, or two at once");
+    field("unused_indexes", self.unused_indexes,
+          "marks that said nothing: passed too fast, two at once, or without index_mm in machine.toml");
   }
 };
 

@@ -18,6 +18,7 @@ corrections::ReferenceConfig referenceOf(const board::AxisDescription& axis) {
                                                                : corrections::ReferenceBy::homing;
   return {.by = by,
           .mm_per_count = axis.sense / axis.counts_per_mm,
+          .has_mark = reference.has_index,
           .index_mm = reference.index_mm,
           .index_width_mm = reference.index_width_mm,
           .index_pitch_mm = reference.index_pitch_mm,

@@ -104,10 +104,12 @@ usb_probe::CounterAxes counterAxes(const board::Descriptions& descriptions) {
     if (receiver == nullptr) continue;
     const bool is_secondary = place >= board::kEncoderLetters;
     const std::size_t axis = is_secondary ? place - board::kEncoderLetters : place;
-    axes.at(receiver->channel) = {
-        .axis = static_cast<std::uint8_t>(axis),
-        .has_index = receiver->has_index,
-        .counts_per_count = is_secondary ? countsPerSecondaryCount(descriptions.machine, axis) : 0};
+    const double counts_per_secondary =
+        axis < board::kLinearEncoders ? countsPerSecondaryCount(descriptions.machine, axis) : 0;
+    // At a mark the receiver latches the primary axis alone, which is no count of the sum.
+    axes.at(receiver->channel) = {.axis = static_cast<std::uint8_t>(axis),
+                                  .has_index = receiver->has_index && counts_per_secondary == 0,
+                                  .counts_per_count = is_secondary ? counts_per_secondary : 0};
   }
   return axes;
 }

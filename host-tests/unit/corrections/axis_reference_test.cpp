@@ -54,6 +54,7 @@ class ReferencedAxis {
 ReferenceConfig marked() {
   return {.by = ReferenceBy::index,
           .mm_per_count = kMmPerCount,
+          .has_mark = true,
           .index_mm = 12.5,
           .index_tolerance_mm = 0.02};
 }
@@ -202,6 +203,17 @@ TEST(AxisReference, OfRepeatingMarksNeedsHomingAndIsCheckedByEach) {
   axis.loseCounts(-400);
   axis.move(1, 10, 14.5);  // the one at 32.5
   EXPECT_FALSE(axis.reference.referenced());
+}
+
+// A mark is wired, and nobody has said where it is.
+TEST(AxisReference, IsNotComparedWithAMarkOfUnknownPlace) {
+  ReferencedAxis axis{{.by = ReferenceBy::homing, .mm_per_count = kMmPerCount}};
+  axis.move(0, 0.2);
+  ASSERT_TRUE(axis.home(20));
+  axis.move(1, 4, 3.0);
+  EXPECT_TRUE(axis.reference.referenced());
+  EXPECT_NEAR(*axis.reference.position_mm(), 20 + axis.position_mm(), 2e-3);
+  EXPECT_EQ(axis.reference.unusedIndexes(), 1U);
 }
 
 TEST(AxisReference, GoesWithTheEncoder) {

@@ -113,6 +113,7 @@ TEST(BoxConfig, ReadsAxesOfAReceiverWithItsSamplesAndThoseOfTheControllerOnItsCo
   EXPECT_EQ(config.latch.axes[1].interval, Nanoseconds{4'000'000});
   EXPECT_EQ(config.control_clock.rate_hz, 1e6);
   EXPECT_EQ(controlAxes(box.box.devices), 2);
+  EXPECT_TRUE(counterAxes(box)[2]->has_index);
   box.machine.axes[0].sense = -1;
   box.machine.axes[0].counts_per_mm = 1000;
   box.machine.secondary_axes[0] = {.counts_per_mm = 500, .sense = 1};
@@ -125,8 +126,15 @@ TEST(BoxConfig, ReadsAxesOfAReceiverWithItsSamplesAndThoseOfTheControllerOnItsCo
   EXPECT_EQ(wired[2]->counts_per_count, 0);
   ASSERT_TRUE(wired[2]);
   EXPECT_EQ(wired[2]->axis, 0);
-  EXPECT_TRUE(wired[2]->has_index);
+  EXPECT_FALSE(wired[2]->has_index) << "the primary axis alone says nothing of the sum";
   EXPECT_FALSE(wired[0] || wired[1]);
+}
+
+TEST(BoxConfig, HasAMarkWhereMachineTomlGivesItsPlace) {
+  auto box = *board::simDescriptions();
+  EXPECT_TRUE(boxConfig(box).corrections.references[0].has_mark);
+  box.machine.axes[0].reference.has_index = false;
+  EXPECT_FALSE(boxConfig(box).corrections.references[0].has_mark);
 }
 
 // An analogue probe is counted as a receiver is.
