@@ -279,10 +279,14 @@ void Scenario::latchEncoders(const Edge& edge) {
 void Scenario::enqueue(const Event& event) {
   if (no_room_for_ > 0) {
     --no_room_for_;
-    ++lost_unsaid_;
+    dropped_.keep(event);
     return;
   }
-  if (lost_unsaid_ > 0) push(SourceLost{Source::queue, LossReason::queue_full, std::exchange(lost_unsaid_, 0), now_});
+  const auto take = [this](const Event& earlier) {
+    push(earlier);
+    return true;
+  };
+  dropped_.report(take, now_);
   push(event);
 }
 

@@ -12,6 +12,7 @@
 #include "drivers/world/controller.hpp"
 #include "drivers/world/world.hpp"
 #include "firmware/app/results/machine_range.hpp"
+#include "firmware/app/threads/dropped_events.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "firmware/procedure/facts/facts.hpp"
@@ -156,7 +157,7 @@ class Scenario {
   metrology::Dataset dataset_;
   std::uint32_t last_run_{};
   std::uint32_t no_room_for_{};
-  std::uint32_t lost_unsaid_{};
+  app::DroppedEvents dropped_;
   box::PerLine<LineCount> lines_{};
   std::vector<Event> events_;
   bool keeps_events_{false};

@@ -76,13 +76,8 @@ void CaptureThread::drain(io::EventSource& source, MonoTime now) {
 }
 
 void CaptureThread::push(const Event& event, MonoTime now) {
-  if (lost_unsaid_ != 0) {
-    if (queue_.push(SourceLost{Source::queue, LossReason::queue_full, lost_unsaid_, now})) lost_unsaid_ = 0;
-  }
-  if (lost_unsaid_ != 0 || !queue_.push(event)) {
-    ++lost_unsaid_;
-    ++counters_.queue_lost_events;
-  }
+  const bool has_room = dropped_.report([this](const Event& earlier) { return queue_.push(earlier); }, now);
+  if (!(has_room && queue_.push(event)) && !dropped_.keep(event)) ++counters_.queue_lost_events;
   const auto filled = static_cast<std::uint32_t>(queue_.size());
   if (filled > counters_.queue_high_water) counters_.queue_high_water = filled;
 }

@@ -8,6 +8,7 @@
 
 #include "drivers/io/event_source.hpp"
 #include "firmware/app/threads/counters.hpp"
+#include "firmware/app/threads/dropped_events.hpp"
 #include "firmware/app/threads/event_queue.hpp"
 #include "firmware/app/threads/source_table.hpp"
 #include "firmware/app/threads/time_source.hpp"
@@ -48,7 +49,7 @@ class CaptureThread {
   };
   std::vector<Told> told_;  // per source, last reported to the table
   std::vector<pollfd> waiting_;
-  std::uint32_t lost_unsaid_{};  // events lost to a full queue and not yet reported to the core
+  DroppedEvents dropped_;  // by a full queue, and not yet reported to the core
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };

@@ -88,6 +88,20 @@ TEST(Encoders, ACounterThatIsUnpluggedComesBackAndItsAxisAloneIsNotReferenced) {
   EXPECT_NEAR(static_cast<double>(scenario.recorded().received - received), 2000, 150);
 }
 
+TEST(Encoders, ACounterThatIsUnpluggedWhileTheQueueIsFullTakesTheReferenceWithIt) {
+  auto config = scales();
+  config.encoders.power_up_mm = {1, 1, 1};
+  Scenario scenario{config, 5, ProbeIs::stamped, EncodersAre::polled};
+  ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().snapshot.referenced; }, 20s));
+  scenario.overflowQueue(1000);
+  scenario.encoders().counter(1).unplug();
+  scenario.run(1s);
+  EXPECT_GT(scenario.state().lost.queue_events, 900U);
+  EXPECT_EQ(scenario.state().lost.sources_gone, 1U);
+  EXPECT_TRUE(scenario.state().snapshot.axes[0].referenced);
+  EXPECT_FALSE(scenario.state().snapshot.axes[1].referenced);
+}
+
 // What the first jogs tell about the wiring.
 TEST(Encoders, WithExchangedInputsAreFoundByTheSelftest) {
   for (const auto& [name, wire] :
