@@ -18,6 +18,10 @@ void AxisReference::setDelay(double tau_s, double sd_s) {
   delay_uncertainty_s_ = known ? 4 * sd_s + kEdgeUncertainty_s : kUnknownDelay_s;
 }
 
+bool AxisReference::canMove(double way_mm, double in_s) const {
+  return std::abs(way_mm) <= config_.maximum_speed_mm_s * in_s + kCountNoise_mm;
+}
+
 void AxisReference::push(MonoTime at, std::int64_t counts) {
   const double u_mm = static_cast<double>(counts) * config_.mm_per_count;
   if (!has_count_) {
@@ -28,7 +32,7 @@ void AxisReference::push(MonoTime at, std::int64_t counts) {
   } else if (at > at_) {
     const double dt_s = toSeconds(at - at_);
     const double moved_mm = u_mm - u_mm_;
-    if (std::abs(moved_mm) > config_.maximum_speed_mm_s * dt_s + kCountNoise_mm) {
+    if (!canMove(moved_mm, dt_s)) {
       lose(ReferenceFault::impossible_speed);
       // The next one of an absolute encoder is as good as its first.
       if (config_.by == ReferenceBy::absolute) has_count_ = false;

@@ -31,9 +31,9 @@ struct ReferenceConfig {
 };
 
 // The reference of one axis; for a rotary axis read degrees wherever mm is written. There is none until the first count
-// of an absolute encoder, the index pulse or a position from the controller, and none after a count error. Counts lag behind the lines by the
-// system delay (A1), so a mark is looked up in the counts that come that much later; while the delay is not known,
-// marks that are passed fast are ignored.
+// of an absolute encoder, the index pulse or a position from the controller, and none after a count error. Counts lag
+// behind the lines by the system delay (A1), so a mark is looked up in the counts that come that much later; while the
+// delay is not known, marks that are passed fast are ignored.
 class AxisReference {
  public:
   // Longest delay that is assumed while none has been measured.
@@ -65,6 +65,8 @@ class AxisReference {
   std::optional<double> zero_mm() const { return config_.by == ReferenceBy::absolute ? 0.0 : offset_mm_; }
   // The latest count times mm_per_count; 0 before the first.
   double counted_mm() const { return u_mm_; }
+  // Tests whether the axis is as fast as this.
+  bool canMove(double way_mm, double in_s) const;
   // Tests whether no count has come for so long.
   bool isSilent(MonoTime now, Nanoseconds longer_than) const { return !has_count_ || now - at_ > longer_than; }
   ReferenceFault lastFault() const { return last_fault_; }

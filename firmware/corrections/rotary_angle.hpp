@@ -14,6 +14,7 @@ struct RotaryAngleConfig {
   bool described{};
   AngleFrom from{AngleFrom::encoder};
   ReferenceConfig reference{};                        // of the encoder, in degrees where it says mm
+  bool wraps{};                                       // its counts may go on from 360 to 0 degrees
   Nanoseconds stale{std::chrono::milliseconds{250}};  // age at which an angle is in doubt; zero: never
 };
 
@@ -26,7 +27,7 @@ class RotaryAngle {
   // Takes an angle from the controller, or the reference of an incremental encoder. Returns false when the axis is not
   // at standstill, or its encoder is silent.
   bool told(double angle_rad, MonoTime at);
-  void encoderLost(bool is_gone) { reference_.encoderLost(is_gone); }
+  void encoderLost(bool is_gone);
 
   AngleNow at(MonoTime now) const;
   // Angle of the last latch; nullopt without an encoder or its reference.
@@ -37,8 +38,12 @@ class RotaryAngle {
   const AxisReference& reference() const { return reference_; }
 
  private:
+  std::int64_t unwrapped(const AngleCount& count);
+
   RotaryAngleConfig config_;
   AxisReference reference_;
+  std::optional<AngleCount> before_;
+  int turns_{};  // that its counts have left out
   std::optional<double> told_rad_;
   MonoTime heard_at_{};
 };

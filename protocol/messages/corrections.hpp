@@ -247,7 +247,10 @@ struct TellPositions {
       field("counter", self.counter,
             "the controller's own counter or time stamp at these positions, at counter_rate_hz of box.toml; wraps");
       field("axes", self.axes, "whose positions are told: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
-      field("counts", self.counts, "X Y Z A B C, in counts as machine.toml has them: nm at counts_per_mm = 1_000_000");
+      field(
+          "counts", self.counts,
+          "X Y Z A B C, in counts as machine.toml has them: nm at counts_per_mm = 1_000_000. A B C may go on from 360 "
+          "to 0 degrees, and back");
     }
   };
   using Answer = Nothing;

@@ -72,6 +72,8 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   }
   config.counts_have_own_stamps = devices.encoders == "axes";
   config.corrections = correctionsConfig(descriptions.machine);
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis)
+    config.corrections.angles[axis].wraps = (controlAxes(devices) & axisBit(static_cast<RotaryAxis>(axis))) != 0;
   config.tool_setter_line = board::lineOfToolSetter(descriptions.box, descriptions.machine);
   config.probe_switch_line = board::lineOfProbeSwitch(descriptions.box, descriptions.probe);
   config.block_samples = descriptions.service.stream.block_samples;

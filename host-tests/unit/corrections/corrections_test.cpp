@@ -145,6 +145,40 @@ TEST(Corrections, TakeNoAngleForARotaryAxisWhoseEncoderIsSilent) {
   EXPECT_NEAR(machine.snapshot().rotary[2].angle_rad, 50 * kDegree, 1e-6);
 }
 
+// C turns for a while, and its controller tells it from 0 to 360 degrees.
+published::RotaryAxisState turned(bool wraps, double speed_deg_s, double maximum_speed_deg_s) {
+  auto config = MachineOnADesk::usual();
+  config.angles[2] = {.described = true,
+                      .from = AngleFrom::encoder,
+                      .reference = {.by = ReferenceBy::homing,
+                                    .mm_per_count = -MachineOnADesk::kDegPerCount,
+                                    .maximum_speed_mm_s = maximum_speed_deg_s},
+                      .wraps = wraps};
+  MachineOnADesk machine{config};
+  machine.angle_deg[2] = 350;
+  machine.run(0.5);
+  machine.corrections.push(PoseTold{
+      .axes = 4, .angles_rad = {0, 0, 0}, .has_tool = false, .tool = 0, .tool_length_mm = 0, .at = machine.now});
+  for (int i = 0; i < 10'000; ++i) {
+    const double angle_deg = *machine.angle_deg[2] + speed_deg_s * 1e-3;
+    machine.angle_deg[2] = angle_deg - 360 * std::floor(angle_deg / 360);
+    machine.tick();
+  }
+  return machine.snapshot().rotary[2];
+}
+
+TEST(Corrections, FollowARotaryAxisWhoseCountsBeginAgainWithEachTurn) {
+  for (const double speed_deg_s : {90.0, -90.0}) {
+    for (const double maximum_speed_deg_s : {100.0, 1e6}) {
+      const auto c = turned(true, speed_deg_s, maximum_speed_deg_s);
+      EXPECT_TRUE(c.known);
+      EXPECT_EQ(c.reference_losses, 0U);
+      EXPECT_NEAR(c.angle_rad / kDegree, -10 * speed_deg_s, 0.01);
+    }
+  }
+  EXPECT_FALSE(turned(false, 90, 100).known) << "no counter of an encoder does that";
+}
+
 TEST(Corrections, AreRefusedASourceThatTheMachineDoesNotHave) {
   CorrectionsConfig config;
   config.mask = bitOf(SourceKind::screw);

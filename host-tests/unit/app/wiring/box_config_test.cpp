@@ -130,6 +130,17 @@ TEST(BoxConfig, ReadsAxesOfAReceiverWithItsSamplesAndThoseOfTheControllerOnItsCo
   EXPECT_FALSE(wired[0] || wired[1]);
 }
 
+TEST(BoxConfig, LetsTheAnglesOfAControllerBeginAgainWithEachTurnAndThoseOfNoCounter) {
+  auto box = *board::simDescriptions();
+  box.box.devices.encoders = "axes";
+  auto& encoders = box.box.devices.encoders_by_axis;
+  encoders[4] = board::EncoderDescription{.by = board::ControlEncoder{.counter_rate_hz = 1e6}, .rate_hz = 250};
+  encoders[5] = board::EncoderDescription{.by = board::CounterEncoder{.device = "counter0"}, .rate_hz = 1000};
+  const auto corrections = boxConfig(box).corrections;
+  EXPECT_TRUE(corrections.angles[1].wraps);
+  EXPECT_FALSE(corrections.angles[2].wraps);
+}
+
 TEST(BoxConfig, HasAMarkWhereMachineTomlGivesItsPlace) {
   auto box = *board::simDescriptions();
   EXPECT_TRUE(boxConfig(box).corrections.references[0].has_mark);
