@@ -182,7 +182,7 @@ struct CorrectionsState {
   std::array<double, kLinearAxes> correction_mm{};
   std::uint16_t mask{};       // sources that are summed, a bit each: SourceKind
   std::uint16_t sequence{};   // +1 whenever any correction changes
-  std::uint16_t heartbeat{};  // +1 every 0.1 s while the chain from source to corrections works
+  std::uint16_t heartbeat{};  // +1 every 0.1 s while inputs arrive and the corrections follow them
   std::uint64_t age_ms{};     // since the sources that are summed were all good
   std::array<Health, kSourceKinds> health{};
   std::array<AxisState, kLinearAxes> axes{};

@@ -24,9 +24,8 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "5 degraded (value held or saturated), 6 loss seen, 7 all needed axes referenced"},
     {address::sequence, "sequence", u16, 1, "", read, "+1 whenever any correction changes; wraps"},
     {address::heartbeat, "heartbeat", u16, 1, "", read,
-     "+1 every 0.1 s while the inputs of what is summed arrive and the corrections follow them, with or without the "
-     "probe; "
-     "wraps"},
+     "+1 every 0.1 s while inputs arrive and the corrections follow them, with or without the probe. It goes on while "
+     "a source is held or invalid, which registers 2, 41 and 42 say; wraps"},
     {address::correction_i16, "XYZ correction", i16, 0.1, "um", read,
      "machine axes, radius; add it to the commanded position"},
     {address::correction_offset, "X correction", offset_i16, 0.1, "um", read, "register 5 + 32768"},
@@ -57,7 +56,7 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::settled, "settled", u16, 1, "", read,
      "1 when the correction has reached its target; 0 while the maximum rate limits it"},
     {address::refused_homings, "refused homings", u16, 1, "", read,
-     "homings that were taken and then refused, because the axis began to move; wraps"},
+     "homings that were taken and then refused, because the axis began to move or its encoder fell silent; wraps"},
     {address::boots, "boots", u16, 1, "", read,
      "+1 at every start of the box; wraps. Where it has changed, markers, homings, poses and wishes have to be written "
      "again, and "

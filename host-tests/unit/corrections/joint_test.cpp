@@ -130,6 +130,22 @@ TEST_F(Joint, SeesTheHeartbeatStopWithTheChain) {
   EXPECT_LE(largest_step_mm, kStep_mm);
 }
 
+// A control that looks at it alone would let go of a value that the box still holds.
+TEST_F(Joint, SeesTheHeartbeatGoOnWhileASourceIsHeldAndWhenItSaysNothing) {
+  machine.extension_um = 50;
+  start();
+  machine.sensor = false;
+  run(1.5);  // stale after 1 s, held for 2
+  for (const bool is_valid : {true, false}) {
+    EXPECT_EQ(machine.snapshot().valid, is_valid);
+    EXPECT_TRUE(machine.snapshot().degraded);
+    const auto beats = machine.snapshot().heartbeat;
+    run(1);
+    EXPECT_NEAR(machine.snapshot().heartbeat - beats, 10, 1);
+    run(2);
+  }
+}
+
 // A probe is silent in every cut: a screw needs its reference and its sensor, and nothing else.
 TEST_F(Joint, FollowsAWarmScrewWithoutASampleOfTheProbe) {
   machine.probe = false;
