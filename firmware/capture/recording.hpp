@@ -58,7 +58,7 @@ struct TouchRequest {
   std::array<double, 3> outward_normal{};
   std::array<double, 3> retract_direction{};
   double retract_speed_mm_s{};
-  std::array<double, 3> rotary_angles_rad{};  // A B C; in a recording as reported by the machine
+  std::array<double, 3> rotary_angles_rad{};  // A B C; in a recording as reported, less whole turns from the wanted
   std::uint16_t ball{};                       // of the rotating part, from 1; 0 for another feature
   std::uint32_t reading{};                    // from 0
   std::uint32_t tool{};                       // in the spindle, by its number; 0: whichever carries the probe

@@ -147,6 +147,7 @@ class Scenario::DirectLink : public world::BoxLink {
     if (other != nullptr) return other->postMarker(marker);
     Marker stamped = marker;
     stamped.at = scenario_.now_;
+    if (scenario_.as_reported) scenario_.as_reported(stamped);
     const auto& progress = scenario_.state().procedure;
     taken_ = marker.procedure == progress.run && marker.step == progress.step;
     if (*taken_) scenario_.push(stamped);

@@ -120,6 +120,8 @@ class Scenario {
 
   // What the worker knows beforehand.
   procedure::Facts facts{usualFacts()};
+  // Changes what the controller says in a marker.
+  std::function<void(Marker&)> as_reported;
   // Called before every event, for tests that watch what handling it costs.
   std::function<void(const Event&)> around;
 

@@ -19,14 +19,14 @@ bool standsIn(const Step& step, const std::array<double, 3>& angles_rad) {
   return true;
 }
 
-// The pose as reported. Where a report is the wanted angle to the digits of the control, it is the wanted angle.
+// The pose as reported, less the whole turns by which a report is beside the wanted angle (359.98 degrees for 0). Where
+// a report is the wanted angle to the digits of the control, it is the wanted angle.
 std::array<double, 3> measuredPose(const Step& step, std::array<double, 3> angles_rad) {
   if (!step.turns) return angles_rad;
   for (std::size_t axis = 0; axis < angles_rad.size(); ++axis) {
     const double wanted_rad = step.touch.rotary_angles_rad[axis];
-    const double off_rad = std::remainder(angles_rad[axis] - wanted_rad, kTurn);
-    const double turns_rad = angles_rad[axis] - wanted_rad - off_rad;
-    if (std::abs(off_rad) < kEchoedAngle_rad) angles_rad[axis] = wanted_rad + turns_rad;
+    angles_rad[axis] -= kTurn * std::round((angles_rad[axis] - wanted_rad) / kTurn);
+    if (std::abs(angles_rad[axis] - wanted_rad) < kEchoedAngle_rad) angles_rad[axis] = wanted_rad;
   }
   return angles_rad;
 }
