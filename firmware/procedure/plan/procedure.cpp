@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
@@ -62,14 +63,27 @@ std::array<double, kLinearAxes> offsetsOf(const Zeros& zeros) {
   return offset_mm;
 }
 
-// places: what counts is where the axes are, and not only how far they went.
-bool areTheSame(const Zeros& a, const Zeros& b, bool places) {
+// Axes of which it counts where they are, and not only how far they went: an angle of a screw is that of a position.
+std::array<bool, kLinearAxes> placesOf(const Plan& plan) {
+  std::array<bool, kLinearAxes> places{};
+  places.fill(plan.method->finds_a_place);
+  for (const auto& step : std::span{plan.steps}.first(plan.step_count)) {
+    for (std::size_t axis = 0; axis < kLinearAxes && step.touch.sweeps; ++axis)
+      places[axis] = places[axis] || step.touch.outward_normal[axis] != 0;
+  }
+  return places;
+}
+
+bool isElsewhere(const std::optional<double>& from, const std::optional<double>& to, double least_mm) {
+  return from.has_value() != to.has_value() || std::abs(from.value_or(0) - to.value_or(0)) > least_mm;
+}
+
+bool areTheSame(const Zeros& a, const Zeros& b, const Plan& plan) {
   constexpr double kLeast_mm = 1e-3;
+  const auto places = placesOf(plan);
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if (a.breaks[axis] != b.breaks[axis]) return false;
-    if (!places) continue;
-    const auto &from = a.offset_mm[axis], &to = b.offset_mm[axis];
-    if (from.has_value() != to.has_value() || std::abs(from.value_or(0) - to.value_or(0)) > kLeast_mm) return false;
+    if (places[axis] && isElsewhere(a.offset_mm[axis], b.offset_mm[axis], kLeast_mm)) return false;
   }
   return true;
 }
@@ -120,8 +134,7 @@ void Procedure::mark(const Marker& marker, const TickMap& map, const Zeros& zero
     return;
   }
   const bool is_active = progress_.state == State::waiting || progress_.state == State::running;
-  const bool are_moved =
-      is_active && progress_.method->calibrates && !areTheSame(zeros_, zeros, progress_.method->finds_a_place);
+  const bool are_moved = is_active && progress_.method->calibrates && !areTheSame(zeros_, zeros, plan_);
   if (are_moved && !beginAnew(zeros)) return;
   if (whyNotNow(progress_, marker.phase)) {
     ++stray_markers_;
@@ -145,8 +158,10 @@ void Procedure::mark(const Marker& marker, const TickMap& map, const Zeros& zero
 
 // Positions about other zeros do not go together with those that are kept. Returns false when the run is refused.
 bool Procedure::beginAnew(const Zeros& zeros) {
-  const bool are_known = !progress_.method->finds_a_place ||
-                         std::ranges::all_of(zeros.offset_mm, [](const auto& offset) { return offset.has_value(); });
+  const auto places = placesOf(plan_);
+  bool are_known = true;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
+    are_known = are_known && (!places[axis] || zeros.offset_mm[axis].has_value());
   const auto& kept = capture_.recording();
   if (!kept.touches().empty() || !kept.contacts().empty() || !are_known) {
     capture_.abandon();

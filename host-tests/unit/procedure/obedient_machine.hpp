@@ -19,18 +19,21 @@ class ObedientMachine {
                            .phase = phase,
                            .rotary_angles_rad = angles_rad,
                            .tool = tool,
+                           .at_rest = true,
                            .at = monoTime(now_ns_)},
                     kLocked, zeros);
   }
   Zeros zeros{};
+  std::int64_t row_ns{1'000'000};  // from one row to the next
   std::array<double, 3> angles_rad{};
   std::uint32_t tool{};
   void touch(bool clipped = false) {
     mark(MarkerPhase::begin);
     for (int i = 0; i < 10; ++i) {
-      now_ns_ += 1'000'000;
+      now_ns_ += row_ns;
       for (const Axis axis : {Axis::x, Axis::y, Axis::z}) {
         procedure_.push(Count{.axis = axis, .sequence = 0, .counts = i, .at = monoTime(now_ns_)});
+        procedure_.push(Drift{axis, i, monoTime(now_ns_)});
       }
       procedure_.push(Deflection{.sequence = 0, .channels_nm = {}, .clipped = clipped, .at = monoTime(now_ns_)});
     }

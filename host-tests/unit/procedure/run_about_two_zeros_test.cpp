@@ -87,6 +87,56 @@ TEST(RunForAPlace, IsRefusedWhenAnAxisIsHomedAnewInIt) {
   EXPECT_EQ(procedure.progress().state, State::refused) << "before the first touch too: where it is nobody knows";
 }
 
+// The angle of a screw is that of a machine position.
+class RunAboutAScrew : public testing::TestWithParam<const LiveMethod*> {
+ protected:
+  RunAboutAScrew() {
+    machine.zeros.offset_mm = {1, std::nullopt, std::nullopt};
+    machine.row_ns = 10'000'000'000;
+    start(1);
+  }
+  void start(std::uint32_t run) {
+    procedure.start({.run = run,
+                     .method = GetParam()->number,
+                     .at = {},
+                     .options = {.speed_count = 1, .speeds_mm_s = {0.5}, .axis = 1, .travel_mm = 40}},
+                    {}, machine.zeros);
+  }
+  const Progress& progress() const { return procedure.progress(); }
+
+  Procedure procedure{liveMethods(), capture::Capacity{}};
+  ObedientMachine machine{procedure};
+};
+
+TEST_P(RunAboutAScrew, IsRefusedWhenItsAxisHasNoZeroAnyMore) {
+  machine.mark(MarkerPhase::begin);
+  machine.zeros.offset_mm[0].reset();
+  ++machine.zeros.breaks[0];
+  machine.mark(MarkerPhase::end);
+  EXPECT_EQ(progress().state, State::refused);
+  EXPECT_EQ(progress().last_fault, capture::TouchFault::zero_lost);
+}
+
+TEST_P(RunAboutAScrew, BeginsAnewFromTheZeroThatItsAxisWasGiven) {
+  machine.mark(MarkerPhase::begin);
+  machine.zeros.offset_mm[0] = 7;
+  machine.mark(MarkerPhase::end);
+  EXPECT_EQ(progress().state, State::waiting) << "positions before it was homed are not those after";
+  machine.touch();
+  EXPECT_EQ(progress().state, State::solving);
+  EXPECT_EQ(procedure.recording().offset_mm()[0], 7);
+}
+
+TEST_P(RunAboutAScrew, DoesNotMindWhereTheOtherAxesAre) {
+  machine.mark(MarkerPhase::begin);
+  machine.zeros.offset_mm[1] = 3;
+  machine.touch();
+  EXPECT_EQ(progress().state, State::solving);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfMethods, RunAboutAScrew, testing::Values(&kScrewCalibration, &kScrewReference),
+                         [](const auto& named) { return named.param == &kScrewReference ? "Rest" : "Sweep"; });
+
 // It is what finds an encoder that is wired otherwise than described.
 TEST(SelftestAboutTwoZeros, GoesOn) {
   Procedure procedure{liveMethods(), capture::Capacity{}};
