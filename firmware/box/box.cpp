@@ -21,6 +21,9 @@ procedure::Zeros zerosOf(const corrections::Corrections& corrections) {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     zeros.offset_mm[axis] = corrections.reference(axis).zero_mm();
     zeros.breaks[axis] = corrections.reference(axis).breaks();
+    const auto& screw = corrections.screw(axis);
+    zeros.screw_results[axis] = screw.results();
+    zeros.extension_mm[axis] = screw.fitted() ? screw.extension_um() * 1e-3 : 0;
   }
   return zeros;
 }

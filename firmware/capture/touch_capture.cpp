@@ -110,6 +110,9 @@ const char* explain(TouchFault fault) {
       return "an axis does not count from where it did when the run began, because its encoder was lost or miscounted, "
              "or it was homed anew: positions before and after do not go together. See `probebox corrections`, home "
              "the axis, and start the run again";
+    case TouchFault::screw_changed:
+      return "another result about a ball screw came into force since the run began, and the positions before and "
+             "after do not go together: measure again, and accept or roll back such results between runs";
   }
   return "";
 }

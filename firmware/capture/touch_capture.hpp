@@ -35,7 +35,8 @@ enum class TouchFault : std::uint8_t {
   no_contact,
   wrong_side,
   no_angles,
-  zero_lost,  // ends the run
+  zero_lost,      // ends the run
+  screw_changed,  // ends a run that has kept anything
 };
 const char* explain(TouchFault fault);
 

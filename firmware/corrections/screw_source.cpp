@@ -22,6 +22,7 @@ void ScrewSource::push(const Drift& drift) {
 }
 
 void ScrewSource::push(const ScrewActivated& activated) {
+  ++results_;
   const double reference_um = model_.reference_um;
   model_ = config_.model;
   model_.reference_um = reference_um;
@@ -34,6 +35,7 @@ void ScrewSource::push(const ScrewActivated& activated) {
 }
 
 void ScrewSource::push(const ScrewReferenceActivated& activated) {
+  ++results_;
   model_.reference_um = activated.result_id != 0 ? activated.reading_um : config_.model.reference_um;
   compensator_ = metrology::ScrewCompensator{model_, config_.limits};
 }

@@ -43,6 +43,8 @@ class ScrewSource {
   double extension_um() const { return extension_um_; }
   // Reading of its sensor when the screw is cold.
   double reference_um() const { return model_.reference_um; }
+  // How often another result about it came into force, or none.
+  std::uint32_t results() const { return results_; }
   // Tests whether that extension is at most T_hold old. False for a screw without a sensor.
   bool extensionKnown(MonoTime now) const;
   // The correction as a line over the axis position, for controllers that compensate by position: value at 0 mm, and
@@ -63,6 +65,7 @@ class ScrewSource {
   std::optional<MonoTime> believed_at_;
   MonoTime reading_at_{};
   SensorFault fault_{};
+  std::uint32_t results_{};
 };
 
 }  // namespace probebox::corrections

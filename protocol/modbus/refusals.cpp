@@ -48,6 +48,9 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {43,
      "step: an axis does not count from where it did when the run began: its encoder was lost or miscounted, or it was "
      "homed anew. The run is over"},
+    {44,
+     "step: a result about a screw came into force or was rolled back in the run. Once a touch is kept, the run is "
+     "over"},
     {60, "step: its end marker did not arrive in time"},
     {99, "a refusal that this version has no number for: see the page of the run"},
 });

@@ -47,7 +47,9 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
 
 std::string failedStep(const procedure::Progress& progress) {
   const std::string step = "step " + std::to_string(progress.step + 1);
-  if (progress.last_fault == capture::TouchFault::zero_lost) return "at " + step + ": " + explain(progress.last_fault);
+  using capture::TouchFault;
+  if (progress.last_fault == TouchFault::zero_lost || progress.last_fault == TouchFault::screw_changed)
+    return "at " + step + ": " + explain(progress.last_fault);
   return step + " failed " + std::to_string(progress.repeats) +
          " times: " + (progress.timed_out ? "its end never came" : explain(progress.last_fault));
 }

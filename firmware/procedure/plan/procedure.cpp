@@ -78,14 +78,22 @@ bool isElsewhere(const std::optional<double>& from, const std::optional<double>&
   return from.has_value() != to.has_value() || std::abs(from.value_or(0) - to.value_or(0)) > least_mm;
 }
 
-bool areTheSame(const Zeros& a, const Zeros& b, const Plan& plan) {
+// Why positions about these zeros do not go together at this step.
+capture::TouchFault whyApart(const Zeros& from, const Zeros& to, const Plan& plan, const Step& step) {
   constexpr double kLeast_mm = 1e-3;
+  // No screw expands by more than 1 mm/m.
+  constexpr double kLeastOfWarm_mm = 1;
+  using capture::TouchFault;
   const auto places = placesOf(plan);
+  const bool holds_screws = !step.touch.sweeps;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    if (a.breaks[axis] != b.breaks[axis]) return false;
-    if (places[axis] && isElsewhere(a.offset_mm[axis], b.offset_mm[axis], kLeast_mm)) return false;
+    const auto &before = from.offset_mm[axis], &after = to.offset_mm[axis];
+    const bool is_warm = holds_screws && std::abs(to.extension_mm[axis]) > kLeast_mm;
+    if (from.breaks[axis] != to.breaks[axis]) return TouchFault::zero_lost;
+    if (places[axis] && isElsewhere(before, after, kLeast_mm)) return TouchFault::zero_lost;
+    if (is_warm && isElsewhere(before, after, kLeastOfWarm_mm)) return TouchFault::zero_lost;
   }
-  return true;
+  return holds_screws && from.screw_results != to.screw_results ? TouchFault::screw_changed : TouchFault::none;
 }
 
 }  // namespace
@@ -134,8 +142,11 @@ void Procedure::mark(const Marker& marker, const TickMap& map, const Zeros& zero
     return;
   }
   const bool is_active = progress_.state == State::waiting || progress_.state == State::running;
-  const bool are_moved = is_active && progress_.method->calibrates && !areTheSame(zeros_, zeros, plan_);
-  if (are_moved && !beginAnew(zeros)) return;
+  const auto apart = is_active && progress_.method->calibrates
+                         ? whyApart(zeros_, zeros, plan_, plan_.steps[progress_.step])
+                         : capture::TouchFault::none;
+  const bool are_apart = apart != capture::TouchFault::none;
+  if (are_apart && !beginAnew(zeros, apart)) return;
   if (whyNotNow(progress_, marker.phase)) {
     ++stray_markers_;
   } else if (marker.phase == MarkerPhase::pass) {
@@ -143,8 +154,9 @@ void Procedure::mark(const Marker& marker, const TickMap& map, const Zeros& zero
   } else if (progress_.state == State::waiting && marker.phase == MarkerPhase::begin) {
     beginStep(marker);
   } else if (progress_.state == State::running && marker.phase == MarkerPhase::end) {
-    if (are_moved) capture_.push(SourceLost{Source::encoders, LossReason::overrun, 0, marker.at});
-    endStep(map);
+    if (!are_apart) return endStep(map);
+    capture_.abandon();
+    repeatStep(apart == capture::TouchFault::zero_lost ? capture::TouchFault::source_lost : apart);
   } else if (progress_.state == State::running && marker.phase == MarkerPhase::begin) {
     // The machine has started the step again: what was recorded so far is half a touch.
     beginStep(marker);
@@ -157,7 +169,7 @@ void Procedure::mark(const Marker& marker, const TickMap& map, const Zeros& zero
 }
 
 // Positions about other zeros do not go together with those that are kept. Returns false when the run is refused.
-bool Procedure::beginAnew(const Zeros& zeros) {
+bool Procedure::beginAnew(const Zeros& zeros, capture::TouchFault apart) {
   const auto places = placesOf(plan_);
   bool are_known = true;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
@@ -165,7 +177,7 @@ bool Procedure::beginAnew(const Zeros& zeros) {
   const auto& kept = capture_.recording();
   if (!kept.touches().empty() || !kept.contacts().empty() || !are_known) {
     capture_.abandon();
-    progress_.last_fault = capture::TouchFault::zero_lost;
+    progress_.last_fault = apart;
     progress_.state = State::refused;
     return false;
   }

@@ -41,10 +41,12 @@ struct Progress {
   bool passing{};     // a dry run is at this step: nothing was recorded yet
 };
 
-// What the linear axes count from.
+// What the linear axes count from, and what their positions are corrected by.
 struct Zeros {
   std::array<std::optional<double>, kLinearAxes> offset_mm{};  // machine positions at count 0; none without a reference
   std::array<std::uint32_t, kLinearAxes> breaks{};             // how often counts did not go on from those before
+  std::array<std::uint32_t, kLinearAxes> screw_results{};  // how often another result about the screw came into force
+  std::array<double, kLinearAxes> extension_mm{};          // of the screw, whose part is taken out of known positions
 };
 
 // Why a marker of the present step is not taken in this state of a dry run.
@@ -67,8 +69,9 @@ class Procedure {
   // delay: the one in force, result_id 0 for none.
   void start(const ProcedureStarted& started, const DelayActivated& delay = {}, const Zeros& zeros = {});
   void abort(const ProcedureAborted& aborted);
-  // `map`: present clock map. Markers of another run or step are only counted. When zeros are not those of the start,
-  // the run is refused, but begins anew with them while no step is kept and all that it needs are known.
+  // `map`: present clock map. Markers of another run or step are only counted. When positions about these zeros do not
+  // go with those about the zeros of the start, the run is refused, but begins anew with them while no step is kept and
+  // all that it needs are known.
   void mark(const Marker& marker, const TickMap& map, const Zeros& zeros = {});
   void push(const Count& count, std::optional<std::int32_t> screw_nm = 0) { capture_.push(count, screw_nm); }
   void push(const Deflection& deflection) { capture_.push(deflection); }
@@ -89,7 +92,7 @@ class Procedure {
   std::uint64_t strayMarkers() const { return stray_markers_; }
 
  private:
-  bool beginAnew(const Zeros& zeros);
+  bool beginAnew(const Zeros& zeros, capture::TouchFault apart);
   void beginStep(const Marker& marker);
   void endStep(const TickMap& map);
   void passStep();

@@ -5,7 +5,7 @@
 #include "multi_speed_procedure.hpp"
 #include "obedient_machine.hpp"
 
-// Positions about two zeros do not go together.
+// Positions about two zeros do not go together, nor those that two results about a screw correct.
 namespace probebox::procedure {
 namespace {
 
@@ -57,6 +57,38 @@ TEST_F(RunAboutTwoZeros, DoesNotMindThatAnAxisIsHomed) {
   machine.zeros.offset_mm[0] = 12.5;
   touchAll();
   EXPECT_EQ(procedure.progress().state, State::solving);
+}
+
+// The part of a warm screw is taken out of positions that are known.
+TEST_F(RunAboutTwoZeros, IsRefusedWhenAnAxisWithAWarmScrewIsHomedInIt) {
+  machine.zeros.extension_mm[0] = 0.02;
+  start(1);
+  machine.touch();
+  machine.zeros.offset_mm[0] = 12.5;
+  machine.touch();
+  EXPECT_EQ(procedure.progress().last_fault, capture::TouchFault::zero_lost);
+  start(2);
+  machine.touch();
+  machine.zeros.offset_mm[0] = 12.6;
+  touchAll();
+  EXPECT_EQ(procedure.progress().state, State::solving) << "0.1 mm elsewhere a screw is no longer";
+}
+
+TEST_F(RunAboutTwoZeros, IsRefusedWhenAnotherResultAboutAScrewComesIntoForceInIt) {
+  start(1);
+  machine.touch();
+  ++machine.zeros.screw_results[1];
+  machine.mark(MarkerPhase::begin);
+  EXPECT_EQ(procedure.progress().state, State::refused);
+  EXPECT_EQ(procedure.progress().last_fault, capture::TouchFault::screw_changed);
+  start(2);
+  machine.mark(MarkerPhase::begin);
+  ++machine.zeros.screw_results[1];
+  machine.mark(MarkerPhase::end);
+  EXPECT_EQ(procedure.progress().state, State::waiting);
+  EXPECT_EQ(procedure.progress().last_fault, capture::TouchFault::screw_changed);
+  touchAll();
+  EXPECT_EQ(procedure.progress().state, State::solving) << "with nothing before it";
 }
 
 TEST(RunForAPlace, IsRefusedWhenAnAxisIsHomedAnewInIt) {
@@ -130,6 +162,15 @@ TEST_P(RunAboutAScrew, BeginsAnewFromTheZeroThatItsAxisWasGiven) {
 TEST_P(RunAboutAScrew, DoesNotMindWhereTheOtherAxesAre) {
   machine.mark(MarkerPhase::begin);
   machine.zeros.offset_mm[1] = 3;
+  machine.touch();
+  EXPECT_EQ(progress().state, State::solving);
+}
+
+// Motor positions hold nothing of it.
+TEST_P(RunAboutAScrew, DoesNotMindAnotherResultAboutIt) {
+  machine.zeros.extension_mm[0] = 0.02;
+  machine.mark(MarkerPhase::begin);
+  ++machine.zeros.screw_results[0];
   machine.touch();
   EXPECT_EQ(progress().state, State::solving);
 }
