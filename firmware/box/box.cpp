@@ -25,6 +25,7 @@ procedure::Zeros zerosOf(const corrections::Corrections& corrections) {
     zeros.screw_results[axis] = screw.results();
     zeros.extension_mm[axis] = screw.fitted() ? screw.extension_um() * 1e-3 : 0;
   }
+  zeros.breaks_of_c = corrections.reference(RotaryAxis::c).breaks();
   return zeros;
 }
 

@@ -99,6 +99,7 @@ class Corrections {
   std::optional<TriggerStamp> nextTrigger() { return triggers_.next(); }
   std::uint32_t nextTriggerNumber() const { return triggers_.nextNumber(); }
   const AxisReference& reference(std::size_t axis) const { return references_[axis]; }
+  const AxisReference& reference(RotaryAxis axis) const { return angles_[static_cast<std::size_t>(axis)].reference(); }
   const ScrewSource& screw(std::size_t axis) const { return screws_[axis]; }
   // Angle of the last latch of an encoder; nullopt without one or its reference.
   std::optional<double> latched_rad(RotaryAxis axis) const {

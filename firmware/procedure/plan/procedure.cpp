@@ -93,6 +93,7 @@ capture::TouchFault whyApart(const Zeros& from, const Zeros& to, const Plan& pla
     if (places[axis] && isElsewhere(before, after, kLeast_mm)) return TouchFault::zero_lost;
     if (is_warm && isElsewhere(before, after, kLeastOfWarm_mm)) return TouchFault::zero_lost;
   }
+  if (step.touch.until_contact && from.breaks_of_c != to.breaks_of_c) return TouchFault::zero_lost;
   return holds_screws && from.screw_results != to.screw_results ? TouchFault::screw_changed : TouchFault::none;
 }
 

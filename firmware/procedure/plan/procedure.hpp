@@ -41,10 +41,11 @@ struct Progress {
   bool passing{};     // a dry run is at this step: nothing was recorded yet
 };
 
-// What the linear axes count from, and what their positions are corrected by.
+// What the axes count from, and what positions of the linear ones are corrected by.
 struct Zeros {
   std::array<std::optional<double>, kLinearAxes> offset_mm{};  // machine positions at count 0; none without a reference
   std::array<std::uint32_t, kLinearAxes> breaks{};             // how often counts did not go on from those before
+  std::uint32_t breaks_of_c{};
   std::array<std::uint32_t, kLinearAxes> screw_results{};  // how often another result about the screw came into force
   std::array<double, kLinearAxes> extension_mm{};          // of the screw, whose part is taken out of known positions
 };

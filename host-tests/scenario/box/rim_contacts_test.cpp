@@ -172,5 +172,35 @@ TEST(RimContacts, AreRefusedWithoutAnEncoderOfC) {
   EXPECT_EQ(scenario.state().procedure.last_fault, TouchFault::no_angles);
 }
 
+TEST(RimContacts, AreRefusedWhereCIsReferencedAnewBetweenThem) {
+  auto config = rimWorld(5);
+  config.encoders.c_power_up_deg = 12;
+  Scenario scenario{config, 5};
+  const auto chosen = options(scenario);
+  const auto referenceC = [&] {
+    const double c_rad = scenario.machine().commandedPose().c_rad;
+    scenario.push(PoseTold{.axes = 4,
+                           .angles_rad = {0, 0, c_rad},
+                           .has_tool = false,
+                           .tool = 0,
+                           .tool_length_mm = 0,
+                           .at = scenario.now()});
+  };
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  referenceC();
+  scenario.activateDelay(scenario.truth().tau_s);
+  scenario.start(procedure::kCentrelineBySteps, chosen);
+  const auto& run = scenario.state().procedure;
+  ASSERT_TRUE(scenario.runUntil([&] { return run.step == 1 && run.state == procedure::State::waiting; }, 120s))
+      << capture::explain(run.last_fault);
+  scenario.push(SourceLost{Source::encoders, LossReason::disconnected, 0, scenario.now(), axisBit(RotaryAxis::c)});
+  scenario.run(300ms);
+  referenceC();
+  ASSERT_TRUE(scenario.runUntil([&] { return run.state == procedure::State::refused; }, 60s));
+  EXPECT_EQ(run.last_fault, TouchFault::zero_lost);
+  EXPECT_EQ(run.step, 1U);
+}
+
 }  // namespace
 }  // namespace probebox::scenario
