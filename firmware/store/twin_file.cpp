@@ -114,11 +114,12 @@ TwinFile::~TwinFile() {
 
 TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes) {
   TwinFile file{path, most_bytes};
-  if (std::error_code error; !std::filesystem::exists(std::filesystem::status(path, error))) {
+  file.descriptor_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+  // After any other error there may be one, and it is not replaced.
+  if (file.descriptor_ < 0 && errno == ENOENT) {
     file.make();
     return file;
   }
-  file.descriptor_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
   if (file.descriptor_ < 0) {
     file.why_not_writable_ = path + " cannot be written (" + reasonNow() + ")";
     file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);

@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "host-tests/support/file_content.hpp"
-#include "in_child.hpp"
+#include "host-tests/support/in_child.hpp"
 #include "scratch.hpp"
 
 namespace probebox::store {
@@ -150,7 +150,7 @@ TEST(StoreOpening, NamesAReadOnlyFile) {
   namespace fs = std::filesystem;
   fs::permissions(scratch.file(), fs::perms{0444});
   fs::permissions(scratch.directory(), fs::perms{0555});
-  EXPECT_TRUE(holdsInChild([&] {
+  EXPECT_TRUE(support::holdsInChild([&] {
     constexpr uid_t kNobody = 65534;
     if (::geteuid() == 0 && ::seteuid(kNobody) != 0) return false;
     const auto store = Store::open(scratch.file());
@@ -164,7 +164,7 @@ TEST(StoreOpening, NamesAReadOnlyFile) {
 TEST(StoreOpening, LosesNothingWhenTheDiskIsFull) {
   const Scratch scratch;
   filledStore(scratch);
-  EXPECT_TRUE(holdsInChild([&] {
+  EXPECT_TRUE(support::holdsInChild([&] {
     auto store = Store::open(scratch.file()).value();
     std::signal(SIGXFSZ, SIG_IGN);
     const rlim_t size = std::filesystem::file_size(scratch.file());

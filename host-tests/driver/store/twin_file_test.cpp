@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "host-tests/support/file_content.hpp"
-#include "in_child.hpp"
+#include "host-tests/support/in_child.hpp"
 #include "scratch.hpp"
 
 namespace {
@@ -135,14 +135,14 @@ TEST_F(TwinFileTest, PutsAFileAsideThatHoldsNothingWhole) {
 
 TEST_F(TwinFileTest, TakesANewTextOnAFullDisk) {
   filled("before");
-  EXPECT_TRUE(holdsInChild([&] {
+  EXPECT_TRUE(support::holdsInChild([&] {
     auto file = open();
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit limit{1, 1};  // whatever lies beyond this must have had its place before
     ::setrlimit(RLIMIT_FSIZE, &limit);
     return !file.write("after") && file.content() == "before";
   })) << "the limit is felt";
-  EXPECT_TRUE(holdsInChild([&] {
+  EXPECT_TRUE(support::holdsInChild([&] {
     auto file = open();
     std::signal(SIGXFSZ, SIG_IGN);
     const rlim_t size = std::filesystem::file_size(path());
@@ -155,7 +155,7 @@ TEST_F(TwinFileTest, TakesANewTextOnAFullDisk) {
 
 TEST_F(TwinFileTest, DoesNotComeBackWithATextThatItRefused) {
   filled("the cut is on");
-  EXPECT_TRUE(holdsInChild([&] {
+  EXPECT_TRUE(support::holdsInChild([&] {
     auto file = open();
     std::signal(SIGXFSZ, SIG_IGN);
     const rlim_t one_copy = std::filesystem::file_size(path()) / 2;
@@ -168,7 +168,7 @@ TEST_F(TwinFileTest, DoesNotComeBackWithATextThatItRefused) {
 
 TEST_F(TwinFileTest, TakesBackARefusedTextByTheCopyThatStillWrites) {
   filled("the cut is on");
-  EXPECT_TRUE(holdsInChild([&] {
+  EXPECT_TRUE(support::holdsInChild([&] {
     auto file = open();
     first_copy_dies = true;
     return !file.write("the cut is over") && file.content() == "the cut is on";
@@ -181,7 +181,7 @@ TEST_F(TwinFileTest, IsReadWhereItCannotBeWrittenAndSaysSo) {
   filled("kept");
   fs::permissions(path(), fs::perms{0444});
   fs::permissions(scratch_.directory(), fs::perms{0555});
-  EXPECT_TRUE(holdsInChild([&] {
+  EXPECT_TRUE(support::holdsInChild([&] {
     constexpr uid_t kNobody = 65534;
     if (::geteuid() == 0 && ::seteuid(kNobody) != 0) return false;
     auto file = open();
@@ -192,6 +192,21 @@ TEST_F(TwinFileTest, IsReadWhereItCannotBeWrittenAndSaysSo) {
            !absent.whyNotWritable().empty();
   }));
   fs::permissions(scratch_.directory(), fs::perms{0755});
+}
+
+// Whether it is there cannot be told: what it held is lost to this start, and it stays as it is.
+TEST_F(TwinFileTest, TakesAFileThatItCannotLookAtForNoFirstStart) {
+  namespace fs = std::filesystem;
+  const auto before = filled("the cut is on");
+  fs::permissions(scratch_.directory(), fs::perms{0});
+  EXPECT_TRUE(support::holdsInChild([&] {
+    constexpr uid_t kNobody = 65534;
+    if (::geteuid() == 0 && ::seteuid(kNobody) != 0) return false;
+    const auto file = open();
+    return file.lost() && file.notice().find("cannot be read") != std::string::npos && !file.whyNotWritable().empty();
+  }));
+  fs::permissions(scratch_.directory(), fs::perms{0755});
+  EXPECT_EQ(bytes(), before);
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-namespace probebox::store {
+namespace probebox::support {
 
 // Runs `check` in a child process, which may limit itself without harm to the other tests.
 template <class Check>
@@ -14,4 +14,4 @@ bool holdsInChild(Check check) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-}  // namespace probebox::store
+}  // namespace probebox::support
