@@ -4,6 +4,7 @@
 #include <chrono>
 #include <span>
 #include <thread>
+#include <utility>
 
 #include "firmware/app/results/results_in_force.hpp"
 #include "protocol/messages/fields.hpp"
@@ -32,6 +33,11 @@ bool saysNothing(const DoorEntry& entry) {
 const DoorEntry* find(const std::vector<DoorEntry>& doors, std::string_view door) {
   const auto found = std::ranges::find(doors, door, &DoorEntry::door);
   return found == doors.end() ? nullptr : &*found;
+}
+
+bool inhibitsIn(const std::vector<DoorEntry>& doors, std::string_view door) {
+  const auto* entry = find(doors, door);
+  return entry != nullptr && entry->inhibits;
 }
 
 Outcome<DoorEntry*> findOrAdd(std::vector<DoorEntry>& doors, std::string_view door) {
@@ -64,6 +70,7 @@ DoorBook::DoorBook(const std::string& path, std::function<bool(bool)> tell_core)
     : tell_core_{std::move(tell_core)},
       file_{store::TwinFile::open(path, kMostBookBytes)},
       doors_{doorsIn(file_.content())},
+      stored_{doors_},
       problem_{problemOf(file_)} {
   if (!file_.lost()) return;
   // Whether a cut was on nobody knows: a person looks, and clears it by this name.
@@ -84,8 +91,12 @@ std::uint16_t DoorBook::wordOrder(std::string_view door) const {
 
 bool DoorBook::inhibits(std::string_view door) const {
   const std::lock_guard lock{mutex_};
-  const auto* entry = find(doors_, door);
-  return entry != nullptr && entry->inhibits;
+  return inhibitsIn(doors_, door);
+}
+
+// While changing_ or mutex_ is held.
+bool DoorBook::isStored(std::string_view door, bool active) const {
+  return !unsure_.contains(door) && inhibitsIn(doors_, door) == active && inhibitsIn(stored_, door) == active;
 }
 
 bool DoorBook::anyInhibits() const {
@@ -112,14 +123,19 @@ std::optional<Error> DoorBook::keepWordOrder(std::string_view door, std::uint16_
 }
 
 std::optional<Error> DoorBook::setInhibit(std::string_view door, bool active, std::string_view by) {
+  {
+    const std::lock_guard lock{mutex_};
+    if (!untold_ && isStored(door, active)) return std::nullopt;
+  }
   const std::lock_guard lock{changing_};
-  if (inhibits(door) == active && !unsaved_) return std::nullopt;
-  return change(door, active, by);
+  if (!isStored(door, active)) return change(door, active, by);
+  return untold_ ? tellCore() : std::nullopt;
 }
 
 std::optional<Error> DoorBook::clearInhibit(std::string_view door, std::string_view by) {
   const std::lock_guard lock{changing_};
   if (inhibits(door)) return change(door, false, by);
+  if (untold_ && find(doors_, door) != nullptr) return tellCore();
   std::string names;
   for (const auto& each : holders()) names.append(names.empty() ? "" : ", ").append(each.door);
   return Error{"'" + std::string{door} + "' holds no inhibit; " +
@@ -130,9 +146,10 @@ std::optional<Error> DoorBook::change(std::string_view door, bool active, std::s
   if (by.size() > kMostName) return Error{"A name has up to " + std::to_string(kMostName) + " bytes."};
   Doors doors = doors_;
   TRY(const auto entry, findOrAdd(doors, door));
-  entry->inhibits = active;
-  entry->by = by;
-  entry->since_utc = utcNow();
+  if (std::exchange(entry->inhibits, active) != active) {
+    entry->by = by;
+    entry->since_utc = utcNow();
+  }
   const auto failed = store(doors);
   if (failed && !active) return Error{"The end of the cut cannot be stored, and the inhibit stays: " + failed->what};
   show(std::move(doors));
@@ -145,8 +162,17 @@ std::optional<Error> DoorBook::change(std::string_view door, bool active, std::s
 std::optional<Error> DoorBook::store(const Doors& doors) {
   const auto bytes = messages::encoded(Content{doors});
   const auto written = file_.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  if (!written) return Error{written.error().what};
+  const std::lock_guard lock{mutex_};
+  if (!written) {
+    // A disk that fails in mid-write may have either text.
+    for (const auto& each : doors) {
+      if (inhibitsIn(stored_, each.door) != each.inhibits) unsure_.insert(each.door);
+    }
+    return Error{written.error().what};
+  }
   unsaved_ = false;
+  unsure_.clear();
+  stored_ = doors;
   return std::nullopt;
 }
 
@@ -158,10 +184,16 @@ void DoorBook::show(Doors doors) {
 // While changing_ is held, so that the core hears of changes in the order in which they were made.
 std::optional<Error> DoorBook::tellCore() {
   constexpr int kPatience_ms = 2000;
-  for (int waited_ms = 0; waited_ms < kPatience_ms; ++waited_ms) {
-    if (tell_core_(anyInhibits())) return std::nullopt;
+  bool told = tell_core_(anyInhibits());
+  for (int waited_ms = 0; !told && waited_ms < kPatience_ms; ++waited_ms) {
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
+    told = tell_core_(anyInhibits());
   }
+  {
+    const std::lock_guard lock{mutex_};
+    untold_ = !told;
+  }
+  if (told) return std::nullopt;
   return Error{"The box takes nothing now: say it again."};
 }
 

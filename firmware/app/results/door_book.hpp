@@ -3,6 +3,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,8 +50,8 @@ class DoorBook {
   bool anyInhibits() const;
   std::vector<DoorEntry> holders() const;
 
-  // Declares that a cut is on, or over. On a failure of the disk the begin of a cut holds until the box ends, and the
-  // error says so; the end of a cut is not accepted.
+  // Declares that a cut is on, or over; returns at once when that is stored and with the core already. On a failure of
+  // the disk the begin of a cut holds until the box ends, and the error says so; the end of a cut is not accepted.
   std::optional<Error> setInhibit(std::string_view door, bool active, std::string_view by);
   // Clears the inhibit of another door in the name of a person, such as for a controller that is gone.
   std::optional<Error> clearInhibit(std::string_view door, std::string_view by);
@@ -61,6 +62,7 @@ class DoorBook {
   std::optional<Error> change(std::string_view door, bool active, std::string_view by);
   std::optional<Error> tellCore();
   void show(Doors doors);
+  bool isStored(std::string_view door, bool active) const;
 
   std::function<bool(bool)> tell_core_;
   std::mutex changing_;  // held while doors_ changes and the disk writes
@@ -68,6 +70,9 @@ class DoorBook {
   bool unsaved_{};            // doors_ differs from the file
   mutable std::mutex mutex_;  // never held for long
   Doors doors_;
+  Doors stored_;                               // what was written last
+  std::set<std::string, std::less<>> unsure_;  // doors whose inhibit the file may have otherwise
+  bool untold_{};                              // the core has not taken the last change
   std::string problem_;
 };
 

@@ -1,9 +1,12 @@
 #include "firmware/app/results/door_book.hpp"
 
+#include <csignal>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include "host-tests/support/in_child.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 namespace probebox::app {
@@ -118,6 +121,51 @@ TEST_F(DoorBookTest, SaysSoWhenTheCoreTakesNothing) {
   core_takes_ = false;
   ASSERT_TRUE(book().setInhibit(kLathe, true, ""));
   EXPECT_TRUE(book().inhibits(kLathe)) << "it will be in force, with the next word at the latest";
+}
+
+TEST_F(DoorBookTest, TellsTheCoreWhenItIsSaidAgain) {
+  core_takes_ = false;
+  ASSERT_TRUE(book().setInhibit(kLathe, true, ""));
+  ASSERT_TRUE(book().setInhibit(kLathe, true, "")) << "the core has not heard of it";
+  core_takes_ = true;
+  told_.clear();
+  ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
+  EXPECT_THAT(told_, ElementsAre(true));
+  ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
+  EXPECT_THAT(told_, ElementsAre(true)) << "it has heard of it";
+}
+
+TEST_F(DoorBookTest, TellsTheCoreThatACutIsOverWhenItIsSaidAgain) {
+  for (const bool by_a_person : {false, true}) {
+    const auto end = [&] {
+      return by_a_person ? book().clearInhibit(kLathe, "Ada") : book().setInhibit(kLathe, false, "");
+    };
+    ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
+    core_takes_ = false;
+    ASSERT_TRUE(end());
+    core_takes_ = true;
+    told_.clear();
+    ASSERT_FALSE(end()) << by_a_person;
+    EXPECT_THAT(told_, ElementsAre(false)) << by_a_person;
+  }
+}
+
+// Of two lines on a disk that takes nothing any more.
+TEST_F(DoorBookTest, RefusesTheLineWhoseInhibitIsNotOnTheDiskAndNoOther) {
+  ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
+  book_.reset();
+  EXPECT_TRUE(support::holdsInChild([this] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit nothing{1, 1};
+    ::setrlimit(RLIMIT_FSIZE, &nothing);
+    reopen();
+    for (int i = 0; i < 2; ++i) {
+      if (book().setInhibit(kLathe, true, "") || !book().setInhibit(kRobot, true, "")) return false;
+      if (book().setInhibit("person:Ada", false, "Ada")) return false;
+    }
+    if (!book().inhibits(kRobot) || !book().setInhibit(kLathe, false, "")) return false;
+    return book().setInhibit(kLathe, true, "").has_value();  // nobody knows what the disk has of its end
+  }));
 }
 
 TEST_F(DoorBookTest, HasRoomForSoManyNamesAndSaysSo) {
