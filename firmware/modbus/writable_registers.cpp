@@ -30,6 +30,7 @@ Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t
   auto words = words_;
   std::copy(values.begin(), values.end(), words.begin() + first);
   const auto changed = [&](std::size_t address) { return words[address] != words_[address]; };
+  const auto covers = [&](std::size_t address) { return address >= first && address < first + values.size(); };
   if (const auto refusal = check(words)) return *refusal;
   if (const auto refusal = checkWhole(words, first, values.size())) return *refusal;
   // The marker first: it alone may be one that the box does not want.
@@ -38,7 +39,8 @@ Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t
     if (const auto refusal = checkMarker(words)) return *refusal;
     asked.push_back(markerOf(words));
   }
-  if (changed(address::inhibit)) asked.push_back(CutInhibit{.active = words[address::inhibit] == 1, .at = {}});
+  // Also when it changes nothing: what reads 1 or 0 may not be on the disk yet, or not with the core.
+  if (covers(address::inhibit)) asked.push_back(CutInhibit{.active = words[address::inhibit] == 1, .at = {}});
   if (changed(address::home_commit)) {
     if (const auto refusal = checkHoming(words)) return *refusal;
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {

@@ -50,7 +50,7 @@ Rules for the master:
   has both words of a value. A line that may do nothing writes register 128 alone. A write to a commit register answers so for all that it commits: a homing outside of the travel, of
   an axis that moves or tells its position itself, a marker that belongs to no step, a pose without values. Exception 4 (device
   failure): a word order that cannot be stored. A refused write changes nothing, except an inhibit that cannot be stored: it
-  holds until the box ends, and reads 1.
+  holds until the box ends, and reads 1. The same write again tries again, and has exception 3 until it is stored.
   Exception 1 (illegal function): every function but 3, 4, 6, 16 and 43 with type 14 (device identification: vendor, product, revision).
 - The box may hear itself: an RS-485 adapter whose receiver stays on while it sends is recognised by the first read. Until then an
   answer to function 6 that comes back may be answered once or twice again.

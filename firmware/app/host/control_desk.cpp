@@ -182,6 +182,8 @@ std::optional<Error> ControlDesk::post(Event said, const box::State& state, cons
 std::optional<Error> ControlDesk::take(std::span<const Event> said, const std::string& door, const box::State& state,
                                        const board::Access& may) {
   for (const auto& event : said) {
+    if (const auto* cut = std::get_if<CutInhibit>(&event); cut != nullptr && with_.doors.inhibits(door) == cut->active)
+      continue;  // it holds already
     if (auto error = whyNot(event, state, may)) return error;
   }
   // A cut first: the disk may still refuse it.

@@ -73,6 +73,22 @@ TEST(DeskOfAReader, TakesNoWriteButTheOrderOfItsOwnWords) {
   EXPECT_EQ(desk.answer(writeRequest(128, 1)).kind, RegisterDesk::Answer::Kind::answered);
 }
 
+// The disk refuses the inhibit, which holds in memory and reads 1: nothing changes when the controller says it again.
+TEST(DeskOfAController, AcknowledgesARepeatedInhibitWhenItIsTaken) {
+  auto faces = facesOfAnybody();
+  bool inhibits = false, disk_writes = false;
+  faces.take = [&](std::span<const Event> said) {
+    for (const auto& event : said) inhibits = std::get<CutInhibit>(event).active;
+    return disk_writes;
+  };
+  faces.kept = [&] { return RegisterDesk::Kept{.inhibits = inhibits}; };
+  RegisterDesk desk{1, "1.2.3", std::move(faces)};
+  for (int i = 0; i < 3; ++i)
+    EXPECT_EQ(desk.answer(writeRequest(138, 1)).kind, RegisterDesk::Answer::Kind::refused) << i;
+  disk_writes = true;
+  EXPECT_EQ(desk.answer(writeRequest(138, 1)).kind, RegisterDesk::Answer::Kind::answered);
+}
+
 TEST(DeskOfAController, TakesNoRequestThatItsLineMayNotMake) {
   auto faces = facesOfAnybody();
   int made = 0;

@@ -86,6 +86,17 @@ TEST_F(Desk, BeginsNoCutWithAMarkerThatBelongsToNoRun) {
   EXPECT_TRUE(doors_.inhibits(kDoor));
 }
 
+// A master may write the block around register 138 with what is there.
+TEST_F(Desk, NeedsNoRightToSayWhatHoldsAlready) {
+  const board::Access marks{.allow_marker = true};
+  EXPECT_FALSE(desk_.take(std::vector<Event>{CutInhibit{.active = false, .at = {}}}, kDoor, state_, marks));
+  EXPECT_TRUE(desk_.take(std::vector<Event>{CutInhibit{.active = true, .at = {}}}, kDoor, state_, marks));
+  EXPECT_FALSE(doors_.inhibits(kDoor));
+  ASSERT_FALSE(take({CutInhibit{.active = true, .at = {}}}));
+  EXPECT_TRUE(desk_.take(std::vector<Event>{CutInhibit{.active = false, .at = {}}}, kDoor, state_, marks));
+  EXPECT_TRUE(doors_.inhibits(kDoor));
+}
+
 // Codes 6 and 7 of register 840 are these: a controller may wait for another state, for another machine it cannot.
 TEST_F(Desk, TellsWhatThisMachineCannotFromWhatItCannotNow) {
   const auto ask = [&](const char* method, std::uint32_t tool = 0) {
