@@ -69,17 +69,6 @@ Outcome<void, Failure> markAccepted(Database& database, Id id, std::string_view 
   return done ? seal(database, id) : done;
 }
 
-// The last retired result that was in force at some time, not one that was withdrawn before.
-Outcome<std::optional<Record>, Failure> retiredLast(Database& database, const Binding& binding) {
-  Statement statement{
-      database, select("WHERE state = 3 AND ")
-                    .append(kOfBinding)
-                    .append(" AND EXISTS (SELECT 1 FROM transitions t WHERE t.result_id = results.id AND t.state = 2) "
-                            "ORDER BY (SELECT max(t.id) FROM transitions t WHERE t.result_id = results.id) DESC "
-                            "LIMIT 1")};
-  return readAtMostOne(bind(statement, binding));
-}
-
 }  // namespace
 
 Outcome<Record, Failure> Store::acceptNow(Id id, std::string_view by, std::string_view utc, Activation activation,
@@ -115,11 +104,23 @@ Outcome<Record, Failure> Store::activateNow(Id id, std::string_view utc) {
   return record;
 }
 
+// Not one that was withdrawn before it was in force.
+Outcome<std::optional<Record>, Failure> Store::retiredLastNow(const Binding& binding) {
+  Statement statement{
+      *database_,
+      select("WHERE state = 3 AND ")
+          .append(kOfBinding)
+          .append(" AND EXISTS (SELECT 1 FROM transitions t WHERE t.result_id = results.id AND t.state = 2) "
+                  "ORDER BY (SELECT max(t.id) FROM transitions t WHERE t.result_id = results.id) DESC "
+                  "LIMIT 1")};
+  return readAtMostOne(bind(statement, binding));
+}
+
 Outcome<RolledBack, Failure> Store::rollBackNow(const Binding& binding, std::string_view by, std::string_view utc) {
   if (auto objection = objectionTo("a rollback", by, utc)) return *objection;
   TRY(auto transaction, Transaction::begin(*database_));
   TRY(auto present, active(binding));
-  TRY(auto before, retiredLast(*database_, binding));
+  TRY(auto before, retiredLastNow(binding));
   if (!present && !before) {
     return Failure{Reason::not_possible_now, "no result about '" + binding.subject +
                                                  "' has been in force before; there is no result to return to"};
@@ -164,6 +165,10 @@ Outcome<Record, Failure> Store::activate(Id id, std::string_view utc) {
 
 Outcome<RolledBack, Failure> Store::rollBack(const Binding& binding, std::string_view by, std::string_view utc) {
   return withoutDamage([&] { return rollBackNow(binding, by, utc); });
+}
+
+Outcome<std::optional<Record>, Failure> Store::retiredLast(const Binding& binding) {
+  return withoutDamage([&] { return retiredLastNow(binding); });
 }
 
 Outcome<Record, Failure> Store::withdraw(Id id, std::string_view by, std::string_view utc) {

@@ -81,6 +81,9 @@ class Store {
   // was retired last. A second rollback undoes the first.
   Outcome<RolledBack, Failure> rollBack(const Binding& binding, std::string_view by, std::string_view utc);
 
+  // The result that a rollback for the binding would bring back into force: the last retired one that ever was.
+  Outcome<std::optional<Record>, Failure> retiredLast(const Binding& binding);
+
   // Retires an accepted result that still waits.
   Outcome<Record, Failure> withdraw(Id id, std::string_view by, std::string_view utc);
 
@@ -108,6 +111,7 @@ class Store {
                                      std::string_view remark);
   Outcome<Record, Failure> activateNow(Id id, std::string_view utc);
   Outcome<RolledBack, Failure> rollBackNow(const Binding& binding, std::string_view by, std::string_view utc);
+  Outcome<std::optional<Record>, Failure> retiredLastNow(const Binding& binding);
   Outcome<Record, Failure> withdrawNow(Id id, std::string_view by, std::string_view utc);
   bool setDamagedRowsAside();
 

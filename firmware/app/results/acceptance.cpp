@@ -17,6 +17,20 @@ store::Failure tooFarApart(const store::Record& record, const Comparison& compar
                                       "(--although-it-differs)."};
 }
 
+store::Failure cannotComeBack(const store::Record& record, const std::string& why_unfit) {
+  return {store::Reason::not_possible_now,
+          named(record.id) + " about " + record.binding.subject +
+              ", which was in force before, cannot come back into force, and nothing was changed (correct the "
+              "descriptions, or calibrate again): " +
+              why_unfit};
+}
+
+std::string waitsUnfit(const store::Record& record, const std::string& why_unfit) {
+  return named(record.id) + " about " + record.binding.subject +
+         " waits and cannot come into force (correct the descriptions, or withdraw it: probebox rollback " +
+         std::to_string(record.id) + " --by NAME): " + why_unfit;
+}
+
 std::vector<std::string> warningsOf(const store::Record& record) {
   constexpr std::size_t kMost = 8;  // what an answer of a link holds besides
   std::vector<std::string> sentences;

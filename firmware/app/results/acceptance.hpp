@@ -16,6 +16,12 @@ std::string named(store::Id id);
 store::Failure tooFarApart(const store::Record& record, const Comparison& comparison,
                            const std::optional<std::string>& doubt);
 
+// The refusal of a rollback to a result that does not fit what the box describes now.
+store::Failure cannotComeBack(const store::Record& record, const std::string& why_unfit);
+
+// "Result 5 about delay waits and ..." of one that does not fit what the box describes now.
+std::string waitsUnfit(const store::Record& record, const std::string& why_unfit);
+
 // "Warning: ..." of each warning that the result was measured or solved with.
 std::vector<std::string> warningsOf(const store::Record& record);
 

@@ -143,6 +143,10 @@ std::optional<std::string> ResultsInForce::deriveCentreline(const store::Record&
   const auto present = store_.active(binding);
   const bool free = present && !*present && !whyBeside(binding.subject);
   if (!free) return what + "is proposed: accept it to put it in the place of the one in force.";
+  if (const auto proposed = store_.find(*id)) {
+    if (const auto told = fitActivation(*proposed); !told)
+      return what + "is proposed and cannot come into force: " + told.error().what;
+  }
   const auto record = store_.accept(*id, by, utcNow());
   readStore();
   if (!record) return what + "could not be accepted: " + record.error().what;

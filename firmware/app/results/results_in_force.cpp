@@ -191,12 +191,20 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(store::Id id, const std::str
   return rollBack(found.binding, by);
 }
 
+std::optional<store::Failure> ResultsInForce::whyNotBack(const store::Binding& binding) const {
+  const auto before = store_.retiredLast(binding);
+  if (!before || !*before) return std::nullopt;
+  const auto told = fitActivation(**before);
+  return told ? std::nullopt : std::optional{cannotComeBack(**before, told.error().what)};
+}
+
 ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& binding, const std::string& by) {
   if (!mayChange()) return cutIsOn("repeat the rollback when it is over.");
   if (const auto present = store_.active(binding); present && !*present) {
     // It would bring one back.
     if (auto beside = whyBeside(binding.subject)) return *beside;
   }
+  if (auto unfit = whyNotBack(binding)) return *unfit;
   auto changed = store_.rollBack(binding, by, utcNow());
   if (!changed) {
     catchUp();
@@ -217,7 +225,8 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& bindin
 
 void ResultsInForce::activateWaiting() {
   if (now_() < patient_until_) return;
-  const auto waiting = this->waiting();
+  auto waiting = this->waiting();
+  std::erase_if(waiting, [&](store::Id id) { return waiting_unfit_.contains(id); });
   if (waiting.empty()) return;
   for (const auto id : waiting) {
     const auto activated = store_.activate(id, utcNow());
@@ -281,10 +290,16 @@ void ResultsInForce::readStore() {
     if (sensorHeadOf(record.binding.subject)) sensor_heads.push_back(calibratedHeadOf(record).value());
   }
   std::vector<std::uint64_t> waiting;
-  for (const auto& record : *accepted) waiting.push_back(record.id);
+  std::vector<std::string> to_repeat;
+  for (const auto& record : *accepted) {
+    waiting.push_back(record.id);
+    const auto told = fitActivation(record);
+    if (told) continue;
+    to_repeat.push_back(waitsUnfit(record, told.error().what));
+    if (waiting_unfit_.insert(record.id).second) logError(to_repeat.back());
+  }
   auto problems = store_.damage();
   if (!store_.notice().empty()) problems.insert(problems.begin(), store_.notice());
-  std::vector<std::string> to_repeat;
   auto served = std::make_shared<published::ServedResults>();
   for (const auto& record : *in_force) {
     if (auto doubt = whyNotConforming(record)) to_repeat.push_back(*std::move(doubt));

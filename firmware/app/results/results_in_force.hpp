@@ -77,7 +77,8 @@ class ResultsInForce {
 
   // Returns to the result that was in force before, about `subject` (or one of its methods), or about the subject of
   // result `id`, which must be in force. Refused during a cut, not deferred: at its end another result may be in force
-  // than the one the person wanted to leave. Rolling back a waiting result withdraws it, which is always allowed.
+  // than the one the person wanted to leave. Refused, too, when the one of before no longer fits. Rolling back a
+  // waiting result withdraws it, which is always allowed.
   RolledBack rollBack(const std::string& subject, const std::string& by);
   RolledBack rollBack(store::Id id, const std::string& by);
 
@@ -100,7 +101,8 @@ class ResultsInForce {
   MeasuredFacts measuredFacts() const;
   // Their values, for registers; a new object after each change. Any thread.
   std::shared_ptr<const published::ServedResults> served() const;
-  // One sentence for each result in force that rests on a retired one, or fails a limit.
+  // One sentence for each result in force that rests on a retired one, or fails a limit, and for each that waits and no
+  // longer fits.
   std::vector<std::string> toRepeat() const;
   // Problems of storing, and losses, with remedies; empty without any.
   std::vector<std::string> storageProblems() const;
@@ -121,6 +123,7 @@ class ResultsInForce {
   std::vector<store::Id> basisOf(store::Id from_tip, store::Id offset) const;
   std::optional<store::Failure> otherBinding(const store::Record& record) const;
   std::optional<store::Failure> objectionTo(const store::Record& record) const;
+  std::optional<store::Failure> whyNotBack(const store::Binding& binding) const;
   void activateWaiting();
   std::optional<std::vector<store::Record>> ours(store::State state) const;
   void readStore();
@@ -137,6 +140,7 @@ class ResultsInForce {
   MonoTime patient_until_{};  // no new attempt before, after a failure of the store
   bool inhibited_{true};
   std::function<bool()> cut_is_held_;
+  std::set<store::Id> waiting_unfit_;  // they wait until the descriptions are others
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> active_;
   std::vector<std::uint64_t> waiting_;

@@ -11,6 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
 
 const Mounting kOnTheMill{"P-1001", "mill 3", "spindle"};
@@ -129,6 +130,49 @@ TEST_F(InForce, NoResultIsThatFitsTheBoxNoMore) {
   EXPECT_THAT(other_sources.restore(), IsEmpty());
 }
 
+TEST_F(InForce, NoResultComesBackThatFitsTheBoxNoMore) {
+  auto results = boxWith(0.1);
+  letChange(results);
+  ASSERT_TRUE(results.accept(propose(0.05), "Ada"));
+  auto other_sources = boxWith(0.01);
+  letChange(other_sources);
+  const auto second = propose(0.005);
+  ASSERT_TRUE(other_sources.accept(second, "Ada", true));
+  told_.clear();
+  for (const bool by_number : {false, true}) {
+    const auto refused = by_number ? other_sources.rollBack(second, "Ada") : other_sources.rollBack("delay", "Ada");
+    ASSERT_FALSE(refused) << "it would be said to be in force";
+    EXPECT_EQ(refused.error().reason, store::Reason::not_possible_now);
+    EXPECT_THAT(refused.error().what, testing::AllOf(HasSubstr("Result 1 "), HasSubstr("too long")));
+  }
+  EXPECT_THAT(told_, IsEmpty());
+  EXPECT_THAT(other_sources.active(), ElementsAre(second));
+  EXPECT_EQ(store_.find(second)->state, store::State::active) << "the store has not changed either";
+}
+
+TEST_F(InForce, NoWaitingResultIsThatFitsTheBoxNoMore) {
+  auto results = boxWith(0.1);
+  letChange(results);
+  const auto first = propose(0.005), second = propose(0.05);
+  ASSERT_TRUE(results.accept(first, "Ada"));
+  results.alsoAsk([] { return true; });
+  ASSERT_TRUE(results.accept(second, "Ada", true));
+  auto other_sources = boxWith(0.01);
+  testing::internal::CaptureStderr();
+  other_sources.restore();
+  letChange(other_sources);
+  letChange(other_sources);
+  const auto logged = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(logged, HasSubstr("too long"));
+  EXPECT_EQ(logged.find("too long"), logged.rfind("too long")) << "said once";
+  EXPECT_THAT(told_, IsEmpty());
+  EXPECT_THAT(other_sources.active(), ElementsAre(first)) << "it stays in force";
+  EXPECT_TRUE(other_sources.isWaiting(second));
+  EXPECT_THAT(other_sources.toRepeat(), ElementsAre(testing::AllOf(HasSubstr("waits"), HasSubstr("too long"))));
+  ASSERT_TRUE(other_sources.rollBack(second, "Ada")) << "it can be withdrawn";
+  EXPECT_THAT(other_sources.toRepeat(), IsEmpty());
+}
+
 TEST_F(InForce, NoResultIsOfAnotherMounting) {
   auto results = boxWith(0.1);
   letChange(results);
@@ -136,6 +180,31 @@ TEST_F(InForce, NoResultIsOfAnotherMounting) {
   auto elsewhere = boxWith(0.1, {"P-1001", "mill 3", "turret"});
   EXPECT_THAT(elsewhere.restore(), IsEmpty());
   EXPECT_THAT(elsewhere.active(), IsEmpty());
+}
+
+// The centreline from a tip and the offset of that stylus, whose sum lies where this box corrects nothing.
+TEST_F(InForce, NoSumOfTwoResultsIsThatDoesNotFitTheBox) {
+  ResultsInForce results{store_, kOnTheMill, [] { return MonoTime{5s}; },
+                         [](std::span<const Event> events) -> std::optional<Error> {
+                           const bool sums = !events.empty() && std::holds_alternative<CentrelineActivated>(events[0]);
+                           return sums ? std::optional{Error{"it is too far away"}} : std::nullopt;
+                         },
+                         [this](const Event& event) { told_.push_back(event); }};
+  letChange(results);
+  const auto accept = [&](const char* subject, const char* method, const char* key) {
+    metrology::Result result;
+    result.method = method;
+    result.estimates = {metrology::Estimate::vector(key, {1, 2}, {1e-4, 1e-4})};
+    const auto id = store_.propose(results.bindingFor(subject), result, "", "2026-01-01T00:00:00Z").value();
+    const auto accepted = results.accept(id, "Ada");
+    EXPECT_TRUE(accepted) << accepted.error().what;
+    return accepted->notes;
+  };
+  accept("centreline-stylus", "centreline", "centre_mm");
+  EXPECT_THAT(accept("stylus-offset-1", "spindle-offset-2x2", "stylus_offset_mm"),
+              testing::Contains(testing::AllOf(HasSubstr("too far away"), testing::Not(HasSubstr("is in force")))));
+  EXPECT_THAT(told_, IsEmpty());
+  EXPECT_FALSE(store_.active(results.bindingFor("centreline")).value());
 }
 
 // A result of which the core hears nothing: the worker follows it.
