@@ -63,6 +63,13 @@ struct Origin {
   std::string remark{};        // kept in its history
 };
 
+// A result that is to be stored.
+struct Proposal {
+  Binding binding;
+  metrology::Result result;
+  Origin origin;
+};
+
 // A result that another one rests on.
 struct Dependence {
   Id id{};

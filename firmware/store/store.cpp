@@ -99,7 +99,6 @@ bool Store::setDamagedRowsAside() {
 Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& content, std::string_view utc,
                                    const Origin& origin) {
   if (utc.empty()) return Failure{Reason::bad_argument, "a result needs the time at which it was found (UTC)"};
-  TRY(auto transaction, Transaction::begin(*database_));
   Statement statement{*database_,
                       "INSERT INTO results (state, method, subject, probe, machine, mounting, result_json, "
                       "proposed_utc) VALUES (?, ?, ?, ?, ?, ?, ?, ?)"};
@@ -110,18 +109,35 @@ Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& conten
   TRY(note(*database_, id, content.state, utc, origin.by, origin.remark));
   TRY(keepDependences(*database_, id, origin.rests_on));
   TRY(keepDataset(*database_, id, content.dataset));
-  TRY(transaction.commit());
   return id;
 }
 
 Outcome<Id, Failure> Store::propose(const Binding& binding, const metrology::Result& result, std::string_view dataset,
                                     std::string_view utc, const Origin& origin) {
-  return insert(binding, {State::proposed, result.method, json::toJson(result), dataset}, utc, origin);
+  const Proposal alone{binding, result, origin};
+  TRY(const auto ids, propose(std::span{&alone, 1}, dataset, utc));
+  return ids.front();
+}
+
+Outcome<std::vector<Id>, Failure> Store::propose(std::span<const Proposal> proposals, std::string_view dataset,
+                                                 std::string_view utc) {
+  TRY(auto transaction, Transaction::begin(*database_));
+  std::vector<Id> ids;
+  for (const auto& [binding, result, origin] : proposals) {
+    const auto json = json::toJson(result);
+    TRY(const auto id, insert(binding, {State::proposed, result.method, json, dataset}, utc, origin));
+    ids.push_back(id);
+  }
+  TRY(transaction.commit());
+  return ids;
 }
 
 Outcome<Id, Failure> Store::refuse(const Binding& binding, std::string_view method, const metrology::Refusal& refusal,
                                    std::string_view dataset, std::string_view utc) {
-  return insert(binding, {State::refused, method, json::toJson(refusal), dataset}, utc, {});
+  TRY(auto transaction, Transaction::begin(*database_));
+  TRY(const auto id, insert(binding, {State::refused, method, json::toJson(refusal), dataset}, utc, {}));
+  TRY(transaction.commit());
+  return id;
 }
 
 Outcome<Record, Failure> Store::find(Id id) {

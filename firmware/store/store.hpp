@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,6 +66,9 @@ class Store {
   // dataset: the measured data as JSON, for `calibrate --save`; may be empty. utc: present time, ISO 8601.
   Outcome<Id, Failure> propose(const Binding& binding, const metrology::Result& result, std::string_view dataset,
                                std::string_view utc, const Origin& origin = {});
+  // The same of a case about several subjects: all of them in one transaction, or none.
+  Outcome<std::vector<Id>, Failure> propose(std::span<const Proposal> proposals, std::string_view dataset,
+                                            std::string_view utc);
   Outcome<Id, Failure> refuse(const Binding& binding, std::string_view method, const metrology::Refusal& refusal,
                               std::string_view dataset, std::string_view utc);
 
@@ -129,6 +133,7 @@ class Store {
     std::string_view json;
     std::string_view dataset;
   };
+  // Within a transaction of the caller's.
   Outcome<Id, Failure> insert(const Binding& binding, const Content& content, std::string_view utc,
                               const Origin& origin);
 

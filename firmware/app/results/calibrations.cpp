@@ -279,44 +279,39 @@ void Calibrations::cancelProposal() {
   being_solved_.reset();
 }
 
-// One result for each subject that the readings determine, or one refusal.
+// One result for each subject that the readings determine, all or none of them, or one refusal.
 Outcome<std::vector<store::Id>, store::Failure> Calibrations::stored(const Case& solved_case,
                                                                      const metrology::Solved& solved) {
-  std::vector<store::Id> ids;
+  if (!solved) {
+    TRY(const auto refused, store_.refuse(in_force_.bindingFor(solved_case.subjects.front().name), solved_case.method,
+                                          solved.error(), *solved_case.text, utcNow()));
+    return std::vector{refused};
+  }
+  std::vector<store::Proposal> proposals;
   for (const auto& about : solved_case.subjects) {
     const auto& [subject, needs, kept_as, independent_of] = about;
-    if (!ids.empty() && (!solved || solved->find(needs) == nullptr)) continue;
-    if (!solved) {
-      TRY(const auto refused, store_.refuse(in_force_.bindingFor(subject), solved_case.method, solved.error(),
-                                            *solved_case.text, utcNow()));
-      ids.push_back(refused);
-      continue;
-    }
-    TRY(const auto id,
-        storedAbout(about, solved_case, kept_as.empty() ? *solved : metrology::withKey(*solved, needs, kept_as)));
-    ids.push_back(id);
+    if (!proposals.empty() && solved->find(needs) == nullptr) continue;
+    proposals.push_back(
+        proposalAbout(about, solved_case, kept_as.empty() ? *solved : metrology::withKey(*solved, needs, kept_as)));
   }
-  return ids;
+  return store_.propose(proposals, *solved_case.text, utcNow());
 }
 
 // A centreline from the stylus' tip is one from the spindle axis where the offset of that stylus is in force.
-Outcome<store::Id, store::Failure> Calibrations::storedAbout(const metrology::NamedSubject& about,
-                                                             const Case& solved_case, const metrology::Result& result) {
+store::Proposal Calibrations::proposalAbout(const metrology::NamedSubject& about, const Case& solved_case,
+                                            const metrology::Result& result) const {
   const auto& subject = about.name;
   auto origin = solved_case.origin;
   for (const auto& [key, id] : solved_case.named) {
     if (std::ranges::find(about.independent_of, key, &metrology::MethodKey::name) == about.independent_of.end())
       origin.rests_on.push_back(id);
   }
-  const auto propose = [&](const std::string& name, const metrology::Result& found) {
-    return store_.propose(in_force_.bindingFor(name), found, *solved_case.text, utcNow(), origin);
-  };
   const auto offset =
       subject == metrology::kTurningAxisFromTip ? in_force_.stylusOffset(probeToolOf(result)) : std::nullopt;
-  const auto whole = offset ? relativeToSpindle(result, offset->value, offset->id) : std::nullopt;
-  if (!whole) return propose(subject, result);
+  auto whole = offset ? relativeToSpindle(result, offset->value, offset->id) : std::nullopt;
+  if (!whole) return {in_force_.bindingFor(subject), result, std::move(origin)};
   origin.rests_on.push_back(offset->id);
-  return propose(std::string{metrology::kTurningAxis}, *whole);
+  return {in_force_.bindingFor(std::string{metrology::kTurningAxis}), *std::move(whole), std::move(origin)};
 }
 
 // A case that names a result which the box does not keep, or one about something else, was measured with another store.

@@ -104,8 +104,8 @@ class Calibrations {
   void attend();
   void conclude(const Case& run, std::uint32_t number, bool lasts, const metrology::Solved& solved);
   Outcome<std::vector<store::Id>, store::Failure> stored(const Case& solved_case, const metrology::Solved& solved);
-  Outcome<store::Id, store::Failure> storedAbout(const metrology::NamedSubject& about, const Case& solved_case,
-                                                 const metrology::Result& result);
+  store::Proposal proposalAbout(const metrology::NamedSubject& about, const Case& solved_case,
+                                const metrology::Result& result) const;
   std::optional<Error> whyNotOfThisStore(const metrology::Dataset& dataset);
   std::vector<NamedResult> namedResults(const metrology::Dataset& dataset);
   std::optional<store::Id> keep(const Case& run, const metrology::Solved& solved);

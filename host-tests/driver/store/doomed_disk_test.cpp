@@ -22,6 +22,13 @@ bool propose(Store& store, double tau_s) {
   return store.propose(kBinding, delayOf(tau_s), std::string(3000, 'x'), "t0").ok();
 }
 
+// A case about two subjects.
+bool proposeTwo(Store& store) {
+  const Binding other{"stylus-offset-1", kBinding.probe_serial_number, kBinding.machine, kBinding.mounting};
+  const std::vector<Proposal> both{{kBinding, delayOf(7e-3), {}}, {other, delayOf(8e-3), {.rests_on = {3}}}};
+  return store.propose(both, std::string(3000, 'y'), "t8").ok();
+}
+
 // Ids 1 and 2 are in the old file that every script begins with; opening it migrates it.
 const std::vector<Step>& script() {
   static const std::vector<Step> steps{
@@ -40,6 +47,7 @@ const std::vector<Step>& script() {
       [](Store& s) {
         return s.keepStanding({2e-3, -2e-3, 0}, "t7").ok();
       },
+      [](Store& s) { return proposeTwo(s); },  // 6 and 7, or neither
   };
   return steps;
 }
