@@ -71,7 +71,7 @@ void Boot::look() {
 }
 
 app::Reply Boot::ask(messages::Operation operation, std::span<const std::byte> body) {
-  auto reply = desk_.handle({.link = 1, .door = "network", .may = kAll},
+  auto reply = desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},
                             {.ticket = 1, .operation = operation, .body = body}, office_.scenario().state(), {});
   for (Event event; commands_.pop(event);) tell(event);
   return reply.value_or(app::Reply{});

@@ -15,7 +15,6 @@ namespace {
 constexpr std::chrono::milliseconds kAdvance{10};
 constexpr Nanoseconds kUsbHeartbeat = std::chrono::milliseconds{10};
 constexpr Nanoseconds kRetry = std::chrono::seconds{1};
-const std::string kNetwork = "network";  // the door of all hosts that come over TCP
 
 messages::GapReason reasonOf(const FeedItem& item) {
   return item.kind == FeedItem::Kind::lost_in_queue ? messages::GapReason::queue_full : wireReason(item.reason);
@@ -53,9 +52,16 @@ LinkService::~LinkService() {
   stop();
 }
 
-void LinkService::listen(tcp::Listener listener, const board::Access& may) {
+void LinkService::listen(tcp::Listener listener, std::string name, const board::Access& may) {
   reception_.listen(std::move(listener));
-  from_network_may_.push_back(may);
+  tcp_doors_.push_back({std::move(name), may});
+}
+std::vector<std::string> LinkService::inhibitingTcpDoors() const {
+  std::vector<std::string> names;
+  for (const auto& door : tcp_doors_) {
+    if (door.may.allow_inhibit) names.push_back(door.name);
+  }
+  return names;
 }
 void LinkService::serve(const serial::Address& line, const board::Access& may) {
   serial_lines_.push_back(std::make_unique<SerialLine>());
@@ -173,7 +179,7 @@ std::optional<std::string> LinkService::whyFull(std::size_t listener) const {
 }
 
 void LinkService::enter(Reception::Guest guest) {
-  Link& link = adopt(std::move(guest.pipe), from_network_may_.at(guest.door), nullptr);
+  Link& link = adopt(std::move(guest.pipe), tcp_doors_.at(guest.door).may, nullptr);
   link.listener = guest.door;
   link.host.session().receive(guest.gate.bytes(), time_.now());
   watch(link);
@@ -232,8 +238,8 @@ void LinkService::serve(Link& link) {
 
 void LinkService::answerRequests(Link& link) {
   while (const auto request = link.host.session().nextRequest()) {
-    const Caller caller{
-        .link = link.host.id(), .door = link.door == nullptr ? kNetwork : link.door->name, .may = link.may};
+    const auto& door = link.door == nullptr ? tcp_doors_.at(link.listener).name : link.door->name;
+    const Caller caller{.link = link.host.id(), .door = door, .may = link.may};
     const auto reply = desk_.handle(caller, *request, states_.newest(), vitals());
     if (reply) link.host.session().answer(reply->ticket, reply->code, reply->text, reply->body);
   }

@@ -49,10 +49,13 @@ class LinkService {
   LinkService(const LinkService&) = delete;
   LinkService& operator=(const LinkService&) = delete;
 
-  // Call before start(). may: rights of the hosts that connect there.
-  void listen(tcp::Listener listener, const board::Access& may);
+  // Call before start(). may: rights of the hosts that connect there. name: of their common door, as DoorBook has it.
+  void listen(tcp::Listener listener, std::string name, const board::Access& may);
   void serve(const serial::Address& line, const board::Access& may);
   void serve(const usb_gadget::PortAddress& port, const board::Access& may);
+
+  // Names of the TCP doors whose hosts may say that a cut is on.
+  std::vector<std::string> inhibitingTcpDoors() const;
 
   void start();
   void stop();
@@ -72,6 +75,10 @@ class LinkService {
     board::Access may;
     EventLoop::Watch watch;  // not for USB, whose port reports events
     bool closed{};
+  };
+  struct TcpDoor {
+    std::string name;
+    board::Access may;
   };
   // A listener or port that is retried every second until it works.
   struct Door {
@@ -127,7 +134,7 @@ class LinkService {
   FeedItem item_;
   EventLoop loop_;
   Reception reception_;
-  std::vector<board::Access> from_network_may_;  // by listener
+  std::vector<TcpDoor> tcp_doors_;  // by listener
   std::vector<std::unique_ptr<SerialLine>> serial_lines_;
   std::vector<std::unique_ptr<UsbPort>> usb_ports_;
   std::vector<std::unique_ptr<Link>> links_;

@@ -13,6 +13,7 @@ namespace probebox::app {
 namespace {
 
 constexpr std::size_t kMostBookBytes = DoorBook::kMostDoors * (2 * DoorBook::kMostName + 64);
+constexpr const char* kNetwork = "network";
 constexpr const char* kUnknown = "unknown: the file of inhibits was damaged";
 
 // All that the file holds.
@@ -76,6 +77,23 @@ DoorBook::DoorBook(const std::string& path, std::function<bool(bool)> tell_core)
   // Whether a cut was on nobody knows: a person looks, and clears it by this name.
   doors_.push_back({.door = kUnknown, .word_order = 0, .inhibits = true, .by = {}, .since_utc = utcNow()});
   unsaved_ = store(doors_).has_value();
+}
+
+void DoorBook::takeOverNetwork(const std::vector<std::string>& tcp_doors) {
+  const std::lock_guard lock{changing_};
+  Doors doors = doors_;
+  const auto former = std::ranges::find(doors, kNetwork, &DoorEntry::door);
+  if (former == doors.end() || !former->inhibits || tcp_doors.empty()) return;
+  const DoorEntry held = *former;
+  doors.erase(former);
+  for (const auto& door : tcp_doors) {
+    const auto entry = findOrAdd(doors, door);
+    if (!entry) return;
+    **entry = {.door = door, .word_order = 0, .inhibits = true, .by = held.by, .since_utc = held.since_utc};
+  }
+  // Where the disk refuses, the next start finds what there was before.
+  unsaved_ = store(doors).has_value();
+  show(std::move(doors));
 }
 
 std::string DoorBook::problem() const {

@@ -14,7 +14,7 @@
 namespace probebox::app {
 
 // Lasting state of one door: a line of the CNC ("modbus:/dev/ttyS2"), a link of hosts ("serial:/dev/ttyS1", "usb",
-// "network"), or a person ("person:Ada").
+// "tcp:127.0.0.1:7627"), or a person ("person:Ada").
 struct DoorEntry {
   std::string door{};
   std::uint16_t word_order{};  // of a Modbus line, as register 128 has it
@@ -39,6 +39,10 @@ class DoorBook {
 
   // tell_core: passes on whether any door inhibits; false when the core's queue is full.
   DoorBook(const std::string& path, std::function<bool(bool)> tell_core);
+
+  // Gives an inhibit that an earlier version kept for all hosts on TCP ("network") to each of these doors, whose hosts
+  // can end it. It stays as it is where there are none: a person clears it by its name. Call before others.
+  void takeOverNetwork(const std::vector<std::string>& tcp_doors);
 
   // Problem with the file, for a person; empty without one.
   std::string problem() const;

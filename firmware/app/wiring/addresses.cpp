@@ -8,6 +8,7 @@
 
 #include "drivers/serial/linux_serial.hpp"
 #include "firmware/app/cnc/open_cnc_face.hpp"
+#include "firmware/app/results/door_book.hpp"
 
 namespace probebox::app {
 namespace {
@@ -105,6 +106,20 @@ const board::Door* doorOf(const tcp::Address& address, const board::Service& ser
     return tcp != nullptr && tcp->port == address.port && tcp->host == address.host;
   });
   return door == service.doors.end() ? nullptr : &*door;
+}
+
+tcp::Address linkAt(const tcp::Address& listener, const std::vector<std::string>& links) {
+  for (const auto& text : links) {
+    const auto link = parseLink(text);
+    const auto* named = link ? std::get_if<tcp::Address>(&*link) : nullptr;
+    if (named != nullptr && tcp::covers(listener, *named)) return *named;
+  }
+  return listener;
+}
+
+std::string doorNameOf(const tcp::Address& named, const tcp::Address& listener) {
+  auto name = "tcp:" + tcp::describe(named);
+  return name.size() <= DoorBook::kMostName ? name : "tcp:" + tcp::describe(listener);
 }
 
 bool isForCnc(const tcp::Address& listener, const std::vector<std::string>& cnc) {

@@ -21,6 +21,10 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
 
 // The door of service.toml for a listening socket that somebody else opened, or null.
 const board::Door* doorOf(const tcp::Address& address, const board::Service& service);
+// The first of these links that a listening socket serves which somebody else opened; its own address if there is none.
+tcp::Address linkAt(const tcp::Address& listener, const std::vector<std::string>& links);
+// Name of the door at a listener, as DoorBook has it. named: its address as service.toml has it.
+std::string doorNameOf(const tcp::Address& named, const tcp::Address& listener);
 // Tests whether a CNC line on the network is to be served at a listener.
 bool isForCnc(const tcp::Address& listener, const std::vector<std::string>& cnc);
 

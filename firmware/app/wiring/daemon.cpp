@@ -176,13 +176,12 @@ struct Daemon::Parts {
     return all;
   }
 
-  Outcome<void> adopt(std::vector<PassedSocket> passed, const std::vector<std::string>& cnc,
-                      const board::Service& service);
+  Outcome<void> adopt(std::vector<PassedSocket> passed, const Options& options, const board::Service& service);
   Outcome<void> openLinks(const std::vector<std::string>& texts, const board::Service& service);
   Outcome<tcp::Listener> listenForCnc(const tcp::Address& address);
   Outcome<void> openCncLines(const std::vector<std::string>& texts, const board::Service& service);
   Outcome<void> openMachine();
-  Outcome<void> serve(tcp::Listener listener, const board::Door* door, const board::Access& otherwise);
+  Outcome<void> serve(tcp::Listener listener, const tcp::Address& named, const board::Door* door);
   void announce();
   std::vector<Event> fromBefore();
   void run();
@@ -226,27 +225,29 @@ struct Daemon::Parts {
   std::optional<ChainWatch> chain;
 };
 
-Outcome<void> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const std::vector<std::string>& cnc,
+Outcome<void> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const Options& options,
                                    const board::Service& service) {
   for (auto& socket : passed) {
     TRY(auto listener, tcp::Listener::adopt(std::move(socket.descriptor), socket.name));
-    if (isForCnc(listener.address(), cnc)) {
+    if (isForCnc(listener.address(), cncLinesOf(options, service))) {
       passed_for_cnc.push_back(std::move(listener));
       continue;
     }
     const auto address = listener.address();
-    if (auto opened = serve(std::move(listener), doorOf(address, service), service.access); !opened) return opened;
+    const auto named = linkAt(address, linksOf(options, service));
+    if (auto opened = serve(std::move(listener), named, doorOf(address, service)); !opened) return opened;
     passed_addresses.push_back(address);
   }
   return {};
 }
 
-// door: null where service.toml has none for it.
-Outcome<void> Daemon::Parts::serve(tcp::Listener listener, const board::Door* door, const board::Access& otherwise) {
+// named: its address as service.toml has it. door: null where service.toml has none for it.
+Outcome<void> Daemon::Parts::serve(tcp::Listener listener, const tcp::Address& named, const board::Door* door) {
   if (auto why = whyOpenToAll(listener.address(), door)) return *why;
   if (!reachable_at && tcp::isLoopback(listener.address())) reachable_at = listener.address();
   uris.push_back("tcp:" + tcp::describe(listener.address()));
-  links.listen(std::move(listener), door == nullptr ? otherwise : door->access);
+  const auto name = doorNameOf(named, listener.address());
+  links.listen(std::move(listener), name, door == nullptr ? descriptions.service.access : door->access);
   return {};
 }
 
@@ -265,7 +266,7 @@ Outcome<void> Daemon::Parts::openLinks(const std::vector<std::string>& texts, co
     const auto& door = std::get<tcp::Address>(address);
     if (std::ranges::any_of(passed_addresses, [&](const auto& passed) { return tcp::covers(passed, door); })) continue;
     TRY(auto listener, tcp::Listener::open(door));
-    if (auto opened = serve(std::move(listener), service.doorAt(text), service.access); !opened) return opened;
+    if (auto opened = serve(std::move(listener), door, service.doorAt(text)); !opened) return opened;
   }
   return {};
 }
@@ -302,7 +303,7 @@ Outcome<void> Daemon::Parts::openMachine() {
     // The emulated controller is a host like any other and needs a door.
     TRY(auto listener, tcp::Listener::open({.host = "127.0.0.1", .port = 0}));
     reachable_at = listener.address();
-    links.listen(std::move(listener), descriptions.service.access);
+    links.listen(std::move(listener), "tcp:emulated-machine", descriptions.service.access);
   }
   TRY(auto opened, openSources(descriptions, reachable_at.value_or(tcp::Address{}), time.now(), counters));
   sources = std::move(opened);
@@ -375,10 +376,11 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
     if (!problem.empty()) logWarning(problem);
   }
   const auto& service = parts->descriptions.service;
-  TRY(parts->adopt(std::move(passed), cncLinesOf(options, service), service));
+  TRY(parts->adopt(std::move(passed), options, service));
   TRY(parts->openLinks(linksOf(options, service), service));
   TRY(parts->openCncLines(cncLinesOf(options, service), service));
   TRY(parts->openMachine());
+  parts->doors.takeOverNetwork(parts->links.inhibitingTcpDoors());
   parts->announce();
   parts->run();
   return std::unique_ptr<Daemon>{new Daemon{std::move(parts)}};

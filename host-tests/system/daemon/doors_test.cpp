@@ -11,6 +11,7 @@
 
 #include "drivers/serial/emulator.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
+#include "firmware/app/results/door_book.hpp"
 #include "running_daemon.hpp"
 
 namespace probebox::app {
@@ -41,6 +42,40 @@ TEST_F(RunningDaemon, GivesEveryDoorItsOwnRights) {
   EXPECT_EQ(over_tcp->refusal<messages::HomeAxes>(home).code, messages::ErrorCode::not_permitted);
   EXPECT_THAT(over_tcp->refusal<messages::HomeAxes>(home).what, testing::HasSubstr("allow_homing"));
   over_line->ask<messages::HomeAxes>(home);
+}
+
+// Both addresses are of TCP; the second one is another door.
+TEST_F(RunningDaemon, EndsTheCutOfNoOtherAddress) {
+  options.config = folder / "config";
+  std::filesystem::create_directories(options.config);
+  std::ofstream{options.config / "service.toml"}
+      << "links = [\"tcp:127.0.0.1:0\", \"tcp:127.0.0.2:0\"]\n[access]\nallow_inhibit = true\n"
+      << "[[door]]\naddress = \"tcp:127.0.0.2:0\"\nallow_inhibit = true\n";
+  options.links = {};
+  start();
+  const auto one = connect(), beside_it = connect(), other = TestHost::connect(daemon->uris().at(1));
+  ASSERT_TRUE(one && beside_it && other);
+  one->ask<messages::SetInhibit>({.active = true});
+  other->ask<messages::SetInhibit>({.active = false});
+  const auto held = other->ask<messages::Status>().inhibits;
+  ASSERT_EQ(held.size(), 1U) << "it ended the other's cut";
+  EXPECT_EQ(held.front().door, "tcp:127.0.0.1:0") << "as service.toml names it";
+  beside_it->ask<messages::SetInhibit>({.active = false});
+  EXPECT_TRUE(other->ask<messages::Status>().inhibits.empty()) << "hosts of one address share one";
+}
+
+TEST_F(RunningDaemon, LetsAHostEndTheCutThatAnEarlierVersionKeptForAllOfTcp) {
+  std::filesystem::create_directories(options.state);
+  ASSERT_FALSE((DoorBook{options.state / "doors", [](bool) { return true; }}.setInhibit("network", true, "")));
+  start();
+  const auto host = connect();
+  const auto held = host->ask<messages::Status>().inhibits;
+  ASSERT_EQ(held.size(), 1U);
+  EXPECT_EQ(held.front().door, "tcp:127.0.0.1:0");
+  EXPECT_TRUE(host->ask<messages::Corrections>().inhibited);
+  host->ask<messages::SetInhibit>({.active = false});
+  EXPECT_TRUE(host->ask<messages::Status>().inhibits.empty());
+  EXPECT_TRUE(host->eventually([&] { return !host->ask<messages::Corrections>().inhibited; }));
 }
 
 TEST_F(RunningDaemon, LetsOtherComputersInOnlyToLook) {

@@ -105,7 +105,7 @@ TEST_F(Desk, TellsWhatThisMachineCannotFromWhatItCannotNow) {
     request.tool = tool;
     const auto body = messages::encoded(request);
     const auto reply =
-        desk_.handle({.link = 1, .door = "network", .may = kAll},
+        desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},
                      {.ticket = 1, .operation = messages::Operation::start_procedure, .body = body}, state_, {});
     return reply ? reply->code : messages::ErrorCode::ok;
   };
@@ -122,7 +122,7 @@ TEST_F(Desk, DescribesTheMachineToEverybody) {
   state_.rates = procedure::Rates{.positions_hz = {1000, 1000, 500}, .deflections_hz = 2000};
   state_.snapshot.delay = {.calibrated = true, .result_id = 7, .tau_s = {4e-3, 4e-3, 4e-3}, .sd_s = {1e-6, 1e-6, 2e-6}};
   const auto reply =
-      desk_.handle({.link = 1, .door = "network", .may = {}},
+      desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = {}},
                    {.ticket = 9, .operation = messages::Operation::describe_machine, .body = {}}, state_, {});
   ASSERT_TRUE(reply);
   ASSERT_EQ(reply->code, messages::ErrorCode::ok) << reply->text;
@@ -161,7 +161,7 @@ constexpr const char* kUnit =
 TEST_F(Desk, ProvisionsOnlyWithTheRightToAndAtRest) {
   const auto ask = [&](std::optional<bool> may) {
     const auto body = messages::encoded(messages::Provision::Request{.text = kUnit});
-    return desk_.handle({.link = 1, .door = "network", .may = {.allow_provision = may}},
+    return desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = {.allow_provision = may}},
                         {.ticket = 1, .operation = messages::Operation::provision, .body = body}, state_, {});
   };
   const auto refused = [&] {

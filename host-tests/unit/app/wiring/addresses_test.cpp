@@ -101,6 +101,15 @@ TEST_F(Addresses, OfACncOnTheNetworkAreForReadingWhereOthersReachThem) {
   EXPECT_THAT(problemOf("cnc = [\"modbus-tcp:127.0.0.1:502,words=big\"]"), HasSubstr("write words=high-first or"));
 }
 
+TEST(DoorOfAListener, HasTheNameOfItsLinkAtEveryStart) {
+  const tcp::Address everywhere{.host = "0.0.0.0", .port = 7627}, chosen{.host = "127.0.0.1", .port = 40123};
+  const std::vector<std::string> links{"usb", "tcp:127.0.0.1:7627", "tcp:127.0.0.1:0"};
+  EXPECT_EQ(doorNameOf(linkAt(everywhere, links), everywhere), "tcp:127.0.0.1:7627") << "systemd opened it";
+  EXPECT_EQ(doorNameOf(linkAt(chosen, links), chosen), "tcp:127.0.0.1:40123") << "of the socket unit alone";
+  EXPECT_EQ(doorNameOf({.host = "127.0.0.1", .port = 0}, chosen), "tcp:127.0.0.1:0");
+  EXPECT_EQ(doorNameOf({.host = std::string(200, 'x'), .port = 7627}, chosen), "tcp:127.0.0.1:40123");
+}
+
 TEST_F(Addresses, OfTheCommandLineStandInForThoseOfTheFile) {
   Options options;
   options.links = {"tcp:127.0.0.1:1"};
