@@ -51,7 +51,8 @@ constexpr ResultBlock kBlocks[]{
     {"table-pivot", 480, "table pivot", kPivot, kPivotMeans},
     {"setter", 528, "setter", kSetter, "place of the tool-setting device"},
     {"check", 568, "check", kCheck,
-     "the worst of all that has a limit: 0 pass, 1 not proven (the limit lies within U), 2 fail; no verdict without "
+     "the worst of all that has a limit: 0 pass, 1 not proven (the limit lies within U, or U is unknown), 2 fail; no "
+     "verdict without "
      "bit 4 "
      "of its state"},
     {"rotary-a", 592, "A table axis", kLocation, kLocationMeans},

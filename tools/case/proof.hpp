@@ -9,7 +9,7 @@ constexpr const char* proofInWords(metrology::Proof proof, bool warned) {
     case metrology::Proof::conforms:
       return warned ? "WARN: within the limits, but with a warning" : "PASS: within the limits, with U";
     case metrology::Proof::not_proven:
-      return "NOT PROVEN: the limit lies within U";
+      return "NOT PROVEN: the limit lies within U, or U is unknown";
     case metrology::Proof::fails:
       return "FAIL: beyond the limit by more than U";
   }

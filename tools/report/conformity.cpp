@@ -65,7 +65,8 @@ std::vector<Judged> judgedValues(const Subject& subject) {
   for (const auto& deviation : subject.result()->also) {
     if (!deviation.key.starts_with(kDeviation) || deviation.values.empty()) continue;
     Judged judged{.deviation = &deviation, .limit = limitIn(subject, deviation), .proof = {}};
-    const double doubt = 2 * combinedOf(deviation, 0).value_or(0);
+    const auto u = combinedOf(deviation, 0);
+    const auto doubt = u ? std::optional{2 * *u} : std::nullopt;
     if (judged.limit) judged.proof = metrology::proofOf(deviation.value(), doubt, *judged.limit);
     all.push_back(judged);
   }
@@ -90,7 +91,7 @@ std::string decisionRule() {
   return "Decision rule: ISO 14253-1 with the expanded uncertainty U (k = 2) of the deviation as guard band. A value "
          "passes where |deviation| + U is within the limit, it fails where |deviation| - U is beyond it, and neither "
          "is "
-         "proven in between.";
+         "proven in between, nor where U is unknown.";
 }
 
 std::string conformityTable(const Subject& subject) {

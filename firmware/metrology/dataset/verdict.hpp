@@ -11,15 +11,16 @@ namespace probebox::metrology {
 // registers.
 enum class Proof {
   conforms = 0,    // even with U added it is within the limit
-  not_proven = 1,  // the limit lies within U of it: neither is proven
+  not_proven = 1,  // the limit lies within U of it, or U is unknown: neither is proven
   fails = 2,       // even with U taken off it is beyond the limit
 };
 
-// doubt: U of the deviation (k = 2).
-inline Proof proofOf(double deviation, double doubt, double limit) {
+// doubt: U of the deviation (k = 2); nothing is proven where it is unknown.
+inline Proof proofOf(double deviation, std::optional<double> doubt, double limit) {
+  if (!doubt) return Proof::not_proven;
   const double off = std::abs(deviation);
-  if (off - doubt > limit) return Proof::fails;
-  return off + doubt > limit ? Proof::not_proven : Proof::conforms;
+  if (off - *doubt > limit) return Proof::fails;
+  return off + *doubt > limit ? Proof::not_proven : Proof::conforms;
 }
 
 // Key of the worst one among all values of a result that have a limit.

@@ -200,7 +200,8 @@ class CertificateOfACheck : public CalibrationCertificate {
 
 TEST_F(CertificateOfACheck, GivesDeviationLimitAndVerdictOfEveryValueAndTheRule) {
   const auto text = pageAbout("check");
-  const auto verdict = text.find("<div class=\"verdict warned\"><p>NOT PROVEN: the limit lies within U</p>");
+  const auto verdict =
+      text.find("<div class=\"verdict warned\"><p>NOT PROVEN: the limit lies within U, or U is unknown</p>");
   ASSERT_NE(verdict, std::string::npos) << text;
   EXPECT_LT(verdict, text.find("Traceable to"));
   EXPECT_THAT(text, AllOf(HasSubstr("limit 7.5 um"), HasSubstr("<li>Decision rule: ISO 14253-1")));
@@ -210,6 +211,13 @@ TEST_F(CertificateOfACheck, GivesDeviationLimitAndVerdictOfEveryValueAndTheRule)
                               "<td>PASS</td>"))
       << "a limit is not rounded";
   EXPECT_THAT(pageAbout("check", false), AllOf(HasSubstr("<td class=\"n\">not kept</td>"), HasSubstr("NOT PROVEN")));
+}
+
+TEST_F(CertificateOfACheck, ProvesNothingOfAValueWhoseUIsUnknown) {
+  result_.also[1].sd.clear();
+  result_.also[1].uncertainty.clear();
+  EXPECT_THAT(pageAbout("check"), HasSubstr("<td class=\"n\">unknown</td><td class=\"n\">12.5</td><td>um</td>"
+                                            "<td>NOT PROVEN</td>"));
 }
 
 // Its readings give the offset of the stylus too, which was held against nothing.

@@ -18,6 +18,7 @@ namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
+using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr double kRe = 12.5;
@@ -251,6 +252,49 @@ TEST(PeriodicCheck, PassesFailsOrProvesNeitherAgainstWhatWasAccepted) {
   dataset.config["limit_mm"] = 0.005;
   EXPECT_EQ(solve(dataset)->find("verdict")->value(), 2.0) << "the offset errors compare with none";
   EXPECT_THAT(solve(dataset)->warnings, testing::Contains(HasSubstr("calibrate again")));
+}
+
+// Two degrees of freedom give no sd, and without U nothing is proven.
+TEST(PeriodicCheck, ProvesNothingWhereUIsUnknown) {
+  std::mt19937_64 random{15};
+  Dataset dataset = check({}, 1e-4, random);
+  std::erase_if(dataset.tables, [](const Table& table) { return table.name == "x_touch"; });
+  const auto swivels = columnNamed(dataset, "centres", "B_deg");
+  keepRows(tableNamed(dataset, "centres"), [&](std::size_t row) { return swivels[row] == 0.0; });
+  dataset.config.erase("sigma_mm");
+  dataset.config["limit_mm"] = 0.020;
+  dataset.config["accepted_Xcen_B0_mm"] = 0.019;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_EQ(solved->dof, 2u);
+  ASSERT_TRUE(solved->find("deviation_Xcen_B0_mm")->sd.empty());
+  EXPECT_EQ(solved->find("verdict")->value(), 1.0);
+  EXPECT_EQ(solved->find("worst_ratio"), nullptr) << "it has U in it";
+  EXPECT_THAT(solved->warnings, testing::Contains(AllOf(HasSubstr("not proven: Xcen_B0_mm"), HasSubstr("U is unknown"),
+                                                        HasSubstr("state sigma_mm"))));
+  dataset.config["accepted_Xcen_B0_mm"] = 0.1;
+  EXPECT_EQ(solve(dataset)->find("verdict")->value(), 1.0) << "beyond the limit, and not proven to be";
+}
+
+TEST(PeriodicCheck, DoesNotPassWhatHasALimitAndIsComparedWithNothing) {
+  std::mt19937_64 random{16};
+  Dataset dataset = check({}, 1e-4, random);
+  dataset.config["limit_Xcen_B0_mm"] = 0.010;
+  EXPECT_EQ(solve(dataset)->find("verdict")->value(), 1.0);
+  EXPECT_THAT(solve(dataset)->warnings, testing::Contains(AllOf(HasSubstr("not proven: Xcen_B0_mm has a limit"),
+                                                                HasSubstr("state accepted_Xcen_B0_mm"))));
+  dataset.config["accepted_Xcen_B0_mm"] = 0.020;
+  EXPECT_EQ(solve(dataset)->find("verdict")->value(), 0.0);
+  dataset.config["limit_stylus_offset_x_mm"] = 0.010;
+  EXPECT_EQ(solve(dataset)->find("verdict")->value(), 1.0);
+  dataset.config.erase("limit_stylus_offset_x_mm");
+  dataset.config["limit_Ycen_B45_mm"] = 0.010;
+  dataset.config["accepted_Ycen_B45_mm"] = -0.006;
+  EXPECT_EQ(solve(dataset)->find("verdict")->value(), 0.0);
+  const auto swivels = columnNamed(dataset, "centres", "B_deg");
+  keepRows(tableNamed(dataset, "centres"), [&](std::size_t row) { return swivels[row] != 45.0; });
+  EXPECT_EQ(solve(dataset)->find("verdict")->value(), 1.0);
+  EXPECT_THAT(solve(dataset)->warnings, testing::Contains(HasSubstr("Ycen_B45_mm has a limit and was not measured")));
 }
 
 // What was accepted was measured too.
