@@ -39,6 +39,10 @@ constexpr auto kKeys = std::to_array<Named>({
     {"sd_K", "gain of the screw"},
     {"sd_reference_um", "reading of the cold screw"},
     {"sd_pre_travel_mm", "pre-travel of the probe"},
+    {"sd_length_1_mm", "length of the first tool"},
+    {"sd_length_2_mm", "length of the second tool"},
+    {"sd_length_3_mm", "length of the third tool"},
+    {"sd_length_4_mm", "length of the fourth tool"},
 });
 constexpr auto kCauses = std::to_array<Named>({
     {metrology::kTableStands.budget, "stop of the tilting table"},

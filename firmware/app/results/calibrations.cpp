@@ -224,7 +224,7 @@ procedure::Facts Calibrations::factsNow() const {
     if (facts.screws[axis]) facts.screws[axis]->face = measured.screw_faces[axis];
   }
   for (const auto& measured_length : measured.tool_lengths)
-    facts.takeLength(measured_length.tool, measured_length.length_mm, measured_length.result_id);
+    facts.takeLength(measured_length.tool, measured_length.length_mm, measured_length.result_id, measured_length.sd_mm);
   if (auto& ball = facts.checked_ball) {
     if (measured.ball_x && measured.ball_y) ball->accepted_x = measured.ball_x, ball->accepted_y = measured.ball_y;
     ball->accepted_y45 = measured.ball_y45;

@@ -32,6 +32,7 @@ struct MeasuredLength {
   store::Id result_id{};
   std::uint32_t tool{};
   double length_mm{};
+  double sd_mm{};  // combined uncertainty (k = 1); 0: unknown
 };
 // nullopt for results about anything else.
 std::optional<MeasuredLength> measuredLengthOf(const store::Record& record);

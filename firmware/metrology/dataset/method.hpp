@@ -19,6 +19,9 @@ using Solver = Solved (*)(const Dataset&);
 using Judge = std::optional<Refusal> (*)(const Dataset&, Result&);
 // One sentence about these readings, or nothing.
 using Remark = std::optional<std::string> (*)(const Dataset&);
+// Changes of columns of the tables by one unit of the known quantity that this sd is of, row by row; empty where the
+// readings do not have it.
+using MovedBy = std::vector<Table> (*)(const Dataset&, std::string_view sd_key);
 
 struct MethodTable {
   std::string_view name;
@@ -42,6 +45,7 @@ enum class KnownKind {
   value,   // a number of the configuration, no piece
   table,   // every coordinate of the table of that name
   column,  // all cells of the column of that name together, in every table
+  moves,   // in no cell by itself: it moves the readings as Method::moved_by says
 };
 
 // A quantity that the readings do not determine, and the key of its standard uncertainty.
@@ -82,6 +86,7 @@ struct Method {
   std::span<const MethodTable> tables;
   std::span<const MethodKey> keys;  // every variant's; a key without effect in a variant is the solver's to warn about
   std::span<const KnownQuantity> known{};
+  MovedBy moved_by{};                                // of those of kind `moves`
   std::span<const MethodResult> results;             // promised values, in the order of the answer
   std::span<const std::string_view> unobservable{};  // by any readings of this kind
   Remark undetermined{};                             // quantities that the readings of a case leave undetermined

@@ -13,6 +13,7 @@
 #include "firmware/metrology/dataset/relative_sigma.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tilt/swivel_fit.hpp"
+#include "firmware/metrology/tilt/swivel_lengths.hpp"
 #include "firmware/metrology/tilt/swivel_stops.hpp"
 
 namespace probebox::metrology {
@@ -309,8 +310,10 @@ constexpr MethodKey kMethodKeys[]{
     key::kPreTravelResults[3],
     key::kTauForTheRecord};
 constexpr MethodResult kResults[]{{"error_at_queries_mm", "error at the tip, a row a query, x y z"}};
-constexpr std::string_view kUnobservable[]{"any error at B = 0: all results are relative to B = 0",
-                                           "errors between the measured angles that the model does not contain"};
+constexpr std::string_view kUnobservable[]{
+    "any error at B = 0: all results are relative to B = 0",
+    "errors between the measured angles that the model does not contain",
+    "an error of a tool's length L_mm: the readings move as by the head's own error; sd_length_N_mm states it"};
 
 std::optional<std::string> swivelSubject(const Dataset& dataset) {
   const auto plane = swivelPlane(dataset, "swivel_axis");
@@ -327,6 +330,8 @@ const Method kSwivelError{.name = "swivel-error",
                           .solver = solveSwivelError,
                           .tables = kTables,
                           .keys = kMethodKeys,
+                          .known = kLengthsOfSwivel,
+                          .moved_by = movedByLength,
                           .results = kResults,
                           .unobservable = kUnobservable,
                           .subject = {.name = {}, .of = swivelSubject}};

@@ -124,6 +124,30 @@ bool addColumn(std::vector<TypeBInput>& inputs, const KnownQuantity& known, cons
   return true;
 }
 
+// Readings that the quantity moves.
+std::optional<Refusal> addMoves(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset,
+                                double sd, MovedBy moved_by) {
+  const auto moves = moved_by(dataset, known.sd_key);
+  if (moves.empty()) {
+    return Refusal{"missing-key", "config key '" + std::string{known.sd_key} +
+                                      "' is stated, but the readings have no " + std::string{known.key} +
+                                      " of that number: omit it"};
+  }
+  const auto move = [moves, sd](Dataset& moved, double by) {
+    for (const auto& by_one : moves) {
+      for (auto& changed : moved.tables) {
+        for (auto& column : changed.columns) {
+          const auto* change = changed.name == by_one.name ? by_one.column(column.name) : nullptr;
+          for (std::size_t row = 0; change != nullptr && row < change->size(); ++row)
+            column.values[row] += by * sd * (*change)[row];
+        }
+      }
+    }
+  };
+  inputs.push_back({std::string{known.sd_key}, sd, move, known.in_sd});
+  return std::nullopt;
+}
+
 // A length that a store holds has its sd there too.
 void addStored(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset, StoreReader store) {
   const auto stored = known.in_sd && store != nullptr ? store(dataset, known.key) : std::nullopt;
@@ -133,7 +157,7 @@ void addStored(std::vector<TypeBInput>& inputs, const KnownQuantity& known, cons
 }
 
 std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset,
-                                StoreReader store) {
+                                const Method& method, StoreReader store) {
   TRY(const auto sd, configPositive(dataset, known.sd_key));
   if (!sd) {
     addStored(inputs, known, dataset, store);
@@ -143,6 +167,7 @@ std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuan
     addTable(inputs, known, dataset, *sd);
     return std::nullopt;
   }
+  if (known.kind == KnownKind::moves) return addMoves(inputs, known, dataset, *sd, method.moved_by);
   if (known.kind == KnownKind::column && addColumn(inputs, known, dataset, *sd)) return std::nullopt;
   Dataset looked_at{.method = dataset.method, .config = dataset.config, .tables = {}};
   if (numberIn(looked_at, known.key, 0) == nullptr) {
@@ -213,7 +238,7 @@ void addShifts(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
 Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, const Method& method, StoreReader store) {
   std::vector<TypeBInput> inputs;
   for (const auto& known : method.known) {
-    if (auto refusal = addKnown(inputs, known, dataset, store)) return *refusal;
+    if (auto refusal = addKnown(inputs, known, dataset, method, store)) return *refusal;
   }
   if (auto refusal = addTemperature(inputs, dataset, method)) return *refusal;
   addShifts(inputs, dataset);

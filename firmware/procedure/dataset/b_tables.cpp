@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/tilt/swivel_lengths.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
@@ -81,6 +82,25 @@ double sigmaOf(const std::vector<Stop>& stops) {
   return std::sqrt(sum / static_cast<double>(stops.size()));
 }
 
+// Numbered as metrology numbers the tools of a swivel: by their lengths, in the order of the rows.
+void addLengthSds(metrology::Dataset& dataset, const std::vector<Stop>& stops, const Facts& facts) {
+  std::vector<double> lengths, sds;
+  for (const auto& stop : stops) {
+    const double sd_mm = facts.sdOfLength(stop.tool);
+    const auto found = std::ranges::find(lengths, stop.length_mm);
+    if (found == lengths.end()) {
+      lengths.push_back(stop.length_mm);
+      sds.push_back(sd_mm);
+    } else {
+      auto& sd = sds.at(static_cast<std::size_t>(found - lengths.begin()));
+      sd = std::max(sd, sd_mm);
+    }
+  }
+  for (std::size_t i = 0; i < sds.size(); ++i) {
+    if (sds[i] > 0) dataset.config[std::string{metrology::kLengthsOfSwivel.at(i).sd_key}] = sds[i];
+  }
+}
+
 }  // namespace
 
 Vector3d nominalTip(const HeadFacts& head, double b_rad, double length_mm) {
@@ -128,6 +148,7 @@ void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& re
     dataset.config["pivot_mm"] = listOf(head.pivot_mm);
   }
   addLengthResults(dataset, facts, toolsOf(readings));
+  addLengthSds(dataset, stops, facts);
   auto rows = metrology::Table::withColumns("readings", kSwivelColumns);
   auto queries = metrology::Table::withColumns("queries", kQueryColumns);
   for (const auto& stop : stops) {

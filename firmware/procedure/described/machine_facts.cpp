@@ -56,6 +56,7 @@ ProbeTools probeTools(const board::Machine& machine) {
   for (const auto& tool : machine.probe_tools) {
     tools.numbers.at(tools.count) = tool.number;
     tools.lengths_mm.at(tools.count) = tool.length_mm;
+    tools.sds_mm.at(tools.count) = tool.sd_mm;
     ++tools.count;
   }
   return tools;
@@ -79,6 +80,7 @@ std::optional<ProbeShank> probeShank(const board::Machine& machine) {
   if (tool == machine.tools.end()) return std::nullopt;  // the description would have been refused
   return ProbeShank{.tool = shank->tool,
                     .tip_length_mm = tool->length_mm,
+                    .sd_tip_length_mm = tool->sd_mm,
                     .radius_mm = shank->radius_mm,
                     .height_mm = shank->height_mm,
                     .from_mm = shank->from_mm};

@@ -12,9 +12,21 @@ double ProbeTools::lengthOf(std::uint32_t number) const {
   return 0;
 }
 
+double ProbeTools::sdOf(std::uint32_t number) const {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (numbers[i] == number) return sds_mm[i];
+  }
+  return 0;
+}
+
 double Facts::lengthOf(std::uint32_t probe_tool) const {
   if (probe_shank && probe_shank->tool == probe_tool) return probe_shank->tip_length_mm;
   return probe_tools.lengthOf(probe_tool);
+}
+
+double Facts::sdOfLength(std::uint32_t probe_tool) const {
+  if (probe_shank && probe_shank->tool == probe_tool) return probe_shank->sd_tip_length_mm;
+  return probe_tools.sdOf(probe_tool);
 }
 
 std::uint64_t Facts::lengthResultOf(std::uint32_t probe_tool) const {
@@ -25,14 +37,16 @@ std::uint64_t Facts::lengthResultOf(std::uint32_t probe_tool) const {
   return 0;
 }
 
-void Facts::takeLength(std::uint32_t probe_tool, double length_mm, std::uint64_t result) {
+void Facts::takeLength(std::uint32_t probe_tool, double length_mm, std::uint64_t result, double sd_mm) {
   for (std::size_t i = 0; i < probe_tools.count; ++i) {
     if (probe_tools.numbers[i] != probe_tool) continue;
     probe_tools.lengths_mm[i] = length_mm;
+    probe_tools.sds_mm[i] = sd_mm;
     probe_tools.results[i] = result;
   }
   if (!probe_shank || probe_shank->tool != probe_tool) return;
   probe_shank->tip_length_mm = length_mm;
+  probe_shank->sd_tip_length_mm = sd_mm;
   probe_shank->tip_result = result;
 }
 

@@ -87,10 +87,12 @@ struct ProbeTools {
   std::size_t count{};
   std::array<std::uint32_t, kMostProbeTools> numbers{};
   std::array<double, kMostProbeTools> lengths_mm{};
+  std::array<double, kMostProbeTools> sds_mm{};          // of the lengths (k = 1); 0: not stated
   std::array<std::uint64_t, kMostProbeTools> results{};  // assemblies in force with these lengths; 0: machine.toml
 
   // 0 for any other tool.
   double lengthOf(std::uint32_t number) const;
+  double sdOf(std::uint32_t number) const;
   // Longest minus shortest length.
   double span_mm() const;
 };
@@ -99,6 +101,7 @@ struct ProbeTools {
 struct ProbeShank {
   std::uint32_t tool{};
   double tip_length_mm{};      // from the gauge line to the stylus ball
+  double sd_tip_length_mm{};   // k = 1; 0: not stated
   std::uint64_t tip_result{};  // assembly result in force that states it; 0: machine.toml does
   double radius_mm{};
   double height_mm{};  // height of the contact above the centre of the stylus ball
@@ -218,6 +221,8 @@ struct Facts {
 
   // Distance from the gauge line to the stylus ball of a tool that carries the probe; 0 for any other tool.
   double lengthOf(std::uint32_t probe_tool) const;
+  // Its sd (k = 1); 0 where it is not stated.
+  double sdOfLength(std::uint32_t probe_tool) const;
   // Number of the assembly result in force that states the length; 0 if machine.toml states it.
   std::uint64_t lengthResultOf(std::uint32_t probe_tool) const;
   // Numbers of the tools that carry the probe, that of the shank included.
@@ -227,8 +232,8 @@ struct Facts {
   const PreTravel* preTravelOf(std::uint32_t probe_tool) const;
   // From the middle of the datum sphere to that of the stylus ball at contact.
   std::optional<double> sphereReach_mm() const;
-  // Replaces the length of a tool; nothing for one that does not carry the probe.
-  void takeLength(std::uint32_t probe_tool, double length_mm, std::uint64_t result);
+  // Replaces the length of a tool and its sd (k = 1; 0: unknown); nothing for one that does not carry the probe.
+  void takeLength(std::uint32_t probe_tool, double length_mm, std::uint64_t result, double sd_mm = 0);
 };
 
 }  // namespace probebox::procedure

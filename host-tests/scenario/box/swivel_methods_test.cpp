@@ -171,19 +171,23 @@ TEST(LiveSwivelErrorByShank, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) 
 // Where the head is swivelled the side that looks down is the stem's, and the shank would cross it.
 TEST(LiveSwivelError, RestsOnTheAssembliesThatHaveTheLengthsOfItsTools) {
   Scenario scenario{usualWorld(), 6};
-  scenario.facts.takeLength(2, 200.02, 43);
+  scenario.facts.takeLength(2, 200.02, 43, 0.004);
   ASSERT_TRUE(measured(scenario, procedure::kSwivelError));
   const auto& dataset = scenario.dataset();
   EXPECT_THAT(*dataset.table("readings")->column("L_mm"), ElementsAre(150, 150, 150, 200.02, 200.02, 200.02));
   EXPECT_FALSE(dataset.config.contains("length_1_result")) << "machine.toml has that length";
   EXPECT_EQ(std::get<double>(dataset.config.at("length_2_result")), 43);
+  EXPECT_FALSE(dataset.config.contains("sd_length_1_mm")) << "not stated";
+  EXPECT_EQ(std::get<double>(dataset.config.at("sd_length_2_mm")), 0.004);
 
-  scenario.facts.takeLength(1, 150.02, 44);
+  scenario.facts.takeLength(1, 150.02, 44, 0.003);
   const auto solved = scenario.calibrate(procedure::kSwivelError, byShank(procedure::kSwivelError));
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_THAT(*scenario.dataset().table("shank")->column("L_mm"), testing::Each(testing::DoubleNear(100.02, 1e-9)));
   EXPECT_EQ(std::get<double>(scenario.dataset().config.at("length_1_result")), 44);
   EXPECT_FALSE(scenario.dataset().config.contains("length_2_result")) << "of a tool that was not read";
+  EXPECT_EQ(std::get<double>(scenario.dataset().config.at("sd_length_1_mm")), 0.003);
+  EXPECT_FALSE(scenario.dataset().config.contains("sd_length_2_mm"));
 }
 
 TEST(LiveSwivelErrorByShank, LeavesTheSideOfTheStemAlone) {

@@ -282,12 +282,15 @@ TEST_F(Accepting, OfAnAssemblyGivesMethodsTheLengthOfTheirTool) {
   EXPECT_EQ(lengths.front().result_id, id);
   EXPECT_EQ(lengths.front().tool, 1U);
   EXPECT_EQ(lengths.front().length_mm, 150.02);
+  EXPECT_EQ(lengths.front().sd_mm, 1e-3);
 
   procedure::Facts facts;
   facts.probe_tools = {.count = 2, .numbers = {1, 2}, .lengths_mm = {150, 200}};
   facts.probe_shank = procedure::ProbeShank{.tool = 1, .tip_length_mm = 150, .height_mm = 50};
-  facts.takeLength(1, 150.02, id);
+  facts.takeLength(1, 150.02, id, 1e-3);
   EXPECT_EQ(facts.lengthOf(1), 150.02);
+  EXPECT_EQ(facts.sdOfLength(1), 1e-3);
+  EXPECT_EQ(facts.sdOfLength(2), 0) << "not stated";
   EXPECT_EQ(facts.lengthResultOf(1), id);
   EXPECT_EQ(facts.probe_tools.lengthOf(1), 150.02);
   EXPECT_NEAR(facts.probe_shank->length_mm(), 100.02, 1e-12) << "the shank moves with its tip";
