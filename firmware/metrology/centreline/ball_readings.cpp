@@ -184,13 +184,7 @@ Outcome<Fit, Refusal> fitWithStops(Rows rows, const Columns& columns, const Eige
 // The stop of C of every row.
 std::vector<double> stopsOf(const Table& table) {
   if (const auto* numbers = table.column(kStop)) return *numbers;
-  const auto& c = *table.column("C_rad");
-  std::vector<double> stops{0};
-  for (std::size_t row = 1; row < c.size(); ++row) {
-    const bool turned = std::abs(std::remainder(c[row] - c[row - 1], kTurn)) > kSameStop_rad;
-    stops.push_back(stops.back() + (turned ? 1 : 0));
-  }
-  return stops;
+  return stopsByAngle(*table.column("C_rad"));
 }
 
 // Whether o or k is far less certain than a reading, because of the angles at which they were read.

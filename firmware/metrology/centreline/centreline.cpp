@@ -11,6 +11,9 @@
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/shared_errors.hpp"
+#include "protocol/units/angle.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -40,46 +43,68 @@ std::optional<Refusal> badAngles(std::span<const RotationReading> readings) {
                                          "by 180 degrees"};
 }
 
-// The angle error of one reading that fits best beside its own sigma, for a centre and an arm.
-double angleError(const RotationReading& reading, const Eigen::Vector2d& centre, const Eigen::Vector2d& arm,
+// The angle error of a stop that fits its readings best beside their own sigma, for a centre and an arm.
+double angleError(std::span<const RotationReading> of_stop, const Eigen::Vector2d& centre, const Eigen::Vector2d& arm,
                   const RotationNoise& noise) {
   const double weight = std::pow(noise.position / noise.angle, 2);
   double error = 0.0;
-  for (int step = 0; step < 8; ++step) {  // Newton on |p - c - R r|^2 / sigma^2 + error^2 / sigma_angle^2
-    const Eigen::Vector2d turned = turn(reading.angle + error) * arm;
-    const Eigen::Vector2d tangent{-turned.y(), turned.x()};
-    const Eigen::Vector2d off = reading.at - centre;
-    const double slope = -tangent.dot(off) + weight * error;
-    const double curvature = turned.dot(off) + weight;
-    const double change = slope / std::max(curvature, 0.5 * turned.squaredNorm());
+  for (int step = 0; step < 8; ++step) {  // Newton on sum |p - c - R r|^2 / sigma^2 + error^2 / sigma_angle^2
+    double slope = weight * error, curvature = weight, least = 0.0;
+    for (const auto& reading : of_stop) {
+      const Eigen::Vector2d turned = turn(reading.angle + error) * arm;
+      const Eigen::Vector2d tangent{-turned.y(), turned.x()};
+      const Eigen::Vector2d off = reading.at - centre;
+      slope -= tangent.dot(off);
+      curvature += turned.dot(off);
+      least += 0.5 * turned.squaredNorm();
+    }
+    const double change = slope / std::max(curvature, least);
     error -= change;
     if (std::abs(change) < 1e-15) break;
   }
   return error;
 }
 
-// Rows of one reading: along its arm, and across it, where the noise of the angle adds to that of the position. The
-// angle errors are at their best for these parameters, so the derivatives need not follow them.
-Linearised rotationModel(std::span<const RotationReading> readings, const RotationNoise& noise,
-                         const Eigen::VectorXd& parameters) {
+// The angle error of each reading: one a stop.
+std::vector<double> angleErrors(std::span<const RotationReading> readings, std::span<const double> stops,
+                                const Eigen::Vector2d& centre, const Eigen::Vector2d& arm, const RotationNoise& noise) {
+  std::vector<double> errors;
+  for (std::size_t first = 0, next = 0; first < readings.size(); first = next) {
+    while (next < readings.size() && stops[next] == stops[first]) ++next;
+    errors.resize(next, angleError(readings.subspan(first, next - first), centre, arm, noise));
+  }
+  return errors;
+}
+
+// Rows of one reading: along its arm, and across it, where the noise of the angle adds to that of the position and is
+// common to the readings of a stop. The angle errors are at their best for these parameters, so the derivatives need
+// not follow them.
+Linearised rotationModel(std::span<const RotationReading> readings, std::span<const double> stops,
+                         const RotationNoise& noise, const Eigen::VectorXd& parameters) {
   const Eigen::Vector2d centre = parameters.head<2>();
   const Eigen::Vector2d arm = parameters.tail<2>();
   const auto rows = static_cast<Eigen::Index>(2 * readings.size());
   Linearised model{Eigen::VectorXd{rows}, Eigen::MatrixXd{rows, 4}};
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(rows);  // by one sd of the stop, in sigma
+  std::vector<double> stop_of_row;
+  const auto errors = angleErrors(readings, stops, centre, arm, noise);
   for (std::size_t k = 0; k < readings.size(); ++k) {
     const auto& reading = readings[k];
     const auto row = static_cast<Eigen::Index>(2 * k);
-    const double error = noise.angle > 0.0 ? angleError(reading, centre, arm, noise) : 0.0;
-    const Eigen::Matrix2d turned = turn(reading.angle + error);
+    const Eigen::Matrix2d turned = turn(reading.angle + errors[k]);
     const Eigen::Vector2d along = (turned * arm).normalized();
     const Eigen::Vector2d across{-along.y(), along.x()};
     const Eigen::Vector2d left = reading.at - centre - turned * arm;
-    const double across_sigma = std::hypot(noise.position, arm.norm() * noise.angle);
-    model.residuals[row] = along.dot(left) / noise.position;
-    model.residuals[row + 1] = (across.dot(left) + arm.norm() * error) / across_sigma;
-    model.jacobian.row(row) << -along.transpose() / noise.position, -along.transpose() * turned / noise.position;
-    model.jacobian.row(row + 1) << -across.transpose() / across_sigma, -across.transpose() * turned / across_sigma;
+    model.residuals[row] = along.dot(left);
+    model.residuals[row + 1] = across.dot(left) + arm.norm() * errors[k];
+    model.jacobian.row(row) << -along.transpose(), -along.transpose() * turned;
+    model.jacobian.row(row + 1) << -across.transpose(), -across.transpose() * turned;
+    moved[row + 1] = arm.norm() * noise.angle / noise.position;
+    stop_of_row.insert(stop_of_row.end(), 2, stops[k]);
   }
+  model.residuals /= noise.position;
+  model.jacobian /= noise.position;
+  shareErrors(model.jacobian, model.residuals, moved, stop_of_row);
   return model;
 }
 
@@ -97,8 +122,20 @@ Outcome<Fit, Refusal> fitRotation(std::span<const RotationReading> readings, con
   }
   auto linear = linearLeastSquares(design / noise.position, values / noise.position);
   if (!linear || noise.angle <= 0.0) return linear;
-  return leastSquares([&](const Eigen::VectorXd& at) { return rotationModel(readings, noise, at); },
+  std::vector<double> angles;
+  for (const auto& reading : readings) angles.push_back(reading.angle);
+  const auto stops = stopsByAngle(angles);
+  return leastSquares([&](const Eigen::VectorXd& at) { return rotationModel(readings, stops, noise, at); },
                       linear->parameters);
+}
+
+std::vector<double> stopsByAngle(std::span<const double> angles_rad) {
+  std::vector<double> stops;
+  for (std::size_t k = 0; k < angles_rad.size(); ++k) {
+    const bool turned = k > 0 && std::abs(std::remainder(angles_rad[k] - angles_rad[k - 1], kTurn)) > kSameStop_rad;
+    stops.push_back(k == 0 ? 0.0 : stops.back() + (turned ? 1 : 0));
+  }
+  return stops;
 }
 
 std::optional<Refusal> addMeanHeight(const Dataset& dataset, Result& result) {

@@ -26,11 +26,15 @@ struct RotationNoise {
   double angle{};        // rad, of the axis
 };
 
-// Fits (B6): p = c + R2(angle) r; fit.parameters: c, r. With noise of the angle (B8) the angle of every reading is
+// Fits (B6): p = c + R2(angle) r; fit.parameters: c, r. With noise of the angle (B8) the angle of every stop is
 // fitted too, but not returned: large noise makes this a circle fit, none makes it linear. Two angles: (B5). sd of
 // c: (B7), sigma^2 / (N (1 - |w|^2)), w the mean of exp(i angle). Refuses: too-few-readings (2), angles-too-close
 // (|sin(alpha/2)| < 0.05 for two readings, |w|^2 > 0.999 for more), and what leastSquares refuses.
 Outcome<Fit, Refusal> fitRotation(std::span<const RotationReading> readings, const RotationNoise& noise);
+
+// Number of the stop of each reading: each change of the angle from one reading to the next begins a stop
+// (kSameStop_rad).
+std::vector<double> stopsByAngle(std::span<const double> angles_rad);
 
 // Method "centreline": centre of rotation of C from one feature read at two or more angles (CN101976057 figures 1 and
 // 2, docs/metrology.md B.2, B.3). Table readings{C_rad,x_mm,y_mm}. Config: sigma_mm; sigma_C_rad, of the axis' angle,

@@ -116,6 +116,36 @@ TEST(Centreline, ReachesTheBoundWithNoiseOfTheAngle) {
   EXPECT_LT(unweighted.efficiency(), 0.5) << "the weights must matter here";
 }
 
+// Repeats at one stop share what the stop is off.
+TEST(Centreline, CountsTheErrorOfAStopOnceWhereReadingsAreRepeated) {
+  std::mt19937_64 random{32};
+  Moments errors;
+  for (int trial = 0; trial < 600; ++trial) {
+    const Vector2d centre{uniform(random, -1, 1), uniform(random, -1, 1)};
+    const Vector2d arm{uniform(random, 100, 800), uniform(random, -400, 400)};
+    const double sigma = uniform(random, 5e-4, 2e-3);
+    const double sigma_angle = 4.0 * sigma / arm.norm();
+    std::vector<RotationReading> readings;
+    for (const double angle : {0.0, 1.1, 2.3, 4.0}) {
+      const double real = angle + gauss(random, sigma_angle);
+      for (int k = 0; k < 5; ++k) {
+        auto reading = turnedFeature(centre, arm, {real}, sigma, 0.0, random).front();
+        reading.angle = angle;
+        readings.push_back(reading);
+      }
+    }
+    auto dataset = centrelineDataset(readings, sigma);
+    dataset.config["sigma_C_rad"] = sigma_angle;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto& found = *solved->find("centre_mm");
+    for (std::size_t k = 0; k < 2; ++k) {
+      errors.add(found.values[k] - centre[static_cast<Eigen::Index>(k)], found.sd[k]);
+    }
+  }
+  expectHonest(errors, 600);
+}
+
 TEST(Centreline, GivesTheWorkedExamples) {
   const std::vector<RotationReading> two{{{21.25, 4.25}, 0.0},
                                          {{1.596751771, 19.862611751}, 75.0 * std::numbers::pi / 180.0}};

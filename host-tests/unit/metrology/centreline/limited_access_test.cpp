@@ -91,6 +91,34 @@ TEST(LimitedAccess, ReachesTheBoundAndStatesItsUncertainty) {
   expectHonest(rim);
 }
 
+// A stop of C is off once, however often the ball is read there.
+TEST(LimitedAccess, CountsTheErrorOfAStopOnceWhereReadingsAreRepeated) {
+  std::mt19937_64 random{31};
+  Moments x, y;
+  for (int trial = 0; trial < 600; ++trial) {
+    const ReachedChuck chuck = randomReachedChuck(random);
+    const double sigma = uniform(random, 5e-4, 2e-3);
+    const double sigma_c = uniform(random, 1.0, 6.0) * sigma / chuck.radius;
+    const int repeats = 2 + trial % 6;
+    Dataset dataset = rimDataset(chuck, {}, sigma, sigma_c, random);
+    for (const double c : {-30.0, 0.0, 30.0, -15.0}) {
+      const Vector2d at = chuck.ball(c * kDegree + gauss(random, sigma_c));
+      for (int k = 0; k < repeats; ++k) {
+        // A control reports its digits anew.
+        dataset.tables[0].append(
+            {c * kDegree + gauss(random, 1e-9), at.x() + gauss(random, sigma), at.y() + gauss(random, sigma)});
+      }
+    }
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto& centre = *solved->find("centre_mm");
+    x.add(centre.values[0] - chuck.centre.x(), centre.sd[0]);
+    y.add(centre.values[1] - chuck.centre.y(), centre.sd[1]);
+  }
+  expectHonest(x);
+  expectHonest(y);
+}
+
 TEST(LimitedAccess, IsExactWithoutNoise) {
   std::mt19937_64 random{2};
   for (int trial = 0; trial < 50; ++trial) {

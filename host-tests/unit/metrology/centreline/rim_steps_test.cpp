@@ -137,6 +137,36 @@ TEST(CentrelineBySteps, IsAsUncertainAsItSaysWhereTheAnglesAreMeasured) {
   }
 }
 
+// The ball is read several times at each stop of the last loop.
+TEST(CentrelineBySteps, CountsTheErrorOfAStopOnceWhereReadingsAreRepeated) {
+  std::mt19937_64 random{33};
+  Moments errors;
+  for (int trial = 0; trial < 500; ++trial) {
+    Chuck chuck = randomChuck(random);
+    chuck.psi = 0.0;
+    chuck.stylus = {0.0, 0.0};
+    const double sigma_c = 2e-6;
+    Dataset dataset{.method = "centreline-by-steps",
+                    .config = {{"sigma_mm", chuck.sigma}, {"sigma_C_rad", sigma_c}, {"level_limit_mm", 0.1}},
+                    .tables = {}};
+    Table& table = addTable(dataset, "readings", {"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"});
+    for (const double c : {0.6, -0.6, 0.0}) {
+      const double off = gauss(random, sigma_c);
+      for (int k = 0; k < 6; ++k) {
+        const Vector2d at = chuck.reading(c + off, random);
+        table.append({1.0, c, at.x(), at.y()});
+      }
+    }
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto& centre = *solved->find("centre_mm");
+    for (std::size_t k = 0; k < 2; ++k) {
+      errors.add(centre.values[k] - chuck.centre[static_cast<Eigen::Index>(k)], centre.sd[k]);
+    }
+  }
+  expectHonest(errors, 500);
+}
+
 TEST(CentrelineBySteps, RefusesAStepThatIsFurtherBesideItsAngle) {
   std::mt19937_64 random{12};
   Dataset dataset = goThrough({}, 40 * kDegree, random);
