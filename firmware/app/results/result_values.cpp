@@ -69,11 +69,12 @@ void addToCovariance(metrology::Result& result, const Estimate& offset) {
 
 // One more line of the budget: nothing but centre_mm has the offset in it.
 void addToBudget(metrology::Result& result, const Estimate& offset, const std::string& name) {
-  if (result.budget.empty() || offset.sd.size() < 2) return;
+  const auto of_offset = uncertaintiesOf(offset);
+  if (result.budget.empty() || of_offset.size() < 2) return;
   metrology::Contribution line{.name = name, .type_b = true, .sd = {}};
   for (const auto& estimate : result.estimates) {
     for (std::size_t i = 0; i < estimate.values.size(); ++i)
-      line.sd.push_back(estimate.key == "centre_mm" && i < 2 ? offset.sd[i] : 0.0);
+      line.sd.push_back(estimate.key == "centre_mm" && i < 2 ? of_offset[i] : 0.0);
   }
   result.budget.push_back(std::move(line));
 }
@@ -124,10 +125,13 @@ std::optional<Estimate> stylusOffsetOf(const metrology::Result& result) {
   const auto* x = result.find("stylus_offset_x_mm");
   const auto* y = result.find("stylus_offset_y_mm");
   if (x == nullptr || y == nullptr) return std::nullopt;
-  const bool has_sd = x->standardDeviation() && y->standardDeviation();
-  return Estimate::vector(
-      "stylus_offset_mm", {x->value(), y->value()},
-      has_sd ? std::vector{*x->standardDeviation(), *y->standardDeviation()} : std::vector<double>{});
+  const auto both = [&](std::vector<double> Estimate::*part) {
+    const auto &of_x = x->*part, &of_y = y->*part;
+    return of_x.empty() || of_y.empty() ? std::vector<double>{} : std::vector{of_x.front(), of_y.front()};
+  };
+  auto offset = Estimate::vector("stylus_offset_mm", {x->value(), y->value()}, both(&Estimate::sd));
+  offset.uncertainty = both(&Estimate::uncertainty);
+  return offset;
 }
 
 std::uint32_t probeToolOf(const metrology::Result& result) {

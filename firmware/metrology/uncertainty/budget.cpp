@@ -95,18 +95,44 @@ void widenCovariance(Result& result, const std::vector<double>& effect) {
   }
 }
 
+// Change of the parts of one estimate for one sd of the input; nothing for parts that a neighbour lacks.
+std::vector<double> changeOf(const Estimate& estimate, const Neighbours& beside) {
+  const auto valuesIn = [&](const std::optional<Result>& neighbour) {
+    const auto* found = neighbour ? neighbour->find(estimate.key) : nullptr;
+    return found != nullptr && found->values.size() == estimate.values.size() ? found->values : estimate.values;
+  };
+  return changeOf(estimate.values, valuesIn(beside.above), valuesIn(beside.below), beside.width);
+}
+
 // Takes an error that all readings share into every sd, also of what is not promised, and into the covariance.
 void widen(Result& result, const Neighbours& beside, const std::vector<double>& effect) {
   widenCovariance(result, effect);
   for (auto* list : {&result.estimates, &result.also}) {
     for (auto& estimate : *list) {
-      const auto valuesIn = [&](const std::optional<Result>& neighbour) {
-        const auto* found = neighbour ? neighbour->find(estimate.key) : nullptr;
-        return found != nullptr && found->values.size() == estimate.values.size() ? found->values : estimate.values;
-      };
-      const auto change = changeOf(estimate.values, valuesIn(beside.above), valuesIn(beside.below), beside.width);
+      const auto change = changeOf(estimate, beside);
       for (std::size_t k = 0; k < estimate.sd.size(); ++k) estimate.sd[k] = std::hypot(estimate.sd[k], change[k]);
     }
+  }
+}
+
+// Type B part of what is not promised, of inputs that no sd holds. Squares of each part, in the order of Result::also.
+using Squares = std::vector<std::vector<double>>;
+
+void addSquares(Squares& squares, const Result& result, const Neighbours& beside) {
+  squares.resize(result.also.size());
+  for (std::size_t at = 0; at < result.also.size(); ++at) {
+    const auto change = changeOf(result.also[at], beside);
+    squares[at].resize(change.size());
+    for (std::size_t k = 0; k < change.size(); ++k) squares[at][k] += change[k] * change[k];
+  }
+}
+
+// The combined uncertainty of what is not promised and has an sd.
+void combineAlso(Result& result, const Squares& squares) {
+  for (std::size_t at = 0; at < squares.size(); ++at) {
+    auto& estimate = result.also[at];
+    for (std::size_t k = 0; k < estimate.sd.size(); ++k)
+      estimate.uncertainty.push_back(std::sqrt(estimate.sd[k] * estimate.sd[k] + squares[at][k]));
   }
 }
 
@@ -169,17 +195,20 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   const auto here = valuesOf(result);
   std::vector<Contribution> type_b;
   std::vector<double> in_sd(here.size(), 0.0);
+  Squares of_also;
   for (const auto& input : inputs) {
     TRY(const auto beside, neighboursOf(known, method.solver, input, here.size()));
     const auto effect = effectOf(beside, here);
     addToBudget(type_b, input.name, effect);
     if (input.widens) widen(result, beside, effect);
     const bool in = input.in_sd || input.widens;
+    if (!in) addSquares(of_also, result, beside);
     for (std::size_t k = 0; in && k < here.size(); ++k) in_sd[k] = std::hypot(in_sd[k], effect[k]);
   }
   if (allHaveSd(result) || !type_b.empty()) result.budget.push_back(readingsOf(result, in_sd));
   result.budget.insert(result.budget.end(), type_b.begin(), type_b.end());
   addCombined(result);
+  combineAlso(result, of_also);
   if (result.covariance) result.weakest = weakestOf(*result.covariance);
   addUnobservable(result, dataset, method);
   result.conditions = conditionsOf(dataset);

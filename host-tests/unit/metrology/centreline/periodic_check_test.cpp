@@ -351,6 +351,26 @@ TEST(PeriodicCheck, JudgesWithWhatIsStatedOfBallAndCentre) {
   EXPECT_EQ(judged(0.0, 0.005, false), 1.0);
 }
 
+// What the pre-travel of a trigger probe is uncertain by is no part of any sd, and judges run-outs too.
+TEST(PeriodicCheck, JudgesRunOutsWithTheUncertaintyOfThePreTravel) {
+  std::mt19937_64 random{17};
+  Dataset dataset = check({}, 1e-4, random);
+  Table shifts = Table::withColumns("centres_by_pre_travel_1", std::array<std::string_view, 1>{"x_mm"});
+  for (const double a : columnNamed(dataset, "centres", "A_deg")) shifts.append({a < 90.0 ? -0.003 : 0.003});
+  dataset.tables.push_back(std::move(shifts));
+  dataset.config["accepted_stylus_offset_x_mm"] = 0.025;
+  dataset.config["limit_stylus_offset_x_mm"] = 0.004;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  const auto& offset = *solved->find("stylus_offset_x_mm");
+  ASSERT_EQ(offset.uncertainty.size(), 1U);
+  EXPECT_NEAR(offset.uncertainty[0], std::hypot(offset.sd[0], 0.003), 1e-9);
+  const auto& other = *solved->find("stylus_offset_y_mm");
+  ASSERT_EQ(other.uncertainty.size(), 1U);
+  EXPECT_NEAR(other.uncertainty[0], other.sd[0], 1e-12);
+  EXPECT_EQ(solved->find("verdict")->value(), 1.0) << "U of 6 um beside a limit of 4";
+}
+
 TEST(PeriodicCheck, TellsWhereTheBallIsAndWhetherItOrTheStylusHasMoved) {
   std::mt19937_64 random{7};
   Moments pull;
