@@ -24,7 +24,8 @@ std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table
   constexpr double kBeyond = 0.05;
   const auto& positions = *table.column("x_mm");
   for (std::size_t row = 0; row < positions.size(); ++row) {
-    const double lever = leverOf(screw, positions[row]);
+    const double signed_lever = leverOf(screw, positions[row]);
+    const double lever = screw.reversed ? -signed_lever : signed_lever;
     if (lever >= -kBeyond && lever <= 1 + kBeyond) continue;
     return Refusal{"outside-screw", "table '" + table.name + "', row " + std::to_string(row + 1) + ": at x = " +
                                         text(positions[row]) + " mm the nut is " + text(lever * screw.length_mm) +

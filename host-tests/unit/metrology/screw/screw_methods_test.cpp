@@ -192,6 +192,24 @@ TEST(ScrewCalibration, IsExactWithoutNoise) {
   }
 }
 
+// The axis counts upwards towards the fixed bearing, 700 mm of which its zero is away.
+TEST(ScrewCalibration, KnowsWhereTheNutOfAReversedAxisIs) {
+  std::mt19937_64 random{12};
+  Dataset dataset = calibration({.length_mm = 820.0, .offset_mm = 60.0}, {}, 0.1, random);
+  dataset.config["axis_reversed"] = true;
+  dataset.config["orgoff_mm"] = 700.0;
+  auto& positions = columnNamed(dataset, "gain_cal", "x_mm");
+  for (double& x : positions) x = 640.0 - x;  // the same places on the screw
+  for (double& error : columnNamed(dataset, "gain_cal", "error_um")) error = -error;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_NEAR(solved->find("K")->value(), 1.0 / Screw{}.sensor_share, 0.01);
+  for (const double x : {-200.0, 900.0, 1500.0}) {
+    positions[3] = x;
+    EXPECT_EQ(refusalOf(dataset), "outside-screw") << x;
+  }
+}
+
 TEST(ScrewCalibration, GivesTheMeansOfTheWorkedExample) {
   std::mt19937_64 random{3};
   Screw screw;
