@@ -171,7 +171,10 @@ bool sharesFace(const MatrixXd& touches, const Device& device, Index row) {
     const bool same_angle =
         device.angle[static_cast<std::size_t>(other)] == device.angle[static_cast<std::size_t>(row)];
     if (!same_angle || touches(other, 0) == touches(row, 0)) continue;
-    const bool parallel = touches.row(other).segment<3>(1).dot(touches.row(row).segment<3>(1)) > 1.0 - 1e-6;
+    const Vector3d mine = touches.row(row).segment<3>(1).transpose().normalized();
+    const Vector3d theirs = touches.row(other).segment<3>(1).transpose().normalized();
+    // Written with three digits and with more, one normal differs by less than a milliradian.
+    const bool parallel = mine.dot(theirs) > 1.0 - 1e-6;
     if (parallel && std::abs(touches(other, 4) - touches(row, 4)) < 1e-6) return true;
   }
   return false;

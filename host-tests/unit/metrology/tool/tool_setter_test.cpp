@@ -84,6 +84,20 @@ TEST(ToolSetter, TakesHalfWidthsAndRadiiOffFaceByFace) {
   EXPECT_LT(std::abs(tool.bias()), 4.0);
 }
 
+// As people write them.
+TEST(ToolSetter, TakesNormalsOfThreeDigits) {
+  std::mt19937_64 random{14};
+  const Setter setter;
+  Dataset dataset = faceDataset(setter, 1e-9, random);
+  for (const char* column : {"nx", "nz"}) {
+    for (double& part : columnNamed(dataset, "touches", column)) part = std::round(part * 1e3) / 1e3;
+  }
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  const auto& offset = *solved->find("tool_offset_mm");
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(offset.values[k], setter.tool[static_cast<Eigen::Index>(k)], 1e-6);
+}
+
 TEST(ToolSetter, RefusesFacesThatOnlyOneOfThemTouched) {
   std::mt19937_64 random{24};
   const auto refusal = [&](const std::function<void(Dataset&)>& damage) {
