@@ -44,6 +44,9 @@ inline constexpr double kEchoedAngle_rad = 1e-5;
 // reports. Angles that a control has measured differ by more at one stop: compare them by kSameStop_rad.
 inline constexpr double kSameAngle_deg = 1e-6;
 inline constexpr double kSameAngle_rad = 1e-6;
+// Heights at which one ball was read, as measured. Chosen: a ball 250 mm from an axis that leans by 1 mrad runs up and
+// down by 0.25 mm; balls of their own are 10 mm apart and more.
+inline constexpr double kSameHeight_mm = 0.5;
 // The same for a table by angle, whose angles are compared in the digits they were stored with.
 inline constexpr double kSameTableAngle_rad = 1e-8;
 

@@ -53,7 +53,7 @@ void promiseStyli(Answer& answer, const BallFit& ball, const SpindleReadings& re
 Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
   TRY(const auto noise, statedNoise(dataset));
   TRY(const auto heights, configWord(dataset, "heights", kHeights));
-  TRY(const auto table, readBallTable(dataset, {.lever = "z_mm"}));
+  TRY(const auto table, readBallTable(dataset, {.lever = "z_mm", .same_lever_mm = kSameHeight_mm}));
   if (auto refusal = refuseSpan(table, "z_mm")) return *refusal;
   const auto ball =
       fitBall(table.readings, {.sloped = true, .arm_per_set = true, .stylus_per_set = false}, noise.noise);

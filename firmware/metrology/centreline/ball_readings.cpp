@@ -187,6 +187,42 @@ std::vector<double> stopsOf(const Table& table) {
   return stopsByAngle(*table.column("C_rad"));
 }
 
+// Sets of readings at one lever.
+class Sets {
+ public:
+  explicit Sets(double same_lever_mm) : same_lever_mm_{same_lever_mm} {}
+
+  // Number of the set of a reading; of a new one where no set is of this lever and part.
+  std::size_t of(double lever, double part) {
+    const auto found = std::ranges::find_if(
+        sets_, [&](const Set& set) { return set.part == part && std::abs(set.first - lever) <= same_lever_mm_; });
+    if (found == sets_.end()) {
+      sets_.push_back({.first = lever, .part = part, .beyond = 0.0, .count = 1.0});
+      return sets_.size() - 1;
+    }
+    found->beyond += lever - found->first;
+    found->count += 1.0;
+    return static_cast<std::size_t>(found - sets_.begin());
+  }
+
+  // Mean of each set.
+  std::vector<double> levers() const {
+    std::vector<double> means;
+    for (const auto& set : sets_) means.push_back(set.first + set.beyond / set.count);
+    return means;
+  }
+
+ private:
+  struct Set {
+    double first{};  // lever
+    double part{};
+    double beyond{};  // sum of the levers less the first
+    double count{};
+  };
+  double same_lever_mm_{};
+  std::vector<Set> sets_;
+};
+
 // Whether o or k is far less certain than a reading, because of the angles at which they were read.
 bool badlyAngled(const Fit& fit, std::span<const BallReading> readings, bool sloped, double sigma) {
   double levers = 0.0;
@@ -246,20 +282,20 @@ Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColu
   };
 
   BallTable ball{.readings = {}, .warnings = equalRows(*table), .levers = {}, .mean_lever = 0.0};
-  std::map<std::pair<double, double>, std::size_t> sets;
+  Sets sets{named.same_lever_mm};
   const std::size_t rows = table->rows();
   const auto stops = stopsOf(*table);
   for (std::size_t row = 0; row < rows; ++row) {
     const double lever = value(named.lever, row);
-    const auto set = sets.try_emplace({lever, value(named.parted_by, row)}, sets.size()).first->second;
+    const auto set = sets.of(lever, value(named.parted_by, row));
     ball.readings.push_back({.at = {value("x_mm", row), value("y_mm", row)},
                              .spindle = spindle_sense * value("A_rad", row),
                              .c = c_sense * value("C_rad", row),
                              .set = set,
                              .lever = lever,
                              .stop = stops[row]});
-    if (set == ball.levers.size()) ball.levers.push_back(lever);
   }
+  ball.levers = sets.levers();
   ball.centreLevers();
   return ball;
 }

@@ -68,6 +68,7 @@ struct BallColumns {
   std::string_view lever{};  // empty: none
   std::vector<std::string_view> further{};
   std::string_view parted_by{};  // column by which rows with the same lever are parted into sets; empty: none
+  double same_lever_mm{};  // levers within this of the first of a set are of that set: of levers that are measured
 };
 
 // Column that numbers the stops of C, where a method has it: rows with one number were read without C turning in
@@ -75,8 +76,8 @@ struct BallColumns {
 inline constexpr std::string_view kStop = "stop";
 
 // Table{<lever>,A_rad,C_rad,x_mm,y_mm} and further columns. Config: A_sense, C_sense. Rows with the same lever form a
-// set, unless `parted_by` parts them; levers are relative to their mean, `mean_lever`. Without a column `stop` each
-// change of C from row to row begins a stop.
+// set, unless `parted_by` parts them, and have the mean of its levers; levers are relative to their mean, `mean_lever`.
+// Without a column `stop` each change of C from row to row begins a stop.
 struct BallTable {
   std::vector<BallReading> readings;
   std::vector<std::string> warnings;

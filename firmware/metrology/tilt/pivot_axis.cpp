@@ -120,6 +120,7 @@ Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& 
 
   Answer answer{dataset, fit, noise.position};
   for (const auto& warning : noise.warnings) answer.warn(warning);
+  if (const auto warning = anglesApart(tilts)) answer.warn(*warning);
   constexpr std::array<std::string_view, 3> kParts{"first of the plane", "second of the plane", "along the axis"};
   const Table& table = *dataset.table("readings");
   answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");

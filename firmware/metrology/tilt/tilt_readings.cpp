@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -24,19 +23,25 @@ std::optional<Refusal> refuseSpan(const std::vector<TiltReading>& readings) {
 constexpr double kAroundEnough = 25.0;  // times the variance of the mean of the points
 
 // Seen from the side of the axis the points lie on a circle around the other one.
-double centreOf(const std::vector<std::vector<double>>& places, const std::vector<double>& angles_rad) {
+double centreOf(const std::vector<std::vector<double>>& places, const std::vector<double>& angles_deg) {
   const auto points = static_cast<Eigen::Index>(places.size());
   Eigen::MatrixXd design{points, 3};
   Eigen::VectorXd means{points};
   for (Eigen::Index k = 0; k < points; ++k) {
     const auto& seen = places[static_cast<std::size_t>(k)];
-    const double angle = angles_rad[static_cast<std::size_t>(k)];
+    const double angle = angles_deg[static_cast<std::size_t>(k)] * kDegree;
     means[k] = std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size());
     design.row(k) << 1.0, std::cos(angle), std::sin(angle);
   }
   const auto fit = linearLeastSquares(design, means);
   if (!fit || inflation(fit->cofactor(0, 0), places.size()) > kAroundEnough) return means.mean();
   return fit->parameters[0];
+}
+
+// Number of the point at this angle of the other axis, as measured; that of a new one where none is at this stop.
+std::size_t pointAt(const std::vector<double>& angles_deg, double angle_deg) {
+  const auto near = [&](double other) { return std::abs(std::remainder(other - angle_deg, 360.0)) <= kSameStop_deg; };
+  return static_cast<std::size_t>(std::ranges::find_if(angles_deg, near) - angles_deg.begin());
 }
 
 Eigen::Index armColumn(const TiltReading& reading) {
@@ -47,9 +52,9 @@ Eigen::Index armColumn(const TiltReading& reading) {
 
 TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Eigen::Vector3d* ball) {
   std::vector<TiltReading> readings;
-  std::map<long long, std::size_t> points;
   std::vector<std::vector<double>> places;  // of each point, along the axis
-  std::vector<double> angles_rad;
+  std::vector<double> angles_deg;           // of each, of the other axis: that of its first reading
+  double apart_deg = 0.0;
   const bool head = ball != nullptr;
   const auto& tilt = *table.column(head ? "B_deg" : "tilt_deg");
   const auto& other = *table.column(head ? "A_deg" : "C_deg");
@@ -58,23 +63,30 @@ TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Ei
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const Eigen::Vector3d at{(*table.column("x_mm"))[row], (*table.column("y_mm"))[row], (*table.column("z_mm"))[row]};
     const double turned = std::remainder(other[row], 360.0);
-    const auto angle = std::llround((turned <= -180.0 + kSameAngle_deg ? 180.0 : turned) / kSameAngle_deg);
-    const auto [point, is_new] = points.try_emplace(angle, points.size());
-    if (is_new) {
+    const std::size_t point = pointAt(angles_deg, turned);
+    if (point == angles_deg.size()) {
       places.emplace_back();
-      angles_rad.push_back(turned * kDegree);
+      angles_deg.push_back(turned);
     }
+    apart_deg = std::max(apart_deg, std::abs(std::remainder(turned - angles_deg[point], 360.0)));
     if (std::abs(tilt[row] - stop_deg) > kSameStop_deg) {
       ++stop;
       stop_deg = tilt[row];
     }
     const Eigen::Vector3d from = head ? Eigen::Vector3d{*ball - at} : at;
-    readings.push_back({plane.project(from), plane.sense * tilt[row], from[plane.axis], point->second, stop});
-    places[point->second].push_back(from[plane.axis]);
+    readings.push_back({plane.project(from), plane.sense * tilt[row], from[plane.axis], point, stop});
+    places[point].push_back(from[plane.axis]);
   }
-  const double centre = centreOf(places, angles_rad);
+  const double centre = centreOf(places, angles_deg);
   for (auto& reading : readings) reading.along -= centre;
-  return {std::move(readings), centre};
+  return {std::move(readings), centre, apart_deg};
+}
+
+std::optional<std::string> anglesApart(const TiltReadings& tilts) {
+  constexpr double kDigit_deg = 1e-3;
+  if (tilts.apart_deg <= kDigit_deg) return std::nullopt;
+  return "readings of one point have angles of C or the spindle that are " + text(tilts.apart_deg) +
+         " degrees apart, which moves what stands beside that axis across it: read each point at one angle";
 }
 
 Outcome<TiltNoise, Refusal> tiltNoise(const Dataset& dataset) {

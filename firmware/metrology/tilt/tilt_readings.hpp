@@ -17,8 +17,8 @@
 
 namespace probebox::metrology {
 
-// A reading of a point that tilts about the pivot. Each angle of the other axis makes a separate point with an arm of
-// its own, so errors of that axis need not cancel.
+// A reading of a point that tilts about the pivot. Each stop of the other axis (angles within kSameStop_deg of its
+// first) makes a separate point with an arm of its own, so errors of that axis need not cancel.
 struct TiltReading {
   Eigen::Vector2d at;  // mm, in the plane across the axis
   double tilt_deg{};   // right-handed about the axis
@@ -32,11 +32,16 @@ struct TiltReadings {
   // mm, machine coordinate: position of the other axis, around which the points lie. If their angles do not determine
   // it (one or two angles, or all on one side), the mean of the points.
   double centre_along{};
+  double apart_deg{};  // largest difference of the other axis' angles within one point
 };
 
 // Rows of a checked table of readings: {tilt_deg,C_deg,..} of a tilting table, or {B_deg,A_deg,..} of a swivelling head
 // when the place of its ball is given; then the points are ball minus reading (B30).
 TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Eigen::Vector3d* ball);
+
+// The sentence about angles of the other axis that move the readings of one point against each other: from a digit of a
+// control on, 0.001 degrees, a micrometre 60 mm beside that axis.
+std::optional<std::string> anglesApart(const TiltReadings& tilts);
 
 // Columns of the tables "readings", and keys, of a tilting table and of a swivelling head.
 inline constexpr std::array<std::string_view, 5> kTableTiltColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};

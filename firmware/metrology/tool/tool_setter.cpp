@@ -45,8 +45,9 @@ struct Device {
   }
 };
 
+// As measured: angles of one stop are one.
 std::size_t angleAt(const std::vector<double>& angles_deg, double angle_deg) {
-  const auto near = [&](double other) { return std::abs(other - angle_deg) < kSameAngle_deg; };
+  const auto near = [&](double other) { return std::abs(other - angle_deg) <= kSameStop_deg; };
   return static_cast<std::size_t>(std::ranges::find_if(angles_deg, near) - angles_deg.begin());
 }
 

@@ -284,6 +284,25 @@ TEST(CAxisAlignment, GivesTheWorkedExample) {
   EXPECT_NEAR(solved->find("C_tilt_rad")->sd[0], 0.0005 / std::sqrt(2 * 75.0 * 75.0), 1e-12);
 }
 
+// Every row has the height at which the ball was found.
+TEST(CAxisAlignment, TakesHeightsAsTheyAreRead) {
+  std::mt19937_64 random{34};
+  Moments errors;
+  for (int trial = 0; trial < 400; ++trial) {
+    Machine machine = randomMachine(random, 4e-4);
+    machine.spindle_tilt.setZero();
+    auto rows = readAtHeights(grid({80, 150, 230}, kOpposed, kOpposed), machine);
+    blur(rows, 0.001, random);
+    for (auto& row : rows) row.lever += gauss(random, 0.002);
+    const auto solved = solve(ballDataset("c-axis-alignment", "z_mm", rows, 0.001));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto& tilt = *solved->find("C_tilt_rad");
+    for (std::size_t k = 0; k < 2; ++k)
+      errors.add(tilt.values[k] - machine.c_tilt[static_cast<Eigen::Index>(k)], tilt.sd[k]);
+  }
+  expectHonest(errors);
+}
+
 TEST(CAxisAlignment, DoesNotNeedTheSpindleToTurn) {
   std::mt19937_64 random{10};
   Machine machine = randomMachine(random, 3e-4);

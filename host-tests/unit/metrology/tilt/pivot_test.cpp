@@ -183,6 +183,27 @@ TEST(TablePivot, CannotWeighStopsWithoutTheSigmaOfAReading) {
   EXPECT_NEAR(solved->find("pivot_yz_mm")->values[0], plain->find("pivot_yz_mm")->values[0], 1e-9);
 }
 
+// Of C a control reports where it stopped.
+TEST(TablePivot, TakesAnglesOfCAsTheyAreRead) {
+  std::mt19937_64 random{42};
+  Moments errors;
+  for (int trial = 0; trial < 300; ++trial) {
+    const Tilting table = randomTable(random, 4e-4);
+    Dataset dataset = tableDataset(table, {-90, -45, 0}, {0, 180}, 1e-3, random);
+    for (double& c : columnNamed(dataset, "readings", "C_deg")) c += gauss(random, 1e-5);
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_THAT(solved->warnings, testing::Not(testing::Contains(testing::HasSubstr("degrees apart"))));
+    const auto& found = *solved->find("pivot_yz_mm");
+    for (std::size_t k = 0; k < 2; ++k)
+      errors.add(found.values[k] - table.pivot[static_cast<Eigen::Index>(k) + 1], found.sd[k]);
+  }
+  expectHonest(errors);
+  Dataset dataset = tableDataset(randomTable(random, 4e-4), {-90, -45, 0}, {0, 180}, 1e-3, random);
+  columnNamed(dataset, "readings", "C_deg")[2] += 0.01;
+  EXPECT_THAT(solve(dataset)->warnings, testing::Contains(testing::HasSubstr("0.01 degrees apart")));
+}
+
 TEST(TablePivot, GivesTheWorkedExample) {
   std::mt19937_64 random{2};
   const Tilting table{.ball = {-3.0, -5.3, 255.6}};  // on the C axis

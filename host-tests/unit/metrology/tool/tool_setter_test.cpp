@@ -98,6 +98,24 @@ TEST(ToolSetter, TakesNormalsOfThreeDigits) {
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(offset.values[k], setter.tool[static_cast<Eigen::Index>(k)], 1e-6);
 }
 
+// A control reports where B stopped.
+TEST(ToolSetter, TakesAnglesOfBAsTheyAreRead) {
+  std::mt19937_64 random{15};
+  const Setter setter;
+  Dataset dataset = setterDataset(setter, 3, 0.001, random);
+  dataset.config.erase("probe_offset_mm");
+  Column b{"B_deg", {}};
+  for (std::size_t row = 0; row < dataset.tables[0].rows(); ++row)
+    b.values.push_back(45.0 + 1e-4 * static_cast<double>(row));
+  dataset.tables[0].columns.push_back(b);
+  Table& offsets = addTable(dataset, "probe_offsets", {"B_deg", "x_mm", "y_mm", "z_mm"});
+  offsets.append({45.0, setter.probe.x(), setter.probe.y(), setter.probe.z()});
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_EQ(solved->find("B_deg")->values.size(), 1U);
+  EXPECT_NEAR(solved->find("tool_offset_mm")->values[2], setter.tool.z(), 0.005);
+}
+
 TEST(ToolSetter, RefusesFacesThatOnlyOneOfThemTouched) {
   std::mt19937_64 random{24};
   const auto refusal = [&](const std::function<void(Dataset&)>& damage) {
