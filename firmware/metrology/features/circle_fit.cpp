@@ -42,7 +42,6 @@ std::optional<Refusal> badArc(const Eigen::MatrixX2d& points) {
     return Refusal{"too-few-readings",
                    std::to_string(points.rows()) + " points where a circle needs 3: touch more sides (four are usual)"};
   }
-  if (auto refusal = equalPoints(points)) return refusal;
   const Eigen::VectorXd widths = widthsOf(points);
   if (widths[0] >= kStraightArc * widths[1]) return std::nullopt;
   return Refusal{
@@ -63,6 +62,7 @@ Outcome<Result, Refusal> solveCircle(const Dataset& dataset, Side side) {
   TRY(const auto config, configOf(dataset));
   TRY(const auto table, checkedTable(dataset, "points", kCircleFitColumns));
   const Rows3 points = pointRows(*table);
+  if (auto refusal = equalPoints(points)) return *refusal;
   Eigen::MatrixX2d projected{points.rows(), 2};
   projected << points.col(config.plane.low()), points.col(config.plane.high());
   TRY(const auto fit, fitCircle(projected, config.sigma.value, config.outliers));

@@ -11,8 +11,8 @@ namespace probebox::metrology {
 
 // Fits a circle geometrically to stylus-ball centres in a plane, starting from the algebraic fit (docs/metrology.md
 // (B3a)). points: one per row, mm; sigma: mm, of one point across the circle (1 gives the cofactor). fit.parameters:
-// centre, radius. Refuses: too-few-readings (3 points), duplicated-reading, arc-too-short (thinner than 1 % of its
-// width, about four degrees), and what leastSquares refuses.
+// centre, radius. Refuses: too-few-readings (3 points), arc-too-short (thinner than 1 % of its width, about four
+// degrees), and what leastSquares refuses.
 Outcome<Fit, Refusal> fitCircle(const Eigen::MatrixX2d& points, double sigma, Outliers outliers = Outliers::keep);
 
 // Methods "boss-fit" and "bore-fit": centre and size of a round boss or bore from touches around it (docs/metrology.md

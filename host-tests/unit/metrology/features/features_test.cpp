@@ -93,6 +93,19 @@ TEST(RoundFeature, IsKnownLessAsItsArcShrinks) {
   EXPECT_NEAR(sd(10 * kDegree) / sd(20 * kDegree), 4.0, 0.3) << "with the square of the arc";
 }
 
+// Touched at two heights, the machine may stop at one X and Y to every digit.
+TEST(RoundFeature, TakesPointsAtOneXAndYAndTwoHeights) {
+  std::mt19937_64 random{41};
+  Dataset dataset = roundDataset({}, {0, 1, 2, 3, 4, 5}, 0.001, random);
+  Table& points = dataset.tables[0];
+  const double x = columnNamed(dataset, "points", "x_mm").front(), y = columnNamed(dataset, "points", "y_mm").front();
+  points.append({x, y, -10.0});
+  const auto solved = solve(dataset);
+  EXPECT_TRUE(solved.ok()) << solved.error().reason;
+  points.append({x, y, -5.0});
+  EXPECT_EQ(refusalOf(dataset), "duplicated-reading");
+}
+
 TEST(RoundFeature, RefusesByName) {
   std::mt19937_64 random{4};
   const auto refusal = [&](const std::vector<double>& angles, const std::function<void(Dataset&)>& damage) {
