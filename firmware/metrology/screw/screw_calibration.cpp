@@ -10,6 +10,7 @@
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
+#include "firmware/metrology/screw/sensor_noise.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
@@ -220,6 +221,9 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   answer.promiseScalar("drift_um_s", drift, pick(sectors, 1, fit.parameters.size()).row(0));
 
   Result result = std::move(answer).take(true);
+  const double inflation = inflationBy(fit.residuals);
+  inflate(result, inflation);
+  if (inflation > 1) result.warnings.push_back("sector_cal: " + correlatedWarning(inflation));
   if (gain) addGain(result, dataset, *gain);
   if (gain && dataset.config.contains(kStandingGain)) {
     result.warnings.push_back(unusedKey(kStandingGain, dataset.method));

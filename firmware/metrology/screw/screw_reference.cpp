@@ -12,6 +12,7 @@
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
+#include "firmware/metrology/screw/sensor_noise.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
@@ -60,6 +61,7 @@ FaceError faceAt(const ScrewModel& screw, double angle_rad, double sd_sector_um)
 struct FaceUnderSensor {
   ScrewModel screw;  // its sectors
   double sd_um{};    // of a value of the table, or of the face without one
+  bool exact{};      // a table without an sd
 };
 
 Outcome<FaceUnderSensor, Refusal> restFace(const Dataset& dataset) {
@@ -79,6 +81,7 @@ Outcome<FaceUnderSensor, Refusal> restFace(const Dataset& dataset) {
   TRY(const auto table, checkedTable(dataset, "sector_table", kSectorColumns));
   if (auto refusal = fillSectors(face.screw, *table)) return *refusal;
   face.sd_um = sd_sector.value_or(0.0);
+  face.exact = !sd_sector;
   return face;
 }
 
@@ -100,16 +103,6 @@ double roundingSd(double sd_reading, double step) {
   const double noise_variance = std::max(0.0, sd_reading * sd_reading - step * step / 4);
   const double damped = std::exp(-2 * std::pow(std::numbers::pi / step, 2) * noise_variance);
   return step / std::sqrt(12.0) * damped;
-}
-
-// Factor on the variance of a mean for noise that a sensor with a time constant gives: (1 + r) / (1 - r), r the
-// correlation of neighbours; 1 where chance explains r.
-double inflationBy(const Eigen::VectorXd& residuals) {
-  const Eigen::Index n = residuals.size();
-  const double squares = residuals.squaredNorm();
-  if (!(squares > 0)) return 1;
-  const double r = residuals.head(n - 1).dot(residuals.tail(n - 1)) / squares;
-  return r > 2 / std::sqrt(static_cast<double>(n)) ? (1 + r) / (1 - std::min(r, 0.999)) : 1;
 }
 
 // Parameters: reading at the mean time without the face, drift.
@@ -186,19 +179,13 @@ Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
   answer.promiseScalar("drift_um_s", rest.fit.parameters[1], all.row(1));
   Result result = std::move(answer).take(true);
   const double added = std::hypot(rest.face_sd_um, roundingSd(sd_reading, *step));
-  for (auto& estimate : result.estimates) {
-    for (double& sd : estimate.sd) sd *= std::sqrt(inflation);
-  }
+  inflate(result, inflation);
   for (double& sd : result.estimates.front().sd) sd = std::hypot(sd, added);
-  if (result.covariance) {
-    for (double& value : result.covariance->values) value *= inflation;
-    result.covariance->values.front() += added * added;
-  }
-  if (inflation > 1) {
-    result.warnings.push_back(
-        "neighbouring readings are correlated, as of a sensor with a time constant: the standard "
-        "deviations are " +
-        text(std::sqrt(inflation)) + " times those of independent readings");
+  if (result.covariance) result.covariance->values.front() += added * added;
+  if (inflation > 1) result.warnings.push_back(correlatedWarning(inflation));
+  if (face.exact) {
+    result.warnings.emplace_back(
+        "sd_T_um is not stated: the values of sector_table count as exact; state that of screw-calibration");
   }
   result.convention = "reading of the cold screw at the mean time, without the error of the face there; rms in um";
   return result;

@@ -210,6 +210,33 @@ TEST(ScrewCalibration, KnowsWhereTheNutOfAReversedAxisIs) {
   }
 }
 
+// A sensor of 0.1 s that is read 60 times a second.
+TEST(ScrewCalibration, KnowsThatReadingsOfASlowSensorAreNotIndependent) {
+  std::mt19937_64 random{13};
+  Moments table, drift;
+  const double keeps = std::exp(-1 / (60.0 * 0.1));
+  for (int trial = 0; trial < 100; ++trial) {
+    const Screw screw;
+    Dataset dataset = calibration(screw, {.sigma_um = 0.0}, 0.1, random);
+    double noise = gauss(random, 0.2);
+    for (double& sensor : columnNamed(dataset, "sector_cal", "sensor_um")) {
+      noise = keeps * noise + std::sqrt(1 - keeps * keeps) * gauss(random, 0.2);
+      sensor += noise;
+    }
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("correlated")));
+    const auto& sectors = *solved->find("sector_table_um");
+    for (std::size_t sector = 0; sector < screw.sectors; ++sector)
+      table.add(sectors.values[sector] - screw.sectorMean(sector), sectors.sd[sector]);
+    drift.add(solved->find("drift_um_s")->value() - Rotation{}.drift_um_s, solved->find("drift_um_s")->sd[0]);
+    const auto& covariance = *solved->covariance;
+    EXPECT_NEAR(std::sqrt(covariance.values.back()), solved->find("drift_um_s")->sd[0], 1e-9);
+  }
+  EXPECT_THAT(table.pull(), AllOf(Gt(0.6), Lt(1.3))) << "12 for independent readings";
+  EXPECT_THAT(drift.pull(), AllOf(Gt(0.6), Lt(1.5)));
+}
+
 TEST(ScrewCalibration, GivesTheMeansOfTheWorkedExample) {
   std::mt19937_64 random{3};
   Screw screw;

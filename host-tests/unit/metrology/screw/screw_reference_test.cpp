@@ -111,6 +111,14 @@ TEST(ScrewReference, KnowsThatReadingsOfASlowSensorAreNotIndependent) {
   EXPECT_THAT(solve(caseOf({.time_constant_s = 0.15}, random))->warnings, Contains(HasSubstr("correlated")));
 }
 
+TEST(ScrewReference, SaysThatATableWithoutAnSdCountsAsExact) {
+  std::mt19937_64 random{4};
+  auto dataset = caseOf({}, random);
+  EXPECT_THAT(solve(dataset)->warnings, Contains(HasSubstr("sd_T_um")));
+  dataset.config["sd_T_um"] = 0.05;
+  EXPECT_THAT(solve(dataset)->warnings, testing::Not(Contains(HasSubstr("sd_T_um"))));
+}
+
 // A mean of readings that are rounded to 1 um cannot know the third of a micrometre, however many there are, unless
 // their noise is as large.
 TEST(ScrewReference, DoesNotAverageItsResolutionOut) {
