@@ -10,6 +10,7 @@
 #include <set>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/digits.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -35,17 +36,6 @@ constexpr std::array<std::string_view, 8> kMeasured{"x_mm",    "y_mm",    "z_mm"
 constexpr double kLeastNoise_mm = 1e-4, kLeastNoise_um = 0.1;
 // How improbable equal digits have to be.
 constexpr double kNoChance = 1e-4;
-constexpr int kMostDigits = 9;
-
-// The decimal place that a number is given to, as a length: 0.001 of 12.345.
-double digitOf(double value) {
-  double digit = 1;
-  for (int k = 0; k < kMostDigits; ++k, digit /= 10) {
-    const double scaled = value / digit;
-    if (std::abs(scaled - std::round(scaled)) < 1e-6) break;
-  }
-  return digit;
-}
 
 // Probability that noise leaves a reading in the same digit as another.
 double chanceOfEqual(const Dataset& dataset, const std::string& column, double value) {

@@ -5,11 +5,11 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <vector>
 
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/rounding.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
 #include "firmware/metrology/screw/sensor_noise.hpp"
@@ -94,15 +94,6 @@ std::optional<double> smallestStep(std::vector<double> readings) {
     if (step > 0 && (!smallest || step < *smallest)) smallest = step;
   }
   return smallest;
-}
-
-// sd of the mean of rounded readings: noise below the resolution does not average its steps out. The characteristic
-// function of the noise damps the saw-tooth error. Rounding alone makes up to a quarter of a step squared of the
-// variance, where the readings alternate between two steps: only what is above that is noise for certain.
-double roundingSd(double sd_reading, double step) {
-  const double noise_variance = std::max(0.0, sd_reading * sd_reading - step * step / 4);
-  const double damped = std::exp(-2 * std::pow(std::numbers::pi / step, 2) * noise_variance);
-  return step / std::sqrt(12.0) * damped;
 }
 
 // Parameters: reading at the mean time without the face, drift.

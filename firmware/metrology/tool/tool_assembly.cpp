@@ -151,22 +151,25 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths.tool}, pick(0, 3, 3));
   // From the holder's reference, as [[tool]] of machine.toml counts it; L3 counts from the holder's end face.
   answer.alsoScalar(std::string{kGaugeLength}, touched.z(), pick(2, 1, 3).row(0));
+  const double rounding_sd = roundingOfMeans(*table, std::span{kAssemblyColumns}.last(3), sigma, answer);
   Result result = std::move(answer).take(true);
   double share = 0.0;  // of readings that the workpiece's size enters
   for (const double variant : variants) share += variant / static_cast<double>(variants.size());
-  // Assembled length and compensation by L1, L2 and the workpiece.
-  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(4, 5);
+  // Assembled length and compensation by L1, L2, the workpiece and the rounding of the readings.
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(4, 8);
   slopes(0, 0) = slopes(3, 1) = -1.0;
   slopes(0, 4) = slopes(1, 2) = slopes(2, 3) = slopes(3, 4) = -share;
-  Eigen::VectorXd sds = Eigen::VectorXd::Constant(5, lengths.part_sd);
+  slopes(0, 7) = slopes(1, 5) = slopes(2, 6) = slopes(3, 7) = 1.0;
+  Eigen::VectorXd sds = Eigen::VectorXd::Constant(8, lengths.part_sd);
   sds.head<2>() << lengths.holder_sd, lengths.tool_sd;
+  sds.tail<3>().setConstant(rounding_sd);
   widen(result, slopes, sds);
   result.convention =
       "compensation: spindle axis minus tip, X and Y in the machine's sense, Z along the tool. Add Z to the "
       "stored length, X and Y to the commanded position. The offset of the tip from the axis has the opposite sign";
   for (auto& estimate : result.also) {
     if (estimate.key != kGaugeLength) continue;
-    for (double& sd : estimate.sd) sd = std::hypot(sd, share * lengths.part_sd);
+    for (double& sd : estimate.sd) sd = std::hypot(sd, share * lengths.part_sd, rounding_sd);
   }
   addStoreRecords(result, dataset);
   return result;

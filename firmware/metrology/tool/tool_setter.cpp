@@ -13,6 +13,7 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tool/tool_readings.hpp"
+#include "firmware/metrology/tool/turning_axis.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -127,45 +128,6 @@ Outcome<MatrixX3d, Refusal> probeOffsets(const Dataset& dataset, const Device& d
   return offsets;
 }
 
-// The turning axis: c(Z) = at + tilt (Z - z).
-struct TurningAxis {
-  Vector2d at;
-  double z{};
-  Vector2d tilt{0.0, 0.0};
-  double sd{};
-  double tilt_sd{};
-
-  Vector2d here(double height) const { return at + tilt * (height - z); }
-};
-
-// Nothing where the case states none.
-Outcome<std::optional<TurningAxis>, Refusal> turningAxis(const Dataset& dataset) {
-  TRY(const auto at, configPlane(dataset, "centreline_mm"));
-  TRY(const auto tilt, configPlane(dataset, "C_tilt_rad"));
-  TRY(const auto z, configNumber(dataset, "centreline_z_mm"));
-  TRY(const auto sd, configPositive(dataset, "sd_centreline_mm"));
-  TRY(const auto tilt_sd, configPositive(dataset, "sd_C_tilt_rad"));
-  for (const std::string_view key : {"C_tilt_rad", "sd_centreline_mm", "accepted_link_mm"}) {
-    if (dataset.config.contains(key) && !at) {
-      return Refusal{"missing-key", "config key '" + std::string{key} +
-                                        "' is stated without centreline_mm: give x and y "
-                                        "of the turning axis"};
-    }
-  }
-  if (tilt.has_value() != z.has_value() || (tilt_sd && !tilt)) {
-    return Refusal{"missing-key",
-                   "C_tilt_rad and centreline_z_mm belong together: the tilt of the turning axis, and the Z at which "
-                   "it is at centreline_mm"};
-  }
-  if (!at) return std::optional<TurningAxis>{};
-  TurningAxis axis{.at = Vector2d{at->data()}};
-  if (tilt) axis.tilt = Vector2d{tilt->data()};
-  axis.z = z.value_or(0.0);
-  axis.sd = sd.value_or(0.0);
-  axis.tilt_sd = tilt_sd.value_or(0.0);
-  return std::optional{axis};
-}
-
 // Whether some row of the other kind touched the face that this row touched, at the same B.
 bool sharesFace(const MatrixXd& touches, const Device& device, Index row) {
   for (Index other = 0; other < touches.rows(); ++other) {
@@ -211,11 +173,33 @@ std::optional<Refusal> badTouches(const MatrixXd& touches, const Device& device)
   return std::nullopt;
 }
 
+// The fit, and its parameters by the rounding of each place that was read repeatedly: of a centre's coordinate, or of a
+// face.
+struct Measured {
+  Fit fit;
+  MatrixXd by_rounding;
+};
+
+// 1 where a row touched a face, a column each face of each group.
+MatrixXd facesOfRows(const MatrixXd& touches, const std::vector<std::size_t>& group) {
+  const auto same = [&](Index a, Index b) {
+    return group[static_cast<std::size_t>(a)] == group[static_cast<std::size_t>(b)] &&
+           touches.row(a).segment<5>(1) == touches.row(b).segment<5>(1);
+  };
+  MatrixXd faces = MatrixXd::Zero(touches.rows(), touches.rows());  // in the column of the first row of each
+  for (Index row = 0; row < touches.rows(); ++row) {
+    Index first = 0;
+    while (!same(first, row)) ++first;
+    faces(row, first) = 1.0;
+  }
+  return faces;
+}
+
 // The device's centre as the probe sees it, then as the tool does, at one B after the other: three numbers each.
 // Each touch tells one coordinate of it, along the face's normal: the half width of that face and the radius of what
 // touched it are taken off.
-Outcome<Fit, Refusal> fitFaces(const Device& device, const std::vector<std::size_t>& group, double sigma,
-                               double stylus_mm) {
+Outcome<Measured, Refusal> fitFaces(const Device& device, const std::vector<std::size_t>& group, double sigma,
+                                    double stylus_mm) {
   const MatrixXd touches = columnsOf(*device.table, std::span{kTouchColumns}.first(9));
   if (auto refusal = badTouches(touches, device)) return *refusal;
   MatrixXd design = MatrixXd::Zero(touches.rows(), static_cast<Index>(6 * device.angles()));
@@ -226,17 +210,23 @@ Outcome<Fit, Refusal> fitFaces(const Device& device, const std::vector<std::size
     const double radius_mm = touches(row, 5) + (touches(row, 0) == 0.0 ? stylus_mm : 0.0);
     values[row] = normal.dot(touches.row(row).tail<3>()) - touches(row, 4) - radius_mm;
   }
-  return linearLeastSquares(design / sigma, values / sigma);
+  TRY(auto fit, linearLeastSquares(design / sigma, values / sigma));
+  const MatrixXd faces = facesOfRows(touches, group);
+  const MatrixXd by_rounding = fit.cofactor / (sigma * sigma) * design.transpose() * faces;
+  return Measured{std::move(fit), by_rounding};
 }
 
-Outcome<Fit, Refusal> fitDevice(const Device& device, double sigma, double stylus_mm) {
+Outcome<Measured, Refusal> fitDevice(const Device& device, double sigma, double stylus_mm) {
   const auto& flags = *device.table->column("is_tool");
   std::vector<std::size_t> group;
   for (std::size_t row = 0; row < flags.size(); ++row) {
     group.push_back(2 * device.angle[row] + (flags[row] == 1.0 ? 1 : 0));
   }
   if (device.by_face) return fitFaces(device, group, sigma, stylus_mm);
-  return fitMeans(columnsOf(*device.table, std::span{kCentreColumns}.subspan(1, 3)), group, 2 * device.angles(), sigma);
+  const MatrixXd centres = columnsOf(*device.table, std::span{kCentreColumns}.subspan(1, 3));
+  TRY(auto fit, fitMeans(centres, group, 2 * device.angles(), sigma));
+  const Index parameters = fit.parameters.size();
+  return Measured{std::move(fit), MatrixXd::Identity(parameters, parameters)};
 }
 
 // A row each B, by the parameters of the fit and by what the fit does not know of: the probe's offsets, three each B,
@@ -334,28 +324,37 @@ void promise(Answer& answer, const Device& device, const char* key, const Quanti
   }
 }
 
+// The promised values by what the fit does not know of: offsets and turning axis, then the rounding of the readings.
+MatrixXd slopesOf(const Found& found, const MatrixXd& by_rounding) {
+  std::vector<const Quantity*> quantities{&found.tool, &found.setter};
+  if (found.link) quantities.push_back(&*found.link);
+  MatrixXd slopes{0, found.tool.by_inputs.cols() + by_rounding.cols()};
+  for (const auto* quantity : quantities) {
+    slopes.conservativeResize(slopes.rows() + quantity->by_inputs.rows(), Eigen::NoChange);
+    slopes.bottomRows(quantity->by_inputs.rows()) << quantity->by_inputs, quantity->by_readings * by_rounding;
+  }
+  return slopes;
+}
+
 Result report(const Device& device, const Found& found, const std::optional<TurningAxis>& axis, double offset_sd,
-              Answer answer) {
+              const MatrixXd& by_rounding, const Sigma& sigma, Answer answer) {
   const auto parts = device.by_face ? std::span{kTouchColumns}.subspan(4, 1) : std::span{kCentreColumns}.subspan(1, 3);
   answer.readings(*device.table, parts, "is_tool");
   promise(answer, device, "tool_offset_mm", found.tool);
   promise(answer, device, "setter_mm", found.setter);
   if (found.link) promise(answer, device, "link_mm", *found.link);
+  const double rounding_sd = roundingOfMeans(*device.table, std::span{kTouchColumns}.subspan(6, 3), sigma, answer);
   Result result = std::move(answer).take(true);
   result.convention = "tool tip from the head's reference at the B of both measurements, at the place of the device";
   if (axis) result.convention += "; link: the device from the turning axis, in x and y, at the device's Z";
   if (!device.angles_deg.empty()) result.also.push_back(Estimate::vector("B_deg", device.angles_deg, {}));
 
   const Index inputs = found.tool.by_inputs.cols();
-  MatrixXd slopes{found.tool.by_inputs.rows() + found.setter.by_inputs.rows(), inputs};
-  slopes << found.tool.by_inputs, found.setter.by_inputs;
-  if (found.link) {
-    slopes.conservativeResize(slopes.rows() + found.link->by_inputs.rows(), Eigen::NoChange);
-    slopes.bottomRows(found.link->by_inputs.rows()) = found.link->by_inputs;
-  }
-  VectorXd sds = VectorXd::Constant(inputs, offset_sd);
-  sds.tail<4>() << Vector2d::Constant(axis ? axis->sd : 0.0), Vector2d::Constant(axis ? axis->tilt_sd : 0.0);
-  widen(result, slopes, sds);
+  VectorXd sds = VectorXd::Constant(inputs + by_rounding.cols(), offset_sd);
+  sds.segment<4>(inputs - 4) << Vector2d::Constant(axis ? axis->sd : 0.0),
+      Vector2d::Constant(axis ? axis->tilt_sd : 0.0);
+  sds.tail(by_rounding.cols()).setConstant(rounding_sd);
+  widen(result, slopesOf(found, by_rounding), sds);
   return result;
 }
 
@@ -369,10 +368,11 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
   TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
   TRY(const auto stylus, configPositive(dataset, "stylus_ball_radius_mm"));
   if (auto refusal = notMeasured(device)) return *refusal;
-  TRY(const auto fit, fitDevice(device, sigma.value, stylus.value_or(0.0)));
-  const Found answer = found(device, offsets, axis, fit);
+  TRY(const auto measured, fitDevice(device, sigma.value, stylus.value_or(0.0)));
+  const Found answer = found(device, offsets, axis, measured.fit);
   if (auto refusal = moved(dataset, device, answer)) return *refusal;
-  return report(device, answer, axis, offset_sd.value_or(0.0), Answer{dataset, fit, sigma});
+  return report(device, answer, axis, offset_sd.value_or(0.0), measured.by_rounding, sigma,
+                Answer{dataset, measured.fit, sigma});
 }
 
 }  // namespace probebox::metrology

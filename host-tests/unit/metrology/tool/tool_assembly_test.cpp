@@ -99,6 +99,46 @@ Dataset storedDataset() {
   return dataset;
 }
 
+// A readout of 1 um shows the same number three times.
+TEST(ToolAssembly, IsNoMoreCertainThanItsReadoutShows) {
+  Dataset dataset{.method = "tool-assembly", .config = {{"L1_mm", 85.0}, {"L2_mm", 142.5}}, .tables = {}};
+  Table& table = addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"});
+  for (const double rep : {1.0, 2.0, 3.0}) table.append({0.0, rep, -0.031, 0.042, 145.250});
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_NEAR(solved->find("assembled_length_mm")->sd[0], 0.001 / std::sqrt(12.0), 1e-6);
+  EXPECT_NEAR(solved->find("compensation_mm")->sd[2], 0.001 / std::sqrt(12.0), 1e-6);
+  EXPECT_NEAR(solved->find("gauge_length_mm")->sd[0], 0.001 / std::sqrt(12.0), 1e-6);
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("digits of 0.001 mm")));
+  dataset.config["sigma_mm"] = 0.0005;
+  EXPECT_NEAR(solve(dataset)->find("assembled_length_mm")->sd[0], 0.0005 / std::sqrt(3.0), 1e-6);
+}
+
+// Whatever the noise beside the digit: neither is an sd believed that the digits hide, nor are they counted twice.
+TEST(ToolAssembly, IsAsUncertainAsItSaysWhereReadingsAreRounded) {
+  std::mt19937_64 random{53};
+  for (const double sigma : {0.0001, 0.0003, 0.0006, 0.002}) {
+    Moments length;
+    for (int trial = 0; trial < 1000; ++trial) {
+      Assembly truth;
+      truth.assembled = uniform(random, 20, 80);
+      truth.tool = truth.holder + truth.assembled;
+      truth.off = {uniform(random, -.2, .2), uniform(random, -.2, .2)};
+      Dataset dataset = assemblyDataset(truth, 6, sigma, random);
+      keepRows(dataset.tables[0], [](std::size_t row) { return row < 6; });
+      for (const char* column : {"W0_x_mm", "W0_y_mm", "L0_z_mm"}) {
+        for (double& value : columnNamed(dataset, "readings", column)) value = std::round(value * 1e3) / 1e3;
+      }
+      const auto solved = solve(dataset);
+      ASSERT_TRUE(solved.ok()) << solved.error().reason;
+      const auto& found = *solved->find("assembled_length_mm");
+      length.add(found.value() - truth.assembled, found.sd[0]);
+    }
+    // How little noise of a third of a digit averages is not known from so few readings.
+    EXPECT_THAT(length.pull(), testing::AllOf(testing::Gt(0.2), testing::Lt(1.3))) << sigma;
+  }
+}
+
 TEST(ToolAssembly, TakesLengthsFromTheStoresAndWritesTwoRecordsBack) {
   const auto solved = solve(storedDataset());
   ASSERT_TRUE(solved.ok()) << solved.error().reason;

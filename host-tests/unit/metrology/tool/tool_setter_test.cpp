@@ -84,6 +84,27 @@ TEST(ToolSetter, TakesHalfWidthsAndRadiiOffFaceByFace) {
   EXPECT_LT(std::abs(tool.bias()), 4.0);
 }
 
+// A readout of 1 um shows the same numbers at every repeat.
+TEST(ToolSetter, IsNoMoreCertainThanItsReadoutShows) {
+  std::mt19937_64 random{16};
+  Dataset dataset = faceDataset({}, 0.0, random);
+  dataset.config.erase("sigma_mm");
+  Table& touches = dataset.tables[0];
+  for (const char* column : {"x_mm", "y_mm", "z_mm"}) {
+    for (double& value : columnNamed(dataset, "touches", column)) value = std::round(value * 1e3) / 1e3;
+  }
+  keepRows(touches, [](std::size_t row) { return row % 5 != 4 && row % 5 != 1; });  // one face an axis
+  for (auto& column : touches.columns) {
+    const auto once = column.values;
+    for (int repeat = 0; repeat < 2; ++repeat) column.values.insert(column.values.end(), once.begin(), once.end());
+  }
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  for (const double sd : solved->find("setter_mm")->sd) EXPECT_NEAR(sd, 0.001 / std::sqrt(12.0), 1e-6);
+  for (const double sd : solved->find("tool_offset_mm")->sd) EXPECT_NEAR(sd, 0.001 / std::sqrt(6.0), 1e-6);
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("digits of 0.001 mm")));
+}
+
 // As people write them.
 TEST(ToolSetter, TakesNormalsOfThreeDigits) {
   std::mt19937_64 random{14};
