@@ -322,11 +322,8 @@ std::optional<MeasuredLength> measuredLengthOf(const store::Record& record) {
   const auto tool = numberBehind(kAssemblyOf, record.binding.subject);
   const auto* length = record.result() != nullptr ? record.result()->find(kGaugeLength) : nullptr;
   if (!tool || length == nullptr) return std::nullopt;
-  const auto sd_mm = uncertaintiesOf(*length);
-  return MeasuredLength{.result_id = record.id,
-                        .tool = *tool,
-                        .length_mm = length->value(),
-                        .sd_mm = sd_mm.empty() ? 0.0 : sd_mm.front()};
+  const auto sds_mm = uncertaintiesOf(*length);
+  return MeasuredLength{record.id, *tool, length->value(), sds_mm.empty() ? 0.0 : sds_mm.front()};
 }
 
 std::string subjectNamed(std::string_view subject_or_method) {
