@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -180,19 +181,19 @@ struct Measured {
   MatrixXd by_rounding;
 };
 
-// 1 where a row touched a face, a column each face of each group.
-MatrixXd facesOfRows(const MatrixXd& touches, const std::vector<std::size_t>& group) {
-  const auto same = [&](Index a, Index b) {
-    return group[static_cast<std::size_t>(a)] == group[static_cast<std::size_t>(b)] &&
-           touches.row(a).segment<5>(1) == touches.row(b).segment<5>(1);
-  };
-  MatrixXd faces = MatrixXd::Zero(touches.rows(), touches.rows());  // in the column of the first row of each
+// Sum of the rows of `design` that touched one face, a column each face of each group.
+MatrixXd sumsOfFaces(const MatrixXd& touches, const std::vector<std::size_t>& group, const MatrixXd& design) {
+  using Face = std::pair<std::size_t, std::array<double, 5>>;
+  std::map<Face, VectorXd> sums;
   for (Index row = 0; row < touches.rows(); ++row) {
-    Index first = 0;
-    while (!same(first, row)) ++first;
-    faces(row, first) = 1.0;
+    Face face{group[static_cast<std::size_t>(row)], {}};
+    Eigen::Map<Eigen::RowVectorXd>{face.second.data(), 5} = touches.row(row).segment<5>(1);
+    auto& sum = sums.try_emplace(face, VectorXd::Zero(design.cols())).first->second;
+    sum += design.row(row).transpose();
   }
-  return faces;
+  MatrixXd columns{design.cols(), static_cast<Index>(sums.size())};
+  for (Index column = 0; const auto& [face, sum] : sums) columns.col(column++) = sum;
+  return columns;
 }
 
 // The device's centre as the probe sees it, then as the tool does, at one B after the other: three numbers each.
@@ -211,8 +212,7 @@ Outcome<Measured, Refusal> fitFaces(const Device& device, const std::vector<std:
     values[row] = normal.dot(touches.row(row).tail<3>()) - touches(row, 4) - radius_mm;
   }
   TRY(auto fit, linearLeastSquares(design / sigma, values / sigma));
-  const MatrixXd faces = facesOfRows(touches, group);
-  const MatrixXd by_rounding = fit.cofactor / (sigma * sigma) * design.transpose() * faces;
+  const MatrixXd by_rounding = fit.cofactor / (sigma * sigma) * sumsOfFaces(touches, group, design);
   return Measured{std::move(fit), by_rounding};
 }
 
