@@ -265,10 +265,10 @@ TEST_F(HeadInForce, CannotBeOfNobody) {
 
 TEST_F(HeadInForce, CannotBeWhatHasNoMatrix) {
   const auto results = started();
-  const auto refused = results->accept(proposeHead({1, 0, 0, 0}), "Ada");
+  const auto refused = results->accept(proposeHead({1, 0, 0, 0, 1, 0}), "Ada");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().reason, store::Reason::not_possible_now);
-  EXPECT_THAT(refused.error().what, testing::HasSubstr("4 values of sensor_matrix, not 9"));
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("6 values of sensor_matrix, not 9"));
   EXPECT_FALSE(results->sensorHead(5));
 }
 
