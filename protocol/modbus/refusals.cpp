@@ -201,6 +201,7 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "errors-too-large",
     "head-swivelled",
     "spindle-turned",
+    "not-free",
 });
 
 std::vector<RefusalCode> all() {

@@ -22,6 +22,7 @@ constexpr double kScale = 0.02;
 constexpr double kOthers_mm = 0.2;
 constexpr double kDeflected_mm = 0.05;
 constexpr double kAside_rad = std::numbers::pi / 6;
+constexpr double kFree = 0.5;  // of the deflection: its ends differ by less when the stylus is free at both
 constexpr std::size_t kFewestRows = 5;
 // Shares of the rows of a step: at rest after it, and with the stylus fully deflected. A machine may start at once, so
 // only the very first rows are at rest before it.
@@ -37,6 +38,7 @@ struct Step {
   double travel_mm{};  // 0: a push
   Vector3d moved_mm, moved_sd_mm;
   Vector3d deflected_mm, deflected_sd_mm;
+  Vector3d left_mm;  // deflection at its end less that at its beginning
 };
 
 struct Rows {
@@ -104,7 +106,7 @@ Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
       return Refusal{"incomplete-step", "step " + text(number) + " has no row in steps, or fewer than 5 rows in " +
                                             "machine or probe: record it again"};
     const auto from = positions.before(), to = positions.after();
-    const auto rest = channels.before(), deep = channels.deepest();
+    const auto rest = channels.before(), deep = channels.deepest(), end = channels.after();
     steps.push_back(
         {.number = number,
          .towards = {(*normal_of.column("nx"))[i], (*normal_of.column("ny"))[i], (*normal_of.column("nz"))[i]},
@@ -112,7 +114,8 @@ Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
          .moved_mm = to.value - from.value,
          .moved_sd_mm = (from.sd.cwiseAbs2() + to.sd.cwiseAbs2()).cwiseSqrt(),
          .deflected_mm = gain * (deep.value - rest.value),
-         .deflected_sd_mm = (gain.cwiseAbs2() * (deep.sd.cwiseAbs2() + rest.sd.cwiseAbs2())).cwiseSqrt()});
+         .deflected_sd_mm = (gain.cwiseAbs2() * (deep.sd.cwiseAbs2() + rest.sd.cwiseAbs2())).cwiseSqrt(),
+         .left_mm = gain * (end.value - rest.value)});
   }
   return steps;
 }
@@ -174,6 +177,14 @@ Finding judgePush(const Step& step) {
             printed("The stylus should have been pushed towards %c%c, but the probe measured %.3f mm: check its cable "
                     "and its receiver, or push it further.",
                     sign, name, depth_mm)};
+  // The sign of such a push would be a guess.
+  if (step.left_mm.norm() > kFree * depth_mm)
+    return {
+        false, "not-free",
+        printed("The stylus was to be pushed towards %c%c and released, but its deflections at the beginning and at "
+                "the end of the step differ by %.3f mm: begin the step with the stylus free, and release it before "
+                "the end.",
+                sign, name, step.left_mm.norm())};
   const Vector3d direction = step.deflected_mm / depth_mm;
   const double along = std::clamp(direction.dot(step.towards.normalized()), -1.0, 1.0);
   const double aside_rad = std::acos(along);

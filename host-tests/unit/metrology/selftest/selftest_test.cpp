@@ -136,6 +136,22 @@ TEST(Selftest, DoesNotTakeASpikeForAPush) {
   EXPECT_EQ((*findings)[3].name, "not-deflected");
 }
 
+// Pushed before the step began, or not released before it ended.
+TEST(Selftest, TakesNoPushForOneInTheOtherSense) {
+  for (const bool begins_free : {false, true}) {
+    auto dataset = measured({});
+    const auto& touch = dataset.tables[1].columns[0].values;
+    auto& channel = dataset.tables[1].columns[2].values;
+    const auto first = static_cast<std::size_t>(std::ranges::find(touch, 3.0) - touch.begin());
+    const auto rows = static_cast<std::size_t>(std::ranges::count(touch, 3.0));
+    for (std::size_t row = 0; row < rows; ++row) channel[first + row] = (row < rows / 2) == begins_free ? 0 : kPush_mm;
+    const auto findings = selftestFindings(dataset);
+    ASSERT_TRUE(findings);
+    EXPECT_EQ((*findings)[3].name, "not-free");
+    EXPECT_THAT((*findings)[3].what, HasSubstr("release it before the end"));
+  }
+}
+
 // A right description would be told off: by A = 90 X is seen as Y.
 TEST(Selftest, RefusesAProbeThatIsKnownToBeTurned) {
   Dataset dataset = measured({});
