@@ -41,6 +41,16 @@ bool inhibitsIn(const std::vector<DoorEntry>& doors, std::string_view door) {
   return entry != nullptr && entry->inhibits;
 }
 
+std::uint16_t wordOrderIn(const std::vector<DoorEntry>& doors, std::string_view door) {
+  const auto* entry = find(doors, door);
+  return entry == nullptr ? std::uint16_t{0} : entry->word_order;
+}
+
+// Whether two lists hold the same of a door; who said so, and when, does not count.
+bool agreeAbout(std::string_view door, const std::vector<DoorEntry>& a, const std::vector<DoorEntry>& b) {
+  return inhibitsIn(a, door) == inhibitsIn(b, door) && wordOrderIn(a, door) == wordOrderIn(b, door);
+}
+
 Outcome<DoorEntry*> findOrAdd(std::vector<DoorEntry>& doors, std::string_view door) {
   const auto found = std::ranges::find(doors, door, &DoorEntry::door);
   if (found != doors.end()) return &*found;
@@ -76,7 +86,7 @@ DoorBook::DoorBook(const std::string& path, std::function<bool(bool)> tell_core)
   if (!file_.lost()) return;
   // Whether a cut was on nobody knows: a person looks, and clears it by this name.
   doors_.push_back({.door = kUnknown, .word_order = 0, .inhibits = true, .by = {}, .since_utc = utcNow()});
-  unsaved_ = store(doors_).has_value();
+  store(doors_);
 }
 
 void DoorBook::takeOverNetwork(const std::vector<std::string>& tcp_doors) {
@@ -92,7 +102,7 @@ void DoorBook::takeOverNetwork(const std::vector<std::string>& tcp_doors) {
     **entry = {.door = door, .word_order = 0, .inhibits = true, .by = held.by, .since_utc = held.since_utc};
   }
   // Where the disk refuses, the next start finds what there was before.
-  unsaved_ = store(doors).has_value();
+  store(doors);
   show(std::move(doors));
 }
 
@@ -103,8 +113,7 @@ std::string DoorBook::problem() const {
 
 std::uint16_t DoorBook::wordOrder(std::string_view door) const {
   const std::lock_guard lock{mutex_};
-  const auto* entry = find(doors_, door);
-  return entry == nullptr ? std::uint16_t{0} : entry->word_order;
+  return wordOrderIn(doors_, door);
 }
 
 bool DoorBook::inhibits(std::string_view door) const {
@@ -113,8 +122,8 @@ bool DoorBook::inhibits(std::string_view door) const {
 }
 
 // While changing_ or mutex_ is held.
-bool DoorBook::isStored(std::string_view door, bool active) const {
-  return !unsure_.contains(door) && inhibitsIn(doors_, door) == active && inhibitsIn(stored_, door) == active;
+bool DoorBook::isStored(std::string_view door) const {
+  return !unsure_.contains(door) && agreeAbout(door, doors_, stored_);
 }
 
 bool DoorBook::anyInhibits() const {
@@ -131,7 +140,7 @@ std::vector<DoorEntry> DoorBook::holders() const {
 
 std::optional<Error> DoorBook::keepWordOrder(std::string_view door, std::uint16_t order) {
   const std::lock_guard lock{changing_};
-  if (wordOrder(door) == order && !unsaved_) return std::nullopt;
+  if (wordOrder(door) == order && isStored(door)) return std::nullopt;
   Doors doors = doors_;
   TRY(const auto entry, findOrAdd(doors, door));
   entry->word_order = order;
@@ -143,10 +152,10 @@ std::optional<Error> DoorBook::keepWordOrder(std::string_view door, std::uint16_
 std::optional<Error> DoorBook::setInhibit(std::string_view door, bool active, std::string_view by) {
   {
     const std::lock_guard lock{mutex_};
-    if (!untold_ && isStored(door, active)) return std::nullopt;
+    if (!untold_ && inhibitsIn(doors_, door) == active && isStored(door)) return std::nullopt;
   }
   const std::lock_guard lock{changing_};
-  if (!isStored(door, active)) return change(door, active, by);
+  if (inhibits(door) != active || !isStored(door)) return change(door, active, by);
   return untold_ ? tellCore() : std::nullopt;
 }
 
@@ -171,7 +180,6 @@ std::optional<Error> DoorBook::change(std::string_view door, bool active, std::s
   const auto failed = store(doors);
   if (failed && !active) return Error{"The end of the cut cannot be stored, and the inhibit stays: " + failed->what};
   show(std::move(doors));
-  unsaved_ = failed.has_value();
   if (auto untold = tellCore()) return untold;
   if (!failed) return std::nullopt;
   return Error{"The inhibit is in force until the box ends, and would not survive that: " + failed->what};
@@ -184,11 +192,10 @@ std::optional<Error> DoorBook::store(const Doors& doors) {
   if (!written) {
     // A disk that fails in mid-write may have either text.
     for (const auto& each : doors) {
-      if (inhibitsIn(stored_, each.door) != each.inhibits) unsure_.insert(each.door);
+      if (!agreeAbout(each.door, doors, stored_)) unsure_.insert(each.door);
     }
     return Error{written.error().what};
   }
-  unsaved_ = false;
   unsure_.clear();
   stored_ = doors;
   return std::nullopt;

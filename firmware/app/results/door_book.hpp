@@ -66,16 +66,15 @@ class DoorBook {
   std::optional<Error> change(std::string_view door, bool active, std::string_view by);
   std::optional<Error> tellCore();
   void show(Doors doors);
-  bool isStored(std::string_view door, bool active) const;
+  bool isStored(std::string_view door) const;
 
   std::function<bool(bool)> tell_core_;
   std::mutex changing_;  // held while doors_ changes and the disk writes
   store::TwinFile file_;
-  bool unsaved_{};            // doors_ differs from the file
   mutable std::mutex mutex_;  // never held for long
   Doors doors_;
   Doors stored_;                               // what was written last
-  std::set<std::string, std::less<>> unsure_;  // doors whose inhibit the file may have otherwise
+  std::set<std::string, std::less<>> unsure_;  // doors of which the file may have something else
   bool untold_{};                              // the core has not taken the last change
   std::string problem_;
 };

@@ -150,14 +150,19 @@ TEST_F(DoorBookTest, TellsTheCoreThatACutIsOverWhenItIsSaidAgain) {
   }
 }
 
+// Of this process and all its files.
+void takeNothingOnDisks() {
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit nothing{1, 1};
+  ::setrlimit(RLIMIT_FSIZE, &nothing);
+}
+
 // Of two lines on a disk that takes nothing any more.
 TEST_F(DoorBookTest, RefusesTheLineWhoseInhibitIsNotOnTheDiskAndNoOther) {
   ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
   book_.reset();
   EXPECT_TRUE(support::holdsInChild([this] {
-    std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit nothing{1, 1};
-    ::setrlimit(RLIMIT_FSIZE, &nothing);
+    takeNothingOnDisks();
     reopen();
     for (int i = 0; i < 2; ++i) {
       if (book().setInhibit(kLathe, true, "") || !book().setInhibit(kRobot, true, "")) return false;
@@ -165,6 +170,17 @@ TEST_F(DoorBookTest, RefusesTheLineWhoseInhibitIsNotOnTheDiskAndNoOther) {
     }
     if (!book().inhibits(kRobot) || !book().setInhibit(kLathe, false, "")) return false;
     return book().setInhibit(kLathe, true, "").has_value();  // nobody knows what the disk has of its end
+  }));
+}
+
+TEST_F(DoorBookTest, WritesTheWordOrderOfBeforeAgainWhenTheDiskMayHaveAnother) {
+  ASSERT_FALSE(book().keepWordOrder(kLathe, 1));
+  book_.reset();
+  EXPECT_TRUE(support::holdsInChild([this] {
+    takeNothingOnDisks();
+    reopen();
+    if (book().keepWordOrder(kLathe, 1) || !book().keepWordOrder(kLathe, 0)) return false;
+    return book().wordOrder(kLathe) == 1 && book().keepWordOrder(kLathe, 1).has_value();
   }));
 }
 
