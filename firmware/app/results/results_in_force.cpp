@@ -291,13 +291,16 @@ void ResultsInForce::readStore() {
   }
   std::vector<std::uint64_t> waiting;
   std::vector<std::string> to_repeat;
+  std::set<store::Id> unfit;
   for (const auto& record : *accepted) {
     waiting.push_back(record.id);
     const auto told = fitActivation(record);
     if (told) continue;
     to_repeat.push_back(waitsUnfit(record, told.error().what));
-    if (waiting_unfit_.insert(record.id).second) logError(to_repeat.back());
+    if (!waiting_unfit_.contains(record.id)) logError(to_repeat.back());
+    unfit.insert(record.id);
   }
+  waiting_unfit_ = std::move(unfit);
   auto problems = store_.damage();
   if (!store_.notice().empty()) problems.insert(problems.begin(), store_.notice());
   auto served = std::make_shared<published::ServedResults>();

@@ -140,7 +140,7 @@ class ResultsInForce {
   MonoTime patient_until_{};  // no new attempt before, after a failure of the store
   bool inhibited_{true};
   std::function<bool()> cut_is_held_;
-  std::set<store::Id> waiting_unfit_;  // they wait until the descriptions are others
+  std::set<store::Id> waiting_unfit_;  // of those that wait; as of the last reading of the store
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> active_;
   std::vector<std::uint64_t> waiting_;

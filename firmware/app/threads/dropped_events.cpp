@@ -24,8 +24,7 @@ bool DroppedEvents::keep(const Event& event) {
 
 // Several of one source and reason become one, of all axes that any of them names.
 void DroppedEvents::keepLoss(const SourceLost& lost) {
-  const auto source = static_cast<std::size_t>(lost.source) % kSources;
-  auto& kept = losses_[source * kReasons + static_cast<std::size_t>(lost.reason) % kReasons];
+  auto& kept = losses_.at(static_cast<std::size_t>(lost.source) * kReasons + static_cast<std::size_t>(lost.reason));
   if (!kept) {
     kept = lost;
     return;

@@ -35,7 +35,8 @@ class DroppedEvents {
   }
 
  private:
-  static constexpr std::size_t kSources = 6, kReasons = 4;
+  static constexpr std::size_t kSources = static_cast<std::size_t>(Source::queue) + 1,
+                               kReasons = static_cast<std::size_t>(LossReason::queue_full) + 1;
 
   void keepLoss(const SourceLost& lost);
 
