@@ -43,7 +43,7 @@ void TriggerWindow::frame(const frame::Frame& frame) {
     if (isHandshake(type)) keepHandshake(kept);
     return;
   }
-  history_.back().frames.push_back(kept);
+  history_.back().push_back(kept);
   if (type != MessageType::trigger) return;
   if (const auto trigger = messages::decode<messages::Trigger>(kept.payload)) {
     trigger_ = trigger->number;
@@ -58,12 +58,12 @@ void TriggerWindow::heartbeat(Kept frame) {
       pass(frame);
       done_ = beat.stream_number != 0;  // 0: a new link whose stream has not begun
     } else if (!history_.empty()) {
-      history_.back().frames.push_back(frame);
+      history_.back().push_back(frame);
     }
     return;
   }
   if (!trigger_) {
-    history_.push_back({beat, {frame}});
+    history_.push_back({frame});
     return forgetOld(beat.uptime_ms);
   }
   if (!triggered_ms_) triggered_ms_ = beat.uptime_ms;
@@ -76,8 +76,8 @@ void TriggerWindow::heartbeat(Kept frame) {
 // Drops the first stretch while the second one is long enough ago.
 void TriggerWindow::forgetOld(std::uint64_t now_ms) {
   const auto length = lengths_.before_ms + kMargin_ms;
-  while (history_.size() > 1 && history_[1].begin.uptime_ms + length <= now_ms) {
-    for (const auto& frame : history_.front().frames) {
+  while (history_.size() > 1 && history_[1].front().beat->uptime_ms + length <= now_ms) {
+    for (const auto& frame : history_.front()) {
       if (isHandshake(typeOf(frame.header))) keepHandshake(frame);
     }
     history_.pop_front();
@@ -92,14 +92,14 @@ void TriggerWindow::keepHandshake(const Kept& frame) {
 // Passes on the handshake and the history. Frames keep their sequence, so that a frame that the link lost is missed
 // here too; those of the handshake get the numbers before.
 void TriggerWindow::begin() {
-  base_ = history_.front().begin;
-  auto sequence = history_.front().frames.front().header.sequence - static_cast<std::uint32_t>(handshake_.size());
+  base_ = history_.front().front().beat;
+  auto sequence = history_.front().front().header.sequence - static_cast<std::uint32_t>(handshake_.size());
   for (auto& [type, frame] : handshake_) {
     frame.header.sequence = sequence++;
     pass(frame);
   }
   for (const auto& stretch : std::exchange(history_, {})) {
-    for (const auto& frame : stretch.frames) {
+    for (const auto& frame : stretch) {
       if (typeOf(frame.header) == MessageType::welcome) base_.reset();
       pass(frame);
     }

@@ -42,11 +42,7 @@ class TriggerWindow {
     std::vector<std::byte> payload;
     std::optional<messages::Heartbeat> beat{};  // that the payload is
   };
-  // Frames from one heartbeat up to the next.
-  struct Stretch {
-    messages::Heartbeat begin;
-    std::vector<Kept> frames;
-  };
+  using Stretch = std::vector<Kept>;  // from a heartbeat of the stream up to the next one
 
   void heartbeat(Kept frame);
   void forgetOld(std::uint64_t now_ms);

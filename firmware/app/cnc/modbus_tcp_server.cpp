@@ -12,9 +12,9 @@ constexpr std::chrono::milliseconds kRound{500};
 constexpr std::uint8_t kUnit = 1;  // of requests at the desk; answers have the unit that the master wrote
 constexpr int kMostKnocks = 16;    // in one turn: those who knock without end do not keep the masters waiting
 
-// "10.0.0.7" of "10.0.0.7:51234".
-std::string_view computerOf(std::string_view peer) {
-  return peer.substr(0, peer.rfind(':'));
+// "tcp:10.0.0.7" of "tcp:10.0.0.7:51234".
+std::string_view computerOf(const io::BytePipe& pipe) {
+  return pipe.name().substr(0, pipe.name().rfind(':'));
 }
 
 }  // namespace
@@ -56,12 +56,10 @@ void ModbusTcpServer::accept() {
   for (int k = 0; k < kMostKnocks; ++k) {
     auto pipe = listener_.accept();
     if (!pipe) return;
-    std::string computer{computerOf(pipe->name())};
-    makeRoomFor(computer);
+    makeRoomFor(computerOf(*pipe));
     masters_.push_back(std::make_unique<Master>());
     auto& master = *masters_.back();
     master.pipe = std::move(pipe);
-    master.computer = std::move(computer);
     master.heard = ++turn_;
     master.watch = loop_.watch(master.pipe->descriptor(), [this, &master] { receive(master); });
   }
@@ -70,11 +68,12 @@ void ModbusTcpServer::accept() {
 void ModbusTcpServer::makeRoomFor(std::string_view computer) {
   std::erase_if(masters_, [](const auto& master) { return master->gone; });
   if (masters_.size() < kMostMasters) return;
-  const auto ofComputer = [&](std::string_view name) { return std::ranges::count(masters_, name, &Master::computer); };
+  const auto computer_of = [](const auto& master) { return computerOf(*master->pipe); };
+  const auto ofComputer = [&](std::string_view name) { return std::ranges::count(masters_, name, computer_of); };
   const bool among_own = ofComputer(computer) >= static_cast<std::ptrdiff_t>(kMostMasters / 2);
   const auto quietest = std::ranges::min_element(masters_, {}, [&](const auto& master) {
-    const bool may_stay = among_own && master->computer != computer;
-    return std::tuple{may_stay, master->has_asked, -ofComputer(master->computer), master->heard};
+    const bool may_stay = among_own && computer_of(master) != computer;
+    return std::tuple{may_stay, master->has_asked, -ofComputer(computer_of(master)), master->heard};
   });
   dismiss(**quietest, "gave way to a newer one: " + std::to_string(kMostMasters) + " masters are served at once");
   masters_.erase(quietest);

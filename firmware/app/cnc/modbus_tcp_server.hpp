@@ -45,7 +45,6 @@ class ModbusTcpServer final : public RegisterServer {
  private:
   struct Master {
     std::unique_ptr<io::BytePipe> pipe;
-    std::string computer;  // its address
     modbus::TcpRequests requests;
     bool has_asked{};
     std::uint64_t heard{};  // turn of its last request

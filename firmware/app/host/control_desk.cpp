@@ -331,7 +331,8 @@ std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::
   };
   const auto rank = board::givesARight(caller.may) ? Worker::Rank::usual : Worker::Rank::guest;
   if (request.operation != Operation::loop_back)
-    return with_.worker.post(job, rank) ? std::nullopt : std::optional{busy("Too many requests are waiting: try again.")};
+    return with_.worker.post(job, rank) ? std::nullopt
+                                        : std::optional{busy("Too many requests are waiting: try again.")};
   // It takes seconds: one after the other, hosts would lose patience.
   if (with_.loop_back.begin()) {
     if (with_.worker.post(job, Worker::Rank::patient)) return std::nullopt;

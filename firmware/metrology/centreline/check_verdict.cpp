@@ -80,7 +80,10 @@ Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, 
 // The same of a key, which may not have been measured.
 Outcome<Worst, Refusal> judgeKey(const Dataset& dataset, std::string_view key, bool error, Result& result) {
   const auto* found = result.find(key);
-  if (found == nullptr) return hasOwnLimit(dataset, key) ? notJudged(key, "was not measured", result) : Worst{};
+  if (found == nullptr)
+    return hasOwnLimit(dataset, key)
+               ? notJudged(key, "was not measured: measure it, or omit limit_" + std::string{key}, result)
+               : Worst{};
   return judge(dataset, Estimate{*found}, error, result);
 }
 

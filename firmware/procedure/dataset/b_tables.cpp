@@ -84,6 +84,7 @@ double sigmaOf(const std::vector<Stop>& stops) {
 
 // Numbered as metrology numbers the tools of a swivel: by their lengths, in the order of the rows.
 void addLengthSds(metrology::Dataset& dataset, const std::vector<Stop>& stops, const Facts& facts) {
+  static_assert(kMostProbeTools == metrology::kLengthsOfSwivel.size());
   std::vector<double> lengths, sds;
   for (const auto& stop : stops) {
     const double sd_mm = facts.sdOfLength(stop.tool);

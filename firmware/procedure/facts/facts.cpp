@@ -5,18 +5,14 @@
 
 namespace probebox::procedure {
 
-double ProbeTools::lengthOf(std::uint32_t number) const {
-  for (std::size_t i = 0; i < count; ++i) {
-    if (numbers[i] == number) return lengths_mm[i];
-  }
-  return 0;
+std::size_t ProbeTools::placeOf(std::uint32_t number) const {
+  const auto own = std::span{numbers}.first(count);
+  return static_cast<std::size_t>(std::ranges::find(own, number) - own.begin());
 }
 
-double ProbeTools::sdOf(std::uint32_t number) const {
-  for (std::size_t i = 0; i < count; ++i) {
-    if (numbers[i] == number) return sds_mm[i];
-  }
-  return 0;
+double ProbeTools::lengthOf(std::uint32_t number) const {
+  const auto at = placeOf(number);
+  return at == count ? 0 : lengths_mm[at];
 }
 
 double Facts::lengthOf(std::uint32_t probe_tool) const {
@@ -26,23 +22,21 @@ double Facts::lengthOf(std::uint32_t probe_tool) const {
 
 double Facts::sdOfLength(std::uint32_t probe_tool) const {
   if (probe_shank && probe_shank->tool == probe_tool) return probe_shank->sd_tip_length_mm;
-  return probe_tools.sdOf(probe_tool);
+  const auto at = probe_tools.placeOf(probe_tool);
+  return at == probe_tools.count ? 0 : probe_tools.sds_mm[at];
 }
 
 std::uint64_t Facts::lengthResultOf(std::uint32_t probe_tool) const {
   if (probe_shank && probe_shank->tool == probe_tool) return probe_shank->tip_result;
-  for (std::size_t i = 0; i < probe_tools.count; ++i) {
-    if (probe_tools.numbers[i] == probe_tool) return probe_tools.results[i];
-  }
-  return 0;
+  const auto at = probe_tools.placeOf(probe_tool);
+  return at == probe_tools.count ? 0 : probe_tools.results[at];
 }
 
 void Facts::takeLength(std::uint32_t probe_tool, double length_mm, std::uint64_t result, double sd_mm) {
-  for (std::size_t i = 0; i < probe_tools.count; ++i) {
-    if (probe_tools.numbers[i] != probe_tool) continue;
-    probe_tools.lengths_mm[i] = length_mm;
-    probe_tools.sds_mm[i] = sd_mm;
-    probe_tools.results[i] = result;
+  if (const auto at = probe_tools.placeOf(probe_tool); at != probe_tools.count) {
+    probe_tools.lengths_mm[at] = length_mm;
+    probe_tools.sds_mm[at] = sd_mm;
+    probe_tools.results[at] = result;
   }
   if (!probe_shank || probe_shank->tool != probe_tool) return;
   probe_shank->tip_length_mm = length_mm;

@@ -90,9 +90,10 @@ struct ProbeTools {
   std::array<double, kMostProbeTools> sds_mm{};          // of the lengths (k = 1); 0: not stated
   std::array<std::uint64_t, kMostProbeTools> results{};  // assemblies in force with these lengths; 0: machine.toml
 
+  // `count` for any other tool.
+  std::size_t placeOf(std::uint32_t number) const;
   // 0 for any other tool.
   double lengthOf(std::uint32_t number) const;
-  double sdOf(std::uint32_t number) const;
   // Longest minus shortest length.
   double span_mm() const;
 };
