@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <optional>
 
 #include "firmware/metrology/touch/retract.hpp"
@@ -30,17 +31,23 @@ std::optional<Stretch> aboutDeflection(const Recording& recording, const Touch& 
   const auto rows = recording.probeRows(touch);
   double highest = 0;
   for (const ProbeRow& row : rows) highest = std::max(highest, square_mm2(row.channels_nm));
-  std::optional<MonoTime> first, last, last_half;
-  for (const ProbeRow& row : rows) {
-    if (!isInContact(row.channels_nm)) continue;
-    if (!first) first = row.at;
-    last = row.at;
-    if (square_mm2(row.channels_nm) >= highest / 4) last_half = row.at;
+  const auto in_contact = [](const ProbeRow& row) { return isInContact(row.channels_nm); };
+  const auto first = std::ranges::find_if(rows, in_contact);
+  if (first == rows.end()) return std::nullopt;
+  auto last = first, last_half = first;
+  for (auto row = first; row != rows.end(); ++row) {
+    if (!in_contact(*row)) continue;
+    last = row;
+    if (square_mm2(row->channels_nm) >= highest / 4) last_half = row;
   }
-  if (!first) return std::nullopt;
   // The stylus comes off in twice the time from half of its deflection on, and the machine goes on.
-  const auto further = (metrology::RetractNeeds::kUntil - 1) * std::chrono::duration<double>{2 * (*last - *last_half)};
-  return Stretch{*first - kFree, *last + std::chrono::duration_cast<Nanoseconds>(further) + kFree};
+  const auto further =
+      (metrology::RetractNeeds::kUntil - 1) * std::chrono::duration<double>{2 * (last->at - last_half->at)};
+  // In a slow stream, or one with a hole, kFree may have no row.
+  const auto before = std::prev(first, std::min(kFreeRows, std::distance(rows.begin(), first)));
+  const auto after = std::next(last, std::min(kFreeRows, std::distance(last, rows.end()) - 1));
+  return Stretch{std::min(first->at - kFree, before->at),
+                 std::max(last->at + std::chrono::duration_cast<Nanoseconds>(further) + kFree, after->at)};
 }
 
 std::optional<Stretch> nearContact(const Recording& recording, const Touch& touch) {

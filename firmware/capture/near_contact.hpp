@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "firmware/capture/recording.hpp"
@@ -11,6 +12,8 @@ namespace probebox::capture {
 // The probe is free for so long before and after what the solvers read: its noise is known from there. Also covers the
 // delay between probe and machine data.
 inline constexpr Nanoseconds kFree = std::chrono::milliseconds{100};
+// And for at least so many rows of the probe, where it has been recorded with them.
+inline constexpr std::ptrdiff_t kFreeRows = 5;
 
 // Less deflection than this is no contact: noise of channels stays far below.
 inline constexpr double kContact_mm = 0.005;

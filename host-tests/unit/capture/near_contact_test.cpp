@@ -26,17 +26,21 @@ class OneTouch {
  public:
   explicit OneTouch(Capacity capacity = {}) : capture_{capacity} {}
 
-  // One row of each stream a millisecond; the machine's say when.
-  template <class Channel>
-  TouchFault record(const TouchRequest& request, const Channel& channel_nm) {
+  // One row of each stream a millisecond; the machine's say when. The probe's rows are those that `arrives`.
+  template <class Channel, class Arrives>
+  TouchFault record(const TouchRequest& request, const Channel& channel_nm, const Arrives& arrives) {
     capture_.begin(request);
     for (std::int64_t at = 0; at < kStep_ms; ++at) {
       for (const Axis axis : {Axis::x, Axis::y, Axis::z}) capture_.push(Count{axis, 0, at, ms(at)});
-      capture_.push(Deflection{0, {channel_nm(at), 0, 0}, false, ms(at)});
+      if (arrives(at)) capture_.push(Deflection{0, {channel_nm(at), 0, 0}, false, ms(at)});
       if (request.by_edges && (at == 500 || at == 760))
         capture_.push(Edge{LineRole::trigger, 0, at == 500 ? Level::active : Level::inactive, 0, ms(at)});
     }
     return capture_.end(kLocked);
+  }
+  template <class Channel>
+  TouchFault record(const TouchRequest& request, const Channel& channel_nm) {
+    return record(request, channel_nm, [](std::int64_t) { return true; });
   }
   const Recording& recording() const { return capture_.recording(); }
   const Touch& newest() const { return recording().touches().back(); }
@@ -92,6 +96,26 @@ TEST(NearContact, KeepsAllOfAHoldAndOfATouchThatEndsEarly) {
   ASSERT_EQ(touch.record(kSlowTouch, [](std::int64_t at) { return deflection_nm(std::min<std::int64_t>(at, 650)); }),
             TouchFault::none);
   touch.expectKept(401, kStep_ms - 1);
+}
+
+TEST(NearContact, KeepsRowsOfTheFreeProbeOnBothSidesOfAHole) {
+  OneTouch touch;
+  // The probe is seen again when it is fully deflected, or when it has long been free.
+  ASSERT_EQ(touch.record(kSlowTouch, deflection_nm, [](std::int64_t at) { return at < 400 || at > 600; }),
+            TouchFault::none);
+  EXPECT_EQ(touch.recording().probeRows(touch.newest()).front().at, ms(395));
+  EXPECT_EQ(touch.recording().machineRows(touch.newest()).front().at, ms(395));
+  ASSERT_EQ(touch.record(kSlowTouch, deflection_nm, [](std::int64_t at) { return at < 650 || at > 1200; }),
+            TouchFault::none);
+  EXPECT_EQ(touch.recording().probeRows(touch.newest()).back().at, ms(1205));
+  EXPECT_EQ(touch.recording().machineRows(touch.newest()).back().at, ms(1205));
+}
+
+TEST(NearContact, KeepsRowsOfTheFreeProbeInASlowStream) {
+  OneTouch touch;
+  ASSERT_EQ(touch.record(kSlowTouch, deflection_nm, [](std::int64_t at) { return at % 60 == 0; }), TouchFault::none);
+  EXPECT_EQ(touch.recording().probeRows(touch.newest()).front().at, ms(240));  // contact from 540 to 720
+  EXPECT_EQ(touch.recording().probeRows(touch.newest()).back().at, ms(1020));
 }
 
 TEST(NearContact, LetsManyTouchesIntoARecording) {
