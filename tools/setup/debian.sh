@@ -67,7 +67,7 @@ make_build_root() { # ROOT RELEASE ARCH [tests]
   for package in "${probebox_packages[@]}"; do
     case $package in
       libeigen3-dev | libcli11-dev) ;;
-      libgtest-dev | libgmock-dev | libbenchmark-dev | librapidcheck-dev | libumockdev-dev)
+      libgtest-dev | libgmock-dev | libbenchmark-dev | librapidcheck-dev | libumockdev-dev | umockdev)
         [[ -z ${4:-} ]] || packages+=("$package:$3")
         ;;
       libgpiod-dev) packages+=("$package:$3$backports") ;;

@@ -224,6 +224,7 @@ TEST_F(Transfers, CancelsWhatIsInFlightAtTheEnd) {
 class Lasting : public Transfers {
  protected:
   void SetUp() override {
+    if (IS_EMULATED_BY_PROGRAM) GTEST_SKIP() << "qemu-user starts no second program of its processor";
     GTEST_FLAG_SET(death_test_style, "threadsafe");
     Transfers::SetUp();
   }
