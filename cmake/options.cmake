@@ -27,6 +27,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # g++ 12 reports false overflows and uninitialised reads inside std::vector, std::variant and Eigen at -O2.
   target_compile_options(probebox_compile_options INTERFACE
     -Wno-stringop-overflow -Wno-stringop-overread -Wno-array-bounds -Wno-maybe-uninitialized -Wno-restrict)
+  # It notes on these how g++ before 10.1 passed arguments, which nothing of ours was built with.
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm)")
+    target_compile_options(probebox_compile_options INTERFACE -Wno-psabi)
+  endif()
 endif()
 
 # Every room counts what a fuzzer reaches.
