@@ -23,9 +23,7 @@ constexpr double kOthers_mm = 0.2;
 constexpr double kDeflected_mm = 0.05;
 constexpr double kAside_rad = std::numbers::pi / 6;
 constexpr double kFree = 0.5;  // of the deflection: its ends differ by less when the stylus is free at both
-constexpr std::size_t kFewestRows = 5;
-// Shares of the rows of a step: at rest after it, and with the stylus fully deflected. A machine may start at once, so
-// only the very first rows are at rest before it.
+// Shares of the rows of a step: at rest after a jog, and with the stylus fully deflected.
 constexpr double kAfter = 0.05;
 constexpr double kDeepest = 0.02;
 
@@ -46,7 +44,7 @@ struct Rows {
 
   std::size_t share(double of_all) const {
     const auto wanted = static_cast<std::size_t>(of_all * static_cast<double>(values.size()));
-    return std::max(wanted, kFewestRows);
+    return std::max(wanted, kSelftestEndRows);
   }
   struct Mean {
     Vector3d value, sd;
@@ -59,8 +57,9 @@ struct Rows {
     for (const auto& value : some) squares += (value - mean).cwiseAbs2();
     return {mean, (squares / std::max(1.0, count - 1) / count).cwiseSqrt()};
   }
-  Mean before() const { return meanOf(std::span{values}.first(kFewestRows)); }
+  Mean before() const { return meanOf(std::span{values}.first(kSelftestEndRows)); }
   Mean after() const { return meanOf(std::span{values}.last(share(kAfter))); }
+  Mean last() const { return meanOf(std::span{values}.last(kSelftestEndRows)); }
   // Where the stylus was deflected most, but for the few rows beyond: no wild sample decides.
   Mean deepest() const {
     std::vector<Vector3d> sorted = values;
@@ -102,11 +101,12 @@ Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
     const auto kind = std::ranges::find(numbers, number);
     const Rows positions = rowsOf(*machine, number, {"x_mm", "y_mm", "z_mm"});
     const Rows channels = rowsOf(*probe, number, {"a", "b", "c"});
-    if (kind == numbers.end() || positions.values.size() < kFewestRows || channels.values.size() < kFewestRows)
+    if (kind == numbers.end() || positions.values.size() < kSelftestEndRows ||
+        channels.values.size() < kSelftestEndRows)
       return Refusal{"incomplete-step", "step " + text(number) + " has no row in steps, or fewer than 5 rows in " +
                                             "machine or probe: record it again"};
     const auto from = positions.before(), to = positions.after();
-    const auto rest = channels.before(), deep = channels.deepest(), end = channels.after();
+    const auto rest = channels.before(), deep = channels.deepest(), end = channels.last();
     steps.push_back(
         {.number = number,
          .towards = {(*normal_of.column("nx"))[i], (*normal_of.column("ny"))[i], (*normal_of.column("nz"))[i]},

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "firmware/capture/near_contact.hpp"
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/needs.hpp"
@@ -12,6 +13,8 @@
 
 namespace probebox::procedure {
 namespace {
+
+static_assert(capture::kFreeRows >= static_cast<std::ptrdiff_t>(metrology::kSelftestEndRows));
 
 constexpr double kJog_mm = 10;
 constexpr std::array<Side, 3> kPushes{kSphereSides[0], kSphereSides[2], kSphereSides[4]};

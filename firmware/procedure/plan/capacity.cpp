@@ -11,9 +11,11 @@ namespace probebox::procedure {
 namespace {
 
 // Of what capture::keepNearContact keeps, s; 0 for a step that is no touch.
-double recordedFor(const Step& step) {
+double recordedFor(const Step& step, double deflections_hz) {
   if (step.kind != Kind::touch && step.kind != Kind::in_out) return 0;
-  const double free_s = std::chrono::duration<double>{capture::kFree}.count(), speed = step.touch.retract_speed_mm_s;
+  const double at_least_s = std::chrono::duration<double>{capture::kFree}.count();
+  const double rows_s = step.touch.by_edges ? 0 : static_cast<double>(capture::kFreeRows) / deflections_hz;
+  const double free_s = std::max(at_least_s, rows_s), speed = step.touch.retract_speed_mm_s;
   const double depth_mm = step.overtravel_mm, clear_s = step.clearance_mm / speed;
   if (step.touch.by_edges)
     return 2 * (depth_mm / speed + std::min(clear_s, free_s + metrology::kWayAtAnEdge_mm / speed));
@@ -28,7 +30,7 @@ double recordedFor(const Step& step) {
 std::optional<Error> whyTooLongToRecord(const Plan& plan, const Rates& rates, const capture::Capacity& capacity) {
   double positions_s = 0, deflections_s = 0;
   for (std::size_t i = 0; i < plan.step_count; ++i) {
-    const double step_s = recordedFor(plan.steps[i]);
+    const double step_s = recordedFor(plan.steps[i], rates.deflections_hz);
     positions_s += step_s;
     if (!plan.steps[i].touch.by_edges) deflections_s += step_s;
   }

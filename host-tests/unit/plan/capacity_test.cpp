@@ -39,6 +39,8 @@ TEST(Capacity, RefusesAtItsStartARunThatNoRecordingHolds) {
   EXPECT_FALSE(refusalOf(optionsOf({2, 3, 4, 5})));
   EXPECT_TRUE(refusalOf(optionsOf({2, 3, 4, 5}), {{4000, 4000, 4000}, 2000})) << "more positions in the same time";
   EXPECT_TRUE(refusalOf(optionsOf({2, 3, 4, 5}), {{1000, 1000, 1000}, 8000}));
+  EXPECT_FALSE(refusalOf(optionsOf({1.5, 3, 4, 5})));
+  EXPECT_TRUE(refusalOf(optionsOf({1.5, 3, 4, 5}), {{1000, 1000, 1000}, 5})) << "more time for rows of the free probe";
 }
 
 // Any that fits into a recording is let begin.

@@ -152,6 +152,24 @@ TEST(Selftest, TakesNoPushForOneInTheOtherSense) {
   }
 }
 
+// Where samples are missing around the contact, few are left of the free probe.
+TEST(Selftest, TakesFiveRowsBeforeAPushAndFiveAfterItForFree) {
+  auto dataset = measured({});
+  auto& probe = dataset.tables[1];
+  for (int more = 0; more < 300; ++more) probe.append({3.0, 0.1 + more * 1e-3, kPush_mm + 0.01, -0.02, 0.03});
+  const auto& touch = probe.columns[0].values;
+  const auto rows = static_cast<std::size_t>(std::ranges::count(touch, 3.0));
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < touch.size(); ++i) {
+    if (touch[i] != 3.0) continue;
+    probe.columns[2].values[i] = 0.01 + (row < kSelftestEndRows || row >= rows - kSelftestEndRows ? 0 : kPush_mm);
+    ++row;
+  }
+  const auto findings = selftestFindings(dataset);
+  ASSERT_TRUE(findings);
+  EXPECT_TRUE((*findings)[3].good) << (*findings)[3].what;
+}
+
 // A right description would be told off: by A = 90 X is seen as Y.
 TEST(Selftest, RefusesAProbeThatIsKnownToBeTurned) {
   Dataset dataset = measured({});
