@@ -1,5 +1,6 @@
 #include "firmware/box/box.hpp"
 
+#include <bit>
 #include <cmath>
 #include <variant>
 
@@ -108,7 +109,8 @@ void Box::on(const TimeAdvanced& time) {
   publish(time.at);
 }
 
-void Box::on(const Edge& edge) {
+// Returns how many edges of that line were lost before this one.
+std::uint32_t Box::countEdge(const Edge& edge) {
   const auto role = static_cast<std::size_t>(edge.role);
   const auto line = edge.line % kLinesOfRole;
   auto& watch = line_sequence_[role][line];
@@ -117,6 +119,11 @@ void Box::on(const Edge& edge) {
   if (!is_level_told_again) ++counters.edges;
   const std::uint32_t missing = watch.missingBefore(edge.line_sequence);
   counters.lost += missing;
+  return missing;
+}
+
+void Box::on(const Edge& edge) {
+  const std::uint32_t missing = countEdge(edge);
   if (edge.role != LineRole::sync) {
     state_.lost.line_edges += missing;
     latch_.push(edge);
@@ -202,25 +209,26 @@ void Box::on(const CountedAxes& counted) {
     on(SourceLost{Source::encoders, LossReason::overrun, 0, counted.at, broken});
   const auto at = receiver_axes_.timeOf(counted);
   if (!at) return;  // told with the deflection of the same sample
+  // What a counter that lost counts, or an absolute encoder that could not be read, says is no position.
+  const unsigned bad = unsigned{counted.axes} & counted.faults, good = counted.axes & ~bad;
+  state_.lost.counts += static_cast<std::uint64_t>(std::popcount(bad));
   for (std::size_t axis = 0; axis < counted.counts.size(); ++axis)
-    if ((counted.axes >> axis & 1U) != 0) take(axis, counted.counter, counted.counts[axis], *at);
+    if ((good >> axis & 1U) != 0) take(axis, counted.counter, counted.counts[axis], *at);
 }
 
 void Box::on(const CountedIndex& index) {
   if (index.axis >= kLinearAxes + kRotaryAxes) return;
   const auto at = probe_clock_.timeAfter({index.run, index.counter, false, index.at}, index.fraction);
   if (!at) return;  // without a time there is no reference; the next pulse gives it
-  // No row of a touch: the other axes have no count at this moment.
-  if (index.axis < kLinearAxes) {
-    const Count count{static_cast<Axis>(index.axis), index.counter, index.counts, *at};
-    latch_.push(count);
-    corrections_.push(count);
-  }
-  on(Edge{.role = LineRole::index,
-          .line = index.axis,
-          .level = Level::active,
-          .line_sequence = receiver_axes_.nextIndex(index.axis),
-          .at = *at});
+  const Edge edge{.role = LineRole::index,
+                  .line = index.axis,
+                  .level = Level::active,
+                  .line_sequence = receiver_axes_.nextIndex(index.axis),
+                  .at = *at};
+  countEdge(edge);
+  latch_.push(edge);
+  // No sample of the axis, to be interpolated with or to tell its speed: its time can be a sample period off.
+  if (index.axis < kLinearAxes) corrections_.push(edge, index.counts);
 }
 
 void Box::on(const ControlPositions& positions) {

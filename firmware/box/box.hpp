@@ -91,6 +91,7 @@ class Box {
   void on(const auto& for_corrections) { corrections_.push(for_corrections); }
 
   void handle(const Event& event);
+  std::uint32_t countEdge(const Edge& edge);
   void touched(const Edge& edge, std::uint32_t missing);
   void take(const Deflection& deflection);
   void record(const Count& count, std::optional<std::int32_t> screw_nm);

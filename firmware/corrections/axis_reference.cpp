@@ -14,8 +14,11 @@ constexpr double kCountNoise_mm = 0.02;
 
 void AxisReference::setDelay(double tau_s, double sd_s) {
   const bool known = sd_s > 0;
-  tau_s_ = known ? tau_s : 0;
-  delay_uncertainty_s_ = known ? 4 * sd_s + kEdgeUncertainty_s : kUnknownDelay_s;
+  // Counts do not come before the mark that they are of: a delay below zero is the probe's, and theirs may be anything
+  // from nothing to as much.
+  tau_s_ = known ? std::max(0.0, tau_s) : 0;
+  delay_uncertainty_s_ =
+      known ? std::min(4 * sd_s + kEdgeUncertainty_s + std::max(0.0, -tau_s), kUnknownDelay_s) : kUnknownDelay_s;
 }
 
 bool AxisReference::canMove(double way_mm, double in_s) const {
@@ -37,10 +40,7 @@ void AxisReference::push(MonoTime at, std::int64_t counts) {
       // The next one of an absolute encoder is as good as its first.
       if (config_.by == ReferenceBy::absolute) has_count_ = false;
     }
-    if (pending_index_) {
-      const MonoTime due = *pending_index_ + Nanoseconds{std::llround(tau_s_ * 1e9)};
-      if (at >= due) takeIndex(due, moved_mm, dt_s, at, u_mm);
-    }
+    if (const auto pulse = pending_index_) takeIndex(*pulse, moved_mm, dt_s, at, u_mm);
     followPass(at, u_mm);
     for (auto* anchor : {&still_since_, &next_anchor_}) {
       if (!*anchor) continue;
@@ -56,15 +56,20 @@ void AxisReference::push(MonoTime at, std::int64_t counts) {
   u_mm_ = u_mm;
 }
 
-void AxisReference::index(MonoTime at) {
+void AxisReference::index(MonoTime at, std::optional<std::int64_t> latched_counts) {
   if (pending_index_ || !config_.has_mark) ++unused_indexes_;
   if (!config_.has_mark) return;
-  pending_index_ = at;
+  pending_index_ = Pulse{.at = at, .latched_mm = {}};
+  if (latched_counts) pending_index_->latched_mm = static_cast<double>(*latched_counts) * config_.mm_per_count;
 }
 
-// moved_mm, dt_s: from the count before to this one, which is the first that came when it was due or later.
-void AxisReference::takeIndex(MonoTime due, double moved_mm, double dt_s, MonoTime at, double u_mm) {
+// moved_mm, dt_s: from the count before to this one, which the pulse is due with if it is the first at that time or
+// later.
+void AxisReference::takeIndex(const Pulse& pulse, double moved_mm, double dt_s, MonoTime at, double u_mm) {
+  const MonoTime due = pulse.latched_mm ? pulse.at : pulse.at + Nanoseconds{std::llround(tau_s_ * 1e9)};
+  if (at < due) return;
   pending_index_.reset();
+  if (pulse.latched_mm) return passIndex(*pulse.latched_mm, moved_mm / dt_s, 0);
   const double back_s = toSeconds(at - due);
   // Before the count before this one: no count around the mark was kept.
   if (back_s > dt_s) {

@@ -33,7 +33,7 @@ struct ReferenceConfig {
 // The reference of one axis; for a rotary axis read degrees wherever mm is written. There is none until the first count
 // of an absolute encoder, the index pulse or a position from the controller, and none after a count error. Counts lag
 // behind the lines by the system delay (A1), so a mark is looked up in the counts that come that much later; while the
-// delay is not known, marks that are passed fast are ignored.
+// delay is not known, marks that are passed fast are ignored. A count that was latched at the pulse needs no delay.
 class AxisReference {
  public:
   // Longest delay that is assumed while none has been measured.
@@ -49,7 +49,8 @@ class AxisReference {
 
   void setDelay(double tau_s, double sd_s);
   void push(MonoTime at, std::int64_t counts);
-  void index(MonoTime at);
+  // latched_counts: those at the pulse, where the counter itself latches them.
+  void index(MonoTime at, std::optional<std::int64_t> latched_counts = {});
   // Returns false and changes nothing if the axis cannot be homed at `now`, or cannot be at this position.
   bool homed(double position_mm, MonoTime now);
   Homing homing(MonoTime now) const;
@@ -78,7 +79,11 @@ class AxisReference {
 
  private:
   void lose(ReferenceFault fault);
-  void takeIndex(MonoTime due, double moved_mm, double dt_s, MonoTime at, double u_mm);
+  struct Pulse {
+    MonoTime at{};
+    std::optional<double> latched_mm;
+  };
+  void takeIndex(const Pulse& pulse, double moved_mm, double dt_s, MonoTime at, double u_mm);
   void followPass(MonoTime at, double u_mm);
   void passIndex(double u_mm, double speed_mm_s, double uncertainty_mm);
   double nearestIndex_mm(double position_mm, double speed_mm_s) const;
@@ -98,7 +103,7 @@ class AxisReference {
     int counts{};
   };
   std::optional<Anchor> still_since_, next_anchor_;
-  std::optional<MonoTime> pending_index_;
+  std::optional<Pulse> pending_index_;
   // A mark that was passed while the delay is not known: the counts of that moment come within kUnknownDelay_s.
   struct Pass {
     double u_mm{};

@@ -90,9 +90,9 @@ std::optional<std::int32_t> Corrections::screw_nm(Axis axis, MonoTime now) const
   return position_mm ? nanometres(screws_[i].offset_mm() + screws_[i].slope() * *position_mm) : 0;
 }
 
-void Corrections::push(const Edge& edge) {
+void Corrections::push(const Edge& edge, std::optional<std::int64_t> latched_counts) {
   if (edge.role == LineRole::index && edge.line < kLinearAxes && edge.level == Level::active) {
-    references_[edge.line].index(edge.at);
+    references_[edge.line].index(edge.at, latched_counts);
   } else if (edge.role == LineRole::trigger && edge.level == Level::active) {
     triggers_.push(edge, history_.at(edge.at));
   } else if (edge.role == LineRole::inhibit) {

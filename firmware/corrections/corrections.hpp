@@ -67,7 +67,8 @@ class Corrections {
 
   void push(const Count& count);
   void push(const AngleCount& count);
-  void push(const Edge& edge);  // index, trigger and inhibit lines
+  // Index, trigger and inhibit lines. latched_counts: the axis's at an index pulse, where its counter latches them.
+  void push(const Edge& edge, std::optional<std::int64_t> latched_counts = {});
   void push(const Drift& drift) { screws_[static_cast<std::size_t>(drift.axis)].push(drift); }
   void push(const SourceLost& lost);
   void push(const AxisHomed& homed);

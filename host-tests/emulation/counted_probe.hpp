@@ -37,10 +37,12 @@ class CountedProbe {
     const std::uint32_t counter = deflection.sequence - first_;
     if (!samples_.empty() && counter != header_.first + samples_.size()) closePacket();  // some are left out
     if (samples_.empty()) header_.first = counter;
-    samples_.push_back({.channels_nm = deflection.channels_nm,
-                        .status = deflection.clipped ? usb_probe::status::kClipped : std::uint16_t{0}});
+    samples_.push_back(
+        {.channels_nm = deflection.channels_nm,
+         .status = static_cast<std::uint16_t>(faults_ | (deflection.clipped ? usb_probe::status::kClipped : 0U))});
     if (hasAxes())
       for (const auto count : counts_(deflection.at)) axis_counts_.push_back(count);
+    newest_ = counter;
     ++size_;
     ++sent_;
     if (size_ == kSamplesATransfer) send(deflection.at);
@@ -54,6 +56,13 @@ class CountedProbe {
     return true;
   }
 
+  // Its counters with these bits find a broken wire at each sample from now on.
+  void setFaults(unsigned counters) { faults_ = counters << usb_probe::status::kFirstCounterFault; }
+  // The index of a counter comes now, after the last sample that was taken; it does not measure how long after.
+  void latch(std::uint8_t counter, std::int64_t counts) {
+    latches_.push_back({.sample = newest_, .fraction = 0, .counter = counter, .counts = counts});
+  }
+
   // With its last samples.
   void unplug() {
     gone_ = true;
@@ -63,6 +72,7 @@ class CountedProbe {
     size_ = 0;
     samples_.clear();
     axis_counts_.clear();
+    latches_.clear();
     bytes_.clear();
     waiting_.clear();
   }
@@ -72,17 +82,18 @@ class CountedProbe {
  private:
   static usb_probe::CounterAxes wiring() {
     usb_probe::CounterAxes axes{};
-    for (std::uint8_t i = 0; i < kLinearAxes; ++i) axes[i] = {.axis = i, .has_index = false};
+    for (std::uint8_t i = 0; i < kLinearAxes; ++i) axes[i] = {.axis = i, .has_index = true};
     return axes;
   }
 
   void closePacket() {
     std::vector<std::byte> packet(usb_probe::kMostPacketBytes);
-    packet.resize(hasAxes() ? usb_probe::encodePacket(header_, samples_, {kLinearAxes, axis_counts_, {}}, packet)
+    packet.resize(hasAxes() ? usb_probe::encodePacket(header_, samples_, {kLinearAxes, axis_counts_, latches_}, packet)
                             : usb_probe::encodePacket(header_, samples_, packet));
     bytes_.insert(bytes_.end(), packet.begin(), packet.end());
     samples_.clear();
     axis_counts_.clear();
+    latches_.clear();
   }
 
   void send(MonoTime taken) {
@@ -105,6 +116,9 @@ class CountedProbe {
   usb_probe::PacketHeader header_;
   std::vector<usb_probe::Sample> samples_;  // of the packet
   std::vector<std::int64_t> axis_counts_;
+  std::vector<usb_probe::IndexLatch> latches_;
+  std::uint32_t newest_{};  // sample
+  unsigned faults_{};
   std::vector<std::byte> bytes_;  // of the transfer
   std::size_t size_{};            // samples of the transfer
   std::deque<Event> waiting_;

@@ -226,7 +226,7 @@ Scenario::Scenario(const world::Config& config, std::uint64_t seed, ProbeIs prob
   if (probe == ProbeIs::stamped_axes_told) told_.emplace(seed, config.start, counts);
 }
 
-// What a receiver's counters of the encoders read at this instant, as stale as those of the world.
+// As stale as those of the world.
 std::array<std::int64_t, kLinearAxes> Scenario::countsAt(MonoTime at) {
   const auto& encoders = config_.encoders;
   std::array<std::int64_t, kLinearAxes> counts{};

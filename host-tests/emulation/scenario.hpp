@@ -116,6 +116,8 @@ class Scenario {
   EmulatedEncoders& encoders() { return *encoders_; }
   ToldAxes& controllerThatTells() { return *told_; }
   MonoTime now() const { return now_; }
+  // What a receiver's counters of the encoders read at this instant.
+  std::array<std::int64_t, kLinearAxes> countsAt(MonoTime at);
   void push(const Event& event);
 
   // What the worker knows beforehand.
@@ -128,7 +130,6 @@ class Scenario {
  private:
   class DirectLink;
   void step();
-  std::array<std::int64_t, kLinearAxes> countsAt(MonoTime at);
   bool countsComeOtherwise() const { return told_ || (receiver_ && receiver_->hasAxes()); }
   void pass(Event event);
   void latchEncoders(const Edge& edge);

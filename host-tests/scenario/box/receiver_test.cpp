@@ -147,6 +147,56 @@ TEST(Receiver, UnpluggedWithTheEncodersTakesTheirReferenceAway) {
   EXPECT_TRUE(scenario.recorded().contiguous);
 }
 
+// An absolute encoder that cannot be read goes on being sent with its last good count.
+TEST(Receiver, WithAnEncoderThatCannotBeReadHoldsWhatItServes) {
+  auto world = warmingWorld();
+  world.encoders.power_up_mm = {};
+  Scenario scenario{world, 9, ProbeIs::counted_with_axes};
+  const auto& served = scenario.state().snapshot;
+  ASSERT_TRUE(scenario.runUntil([&] { return served.valid; }, 20s));
+  const auto lost = scenario.state().lost.counts;
+  scenario.receiver().setFaults(0b001);
+  scenario.run(1s);
+  EXPECT_TRUE(served.degraded);
+  EXPECT_EQ(served.health[0], published::Health::held);
+  EXPECT_NEAR(static_cast<double>(scenario.state().lost.counts - lost), 2000, 20) << "a reading a sample";
+  scenario.run(30s);
+  EXPECT_FALSE(served.valid);
+  scenario.receiver().setFaults(0);
+  scenario.run(20s);
+  EXPECT_TRUE(served.valid);
+  EXPECT_FALSE(served.degraded);
+}
+
+// Indexes of axes in motion, latched as a receiver does that does not measure when: the counts are up to a sample's way
+// farther than those of the sample whose time they have.
+TEST(Receiver, AnIndexIsNoSampleOfItsAxis) {
+  Scenario scenario{usualWorld(), 10, ProbeIs::counted_with_axes};
+  scenario.describeBy([](box::BoxConfig& box) {
+    for (auto& reference : box.corrections.references) reference.has_mark = false;
+  });
+  scenario.restartBox();
+  scenario.run(5s);
+  scenario.start(procedure::kDelayMultiSpeed);
+  const auto& procedure = scenario.state().procedure;
+  const auto& served = scenario.state().snapshot;
+  const auto truth = scenario.truth();
+  std::uint32_t triggers = 0;
+  for (int ms = 0; ms < 200'000 && triggers < 10; ++ms) {
+    scenario.run(1ms);
+    const auto counts = scenario.countsAt(scenario.now());
+    for (std::uint8_t axis = 0; axis < kLinearAxes; ++axis) scenario.receiver().latch(axis, counts[axis]);
+    if (served.last_trigger.number == triggers) continue;
+    triggers = served.last_trigger.number;
+    double distance_mm = 0;
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
+      distance_mm = std::hypot(distance_mm, served.last_trigger.position_mm[axis] - truth.sphere_centre_mm[axis]);
+    EXPECT_NEAR(distance_mm, truth.effective_radius_mm, 1) << "but for the delay";
+  }
+  EXPECT_EQ(triggers, 10U) << "stopped in step " << procedure.step;
+  for (const auto& axis : served.axes) EXPECT_EQ(axis.reference_losses, 0U);
+}
+
 TEST(Receiver, ATouchDuringWhichTheReceiverWasGoneIsAskedForAgain) {
   Scenario scenario{usualWorld(), 6, ProbeIs::counted};
   scenario.recorder().keeps_bytes = false;

@@ -120,6 +120,33 @@ TEST(AxisReference, LooksTheMarkUpInCountsThatCameTheDelayLater) {
   EXPECT_NEAR(*axis.reference.position_mm(), 12.5 + axis.position_mm() - 3.0, 2e-3);
 }
 
+// The probe is later than the counts. How late those are it does not tell, but not more than that.
+TEST(AxisReference, IsThereAfterTheMarkWhereTheProbeIsLaterThanTheCounts) {
+  ReferencedAxis axis{marked()};
+  axis.reference.setDelay(-0.0005, 2e-6);
+  axis.move(50, 0.2, 3.0);
+  EXPECT_FALSE(axis.reference.referenced()) << "0.025 mm are not known";
+  axis.move(-5, 2, 3.0);
+  ASSERT_TRUE(axis.reference.referenced());
+  EXPECT_NEAR(*axis.reference.position_mm(), 12.5 + axis.position_mm() - 3.0, 6e-3);
+}
+
+TEST(AxisReference, OfACountLatchedAtTheMarkNeedsNoDelay) {
+  for (const bool is_delay_known : {false, true}) {
+    AxisReference reference{marked()};
+    if (is_delay_known) reference.setDelay(0.004, 2e-6);
+    reference.push(monoTime(1'000'000), kPowerUp);
+    reference.index(monoTime(1'000'001), kPowerUp + 1250);  // 250 mm/s, and nobody measured when
+    reference.push(monoTime(2'000'000), kPowerUp + 2500);
+    ASSERT_TRUE(reference.referenced());
+    EXPECT_NEAR(*reference.position_mm(), 12.5 + 0.125, 1e-9);
+    reference.index(monoTime(2'000'001), kPowerUp + 1250 + 300);  // 0.03 mm off
+    reference.push(monoTime(3'000'000), kPowerUp);
+    EXPECT_FALSE(reference.referenced());
+    EXPECT_EQ(reference.lastFault(), ReferenceFault::wrong_index);
+  }
+}
+
 TEST(AxisReference, KnowsThatAMarkHasTwoSides) {
   auto config = marked();
   config.index_width_mm = 0.4;
