@@ -240,8 +240,10 @@ Corrections::Sum Corrections::sum() const {
   include(sum, SourceKind::centreline, centreline_.held());
   include(sum, SourceKind::swivel, swivel_.held());
   include(sum, SourceKind::rotary, rotary_.held());
-  // A head or a table that machine.toml does not describe says nothing, so the sum is not known.
-  sum.any_invalid = sum.any_invalid || (sums(SourceKind::swivel) && !swivel_.fitted()) ||
+  // Screws, a head or a table that machine.toml does not describe say nothing, so the sum is not known.
+  const bool any_screw = std::any_of(screws_.begin(), screws_.end(), [](const auto& screw) { return screw.fitted(); });
+  sum.any_invalid = sum.any_invalid || (sums(SourceKind::screw) && !any_screw) ||
+                    (sums(SourceKind::swivel) && !swivel_.fitted()) ||
                     (sums(SourceKind::rotary) && !rotary_.config().fitted());
   return sum;
 }

@@ -33,6 +33,7 @@ std::optional<Error> whyNotSummed(std::uint16_t mask, const box::State& state) {
   const auto absent = [&](SourceKind kind) {
     return (mask & bitOf(kind)) != 0 && state.snapshot.health[static_cast<std::size_t>(kind)] == published::Health::off;
   };
+  if (absent(SourceKind::screw)) return Error{"machine.toml describes no screw: add [screw.X]."};
   if (absent(SourceKind::swivel)) return Error{"machine.toml describes no swivelling head: add [swivel]."};
   if (absent(SourceKind::rotary)) return Error{"machine.toml describes no rotary table: add [rotary_table]."};
   return std::nullopt;

@@ -20,6 +20,14 @@ TEST(Corrections, StartInvalid) {
   EXPECT_FALSE(corrections.state().clock_locked);
 }
 
+TEST(Corrections, OfScrewsThatAreNotThereAreNotValid) {
+  Corrections corrections{{}};
+  corrections.push(SourcesEnabled{.mask = bitOf(published::SourceKind::screw), .at = monoTime(0)});
+  for (int ms = 1; ms < 100; ++ms) corrections.advance(monoTime(ms * 1'000'000), kLocked, {});
+  EXPECT_FALSE(corrections.state().valid);
+  EXPECT_EQ(corrections.state().heartbeat, 0U);
+}
+
 TEST(Corrections, CarryTheDelayInForceAndTheLedger) {
   Corrections corrections{{}};
   corrections.push(DelayActivated{.result_id = 5, .tau_s = {1e-3, 2e-3, 3e-3}, .sd_s = {1e-6, 1e-6, 2e-6}, .at = {}});

@@ -117,6 +117,24 @@ TEST_F(Desk, TellsWhatThisMachineCannotFromWhatItCannotNow) {
   EXPECT_EQ(ask("no-such-method"), messages::ErrorCode::not_found);
 }
 
+TEST_F(Desk, SumsNoSourceThatMachineTomlDoesNotDescribe) {
+  const auto ask = [&](std::uint16_t mask) {
+    const auto body = messages::encoded(messages::EnableSources::Request{.mask = mask});
+    const auto reply =
+        desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},
+                     {.ticket = 1, .operation = messages::Operation::enable_sources, .body = body}, state_, {});
+    return reply ? reply->text : "";
+  };
+  EXPECT_THAT(ask(0b0001), HasSubstr("no screw"));
+  EXPECT_THAT(ask(0b0011), HasSubstr("no screw"));
+  EXPECT_THAT(ask(0b0010), HasSubstr("no swivelling head"));
+  EXPECT_THAT(ask(0b0100), HasSubstr("no rotary table"));
+  EXPECT_EQ(taken(), 0U);
+  state_.snapshot.health[0] = published::Health::invalid;  // no reading yet
+  EXPECT_EQ(ask(0b0001), "");
+  EXPECT_EQ(taken(), 1U);
+}
+
 // Whoever may do nothing else may ask: a forecast changes nothing.
 TEST_F(Desk, DescribesTheMachineToEverybody) {
   state_.rates = procedure::Rates{.positions_hz = {1000, 1000, 500}, .deflections_hz = 2000};
