@@ -67,6 +67,11 @@ TEST(WritableRegisters, RefuseToCommitAnAngleBeyondTenTurns) {
   WritableRegisters registers;
   ASSERT_TRUE(registers.write(150, Words{0x7FFF}).ok()) << "half of a value may be anything";
   EXPECT_EQ(refusalOf(registers, 157, {1}), ExceptionCode::illegal_value);
+  ASSERT_TRUE(registers.write(242, Words{0x7FFF}).ok());
+  ASSERT_TRUE(registers.write(246, Words{2}).ok());
+  EXPECT_EQ(refusalOf(registers, 250, {1}), ExceptionCode::illegal_value);
+  ASSERT_TRUE(registers.write(246, Words{4}).ok());
+  EXPECT_TRUE(registers.write(250, Words{1}).ok()) << "of C alone";
 }
 
 // 32-bit values that come in one write are looked at at once.
