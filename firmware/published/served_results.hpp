@@ -9,7 +9,7 @@ namespace probebox::published {
 struct ServedValue {
   std::string key;  // as the method calls it: "centre_mm"
   std::vector<double> values;
-  std::vector<double> sd;  // k = 1; empty: none
+  std::vector<double> sd;  // combined, k = 1; empty: none
 };
 
 struct ServedResult {

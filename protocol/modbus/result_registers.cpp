@@ -8,7 +8,7 @@
 namespace probebox::modbus {
 namespace {
 
-constexpr std::string_view kSd = "standard deviation (k = 1)";
+constexpr std::string_view kSd = "combined standard deviation (k = 1)";
 constexpr std::string_view kStateMeans =
     "bit 0 a result is in force, 1 it rests on a retired result, from 4 on one for each value above that it has";
 

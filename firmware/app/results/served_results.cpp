@@ -17,7 +17,8 @@ published::ServedResult servedOf(const store::Record& record, bool rests_on_reti
   for (const auto* list : {&result->estimates, &result->also}) {
     for (const auto& estimate : *list) {
       if (estimate.values.size() > kMostValues) continue;
-      served.values.push_back({estimate.key, estimate.values, estimate.sd});
+      const auto sd = uncertaintiesOf(estimate);
+      served.values.push_back({estimate.key, estimate.values, {sd.begin(), sd.end()}});
     }
   }
   return served;
