@@ -4,9 +4,11 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 
 #include "drivers/gpio/lines.hpp"
 #include "drivers/gpio/loop_back_emulator.hpp"
+#include "drivers/gpio/quadrature.hpp"
 #include "drivers/world/from_description.hpp"
 #include "drivers/world/lateness.hpp"
 #include "firmware/app/wiring/controller_link.hpp"
@@ -93,11 +95,21 @@ Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp:
   return openReal(descriptions, counters);
 }
 
+std::vector<gpio::ChipLines> watchedLines(const board::Box& box) {
+  auto lines = gpio::linesApart(box);
+  for (std::size_t axis = 0; axis < board::kAllEncoderAxes.size(); ++axis) {
+    const auto& encoder = board::encoderOf(box.devices, axis);
+    const auto* const counted = encoder ? std::get_if<board::QuadratureEncoder>(&encoder->by) : nullptr;
+    if (counted != nullptr) lines.push_back(gpio::quadratureLines(counted->a, counted->b));
+  }
+  return lines;
+}
+
 std::unique_ptr<gpio::LoopBack> loopBackOf(const board::Descriptions& descriptions) {
   const auto& lines = descriptions.box.loop_back;
   if (!lines) return nullptr;
   if (isEmulated(descriptions)) return std::make_unique<gpio::EmulatedLoopBack>(emulatedLateness(*descriptions.world));
-  return std::make_unique<gpio::LinuxLoopBack>(*lines, gpio::linesApart(descriptions.box));
+  return std::make_unique<gpio::LinuxLoopBack>(*lines, watchedLines(descriptions.box));
 }
 
 }  // namespace probebox::app

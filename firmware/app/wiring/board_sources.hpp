@@ -32,6 +32,9 @@ Outcome<std::vector<std::unique_ptr<io::EventSource>>> openSources(const board::
                                                                    const tcp::Address& box, MonoTime now,
                                                                    Counters& counters);
 
+// All gpio lines that the box watches.
+std::vector<gpio::ChipLines> watchedLines(const board::Box& box);
+
 // The loop-back wire, real or emulated; null if the board has none.
 std::unique_ptr<gpio::LoopBack> loopBackOf(const board::Descriptions& descriptions);
 
