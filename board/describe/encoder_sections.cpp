@@ -136,21 +136,37 @@ EncoderDescription readEncoder(Section section, char letter, const Box& box, Tak
   return encoder;
 }
 
-// Two axes that count with one counter, or one channel, are one axis.
+// "counter0" for "/dev/counter0" too.
+std::string_view deviceOf(const CounterEncoder& counter) {
+  const std::string_view device{counter.device};
+  return device.substr(device.rfind('/') + 1);
+}
+
+bool takesEvents(const CounterEncoder& counter) {
+  return counter.latched_by != LatchedBy::polling || counter.has_index;
+}
+
+// Two axes that count with one counter, or one channel, are one axis. The kernel keeps one list of watched events for a
+// device, and one queue: the last reader to open it replaces the list of the others.
 void checkShared(Section& section, char letter, const EncoderDescription& encoder, const Named& before) {
   const auto* const counter = std::get_if<CounterEncoder>(&encoder.by);
   const auto* const receiver = std::get_if<ReceiverEncoder>(&encoder.by);
   for (const auto& [other_letter, described] : before) {
     const auto* const other = std::get_if<CounterEncoder>(&described->by);
     const auto* const other_channel = std::get_if<ReceiverEncoder>(&described->by);
-    const bool same_count = counter != nullptr && other != nullptr && !counter->device.empty() &&
-                            counter->device == other->device && counter->count == other->count;
+    const bool same_device =
+        counter != nullptr && other != nullptr && !counter->device.empty() && deviceOf(*counter) == deviceOf(*other);
+    const bool same_count = same_device && counter->count == other->count;
     const bool same_channel =
         receiver != nullptr && other_channel != nullptr && receiver->channel == other_channel->channel;
     if (same_count || same_channel)
       section.problem(std::string{letter}, std::string{"reads what [encoder."} + other_letter + "] reads: give it " +
                                                (same_count ? "a 'device' or a 'count'" : "a 'channel'") +
                                                " of its own");
+    if (same_device && !same_count && takesEvents(*counter) && takesEvents(*other))
+      section.problem(std::string{letter}, std::string{"takes events of the device that [encoder."} + other_letter +
+                                               "] takes events of, and the kernel gives them to one reader: poll, and "
+                                               "wire marks to [[index]] lines");
   }
 }
 

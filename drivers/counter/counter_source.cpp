@@ -118,8 +118,10 @@ void CounterSource::collect(MonoTime now) {
 void CounterSource::take(const CounterEvent& event) {
   if (event.what == Happened::index) {
     pending_[pending_size_++] = axis_.index(++index_sequence_, event.at);
-  } else {
+  } else if (event.what == Happened::latched && config_.is_latched) {
     latched(event);
+  } else {
+    ++unusable_;
   }
 }
 

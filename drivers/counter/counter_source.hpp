@@ -39,7 +39,7 @@ class CounterSource final : public io::EventSource {
   int descriptor() const override { return port_->descriptor(); }
   std::string_view name() const override { return name_; }
   std::string_view problem() const override { return problem_; }
-  // Events without a value, latches that came twice, and reads that took too long.
+  // Events without a value or of another count, latches that came twice, and reads that took too long.
   std::uint64_t unusable() const override { return unusable_; }
 
   // Root mean square sd of the stamps of polled counts in about the last second; 0 for latched counts.

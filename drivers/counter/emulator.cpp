@@ -29,6 +29,10 @@ void EmulatedCounter::indexPulse(MonoTime stamp) {
   push({.what = Happened::index, .value = 0, .is_valid = true, .at = stamp});
 }
 
+void EmulatedCounter::foreignEvent(std::uint64_t value, MonoTime stamp) {
+  push({.what = Happened::foreign, .value = value, .is_valid = true, .at = stamp});
+}
+
 void EmulatedCounter::plugIn(MonoTime at) {
   is_there_ = true;
   zero_ = motion_(at);

@@ -29,6 +29,8 @@ class EmulatedCounter final : public CounterPort {
   // The sync line latches the count; `stamp`: of the kernel, later than the latch.
   void latch(MonoTime at, MonoTime stamp);
   void indexPulse(MonoTime stamp);
+  // An event of another count of the device.
+  void foreignEvent(std::uint64_t value, MonoTime stamp);
   void unplug() { is_there_ = false, events_.clear(); }
   // The counter counts from 0 again.
   void plugIn(MonoTime at);

@@ -187,6 +187,16 @@ Outcome<void> LinuxCounter::watch(std::uint8_t event, std::uint8_t channel, bool
                ", or poll the count and wire the mark to an [[index]] line"};
 }
 
+// Another process that watches the device changes what it reports.
+Happened LinuxCounter::happenedAt(const counter_watch& watch) const {
+  const auto is = [&](std::uint8_t event, std::uint8_t channel) {
+    return watch.component.parent == described_.count && watch.event == event && watch.channel == channel;
+  };
+  if (described_.has_index && is(COUNTER_EVENT_INDEX, described_.index_channel)) return Happened::index;
+  if (isLatched() && is(eventOf(described_.latched_by), described_.latch_channel)) return Happened::latched;
+  return Happened::foreign;
+}
+
 std::optional<std::size_t> LinuxCounter::readEvents(std::span<CounterEvent> into) {
   if (!events_) return 0;
   std::array<counter_event, kEventsAtOnce> raw{};
@@ -199,10 +209,7 @@ std::optional<std::size_t> LinuxCounter::readEvents(std::span<CounterEvent> into
   if (got <= 0) return std::nullopt;
   const std::size_t count = static_cast<std::size_t>(got) / sizeof(counter_event);
   for (std::size_t i = 0; i < count; ++i) {
-    const auto& watch = raw[i].watch;
-    const bool is_index =
-        described_.has_index && watch.event == COUNTER_EVENT_INDEX && watch.channel == described_.index_channel;
-    into[i] = {.what = is_index ? Happened::index : Happened::latched,
+    into[i] = {.what = happenedAt(raw[i].watch),
                .value = raw[i].value,
                .is_valid = raw[i].status == 0,
                .at = monoTime(static_cast<std::int64_t>(raw[i].timestamp))};

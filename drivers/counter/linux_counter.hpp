@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <linux/counter.h>
 #include <string>
 
 #include "board/describe/encoder.hpp"
@@ -30,6 +31,7 @@ class LinuxCounter final : public CounterPort {
   std::string attribute(const std::string& name) const;
   Outcome<void> openEvents();
   Outcome<void> watch(std::uint8_t event, std::uint8_t channel, bool captured);
+  Happened happenedAt(const counter_watch& watch) const;
   Outcome<void> startTimer();
 
   board::CounterEncoder described_;

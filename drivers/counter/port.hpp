@@ -11,8 +11,8 @@
 // Interface between a counter device, real or emulated, and the code that evaluates its counts.
 namespace probebox::counter {
 
-// Events of a counter that the box watches, as linux/counter.h numbers them.
-enum class Happened : std::uint8_t { latched, index };
+// What an event of a counter device means for one of its counts; foreign: of another count or reader.
+enum class Happened : std::uint8_t { latched, index, foreign };
 
 // One event, as the kernel queued it.
 struct CounterEvent {

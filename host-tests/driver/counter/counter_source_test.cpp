@@ -208,6 +208,32 @@ TEST_F(CounterSourceTest, DoesNotGoOnFromACountThatIsTooOld) {
   EXPECT_EQ(all<SourceLost>().size(), 1U);
 }
 
+TEST_F(CounterSourceTest, TakesNoCountOfAnEventWhereItPolls) {
+  open({}, {});
+  run(5ms);
+  const auto before = all<Count>().size();
+  counts_a_second = 1e9;
+  device->latch(now, now);
+  counts_a_second = 0;
+  run(5ms);
+  EXPECT_EQ(all<Count>().size(), before + 5);
+  for (const auto& count : all<Count>()) EXPECT_EQ(count.counts, 0);
+  EXPECT_EQ(source->unusable(), 1U);
+}
+
+TEST_F(CounterSourceTest, CountsAnEventOfAnotherCountAsUnusable) {
+  open({}, {.is_latched = true});
+  run(5ms);
+  latches = false;
+  run(3ms);
+  device->foreignEvent(500'000, now);
+  latches = true;
+  run(5ms);
+  EXPECT_EQ(all<Count>().size(), 10U);
+  for (const auto& count : all<Count>()) EXPECT_EQ(count.counts, 0);
+  EXPECT_EQ(source->unusable(), 1U);
+}
+
 TEST_F(CounterSourceTest, IsGoneAloneAndComesBack) {
   counts_a_second = 1e5;
   open({}, {.axis = 5});

@@ -5,6 +5,7 @@
 #include <ctime>
 #include <gmock/gmock.h>
 #include <poll.h>
+#include <vector>
 
 #include "mock_counter.hpp"
 
@@ -14,6 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class LinuxCounterTest : public ::testing::Test {
@@ -124,6 +126,40 @@ TEST_F(LinuxCounterTest, AsksForTheEventsThatLatchAndForTheIndex) {
   EXPECT_EQ(toNs(events[1].at), 1'500'000);
   EXPECT_FALSE(events[2].is_valid);
   EXPECT_EQ(counter.readEvents(events), 0U);
+}
+
+// As when another process watches the same device.
+TEST_F(LinuxCounterTest, TakesNoEventThatItDidNotAskFor) {
+  described.has_index = true;
+  LinuxCounter polled{described, 'X', 1ms};
+  ASSERT_TRUE(polled.open().ok());
+  ASSERT_EQ(device->watches().size(), 1U);
+  const auto index = device->watches()[0];
+  auto channel = index, parent = index, event = index;
+  channel.channel = 1;
+  parent.component.parent = 1;
+  event.event = COUNTER_EVENT_CAPTURE;
+  const auto heard = [&](LinuxCounter& counter) {
+    std::array<CounterEvent, 8> events;
+    const auto count = counter.readEvents(events);
+    std::vector<Happened> happened;
+    for (std::size_t i = 0; i < count.value_or(0); ++i) happened.push_back(events[i].what);
+    return happened;
+  };
+  for (const auto& watch : {channel, parent, event, index}) device->push(eventOf(watch, 500, 1'000'000));
+  EXPECT_THAT(heard(polled), ElementsAre(Happened::foreign, Happened::foreign, Happened::foreign, Happened::index));
+
+  described.latched_by = board::LatchedBy::capture;
+  described.latch_channel = 2;
+  LinuxCounter latched{described, 'X', 1ms};
+  ASSERT_TRUE(latched.open().ok());
+  ASSERT_EQ(device->watches().size(), 2U);
+  const auto capture = device->watches()[0];
+  channel = parent = capture;
+  channel.channel = 3;
+  parent.component.parent = 1;
+  for (const auto& watch : {channel, parent, capture}) device->push(eventOf(watch, 500, 1'000'000));
+  EXPECT_THAT(heard(latched), ElementsAre(Happened::foreign, Happened::foreign, Happened::latched));
 }
 
 TEST_F(LinuxCounterTest, SaysWhichKeyAsksForAnEventThatTheDeviceDoesNotReport) {

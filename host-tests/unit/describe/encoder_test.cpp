@@ -122,6 +122,31 @@ TEST(Encoders, AreRefusedWhereTheyCannotBeRead) {
               HasSubstr("box.toml:19: 'encoder.Y' reads what [encoder.X] reads: give it a 'device' or a 'count'"));
 }
 
+std::string kernelCounter(char letter, std::string_view more) {
+  return "[encoder." + std::string{letter} + "]\nkind = \"counter\"\n" + std::string{more} + "\n";
+}
+
+// The kernel has one list of watched events for a device, and one queue.
+TEST(Encoders, OfOneDeviceMayHaveTheEventsOfOneOnly) {
+  constexpr std::string_view kQuad = "device = \"104-quad-8\"\n", kMark = "index = true\n";
+  const auto with_mark = [&](int count) {
+    const auto number = std::to_string(count);
+    return std::string{kQuad} + "count = " + number + "\n" + std::string{kMark} + "index_channel = " + number;
+  };
+  const std::string polled = std::string{kQuad} + "count = 1",
+                    latched = polled + "\nlatched_by = \"capture\"\nlatch_channel = 1";
+  for (const auto& second : {with_mark(1), latched})
+    EXPECT_THAT(problemOfBox(boxText(kernelCounter('X', with_mark(0)) + kernelCounter('Y', second))),
+                AllOf(HasSubstr("'encoder.Y' takes events of the device that [encoder.X] takes events of"),
+                      HasSubstr("poll"), HasSubstr("[[index]]")));
+  EXPECT_THAT(problemOfBox(boxText(kernelCounter('X', with_mark(0)) + kernelCounter('Y', polled) +
+                                   kernelCounter('Z', exchanged(with_mark(2), "104-quad-8", "/dev/104-quad-8")))),
+              HasSubstr("'encoder.Z' takes events of the device that [encoder.X] takes events of"));
+  boxWith(kernelCounter('X', with_mark(0)) + kernelCounter('Y', polled));
+  boxWith(kernelCounter('X', with_mark(0)) +
+          kernelCounter('Y', std::string{"device = \"other\"\n"} + std::string{kMark}));
+}
+
 TEST(Encoders, ThatCountLinesNeedTwoFreeOnesOfOneChip) {
   auto text = std::string{kLinesC};
   text.replace(text.find("line = 21"), 9, "line = 4");
