@@ -9,10 +9,17 @@ namespace probebox::counter {
 namespace {
 
 constexpr double kLearnFor_s = 1;
+constexpr auto kLargest = std::numeric_limits<std::uint64_t>::max();
 
+// Number of values of the count; 0 for 2^64.
 std::uint64_t rangeOf(std::uint8_t bits, const OpenedCount& opened) {
   if (bits > 0) return bits < 64 ? std::uint64_t{1} << bits : 0;
-  return opened.ceiling == std::numeric_limits<std::uint64_t>::max() ? 0 : opened.ceiling + 1;
+  return opened.ceiling.value_or(kLargest) + 1;
+}
+
+// Otherwise a wrap of the device would look like a motion.
+bool isDividedBy(std::uint64_t range, std::uint64_t ceiling) {
+  return range == 0 ? ceiling == kLargest : (ceiling + 1) % range == 0;
 }
 
 // Half the range passes in this time at the axis' highest speed.
@@ -54,18 +61,10 @@ void CounterSource::open(MonoTime now) {
     problem_ = opened.error().what;
     return;
   }
-  if (config_.bits == 0 && opened->ceiling == 0) {
-    port_->close();
-    problem_ = config_.device + " does not say where its count wraps (ceiling): write 'bits' in [encoder." +
-               axis_.letter() + "] of box.toml, or set its ceiling";
-    return;
-  }
   const auto range = rangeOf(config_.bits, *opened);
-  if (config_.bits > 0 && opened->ceiling > 0 && range != 0 && opened->ceiling < range - 1) {
+  if (auto problem = whyNotUnwrapped(*opened, range)) {
     port_->close();
-    problem_ = config_.device + " wraps after its ceiling of " + std::to_string(opened->ceiling) +
-               ", and box.toml says 'bits' = " + std::to_string(config_.bits) + " in [encoder." + axis_.letter() +
-               "]: remove 'bits', or set the ceiling to " + std::to_string(range - 1);
+    problem_ = std::move(*problem);
     return;
   }
   unwrap_ = Unwrap{range, longestUnread(range, config_.fastest_counts_hz)};
@@ -73,6 +72,18 @@ void CounterSource::open(MonoTime now) {
   is_open_ = true;
   has_latch_ = false;
   last_latch_ = now;
+}
+
+std::optional<std::string> CounterSource::whyNotUnwrapped(const OpenedCount& opened, std::uint64_t range) const {
+  if (!opened.ceiling) {
+    if (config_.bits > 0) return std::nullopt;
+    return config_.device + " does not say where its count wraps (ceiling): write 'bits' in [encoder." +
+           axis_.letter() + "] of box.toml";
+  }
+  if (isDividedBy(range, *opened.ceiling)) return std::nullopt;
+  return config_.device + " wraps after its ceiling of " + std::to_string(*opened.ceiling) +
+         ", and box.toml says 'bits' = " + std::to_string(config_.bits) + " in [encoder." + axis_.letter() +
+         "]: remove 'bits', or set the ceiling to " + std::to_string(range - 1);
 }
 
 void CounterSource::lose(MonoTime now) {

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "drivers/counter/port.hpp"
@@ -49,6 +50,8 @@ class CounterSource final : public io::EventSource {
   static constexpr std::size_t kBatch = 64;
 
   void open(MonoTime now);
+  // range: what the count is unwrapped by; 0 for 2^64.
+  std::optional<std::string> whyNotUnwrapped(const OpenedCount& opened, std::uint64_t range) const;
   void lose(MonoTime now);
   void collect(MonoTime now);
   void takePolled();

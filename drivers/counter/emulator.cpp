@@ -6,8 +6,9 @@ namespace probebox::counter {
 
 std::uint64_t EmulatedCounter::shown(MonoTime at) const {
   const auto made = static_cast<std::uint64_t>(motion_(at) - zero_) + config_.power_up;
-  if (config_.ceiling == ~std::uint64_t{0}) return made;
-  const auto range = static_cast<std::int64_t>(config_.ceiling + 1);
+  const auto ceiling = config_.ceiling.value_or(~std::uint64_t{0});
+  if (ceiling == ~std::uint64_t{0}) return made;
+  const auto range = static_cast<std::int64_t>(ceiling + 1);
   const auto left = static_cast<std::int64_t>(made) % range;
   return static_cast<std::uint64_t>(left < 0 ? left + range : left);
 }

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "drivers/counter/port.hpp"
@@ -13,7 +14,8 @@ namespace probebox::counter {
 class EmulatedCounter final : public CounterPort {
  public:
   struct Config {
-    std::uint64_t ceiling{0xFFFF'FFFF};
+    // nullopt: wraps at 2^64, and does not say so.
+    std::optional<std::uint64_t> ceiling{0xFFFF'FFFF};
     std::uint64_t power_up{};  // what it shows before the axis moves
     Nanoseconds interval{};    // of polling; zero: none
     std::size_t queue_events{64};

@@ -78,10 +78,7 @@ Outcome<OpenedCount> LinuxCounter::open() {
       return opened.error();
     }
   }
-  OpenedCount opened;
-  const auto ceiling = attribute("ceiling");
-  std::from_chars(ceiling.data(), ceiling.data() + ceiling.size(), opened.ceiling);
-  return opened;
+  return OpenedCount{.ceiling = ceiling()};
 }
 
 void LinuxCounter::close() {
@@ -117,6 +114,13 @@ std::string LinuxCounter::attribute(const std::string& name) const {
   return textOf(folder_ / name);
 }
 
+std::optional<std::uint64_t> LinuxCounter::ceiling() const {
+  const auto text = attribute("ceiling");
+  std::uint64_t value = 0;
+  if (std::from_chars(text.data(), text.data() + text.size(), value).ec != std::errc{}) return std::nullopt;
+  return value;
+}
+
 // A device that is set up to count something else gives numbers that look well.
 std::optional<Error> LinuxCounter::whyNotCounting() const {
   const auto set = [&](const std::string& name, const std::string& value) {
@@ -129,6 +133,11 @@ std::optional<Error> LinuxCounter::whyNotCounting() const {
                  set("function", "\"quadrature x4\"")};
   if (!mode.empty() && mode != "normal" && mode != "modulo-n")
     return Error{described_.device + " stops at its ends (count_mode \"" + mode + "\")" + set("count_mode", "normal")};
+  if (ceiling() == 0) {
+    const unsigned bits = described_.bits > 0 && described_.bits < 64 ? described_.bits : 32;
+    return Error{described_.device + " has a ceiling of 0, so that its count stays at 0" +
+                 set("ceiling", std::to_string((std::uint64_t{1} << bits) - 1))};
+  }
   return std::nullopt;
 }
 

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <linux/counter.h>
+#include <optional>
 #include <string>
 
 #include "board/describe/encoder.hpp"
@@ -29,6 +30,7 @@ class LinuxCounter final : public CounterPort {
   Outcome<void> find();
   std::optional<Error> whyNotCounting() const;
   std::string attribute(const std::string& name) const;
+  std::optional<std::uint64_t> ceiling() const;
   Outcome<void> openEvents();
   Outcome<void> watch(std::uint8_t event, std::uint8_t channel, bool captured);
   Happened happenedAt(const counter_watch& watch) const;

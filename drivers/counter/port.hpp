@@ -31,7 +31,7 @@ struct PolledCount {
 
 // Properties of a count, read when its device is opened.
 struct OpenedCount {
-  std::uint64_t ceiling{};  // the largest value before it wraps to 0; 0: the device does not say
+  std::optional<std::uint64_t> ceiling;  // the largest value before it wraps to 0, never 0; nullopt: not known
 };
 
 // One count of a counter device: real or emulated.

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <limits>
 #include <random>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -261,7 +262,18 @@ TEST_F(CounterSourceTest, RefusesBitsThatTheDeviceContradicts) {
   open({.ceiling = 9999}, {.bits = 16});
   EXPECT_THAT(std::string{source->problem()},
               HasSubstr("wraps after its ceiling of 9999, and box.toml says 'bits' = 16"));
-  open({.ceiling = 0}, {});
+  for (const auto& [ceiling, bits] : {std::pair{std::uint64_t{99'999}, std::uint8_t{16}},
+                                      {std::uint64_t{0x2FFFF}, std::uint8_t{17}},
+                                      {std::uint64_t{0xFFFF'FFFF}, std::uint8_t{64}}}) {
+    open({.ceiling = ceiling}, {.bits = bits});
+    EXPECT_THAT(std::string{source->problem()},
+                HasSubstr("wraps after its ceiling of " + std::to_string(ceiling) + ", and box.toml says 'bits'"));
+  }
+  for (const std::uint64_t ceiling : {std::uint64_t{0x1FF'FFFF}, ~std::uint64_t{0}}) {
+    open({.ceiling = ceiling}, {.bits = 24});
+    EXPECT_EQ(source->problem(), "") << "turns of 24 bits fit into its range";
+  }
+  open({.ceiling = std::nullopt}, {});
   EXPECT_THAT(std::string{source->problem()}, HasSubstr("does not say where its count wraps"));
 }
 

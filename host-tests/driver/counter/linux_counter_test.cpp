@@ -5,6 +5,7 @@
 #include <ctime>
 #include <gmock/gmock.h>
 #include <poll.h>
+#include <utility>
 #include <vector>
 
 #include "mock_counter.hpp"
@@ -93,6 +94,23 @@ TEST_F(LinuxCounterTest, RefusesADeviceThatIsSetUpForSomethingElse) {
   device->set("function", "quadrature x4");
   device->set("count_mode", "range limit");
   EXPECT_THAT(problem(), HasSubstr("stops at its ends"));
+}
+
+// As an eQEP before its udev rule has run: it shows 0 whatever the axis does, and no 'bits' can change that.
+TEST_F(LinuxCounterTest, RefusesACeilingOfZero) {
+  device->set("ceiling", "0");
+  for (const auto& [bits, largest] : {std::pair{std::uint8_t{0}, "4294967295"}, {std::uint8_t{16}, "65535"}}) {
+    described.bits = bits;
+    EXPECT_THAT(problem(),
+                AllOf(HasSubstr("has a ceiling of 0, so that its count stays at 0: echo " + std::string{largest} +
+                                " > /sys/bus/counter/devices/counter3/count0/ceiling"),
+                      HasSubstr("udev rule")));
+  }
+  device->set("ceiling", "");
+  LinuxCounter silent{described, 'X', 1ms};
+  const auto opened = silent.open();
+  ASSERT_TRUE(opened.ok()) << opened.error().what;
+  EXPECT_FALSE(opened->ceiling) << "a driver that does not say";
 }
 
 TEST_F(LinuxCounterTest, AsksForTheEventsThatLatchAndForTheIndex) {
