@@ -37,7 +37,8 @@ struct PacketHeader {
 // Bits of Sample::status. Others are 0 and reserved.
 namespace status {
 inline constexpr std::uint16_t kClipped = 1U << 0U;  // a channel is at the end of its range
-// Counter 0 has lost counts since the sample before; the next bits are those of the next counters. Version 2.
+// Counter 0 has lost counts since the last sample that was sent; the next bits are those of the next counters.
+// Version 2.
 inline constexpr unsigned kFirstCounterFault = 8;
 }  // namespace status
 
@@ -48,8 +49,7 @@ struct Sample {
     field("channels_nm", self.channels_nm, "nm at unit gain, channels a, b, c");
     field("status", self.status,
           "bit 0: a channel is at the end of its range; bit 8 + k (version 2): counter k has lost counts since the "
-          "sample "
-          "before, such as by a broken wire; other bits are 0");
+          "last sample that was sent, such as by a broken wire; other bits are 0");
   }
   friend constexpr bool operator==(const Sample&, const Sample&) = default;
 };

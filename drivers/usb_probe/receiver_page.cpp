@@ -79,6 +79,9 @@ taken. They do not wrap. After the last sample come the index latches, )" +
 - Absolute encoders (SSI, BiSS-C, EnDat) are read at the sample and sent as a count; `absolute = true` in box.toml marks them. A
   failed reading is a counter fault (bit 8 + k of `status`) with the last good count.
 - A broken wire or an impossible transition of A and B is a counter fault too. The axis is then referenced anew.
+- When an incremental counter has lost counts, its bit stays set until the host has taken a packet with it (its transfer has
+  completed), because the box keeps the reference of an axis over packets that were dropped or discarded. The bit of a failed
+  reading of an absolute encoder goes with its own sample only.
 
 ## Rules
 - The counter counts every sample on the receiver's own oscillator, which must be within 200 ppm of `rate_hz` in probe.toml. A

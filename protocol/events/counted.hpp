@@ -40,7 +40,7 @@ struct CountedAxes {
     field("counter", self.counter, "the receiver's sample counter: that of the deflection before");
     field("axes", self.axes, "whose counts there are: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
     field("counts", self.counts, "encoder counts, X Y Z A B C; their size is in machine.toml");
-    field("faults", self.faults, "axes, as above, whose counter has lost counts since the sample before");
+    field("faults", self.faults, "axes, as above, whose counter has lost counts since the last sample that was sent");
     field("at", self.at, "ns, monotonic, of this boot: when the sample arrived, which is later than it was taken");
   }
 };
