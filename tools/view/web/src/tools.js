@@ -6,10 +6,11 @@ const count = (n, word) => `${n} ${word}${n === 1 ? "" : "s"}`;
 const ROTARY = ["a", "b", "c"];
 const signed = (mm) => `${mm < 0 ? "-" : "+"}${Math.abs(mm).toFixed(4)}`;
 
-// Lengths of the assemblies in force: for motion control L4 and W2, for simulation L3 and W1 (CN103801980, C2 to C4).
+// Lengths of the assemblies in force here: for motion control L4 and W2, for simulation L3 and W1 (CN103801980, C2 to C4).
 async function assemblies() {
   const all = await get("results");
-  const some = all.filter((one) => /^assembly-\d+$/.test(one.subject) && (one.state === "active" || one.state === "proposed"));
+  const counts = (one) => one.state === "proposed" || (one.state === "active" && !one.why_not_in_force);
+  const some = all.filter((one) => /^assembly-\d+$/.test(one.subject) && counts(one));
   const newest = new Map();
   for (const one of some) if (one.state === "active" || !newest.has(one.subject)) newest.set(one.subject, one);
   return [...newest.values()].map((one) => {
