@@ -131,7 +131,11 @@ export function live(main) {
     const c = one.corrections;
     // Samples hold what the encoders count; where an axis is referenced, the box knows its machine position.
     channels.filter((channel) => channel.name.startsWith("position")).forEach((channel, k) => {
-      channel.machine = c?.axes[k]?.referenced === true;
+      if (!c) { // a recording has none, and a box may fail to answer once: then what it said before still holds
+        if (channel.machine === undefined) say(channel.note, `${channel.unit}, as counted`);
+        return;
+      }
+      channel.machine = c.axes[k]?.referenced === true;
       say(channel.note, channel.machine ? `${channel.unit}, machine` : `${channel.unit}, not referenced`);
       if (channel.machine) say(channel.output, c.axes[k].position_mm.toFixed(4));
     });
