@@ -56,6 +56,8 @@ export function results(main) {
     show(detail, h("p", null, "…"));
     try {
       const one = await get("result", { id });
+      const compared = one.state === "proposed" ? beside(await get("comparison", { id })) : null;
+      if (chosen !== id) return; // another one was chosen meanwhile
       const summary = all.find((other) => other.id === id);
       const rests = summary?.rests_on ?? [];
       const frame = h("div");
@@ -68,12 +70,12 @@ export function results(main) {
         (one.warnings ?? []).map((warning) => h("p", { class: "verdict warned" }, warning)),
         one.quantities && quantities(one), trend(all, id),
         rests.length > 0 && [h("h4", null, "Rests on"), h("ul", null, rests.map((r) => h("li", { class: r.retired ? "failed" : null }, h("a", { href: `#results/${r.id}`, onclick: () => choose(r.id) }, `result ${r.id}`), ` (${r.subject})`, r.retired && ", which is retired: measure this one again")))],
-        one.state === "proposed" && [h("h4", null, "Beside the one in force"), beside(await get("comparison", { id })), acceptance(id, () => { load(); })],
+        one.state === "proposed" && [h("h4", null, "Beside the one in force"), compared, acceptance(id, () => { load(); })],
         h("h4", null, "History"), h("ul", { class: "small" }, one.history.map((t) => h("li", null, `${day(t.utc)}  ${t.state}${t.by ? ` by ${t.by}` : ""}${t.remark ? ` (${t.remark})` : ""}`))),
         one.state === "active" && h("p", { class: "bar" }, by, back, h("span", { role: "alert", class: "said" })),
         one.dataset_kept && h("p", { class: "bar" }, h("button", { onclick: () => show(frame, h("iframe", { src: `/api/report?id=${id}`, title: `Report of result ${id}`, sandbox: "" })) }, "Report in place"), h("a", { href: `/api/report?id=${id}`, target: "_blank", rel: "noopener" }, "in a page of its own")), frame);
     } catch (error) {
-      show(detail, h("p", { class: "verdict failed" }, error.message));
+      if (chosen === id) show(detail, h("p", { class: "verdict failed" }, error.message));
     }
   }
   async function load() {
