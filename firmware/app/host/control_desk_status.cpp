@@ -119,7 +119,7 @@ std::string ControlDesk::procedureInWords(const box::State& state) const {
     case procedure::State::waiting:
     case procedure::State::running: {
       std::string text = procedure::promptFor(plan_, progress.step);
-      if (progress.timed_out) text += "(again: the end marker of the step never came)";
+      if (progress.timed_out) text += " (again: the end marker of the step never came)";
       if (progress.last_fault != capture::TouchFault::none)
         text += std::string{" (again: "} + capture::explain(progress.last_fault) + ")";
       return text;
