@@ -7,17 +7,40 @@ namespace {
 
 constexpr std::size_t kMostSlots = 6000;  // as many as a page keeps: a minute, for an answer that takes its time
 
+bool isWide(const messages::ChannelDescription& channel) {
+  return channel.bytes > 4 || (channel.bytes == 4 && !channel.is_signed);
+}
+
 }  // namespace
 
+void LiveFeed::Counts::add(std::int64_t count) {
+  if (wide_) {
+    wides_.push_back(count);
+  } else {
+    narrows_.push_back(static_cast<std::int32_t>(std::clamp<std::int64_t>(count, INT32_MIN, INT32_MAX)));
+  }
+}
+
+void LiveFeed::Counts::clear() {
+  narrows_.clear();
+  wides_.clear();
+}
+
 void LiveFeed::describe(const messages::Descriptor& descriptor) {
-  std::vector<double> scales;
-  for (const auto& channel : descriptor.channels) scales.push_back(channel.scale);
-  if (scales == scales_) return;
-  scales_ = std::move(scales);
+  const auto same = [](const auto& channel, double scale, const Counts& counts) {
+    return channel.scale == scale && isWide(channel) == counts.wide();
+  };
+  bool known = descriptor.channels.size() == scales_.size();
+  for (std::size_t c = 0; known && c < scales_.size(); ++c) known = same(descriptor.channels[c], scales_[c], raw_[c]);
+  if (known) return;
+  scales_.clear();
+  raw_.clear();
   slots_.clear();
   times_.clear();
-  raw_.assign(scales_.size(), {});
-  origin_.assign(scales_.size(), 0);
+  for (const auto& channel : descriptor.channels) {
+    scales_.push_back(channel.scale);
+    raw_.emplace_back(isWide(channel));
+  }
 }
 
 double LiveFeed::scaled(std::size_t channel, std::int64_t count) const {
@@ -41,14 +64,13 @@ void LiveFeed::add(const link::DecodedBlock& block) {
       const auto value = block.column(c)[k];
       auto& extent = slots_.back().channels[c];
       extent = opens ? Extent{value, value} : Extent{std::min(extent.low, value), std::max(extent.high, value)};
-      if (raw_[c].empty()) origin_[c] = value;
-      raw_[c].push_back(static_cast<std::int32_t>(std::clamp<std::int64_t>(value - origin_[c], INT32_MIN, INT32_MAX)));
+      raw_[c].add(value);
     }
     times_.push_back(at);
   }
   while (times_.size() > kMostRaw) {
     times_.pop_front();
-    for (auto& channel : raw_) channel.pop_front();
+    for (auto& channel : raw_) channel.dropOldest();
   }
   while (slots_.size() > kMostSlots) slots_.pop_front();
 }
@@ -70,6 +92,15 @@ Json LiveFeed::fresh() {
   return {{"slot_ns", kSlot_ns}, {"slots", numbers}, {"low", low}, {"high", high}};
 }
 
+LiveFeed::Extent LiveFeed::extentOf(std::size_t channel, std::size_t first, std::size_t end) const {
+  Extent extent{raw_[channel].at(first), raw_[channel].at(first)};
+  for (std::size_t k = first; k < end; ++k) {
+    extent.low = std::min(extent.low, raw_[channel].at(k));
+    extent.high = std::max(extent.high, raw_[channel].at(k));
+  }
+  return extent;
+}
+
 Json LiveFeed::window(std::int64_t from_ns, std::int64_t to_ns, std::size_t columns) const {
   const auto first = static_cast<std::size_t>(std::ranges::lower_bound(times_, from_ns) - times_.begin());
   const auto last = static_cast<std::size_t>(std::ranges::upper_bound(times_, to_ns) - times_.begin());
@@ -80,10 +111,9 @@ Json LiveFeed::window(std::int64_t from_ns, std::int64_t to_ns, std::size_t colu
   for (std::size_t c = 0; c < raw_.size(); ++c) {
     Json lows = Json::array(), highs = Json::array();
     for (std::size_t at = first; at < last; at += step) {
-      const auto end = raw_[c].begin() + static_cast<std::ptrdiff_t>(std::min(last, at + step));
-      const auto [least, most] = std::minmax_element(raw_[c].begin() + static_cast<std::ptrdiff_t>(at), end);
-      lows.push_back(scaled(c, origin_[c] + *least));
-      highs.push_back(scaled(c, origin_[c] + *most));
+      const auto [least, most] = extentOf(c, at, std::min(last, at + step));
+      lows.push_back(scaled(c, least));
+      highs.push_back(scaled(c, most));
     }
     low.push_back(std::move(lows));
     high.push_back(std::move(highs));
@@ -93,8 +123,7 @@ Json LiveFeed::window(std::int64_t from_ns, std::int64_t to_ns, std::size_t colu
 
 Json LiveFeed::newest() const {
   Json all = Json::array();
-  for (std::size_t c = 0; c < raw_.size() && !times_.empty(); ++c)
-    all.push_back(scaled(c, origin_[c] + raw_[c].back()));
+  for (std::size_t c = 0; c < raw_.size() && !times_.empty(); ++c) all.push_back(scaled(c, raw_[c].newest()));
   return all;
 }
 
