@@ -85,12 +85,50 @@ def check_tips(probebox, uri, read, folder):
     assert any(row["tip_x_mm"] for row in rows)
 
 
-def check_damage(read, path, folder):
-    data = bytearray(path.read_bytes())
-    data[len(data) // 2] ^= 0x01
-    (folder / "damaged.pbx").write_bytes(data)
-    whole, damaged = read(str(path)), read(str(folder / "damaged.pbx"))
+def delimited(bare):
+    """A frame as it stands in a recording: COBS, and its end."""
+    out = bytearray()
+    for group in (bare + b"\0").split(b"\0")[:-1]:
+        while len(group) >= 254:
+            out += b"\xff" + group[:254]
+            group = group[254:]
+        out += bytes([len(group) + 1]) + group
+    return bytes(out) + b"\0"
+
+
+def of_another_boot(reader, data):
+    """The same, with another boot_id in its WELCOME, whose last field that is."""
+    bare = reader._uncobs(next(piece for piece in data.split(b"\0") if piece))
+    changed = bare[:-4 - 16] + bytes(16 * [0xA5])
+    return delimited(changed + reader.crc32c(changed).to_bytes(4, "little")) + data[data.index(b"\0", 1) + 1:]
+
+
+def check_damage(reader, path, folder):
+    data = path.read_bytes()
+
+    def read(name, content):
+        (folder / name).write_bytes(content)
+        return reader.read(str(folder / name))
+
+    whole = reader.read(str(path))
+    assert whole.closed and whole.missing_frames == whole.cut_bytes == 0
+    flipped = bytearray(data)
+    flipped[len(data) // 2] ^= 0x01
+    damaged = read("damaged.pbx", flipped)
     assert 1 <= damaged.damaged_frames <= 2 and len(damaged) <= len(whole)
+    assert damaged.missing_frames == 1 or damaged.damaged_frames == 2
+    cut = read("cut.pbx", data[:-5])
+    assert cut.cut_bytes > 0 and not cut.closed and cut.damaged_frames == 0
+    frames = data.split(b"\0")
+    holed = read("holed.pbx", b"\0".join(frames[:len(frames) // 2] + frames[len(frames) // 2 + 1:]))
+    assert holed.missing_frames == 1 and holed.damaged_frames == 0 and holed.closed
+    # A link that was made anew, and a box that was restarted.
+    again = read("again.pbx", data + data)
+    assert again.boot.tolist() == whole.boot.tolist() and again.sample.tolist() == whole.sample.tolist()
+    assert again.missing_frames == 0 and again.closed
+    two = read("two.pbx", data + of_another_boot(reader, data))
+    assert two.damaged_frames == 0 and two.boot.tolist() == [0] * len(whole) + [1] * len(whole)
+    assert two.sample.tolist() == 2 * whole.sample.tolist()
 
 
 def main(probeboxd, probebox, readers):
@@ -101,7 +139,7 @@ def main(probeboxd, probebox, readers):
         check_codings(probebox, reader.read, folder)
         path = recording(probebox, uri, folder)
         count = check_recording(probebox, reader.read, path, folder)
-        check_damage(reader.read, path, folder)
+        check_damage(reader, path, folder)
         accept_a_delay(probebox, uri)
         check_tips(probebox, uri, reader.read, folder)
         print(f"{count} samples as `export` has them")
