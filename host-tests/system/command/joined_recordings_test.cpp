@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +10,7 @@
 #include "runtime_directory.hpp"
 #include "tools/link/recording_maker.hpp"
 
-// Recordings joined by `cat`, whose channels change in the middle.
+// Recordings joined by `cat`: channels that change in the middle, links that end without a closing ledger.
 namespace probebox::command {
 namespace {
 
@@ -19,6 +21,68 @@ std::string packed(const std::string& table) {
   const auto done = probebox({"pack", "-", "-"}, table);
   EXPECT_EQ(done.status, 0) << done.err;
   return done.out;
+}
+
+// The recording of a box with another boot id.
+struct OfBoot : link::StreamListener {
+  explicit OfBoot(std::byte id) : id_{id} {}
+  void onFrame(const frame::Frame& frame) override {
+    auto welcome = messages::decode<messages::Welcome>(frame.payload);
+    if (frame.header.type != static_cast<std::uint8_t>(messages::MessageType::welcome) || !welcome) {
+      EXPECT_TRUE(writer_.write(frame));
+      return;
+    }
+    welcome->boot_id.fill(id_);
+    const auto payload = messages::encoded(*welcome);
+    auto header = frame.header;
+    header.payload_length = static_cast<std::uint16_t>(payload.size());
+    EXPECT_TRUE(writer_.write({header, payload}));
+  }
+  std::string of(const std::string& recording) {
+    std::istringstream in{recording};
+    EXPECT_TRUE(link::readRecording(in, *this).ok());
+    return out_.str();
+  }
+
+ private:
+  std::byte id_;
+  std::ostringstream out_;
+  link::RecordingWriter writer_{out_};
+};
+
+std::string ofBoot(std::byte id, const std::string& recording) {
+  return OfBoot{id}.of(recording);
+}
+
+// Without its last frame, the closing ledger: the process was killed, or the box.
+std::string withoutEnd(const std::string& recording) {
+  return recording.substr(0, recording.rfind('\0', recording.size() - 2) + 1);
+}
+
+std::string rows(int first, int end) {
+  std::string table = "sample,x\n";
+  for (int k = first; k < end; ++k) table += std::to_string(k) + "," + std::to_string(k % 100) + "\n";
+  return packed(table);
+}
+
+// 90 samples under each of two descriptors.
+std::string underTwoDescriptors() {
+  std::ostringstream out;
+  link::RecordingMaker maker{out, messages::Profile::fast, 30};
+  std::vector<std::int64_t> column(90, 5);
+  const std::array<std::span<const std::int64_t>, 1> columns{column};
+  messages::Descriptor descriptor;
+  descriptor.channels = {{"x", "nm", 1.0, 4, true, ""}};
+  EXPECT_TRUE(maker.begin(descriptor) && maker.add({500}, columns));
+  descriptor.delay.result_id = 9;
+  EXPECT_TRUE(maker.describe(descriptor) && maker.add({590}, columns) && maker.end());
+  return out.str();
+}
+
+// Without its first `count` frames.
+std::string withoutFrames(std::string recording, int count) {
+  for (; count > 0; --count) recording.erase(0, recording.find('\0', 1) + 1);
+  return recording;
 }
 
 // Handshake and ledger of a stream that has one channel and no sample.
@@ -51,6 +115,35 @@ TEST(JoinedRecordings, EndANumPyTableWhereAChannelBecomesWider) {
   const auto text = probebox({"unpack", "-", "-"}, bytes);
   EXPECT_EQ(text.status, 0) << text.err;
   EXPECT_EQ(text.out, "sample,x\n1,1\n2,1000\n");
+}
+
+TEST(JoinedRecordings, AreNotWholeWhereTheBoxWasRestartedWithinAStream) {
+  const auto before = ofBoot(std::byte{1}, rows(0, 100)), after = ofBoot(std::byte{2}, rows(0, 50));
+  EXPECT_EQ(probebox({"verify", "-"}, before + after).status, 0) << "each has its end";
+  const auto found = probebox({"verify", "-", "--json"}, withoutEnd(before) + after);
+  EXPECT_EQ(found.status, 1) << found.out;
+  EXPECT_THAT(found.out, HasSubstr("restarted"));
+  const auto exported = probebox({"unpack", "-", "-"}, withoutEnd(before) + after);
+  EXPECT_EQ(exported.status, 1);
+  EXPECT_THAT(exported.err, HasSubstr("not whole"));
+}
+
+TEST(JoinedRecordings, AreNotWholeWhereALinkEndedAndTheNextBeganLater) {
+  EXPECT_EQ(probebox({"verify", "-"}, rows(0, 100) + rows(150, 200)).status, 0) << "each has its end";
+  EXPECT_EQ(probebox({"verify", "-"}, withoutEnd(rows(0, 100)) + rows(80, 200)).status, 0) << "resumed";
+  const auto found = probebox({"verify", "-", "--json"}, withoutEnd(rows(0, 100)) + rows(150, 200));
+  EXPECT_EQ(found.status, 1) << found.out;
+  EXPECT_THAT(found.out, HasSubstr("50 samples are missing between"));
+}
+
+TEST(JoinedRecordings, AreNotWholeWithoutTheirBeginning) {
+  const auto whole = underTwoDescriptors();
+  ASSERT_EQ(probebox({"verify", "-"}, whole).status, 0);
+  const auto found = probebox({"verify", "-", "--json"}, withoutFrames(whole, 6));  // up to the second DESCRIPTOR
+  EXPECT_EQ(found.status, 1) << found.out;
+  EXPECT_EQ(found.object()["received_samples"], 90);
+  EXPECT_EQ(found.object()["lost_on_link_samples"], 90);
+  EXPECT_THAT(found.out, HasSubstr("90 samples are missing"));
 }
 
 }  // namespace

@@ -21,6 +21,48 @@ ExitStatus conclude(const Trouble& trouble, Console& console) {
   return trouble.status == ExitStatus::interrupted ? trouble.status : console.fail(trouble);
 }
 
+void RecordingSums::onWelcome(const messages::Welcome& welcome) {
+  const auto restarts = joined_.restarts();
+  joined_.link(welcome.boot_id);
+  if (joined_.restarts() == restarts) return;
+  ends_unknown += open_;
+  open_ = false;
+}
+
+// Samples between two recordings that both have their ends were not asked for.
+template <class Tell>
+void RecordingSums::follow(Tell tell) {
+  const auto before = joined_.now().unexplained;
+  tell();
+  if (open_) missing_between += joined_.now().unexplained - before;
+  open_ = true;
+}
+
+void RecordingSums::onBlock(const link::DecodedBlock& block) {
+  received += block.header.count;
+  follow([&] { joined_.block(block.header.first, block.header.count); });
+}
+
+void RecordingSums::onGap(const messages::Gap& gap) {
+  declared_lost += gap.count;
+  follow([&] { joined_.gap(gap); });
+}
+
+void RecordingSums::onHole(const messages::Gap& hole) {
+  lost_on_link += hole.count;
+  follow([&] { joined_.hole(hole); });
+}
+
+void RecordingSums::onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) {
+  if (!balance) return;
+  ++heartbeats;
+  inexact += !balance->exact;
+  const auto before = joined_.now().lost_on_link;
+  joined_.heartbeat(beat, balance);
+  lost_on_link += joined_.now().lost_on_link - before;
+  open_ = beat.streaming;
+}
+
 std::vector<std::string> faultsOf(const RecordingSums& sums, const link::RecordingEnd& end) {
   std::vector<std::string> faults;
   const auto say = [&](std::uint64_t count, const std::string& what, const std::string& of_one,
@@ -32,11 +74,17 @@ std::vector<std::string> faultsOf(const RecordingSums& sums, const link::Recordi
   say(end.frames.bad(), "frame", "is damaged", "are damaged");
   say(end.frames_missing, "frame", "is missing", "are missing",
       ", with " + std::to_string(sums.lost_on_link) + (sums.lost_on_link == 1 ? " sample" : " samples"));
+  say(end.frames_missing == 0 ? sums.lost_on_link : 0, "sample", "is missing", "are missing",
+      " with frames that have no number, such as before a beginning that is cut off");
   say(end.faults.malformed, "frame", "is", "are", " without a message of the type that is stated");
   say(end.faults.other_major, "frame", "is", "are", " of another protocol version");
   say(end.faults.unreadable_blocks, "block", "cannot be read", "cannot be read",
       ": the descriptor is missing or the coding unknown");
   say(end.unexplained, "sample", "is", "are", " missing and not declared lost");
+  say(sums.missing_between, "sample", "is missing", "are missing",
+      " between two links, of which the first has no closing ledger");
+  say(sums.ends_unknown, "stream", "has no end", "have no end",
+      ": the box was restarted, and what it produced before is unknown");
   say(sums.inexact, "heartbeat", "does", "do", " not balance: received + declared lost differs from produced");
   if (!end.triggers_exact) faults.emplace_back("the numbers of its triggers do not agree with its heartbeats");
   if (end.cut_bytes > 0) {

@@ -7,6 +7,7 @@
 #include "protocol/units/outcome.hpp"
 #include "tools/link/recording.hpp"
 #include "tools/probebox/cli/console.hpp"
+#include "tools/probebox/text/sample_tally.hpp"
 
 namespace probebox::command {
 
@@ -23,21 +24,29 @@ Outcome<link::RecordingEnd, Trouble> readThrough(const std::string& path, link::
 // Reports a failure and returns its exit status; an interruption by Ctrl-C is not reported.
 ExitStatus conclude(const Trouble& trouble, Console& console);
 
-// Sums the samples, losses and triggers of a recording over all of its links.
+// Sums the samples, losses and triggers of a recording over all of its links, and judges how each link follows the one
+// before.
 struct RecordingSums : link::StreamListener {
-  void onBlock(const link::DecodedBlock& block) override { received += block.header.count; }
-  void onGap(const messages::Gap& gap) override { declared_lost += gap.count; }
-  void onHole(const messages::Gap& hole) override { lost_on_link += hole.count; }
-  void onHeartbeat(const messages::Heartbeat&, const std::optional<link::Balance>& balance) override {
-    if (!balance) return;
-    ++heartbeats;
-    inexact += !balance->exact;
-  }
+  void onWelcome(const messages::Welcome& welcome) override;
+  void onBlock(const link::DecodedBlock& block) override;
+  void onGap(const messages::Gap& gap) override;
+  void onHole(const messages::Gap& hole) override;
+  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override;
   void onTrigger(const messages::Trigger&) override { ++triggers.received; }
   void onTriggerGap(const messages::TriggerGap& gap) override { triggers.declared_lost += gap.count; }
   void onTriggerHole(const messages::TriggerGap& hole) override { triggers.inferred_lost += hole.count; }
-  std::uint64_t received{}, declared_lost{}, lost_on_link{}, heartbeats{}, inexact{};
+  std::uint64_t received{}, declared_lost{}, heartbeats{}, inexact{};
+  std::uint64_t lost_on_link{};     // in holes, and before the first sample of a stream
+  std::uint64_t missing_between{};  // after a link without a closing ledger, before the first sample of the next
+  std::uint64_t ends_unknown{};     // streams without a closing ledger that a restart of the box ended
   link::TriggerAccount triggers;
+
+ private:
+  template <class Tell>
+  void follow(Tell tell);
+
+  SampleTally joined_;
+  bool open_{};  // samples came after the last closing ledger
 };
 
 // Explains each fault of a recording to a person; empty when it is complete and exact.

@@ -30,6 +30,7 @@ class Rows : public link::StreamListener {
   Rows(RowWriter& writer, Console& console) : writer_{writer}, console_{console} {}
 
   void onWelcome(const messages::Welcome& welcome) override {
+    sums_.onWelcome(welcome);
     if (boot_id_ && *boot_id_ != welcome.boot_id) {
       next_.reset();  // sample indices begin anew, and so do numbers of triggers
       next_trigger_ = 0;
