@@ -49,13 +49,14 @@ Outcome<Balance, Failure> Client::finish(const Wait& wait) {
   while (state_ != LinkState::lost && box_streams_) {
     if (!round(wait)) return Failure{Failure::Kind::timed_out, {}, "the box did not close the stream in time"};
   }
-  if (state_ == LinkState::lost) return *failure_;
+  if (failure_) return *failure_;
   if (const auto& balance = reader_.ledger().balance()) return *balance;
-  return Failure{Failure::Kind::box_refused, {}, "the stream did not start; check whether START was refused"};
+  return Failure{Failure::Kind::no_protocol, {}, "the box closed the stream without an account of it"};
 }
 
 void Client::start(messages::Start start) {
   start.credit_bytes = options_.window_bytes;
+  if (state_ != LinkState::lost) failure_.reset();  // such as an earlier START's
   wanted_ = start;
   box_streams_ = true;  // until a heartbeat says otherwise
   received_bytes_ = 0;

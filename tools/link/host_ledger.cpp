@@ -45,7 +45,11 @@ messages::Gap HostLedger::gap(const messages::Gap& gap) {
 messages::Gap HostLedger::heartbeat(const messages::Heartbeat& beat) {
   if (beat.stream_number == 0 || (closed_ && beat.stream_number == stream_)) return {};
   enter(beat);
-  if (beat.produced == 0 && !begun_) return {};
+  if (beat.produced == 0 && !begun_) {
+    if (!beat.streaming) balance_ = Balance{{}, 0, true};  // stopped before its first sample
+    closed_ = !beat.streaming;
+    return {};
+  }
   if (!begun_) {
     openStream(beat.start);
   } else if (beat.start < start_) {

@@ -37,7 +37,7 @@ class HostLedger {
   messages::Gap gap(const messages::Gap& gap);
   messages::Gap heartbeat(const messages::Heartbeat& beat);
 
-  // As of the last heartbeat; nothing before the first one of a stream.
+  // As of the last heartbeat; nothing before the first one of a stream that has samples, or is closed without any.
   const std::optional<Balance>& balance() const { return balance_; }
   const Account& account() const { return account_; }
   std::uint64_t framesMissing() const { return frames_missing_; }

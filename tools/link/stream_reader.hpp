@@ -48,7 +48,7 @@ class StreamListener {
   // Triggers that the box declared lost, and those in frames lost on the link.
   virtual void onTriggerGap(const messages::TriggerGap&) {}
   virtual void onTriggerHole(const messages::TriggerGap&) {}
-  // `balance` is empty before the stream's first sample.
+  // `balance` is empty before the stream's first sample, unless it is closed without one.
   virtual void onHeartbeat(const messages::Heartbeat&, const std::optional<Balance>& /*balance*/) {}
   virtual void onRefusal(const messages::Refusal&) {}
   virtual void onAnswer(const messages::Answer&) {}

@@ -146,5 +146,13 @@ TEST(JoinedRecordings, AreNotWholeWithoutTheirBeginning) {
   EXPECT_THAT(found.out, HasSubstr("90 samples are missing"));
 }
 
+TEST(JoinedRecordings, WithoutASampleAreWhole) {
+  const auto verified = probebox({"verify", "-", "--json"}, withoutSamples());
+  EXPECT_EQ(verified.status, 0) << verified.out;
+  EXPECT_TRUE(verified.object()["end_known"]);
+  EXPECT_EQ(probebox({"verify", "-"}, withoutSamples() + rows(100, 200)).status, 0);
+  EXPECT_EQ(probebox({"verify", "-"}, rows(100, 200) + withoutSamples()).status, 0);
+}
+
 }  // namespace
 }  // namespace probebox::command

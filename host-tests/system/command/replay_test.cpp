@@ -81,6 +81,17 @@ TEST_F(Replaying, KeepsTheRecordedPace) {
   EXPECT_LT(sums["produced_samples"].get<int>(), 2000) << "the whole of it takes 3 s";
 }
 
+// The first block of the recording comes after 256 ms.
+TEST_F(Replaying, IsRecordedAlsoBeforeItsFirstSample) {
+  const Replayed box{file_, 1};
+  const auto recorded = probebox({"-u", box.uri(), "record", "-o", again_, "--for", "0.02", "--json"});
+  EXPECT_EQ(recorded.status, 0) << recorded.err << recorded.out;
+  EXPECT_TRUE(recorded.object()["end_known"]);
+  EXPECT_TRUE(recorded.object()["balanced"]);
+  const auto verified = probebox({"verify", again_, "--json"});
+  EXPECT_EQ(verified.status, 0) << verified.out;
+}
+
 TEST_F(Replaying, AnswersAsABoxAndRefusesByNameWhatAsksForAMeasurement) {
   const Replayed box{file_, 1};
   const auto status = probebox({"-u", box.uri(), "status", "--json"});

@@ -136,6 +136,59 @@ TEST(Client, OnABadWireGetsThereAndAsksOnce) {
   EXPECT_GT(client.reader().counters().bad(), 0U);
 }
 
+// A source is silent, or the time was short.
+TEST_P(AnyClient, ClosesAStreamWithoutASample) {
+  World world{GetParam()};
+  world.producing = false;
+  Client client{std::move(world.owned), {}};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  client.start({});
+  const auto wait = world.wait(50);
+  while (client.round(wait)) {
+  }
+  EXPECT_FALSE(client.reader().ledger().closed());
+  const auto balance = client.finish(world.wait(50));
+  ASSERT_TRUE(balance.ok()) << balance.error().what;
+  EXPECT_TRUE(balance->exact);
+  EXPECT_EQ(balance->produced, 0U);
+  EXPECT_TRUE(client.reader().ledger().closed());
+}
+
+TEST_P(AnyClient, StreamsAgainAfterAStreamWithoutASample) {
+  World world{GetParam()};
+  world.producing = false;
+  Tally tally;
+  Client client{std::move(world.owned), {}, &tally};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  client.start({});
+  ASSERT_TRUE(client.finish(world.wait(50)).ok());
+  world.producing = true;
+  client.start({});
+  const auto wait = world.wait(100);
+  while (client.round(wait)) {
+  }
+  const auto balance = client.finish(world.wait(50));
+  ASSERT_TRUE(balance.ok()) << balance.error().what;
+  EXPECT_TRUE(balance->exact);
+  EXPECT_EQ(balance->account.received, tally.samples);
+  EXPECT_GT(tally.samples, 500U);
+  EXPECT_EQ(tally.inexact, 0U);
+}
+
+TEST_P(AnyClient, SaysWhyTheBoxRefusedToStream) {
+  World world{GetParam()};
+  Client client{std::move(world.owned), {}};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  client.start({.stream = 2});
+  const auto wait = world.wait(50);
+  while (client.round(wait)) {
+  }
+  const auto balance = client.finish(world.wait(50));
+  ASSERT_FALSE(balance.ok());
+  EXPECT_EQ(balance.error().code, ErrorCode::refused);
+  EXPECT_NE(balance.error().what.find("name stream 1"), std::string::npos) << balance.error().what;
+}
+
 TEST(Client, SaysWhenNobodyAnswers) {
   World world;
   world.pipe->silent = true;

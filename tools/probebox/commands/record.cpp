@@ -52,6 +52,8 @@ class Session {
       return console_.interrupted() ? ExitStatus::interrupted : console_.fail(troubleOf(finished.error(), console_));
     }
     report(true);
+    if (stream_.tally().now().accounted() == 0)
+      console_.note("no sample came; probebox status says whether a source is silent");
     if (console_.interrupted()) return ExitStatus::interrupted;
     return stream_.tally().exact() ? ExitStatus::ok : ExitStatus::failed;
   }

@@ -15,7 +15,7 @@ void SampleTally::hole(const messages::Gap& hole) {
 }
 
 void SampleTally::heartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) {
-  if (!balance) return;
+  if (!balance || beat.position == beat.start) return;  // a stream without a sample
   if (!begun_) begin(beat.start);
   if (beat.start < first_) {  // the very first frames were lost
     now_.lost_on_link += static_cast<std::uint64_t>(first_ - beat.start);
