@@ -205,6 +205,7 @@ void Client::onWelcome(const messages::Welcome& welcome) {
 }
 
 void Client::onDescriptor(const messages::Descriptor& descriptor) {
+  described_ = descriptor;
   if (listener_ != nullptr) listener_->onDescriptor(descriptor);
 }
 

@@ -57,6 +57,8 @@ class Client : private StreamListener {
   // True when the descriptor must be watched for writing as well.
   bool wantsToWrite() const { return connection_.data->watchedForWriting() && !data_out_.done(); }
   const StreamReader& reader() const { return reader_; }
+  // The newest descriptor; empty before connect(). Unlike the reader's it outlasts a repeated WELCOME.
+  const messages::Descriptor& described() const { return described_; }
   const std::optional<Failure>& failure() const { return failure_; }
 
   // Repeats HELLO until WELCOME, DESCRIPTOR and the test pattern have come.
@@ -161,6 +163,7 @@ class Client : private StreamListener {
   StreamReader reader_;
   LinkState state_{LinkState::greeting};
   std::optional<Failure> failure_;
+  messages::Descriptor described_;
   Outgoing data_out_;
   Outgoing control_out_;
   std::uint32_t last_id_{};

@@ -1,8 +1,10 @@
 #include "tools/link/client.hpp"
 
 #include <gtest/gtest.h>
+#include <sstream>
 
 #include "box_pipe.hpp"
+#include "tools/link/recording_maker.hpp"
 
 namespace probebox::link {
 namespace {
@@ -187,6 +189,40 @@ TEST_P(AnyClient, SaysWhyTheBoxRefusedToStream) {
   ASSERT_FALSE(balance.ok());
   EXPECT_EQ(balance.error().code, ErrorCode::refused);
   EXPECT_NE(balance.error().what.find("name stream 1"), std::string::npos) << balance.error().what;
+}
+
+// Gives what was recorded, and takes everything.
+class ScriptedPipe : public io::BytePipe {
+ public:
+  explicit ScriptedPipe(std::string script) : script_{std::move(script)} {}
+  io::Transfer read(std::span<std::byte> into) override {
+    const auto part = std::as_bytes(std::span{script_}).subspan(at_).first(std::min(into.size(), script_.size() - at_));
+    std::ranges::copy(part, into.begin());
+    at_ += part.size();
+    return {part.size()};
+  }
+  io::Transfer write(std::span<const std::byte> from) override { return {from.size()}; }
+  int descriptor() const override { return -1; }
+  std::string_view name() const override { return "script"; }
+
+ private:
+  std::string script_;
+  std::size_t at_{};
+};
+
+// A slow line, on which HELLO was repeated: the second WELCOME is here, the second DESCRIPTOR on its way.
+TEST(Client, KnowsItsBoxAlsoBehindASecondWelcome) {
+  std::ostringstream out;
+  RecordingMaker maker{out, messages::Profile::fast, 64};
+  messages::Descriptor descriptor;
+  descriptor.board = "a board whose name is on the heap";
+  ASSERT_TRUE(maker.begin(descriptor));
+  const auto greeting = out.str();
+  const auto welcome = greeting.substr(0, greeting.find('\0', 1) + 1);
+  World world;
+  Client client{io::Connection{std::make_unique<ScriptedPipe>(greeting + welcome)}, {}};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  EXPECT_EQ(client.described().board, descriptor.board);
 }
 
 TEST(Client, SaysWhenNobodyAnswers) {

@@ -40,7 +40,7 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
     if (auto dataset = json::datasetFromJson(text)) all.subject.dataset = std::move(dataset).value();
   }
   const auto unit = ask<messages::DescribeUnit>(box, console);
-  const auto& descriptor = *box.reader().descriptor();
+  const auto& descriptor = box.described();
   auto& facts = all.facts;
   facts = {.number = descriptor.serial_number + "-" + id,
            .subject = kept.summary.subject,

@@ -173,7 +173,7 @@ Outcome<Sheet, Trouble> measuredSheet(const FactoryTest& options, const link::Ur
     if (auto trouble = whyNotAtRest(*box, console)) return *trouble;
     TRY(const auto status, settledStatus(*box, console));
     TRY(const auto unit, ask<messages::DescribeUnit>(*box, console));
-    descriptor = *box->reader().descriptor();
+    descriptor = box->described();
     sheet.box = descriptor.board + " " + descriptor.serial_number;
     addIdentity(unit, status, sheet);
     addState(status, sheet);

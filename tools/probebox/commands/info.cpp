@@ -66,7 +66,7 @@ ExitStatus run(const Info&, const std::string& given, Console& console) {
     const auto box = openBox(*uri, console);
     if (!box) return console.fail(box.error());
     const auto now = ask<messages::Corrections>(**box, console);
-    const auto& descriptor = *(*box)->reader().descriptor();
+    const auto& descriptor = (*box)->described();
     // A recording that is served as a box answers nothing.
     if (!now && now.error().status == ExitStatus::box_refused) return show(descriptor, nullptr, nullptr, console);
     if (!now) return console.fail(now.error());

@@ -36,7 +36,7 @@ Outcome<Found, Trouble> asked(const link::Uri& uri, milliseconds patience, const
   TRY(const auto box, openBox(uri, console, patience));
   const auto status = box->request<messages::Status>({}, patienceOf(console, patience));
   const std::string clock{status ? messages::nameOf(status->clock.state) : "unknown"};
-  return Found{uri.text, *box->reader().descriptor(), clock, "free", {}};
+  return Found{uri.text, box->described(), clock, "free", {}};
 }
 
 // Nothing for an address that does not answer: a killed box leaves its announcement behind.
