@@ -85,6 +85,18 @@ std::string withoutFrames(std::string recording, int count) {
   return recording;
 }
 
+// Samples of one channel that counts 5; its scale is in a descriptor of its own.
+std::string fives(int first, std::size_t count, double scale) {
+  std::ostringstream out;
+  link::RecordingMaker maker{out, messages::Profile::fast, count};
+  const std::vector<std::int64_t> column(count, 5);
+  const std::array<std::span<const std::int64_t>, 1> columns{column};
+  messages::Descriptor descriptor;
+  descriptor.channels = {{"x", "nm", scale, 4, true, ""}};
+  EXPECT_TRUE(maker.begin(descriptor) && maker.add({first}, columns) && maker.end());
+  return out.str();
+}
+
 // Handshake and ledger of a stream that has one channel and no sample.
 std::string withoutSamples() {
   std::ostringstream out;
@@ -152,6 +164,30 @@ TEST(JoinedRecordings, WithoutASampleAreWhole) {
   EXPECT_TRUE(verified.object()["end_known"]);
   EXPECT_EQ(probebox({"verify", "-"}, withoutSamples() + rows(100, 200)).status, 0);
   EXPECT_EQ(probebox({"verify", "-"}, rows(100, 200) + withoutSamples()).status, 0);
+}
+
+// Two hosts recorded one box; one of them lost something.
+TEST(JoinedRecordings, HaveOneRowForASampleThatOneOfThemHas) {
+  std::string table = "sample,x\n", holed = table;
+  for (int k = 0; k < 1000; ++k) {
+    const auto row = std::to_string(k) + "," + std::to_string(k % 100) + "\n";
+    table += row;
+    if (k < 600 || k >= 650) holed += row;
+  }
+  for (const auto& bytes : {packed(table) + packed(holed), packed(table) + packed(holed) + packed(table)}) {
+    const auto joined = probebox({"unpack", "-", "-"}, bytes);
+    EXPECT_EQ(joined.status, 0) << joined.err;
+    EXPECT_EQ(joined.out, table);
+    EXPECT_EQ(joined.err.find("missing"), std::string::npos) << joined.err;
+  }
+}
+
+TEST(JoinedRecordings, GiveEachRowTheScaleOfItsOwnBlock) {
+  const auto exported = probebox({"export", "-", "-o", "-"}, fives(0, 100, 1) + fives(50, 100, 2));
+  EXPECT_EQ(exported.status, 0) << exported.err;
+  EXPECT_THAT(exported.out, HasSubstr("\n99,99000000,5,"));
+  EXPECT_THAT(exported.out, HasSubstr("\n100,100000000,10,"));
+  EXPECT_THAT(exported.out, HasSubstr("\n149,149000000,10,"));
 }
 
 }  // namespace

@@ -33,7 +33,6 @@ class ScaledRows : public CsvRows {
   }
 
   void fill(std::string& line, const link::DecodedBlock& block, std::size_t k, SampleIndex sample) override {
-    if (k == 0 || scales_.empty()) prepare(block.descriptor);
     append(line, sample.index);
     line += ',';
     append(line, toNs(codec::timeOf(block.header, sample)));
@@ -58,7 +57,7 @@ class ScaledRows : public CsvRows {
         std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, kDecimals).ptr);
   }
 
-  void prepare(const messages::Descriptor& descriptor) {
+  void enter(const messages::Descriptor& descriptor) override {
     scales_.clear();
     for (const auto& channel : descriptor.channels) scales_.emplace_back(channel.scale);
     delay_ = ",";

@@ -111,12 +111,13 @@ void McapRows::tellDelay(const messages::DelayInForce& delay, std::uint64_t time
   put(delays_, time_ns, message);
 }
 
+void McapRows::enter(const messages::Descriptor& descriptor) {
+  scales_.clear();
+  for (const auto& channel : descriptor.channels) scales_.emplace_back(channel.scale);
+}
+
 void McapRows::row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) {
   const auto& channels = block.descriptor.channels;
-  if (k == 0 || scales_.empty()) {
-    scales_.clear();
-    for (const auto& channel : channels) scales_.emplace_back(channel.scale);
-  }
   newest_ns_ = nsOf(codec::timeOf(block.header, sample));
   tellDelay(block.descriptor.delay, newest_ns_);
   CdrMessage message;

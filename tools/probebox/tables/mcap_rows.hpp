@@ -18,6 +18,7 @@ class McapRows : public RowWriter {
   McapRows(const TableJob& job, std::ostream& standard) : job_{job}, standard_{standard} {}
 
   void begin(const messages::Descriptor& descriptor) override;
+  void enter(const messages::Descriptor& descriptor) override;
   void row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) override;
   void missing(SampleIndex first, std::uint64_t count, std::string_view reason) override;
   void trigger(const messages::Trigger& trigger) override;

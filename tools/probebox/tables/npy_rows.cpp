@@ -95,12 +95,13 @@ void NpyRows::writeHeader() {
   if (!output_->write(header)) failure_ = output_->failure();
 }
 
+void NpyRows::enter(const messages::Descriptor& descriptor) {
+  scales_.clear();
+  for (const auto& channel : descriptor.channels) scales_.emplace_back(channel.scale);
+}
+
 void NpyRows::row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) {
   const auto& channels = block.descriptor.channels;
-  if (k == 0 || scales_.empty()) {
-    scales_.clear();
-    for (const auto& channel : channels) scales_.emplace_back(channel.scale);
-  }
   row_.clear();
   put(sample.index);
   put(toNs(codec::timeOf(block.header, sample)));

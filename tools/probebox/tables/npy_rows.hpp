@@ -26,6 +26,7 @@ class NpyRows : public RowWriter {
   void begin(const messages::Descriptor& descriptor) override;
   // Not when a channel would have another type.
   bool canGoOnWith(const messages::Descriptor& descriptor) const override { return typesOf(descriptor) == types_; }
+  void enter(const messages::Descriptor& descriptor) override;
   void row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) override;
   void end() override;
   const std::optional<std::string>& failure() const override { return failure_; }

@@ -18,6 +18,8 @@ class RowWriter {
   virtual void begin(const messages::Descriptor& descriptor) = 0;
   // Whether rows of a later descriptor with the same columns can follow.
   virtual bool canGoOnWith(const messages::Descriptor&) const { return true; }
+  // Called before the first row of each block.
+  virtual void enter(const messages::Descriptor&) {}
   virtual void row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) = 0;
   // For formats that hold more than rows: gaps and triggers, each once, in stream order.
   virtual void missing(SampleIndex /*first*/, std::uint64_t /*count*/, std::string_view /*reason*/) {}

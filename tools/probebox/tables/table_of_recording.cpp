@@ -53,6 +53,7 @@ class Rows : public link::StreamListener {
     if (channels_changed_ || writer_.failure() || console_.interrupted()) return;
     if (delays_.empty() || delays_.back().delay.result_id != block.descriptor.delay.result_id)
       delays_.push_back({block.header.first.index, block.descriptor.delay});
+    writer_.enter(block.descriptor);
     for (std::size_t k = 0; k < block.header.count; ++k) {
       const SampleIndex sample = block.header.first + static_cast<std::int64_t>(k);
       if (next_ && sample > *next_) remember({*next_, static_cast<std::uint64_t>(sample - *next_), {}}, "not_recorded");
@@ -109,10 +110,15 @@ class Rows : public link::StreamListener {
   bool begun() const { return begun_; }
 
  private:
+  // A link may miss what came before over another one.
   void remember(const messages::Gap& gap, std::string_view reason) {
-    missing_.push_back({gap.first.index, gap.count, std::string{reason}});
-    if (!writer_.failure()) writer_.missing(gap.first, gap.count, reason);
-    next_ = gap.first + static_cast<std::int64_t>(gap.count);
+    const SampleIndex end = gap.first + static_cast<std::int64_t>(gap.count);
+    const SampleIndex first = next_ ? std::max(gap.first, *next_) : gap.first;
+    if (end <= first) return;
+    const auto count = static_cast<std::uint64_t>(end - first);
+    missing_.push_back({first.index, count, std::string{reason}});
+    if (!writer_.failure()) writer_.missing(first, count, reason);
+    next_ = end;
   }
 
   RowWriter& writer_;
