@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "in_process.hpp"
+#include "runtime_directory.hpp"
 
 // gcode: what it refuses, and what its options do to a program.
 namespace probebox::command {
@@ -38,6 +39,25 @@ TEST(GcodeCommand, RefusesByNameWhatTheMethodDoesNotUse) {
   EXPECT_THAT(delay("haas", {"--probe-tools", "1,2"}).err, HasSubstr("give one to --probe-tools"));
   EXPECT_THAT(delay("siemens", {"--number", "5"}).err, HasSubstr("--number is of fanuc and haas"));
   EXPECT_THAT(delay("haas", {"--words", "B=A"}).err, HasSubstr("does not turn B"));
+}
+
+TEST(GcodeCommand, LeavesTheStandardOutputToAPictureThatGoesThere) {
+  const RuntimeDirectory directory;
+  std::vector<std::string> words{"gcode",     "delay-multi-speed",
+                                 "--dialect", "haas",
+                                 "-o",        directory.file("delay.nc"),
+                                 "--picture", "-",
+                                 "--safe-z",  "80",
+                                 "--sphere",  "25",
+                                 "--stylus",  "6",
+                                 "--force"};
+  for (int k = 0; k < 2; ++k) {
+    const auto drawn = probebox(words);
+    EXPECT_EQ(drawn.status, 0) << drawn.err;
+    EXPECT_THAT(drawn.out, AllOf(testing::StartsWith("<svg"), testing::EndsWith("</svg>\n")));
+    EXPECT_THAT(drawn.err, HasSubstr("delay.nc"));
+    words.emplace_back("--json");
+  }
 }
 
 TEST(GcodeCommand, RefusesToGoThroughTheSphere) {

@@ -134,6 +134,7 @@ ExitStatus run(const Gcode& options, const std::string&, Console& console) {
   if (options.loop) return runLoop(options, console);
   if (options.picture == options.output)
     return console.fail(usage("--picture " + options.picture + ": program and picture need a file of their own"));
+  if (options.picture == "-") console.keepOutputForData();
   const auto written = unrolled(options);
   if (!written) return console.fail(written.error());
   const bool only_picture = options.output.ends_with(".svg");
