@@ -195,7 +195,8 @@ class CommandLine {
         ->check(speed())
         ->type_name("NUMBER|max")
         ->capture_default_str();
-    replay->add_flag("--once", replay_.once, "exit when the hosts have received the whole recording");
+    replay->add_flag("--once", replay_.once,
+                     "exit when the recording has ended, and the hosts have received all of it and stopped");
     replay->callback([this] {
       replay_.speed = replay_speed_ == "max" ? 0 : std::strtod(replay_speed_.c_str(), nullptr);
       request_.job = replay_;

@@ -59,7 +59,7 @@ struct Replay {
   std::string input;
   std::string listen{"127.0.0.1:7627"};
   double speed{1};  // 0: as fast as hosts read
-  bool once{};      // end when the hosts have received the whole recording
+  bool once{};      // end when the hosts have received the whole recording and stopped
 };
 struct Pack {
   std::string input;  // "-" is the standard input
