@@ -42,6 +42,12 @@ void addArc(Blocks& blocks, const Place& place, const Vector3d& from, const Vect
   }
 }
 
+// Straight up from there would lead too near to the centre, or through it.
+bool isBelow(const Place& place, const Vector3d& from) {
+  const Vector3d way = from - place.centre_mm;
+  return place.shape != Place::Shape::gap && way.z() < -kSame_mm && way.head<2>().norm() < shellOf(place);
+}
+
 }  // namespace
 
 void goRound(Blocks& blocks, const Place& place, const Vector3d& from, const Vector3d& to, const Feeds& feeds) {
@@ -65,12 +71,20 @@ void goRound(Blocks& blocks, const Place& place, const Vector3d& from, const Vec
 
 void goUp(Blocks& blocks, const Place& place, const Vector3d& from, double safe_z_mm, const Feeds& feeds) {
   Vector3d aside = from;
+  const Vector3d direction = directionOf(from, place.centre_mm);
+  const bool below = isBelow(place, from);
   if (place.shape == Place::Shape::gap) {
     aside = place.centre_mm;
-  } else if ((from - place.centre_mm).norm() < place.keep_out_mm) {
-    aside = place.centre_mm + shellOf(place) * directionOf(from, place.centre_mm);
+  } else if (below || (from - place.centre_mm).norm() < place.keep_out_mm) {
+    aside = place.centre_mm + shellOf(place) * direction;
   }
   if ((aside - from).norm() > kSame_mm) blocks.push_back(Move{aside, feeds.near_mm_min, Way::near});
+  if (below) {
+    const Vector3d aside_of_it{direction.x(), direction.y(), 0};
+    const Vector3d level = aside_of_it.norm() < kSame_mm ? Vector3d{Vector3d::UnitX()} : aside_of_it.normalized();
+    addArc(blocks, place, direction, level, feeds.traverse_mm_min);
+    aside = place.centre_mm + shellOf(place) * level;
+  }
   blocks.push_back(Move{{aside.x(), aside.y(), safe_z_mm}, feeds.traverse_mm_min, Way::level});
 }
 

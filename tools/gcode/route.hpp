@@ -24,7 +24,7 @@ struct Feeds {
 // Appends straight moves from one point near the place to another; between opposite sides they go over the top.
 void goRound(Blocks& blocks, const Place& place, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
              const Feeds& feeds);
-// Appends the way from a point near the place to the safe height.
+// Appends the way from a point near the place to the safe height; from below the centre first to its side.
 void goUp(Blocks& blocks, const Place& place, const Eigen::Vector3d& from, double safe_z_mm, const Feeds& feeds);
 // Appends the way from the safe height to a point near the place.
 void goDown(Blocks& blocks, const Place& place, const Eigen::Vector3d& to, double safe_z_mm, const Feeds& feeds);

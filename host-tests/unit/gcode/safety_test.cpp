@@ -162,6 +162,35 @@ TEST(Safety, HasNoFeedAboveTheLimit) {
   });
 }
 
+// Nearest to a point on the moves that are to meet nothing.
+double nearestTo_mm(const Blocks& blocks, const Eigen::Vector3d& point) {
+  double nearest_mm = 1e9;
+  std::optional<Eigen::Vector3d> here;
+  for (const auto& block : blocks) {
+    const auto* move = std::get_if<Move>(&block);
+    if (move == nullptr) continue;
+    if (here && move->way != Way::measure && move->axes == Move::Axes::xyz) {
+      const Eigen::Vector3d way = move->to_mm - *here;
+      const double share = std::clamp((point - *here).dot(way) / std::max(way.squaredNorm(), 1e-9), 0.0, 1.0);
+      nearest_mm = std::min(nearest_mm, (*here + share * way - point).norm());
+    }
+    here = move->to_mm;
+  }
+  return nearest_mm;
+}
+
+// The last side of a head at 135 degrees is one that looks down.
+TEST(Safety, GoesRoundTheSphereOnItsWayUpFromBelow) {
+  auto below = headCase(procedure::kHeadPivot, {});
+  below.options.b_angles_rad = {-2.36, 0, 2.36};
+  Setting large = setting();
+  large.ball_diameter_mm = 50;
+  const auto blocks = unroll(planOf(below), large);
+  ASSERT_TRUE(blocks) << blocks.error().what;
+  const double begins_mm = (50.0 + 6) / 2 + 0.6;
+  EXPECT_GE(nearestTo_mm(*blocks, large.at_mm), begins_mm - 0.01);
+}
+
 TEST(Safety, SaysAtEachStopWhy) {
   forEveryProgram([](std::string_view name, const auto&, const Interpreted& read) {
     ASSERT_GE(read.messages.size(), 2U);
