@@ -15,10 +15,8 @@ Vector3d turnedAbout(const Vector3d& point, double angle_rad, const Vector3d& ax
 }
 
 Vector3d ballOf(const Step& step, const Setting& setting) {
-  const auto& [a, b, c] = step.touch.rotary_angles_rad;
-  const Vector3d turned = turnedAbout(setting.balls_mm[step.touch.ball - 1U], c, Vector3d::UnitZ(), setting.c_axis_mm);
-  if (step.b_moves != procedure::BMoves::table) return turned;
-  return turnedAbout(turned, b, setting.b_axis, *setting.table_axis_mm);
+  const bool tilts = step.b_moves == procedure::BMoves::table;
+  return ballInPose(step.touch.ball - 1U, step.touch.rotary_angles_rad, tilts, setting);
 }
 
 // Half of what touches across its axis: the stylus ball, or the tool that is measured.
@@ -38,6 +36,11 @@ Error missing(const char* what, const char* option) {
 }
 
 }  // namespace
+
+Vector3d ballInPose(std::size_t ball, const std::array<double, 3>& angles_rad, bool tilts, const Setting& setting) {
+  const Vector3d turned = turnedAbout(setting.balls_mm[ball], angles_rad[2], Vector3d::UnitZ(), setting.c_axis_mm);
+  return tilts ? turnedAbout(turned, angles_rad[1], setting.b_axis, *setting.table_axis_mm) : turned;
+}
 
 bool movesOneAxis(const Step& step) {
   return step.kind == procedure::Kind::jog || step.kind == procedure::Kind::sweep;

@@ -14,6 +14,9 @@ inline Eigen::Vector3d vectorOf(const std::array<double, 3>& v) {
   return {v[0], v[1], v[2]};
 }
 
+// Centre of a ball of the part (from 0) with A, B and C there. tilts: B is that of the table, whose axis is stated.
+Eigen::Vector3d ballInPose(std::size_t ball, const std::array<double, 3>& angles_rad, bool tilts,
+                           const Setting& setting);
 // True for a jog or a sweep, which touches no feature.
 bool movesOneAxis(const procedure::Step& step);
 // Explains what the setting lacks for this step; nullopt when it is complete.

@@ -11,6 +11,7 @@
 #include "firmware/procedure/plan/prompts.hpp"
 #include "protocol/units/angle.hpp"
 #include "tools/gcode/dialect.hpp"
+#include "tools/gcode/neighbours.hpp"
 #include "tools/gcode/place_of.hpp"
 
 namespace probebox::gcode {
@@ -351,7 +352,9 @@ class Unroller {
 
 Outcome<Blocks> unroll(const procedure::Plan& plan, const Setting& setting) {
   if (auto error = whyNot(plan, setting)) return *error;
-  return Unroller{plan, setting}.write();
+  TRY(auto blocks, Unroller{plan, setting}.write());
+  if (auto error = whyThroughNeighbour(plan, blocks, setting)) return *error;
+  return blocks;
 }
 
 double liftOfDryRun(const Blocks& blocks, double safe_z_mm) {

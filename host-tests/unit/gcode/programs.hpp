@@ -18,7 +18,7 @@ inline constexpr double kSafe_mm = 90;
 inline Setting setting() {
   Setting setting;
   setting.at_mm = {1, -2, 3};
-  setting.balls_mm = {{40, 0, 20}, {-30, 10, 35}, {-10, -30, 30}, {20, 20, 25}};
+  setting.balls_mm = {{60, 0, 20}, {-50, 20, 35}, {-10, -60, 30}, {20, 55, 25}};
   setting.c_axis_mm = {0.5, 0.25, 0};
   setting.table_axis_mm = Eigen::Vector3d{0, 0, -50};
   setting.ball_diameter_mm = 25;

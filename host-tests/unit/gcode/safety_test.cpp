@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <set>
 
 #include "interpreter.hpp"
@@ -189,6 +190,24 @@ TEST(Safety, GoesRoundTheSphereOnItsWayUpFromBelow) {
   ASSERT_TRUE(blocks) << blocks.error().what;
   const double begins_mm = (50.0 + 6) / 2 + 0.6;
   EXPECT_GE(nearestTo_mm(*blocks, large.at_mm), begins_mm - 0.01);
+}
+
+// At a tilt of 90 degrees they stand one above the other.
+TEST(Safety, RefusesAWayThroughAnotherBall) {
+  ProcedureOptions upright;
+  upright.axis = procedure::kAxisB;
+  upright.b_count = 3;
+  upright.b_angles_rad = {-std::numbers::pi / 2, 0, std::numbers::pi / 2};
+  upright.b_axis = {1, 0, 0};
+  const Case tilted{&procedure::kRotaryAxisErrors, upright};
+  Setting plate = setting();
+  plate.balls_mm = {{60, 0, 0}, {-30, 52, 10}, {-30, -52, 20}};
+  const auto refused = unroll(planOf(tilted), plate);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what,
+              testing::AllOf(HasSubstr("step 5"), HasSubstr("B -90 and C 0"), HasSubstr("come to ball 3")));
+  plate.balls_mm = {{60, 0, 0}, {-20, 52, 10}, {20, -52, 20}};
+  EXPECT_TRUE(unroll(planOf(tilted), plate));
 }
 
 TEST(Safety, SaysAtEachStopWhy) {
