@@ -36,6 +36,8 @@ Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedu
   if (options.turns != 0 && !method->takes_turns) {
     return Refusal{"bad-option", std::string{method->name()} + " has no option turns: omit it"};
   }
+  if (options.contacts && !method->takes_contacts)
+    return badOption(std::string{method->name()} + " takes no contacts by turning C: omit that option.");
   if (method->why_unfit != nullptr) {
     if (const auto why = method->why_unfit(options, facts)) return badOption(why->what);
   }

@@ -323,6 +323,15 @@ TEST(Forecast, RefusesWhatARunWouldBeRefusedFor) {
       << "its speed is never constant";
 }
 
+TEST(Forecast, OfContactsIsOfMethodsThatTakeThem) {
+  ProcedureOptions contacts;
+  contacts.contacts = true;
+  const auto refused = forecast({.method = &procedure::kDelayMultiSpeed, .options = contacts}, {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().name, "bad-option");
+  EXPECT_THAT(refused.error().reason, testing::HasSubstr("delay-multi-speed takes no contacts"));
+}
+
 TEST(Proposals, SayWhatIsWrongWhereNoTimeWouldHelp) {
   const auto refused = proposals({.method = &procedure::kDelayMultiSpeed, .options = {.overtravel_mm = 500}}, {}, 60);
   ASSERT_FALSE(refused);
