@@ -1,8 +1,10 @@
 #include "tools/report/change.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <string_view>
 
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
@@ -20,15 +22,15 @@ constexpr double kLarge = 4.0;            // sd, beyond which `accept` asks
 // One component of a value, now and before.
 struct Change {
   const Estimate* now{};
-  const Estimate* then{};
+  double then{};
+  std::optional<double> then_u{};
   std::size_t k{};
 
-  double by() const { return now->values[k] - then->values[k]; }
+  double by() const { return now->values[k] - then; }
   // sd of the difference of two independent results; nothing where one of them is unknown.
   std::optional<double> sd() const {
     const auto mine = combinedOf(*now, k);
-    const auto theirs = combinedOf(*then, k);
-    return mine && theirs ? std::optional{std::hypot(*mine, *theirs)} : std::nullopt;
+    return mine && then_u ? std::optional{std::hypot(*mine, *then_u)} : std::nullopt;
   }
   std::optional<double> inSd() const {
     const auto known = sd();
@@ -36,22 +38,56 @@ struct Change {
   }
 };
 
+// Where the rows of a matrix are read, and how far two of them may differ to be the same.
+struct PlaceOfRows {
+  std::string_view key;
+  double tolerance{};
+};
+constexpr std::array<PlaceOfRows, 4> kPlacesOfRows{
+    {{"angle_rad", 1e-6}, {"B_deg", 1e-4}, {"query_B_deg", 1e-4}, {"query_L_mm", 1}}};
+
 // Values at angles can only be compared at the same angles.
 bool comparable(const Result& a, const Result& b, const Estimate& estimate) {
   const auto* other = b.find(estimate.key);
   if (other == nullptr || other->values.size() != estimate.values.size()) return false;
-  const auto* here = a.find("angle_rad");
-  const auto* there = b.find("angle_rad");
-  if (estimate.shape != metrology::Shape::matrix || here == nullptr || there == nullptr) return true;
-  return std::ranges::equal(here->values, there->values, [](double x, double y) { return std::abs(x - y) < 1e-6; });
+  if (estimate.shape != metrology::Shape::matrix) return true;
+  return std::ranges::all_of(kPlacesOfRows, [&](const PlaceOfRows& place) {
+    const auto *here = a.find(place.key), *there = b.find(place.key);
+    return here == nullptr || there == nullptr ||
+           std::ranges::equal(here->values, there->values,
+                              [&](double x, double y) { return std::abs(x - y) < place.tolerance; });
+  });
+}
+
+const Estimate* slopeOf(const Result& result) {
+  const auto* tilt = result.find("C_tilt_rad");
+  return tilt != nullptr ? tilt : result.find("Z_slide_rad");
+}
+
+// A value of another result. Takes the centre of a leaning axis to the height of this one, along the slope of either,
+// as the box compares them.
+Estimate besideThis(const Result& now, const Result& then, const Estimate& value) {
+  Estimate moved = value;
+  const auto *here = now.find("mean_z_mm"), *there = then.find("mean_z_mm");
+  const auto* slope = slopeOf(then) != nullptr ? slopeOf(then) : slopeOf(now);
+  if (value.key != "centre_mm" || here == nullptr || there == nullptr || slope == nullptr) return moved;
+  const double up_mm = here->value() - there->value();
+  auto& spread = moved.uncertainty.empty() ? moved.sd : moved.uncertainty;
+  for (std::size_t k = 0; k < std::min(moved.values.size(), slope->values.size()); ++k) {
+    moved.values[k] += slope->values[k] * up_mm;
+    if (k < spread.size()) spread[k] = std::hypot(spread[k], combinedOf(*slope, k).value_or(0.0) * up_mm);
+  }
+  return moved;
 }
 
 std::vector<Change> changesBetween(const Result& now, const Result& then) {
   std::vector<Change> changes;
   for (const auto& estimate : now.estimates) {
     if (!comparable(now, then, estimate)) continue;
+    const Estimate before = besideThis(now, then, *then.find(estimate.key));
     for (std::size_t k = 0; k < estimate.values.size(); ++k) {
-      if (!casefolder::zeroByDefinition(estimate, k)) changes.push_back({&estimate, then.find(estimate.key), k});
+      if (!casefolder::zeroByDefinition(estimate, k))
+        changes.push_back({&estimate, before.values[k], combinedOf(before, k), k});
     }
   }
   return changes;
@@ -84,7 +120,7 @@ std::string rowOf(const Subject& subject, const Change& change) {
   const auto sd = change.sd();
   const auto cell = [&](const std::string& text) { return "<td class=\"n\">" + escaped(text) + "</td>"; };
   std::string text = "<tr>" + element("td", valueName(subject, *change.now, change.k)) +
-                     cell(valueDigits(unit, change.then->values[change.k], combinedOf(*change.then, change.k))) +
+                     cell(valueDigits(unit, change.then, change.then_u)) +
                      cell(valueDigits(unit, change.now->values[change.k], combinedOf(*change.now, change.k))) +
                      cell(valueDigits(unit, change.by(), sd));
   text += cell(sd ? uncertaintyDigits(unit, *sd) : "unknown");
@@ -101,7 +137,7 @@ const Estimate* followed(const Result& result) {
 // A value of an earlier result; place: how many results before this one, counted down to 0.
 struct Seen {
   double place{};
-  const Estimate* estimate{};
+  Estimate estimate;
 };
 
 // The same value of those of the last ten results that have it: other methods of the subject may not.
@@ -111,7 +147,8 @@ std::vector<Seen> earlierOf(const Subject& subject, const Estimate& now) {
   for (std::size_t at = history.size() > kTrend - 1 ? history.size() - (kTrend - 1) : 0; at < history.size(); ++at) {
     const auto* estimate = history[at].result.find(now.key);
     if (estimate == nullptr || estimate->values.size() != now.values.size()) continue;
-    all.push_back({static_cast<double>(at) - static_cast<double>(history.size()), estimate});
+    all.push_back({static_cast<double>(at) - static_cast<double>(history.size()),
+                   besideThis(*subject.result(), history[at].result, *estimate)});
   }
   return all;
 }
@@ -171,7 +208,7 @@ std::optional<Plot> trendPicture(const Subject& subject) {
       points.push_back({place, (estimate.values[k] - now->values[k]) * unit.factor});
       bars.push_back(2.0 * combinedOf(estimate, k).value_or(0.0) * unit.factor);
     };
-    for (const auto& [place, estimate] : before) add(*estimate, place);
+    for (const auto& [place, estimate] : before) add(estimate, place);
     add(*now, 0.0);
     plot.addWithBars(std::move(points), bars, kLooks[k % 3], valueName(subject, *now, k));
   }

@@ -195,6 +195,39 @@ TEST(Report, ComparesWithTheResultInForce) {
   EXPECT_THAT(pageOf(withHistory(0)), Not(HasSubstr("in force")));
 }
 
+TEST(Report, ComparesCentresOfALeaningAxisAtOneHeight) {
+  Subject subject{"result 9", "c-axis-alignment", {}, metrology::Result{}};
+  auto& now = std::get<metrology::Result>(subject.answer);
+  now.method = subject.method;
+  now.estimates = {metrology::Estimate::vector("centre_mm", {0.1, 0.2}, {1e-4, 1e-4}),
+                   metrology::Estimate::vector("C_tilt_rad", {2e-4, 0}, {1e-6, 1e-6})};
+  now.also = {metrology::Estimate::scalar("mean_z_mm", 200, std::nullopt)};
+  Earlier force{"result 8", "2026-11-01T08:00:00Z", now};
+  force.result.estimates[0].values[0] = 0.08;
+  force.result.also[0].values[0] = 100;
+  subject.before.in_force = force;
+  subject.before.history = {force};
+  const auto same = pageOf(subject);
+  EXPECT_THAT(same, HasSubstr("<td>centre X</td><td class=\"n\">0.10000</td><td class=\"n\">0.10000</td>"
+                              "<td class=\"n\">0.00000</td>"));
+  EXPECT_THAT(boxOf(same), Not(HasSubstr("look why")));
+  subject.before.in_force->result.also[0].values[0] = 200;
+  EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("centre X by 0.02000 mm, 141 sd of the difference: look why"));
+}
+
+TEST(Report, ComparesErrorsOfAHeadAtTheSameAnglesAlone) {
+  Subject subject{"result 9", "swivel-error", {}, metrology::Result{}};
+  auto& now = std::get<metrology::Result>(subject.answer);
+  now.method = subject.method;
+  now.estimates = {metrology::Estimate::matrix("error_at_queries_mm", 3, {0.01, 0, 0}, {1e-4, 1e-4, 1e-4})};
+  now.also = {metrology::Estimate::vector("query_B_deg", {45}, {}),
+              metrology::Estimate::vector("query_L_mm", {150}, {})};
+  subject.before.in_force = Earlier{"result 8", "2026-11-01T08:00:00Z", now};
+  EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("largest change against result 8"));
+  subject.before.in_force->result.also[0].values[0] = -45;
+  EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("has no value in common with result 8"));
+}
+
 // A box keeps dataset and values of a result, not its residuals.
 TEST(Report, RecallsTheResidualsOfAKeptResult) {
   for (const auto& folder : caseFolders()) {
