@@ -7,6 +7,7 @@
 
 #include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "protocol/units/calendar.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/report/conformity.hpp"
@@ -30,6 +31,16 @@ constexpr std::size_t kMostCertified = 600;  // rows; a page nobody reads is no 
 std::string conditionOf(const Result& result, std::string_view name) {
   const auto found = std::ranges::find(result.conditions, name, &metrology::Condition::name);
   return found == result.conditions.end() ? "" : found->value;
+}
+
+// The day of the sphere's calibration, as CalibratedSphere::inWords() has it: "..., 2026-04-17: sphere ...".
+std::string certifiedDay(const Result& result) {
+  constexpr std::size_t kDay = 10;
+  const auto words = conditionOf(result, "sphere_certificate");
+  const auto end = words.rfind(": sphere ");
+  if (end == std::string::npos || end < kDay) return "";
+  const auto day = words.substr(end - kDay, kDay);
+  return dayOf(day) ? day : "";
 }
 
 // When it was measured, else when the box stored it.
@@ -232,8 +243,12 @@ std::optional<std::string> whyNotTraceable(const Result& result, const Certifica
   if (conditionOf(result, "sphere_certificate").empty())
     return "This result is not metrologically traceable: no certificate of a reference sphere is on record for it. Its "
            "uncertainty is that of the readings and of the inputs in the budget alone.";
-  const auto due = conditionOf(result, "sphere_next_due");
-  const auto day = measuredUtc(result, facts).substr(0, due.size());
+  const auto due = conditionOf(result, "sphere_next_due"), certified = certifiedDay(result);
+  const auto measured = measuredUtc(result, facts);
+  if (const auto day = measured.substr(0, certified.size()); day < certified)
+    return "This result is not metrologically traceable: it was measured on " + day +
+           ", and the reference sphere was calibrated on " + certified + ". Was the clock of the box set?";
+  const auto day = measured.substr(0, due.size());
   if (due.empty() || day < due) return std::nullopt;
   return "This result is not metrologically traceable: it was measured on " + day +
          ", and the certificate of the reference sphere was due on " + due + ".";

@@ -98,6 +98,18 @@ TEST_F(CalibrationCertificate, NamesTheCertificateThatItIsTraceableTo) {
   EXPECT_THAT(page(), Not(HasSubstr("NOT TRACEABLE")));
 }
 
+// The clock of a box that was never set says 1970.
+TEST_F(CalibrationCertificate, IsNotTraceableToACertificateThatCameAfterTheMeasurement) {
+  forget("sphere_certificate");
+  result_.conditions.push_back(
+      {"sphere_certificate", "2026-0417 of Lab, Hall 2, 2026-04-17: sphere S-1, 25.0001 mm, U = 0.2 um (k = 2)"});
+  EXPECT_FALSE(whyNotTraceable(result_, facts_));
+  forget("measured_utc");
+  result_.conditions.push_back({"measured_utc", "1970-01-01T00:05:12Z"});
+  EXPECT_THAT(page(), AllOf(HasSubstr("<p>NOT TRACEABLE</p>"), HasSubstr("it was measured on 1970-01-01"),
+                            HasSubstr("calibrated on 2026-04-17")));
+}
+
 TEST_F(CalibrationCertificate, SaysWhatTheValuesAreOfAndWhereTheyHold) {
   EXPECT_THAT(page(), HasSubstr("the time by which the stamps of the machine"));
   result_.method = "c-axis-alignment";
