@@ -135,7 +135,7 @@ std::string modelOf(const Estimate& estimate) {
                                                                      : shortly(number, 3);
 }
 
-// "EXC at 60 deg" of a component's key such as "six_errors[2][0]".
+// "EXC at 60 deg" of a component's key such as "six_errors[2][0]"; the key itself where the result has no such value.
 std::string nameOfComponent(const Subject& subject, const std::string& component) {
   const auto bracket = component.find('[');
   const auto* estimate = subject.result()->find(component.substr(0, bracket));
@@ -143,9 +143,11 @@ std::string nameOfComponent(const Subject& subject, const std::string& component
   if (bracket == std::string::npos) return valueName(subject, *estimate, 0);
   const auto row = static_cast<std::size_t>(std::atoi(component.c_str() + bracket + 1));
   const auto second = component.find('[', bracket + 1);
-  if (second == std::string::npos) return valueName(subject, *estimate, row);
-  return valueName(subject, *estimate,
-                   row * estimate->columns + static_cast<std::size_t>(std::atoi(component.c_str() + second + 1)));
+  const std::size_t at =
+      second == std::string::npos
+          ? row
+          : row * estimate->columns + static_cast<std::size_t>(std::atoi(component.c_str() + second + 1));
+  return at < estimate->values.size() ? valueName(subject, *estimate, at) : component;
 }
 
 // The worst-determined combination by its largest shares.

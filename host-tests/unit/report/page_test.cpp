@@ -228,6 +228,16 @@ TEST(Report, ComparesErrorsOfAHeadAtTheSameAnglesAlone) {
   EXPECT_THAT(boxOf(pageOf(subject)), HasSubstr("has no value in common with result 8"));
 }
 
+// A file may say anything.
+TEST(Report, NamesAWorstCombinationAsTheAnswerDoesWhereItHasNoSuchValue) {
+  metrology::Result result;
+  result.method = "bore-fit";
+  result.estimates = {metrology::Estimate::vector("other_mm", {1, 2}, {1e-4, 1e-4})};
+  result.weakest = {{"other_mm[99999999]", "other_mm[-7]", "other_mm[1]"}, {0.6, 0.6, 0.5}, 3};
+  EXPECT_THAT(pageOf({"case", result.method, {}, result}),
+              testing::AllOf(HasSubstr("(other_mm[99999999])"), HasSubstr("(other_mm[-7])"), HasSubstr("(other Y)")));
+}
+
 // A box keeps dataset and values of a result, not its residuals.
 TEST(Report, RecallsTheResidualsOfAKeptResult) {
   for (const auto& folder : caseFolders()) {
