@@ -1,4 +1,5 @@
-# Sourced by tools/image, after packages.sh, debian.sh and apt_entries.sh: the root, the disk and the bundle of an image.
+# Sourced by tools/image, after packages.sh, debian.sh and apt_entries.sh, and by its hook: the root, the disk and the bundle of an
+# image.
 # shellcheck disable=SC2034
 probebox_image_packages=(mmdebstrap squashfs-tools-ng squashfs-tools dosfstools mtools fdisk e2fsprogs fakeroot grub-common rauc cpio kmod zstd openssl)
 # Sizes of partitions, MiB. A slot has room for a root that has grown; holes take no place in the file.
@@ -54,6 +55,12 @@ make_root() { # WORK RELEASE ARCH BOARD VERSION CERT DEB...
     --customize-hook='rm -r "$1/boot-efi"' "$release" "$work/root.tar" "$work"/sources/*
   # Slots are read by the loader too, which knows xz and no zstd.
   run_quietly "$work/squashfs.log" tar2sqfs -q -f -c xz -b 262144 -d "mtime=$SOURCE_DATE_EPOCH" "$work/root.squashfs" <"$work/root.tar"
+}
+
+# Lays a tree of files over a root. Whoever owns the tree, and whatever others may do with it there, it is root's alone to change
+# in the root, and so are the folders that both have.
+lay_tree() { # TREE ROOT
+  tar -c -C "$1" --numeric-owner --owner=0 --group=0 --mode=u=rwX,go=rX -f - . | tar -x -C "$2" -p --numeric-owner -f -
 }
 
 # What is installed from Debian: what the image needs, and what the project's packages need.
