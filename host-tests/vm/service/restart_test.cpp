@@ -14,6 +14,14 @@ namespace fs = std::filesystem;
 using support::TestHost;
 using testing::HasSubstr;
 
+// Each start that refuses the key says so once.
+std::size_t timesRefused() {
+  const auto log = InstalledBox::log();
+  std::size_t times = 0;
+  for (auto at = log.find("nonsense"); at != std::string::npos; at = log.find("nonsense", at + 1)) ++times;
+  return times;
+}
+
 TEST_F(Service, IsStartedAgainWhenItIsStopped) {
   const auto stopped = InstalledBox::pid();
   const auto restarts = InstalledBox::restarts();
@@ -47,6 +55,11 @@ TEST_F(Service, IsNotStartedAgainForDescriptionsThatCannotBeRead) {
   EXPECT_EQ(InstalledBox::property("ActiveState"), "failed");
   EXPECT_EQ(InstalledBox::property("ExecMainStatus"), "2");
   EXPECT_THAT(InstalledBox::log(), HasSubstr("nonsense"));
+  // A host that comes to see what is wrong starts it once more, and not for ever.
+  const auto refusals = timesRefused();
+  shell("timeout 5 bash -c 'exec 3<>/dev/tcp/127.0.0.1/7627' || true");
+  std::this_thread::sleep_for(std::chrono::seconds{20});
+  EXPECT_LE(timesRefused(), refusals + 2);
   shell("sed -i /nonsense/d /etc/probebox/box.toml && systemctl reset-failed probeboxd.service");
 }
 
