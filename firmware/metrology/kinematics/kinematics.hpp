@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,11 +17,13 @@ class Kinematics {
   virtual std::vector<std::string> columns() const = 0;
   // Position of the tip, mm, for joint positions q, rad or mm; nullopt when no pose has them.
   virtual std::optional<Eigen::Vector3d> reached(const Eigen::VectorXd& q) const = 0;
-  // Derivative of the tip by each joint, one column each. q must be reachable.
+  // Derivative of the tip by each joint, one column each; NaN when no pose has q.
   virtual Eigen::Matrix3Xd jacobian(const Eigen::VectorXd& q) const = 0;
 
-  // Position of the tip for joint positions close to reachable ones.
-  Eigen::Vector3d tip(const Eigen::VectorXd& q) const { return reached(q).value(); }
+  // Position of the tip for joint positions close to reachable ones; NaN when no pose has them, so that a fit refuses.
+  Eigen::Vector3d tip(const Eigen::VectorXd& q) const {
+    return reached(q).value_or(Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+  }
 };
 
 }  // namespace probebox::metrology

@@ -173,7 +173,9 @@ std::optional<Vector3d> ParallelKinematics::reached(const VectorXd& q) const {
 }
 
 Matrix3Xd ParallelKinematics::jacobian(const VectorXd& q) const {
-  const Pose pose = poseAt(q).value();
+  const auto found = poseAt(q);
+  if (!found) return Matrix3Xd::Constant(3, size(), std::numeric_limits<double>::quiet_NaN());
+  const Pose& pose = *found;
   PerLeg pushes{size()};
   for (Index k = 0; k < size(); ++k) {
     pushes[k] = legs_[static_cast<std::size_t>(k)].pushOf(q[k], strutOf(k, pose, q[k]).normalized());

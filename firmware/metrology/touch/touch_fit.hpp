@@ -36,7 +36,7 @@ struct TouchFit {
                                // complete when small
 };
 
-// Refuses: too-few-readings, one-sided, coplanar, and what leastSquares and fitSizeLine refuse.
+// Refuses: too-few-readings, one-sided, coplanar, not-reachable, and what leastSquares and fitSizeLine refuse.
 Outcome<TouchFit, Refusal> fitTouches(std::span<const Retract> retracts, const PooledNoise& noise,
                                       const TouchQuestion& question);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
 #include "firmware/metrology/touch/size_line.hpp"
@@ -166,6 +167,19 @@ bool TouchModel::oneSided(const MatrixXd& carried) const {
   return rows.rows() < rows.cols() || singular[singular.size() - 1] < kFlat * singular[0];
 }
 
+std::optional<Refusal> TouchModel::withoutPose(double later) const {
+  if (question_.delays != Delays::each_joint) return std::nullopt;
+  const VectorXd joint_times = VectorXd::Constant(question_.delayCount(), later);
+  for (Index i = 0; i < size(); ++i) {
+    const VectorXd times = joint_times.array() + pointTime(i);
+    if (question_.kinematics->reached(touch(i).joints.at(times))) continue;
+    return Refusal{"not-reachable", touch(i).plan.name + ": with a delay of " + text(later) +
+                                        " s the joints would be where the platform has no pose: compare "
+                                        "effective_diameter_mm with the sphere"};
+  }
+  return std::nullopt;
+}
+
 // Two speeds serve as well as two sides (A11), where there is more than one delay.
 std::optional<Refusal> TouchModel::dependentDelays() const {
   if (question_.delays == Delays::common) {
@@ -198,6 +212,7 @@ std::optional<Refusal> TouchModel::dependentDelays() const {
 // Points by each touch's own slope give the centre without the delay; the sizes give the delay: against the known one
 // (A9), or at their speeds (A10).
 Outcome<VectorXd, Refusal> TouchModel::start() const {
+  if (auto refusal = withoutPose(0.0)) return *refusal;
   if (auto refusal = dependentDelays()) return *refusal;
   MatrixXd points{size(), dimensions()};
   MatrixXd slopes{size(), channels_.cols()};
@@ -228,6 +243,7 @@ Outcome<VectorXd, Refusal> TouchModel::start() const {
     delays.setConstant(line.tau_s);
     at[dimensions()] = line.size_mm / 2.0;
   }
+  if (auto refusal = withoutPose(delays[0])) return *refusal;
   if (question_.gain == Gain::common) {
     const MatrixXd a = solveLeastSquares(slopes, -velocities).transpose();
     at.tail(a.size()) = a.reshaped();

@@ -62,7 +62,8 @@ class TouchModel {
   // Orthonormal directions of deflection, raw channels; A = (parameters from gainAt(), 3 to a column) channels'.
   const Eigen::MatrixXd& channels() const { return channels_; }
 
-  // Starting values close enough to converge. Refuses: one-sided, coplanar, and what fitSizeLine refuses.
+  // Starting values close enough to converge. Refuses: one-sided, coplanar, not-reachable, and what fitSizeLine
+  // refuses.
   Outcome<Eigen::VectorXd, Refusal> start() const;
   // Sets the weights, which depend weakly on the parameters, at these parameters.
   void weighAt(const Eigen::VectorXd& at);
@@ -94,6 +95,8 @@ class TouchModel {
   Eigen::Matrix4d covariance(Eigen::Index i, const Eigen::VectorXd& at) const;
   Eigen::MatrixXd carriedOutwards() const;
   bool oneSided(const Eigen::MatrixXd& carried) const;
+  // not-reachable: at `later` (s) after some touch's point the joints are where no pose has them.
+  std::optional<Refusal> withoutPose(double later) const;
   std::optional<Refusal> dependentDelays() const;
 
   std::span<const Retract> retracts_;

@@ -239,6 +239,32 @@ TEST(DelayJoints, OfADeltaAreAsUncertainAsItSays) {
   EXPECT_LT(std::abs(pulls.bias()), 4.0);
 }
 
+// The size stands for the delay: a diameter in place of a radius, or in other units, is a delay of seconds, at which
+// the joints are where no pose has them.
+TEST(DelayJoints, OfADeltaAreRefusedWithASizeFarFromTheTouchedOne) {
+  const Machine machine = slides();
+  simulation::Scene simulated = scene(machine);
+  simulated.speeds_mm_s = {10.0, 25.0};
+  Dataset dataset = measured(machine, simulated, 6);
+  for (const double times : {2.0, 3.0, 10.0, 32.0, 1000.0}) {
+    dataset.config["effective_diameter_mm"] = 31.0 * times;
+    EXPECT_NE(refusalOf(dataset), "") << times;
+  }
+  const auto solved = solve(dataset);
+  ASSERT_FALSE(solved.ok());
+  EXPECT_EQ(solved.error().name, "not-reachable");
+  EXPECT_THAT(solved.error().reason, HasSubstr("effective_diameter_mm"));
+}
+
+TEST(ParallelKinematics, HasNoTipWhereThereIsNoPose) {
+  const Machine machine = slides();
+  const auto kinematics = machine.kinematics();
+  const VectorXd far = machine.at(machine.tip) + Vector3d{5000.0, 0.0, 0.0};
+  ASSERT_FALSE(kinematics.reached(far));
+  EXPECT_TRUE(kinematics.tip(far).array().isNaN().all());
+  EXPECT_TRUE(kinematics.jacobian(far).array().isNaN().all());
+}
+
 TEST(DelayJoints, RefusesLegsThatCarryNoPlatform) {
   const Machine machine = slides();
   const Dataset dataset = measured(machine, scene(machine), 5);
