@@ -42,12 +42,17 @@ struct Stream {
 void sample(Table& table, double scan, double duration, const ScanScene& scene, const Stream& stream,
             const std::function<Vector3d(double)>& truth, std::mt19937_64& random) {
   std::uniform_real_distribution<double> share{0.0, 1.0};
+  Vector3d noise = Vector3d::Zero();
+  double fresh = 1.0;
   for (double t = share(random) / stream.rate_hz; t < duration; t += 1.0 / stream.rate_hz) {
     Vector3d value = truth(t - stream.delay_s);
-    for (double& component : value) {
-      component += gauss(random, stream.sigma);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      double& component = value[k];
+      noise[k] = scene.correlation * noise[k] + fresh * gauss(random, stream.sigma);
+      component += noise[k];
       if (stream.resolution > 0.0) component = std::round(component / stream.resolution) * stream.resolution;
     }
+    fresh = std::sqrt(1.0 - scene.correlation * scene.correlation);
     const double stamp = t + gauss(random, scene.stamp_jitter_s);
     if (share(random) < scene.lost_share) continue;
     table.append({scan, stamp, value.x(), value.y(), value.z()});

@@ -105,13 +105,16 @@ struct Sampling {
 void sample(Table& table, double touch, double duration, const Scene& scene, const Sampling& sampling,
             const std::function<Vector3d(double)>& truth, Random& random) {
   const double phase = uniform(random, 0.0, 1.0);
+  Vector3d noise = Vector3d::Zero();
   for (double count = phase; count / sampling.rate_hz < duration; ++count) {
     const double t = count / sampling.rate_hz;
     Vector3d value;
     for (Eigen::Index k = 0; k < 3; ++k) value[k] = truth(t - sampling.delay_s[k])[k];
     for (Eigen::Index k = 0; k < 3; ++k) {
       double& component = value[k];
-      component += gaussian(random, sampling.sigma[k]);
+      const double fresh = count == phase ? 1.0 : std::sqrt(1.0 - scene.correlation * scene.correlation);
+      noise[k] = scene.correlation * noise[k] + fresh * gaussian(random, sampling.sigma[k]);
+      component += noise[k];
       if (sampling.resolution > 0.0) component = std::round(component / sampling.resolution) * sampling.resolution;
     }
     const double stamp = t + gaussian(random, scene.stamp_jitter_s);

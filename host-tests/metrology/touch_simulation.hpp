@@ -17,6 +17,7 @@ struct Scene {
   double probe_rate_hz{1000.0};
   double machine_sigma_mm{0.0005};
   double probe_sigma_mm{0.0004};
+  double correlation{0.0};            // of the noise of neighbouring samples of either stream (AR(1))
   double machine_resolution_mm{0.0};  // of the encoder
   double stamp_jitter_s{0.0};
   double lost_share{0.0};  // of the samples

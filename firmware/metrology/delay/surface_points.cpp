@@ -167,10 +167,10 @@ void addNoise(SurfacePoint& point, const Reduced& reduced, const TouchNoise& noi
   // The residuals hold what both streams scatter by.
   const double along = std::max(noise.machine.along - article.along * share.scatter, 0.0);
   const double across = std::max(noise.machine.across - article.across * share.scatter, 0.0);
-  point.of_mean += along / n + article.along * share.covariance(0, 0);
-  point.of_slope = along / machine.sxx + article.along * share.covariance(1, 1);
+  point.of_mean += along * noise.machine.of_mean / n + article.along * share.covariance(0, 0);
+  point.of_slope = along * noise.machine.of_slope / machine.sxx + article.along * share.covariance(1, 1);
   point.of_both = article.along * share.covariance(0, 1);
-  point.across = across / n + article.across * share.covariance(0, 0);
+  point.across = across * noise.machine.of_mean / n + article.across * share.covariance(0, 0);
   const Vector3d squares = machine.slope.normalized().cwiseAbs2();
   point.of_mean += squares.dot(noise.rounded.mean);
   point.of_slope += squares.dot(noise.rounded.slope);
@@ -184,10 +184,10 @@ SurfacePoint pointOf(const Reduced& reduced, const TouchNoise& noise, const Samp
   const Line& probe = reduced.retract.probe;
   const double speed = machine.slope.norm();
   const double time = crossing ? crossing->time : separationTime(probe);
-  const double of_time = crossing
-                             ? crossing->variance
-                             : noise.probe.along / probe.slope.squaredNorm() *
-                                   (1.0 / static_cast<double>(probe.n) + std::pow(time - probe.t_mean, 2) / probe.sxx);
+  const double of_time = crossing ? crossing->variance
+                                  : noise.probe.along / probe.slope.squaredNorm() *
+                                        (noise.probe.of_mean / static_cast<double>(probe.n) +
+                                         noise.probe.of_slope * std::pow(time - probe.t_mean, 2) / probe.sxx);
   SurfacePoint point;
   point.name = reduced.retract.plan.name;
   point.normal = reduced.retract.plan.normal;
@@ -243,7 +243,10 @@ std::optional<Refusal> addPoints(SurfacePoints& result, const std::vector<Reduce
     article.across += reduced.article_noise.across / static_cast<double>(kept.size());
   }
   if (auto refusal = tooFewResiduals(retracts)) return refusal;
-  const PooledNoise noise = poolNoise(retracts);
+  // Interpolation correlates neighbours of what is relative to an article: its share accounts for that.
+  const bool relative = article.along > 0.0 || article.across > 0.0;
+  const PooledNoise noise = poolNoise(retracts, relative ? Neighbours::interpolated : Neighbours::recorded);
+  result.warnings.insert(result.warnings.end(), noise.warnings.begin(), noise.warnings.end());
   result.dof = noise.dof;
   result.least_dof = noise.least_dof;
   for (std::size_t i = 0; i < kept.size(); ++i) {

@@ -8,6 +8,7 @@
 
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/scan/neighbour_correlation.hpp"
 #include "firmware/metrology/scan/waveform_pair.hpp"
 
 // Used by matchWaveforms() only.
@@ -119,6 +120,32 @@ class ResampledPair {
     return common + jitterFactor(z) * (machine_variance_ * machine.squaredNorm() +
                                        nuisance_[0] * nuisance_[0] * probe_variance_ * probe.squaredNorm());
   }
+  // Adds the squares of e over blocks of ten periods of the slower stream. Of many blocks some hundreds are used.
+  void addBlocks(BlockSquares& all) const {
+    constexpr double kPeriods = 10.0;
+    constexpr Index kMostBlocks = 400;
+    const double period = std::max(record_.machine->period(), record_.probe->period());
+    const auto length = static_cast<Index>(std::max(2.0, std::round(kPeriods * period / grid_.step)));
+    const Index stride = length * (1 + e_.size() / (length * kMostBlocks));
+    all.length = static_cast<double>(length);
+    Blocked machine{machine_, VectorXd::Zero(static_cast<Index>(record_.machine->times.size()))};
+    Blocked probe{probe_, VectorXd::Zero(static_cast<Index>(record_.probe->times.size()))};
+    const double of_probe = nuisance_[0] * nuisance_[0] * probe_variance_;
+    for (Index first = 0; first + length <= e_.size(); first += stride) {
+      if (used_.segment(first, length).sum() < static_cast<double>(length)) continue;
+      machine.begin(grid_.times[first]);
+      probe.begin(grid_.times[first] - tau_);
+      for (Index k = first; k < first + length; ++k) {
+        machine.add(grid_.times[k]);
+        probe.add(grid_.times[k] - tau_);
+      }
+      all.blocks += std::pow(e_.segment(first, length).sum(), 2);
+      all.points += e_.segment(first, length).squaredNorm();
+      all.expected_blocks += machine_variance_ * machine.ofSum() + of_probe * probe.ofSum();
+      all.expected_points += machine_variance_ * machine.ofPoints() + of_probe * probe.ofPoints();
+      ++all.count;
+    }
+  }
   // Computes the residuals at a solved delay.
   void finishAt(double tau) {
     tau_ = tau;
@@ -165,6 +192,33 @@ class ResampledPair {
   }
 
  private:
+  // One stream's part in a block of grid points, for samples of unit variance.
+  class Blocked {
+   public:
+    Blocked(const Interpolant& stream, VectorXd gains) : stream_{stream}, gains_{std::move(gains)} {}
+    void begin(double t) {
+      gains_.segment(from_, size()).setZero();
+      stream_.at(t, cursor_);
+      of_points_ = 0.0;
+      from_ = std::max<Index>(0, static_cast<Index>(cursor_) - 1);
+    }
+    void add(double t) {
+      stream_.addGains(t, 1.0, cursor_, gains_);
+      of_points_ += stream_.varianceAt(t, cursor_);
+    }
+    double ofSum() const { return gains_.segment(from_, size()).squaredNorm(); }
+    double ofPoints() const { return of_points_; }
+
+   private:
+    Index size() const { return std::min<Index>(gains_.size(), static_cast<Index>(cursor_) + 3) - from_; }
+
+    const Interpolant& stream_;
+    VectorXd gains_;
+    std::size_t cursor_{};
+    Index from_{};
+    double of_points_{};
+  };
+
   double varianceOf(const Signal& signal) const {
     return interpolation_ == Interpolation::linear ? smallerVariance(signal)
                                                    : sampleVariance(signal, Interpolation::cubic);

@@ -110,6 +110,16 @@ double conditionOf(const std::vector<ResampledPair>& grids) {
   return scaledCondition(normal);
 }
 
+// From blocks of e. Quantisation correlates e by itself.
+NeighbourCorrelation correlationIn(const std::vector<ResampledPair>& grids) {
+  BlockSquares squares;
+  for (const auto& grid : grids) {
+    if (grid.record().rounded) return {};
+    grid.addBlocks(squares);
+  }
+  return correlationOf(squares);
+}
+
 void describe(Match& match, const std::vector<ResampledPair>& grids) {
   double noise = 0.0;
   double information = 0.0;
@@ -133,6 +143,7 @@ void describe(Match& match, const std::vector<ResampledPair>& grids) {
   match.rms_mm = std::sqrt(squares / static_cast<double>(used));
   match.expected_mm = std::sqrt(expected / static_cast<double>(used));
   match.dof = static_cast<std::size_t>(std::max<Index>(0, used - unknowns));
+  match.correlation = correlationIn(grids);
   match.condition = conditionOf(grids);
   match.dropped_share = static_cast<double>(points - used) / static_cast<double>(points);
 }
@@ -198,9 +209,10 @@ std::optional<Refusal> poorMatch(const Match& match, double dropped_share) {
 }
 
 double widenedSd(const Match& match) {
-  if (!(match.expected_mm > 0.0) || match.dof == 0) return match.sd_s;
+  const double sd = std::sqrt(match.correlation.inflation()) * match.sd_s;
+  if (!(match.expected_mm > 0.0) || match.dof == 0) return sd;
   const double worse = match.rms_mm / match.expected_mm;
-  return worse > 1.0 + 1.0 / std::sqrt(2.0 * static_cast<double>(match.dof)) ? worse * match.sd_s : match.sd_s;
+  return worse > 1.0 + 1.0 / std::sqrt(2.0 * static_cast<double>(match.dof)) ? worse * sd : sd;
 }
 
 Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous) {
@@ -216,6 +228,11 @@ Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::Vect
                               ": machine and probe differ by more than their noise explains (" + text(match.rms_mm) +
                               " mm, not " + text(match.expected_mm) +
                               "): sd widened; check for stiction or a loose stylus");
+  }
+  if (match.correlation.is_clear) {
+    result.warnings.push_back("neighbouring samples are correlated (" + text(match.correlation.r) +
+                              "), as by a filter or vibration: sd " + text(std::sqrt(match.correlation.inflation())) +
+                              " times that of independent samples");
   }
   for (const auto& name : match.dropped)
     result.dropped.push_back({name, "more than 4.5 deviations from the other samples"});

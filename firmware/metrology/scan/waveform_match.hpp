@@ -11,6 +11,7 @@
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
+#include "firmware/metrology/scan/neighbour_correlation.hpp"
 #include "firmware/metrology/scan/waveform_pair.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -19,8 +20,9 @@ namespace probebox::metrology {
 struct Match {
   double tau_s{};
   double sd_s{};
-  double rms_mm{};       // of e
-  double expected_mm{};  // expected rms from the noise of the samples
+  double rms_mm{};                   // of e
+  double expected_mm{};              // expected rms from the noise of the samples
+  NeighbourCorrelation correlation;  // of e, beyond what interpolation correlates
   std::size_t dof{};
   double condition{};                // of the column-scaled Jacobian of e
   std::vector<std::string> dropped;  // names of time ranges in which e exceeds 4.5 sd
@@ -40,11 +42,11 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const WaveformPair> records, do
 // Refuses residual-too-large: rms above three times the expected one, or a larger fraction dropped than this.
 std::optional<Refusal> poorMatch(const Match& match, double dropped_share);
 
-// The sd, widened when the residuals exceed the expected ones by one sd of theirs.
+// The sd, widened when the residuals exceed the expected ones by one sd of theirs, and for correlated samples.
 double widenedSd(const Match& match);
 
 // Result of a method that matches waveforms: tau_s in addition to the previous delay. Warns when the residuals exceed
-// the expected ones by more than two fifths.
+// the expected ones by more than two fifths, and of clearly correlated samples.
 Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous);
 
 }  // namespace probebox::metrology

@@ -55,8 +55,9 @@ Usable usable(const std::vector<Touch>& touches, const std::vector<std::size_t>&
 }
 
 // Variance of the point at t along the line's motion.
-double varianceAt(const Line& line, double t, double of_sample) {
-  return of_sample * (1.0 / static_cast<double>(line.n) + (t - line.t_mean) * (t - line.t_mean) / line.sxx);
+double varianceAt(const Line& line, double t, const SampleNoise& noise) {
+  const double lever = t - line.t_mean;
+  return noise.along * (noise.of_mean / static_cast<double>(line.n) + noise.of_slope * lever * lever / line.sxx);
 }
 
 // Variance of a separation point along the motion (A8).
@@ -64,9 +65,9 @@ double pointVariance(const Retract& retract, const TouchNoise& noise) {
   const double t0 = separationTime(retract.probe);
   const double speed_per_slope = retract.machine.slope.norm() / retract.probe.slope.norm();
   const Eigen::Vector3d u = retract.machine.slope.normalized();
-  return varianceAt(retract.machine, t0, noise.machine.along) +
+  return varianceAt(retract.machine, t0, noise.machine) +
          u.cwiseAbs2().dot(noise.rounded.at(t0 - retract.machine.t_mean)) +
-         speed_per_slope * speed_per_slope * varianceAt(retract.probe, t0, noise.probe.along);
+         speed_per_slope * speed_per_slope * varianceAt(retract.probe, t0, noise.probe);
 }
 
 Eigen::Vector3d pointOf(const Retract& retract, const Eigen::Vector3d& tau) {

@@ -6,6 +6,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "firmware/metrology/touch/sample_correlation.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -39,10 +40,11 @@ double speedChange(std::span<const double> times, std::span<const double> values
 // The line through a run without its spikes.
 Steady lineOf(const Seen& seen, const SteadyRun& steady, std::size_t from) {
   const auto& stream = seen.stream;
-  Steady result{{}, {}, {from + steady.run.begin, from + steady.run.end}, {}};
+  Steady result{{}, {}, {from + steady.run.begin, from + steady.run.end}, {}, Eigen::Matrix3d::Zero()};
   if (steady.spikes.empty()) {
     result.line = fitLine(stream.timesOf(result.used), stream.valuesOf(result.used));
     result.rounding = Rounding{stream.timesOf(result.used), result.line, seen.steps};
+    result.neighbours = neighbourProducts(stream.timesOf(result.used), stream.valuesOf(result.used), result.line);
     return result;
   }
   std::vector<double> times;
@@ -58,6 +60,7 @@ Steady lineOf(const Seen& seen, const SteadyRun& steady, std::size_t from) {
   const Rows3 values = stream.values(rows, Eigen::all);
   result.line = fitLine(times, values);
   result.rounding = Rounding{times, result.line, seen.steps};
+  result.neighbours = neighbourProducts(times, values, result.line);
   return result;
 }
 

@@ -33,6 +33,7 @@ struct Steady {
   Rounding rounding;
   Run used;
   std::vector<std::string> spikes;
+  Eigen::Matrix3d neighbours = Eigen::Matrix3d::Zero();  // neighbourProducts of the line
 };
 
 // Name of a sample: stream and stamp.

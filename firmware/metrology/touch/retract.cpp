@@ -289,7 +289,9 @@ Outcome<Retract, Refusal> linesOf(const Touch& touch, const StampJitter& jitter)
                  .machine_apex = lines->machine_apex,
                  .probe_apex = contact.apex,
                  .spikes = std::move(spikes),
-                 .rounding = lines->machine.rounding};
+                 .rounding = lines->machine.rounding,
+                 .machine_neighbours = lines->machine.neighbours,
+                 .probe_neighbours = lines->probe.neighbours};
 }
 
 // Names of the removed samples from the rest at the apex on: before it the stylus bounces.

@@ -24,7 +24,10 @@ struct Retract {
   Eigen::Vector3d probe_apex;
   std::vector<std::string> spikes;  // samples in the windows that the lines do not use
   Rounding rounding{};              // of the machine's line
-  JointPath joints{};               // within the machine's window, where its axes are not Cartesian
+  // Sums of e_k e_{k+1}' over the residuals of either line: see sampleCorrelation.
+  Eigen::Matrix3d machine_neighbours = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d probe_neighbours = Eigen::Matrix3d::Zero();
+  JointPath joints{};  // within the machine's window, where its axes are not Cartesian
 };
 
 // Time at which the probe's line has zero deflection, s (A5), (A6): along the principal direction of the retract.

@@ -121,18 +121,20 @@ Eigen::Matrix4d TouchModel::covariance(Index i, const VectorXd& at) const {
   const Vector3d n = span_ * arm(point(i, at), at).normalized();
   // The radial residual holds the velocity with the lever of the extrapolation and of the delay.
   const Vector3d lever = velocityShare(i, at).transpose() * n + (pointTime(i) - machine.t_mean) * n;
-  double radial = n.dot(of_machine * n) / static_cast<double>(machine.n) + lever.dot(of_machine * lever) / machine.sxx +
-                  n.dot(of_probe * n) / static_cast<double>(probe.n);
-  const LineNoise& rounded = noiseOf(i).rounded;
+  const auto& [of_position, of_deflection, rounded] = noiseOf(i);
+  const double of_mean = of_position.of_mean / static_cast<double>(machine.n);
+  const double of_slope = of_position.of_slope / machine.sxx;
+  double radial = n.dot(of_machine * n) * of_mean + lever.dot(of_machine * lever) * of_slope +
+                  n.dot(of_probe * n) * of_deflection.of_mean / static_cast<double>(probe.n);
   radial += n.cwiseAbs2().dot(rounded.mean) + lever.cwiseAbs2().dot(rounded.slope) +
             2.0 * n.cwiseProduct(lever).dot(rounded.both);
   if (question_.gain == Gain::by_touch)
-    radial += n.dot(of_probe * n) * std::pow(pointTime(i) - probe.t_mean, 2) / probe.sxx;
+    radial += n.dot(of_probe * n) * std::pow(pointTime(i) - probe.t_mean, 2) * of_deflection.of_slope / probe.sxx;
   Eigen::Matrix4d all;
-  all.topLeftCorner<3, 3>() = of_machine / machine.sxx + of_probe / probe.sxx;
+  all.topLeftCorner<3, 3>() = of_machine * of_slope + of_probe * of_deflection.of_slope / probe.sxx;
   all.topLeftCorner<3, 3>().diagonal() += rounded.slope;
   all.topRightCorner<3, 1>() =
-      of_machine * lever / machine.sxx + rounded.slope.cwiseProduct(lever) + rounded.both.cwiseProduct(n);
+      of_machine * lever * of_slope + rounded.slope.cwiseProduct(lever) + rounded.both.cwiseProduct(n);
   all.bottomLeftCorner<1, 3>() = all.topRightCorner<3, 1>().transpose();
   all(3, 3) = radial;
   return all;

@@ -9,6 +9,7 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
+#include "firmware/metrology/touch/sample_correlation.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -126,6 +127,29 @@ NoiseLaw noiseLaw(std::span<const Retract> retracts, Line Retract::*member, std:
   return tried;
 }
 
+// Of the machine's samples that quantisation does not dominate, or of the probe's.
+SampleCorrelation correlationOf(std::span<const Retract> retracts, Line Retract::*member,
+                                Eigen::Matrix3d Retract::*neighbours) {
+  std::vector<LineResiduals> lines;
+  for (const auto& touch : retracts) {
+    const Line& line = touch.*member;
+    const Scatter own = scatterOf(line);
+    const double of_steps = member == &Retract::machine ? std::pow(touch.rounding.coarsest(), 2) * own.dof : 0.0;
+    if (own.along < of_steps || own.dof < 1.0) continue;
+    lines.push_back({line.n, own.along, own.across, (touch.*neighbours).trace()});
+  }
+  return sampleCorrelation(lines);
+}
+
+void correlate(SampleNoise& noise, const SampleCorrelation& correlation, const Line& line) {
+  if (correlation.r == 0.0) return;
+  const CorrelatedLine factors = correlatedLine(line.n, correlation.r);
+  noise.along *= correlation.of_variance;
+  noise.across *= correlation.of_variance;
+  noise.of_mean = factors.mean;
+  noise.of_slope = factors.slope;
+}
+
 // Median over the touches of that speed, so that a bad touch does not hide in a pool which it has spoilt.
 double usualVariance(std::span<const Retract> retracts, const Retract& touch, Line Retract::*line) {
   std::vector<double> at_speed;
@@ -141,16 +165,24 @@ double usualVariance(std::span<const Retract> retracts, const Retract& touch, Li
 
 }  // namespace
 
-PooledNoise poolNoise(std::span<const Retract> retracts) {
+PooledNoise poolNoise(std::span<const Retract> retracts, Neighbours neighbours) {
   const Rounded rounded = roundedOf(retracts);
   const NoiseLaw machine = noiseLaw(retracts, &Retract::machine, rounded.residuals);
   const NoiseLaw probe = noiseLaw(retracts, &Retract::probe, std::vector<double>(retracts.size()));
+  const bool recorded = neighbours == Neighbours::recorded;
+  const SampleCorrelation of_machine =
+      recorded ? correlationOf(retracts, &Retract::machine, &Retract::machine_neighbours) : SampleCorrelation{};
+  const SampleCorrelation of_probe = correlationOf(retracts, &Retract::probe, &Retract::probe_neighbours);
   PooledNoise noise;
+  if (of_machine.is_clear) noise.warnings.push_back(correlatedSamples("machine", of_machine.r));
+  if (of_probe.is_clear) noise.warnings.push_back(correlatedSamples("probe", of_probe.r));
   noise.dof = static_cast<std::size_t>(machine.dof + probe.dof);
   noise.least_dof = static_cast<std::size_t>(std::min(machine.dof, probe.dof));
   for (std::size_t k = 0; k < retracts.size(); ++k) {
     noise.of_touch.push_back(
         {machine.at(rateOf(retracts[k].machine)), probe.at(rateOf(retracts[k].probe)), rounded.lines[k]});
+    correlate(noise.of_touch[k].machine, of_machine, retracts[k].machine);
+    correlate(noise.of_touch[k].probe, of_probe, retracts[k].probe);
   }
   return noise;
 }

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "firmware/metrology/dataset/result.hpp"
@@ -15,6 +16,10 @@ namespace probebox::metrology {
 struct SampleNoise {
   double along{};
   double across{};
+  // Factors on the variances of mean and slope of a line through these samples: above 1 where neighbours are
+  // correlated.
+  double of_mean{1.0};
+  double of_slope{1.0};
 };
 // Additional variance of the machine's line due to quantisation, per axis; mm^2 and s.
 struct LineNoise {
@@ -31,14 +36,19 @@ struct TouchNoise {
   LineNoise rounded{};
 };
 
+// Samples of the machine as recorded, or relative to an interpolated stream, which correlates neighbours by itself.
+enum class Neighbours { recorded, interpolated };
+
 // Noise of every touch from the residuals of its lines, pooled over all touches, with the part of quantisation in
-// residuals and in lines separated. dof: of all pooled residuals; least_dof: of the stream with fewer.
+// residuals and in lines separated, and correlation of neighbouring samples accounted for. dof: of all pooled
+// residuals; least_dof: of the stream with fewer.
 struct PooledNoise {
   std::vector<TouchNoise> of_touch;
   std::size_t dof{};
   std::size_t least_dof{};
+  std::vector<std::string> warnings{};  // of clearly correlated samples
 };
-PooledNoise poolNoise(std::span<const Retract> retracts);
+PooledNoise poolNoise(std::span<const Retract> retracts, Neighbours neighbours = Neighbours::recorded);
 
 // Refuses too-few-samples: fewer than six residuals of either stream in all touches together.
 std::optional<Refusal> tooFewResiduals(std::span<const Retract> retracts);

@@ -83,6 +83,31 @@ TEST_P(DelayOfKnownSize, IsUnbiasedEfficientAndAsUncertainAsItSays) {
   }
 }
 
+// Filters, time constants and vibration correlate neighbouring samples: a line through them averages less noise out.
+TEST(DelayKnownSphere, IsAsUncertainAsItSaysWhereNeighbouringSamplesAreCorrelated) {
+  std::mt19937_64 random{20260103};
+  for (const double correlation : {0.3, 0.5, 0.7}) {
+    SCOPED_TRACE(correlation);
+    Moments tau;
+    int warned = 0;
+    for (int trial = 0; trial < 2 * kSizeTrials; ++trial) {
+      Scene scene = simulation::shuffled(simulation::knownSphere(), random);
+      scene.correlation = correlation;
+      const auto solved = solve(measure(scene, random));
+      // The noise of much correlated samples seems small beside the residuals, as after a slip.
+      if (!solved.ok() && solved.error().name == "residual-too-large" && correlation > 0.5) continue;
+      ASSERT_TRUE(solved.ok()) << solved.error().reason;
+      tau.add(solved->find("tau_s")->value() - scene.tau(), solved->find("tau_s")->sd[0]);
+      warned += testing::Matches(testing::Contains(testing::HasSubstr("are correlated")))(solved->warnings) ? 1 : 0;
+    }
+    EXPECT_THAT(tau.pull(), AllOf(Gt(0.7), Lt(1.35)));
+    EXPECT_GT(tau.count, static_cast<std::size_t>(kSizeTrials));
+    if (correlation >= 0.5) {
+      EXPECT_GT(warned, static_cast<int>(tau.count * 9 / 10));
+    }
+  }
+}
+
 Scene with(Scene scene, const std::function<void(Scene&)>& change) {
   change(scene);
   return scene;

@@ -103,6 +103,29 @@ std::vector<ScanSetting> settings() {
                       [](ScanScene& s) { s.gain << .98, .01, -.005, -.012, 1.03, .004, .006, -.008, 1.01; }}};
 }
 
+TEST(DelaySteppedScan, IsAsUncertainAsItSaysWhereNeighbouringSamplesAreCorrelated) {
+  std::mt19937_64 random{57};
+  for (const double correlation : {0.5, 0.8}) {
+    SCOPED_TRACE(correlation);
+    Moments tau;
+    for (int trial = 0; trial < kScanTrials; ++trial) {
+      ScanScene scene;
+      scene.correlation = correlation;
+      scene.tau_s = uniform(random, -0.008, 0.008);
+      const auto solved = solve(measure(scene, random));
+      ASSERT_TRUE(solved.ok()) << solved.error().reason;
+      EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("are correlated")));
+      tau.add(solved->find("tau_s")->value() - scene.tau_s, solved->find("tau_s")->sd[0]);
+    }
+    // Longer correlation than a block shows is seen in part: without it the mean square is 9.
+    if (correlation > 0.5) {
+      EXPECT_THAT(tau.pull(), AllOf(Gt(0.7), Lt(2.0)));
+    } else {
+      expectHonest(tau);
+    }
+  }
+}
+
 ScanScene withoutNoise() {
   ScanScene scene;
   scene.machine_sigma_mm = scene.probe_sigma_mm = 0.0;
