@@ -49,6 +49,7 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
   TRY(const auto screw, readScrew(dataset));
   TRY(const auto sigma, configSigma(dataset, "sigma_um"));
   TRY(const auto table, checkedTable(dataset, "cycle", kCycleColumns));
+  if (auto refusal = refuseOutside(screw, *table)) return *refusal;
   const auto& positions = *table->column("x_mm");
   const auto& angles = *table->column("phi_rad");
   const auto& speeds = *table->column("rpm");

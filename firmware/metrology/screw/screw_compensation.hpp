@@ -11,7 +11,8 @@ namespace probebox::metrology {
 // screw-calibration. Config: screw_length_mm, orgoff_mm, K, threshold_rpm; axis_reversed; reference_um (the
 // sensor's reading of the cold screw, default 0); extension_min_um, extension_max_um; sigma_um, of one reading of the
 // sensor. Rows are single readings, so (D5) is the plain threshold. Gives comp_um, one per row; sd only with sigma_um.
-// Refuses: bad-sectors (not each of 0 to n - 1 once), extension-out-of-limits, bad-config (a negative speed limit).
+// Refuses: bad-sectors (not each of 0 to n - 1 once), outside-screw, extension-out-of-limits, bad-config (a negative
+// speed limit).
 Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset);
 
 extern const Method kScrewCompensation;

@@ -319,7 +319,7 @@ TEST(ScrewCompensation, TakesAwayTheShiftOfAHeatedScrewAtLowAndAtHighSpeed) {
       const double rpm = row % 2 == 0 ? uniform(random, 0.0, 4.0) : uniform(random, 2500.0, 3500.0);
       const double omega = rpm / 60.0 * kTurn;
       const double angle = uniform(random, 0.0, kTurn);
-      const double x = uniform(random, 0.0, 0.9) * screw.length_mm;
+      const double x = uniform(random, 0.0, 0.9) * screw.length_mm - screw.offset_mm;
       const double kelvin = uniform(random, -1.0, 6.0);
       double wave = 0.0;  // through the lag of the sensor
       for (std::size_t h = 0; h < 2; ++h) {
@@ -365,6 +365,9 @@ TEST(ScrewCompensation, RefusesByName) {
   EXPECT_EQ(refusal([](Dataset& d) { d.config["extension_max_um"] = 50.0; }), "extension-out-of-limits");
   EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("K"); }), "missing-key");
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "cycle", "rpm")[0] = std::nan(""); }), "not-finite");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "cycle", "x_mm")[0] = 3500.0; }), "outside-screw");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "cycle", "x_mm")[0] = -150.0; }), "outside-screw");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "cycle", "x_mm")[0] = 760.0; }), "") << "at its end";
   Dataset stated = good;
   stated.config["sigma_um"] = 0.2;
   EXPECT_NEAR(solve(stated)->find("comp_um")->sd[0], 0.97 * 0.5 * 0.2, 1e-12);
