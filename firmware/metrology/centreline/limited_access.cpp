@@ -11,6 +11,7 @@
 #include "firmware/metrology/centreline/ball_readings.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/fit/angular_span.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
 #include "protocol/units/angle.hpp"
@@ -21,6 +22,7 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kLimitedAccessColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 2> kLimitedAccessContactColumns{"C1_rad", "C2_rad"};
+constexpr double kMostApart_rad = kTurn / 3.0;  // contacts on either side of a stylus (chosen)
 
 // The readings that the source's steps need, those with the largest theta.
 std::optional<RimSteps> sourceReadings(const std::vector<RimReading>& readings) {
@@ -58,10 +60,12 @@ void compareWithSource(Answer& answer, const std::vector<RimReading>& readings, 
 
 std::optional<RimSteps> rimStepsOf(std::span<const RimReading> readings) {
   if (readings.empty()) return std::nullopt;
+  std::vector<RimReading> within{readings.begin(), readings.end()};  // half a turn of zero
+  for (auto& reading : within) reading.c = std::remainder(reading.c, kTurn);
   const auto nearest = [&](double angle) {
-    return *std::ranges::min_element(readings, {}, [&](const RimReading& r) { return std::abs(r.c - angle); });
+    return *std::ranges::min_element(within, {}, [&](const RimReading& r) { return std::abs(r.c - angle); });
   };
-  const RimReading plus = *std::ranges::max_element(readings, {}, &RimReading::c);
+  const RimReading plus = *std::ranges::max_element(within, {}, &RimReading::c);
   const double theta = plus.c;
   const RimReading minus = nearest(-theta);
   const RimReading zero = nearest(0.0);
@@ -114,10 +118,10 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
     rim.push_back({.at = {value(1, row), value(2, row)}, .c = value(0, row)});
     readings.push_back({.at = rim.back().at, .angle = -rim.back().c});
   }
-  const auto [least, greatest] = std::ranges::minmax(rim, {}, &RimReading::c);
-  if (greatest.c - least.c < 2.0 * kLeastHalfArc_rad) {
-    return Refusal{"arc-too-short", "C spans " + text(degrees(greatest.c - least.c)) +
-                                        " degrees, less than 30: turn 15 degrees or more to either side"};
+  const double arc = angularSpan(*table->column(kLimitedAccessColumns[0]), kTurn);
+  if (arc < 2.0 * kLeastHalfArc_rad - kSameAngle_rad) {
+    return Refusal{"arc-too-short",
+                   "C spans " + text(degrees(arc)) + " degrees, less than 30: turn 15 degrees or more to either side"};
   }
   TRY(const auto fit, fitRotation(readings, noise.noise));
 
@@ -145,11 +149,20 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
   const auto rows = static_cast<Eigen::Index>(clockwise.size());
   Eigen::VectorXd middles{rows};
   for (std::size_t row = 0; row < clockwise.size(); ++row) {
-    if (clockwise[row] == anticlockwise[row]) {
-      return Refusal{"not-opposite", "table 'contacts', row " + std::to_string(row + 1) +
-                                         ": both contacts are at one angle; touch the stylus from either side"};
+    const double apart = std::remainder(anticlockwise[row] - clockwise[row], kTurn);
+    const std::string where = "table 'contacts', row " + std::to_string(row + 1) + ": ";
+    if (std::abs(apart) <= kSameAngle_rad) {
+      return Refusal{"not-opposite", where + "both contacts are at one angle; touch the stylus from either side"};
     }
-    middles[static_cast<Eigen::Index>(row)] = (clockwise[row] + anticlockwise[row]) / 2.0;
+    if (std::abs(apart) > kMostApart_rad) {
+      return Refusal{"not-opposite", where + "the contacts are " + text(degrees(std::abs(apart))) +
+                                         " degrees apart; touch one stylus from either side, and give both angles in "
+                                         "radians"};
+    }
+    const double middle = clockwise[row] + apart / 2.0;
+    // In the turn of the first row.
+    auto& placed = middles[static_cast<Eigen::Index>(row)];
+    placed = row == 0 ? middle : middles[0] + std::remainder(middle - middles[0], kTurn);
   }
   const Sigma of_middle{sigma.stated ? sigma.value / std::numbers::sqrt2 : 1.0, sigma.stated};
   const auto fit =

@@ -39,9 +39,10 @@ struct RimSteps {
   bool zero_read{};
 };
 
-// Those of the readings that (B26) and (B27) need: theta is the largest angle, the others are the nearest to -theta and
-// 0. Each is turned from the angle it reports to the nominal one, about the centre (B5) of the first two: beside its
-// angle by 1 mrad a ball at 600 mm is 0.6 mm away. nullopt: no reading within kSameStop_rad of -theta.
+// Those of the readings that (B26) and (B27) need, whole turns aside: theta is the largest angle, the others are the
+// nearest to -theta and 0. Each is turned from the angle it reports to the nominal one, about the centre (B5) of the
+// first two: beside its angle by 1 mrad a ball at 600 mm is 0.6 mm away. nullopt: no reading within kSameStop_rad of
+// -theta.
 std::optional<RimSteps> rimStepsOf(std::span<const RimReading> readings);
 
 // (B26), (B27) without moving the machine: turns the readings instead of C. nullopt as above.
@@ -56,7 +57,8 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset);
 
 // Method "c-zero-shift": error of the zero of C, from the angles at which the ball touches a stylus on either side of
 // the nominal line (B25). Table contacts{C1_rad,C2_rad}, signed, one row per repetition. Config: sigma_C_rad, of
-// one contact. Gives C_shift_rad. Refuses: not-opposite (both contacts at one angle).
+// one contact. Gives C_shift_rad, in the turn of C1_rad of the first row. Refuses: not-opposite (both contacts at one
+// angle, or more than a third of a turn apart).
 Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset);
 
 extern const Method kCentrelineLimitedAccess;

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "firmware/metrology/fit/angular_span.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
@@ -14,8 +15,9 @@ namespace probebox::metrology {
 namespace {
 
 std::optional<Refusal> refuseSpan(const std::vector<TiltReading>& readings) {
-  const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::tilt_deg);
-  const double span = greatest.tilt_deg - least.tilt_deg;
+  std::vector<double> tilts;
+  for (const auto& reading : readings) tilts.push_back(reading.tilt_deg);
+  const double span = angularSpan(std::move(tilts), 360.0);
   if (span >= kLeastTiltSpan_deg) return std::nullopt;
   return Refusal{"tilt-span-too-small", "the tilts span " + text(span) + " degrees, less than 20: tilt further"};
 }

@@ -172,6 +172,27 @@ TEST(LimitedAccess, RefusesByName) {
   EXPECT_EQ(refusal(fiveAngles(14.9 * kDegree)), "arc-too-short");
   EXPECT_EQ(refusal(fiveAngles(15.1 * kDegree)), "");
   EXPECT_EQ(refusal({0.3}), "arc-too-short");
+  EXPECT_EQ(refusal({0.0, 5 * kDegree, 355 * kDegree}), "arc-too-short") << "five degrees to either side";
+  EXPECT_EQ(refusal({0.0, 20 * kDegree, 340 * kDegree}), "");
+}
+
+// A control may count C from 0 to 360 degrees.
+TEST(LimitedAccess, TakesAnglesWholeTurnsApart) {
+  std::mt19937_64 random{6};
+  const Dataset dataset = rimDataset({}, {-0.7, 0.7, 0.0, 0.35, -0.35}, 0.001, 0.0, random);
+  Dataset counted = dataset;
+  for (double& c : columnNamed(counted, "readings", "C_rad_clockwise_from_plus_y")) {
+    if (c < 0) c += kTurn;
+  }
+  const auto solved = solve(dataset);
+  const auto again = solve(counted);
+  ASSERT_TRUE(solved.ok() && again.ok()) << again.error().reason;
+  for (const char* key : {"centre_mm", "source_centre_mm"}) {
+    ASSERT_TRUE(solved->find(key) && again->find(key)) << key;
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_NEAR(again->find(key)->values[k], solved->find(key)->values[k], 1e-7) << key;
+    }
+  }
 }
 
 // Where the rim ball touches a stylus ball: both radii together off the ball's path, found by bisection.
@@ -200,6 +221,21 @@ TEST(CZeroShift, PutsTheBallOnTheNominalLine) {
     EXPECT_NEAR(chuck.ball(solved->find("C_shift_rad")->value()).x(), 0.0, 1e-3) << "one um";
     EXPECT_TRUE(solved->find("C_shift_rad")->sd.empty());
   }
+}
+
+// A control that counts C from 0 to 360 degrees: contacts on either side of its zero.
+TEST(CZeroShift, TakesContactsWholeTurnsApart) {
+  Dataset dataset{.method = "c-zero-shift", .config = {{"sigma_C_rad", 1e-5}}, .tables = {}};
+  Table& table = addTable(dataset, "contacts", {"C1_rad", "C2_rad"});
+  table.append({0.010, kTurn - 0.006});
+  table.append({0.010 + kTurn, -0.006});
+  table.append({0.010, -0.006});
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_NEAR(solved->find("C_shift_rad")->value(), 0.002, 1e-12);
+  EXPECT_LT(solved->rms, 1e-12);
+  columnNamed(dataset, "contacts", "C2_rad")[1] = 2.5;
+  EXPECT_EQ(refusalOf(dataset), "not-opposite") << "they are not at both sides of one stylus";
 }
 
 TEST(CZeroShift, KnowsItsSdFromSigmaOrFromRepetitions) {

@@ -174,6 +174,24 @@ TEST(CentrelineBySteps, RefusesAStepThatIsFurtherBesideItsAngle) {
   EXPECT_EQ(refusalOf(dataset), "missing-step");
 }
 
+// A control may count C from 0 to 360 degrees.
+TEST(CentrelineBySteps, TakesAnglesWholeTurnsApart) {
+  std::mt19937_64 random{13};
+  const Chuck chuck;
+  Dataset dataset = goThrough(chuck, 30 * kDegree, random);
+  const auto solved = solve(dataset);
+  for (double& c : columnNamed(dataset, "readings", "C_rad_clockwise_from_plus_y")) {
+    if (c < 0) c += kTurn;
+  }
+  const auto counted = solve(dataset);
+  ASSERT_TRUE(solved.ok() && counted.ok()) << counted.error().reason;
+  for (const char* key : {"fit_centre_mm", "steps_centre_mm"}) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_NEAR(counted->find(key)->values[k], solved->find(key)->values[k], 1e-7) << key;
+    }
+  }
+}
+
 TEST(CentrelineBySteps, StepsAndFitAgreeWithoutNoise) {
   std::mt19937_64 random{2};
   for (int trial = 0; trial < 30; ++trial) {

@@ -373,6 +373,8 @@ TEST(TablePivot, RefusesByName) {
   EXPECT_EQ(refusal({}, {0, 0}, {0, 180}), "tilt-span-too-small");
   EXPECT_EQ(refusal({}, {0, 360}, {0, 180}), "tilt-span-too-small") << "the same place";
   EXPECT_EQ(refusal({}, {0, 359}, {0, 180}), "tilt-span-too-small") << "nearly the same place";
+  EXPECT_EQ(refusal({}, {0, 350}, {0, 180}), "tilt-span-too-small") << "ten degrees apart";
+  EXPECT_EQ(refusal({}, {0, 330}, {0, 180}), "");
   EXPECT_EQ(refusal({.ball = {0, -12.3, 45.6}}, {-90, 0}, {0}), "arm-too-short");
   // The C axis misses the pivot by more than the height of the ball.
   Tilting aside;
