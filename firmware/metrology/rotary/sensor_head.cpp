@@ -10,6 +10,7 @@
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/further_reading.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -126,8 +127,8 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   }
   Answer answer{dataset, fit, sigma};
   answer.readingIs("one sensor", "units of the sensors");
-  const std::optional<double> noise = answer.readingSd();
-  if (auto refusal = badHead(head.matrix, moves, noise.value_or(0.0))) return *refusal;
+  if (auto refusal = badHead(head.matrix, moves, answer.readingSd().value_or(0.0))) return *refusal;
+  const double noise = sdOfFurtherReading(answer, fit, sigma).value_or(0.0);
   answer.promiseMatrix("sensor_matrix", 3, pick_matrix * fit.parameters, pick_matrix);
   answer.promiseVector("sensor_zero", head.zero, pick_zero);
   const Vector3d sensitivity = head.matrix.rowwise().norm();
@@ -150,7 +151,7 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
       "sensors = zero + matrix * position of the ball relative to the head's reference; rms in the unit of the sensors";
   answer.readings(*table, std::span{kMoveColumns}.last(3), "ux_mm");
   Result result = std::move(answer).take(true);
-  if (dataset.table("readings")) addReadingNoise(result, inverse(head.matrix) * noise.value_or(0.0));
+  if (dataset.table("readings")) addReadingNoise(result, inverse(head.matrix) * noise);
   return result;
 }
 

@@ -12,6 +12,7 @@
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/relative_sigma.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/further_reading.hpp"
 #include "firmware/metrology/tilt/swivel_fit.hpp"
 #include "firmware/metrology/tilt/swivel_lengths.hpp"
 #include "firmware/metrology/tilt/swivel_stops.hpp"
@@ -171,13 +172,13 @@ Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, doubl
 
 // Adds the chosen model, how well each candidate fits, and the values that live corrections need.
 void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates, const SwivelReadings& readings,
-              double sigma) {
+              const Sigma& sigma) {
   const auto& parameters = chosen.fit.parameters;
   auto& also = answer.result().also;
   also.push_back(Estimate::scalar("model", static_cast<double>(chosen.model.kind), std::nullopt));
   also.push_back(Estimate::scalar("recommended_model", static_cast<double>(chosen.recommended), std::nullopt));
   for (const Kind kind : {Kind::sine, Kind::rigid, Kind::free}) {
-    const auto rms = candidates.rms(kind, sigma);
+    const auto rms = candidates.rms(kind, sigma.value);
     const auto name = "rms_" + std::string{kNames[static_cast<std::size_t>(kind)]} + "_mm";
     if (rms) also.push_back(Estimate::scalar(name, *rms, std::nullopt));
   }
@@ -193,7 +194,7 @@ void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates
   }
   const Eigen::MatrixXd terms = chosen.model.map() * pick(0, chosen.model.parameters(), parameters.size());
   answer.alsoMatrix("swivel_terms_mm", 4, terms * parameters, terms);
-  also.push_back(leftByAngle(readings, chosen, sigma, answer.readingSd()));
+  also.push_back(leftByAngle(readings, chosen, sigma.value, sdOfFurtherReading(answer, chosen.fit, sigma)));
 }
 
 // A tool that hangs along Z with the head level: where a shank touched, what of t is along it is nothing.
@@ -268,7 +269,7 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   for (const auto column : kQueryColumns) {
     answer.result().also.push_back(Estimate::vector("query_" + std::string{column}, *queries->column(column), {}));
   }
-  addModel(answer, chosen, candidates, readings, sigma.value);
+  addModel(answer, chosen, candidates, readings, sigma);
   for (const auto& warning : chosen.warnings) answer.warn(warning);
   for (const auto& warning : about_stops) answer.warn(warning);
   for (const auto* table : {dataset.table("readings"), dataset.table("shank")}) {

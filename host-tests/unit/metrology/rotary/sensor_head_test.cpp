@@ -86,6 +86,28 @@ TEST(SensorHead, ReachesTheBoundAndStatesItsUncertainty) {
   expectHonest(balls);
 }
 
+// Six moves leave six degrees of freedom: so few residuals tell the noise of a reading poorly (Student's factor).
+TEST(SensorHead, IsAsUncertainAsItSaysByTheResidualsOfFewMoves) {
+  std::mt19937_64 random{14};
+  Moments balls;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const Sensors sensors = randomSensors(random);
+    const Vector3d truth = anywhere(random, 100);
+    Dataset dataset = headDataset(sensors, 0.3, 5e-4, random, {truth});
+    dataset.config.erase("sigma_sensor");
+    auto& moves = tableNamed(dataset, "moves");
+    for (auto& column : moves.columns) {
+      const auto all = column.values;
+      column.values = {all[0], all[5], all[6], all[11], all[12], all[17]};  // the ends of each axis
+    }
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto& at = *solved->find("ball_mm");
+    for (std::size_t k = 0; k < 3; ++k) balls.add(at.values[k] - truth[static_cast<Eigen::Index>(k)], at.sd[k]);
+  }
+  EXPECT_THAT(balls.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.12)));
+}
+
 TEST(SensorHead, SaysThatAReadingIsInTheUnitOfTheSensors) {
   std::mt19937_64 random{11};
   const auto solved = solve(headDataset(randomSensors(random), 0.3, 1e-4, random, {}));
