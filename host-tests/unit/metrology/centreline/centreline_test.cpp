@@ -38,11 +38,13 @@ std::vector<RotationReading> turnedFeature(const Vector2d& centre, const Vector2
   return readings;
 }
 
+// Farther apart than kSameStop_rad, so that each is a stop of its own in whatever order they come.
 std::vector<double> randomAngles(std::mt19937_64& random) {
   const double arc = uniform(random, 1.0, 2.0 * std::numbers::pi);
   std::vector<double> angles;
   const int n = std::uniform_int_distribution<int>{3, 15}(random);
-  for (int k = 0; k < n; ++k) angles.push_back(arc * k / n + uniform(random, -0.05, 0.05));
+  const double by = std::min(0.05, 0.4 * arc / n);
+  for (int k = 0; k < n; ++k) angles.push_back(arc * k / n + uniform(random, -by, by));
   return angles;
 }
 
