@@ -257,6 +257,8 @@ TouchFault TouchCapture::end(const TickMap& map) {
 
 void TouchCapture::keepTouch() {
   keepNearContact(recording_, touch_);
+  // An encoder may have been silent at the contact alone.
+  if (touch_.machine_end - touch_.machine_begin < kFewestRows) return note(TouchFault::no_machine_rows);
   if (!recording_.append(touch_)) note(TouchFault::recording_full);
 }
 

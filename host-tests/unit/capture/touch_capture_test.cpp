@@ -91,6 +91,35 @@ TEST(TouchCapture, RefusesATouchThatDoesNotFitAndKeepsTheOnesBefore) {
   EXPECT_EQ(capture.recording().touches().size(), 1U);
 }
 
+// A second with a contact from 300 ms to 600 ms, whose positions come in its first and last tenth alone.
+TouchFault touchedWithoutPositions(TouchCapture& capture, bool by_edges) {
+  TouchRequest request = kTouch;
+  request.by_edges = by_edges;
+  capture.begin(request);
+  for (std::int64_t ms = 0; ms < 1000; ++ms) {
+    const std::int64_t at_ns = 1'000'000 * ms;
+    if (ms < 100 || ms >= 900) latchAll(capture, at_ns, {ms, 0, 0});
+    const std::int32_t pushed_nm = ms >= 300 && ms < 600 ? 100'000 : 0;
+    capture.push(
+        Deflection{.sequence = 0, .channels_nm = {pushed_nm, 0, 0}, .clipped = false, .at = monoTime(at_ns)});
+  }
+  capture.push(Edge{LineRole::trigger, 0, Level::active, 0, monoTime(300'000'000)});
+  capture.push(Edge{LineRole::trigger, 0, Level::inactive, 1, monoTime(600'000'000)});
+  return capture.end(kLocked);
+}
+
+TEST(TouchCapture, RepeatsATouchWithoutPositionsAtItsContact) {
+  for (const bool by_edges : {false, true}) {
+    TouchCapture capture{Capacity{}};
+    recordTouch(capture);
+    ASSERT_EQ(capture.end(kLocked), TouchFault::none);
+    EXPECT_EQ(touchedWithoutPositions(capture, by_edges), TouchFault::no_machine_rows) << by_edges;
+    EXPECT_EQ(capture.recording().touches().size(), 1U);
+    EXPECT_EQ(capture.recording().machineRowCount(), 10U);
+    EXPECT_EQ(capture.recording().probeRowCount(), 10U);
+  }
+}
+
 // Edges of a touch-trigger probe at these times, ms; the levels alternate, beginning with contact.
 TouchFault touchedBySwitch(TouchCapture& capture, std::initializer_list<std::int64_t> edges_ms,
                            SwitchOf of = SwitchOf::probe) {
@@ -98,7 +127,7 @@ TouchFault touchedBySwitch(TouchCapture& capture, std::initializer_list<std::int
   request.by_edges = true;
   request.switch_of = SwitchOf::probe;
   capture.begin(request);
-  for (std::int64_t i = 0; i < 10; ++i) latchAll(capture, 2'000'000 * i, {i, 10 * i, -i});
+  for (std::int64_t i = 0; i < 500; ++i) latchAll(capture, 2'000'000 * i, {i, 10 * i, -i});
   Level level = Level::active;
   for (const auto at_ms : edges_ms) {
     capture.push(Edge{LineRole::trigger, 0, level, 0, monoTime(at_ms * 1'000'000)}, of);
