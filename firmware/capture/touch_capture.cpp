@@ -86,8 +86,8 @@ const char* explain(TouchFault fault) {
       return "the probe's switch was open before the touch began: move off the surface until the stylus is seated, and "
              "check that the probe re-arms";
     case TouchFault::triggered_twice:
-      return "the probe's switch opened twice in one touch: touch once, without vibration, and come off the surface by "
-             "the clearance";
+      return "the probe's switch, or the tool-setting device, tripped twice in one touch: touch once, without "
+             "vibration, and come off the surface by the clearance";
     case TouchFault::rest_too_short:
       return "the readings of the screw's sensor cover less time than the step needs: stand still for all of it before "
              "the end marker";
@@ -200,10 +200,18 @@ void TouchCapture::push(const Edge& edge, SwitchOf of) {
   if (!running_ || !touch_.request.by_edges || touch_.request.switch_of != of) return;
   if (of == SwitchOf::probe) {
     if (edge.level != before) takeProbeEdge(edge);
-  } else if (edge.level == Level::inactive) {
+  } else {
+    takeDeviceEdge(edge);
+  }
+}
+
+void TouchCapture::takeDeviceEdge(const Edge& edge) {
+  if (edge.level == Level::inactive) {
     touch_.release = edge.at;
   } else if (!touch_.contact) {
     touch_.contact = edge.at;
+  } else if (touch_.release && *touch_.contact < *touch_.release && edge.at - *touch_.release > kBounce) {
+    note(TouchFault::triggered_twice);
   }
 }
 

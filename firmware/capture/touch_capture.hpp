@@ -44,7 +44,7 @@ const char* explain(TouchFault fault);
 // interpolation.
 inline constexpr Nanoseconds kSweepInterval = std::chrono::milliseconds{10};
 
-// A probe's switch bounces on its seat for this time after the release; a later edge is of another contact.
+// A switch bounces for this time after the release; a later edge is of another contact.
 inline constexpr Nanoseconds kBounce = std::chrono::milliseconds{20};
 
 // Longest time between two edges of one chattering contact of a probe's switch.
@@ -78,7 +78,7 @@ class TouchCapture {
   void push(const AngleRow& angle);
   // Edges of the tool-setting device, or of the switch of the probe. When they bounce, the first edge is the contact;
   // the release is the last edge of the device. Of the probe's switch it is the first closing after the chatter of the
-  // contact (kChatter); what follows later than its bounces (kBounce) is a second contact, and a fault.
+  // contact (kChatter). What follows later than the bounces of a release (kBounce) is a second contact, and a fault.
   void push(const Edge& edge, SwitchOf of = SwitchOf::tool_setter);
   TouchFault end(const TickMap& map);  // keeps the touch only if it returns no fault
   void abandon();
@@ -90,6 +90,7 @@ class TouchCapture {
 
  private:
   void takeProbeEdge(const Edge& edge);
+  void takeDeviceEdge(const Edge& edge);
   void note(TouchFault fault);
   bool needs(Source source) const;
   bool stoodStill() const;

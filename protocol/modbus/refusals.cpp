@@ -38,7 +38,7 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {33, "step: the machine moved during a hold"},
     {34, "step: no edges of the probe's switch during it"},
     {35, "step: the probe's switch was open before it"},
-    {36, "step: the probe's switch opened twice"},
+    {36, "step: the probe's switch, or the tool-setting device, tripped twice"},
     {37, "step: the machine stood still for less than the time of the step"},
     {38, "step: the probe came off the surface during a scan"},
     {39, "step: samples were missing during a scan"},

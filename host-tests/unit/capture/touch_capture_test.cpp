@@ -100,8 +100,7 @@ TouchFault touchedWithoutPositions(TouchCapture& capture, bool by_edges) {
     const std::int64_t at_ns = 1'000'000 * ms;
     if (ms < 100 || ms >= 900) latchAll(capture, at_ns, {ms, 0, 0});
     const std::int32_t pushed_nm = ms >= 300 && ms < 600 ? 100'000 : 0;
-    capture.push(
-        Deflection{.sequence = 0, .channels_nm = {pushed_nm, 0, 0}, .clipped = false, .at = monoTime(at_ns)});
+    capture.push(Deflection{.sequence = 0, .channels_nm = {pushed_nm, 0, 0}, .clipped = false, .at = monoTime(at_ns)});
   }
   capture.push(Edge{LineRole::trigger, 0, Level::active, 0, monoTime(300'000'000)});
   capture.push(Edge{LineRole::trigger, 0, Level::inactive, 1, monoTime(600'000'000)});
@@ -120,12 +119,13 @@ TEST(TouchCapture, RepeatsATouchWithoutPositionsAtItsContact) {
   }
 }
 
-// Edges of a touch-trigger probe at these times, ms; the levels alternate, beginning with contact.
+// Edges of a switch at these times, ms, in a touch by the edges of `asked`; the levels alternate, beginning with
+// contact.
 TouchFault touchedBySwitch(TouchCapture& capture, std::initializer_list<std::int64_t> edges_ms,
-                           SwitchOf of = SwitchOf::probe) {
+                           SwitchOf of = SwitchOf::probe, SwitchOf asked = SwitchOf::probe) {
   TouchRequest request = kTouch;
   request.by_edges = true;
-  request.switch_of = SwitchOf::probe;
+  request.switch_of = asked;
   capture.begin(request);
   for (std::int64_t i = 0; i < 500; ++i) latchAll(capture, 2'000'000 * i, {i, 10 * i, -i});
   Level level = Level::active;
@@ -168,6 +168,19 @@ TEST(TouchCapture, RepeatsATouchWhoseSwitchDidSomethingElse) {
   EXPECT_EQ(touchedBySwitch(capture, {500}), TouchFault::no_trigger);
   EXPECT_EQ(touchedBySwitch(capture, {600, 700}), TouchFault::still_deflected) << "it never closed again";
   EXPECT_EQ(touchedBySwitch(capture, {800, 900}), TouchFault::none);
+}
+
+TEST(TouchCapture, RepeatsATouchOfTheToolSettingDeviceWithASecondContact) {
+  const auto touched = [](TouchCapture& capture, std::initializer_list<std::int64_t> edges_ms) {
+    return touchedBySwitch(capture, edges_ms, SwitchOf::tool_setter, SwitchOf::tool_setter);
+  };
+  TouchCapture capture{Capacity{}};
+  EXPECT_EQ(touched(capture, {100, 200, 500, 600}), TouchFault::triggered_twice);
+  EXPECT_EQ(touched(capture, {100, 200, 221, 600}), TouchFault::triggered_twice);
+  ASSERT_EQ(touched(capture, {100, 101, 103, 104, 106, 300, 302, 303, 320, 321}), TouchFault::none) << "it bounces";
+  const auto& touch = capture.recording().touches().front();
+  EXPECT_EQ(touch.contact, monoTime(100'000'000));
+  EXPECT_EQ(touch.release, monoTime(321'000'000));
 }
 
 // Ten readings a second of the screw of Y, over a stated time.
