@@ -55,7 +55,7 @@ class StoreRoom {
         boots_{app::countBoot((folder / "boots").string())},
         keeper_{(folder / "served").string(), kLimits, [this](const Event& bounds) { takeBounds(bounds); }},
         unit_{(folder / "unit").string()} {
-    results_.alsoAsk([this] { return doors_.anyInhibits(); });
+    results_.alsoAsk([this] { return doors_.keepCutsOut(); });
     (void)results_.restore();
     before_ = served_.before();
     for (const auto& event : keeper_.restore(now_, before_, std::nullopt)) {

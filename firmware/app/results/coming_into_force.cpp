@@ -147,9 +147,11 @@ std::optional<std::string> ResultsInForce::deriveCentreline(const store::Record&
     if (const auto told = fitActivation(*proposed); !told)
       return what + "is proposed and cannot come into force: " + told.error().what;
   }
-  const auto record = store_.accept(*id, by, utcNow());
+  const auto no_cut = noCut();
+  const auto record = store_.accept(*id, by, utcNow(), no_cut ? store::Activation::at_once : store::Activation::later);
   readStore();
   if (!record) return what + "could not be accepted: " + record.error().what;
+  if (record->state != store::State::active) return what + "waits for the end of the cut.";
   tell(*record);
   return what + "is in force.";
 }

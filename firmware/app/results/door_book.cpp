@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t kMostBookBytes = DoorBook::kMostDoors * (2 * DoorBook::kMostName + 64);
 constexpr const char* kNetwork = "network";
+constexpr std::chrono::seconds kDoorPatience{2};
 constexpr const char* kUnknown = "unknown: the file of inhibits was damaged";
 
 // All that the file holds.
@@ -25,6 +26,10 @@ struct Content {
 std::vector<DoorEntry> doorsIn(const std::string& text) {
   const auto content = messages::decode<Content>(std::as_bytes(std::span{text}));
   return content ? content->doors : std::vector<DoorEntry>{};
+}
+
+Error sayItAgain() {
+  return Error{"The box takes nothing now: say it again."};
 }
 
 bool saysNothing(const DoorEntry& entry) {
@@ -138,8 +143,17 @@ std::vector<DoorEntry> DoorBook::holders() const {
   return all;
 }
 
+// A door that waits comes first, however many results wait as well.
+std::optional<NoCut> DoorBook::keepCutsOut() {
+  if (declaring_ > 0) return std::nullopt;
+  NoCut no_cut{changing_};
+  if (declaring_ > 0 || anyInhibits()) return std::nullopt;
+  return no_cut;
+}
+
 std::optional<Error> DoorBook::keepWordOrder(std::string_view door, std::uint16_t order) {
-  const std::lock_guard lock{changing_};
+  const NoCut lock{changing_, kDoorPatience};
+  if (!lock) return sayItAgain();
   if (wordOrder(door) == order && isStored(door)) return std::nullopt;
   Doors doors = doors_;
   TRY(const auto entry, findOrAdd(doors, door));
@@ -154,13 +168,17 @@ std::optional<Error> DoorBook::setInhibit(std::string_view door, bool active, st
     const std::lock_guard lock{mutex_};
     if (!untold_ && inhibitsIn(doors_, door) == active && isStored(door)) return std::nullopt;
   }
-  const std::lock_guard lock{changing_};
+  declaring_ += active ? 1 : 0;
+  const NoCut lock{changing_, kDoorPatience};
+  declaring_ -= active ? 1 : 0;
+  if (!lock) return sayItAgain();
   if (inhibits(door) != active || !isStored(door)) return change(door, active, by);
   return untold_ ? tellCore() : std::nullopt;
 }
 
 std::optional<Error> DoorBook::clearInhibit(std::string_view door, std::string_view by) {
-  const std::lock_guard lock{changing_};
+  const NoCut lock{changing_, kDoorPatience};
+  if (!lock) return sayItAgain();
   if (inhibits(door)) return change(door, false, by);
   if (untold_ && find(doors_, door) != nullptr) return tellCore();
   std::string names;
@@ -208,10 +226,10 @@ void DoorBook::show(Doors doors) {
 
 // While changing_ is held, so that the core hears of changes in the order in which they were made.
 std::optional<Error> DoorBook::tellCore() {
-  constexpr int kPatience_ms = 2000;
+  constexpr std::chrono::milliseconds kRound{1};
   bool told = tell_core_(anyInhibits());
-  for (int waited_ms = 0; !told && waited_ms < kPatience_ms; ++waited_ms) {
-    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  for (std::chrono::milliseconds waited{}; !told && waited < kDoorPatience; waited += kRound) {
+    std::this_thread::sleep_for(kRound);
     told = tell_core_(anyInhibits());
   }
   {
@@ -219,7 +237,7 @@ std::optional<Error> DoorBook::tellCore() {
     untold_ = !told;
   }
   if (told) return std::nullopt;
-  return Error{"The box takes nothing now: say it again."};
+  return sayItAgain();
 }
 
 }  // namespace probebox::app

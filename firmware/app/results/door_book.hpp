@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -8,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "firmware/app/results/no_cut.hpp"
 #include "firmware/store/twin_file.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -53,9 +55,13 @@ class DoorBook {
   bool inhibits(std::string_view door) const;
   bool anyInhibits() const;
   std::vector<DoorEntry> holders() const;
+  // Keeps all doors from changing while a result comes into force; nothing while one inhibits, or waits to do so. May
+  // wait for the disk.
+  std::optional<NoCut> keepCutsOut();
 
-  // Declares that a cut is on, or over; returns at once when that is stored and with the core already. On a failure of
-  // the disk the begin of a cut holds until the box ends, and the error says so; the end of a cut is not accepted.
+  // Declares that a cut is on, or over; returns at once when that is stored and with the core already, and waits for a
+  // result that is just coming into force, 2 s at most. On a failure of the disk the begin of a cut holds until the box
+  // ends, and the error says so; the end of a cut is not accepted.
   std::optional<Error> setInhibit(std::string_view door, bool active, std::string_view by);
   // Clears the inhibit of another door in the name of a person, such as for a controller that is gone.
   std::optional<Error> clearInhibit(std::string_view door, std::string_view by);
@@ -69,7 +75,8 @@ class DoorBook {
   bool isStored(std::string_view door) const;
 
   std::function<bool(bool)> tell_core_;
-  std::mutex changing_;  // held while doors_ changes and the disk writes
+  std::atomic<int> declaring_{};  // doors whose inhibit waits for changing_
+  std::timed_mutex changing_;     // held while doors_ changes and the disk writes, or a result comes into force
   store::TwinFile file_;
   mutable std::mutex mutex_;  // never held for long
   Doors doors_;

@@ -20,7 +20,7 @@ class ResultsDesk {
  public:
   ResultsDesk(Calibrations& calibrations, CoreView& core, DoorBook& doors)
       : calibrations_{calibrations}, core_{core}, doors_{doors}, proposals_{calibrations} {
-    calibrations.inForce().alsoAsk([&doors] { return doors.anyInhibits(); });
+    calibrations.inForce().alsoAsk([&doors] { return doors.keepCutsOut(); });
   }
 
   static bool answers(messages::Operation operation);

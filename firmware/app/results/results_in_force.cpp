@@ -86,12 +86,13 @@ void ResultsInForce::look(const box::State& state) {
   if (!first_state_at_) first_state_at_ = state.at;
   state_at_ = state.at;
   inhibited_ = state.snapshot.inhibited;
-  if (mayChange()) activateWaiting();
+  activateWaiting();
 }
 
-bool ResultsInForce::mayChange() const {
-  if (cut_is_held_ && cut_is_held_()) return false;
-  return !inhibited_ && first_state_at_ && state_at_ - *first_state_at_ >= kSettling;
+// Nothing where a result may not come into force or out of it.
+std::optional<NoCut> ResultsInForce::noCut() const {
+  if (inhibited_ || !first_state_at_ || state_at_ - *first_state_at_ < kSettling) return std::nullopt;
+  return keep_cuts_out_ ? keep_cuts_out_() : NoCut{};
 }
 
 std::optional<store::Failure> ResultsInForce::otherBinding(const store::Record& record) const {
@@ -146,7 +147,8 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
   const auto doubt = was_proposed ? whyNotConforming(record) : std::nullopt;
   if (differs && !although_it_differs) return tooFarApart(record, comparison, doubt);
   if (doubt && !although_it_differs) return notConforming(record, *doubt);
-  const auto activation = mayChange() ? store::Activation::at_once : store::Activation::later;
+  auto no_cut = noCut();
+  const auto activation = no_cut ? store::Activation::at_once : store::Activation::later;
   auto accepted = store_.accept(id, by, utcNow(), activation,
                                 doubt     ? "although it is not proven to conform"
                                 : differs ? "although it differs"
@@ -163,6 +165,7 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
   readStore();
   if (was_active || record.state != store::State::active) return compared;
   tell(record);
+  no_cut.reset();
   for (auto& sentence : dependantsOn(comparison.with)) notes.push_back(std::move(sentence));
   if (auto derived = deriveCentreline(record, by)) notes.push_back(*std::move(derived));
   return compared;
@@ -199,7 +202,8 @@ std::optional<store::Failure> ResultsInForce::whyNotBack(const store::Binding& b
 }
 
 ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& binding, const std::string& by) {
-  if (!mayChange()) return cutIsOn("repeat the rollback when it is over.");
+  auto no_cut = noCut();
+  if (!no_cut) return cutIsOn("repeat the rollback when it is over.");
   if (const auto present = store_.active(binding); present && !*present) {
     // It would bring one back.
     if (auto beside = whyBeside(binding.subject)) return *beside;
@@ -216,6 +220,7 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& bindin
   } else if (const auto none = noneInForce(binding.subject, now_())) {
     tell_core_(*none);
   }
+  no_cut.reset();
   Return back{std::move(*changed), {}};
   if (back.active) back.notes = notesOn(*back.active);
   if (!back.retired) return back;
@@ -227,21 +232,29 @@ void ResultsInForce::activateWaiting() {
   if (now_() < patient_until_) return;
   auto waiting = this->waiting();
   std::erase_if(waiting, [&](store::Id id) { return waiting_unfit_.contains(id); });
-  if (waiting.empty()) return;
   for (const auto id : waiting) {
-    const auto activated = store_.activate(id, utcNow());
-    if (!activated) {
-      logError(named(id) + " is waiting and cannot come into force: " + activated.error().what);
-      patient_until_ = now_() + kPatience;
-      catchUp();
-      continue;
-    }
-    logInfo("the cut is over: result " + std::to_string(id) + " is now in force, accepted by " +
-            activated->accepted_by);
-    tell(*activated);
-    if (const auto derived = deriveCentreline(*activated, activated->accepted_by)) logInfo(*derived);
+    if (!activate(id)) return;
   }
+}
+
+// False during a cut, which may have begun behind the one before.
+bool ResultsInForce::activate(store::Id waiting) {
+  auto no_cut = noCut();
+  if (!no_cut) return false;
+  const auto activated = store_.activate(waiting, utcNow());
+  if (!activated) {
+    logError(named(waiting) + " is waiting and cannot come into force: " + activated.error().what);
+    patient_until_ = now_() + kPatience;
+    catchUp();
+    return true;
+  }
+  logInfo("the cut is over: result " + std::to_string(waiting) + " is now in force, accepted by " +
+          activated->accepted_by);
   readStore();
+  tell(*activated);
+  no_cut.reset();
+  if (const auto derived = deriveCentreline(*activated, activated->accepted_by)) logInfo(*derived);
+  return true;
 }
 
 // A disk that fails behind the last write of a change refuses it, and has it all the same: the core applies what the

@@ -12,6 +12,7 @@
 
 #include "firmware/app/results/compared_values.hpp"
 #include "firmware/app/results/machine_range.hpp"
+#include "firmware/app/results/no_cut.hpp"
 #include "firmware/app/results/values_in_use.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
@@ -66,8 +67,9 @@ class ResultsInForce {
   // Handles the newest state of the core. Waiting results come into force as soon as no cut is on, in the name of the
   // persons who accepted them; not in the first second, when the levels of inhibit lines may still be unknown.
   void look(const box::State& state);
-  // Adds a second test: whether a door holds an inhibit that the core may not know of yet.
-  void alsoAsk(std::function<bool()> cut_is_held) { cut_is_held_ = std::move(cut_is_held); }
+  // Adds a second test: whether a door holds an inhibit that the core may not know of yet. Each result comes into force
+  // with the doors kept from declaring a cut, from the test until the core has been told.
+  void alsoAsk(KeepCutsOut keep_cuts_out) { keep_cuts_out_ = std::move(keep_cuts_out); }
 
   // The returned record is ACTIVE, or ACCEPTED while a cut is on. A result that differs from the one in force by more
   // than kMostSd is refused unless although_it_differs, and so is one that fails a limit.
@@ -110,7 +112,7 @@ class ResultsInForce {
   std::optional<procedure::CalibratedHead> sensorHead(std::uint32_t tool) const;
 
  private:
-  bool mayChange() const;
+  std::optional<NoCut> noCut() const;
   std::vector<std::uint64_t> waiting() const;
   Outcome<std::vector<Event>> fitActivation(const store::Record& record) const;
   void tell(const store::Record& record);
@@ -125,6 +127,7 @@ class ResultsInForce {
   std::optional<store::Failure> objectionTo(const store::Record& record) const;
   std::optional<store::Failure> whyNotBack(const store::Binding& binding) const;
   void activateWaiting();
+  bool activate(store::Id waiting);
   std::optional<std::vector<store::Record>> ours(store::State state) const;
   void readStore();
   void catchUp();
@@ -139,7 +142,7 @@ class ResultsInForce {
   MonoTime state_at_{};
   MonoTime patient_until_{};  // no new attempt before, after a failure of the store
   bool inhibited_{true};
-  std::function<bool()> cut_is_held_;
+  KeepCutsOut keep_cuts_out_;
   std::set<store::Id> waiting_unfit_;  // of those that wait; as of the last reading of the store
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> active_;

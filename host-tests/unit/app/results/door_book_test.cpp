@@ -1,10 +1,14 @@
 #include "firmware/app/results/door_book.hpp"
 
+#include <atomic>
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <optional>
 #include <sys/resource.h>
+#include <thread>
 
 #include "host-tests/support/in_child.hpp"
 #include "host-tests/support/temporary_folder.hpp"
@@ -202,6 +206,41 @@ TEST_F(DoorBookTest, GivesTheInhibitOfAllOfTcpToEachAddressWhoseHostsCanEndIt) {
   reopen();
   book().takeOverNetwork({kOffice, kCell});
   EXPECT_FALSE(book().anyInhibits()) << "once";
+}
+
+TEST_F(DoorBookTest, DeclaresNoCutWhileAResultComesIntoForce) {
+  auto no_cut = book().keepCutsOut();
+  ASSERT_TRUE(no_cut);
+  std::atomic<bool> acknowledged{};
+  std::thread controller{[&] {
+    EXPECT_FALSE(book().setInhibit(kLathe, true, ""));
+    acknowledged = true;
+  }};
+  std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  EXPECT_FALSE(acknowledged);
+  EXPECT_FALSE(book().anyInhibits());
+  // However many results follow one another, the controller comes between.
+  while (no_cut) {
+    no_cut.reset();
+    no_cut = book().keepCutsOut();
+  }
+  controller.join();
+  EXPECT_TRUE(book().inhibits(kLathe));
+  EXPECT_FALSE(book().keepCutsOut());
+  ASSERT_FALSE(book().setInhibit(kLathe, false, ""));
+  EXPECT_TRUE(book().keepCutsOut());
+}
+
+TEST_F(DoorBookTest, RefusesACutWhereAResultTakesTooLong) {
+  auto no_cut = book().keepCutsOut();
+  std::optional<Error> refusal;
+  std::thread{[&] { refusal = book().setInhibit(kLathe, true, ""); }}.join();
+  ASSERT_TRUE(refusal);
+  EXPECT_THAT(refusal->what, HasSubstr("say it again"));
+  EXPECT_FALSE(book().anyInhibits());
+  no_cut.reset();
+  EXPECT_TRUE(book().keepCutsOut()) << "the door waits no more";
+  EXPECT_FALSE(book().setInhibit(kLathe, true, ""));
 }
 
 TEST_F(DoorBookTest, HasRoomForSoManyNamesAndSaysSo) {

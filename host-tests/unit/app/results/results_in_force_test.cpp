@@ -1,9 +1,14 @@
 #include "firmware/app/results/results_in_force.hpp"
 
+#include <atomic>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <memory>
+#include <optional>
+#include <thread>
+#include <utility>
 
+#include "firmware/app/results/door_book.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 namespace probebox::app {
@@ -21,6 +26,10 @@ metrology::Result delayOf(double tau_s) {
   result.method = "delay-multi-speed";
   result.estimates = {metrology::Estimate::scalar("tau_s", tau_s, 4e-6)};
   return result;
+}
+
+std::optional<NoCut> unlessHeld(bool held) {
+  return held ? std::nullopt : std::optional<NoCut>{std::in_place};
 }
 
 class InForce : public testing::Test {
@@ -63,7 +72,7 @@ TEST_F(InForce, WaitsForADoorThatHoldsACutWhichTheCoreDoesNotKnowOf) {
   auto results = boxWith(1e9);
   letChange(results);
   bool held = true;
-  results.alsoAsk([&held] { return held; });
+  results.alsoAsk([&held] { return unlessHeld(held); });
   const auto id = propose(0.004);
   const auto accepted = results.accept(id, "Ada");
   ASSERT_TRUE(accepted);
@@ -155,7 +164,7 @@ TEST_F(InForce, NoWaitingResultIsThatFitsTheBoxNoMore) {
   letChange(results);
   const auto first = propose(0.005), second = propose(0.05);
   ASSERT_TRUE(results.accept(first, "Ada"));
-  results.alsoAsk([] { return true; });
+  results.alsoAsk([] { return unlessHeld(true); });
   ASSERT_TRUE(results.accept(second, "Ada", true));
   auto other_sources = boxWith(0.01);
   testing::internal::CaptureStderr();
@@ -270,6 +279,59 @@ TEST_F(HeadInForce, CannotBeWhatHasNoMatrix) {
   EXPECT_EQ(refused.error().reason, store::Reason::not_possible_now);
   EXPECT_THAT(refused.error().what, testing::HasSubstr("6 values of sensor_matrix, not 9"));
   EXPECT_FALSE(results->sensorHead(5));
+}
+
+TEST_F(HeadInForce, WaitsWhereACutBeginsBehindTheOneBeforeIt) {
+  const auto results = started();
+  int questions_without_cut = 0;
+  results->alsoAsk([&] { return unlessHeld(questions_without_cut-- <= 0); });
+  const auto delay = propose(0.004), head = proposeHead({1, 0, 0, 0, 1, 0, 0, 0, 1});
+  for (const auto id : {delay, head}) ASSERT_TRUE(results->accept(id, "Ada"));
+  const auto look = [&] {
+    questions_without_cut = 1;
+    box::State state{};
+    state.events = 1;
+    state.at = MonoTime{3s};
+    results->look(state);
+  };
+  look();
+  EXPECT_THAT(results->active(), ElementsAre(delay));
+  EXPECT_TRUE(results->isWaiting(head));
+  EXPECT_EQ(store_.find(head)->state, store::State::accepted);
+  EXPECT_EQ(results->served()->in_force.size(), 1U) << "registers do not change in a cut";
+  look();
+  EXPECT_THAT(results->active(), ElementsAre(delay, head));
+}
+
+// A door that declares a cut in the midst of an acceptance, from a thread of its own.
+TEST_F(InForce, IsWithTheCoreBeforeACutIsAcknowledged) {
+  std::vector<Event> heard;  // by the core; both that tell it hold changing_
+  std::atomic<bool> acknowledged{};
+  DoorBook doors{folder_.file("doors"), [&](bool inhibited) {
+                   heard.emplace_back(CutInhibit{.active = inhibited, .at = {}});
+                   return true;
+                 }};
+  std::thread controller;
+  ResultsInForce results{store_, kOnTheMill, [] { return MonoTime{5s}; },
+                         [](std::span<const Event>) { return std::optional<Error>{}; },
+                         [&](const Event& event) {
+                           controller = std::thread{[&] {
+                             EXPECT_FALSE(doors.setInhibit("modbus:/dev/ttyS2", true, ""));
+                             acknowledged = true;
+                           }};
+                           std::this_thread::sleep_for(50ms);
+                           EXPECT_FALSE(acknowledged) << "the store has the result already, and the core does not";
+                           heard.push_back(event);
+                         }};
+  results.alsoAsk([&doors] { return doors.keepCutsOut(); });
+  letChange(results);
+  const auto accepted = results.accept(propose(0.004), "Ada");
+  controller.join();
+  ASSERT_TRUE(accepted);
+  EXPECT_EQ(accepted->state, store::State::active);
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_TRUE(std::holds_alternative<DelayActivated>(heard.front()));
+  EXPECT_TRUE(doors.anyInhibits());
 }
 
 }  // namespace

@@ -1,0 +1,14 @@
+#pragma once
+#include <functional>
+#include <mutex>
+#include <optional>
+
+namespace probebox::app {
+
+// While it exists no door declares a cut: whoever does so waits. Hold it briefly.
+using NoCut = std::unique_lock<std::timed_mutex>;
+
+// Nothing while a door declares that a cut is on.
+using KeepCutsOut = std::function<std::optional<NoCut>()>;
+
+}  // namespace probebox::app
