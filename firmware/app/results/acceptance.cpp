@@ -1,5 +1,6 @@
 #include "firmware/app/results/acceptance.hpp"
 
+#include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
 
 namespace probebox::app {
@@ -65,6 +66,17 @@ store::Failure notConforming(const store::Record& record, const std::string& why
                                       " becomes what the next check is held against. Look for what has changed and "
                                       "calibrate or measure again; to accept it all the same say so "
                                       "(--although-it-differs)."};
+}
+
+std::optional<std::string> onReplacedGain(const store::Record& next, const store::Record& in_force) {
+  const auto *result = next.result(), *present = in_force.result();
+  if (!next.binding.subject.starts_with("screw-") || result == nullptr || present == nullptr) return std::nullopt;
+  const auto* gain = present->find("K");
+  if (gain == nullptr || result->find("K") != nullptr) return std::nullopt;
+  return named(next.id) + " about " + next.binding.subject +
+         " has no gain. With it in force the gain is that of machine.toml again, and no more the measured K " +
+         metrology::text(gain->value()) + " of result " + std::to_string(in_force.id) +
+         ": to have a measured one, calibrate with table gain_cal.";
 }
 
 std::vector<std::string> onRetired(store::Store& store, const store::Record& record) {

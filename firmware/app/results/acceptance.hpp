@@ -30,6 +30,9 @@ std::vector<std::string> warningsOf(const store::Record& record);
 std::optional<std::string> whyNotConforming(const store::Record& record);
 store::Failure notConforming(const store::Record& record, const std::string& why);
 
+// Says that a result of a screw has no gain and takes the place of one with a measured gain; nothing for others.
+std::optional<std::string> onReplacedGain(const store::Record& next, const store::Record& in_force);
+
 // One sentence for each retired result that this one rests on.
 std::vector<std::string> onRetired(store::Store& store, const store::Record& record);
 

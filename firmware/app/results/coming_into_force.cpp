@@ -49,8 +49,10 @@ std::optional<std::string> aboutEffect(const store::Record& record) {
 
 Acceptance ResultsInForce::comparedWithPresent(const store::Record& record) const {
   Acceptance acceptance{record, {}, notesOn(record)};
-  if (const auto present = store_.active(record.binding); present && *present)
+  if (const auto present = store_.active(record.binding); present && *present) {
     acceptance.comparison = compare(record, **present);
+    if (auto replaced = onReplacedGain(record, **present)) acceptance.notes.push_back(*std::move(replaced));
+  }
   return acceptance;
 }
 

@@ -229,7 +229,7 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
     result.warnings.push_back(unusedKey(kStandingGain, dataset.method));
   }
   result.convention = gain ? "K multiplies (x + orgoff) / length times the extension; rms in um"
-                           : "K was not measured and is unchanged; rms in um";
+                           : "K was not measured: the box takes that of machine.toml; rms in um";
   return result;
 }
 

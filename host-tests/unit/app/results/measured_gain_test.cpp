@@ -1,0 +1,35 @@
+#include "accepting.hpp"
+
+// A screw's result with a gain, and one of its face alone.
+namespace probebox::app {
+namespace {
+
+using metrology::Estimate;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+metrology::Result faceFrom(double first_um) {
+  return resultOf("screw-calibration", {Estimate::vector("sector_table_um", {first_um, -first_um}, {0.1, 0.1})});
+}
+
+metrology::Result gainAndFace(double gain) {
+  auto result = faceFrom(1);
+  result.estimates.push_back(Estimate::scalar("K", gain, 0.01));
+  return result;
+}
+
+TEST_F(Accepting, OfAFaceAloneSaysThatAMeasuredGainIsReplaced) {
+  const auto says_so = AllOf(HasSubstr("0.8 of result 1"), HasSubstr("machine.toml"));
+  EXPECT_THAT(acceptedAs("screw-x", gainAndFace(0.8)).notes, Not(Contains(HasSubstr("machine.toml"))));
+  const auto next = propose("screw-x", faceFrom(1.1));
+  EXPECT_THAT(results_.compareOnly(next)->notes, Contains(says_so)) << "before it is accepted";
+  EXPECT_THAT(results_.accept(next, "Ada")->notes, Contains(says_so));
+  EXPECT_THAT(acceptedAs("screw-x", faceFrom(1.2)).notes, Not(Contains(HasSubstr("machine.toml"))))
+      << "there is none any more";
+  EXPECT_THAT(acceptedAs("screw-x", gainAndFace(0.9)).notes, Not(Contains(HasSubstr("machine.toml"))));
+}
+
+}  // namespace
+}  // namespace probebox::app
