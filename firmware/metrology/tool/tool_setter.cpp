@@ -223,7 +223,10 @@ Outcome<Measured, Refusal> fitDevice(const Device& device, double sigma, double 
     group.push_back(2 * device.angle[row] + (flags[row] == 1.0 ? 1 : 0));
   }
   if (device.by_face) return fitFaces(device, group, sigma, stylus_mm);
-  const MatrixXd centres = columnsOf(*device.table, std::span{kCentreColumns}.subspan(1, 3));
+  MatrixXd centres = columnsOf(*device.table, std::span{kCentreColumns}.subspan(1, 3));
+  for (std::size_t row = 0; row < flags.size(); ++row) {
+    if (flags[row] == 0.0) centres(static_cast<Index>(row), 2) -= stylus_mm;
+  }
   TRY(auto fit, fitMeans(centres, group, 2 * device.angles(), sigma));
   const Index parameters = fit.parameters.size();
   return Measured{std::move(fit), MatrixXd::Identity(parameters, parameters)};

@@ -8,8 +8,9 @@ namespace probebox::metrology {
 
 // Method "tool-setter": offsets of a tool from a setting device that the calibrated probe has measured at the same B
 // and on the same faces (CN101976057, docs/metrology.md B.9, (B22)). Table readings{is_tool,x_mm,y_mm,z_mm}: machine
-// positions at the device's centre, half widths and radii taken off. Config: probe_offset_mm (of the probe's tip from
-// the head's reference), sd_probe_offset_mm, sigma_mm; accepted_setter_mm and setter_limit_mm to notice a moved device.
+// positions at the device's centre, half widths and radii taken off, except that stylus_ball_radius_mm is still in z_mm
+// of the probe. Config: probe_offset_mm (of the probe's tip from the head's reference), sd_probe_offset_mm, sigma_mm;
+// accepted_setter_mm and setter_limit_mm to notice a moved device.
 // Instead of readings table touches{is_tool,nx,ny,nz,half_width_mm,radius_mm,x_mm,y_mm,z_mm}: positions at contact with
 // one face each, from which its half width and the radius of what touched it are taken off along its normal (B22a);
 // stylus_ball_radius_mm comes on top of radius_mm where the probe touched. A turning tool touches one face an axis.

@@ -12,7 +12,9 @@ constexpr std::string_view kSetterTouchColumns[]{"is_tool",   "nx",   "ny",   "n
                                                  "radius_mm", "x_mm", "y_mm", "z_mm"};
 constexpr std::string_view kSetterOffsetColumns[]{"B_deg", "x_mm", "y_mm", "z_mm"};
 constexpr MethodTable kSetterTables[]{
-    {"readings", kSetterCentreColumns, "machine position at the device's centre; B_deg too for several B", true},
+    {"readings", kSetterCentreColumns,
+     "machine position at the device's centre, of the probe above it by stylus_ball_radius_mm; B_deg too for several B",
+     true},
     {"touches", kSetterTouchColumns,
      "instead of readings: machine position at contact with a face; B_deg too for several B"},
     {"probe_offsets", kSetterOffsetColumns,
@@ -24,7 +26,8 @@ constexpr MethodKey kSetterKeys[]{
      "the probe's tip from the head's reference, x y z; needed unless table probe_offsets is given"},
     {"sd_probe_offset_mm", "", "standard uncertainty of its coordinates (k = 1)"},
     key::kSigma,
-    {"stylus_ball_radius_mm", "0", "radius of the probe's stylus ball, added to radius_mm of its touches"},
+    {"stylus_ball_radius_mm", "0",
+     "radius of the probe's stylus ball, added to radius_mm of its touches, or taken off z_mm of its readings"},
     {"sd_half_width_mm", "", "standard uncertainty of column half_width_mm (k = 1)"},
     {"accepted_setter_mm", "",
      "accepted position of the device, x y z; for several B one row per B, or one row for the first B"},

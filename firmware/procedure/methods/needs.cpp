@@ -52,12 +52,12 @@ constinit const Fact kTriggerProbe{
     .missing =
         "a touch-trigger probe: give [probe] kind = \"trigger\" in probe.toml; a scanning probe has no pre-travel."};
 
-void addStylusBall(metrology::Dataset& dataset, const Facts& facts, bool in_budget) {
+void addStylusBall(metrology::Dataset& dataset, const Facts& facts) {
   const auto& sd = facts.sd_stylus_ball_diameter_mm;
   const std::string stated = sd ? "sd " + number(*sd) + " mm (k = 1)" : "sd not stated";
   dataset.config[std::string{metrology::kStylusBall}] =
       "diameter " + number(facts.stylus_ball_diameter_mm) + " mm, " + stated +
-      (sd && in_budget ? ", as stated in probe.toml" : ", " + std::string{metrology::kAssumedExact});
+      (sd ? ", as stated in probe.toml" : ", " + std::string{metrology::kAssumedExact});
 }
 
 void addEffectiveDiameter(metrology::Dataset& dataset, const Facts& facts) {

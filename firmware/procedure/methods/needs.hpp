@@ -24,8 +24,8 @@ inline constexpr std::string_view kNoDelayOfTrigger =
 inline constexpr std::array<std::array<double, 2>, 6> kPairs{{{5, 20}, {10, 20}, {5, 40}, {10, 40}, {5, 60}, {10, 60}}};
 
 // Adds for the record which diameter of the stylus ball a case relies on, and whether its sd is as stated, or it is
-// assumed to be exact: where none is stated, or the case has no place for it (in_budget).
-void addStylusBall(metrology::Dataset& dataset, const Facts& facts, bool in_budget = true);
+// assumed to be exact, where none is stated.
+void addStylusBall(metrology::Dataset& dataset, const Facts& facts);
 
 // Adds effective_diameter_mm: diameters of the sphere and of the stylus ball, if the sphere's is known; the sd of each
 // that states one, and the temperature.

@@ -48,12 +48,12 @@ std::optional<Refusal> wrongWidth(const std::vector<Round>& rounds, const ToolSe
   return std::nullopt;
 }
 
-metrology::Table readingsOf(const std::vector<Round>& rounds, const ToolSetter& setter, double ball_mm) {
+// A tool's length ends at its tip, the probe's at the centre of its ball: the solver subtracts its radius.
+metrology::Table readingsOf(const std::vector<Round>& rounds, const ToolSetter& setter) {
   auto readings = metrology::Table::withColumns("readings", kReadingsColumnsOfToolSetter);
   for (const auto& round : rounds) {
-    // A tool's length ends at its tip, the probe's at the centre of its ball.
-    const double above_mm = setter.half_width_mm[2] + (round.tool != 0 ? 0 : ball_mm / 2);
-    readings.append({round.tool != 0 ? 1.0 : 0.0, round.at_mm(0), round.at_mm(1), round.from_above_mm[2] - above_mm});
+    const double z_mm = round.from_above_mm[2] - setter.half_width_mm[2];
+    readings.append({round.tool != 0 ? 1.0 : 0.0, round.at_mm(0), round.at_mm(1), z_mm});
   }
   return readings;
 }
@@ -132,8 +132,8 @@ void addKeys(metrology::Dataset& dataset, const FinishedRun& of, const ToolSette
 }
 
 // Builds the case. With both faces of X and Y at one B, each round is a row of readings: the machine position with the
-// tip at the centre of the device (docs/metrology.md B.9); half width and, for the probe, the stylus radius are
-// subtracted from the top. Otherwise each touch is a row of touches, with its face. Refuses: no-delay;
+// tip at the centre of the device (docs/metrology.md B.9), for the probe above it by the stylus radius; the half width
+// is subtracted from the top. Otherwise each touch is a row of touches, with its face. Refuses: no-delay;
 // setter-width-wrong (the measured width differs from the stated one); what switchedTouches() refuses.
 RunDataset setterDataset(const FinishedRun& of) {
   auto [run, rounds, touches] = roundsOf(of);
@@ -147,15 +147,15 @@ RunDataset setterDataset(const FinishedRun& of) {
   const bool one_sided =
       std::ranges::any_of(rounds, [](const Round& round) { return round.side(0) != 0 || round.side(1) != 0; });
   const bool by_touches = several_b || one_sided;
-  addStylusBall(run.dataset, of.facts, by_touches);
-  if (!by_touches) {
-    tables.insert(tables.begin(), readingsOf(rounds, setter, ball_mm));
-    addStopsOfHead(run.dataset, "readings", kPlace, tipsOf(rounds, of.facts), of.facts);
-    return std::move(run);
-  }
+  addStylusBall(run.dataset, of.facts);
   auto& config = run.dataset.config;
   config["stylus_ball_radius_mm"] = ball_mm / 2;
   if (const auto& sd = of.facts.sd_stylus_ball_diameter_mm) config["sd_stylus_ball_radius_mm"] = *sd / 2;
+  if (!by_touches) {
+    tables.insert(tables.begin(), readingsOf(rounds, setter));
+    addStopsOfHead(run.dataset, "readings", kPlace, tipsOf(rounds, of.facts), of.facts);
+    return std::move(run);
+  }
   if (setter.sd_half_width_mm) config["sd_half_width_mm"] = *setter.sd_half_width_mm;
   // Positions are in table contacts; the touches as planned stay in the recording's own table under another name.
   const auto planned = std::ranges::find(tables, "touches", &metrology::Table::name);

@@ -6,6 +6,7 @@
 
 #include "drivers/world/random.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/app/results/result_values.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
@@ -82,6 +83,29 @@ TEST(LiveToolSetter, FindsToolAndDeviceAsWellAsItSays) {
   }
   tool.expectHonest();
   device.expectHonest();
+}
+
+// Along Z the tool is known from one face, and the ball is between device and probe there.
+TEST(LiveToolSetter, CountsTheStatedUncertaintyOfTheStylusBallAlongZAlone) {
+  constexpr double kSdBall_mm = 2e-3;
+  std::vector<metrology::Result> results;
+  for (const bool stated : {false, true}) {
+    Scenario scenario{setterWorld(2, 0), 2};
+    if (stated) scenario.facts.sd_stylus_ball_diameter_mm = kSdBall_mm;
+    const auto solved = setOn(scenario);
+    ASSERT_TRUE(solved && solved->ok()) << solved->error().reason;
+    results.push_back(solved->value());
+    if (stated) expectTheSameFrom(scenario.dataset(), results.back());
+  }
+  for (const char* key : {"tool_offset_mm", "setter_mm"}) {
+    const auto& exact = *results[0].find(key);
+    const auto& stated = *results[1].find(key);
+    const auto exact_mm = app::uncertaintiesOf(exact), stated_mm = app::uncertaintiesOf(stated);
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_NEAR(stated.values[i], exact.values[i], 1e-9) << key;
+      EXPECT_NEAR(stated_mm[i], std::hypot(exact_mm[i], i == 2 ? kSdBall_mm / 2 : 0), 1e-7) << key << " " << i;
+    }
+  }
 }
 
 // The touches alone, where the probe is known exactly: what is stated for them must hold without it.

@@ -1,5 +1,7 @@
 // Tools against a setting device: machine coordinates at contact, worked out from where things are.
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
@@ -85,6 +87,29 @@ TEST(ToolSetter, TakesHalfWidthsAndRadiiOffFaceByFace) {
 }
 
 // A readout of 1 um shows the same numbers at every repeat.
+TEST(ToolSetter, TakesTheStylusBallOffTheReadingsOfTheProbeAlongZ) {
+  std::mt19937_64 random{9};
+  const Setter setter;
+  Dataset dataset = setterDataset(setter, 2, 1e-3, random);
+  const auto without = solve(dataset);
+  constexpr double kRadius_mm = 3, kSd_mm = 2e-3;
+  auto& readings = dataset.tables.front();
+  const auto flags = *readings.column("is_tool");
+  auto& z = std::ranges::find(readings.columns, "z_mm", &Column::name)->values;
+  for (std::size_t row = 0; row < z.size(); ++row) z[row] += flags[row] == 0 ? kRadius_mm : 0;
+  dataset.config["stylus_ball_radius_mm"] = kRadius_mm;
+  dataset.config["sd_stylus_ball_radius_mm"] = kSd_mm;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved && without);
+  for (const char* key : {"tool_offset_mm", "setter_mm"}) {
+    const auto& found = *solved->find(key);
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(found.values[k], without->find(key)->values[k], 1e-9) << key;
+      EXPECT_NEAR(found.uncertainty[k], std::hypot(found.sd[k], k == 2 ? kSd_mm : 0), 1e-9) << key;
+    }
+  }
+}
+
 TEST(ToolSetter, IsNoMoreCertainThanItsReadoutShows) {
   std::mt19937_64 random{16};
   Dataset dataset = faceDataset({}, 0.0, random);
