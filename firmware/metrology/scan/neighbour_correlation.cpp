@@ -7,8 +7,11 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr double kCountsFrom = 2.0;       // deviations
-constexpr double kClearFrom = 3.0;        // deviations
+constexpr double kCountsFrom = 2.0;  // deviations
+constexpr double kClearFrom = 3.0;   // deviations
+// Which part of the noise is whose is an estimate, and interpolation correlates that of the slower stream alone: blocks
+// of independent samples were 1.35 times what is expected of them (chosen).
+constexpr double kLeastRatio = 1.5;
 constexpr double kMostCorrelated = 0.95;  // of r
 
 // Variance of a block's sum against that of as many independent samples.
@@ -25,7 +28,7 @@ NeighbourCorrelation correlationOf(const BlockSquares& squares) {
   if (squares.count < kLeastBlocks || quiet) return {};
   const double ratio = squares.blocks / squares.expected_blocks / (squares.points / squares.expected_points);
   const double deviations = (ratio - 1.0) / std::sqrt(2.0 / squares.count);
-  if (!(deviations > kCountsFrom)) return {};
+  if (!(deviations > kCountsFrom && ratio > kLeastRatio)) return {};
   double low = 0.0, high = kMostCorrelated;
   while (high - low > 1e-3) {
     const double r = (low + high) / 2.0;

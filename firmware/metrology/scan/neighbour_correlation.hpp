@@ -4,7 +4,7 @@
 namespace probebox::metrology {
 
 struct NeighbourCorrelation {
-  double r{};       // 0 where chance explains it (two deviations)
+  double r{};       // 0 where chance explains it (two deviations), and below 0.2
   bool is_clear{};  // by three deviations
   // Factor on the variance of a long sum of samples, for independent ones 1.
   double inflation() const { return (1.0 + r) / (1.0 - r); }
