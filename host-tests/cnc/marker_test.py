@@ -1,20 +1,9 @@
 #!/usr/bin/python3
 """probebox_master marks the step that the program has read, and no other. marker_test.py KIT"""
-import importlib.machinery
-import importlib.util
-import os
 import sys
-import types
 
 sys.dont_write_bytecode = True
-
-
-def component(kit):
-    sys.modules["hal"] = types.ModuleType("hal")
-    loader = importlib.machinery.SourceFileLoader("probebox_master", os.path.join(kit, "probebox_master"))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("probebox_master", loader))
-    loader.exec_module(module)
-    return module
+from master_without_hal import component
 
 
 class Box:
