@@ -108,7 +108,7 @@ std::optional<WriteRefusal> WritableRegisters::checkPose(const Words& words) {
   if (words[address::pose_told] == 0)
     return WriteRefusal{ExceptionCode::illegal_value, "register 246 is 0: the pose contains no values"};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const bool is_told = (words[address::pose_told] >> axis & 1U) != 0;
+    const bool is_told = (unsigned{words[address::pose_told]} >> axis & 1U) != 0;
     if (is_told && std::abs(valueAt(address::pose_angle + 2 * axis, words)) > kMostTurn_deg)
       return WriteRefusal{ExceptionCode::illegal_value, "an angle of a pose is from -3600 to 3600 degrees"};
   }
