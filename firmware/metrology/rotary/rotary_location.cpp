@@ -6,6 +6,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/configured_direction.hpp"
+#include "firmware/metrology/fit/angular_span.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "protocol/units/angle.hpp"
 
@@ -18,13 +19,8 @@ using Eigen::Vector3d;
 constexpr double kLeastSector = kTurn / 6.0;
 
 // Whether the angles tell the location.
-bool locationKnown(std::vector<double> angles) {
-  if (angles.size() < 4) return false;
-  for (double& angle : angles) angle -= kTurn * std::floor(angle / kTurn);
-  std::ranges::sort(angles);
-  double widest = angles.front() + kTurn - angles.back();
-  for (std::size_t k = 1; k < angles.size(); ++k) widest = std::max(widest, angles[k] - angles[k - 1]);
-  return kTurn - widest >= kLeastSector;
+bool locationKnown(const std::vector<double>& angles) {
+  return angles.size() >= 4 && angularSpan(angles, kTurn) >= kLeastSector;
 }
 
 }  // namespace
