@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <string_view>
 
+#include "firmware/metrology/centre_height.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
 
@@ -59,25 +60,11 @@ bool comparable(const Result& a, const Result& b, const Estimate& estimate) {
   });
 }
 
-const Estimate* slopeOf(const Result& result) {
-  const auto* tilt = result.find("C_tilt_rad");
-  return tilt != nullptr ? tilt : result.find("Z_slide_rad");
-}
-
-// A value of another result. Takes the centre of a leaning axis to the height of this one, along the slope of either,
-// as the box compares them.
-Estimate besideThis(const Result& now, const Result& then, const Estimate& value) {
-  Estimate moved = value;
-  const auto *here = now.find("mean_z_mm"), *there = then.find("mean_z_mm");
-  const auto* slope = slopeOf(then) != nullptr ? slopeOf(then) : slopeOf(now);
-  if (value.key != "centre_mm" || here == nullptr || there == nullptr || slope == nullptr) return moved;
-  const double up_mm = here->value() - there->value();
-  auto& spread = moved.uncertainty.empty() ? moved.sd : moved.uncertainty;
-  for (std::size_t k = 0; k < std::min(moved.values.size(), slope->values.size()); ++k) {
-    moved.values[k] += slope->values[k] * up_mm;
-    if (k < spread.size()) spread[k] = std::hypot(spread[k], combinedOf(*slope, k).value_or(0.0) * up_mm);
-  }
-  return moved;
+// A value of another result; the centre of a leaning axis at the height of this one.
+Estimate besideThis(const Result& now, const Result& then, Estimate value) {
+  const auto* here = now.find("mean_z_mm");
+  if (value.key == "centre_mm" && here != nullptr) metrology::moveCentre(here->value(), then, now, value);
+  return value;
 }
 
 std::vector<Change> changesBetween(const Result& now, const Result& then) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "firmware/app/results/result_values.hpp"
+#include "firmware/metrology/centre_height.hpp"
 #include "firmware/metrology/subject_values.hpp"
 
 namespace probebox::app {
@@ -64,26 +65,6 @@ std::vector<Estimate> quantitiesOf(const metrology::Result& result, const std::s
 void takeCombined(std::vector<Estimate>& quantities) {
   for (auto& quantity : quantities) {
     if (quantity.uncertainty.size() == quantity.values.size()) quantity.sd = quantity.uncertainty;
-  }
-}
-
-const Estimate* slopeOf(const metrology::Result& result) {
-  const auto* of_spindle = result.find("C_tilt_rad");
-  return of_spindle != nullptr ? of_spindle : result.find("Z_slide_rad");
-}
-
-// Takes centre_mm of a centreline to another height, along its own slope, or that of the result which it is compared
-// with: one height does not tell it.
-void moveTo(double z_mm, const metrology::Result& result, const metrology::Result& beside,
-            std::vector<Estimate>& quantities) {
-  const auto centre = std::ranges::find(quantities, "centre_mm", &Estimate::key);
-  const auto* height = result.find("mean_z_mm");
-  const auto* slope = slopeOf(result) != nullptr ? slopeOf(result) : slopeOf(beside);
-  if (centre == quantities.end() || height == nullptr || slope == nullptr) return;
-  const double up_mm = z_mm - height->value();
-  for (std::size_t i = 0; i < std::min(centre->values.size(), slope->values.size()); ++i) {
-    centre->values[i] += slope->values[i] * up_mm;
-    if (i < centre->sd.size() && i < slope->sd.size()) centre->sd[i] = std::hypot(centre->sd[i], slope->sd[i] * up_mm);
   }
 }
 
@@ -168,7 +149,9 @@ Comparison compare(const store::Record& next, const store::Record& in_force) {
     takeCombined(quantities);
     takeCombined(others);
   }
-  if (const auto* z = result->find("mean_z_mm")) moveTo(z->value(), *other, *result, others);
+  const auto* z = result->find("mean_z_mm");
+  const auto centre = std::ranges::find(others, "centre_mm", &Estimate::key);
+  if (z != nullptr && centre != others.end()) metrology::moveCentre(z->value(), *other, *result, *centre);
   if (result->find("B_deg") != nullptr || other->find("B_deg") != nullptr) {
     nameByB(*result, quantities);
     nameByB(*other, others);
