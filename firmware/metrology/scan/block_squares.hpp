@@ -1,14 +1,7 @@
 #pragma once
+#include "firmware/metrology/fit/neighbour_correlation.hpp"
 
-// Correlation of neighbouring samples, as by a filter, a time constant or vibration: r, and r^m at m samples.
 namespace probebox::metrology {
-
-struct NeighbourCorrelation {
-  double r{};       // 0 where chance explains it (two deviations), and below 0.2
-  bool is_clear{};  // by three deviations
-  // Factor on the variance of a long sum of samples, for independent ones 1.
-  double inflation() const { return (1.0 + r) / (1.0 - r); }
-};
 
 // Sums of squares over blocks of neighbouring residuals, with what independent samples make of them.
 struct BlockSquares {
@@ -19,8 +12,7 @@ struct BlockSquares {
   double count{};   // of blocks
   double length{};  // points of a block
 };
-// Enough blocks to tell. Nothing (r = 0) for fewer.
-inline constexpr double kLeastBlocks = 20.0;
+// Nothing (r = 0) of fewer than 20 blocks, and below 0.2.
 NeighbourCorrelation correlationOf(const BlockSquares& squares);
 
 }  // namespace probebox::metrology

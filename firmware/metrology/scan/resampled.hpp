@@ -8,7 +8,7 @@
 
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
-#include "firmware/metrology/scan/neighbour_correlation.hpp"
+#include "firmware/metrology/scan/block_squares.hpp"
 #include "firmware/metrology/scan/waveform_pair.hpp"
 
 // Used by matchWaveforms() only.

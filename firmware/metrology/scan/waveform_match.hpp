@@ -11,7 +11,7 @@
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
-#include "firmware/metrology/scan/neighbour_correlation.hpp"
+#include "firmware/metrology/scan/block_squares.hpp"
 #include "firmware/metrology/scan/waveform_pair.hpp"
 #include "protocol/units/outcome.hpp"
 

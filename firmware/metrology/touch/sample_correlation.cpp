@@ -9,10 +9,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr double kCountsFrom = 2.0;       // deviations
-constexpr double kClearFrom = 3.0;        // deviations
-constexpr double kMostCorrelated = 0.95;  // of r: beyond, a line follows the noise
-constexpr double kLeastPower = 1e-6;      // of r: later samples are independent
+constexpr double kLeastPower = 1e-6;  // of r: later samples are independent
 constexpr double kLeastNoise = 10.0 * kCaseDigits;
 
 double expectedRatio(std::span<const LineResiduals> lines, double r) {
@@ -79,15 +76,11 @@ SampleCorrelation sampleCorrelation(std::span<const LineResiduals> lines) {
   const double independent = squares * squares / (along * along + across * across / 2.0) * dof;
   const double ratio = products / squares;
   const double beyond = (ratio - expectedRatio(lines, 0.0)) * std::sqrt(independent);
-  if (!(beyond > kCountsFrom)) return {};
-  double low = 0.0, high = kMostCorrelated;
-  while (high - low > 1e-3) {
-    const double r = (low + high) / 2.0;
-    (expectedRatio(lines, r) < ratio ? low : high) = r;
-  }
+  const auto found = neighbourCorrelation(ratio, beyond, [&](double r) { return expectedRatio(lines, r); });
+  if (found.r == 0.0) return {};
   double left = 0.0;
-  for (const auto& line : lines) left += correlatedLine(line.n, high).squares;
-  return {.r = high, .is_clear = beyond > kClearFrom, .of_variance = dof / left};
+  for (const auto& line : lines) left += correlatedLine(line.n, found.r).squares;
+  return {found, dof / left};
 }
 
 std::string correlatedSamples(const std::string& stream, double r) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "firmware/metrology/fit/line.hpp"
+#include "firmware/metrology/fit/neighbour_correlation.hpp"
 
 // Correlation of neighbouring samples, as by a filter, a time constant or vibration, and its effect on lines.
 namespace probebox::metrology {
@@ -30,9 +31,7 @@ struct LineResiduals {
   double products{};  // of neighbours, in all three directions
 };
 
-struct SampleCorrelation {
-  double r{};               // of neighbours; 0 where chance explains it (two deviations)
-  bool is_clear{};          // by three deviations
+struct SampleCorrelation : NeighbourCorrelation {
   double of_variance{1.0};  // factor on the variance of a sample from squares / (n - 2)
 };
 // Common to all lines of a stream.
