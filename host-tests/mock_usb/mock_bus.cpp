@@ -91,7 +91,7 @@ class UmockdevBus final : public MockBus {
     g_object_unref(handler_);
   }
 
-  // The node answers before the uevent says that it is there.
+  // Everything is there before the uevent says so: a host that waits for the device is fast.
   void plug(const Device& device) override {
     forget(nodeOf(device));
     {
@@ -99,12 +99,14 @@ class UmockdevBus final : public MockBus {
       plugged_[device.path] = std::make_unique<Plugged>();
       plugged_[device.path]->device = device;
     }
+    fs::create_directories(interfaceOf(device));
+    fs::create_directories(root_ + "/sys/bus/usb/devices");
+    fs::create_directory_symlink(interfaceOf(device), root_ + "/sys/bus/usb/devices/" + device.path + ":1.0");
+    if (!device.held_by.empty()) claimElsewhere(device.path, device.held_by);
     if (!umockdev_testbed_attach_ioctl(bed_, nodeOf(device).c_str(), handler_, nullptr) ||
         !umockdev_testbed_add_from_string(bed_, recordOf(device).c_str(), nullptr)) {
       throw std::runtime_error{"no mock device"};
     }
-    fs::create_directories(interfaceOf(device));
-    fs::create_directory_symlink(interfaceOf(device), root_ + "/sys/bus/usb/devices/" + device.path + ":1.0");
   }
 
   // As the kernel does it: first the transfers, then the device, then its event. Whoever has the node open keeps what

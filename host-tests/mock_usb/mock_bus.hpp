@@ -26,6 +26,7 @@ class MockBus {
     std::string product{"probebox"};
     InterfaceClass interface_class{kLink};
     std::vector<std::uint8_t> endpoints{kDataIn, kDataOut, kControlIn, kControlOut};  // all bulk
+    std::string held_by{};  // the driver of whoever has the interface before anybody sees the device, if any
   };
 
   virtual ~MockBus() = default;

@@ -110,9 +110,8 @@ TEST_F(Plugging, TellsWhatKeepsItFromABoxThatIsBack) {
   const auto replug_for_somebody_else = [this] {
     waitForContent();
     unplug();
-    ++device_.address;
-    bus_->plug(device_);
-    bus_->claimElsewhere("1-1", "usbfs");
+    device_.held_by = "usbfs";
+    plugIn();
   };
   const auto recorded = while_(replug_for_somebody_else, {"record", "-o", file_, "--patience", "4"});
   EXPECT_EQ(recorded.status, 3);
