@@ -231,11 +231,14 @@ class UmockdevBus final : public MockBus {
     unplugged_.erase(found);
   }
 
-  // Asking for capabilities is the first thing that libusb does with a node. Those opened before are pipes by now.
+  // Asking for capabilities is the first thing that libusb does with a node. Those opened before are pipes by now. The
+  // device may have been unplugged since it was opened: its node is deleted then.
   int newestDescriptorOf(const Device& device) const {
     std::error_code gone;
+    const auto node = root_ + nodeOf(device);
     for (const auto& entry : fs::directory_iterator{"/proc/self/fd"}) {
-      if (fs::read_symlink(entry.path(), gone) == root_ + nodeOf(device)) return std::stoi(entry.path().filename());
+      const auto target = fs::read_symlink(entry.path(), gone);
+      if (target == node || target == node + " (deleted)") return std::stoi(entry.path().filename());
     }
     throw std::runtime_error{"nobody has the mocked node open"};
   }
