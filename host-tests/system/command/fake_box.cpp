@@ -1,5 +1,6 @@
 #include "fake_box.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <stdexcept>
 #include <vector>
@@ -34,6 +35,7 @@ class FakeBox::Loop {
   }
 
   bool calibrating() const { return answers_.calibrating(); }
+  bool streaming() const { return streaming_; }
 
   void run(const std::stop_token& stop, std::atomic<bool>& cut) {
     while (!stop.stop_requested()) {
@@ -42,6 +44,7 @@ class FakeBox::Loop {
       produce();
       for (auto& connection : connections_) serve(connection);
       std::erase_if(connections_, [](const Connection& c) { return c.closed; });
+      streaming_ = std::ranges::any_of(connections_, receivesSamples);
       std::this_thread::sleep_for(2ms);
     }
   }
@@ -52,6 +55,10 @@ class FakeBox::Loop {
     std::unique_ptr<stream::Session> session;
     bool closed{};
   };
+
+  static bool receivesSamples(const Connection& connection) {
+    return connection.session->state() == stream::SessionState::streaming;
+  }
 
   void accept() {
     if (auto lanes = next_host_(); lanes.data) {
@@ -158,6 +165,7 @@ class FakeBox::Loop {
   std::vector<Connection> connections_;
   std::int64_t next_{};
   std::uint32_t triggers_{};
+  std::atomic<bool> streaming_{};
 };
 
 FakeBox::FakeBox(const FakeBoxOptions& options, unsigned port) {
@@ -188,6 +196,9 @@ unsigned FakeBox::port() const {
 }
 bool FakeBox::calibrating() const {
   return loop_->calibrating();
+}
+bool FakeBox::streaming() const {
+  return loop_->streaming();
 }
 std::string FakeBox::uri() const {
   return "tcp:127.0.0.1:" + std::to_string(port());

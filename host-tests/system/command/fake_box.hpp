@@ -63,6 +63,7 @@ class FakeBox {
   std::string uri() const;  // over TCP
   unsigned port() const;
   bool calibrating() const;  // a run was started
+  bool streaming() const;    // a host receives samples
 
   // Cuts every connection, as an unplugged cable would; the box goes on and can be reached again.
   void cut() { cut_ = true; }

@@ -117,8 +117,9 @@ TEST_F(Looking, WatchShowsLinesWithoutATerminal) {
 
 TEST_F(Looking, WatchOutlivesALostLinkAndKeepsTheAccount) {
   FakeBox box{{.loses_at_source = false}};
-  std::jthread cable{[&box] {
-    std::this_thread::sleep_for(500ms);
+  const std::jthread cable{[&box](const std::stop_token& stop) {
+    while (!stop.stop_requested() && !box.streaming()) std::this_thread::sleep_for(5ms);
+    std::this_thread::sleep_for(300ms);  // some samples
     box.cut();
   }};
   const auto watched = probebox({"-u", box.uri(), "watch", "--json", "--for", "2"});

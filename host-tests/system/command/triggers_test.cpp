@@ -32,8 +32,8 @@ std::vector<std::string> linesOf(const std::string& text) {
 
 class Triggers : public testing::Test {
  protected:
-  Finished record(const std::string& uri, const std::string& file) {
-    return probebox({"-u", uri, "record", "-o", file, "--for", "1", "--json"});
+  Finished record(const std::string& uri, const std::string& file, const std::string& seconds = "1") {
+    return probebox({"-u", uri, "record", "-o", file, "--for", seconds, "--json"});
   }
   // The table of the triggers of a recording.
   std::string tableOf(const std::string& recording) {
@@ -91,12 +91,12 @@ TEST_F(Triggers, AreRecordedWithAnAccount) {
 }
 
 TEST_F(Triggers, ResumeAfterALostLinkWithoutLosingOne) {
-  std::thread cutter{[this] {
-    std::this_thread::sleep_for(400ms);
+  const std::jthread cutter{[this](const std::stop_token& stop) {
+    while (!stop.stop_requested() && !box_.streaming()) std::this_thread::sleep_for(5ms);
+    std::this_thread::sleep_for(200ms);  // some triggers
     box_.cut();
   }};
-  const auto recorded = record(box_.uri(), file_);
-  cutter.join();
+  const auto recorded = record(box_.uri(), file_, "3");
   ASSERT_EQ(recorded.status, 0) << recorded.err;
   EXPECT_EQ(recorded.object()["reconnections"], 1);
   const auto rows = linesOf(tableOf(file_));

@@ -1,3 +1,4 @@
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -15,15 +16,17 @@ using testing::HasSubstr;
 // A command that goes on by itself in front of a box whose cable is pulled.
 class Plugging : public BoxOnUsb {
  protected:
-  // What a person does while the command runs.
+  // What a person does while the command runs. Every wait of the person ends when the command ends.
   Finished while_(const std::function<void()>& person, std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"-u", "usb"});
     std::jthread hands{person};
-    return probebox(arguments);
+    auto finished = probebox(arguments, {}, &interrupted_);
+    over_ = true;
+    return finished;
   }
 
   void waitUntil(const std::function<bool()>& true_now) const {
-    while (!true_now()) std::this_thread::sleep_for(5ms);
+    while (!over_ && !true_now()) std::this_thread::sleep_for(5ms);
   }
   void waitForContent() const {
     waitUntil([this] {
@@ -32,26 +35,33 @@ class Plugging : public BoxOnUsb {
       return !absent && size > 20'000;
     });
   }
-  void waitForAHost() {
-    waitUntil([this] { return bus_->claimed("1-1"); });
+  void waitForAHost() const {
+    waitUntil([this] { return box_->streaming(); });
     std::this_thread::sleep_for(300ms);  // some samples
+  }
+  // Returns when the box has no host any more: the next one comes after the cable is back.
+  void pull() {
+    unplug();
+    waitUntil([this] { return !box_->streaming(); });
   }
 
   std::string file_ = directory_.file("scan.pbx");
+  std::atomic<bool> interrupted_{};
+  std::atomic<bool> over_{};
 };
 
 TEST_F(Plugging, ARecordingResumesAfterTheLastSample) {
   const auto replug_twice = [this] {
     waitForContent();
     for (int i = 0; i < 2; ++i) {
-      unplug();
-      std::this_thread::sleep_for(100ms);
+      pull();
       plugIn();
       waitForAHost();
     }
+    interrupted_ = true;
   };
-  const auto recorded = while_(replug_twice, {"record", "-o", file_, "--for", "3", "--json"});
-  EXPECT_EQ(recorded.status, 0) << recorded.err << recorded.out;
+  const auto recorded = while_(replug_twice, {"record", "-o", file_, "--json"});
+  EXPECT_EQ(recorded.status, 130) << recorded.err << recorded.out;
   const auto sums = recorded.object();
   EXPECT_EQ(sums["reconnections"], 2);
   EXPECT_TRUE(sums["balanced"]);
@@ -67,12 +77,13 @@ TEST_F(Plugging, ARecordingResumesAfterTheLastSample) {
 TEST_F(Plugging, WatchSaysWhatHappensAndKeepsTheAccount) {
   const auto replug = [this] {
     waitForAHost();
-    unplug();
-    std::this_thread::sleep_for(100ms);
+    pull();
     plugIn();
+    waitForAHost();
+    interrupted_ = true;
   };
-  const auto watched = while_(replug, {"watch", "--for", "2.5", "--json"});
-  EXPECT_EQ(watched.status, 0) << watched.err;
+  const auto watched = while_(replug, {"watch", "--json"});
+  EXPECT_EQ(watched.status, 130) << watched.err;
   std::vector<std::string> events;
   std::uint64_t produced = 0;
   for (const auto& object : watched.objects()) {
@@ -132,30 +143,35 @@ TEST_F(Plugging, ReconnectsToTheSameBoxAndToNoOther) {
 }
 
 TEST_F(Plugging, ListShowsBoxesComingAndGoing) {
-  std::vector<nlohmann::ordered_json> told;
+  static constexpr auto kNoticed = 3s;  // the command looks every 500 ms
   const auto hands = [this] {
     std::this_thread::sleep_for(300ms);
     bus_->plug({.path = "1-2", .address = 9, .serial_number = "PB-0002"});
-    std::this_thread::sleep_for(1200ms);
+    std::this_thread::sleep_for(kNoticed);
     bus_->claimElsewhere("1-2", "usbfs");
-    std::this_thread::sleep_for(1200ms);
+    std::this_thread::sleep_for(kNoticed);
     unplug();
+    std::this_thread::sleep_for(kNoticed);
+    interrupted_ = true;
   };
-  const auto listed = while_(hands, {"list", "--watch", "--count", "4", "--json"});
-  EXPECT_EQ(listed.status, 0) << listed.err;
-  const auto objects = listed.objects();
-  ASSERT_EQ(objects.size(), 4U);
-  EXPECT_EQ(objects[0]["event"], "arrived");
-  EXPECT_EQ(objects[0]["serial_number"], "PB-0001");
-  EXPECT_EQ(objects[1]["event"], "arrived");
-  EXPECT_EQ(objects[1]["uri"], "usb:PB-0002");
-  EXPECT_EQ(objects[1]["state"], "free");
-  EXPECT_EQ(objects[2]["event"], "changed");
-  EXPECT_EQ(objects[2]["state"], "busy");
-  EXPECT_THAT(objects[2]["remedy"].get<std::string>(), HasSubstr("end that program"));
-  EXPECT_EQ(objects[3]["event"], "left");
-  EXPECT_EQ(objects[3]["uri"], "usb:PB-0001");
+  const auto listed = while_(hands, {"list", "--watch", "--json"});
+  EXPECT_EQ(listed.status, 130) << listed.err;
+  std::vector<nlohmann::ordered_json> first, second;
+  for (const auto& object : listed.objects()) (object["uri"] == "usb:PB-0001" ? first : second).push_back(object);
+  // Without udev its node may be seen to go, as a change, before it is seen to have left the bus.
+  ASSERT_GE(first.size(), 2U);
+  EXPECT_EQ(first.front()["event"], "arrived");
+  EXPECT_EQ(first.front()["serial_number"], "PB-0001");
+  EXPECT_EQ(first.back()["event"], "left");
+  ASSERT_EQ(second.size(), 2U);
+  EXPECT_EQ(second[0]["event"], "arrived");
+  EXPECT_EQ(second[0]["uri"], "usb:PB-0002");
+  EXPECT_EQ(second[0]["state"], "free");
+  EXPECT_EQ(second[1]["event"], "changed");
+  EXPECT_EQ(second[1]["state"], "busy");
+  EXPECT_THAT(second[1]["remedy"].get<std::string>(), HasSubstr("end that program"));
   EXPECT_FALSE(bus_->claimed("1-2")) << "looking disturbs nobody";
+  EXPECT_EQ(probebox({"-u", "usb", "list", "--watch", "--count", "1", "--json"}).objects().size(), 1U);
 }
 
 }  // namespace
