@@ -1,3 +1,4 @@
+#include <atomic>
 #include <fstream>
 #include <iterator>
 #include <mutex>
@@ -25,6 +26,8 @@ class Updating : public BoxOnUsb {
 
   std::optional<FakeReply> answer(messages::Operation operation, std::span<const std::byte> body) {
     if (!app::UpdateDesk::answers(operation)) return std::nullopt;
+    // The cable is pulled in the middle, however late the person is.
+    while (received() >= kPulledAtBytes && !pulled_) std::this_thread::sleep_for(1ms);
     const std::lock_guard lock{mutex_};
     do {
       look_again_ = false;
@@ -39,6 +42,8 @@ class Updating : public BoxOnUsb {
     return messages::decode<messages::UpdateStatus::Answer>(reply.body)->received_bytes;
   }
 
+  static constexpr std::uint64_t kPulledAtBytes = 2'000'000;
+  std::atomic<bool> pulled_{};
   std::mutex mutex_;
   bool look_again_{};
   app::UpdateDesk desk_{directory_.file("update"),
@@ -49,9 +54,10 @@ class Updating : public BoxOnUsb {
 
 TEST_F(Updating, ABundleGoesOnAfterTheCableWasPulled) {
   const auto bundle = support::writeBundle(file_, 6'000'000, "2.0");
-  const std::jthread person{[this] {
-    while (received() < 2'000'000) std::this_thread::sleep_for(1ms);
+  const std::jthread person{[this](const std::stop_token& stop) {
+    while (!stop.stop_requested() && received() < kPulledAtBytes) std::this_thread::sleep_for(1ms);
     unplug();
+    pulled_ = true;
     std::this_thread::sleep_for(100ms);
     plugIn();
   }};
