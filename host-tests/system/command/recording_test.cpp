@@ -41,10 +41,10 @@ class Recording : public testing::Test {
     return probebox({"-u", box_.uri(), "record", "-o", file_, "--for", seconds, "--json"});
   }
 
-  // Until the recording has begun.
-  void waitForContent() const {
+  // Until the recording has begun, or the command has ended without one.
+  void waitForContent(const std::stop_token& stop) const {
     std::error_code absent;
-    for (std::uintmax_t size = 0; size < 20'000; std::this_thread::sleep_for(5ms)) {
+    for (std::uintmax_t size = 0; size < 20'000 && !stop.stop_requested(); std::this_thread::sleep_for(5ms)) {
       size = std::filesystem::file_size(file_, absent);
       if (absent) size = 0;
     }
@@ -222,8 +222,8 @@ TEST_F(Recording, GoesThroughPipesAsWell) {
 }
 
 TEST_F(Recording, ResumesAfterALostLinkWithoutLosingASample) {
-  std::jthread cutter{[this] {
-    waitForContent();
+  std::jthread cutter{[this](const std::stop_token& stop) {
+    waitForContent(stop);
     for (int i = 0; i < 2; ++i) {
       box_.cut();
       std::this_thread::sleep_for(400ms);
@@ -241,8 +241,8 @@ TEST_F(Recording, ResumesAfterALostLinkWithoutLosingASample) {
 
 TEST_F(Recording, EndsInOrderAtCtrlC) {
   std::atomic<bool> interrupted{false};
-  std::jthread person{[&] {
-    waitForContent();
+  std::jthread person{[&](const std::stop_token& stop) {
+    waitForContent(stop);
     interrupted = true;
   }};
   const auto recorded = probebox({"-u", box_.uri(), "record", "-o", file_, "--json"}, {}, &interrupted);
@@ -274,7 +274,8 @@ TEST_F(Recording, CanBeReadHoweverItWasCut) {
 TEST_F(Recording, IsExportedWithStatus1WhenItIsDamaged) {
   record("0.3");
   auto damaged = contentOf(file_);
-  damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 0x10);
+  auto& byte = damaged[damaged.size() / 2];
+  byte = static_cast<char>(byte ^ (byte == 0x10 ? 0x20 : 0x10));  // 0 would end the frame, and damage two
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"export", "-", "-o", "-"}, {"unpack", "-", "-"}}) {
     const auto exported = probebox(command, damaged);
