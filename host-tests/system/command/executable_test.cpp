@@ -79,6 +79,14 @@ TEST_F(RunningProgram, EndsWith130AtCtrlCAndLeavesAWholeRecording) {
   }
 }
 
+bool catches(pid_t process, int number) {
+  std::ifstream status{"/proc/" + std::to_string(process) + "/status"};
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("SigCgt:")) return (std::stoull(line.substr(7), nullptr, 16) >> (number - 1) & 1U) != 0;
+  }
+  return false;
+}
+
 // A recording that comes through a pipe may pause for long.
 TEST_F(RunningProgram, EndsAtOneCtrlCWhileItWaitsForItsInput) {
   int ends[2];
@@ -92,6 +100,7 @@ TEST_F(RunningProgram, EndsAtOneCtrlCWhileItWaitsForItsInput) {
     ::_exit(127);
   }
   ::close(ends[0]);
+  for (int i = 0; i < 3000 && !catches(child, SIGINT); ++i) std::this_thread::sleep_for(10ms);
   std::this_thread::sleep_for(500ms);  // longer than it takes to begin to wait
   ::kill(child, SIGINT);
   int status = 0;
