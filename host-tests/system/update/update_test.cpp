@@ -166,7 +166,7 @@ TEST_F(UpdateOverTcp, FromTheFileToTheVersionThatRuns) {
 TEST_F(UpdateOverTcp, AKilledDaemonGoesOnWithWhatItHas) {
   start();
   auto update = this->update({"--no-wait"});
-  ASSERT_TRUE(eventually([&] { return received() > kBytes / 4; }));
+  ASSERT_TRUE(eventually([&] { return received() > kBytes / 16; }));
   host_.reset();
   daemon_->kill(SIGKILL);
   const auto had = received();
@@ -189,7 +189,7 @@ TEST_F(UpdateOverTcp, AKilledDaemonGoesOnWithWhatItHas) {
 TEST_F(UpdateOverTcp, ALinkThatIsLostIsTakenUpAgain) {
   start();
   auto update = this->update({"--no-wait"});
-  ASSERT_TRUE(eventually([&] { return received() > kBytes / 4; }));
+  ASSERT_TRUE(eventually([&] { return received() > kBytes / 16; }));
   ::kill(daemon_->pid(), SIGSTOP);
   ASSERT_LT(received(), bundle_.size()) << "it was too quick for this test";
   std::this_thread::sleep_for(3500ms);
@@ -209,7 +209,7 @@ std::size_t sentBytes(const std::string& json) {
 TEST_F(UpdateOverTcp, CtrlCLeavesItResumable) {
   start();
   auto first = update();
-  ASSERT_TRUE(eventually([&] { return received() > kBytes / 4; }));
+  ASSERT_TRUE(eventually([&] { return received() > kBytes / 16; }));
   first.interrupt();
   EXPECT_EQ(first.status(), 130);
   EXPECT_THAT(first.said(), HasSubstr("the same command goes on there"));
@@ -248,6 +248,9 @@ TEST_F(UpdateOverTcp, NothingIsTakenDuringACutOrARun) {
   auto in_a_cut = update();
   EXPECT_EQ(in_a_cut.status(), 4);
   EXPECT_THAT(in_a_cut.said(), HasSubstr("cut-on: a cut is on"));
+  // The command reads the whole bundle first, and the box drops a host that is silent for so long.
+  host_ = TestHost::connect(uri());
+  ASSERT_TRUE(host_);
   host_->ask<messages::SetInhibit>({.active = false, .by = "Ada", .door = {}});
   ASSERT_TRUE(host_->waitForLock());
   host_->ask<messages::StartProcedure>({.method = "delay-multi-speed"});
