@@ -44,10 +44,10 @@ class Master:
     def send(self, frame):
         os.write(self.line, frame + crc16(frame))
 
-    def receive(self, size, patience_s=2.0):
+    def receive(self, size):
         """A refusal is 5 bytes long; the line is silent behind an answer."""
         answer = b""
-        while len(answer) < size and select.select([self.line], [], [], patience_s)[0]:
+        while len(answer) < size and select.select([self.line], [], [], 2.0)[0]:
             answer += os.read(self.line, size - len(answer))
             if len(answer) == 5 and answer[1] & 0x80:
                 break
