@@ -120,7 +120,10 @@ TEST_F(RunningDaemon, ServesThroughASocketThatTheServiceManagerOpened) {
   passed.push_back({io::Descriptor{dup(manager->descriptor())}, "probeboxd.socket"});
   start(std::move(passed));
   EXPECT_THAT(daemon->uris(), testing::ElementsAre(uri));
-  EXPECT_EQ(connect()->ask<messages::Status>().links, 2U);  // and the emulated controller
+  const auto host = connect();
+  ASSERT_TRUE(host);
+  // The other one is the emulated controller.
+  EXPECT_TRUE(host->eventually([&] { return host->ask<messages::Status>().links == 2; }));
 }
 
 TEST_F(RunningDaemon, RefusesToStartWithASocketThatHostsCannotComeThrough) {

@@ -100,14 +100,14 @@ TEST(SolverProcess, TakesNoMoreMemoryThanItMay) {
 TEST(SolverProcess, IsGoneOnceItIsCancelled) {
   const support::TemporaryFolder folder;
   SolverProcess solver{
-      programThat(folder, "touch " + folder.file("begun") + "; sleep 1; touch " + folder.file("done"))};
+      programThat(folder, "touch " + folder.file("begun") + "; sleep 4; touch " + folder.file("done"))};
   const auto dataset = sphereCase(40);
   solver.start(dataset, json::toJson(dataset));
   while (!std::filesystem::exists(folder.file("begun"))) std::this_thread::sleep_for(std::chrono::milliseconds{5});
   solver.cancel();
   EXPECT_FALSE(solver.poll());
   EXPECT_EQ(solver.descriptor(), -1);
-  std::this_thread::sleep_for(std::chrono::milliseconds{1500});
+  std::this_thread::sleep_for(std::chrono::milliseconds{4500});
   EXPECT_FALSE(std::filesystem::exists(folder.file("done")));
 }
 
