@@ -17,11 +17,18 @@ namespace {
 class AddressCheck {
  public:
   void look(const std::string& where, const LinkAddress& link, const board::Door* door) {
-    if (const auto* line = std::get_if<serial::Address>(&link)) return lookAtLine(where, *line);
+    if (const auto* line = std::get_if<serial::Address>(&link)) return lookAtLine(where, "serial", *line);
     if (const auto* host = std::get_if<tcp::Address>(&link)) return lookAtHost(where, *host, door);
     take(where, "usb", "the USB port");
   }
-  void lookAtLine(const std::string& where, const serial::Address& line) {
+  // kind: with it begins the name of its door.
+  void lookAtLine(const std::string& where, const std::string& kind, const serial::Address& line) {
+    const auto most = DoorBook::kMostName - kind.size() - 1;
+    if (line.path.size() > most)
+      return refuse(where,
+                    "'" + line.path + "' is too long to keep an inhibit under it: a path here has up to " +
+                        std::to_string(most) + " characters, and this one has " + std::to_string(line.path.size()) +
+                        ": give it a shorter one, such as a udev rule with SYMLINK+=\"ttyCNC\" makes (/dev/ttyCNC)");
     if (!line.path.starts_with('/'))
       return refuse(where, "'" + line.path + "' is no full path: write it as /dev/" + line.path);
     if (const auto refused = serial::whyNoLine(line.path)) return refuse(where, refused->what);
@@ -31,7 +38,7 @@ class AddressCheck {
     take(where, error ? line.path : device, line.path);
   }
   void lookAtCnc(const std::string& where, const std::string& text, const CncOptions& line, const board::Door* door) {
-    if (const auto* serial = serialLineOf(line)) return lookAtLine(where, *serial);
+    if (const auto* serial = serialLineOf(line)) return lookAtLine(where, text.substr(0, text.find(':')), *serial);
     const auto& address = std::get<ModbusTcpOptions>(line).address;
     if (const auto why = whyOpenToMasters(text, address, door)) return refuse(where, why->what);
     takePort(where, address);

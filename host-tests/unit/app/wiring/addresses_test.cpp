@@ -46,6 +46,22 @@ TEST_F(Addresses, OfSerialLinesNeverLeadToFiles) {
   EXPECT_EQ(problemOf("links = [\"serial:" + folder_.file("not there yet") + "\"]"), "");
 }
 
+// Under its name the box keeps whether the controller declares a cut.
+TEST_F(Addresses, OfSerialLinesAreShortEnoughToKeepAnInhibitUnder) {
+  const std::string by_id = "/dev/serial/by-id/usb-" + std::string(101, 'x');
+  for (const std::string kind : {"modbus", "records", "tape"})
+    EXPECT_THAT(
+        problemOf("cnc = [\"" + kind + ":" + by_id + "\"]"),
+        AllOf(HasSubstr("service.toml:1: 'cnc': '" + by_id), HasSubstr("up to " + std::to_string(79 - kind.size())),
+              HasSubstr("this one has 123"), HasSubstr("SYMLINK")));
+  EXPECT_THAT(problemOf("\nlinks = [\"serial:" + by_id + "\"]"), HasSubstr("service.toml:2: 'links': '" + by_id));
+  EXPECT_EQ(problemOf("cnc = [\"modbus:/dev/" + std::string(68, 'x') + ",baud=9600,parity=none\"]"), "");
+  EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/" + std::string(69, 'x') + "\"]"), HasSubstr("SYMLINK"));
+  Options options;
+  options.cnc = {"modbus:" + by_id};
+  EXPECT_THAT(problemOf("", options), HasSubstr("--cnc: '" + by_id));
+}
+
 TEST_F(Addresses, NameEachDeviceOnce) {
   const auto cable = serial::EmulatedCable::open(folder_.file("a"), folder_.file("b"));
   ASSERT_TRUE(cable) << cable.error().what;
