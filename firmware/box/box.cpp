@@ -342,6 +342,7 @@ void Box::closeBlock() {
 }
 
 void Box::showBeforeStart(MonoTime now) {
+  corrections_.awaitInhibitLines();
   state_.at = now;
   state_.snapshot = {corrections_.state(),
                      calibrationOf(procedure_.progress(), procedure_.plan(), corrections_.state().delay)};

@@ -56,7 +56,8 @@ class Box {
   Box(const BoxConfig& config, Outputs& outputs);
 
   void push(const Event& event);
-  // Publishes the state before the first TimeAdvanced, so that no reader gets zeros meanwhile.
+  // Publishes the state before the first TimeAdvanced, so that no reader gets zeros meanwhile. Call behind what was in
+  // force before the start: a cut may be on from here on.
   void showBeforeStart(MonoTime now);
 
   const State& state() const { return state_; }

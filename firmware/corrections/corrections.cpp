@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <string>
+#include <utility>
 
 #include "firmware/corrections/measured_gain.hpp"
 
@@ -24,42 +24,6 @@ Nanometres nanometres(const Vector& mm) {
 
 }  // namespace
 
-std::optional<Error> whyRefused(const CorrectionsConfig& config) {
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    const std::string name{"XYZ"[axis]};
-    const auto& screw = config.screws[axis];
-    if (screw.fitted && !(screw.model.length_mm > 0 && screw.model.pitch_mm > 0))
-      return Error{"The screw of " + name + " needs a length and a pitch above 0: change [screw." + name +
-                   "] in machine.toml."};
-    if (!(config.limits[axis].size_mm >= 0 && config.limits[axis].rate_mm_s >= 0))
-      return Error{"The correction limits of " + name + " cannot be negative: change [axis." + name +
-                   "] in machine.toml."};
-  }
-  const bool any_screw = config.screws[0].fitted || config.screws[1].fitted || config.screws[2].fitted;
-  if ((config.mask & bitOf(SourceKind::screw)) != 0 && !any_screw)
-    return Error{
-        "sources names \"screw\", but machine.toml describes no screw: add [screw.X], or remove it from sources."};
-  if ((config.mask & bitOf(SourceKind::swivel)) != 0 && !config.swivel.fitted)
-    return Error{
-        "sources names \"swivel\", but machine.toml describes no swivelling head: add [swivel], or remove it from "
-        "sources."};
-  if ((config.mask & bitOf(SourceKind::rotary)) != 0 && !config.rotary.fitted())
-    return Error{
-        "sources names \"rotary\", but machine.toml describes no rotary table: add [rotary_table], or remove it from "
-        "sources."};
-  return std::nullopt;
-}
-
-std::optional<Error> whyUnfit(const CorrectionsConfig& config, std::span<const Event> result) {
-  if (result.empty()) return std::nullopt;
-  const auto rows = result.subspan(1);
-  if (const auto* swivel = std::get_if<SwivelActivated>(&result.front()))
-    return SwivelSource::whyUnfit(config.swivel, *swivel, rows);
-  if (const auto* rotary = std::get_if<RotaryActivated>(&result.front()))
-    return RotarySource::whyUnfit(config.rotary, *rotary, rows);
-  return std::nullopt;
-}
-
 Corrections::Corrections(const CorrectionsConfig& config)
     : config_{config},
       references_{AxisReference{config.references[0]}, AxisReference{config.references[1]},
@@ -71,7 +35,8 @@ Corrections::Corrections(const CorrectionsConfig& config)
       swivel_{config.swivel},
       rotary_{config.rotary},
       output_{config.limits},
-      mask_{config.mask} {}
+      mask_{config.mask},
+      inhibit_lines_{config.inhibit_lines} {}
 
 void Corrections::push(const Count& count) {
   references_[static_cast<std::size_t>(count.axis)].push(count.at, count.counts);
@@ -96,8 +61,7 @@ void Corrections::push(const Edge& edge, std::optional<std::int64_t> latched_cou
   } else if (edge.role == LineRole::trigger && edge.level == Level::active) {
     triggers_.push(edge, history_.at(edge.at));
   } else if (edge.role == LineRole::inhibit) {
-    const std::uint32_t bit = 1U << (edge.line % 32U);
-    inhibit_lines_ = edge.level == Level::active ? inhibit_lines_ | bit : inhibit_lines_ & ~bit;
+    inhibit_lines_.push(edge);
     inhibit();
   }
 }
@@ -143,8 +107,14 @@ void Corrections::push(const CutInhibit& inhibit_now) {
   inhibit();
 }
 
+void Corrections::awaitInhibitLines() {
+  inhibit_lines_.await();
+  inhibit();
+}
+
 void Corrections::inhibit() {
-  state_.inhibited = inhibit_said_ || inhibit_lines_ != 0;
+  state_.inhibited = inhibit_said_ || inhibit_lines_.cutIsOn();
+  state_.unknown_inhibit_lines = inhibit_lines_.unknown();
 }
 
 void Corrections::push(const StandingRestored& standing) {
@@ -286,8 +256,8 @@ void Corrections::beat(MonoTime now) {
 }
 
 void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger) {
-  if (!started_) {
-    started_ = true;
+  if (!std::exchange(started_, true)) {
+    awaitInhibitLines();
     heartbeat_at_ = now;
     fresh_at_ = now;
     sampled_at_ = now;

@@ -6,6 +6,7 @@
 
 #include "firmware/corrections/axis_reference.hpp"
 #include "firmware/corrections/centreline_source.hpp"
+#include "firmware/corrections/inhibit_lines.hpp"
 #include "firmware/corrections/output.hpp"
 #include "firmware/corrections/rotary_angle.hpp"
 #include "firmware/corrections/rotary_source.hpp"
@@ -41,7 +42,8 @@ struct CorrectionsConfig {
   ToolsConfig tools{};
   SwivelConfig swivel{};
   RotaryConfig rotary{};
-  std::uint16_t mask{};  // sources that are summed after the start
+  std::uint16_t mask{};         // sources that are summed after the start
+  std::size_t inhibit_lines{};  // that give their level after the start
 };
 
 // Names the first value that is out of range and its valid range; nullopt when the configuration is valid.
@@ -84,6 +86,8 @@ class Corrections {
   void push(const ToolLengthActivated& activated) { tool_.activate(activated); }
   void push(const PoseTold& pose);
   void push(const CutInhibit& inhibit);
+  // From now on an inhibit line whose level has not come counts as a cut; before the first advance() at the latest.
+  void awaitInhibitLines();
   // Told before anything is served, it is in the first snapshot.
   void push(const StandingRestored& standing);
   void push(const ServableWithin& bounds) { output_.keepWithin(bounds.least_mm, bounds.greatest_mm); }
@@ -154,8 +158,8 @@ class Corrections {
   bool sampled_since_advance_{};
   bool tick_since_advance_{};
   bool was_valid_{};
-  std::uint32_t inhibit_lines_{};  // one bit per active line
-  bool inhibit_said_{};            // by the controller
+  InhibitLines inhibit_lines_;
+  bool inhibit_said_{};  // by the controller
   std::uint32_t refused_homings_{};
   CorrectionsState state_;
   MonoTime heartbeat_at_{};

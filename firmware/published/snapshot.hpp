@@ -177,8 +177,9 @@ struct CorrectionsState {
   bool centreline_calibrated{};
   bool screw_sensors_good{};
   bool loss_seen{};
-  bool referenced{};  // all axes that the summed sources need are referenced
-  bool inhibited{};   // a cut is on: no result comes into force
+  bool referenced{};                      // all axes that the summed sources need are referenced
+  bool inhibited{};                       // a cut is on: no result comes into force
+  std::uint32_t unknown_inhibit_lines{};  // a bit per line that counts as a cut because its level has not come yet
   std::array<double, kLinearAxes> correction_mm{};
   std::uint16_t mask{};       // sources that are summed, a bit each: SourceKind
   std::uint16_t sequence{};   // +1 whenever any correction changes

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "firmware/app/host/control_desk.hpp"
 #include "firmware/app/host/process_status.hpp"
@@ -54,6 +55,31 @@ std::string failedStep(const procedure::Progress& progress) {
          " times: " + (progress.timed_out ? "its end never came" : explain(progress.last_fault));
 }
 
+// An inhibit line that has given no level yet has its source named for it: "gpiochip0 line 4 (inhibit 1)".
+bool isUnknownInhibit(const std::string& source, const std::vector<messages::LineStatus>& lines,
+                      const published::Snapshot& snapshot) {
+  return std::ranges::any_of(lines, [&](const messages::LineStatus& line) {
+    return line.role == static_cast<std::uint8_t>(LineRole::inhibit) &&
+           (snapshot.unknown_inhibit_lines >> line.line & 1U) != 0 && source.ends_with("(" + line.name + ")");
+  });
+}
+
+std::vector<messages::SourceStatus> sourcesOf(std::vector<SourceTable::Row> rows,
+                                              const std::vector<messages::LineStatus>& lines,
+                                              const published::Snapshot& snapshot) {
+  std::vector<messages::SourceStatus> all;
+  for (auto& [name, problem, unusable] : rows) {
+    if (isUnknownInhibit(name, lines, snapshot)) {
+      problem += (problem.empty() ? "" : "; ") +
+                 std::string{
+                     "its level is not known since the start, which counts as a cut: no result comes into "
+                     "force before it is, or until box.toml has the line no more"};
+    }
+    all.push_back({.name = std::move(name), .problem = std::move(problem), .unusable = unusable});
+  }
+  return all;
+}
+
 }  // namespace
 
 Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vitals) const {
@@ -83,9 +109,7 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   }
   answer.unused_events = unusedEvents(state);
   answer.journal_lost = with_.counters.journal_lost_events;
-  for (auto& row : with_.sources.rows())
-    answer.sources.push_back(
-        {.name = std::move(row.name), .problem = std::move(row.problem), .unusable = row.unusable});
+  answer.sources = sourcesOf(with_.sources.rows(), identity_.lines, state.snapshot);
   for (auto& holder : with_.doors.holders())
     answer.inhibits.push_back(
         {.door = std::move(holder.door), .by = std::move(holder.by), .since_utc = std::move(holder.since_utc)});

@@ -74,6 +74,8 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   config.corrections = correctionsConfig(descriptions.machine);
   for (std::size_t axis = 0; axis < kRotaryAxes; ++axis)
     config.corrections.angles[axis].wraps = (controlAxes(devices) & axisBit(static_cast<RotaryAxis>(axis))) != 0;
+  // The emulated machine has none.
+  if (!isEmulated(descriptions)) config.corrections.inhibit_lines = descriptions.box.inhibits.size();
   config.tool_setter_line = board::lineOfToolSetter(descriptions.box, descriptions.machine);
   config.probe_switch_line = board::lineOfProbeSwitch(descriptions.box, descriptions.probe);
   config.block_samples = descriptions.service.stream.block_samples;

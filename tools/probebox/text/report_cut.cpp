@@ -3,7 +3,8 @@
 namespace probebox::command {
 
 std::string cutLine() {
-  return printed("%-18s %s", "a cut is on", "an inhibit line of the box is active: no result comes into force");
+  return printed("%-18s %s", "a cut is on",
+                 "an inhibit line of the box is active, or gives no level: no result comes into force");
 }
 
 Json inhibitsOf(const std::vector<messages::InhibitHolder>& holders) {

@@ -50,7 +50,8 @@ class Desk : public testing::Test {
   UnitDesk unit_{UnitRecord{folder_.file("unit")}, "board", {}};
   UpdateDesk updates_{folder_.file("update"), {}, {}};
   Worker worker_{[] {}};
-  ControlDesk desk_{{"board", "0", {}},
+  const messages::LineStatus cut_line_{.name = "cut", .role = 4, .line = 1, .edges = 0, .lost = 0};
+  ControlDesk desk_{{"board", "0", {cut_line_}},
                     {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, doors_,
                      standing_, counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
                     [](const Reply&) {}};
@@ -202,6 +203,22 @@ TEST_F(Desk, ProvisionsOnlyWithTheRightToAndAtRest) {
     EXPECT_EQ(reply.code, messages::ErrorCode::not_permitted);
     EXPECT_THAT(reply.text, HasSubstr("allow_provision"));
   }
+}
+
+TEST_F(Desk, NamesTheInhibitLineWhoseLevelIsUnknown) {
+  for (const char* const source : {"gpiochip0 line 4 (cut)", "gpiochip0 line 5 (skip)"}) sources_.add(source);
+  sources_.tell(0, "gpiochip0 cannot be found; check its connection");
+  const auto problems = [&] {
+    const auto reply = desk_.handle({.link = 1, .door = "usb", .may = {}},
+                                    {.ticket = 1, .operation = messages::Operation::status, .body = {}}, state_, {});
+    const auto answer = messages::decode<messages::Status::Answer>(reply->body);
+    EXPECT_EQ(answer->sources.size(), 2U);
+    return std::vector{answer->sources[0].problem, answer->sources[1].problem};
+  };
+  EXPECT_EQ(problems()[0], "gpiochip0 cannot be found; check its connection");
+  state_.snapshot.unknown_inhibit_lines = 2;
+  EXPECT_THAT(problems()[0], testing::AllOf(StartsWith("gpiochip0 cannot be found"), HasSubstr("counts as a cut")));
+  EXPECT_EQ(problems()[1], "");
 }
 
 }  // namespace

@@ -35,6 +35,15 @@ TEST(BoxConfig, OfTheFastestSourcesThatMayBeDescribedIsTaken) {
   EXPECT_FALSE(box::whyRefused(boxConfig(sim)));
 }
 
+TEST(BoxConfig, HasTheInhibitLinesThatGiveALevel) {
+  const auto board = board::loadDirectory(PROBEBOX_BOARDS "/receiver");
+  ASSERT_TRUE(board) << board.error().what;
+  EXPECT_EQ(boxConfig(*board).corrections.inhibit_lines, 1U);
+  auto sim = *board::simDescriptions();
+  sim.box.inhibits = board->box.inhibits;
+  EXPECT_EQ(boxConfig(sim).corrections.inhibit_lines, 0U) << "the emulated machine has none";
+}
+
 TEST(BoxConfig, CarriesTheSenseOfAnAxisInItsSign) {
   auto sim = *board::simDescriptions();
   sim.machine.axes[2].sense = -1;

@@ -1,0 +1,48 @@
+// What corrections cannot be configured with, and what a configuration cannot follow.
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+
+#include "firmware/corrections/corrections.hpp"
+
+namespace probebox::corrections {
+
+std::optional<Error> whyRefused(const CorrectionsConfig& config) {
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const std::string name{"XYZ"[axis]};
+    const auto& screw = config.screws[axis];
+    if (screw.fitted && !(screw.model.length_mm > 0 && screw.model.pitch_mm > 0))
+      return Error{"The screw of " + name + " needs a length and a pitch above 0: change [screw." + name +
+                   "] in machine.toml."};
+    if (!(config.limits[axis].size_mm >= 0 && config.limits[axis].rate_mm_s >= 0))
+      return Error{"The correction limits of " + name + " cannot be negative: change [axis." + name +
+                   "] in machine.toml."};
+  }
+  const bool any_screw = config.screws[0].fitted || config.screws[1].fitted || config.screws[2].fitted;
+  if ((config.mask & bitOf(SourceKind::screw)) != 0 && !any_screw)
+    return Error{
+        "sources names \"screw\", but machine.toml describes no screw: add [screw.X], or remove it from sources."};
+  if ((config.mask & bitOf(SourceKind::swivel)) != 0 && !config.swivel.fitted)
+    return Error{
+        "sources names \"swivel\", but machine.toml describes no swivelling head: add [swivel], or remove it from "
+        "sources."};
+  if ((config.mask & bitOf(SourceKind::rotary)) != 0 && !config.rotary.fitted())
+    return Error{
+        "sources names \"rotary\", but machine.toml describes no rotary table: add [rotary_table], or remove it from "
+        "sources."};
+  return std::nullopt;
+}
+
+std::optional<Error> whyUnfit(const CorrectionsConfig& config, std::span<const Event> result) {
+  if (result.empty()) return std::nullopt;
+  const auto rows = result.subspan(1);
+  if (const auto* swivel = std::get_if<SwivelActivated>(&result.front()))
+    return SwivelSource::whyUnfit(config.swivel, *swivel, rows);
+  if (const auto* rotary = std::get_if<RotaryActivated>(&result.front()))
+    return RotarySource::whyUnfit(config.rotary, *rotary, rows);
+  return std::nullopt;
+}
+
+}  // namespace probebox::corrections
