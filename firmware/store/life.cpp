@@ -152,6 +152,22 @@ Outcome<Record, Failure> Store::withdrawNow(Id id, std::string_view by, std::str
   return record;
 }
 
+Outcome<void, Failure> Store::takeBack(std::span<const Record> as_before) {
+  TRY(auto transaction, Transaction::begin(*database_));
+  for (const auto& record : as_before) {
+    TRY(const auto now, find(record.id));
+    if (now.state == record.state)
+      return Failure{Reason::not_possible_now, which(now) + " is " + std::string{name(now.state)} + " already"};
+    Statement newest{*database_,
+                     "DELETE FROM transitions WHERE id = (SELECT max(id) FROM transitions WHERE result_id = ?)"};
+    TRY(newest.bind(stored(record.id)).run());
+    Statement row{*database_, "UPDATE results SET state = ?, retired_utc = ? WHERE id = ?"};
+    TRY(row.bind(stored(record.state)).bind(record.retired_utc).bind(stored(record.id)).run());
+    TRY(seal(*database_, record.id));
+  }
+  return transaction.commit();
+}
+
 // A row that is found damaged only now is set aside, and does not stand in the way of the others.
 
 Outcome<Record, Failure> Store::accept(Id id, std::string_view by, std::string_view utc, Activation activation,

@@ -91,6 +91,11 @@ class Store {
   // Retires an accepted result that still waits.
   Outcome<Record, Failure> withdraw(Id id, std::string_view by, std::string_view utc);
 
+  // Undoes the newest change of each of these results in one transaction, as though it had never been made: state and
+  // retired_utc are those of these records, and the history loses the transition. For a change that nobody has been
+  // told of. The one that leaves force comes first.
+  Outcome<void, Failure> takeBack(std::span<const Record> as_before);
+
   Outcome<Record, Failure> find(Id id);
   Outcome<std::optional<Record>, Failure> active(const Binding& binding);
   Outcome<std::vector<Record>, Failure> inState(State state);       // oldest first

@@ -150,10 +150,11 @@ std::optional<std::string> ResultsInForce::deriveCentreline(const store::Record&
       return what + "is proposed and cannot come into force: " + told.error().what;
   }
   const auto no_cut = noCut();
-  const auto record = store_.accept(*id, by, utcNow(), no_cut ? store::Activation::at_once : store::Activation::later);
+  auto record = store_.accept(*id, by, utcNow(), no_cut ? store::Activation::at_once : store::Activation::later);
+  const bool comes_into_force = record && record->state == store::State::active && !waitsAgain(*record, std::nullopt);
   readStore();
   if (!record) return what + "could not be accepted: " + record.error().what;
-  if (record->state != store::State::active) return what + "waits for the end of the cut.";
+  if (!comes_into_force) return what + "waits for the end of the cut.";
   tell(*record);
   return what + "is in force.";
 }

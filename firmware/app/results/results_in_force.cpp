@@ -16,10 +16,6 @@ namespace {
 constexpr Nanoseconds kSettling = std::chrono::seconds{1};
 constexpr Nanoseconds kPatience = std::chrono::seconds{1};
 
-store::Failure cutIsOn(const std::string& what) {
-  return {store::Reason::cut_is_on, "A cut is in progress, and results cannot change: " + what};
-}
-
 }  // namespace
 
 std::string utcNow() {
@@ -92,7 +88,41 @@ void ResultsInForce::look(const box::State& state) {
 // Nothing where a result may not come into force or out of it.
 std::optional<NoCut> ResultsInForce::noCut() const {
   if (inhibited_ || !first_state_at_ || state_at_ - *first_state_at_ < kSettling) return std::nullopt;
-  return keep_cuts_out_ ? keep_cuts_out_() : NoCut{};
+  auto no_cut = keep_cuts_out_ ? keep_cuts_out_() : NoCut{};
+  // Behind the doors, which may have waited for the disk.
+  return cutSeen() ? std::nullopt : std::move(no_cut);
+}
+
+// Undoes a change in the store during which a line rose, before the core or anybody else has been told. False where
+// there is nothing to undo, or it cannot be undone: then the change holds, and the core applies it behind the cut. A
+// box that ends between the two commits has the change in force when it is started again.
+bool ResultsInForce::tookBack(const std::vector<store::Record>& as_before) {
+  if (as_before.empty() || !cutSeen()) return false;
+  const auto done = store_.takeBack(as_before);
+  if (done) return true;
+  const auto id = as_before.front().id;
+  logError(named(id) + " changed its state while a cut began, which could not be taken back: " + done.error().what);
+  // A disk that fails behind the last write has it all the same.
+  const auto now = store_.find(id);
+  return now && now->state == as_before.front().state;
+}
+
+// The same of a result that came into force in the place of `before`, and was accepted before.
+bool ResultsInForce::waitsAgain(store::Record& active, const std::optional<store::Record>& before) {
+  auto accepted = active;
+  accepted.state = store::State::accepted;
+  std::vector<store::Record> as_before{accepted};
+  if (before) as_before.push_back(*before);
+  if (!tookBack(as_before)) return false;
+  logInfo("a cut began while result " + std::to_string(active.id) +
+          " came into force: it waits for the end of the cut");
+  active.state = store::State::accepted;
+  return true;
+}
+
+std::optional<store::Record> ResultsInForce::inForceAbout(const store::Binding& binding) const {
+  auto present = store_.active(binding);
+  return present ? std::move(*present) : std::nullopt;
 }
 
 std::optional<store::Failure> ResultsInForce::otherBinding(const store::Record& record) const {
@@ -147,6 +177,7 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
   const auto doubt = was_proposed ? whyNotConforming(record) : std::nullopt;
   if (differs && !although_it_differs) return tooFarApart(record, comparison, doubt);
   if (doubt && !although_it_differs) return notConforming(record, *doubt);
+  const auto before = inForceAbout(record.binding);
   auto no_cut = noCut();
   const auto activation = no_cut ? store::Activation::at_once : store::Activation::later;
   auto accepted = store_.accept(id, by, utcNow(), activation,
@@ -158,74 +189,19 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
     return accepted.error();
   }
   record = std::move(*accepted);
+  const bool comes_into_force = !was_active && record.state == store::State::active;
+  const bool waits = comes_into_force && waitsAgain(record, before);
   {
     const std::lock_guard lock{mutex_};
     once_accepted_.insert(id);
   }
   readStore();
-  if (was_active || record.state != store::State::active) return compared;
+  if (!comes_into_force || waits) return compared;
   tell(record);
   no_cut.reset();
   for (auto& sentence : dependantsOn(comparison.with)) notes.push_back(std::move(sentence));
   if (auto derived = deriveCentreline(record, by)) notes.push_back(*std::move(derived));
   return compared;
-}
-
-ResultsInForce::RolledBack ResultsInForce::rollBack(const std::string& subject, const std::string& by) {
-  return rollBack(bindingFor(subjectNamed(subject)), by);
-}
-
-ResultsInForce::RolledBack ResultsInForce::rollBack(store::Id id, const std::string& by) {
-  TRY(const auto found, store_.find(id));
-  // One that does not fit any more can be gone back from as well.
-  if (auto other = otherBinding(found)) return *other;
-  if (found.state == store::State::accepted) {
-    auto withdrawn = store_.withdraw(id, by, utcNow());
-    readStore();
-    if (!withdrawn) return withdrawn.error();
-    return Return{{.retired = std::move(*withdrawn), .active = std::nullopt}, {}};
-  }
-  if (found.state != store::State::active) {
-    return store::Failure{store::Reason::not_possible_now,
-                          named(id) + " is " + std::string{store::name(found.state)} +
-                              ", not in force: name the result that is, or its subject (" + found.binding.subject +
-                              ")."};
-  }
-  return rollBack(found.binding, by);
-}
-
-std::optional<store::Failure> ResultsInForce::whyNotBack(const store::Binding& binding) const {
-  const auto before = store_.retiredLast(binding);
-  if (!before || !*before) return std::nullopt;
-  const auto told = fitActivation(**before);
-  return told ? std::nullopt : std::optional{cannotComeBack(**before, told.error().what)};
-}
-
-ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& binding, const std::string& by) {
-  auto no_cut = noCut();
-  if (!no_cut) return cutIsOn("repeat the rollback when it is over.");
-  if (const auto present = store_.active(binding); present && !*present) {
-    // It would bring one back.
-    if (auto beside = whyBeside(binding.subject)) return *beside;
-  }
-  if (auto unfit = whyNotBack(binding)) return *unfit;
-  auto changed = store_.rollBack(binding, by, utcNow());
-  if (!changed) {
-    catchUp();
-    return changed.error();
-  }
-  readStore();
-  if (changed->active) {
-    tell(*changed->active);
-  } else if (const auto none = noneInForce(binding.subject, now_())) {
-    tell_core_(*none);
-  }
-  no_cut.reset();
-  Return back{std::move(*changed), {}};
-  if (back.active) back.notes = notesOn(*back.active);
-  if (!back.retired) return back;
-  for (auto& sentence : dependantsOn(back.retired->id)) back.notes.push_back(std::move(sentence));
-  return back;
 }
 
 void ResultsInForce::activateWaiting() {
@@ -241,13 +217,16 @@ void ResultsInForce::activateWaiting() {
 bool ResultsInForce::activate(store::Id waiting) {
   auto no_cut = noCut();
   if (!no_cut) return false;
-  const auto activated = store_.activate(waiting, utcNow());
+  const auto found = store_.find(waiting);
+  const auto before = found ? inForceAbout(found->binding) : std::nullopt;
+  auto activated = store_.activate(waiting, utcNow());
   if (!activated) {
     logError(named(waiting) + " is waiting and cannot come into force: " + activated.error().what);
     patient_until_ = now_() + kPatience;
     catchUp();
     return true;
   }
+  if (waitsAgain(*activated, before)) return false;
   logInfo("the cut is over: result " + std::to_string(waiting) + " is now in force, accepted by " +
           activated->accepted_by);
   readStore();

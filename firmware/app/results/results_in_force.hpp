@@ -67,9 +67,13 @@ class ResultsInForce {
   // Handles the newest state of the core. Waiting results come into force as soon as no cut is on, in the name of the
   // persons who accepted them; not in the first second, when the levels of inhibit lines may still be unknown.
   void look(const box::State& state);
-  // Adds a second test: whether a door holds an inhibit that the core may not know of yet. Each result comes into force
-  // with the doors kept from declaring a cut, from the test until the core has been told.
-  void alsoAsk(KeepCutsOut keep_cuts_out) { keep_cuts_out_ = std::move(keep_cuts_out); }
+  // Adds tests for each result that comes into force. keep_cuts_out: whether a door holds an inhibit that the core may
+  // not know of yet; from this test until the core has been told, the doors are kept from declaring a cut. cut_seen:
+  // asked before the store is changed, and after that: a change during which a line rose is taken back.
+  void alsoAsk(KeepCutsOut keep_cuts_out, CutSeen cut_seen = {}) {
+    keep_cuts_out_ = std::move(keep_cuts_out);
+    cut_seen_ = std::move(cut_seen);
+  }
 
   // The returned record is ACTIVE, or ACCEPTED while a cut is on. A result that differs from the one in force by more
   // than kMostSd is refused unless although_it_differs, and so is one that fails a limit.
@@ -113,6 +117,10 @@ class ResultsInForce {
 
  private:
   std::optional<NoCut> noCut() const;
+  bool cutSeen() const { return cut_seen_ && cut_seen_(); }
+  bool tookBack(const std::vector<store::Record>& as_before);
+  bool waitsAgain(store::Record& active, const std::optional<store::Record>& before);
+  std::optional<store::Record> inForceAbout(const store::Binding& binding) const;
   std::vector<std::uint64_t> waiting() const;
   Outcome<std::vector<Event>> fitActivation(const store::Record& record) const;
   void tell(const store::Record& record);
@@ -125,7 +133,6 @@ class ResultsInForce {
   std::vector<store::Id> basisOf(store::Id from_tip, store::Id offset) const;
   std::optional<store::Failure> otherBinding(const store::Record& record) const;
   std::optional<store::Failure> objectionTo(const store::Record& record) const;
-  std::optional<store::Failure> whyNotBack(const store::Binding& binding) const;
   void activateWaiting();
   bool activate(store::Id waiting);
   std::optional<std::vector<store::Record>> ours(store::State state) const;
@@ -143,6 +150,7 @@ class ResultsInForce {
   MonoTime patient_until_{};  // no new attempt before, after a failure of the store
   bool inhibited_{true};
   KeepCutsOut keep_cuts_out_;
+  CutSeen cut_seen_;
   std::set<store::Id> waiting_unfit_;  // of those that wait; as of the last reading of the store
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> active_;

@@ -12,6 +12,7 @@ class CoreView {
   // `states` is the worker's own reader.
   explicit CoreView(StateBuffer& states) : states_{states} {}
 
+  // Holds until the next call.
   const box::State& newest() { return states_.newest(); }
 
   // Waits until the core has published a state that includes all earlier commands. False when the core makes no

@@ -138,9 +138,9 @@ struct Daemon::Parts {
     ++counters.progress.worker;
     writeJournal();
     drainLog();
-    const auto& state = core_view.newest();
-    calibrations.look(state);
-    standing.look(state.snapshot);
+    calibrations.look(core_view.newest());
+    // Not the state of before: results that come into force ask for a newer one.
+    standing.look(core_view.newest().snapshot);
     results_desk.look();
     update_desk.look();
     if (const auto run = core.takeRunToSolve()) calibrations.solve(*run, core.plan(), core.recording(), core.scales());

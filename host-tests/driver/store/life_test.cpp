@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
@@ -133,6 +134,37 @@ TEST_F(ResultsLife, ARollbackPassesOverWhatNeverWasInForce) {
   ASSERT_TRUE(store_.withdraw(withdrawn, "Ada", "t4"));
   EXPECT_EQ(activeId(), second) << "nothing in force has changed";
   EXPECT_EQ(store_.rollBack(kBinding, "Ada", "t5")->active->id, first);
+}
+
+// As where a cut begins while the change is being stored.
+TEST_F(ResultsLife, AChangeThatIsTakenBackHasNeverBeenMade) {
+  const auto first = accepted(1e-3), second = propose(2e-3);
+  auto waits = store_.accept(second, "Grace", "t2", Activation::later).value();
+  const auto before = store_.find(first).value();
+  const auto changes = store_.history({}).value().size();
+  ASSERT_TRUE(store_.activate(second, "t3"));
+  ASSERT_TRUE(store_.takeBack(std::array{waits, before}));
+  EXPECT_EQ(activeId(), first);
+  EXPECT_EQ(store_.find(first)->retired_utc, "");
+  EXPECT_EQ(stateOf(second), State::accepted);
+  EXPECT_EQ(store_.find(second)->accepted_by, "Grace");
+  EXPECT_EQ(store_.history({}).value().size(), changes);
+  store_ = Store::open(scratch_.file()).value();
+  EXPECT_THAT(store_.damage(), IsEmpty()) << store_.notice();
+  ASSERT_TRUE(store_.withdraw(second, "Grace", "t4"));
+  EXPECT_FALSE(store_.retiredLast(kBinding).value()) << "the second was never in force";
+  EXPECT_FALSE(store_.takeBack(std::array{before})) << "it is in force already";
+}
+
+TEST_F(ResultsLife, ARollbackThatIsTakenBackHasNeverBeenMade) {
+  const auto first = accepted(1e-3), second = accepted(2e-3);
+  const std::array before{store_.find(first).value(), store_.find(second).value()};
+  ASSERT_TRUE(store_.rollBack(kBinding, "Grace", "t5"));
+  ASSERT_TRUE(store_.takeBack(before));
+  EXPECT_EQ(activeId(), second);
+  EXPECT_EQ(store_.find(first)->retired_utc, "t1");
+  EXPECT_THAT(states(second), ElementsAre(State::proposed, State::accepted, State::active));
+  EXPECT_EQ(store_.rollBack(kBinding, "Grace", "t6")->active->id, first);
 }
 
 TEST_F(ResultsLife, ARollbackOfAnotherMountingTouchesNothingHere) {
