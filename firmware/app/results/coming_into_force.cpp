@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "firmware/app/log/log.hpp"
 #include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/results_in_force.hpp"
@@ -19,6 +20,7 @@ namespace {
 constexpr const char* kFromTip = "centreline-stylus";
 constexpr const char* kOfSpindle = "centreline";
 constexpr const char* kOfSlide = "centreline-slide";
+constexpr std::size_t kAllChanges = 100'000;
 
 // Warns of an effect that a person may not expect of a result about this subject.
 std::optional<std::string> aboutEffect(const store::Record& record) {
@@ -100,14 +102,49 @@ std::optional<ResultsInForce::StylusOffset> ResultsInForce::stylusOffset(std::ui
   return StylusOffset{(*in_force)->id, *std::move(offset)};
 }
 
-bool ResultsInForce::isDerived(const store::Binding& binding, store::Id from_tip, store::Id offset) const {
-  const auto present = store_.active(binding);
-  if (!present || !*present) return false;
-  const auto others = store_.restsOn((*present)->id);
-  const auto has = [&](store::Id id) {
-    return std::ranges::find(*others, id, &store::Dependence::id) != others->end();
-  };
-  return others && has(from_tip) && has(offset);
+std::optional<ResultsInForce::SumParts> ResultsInForce::sumParts() const {
+  const auto from_tip = inForceAbout(bindingFor(kFromTip));
+  if (!from_tip) return std::nullopt;
+  const auto offset = stylusOffset(probeToolOf(*from_tip->result()));
+  if (!offset) return std::nullopt;
+  SumParts parts{*from_tip, *offset, {}};
+  for (const auto id : {from_tip->id, offset->id}) {
+    const auto changes = store_.history(id);
+    if (!changes) return std::nullopt;
+    for (const auto& change : *changes) {
+      if (change.to == store::State::active && change.number > parts.together.number) parts.together = change;
+    }
+  }
+  return parts;
+}
+
+// By the numbers of the changes, whatever the clock was set to meanwhile. Nothing when they cannot be read.
+std::optional<ResultsInForce::SumBefore> ResultsInForce::sumBefore(const SumParts& parts) const {
+  SumBefore before;
+  for (const char* const subject : {kOfSpindle, kOfSlide}) {
+    const auto changes = store_.history({.result = 0, .subject = subject, .after = 0, .count = kAllChanges});
+    if (!changes) return std::nullopt;
+    for (const auto& change : *changes) {
+      if (change.binding != bindingFor(subject)) continue;
+      const bool decides = change.to != store::State::proposed && change.to != store::State::refused;
+      if (decides) before.decided = std::max(before.decided, change.number);
+      if (change.to != store::State::proposed) continue;
+      const auto others = store_.restsOn(change.result);
+      if (!others) return std::nullopt;
+      const auto has = [&](store::Id id) {
+        return std::ranges::find(*others, id, &store::Dependence::id) != others->end();
+      };
+      if (!has(parts.from_tip.id) || !has(parts.offset.id)) continue;
+      before.sum = change.result;
+      before.proposed = change.number;
+    }
+  }
+  return before;
+}
+
+bool ResultsInForce::turningAxisIsFree() const {
+  const auto present = store_.active(bindingFor(kOfSpindle));
+  return present && !*present && !whyBeside(kOfSpindle);
 }
 
 // A sum rests on its parts, and on what they rest on.
@@ -121,36 +158,52 @@ std::vector<store::Id> ResultsInForce::basisOf(store::Id from_tip, store::Id off
   return {basis.begin(), basis.end()};
 }
 
-// With the centreline from a tip and the offset of that tip both in force, their sum is one from the spindle axis. It
-// comes into force by itself where there is none yet; otherwise it is proposed.
 std::optional<std::string> ResultsInForce::deriveCentreline(const store::Record& accepted, const std::string& by) {
   const auto& subject = accepted.binding.subject;
   if (subject != kFromTip && !subject.starts_with("stylus-offset-")) return std::nullopt;
-  const auto from_tip = store_.active(bindingFor(kFromTip));
-  if (!from_tip || !*from_tip) return std::nullopt;
-  const auto& tip = *(*from_tip)->result();
-  const auto offset = stylusOffset(probeToolOf(tip));
-  if (!offset) return std::nullopt;
-  const store::Id tip_id = (*from_tip)->id, offset_id = offset->id;
-  const auto binding = bindingFor(kOfSpindle);
-  if (isDerived(binding, tip_id, offset_id)) return std::nullopt;
-  const auto derived = relativeToSpindle(tip, offset->value, offset_id);
-  if (!derived) return std::nullopt;
+  const auto parts = sumParts();
+  return parts ? deriveCentreline(*parts, by) : std::nullopt;
+}
+
+// Both are in force and their sum was never stored, or never accepted, where the box ended or the disk failed behind
+// the acceptance of the second.
+void ResultsInForce::deriveMissingCentreline() {
+  const auto parts = sumParts();
+  if (!parts) return;
+  if (const auto derived = deriveCentreline(*parts, parts->together.by)) logInfo(*derived);
+}
+
+// With the centreline from a tip and the offset of that tip both in force, their sum is one from the spindle axis. It
+// comes into force by itself where there is none yet; otherwise it is proposed. Each pair has one sum, and none where a
+// person has changed what is in force about the turning axis since the pair came together.
+std::optional<std::string> ResultsInForce::deriveCentreline(const SumParts& parts, const std::string& by) {
+  const auto before = sumBefore(parts);
+  if (!before) return std::nullopt;
+  const store::Id tip_id = parts.from_tip.id, offset_id = parts.offset.id;
   const std::string sum =
       "result " + std::to_string(tip_id) + " plus the stylus offset of result " + std::to_string(offset_id);
-  const auto id =
-      store_.propose(binding, *derived, "", utcNow(), {.rests_on = basisOf(tip_id, offset_id), .remark = sum});
+  const auto what = [&](store::Id id) { return named(id) + " about centreline, " + sum + ", "; };
+  if (before->sum != 0) {
+    if (before->decided > before->proposed || !turningAxisIsFree()) return std::nullopt;
+    return bringIntoForce(before->sum, what(before->sum), by);
+  }
+  if (before->decided > parts.together.number) return std::nullopt;
+  const auto derived = relativeToSpindle(*parts.from_tip.result(), parts.offset.value, offset_id);
+  if (!derived) return std::nullopt;
+  const auto id = store_.propose(bindingFor(kOfSpindle), *derived, "", utcNow(),
+                                 {.rests_on = basisOf(tip_id, offset_id), .remark = sum});
   if (!id) return "The centreline of " + sum + " could not be stored: " + id.error().what;
-  const std::string what = named(*id) + " about centreline, " + sum + ", ";
-  const auto present = store_.active(binding);
-  const bool free = present && !*present && !whyBeside(binding.subject);
-  if (!free) return what + "is proposed: accept it to put it in the place of the one in force.";
-  if (const auto proposed = store_.find(*id)) {
+  if (!turningAxisIsFree()) return what(*id) + "is proposed: accept it to put it in the place of the one in force.";
+  return bringIntoForce(*id, what(*id), by);
+}
+
+std::string ResultsInForce::bringIntoForce(store::Id sum, const std::string& what, const std::string& by) {
+  if (const auto proposed = store_.find(sum)) {
     if (const auto told = fitActivation(*proposed); !told)
       return what + "is proposed and cannot come into force: " + told.error().what;
   }
   const auto no_cut = noCut();
-  auto record = store_.accept(*id, by, utcNow(), no_cut ? store::Activation::at_once : store::Activation::later);
+  auto record = store_.accept(sum, by, utcNow(), no_cut ? store::Activation::at_once : store::Activation::later);
   const bool comes_into_force = record && record->state == store::State::active && !waitsAgain(*record, std::nullopt);
   readStore();
   if (!record) return what + "could not be accepted: " + record.error().what;

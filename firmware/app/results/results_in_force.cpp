@@ -83,6 +83,9 @@ void ResultsInForce::look(const box::State& state) {
   state_at_ = state.at;
   inhibited_ = state.snapshot.inhibited;
   activateWaiting();
+  if (sum_looked_for_ || !noCut()) return;
+  sum_looked_for_ = true;
+  deriveMissingCentreline();
 }
 
 // Nothing where a result may not come into force or out of it.
@@ -196,6 +199,12 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
     once_accepted_.insert(id);
   }
   readStore();
+  if (was_active) {
+    // The box may have ended, or the disk failed, between the acceptance and the sum.
+    no_cut.reset();
+    if (auto derived = deriveCentreline(record, by)) notes.push_back(*std::move(derived));
+    return compared;
+  }
   if (!comes_into_force || waits) return compared;
   tell(record);
   no_cut.reset();

@@ -128,8 +128,25 @@ class ResultsInForce {
   std::vector<std::string> notesOn(const store::Record& record) const;
   std::vector<std::string> dependantsOn(store::Id retired) const;
   std::optional<store::Failure> whyBeside(const std::string& subject) const;
+  // A centreline from a tip and the offset of that tip, both in force.
+  struct SumParts {
+    store::Record from_tip;
+    StylusOffset offset;
+    store::Transition together;  // of the one that came into force later
+  };
+  std::optional<SumParts> sumParts() const;
   std::optional<std::string> deriveCentreline(const store::Record& accepted, const std::string& by);
-  bool isDerived(const store::Binding& binding, store::Id from_tip, store::Id offset) const;
+  std::optional<std::string> deriveCentreline(const SumParts& parts, const std::string& by);
+  void deriveMissingCentreline();
+  // The proposal of their sum, and the last change of what is in force or waits about the turning axis; 0: none.
+  struct SumBefore {
+    store::Id sum{};
+    std::uint64_t proposed{};
+    std::uint64_t decided{};
+  };
+  std::optional<SumBefore> sumBefore(const SumParts& parts) const;
+  bool turningAxisIsFree() const;
+  std::string bringIntoForce(store::Id sum, const std::string& what, const std::string& by);
   std::vector<store::Id> basisOf(store::Id from_tip, store::Id offset) const;
   std::optional<store::Failure> otherBinding(const store::Record& record) const;
   std::optional<store::Failure> objectionTo(const store::Record& record) const;
@@ -151,6 +168,7 @@ class ResultsInForce {
   bool inhibited_{true};
   KeepCutsOut keep_cuts_out_;
   CutSeen cut_seen_;
+  bool sum_looked_for_{};              // since the start
   std::set<store::Id> waiting_unfit_;  // of those that wait; as of the last reading of the store
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> active_;
