@@ -14,6 +14,7 @@
 #include "firmware/metrology/dataset/probe_pose.hpp"
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/points.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
 #include "firmware/metrology/touch/switched_touch.hpp"
 #include "protocol/units/angle.hpp"
@@ -140,6 +141,7 @@ Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
   const auto& touches = sphere.touches;
   Rows3 points{static_cast<Index>(touches.size()), 3};
   for (std::size_t i = 0; i < touches.size(); ++i) points.row(static_cast<Index>(i)) = touches[i].at_mm.transpose();
+  if (auto refusal = equalPoints(points)) return *refusal;
   const auto about = algebraicBall(points);
   if (!about) return Refusal{"coplanar", "the touches lie in one plane: touch the top of the sphere as well"};
   VectorXd start = VectorXd::Zero(sphere.unknowns());

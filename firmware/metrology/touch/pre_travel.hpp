@@ -13,7 +13,7 @@ namespace probebox::metrology {
 // machine, touches, edges. Config: effective_diameter_mm (sphere and stylus ball), previous_tau_axis_s, sigma_mm. Gives
 // pre_travel_mm and centre_mm; also switch_late_s and, where the touches are at enough heights, radius_error_mm: an
 // error of the sphere's size less the part of the pre-travel that is the same in all directions. Refuses: what
-// switchedTouches and leastSquares refuse, few-directions.
+// switchedTouches and leastSquares refuse, few-directions, duplicated-reading (two touches at the same position).
 Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset);
 
 // Weights of the parts of the pre-travel in direction n, a unit vector in the probe's own axes: mean across the stylus,

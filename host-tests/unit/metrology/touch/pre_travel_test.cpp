@@ -152,6 +152,22 @@ TEST(PreTravel, RefusesDirectionsThatLeaveALobeOpen) {
   EXPECT_THAT(result.error().reason, HasSubstr("90 degrees"));
 }
 
+// Every touch again under a number of its own.
+TEST(PreTravel, RefusesTouchesThatAreCopies) {
+  auto dataset = touched({.scatter_mm = 5e-4}, directions(true), Vector3d::Zero());
+  ASSERT_TRUE(solvePreTravel(dataset));
+  for (auto& table : dataset.tables) {
+    for (auto& column : table.columns) {
+      const auto once = column.values;
+      for (const double value : once) column.values.push_back(column.name == "touch" ? value + 100 : value);
+    }
+  }
+  const auto result = solvePreTravel(dataset);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().name, "duplicated-reading");
+  EXPECT_THAT(result.error().reason, HasSubstr("points 1 and 26"));
+}
+
 TEST(PreTravel, RefusesASphereThatCannotHaveThatSize) {
   auto dataset = touched({.scatter_mm = 1e-4}, directions(true), Vector3d::Zero());
   dataset.config["effective_diameter_mm"] = 2 * kRadius_mm - 0.1;
