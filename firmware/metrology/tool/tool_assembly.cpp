@@ -10,6 +10,7 @@
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/rounded_means.hpp"
 #include "firmware/metrology/tool/tool_readings.hpp"
 #include "firmware/metrology/tool/tool_store.hpp"
 
@@ -151,7 +152,9 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths.tool}, pick(0, 3, 3));
   // From the holder's reference, as [[tool]] of machine.toml counts it; L3 counts from the holder's end face.
   answer.alsoScalar(std::string{kGaugeLength}, touched.z(), pick(2, 1, 3).row(0));
-  const double rounding_sd = roundingOfMeans(*table, std::span{kAssemblyColumns}.last(3), sigma, answer);
+  const Eigen::MatrixX3d along = Eigen::Matrix3d::Identity().replicate(plain.rows(), 1);
+  const auto rounding =
+      roundingOfMeans(*table, {std::span{kAssemblyColumns}.last(3), scatterAlong(fit, along, sigma)}, sigma, answer);
   Result result = std::move(answer).take(true);
   double share = 0.0;  // of readings that the workpiece's size enters
   for (const double variant : variants) share += variant / static_cast<double>(variants.size());
@@ -162,14 +165,14 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   slopes(0, 7) = slopes(1, 5) = slopes(2, 6) = slopes(3, 7) = 1.0;
   Eigen::VectorXd sds = Eigen::VectorXd::Constant(8, lengths.part_sd);
   sds.head<2>() << lengths.holder_sd, lengths.tool_sd;
-  sds.tail<3>().setConstant(rounding_sd);
-  widen(result, slopes, sds);
+  sds.tail<3>() = rounding.sd_mm;
+  widen(result, slopes, sds, rounding.widening);
   result.convention =
       "compensation: spindle axis minus tip, X and Y in the machine's sense, Z along the tool. Add Z to the "
       "stored length, X and Y to the commanded position. The offset of the tip from the axis has the opposite sign";
   for (auto& estimate : result.also) {
     if (estimate.key != kGaugeLength) continue;
-    for (double& sd : estimate.sd) sd = std::hypot(sd, share * lengths.part_sd, rounding_sd);
+    for (double& sd : estimate.sd) sd = std::hypot(rounding.widening * sd, share * lengths.part_sd, rounding.sd_mm.z());
   }
   addStoreRecords(result, dataset);
   return result;

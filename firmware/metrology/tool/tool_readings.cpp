@@ -1,10 +1,6 @@
 #include "firmware/metrology/tool/tool_readings.hpp"
 
 #include <algorithm>
-#include <cmath>
-
-#include "firmware/metrology/dataset/digits.hpp"
-#include "firmware/metrology/fit/rounding.hpp"
 
 namespace probebox::metrology {
 
@@ -15,40 +11,6 @@ Outcome<bool, Refusal> anySet(const std::vector<double>& flags, const std::strin
     }
   }
   return std::ranges::find(flags, 1.0) != flags.end();
-}
-
-double roundingOfMeans(const Table& table, std::span<const std::string_view> columns, const Sigma& sigma,
-                       Answer& answer) {
-  constexpr double kCounts = 0.1;  // of the scatter of a reading
-  const auto scatter_mm = answer.readingSd();
-  const bool has_sd = !answer.result().estimates.front().sd.empty();
-  if (sigma.stated || !scatter_mm || !has_sd) return 0.0;
-  double digit_mm = 1.0;  // the finest
-  for (const auto column : columns) {
-    for (const double value : *table.column(column)) digit_mm = std::min(digit_mm, digitOf(value));
-  }
-  const double sd_mm = roundingSd(*scatter_mm, digit_mm);
-  if (sd_mm > kCounts * *scatter_mm) {
-    answer.warn("the readings have digits of " + text(digit_mm) +
-                " mm, which hide their noise: what rounding leaves of their mean, " + text(sd_mm) +
-                " mm, is in the sd; state sigma_mm, or read more digits");
-  }
-  return sd_mm;
-}
-
-void widen(Result& result, const Eigen::MatrixXd& slopes, const Eigen::VectorXd& sds) {
-  const Eigen::MatrixXd scaled = slopes * sds.asDiagonal();
-  const Eigen::MatrixXd added = scaled * scaled.transpose();
-  Eigen::Index row = 0;
-  for (auto& estimate : result.estimates) {
-    for (double& sd : estimate.sd) {
-      sd = std::hypot(sd, std::sqrt(added(row, row)));
-      ++row;
-    }
-  }
-  if (!result.covariance) return;
-  const auto entries = added.reshaped<Eigen::RowMajor>();
-  for (Eigen::Index k = 0; k < added.size(); ++k) result.covariance->values[static_cast<std::size_t>(k)] += entries[k];
 }
 
 Outcome<Fit, Refusal> fitMeans(const Eigen::MatrixX3d& positions, const std::vector<std::size_t>& group,

@@ -13,6 +13,7 @@
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/rounded_means.hpp"
 #include "firmware/metrology/tool/tool_readings.hpp"
 #include "firmware/metrology/tool/turning_axis.hpp"
 #include "protocol/units/tolerances.hpp"
@@ -174,15 +175,20 @@ std::optional<Refusal> badTouches(const MatrixXd& touches, const Device& device)
   return std::nullopt;
 }
 
-// The fit, and its parameters by the rounding of each place that was read repeatedly: of a centre's coordinate, or of a
-// face.
-struct Measured {
-  Fit fit;
-  MatrixXd by_rounding;
+// What rounding changes: a place that was read repeatedly, which is a centre's coordinate or a face.
+struct RoundedPlaces {
+  MatrixXd parameters;  // of the fit by the rounding of each place, a column a place
+  MatrixX3d along;      // direction in which each was read, a unit vector a row
 };
 
-// Sum of the rows of `design` that touched one face, a column each face of each group.
-MatrixXd sumsOfFaces(const MatrixXd& touches, const std::vector<std::size_t>& group, const MatrixXd& design) {
+struct Measured {
+  Fit fit;
+  MatrixX3d along;  // of each residual
+  RoundedPlaces places;
+};
+
+// The sum of the rows of `design` that touched one face, a column each face of each group, and the faces' normals.
+RoundedPlaces sumsOfFaces(const MatrixXd& touches, const std::vector<std::size_t>& group, const MatrixXd& design) {
   using Face = std::pair<std::size_t, std::array<double, 5>>;
   std::map<Face, VectorXd> sums;
   for (Index row = 0; row < touches.rows(); ++row) {
@@ -191,9 +197,13 @@ MatrixXd sumsOfFaces(const MatrixXd& touches, const std::vector<std::size_t>& gr
     auto& sum = sums.try_emplace(face, VectorXd::Zero(design.cols())).first->second;
     sum += design.row(row).transpose();
   }
-  MatrixXd columns{design.cols(), static_cast<Index>(sums.size())};
-  for (Index column = 0; const auto& [face, sum] : sums) columns.col(column++) = sum;
-  return columns;
+  RoundedPlaces faces{MatrixXd{design.cols(), static_cast<Index>(sums.size())},
+                      MatrixX3d{static_cast<Index>(sums.size()), 3}};
+  for (Index place = 0; const auto& [face, sum] : sums) {
+    faces.parameters.col(place) = sum;
+    faces.along.row(place++) = Vector3d{face.second.data()}.normalized().transpose();
+  }
+  return faces;
 }
 
 // The device's centre as the probe sees it, then as the tool does, at one B after the other: three numbers each.
@@ -212,8 +222,9 @@ Outcome<Measured, Refusal> fitFaces(const Device& device, const std::vector<std:
     values[row] = normal.dot(touches.row(row).tail<3>()) - touches(row, 4) - radius_mm;
   }
   TRY(auto fit, linearLeastSquares(design / sigma, values / sigma));
-  const MatrixXd by_rounding = fit.cofactor / (sigma * sigma) * sumsOfFaces(touches, group, design);
-  return Measured{std::move(fit), by_rounding};
+  RoundedPlaces places = sumsOfFaces(touches, group, design);
+  places.parameters = fit.cofactor / (sigma * sigma) * places.parameters;
+  return Measured{std::move(fit), touches.middleCols<3>(1).rowwise().normalized(), std::move(places)};
 }
 
 Outcome<Measured, Refusal> fitDevice(const Device& device, double sigma, double stylus_mm) {
@@ -229,7 +240,10 @@ Outcome<Measured, Refusal> fitDevice(const Device& device, double sigma, double 
   }
   TRY(auto fit, fitMeans(centres, group, 2 * device.angles(), sigma));
   const Index parameters = fit.parameters.size();
-  return Measured{std::move(fit), MatrixXd::Identity(parameters, parameters)};
+  const Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  return Measured{std::move(fit),
+                  axes.replicate(centres.rows(), 1),
+                  {MatrixXd::Identity(parameters, parameters), axes.replicate(parameters / 3, 1)}};
 }
 
 // A row each B, by the parameters of the fit and by what the fit does not know of: the probe's offsets, three each B,
@@ -340,24 +354,27 @@ MatrixXd slopesOf(const Found& found, const MatrixXd& by_rounding) {
 }
 
 Result report(const Device& device, const Found& found, const std::optional<TurningAxis>& axis, double offset_sd,
-              const MatrixXd& by_rounding, const Sigma& sigma, Answer answer) {
+              const Measured& measured, const Sigma& sigma, Answer answer) {
   const auto parts = device.by_face ? std::span{kTouchColumns}.subspan(4, 1) : std::span{kCentreColumns}.subspan(1, 3);
   answer.readings(*device.table, parts, "is_tool");
   promise(answer, device, "tool_offset_mm", found.tool);
   promise(answer, device, "setter_mm", found.setter);
   if (found.link) promise(answer, device, "link_mm", *found.link);
-  const double rounding_sd = roundingOfMeans(*device.table, std::span{kTouchColumns}.subspan(6, 3), sigma, answer);
+  const auto rounding = roundingOfMeans(
+      *device.table, {std::span{kTouchColumns}.subspan(6, 3), scatterAlong(measured.fit, measured.along, sigma)}, sigma,
+      answer);
   Result result = std::move(answer).take(true);
   result.convention = "tool tip from the head's reference at the B of both measurements, at the place of the device";
   if (axis) result.convention += "; link: the device from the turning axis, in x and y, at the device's Z";
   if (!device.angles_deg.empty()) result.also.push_back(Estimate::vector("B_deg", device.angles_deg, {}));
 
   const Index inputs = found.tool.by_inputs.cols();
-  VectorXd sds = VectorXd::Constant(inputs + by_rounding.cols(), offset_sd);
+  const RoundedPlaces& places = measured.places;
+  VectorXd sds = VectorXd::Constant(inputs + places.along.rows(), offset_sd);
   sds.segment<4>(inputs - 4) << Vector2d::Constant(axis ? axis->sd : 0.0),
       Vector2d::Constant(axis ? axis->tilt_sd : 0.0);
-  sds.tail(by_rounding.cols()).setConstant(rounding_sd);
-  widen(result, slopesOf(found, by_rounding), sds);
+  sds.tail(places.along.rows()) = (places.along.cwiseAbs2() * rounding.sd_mm.cwiseAbs2()).cwiseSqrt();
+  widen(result, slopesOf(found, places.parameters), sds, rounding.widening);
   return result;
 }
 
@@ -374,8 +391,7 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
   TRY(const auto measured, fitDevice(device, sigma.value, stylus.value_or(0.0)));
   const Found answer = found(device, offsets, axis, measured.fit);
   if (auto refusal = moved(dataset, device, answer)) return *refusal;
-  return report(device, answer, axis, offset_sd.value_or(0.0), measured.by_rounding, sigma,
-                Answer{dataset, measured.fit, sigma});
+  return report(device, answer, axis, offset_sd.value_or(0.0), measured, sigma, Answer{dataset, measured.fit, sigma});
 }
 
 }  // namespace probebox::metrology

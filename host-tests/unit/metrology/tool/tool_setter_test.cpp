@@ -112,7 +112,7 @@ TEST(ToolSetter, TakesTheStylusBallOffTheReadingsOfTheProbeAlongZ) {
 
 TEST(ToolSetter, IsNoMoreCertainThanItsReadoutShows) {
   std::mt19937_64 random{16};
-  Dataset dataset = faceDataset({}, 0.0, random);
+  Dataset dataset = faceDataset({.at = {-193.0123, 23.0234, 17.0345}}, 0.0, random);
   dataset.config.erase("sigma_mm");
   Table& touches = dataset.tables[0];
   for (const char* column : {"x_mm", "y_mm", "z_mm"}) {
