@@ -14,6 +14,7 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/points.hpp"
+#include "firmware/metrology/fit/rounded_means.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -57,6 +58,14 @@ std::optional<Refusal> badFaces(const std::vector<double>& faces) {
   return std::nullopt;
 }
 
+// Scatter of each coordinate about its mean on either face, mm. design: a column a face, 1 for its points.
+Eigen::Vector3d scatterOnFaces(const Rows3& points, const MatrixXd& design) {
+  const Eigen::RowVectorXd counts = design.colwise().sum();
+  const MatrixXd means = counts.cwiseInverse().asDiagonal() * (design.transpose() * points);
+  const auto spare = static_cast<double>(points.rows() - 2);
+  return ((points - design * means).colwise().squaredNorm().transpose() / spare).cwiseSqrt();
+}
+
 Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
   TRY(const auto given, configDirection(dataset, "width_direction"));
   if (!given) {
@@ -71,9 +80,10 @@ Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
   const Rows3 points = pointRows(*table);
   if (auto refusal = equalPoints(points)) return *refusal;
 
+  const Eigen::Vector3d along = direction.normalized();
   MatrixXd design = MatrixXd::Zero(points.rows(), 2);
   for (Index i = 0; i < points.rows(); ++i) design(i, faces[static_cast<std::size_t>(i)] == 1.0 ? 0 : 1) = 1.0;
-  TRY(const auto fit, linearLeastSquares(design / sigma.value, points * direction.normalized() / sigma.value));
+  TRY(const auto fit, linearLeastSquares(design / sigma.value, points * along / sigma.value));
   if (sigma.stated) {
     if (auto refusal = pointOff(fit, sigma.value, "its face")) return *refusal;
   }
@@ -92,7 +102,13 @@ Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
   answer.promiseScalar("effective_width_mm", std::abs(apart), across);
   if (stylus) answer.promiseScalar("width_mm", width, across);
   answer.result().convention = "middle along width_direction; effective width: between stylus-ball centres";
-  return std::move(answer).take(true);
+  const auto rounding = roundingOfMeans(
+      *table, {std::span{kPointColumns}.last(3), scatterOnFaces(points, design), along.cwiseAbs()}, sigma, answer);
+  MatrixXd slopes{stylus ? 3 : 2, 2};
+  slopes << Eigen::RowVector2d{0.5, 0.5}, across.replicate(slopes.rows() - 1, 1);
+  Result result = std::move(answer).take(true);
+  widen(result, slopes, Eigen::Vector2d::Constant(rounding.sd_mm.norm()));
+  return result;
 }
 
 // The faces of a corner in the dimensions in which they are fitted: two in a plane, three in space.
