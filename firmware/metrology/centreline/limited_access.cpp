@@ -14,6 +14,8 @@
 #include "firmware/metrology/fit/angular_span.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/rounded_means.hpp"
+#include "firmware/metrology/fit/rounding.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -23,6 +25,7 @@ namespace {
 constexpr std::array<std::string_view, 3> kLimitedAccessColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 2> kLimitedAccessContactColumns{"C1_rad", "C2_rad"};
 constexpr double kMostApart_rad = kTurn / 3.0;  // contacts on either side of a stylus (chosen)
+constexpr double kLeastStep_rad = 1e-9;         // a whole turn on or off leaves less (chosen)
 
 // The readings that the source's steps need, those with the largest theta.
 std::optional<RimSteps> sourceReadings(const std::vector<RimReading>& readings) {
@@ -54,6 +57,76 @@ void compareWithSource(Answer& answer, const std::vector<RimReading>& readings, 
     answer.warn("the source's three readings put the centre " + text(off) +
                 " mm away, more than 4 sd: check the angles of C, and that the ball has not moved");
   }
+}
+
+// The middle of each pair of contacts, in the turn of the first.
+Outcome<Eigen::VectorXd, Refusal> middlesOf(const std::vector<double>& clockwise,
+                                            const std::vector<double>& anticlockwise) {
+  Eigen::VectorXd middles{static_cast<Eigen::Index>(clockwise.size())};
+  for (std::size_t row = 0; row < clockwise.size(); ++row) {
+    const double apart = std::remainder(anticlockwise[row] - clockwise[row], kTurn);
+    const std::string where = "table 'contacts', row " + std::to_string(row + 1) + ": ";
+    if (std::abs(apart) <= kSameAngle_rad) {
+      return Refusal{"not-opposite", where + "both contacts are at one angle; touch the stylus from either side"};
+    }
+    if (std::abs(apart) > kMostApart_rad) {
+      return Refusal{"not-opposite", where + "the contacts are " + text(degrees(std::abs(apart))) +
+                                         " degrees apart; touch one stylus from either side, and give both angles in "
+                                         "radians"};
+    }
+    const double middle = clockwise[row] + apart / 2.0;
+    auto& placed = middles[static_cast<Eigen::Index>(row)];
+    placed = row == 0 ? middle : middles[0] + std::remainder(middle - middles[0], kTurn);
+  }
+  return middles;
+}
+
+// Smallest difference of two angles of one side, which is the step of C where its display hides the noise, and the
+// scatter of a contact: by the middles too, which may agree by chance where contacts do not.
+struct ContactSteps {
+  std::optional<double> step;  // rad; nothing where all are equal
+  double scatter{};            // rad
+};
+
+ContactSteps contactSteps(const std::vector<double>& clockwise, const std::vector<double>& anticlockwise,
+                          double scatter_of_middle) {
+  ContactSteps steps;
+  double squares = 0.0;
+  for (const auto* side : {&clockwise, &anticlockwise}) {
+    std::vector<double> off;  // the first
+    for (const double angle : *side) off.push_back(std::remainder(angle - side->front(), kTurn));
+    const auto all = Eigen::VectorXd::Map(off.data(), static_cast<Eigen::Index>(off.size()));
+    squares += (all.array() - all.mean()).square().sum();
+    std::ranges::sort(off);
+    for (std::size_t k = 1; k < off.size(); ++k) {
+      const double step = off[k] - off[k - 1];
+      if (step > kLeastStep_rad) steps.step = std::min(step, steps.step.value_or(step));
+    }
+  }
+  const double by_contacts = std::sqrt(squares / (2.0 * static_cast<double>(clockwise.size() - 1)));
+  steps.scatter = std::min(by_contacts, std::numbers::sqrt2 * scatter_of_middle);
+  return steps;
+}
+
+// Adds to the sd what the steps of C leave of the mean of its contacts. No sd where all are equal: digits of angles in
+// radians do not show the step.
+void addSteps(Result& result, const ContactSteps& steps) {
+  constexpr double kCounts = 0.1;  // of the scatter of a contact
+  if (!steps.step) {
+    for (auto& estimate : result.estimates) estimate.sd.clear();
+    result.covariance.reset();
+    result.warnings.emplace_back(
+        "no sd: no sigma is stated and all contacts of a side are at the same angle, as the digits of C hide their "
+        "noise; state sigma_C_rad, or read more digits");
+    return;
+  }
+  const double sd = roundingSd(steps.scatter, *steps.step);  // of either side
+  widen(result, Eigen::RowVector2d{0.5, 0.5}, Eigen::Vector2d::Constant(sd));
+  if (sd <= kCounts * steps.scatter) return;
+  result.warnings.push_back("C is read in steps of " + text(*steps.step) +
+                            " rad, which hide the noise of a contact: what rounding leaves of their mean, " +
+                            text(sd / std::numbers::sqrt2) +
+                            " rad, is in the sd; state sigma_C_rad, or read more digits");
 }
 
 }  // namespace
@@ -146,34 +219,21 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
   TRY(const auto table, checkedTable(dataset, "contacts", kLimitedAccessContactColumns));
   const auto& clockwise = *table->column("C1_rad");
   const auto& anticlockwise = *table->column("C2_rad");
-  const auto rows = static_cast<Eigen::Index>(clockwise.size());
-  Eigen::VectorXd middles{rows};
-  for (std::size_t row = 0; row < clockwise.size(); ++row) {
-    const double apart = std::remainder(anticlockwise[row] - clockwise[row], kTurn);
-    const std::string where = "table 'contacts', row " + std::to_string(row + 1) + ": ";
-    if (std::abs(apart) <= kSameAngle_rad) {
-      return Refusal{"not-opposite", where + "both contacts are at one angle; touch the stylus from either side"};
-    }
-    if (std::abs(apart) > kMostApart_rad) {
-      return Refusal{"not-opposite", where + "the contacts are " + text(degrees(std::abs(apart))) +
-                                         " degrees apart; touch one stylus from either side, and give both angles in "
-                                         "radians"};
-    }
-    const double middle = clockwise[row] + apart / 2.0;
-    // In the turn of the first row.
-    auto& placed = middles[static_cast<Eigen::Index>(row)];
-    placed = row == 0 ? middle : middles[0] + std::remainder(middle - middles[0], kTurn);
-  }
+  TRY(const auto middles, middlesOf(clockwise, anticlockwise));
   const Sigma of_middle{sigma.stated ? sigma.value / std::numbers::sqrt2 : 1.0, sigma.stated};
-  const auto fit =
-      linearLeastSquares(Eigen::MatrixXd::Constant(rows, 1, 1.0 / of_middle.value), middles / of_middle.value);
+  const auto fit = linearLeastSquares(Eigen::MatrixXd::Constant(middles.size(), 1, 1.0 / of_middle.value),
+                                      middles / of_middle.value);
   if (!fit) return fit.error();
   Answer answer{dataset, fit.value(), of_middle};
   answer.readingIs("the middle of one pair of contacts", "rad");
   answer.readings(*table, std::array<std::string_view, 1>{"middle"}, "C1_rad");
   answer.promiseScalar("C_shift_rad", fit->parameters[0], pick(0, 1, 1).row(0));
   answer.result().convention = "new zero of C in the old count; rms in rad";
-  return std::move(answer).take(true);
+  const double scatter = answer.readingSd().value_or(0.0);
+  Result result = std::move(answer).take(true);
+  if (!sigma.stated && !result.estimates.front().sd.empty())
+    addSteps(result, contactSteps(clockwise, anticlockwise, scatter));
+  return result;
 }
 
 namespace {
@@ -184,7 +244,8 @@ constexpr MethodResult kLimitedAccessResults[]{{"centre_mm", "centre of rotation
                                                {"radius_mm", "of the ball about it"},
                                                {"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"}};
 constexpr MethodTable kContactTables[]{{"contacts", kLimitedAccessContactColumns,
-                                        "signed angles of C at which the ball touches the stylus on either side"}};
+                                        "signed angles of C at which the ball touches the stylus on either side",
+                                        true}};
 constexpr MethodKey kContactKeys[]{key::kSigmaC};
 constexpr MethodResult kContactResults[]{{"C_shift_rad", "new zero of C in the old count"}};
 constexpr std::string_view kContactUnobservable[]{

@@ -15,7 +15,8 @@ constexpr MethodTable kRimStepsTables[]{
      "optional: tip of the stylus with the spindle at 0 and 180 degrees; of x_mm, y_mm, z_mm give the two across the "
      "spindle",
      true},
-    {"contacts", kRimStepsContactColumns, "optional: angles of C at which the ball touches the stylus on either side"}};
+    {"contacts", kRimStepsContactColumns, "optional: angles of C at which the ball touches the stylus on either side",
+     true}};
 constexpr MethodKey kRimStepsKeys[]{
     key::kSigma,
     key::kSigmaC,

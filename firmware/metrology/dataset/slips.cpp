@@ -30,21 +30,33 @@ constexpr double kLeastFace_um = 0.02;
 constexpr double kLongestRun_s = 7200;
 
 // Names of columns with noisy readings; other columns hold set or chosen values.
-constexpr std::array<std::string_view, 8> kMeasured{"x_mm",    "y_mm",    "z_mm",      "W0_x_mm",
-                                                    "W0_y_mm", "L0_z_mm", "sensor_um", "error_um"};
-// The least noise of a reading where none is stated: that of a good interferometer's position, and of a sensor.
-constexpr double kLeastNoise_mm = 1e-4, kLeastNoise_um = 0.1;
+constexpr std::array<std::string_view, 10> kMeasured{"x_mm",    "y_mm",      "z_mm",     "W0_x_mm", "W0_y_mm",
+                                                     "L0_z_mm", "sensor_um", "error_um", "C1_rad",  "C2_rad"};
+// The least noise of a reading where none is stated: that of a good interferometer's position, of a sensor, and of a
+// contact (0.1 um at 100 mm).
+constexpr double kLeastNoise_mm = 1e-4, kLeastNoise_um = 0.1, kLeastNoise_rad = 1e-6;
 // How improbable equal digits have to be.
 constexpr double kNoChance = 1e-4;
 
+bool isAngle(const std::string& column) {
+  return column.ends_with("_rad") || column.find("_rad_") != std::string::npos;
+}
+
+// sd of a reading, in the unit of its column.
+double noiseOf(const Dataset& dataset, const std::string& column) {
+  const auto stated = [&](std::string_view key, double otherwise) {
+    const auto number = configPositive(dataset, key);
+    return number && *number ? **number : otherwise;
+  };
+  if (isAngle(column)) return stated("sigma_contact_rad", stated("sigma_C_rad", kLeastNoise_rad));
+  return column.ends_with("_um") ? stated("sigma_um", kLeastNoise_um) : stated("sigma_mm", kLeastNoise_mm);
+}
+
 // Probability that noise leaves a reading in the same digit as another.
 double chanceOfEqual(const Dataset& dataset, const std::string& column, double value) {
-  const bool fine = column.ends_with("_um");
-  double noise = fine ? kLeastNoise_um : kLeastNoise_mm;
-  const auto stated = configPositive(dataset, fine ? "sigma_um" : "sigma_mm");
-  if (stated && *stated) noise = **stated;
   constexpr double kDensity = 0.282;  // of the difference of two readings at 0, for unit sigma: 1 / (2 sqrt(pi))
-  return std::min(1.0, kDensity * digitOf(value) / noise);
+  const double digit = isAngle(column) ? digitOfAngle(value) : digitOf(value);
+  return std::min(1.0, kDensity * digit / noiseOf(dataset, column));
 }
 
 bool isMeasured(const std::string& column, const Table& table) {
@@ -59,17 +71,19 @@ std::vector<double> rowOf(const Table& table, std::size_t row) {
   return values;
 }
 
-// A single reading with few digits may equal another by chance.
+// A single reading with few digits may equal another by chance, and so may angles, whose display is often coarse.
 bool tellsCopies(const Dataset& dataset, const Table& table, std::size_t row) {
   double chance = 1;
   std::size_t measured = 0;
+  bool angles = false;
   for (const auto& column : table.columns) {
     if (!isMeasured(column.name, table)) continue;
     ++measured;
+    angles = angles || isAngle(column.name);
     chance *= chanceOfEqual(dataset, column.name, column.values[row]);
   }
   constexpr double kRare = 0.01;
-  return measured != 1 || table.column("t_s") != nullptr || chance < kRare;
+  return (measured != 1 && !angles) || table.column("t_s") != nullptr || chance < kRare;
 }
 
 std::optional<std::string> copiesIn(const Dataset& dataset, const Table& table) {
@@ -113,10 +127,6 @@ std::optional<Refusal> frozenIn(const Dataset& dataset, const Table& table) {
                        "and measure again"};
   }
   return std::nullopt;
-}
-
-bool isAngle(const std::string& column) {
-  return column.ends_with("_rad") || column.find("_rad_") != std::string::npos;
 }
 
 // A screw turns from any angle on.

@@ -244,7 +244,7 @@ Outcome<Result, Refusal> solveSelftest(const Dataset& dataset) {
 namespace {
 
 constexpr MethodTable kTables[]{{"machine", kMachineColumns, "position of the moving reference at its stamp"},
-                                {"probe", kProbeColumns, "raw deflection at its stamp"},
+                                {"probe", kProbeColumns, "raw deflection at its stamp", true},
                                 {"touches", kTouchesColumns, "a step: normal n along which it moves or is pushed"},
                                 {"steps", kSelftestColumns, "a step: travel of its jog, 0 of a push"}};
 constexpr MethodKey kKeys[]{
