@@ -109,12 +109,14 @@ constexpr Known kKnown[] = {
      }},
     {SYS_renameat, [](Process p, With a) { return naming(Call::Kind::rename, p, a[1], a[3]); }},
     {SYS_renameat2, [](Process p, With a) { return naming(Call::Kind::rename, p, a[1], a[3]); }},
+    {SYS_linkat, [](Process p, With a) { return naming(Call::Kind::link, p, a[1], a[3]); }},
     {SYS_unlinkat, [](Process p, With a) { return naming(Call::Kind::remove, p, a[1]); }},
     {SYS_mkdirat, [](Process p, With a) { return naming(Call::Kind::make_folder, p, a[1]); }},
 #ifdef SYS_open
     {SYS_open, [](Process p, With a) { return opening(p, a[0], a[1]); }},
     {SYS_creat, [](Process p, With a) { return opening(p, a[0], O_CREAT | O_TRUNC); }},
     {SYS_rename, [](Process p, With a) { return naming(Call::Kind::rename, p, a[0], a[1]); }},
+    {SYS_link, [](Process p, With a) { return naming(Call::Kind::link, p, a[0], a[1]); }},
     {SYS_unlink, [](Process p, With a) { return naming(Call::Kind::remove, p, a[0]); }},
     {SYS_mkdir, [](Process p, With a) { return naming(Call::Kind::make_folder, p, a[0]); }},
 #endif
@@ -123,8 +125,8 @@ constexpr Known kKnown[] = {
 }  // namespace
 
 std::string describe(const Call& call) {
-  constexpr std::array<const char*, 8> kNames{"open",     "read",   "write",  "sync",
-                                              "truncate", "rename", "remove", "make folder"};
+  constexpr std::array<const char*, 9> kNames{"open",   "read", "write",  "sync",       "truncate",
+                                              "rename", "link", "remove", "make folder"};
   std::string text = std::string{kNames.at(static_cast<std::size_t>(call.kind))} + " " +
                      std::filesystem::path{call.path}.filename().string();
   if (call.kind == Call::Kind::write)

@@ -10,10 +10,10 @@ namespace probebox::faults {
 
 // A system call on a file that a process is about to make.
 struct Call {
-  enum class Kind : std::uint8_t { open, read, write, sync, truncate, rename, remove, make_folder };
+  enum class Kind : std::uint8_t { open, read, write, sync, truncate, rename, link, remove, make_folder };
   Kind kind{};
   std::string path;           // absolute
-  std::string to{};           // of a rename
+  std::string to{};           // of a rename or a link
   bool creates{};             // O_CREAT
   bool truncates{};           // O_TRUNC
   std::uint64_t offset{};     // of a write

@@ -70,6 +70,9 @@ void DiskImage::note(const Call& call, std::size_t bytes) {
       now_[call.to] = found->second;
       now_.erase(call.path);
       return;
+    case Call::Kind::link:
+      now_[call.to] = found->second;
+      return;
     case Call::Kind::remove:
       now_.erase(found);
       return;
@@ -102,6 +105,7 @@ void DiskImage::cutPower(Unsynced fate, std::uint64_t seed) const {
   std::set<std::string> names;
   for (const auto& [name, file] : now_) names.insert(name);
   for (const auto& [name, file] : synced_) names.insert(name);
+  std::map<const File*, std::string> written;
   std::filesystem::remove_all(folder_);
   std::filesystem::create_directory(folder_);
   for (const auto& name : names) {
@@ -110,6 +114,10 @@ void DiskImage::cutPower(Unsynced fate, std::uint64_t seed) const {
     const auto found = entries.find(name);
     if (found == entries.end()) continue;
     const auto& file = *found->second;
+    if (const auto [first, is_new] = written.try_emplace(&file, name); !is_new) {
+      std::filesystem::create_hard_link(first->second, name);
+      continue;
+    }
     std::ofstream{name, std::ios::binary} << (fate == Unsynced::torn ? torn(file, random) : file.synced);
   }
 }

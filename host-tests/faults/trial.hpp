@@ -5,21 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include "host-tests/faults/announcements.hpp"
+#include "host-tests/faults/faulty_disk.hpp"
 
 namespace probebox::faults {
-
-enum class Fault : std::uint8_t {
-  kill,           // the process dies before the call
-  cut_lost,       // the power fails; nothing that was not synced is on the disk
-  cut_torn,       // the power fails; blocks that were not synced are on the disk or not, by chance
-  fail_once,      // the call fails (EIO)
-  fail_for_good,  // it and all later ones fail
-  full,           // from it on the disk is full: files neither grow nor are made
-  shorten,        // half of the bytes are written
-};
-inline constexpr std::size_t kFaults = 7;
-std::string_view name(Fault fault);
 
 // Before the faulty boot: an empty folder, or what two boots of the same have left.
 enum class Before : std::uint8_t { nothing, two_boots };

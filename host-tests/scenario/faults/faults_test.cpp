@@ -7,6 +7,7 @@
 #include <string>
 #include <unistd.h>
 
+#include "host-tests/faults/announcements.hpp"
 #include "host-tests/faults/disk_image.hpp"
 #include "host-tests/faults/store_room.hpp"
 #include "host-tests/faults/supervised.hpp"
