@@ -70,6 +70,8 @@ class Statement {
   Outcome<bool, Failure> step();
   // For a statement without rows.
   Outcome<void, Failure> run();
+  // SQLite's code of the last call.
+  int code() const { return code_; }
   // Begins once more, with other values to bind.
   Statement& again();
 

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "firmware/store/copy_before.hpp"
+#include "firmware/store/replacement.hpp"
 #include "firmware/store/rows.hpp"
 #include "firmware/store/salvage.hpp"
 #include "firmware/store/schema.hpp"
@@ -54,30 +55,45 @@ bool isEmptyFile(const std::string& path) {
   return !error && size == 0;
 }
 
-Outcome<std::string, Failure> assignSalvaged(Database& database) {
-  TRY(auto transaction, Transaction::begin(database));
-  auto assigned = assignSubjects(database);
-  if (!assigned) return assigned;
-  TRY(transaction.commit());
-  return assigned;
-}
-
-// Puts the file aside, begins a new one, and takes over what is whole.
-Outcome<Opened, Failure> beginAnew(const std::string& path, const std::string& reason, const std::string& what) {
-  TRY(const auto aside, setAside(path, reason));
-  std::string notice;
-  TRY(auto fresh, openSound(path, notice));
-  const auto results = salvage(aside, fresh);
-  // The file may have been of an earlier version.
-  TRY(auto assigned, assignSalvaged(fresh));
+// Makes PATH.new with all that is whole in the file, and closes it.
+Outcome<Salvaged, Failure> makeNew(const std::string& path) {
+  std::string none;
+  TRY(auto fresh, openSound(nameOfNew(path), none));
+  TRY(auto salvaged, salvage(path, fresh));
   // A file with a good checksum may still contradict itself.
   TRY(checkRows(fresh));
-  return opened(std::move(fresh),
-                what + "; it was moved to " + aside + ", and a new store was begun with " +
-                    (results == 0 ? "nothing, because none of its results could be read"
-                                  : "the " + std::to_string(results) + " results of it that are whole") +
-                    ": see what is in force, restore a backup, or calibrate again" +
-                    (assigned.empty() ? "" : ". " + assigned));
+  return salvaged;
+}
+
+std::string noticeOf(const Salvaged& salvaged, const std::string& what, const std::string& aside) {
+  return what + "; it was moved to " + aside + ", and a new store was begun with " +
+         (salvaged.results == 0 ? "nothing, because none of its results could be read"
+                                : "the " + std::to_string(salvaged.results) + " results of it that are whole") +
+         ": see what is in force, restore a backup, or calibrate again" +
+         (salvaged.assigned.empty() ? "" : ". " + salvaged.assigned);
+}
+
+// Returns the notice.
+Outcome<std::string, Failure> replaceUnusable(const std::string& path, const std::string& reason,
+                                              const std::string& what) {
+  discardReplacement(path);
+  TRY(const auto salvaged, makeNew(path));
+  const auto aside = asideNameOf(path, reason);
+  auto notice = noticeOf(salvaged, what, aside);
+  TRY(replaceByNew(path, aside, notice));
+  return notice;
+}
+
+// Makes a new store of what is whole, and puts the file aside. On an error the file is where it was.
+Outcome<Opened, Failure> beginAnew(const std::string& path, const std::string& reason, const std::string& what) {
+  auto notice = replaceUnusable(path, reason, what);
+  if (!notice) {
+    if (isThere(nameOfNew(path))) discardReplacement(path);  // else the next start tells what was done
+    return Failure{Reason::unavailable, what + ", and cannot be replaced by a new store: " + notice.error().what};
+  }
+  std::string migrated;
+  TRY(auto fresh, openSound(path, migrated));
+  return opened(std::move(fresh), std::move(notice).value());
 }
 
 // Copies into memory what can be read of a file that cannot be written.
@@ -96,7 +112,13 @@ struct Readable {
 
 // Reads what it can from a file that cannot be used itself, with a sentence about it.
 Readable readableOf(const std::string& path, const Failure& why) {
-  if (why.reason != Reason::newer_schema) return {copyOf(path), "What it has can be read"};
+  if (why.reason != Reason::newer_schema) {
+    auto whole = copyOf(waitsForItsName(path) ? nameOfNew(path) : path);
+    if (whole) return {std::move(whole), "What it has can be read"};
+    auto part = salvagedInMemory(path);
+    if (part) return {std::move(part), "What is whole in it can be read"};
+    return {why, {}};
+  }
   const auto before = copyBefore(path);
   if (before.empty()) return {why, {}};
   const auto remedy = "To go on without it, put the copy " + before + " in the place of the file";
@@ -106,16 +128,27 @@ Readable readableOf(const std::string& path, const Failure& why) {
   return {std::move(copy), "Until then the results are those of before, of which all still hold. " + remedy};
 }
 
-}  // namespace
-
-Outcome<Opened, Failure> openFile(const std::string& path) {
+// untold: notice of what an earlier start has done to the file.
+Outcome<Opened, Failure> openOrBeginAnew(const std::string& path, const std::string& untold) {
   if (isEmptyFile(path)) return beginAnew(path, "empty", path + " was empty, with not even the head of a store");
   std::string notice;
   auto first = openSound(path, notice);
-  if (first) return opened(std::move(first).value(), std::move(notice));
+  if (first) {
+    const std::string between = untold.empty() || notice.empty() ? "" : ". ";
+    return opened(std::move(first).value(), untold + between + notice);
+  }
   if (first.error().reason == Reason::damaged) return beginAnew(path, "damaged", first.error().what);
   if (first.error().reason == Reason::foreign_file) return beginAnew(path, "foreign", first.error().what);
   return first.error();
+}
+
+}  // namespace
+
+Outcome<Opened, Failure> openFile(const std::string& path) {
+  TRY(const auto untold, finishReplacement(path));
+  auto all = openOrBeginAnew(path, untold);
+  if (all) discardReplacement(path);
+  return all;
 }
 
 Opened openToReadAlone(const std::string& path, const Failure& why) {

@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fcntl.h>
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <sys/stat.h>
@@ -69,25 +69,20 @@ std::string reasonNow() {
   return std::strerror(errno);
 }
 
-// True also where the file system does not sync folders by themselves.
-bool syncFolderOf(const std::string& path) {
-  const auto folder = std::filesystem::path{path}.parent_path();
-  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool synced = ::fsync(descriptor) == 0 || errno == EINVAL;
-  const int why = errno;
-  ::close(descriptor);
-  errno = why;
-  return synced;
+std::string nameOfFresh(const std::string& path) {
+  return path + ".new";
 }
 
 }  // namespace
 
 TwinFile::TwinFile(std::string path, std::size_t most_bytes)
-    : path_{std::move(path)}, copy_bytes_{(most_bytes + kHeaderBytes + kDiskBlock - 1) / kDiskBlock * kDiskBlock} {}
+    : path_{std::move(path)},
+      most_bytes_{most_bytes},
+      copy_bytes_{(most_bytes + kHeaderBytes + kDiskBlock - 1) / kDiskBlock * kDiskBlock} {}
 
 TwinFile::TwinFile(TwinFile&& other) noexcept
     : path_{std::move(other.path_)},
+      most_bytes_{other.most_bytes_},
       copy_bytes_{other.copy_bytes_},
       descriptor_{std::exchange(other.descriptor_, -1)},
       number_{other.number_},
@@ -98,6 +93,7 @@ TwinFile::TwinFile(TwinFile&& other) noexcept
 
 TwinFile& TwinFile::operator=(TwinFile&& other) noexcept {
   std::swap(path_, other.path_);
+  std::swap(most_bytes_, other.most_bytes_);
   std::swap(copy_bytes_, other.copy_bytes_);
   std::swap(descriptor_, other.descriptor_);
   std::swap(number_, other.number_);
@@ -112,12 +108,12 @@ TwinFile::~TwinFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes) {
+TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes, std::string_view if_lost) {
   TwinFile file{path, most_bytes};
   file.descriptor_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
   // After any other error there may be one, and it is not replaced.
   if (file.descriptor_ < 0 && errno == ENOENT) {
-    file.make();
+    if (!file.adoptFresh()) file.make({}, {});
     return file;
   }
   if (file.descriptor_ < 0) {
@@ -125,11 +121,12 @@ TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes) {
     file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (file.descriptor_ < 0) {
       file.lost_ = true;
+      file.content_ = if_lost;
       file.notice_ = path + " cannot be read (" + reasonNow() + ")";
       return file;
     }
   }
-  file.read();
+  file.read(if_lost);
   return file;
 }
 
@@ -147,26 +144,47 @@ Outcome<std::string, Failure> TwinFile::peek(const std::string& path, std::size_
   return std::move(newest->content);
 }
 
-void TwinFile::read() {
+// Where the file system has no links a start may end between the two names: the fresh file has what stands for a lost
+// text. False when there is none.
+bool TwinFile::adoptFresh() {
+  const auto left = peek(nameOfFresh(path_), most_bytes_);
+  if (!left || left->empty()) return false;
+  lost_ = true;
+  content_ = *left;
+  notice_ = path_ + " was damaged, and was moved aside by an earlier start";
+  if (std::rename(nameOfFresh(path_).c_str(), path_.c_str()) != 0 || !syncFolderOf(path_)) {
+    why_not_writable_ = path_ + " cannot be made (" + reasonNow() + ")";
+    return true;
+  }
+  descriptor_ = ::open(path_.c_str(), O_RDWR | O_CLOEXEC);
+  if (descriptor_ >= 0) {
+    read(*left);
+  } else {
+    why_not_writable_ = path_ + " cannot be written (" + reasonNow() + ")";
+  }
+  return true;
+}
+
+// The damaged file keeps its place until a whole one takes it, so that the next start finds it lost again.
+void TwinFile::replaceLost(std::string_view if_lost) {
+  ::close(std::exchange(descriptor_, -1));
+  lost_ = true;
+  content_ = if_lost;
+  notice_ = path_ + " is damaged";
+  if (!why_not_writable_.empty()) return;
+  const auto aside = asideNameOf(path_, "damaged");
+  make(if_lost, aside);
+  if (why_not_writable_.empty()) notice_ = path_ + " was damaged, and was moved to " + aside;
+}
+
+void TwinFile::read(std::string_view if_lost) {
   std::array<std::optional<Copy>, kCopies> copies;
   const Copy* newest = nullptr;
   for (std::size_t i = 0; i < kCopies; ++i) {
     copies[i] = copyIn(blockAt(descriptor_, i, copy_bytes_));
     if (copies[i] && (newest == nullptr || copies[i]->number > newest->number)) newest = &*copies[i];
   }
-  if (newest == nullptr) {
-    ::close(std::exchange(descriptor_, -1));
-    lost_ = true;
-    if (!why_not_writable_.empty()) {
-      notice_ = path_ + " is damaged";
-      return;
-    }
-    const auto aside = setAside(path_, "damaged");
-    notice_ = aside ? path_ + " was damaged, and was moved to " + *aside : aside.error().what;
-    if (aside) return make();
-    why_not_writable_ = aside.error().what;
-    return;
-  }
+  if (newest == nullptr) return replaceLost(if_lost);
   number_ = newest->number;
   content_ = newest->content;
   const bool both_alike = copies[0] && copies[1] && copies[0]->number == copies[1]->number;
@@ -176,21 +194,25 @@ void TwinFile::read() {
   if (const auto done = write(std::string{content_}); !done) why_not_writable_ = done.error().what;
 }
 
-// Under another name first: the file is whole from the moment that it has its own.
-void TwinFile::make() {
-  const std::string fresh = path_ + ".new";
+// Under another name first: the file is whole from the moment that it has its own. aside: where a damaged one goes.
+void TwinFile::make(std::string_view text, const std::string& aside) {
+  const std::string fresh = nameOfFresh(path_);
+  const auto cannot = [&] { return path_ + " cannot be made (" + reasonNow() + ")"; };
   descriptor_ = ::open(fresh.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (descriptor_ < 0) {
-    why_not_writable_ = path_ + " cannot be made (" + reasonNow() + ")";
+    why_not_writable_ = cannot();
     return;
   }
-  if (const auto written = write({}); !written) {
+  if (const auto written = write(text); !written) {
     why_not_writable_ = written.error().what;
-  } else if (::rename(fresh.c_str(), path_.c_str()) != 0 || !syncFolderOf(path_)) {
-    why_not_writable_ = path_ + " cannot be made (" + reasonNow() + ")";
+  } else if (!aside.empty()) {
+    if (const auto placed = putInPlace(fresh, path_, aside); !placed) why_not_writable_ = placed.error().what;
+  } else if (std::rename(fresh.c_str(), path_.c_str()) != 0 || !syncFolderOf(path_)) {
+    why_not_writable_ = cannot();
   }
   if (why_not_writable_.empty()) return;
-  ::unlink(fresh.c_str());
+  // Where the damaged one is gone the fresh one is all that there is.
+  if (aside.empty() || isThere(path_)) ::unlink(fresh.c_str());
   ::close(std::exchange(descriptor_, -1));
 }
 

@@ -15,8 +15,10 @@ namespace probebox::store {
 class TwinFile {
  public:
   // Reads the last text, or makes the file with room for `most_bytes`. A file without an intact copy is moved aside,
-  // never deleted. Never fails: whyNotWritable() reports problems of the disk.
-  static TwinFile open(const std::string& path, std::size_t most_bytes);
+  // never deleted, and a whole one with the text `if_lost` takes its place: what is safe for the owner to believe while
+  // nobody knows the lost text. However the call ends, the next one finds the damaged file or that text. Never fails:
+  // whyNotWritable() reports problems of the disk.
+  static TwinFile open(const std::string& path, std::size_t most_bytes, std::string_view if_lost);
 
   // Reads the newest intact text and changes nothing, beside another process that may write: for who only looks. Empty
   // where there is no file.
@@ -30,7 +32,8 @@ class TwinFile {
   const std::string& content() const { return content_; }
   // Notice about the opening, for a person; empty without one.
   const std::string& notice() const { return notice_; }
-  // True if an earlier text could not be read: content() is empty for that reason.
+  // True if an earlier text could not be read: content() is the text `if_lost`. The next start finds that text as any
+  // other one.
   bool lost() const { return lost_; }
   // Why write() cannot succeed; empty when it can.
   const std::string& whyNotWritable() const { return why_not_writable_; }
@@ -41,13 +44,16 @@ class TwinFile {
 
  private:
   TwinFile(std::string path, std::size_t most_bytes);
-  void make();
-  void read();
+  void make(std::string_view text, const std::string& aside);
+  bool adoptFresh();
+  void replaceLost(std::string_view if_lost);
+  void read(std::string_view if_lost);
   void restore(std::size_t failed);
   std::string nextBlock(std::string_view content);
   Outcome<void, Failure> writeCopy(std::size_t copy, const std::string& block);
 
   std::string path_;
+  std::size_t most_bytes_;
   std::size_t copy_bytes_;
   int descriptor_{-1};
   std::uint64_t number_{};

@@ -16,11 +16,10 @@ std::uint16_t byChance() {
 }  // namespace
 
 std::uint16_t countBoot(const std::string& path) {
-  auto file = store::TwinFile::open(path, 16);
+  auto file = store::TwinFile::open(path, 16, std::to_string(byChance()));
   std::uint16_t boots = 0;
   const auto& before = file.content();
   std::from_chars(before.data(), before.data() + before.size(), boots);
-  if (file.lost()) boots = byChance();
   ++boots;
   if (const auto kept = file.write(std::to_string(boots)); !kept) {
     logWarning("The counter of starts cannot be kept: " + kept.error().what);

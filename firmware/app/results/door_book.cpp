@@ -28,6 +28,16 @@ std::vector<DoorEntry> doorsIn(const std::string& text) {
   return content ? content->doors : std::vector<DoorEntry>{};
 }
 
+std::string bookOf(const std::vector<DoorEntry>& doors) {
+  const auto bytes = messages::encoded(Content{doors});
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// Whether a cut was on nobody knows: a person looks, and clears it by this name.
+std::string bookIfLost() {
+  return bookOf({{.door = kUnknown, .word_order = 0, .inhibits = true, .by = {}, .since_utc = utcNow()}});
+}
+
 Error sayItAgain() {
   return Error{"The box takes nothing now: say it again."};
 }
@@ -84,15 +94,10 @@ std::string problemOf(const store::TwinFile& file) {
 
 DoorBook::DoorBook(const std::string& path, std::function<bool(bool)> tell_core)
     : tell_core_{std::move(tell_core)},
-      file_{store::TwinFile::open(path, kMostBookBytes)},
+      file_{store::TwinFile::open(path, kMostBookBytes, bookIfLost())},
       doors_{doorsIn(file_.content())},
       stored_{doors_},
-      problem_{problemOf(file_)} {
-  if (!file_.lost()) return;
-  // Whether a cut was on nobody knows: a person looks, and clears it by this name.
-  doors_.push_back({.door = kUnknown, .word_order = 0, .inhibits = true, .by = {}, .since_utc = utcNow()});
-  store(doors_);
-}
+      problem_{problemOf(file_)} {}
 
 void DoorBook::takeOverNetwork(const std::vector<std::string>& tcp_doors) {
   const std::lock_guard lock{changing_};
@@ -204,8 +209,7 @@ std::optional<Error> DoorBook::change(std::string_view door, bool active, std::s
 }
 
 std::optional<Error> DoorBook::store(const Doors& doors) {
-  const auto bytes = messages::encoded(Content{doors});
-  const auto written = file_.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const auto written = file_.write(bookOf(doors));
   const std::lock_guard lock{mutex_};
   if (!written) {
     // A disk that fails in mid-write may have either text.

@@ -33,6 +33,18 @@ std::optional<StandingBounds> contentOf(const store::TwinFile& file) {
   return content ? std::optional{*content} : std::nullopt;
 }
 
+std::string encodedBounds(const StandingBounds& bounds) {
+  const auto bytes = messages::encoded(bounds);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// The axes may stand wherever the machine's limits allow.
+std::string boundsIfLost(const StandingKeeper::Limits& limits) {
+  StandingBounds bounds{.utc = utcNow()};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) bounds.margin_mm[axis] = limits[axis].size_mm;
+  return encodedBounds(bounds);
+}
+
 bool alike(const Correction& a, const Correction& b, double difference_mm) {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if (!(std::abs(a[axis] - b[axis]) <= difference_mm)) return false;
@@ -53,7 +65,9 @@ ServableWithin within(const Correction& centre_mm, const Correction& margin_mm, 
 
 StandingKeeper::StandingKeeper(const std::string& path, const Limits& limits,
                                std::function<void(const Event&)> tell_core)
-    : file_{store::TwinFile::open(path, kMostStandingBytes)}, limits_{limits}, tell_core_{std::move(tell_core)} {
+    : file_{store::TwinFile::open(path, kMostStandingBytes, boundsIfLost(limits))},
+      limits_{limits},
+      tell_core_{std::move(tell_core)} {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) ahead_mm_[axis] = limits[axis].rate_mm_s * kAhead_s;
   if (!file_.notice().empty()) logWarning(file_.notice());
   if (!file_.whyNotWritable().empty()) setProblem(file_.whyNotWritable());
@@ -80,9 +94,6 @@ std::vector<Event> StandingKeeper::restore(MonoTime now, const std::optional<Cor
     kept_mm_ = content->correction_mm;
     margin_mm_ = content->margin_mm;
     doubt_mm = content->margin_mm;
-  } else if (file_.lost()) {
-    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) doubt_mm[axis] = limits_[axis].size_mm;
-    margin_mm_ = doubt_mm;
   } else if (of_before) {
     kept_mm_ = of_before->correction_mm;
     doubt_mm = ahead_mm_;  // it was kept once a second
@@ -134,8 +145,7 @@ void StandingKeeper::finish(const published::Snapshot& snapshot, const std::opti
 }
 
 bool StandingKeeper::keep(const Correction& correction_mm, const Correction& margin_mm) {
-  const auto bytes = messages::encoded(StandingBounds{correction_mm, margin_mm, utcNow()});
-  const auto kept = file_.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const auto kept = file_.write(encodedBounds({correction_mm, margin_mm, utcNow()}));
   setProblem(kept ? "" : kept.error().what);
   if (!kept) return false;
   kept_mm_ = correction_mm;

@@ -8,9 +8,12 @@ namespace probebox::app {
 namespace {
 
 constexpr const char* kFileName = "unit.toml";
+// What the file has in the place of a lost identity, until the box is provisioned again.
+constexpr const char* kIfLost = "# The identity of this box was lost.\n";
+constexpr const char* kLost = "The identity of the box is lost: provision it again";
 
 Outcome<std::optional<board::Unit>> unitIn(const std::string& text, const std::string& path) {
-  if (text.empty()) return std::optional<board::Unit>{};
+  if (text.empty() || text == kIfLost) return std::optional<board::Unit>{};
   auto unit = board::parseUnit(text, kFileName);
   if (!unit)
     return Error{"The identity of the box in " + path +
@@ -20,9 +23,9 @@ Outcome<std::optional<board::Unit>> unitIn(const std::string& text, const std::s
 
 }  // namespace
 
-UnitRecord::UnitRecord(const std::string& path) : path_{path}, file_{store::TwinFile::open(path, kMostBytes)} {
+UnitRecord::UnitRecord(const std::string& path) : path_{path}, file_{store::TwinFile::open(path, kMostBytes, kIfLost)} {
   problem_ = file_.notice();
-  if (file_.lost()) problem_ += ". The identity of the box is lost: provision it again";
+  if (file_.content() == kIfLost) problem_ += (problem_.empty() ? "" : ". ") + std::string{kLost};
   auto read = unitIn(file_.content(), path_);
   if (!read)
     problem_ += (problem_.empty() ? "" : ". ") + read.error().what;
@@ -33,7 +36,12 @@ UnitRecord::UnitRecord(const std::string& path) : path_{path}, file_{store::Twin
 Outcome<std::optional<board::Unit>> UnitRecord::peek(const std::string& path) {
   const auto text = store::TwinFile::peek(path, kMostBytes);
   if (!text) return Error{text.error().what};
+  if (*text == kIfLost) return Error{kLost};
   return unitIn(*text, path);
+}
+
+bool UnitRecord::locked() const {
+  return !file_.content().empty() && file_.content() != kIfLost;
 }
 
 Outcome<board::Unit> UnitRecord::write(std::string_view text, std::string_view board_name) {

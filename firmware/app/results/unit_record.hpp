@@ -19,14 +19,15 @@ class UnitRecord {
 
   explicit UnitRecord(const std::string& path);
 
-  // Reads the unit of this file beside a daemon that has it open; nothing where none was written.
+  // Reads the unit of this file beside a daemon that has it open; nothing where none was written. Error where it cannot
+  // be read, or is lost.
   static Outcome<std::optional<board::Unit>> peek(const std::string& path);
 
   // Was read at the start.
   const std::optional<board::Unit>& inUse() const { return in_use_; }
   // Was read at the start or written since.
   const std::optional<board::Unit>& unit() const { return unit_; }
-  bool locked() const { return !file_.content().empty(); }
+  bool locked() const;
   // Problem with the file at the start, for a person; empty without one.
   const std::string& problem() const { return problem_; }
 

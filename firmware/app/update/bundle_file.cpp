@@ -63,7 +63,8 @@ std::uint64_t sizeOf(int file) {
 }  // namespace
 
 BundleFile::BundleFile(std::filesystem::path folder)
-    : folder_{made(std::move(folder))}, offer_{store::TwinFile::open((folder_ / "offer").string(), kMostOfferBytes)} {
+    : folder_{made(std::move(folder))},
+      offer_{store::TwinFile::open((folder_ / "offer").string(), kMostOfferBytes, {})} {
   restore();
 }
 

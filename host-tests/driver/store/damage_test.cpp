@@ -1,15 +1,20 @@
 #include <algorithm>
+#include <array>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
 #include <sqlite3.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "host-tests/support/file_content.hpp"
+#include "host-tests/support/in_child.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 #include "old_schema.hpp"
 #include "scratch.hpp"
@@ -244,6 +249,45 @@ TEST_F(Damage, AStoreThatIsNowhereStillAnswers) {
   EXPECT_THAT(store.whyNotWritable(), HasSubstr("absent/results.db"));
   EXPECT_THAT(*store.newest(10), IsEmpty());
   EXPECT_EQ(store.propose(kBinding, delayOf(1), "", "t0").error().reason, Reason::unavailable);
+}
+
+TEST_F(Damage, AFolderOrALinkToNowhereInThePlaceOfTheStoreHasNothingToRead) {
+  namespace fs = std::filesystem;
+  const std::array<std::function<void()>, 2> kinds{
+      [&] { fs::create_directory(scratch_.file()); },
+      [&] { fs::create_symlink(scratch_.directory() / "absent" / "results.db", scratch_.file()); }};
+  for (const auto& make : kinds) {
+    make();
+    const auto store = Store::openAnyhow(scratch_.file());
+    EXPECT_THAT(store.whyNotWritable(), Not(IsEmpty()));
+    EXPECT_THAT(store.notice(), HasSubstr("Nothing of it can be read"));
+    EXPECT_THAT(store.notice(), Not(HasSubstr("What it has can be read")));
+    fs::remove(scratch_.file());
+  }
+}
+
+// The limit on a file's size stands for a full disk.
+TEST_F(Damage, ThatCannotBeMendedForWantOfRoomLeavesTheFileAndServesItsRows) {
+  fill();
+  auto damaged = contentOf(scratch_.file());
+  damaged[16] = static_cast<char>(damaged[16] ^ 0x40);  // of the header
+  put(scratch_.file(), damaged);
+  for (const rlim_t room : {rlim_t{0}, rlim_t{8192}, rlim_t{damaged.size() / 2}}) {
+    EXPECT_TRUE(support::holdsInChild([&] {
+      std::signal(SIGXFSZ, SIG_IGN);
+      const rlimit limit{room, room};
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+      auto store = Store::openAnyhow(scratch_.file());
+      const auto all = store.inState(State::active);
+      return all && all->size() == kSubjects.size() && !store.whyNotWritable().empty() &&
+             store.notice().find("What is whole in it can be read") != std::string::npos &&
+             !store.propose(about("delay"), delayOf(1), "", "t3");
+    })) << room;
+    EXPECT_TRUE(contentOf(scratch_.file()) == damaged) << room;
+  }
+  auto store = reopened();
+  EXPECT_THAT(store.notice(), HasSubstr("the 13 results of it that are whole"));
+  EXPECT_EQ(store.inState(State::active)->size(), kSubjects.size());
 }
 
 TEST_F(Damage, ANewerStoreIsLeftAloneAndTheBoxStarts) {

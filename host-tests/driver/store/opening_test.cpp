@@ -128,6 +128,31 @@ TEST(StoreOpening, DoesNotTakeAnEmptyFileForANewStore) {
   EXPECT_TRUE(store->propose(kBinding, delayOf(1), "", "t0"));
 }
 
+TEST(StoreOpening, RemovesWhatAnInterruptedRepairHasLeft) {
+  const Scratch scratch;
+  filledStore(scratch);
+  const std::vector<std::string> left{".new",      ".new-journal",       ".salvage",
+                                      ".repaired", ".damaged-1.salvage", ".damaged-1.salvage-journal"};
+  for (const auto& name : left) write(scratch.file() + name, "part");
+  write(scratch.file() + ".damaged-1", "kept");
+  auto store = Store::open(scratch.file());
+  ASSERT_TRUE(store) << store.error().what;
+  EXPECT_THAT(store->notice(), IsEmpty());
+  EXPECT_EQ(store->newest(100)->size(), 20U);
+  for (const auto& name : left) EXPECT_FALSE(std::filesystem::exists(scratch.file() + name)) << name;
+  EXPECT_EQ(contentOf(scratch.file() + ".damaged-1"), "kept");
+}
+
+TEST(StoreOpening, DoesNotTakeAnIncompleteNewStoreForTheOne) {
+  const Scratch scratch;
+  filledStore(scratch);
+  std::filesystem::rename(scratch.file(), scratch.file() + ".new");
+  auto store = Store::open(scratch.file());
+  ASSERT_TRUE(store) << store.error().what;
+  EXPECT_THAT(*store->newest(100), IsEmpty());
+  EXPECT_FALSE(std::filesystem::exists(scratch.file() + ".new"));
+}
+
 TEST(StoreOpening, NamesALockedFileAndWorksAgainAfterwards) {
   const Scratch scratch;
   auto store = Store::open(scratch.file()).value();

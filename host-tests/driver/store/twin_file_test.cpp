@@ -49,11 +49,12 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 constexpr std::size_t kRoom = 3000;
+constexpr const char* kIfLost = "the cut may be on";
 
 class TwinFileTest : public testing::Test {
  protected:
   std::string path() const { return (scratch_.directory() / "settings").string(); }
-  TwinFile open() const { return TwinFile::open(path(), kRoom); }
+  TwinFile open() const { return TwinFile::open(path(), kRoom, kIfLost); }
   std::string bytes() const { return support::contentOf(path()); }
   void put(const std::string& content) const { std::ofstream{path(), std::ios::binary | std::ios::trunc} << content; }
   std::string filled(const std::string& content) const {
@@ -129,8 +130,23 @@ TEST_F(TwinFileTest, PutsAFileAsideThatHoldsNothingWhole) {
     EXPECT_THAT(file.notice(), HasSubstr(aside));
     EXPECT_EQ(std::filesystem::file_size(aside), content.size());
     EXPECT_THAT(file.whyNotWritable(), IsEmpty());
+    EXPECT_EQ(file.content(), kIfLost);
     EXPECT_FALSE(open().lost()) << "told once";
+    EXPECT_EQ(open().content(), kIfLost) << "and believed until another text is written";
   }
+}
+
+TEST_F(TwinFileTest, LeavesADamagedFileWhereItIsOnAFullDisk) {
+  put("somebody's notes");
+  EXPECT_TRUE(support::holdsInChild([&] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1, 1};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    const auto file = open();
+    return file.lost() && file.content() == kIfLost && !file.whyNotWritable().empty();
+  }));
+  EXPECT_EQ(bytes(), "somebody's notes");
+  EXPECT_TRUE(open().lost()) << "the next start finds it again";
 }
 
 TEST_F(TwinFileTest, TakesANewTextOnAFullDisk) {
@@ -186,7 +202,7 @@ TEST_F(TwinFileTest, IsReadWhereItCannotBeWrittenAndSaysSo) {
     if (::geteuid() == 0 && ::seteuid(kNobody) != 0) return false;
     auto file = open();
     const auto written = file.write("other");
-    const auto absent = TwinFile::open((scratch_.directory() / "absent").string(), kRoom);
+    const auto absent = TwinFile::open((scratch_.directory() / "absent").string(), kRoom, kIfLost);
     return file.content() == "kept" && !file.lost() && !written && written.error().reason == Reason::unavailable &&
            file.whyNotWritable().find("settings") != std::string::npos && !absent.lost() &&
            !absent.whyNotWritable().empty();
@@ -203,7 +219,8 @@ TEST_F(TwinFileTest, TakesAFileThatItCannotLookAtForNoFirstStart) {
     constexpr uid_t kNobody = 65534;
     if (::geteuid() == 0 && ::seteuid(kNobody) != 0) return false;
     const auto file = open();
-    return file.lost() && file.notice().find("cannot be read") != std::string::npos && !file.whyNotWritable().empty();
+    return file.lost() && file.content() == kIfLost && file.notice().find("cannot be read") != std::string::npos &&
+           !file.whyNotWritable().empty();
   }));
   fs::permissions(scratch_.directory(), fs::perms{0755});
   EXPECT_EQ(bytes(), before);

@@ -101,6 +101,23 @@ TEST_F(DoorBookTest, HoldsUntilAPersonLooksWhereTheFileWasDamaged) {
   EXPECT_FALSE(book().anyInhibits());
 }
 
+TEST_F(DoorBookTest, HoldsAfterALossThatWasFoundOnAFullDisk) {
+  ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
+  book_.reset();
+  std::ofstream{folder_.file("doors"), std::ios::trunc} << "garbage";
+  EXPECT_TRUE(support::holdsInChild([&] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1, 1};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    reopen();
+    return book().anyInhibits();
+  }));
+  reopen();
+  EXPECT_TRUE(book().anyInhibits()) << "nobody has looked yet";
+  reopen();
+  EXPECT_TRUE(book().anyInhibits());
+}
+
 TEST_F(DoorBookTest, ACutThatCannotBeStoredIsOnAllTheSameAndSaidSo) {
   support::TemporaryFolder gone;
   DoorBook unwritable{gone.file("no such folder/doors"), [this](bool inhibited) {

@@ -140,6 +140,20 @@ TEST_F(Standing, MayBeAnywhereWhereTheFileWasDamaged) {
   EXPECT_EQ(afterAnEnd().standing.doubt_mm[0], 0.5) << "after the next end too";
 }
 
+// As where a port is taken.
+TEST_F(Standing, MayBeAnywhereAfterAStartThatFoundTheDamageAndFailed) {
+  {
+    auto box = keeper();
+    restored(box);
+    box.look(serving({0.03, 0, 0}, 1s));
+  }
+  std::ofstream{folder_.file("served"), std::ios::trunc} << "garbage";
+  keeper();
+  const auto after = afterAnEnd();
+  EXPECT_EQ(after.standing.doubt_mm, (Correction{0.5, 0.5, 0.5}));
+  EXPECT_EQ(after.within.greatest_mm[0], 0.5);
+}
+
 TEST_F(Standing, StaysWhereItIsOnADiskThatTakesNothing) {
   StandingKeeper box{folder_.file("no such folder/served"), kLimits,
                      [this](const Event& event) { told_.push_back(std::get<ServableWithin>(event)); }};

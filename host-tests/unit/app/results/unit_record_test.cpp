@@ -79,10 +79,25 @@ TEST_F(UnitRecordTest, IsLookedAtBesideTheDaemon) {
   EXPECT_EQ(support::contentOf(path_), "garbage") << "who looks puts nothing aside";
 }
 
+TEST_F(UnitRecordTest, ThatIsLostIsSaidUntilTheBoxIsProvisionedAgain) {
+  ASSERT_TRUE(open().write(unitToml("A1"), "sim").ok());
+  std::ofstream{path_, std::ios::binary | std::ios::trunc} << "garbage";
+  for (int start = 0; start < 3; ++start) {
+    const auto record = open();
+    EXPECT_THAT(record.problem(), HasSubstr("is lost: provision it again")) << "start " << start;
+    EXPECT_FALSE(record.inUse());
+    EXPECT_FALSE(record.locked());
+    EXPECT_THAT(UnitRecord::peek(path_).error().what, HasSubstr("lost"));
+  }
+  ASSERT_TRUE(open().write(unitToml("A2"), "sim").ok());
+  EXPECT_EQ(open().problem(), "");
+  EXPECT_EQ(open().inUse()->serial_number, "A2");
+}
+
 // Firmware that is older or stricter than the one that wrote it.
 TEST_F(UnitRecordTest, ThatIsNotUnderstoodStaysLockedAndIsSaid) {
   {
-    auto file = store::TwinFile::open(path_, UnitRecord::kMostBytes);
+    auto file = store::TwinFile::open(path_, UnitRecord::kMostBytes, {});
     ASSERT_TRUE(file.write(unitToml("A1") + "[later]\n"));
   }
   auto record = open();
