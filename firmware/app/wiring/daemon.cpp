@@ -361,6 +361,7 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   if (!state.notice.empty()) logWarning(state.notice);
   // Samples and the CNC need no store: what is wrong with it stands in the log and in status.
   auto store = store::Store::openAnyhow((state.path / "results.db").string());
+  if (!store.notice().empty()) logWarning(store.notice());  // also where this start fails later
   std::optional<JournalWriter> journal;
   if (!options.journal.empty()) {
     TRY(auto created, JournalWriter::create(options.journal));
