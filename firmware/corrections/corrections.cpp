@@ -39,7 +39,13 @@ Corrections::Corrections(const CorrectionsConfig& config)
       inhibit_lines_{config.inhibit_lines} {}
 
 void Corrections::push(const Count& count) {
-  references_[static_cast<std::size_t>(count.axis)].push(count.at, count.counts);
+  auto& reference = references_[static_cast<std::size_t>(count.axis)];
+  reference.push(count.at, count.counts);
+  if (const auto position_mm = reference.position_mm()) {
+    triggers_.counted(count.axis, count.at, *position_mm);
+  } else {
+    triggers_.forget(count.axis);
+  }
 }
 
 void Corrections::push(const AngleCount& count) {
@@ -84,7 +90,11 @@ void Corrections::push(const SourceLost& lost) {
 
 void Corrections::push(const AxisHomed& homed) {
   auto& reference = references_[static_cast<std::size_t>(homed.axis)];
-  if (!reference.homed(homed.position_mm, homed.at)) ++refused_homings_;
+  if (!reference.homed(homed.position_mm, homed.at)) {
+    ++refused_homings_;
+  } else {
+    triggers_.forget(homed.axis);
+  }
 }
 
 void Corrections::push(const PoseTold& pose) {
@@ -98,8 +108,11 @@ void Corrections::push(const PoseTold& pose) {
 void Corrections::push(const DelayActivated& activated) {
   state_.delay = published::DelayInForce{activated.result_id != 0, activated.result_id, activated.tau_s, activated.sd_s,
                                          gainOf(activated)};
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
-    references_[axis].setDelay(activated.tau_s[axis], activated.result_id != 0 ? activated.sd_s[axis] : 0);
+  const bool any = activated.result_id != 0;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    references_[axis].setDelay(activated.tau_s[axis], any ? activated.sd_s[axis] : 0);
+    triggers_.setDelay(static_cast<Axis>(axis), any ? activated.tau_s[axis] : 0);
+  }
 }
 
 void Corrections::push(const CutInhibit& inhibit_now) {
@@ -147,11 +160,11 @@ void Corrections::tick(const latch::Record& record, MonoTime at) {
     u_mm[axis] = counts * config_.references[axis].mm_per_count;
     tick.position_mm[axis] = references_[axis].position_mm(counts);
   }
-  triggers_.tick(tick);
   sampled_since_advance_ = true;
   // The first samples after a silence are older than the counts that stood in for them.
   const bool is_overtaken = ticked_at_ && tick.at <= *ticked_at_;
   if (is_overtaken) return;
+  triggers_.tick(tick);
   runSources(tick, u_mm, kSpeedSmoothing);
   tick_since_heartbeat_ = true;
 }
@@ -160,6 +173,7 @@ void Corrections::tick(const latch::Record& record, MonoTime at) {
 // latest counts take their place.
 void Corrections::tickByCounts(MonoTime now) {
   MachineTick tick = machineTick(now);
+  tick.by_counts = true;
   Vector u_mm{};
   bool any_counts = false;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
@@ -169,6 +183,7 @@ void Corrections::tickByCounts(MonoTime now) {
     tick.position_doubtful[axis] = reference.isSilent(now, kSilence);
     any_counts = any_counts || !tick.position_doubtful[axis];
   }
+  triggers_.tick(tick);
   runSources(tick, u_mm, kNoSmoothing);
   const Sum sum = this->sum();
   if (any_counts || (mask_ != 0 && !sum.any_invalid && !sum.any_held)) tick_since_heartbeat_ = true;

@@ -16,6 +16,7 @@ struct AngleNow {
 // State of the machine at one tick: the input of every source of corrections.
 struct MachineTick {
   MonoTime at{};
+  bool by_counts{};                                              // no sample: positions of the latest counts
   double elapsed_s{};                                            // since the tick before
   std::array<std::optional<double>, kLinearAxes> position_mm{};  // nullopt for an axis without a reference
   std::array<bool, kLinearAxes> position_doubtful{};             // its encoder is silent

@@ -1,6 +1,7 @@
 #include "firmware/corrections/trigger_log.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "firmware/corrections/longest_gap.hpp"
 
@@ -35,8 +36,20 @@ void TriggerLog::turned(RotaryAxis axis, MonoTime at, double angle_rad) {
   placeWaiting();
 }
 
+void TriggerLog::counted(Axis axis, MonoTime at, double position_mm) {
+  const auto i = static_cast<std::size_t>(axis);
+  paths_[i].push(at - tau_[i], position_mm);
+  placeWaiting();
+}
+
+void TriggerLog::setDelay(Axis axis, double tau_s) {
+  tau_[static_cast<std::size_t>(axis)] = Nanoseconds{std::llround(tau_s * 1e9)};
+  forget(axis);
+}
+
 void TriggerLog::encodersLost() {
   for (auto& track : tracks_) track.clear();
+  for (auto& path : paths_) path.clear();
 }
 
 std::optional<TriggerStamp> TriggerLog::next() {
@@ -46,15 +59,27 @@ std::optional<TriggerStamp> TriggerLog::next() {
 
 void TriggerLog::placeWaiting() {
   if (tick_count_ == 0) return;
-  const MonoTime newest_tick = ticks_[(tick_count_ - 1) % kTicks].at;
-  for (; placed_ < end_ && waiting_[placed_ % kWaiting].at <= newest_tick; ++placed_) {
-    if (!place(waiting_[placed_ % kWaiting])) ++unplaced_;
+  const MachineTick& newest = ticks_[(tick_count_ - 1) % kTicks];
+  for (; placed_ < end_ && waiting_[placed_ % kWaiting].at <= newest.at; ++placed_) {
+    TriggerStamp& stamp = waiting_[placed_ % kWaiting];
+    if (awaitsCounts(stamp, newest)) break;
+    if (!place(stamp)) ++unplaced_;
   }
-  for (; first_ < placed_ && !awaitsAngles(waiting_[first_ % kWaiting], newest_tick); ++first_) {
+  for (; first_ < placed_ && !awaitsAngles(waiting_[first_ % kWaiting], newest.at); ++first_) {
     TriggerStamp& stamp = waiting_[first_ % kWaiting];
     turn(stamp);
     newest_ = stamp;
   }
+}
+
+// Counts come later than the ticks that stand in for samples, by the delay and the way to the box.
+bool TriggerLog::awaitsCounts(const TriggerStamp& stamp, const MachineTick& newest) const {
+  if (!newest.by_counts) return false;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const bool may_come = newest.at - stamp.at <= kLongestGap + std::max(Nanoseconds{}, tau_[axis]);
+    if (newest.position_mm[axis] && may_come && !paths_[axis].reaches(stamp.at)) return true;
+  }
+  return false;
 }
 
 // The latch that follows the trigger may arrive after the tick that does.
@@ -79,13 +104,15 @@ bool TriggerLog::place(TriggerStamp& stamp) const {
     const MachineTick& after = ticks_[i % kTicks];
     if (before.at > stamp.at) continue;
     const Nanoseconds gap = after.at - before.at;
-    if (gap <= Nanoseconds{} || gap > kLongestGap) return false;
+    const bool by_counts = before.by_counts || after.by_counts;
+    if (gap <= Nanoseconds{} || (gap > kLongestGap && !by_counts)) return false;
     const double share = toSeconds(stamp.at - before.at) / toSeconds(gap);
     for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
       const AngleNow& told = before.angles[axis];
       stamp.has_angle[axis] = told.rad && !told.doubtful;
       stamp.angle_rad[axis] = stamp.has_angle[axis] ? *told.rad : 0;
     }
+    if (by_counts) return placeByCounts(stamp, after);
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
       if (!before.position_mm[axis] || !after.position_mm[axis]) continue;
       stamp.has_position[axis] = true;
@@ -95,6 +122,20 @@ bool TriggerLog::place(TriggerStamp& stamp) const {
     return true;
   }
   return false;
+}
+
+// Returns whether each axis with a reference has a position. An encoder that is silent gives none, whatever its latest
+// count was.
+bool TriggerLog::placeByCounts(TriggerStamp& stamp, const MachineTick& after) const {
+  bool all = true;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (!after.position_mm[axis]) continue;
+    const auto position_mm = paths_[axis].at(stamp.at);
+    stamp.has_position[axis] = position_mm.has_value();
+    stamp.position_mm[axis] = position_mm.value_or(0);
+    all = all && position_mm;
+  }
+  return all;
 }
 
 }  // namespace probebox::corrections

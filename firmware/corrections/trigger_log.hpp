@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "firmware/corrections/angle_track.hpp"
+#include "firmware/corrections/axis_track.hpp"
 #include "firmware/corrections/machine_tick.hpp"
 #include "firmware/corrections/served.hpp"
 #include "firmware/published/snapshot.hpp"
@@ -14,13 +14,20 @@ namespace probebox::corrections {
 using published::TriggerStamp;
 
 // Finds the ticks on both sides of each trigger and interpolates the machine position, and the angles of rotary axes
-// between the latches of their encoders. Edges, ticks and latches may arrive in any order.
+// between the latches of their encoders. Where a tick is of no sample, positions come from the counts on both sides of
+// the trigger. Edges, ticks and latches may arrive in any order.
 class TriggerLog {
  public:
   void push(const Edge& edge, const Served& served);
   void tick(const MachineTick& tick);
   // Takes the angle of a referenced encoder, as latched then. An axis without one has the angle of the tick.
   void turned(RotaryAxis axis, MonoTime at, double angle_rad);
+  // Takes the position of a referenced linear axis, as counted then.
+  void counted(Axis axis, MonoTime at, double position_mm);
+  // The axis has no reference, or a new one: positions of before do not belong to those that follow.
+  void forget(Axis axis) { paths_[static_cast<std::size_t>(axis)].clear(); }
+  // Counts lag behind the lines by this delay.
+  void setDelay(Axis axis, double tau_s);
   void encodersLost();
 
   // The last trigger whose position and angles are decided: known, or not obtainable.
@@ -30,14 +37,16 @@ class TriggerLog {
   std::optional<TriggerStamp> next();
   // Number of the first trigger that next() may still return; all before it were returned or dropped.
   std::uint32_t nextNumber() const { return given_ < end_ ? waiting_[given_ % kWaiting].number : count_ + 1; }
-  std::uint32_t unplaced() const { return unplaced_; }  // too many between two ticks, or no ticks around them
+  std::uint32_t unplaced() const { return unplaced_; }  // too many between two ticks, or nothing around them
 
  private:
   static constexpr std::size_t kWaiting = 16;
   static constexpr std::size_t kTicks = 32;
 
   void placeWaiting();
+  bool awaitsCounts(const TriggerStamp& stamp, const MachineTick& newest) const;
   bool place(TriggerStamp& stamp) const;
+  bool placeByCounts(TriggerStamp& stamp, const MachineTick& after) const;
   bool awaitsAngles(const TriggerStamp& stamp, MonoTime newest_tick) const;
   void turn(TriggerStamp& stamp) const;
 
@@ -49,7 +58,9 @@ class TriggerLog {
   TriggerStamp newest_;
   std::array<MachineTick, kTicks> ticks_{};
   std::size_t tick_count_{};
-  std::array<AngleTrack, kRotaryAxes> tracks_{};
+  std::array<AxisTrack, kRotaryAxes> tracks_{};
+  std::array<AxisTrack, kLinearAxes> paths_{};
+  std::array<Nanoseconds, kLinearAxes> tau_{};
 };
 
 }  // namespace probebox::corrections

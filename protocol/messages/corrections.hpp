@@ -183,8 +183,8 @@ struct Corrections {
       field("centreline_slope", self.centreline_slope, "mm/mm, of X and Y over Z; since protocol 1.2");
       field("last_trigger", self.last_trigger, "since protocol 1.2");
       field("unplaced_triggers", self.unplaced_triggers,
-            "triggers whose machine position nobody can tell: no sample around them, or too many at once; since "
-            "protocol 1.2");
+            "triggers whose machine position nobody can tell: neither samples nor counts around them, or too many at "
+            "once; since protocol 1.2");
       field("refused_homings", self.refused_homings, "of axes that did not stand still; since protocol 1.2");
       field("delay_applied", self.delay_applied, "1 when the samples have the delay in force; since protocol 1.2");
       field("rotary_axes", self.rotary_axes, "A B C; since protocol 1.2");

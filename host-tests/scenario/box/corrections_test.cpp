@@ -164,6 +164,25 @@ TEST(Delay, InForceIsInTheSamplesThatPlaceATrigger) {
   EXPECT_TRUE(right.recorded().contiguous);
 }
 
+TEST(Delay, InForceIsInTheCountsThatPlaceATriggerWithoutSamples) {
+  const auto firstTouch = [](bool silent) {
+    Scenario scenario{warmingWorld()};
+    scenario.run(2s);
+    scenario.activateDelay(scenario.truth().tau_s);
+    scenario.start(procedure::kDelayMultiSpeed);
+    if (silent) scenario.inject(FaultKind::drop_probe, 0s, 600s);
+    EXPECT_TRUE(scenario.runUntil([&] { return scenario.state().snapshot.last_trigger.number == 1; }, 120s));
+    EXPECT_EQ(scenario.state().snapshot.unplaced_triggers, 0U);
+    return scenario.state().snapshot.last_trigger;
+  };
+  const auto sampled = firstTouch(false), counted = firstTouch(true);
+  EXPECT_EQ(sampled.at, counted.at);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_TRUE(counted.has_position[axis]) << axis;
+    EXPECT_NEAR(counted.position_mm[axis], sampled.position_mm[axis], 1e-3) << axis;
+  }
+}
+
 TEST(Delay, ThatNoBufferSpansIsNotTakenForApplied) {
   Scenario scenario;
   scenario.run(2s);

@@ -1,4 +1,4 @@
-#include "firmware/corrections/angle_track.hpp"
+#include "firmware/corrections/axis_track.hpp"
 
 #include <algorithm>
 
@@ -6,7 +6,7 @@
 
 namespace probebox::corrections {
 
-std::optional<double> AngleTrack::at(MonoTime at) const {
+std::optional<double> AxisTrack::at(MonoTime at) const {
   if (!reaches(at)) return std::nullopt;
   const std::size_t oldest = count_ - std::min(count_, kKept);
   for (std::size_t i = count_ - 1; i > oldest; --i) {
@@ -15,7 +15,7 @@ std::optional<double> AngleTrack::at(MonoTime at) const {
     const Nanoseconds gap = after.at - before.at;
     if (gap <= Nanoseconds{} || gap > kLongestGap) return std::nullopt;
     const double share = toSeconds(at - before.at) / toSeconds(gap);
-    return before.angle_rad + share * (after.angle_rad - before.angle_rad);
+    return before.value + share * (after.value - before.value);
   }
   return std::nullopt;
 }
