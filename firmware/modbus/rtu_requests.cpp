@@ -125,6 +125,13 @@ std::uint16_t crc16(std::span<const std::uint8_t> bytes) {
   return static_cast<std::uint16_t>(crc);
 }
 
+Begins beginsRequest(std::span<const std::uint8_t> bytes) {
+  if (bytes.empty()) return Begins::undecided;
+  const auto length = requestLength(bytes);
+  if (length > bytes.size()) return bytes.size() < kMaxFrameBytes ? Begins::undecided : Begins::something_else;
+  return length != 0 && crcGood(bytes.first(length)) ? Begins::request : Begins::something_else;
+}
+
 std::size_t RtuRequests::push(std::span<const std::byte> bytes) {
   const auto count = copied(bytes, std::span{buffer_}.subspan(size_));
   size_ += count;

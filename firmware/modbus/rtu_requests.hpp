@@ -34,6 +34,10 @@ std::size_t copied(std::span<const std::byte> bytes, std::span<std::uint8_t> roo
 // CRC-16 of Modbus over serial line 1.02, section 6.2.2.
 std::uint16_t crc16(std::span<const std::uint8_t> bytes);
 
+// Whether bytes begin with a whole request whose CRC is good.
+enum class Begins : std::uint8_t { request, undecided, something_else };
+Begins beginsRequest(std::span<const std::uint8_t> bytes);
+
 // Finds requests in the bytes of a serial line by length and CRC, not by the gaps between bytes, which USB adapters and
 // busy systems do not preserve. A frame begins after silence or after a good frame. Answers of other units, and damaged
 // frames over their stated length, are skipped as a whole: what looks like a request inside them is none. Garbage that

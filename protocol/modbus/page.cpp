@@ -52,8 +52,8 @@ Rules for the master:
   failure): a word order that cannot be stored. A refused write changes nothing, except an inhibit that cannot be stored: it
   holds until the box ends, and reads 1. The same write again tries again, and has exception 3 until it is stored.
   Exception 1 (illegal function): every function but 3, 4, 6, 16 and 43 with type 14 (device identification: vendor, product, revision).
-- The box may hear itself: an RS-485 adapter whose receiver stays on while it sends is recognised by the first read. Until then an
-  answer to function 6 that comes back may be answered once or twice again.
+- The box may hear itself: an RS-485 adapter whose receiver stays on while it sends is recognised by the first read. Until then, and
+  from an echo that came late or damaged until the next read, an answer to function 6 that comes back may be answered once or twice again.
 
 A calibration by registers alone (service.toml must allow it: allow_calibrate, allow_marker, for the last step allow_accept):
 1. Write method and options (800 to 821, 830), then run or result, request and commit (834 to 837). Wait until 838 is the commit number: 839 is 2

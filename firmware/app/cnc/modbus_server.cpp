@@ -80,12 +80,16 @@ void ModbusServer::receive() {
   const auto got = line_.pipe()->read(buffer);
   if (got.bytes > 0) line_.heard();
   const auto now = std::chrono::steady_clock::now();
-  if (got.bytes > 0 && now - std::exchange(heard_at_, now) > kSilence) silence();
+  // An echo may have waited for the box; while one is awaited, poll() finds the silence of the line.
+  const bool was_silent = now - heard_at_ > kSilence && !echo_.awaiting();
+  if (got.bytes > 0 && was_silent) silence();
   const auto [held, rest] = echo_.strip(std::span{buffer}.first(got.bytes));
   // Answering begins to wait for another echo, in the place of the one that `held` is of.
   const std::vector<std::byte> began{held.begin(), held.end()};
   serve(began);
   serve(rest);
+  // The time that answers take is no silence of the line.
+  if (got.bytes > 0) heard_at_ = std::chrono::steady_clock::now();
   if (got.state == io::PipeState::closed) lost();
 }
 

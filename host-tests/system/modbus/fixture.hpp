@@ -74,6 +74,7 @@ class ServedRegisters : public ::testing::Test {
                               },
                           .keep =
                               [this](modbus::WordOrder order) {
+                                std::this_thread::sleep_for(disk_time_.load());
                                 if (disk_takes_) word_order_ = order;
                                 return disk_takes_.load();
                               }},
@@ -89,6 +90,7 @@ class ServedRegisters : public ::testing::Test {
 
   std::atomic<bool> markers_allowed_{true};
   std::atomic<bool> disk_takes_{true};
+  std::atomic<std::chrono::milliseconds> disk_time_{};
   std::atomic<bool> inhibits_{false};
 
  private:

@@ -87,6 +87,20 @@ TEST_F(ModbusMaster, IsAnsweredOnceWhereTheBoxHearsItself) {
   EXPECT_EQ(server_->counters().answered, before + 2);
 }
 
+// What a write takes to be stored is no silence of the line, behind which an echo would be a request.
+TEST_F(ModbusMaster, IsAnsweredOnceWhereTheBoxHearsItselfAfterASlowWrite) {
+  onCable([](serial::EmulatedCable& cable) { cable.echo(serial::EmulatedCable::End::a, true); });
+  EXPECT_TRUE(eventually([&] { return poll("-r 0 -c 2 -t 4:hex").find("0x5042") != std::string::npos; }));
+  clearLine();
+  disk_time_ = std::chrono::milliseconds{120};
+  const auto before = server_->counters().answered;
+  EXPECT_THAT(poll("-r 128 -t 4", "1"), HasSubstr("Written 1 references"));
+  EXPECT_THAT(poll("-r 0 -c 1 -t 4:hex"), HasSubstr("0x5042"));
+  const auto last = server_->rounds();
+  EXPECT_TRUE(eventually([&] { return server_->rounds() > last + 1; }));
+  EXPECT_EQ(server_->counters().answered, before + 2);
+}
+
 TEST_F(ModbusMaster, IsToldOfAFunctionThatTheBoxDoesNotHave) {
   const std::vector<std::uint8_t> request{1, 100, 0x01, 0xCB};
   onCable([&](serial::EmulatedCable& cable) {

@@ -68,6 +68,61 @@ TEST_P(Pieces, AnEchoOfTheFirstWriteEnds) {
   EXPECT_EQ(answers, 1 + LineEcho::kMostRepeats);
 }
 
+// How often an echo of kWriteOne is answered, with the first answer.
+int answersToItself(LineEcho& echo, std::size_t piece) {
+  int answers = 1;
+  for (echo.sent(kWriteOne); answers < 100 && !heard(echo, kWriteOne, piece).empty(); ++answers) echo.sent(kWriteOne);
+  return answers;
+}
+
+// On a line that echoes: one that comes late, damaged or behind a disturbance.
+TEST_P(Pieces, OneEchoThatIsNotRecognisedLeavesALimit) {
+  const std::size_t piece = GetParam();
+  const auto after = [&](const auto& disturb) {
+    LineEcho echo;
+    echo.sent(kReadAnswer);
+    heard(echo, kReadAnswer, piece);
+    for (int k = 0; k < 5; ++k) {
+      echo.sent(kReadAnswer);
+      disturb(echo);
+      EXPECT_LE(answersToItself(echo, piece), 1 + LineEcho::kMostRepeats) << "disturbance " << k;
+      echo.sent(kReadAnswer);
+      heard(echo, kReadAnswer, piece);
+    }
+  };
+  after([&](LineEcho& echo) { heard(echo, Bytes{1, 3, 2, 0x51, 0x42, 0x05, 0x95}, piece); });
+  after([](LineEcho& echo) { echo.silence(); });
+  after([&](LineEcho& echo) {
+    echo.silence();
+    heard(echo, kReadAnswer, piece);
+    heard(echo, kReadRequest, piece);
+  });
+  after([&](LineEcho& echo) { heard(echo, Bytes{0xFF} + kReadAnswer, piece); });
+  after([&](LineEcho& echo) { heard(echo, Bytes{0xFF} + kReadAnswer + kReadRequest, piece); });
+}
+
+TEST_P(Pieces, ALineThatDamagesEveryEchoKeepsTheLimit) {
+  LineEcho echo;
+  for (int k = 0; k < 20; ++k) {
+    echo.sent(kReadAnswer);
+    heard(echo, Bytes{1, 3, 2, 0x51, 0x42, 0x05, 0x95}, GetParam());
+    EXPECT_LE(answersToItself(echo, GetParam()), 1 + LineEcho::kMostRepeats) << k;
+  }
+}
+
+// A master that is slow to ask again.
+TEST_P(Pieces, TwoAnswersThatDoNotComeBackShowThatALineDoesNotEcho) {
+  LineEcho echo;
+  for (int k = 0; k < 2; ++k) {
+    echo.sent(kReadAnswer);
+    echo.silence();
+  }
+  for (int k = 0; k < 10; ++k) {
+    echo.sent(kWriteOne);
+    EXPECT_EQ(heard(echo, kWriteOne, GetParam()), kWriteOne) << k;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Cut, Pieces, testing::Values(1, 3, 100));
 
 TEST(LineEcho, LearnsAnewWhenTheAdapterIsAnother) {
