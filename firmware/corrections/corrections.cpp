@@ -323,11 +323,14 @@ void Corrections::describeAxes(MonoTime now) {
   state_.screw_sensors_good = any_screw && all_good;
   state_.referenced = neededAxesReferenced() && neededAnglesKnown();
   state_.centreline_calibrated = centreline_.calibrated();
-  const auto z_mm = references_[static_cast<std::size_t>(Axis::z)].position_mm();
+  const auto& z = references_[static_cast<std::size_t>(Axis::z)];
+  const auto z_mm = z.position_mm();
+  // Beyond the time for which the correction is held, Z may be anywhere.
+  const bool has_z = z_mm && !z.isSilent(now, kSilence + config_.centreline.hold);
   state_.centreline = {
       .result = centreline_.inForce(),
-      .has_z = z_mm.has_value(),
-      .here_mm = centreline_.calibrated() && z_mm ? centreline_.centreAt(*z_mm) : std::array<double, 2>{}};
+      .has_z = has_z,
+      .here_mm = centreline_.calibrated() && has_z ? centreline_.centreAt(*z_mm) : std::array<double, 2>{}};
 }
 
 void Corrections::describeRotary(MonoTime now) {

@@ -85,7 +85,8 @@ class Tape {
 
   void centreline() {
     const auto& [result, has_z, here] = of_.centreline;
-    if (result.result_id == 0 || !has_z) return line("(NO CENTRELINE IN FORCE)");
+    if (result.result_id == 0) return line("(NO CENTRELINE IN FORCE)");
+    if (!has_z) return line("(Z IS NOT KNOWN)");
     if (!numbered()) return offset(printed("P%u X%.4f Y%.4f", form_.offset + 1U, zeroed(here[0]), zeroed(here[1])));
     values(kCentreline, here, 1, 4);
     values(kCentreline + 2, result.slope, 1, 7);

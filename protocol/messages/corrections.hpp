@@ -179,7 +179,7 @@ struct Corrections {
       field("centreline_calibrated", self.centreline_calibrated,
             "1 when a result about the turning axis is active; since protocol 1.2");
       field("centreline_mm", self.centreline_mm,
-            "mm, X Y of the turning axis at the present Z, 0 without a Z reference; since protocol 1.2");
+            "mm, X Y of the turning axis at the present Z, 0 where Z is not known; since protocol 1.2");
       field("centreline_slope", self.centreline_slope, "mm/mm, of X and Y over Z; since protocol 1.2");
       field("last_trigger", self.last_trigger, "since protocol 1.2");
       field("unplaced_triggers", self.unplaced_triggers,

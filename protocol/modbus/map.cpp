@@ -129,8 +129,8 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "bit 0 registers 160 to 179 are of a chuck on the Z slide, and the slope is the slide's; 1 the result rests on a "
      "retired one"},
     {address::centreline_here, "turning axis, X", f32, 1, "mm", read,
-     "machine position, radius, at the present Z; 0 without a Z reference; 0 and status bit 3 clear when no result is "
-     "in force"},
+     "machine position, radius, at the present Z; 0 without a Z reference, or while the encoder of Z is silent for "
+     "longer than hold_s of the centreline; 0 and status bit 3 clear when no result is in force"},
     {address::centreline_here + 2, "turning axis, Y", f32, 1, "mm", read, "as X"},
     {address::centreline_slope, "turning axis, X over Z", f32, 1, "mm/mm", read, "tilt of the turning axis, about Y"},
     {address::centreline_slope + 2, "turning axis, Y over Z", f32, 1, "mm/mm", read, "as X, about -X"},

@@ -3,7 +3,7 @@
 
 #include "machine_on_a_desk.hpp"
 
-// Triggers while no samples come: the probe is silent, or the encoders are.
+// Triggers and the turning axis while no samples come: the probe is silent, or the encoders are.
 namespace probebox::corrections {
 namespace {
 
@@ -103,6 +103,30 @@ TEST_F(WithoutSamples, EachTriggerCountsOnceWhileSamplesComeAndGo) {
   while (const auto stamp = machine_.corrections.nextTrigger()) EXPECT_EQ(stamp->number, ++given);
   EXPECT_EQ(given, touches_);
   EXPECT_EQ(unplaced(), 0U);
+}
+
+TEST_F(WithoutSamples, TheTurningAxisIsShownAtAZThatIsKnown) {
+  machine_.corrections.push(CentrelineActivated{.result_id = 4,
+                                                .centre_mm = {330, 200},
+                                                .slope = {1e-3, 0},
+                                                .reference_z_mm = -100,
+                                                .sd_centre_mm = {},
+                                                .sd_slope = {},
+                                                .at = machine_.now});
+  machine_.run(0.1);
+  const auto& centreline = machine_.snapshot().centreline;
+  EXPECT_TRUE(centreline.has_z);
+  EXPECT_NEAR(centreline.here_mm[0], 330, 1e-6);
+  machine_.encoders = false;
+  machine_.run(1.5);
+  EXPECT_TRUE(centreline.has_z) << "held for 2 s";
+  machine_.run(1);
+  EXPECT_FALSE(centreline.has_z) << "Z may be anywhere";
+  EXPECT_EQ(centreline.here_mm[0], 0);
+  EXPECT_EQ(centreline.result.result_id, 4U);
+  machine_.encoders = true;
+  machine_.run(0.1);
+  EXPECT_TRUE(centreline.has_z);
 }
 
 }  // namespace

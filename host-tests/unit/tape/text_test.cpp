@@ -97,6 +97,14 @@ TEST(Tape, ChangesNothingInTheControlWithoutAValidValue) {
   EXPECT_THAT(macro, testing::Not(HasSubstr("#502")));
 }
 
+TEST(Tape, WritesNoCentrelineAtAZThatIsNotKnown) {
+  auto s = withCentreline();
+  s.centreline.has_z = false;
+  s.centreline.here_mm = {};
+  for (const auto dialect : {Dialect::g10, Dialect::macro})
+    EXPECT_THAT(linesOf(tape(s, Ask::centreline, {.dialect = dialect})), ElementsAre("%", "(Z IS NOT KNOWN)", "%"));
+}
+
 TEST(Tape, WritesTheCentrelineAndTheDelay) {
   const Form macro{.dialect = Dialect::macro};
   EXPECT_THAT(linesOf(tape(withCentreline(), Ask::centreline, macro)),
