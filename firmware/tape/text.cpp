@@ -29,6 +29,13 @@ double zeroed(double mm) {
 
 constexpr const char* kEnd = "\r\n";
 
+// '*' and all characters of the text by exclusive or.
+std::string checksumOf(std::string_view text) {
+  unsigned sum = 0;
+  for (const char c : text) sum ^= static_cast<unsigned char>(c);
+  return printed("*%02X", sum);
+}
+
 // Numbers of the values, from Form::first on. Never change them.
 enum Number : unsigned {
   kStatus = 0,
@@ -119,12 +126,17 @@ std::uint16_t statusOf(const published::Snapshot& s) {
 std::string record(const published::Snapshot& snapshot) {
   constexpr std::uint64_t kMostAge = 65535;  // as in register 11
   const auto& [x, y, z] = snapshot.correction_mm;
-  std::string text =
+  const std::string text =
       printed("X%+.4f Y%+.4f Z%+.4f S%u N%u A%u", zeroed(x), zeroed(y), zeroed(z), unsigned{statusOf(snapshot)},
               unsigned{snapshot.sequence}, static_cast<unsigned>(std::min(snapshot.age_ms / 100, kMostAge)));
-  unsigned sum = 0;
-  for (const char c : text) sum ^= static_cast<unsigned char>(c);
-  return text + printed("*%02X", sum) + kEnd;
+  return text + checksumOf(text) + kEnd;
+}
+
+bool isSentByTheBox(std::string_view line) {
+  if (line == "OK" || line.starts_with("ERR ")) return true;
+  const auto asterisk = line.rfind('*');
+  return line.starts_with('X') && asterisk != std::string_view::npos &&
+         line.substr(asterisk) == checksumOf(line.substr(0, asterisk));
 }
 
 bool hasCorrection(Ask ask) {

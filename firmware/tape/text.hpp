@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "firmware/published/snapshot.hpp"
 
@@ -29,6 +30,9 @@ std::uint16_t statusOf(const published::Snapshot& snapshot);
 // "X-0.0125 Y+0.0000 Z+0.0000 S1 N42 A3*CS" and a line end: correction in mm, status, sequence, age in 0.1 s; CS: all
 // characters before the asterisk by exclusive or, two hexadecimal digits.
 std::string record(const published::Snapshot& snapshot);
+
+// Whether the box sends such a line itself: a record, or an answer to a line of input. A line that echoes returns them.
+bool isSentByTheBox(std::string_view line);
 
 // Whether the text that is asked for has the correction.
 bool hasCorrection(Ask ask);

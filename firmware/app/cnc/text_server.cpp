@@ -12,6 +12,9 @@ using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
 constexpr milliseconds kLongestWait{1000};
+// A person who types is slower, and noise is not worth the line's time.
+constexpr int kMostRefusals = 10;
+constexpr milliseconds kRefusalsWithin{1000};
 
 }  // namespace
 
@@ -34,6 +37,7 @@ void TextServer::serveOnce() {
 void TextServer::lost() {
   line_.lost();
   session_.restart();
+  hears_itself_ = false;
 }
 
 // For bytes, for room, for the next record of a stream, or for the end.
@@ -70,6 +74,7 @@ void TextServer::receive() {
 }
 
 void TextServer::take(const tape::Session::Line& line) {
+  if (tape::isSentByTheBox(line.text)) return hearItself();
   if (line.too_long) return refuse({"line-too-long", "a line has up to 256 characters"}, line.text.substr(0, 40));
   const auto report = tape::understood(line.text);
   if (!report) return refuse(report.error(), line.text);
@@ -117,7 +122,24 @@ void TextServer::refuse(const tape::Refused& refused, std::string_view line) {
   std::string shown;
   for (const char c : line) shown += c >= ' ' && c <= '~' ? c : '?';
   faces_.report(options_.line.path + ": '" + shown + "' was refused (" + refused.name + "): " + refused.what);
-  answer("ERR " + refused.name + ": " + refused.what + "\r\n");
+  if (mayAnswerRefusal()) answer("ERR " + refused.name + ": " + refused.what + "\r\n");
+}
+
+// An answer to an answer would come back as well, and so on without end.
+void TextServer::hearItself() {
+  if (std::exchange(hears_itself_, true)) return;
+  faces_.report(
+      options_.line.path +
+      ": what the box sends comes back and is not answered: switch the echo of the adapter or the control off");
+}
+
+bool TextServer::mayAnswerRefusal() {
+  const auto now = Clock::now();
+  if (now - refusals_since_ >= kRefusalsWithin) {
+    refusals_since_ = now;
+    refusals_ = 0;
+  }
+  return refusals_++ < kMostRefusals;
 }
 
 void TextServer::flush() {

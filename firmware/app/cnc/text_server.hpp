@@ -79,6 +79,8 @@ class TextServer {
   void show(tape::Ask ask);
   void answer(const std::string& text);
   void refuse(const tape::Refused& refused, std::string_view line);
+  void hearItself();
+  bool mayAnswerRefusal();
   void flush();
 
   const TextOptions options_;
@@ -86,6 +88,9 @@ class TextServer {
   tape::Session session_;
   LastingLine line_;
   std::chrono::steady_clock::time_point next_record_{};
+  bool hears_itself_{};
+  std::chrono::steady_clock::time_point refusals_since_{};  // the second in which refusals are counted
+  int refusals_{};                                          // answered in it
 
   std::atomic<std::uint64_t> answered_{};
   std::atomic<std::uint64_t> refused_{};

@@ -1,4 +1,5 @@
 // The text faces at one end of an emulated cable, a control that prints and reads at the other.
+#include <algorithm>
 #include <array>
 #include <fcntl.h>
 #include <filesystem>
@@ -219,6 +220,40 @@ TEST_F(TextOnCable, BadInputIsRefusedByNameAndWhatFollowsIsTaken) {
   EXPECT_THAT(heard, HasSubstr("ERR unknown-line: "));
   EXPECT_THAT(reports(), HasSubstr("'HELLO' was refused (unknown-line)"));
   EXPECT_EQ(server_->counters().refused, 2U);
+}
+
+// An adapter whose receiver stays on while it sends, or a control that repeats what it reads.
+TEST_F(TextOnCable, ALineThatGivesEverythingBackIsAnsweredNoFurther) {
+  show(some());
+  const auto linesFor = [this](std::chrono::milliseconds time) {
+    std::string all;
+    for (const auto end = std::chrono::steady_clock::now() + time; std::chrono::steady_clock::now() < end;) {
+      heard_.clear();
+      drain();
+      print(heard_);
+      all += heard_;
+    }
+    return all;
+  };
+  serve("records:", ",every=100,baud=115200");
+  print("HELLO\r\nCUT1\r\n");
+  const auto all = linesFor(std::chrono::seconds{1});
+  EXPECT_THAT(all, HasSubstr("ERR unknown-line"));
+  EXPECT_THAT(all, HasSubstr("OK"));
+  EXPECT_LE(std::ranges::count(all, '\n'), 25) << "a record every 100 ms, and an answer to each line";
+  EXPECT_EQ(server_->counters().refused, 1U);
+}
+
+TEST_F(TextOnCable, ANoisyLineGetsAFewAnswersASecond) {
+  serve("records:", ",baud=115200");
+  std::string noise;
+  for (int i = 0; i < 200; ++i) noise += "E?R x\r\n";
+  print(noise);
+  ASSERT_TRUE(eventually([this] { return server_->counters().refused == 200; }));
+  print("CUT1\r\n");
+  const auto heard = heardUntil("OK");
+  EXPECT_THAT(heard, HasSubstr("ERR "));
+  EXPECT_LE(std::ranges::count(heard, '\n'), 50) << "all of it within less than 4 s";
 }
 
 TEST_F(TextOnCable, WhatTheBoxDoesNotTakeIsRefused) {

@@ -76,6 +76,18 @@ TEST(Record, HasTheStatusBitsOfRegister2) {
   EXPECT_EQ(statusOf(s), 1 + 2 + 32 + 128);
 }
 
+TEST(Record, IsKnownAsTheBoxsOwnWhenItComesBack) {
+  std::string line = record(valid());
+  line.resize(line.size() - 2);
+  EXPECT_TRUE(isSentByTheBox(line));
+  EXPECT_TRUE(isSentByTheBox("OK"));
+  EXPECT_TRUE(isSentByTheBox("ERR bad-number: no number"));
+  line[1] = line[1] == '-' ? '+' : '-';
+  EXPECT_FALSE(isSentByTheBox(line)) << "damaged";
+  for (const char* said : {"", "X1.5", "X  1.5000*Y  2.0000", "X*", "*", "ERR", "OKAY", "STATUS"})
+    EXPECT_FALSE(isSentByTheBox(said)) << said;
+}
+
 TEST(Tape, WritesCorrectionsInTheWordsOfTheDialect) {
   EXPECT_THAT(linesOf(tape(valid(), Ask::corrections, {})),
               ElementsAre("%", "G21", "G90 G10 L2 P0 X-0.0125 Y0.0000 Z1.5000", "%"));
