@@ -12,7 +12,8 @@
 namespace probebox::app {
 namespace {
 
-constexpr std::size_t kMostBookBytes = DoorBook::kMostDoors * (2 * DoorBook::kMostName + 64);
+// An earlier version had kMostDoors of persons.
+constexpr std::size_t kMostBookBytes = 2 * DoorBook::kMostDoors * (2 * DoorBook::kMostName + 64);
 constexpr const char* kNetwork = "network";
 constexpr std::chrono::seconds kDoorPatience{2};
 constexpr const char* kUnknown = "unknown: the file of inhibits was damaged";
@@ -66,14 +67,30 @@ bool agreeAbout(std::string_view door, const std::vector<DoorEntry>& a, const st
   return inhibitsIn(a, door) == inhibitsIn(b, door) && wordOrderIn(a, door) == wordOrderIn(b, door);
 }
 
+bool isPerson(std::string_view door) {
+  return door.starts_with("person:");
+}
+
+// Makes room for one more where all places of its kind are taken by doors that hold nothing.
+std::optional<Error> whyNoRoom(std::vector<DoorEntry>& doors, std::string_view door) {
+  const bool person = isPerson(door);
+  const std::size_t most = person ? DoorBook::kMostPersons : DoorBook::kMostDoors;
+  const auto isFull = [&] {
+    const auto taken = std::ranges::count_if(doors, [&](const auto& each) { return isPerson(each.door) == person; });
+    return static_cast<std::size_t>(taken) >= most;
+  };
+  if (isFull()) std::erase_if(doors, saysNothing);
+  if (!isFull()) return std::nullopt;
+  return Error{std::to_string(most) + (person ? " persons hold an inhibit already" : " doors hold something already") +
+               ": clear what is no more needed."};
+}
+
 Outcome<DoorEntry*> findOrAdd(std::vector<DoorEntry>& doors, std::string_view door) {
   const auto found = std::ranges::find(doors, door, &DoorEntry::door);
   if (found != doors.end()) return &*found;
   if (door.size() > DoorBook::kMostName)
     return Error{"A name has up to " + std::to_string(DoorBook::kMostName) + " bytes."};
-  if (doors.size() >= DoorBook::kMostDoors) std::erase_if(doors, saysNothing);
-  if (doors.size() >= DoorBook::kMostDoors)
-    return Error{std::to_string(DoorBook::kMostDoors) + " doors hold something already: clear what is no more needed."};
+  if (auto full = whyNoRoom(doors, door)) return *std::move(full);
   return &doors.emplace_back(DoorEntry{.door = std::string{door}});
 }
 

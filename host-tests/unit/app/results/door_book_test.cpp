@@ -270,5 +270,20 @@ TEST_F(DoorBookTest, HasRoomForSoManyNamesAndSaysSo) {
   EXPECT_THAT(book().setInhibit(std::string(DoorBook::kMostName + 1, 'z'), true, "")->what, HasSubstr("bytes"));
 }
 
+TEST_F(DoorBookTest, KeepsPlacesForLinesHoweverManyNamesHold) {
+  std::size_t persons = 0;
+  while (persons < 100 && !book().setInhibit("person:job-" + std::to_string(persons), true, "job")) ++persons;
+  EXPECT_EQ(persons, 16U);
+  EXPECT_THAT(book().setInhibit("person:one more", true, "")->what, HasSubstr("16 persons hold an inhibit already"));
+  EXPECT_FALSE(book().setInhibit(kLathe, true, ""));
+  EXPECT_FALSE(book().keepWordOrder(kRobot, 1));
+  ASSERT_FALSE(book().setInhibit("person:job-3", false, "job"));
+  EXPECT_FALSE(book().setInhibit("person:one more", true, "")) << "what holds nothing gives way";
+  reopen();
+  EXPECT_TRUE(book().inhibits(kLathe));
+  EXPECT_TRUE(book().inhibits("person:one more"));
+  EXPECT_EQ(book().wordOrder(kRobot), 1);
+}
+
 }  // namespace
 }  // namespace probebox::app
