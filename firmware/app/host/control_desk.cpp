@@ -208,17 +208,22 @@ Reply ControlDesk::homeAxes(const board::Access& may, std::span<const std::byte>
   if (!may.allow_homing) return notPermitted("allow_homing");
   if (const auto why = request->by.empty() ? std::nullopt : whyNoName(request->by))
     return refused(ErrorCode::malformed, why->what);
+  constexpr unsigned kAxes = (1U << kLinearAxes) - 1;
+  if (request->axes == 0 || (request->axes & ~kAxes) != 0)
+    return refused(ErrorCode::malformed, "The axes are bits 0 to 2 (X Y Z), and at least one of them.");
   if (!std::ranges::all_of(request->position_mm, [](double mm) { return std::isfinite(mm); }))
     return refused(ErrorCode::malformed, "The position of a homed axis is not a number: give it in mm.");
   std::vector<Event> homed;
+  std::string names;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if ((unsigned{request->axes} >> axis & 1U) == 0) continue;
     const AxisHomed one{.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}};
     if (const auto error = whyOutside(one, with_.travel)) return refused(ErrorCode::refused, error->what);
     homed.emplace_back(one);
+    names.append(" ").append(1, "XYZ"[axis]);
   }
   if (const auto error = take(homed, {}, state, may)) return refused(ErrorCode::wrong_state, error->what);
-  if (!request->by.empty()) logInfo("axes homed by " + request->by);
+  if (!request->by.empty()) logInfo("axes" + names + " homed by " + request->by);
   return ok(messages::Nothing{});
 }
 

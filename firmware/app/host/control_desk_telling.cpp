@@ -16,6 +16,10 @@ Reply ControlDesk::tellPose(const board::Access& may, std::span<const std::byte>
   const auto request = messages::decode<messages::TellPose::Request>(body);
   if (!request) return malformed(Operation::tell_pose);
   if (!may.allow_marker) return notPermitted("allow_marker");
+  constexpr unsigned kAxes = (1U << kRotaryAxes) - 1;
+  if ((request->axes & ~kAxes) != 0 || (request->axes == 0 && !request->has_tool))
+    return refused(ErrorCode::malformed,
+                   "A pose has angles of axes, bits 0 to 2 (A B C), or a tool, and at least one of them.");
   constexpr double kMost_rad = kMostTurn_deg * kDegree;
   if (!std::ranges::all_of(request->angles_rad, [](double rad) { return std::abs(rad) <= kMost_rad; }))
     return refused(ErrorCode::malformed, "An angle is out of range: tell -3600 to 3600 degrees.");

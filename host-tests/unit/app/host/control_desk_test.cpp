@@ -155,6 +155,49 @@ TEST_F(Desk, DescribesTheMachineToEverybody) {
   EXPECT_EQ(answer->sphere.diameter_mm, 0) << "none is described";
 }
 
+TEST_F(Desk, HomesTheAxesThatAreNamedAndSaysWhich) {
+  for (const auto axis : {Axis::x, Axis::y, Axis::z}) standStill(axis);
+  const auto ask = [&](std::uint8_t axes) {
+    const auto body =
+        messages::encoded(messages::HomeAxes::Request{.axes = axes, .position_mm = {1, 2, 3}, .by = "Ada"});
+    return desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},
+                        {.ticket = 1, .operation = messages::Operation::home_axes, .body = body}, state_, {});
+  };
+  testing::internal::CaptureStderr();
+  for (const std::uint8_t axes : {std::uint8_t{0}, std::uint8_t{0b1000}, std::uint8_t{0b1001}}) {
+    const auto reply = ask(axes);
+    ASSERT_TRUE(reply);
+    EXPECT_EQ(reply->code, messages::ErrorCode::malformed) << int{axes};
+    EXPECT_THAT(reply->text, HasSubstr("bits 0 to 2 (X Y Z)"));
+  }
+  EXPECT_EQ(taken(), 0U);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(ask(0b101)->code, messages::ErrorCode::ok);
+  EXPECT_EQ(taken(), 2U);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("axes X Z homed by Ada"));
+}
+
+TEST_F(Desk, TakesNoPoseThatHasNothing) {
+  const auto ask = [&](std::uint8_t axes, bool has_tool) {
+    messages::TellPose::Request request;
+    request.axes = axes;
+    request.has_tool = has_tool;
+    const auto body = messages::encoded(request);
+    return desk_
+        .handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},
+                {.ticket = 1, .operation = messages::Operation::tell_pose, .body = body}, state_, {})
+        ->code;
+  };
+  EXPECT_EQ(ask(0, false), messages::ErrorCode::malformed);
+  EXPECT_EQ(ask(0b1000, false), messages::ErrorCode::malformed);
+  EXPECT_EQ(ask(0b1001, true), messages::ErrorCode::malformed);
+  EXPECT_EQ(taken(), 0U);
+  EXPECT_EQ(ask(0, true), messages::ErrorCode::ok);
+  EXPECT_EQ(ask(0b010, false), messages::ErrorCode::ok);
+  EXPECT_EQ(taken(), 2U);
+}
+
 TEST_F(Desk, LogsHowFarHomingAgainMovesAReference) {
   standStill(Axis::x);
   auto& x = state_.snapshot.axes.at(0);
