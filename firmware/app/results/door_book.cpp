@@ -12,8 +12,10 @@
 namespace probebox::app {
 namespace {
 
-// An earlier version had kMostDoors of persons.
-constexpr std::size_t kMostBookBytes = 2 * DoorBook::kMostDoors * (2 * DoorBook::kMostName + 64);
+// Never change it: a file of another size is unreadable. TwinFile rounds it up to 8168 bytes, and an entry has up to
+// 190.
+constexpr std::size_t kMostBookBytes = 7168;
+static_assert((DoorBook::kMostDoors + DoorBook::kMostPersons) * (2 * DoorBook::kMostName + 30) < 8168);
 constexpr const char* kNetwork = "network";
 constexpr std::chrono::seconds kDoorPatience{2};
 constexpr const char* kUnknown = "unknown: the file of inhibits was damaged";

@@ -36,9 +36,9 @@ struct DoorEntry {
 // a cut. Any thread; each call may wait for the disk.
 class DoorBook {
  public:
-  static constexpr std::size_t kMostDoors = 32;    // lines and links
-  static constexpr std::size_t kMostPersons = 16;  // in places of their own: names cannot keep a line from a cut
-  static constexpr std::size_t kMostName = 80;     // bytes of a door's or a person's name
+  static constexpr std::size_t kMostDoors = 32;   // lines and links
+  static constexpr std::size_t kMostPersons = 8;  // in places of their own: names cannot keep a line from a cut
+  static constexpr std::size_t kMostName = 80;    // bytes of a door's or a person's name
 
   // tell_core: passes on whether any door inhibits; false when the core's queue is full.
   DoorBook(const std::string& path, std::function<bool(bool)> tell_core);

@@ -273,8 +273,8 @@ TEST_F(DoorBookTest, HasRoomForSoManyNamesAndSaysSo) {
 TEST_F(DoorBookTest, KeepsPlacesForLinesHoweverManyNamesHold) {
   std::size_t persons = 0;
   while (persons < 100 && !book().setInhibit("person:job-" + std::to_string(persons), true, "job")) ++persons;
-  EXPECT_EQ(persons, 16U);
-  EXPECT_THAT(book().setInhibit("person:one more", true, "")->what, HasSubstr("16 persons hold an inhibit already"));
+  EXPECT_EQ(persons, DoorBook::kMostPersons);
+  EXPECT_THAT(book().setInhibit("person:one more", true, "")->what, HasSubstr("8 persons hold an inhibit already"));
   EXPECT_FALSE(book().setInhibit(kLathe, true, ""));
   EXPECT_FALSE(book().keepWordOrder(kRobot, 1));
   ASSERT_FALSE(book().setInhibit("person:job-3", false, "job"));
