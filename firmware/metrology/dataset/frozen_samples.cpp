@@ -67,8 +67,8 @@ bool hasClearNoise(const Samples& samples) {
 
 }  // namespace
 
-std::optional<Refusal> frozenSamples(const Table& probe) {
-  const auto& numbers = probe.columns.front().values;
+std::optional<Refusal> frozenSamples(const Table& probe, std::string_view by) {
+  const auto& numbers = *probe.column(by);
   for (const auto name : kChannelNames) {
     const auto* values = probe.column(name);
     if (values == nullptr) continue;
@@ -81,7 +81,7 @@ std::optional<Refusal> frozenSamples(const Table& probe) {
       const auto samples = samplesOf(number, numbers, *values);
       return Refusal{"frozen-channel",
                      "all " + std::to_string(samples.size()) + " samples of channel '" + std::string{name} + "' in " +
-                         probe.columns.front().name + " " + text(number) + " of table '" + probe.name + "' are " +
+                         std::string{by} + " " + text(number) + " of table '" + probe.name + "' are " +
                          text(samples.front()) +
                          ", while the others have noise: check the channel's cable and where the file comes from, and "
                          "measure again; for a probe without this channel write 0"};

@@ -293,7 +293,7 @@ Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, con
   TRY(const auto listed, checkedTable(dataset, "scans", kScans));
   TRY(const auto machine, checkedTable(dataset, "machine", kMachineScan));
   TRY(const auto probe, checkedTable(dataset, "probe", kProbeScan));
-  if (auto refusal = frozenSamples(*probe)) return *refusal;
+  if (auto refusal = frozenSamples(*probe, "scan")) return *refusal;
   const auto& ids = *listed->column("scan");
   for (const auto* table : {machine, probe}) {
     if (auto refusal = unlisted(*table, ids)) return *refusal;

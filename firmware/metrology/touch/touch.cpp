@@ -157,7 +157,7 @@ Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset) {
   TRY(const auto listed, checkedTable(dataset, "touches", kTouchesColumns));
   TRY(const auto machine, checkedTable(dataset, "machine", kMachineColumns));
   TRY(const auto probe, checkedTable(dataset, "probe", kProbeColumns));
-  if (auto refusal = frozenSamples(*probe)) return *refusal;
+  if (auto refusal = frozenSamples(*probe, "touch")) return *refusal;
 
   Grouped machine_streams;
   const auto& ids = *listed->column("touch");

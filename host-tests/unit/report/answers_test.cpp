@@ -62,6 +62,24 @@ TEST(Answers, HaveTheCovarianceOfTheirValues) {
   }
 }
 
+// Columns are found by their names.
+TEST(Answers, DoNotDependOnTheOrderOfColumns) {
+  for (const auto& entry : fs::recursive_directory_iterator{PROBEBOX_REPORT_CASES}) {
+    if (entry.path().filename() != "config.json") continue;
+    auto dataset = casefolder::readCase(entry.path().parent_path()).value();
+    const auto before = metrology::solve(dataset);
+    for (auto& table : dataset.tables) std::ranges::reverse(table.columns);
+    const auto after = metrology::solve(dataset);
+    ASSERT_TRUE(before.ok() && after.ok()) << dataset.method << ": " << after.error().reason;
+    EXPECT_EQ(before->warnings, after->warnings) << dataset.method;
+    ASSERT_EQ(before->estimates.size(), after->estimates.size()) << dataset.method;
+    for (std::size_t k = 0; k < before->estimates.size(); ++k) {
+      EXPECT_EQ(before->estimates[k].values, after->estimates[k].values) << dataset.method;
+      EXPECT_EQ(before->estimates[k].sd, after->estimates[k].sd) << dataset.method;
+    }
+  }
+}
+
 TEST(Answers, TellTheirResidualsReadingByReading) {
   const std::set<std::string> without{"screw-compensation", "selftest"};  // nothing is fitted
   for (const auto& [name, result] : answers()) {
