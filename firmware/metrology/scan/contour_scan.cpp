@@ -30,6 +30,7 @@ constexpr double kSeen = 0.05;        // rms of the normals along a direction in
 constexpr double kHardlySeen = 0.01;  // and along one where it is, unless it looks like the steps
 constexpr double kLikeSteps = 0.25;   // of their squares
 constexpr double kOwnShare = 0.05;    // of the squares of the rate, that no error of the place may look like
+constexpr double kMostSpan = 10.0;    // of a scan, in what its samples cover: grids are as long as the span
 
 // Rows of one scan as points on their stamps.
 struct Points {
@@ -65,6 +66,19 @@ std::optional<Refusal> wrongStamps(const Points& points, const std::string& scan
   if (std::ranges::is_sorted(points.times, std::ranges::less_equal{})) return std::nullopt;
   return Refusal{"time-not-rising", scan + " in table '" + table +
                                         "': the time stamps do not increase; give every sample once, in order of time"};
+}
+
+// A scan whose time is almost all without samples, as with one stamp of another clock.
+std::optional<Refusal> mostlyEmpty(const Signal& signal, const std::string& scan, const std::string& table) {
+  const auto& times = signal.times;
+  if (times.back() - times.front() <= kMostSpan * static_cast<double>(times.size()) * signal.period())
+    return std::nullopt;
+  std::size_t widest = 1;
+  for (std::size_t k = 2; k < times.size(); ++k)
+    if (times[k] - times[k - 1] > times[widest] - times[widest - 1]) widest = k;
+  return Refusal{"gap", scan + " in table '" + table + "' has samples for little of its time, none from " +
+                            text(times[widest - 1]) + " s to " + text(times[widest]) +
+                            " s: check the stamps, and record it again"};
 }
 
 // Directions in which the normals of a scan differ, and by how much (mean square), rising: an error of the feature's
@@ -310,6 +324,8 @@ Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, con
     ContourScan scan = reduce(std::move(of_machine), std::move(of_probe), question);
     scan.name = name;
     scan.speed_mm_s = speed;
+    if (auto refusal = mostlyEmpty(scan.distance, name, "machine")) return *refusal;
+    if (auto refusal = mostlyEmpty(scan.deflection, name, "probe")) return *refusal;
     for (const auto& other : scans) {
       if (other.distance.values != scan.distance.values || other.deflection.values != scan.deflection.values) continue;
       return Refusal{"duplicated-reading", other.name + " and " + name +

@@ -4,15 +4,18 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <limits>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
 
 #include "firmware/metrology/solve.hpp"
 #include "scratch_folder.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/case/solve_json.hpp"
+#include "tools/case/within_memory.hpp"
 
 namespace probebox::casefolder {
 namespace {
@@ -81,6 +84,32 @@ TEST_F(SolveCases, PrintsNoControlCharacterOfACase) {
       EXPECT_EQ(text.find("\u009b"), std::string::npos) << text;
     }
   }
+}
+
+// One sample of either stream stamped by a clock that was not set: no memory holds the time between.
+TEST_F(SolveCases, AnswersWhatComesAfterAScanWithAStampOfAnotherClock) {
+  auto scan = readCase(fs::path{PROBEBOX_REPORT_CASES} / "delay-stepped-scan").value();
+  for (auto& table : scan.tables) {
+    for (auto& column : table.columns)
+      if (column.name == "t_s") column.values.front() -= 1.7e9;
+  }
+  const auto good = goodCase("good");
+  const auto given = answer({good, writeCase(scan, folder_ / "scan").value(), good});
+  EXPECT_EQ(given.status, 1);
+  ASSERT_EQ(given.lines.size(), 3U);
+  EXPECT_EQ(given.lines[1]["refusal"], "gap");
+  EXPECT_THAT(given.lines[1]["reason"].get<std::string>(), HasSubstr("1.7"));
+  EXPECT_EQ(given.lines[2]["status"], "ok");
+}
+
+TEST(WithinMemory, RefusesWhatMemoryDoesNotHold) {
+  const metrology::Solved known = metrology::Refusal{"few", "few readings"};
+  EXPECT_EQ(withinMemory([&] { return known; }).error().name, "few");
+  const auto name = [](const auto& failure) {
+    return withinMemory([&]() -> metrology::Solved { throw failure; }).error().name;
+  };
+  EXPECT_EQ(name(std::bad_alloc{}), "too-much-memory");
+  EXPECT_EQ(name(std::length_error{"vector"}), "too-much-memory");
 }
 
 TEST_F(SolveCases, StopsBetweenTwoCases) {
