@@ -115,7 +115,12 @@ int degreeOf(const Face& face) {
 // Parameters: mean of each sector, drift, how the drift changes, then slope and curvature of each sector. The
 // polynomials are those of Legendre, so the mean over the sector is the first parameter alone. A screw that approaches
 // its temperature drifts less and less, and the bend of that would be in the residuals.
-Outcome<Fit, Refusal> fitFace(const Face& face) {
+struct FaceFit {
+  Fit fit;
+  Eigen::MatrixXd design;
+};
+
+Outcome<FaceFit, Refusal> fitFace(const Face& face) {
   const auto sectors = static_cast<Eigen::Index>(face.sectors);
   const auto rows = static_cast<Eigen::Index>(face.sector.size());
   const int degree = degreeOf(face);
@@ -132,7 +137,28 @@ Outcome<Fit, Refusal> fitFace(const Face& face) {
     if (degree > 0) design(k, sectors + 2 + sector) = place;
     if (degree > 1) design(k, 2 * sectors + 2 + sector) = place * place - 1.0 / 12.0;
   }
-  return linearLeastSquares(design, Eigen::Map<const Eigen::VectorXd>{face.sensor->data(), rows});
+  TRY(auto fit, linearLeastSquares(design, Eigen::Map<const Eigen::VectorXd>{face.sensor->data(), rows}));
+  return FaceFit{std::move(fit), std::move(design)};
+}
+
+// One past the last sample of every passage of the sensor over a sector.
+std::vector<Eigen::Index> passagesOf(const Face& face) {
+  std::vector<Eigen::Index> ends;
+  for (std::size_t k = 1; k <= face.sector.size(); ++k) {
+    if (k == face.sector.size() || face.sector[k] != face.sector[k - 1]) ends.push_back(static_cast<Eigen::Index>(k));
+  }
+  return ends;
+}
+
+// A sector is read for a short time in each turn, the drift is seen over all of them.
+void widen(Result& result, const FaceFit& of_face, const Face& face) {
+  const SensorNoise noise{of_face.fit, of_face.design};
+  const double of_sectors = noise.ofStretches(passagesOf(face)), of_drift = noise.ofAll();
+  inflate(result, "sector_table_um", of_sectors);
+  inflate(result, "drift_um_s", of_drift);
+  if (!(std::max(of_sectors, of_drift) > 1)) return;
+  result.warnings.push_back("sector_cal: " + correlatedWarning(text(std::sqrt(of_sectors)) + " (face) and " +
+                                                               text(std::sqrt(of_drift)) + " (drift)"));
 }
 
 struct Config {
@@ -203,7 +229,8 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
 
   const Face face = faceOf(*face_table, config.sectors);
   if (auto refusal = tooLittle(face, *face_table->column("phi_rad"))) return *refusal;
-  TRY(const auto fit, fitFace(face));
+  TRY(const auto of_face, fitFace(face));
+  const Fit& fit = of_face.fit;
 
   const auto sectors = static_cast<Eigen::Index>(config.sectors);
   const double drift = fit.parameters[sectors];
@@ -221,9 +248,7 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   answer.promiseScalar("drift_um_s", drift, pick(sectors, 1, fit.parameters.size()).row(0));
 
   Result result = std::move(answer).take(true);
-  const double inflation = inflationBy(fit.residuals);
-  inflate(result, inflation);
-  if (inflation > 1) result.warnings.push_back("sector_cal: " + correlatedWarning(inflation));
+  widen(result, of_face, face);
   if (gain) addGain(result, dataset, *gain);
   if (gain && dataset.config.contains(kStandingGain)) {
     result.warnings.push_back(unusedKey(kStandingGain, dataset.method));

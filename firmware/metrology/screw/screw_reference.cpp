@@ -99,6 +99,7 @@ std::optional<double> smallestStep(std::vector<double> readings) {
 // Parameters: reading at the mean time without the face, drift.
 struct RestFit {
   Fit fit;
+  Eigen::MatrixXd design;
   double face_sd_um{};
 };
 
@@ -120,7 +121,7 @@ Outcome<RestFit, Refusal> fitRest(const Table& table, const FaceUnderSensor& fac
     values[k] = sensor[row] - error.um;
   }
   TRY(auto fit, linearLeastSquares(design, values));
-  return RestFit{std::move(fit), face_sd};
+  return RestFit{std::move(fit), std::move(design), face_sd};
 }
 
 std::optional<Refusal> notAtRest(double drift, double sd_drift, double limit) {
@@ -157,7 +158,7 @@ Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
                    "or state resolution_um"};
   }
   TRY(const auto rest, fitRest(*table, face));
-  const double inflation = inflationBy(rest.fit.residuals);
+  const double inflation = SensorNoise{rest.fit, rest.design}.ofAll();
   Answer answer{dataset, rest.fit, {}};
   const double sd_reading = answer.readingSd().value_or(0.0);
   const Eigen::Matrix2d all = Eigen::Matrix2d::Identity();
@@ -170,10 +171,10 @@ Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
   answer.promiseScalar("drift_um_s", rest.fit.parameters[1], all.row(1));
   Result result = std::move(answer).take(true);
   const double added = std::hypot(rest.face_sd_um, roundingSd(sd_reading, *step));
-  inflate(result, inflation);
+  for (const auto* key : {"reference_um", "drift_um_s"}) inflate(result, key, inflation);
   for (double& sd : result.estimates.front().sd) sd = std::hypot(sd, added);
   if (result.covariance) result.covariance->values.front() += added * added;
-  if (inflation > 1) result.warnings.push_back(correlatedWarning(inflation));
+  if (inflation > 1) result.warnings.push_back(correlatedWarning(text(std::sqrt(inflation))));
   if (face.exact) {
     result.warnings.emplace_back(
         "sd_T_um is not stated: the values of sector_table count as exact; state that of screw-calibration");

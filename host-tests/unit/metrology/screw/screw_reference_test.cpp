@@ -27,6 +27,8 @@ struct Rest {
   double sd_sector_um{0};
   double step_um{0};         // of a reading
   double time_constant_s{};  // of the sensor
+  double white_um{};         // of its converter
+  double drift_limit_um_s{0.002};
 };
 
 double faceAt(const Rest& rest, double angle_rad) {
@@ -43,7 +45,9 @@ double sectorMean(const Rest& rest, std::size_t sector) {
 
 // The sensor averages over its time constant, and rounds.
 Dataset caseOf(const Rest& rest, std::mt19937_64& random) {
-  Dataset dataset{.method = "screw-reference", .config = {{"axis", std::string{"X"}}}, .tables = {}};
+  Dataset dataset{.method = "screw-reference",
+                  .config = {{"axis", std::string{"X"}}, {"drift_limit_um_s", rest.drift_limit_um_s}},
+                  .tables = {}};
   auto& readings = addTable(dataset, "at_rest", {"t_s", "phi_rad", "sensor_um"});
   const double keeps = rest.time_constant_s > 0 ? std::exp(-1 / (rest.rate_hz * rest.time_constant_s)) : 0;
   double noise = gauss(random, rest.sigma_um);
@@ -52,6 +56,7 @@ Dataset caseOf(const Rest& rest, std::mt19937_64& random) {
     noise = keeps * noise + std::sqrt(1 - keeps * keeps) * gauss(random, rest.sigma_um);
     const double t = k / rest.rate_hz;
     double y = kReading_um + faceAt(rest, rest.angle_rad) + rest.drift_um_s * (t - rest.seconds / 2) + noise;
+    if (rest.white_um > 0) y += gauss(random, rest.white_um);
     if (rest.step_um > 0) y = rest.step_um * std::round(y / rest.step_um);
     readings.append({t, rest.angle_rad, y});
   }
@@ -109,6 +114,16 @@ TEST(ScrewReference, KnowsThatReadingsOfASlowSensorAreNotIndependent) {
   EXPECT_LT(errors.pull(), 1.3) << "6 for independent readings";
   std::mt19937_64 random{2};
   EXPECT_THAT(solve(caseOf({.time_constant_s = 0.15}, random))->warnings, Contains(HasSubstr("correlated")));
+}
+
+// A converter of 0.2 um: neighbours are correlated by 0.16 to 0.37, readings a second apart almost as much.
+TEST(ScrewReference, KnowsOfSlowNoiseBelowThatOfItsConverter) {
+  for (const auto& [slow_um, time_constant_s] : {std::pair{0.16, 1.0}, std::pair{0.1, 0.3}, std::pair{0.1, 1.0}}) {
+    const auto errors = errorsOf(
+        {.sigma_um = slow_um, .time_constant_s = time_constant_s, .white_um = 0.2, .drift_limit_um_s = 0.1}, 300);
+    EXPECT_GT(errors.pull(), 0.7) << slow_um << " um, " << time_constant_s << " s";
+    EXPECT_LT(errors.pull(), 1.6) << slow_um << " um, " << time_constant_s << " s";
+  }
 }
 
 TEST(ScrewReference, SaysThatATableWithoutAnSdCountsAsExact) {
