@@ -225,5 +225,13 @@ TEST(Config, RefusesWhatCannotWorkByName) {
   EXPECT_THAT(clock::whyRefused(clock::ClockConfig{.max_ppm = 500})->what, testing::HasSubstr("max_ppm"));
 }
 
+TEST(Config, TakesAClockThatDoesNotWander) {
+  clock::ClockConfig steady;
+  steady.phase_wander_ns_per_sqrt_s = 0;
+  steady.frequency_wander_ppb_per_sqrt_s = 0;
+  steady.holdover_ppm = 0;
+  EXPECT_FALSE(clock::whyRefused(steady));
+}
+
 }  // namespace
 }  // namespace probebox::clock_test

@@ -46,6 +46,18 @@ TEST(TickMapArithmetic, ASampleIsTheLastOneBeforeItsOwnTime) {
   });
 }
 
+TEST(TickMapArithmetic, ThePhaseIsTheShareOfThePeriodSinceTheTickBefore) {
+  holds("phaseQ32", [] {
+    const TickMap map = anyMap();
+    const Tick tick = map.tick + *rc::gen::inRange<std::int64_t>(-1'000'000, 1'000'000);
+    const auto since_ns = *rc::gen::inRange<std::int64_t>(1, (map.period_q32_ns >> 32) - 1);
+    const auto expected = static_cast<double>(since_ns) / (static_cast<double>(map.period_q32_ns) / kQ32);
+    const auto phase = static_cast<double>(phaseQ32(map, timeOf(map, tick) + Nanoseconds{since_ns})) / kQ32;
+    // timeOf() rounds to whole nanoseconds, in 100 us at least.
+    RC_ASSERT(std::abs(phase - expected) < 1e-5);
+  });
+}
+
 TEST(TickMapArithmetic, MasterTimeOfATickIsItsIndexTimesTheNominalPeriod) {
   holds("masterTimeOf(timeOf(tick)) == tick * nominal", [] {
     const TickMap map = anyMap();
