@@ -1,6 +1,7 @@
 #include "firmware/store/opening.hpp"
 
 #include <filesystem>
+#include <fstream>
 #include <sqlite3.h>
 #include <system_error>
 
@@ -31,11 +32,20 @@ Outcome<void, Failure> keepBeforeMigration(Database& database) {
   return keepCopyBefore(database, schema);
 }
 
+// SQLite only reads a file whose header has a write version that it does not know, as after damage of that byte
+// (sqlite.org/fileformat.html, 1.3.3).
+Failure whyReadOnly(const Database& database, const std::string& path) {
+  constexpr std::streamoff kWriteVersion = 18;
+  std::ifstream file{path, std::ios::binary};
+  if (file.seekg(kWriteVersion).get() > 2) return {Reason::damaged, path + " is damaged (its header forbids writing)"};
+  return database.failure(SQLITE_READONLY);
+}
+
 // notice: what was done to an older file that a person should know; or empty.
 Outcome<Database, Failure> openSound(const std::string& path, std::string& notice) {
   TRY(auto database, Database::open(path));
   TRY(inspect(database));
-  if (database.readOnly()) return database.failure(SQLITE_READONLY);
+  if (database.readOnly()) return whyReadOnly(database, path);
   TRY(database.run(kDurable));
   TRY(keepBeforeMigration(database));
   TRY(auto ready, migrate(database));

@@ -149,6 +149,17 @@ TEST_F(Damage, ASchemaNumberThatItsTablesBelieCostsNothing) {
   }
 }
 
+TEST_F(Damage, OfTheHeaderIsNotTakenForAFileWithoutTheRightToWrite) {
+  fill();
+  auto content = contentOf(scratch_.file());
+  content[18] = static_cast<char>(content[18] ^ 0x10);  // the write version
+  put(scratch_.file(), content);
+  auto store = reopened();
+  EXPECT_THAT(store.notice(), HasSubstr("the 13 results of it that are whole"));
+  for (const auto& [subject, id] : in_force_) EXPECT_EQ((*store.active(about(subject)))->id, id);
+  EXPECT_TRUE(store.propose(about("delay"), delayOf(1e-3), "", "t3"));
+}
+
 TEST_F(Damage, OfAnOlderFileIsLookedForWhenItIsBroughtToTheNewestSchema) {
   ASSERT_EQ(sql(kSchema1), "");
   ASSERT_EQ(sql(insertOld(1, 2, "delay-plates", "").c_str()), "");
