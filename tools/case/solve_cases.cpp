@@ -18,8 +18,8 @@
 #include "tools/case/proof.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/case/solve_here.hpp"
 #include "tools/case/solve_json.hpp"
-#include "tools/case/within_memory.hpp"
 
 namespace probebox::casefolder {
 namespace {
@@ -104,7 +104,7 @@ int solveCase(const fs::path& folder, bool json, std::ostream& out, std::ostream
     const auto& unsupported = std::get<Unsupported>(dataset.error());
     return refuse(unsupported.method, unsupported.refusal);
   }
-  const auto solved = withinMemory([&] { return metrology::solve(dataset.value()); });
+  const auto solved = solveHere(dataset.value());
   if (!solved) return refuse(dataset->method, solved.error());
   if (json) {
     printJson(out, toJson(solved.value(), name));

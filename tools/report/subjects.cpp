@@ -10,7 +10,7 @@
 
 #include "firmware/metrology/solve.hpp"
 #include "tools/case/case_folder.hpp"
-#include "tools/case/within_memory.hpp"
+#include "tools/case/solve_here.hpp"
 
 namespace probebox::report {
 namespace {
@@ -193,7 +193,7 @@ Outcome<std::vector<Subject>> ofCase(const fs::path& folder) {
     const auto& unsupported = std::get<casefolder::Unsupported>(dataset.error());
     return std::vector{Subject{folder.string(), unsupported.method, {}, unsupported.refusal}};
   }
-  auto solved = casefolder::withinMemory([&] { return metrology::solve(dataset.value()); });
+  auto solved = casefolder::solveHere(dataset.value());
   Subject subject{folder.string(), dataset->method, std::move(dataset).value(), Refusal{}};
   if (solved) {
     subject.answer = std::move(solved).value();
@@ -219,7 +219,7 @@ bool alike(const Estimate& one, const Estimate& other) {
 bool recallResiduals(Subject& subject) {
   auto* kept = std::get_if<Result>(&subject.answer);
   if (kept == nullptr || !subject.dataset) return false;
-  auto again = casefolder::withinMemory([&] { return metrology::solve(*subject.dataset); });
+  auto again = casefolder::solveHere(*subject.dataset);
   if (!again || !std::ranges::equal(kept->estimates, again->estimates, alike)) return false;
   kept->residuals = std::move(again->residuals);
   return true;

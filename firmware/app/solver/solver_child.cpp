@@ -4,11 +4,8 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
-#include <exception>
 #include <linux/capability.h>
-#include <new>
 #include <signal.h>
-#include <stdexcept>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -18,6 +15,7 @@
 #include "firmware/app/solver/system_call_filter.hpp"
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/json/result_json.hpp"
+#include "firmware/metrology/within_memory.hpp"
 
 namespace probebox::app {
 namespace {
@@ -102,17 +100,14 @@ bool writeAll(int descriptor, std::string_view text) {
 }
 
 metrology::Solved solved(const SolverLimits& limits) {
-  try {
+  const auto readAndSolve = []() -> metrology::Solved {
     const auto text = readAll(STDIN_FILENO);
     if (!text) return metrology::Refusal{"solver-ended", "the case could not be read by the solver: propose it again"};
     const auto dataset = json::datasetFromJson(*text);
     if (!dataset) return metrology::Refusal{"bad-config", dataset.error().what};
     return metrology::solve(*dataset);
-  } catch (const std::bad_alloc&) {
-    return tooMuchMemory(limits);
-  } catch (const std::length_error&) {
-    return tooMuchMemory(limits);
-  }
+  };
+  return metrology::withinMemory(readAndSolve, tooMuchMemory(limits));
 }
 
 std::optional<SolverLimits> limitsFrom(std::string_view argument) {

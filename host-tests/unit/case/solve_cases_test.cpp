@@ -4,18 +4,15 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <limits>
-#include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
-#include <stdexcept>
 
 #include "firmware/metrology/solve.hpp"
 #include "scratch_folder.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/case/solve_json.hpp"
-#include "tools/case/within_memory.hpp"
 
 namespace probebox::casefolder {
 namespace {
@@ -100,16 +97,6 @@ TEST_F(SolveCases, AnswersWhatComesAfterAScanWithAStampOfAnotherClock) {
   EXPECT_EQ(given.lines[1]["refusal"], "gap");
   EXPECT_THAT(given.lines[1]["reason"].get<std::string>(), HasSubstr("1.7"));
   EXPECT_EQ(given.lines[2]["status"], "ok");
-}
-
-TEST(WithinMemory, RefusesWhatMemoryDoesNotHold) {
-  const metrology::Solved known = metrology::Refusal{"few", "few readings"};
-  EXPECT_EQ(withinMemory([&] { return known; }).error().name, "few");
-  const auto name = [](const auto& failure) {
-    return withinMemory([&]() -> metrology::Solved { throw failure; }).error().name;
-  };
-  EXPECT_EQ(name(std::bad_alloc{}), "too-much-memory");
-  EXPECT_EQ(name(std::length_error{"vector"}), "too-much-memory");
 }
 
 TEST_F(SolveCases, StopsBetweenTwoCases) {
