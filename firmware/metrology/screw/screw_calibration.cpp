@@ -153,7 +153,7 @@ std::vector<Eigen::Index> passagesOf(const Face& face) {
 // A sector is read for a short time in each turn, the drift is seen over all of them.
 void widen(Result& result, const FaceFit& of_face, const Face& face) {
   const SensorNoise noise{of_face.fit, of_face.design};
-  const double of_sectors = noise.ofStretches(passagesOf(face)), of_drift = noise.ofAll();
+  const double of_drift = noise.ofAll(), of_sectors = noise.ofStretches(passagesOf(face), of_drift);
   inflate(result, "sector_table_um", of_sectors);
   inflate(result, "drift_um_s", of_drift);
   if (!(std::max(of_sectors, of_drift) > 1)) return;

@@ -89,9 +89,8 @@ double SensorNoise::ofAll() const {
   return inflation;
 }
 
-double SensorNoise::ofStretches(const std::vector<Index>& ends) const {
+double SensorNoise::ofStretches(const std::vector<Index>& ends, double of_all) const {
   const Blocks stretches = over(ends);
-  const double of_all = ofAll();
   if (stretches.count < kLeastFree) return of_all;
   return of_all > 1 || stretches.isClear() ? std::max(1.0, stretches.ratio) : 1;
 }

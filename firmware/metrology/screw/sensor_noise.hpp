@@ -21,8 +21,8 @@ class SensorNoise {
   // explain blocks of different lengths; 1 where chance explains them.
   double ofAll() const;
   // Factor on the variance of means over stretches of neighbours, which lie apart from each other in time. ends: one
-  // past the last reading of every stretch, rising.
-  double ofStretches(const std::vector<Eigen::Index>& ends) const;
+  // past the last reading of every stretch, rising. of_all: the factor above.
+  double ofStretches(const std::vector<Eigen::Index>& ends, double of_all) const;
 
  private:
   struct Blocks {
