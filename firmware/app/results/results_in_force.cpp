@@ -65,7 +65,7 @@ std::optional<Error> ResultsInForce::whyOutside(const metrology::Result& result)
 
 std::vector<Event> ResultsInForce::restore() {
   readStore();
-  for (const auto& problem : storageProblems()) logError(problem);
+  for (const auto& problem : store_.damage()) logError(problem);
   std::vector<Event> events;
   for (const auto& record : ours(store::State::active).value_or(std::vector<store::Record>{})) {
     const auto told = fitActivation(record);

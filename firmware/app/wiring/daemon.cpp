@@ -361,7 +361,7 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   if (!state.notice.empty()) logWarning(state.notice);
   // Samples and the CNC need no store: what is wrong with it stands in the log and in status.
   auto store = store::Store::openAnyhow((state.path / "results.db").string());
-  if (!store.notice().empty()) logWarning(store.notice());  // also where this start fails later
+  if (!store.notice().empty()) logError(store.notice());  // also where this start fails later
   std::optional<JournalWriter> journal;
   if (!options.journal.empty()) {
     TRY(auto created, JournalWriter::create(options.journal));
@@ -373,9 +373,8 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   auto parts = std::make_unique<Parts>(options, std::move(described), state.path, std::move(store), std::move(journal),
                                        std::move(unit_desk));
   parts->state_lock = std::move(state.lock);
-  for (const auto& problem : {parts->doors.problem(), parts->unit_desk.problem()}) {
+  for (const auto& problem : {parts->doors.problem(), parts->unit_desk.problem()})
     if (!problem.empty()) logWarning(problem);
-  }
   const auto& service = parts->descriptions.service;
   TRY(parts->adopt(std::move(passed), options, service));
   TRY(parts->openLinks(linksOf(options, service), service));
