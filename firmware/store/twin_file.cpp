@@ -76,13 +76,10 @@ std::string nameOfFresh(const std::string& path) {
 }  // namespace
 
 TwinFile::TwinFile(std::string path, std::size_t most_bytes)
-    : path_{std::move(path)},
-      most_bytes_{most_bytes},
-      copy_bytes_{(most_bytes + kHeaderBytes + kDiskBlock - 1) / kDiskBlock * kDiskBlock} {}
+    : path_{std::move(path)}, copy_bytes_{(most_bytes + kHeaderBytes + kDiskBlock - 1) / kDiskBlock * kDiskBlock} {}
 
 TwinFile::TwinFile(TwinFile&& other) noexcept
     : path_{std::move(other.path_)},
-      most_bytes_{other.most_bytes_},
       copy_bytes_{other.copy_bytes_},
       descriptor_{std::exchange(other.descriptor_, -1)},
       number_{other.number_},
@@ -93,7 +90,6 @@ TwinFile::TwinFile(TwinFile&& other) noexcept
 
 TwinFile& TwinFile::operator=(TwinFile&& other) noexcept {
   std::swap(path_, other.path_);
-  std::swap(most_bytes_, other.most_bytes_);
   std::swap(copy_bytes_, other.copy_bytes_);
   std::swap(descriptor_, other.descriptor_);
   std::swap(number_, other.number_);
@@ -147,7 +143,7 @@ Outcome<std::string, Failure> TwinFile::peek(const std::string& path, std::size_
 // Where the file system has no links a start may end between the two names: the fresh file has what stands for a lost
 // text. False when there is none.
 bool TwinFile::adoptFresh() {
-  const auto left = peek(nameOfFresh(path_), most_bytes_);
+  const auto left = peek(nameOfFresh(path_), copy_bytes_ - kHeaderBytes);
   if (!left || left->empty()) return false;
   lost_ = true;
   content_ = *left;

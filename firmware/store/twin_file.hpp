@@ -53,7 +53,6 @@ class TwinFile {
   Outcome<void, Failure> writeCopy(std::size_t copy, const std::string& block);
 
   std::string path_;
-  std::size_t most_bytes_;
   std::size_t copy_bytes_;
   int descriptor_{-1};
   std::uint64_t number_{};
