@@ -9,6 +9,11 @@ show_progress() { # LOG
   done
 }
 
+# announce STEP: minutes and seconds since the start, so that a log tells what takes the time.
+announce() {
+  printf '[%2d:%02d] %s ...\n' $((SECONDS / 60)) $((SECONDS % 60)) "$1"
+}
+
 # with_progress LOG COMMAND...: the output goes to LOG; on a terminal one line shows how far COMMAND is.
 with_progress() {
   local log=$1 progress='' status=0
@@ -55,7 +60,7 @@ configure_once() {
   mkdir -p "$folder"
   if [[ -f $folder/build.ninja ]]; then
     [[ $inputs != "$(cat "$record" 2>/dev/null)" ]] || return 0
-    echo "Configuring $folder anew: packages, compiler or presets have changed."
+    announce "Configuring $folder anew: packages, compiler or presets have changed"
     if [[ -f $record ]] && grep -qvxF -f <(printf '%s\n' "$inputs") "$record"; then stale=1; fi
   fi
   run_quietly "$folder/setup.log" "$@" --fresh || return 1
@@ -75,6 +80,6 @@ build_preset() {
   folder=$(preset_folder "$preset")
   configure_once "$folder" "$(build_inputs)" cmake --preset "$preset" || return 1
   # How many steps there are ninja cannot say beforehand: it has to look for new sources first.
-  echo "Building $preset${*:+ ($*)} ..."
+  announce "Building $preset${*:+ ($*)}"
   run_quietly "$folder/setup.log" cmake --build "$folder" ${@:+--target "$@"}
 }
