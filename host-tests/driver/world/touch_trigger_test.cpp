@@ -39,11 +39,11 @@ Touched touch(const Config& config, const Vector3& outward, std::uint64_t seed =
   Machine& machine = world.machine();
   const Vector3 surface =
       config.sphere.centre_mm + (config.sphere.radius_mm + config.sphere.stylus_ball_radius_mm) * outward;
-  EXPECT_TRUE(machine.moveTo(surface + 2.0 * outward, 50, seconds(1)));
-  EXPECT_TRUE(machine.moveTo(surface - 0.5 * outward, kSpeed_mm_s, seconds(20)));
-  const auto streams = run(world, 21);
-  EXPECT_TRUE(machine.moveTo(surface + 2.0 * outward, kSpeed_mm_s, seconds(21)));
-  const auto later = run(world, 23);
+  EXPECT_TRUE(machine.moveTo(surface + 2.0 * outward, 200, seconds(1)));
+  EXPECT_TRUE(machine.moveTo(surface - 0.5 * outward, kSpeed_mm_s, seconds(5)));
+  const auto streams = run(world, 6);
+  EXPECT_TRUE(machine.moveTo(surface + 2.0 * outward, kSpeed_mm_s, seconds(6)));
+  const auto later = run(world, 8);
   Touched touched{.edges = {}, .deflections = streams.deflections.size(), .contact = *machine.stylus().contact(0)};
   for (const auto* part : {&streams, &later}) {
     for (const auto& edge : part->edges)
