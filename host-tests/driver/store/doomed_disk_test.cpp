@@ -198,7 +198,7 @@ TEST_F(StoreOnADoomedDisk, LosesNothingWhenAnyCallFailsOnceOrForGood) {
   prepare(disk);
   std::size_t refused_openings = 0;
   for (const bool for_good : {false, true}) {
-    // A disk that is gone for good does the same from call to call: one of seven will do, and always for the sanitizers.
+    // A disk that is gone for good does the same from call to call: one of seven will do. The sanitizers have no more.
     for (std::size_t n = 0; n < calls_ && !HasFatalFailure(); n += for_good || kIsSlow ? 7 : 1) {
       const auto when =
           std::string{for_good ? "fails for good" : "fails once"} + " at call " + std::to_string(n) + ": ";
