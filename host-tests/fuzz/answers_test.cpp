@@ -8,6 +8,7 @@
 #include "answers_entry.hpp"
 #include "firmware/json/result_json.hpp"
 #include "firmware/metrology/solve.hpp"
+#include "host-tests/support/sanitized.hpp"
 #include "require.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/case/solve_json.hpp"
@@ -81,11 +82,7 @@ void feed(const std::string& text) {
 }
 
 TEST(AnswersFuzz, OddAnswersAreShownOrRefusedWithTheirPlace) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  constexpr int kRounds = 300;
-#else
-  constexpr int kRounds = 3000;
-#endif
+  constexpr int kRounds = support::kSanitized ? 300 : 3000;
   const auto all = answers();
   ASSERT_GT(all.size(), 30U);
   for (const auto& answer : all) feed(answer.dump());

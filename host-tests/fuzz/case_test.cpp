@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "case_entry.hpp"
+#include "host-tests/support/sanitized.hpp"
 #include "require.hpp"
 
 // The fuzzer's entry without a fuzzer: a case of every method as it was measured, then with one change to eight, the
@@ -18,11 +19,7 @@ TEST(CaseFuzz, EveryCaseOfTheTestsIsAnswered) {
 }
 
 TEST(CaseFuzz, ChangedCasesAreAnsweredOrRefusedByName) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  constexpr int kUsual = 300;
-#else
-  constexpr int kUsual = 3000;
-#endif
+  constexpr int kUsual = support::kSanitized ? 300 : 3000;
   std::mt19937_64 random{20261124};
   for (int round = 0; round < fuzz::rounds(kUsual); ++round) {
     Bytes bytes(1 + 6 * (1 + random() % (round % 2 == 0 ? 1 : 8)));

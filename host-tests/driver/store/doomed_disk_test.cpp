@@ -6,6 +6,7 @@
 
 #include "firmware/store/database.hpp"
 #include "firmware/store/store.hpp"
+#include "host-tests/support/sanitized.hpp"
 #include "old_schema.hpp"
 #include "scratch.hpp"
 
@@ -187,19 +188,13 @@ TEST_F(StoreOnADoomedDisk, LosesNothingOnAFullDiskAndWorksAgainWhenThereIsSpace)
   }
 }
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr bool kIsSlow = true;
-#else
-constexpr bool kIsSlow = false;
-#endif
-
 TEST_F(StoreOnADoomedDisk, LosesNothingWhenAnyCallFailsOnceOrForGood) {
   DoomedDisk disk;
   prepare(disk);
   std::size_t refused_openings = 0;
   for (const bool for_good : {false, true}) {
     // A disk that is gone for good does the same from call to call: one of seven will do. The sanitizers have no more.
-    for (std::size_t n = 0; n < calls_ && !HasFatalFailure(); n += for_good || kIsSlow ? 7 : 1) {
+    for (std::size_t n = 0; n < calls_ && !HasFatalFailure(); n += for_good || support::kSanitized ? 7 : 1) {
       const auto when =
           std::string{for_good ? "fails for good" : "fails once"} + " at call " + std::to_string(n) + ": ";
       disk.setImage(start_);
@@ -222,7 +217,7 @@ TEST_F(StoreOnADoomedDisk, LosesNothingWhenAnyCallFailsOnceOrForGood) {
       if (done < script().size()) worksAgain(disk, truth_, done, *store, when);
     }
   }
-  EXPECT_GT(refused_openings, kIsSlow ? 2U : 10U);
+  EXPECT_GT(refused_openings, support::kSanitized ? 2U : 10U);
 }
 
 }  // namespace

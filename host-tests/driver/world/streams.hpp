@@ -29,14 +29,15 @@ struct Streams {
   }
 };
 
+// Hands over all that has happened, some events at a time.
 template <class Take>
-void pollAll(World& world, const Take& take, std::size_t chunk = 64) {
+void handOver(World& world, const Take& take, std::size_t chunk = 64) {
   std::vector<Event> some(chunk);
   for (std::size_t n = world.poll(some); n > 0; n = world.poll(some)) take(std::span{some}.first(n));
 }
 
 inline void pollAll(World& world, std::vector<Event>& into, std::size_t chunk = 64) {
-  pollAll(
+  handOver(
       world, [&](std::span<const Event> some) { into.insert(into.end(), some.begin(), some.end()); }, chunk);
 }
 
@@ -50,7 +51,7 @@ inline Streams takeApart(const std::vector<Event>& events) {
 inline Streams run(World& world, double until_s) {
   Streams streams;
   world.advanceTo(seconds(until_s));
-  pollAll(world, [&](std::span<const Event> some) {
+  handOver(world, [&](std::span<const Event> some) {
     for (const Event& event : some) streams.add(event);
   });
   return streams;

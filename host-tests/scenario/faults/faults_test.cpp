@@ -13,6 +13,7 @@
 #include "host-tests/faults/supervised.hpp"
 #include "host-tests/faults/trial.hpp"
 #include "host-tests/support/file_content.hpp"
+#include "host-tests/support/sanitized.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 // What a box keeps, with a fault at some of its system calls; bin/faults tries every one.
@@ -33,12 +34,7 @@ class Faults : public testing::TestWithParam<Fault> {
 class Supervised : public Faults {};
 
 TEST_P(Faults, NothingAcknowledgedIsLostAndNothingIsHalfDone) {
-  // Calls; prime, so that it falls on each kind.
-#ifdef __SANITIZE_ADDRESS__
-  constexpr std::size_t kEvery = 61;
-#else
-  constexpr std::size_t kEvery = 37;
-#endif
+  constexpr std::size_t kEvery = support::kSanitized ? 61 : 37;  // calls; prime, so that it falls on each kind
   std::size_t trials = 0;
   std::uint64_t changes = 0, refused = 0;
   const auto fault = GetParam();

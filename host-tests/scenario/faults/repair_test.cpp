@@ -11,6 +11,7 @@
 #include "firmware/store/twin_file.hpp"
 #include "host-tests/faults/faulty_disk.hpp"
 #include "host-tests/support/file_content.hpp"
+#include "host-tests/support/sanitized.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 // What is damaged on the disk, and a start that mends it with a fault at its system calls.
@@ -24,11 +25,7 @@ using ::testing::IsEmpty;
 constexpr std::size_t kSubjects = 3;
 
 // A store is mended in hundreds of calls, and each fault falls on some of them, beginning elsewhere than the others.
-#ifdef __SANITIZE_ADDRESS__
-constexpr std::size_t kEvery = 23;
-#else
-constexpr std::size_t kEvery = 3;
-#endif
+constexpr std::size_t kEvery = support::kSanitized ? 23 : 3;
 
 store::Binding repairedBinding(std::size_t subject) {
   return {"subject-" + std::to_string(subject), "P-1", "mill", "spindle"};

@@ -15,6 +15,7 @@
 
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/solve.hpp"
+#include "host-tests/support/sanitized.hpp"
 #include "tools/case/case_folder.hpp"
 
 namespace probebox::casefolder {
@@ -340,11 +341,7 @@ const std::map<std::string, std::set<std::string>> kWithoutRedundancy{
 
 TEST_P(SlippedReadings, OneThatIsOffIsToldOrWithinTheUncertainty) {
   constexpr double kMost = 5;  // standard deviations
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  constexpr int kRounds = 20;  // the values are the release build's to judge
-#else
-  constexpr int kRounds = 400;
-#endif
+  constexpr int kRounds = support::kSanitized ? 20 : 400;
   const auto exempt = kWithoutRedundancy.find(GetParam());
   std::mt19937_64 random{20261124};
   std::size_t tried = 0;

@@ -6,16 +6,12 @@
 
 #include "firmware/clock/estimator.hpp"
 #include "firmware/clock/tick_map.hpp"
+#include "host-tests/support/sanitized.hpp"
 #include "host-tests/support/sync_signal.hpp"
 
 namespace probebox::clock_test {
 
-// Long runs shrink under a sanitizer: it looks at memory, not at statistics.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr std::int64_t kLong = 100'000;
-#else
-inline constexpr std::int64_t kLong = 1'000'000;
-#endif
+inline constexpr std::int64_t kLong = support::kSanitized ? 100'000 : 1'000'000;
 
 // A sync signal and a clock that listens to it; keeps the truth beside every verdict.
 class Trial {

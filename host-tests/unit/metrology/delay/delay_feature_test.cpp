@@ -14,6 +14,7 @@
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/moments.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/support/sanitized.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -24,13 +25,8 @@ using testing::AllOf;
 using testing::Gt;
 using testing::Lt;
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr int kFeatureTrials = 5;
-constexpr int kRounds = 20;
-#else
-constexpr int kFeatureTrials = 200;
-constexpr int kRounds = 160;
-#endif
+constexpr int kFeatureTrials = support::kSanitized ? 5 : 200;
+constexpr int kRounds = support::kSanitized ? 20 : 160;
 
 // A set-up of the simulation, and where every touched place of a sphere is moved to, to make it another feature.
 struct Arrangement {

@@ -10,6 +10,7 @@
 #include "firmware/metrology/touch/retract.hpp"
 #include "host-tests/metrology/moments.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/support/sanitized.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -20,11 +21,7 @@ using testing::AllOf;
 using testing::Gt;
 using testing::Lt;
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr int kSizeTrials = 20;
-#else
-constexpr int kSizeTrials = 100;
-#endif
+constexpr int kSizeTrials = support::kSanitized ? 20 : 100;
 
 struct SizeSetting {
   std::string name;

@@ -10,6 +10,7 @@
 
 #include "host-tests/metrology/moments.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/support/sanitized.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -37,12 +38,7 @@ struct TouchSetting {
   double greatest_efficiency{6.0};
 };
 
-// Sanitizers run ten times slower; there the memory is looked at, not the statistics.
-#ifdef __SANITIZE_ADDRESS__
-constexpr int kTouchTrials = 20;
-#else
-constexpr int kTouchTrials = 100;
-#endif
+constexpr int kTouchTrials = support::kSanitized ? 20 : 100;
 
 class DelayOverRandomTouches : public testing::TestWithParam<TouchSetting> {};
 

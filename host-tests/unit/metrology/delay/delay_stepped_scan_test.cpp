@@ -14,6 +14,7 @@
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/moments.hpp"
 #include "host-tests/metrology/scan_simulation.hpp"
+#include "host-tests/support/sanitized.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -24,11 +25,7 @@ using testing::AllOf;
 using testing::Gt;
 using testing::Lt;
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr int kScanTrials = 20;
-#else
-constexpr int kScanTrials = 80;
-#endif
+constexpr int kScanTrials = support::kSanitized ? 20 : 80;
 
 struct ScanSetting {
   std::string name;

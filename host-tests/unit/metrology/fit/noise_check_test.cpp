@@ -11,6 +11,7 @@
 #include "firmware/metrology/solve.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/support/sanitized.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -23,11 +24,7 @@ using testing::IsEmpty;
 using testing::Le;
 using testing::StartsWith;
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr int kSlower = 20;
-#else
-constexpr int kSlower = 1;
-#endif
+constexpr int kSlower = support::kSanitized ? 20 : 1;
 
 // Quantiles 0.0005 and 0.9995, from mpmath 1.2.1 at 30 digits.
 TEST(ChiSquare, HasTheQuantilesOfTheTables) {
