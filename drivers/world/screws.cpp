@@ -24,12 +24,15 @@ double Screws::extension_um(std::size_t axis, MonoTime at) const {
   return screw.cold_um + (screw.warm_um - screw.cold_um) * warm;
 }
 
+double Screws::lever(std::size_t axis, double position_mm) const {
+  const BallScrew& screw = screws_[axis].screw;
+  return screw.reversed ? -(screw.offset_mm - position_mm) / screw.length_mm
+                        : (position_mm + screw.offset_mm) / screw.length_mm;
+}
+
 double Screws::nutError_mm(std::size_t axis, double position_mm, MonoTime at) const {
   if (!screws_[axis].fitted) return 0;
-  const BallScrew& screw = screws_[axis].screw;
-  const double lever = screw.reversed ? -(screw.offset_mm - position_mm) / screw.length_mm
-                                      : (position_mm + screw.offset_mm) / screw.length_mm;
-  return lever * extension_um(axis, at) * 1e-3;
+  return lever(axis, position_mm) * extension_um(axis, at) * 1e-3;
 }
 
 double Screws::nutPosition_mm(std::size_t axis, double motor_mm, MonoTime at) const {

@@ -23,6 +23,8 @@ class Screws {
 
   // Returns the true expansion since the cold screw, um.
   double extension_um(std::size_t axis, MonoTime at) const;
+  // Returns the part of that by which a nut at this position is displaced.
+  double lever(std::size_t axis, double position_mm) const;
   // Returns the position of the nut minus that on the motor encoder, mm.
   double nutError_mm(std::size_t axis, double position_mm, MonoTime at) const;
   // Returns the position on the motor encoder for an axis at this position.

@@ -9,6 +9,8 @@
 #include <random>
 #include <system_error>
 
+#include "host-tests/campaign/proposal.hpp"
+
 namespace probebox::campaign {
 namespace {
 
@@ -77,7 +79,9 @@ std::uint64_t numberOf(Kind kind, Dice& dice) {
     case Kind::choose_sources:
       return dice.oneIn(4) ? dice.below(16) : dice.below(2);  // often the screws, or nothing
     case Kind::propose:
-      return dice.below(100);
+      return dice.below(kProposals);
+    case Kind::roll_back:
+      return dice.below(10);
     case Kind::cut_power:
     case Kind::lose_standing:
       return dice.below(1U << 20U);

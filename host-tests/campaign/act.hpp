@@ -39,11 +39,11 @@ enum class Kind : std::uint8_t {
   cut_link,      // after `number` more bytes
   stop_reading,  // for `lasts`
   // commands
-  propose,  // a result about the delay, measured elsewhere
+  propose,  // result `number` (proposal.hpp)
   start_run,
   abort_run,
-  accept,  // the newest proposed result
-  roll_back,
+  accept,        // the newest proposed result
+  roll_back,     // one of the subjects in force
   inhibit,       // by door `number`
   end_inhibit,   // of that door
   home_outside,  // axis `number` at 10 m

@@ -31,6 +31,7 @@ class Believed {
   void ended(const std::string& door) { held_.erase(door); }
 
   bool cutIsOn() const { return !held_.empty(); }
+  const std::map<std::string, store::Id>& inForce() const { return in_force_; }
   std::optional<store::Id> inForce(const std::string& subject) const {
     const auto found = in_force_.find(subject);
     return found == in_force_.end() ? std::nullopt : std::optional{found->second};

@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <csignal>
+#include <iterator>
 #include <utility>
 
 #include "host-tests/campaign/disk.hpp"
+#include "host-tests/campaign/proposal.hpp"
 
 namespace probebox::campaign {
 namespace {
@@ -53,13 +55,6 @@ double doubtAfter(Kind end, const Play& play) {
   return limits[0].size_mm / limits[0].rate_mm_s;
 }
 
-metrology::Result delayFrom(std::uint64_t number) {
-  metrology::Result result;
-  result.method = "delay-multi-speed";
-  result.estimates = {metrology::Estimate::scalar("tau_s", 3.8e-3 + 1e-6 * static_cast<double>(number), 1e-4)};
-  return result;
-}
-
 }  // namespace
 
 Stage::Stage(const Play& play, const std::filesystem::path& folder, const Rules& rules)
@@ -84,9 +79,9 @@ Verdict Stage::run() {
       verdict_.tally.solved += boot_->solve() ? 1U : 0U;
       boot_->look();
       standing_lost_ = standing_lost_ && (!served().valid || disk_back_ != kNever);
-      const auto before = believed_.inForce("delay");
+      const auto before = believed_.inForce();
       if (const auto broken = believed_.whyBroken(boot_->inForce(), boot_->doors())) fail(*broken);
-      if (believed_.inForce("delay") != before) changed_ = now_;  // one that waited
+      if (believed_.inForce() != before) changed_ = now_;  // one that waited
     }
     if (now_ % play_.poll_interval == 0ns) follow();
     if (now_ % kCheckRound == 0ns) check();
@@ -256,7 +251,7 @@ void Stage::command(const Act& act) {
     case Kind::accept:
       return accept();
     case Kind::roll_back:
-      return rollBack();
+      return rollBack(act.number);
     case Kind::inhibit:
     case Kind::end_inhibit:
       return inhibit(act);
@@ -279,7 +274,8 @@ void Stage::command(const Act& act) {
 void Stage::propose(std::uint64_t number) {
   auto store = store::Store::open((folder_ / "results.db").string());
   if (!store) return;
-  if (store->propose(boot_->inForce().bindingFor("delay"), delayFrom(number), "", app::utcNow()))
+  const auto proposal = proposalOf(number);
+  if (store->propose(boot_->inForce().bindingFor(proposal.subject), proposal.result, "", app::utcNow()))
     ++verdict_.tally.proposed;
 }
 
@@ -290,11 +286,15 @@ void Stage::accept() {
   if (!accepted) return;
   ++verdict_.tally.accepted;
   believed_.accepted(*accepted);
+  if (const auto* reading = accepted->result()->find("reference_um")) readings_um_[accepted->id] = reading->value();
   changed_ = now_;
 }
 
-void Stage::rollBack() {
-  const std::string subject = "delay";
+void Stage::rollBack(std::uint64_t number) {
+  const auto& in_force = believed_.inForce();
+  if (in_force.empty()) return;
+  const auto at = static_cast<std::ptrdiff_t>(number % in_force.size());
+  const std::string subject = std::next(in_force.begin(), at)->first;
   const auto changed = boot_->inForce().rollBack(subject, kPerson);
   if (!changed) return;
   if (believed_.cutIsOn() && now_ - began_ > kGrace) fail("a rollback succeeds during a cut");
@@ -319,9 +319,10 @@ void Stage::inhibit(const Act& act) {
 }
 
 void Stage::follow() {
-  setDiskFull(false);  // it lies in memory
+  const bool disk_is_full = disk_back_ != kNever;
+  if (disk_is_full) setDiskFull(false);  // the record lies in memory
   served_record_->note(served());
-  setDiskFull(disk_back_ != kNever);
+  if (disk_is_full) setDiskFull(true);
   if (const auto broken = follower_.read(served(), box().now())) fail(*broken);
 }
 

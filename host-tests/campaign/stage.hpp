@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,7 +51,7 @@ class Stage {
   void homeAgain();
   void propose(std::uint64_t number);
   void accept();
-  void rollBack();
+  void rollBack(std::uint64_t number);
   void inhibit(const Act& act);
   void fail(const std::string& what);
 
@@ -61,6 +62,7 @@ class Stage {
   void checkHosts();
   void checkValues();
   void checkRun();
+  double assumedReading_um(std::size_t axis) const;
   bool wasRecent(Nanoseconds end, Nanoseconds within) const { return end != kNever && now_ - end < within; }
 
   scenario::Scenario& box() { return office_.scenario(); }
@@ -87,6 +89,7 @@ class Stage {
   std::vector<Host> hosts_;
   Follower follower_;
   Believed believed_;
+  std::map<store::Id, double> readings_um_;  // of cold screws, by the results that were accepted about them
   Verdict verdict_;
 
   Nanoseconds now_{};

@@ -295,11 +295,10 @@ void Scenario::step() {
   now_ += step_;
   controller_.advance(now_);
   world_.advanceTo(now_);
-  std::array<Event, 64> batch;
-  while (const std::size_t count = world_.poll(batch))
-    std::for_each_n(batch.begin(), count, [this](auto& e) { pass(e); });
-  while (const std::size_t count = encoders_ ? encoders_->read(batch, now_) : 0)
-    std::for_each_n(batch.begin(), count, [this](auto& e) { enqueue(e); });
+  while (const std::size_t count = world_.poll(batch_))
+    std::for_each_n(batch_.begin(), count, [this](auto& e) { pass(e); });
+  while (const std::size_t count = encoders_ ? encoders_->read(batch_, now_) : 0)
+    std::for_each_n(batch_.begin(), count, [this](auto& e) { enqueue(e); });
   for (Event counted; receiver_ && receiver_->next(now_, counted);) enqueue(counted);
   while (told_) {
     const auto told = told_->next(now_);

@@ -162,6 +162,7 @@ class Scenario {
   std::uint32_t no_room_for_{};
   app::DroppedEvents dropped_;
   box::PerLine<LineCount> lines_{};
+  std::array<Event, 64> batch_;  // cleared once, not at every step
   std::vector<Event> events_;
   bool keeps_events_{false};
   Nanoseconds step_{std::chrono::milliseconds{1}};
