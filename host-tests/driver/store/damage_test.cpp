@@ -223,6 +223,42 @@ TEST_F(Damage, OfAnyOneBitNeverPutsAnotherNumberIntoForceInSilence) {
   RecordProperty("took_several", took_several);
 }
 
+// Read from either end, rows end at the first page that is unreadable; those between two such pages are asked for.
+TEST_F(Damage, OfTwoPagesLeavesTheRowsBetweenThem) {
+  constexpr std::size_t kPage = 4096;
+  constexpr int kRows = 80;
+  const auto value = [](int row) { return 0.1234567 + 1e-3 * row; };
+  {
+    auto store = Store::open(scratch_.file()).value();
+    for (int row = 0; row < kRows; ++row) {
+      ASSERT_TRUE(store.propose(about("tool-" + std::to_string(row)), delayOf(value(row)), "", "t0"));
+    }
+  }
+  auto content = contentOf(scratch_.file());
+  const auto pageOf = [&, sound = content](int row) {
+    std::array<char, 32> digits{};
+    std::snprintf(digits.data(), digits.size(), "%.7f", value(row));
+    return sound.find(digits.data()) / kPage;
+  };
+  const std::size_t first = pageOf(kRows / 4), second = pageOf(3 * kRows / 4);
+  for (const auto page : {first, second}) std::fill_n(content.begin() + static_cast<long>(page * kPage), kPage, '\xff');
+  put(scratch_.file(), content);
+
+  auto store = reopened();
+  int lost = 0;
+  for (int row = 0; row < kRows; ++row) {
+    const bool is_gone = pageOf(row) == first || pageOf(row) == second;
+    const auto found = store.find(static_cast<Id>(row + 1));
+    ASSERT_EQ(found.ok(), !is_gone) << "row " << row + 1;
+    if (found.ok()) {
+      EXPECT_EQ(*found->result(), delayOf(value(row)));
+    }
+    lost += is_gone;
+  }
+  EXPECT_LT(lost, kRows / 4);
+  EXPECT_LT(pageOf(kRows / 4) + 2, pageOf(3 * kRows / 4)) << "pages lie between";
+}
+
 // A child may have rights of its own without harm to the other tests.
 template <class Check>
 bool holdsAsNobody(Check check) {
