@@ -19,7 +19,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kPage = 4096;
-constexpr std::int64_t kMostIds = 100'000;  // a number beyond it is damage itself
+
+// The greatest number of a row that a file of this size can have; a number beyond it is damage itself. Rows are never
+// deleted, and none takes less than 20 bytes; some of an earlier file may have been lost.
+std::int64_t mostIdsIn(std::uint64_t file_bytes) {
+  return static_cast<std::int64_t>(std::max<std::uint64_t>(100'000, file_bytes / 20));
+}
 
 struct Table {
   const char* name;
@@ -55,6 +60,12 @@ class WorkingCopy {
   WorkingCopy& operator=(const WorkingCopy&) = delete;
 
   const std::string& path() const { return path_; }
+  // 0 where nobody can say.
+  std::uint64_t bytes() const {
+    std::error_code error;
+    const auto size = fs::file_size(path_, error);
+    return error ? 0 : size;
+  }
   bool hasJournal() const { return isThere(path_ + "-journal"); }
   // Empty when the copy is whole.
   const std::string& whyNot() const { return why_not_; }
@@ -125,13 +136,13 @@ bool wasTheDisk(const Statement& statement) {
 }
 
 // From both ends: what lies behind a page that cannot be read is reached from the other side.
-Outcome<std::set<std::int64_t>, Failure> idsOf(Database& from, const Table& table) {
+Outcome<std::set<std::int64_t>, Failure> idsOf(Database& from, const Table& table, std::int64_t most) {
   std::set<std::int64_t> ids;
   std::int64_t greatest = 0;
   for (const char* direction : {"ASC", "DESC"}) {
     Statement rows{
         from, std::string{"SELECT "} + table.id + " FROM " + table.name + " ORDER BY " + table.id + " " + direction};
-    while (ids.size() < static_cast<std::size_t>(kMostIds)) {
+    for (std::int64_t count = 0; count < most; ++count) {
       const auto row = rows.step();
       if (!row && wasTheDisk(rows)) return row.error();
       if (!row || !row.value()) break;
@@ -140,12 +151,12 @@ Outcome<std::set<std::int64_t>, Failure> idsOf(Database& from, const Table& tabl
     }
   }
   // And one by one between: a page in the middle hides its own rows alone.
-  for (std::int64_t id = 1; id <= std::min(greatest, kMostIds); ++id) ids.insert(id);
+  for (std::int64_t id = 1; id <= std::min(greatest, most); ++id) ids.insert(id);
   return ids;
 }
 
-// Copies rows of one table that are whole. A damaged number can make it try all up to kMostIds, so its statements are
-// prepared once.
+// Copies rows of one table that are whole. A damaged number can make it try all up to the greatest, so its statements
+// are prepared once.
 class Copier {
  public:
   Copier(Database& from, Database& into, const Table& table)
@@ -180,10 +191,10 @@ class Copier {
 };
 
 // The numbers of what was lost are not given again.
-Outcome<void, Failure> keepLastNumber(Database& from, Database& into) {
+Outcome<void, Failure> keepLastNumber(Database& from, Database& into, std::int64_t most) {
   const auto last = from.number("SELECT seq FROM sqlite_sequence WHERE name = 'results'");
   if (!last && last.error().reason == Reason::unavailable) return last.error();
-  if (!last || *last <= 0 || *last > kMostIds) return {};
+  if (!last || *last <= 0 || *last > most) return {};
   TRY(
       into.run("INSERT INTO sqlite_sequence (name, seq) SELECT 'results', 0 WHERE NOT EXISTS "
                "(SELECT 1 FROM sqlite_sequence WHERE name = 'results')"));
@@ -193,20 +204,21 @@ Outcome<void, Failure> keepLastNumber(Database& from, Database& into) {
 }
 
 // All in one transaction.
-Outcome<Salvaged, Failure> copyWhatIsWhole(Database& from, Database& into) {
+Outcome<Salvaged, Failure> copyWhatIsWhole(Database& from, std::uint64_t file_bytes, Database& into) {
+  const auto most = mostIdsIn(file_bytes);
   Salvaged salvaged;
   TRY(into.run("PRAGMA foreign_keys = OFF"));
   {
     TRY(auto transaction, Transaction::begin(into));
     for (const auto& table : kTables) {
       Copier copier{from, into, table};
-      TRY(const auto ids, idsOf(from, table));
+      TRY(const auto ids, idsOf(from, table, most));
       for (const auto id : ids) {
         TRY(const auto copied, copier.copies(id));
         if (copied && &table == kTables.data()) ++salvaged.results;
       }
     }
-    TRY(keepLastNumber(from, into));
+    TRY(keepLastNumber(from, into, most));
     TRY(salvaged.assigned, assignSubjects(into));
     TRY(transaction.commit());
   }
@@ -247,7 +259,7 @@ Outcome<Salvaged, Failure> salvage(const std::string& damaged, Database& into) {
   if (!copy.hasJournal() && !makeHeaderGood(copy.path()))
     return Failure{Reason::unavailable, copy.path() + " cannot be written; check the disk"};
   TRY(auto from, Database::open(copy.path()));
-  return copyWhatIsWhole(from, into);
+  return copyWhatIsWhole(from, copy.bytes(), into);
 }
 
 Outcome<Database, Failure> salvagedInMemory(const std::string& damaged) {
@@ -256,7 +268,8 @@ Outcome<Database, Failure> salvagedInMemory(const std::string& damaged) {
   TRY(auto from, imageOf(damaged));
   TRY(auto into, Database::inMemory());
   TRY(migrate(into));
-  TRY(const auto salvaged, copyWhatIsWhole(from, into));
+  std::error_code gone;
+  TRY(const auto salvaged, copyWhatIsWhole(from, fs::file_size(damaged, gone), into));
   if (salvaged.results == 0) return nothing;
   return into;
 }

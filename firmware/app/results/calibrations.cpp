@@ -177,11 +177,15 @@ void Calibrations::begin(Case next) {
   attend();
 }
 
+void Calibrations::takeNext() {
+  being_solved_ = std::move(waiting_.front());
+  waiting_.pop_front();
+}
+
 void Calibrations::attend() {
   while (being_solved_ || !waiting_.empty()) {
     if (!being_solved_) {
-      being_solved_ = std::move(waiting_.front());
-      waiting_.pop_front();
+      takeNext();
       solver_.start(being_solved_->dataset, *being_solved_->text);
       being_solved_->dataset = {};
     }
@@ -201,17 +205,19 @@ void Calibrations::attend() {
 
 void Calibrations::finishSolving(std::chrono::milliseconds at_most) {
   cancelProposal();
+  attend();  // a run that waited behind the proposal
   constexpr std::chrono::milliseconds kRound{5};
   for (std::chrono::milliseconds waited{}; being_solved_ && waited < at_most; waited += kRound) {
     std::this_thread::sleep_for(kRound);
     attend();
   }
-  if (!being_solved_) return;
   solver_.cancel();
-  being_solved_->then(metrology::Refusal{"solver-ended",
-                                         "the box was stopped while it solved this run: its data are kept; save them "
-                                         "and solve them on a computer (probebox solve), or measure again"});
-  being_solved_.reset();
+  for (; being_solved_ || !waiting_.empty(); being_solved_.reset()) {
+    if (!being_solved_) takeNext();
+    being_solved_->then(metrology::Refusal{"solver-ended",
+                                           "the box was stopped while it solved this run: its data are kept; save them "
+                                           "and solve them on a computer (probebox solve), or measure again"});
+  }
 }
 
 procedure::Facts Calibrations::factsNow() const {

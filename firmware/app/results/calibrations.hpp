@@ -40,8 +40,8 @@ class Calibrations {
   std::optional<store::Standing> standingOfBefore();
   // Readable when the solver has something for look(); -1 while nothing is being solved.
   int solverDescriptor() const { return solver_.descriptor(); }
-  // At the end of the daemon: waits for a run that is being solved, and stores the data of an unsolved one as a
-  // refusal.
+  // At the end of the daemon: waits for runs that are being solved or wait for it, and stores the data of unsolved ones
+  // as refusals.
   void finishSolving(std::chrono::milliseconds at_most);
 
   // Solves a run of this plan. A calibration's result is stored as proposed; a selftest's findings are answered only.
@@ -101,6 +101,7 @@ class Calibrations {
     metrology::Dataset dataset;  // until it is being solved
   };
   void begin(Case next);
+  void takeNext();
   void attend();
   void conclude(const Case& run, std::uint32_t number, bool lasts, const metrology::Solved& solved);
   Outcome<std::vector<store::Id>, store::Failure> stored(const Case& solved_case, const metrology::Solved& solved);

@@ -205,8 +205,14 @@ std::string ResultsInForce::bringIntoForce(store::Id sum, const std::string& wha
   const auto no_cut = noCut();
   auto record = store_.accept(sum, by, utcNow(), no_cut ? store::Activation::at_once : store::Activation::later);
   const bool comes_into_force = record && record->state == store::State::active && !waitsAgain(*record, std::nullopt);
+  if (!record) {
+    catchUp();
+    const auto in_force = about();
+    const bool is_in_force = std::ranges::find(in_force, sum, &InForceAbout::id) != in_force.end();
+    return what + (is_in_force ? "is in force, and the disk failed behind it: " : "could not be accepted: ") +
+           record.error().what;
+  }
   readStore();
-  if (!record) return what + "could not be accepted: " + record.error().what;
   if (!comes_into_force) return what + "waits for the end of the cut.";
   tell(*record);
   return what + "is in force.";

@@ -13,6 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "firmware/store/database.hpp"
 #include "host-tests/support/file_content.hpp"
 #include "host-tests/support/in_child.hpp"
 #include "host-tests/support/temporary_folder.hpp"
@@ -221,6 +222,34 @@ TEST_F(Damage, OfAnyOneBitNeverPutsAnotherNumberIntoForceInSilence) {
   RecordProperty("harmless", harmless);
   RecordProperty("worst", worst);
   RecordProperty("took_several", took_several);
+}
+
+// As many as a cell that measures 300 tools a day has in four months.
+TEST_F(Damage, TakesNoneOfManyChanges) {
+  constexpr const char* kMany =
+      "WITH RECURSIVE n(id) AS (SELECT 1000 UNION ALL SELECT id + 1 FROM n WHERE id < 101000) "
+      "INSERT INTO transitions (id, result_id, state, utc, by_whom, checksum) "
+      "SELECT id, 1, 3, '2026-01-01T00:00:00Z', 'Ada', row_sum(id, 1, 3, '2026-01-01T00:00:00Z', 'Ada') FROM n";
+  fill();
+  Id before = 0, last = 0;
+  {
+    ASSERT_TRUE(Database::open(scratch_.file()).value().run(kMany));
+    auto store = reopened();
+    for (auto* const id : {&before, &last}) {
+      *id = store.propose(about("setter"), delayOf(0.5), "", "t3").value();
+      ASSERT_TRUE(store.accept(*id, "Ada", "t4"));
+    }
+  }
+  auto content = contentOf(scratch_.file());
+  content[18] = static_cast<char>(content[18] ^ 0x10);  // the header's write version
+  put(scratch_.file(), content);
+  auto store = reopened();
+  EXPECT_THAT(store.notice(), HasSubstr("that are whole"));
+  EXPECT_THAT(store.damage(), IsEmpty());
+  const auto back = store.rollBack(about("setter"), "Ada", "t5");
+  ASSERT_TRUE(back) << back.error().what;
+  ASSERT_TRUE(back->active);
+  EXPECT_EQ(back->active->id, before);
 }
 
 // Read from either end, rows end at the first page that is unreadable; those between two such pages are asked for.
