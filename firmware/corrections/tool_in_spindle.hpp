@@ -41,11 +41,12 @@ class ToolInSpindle {
   void activate(const ToolLengthActivated& activated) {
     std::size_t place = 0;
     while (place < measured_count_ && measured_[place].number != activated.tool) ++place;
-    if (place == measured_.size()) return;
-    measured_count_ = std::max(measured_count_, place + 1);
-    measured_[place] = {.number = activated.tool,
-                        .length_mm = activated.result_id != 0 ? activated.length_mm : 0,
-                        .result_id = activated.result_id};
+    if (activated.result_id == 0) {
+      if (place < measured_count_) measured_[place] = measured_[--measured_count_];
+    } else if (place < measured_.size()) {
+      measured_count_ = std::max(measured_count_, place + 1);
+      measured_[place] = {.number = activated.tool, .length_mm = activated.length_mm, .result_id = activated.result_id};
+    }
     known_ = lengthNow();
   }
 

@@ -86,7 +86,8 @@ TwinFile::TwinFile(TwinFile&& other) noexcept
       content_{std::move(other.content_)},
       notice_{std::move(other.notice_)},
       why_not_writable_{std::move(other.why_not_writable_)},
-      lost_{other.lost_} {}
+      lost_{other.lost_},
+      unread_{other.unread_} {}
 
 TwinFile& TwinFile::operator=(TwinFile&& other) noexcept {
   std::swap(path_, other.path_);
@@ -97,6 +98,7 @@ TwinFile& TwinFile::operator=(TwinFile&& other) noexcept {
   std::swap(notice_, other.notice_);
   std::swap(why_not_writable_, other.why_not_writable_);
   std::swap(lost_, other.lost_);
+  std::swap(unread_, other.unread_);
   return *this;
 }
 
@@ -116,7 +118,7 @@ TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes, std::st
     file.why_not_writable_ = path + " cannot be written (" + reasonNow() + ")";
     file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (file.descriptor_ < 0) {
-      file.lost_ = true;
+      file.lost_ = file.unread_ = true;
       file.content_ = if_lost;
       file.notice_ = path + " cannot be read (" + reasonNow() + ")";
       return file;
@@ -187,7 +189,7 @@ void TwinFile::read(std::string_view if_lost) {
   if (both_alike || !why_not_writable_.empty()) return;
   // After a cut in mid-write, or damage: the whole copy is told from now on by both.
   if (!copies[0] || !copies[1]) notice_ = "one of the two copies in " + path_ + " was damaged; the other one is used";
-  if (const auto done = write(std::string{content_}); !done) why_not_writable_ = done.error().what;
+  if (const auto done = writeBoth(std::string{content_}); !done) why_not_writable_ = done.error().what;
 }
 
 // Under another name first: the file is whole from the moment that it has its own. aside: where a damaged one goes.
@@ -199,7 +201,7 @@ void TwinFile::make(std::string_view text, const std::string& aside) {
     why_not_writable_ = cannot();
     return;
   }
-  if (const auto written = write(text); !written) {
+  if (const auto written = writeBoth(text); !written) {
     why_not_writable_ = written.error().what;
   } else if (!aside.empty()) {
     if (const auto placed = putInPlace(fresh, path_, aside); !placed) why_not_writable_ = placed.error().what;
@@ -212,8 +214,24 @@ void TwinFile::make(std::string_view text, const std::string& aside) {
   ::close(std::exchange(descriptor_, -1));
 }
 
+// A disk that was full or could not be written at the start may have room by now. A file that could not be read is left
+// to the next start: nobody knows what it has.
+void TwinFile::openAgain() {
+  if (unread_) return;
+  auto again = open(path_, copy_bytes_ - kHeaderBytes, content_);
+  if (!again.why_not_writable_.empty()) return;
+  again.content_ = content_;
+  again.lost_ = lost_;
+  *this = std::move(again);
+}
+
 Outcome<void, Failure> TwinFile::write(std::string_view content) {
+  if (!why_not_writable_.empty()) openAgain();
   if (!why_not_writable_.empty()) return Failure{Reason::unavailable, why_not_writable_};
+  return writeBoth(content);
+}
+
+Outcome<void, Failure> TwinFile::writeBoth(std::string_view content) {
   const std::size_t room = copy_bytes_ - kHeaderBytes;
   if (content.size() > room)
     return Failure{Reason::bad_argument, path_ + " has room for " + std::to_string(room) + " bytes"};

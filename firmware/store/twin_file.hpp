@@ -35,11 +35,11 @@ class TwinFile {
   // True if an earlier text could not be read: content() is the text `if_lost`. The next start finds that text as any
   // other one.
   bool lost() const { return lost_; }
-  // Why write() cannot succeed; empty when it can.
+  // Why the file cannot be written, as far as it was tried; empty when it can.
   const std::string& whyNotWritable() const { return why_not_writable_; }
 
   // Both copies are on disk when this returns. On an error content() stays unchanged and is written again, so that the
-  // next start finds it, too.
+  // next start finds it, too. A file that could not be written is opened again first.
   Outcome<void, Failure> write(std::string_view content);
 
  private:
@@ -48,6 +48,8 @@ class TwinFile {
   bool adoptFresh();
   void replaceLost(std::string_view if_lost);
   void read(std::string_view if_lost);
+  void openAgain();
+  Outcome<void, Failure> writeBoth(std::string_view content);
   void restore(std::size_t failed);
   std::string nextBlock(std::string_view content);
   Outcome<void, Failure> writeCopy(std::size_t copy, const std::string& block);
@@ -60,6 +62,7 @@ class TwinFile {
   std::string notice_;
   std::string why_not_writable_;
   bool lost_{};
+  bool unread_{};
 };
 
 }  // namespace probebox::store

@@ -4,6 +4,8 @@
 #include <iterator>
 #include <optional>
 #include <set>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/results_in_force.hpp"
+#include "firmware/corrections/tool_in_spindle.hpp"
 #include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
 
@@ -92,6 +95,23 @@ std::optional<store::Failure> ResultsInForce::whyBeside(const std::string& subje
     }
   }
   return std::nullopt;
+}
+
+std::optional<store::Failure> ResultsInForce::whyNoPlace(const std::string& subject) const {
+  constexpr std::string_view kAssembly = "assembly-";
+  if (!subject.starts_with(kAssembly)) return std::nullopt;
+  std::set<std::string> measured;
+  for (const auto state : {store::State::active, store::State::accepted}) {
+    for (const auto& each : ours(state).value_or(std::vector<store::Record>{})) {
+      if (each.binding.subject.starts_with(kAssembly)) measured.insert(each.binding.subject);
+    }
+  }
+  if (measured.contains(subject) || measured.size() < corrections::kMostMeasuredTools) return std::nullopt;
+  return store::Failure{store::Reason::not_possible_now,
+                        "The measured lengths of " + std::to_string(corrections::kMostMeasuredTools) +
+                            " tools are in force, and the box holds no more: withdraw that of a tool which is not "
+                            "used any more (probebox rollback " +
+                            *measured.begin() + " --by NAME)."};
 }
 
 std::optional<ResultsInForce::StylusOffset> ResultsInForce::stylusOffset(std::uint32_t probe_tool) const {

@@ -239,6 +239,7 @@ std::optional<Error> DoorBook::store(const Doors& doors) {
   }
   unsure_.clear();
   stored_ = doors;
+  problem_ = problemOf(file_);  // a disk that was full at the start is not any more
   return std::nullopt;
 }
 

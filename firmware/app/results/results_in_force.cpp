@@ -159,6 +159,7 @@ std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& r
   if (record.result() == nullptr) return std::nullopt;  // the store refuses it with its reason
   if (const auto told = fitActivation(record); !told)
     return store::Failure{store::Reason::not_possible_now, told.error().what};
+  if (auto full = whyNoPlace(record.binding.subject)) return full;
   return whyBeside(record.binding.subject);
 }
 

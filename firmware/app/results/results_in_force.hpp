@@ -128,6 +128,7 @@ class ResultsInForce {
   std::vector<std::string> notesOn(const store::Record& record) const;
   std::vector<std::string> dependantsOn(store::Id retired) const;
   std::optional<store::Failure> whyBeside(const std::string& subject) const;
+  std::optional<store::Failure> whyNoPlace(const std::string& subject) const;
   // A centreline from a tip and the offset of that tip, both in force.
   struct SumParts {
     store::Record from_tip;

@@ -3,12 +3,16 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
+#include <string>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
+#include <utility>
+#include <vector>
 
 #include "host-tests/support/file_content.hpp"
 #include "host-tests/support/in_child.hpp"
@@ -208,6 +212,33 @@ TEST_F(TwinFileTest, IsReadWhereItCannotBeWrittenAndSaysSo) {
            !absent.whyNotWritable().empty();
   }));
   fs::permissions(scratch_.directory(), fs::perms{0755});
+}
+
+// Each begins without room, and has it later.
+TEST_F(TwinFileTest, IsWrittenOnceItCanBe) {
+  const auto one_copy = [this] {  // is left of two
+    auto content = filled("before");
+    content[0] = static_cast<char>(content[0] ^ 1);
+    put(content);
+  };
+  const std::vector<std::pair<std::function<void()>, std::string>> beginnings{
+      {[] {}, ""}, {[this] { put("somebody's notes"); }, std::string{kIfLost}}, {one_copy, "before"}};
+  for (const auto& [prepare, content] : beginnings) {
+    std::filesystem::remove(path());
+    prepare();
+    EXPECT_TRUE(support::holdsInChild([&] {
+      std::signal(SIGXFSZ, SIG_IGN);
+      rlimit limit{1, RLIM_INFINITY};
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+      auto file = open();
+      if (file.whyNotWritable().empty() || file.write("early")) return false;
+      if (file.content() != content) return false;
+      limit.rlim_cur = RLIM_INFINITY;
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+      return file.write("late").ok() && file.content() == "late" && file.whyNotWritable().empty();
+    })) << content;
+    EXPECT_EQ(open().content(), "late");
+  }
 }
 
 // Whether it is there cannot be told: what it held is lost to this start, and it stays as it is.

@@ -37,13 +37,12 @@ class UnfinishedRun : public testing::Test {
     calibrations_.solve(*scenario_.recorder().run_to_solve, box.plan(), box.recording(), box.scales());
   }
   void expectKept() {
-    const auto records = calibrations_.results(0, 10, 10);
-    ASSERT_TRUE(records);
-    ASSERT_EQ(records->size(), 1U);
-    EXPECT_EQ(records->front().state, store::State::refused);
-    ASSERT_NE(records->front().refusal(), nullptr);
-    EXPECT_EQ(records->front().refusal()->name, "solver-ended");
-    const auto data = calibrations_.datasetOf(records->front().id);
+    const auto record = calibrations_.find(1);
+    ASSERT_TRUE(record) << record.error().what;
+    EXPECT_EQ(record->state, store::State::refused);
+    ASSERT_NE(record->refusal(), nullptr);
+    EXPECT_EQ(record->refusal()->name, "solver-ended");
+    const auto data = calibrations_.datasetOf(record->id);
     EXPECT_TRUE(data && data->size() > 1000U);
     ASSERT_EQ(told_.size(), 1U);
     const auto* solved = std::get_if<Solved>(told_.data());

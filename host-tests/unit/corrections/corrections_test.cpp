@@ -81,6 +81,16 @@ TEST(Corrections, TakeTheLengthOfAToolFromWhoKnowsItBest) {
   corrections.push(pose);
   EXPECT_EQ(length_mm(), 0) << "nobody knows that tool";
   EXPECT_EQ(said.tool_length_from, nobody);
+  // A length that is withdrawn gives its place to another one.
+  for (std::uint32_t tool = 100; tool < 100 + kMostMeasuredTools; ++tool) {
+    corrections.push(ToolLengthActivated{.result_id = tool, .tool = tool, .length_mm = 60, .at = {}});
+    corrections.push(ToolLengthActivated{.result_id = 0, .tool = tool, .length_mm = 0, .at = {}});
+  }
+  corrections.push(ToolLengthActivated{.result_id = 9, .tool = 9, .length_mm = 70, .at = {}});
+  EXPECT_EQ(length_mm(), 70);
+  pose.tool = 5;
+  corrections.push(pose);
+  EXPECT_EQ(length_mm(), 90) << "the others stay";
 }
 
 // A machine whose only screw is that of this axis.

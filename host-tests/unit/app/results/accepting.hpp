@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "firmware/app/results/results_in_force.hpp"
+#include "firmware/corrections/tool_in_spindle.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 // A store and the results in force that tests accept results of, behind the first second in which none is.
@@ -71,7 +72,7 @@ class Accepting : public testing::Test {
     return std::nullopt;
   }
 
-  support::TemporaryFolder folder_;
+  support::TemporaryFolder folder_{support::inMemory()};
   store::Store store_ = store::Store::open(folder_.file("results.db")).value();
   std::vector<Event> told_;
   ResultsInForce results_{store_, kMounting, [] { return MonoTime{std::chrono::seconds{5}}; },

@@ -36,7 +36,7 @@ class DoorBookTest : public testing::Test {
   }
   DoorBook& book() { return *book_; }
 
-  support::TemporaryFolder folder_;
+  support::TemporaryFolder folder_{support::inMemory()};
   std::vector<bool> told_;
   bool core_takes_{true};
   std::optional<DoorBook> book_;

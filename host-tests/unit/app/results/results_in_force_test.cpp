@@ -62,7 +62,7 @@ class InForce : public testing::Test {
     return id ? *id : 0;
   }
 
-  support::TemporaryFolder folder_;
+  support::TemporaryFolder folder_{support::inMemory()};
   store::Store store_ = store::Store::open(folder_.file("results.db")).value();
   std::vector<Event> told_;
 };

@@ -28,7 +28,7 @@ class Served : public testing::Test {
   }
   std::string path() const { return folder_.file("served-last"); }
 
-  support::TemporaryFolder folder_;
+  support::TemporaryFolder folder_{support::inMemory()};
 };
 
 TEST_F(Served, IsKnownToTheLastDigitAfterAKill) {

@@ -44,7 +44,7 @@ class Standing : public testing::Test {
     return snapshot;
   }
 
-  support::TemporaryFolder folder_;
+  support::TemporaryFolder folder_{support::inMemory()};
   std::vector<ServableWithin> told_;
 };
 

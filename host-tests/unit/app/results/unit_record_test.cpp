@@ -21,7 +21,7 @@ class UnitRecordTest : public testing::Test {
  protected:
   UnitRecord open() const { return UnitRecord{path_}; }
 
-  const support::TemporaryFolder folder_;
+  const support::TemporaryFolder folder_{support::inMemory()};
   const std::string path_{folder_.file("unit")};
 };
 
