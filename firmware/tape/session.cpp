@@ -8,17 +8,19 @@ constexpr unsigned char kXon = 0x11, kXoff = 0x13, kDelete = 0x7F, kEscape = 0x1
 }  // namespace
 
 // Handles bytes that are no text: flow control, and the feed, rub-out and codes of a punch.
-bool Session::control(unsigned char c) {
+bool Session::control(unsigned char c, bool sending) {
   if (c == kXoff && flow_) {
+    if (!sending) outgoing_.clear();
     stopped_ = true;
+    paused_ = paused_ || sending;
   } else if (c == kXon && flow_) {
-    if (!stopped_ && outgoing_.empty()) reader_started_ = true;
-    stopped_ = false;
+    if (!paused_) reader_started_ = true;
+    stopped_ = paused_ = false;
   }
   return (c < ' ' && c != '\t' && c != kEscape) || c == kDelete;
 }
 
-std::size_t Session::push(std::span<const std::byte> bytes) {
+std::size_t Session::push(std::span<const std::byte> bytes, bool sending) {
   std::size_t taken = 0;
   for (const std::byte byte : bytes) {
     ++taken;
@@ -32,7 +34,7 @@ std::size_t Session::push(std::span<const std::byte> bytes) {
       incoming_.clear();
       continue;
     }
-    if (control(c)) {
+    if (control(c, sending)) {
       if (reader_started_) return taken;
       continue;
     }
@@ -71,7 +73,7 @@ void Session::sent(std::size_t bytes) {
 }
 
 void Session::restart() {
-  stopped_ = reader_started_ = whole_ = too_long_ = false;
+  stopped_ = paused_ = reader_started_ = whole_ = too_long_ = false;
   incoming_.clear();
   outgoing_.clear();
 }

@@ -23,7 +23,9 @@ class Session {
   Session(bool flow, bool seven_bits) : flow_{flow}, seven_bits_{seven_bits} {}
 
   // Takes bytes up to the end of a line or an XON that asks for a tape; returns how many. Call it again with the rest.
-  std::size_t push(std::span<const std::byte> bytes);
+  // sending: the other end does not have all of the text yet. An XOFF behind a text ends its reading, and the next XON
+  // asks for another one.
+  std::size_t push(std::span<const std::byte> bytes, bool sending);
   // The line that push() has completed, once.
   std::optional<Line> line();
   // True once after an XON that let nothing go on: a control that starts its reader asks for a tape by it.
@@ -35,15 +37,17 @@ class Session {
   std::span<const std::byte> toSend() const;
   void sent(std::size_t bytes);
   bool stopped() const { return stopped_; }
-  bool waits() const { return !outgoing_.empty(); }  // something has not been sent yet
+  std::size_t unsent() const { return outgoing_.size(); }  // characters that have not been sent yet
+  bool waits() const { return !outgoing_.empty(); }
   // Discards received and unsent bytes, for a line that was opened again.
   void restart();
 
  private:
-  bool control(unsigned char c);
+  bool control(unsigned char c, bool sending);
 
   bool flow_, seven_bits_;
   bool stopped_{};
+  bool paused_{};  // stopped in a text
   bool reader_started_{};
   bool whole_{};
   bool too_long_{};

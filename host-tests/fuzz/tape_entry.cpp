@@ -53,7 +53,7 @@ int feedTape(const std::uint8_t* data, std::size_t size) {
   tape::Session session{(data[0] & 1U) != 0, (data[0] & 2U) != 0};
   const std::size_t piece = 1 + data[1] % 64;
   for (auto rest = std::as_bytes(std::span{data + 2, size - 2}); !rest.empty();) {
-    const auto taken = session.push(rest.first(std::min(piece, rest.size())));
+    const auto taken = session.push(rest.first(std::min(piece, rest.size())), session.waits());
     require(taken > 0 && taken <= rest.size());
     rest = rest.subspan(taken);
     session.readerStarted();

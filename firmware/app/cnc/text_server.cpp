@@ -15,6 +15,10 @@ constexpr milliseconds kLongestWait{1000};
 // A person who types is slower, and noise is not worth the line's time.
 constexpr int kMostRefusals = 10;
 constexpr milliseconds kRefusalsWithin{1000};
+constexpr std::size_t kMostDue = 64;
+// A control that stops the box takes some ten characters more, and what the kernel has cannot be held back.
+constexpr std::size_t kAhead = 8;
+constexpr milliseconds kAheadFor{2};  // at a high rate, so that the line is never idle
 
 }  // namespace
 
@@ -37,6 +41,8 @@ void TextServer::serveOnce() {
 void TextServer::lost() {
   line_.lost();
   session_.restart();
+  due_.clear();
+  line_free_ = {};
   hears_itself_ = false;
 }
 
@@ -52,9 +58,14 @@ void TextServer::wait() {
     flush();
     if (line_.pipe() == nullptr) return;
   }
-  const auto due = std::chrono::ceil<milliseconds>(next_record_ - now);
-  const auto patience = streams ? std::clamp(due, milliseconds{0}, kLongestWait) : kLongestWait;
-  const bool waits = !session_.toSend().empty();
+  auto patience = kLongestWait;
+  if (streams) patience = std::min(patience, std::chrono::ceil<milliseconds>(next_record_ - now));
+  bool waits = !session_.toSend().empty();
+  if (waits && now < line_free_) {
+    patience = std::min(patience, std::chrono::floor<milliseconds>(line_free_ - now));
+    waits = false;
+  }
+  patience = std::max(patience, milliseconds{0});
   std::array<pollfd, 2> on{pollfd{line_.pipe()->descriptor(), static_cast<short>(POLLIN | (waits ? POLLOUT : 0)), 0},
                            pollfd{line_.wakeUp(), POLLIN, 0}};
   if (poll(on.data(), on.size(), static_cast<int>(patience.count())) > 0 && (on[0].revents & ~POLLOUT) != 0) receive();
@@ -66,9 +77,10 @@ void TextServer::receive() {
   if (got.bytes > 0) line_.heard();
   std::span<const std::byte> rest = std::span{buffer}.first(got.bytes);
   while (!rest.empty()) {
-    rest = rest.subspan(session_.push(rest));
+    rest = rest.subspan(session_.push(rest, sending(Clock::now())));
     if (const auto line = session_.line()) take(*line);
-    if (session_.readerStarted() && options_.face == TextOptions::Face::tape) show(options_.usual);
+    const bool asks = session_.readerStarted() && due_.empty();
+    if (asks && options_.face == TextOptions::Face::tape) show(options_.usual);
   }
   if (got.state == io::PipeState::closed) lost();
 }
@@ -100,21 +112,58 @@ std::optional<tape::Refused> TextServer::said(tape::Said events) {
 
 // A line that has not taken the last record gets no further ones: they would be old when it does.
 void TextServer::sendRecord() {
-  if (session_.waits())
+  if (session_.waits() || !due_.empty())
     ++unsent_;
   else
     show(tape::Ask::status);
 }
 
+// A tape that is asked for again is sent once: the program that asked before has gone.
 void TextServer::show(tape::Ask ask) {
-  const auto snapshot = faces_.snapshot();
-  const bool took = session_.send(tape::tape(snapshot, ask, options_.form));
-  ++(took ? sent_ : unsent_);
-  if (took && tape::hasCorrection(ask)) faces_.serves(snapshot);
+  if (options_.face == TextOptions::Face::tape) unsent_ += std::erase(due_, Due{ask});
+  enqueue(ask);
 }
 
-void TextServer::answer(const std::string& text) {
-  if (options_.answers && !session_.send(text)) ++unsent_;
+void TextServer::answer(std::string text) {
+  if (options_.answers) enqueue(std::move(text));
+}
+
+void TextServer::enqueue(Due due) {
+  if (due_.size() == kMostDue)
+    ++unsent_;
+  else
+    due_.push_back(std::move(due));
+}
+
+// Values are those of the moment at which they can go out, however long the other end has held the box back.
+void TextServer::makeNext() {
+  if (due_.empty() || session_.waits() || session_.stopped()) return;
+  const Due next = std::move(due_.front());
+  due_.pop_front();
+  std::string text;
+  if (const auto* const ask = std::get_if<tape::Ask>(&next)) {
+    const auto snapshot = faces_.snapshot();
+    text = tape::tape(snapshot, *ask, options_.form);
+    ++sent_;
+    if (tape::hasCorrection(*ask)) faces_.serves(snapshot);
+  } else {
+    text = std::get<std::string>(next);
+  }
+  const auto end = text.rfind('%');
+  behind_end_ = end == std::string::npos ? 0 : text.size() - end - 1;
+  session_.send(text);
+}
+
+// Whether the other end does not have the present text yet, up to its last '%'.
+bool TextServer::sending(Clock::time_point now) const {
+  return now + takes(behind_end_) < line_free_ + takes(session_.unsent());
+}
+
+std::chrono::nanoseconds TextServer::takes(std::size_t characters) const {
+  const auto& settings = options_.line.settings;
+  const unsigned parity = settings.parity == serial::Parity::none ? 0 : 1;
+  const unsigned bits = 1 + settings.data_bits + parity + settings.stop_bits;
+  return std::chrono::nanoseconds{characters * bits * 1'000'000'000ULL / settings.baud};
 }
 
 void TextServer::refuse(const tape::Refused& refused, std::string_view line) {
@@ -143,9 +192,18 @@ bool TextServer::mayAnswerRefusal() {
 }
 
 void TextServer::flush() {
-  while (!session_.toSend().empty()) {
-    const auto wrote = line_.pipe()->write(session_.toSend());
+  while (true) {
+    makeNext();
+    const auto now = Clock::now();
+    auto part = session_.toSend();
+    if (part.empty() || now < line_free_) return;
+    if (options_.flow) {
+      const auto ahead = static_cast<std::size_t>(kAheadFor / takes(1));
+      part = part.first(std::min(part.size(), std::max(kAhead, ahead)));
+    }
+    const auto wrote = line_.pipe()->write(part);
     session_.sent(wrote.bytes);
+    if (options_.flow) line_free_ = now + takes(wrote.bytes);
     if (wrote.state == io::PipeState::closed) return lost();
     if (wrote.bytes == 0) return;
   }

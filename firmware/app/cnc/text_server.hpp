@@ -1,11 +1,14 @@
 #pragma once
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 
 #include "drivers/serial/settings.hpp"
 #include "firmware/app/cnc/lasting_line.hpp"
@@ -41,7 +44,7 @@ struct TextCounters {
   std::uint64_t answered{};  // lines taken
   std::uint64_t refused{};   // lines refused
   std::uint64_t sent{};      // records and tapes
-  std::uint64_t unsent{};    // records and tapes that the line did not accept
+  std::uint64_t unsent{};    // records and tapes that the line did not accept, or that were asked for again before
   std::uint64_t reopened{};
 };
 
@@ -77,7 +80,12 @@ class TextServer {
   std::optional<tape::Refused> said(tape::Said events);
   void sendRecord();
   void show(tape::Ask ask);
-  void answer(const std::string& text);
+  void answer(std::string text);
+  using Due = std::variant<tape::Ask, std::string>;
+  void enqueue(Due due);
+  void makeNext();
+  bool sending(std::chrono::steady_clock::time_point now) const;
+  std::chrono::nanoseconds takes(std::size_t characters) const;
   void refuse(const tape::Refused& refused, std::string_view line);
   void hearItself();
   bool mayAnswerRefusal();
@@ -87,6 +95,9 @@ class TextServer {
   const Faces faces_;
   tape::Session session_;
   LastingLine line_;
+  std::deque<Due> due_;
+  std::size_t behind_end_{};                           // characters of the present text behind its last '%'
+  std::chrono::steady_clock::time_point line_free_{};  // what was written has left the line; with flow alone
   std::chrono::steady_clock::time_point next_record_{};
   bool hears_itself_{};
   std::chrono::steady_clock::time_point refusals_since_{};  // the second in which refusals are counted

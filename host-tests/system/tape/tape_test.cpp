@@ -269,14 +269,74 @@ TEST_F(TextOnCable, NothingIsSentWhileTheControlHoldsItBack) {
   print(
       "\x13"
       "CORRECTIONS\r\n");
-  ASSERT_TRUE(eventually([this] { return server_->counters().sent == 1; }));
+  ASSERT_TRUE(eventually([this] { return server_->counters().answered == 1; }));
   // Whoever sent in spite of XOFF has done it by now: one answer takes far less than the reply to the next request.
   print("STATUS\r\n");
-  ASSERT_TRUE(eventually([this] { return server_->counters().sent == 2; }));
+  ASSERT_TRUE(eventually([this] { return server_->counters().answered == 2; }));
   for (int i = 0; i < 40; ++i) drain();
   EXPECT_EQ(heard_, "");
+  EXPECT_EQ(server_->counters().sent, 0U);
   print("\x11");
   EXPECT_THAT(heardUntil("*"), HasSubstr("G90 G10 L2 P0 X-0.0125 Y0.2500 Z0.0000"));
+}
+
+// A program that asked while the line was held back, and was reset, leaves no tape for the next one.
+TEST_F(TextOnCable, AnAnswerHasTheValuesOfTheMomentAtWhichItGoesOut) {
+  show(some());
+  serve("tape:", ",dialect=macro");
+  print(
+      "\x13"
+      "CORRECTIONS\r\n");
+  ASSERT_TRUE(eventually([this] { return server_->counters().answered == 1; }));
+  auto changed = some();
+  changed.sequence = 43;
+  show(changed);
+  EXPECT_NE(served_, 42U) << "it has not been sent";
+  print("CORRECTIONS\r\n");
+  ASSERT_TRUE(eventually([this] { return server_->counters().answered == 2; }));
+  print("\x11");
+  EXPECT_THAT(heardUntil("#502"), HasSubstr("#501=43"));
+  heardUntil("#504");
+  for (int i = 0; i < 60; ++i) drain();
+  EXPECT_EQ(std::ranges::count(heard_, '%'), 2) << heard_;
+  EXPECT_EQ(served_, 43U);
+  EXPECT_EQ(server_->counters().unsent, 1U);
+}
+
+TEST_F(TextOnCable, AReaderThatWasStoppedBehindItsTapeStartsAgain) {
+  show(some());
+  serve("tape:", ",dialect=macro");
+  for (int read = 1; read <= 3; ++read) {
+    heard_.clear();
+    print("\x11");
+    ASSERT_TRUE(eventually([this] {
+      drain();
+      return std::ranges::count(heard_, '%') == 2;
+    })) << heard_;
+    for (int i = 0; i < 40; ++i) drain();  // on a cable without a rate it has come early
+    print("\x13");
+    for (int i = 0; i < 40; ++i) drain();
+  }
+}
+
+TEST_F(TextOnCable, AControlStopsATapeThatIsUnderWay) {
+  show(some());
+  serve("tape:", ",reader=all,dialect=macro,baud=1200");
+  print("\x11");
+  heardUntil("#501");
+  print("\x13");
+  for (int i = 0; i < 20; ++i) drain();
+  const auto held = heard_.size();
+  for (int i = 0; i < 100; ++i) drain();  // half a second: sixty characters
+  EXPECT_EQ(heard_.size(), held);
+  EXPECT_EQ(std::ranges::count(heard_, '%'), 1) << heard_;
+  print("\x11");
+  EXPECT_TRUE(eventually([this] {
+    drain();
+    return std::ranges::count(heard_, '%') == 2;
+  })) << heard_;
+  for (int i = 0; i < 60; ++i) drain();
+  EXPECT_EQ(std::ranges::count(heard_, '%'), 2) << "it was no request for another one";
 }
 
 TEST_F(TextOnCable, AStreamThatTheControlHeldBackGoesOnWithPresentValues) {

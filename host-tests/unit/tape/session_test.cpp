@@ -14,11 +14,11 @@ struct Heard {
   int starts{};
 };
 
-Heard hear(Session& session, std::string_view bytes) {
+Heard hear(Session& session, std::string_view bytes, bool sending = false) {
   Heard heard;
   auto rest = std::as_bytes(std::span{bytes});
   while (!rest.empty()) {
-    rest = rest.subspan(session.push(rest));
+    rest = rest.subspan(session.push(rest, sending));
     if (const auto line = session.line()) heard.lines.push_back(line->too_long ? "too long" : line->text);
     if (session.readerStarted()) ++heard.starts;
   }
@@ -64,10 +64,10 @@ TEST(Session, SaysThatALineIsTooLongAndTakesTheNext) {
 TEST(Session, StopsAtXoffAndGoesOnAtXon) {
   Session session{true, false};
   ASSERT_TRUE(session.send("abc"));
-  hear(session, "\x13");
+  hear(session, "\x13", true);
   EXPECT_EQ(waiting(session), "");
   ASSERT_TRUE(session.send("def"));
-  EXPECT_EQ(hear(session, "\x11").starts, 0) << "it went on, and asks for nothing";
+  EXPECT_EQ(hear(session, "\x11", true).starts, 0) << "it went on, and asks for nothing";
   EXPECT_EQ(waiting(session), "abcdef");
   session.sent(4);
   EXPECT_EQ(waiting(session), "ef");
@@ -77,6 +77,19 @@ TEST(Session, TakesAnXonOutOfTheBlueForAReaderThatStarts) {
   Session with{true, false}, without{false, false};
   EXPECT_EQ(hear(with, "\x11").starts, 1);
   EXPECT_EQ(hear(without, "\x11").starts, 0);
+}
+
+// Controls stop the reader when they have what they wanted, and start it again for the next tape.
+TEST(Session, TakesAnXonBehindAReadThatEndedForTheNext) {
+  Session session{true, false};
+  ASSERT_TRUE(session.send("%abc%\r\n"));
+  session.sent(5);
+  EXPECT_EQ(hear(session, "\x13", false).starts, 0);
+  EXPECT_EQ(hear(session, "\x11", false).starts, 1);
+  EXPECT_EQ(waiting(session), "") << "what lies behind the end is of no use";
+  EXPECT_EQ(hear(session, "\x13\x13\x11", false).starts, 1) << "as after noise";
+  EXPECT_EQ(hear(session, "\x13", true).starts, 0);
+  EXPECT_EQ(hear(session, "\x11", false).starts, 0) << "the last bytes came meanwhile";
 }
 
 TEST(Session, SendsATextWholeOrNotAtAll) {
