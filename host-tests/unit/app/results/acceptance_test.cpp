@@ -71,6 +71,7 @@ TEST_F(Accepting, OfWhatHasNoSdOrNoValueInCommonNeedsAWord) {
   auto bare = centreAt(0.154, -0.110);
   bare.estimates[0].sd.clear();
   acceptedAs("centreline-stylus", bare);
+  acceptedAs("centreline-stylus", bare);  // the same again
   bare.estimates[0].values[0] = 0.1541;
   EXPECT_THAT(results_.accept(propose("centreline-stylus", bare), "Ada").error().what,
               HasSubstr("without a standard deviation"));
