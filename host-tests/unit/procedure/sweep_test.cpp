@@ -22,14 +22,15 @@ class Sweeping : public testing::Test {
                      .at = {},
                      .options = {.speed_count = 1, .speeds_mm_s = {0.5}, .axis = 2, .travel_mm = 40}});
   }
-  // The axis Y moves by a nanometre a count, 1 um a millisecond; its sensor is read every 50 ms, Z's as well.
+  // The axis Y moves by a nanometre a count, 1 um a millisecond; its sensor is read every 50 ms, Z's as well, and between
+  // two positions that are kept.
   void pass(int milliseconds) {
     for (int i = 0; i < milliseconds; ++i, ++now_ms) {
       const auto at = monoTime(now_ms * 1'000'000);
       for (const Axis axis : {Axis::x, Axis::y, Axis::z})
         procedure.push(Count{.axis = axis, .sequence = 0, .counts = axis == Axis::y ? now_ms * 1000 : 0, .at = at});
       procedure.push(Deflection{.sequence = 0, .channels_nm = {}, .clipped = true, .at = at});
-      if (now_ms % 50 != 0) continue;
+      if (now_ms % 50 != 3) continue;
       for (const Axis axis : {Axis::y, Axis::z})
         procedure.push(Drift{axis, axis == Axis::y ? static_cast<std::int32_t>(now_ms) : -1, at});
     }

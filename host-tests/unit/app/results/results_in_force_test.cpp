@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/door_book.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
@@ -252,6 +253,23 @@ TEST_F(HeadInForce, IsWhatThePersonAccepted) {
   EXPECT_TRUE(started()->sensorHead(5)) << "after a restart as well";
   ASSERT_TRUE(results->rollBack("sensor-head-5", "Ada"));
   EXPECT_FALSE(results->sensorHead(5));
+}
+
+TEST_F(HeadInForce, IsWhatMethodsMeasureWith) {
+  procedure::Facts facts;
+  facts.sensor_head.emplace().tool = 5;
+  Calibrations calibrations{store::Store::open(folder_.file("results.db")).value(),
+                            kOnTheMill,
+                            facts,
+                            [] { return MonoTime{5s}; },
+                            [](std::span<const Event>) { return std::optional<Error>{}; },
+                            [](const Event&) { return true; }};
+  letChange(calibrations.inForce());
+  const auto id = proposeHead({1, 0, 0, 0, 1, 0, 0, 0, 1});
+  EXPECT_FALSE(calibrations.factsNow().sensor_head->calibrated);
+  ASSERT_TRUE(calibrations.inForce().accept(id, "Ada"));
+  ASSERT_TRUE(calibrations.factsNow().sensor_head->calibrated);
+  EXPECT_EQ(calibrations.factsNow().sensor_head->calibrated->result_id, id);
 }
 
 TEST_F(HeadInForce, IsOfEachHeadItsOwn) {
