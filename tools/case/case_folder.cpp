@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <sstream>
+#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -196,12 +198,41 @@ bool plainName(const std::string& name) {
   return !name.empty() && std::ranges::all_of(name, plain);
 }
 
-std::optional<Error> writeFile(const fs::path& file, const std::string& text) {
-  std::ofstream stream{file, std::ios::binary};
-  stream << text;
-  stream.close();
-  if (!stream) return Error{file.string() + ": cannot be written; is the disk full, or the folder read-only?"};
-  return std::nullopt;
+// Makes a new file and adds it to `made`; one that is there already is left alone.
+std::optional<Error> writeNewFile(const fs::path& file, const std::string& text, std::vector<fs::path>& made) {
+  std::FILE* const stream = std::fopen(file.c_str(), "wbxe");
+  if (stream != nullptr) made.push_back(file);
+  const bool written = stream != nullptr && std::fwrite(text.data(), 1, text.size(), stream) == text.size();
+  const bool closed = stream != nullptr && std::fclose(stream) == 0;
+  if (written && closed) return std::nullopt;
+  return Error{file.string() + ": cannot be written; is it there already, the disk full, or the folder read-only?"};
+}
+
+void removeAll(const std::vector<fs::path>& made) {
+  std::error_code gone;
+  for (const auto& path : made) fs::remove(path, gone);
+}
+
+// Makes the folder, which must hold nothing that a reader of the case would take for a part of it.
+std::optional<Error> makeFolder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return Error{folder.string() + ": cannot be made (" + error.message() + "); give another folder"};
+  if (fs::exists(fs::symlink_status(folder / kConfig, error)))
+    return Error{folder.string() + " holds a case already; give another folder"};
+  Problems problems;
+  const auto tables = tablesIn(folder, problems);
+  if (!problems.none()) return Error{std::get<Unreadable>(problems.problem({})).reason};
+  if (tables.empty()) return std::nullopt;
+  return Error{tables.front().string() + " would be a table of the case; give another folder"};
+}
+
+// The deepest first.
+std::vector<fs::path> missingFolders(const fs::path& folder) {
+  std::vector<fs::path> missing;
+  std::error_code error;
+  for (auto at = folder; !at.empty() && !fs::exists(at, error); at = at.parent_path()) missing.push_back(at);
+  return missing;
 }
 
 }  // namespace
@@ -220,22 +251,25 @@ Outcome<Dataset, Problem> readCase(const fs::path& folder) {
   return dataset;
 }
 
+std::optional<Error> whyNoPlaceForCase(const fs::path& folder) {
+  const auto folders = missingFolders(folder);
+  std::vector<fs::path> made;
+  auto why = makeFolder(folder);
+  if (!why) why = writeNewFile(folder / (".trial-" + std::to_string(getpid())), "\n", made);
+  removeAll(made);
+  removeAll(folders);
+  return why;
+}
+
 Outcome<fs::path> writeCase(const Dataset& dataset, const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return Error{folder.string() + ": " + error.message()};
-  if (fs::exists(folder / kConfig, error)) {
-    return Error{folder.string() + " holds a case already; give another folder"};
-  }
+  if (auto why = makeFolder(folder)) return *why;
   for (const auto& table : dataset.tables) {
     if (!plainName(table.name)) return Error{"'" + table.name + "' cannot be the name of a file"};
   }
-  std::vector<fs::path> written;
+  std::vector<fs::path> made;
   const auto write = [&](const fs::path& file, const std::string& text) {
-    auto failure = writeFile(file, text);
-    if (fs::is_regular_file(file, error)) written.push_back(file);
-    if (!failure) return failure;
-    for (const auto& part : written) fs::remove(part, error);  // half a case is none
+    auto failure = writeNewFile(file, text, made);
+    if (failure) removeAll(made);  // half a case is none
     return failure;
   };
   for (const auto& table : dataset.tables) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -29,8 +30,11 @@ using Problem = std::variant<Unreadable, Unsupported>;
 // line has no end).
 Outcome<metrology::Dataset, Problem> readCase(const std::filesystem::path& folder);
 
-// Writes the folder, which may exist if it holds no config.json. Numbers have the shortest digits that read back as the
-// same double, so solving the folder gives the same digits as solving the dataset.
+// Explains why writeCase() could not write into the folder, by a trial that leaves no trace.
+std::optional<Error> whyNoPlaceForCase(const std::filesystem::path& folder);
+
+// Writes the folder, which may exist if it holds no config.json and no *.csv. Numbers have the shortest digits that
+// read back as the same double, so solving the folder gives the same digits as solving the dataset.
 Outcome<std::filesystem::path> writeCase(const metrology::Dataset& dataset, const std::filesystem::path& folder);
 
 }  // namespace probebox::casefolder

@@ -83,6 +83,35 @@ TEST(Calibrating, SavesExactlyWhatTheBoxMeasured) {
   EXPECT_THAT(again.err, HasSubstr(folder));
 }
 
+TEST(Calibrating, MovesNothingWhereItCouldNotSave) {
+  const RuntimeDirectory directory;
+  std::filesystem::create_directory(directory.file("mine"));
+  std::ofstream{directory.file("mine/machine.csv")} << "precious";
+  const FakeBox box;
+  for (const std::string& folder :
+       {std::string{"/proc/x"}, directory.file(std::string(300, 'a')), directory.file("mine")}) {
+    const auto done = at(box, {"calibrate", "delay-multi-speed", "--save", folder});
+    EXPECT_EQ(done.status, 2);
+    EXPECT_THAT(done.err, AllOf(HasSubstr("--save " + folder), HasSubstr("give another folder")));
+  }
+  EXPECT_FALSE(box.calibrating());
+  EXPECT_EQ(support::contentOf(directory.file("mine/machine.csv")), "precious");
+}
+
+TEST(Calibrating, SaysWhatTheBoxKeepsWhereTheFolderIsTakenMeanwhile) {
+  const RuntimeDirectory directory;
+  const auto folder = directory.file("case");
+  const auto take = [&] {
+    std::filesystem::create_directory(folder);
+    std::ofstream{folder + "/machine.csv"} << "precious";
+  };
+  const FakeBox box{{.when_asked = take}};
+  const auto done = at(box, {"calibrate", "delay-multi-speed", "--save", folder});
+  EXPECT_EQ(done.status, 2);
+  EXPECT_THAT(done.err, AllOf(HasSubstr("machine.csv would be a table"), HasSubstr("probebox report 4711 -o")));
+  EXPECT_EQ(support::contentOf(folder + "/machine.csv"), "precious");
+}
+
 TEST(Calibrating, TellsARefusalWithItsRemedyAndStillSaves) {
   const RuntimeDirectory directory;
   const FakeBox box{{.refuses_run = true}};

@@ -8,6 +8,7 @@
 #include <random>
 #include <sys/stat.h>
 
+#include "host-tests/support/file_content.hpp"
 #include "scratch_folder.hpp"
 #include "tools/case/csv.hpp"
 
@@ -54,6 +55,31 @@ TEST_F(CaseFolder, IsNotWrittenOver) {
   EXPECT_THAT(writeCase(dataset, folder_ / "case").error().what, HasSubstr("holds a case already"));
 }
 
+TEST_F(CaseFolder, IsNotWrittenAmongTablesOfOthers) {
+  const Dataset dataset{.method = "sphere-fit", .config = {}, .tables = {}};
+  write("case/machine.csv", "precious");
+  for (const auto& why : {whyNoPlaceForCase(folder_ / "case").value(), writeCase(dataset, folder_ / "case").error()})
+    EXPECT_THAT(why.what, HasSubstr("machine.csv would be a table of the case; give another folder"));
+  EXPECT_EQ(support::contentOf(folder_ / "case" / "machine.csv"), "precious");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "case" / "config.json"));
+  std::filesystem::create_directory(folder_ / "links");
+  std::filesystem::create_symlink("elsewhere", folder_ / "links" / "points.csv");
+  EXPECT_FALSE(writeCase(dataset, folder_ / "links").ok());
+}
+
+TEST_F(CaseFolder, IsTriedWithoutATrace) {
+  EXPECT_FALSE(whyNoPlaceForCase(folder_ / "a" / "b"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a"));
+  write("case/notes.txt", "mine");
+  EXPECT_FALSE(whyNoPlaceForCase(folder_ / "case"));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator{folder_ / "case"}, {}), 1);
+  for (const std::filesystem::path& bad :
+       {folder_ / "case" / "notes.txt", folder_ / std::string(300, 'a'), std::filesystem::path{"/proc/x"}}) {
+    ASSERT_TRUE(whyNoPlaceForCase(bad)) << bad;
+    EXPECT_THAT(whyNoPlaceForCase(bad)->what, HasSubstr(bad.string() + ": cannot be made"));
+  }
+}
+
 TEST_F(CaseFolder, RefusesTableNamesThatAreNoFileNames) {
   const Dataset dataset{.method = "sphere-fit", .config = {}, .tables = {{.name = "../points", .columns = {}}}};
   EXPECT_FALSE(writeCase(dataset, folder_ / "case").ok());
@@ -64,11 +90,10 @@ TEST_F(CaseFolder, LeavesNoHalfOfACase) {
   auto table = metrology::Table::withColumns("points", std::array<std::string_view, 1>{"x_mm"});
   table.append({1});
   auto second = table;
-  second.name = "queries";
+  second.name = std::string(300, 'q');  // longer than the name of a file may be
   const Dataset dataset{.method = "sphere-fit", .config = {}, .tables = {table, second}};
-  std::filesystem::create_directories(folder_ / "case" / "queries.csv");  // a folder in the place of the file
   EXPECT_FALSE(writeCase(dataset, folder_ / "case").ok());
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "case" / "points.csv"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "case"));
 }
 
 TEST_F(CaseFolder, OpensOnlyItsConfigurationAndItsTables) {

@@ -1,4 +1,3 @@
-#include <filesystem>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -47,7 +46,7 @@ class Run {
     }
     // Saving comes last: while a large case is written, the box hears nothing and may hang up.
     const ExitStatus concluded = conclude(*last);
-    const ExitStatus saved = save();
+    const ExitStatus saved = save(last->result_id);
     return concluded == ExitStatus::ok ? saved : concluded;
   }
 
@@ -110,20 +109,26 @@ class Run {
   }
 
   // Also what was refused: that is when one wants to look at it.
-  ExitStatus save() {
+  ExitStatus save(std::uint64_t id) {
     if (options_.save.empty()) return ExitStatus::ok;
     const auto text = run_.dataset();
     if (!text) return console_.fail(text.error());
     const auto measured = json::datasetFromJson(*text);
     if (!measured) return console_.fail({ExitStatus::failed, "not-saved", measured.error().what});
     const auto written = casefolder::writeCase(*measured, options_.save);
-    if (!written) return console_.fail({ExitStatus::usage, "not-saved", written.error().what});
+    if (!written) return notSaved(written.error().what, id);
     if (console_.json()) {
       console_.object({{"saved_case", options_.save}});
     } else {
       console_.line("saved in " + options_.save + "; solve it with: probebox solve " + options_.save);
     }
     return ExitStatus::ok;
+  }
+
+  // What was measured may have taken hours.
+  ExitStatus notSaved(std::string why, std::uint64_t id) {
+    if (id != 0) why += "; the box keeps what was measured: probebox report " + std::to_string(id) + " -o FILE.html";
+    return console_.fail({ExitStatus::usage, "not-saved", why});
   }
 
   const Calibrate& options_;
@@ -147,9 +152,8 @@ ExitStatus abortRun(const link::Uri& uri, Console& console) {
 
 std::optional<Trouble> objectionTo(const Calibrate& options, const link::Uri& uri) {
   if (uri.isFile()) return usage("a recording cannot be calibrated; name a box");
-  if (!options.save.empty() && std::filesystem::exists(std::filesystem::path{options.save} / "config.json")) {
-    return usage(options.save + " holds a case already; name another folder");
-  }
+  if (options.save.empty() || options.abort) return std::nullopt;
+  if (const auto why = casefolder::whyNoPlaceForCase(options.save)) return usage("--save " + why->what);
   return std::nullopt;
 }
 
