@@ -23,7 +23,8 @@ class Output {
   static std::optional<std::string> objectionTo(const std::string& path, bool force);
   // Whether two paths name one file, which need not exist. "-" is no file.
   static bool isSameFile(const std::string& a, const std::string& b);
-  // "-" is `standard`. An existing file is an error unless `force`; devices and pipes are written directly.
+  // "-" is `standard`. An existing file is an error unless `force`, also one that is made before finish(); devices and
+  // pipes are written directly.
   static Outcome<Output> open(const std::string& path, bool force, std::ostream& standard,
                               Appears appears = Appears::when_whole);
 
@@ -46,12 +47,15 @@ class Output {
   std::string failure() const;
 
  private:
-  Output(std::string name, std::string written_to, std::unique_ptr<std::ostream> file, std::ostream* stream);
+  Output(std::string name, std::string written_to, std::unique_ptr<std::ostream> file, std::ostream* stream,
+         bool replaces);
 
   std::string name_;
   std::string written_to_;  // until finish(); empty where the file has its name at once
   std::unique_ptr<std::ostream> file_;
   std::ostream* stream_;
+  bool replaces_;
+  bool is_late_{};  // another file of the name was made meanwhile
 };
 
 }  // namespace probebox::command
