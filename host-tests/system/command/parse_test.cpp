@@ -106,6 +106,29 @@ TEST(CommandLine, RefusesNumbersThatMakeNoSense) {
   }
 }
 
+// As "$NAME" of a shell where it is not set.
+TEST(CommandLine, RefusesAnEmptyName) {
+  using Words = std::vector<std::string>;
+  const auto refusal = [](const Words& words) {
+    const auto outcome = parse(words, methodHelp());
+    const auto* answer = std::get_if<Answer>(&outcome);
+    return answer == nullptr ? "accepted" : answer->text;
+  };
+  for (const auto& words :
+       {Words{"plan", "delay-multi-speed", "--machine", ""}, Words{"plan", "delay-multi-speed", "--probe", ""},
+        Words{"plan", "delay-multi-speed", "--machine", "a", "--unit", ""},
+        Words{"gcode", "delay-multi-speed", "--dialect", "haas", "-o", "a", "--picture", ""},
+        Words{"view", "--cell", ""}, Words{"interference", "--cell", "", "--tool", "1", "--gcode", "a"},
+        Words{"interference", "--cell", "a", "--tool", "1", "--gcode", ""}})
+    EXPECT_THAT(refusal(words), HasSubstr("the name of the file is empty")) << words.back();
+  for (const auto& words :
+       {Words{"solve", ""}, Words{"report", "", "-o", "a"}, Words{"propose", ""}, Words{"verify", ""},
+        Words{"export", "", "-o", "a"}, Words{"replay", ""}, Words{"pack", "", "a"}, Words{"provision", ""},
+        Words{"update", ""}, Words{"calibrate", ""}, Words{"calibrate", "--save", ""}, Words{"results", ""},
+        Words{"history", ""}, Words{"inhibit", "off", "--by", "Ada", "--door", ""}})
+    EXPECT_THAT(refusal(words), HasSubstr("the name is empty")) << words.front();
+}
+
 TEST(CommandLine, TakesACaseOfNoMachineOnSomebodysWord) {
   const auto propose = std::get<Propose>(std::get<Request>(parsed("propose a --as-this-machine --by Ada")).job);
   EXPECT_TRUE(propose.as_this_machine);

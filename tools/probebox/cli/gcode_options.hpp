@@ -64,7 +64,9 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
       ->add_option("-o,--output", options.output,
                    "the program to write, or its picture: NAME.svg; - is the standard output")
       ->required();
-  gcode->add_option("--picture", options.picture, "also write the path as a picture, SVG")->type_name("FILE");
+  gcode->add_option("--picture", options.picture, "also write the path as a picture, SVG")
+      ->check(fileName())
+      ->type_name("FILE");
   gcode->add_flag(
       "--stops", options.stops,
       "stop before and after each step, for a person who presses Enter at `probebox calibrate`; default: the "

@@ -102,6 +102,7 @@ class CommandLine {
         "probebox -u tcp:localhost:7627 view", view_);
     view->add_option("--cell", view_.cell,
                      "description of machine, fixture, workpiece and tools, for the pictures of tools")
+        ->check(fileName())
         ->type_name("FILE");
     view->add_option("--port", view_.port, "where the page is served on 127.0.0.1; 0 takes a free port")
         ->check(wholeBetween(0, 65535))
@@ -157,8 +158,10 @@ class CommandLine {
         "convert a recording to a table: CSV; NumPy if the name ends with .npy; MCAP for Foxglove and PlotJuggler if "
         "it ends with .mcap; column names contain units",
         "probebox export scan.pbx -o scan.csv", export_);
-    exporting->add_option("recording", export_.input,
-                          "the recording; - is the standard input; default: the recording of -u file:");
+    exporting
+        ->add_option("recording", export_.input,
+                     "the recording; - is the standard input; default: the recording of -u file:")
+        ->check(anyName());
     exporting->add_option("-o,--output", export_.output, "the table to write; - is the standard output")->required();
     exporting->add_flag("--force", export_.force, "overwrite an existing file");
     exporting
@@ -183,11 +186,13 @@ class CommandLine {
     auto* verify =
         commands_.add("verify", "check a recording: frames, sequence numbers and the sample balance of every heartbeat",
                       "probebox -u file:scan.pbx verify", verify_);
-    verify->add_option("recording", verify_.input,
-                       "the recording; - is the standard input; default: the recording of -u file:");
+    verify
+        ->add_option("recording", verify_.input,
+                     "the recording; - is the standard input; default: the recording of -u file:")
+        ->check(anyName());
     auto* replay = commands_.add("replay", "serve a recording over TCP as if it were the box",
                                  "probebox replay scan.pbx --speed max", replay_);
-    replay->add_option("recording", replay_.input, "the recording")->required();
+    replay->add_option("recording", replay_.input, "the recording")->required()->check(anyName());
     replay->add_option("--listen", replay_.listen, "where to listen; port 0 takes a free one")
         ->type_name("HOST:PORT")
         ->capture_default_str();
@@ -231,7 +236,7 @@ class CommandLine {
 
   static void addFiles(CLI::App* command, std::string& input, const std::string& in, std::string& output,
                        const std::string& out, bool& force) {
-    command->add_option("input", input, in + "; - is the standard input")->required();
+    command->add_option("input", input, in + "; - is the standard input")->required()->check(anyName());
     command->add_option("output", output, out + "; - is the standard output")->required();
     command->add_flag("--force", force, "overwrite an existing file");
   }
@@ -240,7 +245,8 @@ class CommandLine {
     auto* solve = commands_.add(
         "solve", "solve measured cases: a table on a terminal, else one JSON object per line, in the order given",
         "probebox solve --json cases/delay-multi-speed/0000", solve_);
-    solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements");
+    solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements")
+        ->check(anyName());
     solve->add_flag("--methods", solve_.methods,
                     "list the methods instead, or explain the tables and keys of the methods named instead of cases");
     solve->add_flag("--text", solve_.text, "print the table for people even into a pipe or a file");
@@ -255,7 +261,8 @@ class CommandLine {
         ->add_option("input", report_.inputs,
                      "numbers of results, subjects (the result in force), case folders, or files that `probebox solve "
                      "--json` wrote")
-        ->required();
+        ->required()
+        ->check(anyName());
     report->add_option("-o,--output", report_.output, "the HTML to write; - is the standard output")->required();
     report->add_flag("--force", report_.force, "overwrite an existing file");
   }

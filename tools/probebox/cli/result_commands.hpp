@@ -23,7 +23,8 @@ class ResultCommands {
     commands
         .add("results", "list stored results: in force, waiting, proposed, retired, with values, person and time",
              "probebox results delay", results_)
-        ->add_option("subject", results_.subject, "only one subject (delay, centreline, screw-x, ...) or one method");
+        ->add_option("subject", results_.subject, "only one subject (delay, centreline, screw-x, ...) or one method")
+        ->check(anyName());
     addId(commands.add("show", "show everything about one result: values with sd and U, fit, budget, history",
                        "probebox show 17", show_),
           show_.id);
@@ -42,14 +43,16 @@ class ResultCommands {
     certificate->add_flag("--force", certificate_.force, "overwrite an existing file");
     commands
         .add("history", "list every change of stored results, with person and time", "probebox history delay", history_)
-        ->add_option("what", history_.what, "only one result (its number), one subject or one method");
+        ->add_option("what", history_.what, "only one result (its number), one subject or one method")
+        ->check(anyName());
   }
 
   void declareChanging(Subcommands& commands) {
     auto* propose = commands.add("propose", "let the box solve a measured case and store the result for acceptance",
                                  "probebox propose cases/rotary-axis-errors/C", propose_);
     propose->add_option("case", propose_.input, "a case folder: config.json and the tables of measurements")
-        ->required();
+        ->required()
+        ->check(anyName());
     auto* by = propose->add_option("--by", propose_.by, "with --as-this-machine: your name")->check(personsName());
     propose
         ->add_flag("--as-this-machine", propose_.as_this_machine,
@@ -89,6 +92,7 @@ class ResultCommands {
     inhibit
         ->add_option("--door", inhibit_.door,
                      "with off: end the inhibit of this door, such as a controller that is gone")
+        ->check(anyName())
         ->needs("--by");
   }
 

@@ -41,6 +41,7 @@ class RunCommands {
                      "probebox interference --cell cell.toml --tool 4 --gcode part.ngc", interference_);
     check->add_option("--cell", interference_.cell, "description of machine, fixture, workpiece and tools")
         ->required()
+        ->check(fileName())
         ->type_name("FILE");
     check->add_option("--tool", interference_.tool, "number of its [[tool]]")
         ->required()
@@ -48,6 +49,7 @@ class RunCommands {
         ->type_name("NUMBER");
     check->add_option("--gcode", interference_.program, "the program; - is the standard input")
         ->required()
+        ->check(fileName())
         ->type_name("FILE");
     check->add_option("--step", interference_.step_mm, "hits deeper than this are never missed")
         ->check(between(0.01, 10))
@@ -60,7 +62,8 @@ class RunCommands {
     auto* calibrate =
         commands.add("calibrate", "run a calibration on the machine, step by step",
                      "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
-    calibrate->add_option("method", calibrate_.method, "one of " + methods_.all + "; default: " + kUsualMethod);
+    calibrate->add_option("method", calibrate_.method, "one of " + methods_.all + "; default: " + kUsualMethod)
+        ->check(anyName());
     addChoices(calibrate, calibrate_);
     calibrate
         ->add_option("--stations", calibrate_.stations,
@@ -81,7 +84,7 @@ class RunCommands {
                      "machine.toml")
         ->check(between(kColdest_c, kWarmest_c))
         ->type_name("DEGREES_C");
-    calibrate->add_option("--save", calibrate_.save, "also save the measured data as a case folder");
+    calibrate->add_option("--save", calibrate_.save, "also save the measured data as a case folder")->check(anyName());
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts")->check(personsName());
     calibrate->add_flag("--although-it-differs", calibrate_.although_it_differs,
@@ -159,10 +162,14 @@ class RunCommands {
     plan->add_option("--machine", plan_.machine,
                      "machine.toml in the place of the machine of the box that -u names; default: that of the box, or "
                      "a usual one")
+        ->check(fileName())
         ->type_name("FILE");
-    plan->add_option("--probe", plan_.probe, "probe.toml in the place of the probe of that box")->type_name("FILE");
+    plan->add_option("--probe", plan_.probe, "probe.toml in the place of the probe of that box")
+        ->check(fileName())
+        ->type_name("FILE");
     plan->add_option("--unit", plan_.unit, "unit.toml with the certificate of the datum sphere of that machine")
         ->needs("--machine")
+        ->check(fileName())
         ->type_name("FILE");
     plan->add_option("--time", plan_.time_s, "time available: propose the most precise sets of touches for it")
         ->check(seconds())

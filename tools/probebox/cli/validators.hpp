@@ -106,6 +106,12 @@ inline CLI::Validator fileName() {
   return CLI::Validator{check, "", "file name"};
 }
 
+// Refuses an empty argument, as of a variable that is not set.
+inline CLI::Validator anyName() {
+  const auto check = [](std::string& text) { return text.empty() ? "the name is empty" : std::string{}; };
+  return CLI::Validator{check, "", "name"};
+}
+
 // A day of the calendar, such as "2027-11-26".
 inline CLI::Validator day() {
   const auto check = [](std::string& text) {

@@ -15,7 +15,9 @@ class VendorCommands {
         "provision",
         "write the identity of a box, once: serial number, USB numbers, calibrated sphere; refused where it has one",
         "probebox -u usb provision unit.toml", provision_);
-    provision->add_option("file", provision_.input, "unit.toml, as docs/vendor.md describes it")->required();
+    provision->add_option("file", provision_.input, "unit.toml, as docs/vendor.md describes it")
+        ->required()
+        ->check(anyName());
     provision->add_flag("--check", provision_.check, "only check the file; needs no box");
     declareFactoryTest(commands);
     declareUpdate(commands);
@@ -41,8 +43,10 @@ class VendorCommands {
     auto* update = commands.add(
         "update", "install new firmware: send a bundle to the box, wait for its restart, and say what runs then",
         "probebox -u usb update mybox-arm64-1.4.raucb", update_);
-    update->add_option("bundle", update_.bundle,
-                       "the bundle that tools/image made (.raucb); without it show how an update stands");
+    update
+        ->add_option("bundle", update_.bundle,
+                     "the bundle that tools/image made (.raucb); without it show how an update stands")
+        ->check(anyName());
     update->add_flag("--force", update_.force, "install it even if its version is not above the one that runs");
     update->add_flag("--no-wait", update_.no_wait, "exit when the box has the bundle");
     addPatience(update, update_.patience_s);
