@@ -122,7 +122,15 @@ TEST(Packing, NamesLineAndColumnOfWhatItCannotTake) {
   EXPECT_THAT(complaint("sample,x\n1,2\n2,\n"), AllOf(HasSubstr("line 3"), HasSubstr("column x")));
   EXPECT_THAT(complaint("sample,x\n1,9223372036854775808\n"), HasSubstr("64 bits"));
   EXPECT_THAT(complaint("sample,x\n1,2,3\n"), HasSubstr("3 values"));
+  EXPECT_THAT(complaint("sample,x\n1,2"), HasSubstr("the last line has no end, so the file may be cut off"));
+  EXPECT_THAT(complaint("sample,x\n1,2\n2,"), HasSubstr("the last line has no end"));
   EXPECT_THAT(complaint("sample,x\n1,2\n1,2\n"), AllOf(HasSubstr("line 3"), HasSubstr("does not come after")));
+}
+
+TEST(Packing, TakesTheByteOrderMarkOfASpreadsheet) {
+  const auto packed = probebox({"pack", "-", "-"}, "\xEF\xBB\xBFsample,x\r\n5,1\r\n\r\n");
+  ASSERT_EQ(packed.status, 0) << packed.err;
+  EXPECT_EQ(probebox({"unpack", "-", "-"}, packed.out).out, "sample,x\n5,1\n");
 }
 
 TEST(Packing, RefusesNamesThatNoRecordingHolds) {
@@ -206,6 +214,17 @@ TEST(ClockCommand, NamesWhatItCannotUse) {
   EXPECT_THAT(probebox({"clock", "--period-ns", "1000000", "-", "-"}, "edge\n1\n").err, HasSubstr("edge_ns"));
   EXPECT_THAT(probebox({"clock", "--period-ns", "5", "-", "-"}, "edge_ns\n1\n").status, 2);
   EXPECT_THAT(probebox({"clock", "-", "-"}, "edge_ns\n1\n").err, HasSubstr("--period-ns"));
+  const auto complaint = [](const std::string& table) {
+    const auto refused = probebox({"clock", "--period-ns", "1000000", "-", "-"}, table);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_TRUE(refused.out.empty());
+    return refused.err;
+  };
+  EXPECT_THAT(complaint("edge_ns,line_seqno\n"), HasSubstr("has no row"));
+  EXPECT_THAT(complaint("edge_ns\n1\n5\n5\n4\n"), AllOf(HasSubstr("line 5: edge_ns 4 is before 5"), HasSubstr("sort")));
+  for (const std::string number : {"-5", "4294967296", "99999999999999"})
+    EXPECT_THAT(complaint("edge_ns,line_seqno\n1,4294967295\n2," + number + "\n"),
+                HasSubstr("line 3: line_seqno " + number + " is not a number from 0 to 4294967295"));
 }
 
 TEST(ClockCommand, WritesTwoTablesIntoTwoFiles) {

@@ -1,6 +1,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -25,6 +26,23 @@ struct Edges {
   std::vector<std::int64_t> sequence;  // empty where there is none
 };
 
+std::optional<Error> whyNoEdges(const Edges& edges) {
+  if (edges.at_ns.empty()) return Error{"has no row after its first line"};
+  const auto at = [](std::size_t row) { return "line " + std::to_string(row + 2) + ": "; };
+  for (std::size_t k = 1; k < edges.at_ns.size(); ++k) {
+    if (edges.at_ns[k] >= edges.at_ns[k - 1]) continue;
+    return Error{at(k) + "edge_ns " + std::to_string(edges.at_ns[k]) + " is before " +
+                 std::to_string(edges.at_ns[k - 1]) + " of the line before; sort the table by time"};
+  }
+  constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  for (std::size_t k = 0; k < edges.sequence.size(); ++k) {
+    if (edges.sequence[k] >= 0 && edges.sequence[k] <= kMost) continue;
+    return Error{at(k) + "line_seqno " + std::to_string(edges.sequence[k]) + " is not a number from 0 to " +
+                 std::to_string(kMost) + ", as the kernel counts edges"};
+  }
+  return std::nullopt;
+}
+
 Outcome<Edges> edgesOf(IntegerTable table, const std::string& input) {
   Edges edges;
   bool found = false;
@@ -39,6 +57,7 @@ Outcome<Edges> edgesOf(IntegerTable table, const std::string& input) {
     }
   }
   if (!found) return Error{input + ": line 1: there is no column edge_ns"};
+  if (const auto why = whyNoEdges(edges)) return Error{input + ": " + why->what};
   return edges;
 }
 

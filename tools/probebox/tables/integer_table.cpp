@@ -65,22 +65,29 @@ std::optional<Error> readRow(std::string_view line, std::uint64_t number, Intege
 
 Outcome<IntegerTable> readIntegerTable(std::istream& in, const std::function<void(std::uint64_t)>& progress) {
   std::string line;
+  bool ended = true;
   const auto next = [&] {
     if (!std::getline(in, line)) return false;
+    ended = !in.eof();
     if (line.ends_with('\r')) line.pop_back();
     return true;
   };
   if (!next()) return Error{"is empty: the first line names the columns"};
   std::uint64_t bytes = line.size() + 1;
+  if (constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF"; line.starts_with(kByteOrderMark))
+    line.erase(0, kByteOrderMark.size());
   auto table = readHeader(line);
   if (!table) return table;
-  for (std::uint64_t number = 2; next(); ++number) {
+  for (std::uint64_t number = 2; ended && next(); ++number) {
     bytes += line.size() + 1;
     if (line.empty() && in.peek() == std::istream::traits_type::eof()) break;
+    if (!ended) break;
     if (const auto error = readRow(line, number, *table)) return *error;
     if (progress && number % kLinesBetweenProgress == 0) progress(bytes);
   }
   if (in.bad()) return Error{"cannot be read to its end"};
+  if (!ended)
+    return Error{"the last line has no end, so the file may be cut off; copy it again, or end the line if it is whole"};
   return table;
 }
 

@@ -15,7 +15,8 @@ struct IntegerTable {
   std::vector<std::vector<std::int64_t>> columns;
 };
 
-// Reads a line of column names, then lines of as many 64-bit integers, separated by commas; lines end with LF or CR LF.
+// Reads a line of column names, then lines of as many 64-bit integers, separated by commas; all lines end with LF or CR
+// LF. A byte order mark is skipped.
 // `progress` is called now and then with the number of bytes read. Errors name line and column.
 Outcome<IntegerTable> readIntegerTable(std::istream& in, const std::function<void(std::uint64_t)>& progress = {});
 
