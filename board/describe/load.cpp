@@ -216,7 +216,9 @@ std::optional<Error> whyNoFolder(const std::filesystem::path& folder) {
   auto entries = std::filesystem::directory_iterator{folder, error};
   if (error == std::errc::permission_denied)
     return Error{folder.string() + ": this folder cannot be read; give its group the right to (chmod g+rx)"};
-  if (error) return Error{folder.string() + ": there is no such folder; name one that holds TOML descriptions"};
+  if (error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory)
+    return Error{folder.string() + ": there is no such folder; name one that holds TOML descriptions"};
+  if (error) return Error{folder.string() + ": this folder cannot be read: " + error.message()};
   const std::vector<std::string> names{kFileNames.begin(), kFileNames.end()};
   for (; !error && entries != std::filesystem::directory_iterator{}; entries.increment(error)) {
     const auto name = entries->path().filename().string();

@@ -17,7 +17,10 @@ constexpr std::array kNames{"box.toml", "machine.toml", "probe.toml", "service.t
 std::optional<Error> writeStartingDescriptions(const std::filesystem::path& folder) {
   std::error_code error;
   for (const auto* name : kNames) {
-    if (std::filesystem::symlink_status(folder / name, error).type() != std::filesystem::file_type::not_found)
+    const auto type = std::filesystem::symlink_status(folder / name, error).type();
+    if (type == std::filesystem::file_type::none)
+      return Error{(folder / name).string() + " cannot be written: " + error.message()};
+    if (type != std::filesystem::file_type::not_found)
       return Error{(folder / name).string() + " is there already: remove it, or name another folder with --init"};
   }
   std::filesystem::create_directories(folder, error);

@@ -183,6 +183,8 @@ TEST_F(BoardFolder, NamesEveryFileThatIsMissingOrWrong) {
                                         HasSubstr("board/service.toml: No such file"), Not(HasSubstr("world.toml"))));
   EXPECT_THAT(loadDirectory(folder_ / "nowhere").error().what, HasSubstr("there is no such folder"));
   EXPECT_THAT(simDescriptions(folder_ / "nowhere").error().what, HasSubstr("there is no such folder"));
+  EXPECT_THAT(loadDirectory(std::string(300, 'a')).error().what,
+              HasSubstr("this folder cannot be read: File name too long"));
 }
 
 }  // namespace

@@ -60,6 +60,9 @@ TEST_F(StartFolder, IsNamedWhereItCannotBeMade) {
   const auto refused = writeStartingDescriptions(folder / "below");
   ASSERT_TRUE(refused);
   EXPECT_THAT(refused->what, HasSubstr((folder / "below").string()));
+  const auto too_long = writeStartingDescriptions(std::string(300, 'a'));
+  ASSERT_TRUE(too_long);
+  EXPECT_THAT(too_long->what, HasSubstr("box.toml cannot be written: File name too long"));
 }
 
 }  // namespace
