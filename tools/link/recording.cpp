@@ -20,6 +20,20 @@ bool RecordingWriter::write(const frame::Frame& frame) {
   return out_.good();
 }
 
+RecordingEnd endOf(const StreamReader& reader, std::uint64_t bytes) {
+  const auto& ledger = reader.ledger();
+  return RecordingEnd{.frames = reader.counters(),
+                      .faults = reader.faults(),
+                      .bytes = bytes,
+                      .cut_bytes = reader.unfinished(),
+                      .closed = ledger.closed(),
+                      .next = ledger.next(),
+                      .balance = ledger.balance(),
+                      .frames_missing = ledger.framesMissing(),
+                      .unexplained = ledger.unexplained(),
+                      .triggers_exact = reader.triggers().exact()};
+}
+
 Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, const ReadingProgress& progress,
                                     const EnoughRead& enough) {
   StreamReader reader{listener};
@@ -35,17 +49,7 @@ Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, 
   if (reader.counters().frames == 0) {
     return Error{"there is no frame of a probebox recording in it; name a file that 'probebox record' wrote"};
   }
-  const auto& ledger = reader.ledger();
-  return RecordingEnd{.frames = reader.counters(),
-                      .faults = reader.faults(),
-                      .bytes = bytes,
-                      .cut_bytes = reader.unfinished(),
-                      .closed = ledger.closed(),
-                      .next = ledger.next(),
-                      .balance = ledger.balance(),
-                      .frames_missing = ledger.framesMissing(),
-                      .unexplained = ledger.unexplained(),
-                      .triggers_exact = reader.triggers().exact()};
+  return endOf(reader, bytes);
 }
 
 Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener, const ReadingProgress& progress,

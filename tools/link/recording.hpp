@@ -46,6 +46,9 @@ struct RecordingEnd {
   bool triggers_exact{true};         // at every heartbeat
 };
 
+// State of a recording of which `bytes` were read.
+RecordingEnd endOf(const StreamReader& reader, std::uint64_t bytes);
+
 // Receives the bytes read so far and their total (0: unknown).
 using ReadingProgress = std::function<void(std::uint64_t, std::uint64_t)>;
 

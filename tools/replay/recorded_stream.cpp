@@ -6,11 +6,11 @@
 
 namespace probebox::replay {
 
-Outcome<std::unique_ptr<RecordedStream>> RecordedStream::open(const std::string& path) {
+Outcome<std::unique_ptr<RecordedStream>> RecordedStream::open(const std::string& path, link::StreamListener* listener) {
   std::ifstream file{path, std::ios::binary};
   if (!file) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
-  std::unique_ptr<RecordedStream> stream{new RecordedStream{std::move(file)}};
-  while (!stream->first_ && stream->readMore()) {
+  std::unique_ptr<RecordedStream> stream{new RecordedStream{std::move(file), listener}};
+  while (!stream->first_ && !stream->over_ && stream->readMore()) {
   }
   if (!stream->first_)
     return Error{
@@ -20,7 +20,7 @@ Outcome<std::unique_ptr<RecordedStream>> RecordedStream::open(const std::string&
 }
 
 std::optional<Recorded> RecordedStream::next() {
-  while (waiting_.empty() && readMore()) {
+  while (waiting_.empty() && !over_ && readMore()) {
   }
   if (waiting_.empty()) return std::nullopt;
   auto first = std::move(waiting_.front());
@@ -30,13 +30,21 @@ std::optional<Recorded> RecordedStream::next() {
 
 bool RecordedStream::readMore() {
   std::array<std::byte, 16384> buffer{};
-  if (over_ || !file_) return false;
+  if (!file_) return false;
   file_.read(reinterpret_cast<char*>(buffer.data()), static_cast<std::streamsize>(buffer.size()));
-  reader_.read(std::span{buffer}.first(static_cast<std::size_t>(file_.gcount())));
+  const auto got = static_cast<std::size_t>(file_.gcount());
+  reader_.read(std::span{buffer}.first(got));
+  bytes_ += got;
   return true;
 }
 
+link::RecordingEnd RecordedStream::end() {
+  while (readMore()) waiting_.clear();
+  return link::endOf(reader_, bytes_);
+}
+
 void RecordedStream::onWelcome(const messages::Welcome& welcome) {
+  listener_.onWelcome(welcome);
   over_ = over_ || (boot_id_ && *boot_id_ != welcome.boot_id);
   boot_id_ = welcome.boot_id;
 }
@@ -47,6 +55,7 @@ void RecordedStream::onDescriptor(const messages::Descriptor& descriptor) {
 
 // The descriptor that the block belongs to goes ahead of it.
 void RecordedStream::onBlock(const link::DecodedBlock& block) {
+  listener_.onBlock(block);
   if (over_ || (next_ && block.header.first < *next_)) return;
   if (auto encoded = messages::encoded(block.descriptor); encoded != described_) {
     described_ = std::move(encoded);
@@ -70,6 +79,16 @@ void RecordedStream::onBlock(const link::DecodedBlock& block) {
 }
 
 void RecordedStream::onGap(const messages::Gap& gap) {
+  listener_.onGap(gap);
+  add(gap);
+}
+
+void RecordedStream::onHole(const messages::Gap& hole) {
+  listener_.onHole(hole);
+  add(hole);
+}
+
+void RecordedStream::add(const messages::Gap& gap) {
   const auto end = gap.first + static_cast<std::int64_t>(gap.count);
   if (over_ || (next_ && end <= *next_)) return;
   waiting_.emplace_back(gap);
@@ -77,10 +96,25 @@ void RecordedStream::onGap(const messages::Gap& gap) {
 }
 
 void RecordedStream::onTrigger(const messages::Trigger& trigger) {
+  listener_.onTrigger(trigger);
   if (!over_) waiting_.emplace_back(trigger);
 }
 
 void RecordedStream::onTriggerGap(const messages::TriggerGap& gap) {
+  listener_.onTriggerGap(gap);
+  add(gap);
+}
+
+void RecordedStream::onTriggerHole(const messages::TriggerGap& hole) {
+  listener_.onTriggerHole(hole);
+  add(hole);
+}
+
+void RecordedStream::onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) {
+  listener_.onHeartbeat(beat, balance);
+}
+
+void RecordedStream::add(const messages::TriggerGap& gap) {
   if (!over_) waiting_.emplace_back(gap);
 }
 

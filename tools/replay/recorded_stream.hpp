@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/units/outcome.hpp"
+#include "tools/link/recording.hpp"
 #include "tools/link/stream_reader.hpp"
 #include "tools/replay/recording.hpp"
 
@@ -17,27 +18,38 @@ namespace probebox::replay {
 // omitted, and reading ends at a restart of the box, where indices begin anew.
 class RecordedStream : public Recording, private link::StreamListener {
  public:
-  // Fails when the file cannot be read or has no descriptor at its beginning.
-  static Outcome<std::unique_ptr<RecordedStream>> open(const std::string& path);
+  // Fails when the file cannot be read or has no descriptor at its beginning. `listener` hears all of the recording,
+  // repeats too, and outlives the stream.
+  static Outcome<std::unique_ptr<RecordedStream>> open(const std::string& path,
+                                                       link::StreamListener* listener = nullptr);
 
   std::optional<Recorded> next() override;
   const messages::Descriptor& firstDescriptor() const override { return *first_; }
+  // Reads the rest of the file.
+  link::RecordingEnd end();
 
  private:
-  explicit RecordedStream(std::ifstream file) : file_{std::move(file)}, reader_{*this} {}
+  RecordedStream(std::ifstream file, link::StreamListener* listener)
+      : file_{std::move(file)}, listener_{listener != nullptr ? *listener : nobody_}, reader_{*this} {}
 
   void onWelcome(const messages::Welcome& welcome) override;
   void onDescriptor(const messages::Descriptor& descriptor) override;
   void onBlock(const link::DecodedBlock& block) override;
   void onGap(const messages::Gap& gap) override;
-  void onHole(const messages::Gap& hole) override { onGap(hole); }
+  void onHole(const messages::Gap& hole) override;
   void onTrigger(const messages::Trigger& trigger) override;
   void onTriggerGap(const messages::TriggerGap& gap) override;
-  void onTriggerHole(const messages::TriggerGap& hole) override { onTriggerGap(hole); }
+  void onTriggerHole(const messages::TriggerGap& hole) override;
+  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override;
+  void add(const messages::Gap& gap);
+  void add(const messages::TriggerGap& gap);
   bool readMore();
 
   std::ifstream file_;
+  link::StreamListener nobody_;
+  link::StreamListener& listener_;
   link::StreamReader reader_;
+  std::uint64_t bytes_{};
   std::deque<Recorded> waiting_;
   std::optional<messages::Descriptor> first_;
   std::optional<messages::BootId> boot_id_;

@@ -20,6 +20,7 @@ constexpr std::size_t kTriggers = 4096;  // numbered as they were recorded
 constexpr std::size_t kMostHosts = 8;
 constexpr std::uint64_t kMostWaiting = 4096;  // samples in a host's queue, at full speed
 constexpr int kBlocksInTurn = 64;
+constexpr int kReadsInTurn = 4;  // a host that sends without pause does not keep the others waiting
 constexpr Nanoseconds kHelloUntil = std::chrono::seconds{5};
 
 messages::BootId anyBootId() {
@@ -111,7 +112,8 @@ void ReplayBox::answer(Host& host, const stream::PendingRequest& asked, MonoTime
 
 void ReplayBox::receive(Host& host, MonoTime now) {
   std::array<std::byte, 4096> buffer;
-  for (auto got = host.pipe->read(buffer);; got = host.pipe->read(buffer)) {
+  for (int turn = 0; turn < kReadsInTurn; ++turn) {
+    const auto got = host.pipe->read(buffer);
     host.closed = host.closed || got.state == io::PipeState::closed;
     if (got.bytes == 0) return;
     host.session->receive(std::span{buffer}.first(got.bytes), now);

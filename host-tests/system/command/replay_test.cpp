@@ -1,3 +1,4 @@
+#include <atomic>
 #include <cstdlib>
 #include <fstream>
 #include <gmock/gmock.h>
@@ -41,7 +42,8 @@ class Replayed {
       }
     }};
   }
-  std::string uri() const { return "tcp:127.0.0.1:" + std::to_string(box_->address().port); }
+  std::uint16_t port() const { return box_->address().port; }
+  std::string uri() const { return "tcp:127.0.0.1:" + std::to_string(port()); }
 
  private:
   std::unique_ptr<replay::ReplayBox> box_;
@@ -104,6 +106,45 @@ TEST_F(Replaying, AnswersAsABoxAndRefusesByNameWhatAsksForAMeasurement) {
   const auto calibrate = probebox({"-u", box.uri(), "calibrate", "delay-multi-speed"});
   EXPECT_EQ(calibrate.status, 4);
   EXPECT_THAT(calibrate.err, HasSubstr("recording"));
+}
+
+TEST_F(Replaying, AnswersWhileAHostSendsWithoutPause) {
+  const Replayed box{file_, 1};
+  auto sender = tcp::connectTcp({"127.0.0.1", box.port()}, std::chrono::seconds{5});
+  ASSERT_TRUE(sender);
+  std::atomic<std::size_t> sent{0};
+  const std::jthread sending{[&](const std::stop_token& stop) {
+    const std::vector<std::byte> zeros(1'000'000);
+    while (!stop.stop_requested()) sent += sender.value()->write(zeros).bytes;
+  }};
+  while (sent < 10'000'000) std::this_thread::yield();
+  const auto status = probebox({"-u", box.uri(), "status"});
+  EXPECT_EQ(status.status, 0) << status.err;
+}
+
+// What is missing in the recording looks like losses of the box to hosts.
+TEST_F(Replaying, SaysAtItsEndThatTheRecordingIsDamaged) {
+  const auto whole = contentOf(file_);
+  auto damaged = whole;
+  auto& byte = damaged[damaged.size() / 2];
+  byte = static_cast<char>(byte ^ (byte == 0x10 ? 0x20 : 0x10));  // 0 would end the frame, and damage two
+  for (const auto& [content, fault] :
+       {std::pair{whole, ""}, std::pair{damaged, "1 frame is damaged; 1 frame is missing"},
+        std::pair{whole.substr(0, whole.size() - 300), "it ends before its stream did"}}) {
+    std::ofstream{file_} << content;
+    const auto port = tcp::Listener::open({"127.0.0.1", 0})->address().port;
+    const auto address = "127.0.0.1:" + std::to_string(port);
+    Finished replayed;
+    {
+      const std::jthread serving{[&] {
+        replayed = probebox({"replay", file_, "--listen", address, "--speed", "max", "--once"});
+      }};
+      while (probebox({"-u", "tcp:" + address, "status"}).status != 0) std::this_thread::yield();
+      EXPECT_EQ(probebox({"-u", "tcp:" + address, "record", "-o", again_, "--for", "0.5", "--force"}).status, 0);
+    }
+    EXPECT_EQ(replayed.status, *fault == 0 ? 0 : 1) << replayed.err;
+    EXPECT_THAT(replayed.err, HasSubstr(fault));
+  }
 }
 
 TEST_F(Replaying, RefusesWhatIsNoRecording) {

@@ -98,4 +98,13 @@ std::vector<std::string> faultsOf(const RecordingSums& sums, const link::Recordi
   return faults;
 }
 
+ExitStatus tellFaults(const std::string& input, const std::string& rest, const RecordingSums& sums,
+                      const link::RecordingEnd& end, Console& console) {
+  const auto faults = faultsOf(sums, end);
+  if (faults.empty()) return ExitStatus::ok;
+  std::string what = input + " is not whole, and " + rest;
+  for (const auto& fault : faults) what += "; " + fault;
+  return console.fail({ExitStatus::failed, "damaged-recording", what});
+}
+
 }  // namespace probebox::command

@@ -52,4 +52,9 @@ struct RecordingSums : link::StreamListener {
 // Explains each fault of a recording to a person; empty when it is complete and exact.
 std::vector<std::string> faultsOf(const RecordingSums& sums, const link::RecordingEnd& end);
 
+// Reports that a recording is not whole, with every fault and what was made of the rest, and returns the exit status;
+// ok without a word where it is whole.
+ExitStatus tellFaults(const std::string& input, const std::string& rest, const RecordingSums& sums,
+                      const link::RecordingEnd& end, Console& console);
+
 }  // namespace probebox::command

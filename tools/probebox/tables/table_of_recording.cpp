@@ -254,12 +254,7 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
         {ExitStatus::failed, "channels-changed",
          "the box changed its channels after row " + std::to_string(table.rows()) + "; the rest is not in the table"});
   }
-  if (const auto faults = faultsOf(table.sums(), end); !faults.empty()) {
-    std::string what = job.input + " is not whole, and the table holds what could be read of it";
-    for (const auto& fault : faults) what += "; " + fault;
-    return console.fail({ExitStatus::failed, "damaged-recording", what});
-  }
-  return ExitStatus::ok;
+  return tellFaults(job.input, "the table holds what could be read of it", table.sums(), end, console);
 }
 
 // Said before the table is begun, so that a wrong name overwrites nothing.
