@@ -1,14 +1,12 @@
 #pragma once
-#include <cstddef>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "board/describe/file_content.hpp"
 #include "board/describe/section.hpp"
 
 namespace probebox::board {
-
-inline constexpr std::size_t kLongestFile = 100'000;  // bytes; those of the emulated board have 10 000 at most
 
 // Rejects input that is dangerous to parse: files that are too large, and keys nested so deep that the recursive parser
 // would overflow its stack.

@@ -1,8 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <functional>
 #include <sstream>
 #include <string>
@@ -12,6 +9,7 @@
 
 #include "board/describe/document.hpp"
 #include "board/describe/encoder_checks.hpp"
+#include "board/describe/file_content.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/ranges.hpp"
 #include "board/describe/sim_files.hpp"
@@ -38,15 +36,9 @@ Outcome<File> readFile(const std::filesystem::path& path) {
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) return unreadable(path, error ? error.message() : "No such file or directory");
   if (!std::filesystem::is_regular_file(status)) return unreadable(path, "it is no ordinary file");
-  errno = 0;
-  std::ifstream in{path, std::ios::binary};
-  // More than any description has, so that one that is too long is seen to be.
-  constexpr std::size_t kMost = 2 * kLongestFile;
-  std::string text(kMost, '\0');
-  if (in) in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (in.bad() || !in.is_open()) return unreadable(path, errno != 0 ? std::strerror(errno) : "it cannot be read");
-  text.resize(static_cast<std::size_t>(in.gcount()));
-  return File{path.string(), std::move(text)};
+  auto text = fileContent(path);
+  if (!text) return unreadable(path, text.error().what);
+  return File{path.string(), std::move(text).value()};
 }
 
 using Reader = std::function<Outcome<File>(const std::string& file_name)>;

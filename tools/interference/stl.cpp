@@ -1,16 +1,26 @@
-#include <cerrno>
+#include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 
+#include "board/describe/file_content.hpp"
 #include "tools/interference/scene.hpp"
 
 namespace probebox::interference {
 namespace {
 
 constexpr std::size_t kHead = 84, kTriangle = 50, kMostTriangles = 5'000'000;
+constexpr std::size_t kMostBytes = 1'000'000'000;  // of the text of as many
+constexpr double kFarthest_mm = 1e5;               // of a corner from the origin
+
+constexpr const char* kNoStl = "is no STL file with triangles; export the solid again";
+constexpr const char* kCutOff = "ends before endsolid: copy it again";
+constexpr const char* kTooFar = "has a corner more than 100 m from its origin: export the solid in mm";
+constexpr const char* kTooLong = "has more than 5 million triangles: export the solid more coarsely";
+
+bool isNear(const Point& corner) {
+  return std::ranges::all_of(corner, [](double value) { return std::abs(value) <= kFarthest_mm; });
+}
 
 void add(Mesh& mesh, const std::array<Point, 3>& corners) {
   const auto first = mesh.points.size();
@@ -18,51 +28,64 @@ void add(Mesh& mesh, const std::array<Point, 3>& corners) {
   mesh.triangles.push_back({first, first + 1, first + 2});
 }
 
-bool readBinary(const std::string& bytes, Mesh& mesh) {
+bool isBinary(const std::string& bytes) {
   std::uint32_t count = 0;
   if (bytes.size() < kHead) return false;
   std::memcpy(&count, bytes.data() + kHead - sizeof count, sizeof count);  // hosts are little endian, as STL is
-  if (count > kMostTriangles || bytes.size() != kHead + kTriangle * count) return false;
-  for (std::size_t k = 0; k < count; ++k) {
-    std::array<float, 12> values{};  // normal, three corners
-    std::memcpy(values.data(), bytes.data() + kHead + kTriangle * k, sizeof values);
-    std::array<Point, 3> corners;
-    for (std::size_t i = 0; i < 9; ++i) {
-      if (!std::isfinite(values[3 + i])) return false;  // no distance could be measured to it
-      corners[i / 3][i % 3] = double{values[3 + i]};
-    }
-    add(mesh, corners);
-  }
-  return true;
+  return count <= kMostTriangles && bytes.size() == kHead + kTriangle * count;
 }
 
-bool readText(const std::string& text, Mesh& mesh) {
+// Returns what is wrong with the file; nullptr for nothing.
+const char* readBinary(const std::string& bytes, Mesh& mesh) {
+  for (std::size_t at = kHead; at < bytes.size(); at += kTriangle) {
+    std::array<float, 12> values{};  // normal, three corners
+    std::memcpy(values.data(), bytes.data() + at, sizeof values);
+    std::array<Point, 3> corners;
+    for (std::size_t i = 0; i < 9; ++i) {
+      if (!std::isfinite(values[3 + i])) return kNoStl;  // no distance could be measured to it
+      corners[i / 3][i % 3] = double{values[3 + i]};
+    }
+    if (!std::ranges::all_of(corners, isNear)) return kTooFar;
+    add(mesh, corners);
+  }
+  return nullptr;
+}
+
+const char* readText(const std::string& text, Mesh& mesh) {
   std::istringstream in{text};
   std::string word;
-  if (!(in >> word) || word != "solid") return false;
+  if (!(in >> word) || word != "solid") return kNoStl;
   std::array<Point, 3> corners;
   std::size_t had = 0;
-  while (in >> word) {
-    if (word != "vertex") continue;
-    auto& corner = corners[had++];
-    if (!(in >> corner[0] >> corner[1] >> corner[2])) return false;
-    if (had == corners.size()) add(mesh, corners), had = 0;
-  }
-  return had == 0;
+  bool ended = false;
+  do {
+    if (word == "solid" || word == "endsolid") {
+      ended = word == "endsolid";
+      std::getline(in, word);                                        // its name
+      if (word.find("vertex ") != std::string::npos) return kNoStl;  // without lines
+    } else if (word == "vertex") {
+      if (had == corners.size()) return kNoStl;
+      auto& corner = corners[had++];
+      if (!(in >> corner[0] >> corner[1] >> corner[2])) return in.eof() ? kCutOff : kNoStl;
+      if (!isNear(corner)) return kTooFar;
+    } else if (word == "endfacet") {
+      if (had != corners.size()) return kNoStl;
+      add(mesh, corners), had = 0;
+    }
+  } while (in >> word);
+  return had == 0 && ended ? nullptr : kCutOff;
 }
 
 }  // namespace
 
 Outcome<Mesh> readStl(const std::filesystem::path& path) {
-  std::error_code unknown;
-  if (std::filesystem::is_directory(path, unknown)) return Error{path.string() + ": is a folder; name an STL file"};
-  std::ifstream in{path, std::ios::binary};
-  if (!in) return Error{path.string() + ": cannot be read (" + std::strerror(errno) + ")"};
-  const std::string bytes{std::istreambuf_iterator<char>{in}, {}};
+  const auto bytes = board::fileContent(path, kMostBytes);
+  if (!bytes) return Error{path.string() + ": cannot be read (" + bytes.error().what + ")"};
+  if (bytes->size() == kMostBytes) return Error{path.string() + ": " + kTooLong};
   Mesh mesh;
-  const bool understood = readBinary(bytes, mesh) || readText(bytes, mesh);
-  if (!understood || mesh.triangles.empty())
-    return Error{path.string() + ": is no STL file with triangles; export the solid again"};
+  const char* wrong = isBinary(*bytes) ? readBinary(*bytes, mesh) : readText(*bytes, mesh);
+  if (wrong == nullptr && mesh.triangles.empty()) wrong = kNoStl;
+  if (wrong != nullptr) return Error{path.string() + ": " + wrong};
   return mesh;
 }
 

@@ -333,10 +333,32 @@ def check_stl(probebox, folder):
     (folder / "jaw.stl").write_text("solid nothing\nendsolid\n")
     status, _, said = run(probebox, folder, cell([mesh]), at((0, 0, 0)))
     assert status == 2 and "no STL file" in said, said
-    nan = struct.pack("<12fH", 0, 0, 0, *[math.nan] * 9, 0)
-    (folder / "jaw.stl").write_bytes(bytes(80) + struct.pack("<I", 1) + nan)
-    status, _, said = run(probebox, folder, cell([mesh]), at((0, 0, 0)))
-    assert status == 2 and "no STL file" in said, said
+    for corners, words in (([math.nan] * 9, "no STL file"), ([0] * 8 + [1e30], "more than 100 m")):
+        (folder / "jaw.stl").write_bytes(bytes(80) + struct.pack("<I", 1) + struct.pack("<12fH", 0, 0, 0, *corners, 0))
+        status, _, said = run(probebox, folder, cell([mesh]), at((0, 0, 0)))
+        assert status == 2 and words in said, said
+    status, _, said = run(probebox, folder, cell([{**mesh, "file": "/proc/self/mem"}]), at((0, 0, 0)))
+    assert status == 2 and "cannot be read (Input/output error)" in said, said
+
+
+def check_text_stl(probebox, folder):
+    """A text that is cut off has lost solid parts, wherever it was cut."""
+    mesh = {"name": "jaw", "part": "fixture", "shape": "stl", "file": "jaw.stl", "at_mm": [60, 0, -30]}
+    cube(folder / "jaw.stl", True)
+    whole = (folder / "jaw.stl").read_text()
+    for text in (whole, whole.replace("\n", "\r\n"), whole + whole.replace("jaw", "my other solid")):
+        (folder / "jaw.stl").write_text(text)
+        status, _, said = run(probebox, folder, cell([mesh]), at((0, 0, -40)))
+        assert status == 0, said
+    last = whole.rindex("facet normal")
+    cuts = [whole[:last], whole[:last + 40], whole[:whole.rindex("endloop")], whole[:whole.rindex("endfacet")], whole[:whole.rindex("endsolid")], whole + whole[:last]]
+    wrong = [(text, "ends before endsolid") for text in cuts]
+    wrong += [(whole.replace("endfacet", "", 1), "no STL file"), (whole.replace("vertex", "corner", 1), "no STL file"), (whole.replace("50", "1e300", 1), "more than 100 m"),
+              (whole.replace("\n", " "), "no STL file")]
+    for text, words in wrong:
+        (folder / "jaw.stl").write_text(text)
+        status, _, said = run(probebox, folder, cell([mesh]), at((0, 0, -40)))
+        assert status == 2 and words in said, (text[-200:], words, said)
 
 
 def check_refusals(probebox, folder):
@@ -364,7 +386,7 @@ def main(probebox):
         check_known(probebox, folder)
         worst = check_random(probebox, folder)
         turned_worst = check_turned(probebox, folder)
-        for one in (check_turning, check_path, check_cutting, check_measured, check_stl, check_refusals):
+        for one in (check_turning, check_path, check_cutting, check_measured, check_stl, check_text_stl, check_refusals):
             one(probebox, folder)
         print(f"40 random poses agree within {worst * 1e3:.3f} um, 30 with rotary axes within {turned_worst * 1e3:.3f} um")
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <sys/stat.h>
 
+#include "board/describe/file_content.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/sim_files.hpp"
 #include "host-tests/support/temporary_folder.hpp"
@@ -164,6 +165,19 @@ TEST_F(BoardFolder, ReadsOrdinaryFilesAlone) {
   std::filesystem::remove(box);
   write(box, std::string(3'000'000, '#'));
   EXPECT_THAT(problem(), HasSubstr("config/box.toml:1: the file has 200000 bytes or more"));
+}
+
+TEST(FileContent, IsTheWholeFileOrTheReasonWhyNot) {
+  const support::TemporaryFolder folder;
+  const auto file = folder.file("text");
+  std::ofstream{file} << std::string(2'500'000, 'x');
+  EXPECT_EQ(fileContent(file, 3'000'000)->size(), 2'500'000U);
+  EXPECT_EQ(fileContent(file, 2'000'000)->size(), 2'000'000U);
+  std::ofstream{file}.close();
+  EXPECT_EQ(*fileContent(file), "");
+  EXPECT_EQ(fileContent(folder.path()).error().what, "it is a folder");
+  EXPECT_EQ(fileContent(folder.file("none")).error().what, "No such file or directory");
+  EXPECT_EQ(fileContent("/proc/self/mem").error().what, "Input/output error");
 }
 
 TEST_F(BoardFolder, RefusesAFileThatNothingWouldRead) {
