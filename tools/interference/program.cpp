@@ -26,17 +26,21 @@ Error objection(std::size_t line, const std::string& what) {
   return Error{"line " + std::to_string(line) + ": " + what};
 }
 
-// Without comments and blanks, in capitals.
-std::string bare(std::string_view line) {
+// Without comments and blanks, in capitals. Where a comment within another ends, controls do not agree.
+Outcome<std::string> bare(std::string_view text, std::size_t line) {
   std::string all;
-  int depth = 0;
-  for (const char c : line) {
-    if (c == ';' && depth == 0) break;
-    if (c == '(') ++depth;
-    if (depth == 0 && std::isspace(static_cast<unsigned char>(c)) == 0)
+  bool comment = false;
+  for (const char c : text) {
+    if (c == ';' && !comment) break;
+    if (c == '(' && comment) return objection(line, "a comment within a comment: close the first one before it");
+    if (c == ')' && !comment) return objection(line, "a ) that ends no comment: remove it");
+    if (c == '(' || c == ')') {
+      comment = c == '(';
+    } else if (!comment && std::isspace(static_cast<unsigned char>(c)) == 0) {
       all += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    if (c == ')' && depth > 0) --depth;
+    }
   }
+  if (comment) return objection(line, "a comment without end: close it");
   return all;
 }
 
@@ -232,7 +236,8 @@ Outcome<std::vector<Move>> readProgram(std::string_view text, const Dialect& dia
   Reader reader{dialect};
   for (std::size_t line = 1; !text.empty(); ++line) {
     const auto end = text.find('\n');
-    if (const auto error = reader.read(bare(text.substr(0, end)), line)) return *error;
+    TRY(const auto block, bare(text.substr(0, end), line));
+    if (const auto error = reader.read(block, line)) return *error;
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
   }
   return reader.moves();

@@ -366,11 +366,14 @@ def check_refusals(probebox, folder):
                "X1\n": "line 1", "G0 X0 Y0 Z0\nG1 XINF\n": "line 2: 'XINF'", "G0 X0 Y0 Z0\nG1 Znan\n": "line 2: 'ZNAN'",
                "G0 X0 Y0 Z0\nG1 X1E2\n": "line 2: 'E2'", "G0 X0 Y0 Z0\nG1 X1 X2\n": "line 2: a second word X", "G0 X0 Y0 Z0\nG1 X9999999999\n": "line 2: 'X9999999999' is further",
                "G0 X0 Y0 Z0\nM98 P100\n": "line 2: M98", "G0 X0 Y0 Z0\nM99\n": "line 2: M99", "G0 X0 Y0 Z0\nG2 X0 Y0 I5 P3\n": "line 2: an arc of several turns",
-               "T4 M6\nG0 X0 Y0 Z0\nT7\nG0 X1\nM6\n": "line 5: tool 7 is taken, and tool 4 is checked", "G0 X0 Y0 Z0\nG2 X10 I2\n": "line 2: the end of the arc", "G0 X0\n": "nothing moves"}
+               "T4 M6\nG0 X0 Y0 Z0\nT7\nG0 X1\nM6\n": "line 5: tool 7 is taken, and tool 4 is checked", "G0 X0 Y0 Z0\nG2 X10 I2\n": "line 2: the end of the arc", "G0 X0\n": "nothing moves",
+               # LinuxCNC refuses these; a Fanuc ends a comment at its first bracket, and moves.
+               "G0 X0 Y0 Z0\nG0 X10 (move (fast) G1 Z-190 F100\nG0 X0\n": "line 2: a comment within a comment", "G0 X0 Y0 Z0\nG0 X10 (never closed G1 Z-190 F100\n": "line 2: a comment without end",
+               "G0 X0 Y0 Z0\nG0 X10 (one) two)\n": "line 2: a ) that ends no comment"}
     for program, words in refused.items():
         status, _, said = run(probebox, folder, cell([BOX]), program)
         assert status == 2 and words in said, (program, status, said)
-    status, told, said = run(probebox, folder, cell([BOX]), "G17 G21 G40 G54 G90 G94 G61.1\nT4 M6\nG43 H4\nG0 X0 Y0 Z0\nX1\nM30\n")
+    status, told, said = run(probebox, folder, cell([BOX]), "G17 G21 G40 G54 G90 G94 G61.1 (one) (two; three)\nT4 M6 ; four (five\nG43 H4\nG0 X0 Y0 Z0\nX1\nM30\n")
     assert status == 0 and told["moves"] == 1, (status, told, said)
     done = subprocess.run([probebox, "interference", "--cell", str(folder), "--tool", "4", "--gcode", str(folder / "part.ngc")], capture_output=True, text=True)
     assert done.returncode == 2 and "is a folder" in done.stderr, done
