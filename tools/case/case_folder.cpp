@@ -64,8 +64,8 @@ std::optional<std::string> contentOf(const fs::path& file) {
   std::ifstream stream{file, std::ios::binary};
   if (!stream) return std::nullopt;
   std::ostringstream content;
-  content << stream.rdbuf();
-  if (stream.bad()) return std::nullopt;
+  if (stream.peek() != std::ifstream::traits_type::eof()) content << stream.rdbuf();  // of nothing it would fail
+  if (stream.bad() || !content) return std::nullopt;
   return std::move(content).str();
 }
 

@@ -254,8 +254,9 @@ Outcome<std::vector<Subject>> subjectsIn(const fs::path& path) {
   if (fs::is_directory(path, none)) return ofCase(path);
   std::ifstream file{path, std::ios::binary};
   std::ostringstream text;
-  text << file.rdbuf();
-  if (!file || file.bad()) return Error{path.string() + ": there is no such case folder or file of answers"};
+  if (file.peek() != std::ifstream::traits_type::eof()) text << file.rdbuf();  // of nothing it would fail
+  if (!file.is_open() || file.bad() || !text)
+    return Error{path.string() + ": there is no such case folder or file of answers"};
   return subjectsOf(text.str(), path.string());
 }
 

@@ -25,6 +25,12 @@ class Looking : public testing::Test {
   std::string uri_ = box_.uri();
 };
 
+TEST_F(Looking, SaysWhichCellOfAViewCannotBeRead) {
+  const auto done = probebox({"-u", uri_, "view", "--cell", directory_.path().string()});
+  EXPECT_EQ(done.status, 2);
+  EXPECT_THAT(done.err, testing::AnyOf(HasSubstr("cannot be read (it is a folder)"), HasSubstr("without its page")));
+}
+
 TEST_F(Looking, StatusIsAPageForPeopleAndAnObjectForPrograms) {
   const auto page = probebox({"-u", uri_, "status"});
   EXPECT_EQ(page.status, 0) << page.err;

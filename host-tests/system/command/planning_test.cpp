@@ -242,6 +242,20 @@ TEST(Planning, NamesTheOptionThatNoRunIsPossibleWith) {
   EXPECT_THAT(whyNot("--probe-noise", "1000"), HasSubstr("--probe-noise 1000"));
 }
 
+TEST(Planning, SaysWhichFileCannotBeRead) {
+  const RuntimeDirectory directory;
+  const auto machine = directory.file("machine.toml"), folder = directory.path().string();
+  std::ofstream{machine} << board::simFile("machine.toml");
+  for (const auto& words : std::vector<std::vector<std::string>>{
+           {"--machine", folder}, {"--probe", folder}, {"--machine", machine, "--unit", folder}}) {
+    std::vector<std::string> all{"plan", "delay-known-sphere"};
+    all.insert(all.end(), words.begin(), words.end());
+    const auto done = probebox(all);
+    EXPECT_EQ(done.status, 2);
+    EXPECT_THAT(done.err, HasSubstr(folder + " cannot be read (it is a folder): give the "));
+  }
+}
+
 TEST(Planning, PrintsRatesWithoutPowersOfTen) {
   auto says = latheOfTest();
   says.positions_hz = {19999.98, 20000, 20000};

@@ -375,8 +375,11 @@ def check_refusals(probebox, folder):
         assert status == 2 and words in said, (program, status, said)
     status, told, said = run(probebox, folder, cell([BOX]), "G17 G21 G40 G54 G90 G94 G61.1 (one) (two; three)\nT4 M6 ; four (five\nG43 H4\nG0 X0 Y0 Z0\nX1\nM30\n")
     assert status == 0 and told["moves"] == 1, (status, told, said)
-    done = subprocess.run([probebox, "interference", "--cell", str(folder), "--tool", "4", "--gcode", str(folder / "part.ngc")], capture_output=True, text=True)
-    assert done.returncode == 2 and "is a folder" in done.stderr, done
+    good_cell, good_program = str(folder / "cell.toml"), str(folder / "part.ngc")
+    for files, words in (((str(folder), good_program), "it is a folder"), ((good_cell, str(folder)), "it is a folder"), (("/proc/self/mem", good_program), "Input/output error"),
+                         ((good_cell, "/proc/self/mem"), "Input/output error"), ((good_cell, "nowhere.ngc"), "No such file")):
+        done = subprocess.run([probebox, "interference", "--cell", files[0], "--tool", "4", "--gcode", files[1]], capture_output=True, text=True)
+        assert done.returncode == 2 and words in done.stderr, done
     for description, words in ((cell([BOX, BOX]), "is used twice"), (cell([{**BOX, "shape": "cone"}]), "cone"), (cell([BOX]).replace("number = 4", "number = 5"), "no [[tool]]"),
                                (cell([{**BOX, "colour": "red"}]), "colour"), (cell([BOX], {"cutting_mm": 59}), "cutting_mm")):
         status, _, said = run(probebox, folder, description, at((0, 0, 0)))

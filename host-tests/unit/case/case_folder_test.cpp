@@ -116,6 +116,20 @@ TEST_F(CaseFolder, ReadsNoPipe) {
   }
 }
 
+// A disk that fails was taken for an empty file.
+TEST_F(CaseFolder, SaysWhichFileCannotBeRead) {
+  for (const auto* name : {"config.json", "points.csv"}) {
+    const auto folder = goodCase(std::string{"case-"} + name);
+    std::filesystem::remove(folder / name);
+    std::filesystem::create_symlink("/proc/self/mem", folder / name);
+    const auto read = readCase(folder);
+    ASSERT_FALSE(read.ok());
+    ASSERT_TRUE(std::holds_alternative<Unreadable>(read.error()));
+    const auto& reason = std::get<Unreadable>(read.error()).reason;
+    EXPECT_THAT(reason, testing::AllOf(HasSubstr(name), testing::ContainsRegex("cannot (be )?read")));
+  }
+}
+
 struct Named {
   std::string name;
   std::string text;

@@ -1,11 +1,11 @@
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
+#include <utility>
 
+#include "board/describe/file_content.hpp"
+#include "protocol/units/megabytes.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/hit_report.hpp"
 #include "tools/probebox/link/box.hpp"
@@ -19,16 +19,24 @@ using interference::Pose;
 
 constexpr double kChord_mm = 0.005;  // by which chords leave an arc
 constexpr std::size_t kShown = 10;
+constexpr std::size_t kMostProgram = 1'000'000'000;  // bytes
 
-Outcome<std::string, Trouble> contentOf(const std::string& path, Console& console) {
-  std::ifstream file{path, std::ios::binary};
-  if (path != "-" && !file)
-    return Trouble{ExitStatus::usage, "unreadable-input", path + ": cannot be read (" + std::strerror(errno) + ")"};
-  std::error_code unknown;
-  if (path != "-" && std::filesystem::is_directory(path, unknown))
-    return Trouble{ExitStatus::usage, "unreadable-input", path + ": is a folder; name a file in it"};
-  auto& in = path == "-" ? console.in() : file;
-  return std::string{std::istreambuf_iterator<char>{in}, {}};
+Trouble unreadableInput(std::string what) {
+  return {ExitStatus::usage, "unreadable-input", std::move(what)};
+}
+
+Outcome<std::string, Trouble> contentOf(const std::string& path, std::size_t most_bytes) {
+  auto text = board::fileContent(path, most_bytes);
+  if (!text) return unreadableInput(path + ": cannot be read (" + text.error().what + ")");
+  return std::move(text).value();
+}
+
+Outcome<std::string, Trouble> programIn(const std::string& path, Console& console) {
+  if (path == "-") return std::string{std::istreambuf_iterator<char>{console.in()}, {}};
+  TRY(auto text, contentOf(path, kMostProgram + 1));
+  if (text.size() > kMostProgram)
+    return unreadableInput(path + ": has more than " + inMegabytes(kMostProgram) + ": check it in parts");
+  return text;
 }
 
 // A cell, one of its tools and a program, as they were asked for.
@@ -40,18 +48,16 @@ struct Job {
 
 Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
   if (options.cell == "-") return usage("--cell has to be a file: its solids may name others beside it");
-  TRY(const auto text, contentOf(options.cell, console));
+  TRY(const auto text, contentOf(options.cell, board::kMostRead));
   auto cell = board::parseCell(text, std::filesystem::path{options.cell}.filename().string());
-  if (!cell) return Trouble{ExitStatus::usage, "unreadable-input", cell.error().what};
+  if (!cell) return unreadableInput(cell.error().what);
   const auto tool = std::ranges::find(cell->tools, options.tool, &board::CellTool::number);
   if (tool == cell->tools.end())
     return usage(options.cell + " has no [[tool]] with number = " + std::to_string(options.tool) + ": add it");
-  TRY(const auto program, contentOf(options.program, console));
+  TRY(const auto program, programIn(options.program, console));
   auto path = interference::readProgram(program, interference::dialectOf(*cell, options.tool, kChord_mm));
-  if (!path) return Trouble{ExitStatus::usage, "unreadable-input", options.program + ": " + path.error().what};
-  if (path->empty())
-    return Trouble{ExitStatus::usage, "unreadable-input",
-                   options.program + ": nothing moves in it once X, Y and Z are known"};
+  if (!path) return unreadableInput(options.program + ": " + path.error().what);
+  if (path->empty()) return unreadableInput(options.program + ": nothing moves in it once X, Y and Z are known");
   Job job{std::move(cell).value(), *tool, std::move(path).value()};
   if (options.stored) job.tool.assembled_length_mm.reset(), job.tool.w1_mm.reset();
   return job;
@@ -127,7 +133,7 @@ ExitStatus run(const Interference& options, const std::string&, Console& console
   if (!job) return console.fail(job.error());
   const auto scene = interference::Scene::open(interference::withoutStock(job->cell, job->path), job->tool,
                                                std::filesystem::path{options.cell}.parent_path());
-  if (!scene) return console.fail({ExitStatus::usage, "unreadable-input", scene.error().what});
+  if (!scene) return console.fail(unreadableInput(scene.error().what));
   interference::Settings settings;
   settings.step_mm = options.step_mm;
   const auto report = interference::check(job->cell, job->tool, **scene, job->path, settings);

@@ -2,9 +2,8 @@
 
 #include <cmath>
 #include <cstddef>
-#include <fstream>
-#include <iterator>
 
+#include "board/describe/file_content.hpp"
 #include "board/describe/parse.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
@@ -16,9 +15,9 @@ namespace {
 
 // what: "machine.toml of the box (--machine)".
 Outcome<std::string> textOf(const std::string& path, const char* what) {
-  std::ifstream file{path};
-  if (!file) return Error{path + " cannot be read: give the " + what + "."};
-  return std::string{std::istreambuf_iterator<char>{file}, {}};
+  auto text = board::fileContent(path);
+  if (!text) return Error{path + " cannot be read (" + text.error().what + "): give the " + what + "."};
+  return text;
 }
 
 // The machine of a file, with the certified sphere of another.

@@ -1,13 +1,10 @@
 #include "tools/probebox/view/cell_desk.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "board/describe/file_content.hpp"
 #include "tools/probebox/commands/hit_report.hpp"
 
 namespace probebox::view {
@@ -121,10 +118,9 @@ std::optional<Measured> measuredIn(const nlohmann::json& asked) {
 Outcome<CellDesk> CellDesk::open(const std::string& path) {
   CellDesk desk;
   if (path.empty()) return desk;
-  std::ifstream in{path, std::ios::binary};
-  if (!in) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
-  const std::string text{std::istreambuf_iterator<char>{in}, {}};
-  TRY(auto cell, board::parseCell(text, std::filesystem::path{path}.filename().string()));
+  const auto text = board::fileContent(path);
+  if (!text) return Error{path + ": cannot be read (" + text.error().what + ")"};
+  TRY(auto cell, board::parseCell(*text, std::filesystem::path{path}.filename().string()));
   desk.cell_ = std::move(cell);
   desk.folder_ = std::filesystem::path{path}.parent_path();
   return desk;
