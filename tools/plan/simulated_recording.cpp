@@ -112,16 +112,14 @@ bool SimulatedRecording::end(capture::Touch touch, double duration_s) {
 bool SimulatedRecording::touch(const procedure::Step& step) {
   const Contact contact{step, surfaceOf(step), set_up_};
   auto touch = begin(step);
-  bool fits = true;
-  sample(set_up_.machine_rate_hz, contact.duration(), [&](double t) {
-    const Vector3d position = contact.body(t - set_up_.delay_s) + noise(set_up_.machine_noise_um);
-    fits = machineRow(t, position) && fits;
+  bool fits = sample(set_up_.machine_rate_hz, contact.duration(), [&](double t) {
+    return machineRow(t, contact.body(t - set_up_.delay_s) + noise(set_up_.machine_noise_um));
   });
   if (step.touch.by_edges) {
     switches(touch, contact);
   } else {
-    sample(set_up_.probe_rate_hz, contact.duration(),
-           [&](double t) { fits = probeRow(t, contact.deflection(t) + noise(set_up_.probe_noise_um)) && fits; });
+    fits = fits && sample(set_up_.probe_rate_hz, contact.duration(),
+                          [&](double t) { return probeRow(t, contact.deflection(t) + noise(set_up_.probe_noise_um)); });
   }
   return end(touch, contact.duration()) && fits;
 }
@@ -142,11 +140,10 @@ bool SimulatedRecording::hold(const procedure::Step& step) {
   const Vector3d sensors{vectorOf(rows[0]).dot(-off), vectorOf(rows[1]).dot(-off), vectorOf(rows[2]).dot(-off)};
   const auto touch = begin(step);
   const Vector3d position = ballOf(step) + off - movedByHead(firstTip());
-  bool fits = true;
-  sample(set_up_.machine_rate_hz, set_up_.hold_s,
-         [&](double t) { fits = machineRow(t, position + noise(set_up_.machine_noise_um)) && fits; });
-  sample(set_up_.probe_rate_hz, set_up_.hold_s,
-         [&](double t) { fits = probeRow(t, sensors + noise(set_up_.head_noise_um)) && fits; });
+  const bool fits = sample(set_up_.machine_rate_hz, set_up_.hold_s,
+                           [&](double t) { return machineRow(t, position + noise(set_up_.machine_noise_um)); }) &&
+                    sample(set_up_.probe_rate_hz, set_up_.hold_s,
+                           [&](double t) { return probeRow(t, sensors + noise(set_up_.head_noise_um)); });
   return end(touch, set_up_.hold_s) && fits;
 }
 
@@ -156,16 +153,13 @@ bool SimulatedRecording::sweep(const procedure::Step& step) {
   const Drive drive{step.touch.travel_mm, step.touch.retract_speed_mm_s, set_up_.acceleration_mm_s2};
   const auto touch = begin(step);
   const double interval_s = std::chrono::duration<double>{capture::kSweepInterval}.count();
-  bool fits = true;
-  sample(1 / interval_s, drive.duration() + 2 * interval_s,
-         [&](double t) { fits = machineRow(t, drive.at(t) * along + noise(set_up_.machine_noise_um)) && fits; });
-  sample(set_up_.screw_rate_hz, drive.duration(), [&](double t) {
+  const auto positions = [&](double t) { return machineRow(t, drive.at(t) * along + noise(set_up_.machine_noise_um)); };
+  const auto readings = [&](double t) {
     const double turn_rad = kTurn * (drive.at(t) - screw.sector_zero_mm) / screw.pitch_mm;
-    const double reading_um = screwSensor_um(turn_rad, t) + normal(set_up_.screw_noise_um);
-    fits = recording_.append(capture::DriftRow{
-               .at = at(now_s_ + t), .reading_nm = static_cast<std::int32_t>(std::lround(reading_um * 1e3))}) &&
-           fits;
-  });
+    return driftRow(t, screwSensor_um(turn_rad, t) + normal(set_up_.screw_noise_um));
+  };
+  const bool fits = sample(1 / interval_s, drive.duration() + 2 * interval_s, positions) &&
+                    sample(set_up_.screw_rate_hz, drive.duration(), readings);
   return end(touch, drive.duration()) && fits;
 }
 
@@ -173,27 +167,22 @@ bool SimulatedRecording::sweep(const procedure::Step& step) {
 bool SimulatedRecording::rest(const procedure::Step& step) {
   const auto touch = begin(step);
   const double interval_s = std::chrono::duration<double>{capture::kSweepInterval}.count();
-  bool fits = true;
-  sample(1 / interval_s, step.touch.rest_s + 2 * interval_s,
-         [&](double t) { fits = machineRow(t, noise(set_up_.machine_noise_um)) && fits; });
-  sample(set_up_.screw_rate_hz, step.touch.rest_s, [&](double t) {
-    fits = recording_.append(capture::DriftRow{
-               .at = at(now_s_ + t),
-               .reading_nm = static_cast<std::int32_t>(std::lround(normal(set_up_.screw_noise_um) * 1e3))}) &&
-           fits;
-  });
+  const bool fits = sample(1 / interval_s, step.touch.rest_s + 2 * interval_s,
+                           [&](double t) { return machineRow(t, noise(set_up_.machine_noise_um)); }) &&
+                    sample(set_up_.screw_rate_hz, step.touch.rest_s,
+                           [&](double t) { return driftRow(t, normal(set_up_.screw_noise_um)); });
   return end(touch, step.touch.rest_s) && fits;
 }
 
 bool SimulatedRecording::scan(const procedure::Step& step) {
   const ScanMotion motion{step, set_up_};
   const auto touch = begin(step);
-  bool fits = true;
-  sample(set_up_.machine_rate_hz, motion.duration(), [&](double t) {
-    fits = machineRow(t, motion.body(t - set_up_.delay_s) + noise(set_up_.machine_noise_um)) && fits;
-  });
-  sample(set_up_.probe_rate_hz, motion.duration(),
-         [&](double t) { fits = probeRow(t, motion.deflection(t) + noise(set_up_.probe_noise_um)) && fits; });
+  const auto positions = [&](double t) {
+    return machineRow(t, motion.body(t - set_up_.delay_s) + noise(set_up_.machine_noise_um));
+  };
+  const auto deflections = [&](double t) { return probeRow(t, motion.deflection(t) + noise(set_up_.probe_noise_um)); };
+  const bool fits = sample(set_up_.machine_rate_hz, motion.duration(), positions) &&
+                    sample(set_up_.probe_rate_hz, motion.duration(), deflections);
   return end(touch, motion.duration()) && fits;
 }
 
@@ -206,11 +195,10 @@ bool SimulatedRecording::turn(const procedure::Step& step) {
   const Turn motion{step, ball, away, set_up_};
   beside_rad_[2] = stopOff(2);  // C has moved, and its encoder does not see how far it stands beside
   const double interval_s = std::chrono::duration<double>{capture::kSweepInterval}.count();
-  bool fits = true;
-  sample(1 / interval_s, motion.duration(), [&](double t) {
-    fits = machineRow(t, motion.stylus() - away + noise(set_up_.machine_noise_um)) && fits;
-    fits = recording_.append(capture::AngleRow{at(now_s_ + t), motion.angle(t) - beside_rad_[2]}) && fits;
-    if (!step.touch.by_edges) fits = probeRow(t, motion.deflection(t) + noise(set_up_.probe_noise_um)) && fits;
+  const bool fits = sample(1 / interval_s, motion.duration(), [&](double t) {
+    return machineRow(t, motion.stylus() - away + noise(set_up_.machine_noise_um)) &&
+           recording_.append(capture::AngleRow{at(now_s_ + t), motion.angle(t) - beside_rad_[2]}) &&
+           (step.touch.by_edges || probeRow(t, motion.deflection(t) + noise(set_up_.probe_noise_um)));
   });
   if (step.touch.by_edges) {
     const double sd_mm = 1e-3 * *set_up_.switch_repeatability_um;
@@ -233,6 +221,11 @@ bool SimulatedRecording::probeRow(double t, const Vector3d& channels_mm) {
     row.channels_nm[static_cast<std::size_t>(i)] =
         static_cast<std::int32_t>(std::lround(channels_mm[i] * kNanometresPerMm));
   return recording_.append(row);
+}
+
+bool SimulatedRecording::driftRow(double t, double reading_um) {
+  return recording_.append(
+      capture::DriftRow{.at = at(now_s_ + t), .reading_nm = static_cast<std::int32_t>(std::lround(reading_um * 1e3))});
 }
 
 Vector3d SimulatedRecording::surfaceOf(const procedure::Step& step) const {
@@ -312,9 +305,12 @@ Vector3d SimulatedRecording::noise(double sigma_um) {
   return {normal(random_), normal(random_), normal(random_)};
 }
 
-void SimulatedRecording::sample(double rate_hz, double duration_s, const auto& take) {
+bool SimulatedRecording::sample(double rate_hz, double duration_s, const auto& take) {
   const double phase = std::uniform_real_distribution<double>{0.0, 1.0}(random_);
-  for (double count = phase; count / rate_hz < duration_s; ++count) take(count / rate_hz);
+  for (double count = phase; count / rate_hz < duration_s; ++count) {
+    if (!take(count / rate_hz)) return false;
+  }
+  return true;
 }
 
 }  // namespace probebox::plan

@@ -41,6 +41,7 @@ class SimulatedRecording {
   bool turn(const procedure::Step& step);
   bool machineRow(double t, const Eigen::Vector3d& position);
   bool probeRow(double t, const Eigen::Vector3d& channels_mm);
+  bool driftRow(double t, double reading_um);
   Eigen::Vector3d surfaceOf(const procedure::Step& step) const;
   Eigen::Vector3d setterFaceOf(const procedure::Step& step) const;
   Eigen::Vector3d ballOf(const procedure::Step& step) const;
@@ -50,7 +51,8 @@ class SimulatedRecording {
   Eigen::Vector3d tipOf(const procedure::Step& step) const;
   Eigen::Vector3d noise(double sigma_um);
   double normal(double sigma);
-  void sample(double rate_hz, double duration_s, const auto& take);
+  // Calls take(t) for each sample until it returns false, which it then returns: the recording is full.
+  bool sample(double rate_hz, double duration_s, const auto& take);
 
   const SetUp& set_up_;
   const procedure::Facts& facts_;

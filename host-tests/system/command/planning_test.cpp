@@ -234,12 +234,23 @@ TEST(Planning, NamesTheOptionThatNoRunIsPossibleWith) {
     EXPECT_THAT(done.err, Not(HasSubstr("again"))) << option;
     return done.err;
   };
-  EXPECT_THAT(whyNot("--probe-rate", "1e-9"),
-              AllOf(HasSubstr("The probe delivers 1e-09 deflections a second"), HasSubstr("--probe-rate 1e-09")));
+  EXPECT_THAT(whyNot("--probe-rate", "0.5"),
+              AllOf(HasSubstr("The probe delivers 0.5 deflections a second"), HasSubstr("--probe-rate 0.5")));
   EXPECT_THAT(whyNot("--machine-rate", "20"), HasSubstr("--machine-rate 20"));
   EXPECT_THAT(whyNot("--acceleration", "1"),
               HasSubstr("at 1 mm/s2 the machine needs 12.5 mm to reach 5 mm/s, and a touch has"));
   EXPECT_THAT(whyNot("--probe-noise", "1000"), HasSubstr("--probe-noise 1000"));
+}
+
+TEST(Planning, IsOfMachinesThatThereAre) {
+  for (const std::string option :
+       {"--machine-rate", "--machine-noise", "--probe-rate", "--probe-noise", "--switch-noise", "--acceleration"}) {
+    for (const std::string value : {"1e-300", "1e300"}) {
+      const auto done = probebox({"plan", "delay-multi-speed", option, value});
+      EXPECT_EQ(done.status, 2) << option;
+      EXPECT_THAT(done.err, AllOf(HasSubstr(option), HasSubstr(value + " is not a number from"))) << option;
+    }
+  }
 }
 
 TEST(Planning, SaysWhichFileCannotBeRead) {

@@ -323,6 +323,21 @@ TEST(Forecast, RefusesWhatARunWouldBeRefusedFor) {
       << "its speed is never constant";
 }
 
+// Its touches, scans and sweeps last for ever.
+TEST(Forecast, EndsWhereTheRecordingIsFull) {
+  plan::SetUp still;
+  still.acceleration_mm_s2 = 1e-300;
+  const std::array wanted{Wanted{.method = &procedure::kDelayMultiSpeed}, Wanted{.method = &procedure::kDelayContour},
+                          Wanted{.method = &procedure::kScrewCalibration, .options = {.axis = 3}}};
+  for (const auto& one : wanted) {
+    const auto refused = forecast(one, still);
+    ASSERT_FALSE(refused) << one.method->name();
+    EXPECT_EQ(refused.error().name, "recording-full") << one.method->name();
+  }
+  EXPECT_THAT(forecast({.method = &procedure::kDelayMultiSpeed}, still).error().reason,
+              testing::HasSubstr("state the acceleration of the machine (--acceleration)"));
+}
+
 TEST(Forecast, OfContactsIsOfMethodsThatTakeThem) {
   ProcedureOptions contacts;
   contacts.contacts = true;

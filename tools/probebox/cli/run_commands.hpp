@@ -174,20 +174,26 @@ class RunCommands {
     plan->add_option("--time", plan_.time_s, "time available: propose the most precise sets of touches for it")
         ->check(seconds())
         ->type_name("SECONDS");
-    const auto add_positive = [&](const char* name, std::optional<double>& value, const char* what, const char* unit) {
-      plan->add_option(name, value, what)->check(positive())->type_name(unit);
+    const auto add_number = [&](const char* name, std::optional<double>& value, double least, const char* what,
+                                const char* unit) {
+      constexpr double kMost = 1e6;
+      plan->add_option(name, value, what)->check(between(least, kMost))->type_name(unit);
     };
-    add_positive("--machine-rate", plan_.machine_rate_hz, "rate of the positions; default: of the box, or 1000", "HZ");
-    add_positive("--machine-noise", plan_.machine_noise_um, "noise of one position, k = 1; default: 0.5", "UM");
-    add_positive("--probe-rate", plan_.probe_rate_hz, "rate of the deflections; default: of the box, or 2000", "HZ");
-    add_positive("--probe-noise", plan_.probe_noise_um, "noise of one channel, k = 1; default: of the box, or 0.4",
-                 "UM");
-    add_positive("--switch-noise", plan_.switch_noise_um,
-                 "plan with a touch-trigger probe: depth at which its switch opens, k = 1; default: the probe of the "
-                 "box, or a scanning one",
-                 "UM");
-    add_positive("--acceleration", plan_.acceleration_mm_s2, "acceleration of the machine; default: 10000",
-                 "MM_PER_S2");
+    constexpr double kLeastRate_hz = 0.1, kLeastNoise_um = 1e-6, kLeastAcceleration_mm_s2 = 0.1;
+    add_number("--machine-rate", plan_.machine_rate_hz, kLeastRate_hz,
+               "rate of the positions; default: of the box, or 1000", "HZ");
+    add_number("--machine-noise", plan_.machine_noise_um, kLeastNoise_um, "noise of one position, k = 1; default: 0.5",
+               "UM");
+    add_number("--probe-rate", plan_.probe_rate_hz, kLeastRate_hz,
+               "rate of the deflections; default: of the box, or 2000", "HZ");
+    add_number("--probe-noise", plan_.probe_noise_um, kLeastNoise_um,
+               "noise of one channel, k = 1; default: of the box, or 0.4", "UM");
+    add_number("--switch-noise", plan_.switch_noise_um, kLeastNoise_um,
+               "plan with a touch-trigger probe: depth at which its switch opens, k = 1; default: the probe of the "
+               "box, or a scanning one",
+               "UM");
+    add_number("--acceleration", plan_.acceleration_mm_s2, kLeastAcceleration_mm_s2,
+               "acceleration of the machine; default: 10000", "MM_PER_S2");
   }
 
   void declareGcode(Subcommands& commands) {
