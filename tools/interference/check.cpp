@@ -48,10 +48,12 @@ class Walk {
     solids(move, scene_.travel(move));
     for (auto& [name, stock] : stocks_) {
       const auto steps = static_cast<std::size_t>(std::ceil(length / (stock.grid() / 2)));
-      for (std::size_t k = 0; k <= steps; ++k)
+      for (std::size_t k = 0; k <= steps && !stopped(); ++k)
         workpiece(move, steps == 0 ? 0 : static_cast<double>(k) / static_cast<double>(steps), name, stock);
     }
   }
+
+  bool stopped() const { return settings_.stopped && settings_.stopped(); }
 
   Report finish() {
     for (const auto& [name, stock] : stocks_) {
@@ -71,7 +73,7 @@ class Walk {
   // No point comes nearer than the move travels at most: from a place with distance d the next d can be passed over,
   // but for the part in which a new smallest distance might lie.
   void solids(const Move& move, double travel) {
-    for (double passed = 0;;) {
+    for (double passed = 0; !stopped();) {
       const auto pose = poseAt(move, travel > 0 ? passed / travel : 0);
       const auto nearest = scene_.nearest(pose, !move.rapid);
       if (nearest.solid.empty()) return;
@@ -127,7 +129,10 @@ class Walk {
 Report check(const board::Cell& cell, const board::CellTool& tool, const Scene& scene, std::span<const Move> path,
              const Settings& settings) {
   Walk walk{cell, tool, scene, settings, !turns(path)};
-  for (const auto& move : path) walk.along(move);
+  for (const auto& move : path) {
+    if (walk.stopped()) break;
+    walk.along(move);
+  }
   return walk.finish();
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -33,8 +34,9 @@ struct Report {
 };
 
 struct Settings {
-  double step_mm{0.1};  // hits deeper than this are never missed
-  double grid_mm{0.5};  // cell size of the workpiece's height field
+  double step_mm{0.1};              // hits deeper than this are never missed
+  double grid_mm{0.5};              // cell size of the workpiece's height field
+  std::function<bool()> stopped{};  // asked at every step; true ends the check, whose report is then of no use
 };
 
 // Returns the cell without the workpieces that the program cuts, for the scene of a check: upright boxes, where no

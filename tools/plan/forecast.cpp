@@ -164,11 +164,13 @@ Outcome<Forecast, Refusal> forecast(const Wanted& wanted, const SetUp& set_up) {
   return forecastOf(wanted, set_up, kRuns);
 }
 
-Outcome<std::vector<Forecast>, Refusal> proposals(const Wanted& wanted, const SetUp& set_up, double time_s) {
+Outcome<std::vector<Forecast>, Refusal> proposals(const Wanted& wanted, const SetUp& set_up, double time_s,
+                                                  const std::function<bool()>& stopped) {
   std::vector<Forecast> fitting;
   std::optional<Refusal> first;
   bool any = false;
   for (const auto& candidate : candidates(wanted)) {
+    if (stopped()) break;
     const auto options = completed(candidate, factsOf(withProbeFor(*candidate.method, set_up), candidate.options.tool),
                                    set_up.deflection_limit_mm);
     if (options && shortestDuration(*candidate.method, *options, set_up) > time_s) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,7 +32,10 @@ Outcome<Forecast, metrology::Refusal> forecast(const Wanted& wanted, const SetUp
 
 // Finds runs that fit into the time by varying the options that are left open (speeds, repeats, angles, numbers of
 // balls or turns), the most precise first, by the combined uncertainty of the first component of the method's first
-// estimate. Empty when none fits. Refusal: that of the first candidate, if every one is refused.
-Outcome<std::vector<Forecast>, metrology::Refusal> proposals(const Wanted& wanted, const SetUp& set_up, double time_s);
+// estimate. Empty when none fits. Refusal: that of the first candidate, if every one is refused. stopped: asked before
+// each candidate; true ends the search.
+Outcome<std::vector<Forecast>, metrology::Refusal> proposals(
+    const Wanted& wanted, const SetUp& set_up, double time_s,
+    const std::function<bool()>& stopped = [] { return false; });
 
 }  // namespace probebox::plan

@@ -1,4 +1,5 @@
 // For which machine `probebox plan` forecasts, and what it says of its uncertainty.
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -264,6 +265,17 @@ TEST(Planning, SaysWhichFileCannotBeRead) {
     const auto done = probebox(all);
     EXPECT_EQ(done.status, 2);
     EXPECT_THAT(done.err, HasSubstr(folder + " cannot be read (it is a folder): give the "));
+  }
+}
+
+TEST(Planning, EndsAtCtrlC) {
+  const std::atomic<bool> interrupted{true};
+  for (const auto& more : std::vector<std::vector<std::string>>{{}, {"--time", "300"}}) {
+    std::vector<std::string> words{"plan", "delay-multi-speed"};
+    words.insert(words.end(), more.begin(), more.end());
+    const auto done = probebox(words, {}, &interrupted);
+    EXPECT_EQ(done.status, 130);
+    EXPECT_EQ(done.out, "");
   }
 }
 

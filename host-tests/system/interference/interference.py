@@ -6,10 +6,12 @@ import json
 import math
 import pathlib
 import random
+import signal
 import struct
 import subprocess
 import sys
 import tempfile
+import time
 
 TOOL = {"number": 4, "holder_radius_mm": 20, "holder_length_mm": 62, "radius_mm": 6, "length_mm": 58, "cutting_mm": 30}
 SKIPPED = 77
@@ -361,6 +363,25 @@ def check_text_stl(probebox, folder):
         assert status == 2 and words in said, (text[-200:], words, said)
 
 
+def check_interrupted(probebox, folder):
+    """Ctrl-C in the middle of a move ends it without a verdict."""
+    (folder / "cell.toml").write_text(cell([{**BOX, "name": f"rail {k}", "size_mm": [40_000, 10, 10]} for k in range(100)]))
+    (folder / "part.ngc").write_text("G0 X-19000 Y100 Z0\nG0 X19000\n")
+    for number in (signal.SIGINT, signal.SIGTERM):
+        command = subprocess.Popen([probebox, "interference", "--cell", str(folder / "cell.toml"), "--tool", "4", "--gcode", str(folder / "part.ngc"), "--step", "0.01"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        status = pathlib.Path(f"/proc/{command.pid}/status")
+        while command.poll() is None and not any(line.startswith("SigCgt:") and int(line[7:], 16) >> (signal.SIGINT - 1) & 1 for line in status.read_text().splitlines()):
+            time.sleep(0.01)
+        time.sleep(0.5)
+        command.send_signal(number)
+        try:
+            said, _ = command.communicate(timeout=20)
+        finally:
+            command.kill()
+        assert command.returncode == 130 and "hit" not in said, (command.returncode, said)
+
+
 def check_refusals(probebox, folder):
     refused = {"G0 X0 Y0 Z0\nG81 X1 Z-5 R2\n": "line 2: G81", "G0 X0 Y0 Z0\nG1 A10\n": "line 2: a word A", "G0 X0 Y0 Z0\nG1 X#1\n": "line 2",
                "X1\n": "line 1", "G0 X0 Y0 Z0\nG1 XINF\n": "line 2: 'XINF'", "G0 X0 Y0 Z0\nG1 Znan\n": "line 2: 'ZNAN'",
@@ -392,7 +413,7 @@ def main(probebox):
         check_known(probebox, folder)
         worst = check_random(probebox, folder)
         turned_worst = check_turned(probebox, folder)
-        for one in (check_turning, check_path, check_cutting, check_measured, check_stl, check_text_stl, check_refusals):
+        for one in (check_turning, check_path, check_cutting, check_measured, check_stl, check_text_stl, check_interrupted, check_refusals):
             one(probebox, folder)
         print(f"40 random poses agree within {worst * 1e3:.3f} um, 30 with rotary axes within {turned_worst * 1e3:.3f} um")
 

@@ -354,6 +354,14 @@ TEST(Proposals, SayWhatIsWrongWhereNoTimeWouldHelp) {
   EXPECT_NE(refused.error().reason.find("An overtravel of 500 mm"), std::string::npos);
 }
 
+TEST(Proposals, EndWhereTheyAreStopped) {
+  int asked = 0;
+  const auto found = proposals({.method = &procedure::kDelayMultiSpeed}, {}, 1000, [&] { return ++asked == 2; });
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->size(), 1U);
+  EXPECT_EQ(asked, 2);
+}
+
 TEST(Proposals, FitIntoTheTimeAndTheBestComesFirst) {
   for (const auto* method : {&procedure::kDelayMultiSpeed, &procedure::kDelayKnownSphere, &procedure::kCentreline}) {
     const auto answered = proposals({.method = method}, {}, 60);

@@ -136,7 +136,9 @@ ExitStatus run(const Interference& options, const std::string&, Console& console
   if (!scene) return console.fail(unreadableInput(scene.error().what));
   interference::Settings settings;
   settings.step_mm = options.step_mm;
+  settings.stopped = [&console] { return console.interrupted(); };
   const auto report = interference::check(job->cell, job->tool, **scene, job->path, settings);
+  if (console.interrupted()) return ExitStatus::interrupted;
   if (console.json()) {
     console.object(summary(*job, (*scene)->lengths(), report));
   } else {

@@ -130,7 +130,9 @@ Trouble troubleOf(const metrology::Refusal& refusal, const PlannedMachine& machi
 
 ExitStatus proposeRuns(const plan::Wanted& wanted, const PlannedMachine& machine, const Plan& options,
                        Console& console) {
-  const auto found = plan::proposals(wanted, machine.set_up, *options.time_s);
+  const auto found =
+      plan::proposals(wanted, machine.set_up, *options.time_s, [&console] { return console.interrupted(); });
+  if (console.interrupted()) return ExitStatus::interrupted;
   if (!found) return console.fail(troubleOf(found.error(), machine, options));
   if (found->empty())
     return console.fail(
@@ -176,6 +178,7 @@ ExitStatus planFor(const Plan& options, const std::optional<AskedBox>& box, Cons
   if (!machine) return console.fail(machine.error());
   if (options.time_s) return proposeRuns(*wanted, *machine, options, console);
   const auto expected = plan::forecast(*wanted, machine->set_up);
+  if (console.interrupted()) return ExitStatus::interrupted;
   if (!expected) return console.fail(troubleOf(expected.error(), *machine, options));
   if (console.json())
     console.object(forecastJson(*expected, *machine));

@@ -115,8 +115,9 @@ std::optional<Measured> measuredIn(const nlohmann::json& asked) {
 
 }  // namespace
 
-Outcome<CellDesk> CellDesk::open(const std::string& path) {
+Outcome<CellDesk> CellDesk::open(const std::string& path, std::function<bool()> stopped) {
   CellDesk desk;
+  desk.stopped_ = std::move(stopped);
   if (path.empty()) return desk;
   const auto text = board::fileContent(path);
   if (!text) return Error{path + ": cannot be read (" + text.error().what + ")"};
@@ -170,7 +171,10 @@ Desk::Answer CellDesk::check(const std::string& body) const {
   if (!path) return objection(path.error().what);
   const auto scene = interference::Scene::open(interference::withoutStock(*cell_, *path), tool, folder_);
   if (!scene) return objection(scene.error().what);
-  const auto report = interference::check(*cell_, tool, **scene, *path, {});
+  interference::Settings settings;
+  settings.stopped = stopped_;
+  const auto report = interference::check(*cell_, tool, **scene, *path, settings);
+  if (stopped_()) return objection("probebox view has ended: start it again");
   Json hits = Json::array(), corners = Json::array();
   for (const auto& hit : report.hits) hits.push_back(describe(hit));
   for (std::size_t k = 0; k < std::min(path->size(), kMostPath); ++k)

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -21,8 +22,8 @@ struct Measured {
 // Answers the requests of the page about a cell: its scene, distances and interference checks.
 class CellDesk {
  public:
-  // path: of cell.toml; empty for no cell. Error: why it cannot be read.
-  static Outcome<CellDesk> open(const std::string& path);
+  // path: of cell.toml; empty for no cell. stopped: ends a check. Error: why it cannot be read.
+  static Outcome<CellDesk> open(const std::string& path, std::function<bool()> stopped);
 
   // Solids, with the triangles of meshes, and tools with their stored and measured lengths. Null without a cell.
   std::string scene() const;
@@ -36,6 +37,7 @@ class CellDesk {
  private:
   std::optional<board::Cell> cell_;
   std::filesystem::path folder_;
+  std::function<bool()> stopped_;
 };
 
 }  // namespace probebox::view

@@ -57,7 +57,7 @@ ExitStatus run(const View& options, const std::string& given, Console& console) 
     uri = chooseUri(replayed->uri());
     if (!uri) return console.fail(uri.error());
   }
-  const auto cell = view::CellDesk::open(options.cell);
+  const auto cell = view::CellDesk::open(options.cell, [&console] { return console.interrupted(); });
   if (!cell) return console.fail({ExitStatus::usage, "unreadable-input", cell.error().what});
   view::EventLog events;
   view::Desk desk{*uri, events, console.interruption()};
