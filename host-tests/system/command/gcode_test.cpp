@@ -67,6 +67,24 @@ TEST(GcodeCommand, RefusesToGoThroughTheSphere) {
   EXPECT_EQ(delay("haas", {"--overtravel", "1.5", "--deflection-limit", "2"}).status, 0);
 }
 
+TEST(GcodeCommand, RefusesLengthsAndFeedsOfNoMachine) {
+  const auto refused = [](const Finished& done, const std::string& option) {
+    EXPECT_EQ(done.status, 2) << option;
+    EXPECT_EQ(done.out, "") << option;
+    EXPECT_THAT(done.err, AllOf(HasSubstr(option), HasSubstr("is not a number from"))) << option;
+  };
+  for (const std::string option : {"--traverse", "--most-feed"}) {
+    refused(delay("fanuc", {option, "0.9"}), option);
+    refused(delay("fanuc", {option, "1e301"}), option);
+  }
+  for (const std::string option :
+       {"--sphere", "--stylus", "--gap", "--setter", "--tool-diameter", "--deflection-limit"}) {
+    for (const std::string value : {"0.0001", "1e12", "1e308"})
+      refused(gcode("delay-multi-speed", "fanuc", {option, value}), option);
+  }
+  EXPECT_THAT(delay("fanuc", {"--traverse", "1"}).out, HasSubstr("F1.000"));
+}
+
 TEST(GcodeCommand, RefusesAScanThatOutlastsTheMaskOfLinuxCnc) {
   const auto scan = [](const std::string& dialect, const std::string& speed) {
     return probebox({"gcode", "delay-stepped-scan", "--dialect", dialect, "-o", "-", "--safe-z", "200", "--sphere",

@@ -54,8 +54,12 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
         ->check(between(-kFurthest_mm, kFurthest_mm))
         ->type_name("X,Y,Z");
   };
-  const auto add_mm = [&](const char* name, auto& value, const char* what, const char* unit = "MM") {
-    gcode->add_option(name, value, what)->check(positive())->type_name(unit);
+  const auto add_mm = [&](const char* name, auto& value, const char* what) {
+    constexpr double kLeast_mm = 1e-3;  // decimals of a program
+    gcode->add_option(name, value, what)->check(between(kLeast_mm, kFurthest_mm))->type_name("MM");
+  };
+  const auto add_feed = [&](const char* name, auto& value, const char* what) {
+    gcode->add_option(name, value, what)->check(between(1, 100'000))->type_name("MM_PER_MIN");
   };
   gcode->add_option("--dialect", options.dialect, "dialect of the control")
       ->check(CLI::IsMember({"linuxcnc", "fanuc", "siemens", "haas"}))
@@ -136,8 +140,8 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
       ->type_name("NUMBER");
   gcode->add_flag("--no-skip", options.no_skip,
                   "the probe is not wired to the control's skip input: write moves that it cannot stop");
-  add_mm("--traverse", options.traverse_mm_min, "feed of traverses; default: 1500", "MM_PER_MIN");
-  add_mm("--most-feed", options.most_mm_min, "limit of all feeds; default: 6000", "MM_PER_MIN");
+  add_feed("--traverse", options.traverse_mm_min, "feed of traverses; default: 1500");
+  add_feed("--most-feed", options.most_mm_min, "limit of all feeds; default: 6000");
 }
 
 }  // namespace probebox::command
