@@ -170,9 +170,10 @@ struct Config {
 Outcome<Config, Refusal> readConfig(const Dataset& dataset) {
   TRY(auto screw, screwOf(dataset));
   TRY(const auto sectors, requiredPositive(dataset, "sectors"));
-  if (sectors != std::floor(sectors) || sectors < 2.0 || sectors > static_cast<double>(kMostSectors)) {
-    return Refusal{"bad-sectors", "config key 'sectors' is " + text(sectors) + ": give a whole number from 2 to " +
-                                      std::to_string(kMostSectors)};
+  if (sectors != std::floor(sectors) || sectors < static_cast<double>(kLeastSectors) ||
+      sectors > static_cast<double>(kMostSectors)) {
+    return Refusal{"bad-sectors", "config key 'sectors' is " + text(sectors) + ": give a whole number from " +
+                                      std::to_string(kLeastSectors) + " to " + std::to_string(kMostSectors)};
   }
   TRY(const auto limit, configPositive(dataset, "drift_limit_um_s"));
   return Config{screw, static_cast<std::size_t>(sectors), limit.value_or(kDriftLimitUmS)};

@@ -24,7 +24,7 @@ Outcome<ScrewModel, Refusal> readScrew(const Dataset& dataset) {
   screw.gain = gain;
   screw.threshold_rpm = threshold;
   screw.reference_um = reference.value_or(0.0);
-  if (auto refusal = fillSectors(screw, *table)) return *refusal;
+  if (auto refusal = fillSectors(screw, *table, 0.0)) return *refusal;
   return screw;
 }
 

@@ -1,12 +1,33 @@
 #include "firmware/metrology/screw/screw_config.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/digits.hpp"
 
 namespace probebox::metrology {
+namespace {
+
+// (D3): the means of a whole turn sum to 0. A part of a table, one in another unit, or one with a gross error does not.
+std::optional<Refusal> notWhole(const std::vector<double>& values, double sd_sector_um) {
+  constexpr double kUsualSd_um = 0.02;  // of a sector, where none is stated
+  constexpr double kMost = 5.0;         // sd
+  const auto count = static_cast<double>(values.size());
+  double digit = 1.0;
+  for (const double value : values) digit = std::min(digit, digitOf(value));
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  const double limit = kMost * std::max(sd_sector_um, kUsualSd_um) * std::sqrt(count) + count * digit / 2.0;
+  if (std::abs(sum) <= limit) return std::nullopt;
+  return Refusal{"bad-sectors", "the values of table 'sector_table' sum to " + text(sum) +
+                                    " um, and those of a whole turn to 0 within " + text(limit) +
+                                    ": give all sectors of the table of screw-calibration, in um"};
+}
+
+}  // namespace
 
 Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset) {
   TRY(const auto length, requiredPositive(dataset, "screw_length_mm"));
@@ -35,12 +56,13 @@ std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table
   return std::nullopt;
 }
 
-std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table) {
+std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table, double sd_sector_um) {
   const auto& numbers = *table.column("sector");
   const auto& values = *table.column("T_um");
-  const Refusal bad{"bad-sectors", "table 'sector_table' must name the sectors 0 to n - 1, each once, at most " +
-                                       std::to_string(kMostSectors) + ": take the table of screw-calibration"};
-  if (numbers.size() > kMostSectors) return bad;
+  const Refusal bad{"bad-sectors", "table 'sector_table' must name the sectors 0 to n - 1, each once, at least " +
+                                       std::to_string(kLeastSectors) + " and at most " + std::to_string(kMostSectors) +
+                                       ": take the table of screw-calibration"};
+  if (numbers.size() < kLeastSectors || numbers.size() > kMostSectors) return bad;
   std::vector<bool> seen(numbers.size(), false);
   for (std::size_t row = 0; row < numbers.size(); ++row) {
     const double number = numbers[row];
@@ -51,7 +73,7 @@ std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table) {
     screw.sector_um[sector] = values[row];
   }
   screw.sector_count = numbers.size();
-  return std::nullopt;
+  return notWhole(values, sd_sector_um);
 }
 
 }  // namespace probebox::metrology

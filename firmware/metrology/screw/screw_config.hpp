@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <string_view>
 
@@ -29,7 +30,9 @@ std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table
 
 // Columns of table sector_table: the face table of screw-calibration.
 inline constexpr std::array<std::string_view, 2> kSectorColumns{"sector", "T_um"};
-// Takes the sectors of a screw from that table. Refuses: bad-sectors (not each of 0 to n - 1 once).
-std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table);
+inline constexpr std::size_t kLeastSectors = 2;
+// Takes the sectors of a screw from that table. sd_sector_um: of a value; 0: not stated. Refuses: bad-sectors (not each
+// of 0 to n - 1 once, or a sum that is not 0).
+std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table, double sd_sector_um);
 
 }  // namespace probebox::metrology

@@ -79,7 +79,7 @@ Outcome<FaceUnderSensor, Refusal> restFace(const Dataset& dataset) {
         "screw-calibration, or sd_face_um, the standard deviation of the face over a turn"};
   }
   TRY(const auto table, checkedTable(dataset, "sector_table", kSectorColumns));
-  if (auto refusal = fillSectors(face.screw, *table)) return *refusal;
+  if (auto refusal = fillSectors(face.screw, *table, sd_sector.value_or(0.0))) return *refusal;
   face.sd_um = sd_sector.value_or(0.0);
   face.exact = !sd_sector;
   return face;

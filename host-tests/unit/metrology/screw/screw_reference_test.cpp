@@ -97,14 +97,35 @@ TEST(ScrewReference, TakesOutAFaceThatItsTableDescribes) {
   }
 }
 
-// Reading less reference less table is the extension, whatever the table's mean.
-TEST(ScrewReference, GoesWithATableThatDoesNotSumToZero) {
+TEST(ScrewReference, RefusesATableThatIsNotThatOfAWholeTurn) {
   std::mt19937_64 random{1};
-  auto dataset = caseOf({.sigma_um = 1e-4}, random);
-  for (double& value : columnNamed(dataset, "sector_table", "T_um")) value += 5;
-  const auto solved = solve(dataset);
-  ASSERT_TRUE(solved.ok());
-  EXPECT_NEAR(solved->find("reference_um")->value(), kReading_um - 5, 1e-4);
+  const auto refusal = [&](const std::function<void(Dataset&)>& damage, double sd_sector_um = 0) {
+    auto dataset = caseOf({.sd_sector_um = sd_sector_um}, random);
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  const auto keepFirst = [](std::size_t count) {
+    return [=](Dataset& d) { keepRows(tableNamed(d, "sector_table"), [=](std::size_t k) { return k < count; }); };
+  };
+  const auto table = [](Dataset & d) -> auto& {
+    return columnNamed(d, "sector_table", "T_um");
+  };
+  const auto roundTo = [&](double step_um) {
+    return [=](Dataset& d) {
+      for (double& value : table(d)) value = step_um * std::round(value / step_um);
+    };
+  };
+  EXPECT_EQ(refusal(keepFirst(24)), "");
+  EXPECT_EQ(refusal(keepFirst(12)), "bad-sectors");
+  EXPECT_EQ(refusal(keepFirst(1)), "bad-sectors");
+  EXPECT_EQ(refusal([&](Dataset& d) { table(d)[12] *= 10; }), "bad-sectors");
+  EXPECT_EQ(refusal([&](Dataset& d) {
+              for (double& value : table(d)) value += 1;
+            }),
+            "bad-sectors");
+  // As printed, and with noise.
+  EXPECT_EQ(refusal(roundTo(0.1)), "");
+  EXPECT_EQ(refusal(keepFirst(24), 0.3), "");
 }
 
 // A sensor of 0.15 s that is read 20 times a second: neighbours differ by 0.7 of their noise.
