@@ -159,7 +159,6 @@ bool isIn(std::string_view column, std::string_view unit) {
 // Columns whose unit nothing can tell, and why: what they say in another unit is another machine's honest reading.
 const std::map<std::string, std::set<std::string>> kAnyUnit{
     {"c-zero-shift", {"C1_rad", "C2_rad", "C1_rad C2_rad"}},  // two angles, and their mean is the answer
-    {"centreline-by-steps", {"x_mm"}},                        // of the stylus: half a difference of two
     {"screw-compensation", {"phi_rad"}},                      // a screw turns as often as it likes
     {"screw-reference", {"phi_rad"}},                         // likewise, and stands
     {"sensor-head-calibration", {"y_mm", "z_mm"}},            // places on a machine of 60 m

@@ -329,6 +329,16 @@ TEST(CentrelineBySteps, TakesNoStylusReadingAtAnotherSpindleAngle) {
   }
 }
 
+TEST(CentrelineBySteps, RefusesAStylusThatIsFarOffTheSpindle) {
+  std::mt19937_64 random{21};
+  Chuck chuck = randomChuck(random);
+  chuck.stylus = {3.0, -8.0};
+  Dataset dataset = goThrough(chuck, 40 * kDegree, random);
+  EXPECT_EQ(refusalOf(dataset), "");
+  columnNamed(dataset, "stylus", "y_mm")[1] *= -1;
+  EXPECT_EQ(refusalOf(dataset), "implausible");
+}
+
 TEST(CentrelineBySteps, RefusesByName) {
   std::mt19937_64 random{4};
   const auto refusal = [&](double theta, const std::function<void(Dataset&)>& damage) {
