@@ -24,6 +24,8 @@ constexpr std::array<std::string_view, 6> kMoveColumns{"ux_mm", "uy_mm", "uz_mm"
 constexpr std::array<std::string_view, 6> kReadingColumns{"x_mm", "y_mm", "z_mm", "s1", "s2", "s3"};
 constexpr double kWorstHead = 50.0;  // condition of K
 constexpr double kLeastMove = 5.0;   // of a sensor's noise
+constexpr double kReach = 1.5;       // of the largest move: sensors may not be linear beyond
+constexpr double kNest_mm = 20.0;    // as of a move
 constexpr Index kParameters = 12;    // K row by row, each followed by its zero
 
 Outcome<Fit, Refusal> fitHead(const MatrixXd& moves, double sigma) {
@@ -86,6 +88,25 @@ ReadBalls readBalls(const Table& table, const SensorHead& head, const Vector3d& 
   return balls;
 }
 
+// The reading that is furthest from the head's reference, where it is further than the moves.
+struct Beyond {
+  std::string what;
+  bool implausible{};
+};
+
+std::optional<Beyond> beyondMoves(const Table& readings, const SensorHead& head, const MatrixXd& moves) {
+  const MatrixXd sensors = columnsOf(readings, std::span{kReadingColumns}.last(3));
+  const Eigen::VectorXd away =
+      (inverse(head.matrix) * (sensors.rowwise() - head.zero.transpose()).transpose()).colwise().norm();
+  Index row = 0;
+  const double farthest_mm = away.maxCoeff(&row);
+  const double moved_mm = moves.leftCols(3).rowwise().norm().maxCoeff();
+  if (farthest_mm <= kReach * moved_mm && farthest_mm <= kNest_mm) return std::nullopt;
+  return Beyond{"table 'readings', row " + std::to_string(row + 1) + ": by its sensors the ball is " +
+                    text(farthest_mm) + " mm from the head's reference, and the moves reach " + text(moved_mm) + " mm",
+                farthest_mm > kNest_mm};
+}
+
 // The noise of every reading comes on top of that of the calibration. seen: of a ball, per unit sigma of three sensors.
 void addReadingNoise(Result& result, const Matrix3d& seen) {
   auto& sd = result.estimates.back().sd;
@@ -143,6 +164,10 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   if (dataset.table("readings")) {
     TRY(const auto readings, checkedTable(dataset, "readings", kReadingColumns));
     const Vector3d vector = tool ? Vector3d{tool->data()} : Vector3d{Vector3d::Zero()};
+    if (const auto beyond = beyondMoves(*readings, head, moves)) {
+      if (beyond->implausible) return Refusal{"implausible", beyond->what + ": leave the reading out or read it again"};
+      answer.warn(beyond->what + "; beyond 1.5 times that the matrix is extrapolated: read nearer, or move further");
+    }
     const ReadBalls balls = readBalls(*readings, head, vector);
     answer.promiseMatrix("ball_mm", 3, balls.values, balls.slopes);
   }

@@ -29,7 +29,8 @@ struct SensorHead {
 // reading. Also sensitivity of each sensor, in units per mm, and with reference_mm (the machine's position at the
 // reference) centred_mm, the machine position at which all sensors read zero. Refuses:
 // bad-config, dependent-directions (moves along fewer than three axes), moves-too-small (under five times the noise),
-// what linearLeastSquares refuses, and sensors-dependent (condition of K above 50).
+// what linearLeastSquares refuses, sensors-dependent (condition of K above 50), and implausible (a ball beyond 20 mm).
+// Warns of a ball beyond 1.5 times the largest move.
 Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset);
 
 extern const Method kSensorHeadCalibration;

@@ -146,6 +146,25 @@ TEST(SensorHead, TellsWhereTheMachineStandsWhenAllSensorsReadZero) {
   expectHonest(moments);
 }
 
+TEST(SensorHead, SaysThatABallIsFurtherThanTheMoves) {
+  std::mt19937_64 random{15};
+  const Sensors sensors = randomSensors(random);
+  const Dataset dataset = headDataset(sensors, 0.3, 1e-4, random, {{10, 20, 30}, {-10, 20, 30}});
+  const auto readFrom = [&](double away_mm) {
+    Dataset d = dataset;
+    const Vector3d s = sensors.zero + sensors.matrix * Vector3d{0, away_mm, 0};
+    for (const std::size_t k : {0U, 1U, 2U}) {
+      auto& values = columnNamed(d, "readings", std::array{"s1", "s2", "s3"}[k]);
+      values = {sensors.zero[static_cast<Eigen::Index>(k)], s[static_cast<Eigen::Index>(k)]};
+    }
+    return d;
+  };
+  EXPECT_THAT(solve(readFrom(0.44))->warnings, testing::Not(testing::Contains(testing::HasSubstr("row 2"))));
+  EXPECT_THAT(solve(readFrom(0.46))->warnings, testing::Contains(testing::HasSubstr("row 2: by its sensors")));
+  EXPECT_THAT(solve(readFrom(19))->warnings, testing::Contains(testing::HasSubstr("move further")));
+  EXPECT_EQ(refusalOf(readFrom(21)), "implausible");
+}
+
 TEST(SensorHead, RefusesByName) {
   std::mt19937_64 random{8};
   const Sensors good = randomSensors(random);
