@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -256,6 +257,69 @@ std::optional<Refusal> badTables(const Dataset& dataset) {
   return std::nullopt;
 }
 
+constexpr double kContradict = 5.0;  // sd
+// Chosen: readings of a check are minutes apart, and a touch on the top has a pre-travel of its own.
+constexpr double kLeastContradictionX_mm = 0.01, kLeastContradictionZ_mm = 0.05;
+
+// Run-out of the ball in X at B = 90: half the difference of the means at C = 0 and 180.
+struct RunOutX {
+  double mm{};
+  double variance{};  // for unit sigma
+};
+
+std::optional<RunOutX> runOutX(const Table& table) {
+  std::array<double, 2> sums{}, counts{};
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (std::abs((*table.column("B_deg"))[row] - kXAt90.swivel) > kSameAngle_deg) continue;
+    const std::size_t at = side((*table.column("C_deg"))[row]) > 0 ? 0 : 1;
+    sums[at] += (*table.column("x_mm"))[row];
+    counts[at] += 1;
+  }
+  if (counts[0] == 0 || counts[1] == 0) return std::nullopt;
+  return RunOutX{(sums[0] / counts[0] - sums[1] / counts[1]) / 2, (1 / counts[0] + 1 / counts[1]) / 4};
+}
+
+// The touches along X and the centres at B = 90 show the same run-out of the ball.
+std::optional<Refusal> contradictionX(const Dataset& dataset, const Means& means, const Sigmas& sigmas,
+                                      bool x_is_radius) {
+  const Table* table = dataset.table("x_touch");
+  if (table == nullptr || !sigmas.centre.stated) return std::nullopt;
+  const auto touched = runOutX(*table), centred = runOutX(*dataset.table("centres"));
+  if (!touched || !centred) return std::nullopt;
+  const double shown = x_is_radius ? 1.0 : 2.0;
+  const double differ_mm = std::abs(touched->mm / shown - centred->mm);
+  const double stop_mm = sigmas.centre.noise.angle * ballOffset(means, "y_mm", x_is_radius).value_or(0.0);
+  const double sd_mm = std::hypot(sigmas.touch / shown * std::sqrt(touched->variance),
+                                  sigmas.centre.noise.position * std::sqrt(centred->variance), stop_mm);
+  if (differ_mm <= std::max(kContradict * sd_mm, kLeastContradictionX_mm)) return std::nullopt;
+  return Refusal{"readings-contradict",
+                 "at B = 90 the ball's run-out in X is " + text(touched->mm / shown) + " mm by table x_touch and " +
+                     text(centred->mm) +
+                     " mm by table centres: one of the readings is wrong, or x_is_radius is; read both again"};
+}
+
+// The touch on the top and the centres at B = 0 show the same height of the ball.
+std::optional<std::string> contradictionZ(const Dataset& dataset, const Sigmas& sigmas, const Ball& ball) {
+  if (dataset.table("z_touch") == nullptr || !sigmas.centre.stated) return std::nullopt;
+  const auto heights = [&](const Table& table) {
+    std::vector<double> found;
+    for (std::size_t row = 0; row < table.rows(); ++row)
+      if (std::abs((*table.column("B_deg"))[row]) <= kSameAngle_deg) found.push_back((*table.column("z_mm"))[row]);
+    return found;
+  };
+  const auto tops = heights(*dataset.table("z_touch")), centres = heights(*dataset.table("centres"));
+  if (tops.empty() || centres.empty()) return std::nullopt;
+  const auto [lowest, highest] = std::ranges::minmax(centres);
+  if (centres.size() > 1 && lowest == highest) return std::nullopt;  // set, not measured
+  const auto count = static_cast<double>(tops.size());
+  const double touched = std::accumulate(tops.begin(), tops.end(), 0.0) / count - ball.radius;
+  const double sd_mm = std::hypot(sigmas.touch / std::sqrt(count), sigmas.centre.noise.position);
+  const double beyond_mm = std::max(lowest - touched, touched - highest);
+  if (beyond_mm <= std::max(kContradict * sd_mm, kLeastContradictionZ_mm)) return std::nullopt;
+  return "by table z_touch the ball's centre is at Z = " + text(touched) + " mm, and by table centres at " +
+         text(lowest) + " to " + text(highest) + " mm at B = 0: read both again, and check effective_ball_radius_mm";
+}
+
 }  // namespace
 
 Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
@@ -265,11 +329,13 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   TRY(const auto stop90, configPositive(dataset, "sigma_stop_B90_mm"));
   TRY(const auto means, fitMeans(dataset, sigmas, ball.x_is_radius));
 
+  if (auto refusal = contradictionX(dataset, means, sigmas, ball.x_is_radius)) return *refusal;
   const auto& parameters = means.fit.parameters;
   Answer answer{dataset, means.fit, sigmas.centre.sigma()};
   for (const auto& warnings : {sigmas.centre.warnings, means.warnings}) {
     for (const auto& warning : warnings) answer.warn(warning);
   }
+  if (auto warning = contradictionZ(dataset, sigmas, ball)) answer.warn(std::move(*warning));
   answer.readings(means.readings, means.swivels, "B_deg");
   auto& residuals = answer.result().residuals.values;
   for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= means.sigmas[k] / sigmas.centre.noise.position;

@@ -229,8 +229,8 @@ TEST(WrongUnit, IsToldWithItsPlaceAndTheRightOne) {
               AllOf(HasSubstr("implausible: config key 'screw_length_mm'"), HasSubstr("in mm")));
   EXPECT_THAT(saidOf("bore-fit", "", "stylus_ball_radius_mm", 1e3),
               AllOf(HasSubstr("implausible: config key 'stylus_ball_radius_mm'"), HasSubstr("in mm")));
-  EXPECT_THAT(saidOf("periodic-check", "x_touch", "x_mm", 1e3),
-              HasSubstr("implausible: the answer 'x_offset_error_mm'"));
+  EXPECT_THAT(saidOf("periodic-check", "z_touch", "z_mm", 1e3),
+              HasSubstr("implausible: the answer 'z_offset_error_mm'"));
 }
 
 // Position over pitch: 16 turns where the axis is 160 mm from the fixed bearing.
@@ -330,12 +330,12 @@ TEST(Limits, OfWhatAMachineHasAreKept) {
 
 // Readings without which there is no answer and with which there is no other to compare: nothing can object to them.
 const std::map<std::string, std::set<std::string>> kWithoutRedundancy{
-    {"centreline-by-steps", {"stylus"}},         // its offset from two of them
-    {"delay-joints", {"chain"}},                 // the machine as it is described
-    {"periodic-check", {"x_touch", "z_touch"}},  // the error is what is asked for
-    {"sensor-head-calibration", {"readings"}},   // each is an answer of its own
-    {"table-pivot", {"readings"}},               // as many as unknowns
-    {"tool-setter", {"readings"}},               // likewise
+    {"centreline-by-steps", {"stylus"}},        // its offset from two of them
+    {"delay-joints", {"chain"}},                // the machine as it is described
+    {"periodic-check", {"z_touch"}},            // the error is what is asked for
+    {"sensor-head-calibration", {"readings"}},  // each is an answer of its own
+    {"table-pivot", {"readings"}},              // as many as unknowns
+    {"tool-setter", {"readings"}},              // likewise
 };
 
 TEST_P(SlippedReadings, OneThatIsOffIsToldOrWithinTheUncertainty) {

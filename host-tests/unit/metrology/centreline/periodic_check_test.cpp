@@ -125,7 +125,9 @@ TEST(PeriodicCheck, IsExactWithoutNoiseAndWithADropOut) {
 
 TEST(PeriodicCheck, GivesTheWorkedExample) {
   std::mt19937_64 random{3};
-  Dataset dataset = checkOf({}, 0.001, random);
+  CheckedMachine machine;
+  machine.ball.x() = (13.7105 - 11.3085) / 2;
+  Dataset dataset = checkOf(machine, 0.001, random);
   auto& y = columnNamed(dataset, "centres", "y_mm");
   const std::array<double, 4> printed{-.0052, -.0070, -.0066, -.0050};
   std::ranges::copy(printed, y.begin());
@@ -193,6 +195,24 @@ TEST(PeriodicCheck, TellsWhereTheBallIsAndWhetherItOrTheStylusHasMoved) {
   dataset.config["accepted_stylus_offset_x_mm"] = 0.045;
   EXPECT_EQ(solve(dataset)->find("verdict")->value(), 2.0);
   EXPECT_THAT(solve(dataset)->warnings, testing::Contains(HasSubstr("full calibration")));
+}
+
+TEST(PeriodicCheck, ComparesItsTouchesWithTheCentres) {
+  std::mt19937_64 random{17};
+  for (const bool diameters : {false, true}) {
+    const Dataset good = checkOf(CheckedMachine{}, 1e-3, random, diameters);
+    EXPECT_EQ(refusalOf(good), "");
+    Dataset x = good;
+    columnNamed(x, "x_touch", "x_mm")[0] += diameters ? 0.2 : 0.1;
+    EXPECT_EQ(refusalOf(x), "readings-contradict");
+    Dataset z = good;
+    columnNamed(z, "z_touch", "z_mm")[0] += 0.1;
+    EXPECT_THAT(solve(good)->warnings, testing::Not(testing::Contains(HasSubstr("by table z_touch"))));
+    EXPECT_THAT(solve(z)->warnings, testing::Contains(HasSubstr("by table z_touch the ball's centre is at Z")));
+    for (Dataset* each : {&x, &z}) each->config["sigma_mm"] = 0.1;
+    EXPECT_EQ(refusalOf(x), "") << "within the noise";
+    EXPECT_THAT(solve(z)->warnings, testing::Not(testing::Contains(HasSubstr("by table z_touch"))));
+  }
 }
 
 TEST(PeriodicCheck, RefusesByName) {
