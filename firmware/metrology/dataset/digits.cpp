@@ -7,18 +7,30 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr int kMostDigits = 9;
 constexpr double kChance = 10;
 
 }  // namespace
 
 double digitOf(double value) {
   double digit = 1;
-  for (int k = 0; k < kMostDigits; ++k, digit /= 10) {
+  for (; digit > 1.5 * kFinestDigit; digit /= 10) {
     const double scaled = value / digit;
     if (std::abs(scaled - std::round(scaled)) < 1e-6) break;
   }
   return digit;
+}
+
+// Numbers that differ by one step of the place tell it once more.
+ShownDigit shownDigit(std::vector<double> values, double usual) {
+  std::ranges::sort(values);
+  values.erase(std::ranges::unique(values).begin(), values.end());
+  ShownDigit shown{.constant = values.size() == 1};
+  for (const double value : values) shown.digit = std::min(shown.digit, digitOf(value));
+  auto coincidences = static_cast<double>(values.size());
+  const auto neighbours = [&](double one, double next) { return next - one < 1.5 * shown.digit; };
+  if (std::ranges::adjacent_find(values, neighbours) != values.end()) coincidences += 1.0;
+  shown.chance = std::pow(std::min(1.0, usual / shown.digit), coincidences);
+  return shown;
 }
 
 double digitOfAngle(double angle_rad) {

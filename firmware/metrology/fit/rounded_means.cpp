@@ -13,14 +13,29 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr double kCounts = 0.1;             // of the scatter of a reading
-constexpr double kCoarsestDigit_mm = 0.01;  // of a control (chosen): 145 may be 145.000
-constexpr double kLeastShare = 1e-3;        // a tenth of the coarsest digit is below 1 nm then
+constexpr double kCounts = 0.1;          // of the scatter of a reading
+constexpr double kUsualDigit_mm = 0.01;  // of a control (chosen): 145 may be 145.000
+constexpr double kLeastShare = 1e-3;     // a tenth of the coarsest digit is below 1 nm then
 
-double digitInUse(const std::vector<double>& values) {
-  double digit_mm = kCoarsestDigit_mm;
-  for (const double value : values) digit_mm = std::min(digit_mm, digitOf(value));
-  return digit_mm;
+// Digits of the three columns, mm. Few readings to 0.01 mm may all end in 0: coarser digits have to be sure.
+std::array<double, 3> digitsInUse(const Table& table, const RoundedCoordinates& coordinates) {
+  std::array<ShownDigit, 3> shown;
+  double chance = 1.0, finest_mm = 1.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (coordinates.share[static_cast<Eigen::Index>(k)] < kLeastShare) continue;
+    const auto& values = *table.column(coordinates.columns[k]);
+    shown[k] = shownDigit(values, kUsualDigit_mm);
+    if (shown[k].constant && values.front() == 0.0) continue;  // not measured
+    chance *= shown[k].chance;
+    if (shown[k].chance < 1.0) finest_mm = std::min(finest_mm, shown[k].digit);
+  }
+  std::array<double, 3> digits_mm{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    double most_mm = kUsualDigit_mm;
+    if (chance < kCoarseByChance) most_mm = shown[k].constant ? finest_mm : shown[k].digit;
+    digits_mm[k] = std::min(shown[k].digit, most_mm);
+  }
+  return digits_mm;
 }
 
 // Root of the mean square of the coordinates that show their noise, over that of all.
@@ -48,10 +63,11 @@ RoundingOfMeans roundingOfMeans(const Table& table, const RoundedCoordinates& co
   };
   std::map<double, Hidden> by_digit;
   std::array<bool, 3> is_hidden{};
+  const auto digits_mm = digitsInUse(table, coordinates);
   for (std::size_t k = 0; k < 3; ++k) {
     const auto at = static_cast<Eigen::Index>(k);
     if (coordinates.share[at] < kLeastShare) continue;
-    const double digit_mm = digitInUse(*table.column(coordinates.columns[k]));
+    const double digit_mm = digits_mm[k];
     const double sd_mm = roundingSd(coordinates.scatter_mm[at], digit_mm);
     rounding.sd_mm[at] = coordinates.share[at] * sd_mm;
     is_hidden[k] = sd_mm > kCounts * coordinates.scatter_mm[at];

@@ -92,7 +92,7 @@ void expectHonestSetter(bool of_faces) {
       const auto solved = solve(dataset);
       ASSERT_TRUE(solved.ok()) << solved.error().reason;
       pulls.add(*solved->find("tool_offset_mm"), setter.tool, axis);
-      EXPECT_THAT(solved->warnings, testing::Contains(HasSubstr("digits of 0.01 mm")));
+      EXPECT_THAT(solved->warnings, testing::Contains(HasSubstr("digits of 0.")));
     }
     SCOPED_TRACE(axis);
     pulls.expectHonest();
@@ -105,6 +105,31 @@ TEST(CoarseAxis, OfCentresOfASettingDeviceHasTheSdOfItsDigits) {
 
 TEST(CoarseAxis, OfFacesOfASettingDeviceHasTheSdOfItsDigits) {
   expectHonestSetter(true);
+}
+
+// All axes are shown to 0.1 mm, or to whole millimetres.
+TEST(CoarseAxis, OfAControlThatShowsFewDigitsHasTheSdOfThose) {
+  std::mt19937_64 random{64};
+  for (const double digit : {0.1, 1.0}) {
+    Moments length;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      const double truth = 135 + uniform(random, -1, 1);
+      Dataset dataset{.method = "tool-assembly", .config = {{"L1_mm", 90.0}, {"L2_mm", 134.0}}, .tables = {}};
+      Table& table = addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"});
+      const auto shown = [&](double value) { return std::round((value + gauss(random, kNoise_mm)) / digit) * digit; };
+      const double x = uniform(random, 2, 4), y = uniform(random, -4, -2);
+      for (double rep = 0; rep < 5; ++rep) table.append({0.0, rep, shown(x), shown(y), shown(truth)});
+      const auto solved = solve(dataset);
+      if (!solved.ok()) {
+        EXPECT_EQ(solved.error().name, "spread-too-large") << "between two digits";
+        continue;
+      }
+      length.add(solved->find("assembled_length_mm")->value() - truth + 90, solved->find("assembled_length_mm")->sd[0]);
+      EXPECT_THAT(solved->warnings, testing::Contains(HasSubstr(" have digits of ")));
+    }
+    EXPECT_GT(length.count, 200U);
+    EXPECT_THAT(length.pull(), AllOf(Gt(0.75), Lt(1.25))) << digit;
+  }
 }
 
 // The height alone was measured, and the table wants three columns.
