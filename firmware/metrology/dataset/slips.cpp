@@ -52,10 +52,13 @@ double noiseOf(const Dataset& dataset, const std::string& column) {
   return column.ends_with("_um") ? stated("sigma_um", kLeastNoise_um) : stated("sigma_mm", kLeastNoise_mm);
 }
 
+double digitIn(const std::string& column, double value) {
+  return isAngle(column) ? digitOfAngle(value) : digitOf(value);
+}
+
 // Probability that noise leaves a reading in the same digit as another.
-double chanceOfEqual(const Dataset& dataset, const std::string& column, double value) {
+double chanceOfEqual(const Dataset& dataset, const std::string& column, double digit) {
   constexpr double kDensity = 0.282;  // of the difference of two readings at 0, for unit sigma: 1 / (2 sqrt(pi))
-  const double digit = isAngle(column) ? digitOfAngle(value) : digitOf(value);
   return std::min(1.0, kDensity * digit / noiseOf(dataset, column));
 }
 
@@ -80,7 +83,7 @@ bool tellsCopies(const Dataset& dataset, const Table& table, std::size_t row) {
     if (!isMeasured(column.name, table)) continue;
     ++measured;
     angles = angles || isAngle(column.name);
-    chance *= chanceOfEqual(dataset, column.name, column.values[row]);
+    chance *= chanceOfEqual(dataset, column.name, digitIn(column.name, column.values[row]));
   }
   constexpr double kRare = 0.01;
   return (measured != 1 && !angles) || table.column("t_s") != nullptr || chance < kRare;
@@ -109,19 +112,63 @@ double farthestOf(const std::vector<double>& values) {
   return std::ranges::max(values, {}, [](double value) { return std::abs(value); });
 }
 
-std::optional<Refusal> frozenIn(const Dataset& dataset, const Table& table) {
+bool isZero(const Column& column) {
+  constexpr double kLeastReading = 1e-9;  // of any unit
+  return std::ranges::all_of(column.values, [](double value) { return std::abs(value) < kLeastReading; });
+}
+
+bool isConstant(const Column& column) {
+  return isZero(column) ||
+         std::ranges::all_of(column.values, [&](double value) { return value == column.values.front(); });
+}
+
+// 0 shows no digits of its own: the finest of the other columns of its kind, or the finest of all where there are none.
+double digitOfConstant(const Table& table, const Column& constant) {
+  if (!isZero(constant)) return digitIn(constant.name, constant.values.front());
+  double finest = isAngle(constant.name) ? 1 : kFinestDigit;
+  for (const auto& column : table.columns) {
+    if (!isMeasured(column.name, table) || isZero(column) || isAngle(column.name) != isAngle(constant.name)) continue;
+    for (const double value : column.values) finest = std::min(finest, digitIn(column.name, value));
+  }
+  return finest;
+}
+
+// An assembly may be measured along its length alone.
+bool mayBeOmitted(std::string_view column) {
+  return column == "W0_x_mm" || column == "W0_y_mm";
+}
+
+// Whether a promised value depends on a column of zeros; readings in a plane may omit a coordinate.
+bool isUsed(const Dataset& dataset, const Method& method, const Table& table, const Column& zeros) {
+  constexpr double kStep = 1e-6;  // less than any noise, in mm or um
+  Dataset moved = dataset;
+  auto& values =
+      std::ranges::find(std::ranges::find(moved.tables, table.name, &Table::name)->columns, zeros.name, &Column::name)
+          ->values;
+  for (std::size_t row = 0; row < values.size(); ++row)
+    values[row] += kStep * static_cast<double>(row * row * row % 11);
+  const auto before = method.solver(dataset), after = method.solver(moved);
+  if (!before || !after) return true;
+  return !std::ranges::equal(before->estimates, after->estimates, [](const Estimate& a, const Estimate& b) {
+    return std::ranges::equal(a.values, b.values, [](double was, double is) { return std::abs(is - was) <= 1e-10; });
+  });
+}
+
+std::optional<Refusal> frozenIn(const Dataset& dataset, const Method& method, const Table& table) {
   std::set<std::vector<double>> rows;  // copies of one are another slip
   for (std::size_t row = 0; row < table.rows(); ++row) rows.insert(rowOf(table, row));
   if (rows.size() < 2) return std::nullopt;
-  for (const auto& [name, values] : table.columns) {
-    if (!isMeasured(name, table)) continue;
-    const double first = values.front();
-    if (!std::ranges::all_of(values, [&](double value) { return value == first; })) continue;
-    const double chance = std::pow(chanceOfEqual(dataset, name, first), static_cast<double>(rows.size() - 1));
-    if (chance >= kNoChance) continue;
+  for (const auto& column : table.columns) {
+    if (!isMeasured(column.name, table) || !isConstant(column)) continue;
+    const double digit = digitOfConstant(table, column);
+    // The face of a turning screw changes any sensor, whatever its digits.
+    const bool sampled = column.name == "sensor_um";
+    const double chance = std::pow(chanceOfEqual(dataset, column.name, digit), static_cast<double>(rows.size() - 1));
+    if (!sampled && chance >= kNoChance) continue;
+    if (isZero(column) && (mayBeOmitted(column.name) || !isUsed(dataset, method, table, column))) continue;
     return Refusal{"frozen-channel",
-                   "all " + std::to_string(values.size()) + " readings in " + place(name, table) + " are " +
-                       text(first) +
+                   "all " + std::to_string(column.values.size()) + " readings in " + place(column.name, table) +
+                       " are " + (isZero(column) ? "0" : text(column.values.front())) +
                        " in every digit: a channel that measures has noise, and no standard deviation "
                        "from these can be believed; check its cable and where the file comes from, "
                        "and measure again"};
@@ -185,7 +232,7 @@ std::optional<Refusal> frozenChannel(const Dataset& dataset, const Method& metho
   for (const auto& described : method.tables) {
     const Table* table = dataset.table(described.name);
     if (table == nullptr || !described.readings) continue;
-    if (auto refusal = frozenIn(dataset, *table)) return refusal;
+    if (auto refusal = frozenIn(dataset, method, *table)) return refusal;
   }
   return std::nullopt;
 }

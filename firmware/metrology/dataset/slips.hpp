@@ -10,7 +10,8 @@
 namespace probebox::metrology {
 
 // Refuses frozen-channel: a measured column of the readings whose values are equal in every digit, where the stated
-// sigma, or 0.1 um without one, would have changed the digits. The sd of such readings is not to be believed.
+// sigma, or 0.1 um without one, would have changed the digits. A column of zeros has the digits of the others, and is
+// allowed where no promised value depends on it. The sd of such readings is not to be believed.
 std::optional<Refusal> frozenChannel(const Dataset& dataset, const Method& method);
 
 // One sentence for everything in the readings of a case that looks like a slip of a person and that no fit can show:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <gmock/gmock.h>
 #include <map>
 #include <numbers>
@@ -196,16 +197,21 @@ TEST_P(SlippedReadings, AWholeColumnInAnotherUnitIsToldOrChangesNothing) {
     EXPECT_TRUE(untold.contains(column)) << column << " is told by now: take it off the list";
 }
 
+// A case with one column of one table changed.
+Dataset changed(const std::string& name, const std::string& table, const std::string& what,
+                const std::function<void(double&)>& change) {
+  auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / name).value();
+  for (auto& each : dataset.tables) {
+    for (auto& column : each.columns)
+      if (each.name == table && column.name == what) std::ranges::for_each(column.values, change);
+  }
+  return dataset;
+}
+
 // What `solve` says of a case in which a column, or a key, has another unit.
 std::string saidOf(const std::string& name, const std::string& table, const std::string& what, double factor) {
-  auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / name).value();
+  auto dataset = changed(name, table, what, [=](double& value) { value *= factor; });
   if (table.empty()) std::get<double>(dataset.config.at(what)) *= factor;
-  for (auto& each : dataset.tables) {
-    for (auto& column : each.columns) {
-      if (each.name != table || column.name != what) continue;
-      for (auto& value : column.values) value *= factor;
-    }
-  }
   const auto solved = metrology::solve(dataset);
   if (!solved) return solved.error().name + ": " + solved.error().reason;
   std::string all;
@@ -248,24 +254,42 @@ TEST(WrongUnit, IsNotSaidOfAScrewThatTurnsFarFromItsZero) {
 
 TEST(FrozenChannel, IsRefusedByNameWithItsPlaceAndTheRemedy) {
   const auto frozen = [](const std::string& name, const std::string& table, const std::string& what, double value) {
-    auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / name).value();
-    for (auto& each : dataset.tables) {
-      for (auto& column : each.columns)
-        if (each.name == table && column.name == what) std::ranges::fill(column.values, value);
-    }
-    const auto solved = metrology::solve(dataset);
+    const auto solved = metrology::solve(changed(name, table, what, [=](double& reading) { reading = value; }));
     return solved ? "" : solved.error().name + ": " + solved.error().reason;
   };
   EXPECT_THAT(frozen("screw-calibration", "sector_cal", "sensor_um", 31.41592),
               AllOf(HasSubstr("frozen-channel: "), HasSubstr("column 'sensor_um' of table 'sector_cal'"),
                     HasSubstr("measure again")));
+  EXPECT_THAT(frozen("screw-calibration", "sector_cal", "sensor_um", 31), HasSubstr("frozen-channel"));
   EXPECT_THAT(frozen("spindle-offset-2x2", "readings", "x_mm", 19.31855437),
               HasSubstr("frozen-channel: all 4 readings"));
   EXPECT_THAT(frozen("c-axis-alignment", "readings", "y_mm", 19.31855437), HasSubstr("frozen-channel"));
-  EXPECT_THAT(frozen("periodic-check", "centres", "x_mm", 1.916602772), HasSubstr("frozen-channel"));
+  EXPECT_THAT(frozen("periodic-check", "centres", "y_mm", 1.382864618), HasSubstr("frozen-channel"));
   EXPECT_THAT(frozen("tool-setter", "readings", "z_mm", -193.7679019), HasSubstr("frozen-channel"));
   // 10 um are coarser than the noise: equal by chance.
   EXPECT_EQ(frozen("swivel-error", "readings", "y_mm", 0.38).find("frozen-channel"), std::string::npos);
+}
+
+// 0 has no digits of its own; what a factor has made of a column is none either.
+TEST(FrozenChannel, ReadsZeroThroughout) {
+  const auto frozen = [](const std::string& name, const std::string& table, const std::string& what, double factor) {
+    const auto solved = metrology::solve(changed(name, table, what, [=](double& value) { value *= factor; }));
+    return solved ? "" : solved.error().name;
+  };
+  for (const double factor : {0.0, 1e-310}) {
+    EXPECT_EQ(frozen("spindle-offset-2x2", "readings", "x_mm", factor), "frozen-channel");
+    EXPECT_EQ(frozen("c-axis-alignment", "readings", "y_mm", factor), "frozen-channel");
+    EXPECT_EQ(frozen("a-axis-alignment", "readings", "x_mm", factor), "frozen-channel");
+    EXPECT_EQ(frozen("table-pivot", "readings", "z_mm", factor), "frozen-channel");
+    EXPECT_EQ(frozen("swivel-error", "readings", "x_mm", factor), "frozen-channel");
+    EXPECT_EQ(frozen("periodic-check", "centres", "y_mm", factor), "frozen-channel");
+    EXPECT_EQ(frozen("screw-calibration", "sector_cal", "sensor_um", factor), "frozen-channel");
+  }
+  // A plane in which readings are, and the height of a ball.
+  EXPECT_EQ(frozen("bore-fit", "points", "z_mm", 0), "");
+  EXPECT_EQ(frozen("head-pivot", "readings", "y_mm", 0), "");
+  EXPECT_EQ(frozen("table-pivot", "readings", "x_mm", 0), "");
+  EXPECT_EQ(frozen("tool-assembly", "readings", "W0_x_mm", 0), "");
 }
 
 // As recorded with a cable off or a converter that hangs, in one touch or scan or in all. The columns of a table may
