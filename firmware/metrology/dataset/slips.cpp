@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 #include <set>
+#include <variant>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
@@ -217,6 +218,43 @@ std::optional<std::string> millimetresIn(const Table& table) {
   return std::nullopt;
 }
 
+// The largest stated sigma of a coordinate; nothing where sigma_mm is not stated.
+std::optional<double> statedNoise_mm(const Dataset& dataset) {
+  const auto stated = configPositive(dataset, "sigma_mm");
+  if (!stated || !*stated) return std::nullopt;
+  double largest = **stated;
+  for (const auto& [key, value] : dataset.config) {
+    const auto* number = std::get_if<double>(&value);
+    if (number != nullptr && key.starts_with("sigma_") && key.ends_with("_mm")) largest = std::max(largest, *number);
+  }
+  return largest;
+}
+
+// A height at which c-axis-alignment has its ball is set, and so may be whole numbers.
+bool isSet(const Column& column, const Table& table) {
+  return (column.name == "z_mm" && table.column("A_rad") != nullptr) || isConstant(column) ||
+         std::ranges::all_of(column.values, [](double value) { return digitOf(value) == 1; });
+}
+
+// Readings whose digits are coarser than the stated sigma: what rounding leaves is in no standard deviation.
+std::optional<std::string> coarserThanSigma(const Dataset& dataset, const Table& table) {
+  const auto sigma_mm = statedNoise_mm(dataset);
+  if (!sigma_mm) return std::nullopt;
+  std::string names;
+  double coarsest_mm = 0;
+  for (const auto& column : table.columns) {
+    if (!column.name.ends_with("_mm") || !isMeasured(column.name, table) || isSet(column, table)) continue;
+    const auto shown = shownDigit(column.values, std::sqrt(12.0) * *sigma_mm);
+    if (shown.chance >= kCoarseByChance) continue;
+    names += (names.empty() ? "" : ", ") + column.name;
+    coarsest_mm = std::max(coarsest_mm, shown.digit);
+  }
+  if (names.empty()) return std::nullopt;
+  return "the readings of " + names + " in table '" + table.name + "' have digits of " + text(coarsest_mm) +
+         " mm: rounding alone is an sd of " + text(coarsest_mm / std::sqrt(12.0)) + " mm, more than the sigma of " +
+         text(*sigma_mm) + " mm that is stated; read more digits, or state that sd as sigma_mm";
+}
+
 std::optional<std::string> millisecondsIn(const Table& table) {
   const auto* times = table.column("t_s");
   if (times == nullptr || times->empty()) return std::nullopt;
@@ -246,6 +284,7 @@ std::vector<std::string> slipsIn(const Dataset& dataset, const Method& method) {
     if (auto slip = millisecondsIn(*table)) slips.push_back(std::move(*slip));
     if (!described.readings) continue;
     if (auto slip = copiesIn(dataset, *table)) slips.push_back(std::move(*slip));
+    if (auto slip = coarserThanSigma(dataset, *table)) slips.push_back(std::move(*slip));
     if (auto slip = degreesIn(*table)) slips.push_back(std::move(*slip));
     if (auto slip = turnsIn(*table)) slips.push_back(std::move(*slip));
   }

@@ -15,8 +15,9 @@ namespace probebox::metrology {
 std::optional<Refusal> frozenChannel(const Dataset& dataset, const Method& method);
 
 // One sentence for everything in the readings of a case that looks like a slip of a person and that no fit can show:
-// rows that are copies, which make every standard deviation too small, and columns that look as if they had another
-// unit than their name says: degrees for radians, millimetres for micrometres, milliseconds for seconds.
+// rows that are copies, which make every standard deviation too small, digits coarser than the stated sigma, and
+// columns that look as if they had another unit than their name says: degrees for radians, millimetres for micrometres,
+// milliseconds for seconds.
 std::vector<std::string> slipsIn(const Dataset& dataset, const Method& method);
 
 }  // namespace probebox::metrology

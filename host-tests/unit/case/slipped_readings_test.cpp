@@ -341,6 +341,22 @@ TEST(FrozenChannel, IsNotAChannelWithoutNoiseNorOneThatAProbeDoesNotHave) {
   EXPECT_EQ(refused(1e-5, 0), "");
 }
 
+TEST(Digits, CoarserThanTheStatedSigmaAreWarnedOf) {
+  const auto rounded = [](const std::string& name, const std::string& table, const std::string& what, double digit) {
+    const auto solved =
+        metrology::solve(changed(name, table, what, [=](double& value) { value = std::round(value / digit) * digit; }));
+    return solved ? solved->warnings : std::vector<std::string>{solved.error().name};
+  };
+  const auto told = Contains(AllOf(HasSubstr("have digits of 0.1 mm"), HasSubstr("state that sd as sigma_mm")));
+  EXPECT_THAT(rounded("spindle-offset-2x2", "readings", "x_mm", 0.1), told);
+  EXPECT_THAT(rounded("a-axis-alignment", "readings", "y_mm", 0.1), told);
+  EXPECT_THAT(rounded("c-axis-alignment", "readings", "x_mm", 0.1), told);
+  EXPECT_THAT(rounded("table-pivot", "readings", "z_mm", 0.1), told);
+  EXPECT_THAT(rounded("tool-setter", "readings", "z_mm", 0.1), told);
+  EXPECT_THAT(rounded("spindle-offset-2x2", "readings", "x_mm", 0.001), testing::IsEmpty());
+  EXPECT_THAT(rounded("c-axis-alignment", "readings", "z_mm", 0.1), testing::IsEmpty()) << "a height is set";
+}
+
 TEST(Limits, OfWhatAMachineHasAreKept) {
   EXPECT_THAT(saidOf("head-pivot", "readings", "B_deg", 180 / std::numbers::pi),
               AllOf(HasSubstr("implausible: table 'readings', column 'B_deg'"), HasSubstr("degrees")));
