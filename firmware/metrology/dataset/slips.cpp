@@ -69,9 +69,21 @@ bool isMeasured(const std::string& column, const Table& table) {
   return std::ranges::find(kMeasured, column) != kMeasured.end();
 }
 
+// The same pose a whole turn later has the same angle here.
+double withinATurn(double angle, double turn) {
+  constexpr double kSame = 1e-7;   // of an angle
+  constexpr double kBeside = 0.1;  // no pose is where the remainder changes its sign
+  return std::round(std::remainder(angle + kBeside, turn) / kSame);
+}
+
 std::vector<double> rowOf(const Table& table, std::size_t row) {
   std::vector<double> values;
-  for (const auto& column : table.columns) values.push_back(column.values[row]);
+  for (const auto& column : table.columns) {
+    double value = column.values[row];
+    if (column.name.ends_with("_deg")) value = withinATurn(value, 360);
+    if (isAngle(column.name) && !isMeasured(column.name, table)) value = withinATurn(value, 2 * std::numbers::pi);
+    values.push_back(value);
+  }
   return values;
 }
 
@@ -93,14 +105,17 @@ bool tellsCopies(const Dataset& dataset, const Table& table, std::size_t row) {
 std::optional<std::string> copiesIn(const Dataset& dataset, const Table& table) {
   std::map<std::vector<double>, std::size_t> first;
   std::size_t copies = 0;
-  std::string pair;
+  std::string pair, but;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const auto [place, is_new] = first.try_emplace(rowOf(table, row), row);
     if (is_new || !tellsCopies(dataset, table, row)) continue;
-    if (++copies == 1) pair = std::to_string(place->second + 1) + " and " + std::to_string(row + 1);
+    if (++copies > 1) continue;
+    pair = std::to_string(place->second + 1) + " and " + std::to_string(row + 1);
+    const auto same = [&](const Column& column) { return column.values[place->second] == column.values[row]; };
+    if (!std::ranges::all_of(table.columns, same)) but = " but for whole turns";
   }
   if (copies == 0) return std::nullopt;
-  return "rows " + pair + " of table '" + table.name + "' are equal in every digit" +
+  return "rows " + pair + " of table '" + table.name + "' are equal in every digit" + but +
          (copies > 1 ? ", and so are " + std::to_string(copies - 1) + " more" : std::string{}) +
          ": a copy is no reading of its own, and makes the standard deviations too small; remove it";
 }

@@ -106,6 +106,27 @@ TEST_P(SlippedReadings, ACopiedRowIsNoReadingOfItsOwn) {
   }
 }
 
+TEST_P(SlippedReadings, ARowCopiedToTheSamePoseATurnLaterIsNone) {
+  for (auto* table : readings()) {
+    if (table->column("t_s") != nullptr || table->name == "contacts") continue;
+    const Table before = *table;
+    bool turned = false;
+    for (auto& column : table->columns) {
+      double value = column.values.front();
+      if (column.name == "C_rad" || column.name == "C_deg") {
+        value += column.name == "C_rad" ? 2 * std::numbers::pi : 360;
+        turned = true;
+      }
+      column.values.push_back(value);
+    }
+    const auto solved = metrology::solve(dataset);
+    if (turned && solved) {
+      EXPECT_THAT(solved->warnings, Contains(HasSubstr("rows 1 and " + std::to_string(before.rows() + 1))));
+    }
+    *table = before;
+  }
+}
+
 // The cable is off, or the program wrote the first reading into every row: there is no noise, so no sd to be believed.
 TEST_P(SlippedReadings, AFrozenChannelGivesNoAnswer) {
   constexpr double kMost = 5;  // standard deviations
