@@ -151,7 +151,7 @@ metrology::Dataset swivelling(double x_mm) {
   for (const double length : {100.0, 200.0}) {
     for (const double b : {-90.0, -30.0, 0.0, 30.0, 90.0}) {
       const double sine = std::sin(b * std::numbers::pi / 180);
-      readings.append({b, length, b == 30.0 ? x_mm : 0.0, 0.04 * sine, 0.0});
+      readings.append({b, length, b == 30.0 ? x_mm : 0.0, 0.04 * sine, 3});
     }
   }
   constexpr std::array<std::string_view, 2> kQueries{"B_deg", "L_mm"};

@@ -129,7 +129,7 @@ TEST(SwivelCorrection, AddsWhatAnIndexErrorLeavesAtEachAngle) {
       Table::withColumns("readings", std::array<std::string_view, 5>{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"});
   for (const double length : {100.0, 200.0}) {
     for (const double b : {-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0}) {
-      readings.append({b, length, b == 30.0 ? 0.02 : 0.0, 0.0, 0.0});
+      readings.append({b, length, b == 30.0 ? 0.02 : 0.0, 2, 3});
     }
   }
   Table queries = Table::withColumns("queries", std::array<std::string_view, 2>{"B_deg", "L_mm"});
