@@ -25,7 +25,7 @@ metrology::Dataset swivelling() {
     const double z = 0.010 + length * 2e-4, x = 0.025 - length * 1e-4;
     for (const double b : {0.0, 45.0, 90.0}) {
       const double c = std::cos(b * kDegree), s = std::sin(b * kDegree);
-      readings.append({b, length, -(s * z + (c - 1) * x), 0.0, -((c - 1) * z - s * x)});
+      readings.append({b, length, -(s * z + (c - 1) * x), 2, -((c - 1) * z - s * x)});
     }
   }
   auto queries = metrology::Table::withColumns("queries", std::array<std::string_view, 2>{"B_deg", "L_mm"});
