@@ -22,6 +22,11 @@ struct Settings {
   unsigned stop_bits{1};  // 1 or 2
 };
 
+// With the start bit.
+constexpr unsigned bitsPerCharacter(const Settings& settings) {
+  return 1 + settings.data_bits + (settings.parity != Parity::none ? 1 : 0) + settings.stop_bits;
+}
+
 // Default settings of a link to a host.
 inline constexpr Settings kHostLink{.baud = 921600};
 

@@ -26,6 +26,13 @@ std::int64_t mostIdsIn(std::uint64_t file_bytes) {
   return static_cast<std::int64_t>(std::max<std::uint64_t>(100'000, file_bytes / 20));
 }
 
+// 0 where nobody can say.
+std::uint64_t bytesOf(const std::string& path) {
+  std::error_code error;
+  const auto size = fs::file_size(path, error);
+  return error ? 0 : size;
+}
+
 struct Table {
   const char* name;
   const char* id;
@@ -60,12 +67,6 @@ class WorkingCopy {
   WorkingCopy& operator=(const WorkingCopy&) = delete;
 
   const std::string& path() const { return path_; }
-  // 0 where nobody can say.
-  std::uint64_t bytes() const {
-    std::error_code error;
-    const auto size = fs::file_size(path_, error);
-    return error ? 0 : size;
-  }
   bool hasJournal() const { return isThere(path_ + "-journal"); }
   // Empty when the copy is whole.
   const std::string& whyNot() const { return why_not_; }
@@ -259,7 +260,7 @@ Outcome<Salvaged, Failure> salvage(const std::string& damaged, Database& into) {
   if (!copy.hasJournal() && !makeHeaderGood(copy.path()))
     return Failure{Reason::unavailable, copy.path() + " cannot be written; check the disk"};
   TRY(auto from, Database::open(copy.path()));
-  return copyWhatIsWhole(from, copy.bytes(), into);
+  return copyWhatIsWhole(from, bytesOf(copy.path()), into);
 }
 
 Outcome<Database, Failure> salvagedInMemory(const std::string& damaged) {
@@ -268,8 +269,7 @@ Outcome<Database, Failure> salvagedInMemory(const std::string& damaged) {
   TRY(auto from, imageOf(damaged));
   TRY(auto into, Database::inMemory());
   TRY(migrate(into));
-  std::error_code gone;
-  TRY(const auto salvaged, copyWhatIsWhole(from, fs::file_size(damaged, gone), into));
+  TRY(const auto salvaged, copyWhatIsWhole(from, bytesOf(damaged), into));
   if (salvaged.results == 0) return nothing;
   return into;
 }

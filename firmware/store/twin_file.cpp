@@ -219,7 +219,10 @@ void TwinFile::make(std::string_view text, const std::string& aside) {
 void TwinFile::openAgain() {
   if (unread_) return;
   auto again = open(path_, copy_bytes_ - kHeaderBytes, content_);
-  if (!again.why_not_writable_.empty()) return;
+  if (!again.why_not_writable_.empty()) {
+    why_not_writable_ = again.why_not_writable_;
+    return;
+  }
   again.content_ = content_;
   again.lost_ = lost_;
   *this = std::move(again);

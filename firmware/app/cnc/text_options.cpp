@@ -73,8 +73,8 @@ constexpr const char* kTapeKeys =
 // In which the line can send a record.
 std::chrono::milliseconds shortestPeriod(const serial::Settings& settings) {
   constexpr unsigned kLongestRecord = 60;  // characters
-  const unsigned bits = 1 + settings.data_bits + (settings.parity != serial::Parity::none ? 1 : 0) + settings.stop_bits;
-  return std::chrono::milliseconds{(kLongestRecord * bits * 1000 + settings.baud - 1) / settings.baud};
+  const unsigned bits = kLongestRecord * serial::bitsPerCharacter(settings);
+  return std::chrono::milliseconds{(bits * 1000 + settings.baud - 1) / settings.baud};
 }
 
 Outcome<TextOptions> parse(std::string_view text, TextOptions options, const serial::Settings& usual) {

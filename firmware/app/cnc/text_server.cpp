@@ -41,6 +41,7 @@ void TextServer::serveOnce() {
 void TextServer::lost() {
   line_.lost();
   session_.restart();
+  unsent_ += due_.size();
   due_.clear();
   line_free_ = {};
   hears_itself_ = false;
@@ -154,16 +155,14 @@ void TextServer::makeNext() {
   session_.send(text);
 }
 
-// Whether the other end does not have the present text yet, up to its last '%'.
+// Whether the other end does not have the present text yet, up to its last '%'; however long it has held it back.
 bool TextServer::sending(Clock::time_point now) const {
-  return now + takes(behind_end_) < line_free_ + takes(session_.unsent());
+  return std::max(line_free_, now) + takes(session_.unsent()) > now + takes(behind_end_);
 }
 
 std::chrono::nanoseconds TextServer::takes(std::size_t characters) const {
   const auto& settings = options_.line.settings;
-  const unsigned parity = settings.parity == serial::Parity::none ? 0 : 1;
-  const unsigned bits = 1 + settings.data_bits + parity + settings.stop_bits;
-  return std::chrono::nanoseconds{characters * bits * 1'000'000'000ULL / settings.baud};
+  return std::chrono::nanoseconds{characters * serial::bitsPerCharacter(settings) * 1'000'000'000ULL / settings.baud};
 }
 
 void TextServer::refuse(const tape::Refused& refused, std::string_view line) {

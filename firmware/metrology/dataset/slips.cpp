@@ -178,7 +178,7 @@ std::optional<Refusal> frozenIn(const Dataset& dataset, const Method& method, co
     if (!isMeasured(column.name, table) || !isConstant(column)) continue;
     const double digit = digitOfConstant(table, column);
     // The face of a turning screw changes any sensor, whatever its digits.
-    const bool sampled = column.name == "sensor_um";
+    const bool sampled = table.name == "sector_cal";
     const double chance = std::pow(chanceOfEqual(dataset, column.name, digit), static_cast<double>(rows.size() - 1));
     if (!sampled && chance >= kNoChance) continue;
     if (isZero(column) && (mayBeOmitted(column.name) || !isUsed(dataset, method, table, column))) continue;

@@ -328,6 +328,8 @@ TEST_F(TextOnCable, AControlStopsATapeThatIsUnderWay) {
   for (int i = 0; i < 20; ++i) drain();
   const auto held = heard_.size();
   for (int i = 0; i < 100; ++i) drain();  // half a second: sixty characters
+  print("\x13");  // as a control does for each character that still comes
+  for (int i = 0; i < 20; ++i) drain();
   EXPECT_EQ(heard_.size(), held);
   EXPECT_EQ(std::ranges::count(heard_, '%'), 1) << heard_;
   print("\x11");
