@@ -218,24 +218,6 @@ TEST_F(Accepting, OfASlideAndOfASpindleExcludeEachOther) {
   EXPECT_EQ(std::get<CentrelineActivated>(told_.back()).slope[0], 3e-4);
 }
 
-TEST_F(Accepting, OfMoreToolLengthsThanTheCoreHoldsIsRefused) {
-  const auto lengthOf = [](double length_mm) {
-    auto result = resultOf("tool-assembly", {Estimate::scalar("assembled_length_mm", length_mm - 60, 1e-3)});
-    result.also = {Estimate::scalar("gauge_length_mm", length_mm, 1e-3)};
-    return result;
-  };
-  const auto subject = [](std::size_t tool) { return "assembly-" + std::to_string(tool); };
-  for (std::size_t tool = 1; tool <= corrections::kMostMeasuredTools; ++tool) acceptedAs(subject(tool), lengthOf(120));
-  const auto one_more = propose(subject(500), lengthOf(90));
-  const auto refused = results_.accept(one_more, "Ada");
-  ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().what, HasSubstr("lengths of 99 tools are in force"));
-  acceptedAs(subject(7), lengthOf(120.001));  // of a tool that has its place
-  const auto none = results_.rollBack(inForce(subject(1))->id, "Ada");
-  ASSERT_TRUE(none) << none.error().what;
-  EXPECT_TRUE(results_.accept(one_more, "Ada"));
-}
-
 TEST_F(Accepting, OfADelayByJointSaysThatItIsNotAppliedByAxis) {
   const auto by_axis = acceptedAs("delay", resultOf("delay-plates", {Estimate::scalar("tau_s", 0.00385, 4e-6)})).id;
   const auto accepted = acceptedAs(
