@@ -234,6 +234,7 @@ Corrections::Sum Corrections::sum() const {
 }
 
 void Corrections::serve(MonoTime now, const Sum& sum) {
+  output_.published();
   state_.valid = output_.valid();
   was_valid_ = was_valid_ || state_.valid;
   state_.saturated = output_.saturated();

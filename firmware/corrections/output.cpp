@@ -37,11 +37,13 @@ void Output::follow(const Vector& sum_mm, double elapsed_s) {
   arrived_ = true;
   bool kept_back = false;
   const double step_s = std::clamp(elapsed_s, 0.0, kLongestStep_s);
+  const double moving_s = std::min(step_s, left_s_);
+  left_s_ -= moving_s;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const auto [size, rate] = limits_[axis];
     const double wanted = std::clamp(sum_mm[axis], -size, size);
     saturated_ = saturated_ || wanted != sum_mm[axis];
-    const double step = rate * step_s;
+    const double step = rate * moving_s;
     const double next = std::clamp(wanted, value_mm_[axis] - step, value_mm_[axis] + step);
     // Beyond the bounds already, it stays where it is or turns back.
     const double servable =

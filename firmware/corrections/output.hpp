@@ -29,6 +29,9 @@ class Output {
   void follow(const Vector& sum_mm, double elapsed_s);
   // Call it while at least one source is neither good nor held.
   void freeze(double elapsed_s);
+  // Call it whenever the value is published. Between two calls no more than kLongestUnseen_s counts for the rate:
+  // records that come late and together must not cause a jump.
+  void published() { left_s_ = kLongestUnseen_s; }
 
   bool valid() const { return valid_; }
   bool saturated() const { return saturated_; }
@@ -42,13 +45,14 @@ class Output {
   static constexpr double kMost_mm = 3.2767;  // range of the registers
   // Longest time step that counts for the rate: a gap in time must not cause a jump.
   static constexpr double kLongestStep_s = 0.02;
-
+  static constexpr double kLongestUnseen_s = 0.05;
   static constexpr double kDiskPatience_s = 2;
 
   std::array<OutputLimits, kLinearAxes> limits_;
   Vector value_mm_{};
   Vector least_mm_, greatest_mm_;
-  double doubtful_s_{};  // still to be waited for
+  double left_s_{kLongestUnseen_s};  // that the value may still change for until it is published
+  double doubtful_s_{};              // still to be waited for
   double kept_back_s_{};
   bool valid_{};
   bool saturated_{};

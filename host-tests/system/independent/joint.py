@@ -10,6 +10,7 @@ import types
 
 PATIENCE_S = 120
 BEAT_S = 0.1  # of the heartbeat in register 4: the box's own time, which stamps each read
+LATE_S = 0.05  # of records that come late and together, behind a computer that was busy elsewhere: one beat at least
 SERVED_S = 0.02  # a value is served for up to this long before the next one is made
 ROUNDING_NM = 2
 COUNT_NM = 100  # of the registers that the gate reads
@@ -95,7 +96,8 @@ class Joint:
         self.beats += passed
 
     def move(self, to_nm, counts):
-        most = self.rate_nm_s * (BEAT_S * (self.beats - self.from_beat + 1) + SERVED_S) + ROUNDING_NM
+        beats = self.beats - self.from_beat
+        most = self.rate_nm_s * (BEAT_S * (beats + 1) + LATE_S * beats + SERVED_S) + ROUNDING_NM
         for axis in range(3):
             way = abs(to_nm[axis] - self.from_nm[axis])
             assert way <= most, f"joint {axis} steps from {self.from_nm} to {to_nm} nm, where {most:.0f} are allowed"

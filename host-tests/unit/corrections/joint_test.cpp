@@ -43,6 +43,25 @@ TEST_F(Joint, WalksAtTheLimitOfRateAndIsToldThatItDoes) {
   EXPECT_LE(largest_step_mm, kStep_mm);
 }
 
+// Behind half a second in which the computer did something else, all its records come at once.
+TEST_F(Joint, GoesOnFromWhereItIsWhenRecordsComeLateAndTogether) {
+  start();
+  machine.extension_um = 200;
+  run(0.5);
+  const double before_mm = joint_mm[0];
+  machine.published = false;
+  machine.run(0.5);
+  machine.published = true;
+  largest_step_mm = 0;
+  run(0.01);
+  EXPECT_LT(joint_mm[0], before_mm);
+  EXPECT_LE(largest_step_mm, 0.05 * 0.05 + 2e-6);
+  largest_step_mm = 0;
+  run(3);
+  EXPECT_NEAR(joint_mm[0], -0.1, 2e-6);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
 TEST_F(Joint, StopsAtTheLimitOfSizeDegraded) {
   machine.position_mm[0] = 700;
   start();

@@ -55,7 +55,7 @@ class MachineOnADesk {
     if (sensor && ticks_ % 100 == 0)
       corrections.push(Drift{Axis::x, static_cast<std::int32_t>(std::lround(extension_um * 1e3)), now});
     if (encoders && clock && probe) corrections.tick(record, now);
-    if (ticks_ % 10 == 0) corrections.advance(now, map(), {});
+    if (published && ticks_ % 10 == 0) corrections.advance(now, map(), {});
   }
   void run(double seconds) {
     for (int i = 0; i < std::lround(seconds * 1000); ++i) tick();
@@ -74,6 +74,7 @@ class MachineOnADesk {
   std::array<std::optional<double>, kRotaryAxes> angle_deg{};  // by encoder; nothing: no encoder, or it is silent
   double extension_um{};
   bool sensor{true}, encoders{true}, clock{true}, probe{true};
+  bool published{true};  // false: the computer is busy elsewhere
   std::int64_t power_up{777'000};
 
  private:
