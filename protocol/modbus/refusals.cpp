@@ -202,6 +202,8 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "head-swivelled",
     "spindle-turned",
     "not-free",
+    "coarse-stamps",
+    "off-the-line",
 });
 
 std::vector<RefusalCode> all() {

@@ -1,12 +1,17 @@
 #include "firmware/metrology/touch/switched_touch.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/stamp_digits.hpp"
 #include "firmware/metrology/fit/line.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -16,6 +21,8 @@ using Eigen::Vector3d;
 constexpr double kSteadiness = 0.02;  // of the speed
 constexpr double kNoise = 5;          // deviations of a slope that noise may make
 constexpr double kNominal = 0.2;      // of the speed that was asked for
+constexpr double kWild = 8;           // deviations of a position from its neighbours
+constexpr double kRounded_mm = 1e-3;  // of way
 
 // The positions of one touch: rows [begin, end) of table machine.
 struct Positions {
@@ -36,6 +43,33 @@ Line lineOver(const Positions& of, std::size_t begin, std::size_t end) {
     rows.row(static_cast<Eigen::Index>(i - begin)) << of.x[k], of.y[k], of.z[k];
   }
   return fitLine(of.times.subspan(begin, end - begin), rows);
+}
+
+// How far a position is off the way between the two beside it; a rate that is not quite even is allowed for.
+double besideItsNeighbours(std::span<const double> times, std::span<const double> values, std::size_t k) {
+  const double share = (times[k] - times[k - 1]) / (times[k + 1] - times[k - 1]);
+  return values[k] - values[k - 1] - share * (values[k + 1] - values[k - 1]);
+}
+
+// The largest distance of a single position from those beside it; 0 where the noise of the touch explains all. Where
+// the machine sets out or arrives, one position is off its neighbours, and they are not.
+double wildest_mm(const Positions& of, std::size_t begin, std::size_t end) {
+  double wildest = 0;
+  for (const auto* channel : {&of.x, &of.y, &of.z}) {
+    const std::span values{channel->data(), of.times.size()};
+    const double noise =
+        std::max(localDeviation(of.times, values, Trim::heavy),
+                 localDeviation(of.times.subspan(begin, end - begin), values.subspan(begin, end - begin), Trim::heavy));
+    const double limit_mm = kWild * std::max({noise, resolutionOf(values), kCaseDigits});
+    for (std::size_t k = std::max<std::size_t>(begin, 2); k < end && k + 2 < values.size(); ++k) {
+      const double off = besideItsNeighbours(of.times, values, k);
+      if (std::abs(off) <= limit_mm) continue;
+      const double towards = std::max(besideItsNeighbours(of.times, values, k - 1) / off,
+                                      besideItsNeighbours(of.times, values, k + 1) / off);
+      if (towards < -0.25) wildest = std::max(wildest, std::abs(off));
+    }
+  }
+  return wildest;
 }
 
 // Position at an edge, its velocity there, and its variance along the way.
@@ -75,6 +109,10 @@ Outcome<Edge, Refusal> placeAt(double edge_s, double sense, const Positions& of,
         "speed-not-constant",
         "the speed changes about the edge: approach and retract at constant speed, further beyond the surface");
   }
+  if (const double off_mm = wildest_mm(of, begin, end); off_mm > 0) {
+    return refuse("off-the-line", "one position about the edge is " + text(1e3 * off_mm) +
+                                      " um off those beside it: check the encoders, and touch again");
+  }
   const double from_mean_s = edge_s - line.t_mean;
   return Edge{.at_mm = line.at(edge_s) + tau.cwiseProduct(line.slope),
               .velocity_mm_s = line.slope,
@@ -92,6 +130,17 @@ SwitchedTouch between(const Edge& in, const Edge& out, const Planned& planned) {
           .late_s = (out.at_mm - in.at_mm).dot(planned.retract) / (in_mm_s + out_mm_s)};
 }
 
+// Edges of one touch or two may end in a coarse place by chance.
+std::optional<Refusal> refuseRounded(const Table& edges, const Table& touches) {
+  const auto& speeds = *touches.column("speed_mm_s");
+  if (edges.rows() < 3 || speeds.empty()) return std::nullopt;
+  const double digit_s = std::max(digitOfTimes(*edges.column("contact_s")), digitOfTimes(*edges.column("release_s")));
+  const double way_mm = digit_s * std::ranges::max(speeds);
+  if (way_mm <= kRounded_mm) return std::nullopt;
+  return Refusal{"coarse-stamps", "the edges in table 'edges' have digits of " + text(digit_s) + " s, in which " +
+                                      text(way_mm) + " mm are covered: record microseconds"};
+}
+
 }  // namespace
 
 Outcome<std::vector<SwitchedTouch>, Refusal> switchedTouches(const Dataset& dataset,
@@ -107,6 +156,7 @@ Outcome<std::vector<SwitchedTouch>, Refusal> switchedTouches(const Dataset& data
   const auto part = [&](std::string_view column, std::size_t begin, std::size_t size) {
     return std::span{*machine->column(column)}.subspan(begin, size);
   };
+  if (auto refusal = refuseRounded(*edges, *touches)) return *refusal;
   std::vector<SwitchedTouch> found;
   std::size_t begin = 0;
   for (std::size_t row = 0; row < touches->rows(); ++row) {

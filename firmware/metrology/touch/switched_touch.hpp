@@ -31,7 +31,8 @@ struct SwitchedTouch {
 // P = M + T v (A2). A remaining delay displaces both in opposite directions, each by its speed, so the mean weighted by
 // the speed of the other way is free of it: tau_s only shifts the zero of late_s. tau_s: X Y Z. Refuses, naming
 // the touch: missing-touch, too-few-samples (five per edge), speed-not-constant (2 %), speed-differs (20 %, or the
-// wrong direction).
+// wrong direction), off-the-line (a position that the noise of the others does not explain), coarse-stamps (edges that
+// are rounded to more than 1 um of way).
 Outcome<std::vector<SwitchedTouch>, Refusal> switchedTouches(const Dataset& dataset,
                                                              const std::array<double, 3>& tau_s);
 

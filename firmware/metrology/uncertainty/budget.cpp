@@ -136,6 +136,18 @@ void combineAlso(Result& result, const Squares& squares) {
   }
 }
 
+// Whether an input adds to the sd of a promised value.
+bool matters(const std::vector<double>& effect, const Result& result) {
+  constexpr double kShare = 0.1;
+  std::size_t at = 0;
+  for (const auto& estimate : result.estimates) {
+    for (std::size_t k = 0; k < estimate.values.size(); ++k, ++at) {
+      if (!estimate.sd.empty() && std::abs(effect[at]) > kShare * estimate.sd[k]) return true;
+    }
+  }
+  return false;
+}
+
 // Inputs of one name are one line of the budget; they are independent.
 void addToBudget(std::vector<Contribution>& budget, const std::string& name, const std::vector<double>& effect) {
   auto line = std::ranges::find(budget, name, &Contribution::name);
@@ -199,6 +211,10 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   for (const auto& input : inputs) {
     TRY(const auto beside, neighboursOf(known, method.solver, input, here.size()));
     const auto effect = effectOf(beside, here);
+    if (!input.warning.empty()) {
+      if (!matters(effect, result)) continue;
+      result.warnings.push_back(input.warning);
+    }
     addToBudget(type_b, input.name, effect);
     if (input.widens) widen(result, beside, effect);
     const bool in = input.in_sd || input.widens;

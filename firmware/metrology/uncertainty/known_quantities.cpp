@@ -10,6 +10,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/pre_travel_shifts.hpp"
+#include "firmware/metrology/dataset/stamp_digits.hpp"
 #include "firmware/metrology/dataset/stop_shifts.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -233,6 +234,21 @@ void addShifts(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
   }
 }
 
+void addStampDigits(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
+  for (const auto& stamps : coarseStamps(dataset)) {
+    const double sd_s = stamps.sd_s();
+    const auto move = [table = stamps.table, sd_s](Dataset& moved, double by) {
+      const auto changed = std::ranges::find(moved.tables, table, &Table::name);
+      for (double& time_s : std::ranges::find(changed->columns, "t_s", &Column::name)->values) time_s += by * sd_s;
+    };
+    inputs.push_back({.name = std::string{kStampDigitsBudget},
+                      .sd = sd_s,
+                      .move = move,
+                      .widens = true,
+                      .warning = sentenceOf(stamps)});
+  }
+}
+
 }  // namespace
 
 Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, const Method& method, StoreReader store) {
@@ -242,6 +258,7 @@ Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, co
   }
   if (auto refusal = addTemperature(inputs, dataset, method)) return *refusal;
   addShifts(inputs, dataset);
+  addStampDigits(inputs, dataset);
   return inputs;
 }
 

@@ -29,8 +29,9 @@ struct TypeBInput {
   double sd{};       // k = 1
   // Changes the quantity in the case by this many sd.
   std::function<void(Dataset&, double)> move;
-  bool in_sd{};   // included in the method's own sd
-  bool widens{};  // not included there, and to be: common to all readings, whose residuals do not show it
+  bool in_sd{};           // included in the method's own sd
+  bool widens{};          // not included there, and to be: common to all readings, whose residuals do not show it
+  std::string warning{};  // of an input that nobody has stated: it counts, and is told, where it is a tenth of an sd
 };
 
 // Type B inputs stated in the case. Refuses: bad-config (not above zero, as large as the quantity itself, wrong unit of

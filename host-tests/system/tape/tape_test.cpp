@@ -328,7 +328,7 @@ TEST_F(TextOnCable, AControlStopsATapeThatIsUnderWay) {
   for (int i = 0; i < 20; ++i) drain();
   const auto held = heard_.size();
   for (int i = 0; i < 100; ++i) drain();  // half a second: sixty characters
-  print("\x13");  // as a control does for each character that still comes
+  print("\x13");                          // as a control does for each character that still comes
   for (int i = 0; i < 20; ++i) drain();
   EXPECT_EQ(heard_.size(), held);
   EXPECT_EQ(std::ranges::count(heard_, '%'), 1) << heard_;
@@ -368,36 +368,6 @@ TEST_F(TextOnCable, ALineThatWasUnpluggedIsServedAgain) {
   ASSERT_TRUE(eventually([this] { return server_->counters().reopened == 1; }));
   const auto before = server_->counters().sent;
   EXPECT_TRUE(eventually([&] { return server_->counters().sent > before; }));
-}
-
-TEST(TextOptions, HaveTheUsualSettingsOfTheirKindOfLine) {
-  const auto tape = *parseTextOptions("tape:/dev/ttyS1,dialect=nv,first=7,offset=3,reader=all");
-  ASSERT_TRUE(tape.ok());
-  EXPECT_EQ(serial::describe((*tape).line.settings), "9600 7E2");
-  EXPECT_TRUE((*tape).flow);
-  EXPECT_EQ((*tape).form.first, 7);
-  EXPECT_EQ((*tape).usual, tape::Ask::all);
-  const auto records = *parseTextOptions("records:/dev/ttyS1,baud=38400,parity=none");
-  ASSERT_TRUE(records.ok());
-  EXPECT_EQ(serial::describe((*records).line.settings), "38400 8N1");
-  EXPECT_FALSE((*records).flow);
-  EXPECT_FALSE(parseTextOptions("modbus:/dev/ttyS1"));
-}
-
-TEST(TextOptions, AreRefusedByName) {
-  for (const char* text : {"tape:/dev/ttyS1,dialect=iso", "tape:/dev/ttyS1,offset=10", "tape:/dev/ttyS1,every=100",
-                           "records:/dev/ttyS1,every=5", "records:/dev/ttyS1,dialect=g10", "records:"}) {
-    const auto options = *parseTextOptions(text);
-    EXPECT_FALSE(options.ok()) << text;
-  }
-}
-
-TEST(TextOptions, KnowHowFastALineIs) {
-  const auto slow = *parseTextOptions("records:/dev/ttyS1,every=20");
-  ASSERT_FALSE(slow.ok());
-  EXPECT_THAT(slow.error().what, HasSubstr("at 19200 8E1: write every=35 or more"));
-  EXPECT_TRUE(parseTextOptions("records:/dev/ttyS1,every=35")->ok());
-  EXPECT_TRUE(parseTextOptions("records:/dev/ttyS1,every=20,baud=38400")->ok());
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <functional>
 #include <gmock/gmock.h>
 #include <map>
 #include <numbers>
@@ -17,6 +16,7 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "host-tests/support/sanitized.hpp"
+#include "reported_case.hpp"
 #include "tools/case/case_folder.hpp"
 
 namespace probebox::casefolder {
@@ -30,13 +30,6 @@ using metrology::Table;
 using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
-
-std::vector<std::string> caseNames() {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator{PROBEBOX_REPORT_CASES}) names.push_back(entry.path().filename());
-  std::ranges::sort(names);
-  return names;
-}
 
 class SlippedReadings : public testing::TestWithParam<std::string> {
  protected:
@@ -218,17 +211,6 @@ TEST_P(SlippedReadings, AWholeColumnInAnotherUnitIsToldOrChangesNothing) {
     EXPECT_TRUE(untold.contains(column)) << column << " is told by now: take it off the list";
 }
 
-// A case with one column of one table changed.
-Dataset changed(const std::string& name, const std::string& table, const std::string& what,
-                const std::function<void(double&)>& change) {
-  auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / name).value();
-  for (auto& each : dataset.tables) {
-    for (auto& column : each.columns)
-      if (each.name == table && column.name == what) std::ranges::for_each(column.values, change);
-  }
-  return dataset;
-}
-
 // What `solve` says of a case in which a column, or a key, has another unit.
 std::string saidOf(const std::string& name, const std::string& table, const std::string& what, double factor) {
   auto dataset = changed(name, table, what, [=](double& value) { value *= factor; });
@@ -271,111 +253,6 @@ TEST(WrongUnit, IsNotSaidOfAScrewThatTurnsFarFromItsZero) {
   EXPECT_THAT(solved->warnings, testing::IsEmpty());
   EXPECT_THAT(saidOf("screw-calibration", "sector_cal", "phi_rad", 180 / std::numbers::pi),
               HasSubstr("angles are in radians"));
-}
-
-TEST(FrozenChannel, IsRefusedByNameWithItsPlaceAndTheRemedy) {
-  const auto frozen = [](const std::string& name, const std::string& table, const std::string& what, double value) {
-    const auto solved = metrology::solve(changed(name, table, what, [=](double& reading) { reading = value; }));
-    return solved ? "" : solved.error().name + ": " + solved.error().reason;
-  };
-  EXPECT_THAT(frozen("screw-calibration", "sector_cal", "sensor_um", 31.41592),
-              AllOf(HasSubstr("frozen-channel: "), HasSubstr("column 'sensor_um' of table 'sector_cal'"),
-                    HasSubstr("measure again")));
-  EXPECT_THAT(frozen("screw-calibration", "sector_cal", "sensor_um", 31), HasSubstr("frozen-channel"));
-  EXPECT_THAT(frozen("spindle-offset-2x2", "readings", "x_mm", 19.31855437),
-              HasSubstr("frozen-channel: all 4 readings"));
-  EXPECT_THAT(frozen("c-axis-alignment", "readings", "y_mm", 19.31855437), HasSubstr("frozen-channel"));
-  EXPECT_THAT(frozen("periodic-check", "centres", "y_mm", 1.382864618), HasSubstr("frozen-channel"));
-  EXPECT_THAT(frozen("tool-setter", "readings", "z_mm", -193.7679019), HasSubstr("frozen-channel"));
-  // 10 um are coarser than the noise: equal by chance.
-  EXPECT_EQ(frozen("swivel-error", "readings", "y_mm", 0.38).find("frozen-channel"), std::string::npos);
-}
-
-// 0 has no digits of its own; what a factor has made of a column is none either.
-TEST(FrozenChannel, ReadsZeroThroughout) {
-  const auto frozen = [](const std::string& name, const std::string& table, const std::string& what, double factor) {
-    const auto solved = metrology::solve(changed(name, table, what, [=](double& value) { value *= factor; }));
-    return solved ? "" : solved.error().name;
-  };
-  for (const double factor : {0.0, 1e-310}) {
-    EXPECT_EQ(frozen("spindle-offset-2x2", "readings", "x_mm", factor), "frozen-channel");
-    EXPECT_EQ(frozen("c-axis-alignment", "readings", "y_mm", factor), "frozen-channel");
-    EXPECT_EQ(frozen("a-axis-alignment", "readings", "x_mm", factor), "frozen-channel");
-    EXPECT_EQ(frozen("table-pivot", "readings", "z_mm", factor), "frozen-channel");
-    EXPECT_EQ(frozen("swivel-error", "readings", "x_mm", factor), "frozen-channel");
-    EXPECT_EQ(frozen("periodic-check", "centres", "y_mm", factor), "frozen-channel");
-    EXPECT_EQ(frozen("screw-calibration", "sector_cal", "sensor_um", factor), "frozen-channel");
-  }
-  // A plane in which readings are, and the height of a ball.
-  EXPECT_EQ(frozen("bore-fit", "points", "z_mm", 0), "");
-  EXPECT_EQ(frozen("head-pivot", "readings", "y_mm", 0), "");
-  EXPECT_EQ(frozen("table-pivot", "readings", "x_mm", 0), "");
-  EXPECT_EQ(frozen("tool-assembly", "readings", "W0_x_mm", 0), "");
-}
-
-// As recorded with a cable off or a converter that hangs, in one touch or scan or in all. The columns of a table may
-// have any order.
-TEST(FrozenChannel, OfTheProbeIsRefusedByEveryMethodOfDelays) {
-  std::size_t tried = 0;
-  for (const auto& name : caseNames()) {
-    const auto good = readCase(fs::path{PROBEBOX_REPORT_CASES} / name).value();
-    if (!name.starts_with("delay-") || good.table("probe") == nullptr) continue;
-    for (const char* const channel : {"a", "b", "c"}) {
-      for (const bool everywhere : {true, false}) {
-        auto dataset = good;
-        auto& probe = *std::ranges::find(dataset.tables, "probe", &Table::name);
-        const auto numbers = probe.columns.front();
-        auto& values = std::ranges::find(probe.columns, channel, &metrology::Column::name)->values;
-        const double stuck = values.back();
-        for (std::size_t row = 0; row < values.size(); ++row)
-          if (everywhere || numbers.values[row] == numbers.values.back()) values[row] = stuck;
-        for (const bool time_first : {false, true}) {
-          if (time_first) std::swap(probe.columns[0], probe.columns[1]);
-          const auto solved = metrology::solve(dataset);
-          ASSERT_FALSE(solved) << name << " " << channel << (time_first ? ", t_s first" : "");
-          EXPECT_EQ(solved.error().name, "frozen-channel") << name << ": " << solved.error().reason;
-          EXPECT_THAT(solved.error().reason,
-                      HasSubstr(std::string{"channel '"} + channel + "' in " + numbers.name + " "));
-          ++tried;
-        }
-      }
-    }
-  }
-  EXPECT_GE(tried, 9U * 12U);
-}
-
-// Converters of 2 um show no noise of 0.4 um where nothing moves; a probe of two channels is recorded with zeros.
-TEST(FrozenChannel, IsNotAChannelWithoutNoiseNorOneThatAProbeDoesNotHave) {
-  const auto refused = [](double step_mm, double stuck) {
-    auto dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / "delay-in-out").value();
-    auto& probe = *std::ranges::find(dataset.tables, "probe", &Table::name);
-    for (auto& column : probe.columns) {
-      if (column.name == "c") std::ranges::fill(column.values, stuck);
-      if (column.name != "a" && column.name != "b") continue;
-      for (auto& value : column.values) value = step_mm * std::round(value / step_mm);
-    }
-    const auto solved = metrology::solve(dataset);
-    return solved ? std::string{} : solved.error().name;
-  };
-  EXPECT_EQ(refused(1e-5, 0.007), "frozen-channel");
-  EXPECT_NE(refused(2e-3, 0.002), "frozen-channel");
-  EXPECT_EQ(refused(1e-5, 0), "");
-}
-
-TEST(Digits, CoarserThanTheStatedSigmaAreWarnedOf) {
-  const auto rounded = [](const std::string& name, const std::string& table, const std::string& what, double digit) {
-    const auto solved =
-        metrology::solve(changed(name, table, what, [=](double& value) { value = std::round(value / digit) * digit; }));
-    return solved ? solved->warnings : std::vector<std::string>{solved.error().name};
-  };
-  const auto told = Contains(AllOf(HasSubstr("have digits of 0.1 mm"), HasSubstr("state that sd as sigma_mm")));
-  EXPECT_THAT(rounded("spindle-offset-2x2", "readings", "x_mm", 0.1), told);
-  EXPECT_THAT(rounded("a-axis-alignment", "readings", "y_mm", 0.1), told);
-  EXPECT_THAT(rounded("c-axis-alignment", "readings", "x_mm", 0.1), told);
-  EXPECT_THAT(rounded("table-pivot", "readings", "z_mm", 0.1), told);
-  EXPECT_THAT(rounded("tool-setter", "readings", "z_mm", 0.1), told);
-  EXPECT_THAT(rounded("spindle-offset-2x2", "readings", "x_mm", 0.001), testing::IsEmpty());
-  EXPECT_THAT(rounded("c-axis-alignment", "readings", "z_mm", 0.1), testing::IsEmpty()) << "a height is set";
 }
 
 TEST(Limits, OfWhatAMachineHasAreKept) {

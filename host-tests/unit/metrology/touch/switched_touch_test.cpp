@@ -1,9 +1,11 @@
 #include "firmware/metrology/touch/switched_touch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
+#include <string>
 
 namespace probebox::metrology {
 namespace {
@@ -112,6 +114,26 @@ TEST(SwitchedTouch, RefusesByTheNameOfTheTouchWhatIsNoTouchAtConstantSpeed) {
   EXPECT_THAT(refusalOf({.in_mm_s = 3.9, .out_mm_s = 3.9}), HasSubstr("speed-differs"));
   EXPECT_THAT(refusalOf({.normal = {0, 1, 0}, .switch_late_s = -1}), HasSubstr("too-few-samples"));
   EXPECT_THAT(refusalOf({.rate_hz = 100}), HasSubstr("latch more often"));
+}
+
+// One sample in eighty, in any coordinate: also across the motion, where the speed does not show it.
+TEST(SwitchedTouch, RefusesAPositionThatIsOffTheLineOfTheOthers) {
+  for (const char* const channel : {"x_mm", "y_mm", "z_mm"}) {
+    for (const double off_mm : {-0.05, 1.0}) {
+      auto dataset = datasetOf({Motion{.noise_mm = 1e-4}});
+      auto& machine = dataset.tables.front();
+      auto& values = std::ranges::find(machine.columns, channel, &Column::name)->values;
+      const auto& times = *machine.column("t_s");
+      const auto after = std::ranges::lower_bound(times, Motion{}.contact_s() + 0.01);
+      values[static_cast<std::size_t>(after - times.begin())] += off_mm;
+      const auto found = switchedTouches(dataset, {0, 0, 0});
+      ASSERT_FALSE(found) << channel << " " << off_mm;
+      EXPECT_THAT(found.error().reason, HasSubstr("touch 0, way in"));
+      if (channel != std::string{"x_mm"}) {
+        EXPECT_EQ(found.error().name, "off-the-line");
+      }
+    }
+  }
 }
 
 TEST(SwitchedTouch, NamesTheTouchWithoutPositionsOrEdges) {

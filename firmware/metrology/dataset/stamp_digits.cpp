@@ -1,0 +1,54 @@
+#include "firmware/metrology/dataset/stamp_digits.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kFinest_s = 1e-6;
+constexpr std::array<std::string_view, 3> kStreams{"machine", "probe", "article"};
+
+bool isMultiple(double time_s, double digit_s) {
+  const double close_s = 1e-3 * digit_s + std::numeric_limits<double>::epsilon() * std::abs(time_s);
+  return std::abs(std::remainder(time_s, digit_s)) <= close_s;
+}
+
+}  // namespace
+
+double digitOfTimes(const std::vector<double>& times_s) {
+  int places = 0;
+  for (const double time_s : times_s) {
+    while (places <= 6 && !isMultiple(time_s, std::pow(10.0, -places))) ++places;
+    if (places > 6) return 0;
+  }
+  return std::pow(10.0, -places);
+}
+
+double CoarseStamps::sd_s() const {
+  return digit_s / std::sqrt(12.0);
+}
+
+std::vector<CoarseStamps> coarseStamps(const Dataset& dataset) {
+  std::vector<CoarseStamps> coarse;
+  for (const auto name : kStreams) {
+    const Table* table = dataset.table(name);
+    const auto* times_s = table != nullptr ? table->column("t_s") : nullptr;
+    if (times_s == nullptr || times_s->empty()) continue;
+    const double digit_s = digitOfTimes(*times_s);
+    if (digit_s < 1.5 * kFinest_s) return {};
+    coarse.push_back({std::string{name}, digit_s});
+  }
+  return coarse;
+}
+
+std::string sentenceOf(const CoarseStamps& stamps) {
+  return "the stamps t_s of table '" + stamps.table + "' have digits of " + text(stamps.digit_s) +
+         " s: what rounding leaves of a delay, up to " + text(stamps.digit_s / 2) +
+         " s, is in the standard deviations; record microseconds";
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,88 @@
+// Numbers that were written with too few digits.
+#include <algorithm>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/solve.hpp"
+#include "reported_case.hpp"
+
+namespace probebox::casefolder {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+
+TEST(Digits, CoarserThanTheStatedSigmaAreWarnedOf) {
+  const auto rounded = [](const std::string& name, const std::string& table, const std::string& what, double digit) {
+    const auto solved =
+        metrology::solve(changed(name, table, what, [=](double& value) { value = std::round(value / digit) * digit; }));
+    return solved ? solved->warnings : std::vector<std::string>{solved.error().name};
+  };
+  const auto told = Contains(AllOf(HasSubstr("have digits of 0.1 mm"), HasSubstr("state that sd as sigma_mm")));
+  EXPECT_THAT(rounded("spindle-offset-2x2", "readings", "x_mm", 0.1), told);
+  EXPECT_THAT(rounded("a-axis-alignment", "readings", "y_mm", 0.1), told);
+  EXPECT_THAT(rounded("c-axis-alignment", "readings", "x_mm", 0.1), told);
+  EXPECT_THAT(rounded("table-pivot", "readings", "z_mm", 0.1), told);
+  EXPECT_THAT(rounded("tool-setter", "readings", "z_mm", 0.1), told);
+  EXPECT_THAT(rounded("spindle-offset-2x2", "readings", "x_mm", 0.001), testing::IsEmpty());
+  EXPECT_THAT(rounded("c-axis-alignment", "readings", "z_mm", 0.1), testing::IsEmpty()) << "a height is set";
+}
+
+// Stamps of a steady rate are all moved alike by rounding: no residual shows it.
+class StampDigits : public testing::TestWithParam<std::string> {
+ protected:
+  static void round(metrology::Dataset& dataset, double digit_s) {
+    for (auto& table : dataset.tables) {
+      if (table.name != "machine" && table.name != "probe" && table.name != "article") continue;
+      for (auto& column : table.columns) {
+        if (column.name != "t_s") continue;
+        for (auto& value : column.values) value = std::round(value / digit_s) * digit_s;
+      }
+    }
+  }
+};
+
+TEST_P(StampDigits, AreInTheStandardDeviationOfADelay) {
+  const auto exact = metrology::solve(reportedCase(GetParam())).value();
+  for (const double digit_s : {1e-3, 1e-4, 1e-5}) {
+    auto dataset = reportedCase(GetParam());
+    round(dataset, digit_s);
+    const auto solved = metrology::solve(dataset);
+    if (!solved) continue;
+    EXPECT_THAT(solved->warnings,
+                Contains(AllOf(HasSubstr("stamps t_s of table 'machine'"), HasSubstr("microseconds"))));
+    for (const auto& before : exact.estimates) {
+      const auto* after = solved->find(before.key);
+      if (after == nullptr || !before.key.starts_with("tau_")) continue;
+      for (std::size_t k = 0; k < before.values.size(); ++k) {
+        const double sd = std::hypot(before.sd[k], after->sd[k]);
+        EXPECT_LE(std::abs(after->values[k] - before.values[k]), 3 * sd) << before.key << " at digits of " << digit_s;
+        EXPECT_GE(after->sd[k], 0.99 * digit_s / std::sqrt(12.0));
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Case, StampDigits, testing::ValuesIn([] {
+                           auto names = caseNames();
+                           std::erase_if(names, [](const std::string& name) { return !name.starts_with("delay-"); });
+                           return names;
+                         }()),
+                         [](const auto& test) {
+                           std::string name = test.param;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+TEST(EdgeDigits, ThatHideMicrometresAreRefused) {
+  const auto solved = metrology::solve(
+      changed("pre-travel", "edges", "contact_s", [](double& value) { value = std::round(value * 100) / 100; }));
+  ASSERT_FALSE(solved);
+  EXPECT_EQ(solved.error().name, "coarse-stamps") << solved.error().reason;
+}
+
+}  // namespace
+}  // namespace probebox::casefolder
