@@ -15,8 +15,9 @@ Failure explain(int code, const std::string& path, const char* detail) {
   switch (code & 0xff) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return {Reason::unavailable,
-              path + " is locked by another process; stop the other box that uses this state directory"};
+      return {Reason::unavailable, path +
+                                       " is locked by another process: close the program that holds it (a backup, "
+                                       "sqlite3, another box), and restart the box"};
     case SQLITE_FULL:
       return {Reason::unavailable,
               path + " cannot grow: the disk is full; nothing was changed, free some space and repeat"};

@@ -54,6 +54,19 @@ Outcome<void, Failure> makeRoom(Database& database, const Binding& binding, std:
   return {};
 }
 
+Outcome<std::optional<Record>, Failure> waitingFor(Database& database, const Binding& binding) {
+  Statement statement{database, select("WHERE state = 1 AND ").append(kOfBinding)};
+  return readAtMostOne(bind(statement, binding));
+}
+
+Failure hasASuccessor(const Record& active, const Record& next) {
+  const auto id = std::to_string(next.id);
+  return {Reason::not_possible_now, "result " + std::to_string(active.id) + " is in force, and result " + id +
+                                        " was accepted to take its place and waits: to keep the first, withdraw the "
+                                        "other (probebox rollback " +
+                                        id + " --by NAME)"};
+}
+
 Outcome<void, Failure> putIntoForce(Database& database, Id id, std::string_view utc, std::string_view by) {
   TRY(note(database, id, State::active, utc, by));
   Statement statement{database, "UPDATE results SET state = 2, retired_utc = '' WHERE id = ?"};
@@ -76,7 +89,12 @@ Outcome<Record, Failure> Store::acceptNow(Id id, std::string_view by, std::strin
   if (auto objection = objectionTo("an acceptance", by, utc)) return *objection;
   TRY(auto transaction, Transaction::begin(*database_));
   auto record = find(id);
-  if (!record || record->state == State::accepted || record->state == State::active) return record;
+  if (!record || record->state == State::accepted) return record;
+  if (record->state == State::active) {
+    TRY(const auto next, waitingFor(*database_, record->binding));
+    if (next) return hasASuccessor(*record, *next);
+    return record;
+  }
   if (record->state != State::proposed) return notAcceptable(*record);
   const bool at_once = activation == Activation::at_once;
   TRY(makeRoom(*database_, record->binding, at_once ? "1, 2" : "1", utc, by));

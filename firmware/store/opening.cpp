@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sqlite3.h>
 #include <system_error>
 
@@ -56,6 +57,15 @@ Outcome<Database, Failure> openSound(const std::string& path, std::string& notic
 
 Opened opened(Database database, std::string notice) {
   return {std::make_unique<Database>(std::move(database)), std::move(notice)};
+}
+
+// Who opens a pipe waits for its other end.
+std::optional<Failure> whyNotOrdinary(const std::string& path) {
+  for (const auto& name : {path, path + "-journal"}) {
+    if (!isOrdinaryOrAbsent(name))
+      return Failure{Reason::unavailable, name + " is no ordinary file: remove it, and restart the box"};
+  }
+  return std::nullopt;
 }
 
 // SQLite takes a file of nothing for a new one; it was one of results, or the disk has lost it.
@@ -122,6 +132,7 @@ struct Readable {
 
 // Reads what it can from a file that cannot be used itself, with a sentence about it.
 Readable readableOf(const std::string& path, const Failure& why) {
+  if (whyNotOrdinary(path)) return {why, {}};
   if (why.reason != Reason::newer_schema) {
     auto whole = copyOf(waitsForItsName(path) ? nameOfNew(path) : path);
     if (whole) return {std::move(whole), "What it has can be read"};
@@ -155,6 +166,7 @@ Outcome<Opened, Failure> openOrBeginAnew(const std::string& path, const std::str
 }  // namespace
 
 Outcome<Opened, Failure> openFile(const std::string& path) {
+  if (auto why = whyNotOrdinary(path)) return *std::move(why);
   TRY(const auto untold, finishReplacement(path));
   auto all = openOrBeginAnew(path, untold);
   if (all) discardReplacement(path);

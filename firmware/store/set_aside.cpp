@@ -44,6 +44,18 @@ bool isThere(const std::string& path) {
   return ::lstat(path.c_str(), &about) == 0;
 }
 
+bool isStillAt(const std::string& path, int descriptor) {
+  struct stat named {
+  }, open{};
+  return ::stat(path.c_str(), &named) == 0 && ::fstat(descriptor, &open) == 0 && named.st_dev == open.st_dev &&
+         named.st_ino == open.st_ino;
+}
+
+bool isOrdinaryOrAbsent(const std::string& path) {
+  struct stat about {};
+  return ::stat(path.c_str(), &about) != 0 || S_ISREG(about.st_mode);
+}
+
 bool syncFolderOf(const std::string& path) {
   const auto folder = std::filesystem::path{path}.parent_path();
   const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

@@ -6,8 +6,17 @@
 
 namespace probebox::store {
 
+// Whether an earlier start has had a file: one that is gone then is lost.
+enum class Before { perhaps, had_it };
+
 // True also for a link that leads nowhere.
 bool isThere(const std::string& path);
+
+// Whether an open file still has its name: nobody has removed it, or put another one in its place.
+bool isStillAt(const std::string& path, int descriptor);
+
+// Whether it can be opened without waiting for others, as a pipe cannot: an ordinary file, or nothing yet.
+bool isOrdinaryOrAbsent(const std::string& path);
 
 // Puts the folder's names on the disk. True also where the file system does not sync folders by themselves.
 bool syncFolderOf(const std::string& path);

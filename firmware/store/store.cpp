@@ -75,8 +75,13 @@ Outcome<Store, Failure> Store::open(const std::string& path) {
   return Store{std::move(opened.database), std::move(opened.notice)};
 }
 
-Store Store::openAnyhow(const std::string& path) {
+Store Store::openAnyhow(const std::string& path, Before before) {
+  const bool is_gone = before == Before::had_it && !isThere(path);
   auto sound = open(path);
+  if (sound && is_gone && sound->notice_.empty()) {
+    sound->notice_ =
+        path + " is gone, and an empty store was begun: stop the box and restore a backup, or calibrate again";
+  }
   if (sound) return std::move(sound).value();
   auto alone = openToReadAlone(path, sound.error());
   return Store{std::move(alone.database), std::move(alone.notice)};

@@ -10,6 +10,7 @@
 
 #include "firmware/store/failure.hpp"
 #include "firmware/store/record.hpp"
+#include "firmware/store/set_aside.hpp"
 #include "protocol/units/outcome.hpp"
 
 // Keeps results of calibrations in one SQLite file. A solver PROPOSES a result, a person ACCEPTS it, it becomes ACTIVE
@@ -44,13 +45,13 @@ class Store {
   // (copy_before.hpp), and checks every page and row. A file
   // that is damaged, empty or of another program is moved aside, never deleted; its intact rows are copied, and
   // notice() reports it. Refuses, without changing the file: a newer schema, a read-only, unreadable or locked file, a
-  // full disk.
+  // full disk, what is no ordinary file.
   static Outcome<Store, Failure> open(const std::string& path);
 
   // The same, but where open() refuses, returns a read-only store with everything readable of the file, or of the copy
   // that a newer version kept, while its results hold. Every change is then refused with the reason in
-  // whyNotWritable().
-  static Store openAnyhow(const std::string& path);
+  // whyNotWritable(). notice() reports a file that is gone.
+  static Store openAnyhow(const std::string& path, Before before = Before::perhaps);
 
   Store(Store&&) noexcept;
   Store& operator=(Store&&) noexcept;
@@ -73,8 +74,8 @@ class Store {
                               std::string_view dataset, std::string_view utc);
 
   // Accepts a proposed result, and activates it unless told to wait. Replaces the active or waiting result of the same
-  // binding in one transaction. Accepting an accepted or active result changes nothing and returns its record.
-  // remark: kept in its history.
+  // binding in one transaction. Accepting an accepted or active result changes nothing and returns its record; an
+  // active one is refused while another waits to take its place. remark: kept in its history.
   Outcome<Record, Failure> accept(Id id, std::string_view by, std::string_view utc,
                                   Activation activation = Activation::at_once, std::string_view remark = {});
 

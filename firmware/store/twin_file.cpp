@@ -11,7 +11,6 @@
 #include <unistd.h>
 #include <utility>
 
-#include "firmware/store/set_aside.hpp"
 #include "protocol/frame/bytes.hpp"
 #include "protocol/frame/crc32c.hpp"
 
@@ -106,25 +105,30 @@ TwinFile::~TwinFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes, std::string_view if_lost) {
+TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes, std::string_view if_lost, Before before) {
   TwinFile file{path, most_bytes};
   file.descriptor_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
-  // After any other error there may be one, and it is not replaced.
-  if (file.descriptor_ < 0 && errno == ENOENT) {
-    if (!file.adoptFresh()) file.make({}, {});
-    return file;
-  }
-  if (file.descriptor_ < 0) {
-    file.why_not_writable_ = path + " cannot be written (" + reasonNow() + ")";
+  if (file.descriptor_ < 0 && errno != ENOENT) {
+    const std::string why = reasonNow();
     file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file.descriptor_ < 0) {
-      file.lost_ = file.unread_ = true;
-      file.content_ = if_lost;
-      file.notice_ = path + " cannot be read (" + reasonNow() + ")";
-      return file;
-    }
+    if (file.descriptor_ >= 0 || errno != ENOENT) file.why_not_writable_ = path + " cannot be written (" + why + ")";
   }
-  file.read(if_lost);
+  if (file.descriptor_ >= 0) {
+    file.read(if_lost);
+  } else if (errno == ENOENT) {
+    if (file.adoptFresh()) return file;
+    if (before == Before::had_it) {
+      file.lost_ = true;
+      file.content_ = if_lost;
+      file.notice_ = path + " is gone: nobody but the box may remove it while the other files of its state are there";
+    }
+    file.make(std::string{file.content_}, {});
+  } else {
+    // There may be one, and it is not replaced.
+    file.lost_ = file.unread_ = true;
+    file.content_ = if_lost;
+    file.notice_ = path + " cannot be read (" + reasonNow() + ")";
+  }
   return file;
 }
 
@@ -231,7 +235,13 @@ void TwinFile::openAgain() {
 Outcome<void, Failure> TwinFile::write(std::string_view content) {
   if (!why_not_writable_.empty()) openAgain();
   if (!why_not_writable_.empty()) return Failure{Reason::unavailable, why_not_writable_};
-  return writeBoth(content);
+  if (isStillAt(path_, descriptor_)) return writeBoth(content);
+  ::close(std::exchange(descriptor_, -1));
+  const std::string before = content_;
+  make(content, isThere(path_) ? asideNameOf(path_, "replaced") : std::string{});
+  if (why_not_writable_.empty()) return {};
+  content_ = before;
+  return Failure{Reason::unavailable, path_ + " was removed: " + why_not_writable_};
 }
 
 Outcome<void, Failure> TwinFile::writeBoth(std::string_view content) {

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "firmware/store/failure.hpp"
+#include "firmware/store/set_aside.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::store {
@@ -18,7 +19,8 @@ class TwinFile {
   // never deleted, and a whole one with the text `if_lost` takes its place: what is safe for the owner to believe while
   // nobody knows the lost text. However the call ends, the next one finds the damaged file or that text. Never fails:
   // whyNotWritable() reports problems of the disk.
-  static TwinFile open(const std::string& path, std::size_t most_bytes, std::string_view if_lost);
+  static TwinFile open(const std::string& path, std::size_t most_bytes, std::string_view if_lost,
+                       Before before = Before::perhaps);
 
   // Reads the newest intact text and changes nothing, beside another process that may write: for who only looks. Empty
   // where there is no file.
@@ -38,8 +40,12 @@ class TwinFile {
   // Why the file cannot be written, as far as it was tried; empty when it can.
   const std::string& whyNotWritable() const { return why_not_writable_; }
 
+  // A file that could not be read is replaced by the next write, too: what it has is not to be believed any more.
+  void replaceUnread() { unread_ = false; }
+
   // Both copies are on disk when this returns. On an error content() stays unchanged and is written again, so that the
-  // next start finds it, too. A file that could not be written is opened again first.
+  // next start finds it, too. A file that was removed meanwhile is made anew. A file that could not be written is
+  // opened again first; one that could not be read is left to the next start, unless replaceUnread() was called.
   Outcome<void, Failure> write(std::string_view content);
 
  private:

@@ -43,8 +43,8 @@ Boot::Boot(Office& office, const std::filesystem::path& file, const procedure::F
              counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }, usualTravel()},
             [](const app::Reply&) {}} {}
 
-std::vector<Event> Boot::restored(const std::optional<std::array<double, kLinearAxes>>& exactly) {
-  auto events = standing_.restore(office_.scenario().now(), exactly, std::nullopt);
+std::vector<Event> Boot::restored(const app::ServedBefore& served) {
+  auto events = standing_.restore(office_.scenario().now(), served, std::nullopt);
   for (const auto& event : calibrations_.restore()) events.push_back(event);
   // After what was in force before: that is no change, and a cut does not keep it out.
   if (doors_.anyInhibits()) events.emplace_back(CutInhibit{.active = true, .at = office_.scenario().now()});

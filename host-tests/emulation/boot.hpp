@@ -19,7 +19,7 @@ class Boot {
   Boot(Office& office, const std::filesystem::path& file, const procedure::Facts& facts = usualFacts());
 
   // Events that the core must get first. exactly: the correction that the CNC has read last, if it survived the end.
-  std::vector<Event> restored(const std::optional<std::array<double, kLinearAxes>>& exactly = std::nullopt);
+  std::vector<Event> restored(const app::ServedBefore& served = {});
   // Ends the daemon regularly.
   void end() { standing_.finish(office_.scenario().state().snapshot); }
 

@@ -52,13 +52,13 @@ class StoreRoom {
                  [](const Event&) {}},
         doors_{(folder / "doors").string(), [](bool) { return true; }},
         served_{(folder / "served-last").string()},
-        boots_{app::countBoot((folder / "boots").string())},
+        boots_{app::countBoot((folder / "boots").string()).count},
         keeper_{(folder / "served").string(), kLimits, [this](const Event& bounds) { takeBounds(bounds); }},
         unit_{(folder / "unit").string()} {
     results_.alsoAsk([this] { return doors_.keepCutsOut(); });
     (void)results_.restore();
-    before_ = served_.before();
-    for (const auto& event : keeper_.restore(now_, before_, std::nullopt)) {
+    before_ = served_.before().found_mm;
+    for (const auto& event : keeper_.restore(now_, served_.before(), std::nullopt)) {
       if (const auto* standing = std::get_if<StandingRestored>(&event)) standing_ = *standing;
       if (const auto* bounds = std::get_if<ServableWithin>(&event)) bounds_ = *bounds;
     }

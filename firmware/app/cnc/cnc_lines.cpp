@@ -52,7 +52,7 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
                                 .results = [this] { return with_.calibrations.inForce().served(); },
                                 .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); },
                                 .may_wish = [this](const modbus::Wish& wish) { return mayWish(wish); },
-                                .only_looks = may_ == board::Access{}};
+                                .only_looks = !board::givesARight(may_)};
   if (!words) registers.keep = [this](modbus::WordOrder order) { return keep(order); };
   return {.registers = std::move(registers),
           .report =

@@ -3,7 +3,6 @@
 #include <charconv>
 #include <random>
 
-#include "firmware/app/log/log.hpp"
 #include "firmware/store/twin_file.hpp"
 
 namespace probebox::app {
@@ -15,17 +14,16 @@ std::uint16_t byChance() {
 
 }  // namespace
 
-std::uint16_t countBoot(const std::string& path) {
-  auto file = store::TwinFile::open(path, 16, std::to_string(byChance()));
+Boots countBoot(const std::string& path, store::Before before) {
+  auto file = store::TwinFile::open(path, 16, std::to_string(byChance()), before);
   std::uint16_t boots = 0;
-  const auto& before = file.content();
-  std::from_chars(before.data(), before.data() + before.size(), boots);
+  const auto& last = file.content();
+  std::from_chars(last.data(), last.data() + last.size(), boots);
   ++boots;
   if (const auto kept = file.write(std::to_string(boots)); !kept) {
-    logWarning("The counter of starts cannot be kept: " + kept.error().what);
-    return byChance();
+    return {byChance(), "The counter of starts cannot be kept: " + kept.error().what};
   }
-  return boots;
+  return {boots, file.notice()};
 }
 
 }  // namespace probebox::app

@@ -111,9 +111,9 @@ std::string problemOf(const store::TwinFile& file) {
 
 }  // namespace
 
-DoorBook::DoorBook(const std::string& path, std::function<bool(bool)> tell_core)
+DoorBook::DoorBook(const std::string& path, std::function<bool(bool)> tell_core, store::Before before)
     : tell_core_{std::move(tell_core)},
-      file_{store::TwinFile::open(path, kMostBookBytes, bookIfLost())},
+      file_{store::TwinFile::open(path, kMostBookBytes, bookIfLost(), before)},
       doors_{doorsIn(file_.content())},
       stored_{doors_},
       problem_{problemOf(file_)} {}

@@ -41,7 +41,7 @@ class DoorBook {
   static constexpr std::size_t kMostName = 80;    // bytes of a door's or a person's name
 
   // tell_core: passes on whether any door inhibits; false when the core's queue is full.
-  DoorBook(const std::string& path, std::function<bool(bool)> tell_core);
+  DoorBook(const std::string& path, std::function<bool(bool)> tell_core, store::Before before = store::Before::perhaps);
 
   // Gives an inhibit that an earlier version kept for all hosts on TCP ("network") to each of these doors, whose hosts
   // can end it. It stays as it is where there are none: a person clears it by its name. Call before others.

@@ -13,17 +13,25 @@ namespace {
 
 using Correction = StandingKeeper::Correction;
 
+// Never change it: a file of another size is unreadable.
 constexpr std::size_t kMostStandingBytes = 200;
+constexpr double kRounding_mm = 1e-6;  // of what is served
 
 // All that the file holds.
 struct StandingBounds {
   Correction correction_mm{};
   Correction margin_mm{};
   std::string utc{};
+  // The start that wrote this, and the one whose record of what a CNC has read last holds until that has one of its
+  // own.
+  std::uint64_t start{};
+  std::uint64_t no_later_than{};
   static constexpr void fields(auto& self, auto&& field) {
     field("correction_mm", self.correction_mm, "");
     field("margin_mm", self.margin_mm, "");
     field("utc", self.utc, "");
+    field("start", self.start, "");
+    field("no_later_than", self.no_later_than, "");
   }
 };
 
@@ -64,12 +72,13 @@ ServableWithin within(const Correction& centre_mm, const Correction& margin_mm, 
 }  // namespace
 
 StandingKeeper::StandingKeeper(const std::string& path, const Limits& limits,
-                               std::function<void(const Event&)> tell_core)
-    : file_{store::TwinFile::open(path, kMostStandingBytes, boundsIfLost(limits))},
+                               std::function<void(const Event&)> tell_core, store::Before before)
+    : file_{store::TwinFile::open(path, kMostStandingBytes, boundsIfLost(limits), before)},
       limits_{limits},
       tell_core_{std::move(tell_core)} {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) ahead_mm_[axis] = limits[axis].rate_mm_s * kAhead_s;
-  if (!file_.notice().empty()) logWarning(file_.notice());
+  file_.replaceUnread();
+  if (!notice().empty()) logWarning(notice());
   if (!file_.whyNotWritable().empty()) setProblem(file_.whyNotWritable());
 }
 
@@ -81,14 +90,30 @@ std::string StandingKeeper::problem() const {
 void StandingKeeper::setProblem(std::string what) {
   constexpr const char* kMeanwhile =
       "; corrections go no further from where they were kept last, and are degraded then";
-  const bool is_new = problem().empty() && !what.empty();
-  if (is_new) logError(what + kMeanwhile);
   const std::lock_guard lock{mutex_};
+  const bool is_new = problem_.empty() && !what.empty();
+  if (is_new) logError(what + kMeanwhile);
   problem_ = what.empty() ? "" : std::move(what) + kMeanwhile;
 }
 
-std::vector<Event> StandingKeeper::restore(MonoTime now, const std::optional<Correction>& exactly,
+// A record that was left by an earlier start than the last one is older than what the disk has.
+std::optional<Correction> StandingKeeper::exactly(const ServedBefore& served) const {
+  const auto content = contentOf(file_);
+  if (!served.found_mm || !content || served.found_start == 0) return std::nullopt;
+  if (served.found_start != content->start && served.found_start != content->no_later_than) return std::nullopt;
+  Correction most_mm = content->margin_mm;
+  for (double& each_mm : most_mm) each_mm += kRounding_mm;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (!(std::abs((*served.found_mm)[axis] - content->correction_mm[axis]) <= most_mm[axis])) return std::nullopt;
+  }
+  return served.found_mm;
+}
+
+std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& served,
                                            const std::optional<store::Standing>& of_before) {
+  const auto exactly = this->exactly(served);
+  start_ = served.start;
+  no_later_than_ = exactly && served.is_kept ? served.found_start : 0;
   Correction doubt_mm{};
   if (const auto content = contentOf(file_)) {
     kept_mm_ = content->correction_mm;
@@ -104,11 +129,9 @@ std::vector<Event> StandingKeeper::restore(MonoTime now, const std::optional<Cor
   const StandingRestored standing{.correction_mm = standing_mm, .at = now, .doubt_mm = doubt_mm};
   // Whatever the axes may stand at stays within what the disk knows, until the box is sure of more.
   const bool is_certain = doubt_mm == Correction{};
-  if (is_certain) {
-    (void)keep(standing_mm, ahead_mm_);
-  } else if (!contentOf(file_)) {
-    (void)keep(kept_mm_, margin_mm_);
-  }
+  const bool told = is_certain ? keep(standing_mm, ahead_mm_) : keep(kept_mm_, margin_mm_);
+  // The next start will believe what was found, so nothing else may be served.
+  if (!told && exactly && !served.is_kept) kept_mm_ = standing_mm, margin_mm_ = {};
   return {standing, within(kept_mm_, margin_mm_, now)};
 }
 
@@ -121,7 +144,7 @@ void StandingKeeper::look(const published::Snapshot& snapshot) {
     is_near = is_near || std::abs(snapshot.correction_mm[axis] - kept_mm_[axis]) > margin_mm_[axis] / 2;
   if (!is_near && alike(kept_mm_, snapshot.correction_mm, kLeastChange_mm)) return;
   const bool was_just_tried = tried_at_ && snapshot.at - *tried_at_ < kLeastInterval;
-  const bool failed_before = !problem().empty();
+  const bool failed_before = failing_;
   if (was_just_tried && (!is_near || failed_before)) return;
   tried_at_ = snapshot.at;
   // Between the old bounds and the new ones the core keeps to both; also after a failure, which may have left either.
@@ -145,8 +168,9 @@ void StandingKeeper::finish(const published::Snapshot& snapshot, const std::opti
 }
 
 bool StandingKeeper::keep(const Correction& correction_mm, const Correction& margin_mm) {
-  const auto kept = file_.write(encodedBounds({correction_mm, margin_mm, utcNow()}));
+  const auto kept = file_.write(encodedBounds({correction_mm, margin_mm, utcNow(), start_, no_later_than_}));
   setProblem(kept ? "" : kept.error().what);
+  failing_ = !kept;
   if (!kept) return false;
   kept_mm_ = correction_mm;
   margin_mm_ = margin_mm;

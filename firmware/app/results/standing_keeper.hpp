@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/app/results/served_record.hpp"
 #include "firmware/corrections/output.hpp"
 #include "firmware/published/snapshot.hpp"
 #include "firmware/store/store.hpp"
@@ -29,12 +30,13 @@ class StandingKeeper {
   static constexpr double kAhead_s = 1;
 
   // tell_core: passes new bounds to the core and waits until they are taken.
-  StandingKeeper(const std::string& path, const Limits& limits, std::function<void(const Event&)> tell_core);
+  StandingKeeper(const std::string& path, const Limits& limits, std::function<void(const Event&)> tell_core,
+                 store::Before before = store::Before::perhaps);
 
   // Events that the core must get before any reader: the correction that the axes have followed, and the bounds.
-  // exactly: the correction that a CNC has read last, if certain. of_before: as an earlier version stored it.
-  std::vector<Event> restore(MonoTime now, const std::optional<Correction>& exactly,
-                             const std::optional<store::Standing>& of_before);
+  // What a CNC has read last is believed of the start that wrote to the disk last, and within its bounds.
+  // of_before: as an earlier version stored it.
+  std::vector<Event> restore(MonoTime now, const ServedBefore& served, const std::optional<store::Standing>& of_before);
 
   // Writes when necessary. An invalid correction is not applied by the CNC, so the stored one is kept.
   void look(const published::Snapshot& snapshot);
@@ -42,10 +44,13 @@ class StandingKeeper {
   // has; the final correction otherwise.
   void finish(const published::Snapshot& snapshot, const std::optional<Correction>& exactly = {});
 
+  // What the start has found of the file, for a person; empty where there is nothing to say.
+  const std::string& notice() const { return file_.notice(); }
   // Problem for a person; empty without one.
   std::string problem() const;
 
  private:
+  std::optional<Correction> exactly(const ServedBefore& served) const;
   bool keep(const Correction& correction_mm, const Correction& margin_mm);
   void setProblem(std::string what);
 
@@ -53,11 +58,14 @@ class StandingKeeper {
   Limits limits_;
   std::function<void(const Event&)> tell_core_;
   Correction ahead_mm_{};
+  std::uint64_t start_{};          // of this process
+  std::uint64_t no_later_than_{};  // the start whose record holds until this one makes its own; 0 without one
   Correction kept_mm_{};
   Correction margin_mm_{};                // as stored
   std::optional<ServableWithin> either_;  // within what is stored, whichever attempts of writing it have succeeded
   bool was_valid_{};
   std::optional<MonoTime> tried_at_;
+  bool failing_{};            // the last attempt of writing did not succeed
   mutable std::mutex mutex_;  // for problem_, which other threads ask for
   std::string problem_;
 };

@@ -74,7 +74,7 @@ std::string firmwareVersion() {
 // Constructed from the top; ~Parts() says in which order the threads end.
 struct Daemon::Parts {
   Parts(const Options& options, board::Descriptions described, const std::filesystem::path& state, store::Store store,
-        std::optional<JournalWriter> journal_writer, UnitDesk unit)
+        std::optional<JournalWriter> journal_writer, UnitDesk unit, const Earlier& earlier)
       : descriptions{std::move(described)},
         time{options.time_scale},
         core{boxConfig(descriptions), events, commands, core_wake_up, counters},
@@ -87,11 +87,12 @@ struct Daemon::Parts {
             [this](const Event& command) { return tellCore(command); },
             options.solver},
         doors{(state / "doors").string(),
-              [this](bool inhibited) { return tellCore(CutInhibit{.active = inhibited, .at = time.now()}); }},
+              [this](bool inhibited) { return tellCore(CutInhibit{.active = inhibited, .at = time.now()}); },
+              earlier.start},
         served{(state / "served-last").string()},
-        boots{countBoot((state / "boots").string())},
         standing{(state / "served").string(), boxConfig(descriptions).corrections.limits,
-                 [this](const Event& bounds) { insist(bounds); }},
+                 [this](const Event& bounds) { insist(bounds); }, earlier.start},
+        boots{countBoot((state / kBootsFile).string(), earlier.files)},
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal() : nullptr},
         results_desk{calibrations, core_view, doors},
@@ -102,12 +103,25 @@ struct Daemon::Parts {
                     {[this] { return activity(); }, [this] { worker.notify(); },
                      [file = options.confirmed] { return file.empty() || isThere(file); }}},
         worker{[this] { workerRound(); }},
-        desk{
-            {descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box), namesOf(descriptions)},
-            {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk, loop_back_desk,
-             unit_desk, update_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); },
-             travelOf(descriptions.machine), controlAxes(descriptions.box.devices)},
-            [this](Reply reply) { links.reply(std::move(reply)); }},
+        desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box), namesOf(descriptions)},
+             {descriptions.probe.deflection_limit_mm,
+              time,
+              commands,
+              worker,
+              calibrations,
+              results_desk,
+              loop_back_desk,
+              unit_desk,
+              update_desk,
+              doors,
+              standing,
+              counters,
+              source_table,
+              [this] { return cncLineStatus(); },
+              travelOf(descriptions.machine),
+              controlAxes(descriptions.box.devices),
+              {standing.notice(), boots.problem}},
+             [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 
   ~Parts() {
@@ -202,8 +216,8 @@ struct Daemon::Parts {
   Calibrations calibrations;
   DoorBook doors;
   ServedRecord served;
-  std::uint16_t boots;
   StandingKeeper standing;
+  Boots boots;  // the last of these files: where it is, a start has made all of them
   std::optional<JournalWriter> journal;
   EventQueue* journal_queue;
   std::uint64_t journal_lost_said{};
@@ -288,7 +302,7 @@ Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts,
       if (const auto why = whyOpenToMasters(text, listener.address(), service.doorAt(text))) return *why;
       return listener;
     };
-    const CncColleagues colleagues{desk, links, doors, served, calibrations, boots, firmwareVersion()};
+    const CncColleagues colleagues{desk, links, doors, served, calibrations, boots.count, firmwareVersion()};
     TRY(auto face, openCncFace(options, service.accessAt(text), core.addStateReader(), colleagues, listen));
     cnc_lines.push_back(std::move(face));
   }
@@ -360,7 +374,8 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   TRY(auto state, takeStateDirectory(options.state));
   if (!state.notice.empty()) logWarning(state.notice);
   // Samples and the CNC need no store: what is wrong with it stands in the log and in status.
-  auto store = store::Store::openAnyhow((state.path / "results.db").string());
+  const auto earlier = earlierIn(state.path);
+  auto store = store::Store::openAnyhow((state.path / "results.db").string(), earlier.start);
   if (!store.notice().empty()) logError(store.notice());  // also where this start fails later
   std::optional<JournalWriter> journal;
   if (!options.journal.empty()) {
@@ -371,9 +386,9 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   auto described = descriptions;
   auto unit_desk = takeUnit(state.path, described);
   auto parts = std::make_unique<Parts>(options, std::move(described), state.path, std::move(store), std::move(journal),
-                                       std::move(unit_desk));
+                                       std::move(unit_desk), earlier);
   parts->state_lock = std::move(state.lock);
-  for (const auto& problem : {parts->doors.problem(), parts->unit_desk.problem()})
+  for (const auto& problem : {parts->doors.problem(), parts->unit_desk.problem(), parts->boots.problem})
     if (!problem.empty()) logWarning(problem);
   const auto& service = parts->descriptions.service;
   TRY(parts->adopt(std::move(passed), options, service));

@@ -9,6 +9,7 @@
 #include "drivers/serial/settings.hpp"
 #include "drivers/tcp/address.hpp"
 #include "drivers/usb_gadget/gadget_port.hpp"
+#include "firmware/store/set_aside.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::app {
@@ -48,5 +49,16 @@ std::filesystem::path stateDirectory(const std::filesystem::path& chosen);
 // Takes --state, or $STATE_DIRECTORY (systemd), or ~/.local/state/probebox. Makes it when missing; error when another
 // daemon has it. A full, read-only or broken disk is no error: the box then runs and stores nothing.
 Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen);
+
+// The file of the state directory that a start makes last.
+inline constexpr const char* kBootsFile = "boots";
+
+// What earlier starts have left in the state directory.
+struct Earlier {
+  store::Before start;  // one that had made all files
+  store::Before files;  // any of them
+};
+
+Earlier earlierIn(const std::filesystem::path& state);
 
 }  // namespace probebox::app

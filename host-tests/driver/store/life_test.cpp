@@ -93,6 +93,21 @@ TEST_F(ResultsLife, OnlyTheLastAcceptedResultWaits) {
   EXPECT_EQ(activeId(), third);
 }
 
+// To say that the first stays would be said of nothing: the other one comes into force at the end of the cut.
+TEST_F(ResultsLife, TheActiveOneIsNotAcceptedAgainWhileAnotherWaits) {
+  const auto first = accepted(1e-3);
+  EXPECT_TRUE(store_.accept(first, "Ada", "t2")) << "said twice";
+  const auto second = propose(2e-3);
+  ASSERT_TRUE(store_.accept(second, "Ada", "t3", Activation::later));
+  const auto refused = store_.accept(first, "Ada", "t4");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("rollback " + std::to_string(second)));
+  ASSERT_TRUE(store_.withdraw(second, "Ada", "t5"));
+  EXPECT_TRUE(store_.accept(first, "Ada", "t6"));
+  EXPECT_EQ(activeId(), first);
+}
+
 TEST_F(ResultsLife, DifferentMethodsReplaceOneAnotherWhenTheyAnswerTheSameQuestion) {
   const auto old = accepted(1e-3);
   auto other = delayOf(2e-3);

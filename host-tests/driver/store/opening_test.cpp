@@ -5,6 +5,7 @@
 #include <random>
 #include <sqlite3.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "host-tests/support/file_content.hpp"
@@ -167,6 +168,30 @@ TEST(StoreOpening, NamesALockedFileAndWorksAgainAfterwards) {
     other.run("COMMIT");
   }
   EXPECT_TRUE(store.accept(id, "Ada", "t1"));
+}
+
+// Who opens a pipe waits for its other end, for ever.
+TEST(StoreOpening, NamesWhatIsNoOrdinaryFile) {
+  for (const char* const suffix : {"", "-journal"}) {
+    const Scratch scratch;
+    ASSERT_EQ(::mkfifo((scratch.file() + suffix).c_str(), 0600), 0);
+    const auto refused = Store::open(scratch.file());
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().reason, Reason::unavailable);
+    EXPECT_THAT(refused.error().what, HasSubstr(scratch.file() + suffix + " is no ordinary file"));
+    auto store = Store::openAnyhow(scratch.file());
+    EXPECT_THAT(store.whyNotWritable(), HasSubstr("no ordinary file"));
+  }
+}
+
+TEST(StoreOpening, SaysThatTheFileOfAnEarlierStartIsGone) {
+  const Scratch scratch;
+  {
+    const auto store = Store::openAnyhow(scratch.file(), Before::had_it);
+    EXPECT_THAT(store.notice(), HasSubstr("is gone, and an empty store was begun"));
+    EXPECT_THAT(store.whyNotWritable(), IsEmpty());
+  }
+  EXPECT_THAT(Store::openAnyhow(scratch.file(), Before::had_it).notice(), IsEmpty());
 }
 
 TEST(StoreOpening, NamesAReadOnlyFile) {

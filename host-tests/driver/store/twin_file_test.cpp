@@ -241,6 +241,50 @@ TEST_F(TwinFileTest, IsWrittenOnceItCanBe) {
   }
 }
 
+// As by a person who tidies up, while the box runs.
+TEST_F(TwinFileTest, IsMadeAnewWhereItWasRemovedOrAnotherOneHasItsPlace) {
+  auto file = open();
+  ASSERT_TRUE(file.write("one"));
+  std::filesystem::remove(path());
+  ASSERT_TRUE(file.write("two"));
+  EXPECT_EQ(open().content(), "two");
+  std::ofstream{path() + ".other"} << "somebody's notes";
+  std::filesystem::rename(path() + ".other", path());
+  ASSERT_TRUE(file.write("three"));
+  EXPECT_EQ(open().content(), "three");
+  EXPECT_EQ(support::contentOf(path() + ".replaced-1"), "somebody's notes");
+  ASSERT_TRUE(file.write("four"));
+  EXPECT_EQ(open().content(), "four");
+}
+
+TEST_F(TwinFileTest, RefusesATextWhereItsFolderIsGone) {
+  namespace fs = std::filesystem;
+  const auto folder = scratch_.directory() / "state";
+  fs::create_directory(folder);
+  auto file = TwinFile::open((folder / "doors").string(), kRoom, kIfLost);
+  ASSERT_TRUE(file.write("one"));
+  fs::rename(folder, scratch_.directory() / "elsewhere");
+  const auto refused = file.write("two");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("was removed"), std::string::npos) << refused.error().what;
+  EXPECT_EQ(file.content(), "one");
+  fs::create_directory(folder);
+  ASSERT_TRUE(file.write("three"));
+  EXPECT_EQ(TwinFile::open((folder / "doors").string(), kRoom, kIfLost).content(), "three");
+}
+
+TEST_F(TwinFileTest, IsLostWhereAnEarlierStartHadIt) {
+  {
+    const auto file = TwinFile::open(path(), kRoom, kIfLost, Before::had_it);
+    EXPECT_TRUE(file.lost());
+    EXPECT_EQ(file.content(), kIfLost);
+    EXPECT_NE(file.notice().find("is gone"), std::string::npos);
+  }
+  const auto next = TwinFile::open(path(), kRoom, kIfLost, Before::had_it);
+  EXPECT_FALSE(next.lost());
+  EXPECT_EQ(next.content(), kIfLost) << "the cautious text is there now";
+}
+
 // Whether it is there cannot be told: what it held is lost to this start, and it stays as it is.
 TEST_F(TwinFileTest, TakesAFileThatItCannotLookAtForNoFirstStart) {
   namespace fs = std::filesystem;

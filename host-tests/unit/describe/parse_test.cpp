@@ -318,6 +318,7 @@ TEST(ServiceToml, GivesADoorRightsOfItsOwnInPlaceOfTheOthers) {
   EXPECT_EQ(service->accessAt("modbus:/dev/ttyS2"), (Access{.allow_marker = true, .allow_inhibit = true}));
   EXPECT_EQ(service->accessAt("tcp:0.0.0.0:7627"), Access{.allow_provision = false});
   EXPECT_TRUE(service->doorAt("tcp:0.0.0.0:7627")->read_only);
+  EXPECT_FALSE(givesARight(service->doorAt("tcp:0.0.0.0:7627")->access));
   EXPECT_EQ(service->doorAt("usb"), nullptr);
 }
 

@@ -1,6 +1,7 @@
 #include "firmware/app/results/served_record.hpp"
 
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -8,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "host-tests/support/in_child.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 namespace probebox::app {
@@ -41,7 +43,7 @@ TEST_F(Served, IsKnownToTheLastDigitAfterAKill) {
   int status = 0;
   ::waitpid(child, &status, 0);
   ASSERT_TRUE(WIFSIGNALED(status));
-  const auto before = ServedRecord{path()}.before();
+  const auto before = ServedRecord{path()}.before().found_mm;
   ASSERT_TRUE(before);
   EXPECT_DOUBLE_EQ((*before)[0], 0.001);
   EXPECT_DOUBLE_EQ((*before)[1], -0.001);
@@ -50,10 +52,10 @@ TEST_F(Served, IsKnownToTheLastDigitAfterAKill) {
 
 TEST_F(Served, IsTheNewestOfAllThatAnyLineRead) {
   ServedRecord record{path()};
-  EXPECT_FALSE(record.before());
+  EXPECT_FALSE(record.before().found_mm);
   record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   record.note(snapshotOf({0.001, 0, 0}, MonoTime{1s}));
-  EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before())[0], 0.002);
+  EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before().found_mm)[0], 0.002);
 }
 
 TEST_F(Served, IsWhatAnEarlierProcessServedUntilThisOneServes) {
@@ -63,7 +65,7 @@ TEST_F(Served, IsWhatAnEarlierProcessServedUntilThisOneServes) {
   EXPECT_DOUBLE_EQ((*record.last())[0], 0.002);
   record.note(snapshotOf({0.003, 0, 0}, MonoTime{3s}));
   EXPECT_DOUBLE_EQ((*record.last())[0], 0.003);
-  EXPECT_DOUBLE_EQ((*record.before())[0], 0.002);
+  EXPECT_DOUBLE_EQ((*record.before().found_mm)[0], 0.002);
 }
 
 // An orderly end writes it elsewhere.
@@ -82,7 +84,7 @@ TEST_F(Served, KnowsWhatWasReadThoughItsFileTakesNothing) {
   record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   ::setrlimit(RLIMIT_FSIZE, &before);
   EXPECT_DOUBLE_EQ((*record.last())[0], 0.002);
-  EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before())[0], 0.001) << "the disk had no room for more";
+  EXPECT_FALSE(ServedRecord{path()}.before().found_mm) << "older than what was read last: not to be taken for it";
 }
 
 TEST_F(Served, HoldsNoValueThatNobodyFollows) {
@@ -90,11 +92,11 @@ TEST_F(Served, HoldsNoValueThatNobodyFollows) {
   auto in_doubt = snapshotOf({0.002, 0, 0}, MonoTime{1s});
   in_doubt.valid = false;
   record.note(in_doubt);
-  EXPECT_FALSE(ServedRecord{path()}.before());
+  EXPECT_FALSE(ServedRecord{path()}.before().found_mm);
   record.note(snapshotOf({0.001, 0, 0}, MonoTime{2s}));
   in_doubt.at = MonoTime{3s};
   record.note(in_doubt);
-  EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before())[0], 0.001);
+  EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before().found_mm)[0], 0.001);
 }
 
 TEST_F(Served, IsNotBelievedOfAnotherRunOfTheComputerOrWhenDamaged) {
@@ -111,14 +113,38 @@ TEST_F(Served, IsNotBelievedOfAnotherRunOfTheComputerOrWhenDamaged) {
     auto damaged = sound;
     damaged[i] = static_cast<char>(damaged[i] ^ 4);
     std::ofstream{path(), std::ios::binary | std::ios::trunc} << damaged;
-    EXPECT_FALSE(ServedRecord{path()}.before()) << "byte " << i;
+    EXPECT_FALSE(ServedRecord{path()}.before().found_mm) << "byte " << i;
   }
+}
+
+TEST_F(Served, IsWrittenAnewWhereItsFileWasRemoved) {
+  ServedRecord record{path()};
+  record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
+  std::filesystem::remove(path());
+  record.note(snapshotOf({0.002, 0, 0}, MonoTime{3s}));
+  const ServedRecord next{path()};
+  ASSERT_TRUE(next.before().found_mm);
+  EXPECT_DOUBLE_EQ((*next.before().found_mm)[0], 0.002);
+  EXPECT_EQ(next.before().found_start, record.before().start);
+  EXPECT_TRUE(next.before().is_kept);
+}
+
+TEST_F(Served, IsReadWhereItCannotBeWrittenAndSaysSo) {
+  ServedRecord{path()}.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms{0755});
+  std::filesystem::permissions(path(), std::filesystem::perms{0444});
+  EXPECT_TRUE(support::holdsInChild([&] {
+    constexpr uid_t kNobody = 65534;
+    if (::geteuid() == 0 && ::seteuid(kNobody) != 0) return false;
+    const ServedRecord next{path()};
+    return next.before().found_mm && (*next.before().found_mm)[0] == 0.002 && !next.before().is_kept;
+  }));
 }
 
 TEST_F(Served, WithoutAFolderNothingIsKnownAndNothingFalls) {
   ServedRecord record{folder_.file("no such folder/served-last")};
   record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
-  EXPECT_FALSE(record.before());
+  EXPECT_FALSE(record.before().found_mm);
 }
 
 }  // namespace

@@ -1,9 +1,12 @@
 #include "firmware/app/results/standing_keeper.hpp"
 
+#include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include "host-tests/support/in_child.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 namespace probebox::app {
@@ -27,9 +30,16 @@ class Standing : public testing::Test {
     StandingRestored standing;
     ServableWithin within;
   };
-  static Restored restored(StandingKeeper& keeper, const std::optional<Correction>& exactly = std::nullopt,
+  // exactly: as the start before has recorded it.
+  Restored restored(StandingKeeper& keeper, const std::optional<Correction>& exactly = std::nullopt,
+                    const std::optional<store::Standing>& of_before = std::nullopt) {
+    ++start_;
+    return restored(keeper, {.start = start_, .is_kept = true, .found_start = start_ - 1, .found_mm = exactly},
+                    of_before);
+  }
+  static Restored restored(StandingKeeper& keeper, const ServedBefore& served,
                            const std::optional<store::Standing>& of_before = std::nullopt) {
-    const auto events = keeper.restore(kStart, exactly, of_before);
+    const auto events = keeper.restore(kStart, served, of_before);
     return {std::get<StandingRestored>(events.at(0)), std::get<ServableWithin>(events.at(1))};
   }
   Restored afterAnEnd(const std::optional<Correction>& exactly = std::nullopt) {
@@ -46,6 +56,7 @@ class Standing : public testing::Test {
 
   support::TemporaryFolder folder_{support::inMemory()};
   std::vector<ServableWithin> told_;
+  std::uint64_t start_{};
 };
 
 TEST_F(Standing, BeginsAtZeroWithoutADoubtWhereNothingWasEverServed) {
@@ -107,6 +118,75 @@ TEST_F(Standing, IsExactAfterAKillAndAfterAProperEnd) {
   EXPECT_EQ(ended.standing.correction_mm, (Correction{0.005, 0.001, 0}));
   EXPECT_EQ(ended.standing.doubt_mm, Correction{});
   EXPECT_GT(ended.within.greatest_mm[0], 0.05) << "and it may go on from there";
+}
+
+// Of a start before the last one, in another folder or on a disk that took nothing meanwhile.
+TEST_F(Standing, IsNotWhatAnOlderRecordSays) {
+  {
+    auto box = keeper();
+    restored(box, {.start = 1, .is_kept = true});
+    box.look(serving({0.004, 0, 0}, 1s));
+  }
+  auto next = keeper();
+  restored(next, {.start = 2, .is_kept = true});
+  next.look(serving({0.02, 0, 0}, 1s));
+  auto after = keeper();
+  const auto [standing, within] =
+      restored(after, {.start = 3, .is_kept = true, .found_start = 1, .found_mm = Correction{0.004, 0, 0}});
+  EXPECT_EQ(standing.correction_mm[0], 0.02);
+  EXPECT_EQ(standing.doubt_mm[0], 0.05);
+}
+
+TEST_F(Standing, IsNoRecordBeyondTheBoundsOfTheDisk) {
+  auto box = keeper();
+  restored(box);
+  box.look(serving({0.02, 0, 0}, 1s));
+  const auto after = afterAnEnd(Correction{0.0701, 0, 0});
+  EXPECT_EQ(after.standing.correction_mm[0], 0.02);
+  EXPECT_EQ(after.standing.doubt_mm[0], 0.05);
+}
+
+// Killed before a CNC has read anything: its record is still that of the start before.
+TEST_F(Standing, IsWhatWasReadBeforeTheLastStartWhereNobodyReadSince) {
+  auto box = keeper();
+  restored(box, {.start = 1, .is_kept = true});
+  box.look(serving({0.004, 0, 0}, 1s));
+  const Correction last_mm{0.0045, 0, 0};
+  for (const std::uint64_t start : {2U, 3U, 4U}) {
+    auto next = keeper();
+    const auto found = restored(next, {.start = start, .is_kept = true, .found_start = 1, .found_mm = last_mm});
+    EXPECT_EQ(found.standing.correction_mm, last_mm);
+    EXPECT_EQ(found.standing.doubt_mm, Correction{});
+  }
+}
+
+// Neither file takes anything: what the next start will believe is all that may be served.
+TEST_F(Standing, StaysWhereARecordSaysThatCannotBeReplaced) {
+  {
+    auto box = keeper();
+    restored(box, {.start = 1, .is_kept = true});
+    box.look(serving({0.004, 0, 0}, 1s));
+  }
+  const Correction last_mm{0.0045, 0, 0};
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms{0555});
+  std::filesystem::permissions(folder_.file("served"), std::filesystem::perms{0444});
+  EXPECT_TRUE(support::holdsInChild([&] {
+    constexpr uid_t kNobody = 65534;
+    if (::geteuid() == 0 && ::seteuid(kNobody) != 0) return false;
+    auto box = keeper();
+    const auto [standing, within] =
+        restored(box, {.start = 2, .is_kept = false, .found_start = 1, .found_mm = last_mm});
+    return standing.correction_mm == last_mm && within.least_mm == last_mm && within.greatest_mm == last_mm;
+  }));
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms{0755});
+}
+
+TEST_F(Standing, MayBeAnywhereWhereTheFileOfAnEarlierStartIsGone) {
+  StandingKeeper box{folder_.file("served"), kLimits, [](const Event&) {}, store::Before::had_it};
+  const auto found =
+      restored(box, ServedBefore{.start = 2, .is_kept = true, .found_start = 1, .found_mm = Correction{}});
+  EXPECT_EQ(found.standing.doubt_mm, (Correction{0.5, 0.5, 0.5}));
+  EXPECT_THAT(box.notice(), HasSubstr("is gone"));
 }
 
 TEST_F(Standing, WhatIsNotValidMovesNobody) {
