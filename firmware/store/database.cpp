@@ -17,7 +17,7 @@ Failure explain(int code, const std::string& path, const char* detail) {
     case SQLITE_LOCKED:
       return {Reason::unavailable, path +
                                        " is locked by another process: close the program that holds it (a backup, "
-                                       "sqlite3, another box), and restart the box"};
+                                       "sqlite3, another box); a box that was started meanwhile is to be restarted"};
     case SQLITE_FULL:
       return {Reason::unavailable,
               path + " cannot grow: the disk is full; nothing was changed, free some space and repeat"};

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "drivers/io/rendezvous.hpp"
+#include "fake_answers.hpp"
 #include "fake_box.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
@@ -204,6 +205,24 @@ TEST_F(Looking, StatusListsTheNewestOfManyResults) {
   EXPECT_EQ(results[4]["id"], FakeBox::kResultId);
   EXPECT_EQ(results[3]["id"], 23);
   EXPECT_EQ(results[0]["id"], 20);
+}
+
+// A backup that holds the file for a while is no reason to say nothing about the box.
+TEST_F(Looking, StatusIsToldThoughTheStoreIsLocked) {
+  FakeBoxOptions locked;
+  locked.answers_first = [](messages::Operation operation, std::span<const std::byte>) {
+    std::optional<FakeAnswers::Reply> reply;
+    if (operation == messages::Operation::list_results)
+      reply = {messages::ErrorCode::wrong_state, "results.db is locked by another process", {}};
+    return reply;
+  };
+  const FakeBox box{locked};
+  const auto page = probebox({"-u", box.uri(), "status"});
+  EXPECT_EQ(page.status, 0);
+  EXPECT_THAT(page.out, HasSubstr("newest results: the box refused: results.db is locked"));
+  const auto object = probebox({"-u", box.uri(), "status", "--json"}).object();
+  EXPECT_TRUE(object["newest_results"].is_null());
+  EXPECT_THAT(object["storage_problems"].dump(), HasSubstr("is locked"));
 }
 
 TEST_F(Looking, EndsWhereTheHistoryOfABoxDoesNot) {

@@ -75,7 +75,8 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
   if (!unit && unit.error().status != ExitStatus::box_refused) return console.fail(unit.error());
   // A proposed one is found here after its command has ended.
   const auto results = newestResults(**box, console);
-  if (!results) return console.fail(results.error());
+  // The rest is known while another program holds the store.
+  if (!results && results.error().status != ExitStatus::box_refused) return console.fail(results.error());
   if (console.json()) {
     Json all = describe(*status);
     all["cut_in_progress"] = corrections ? Json(cut_is_on) : Json(nullptr);
@@ -83,7 +84,10 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
     all["unit"] = unit ? describe(*unit, today()) : Json(nullptr);
     all["process"] = describe(status->process);
     all["newest_results"] = Json::array();
-    for (const auto& result : *results) all["newest_results"].push_back(describe(result));
+    if (!results) all["newest_results"] = nullptr;
+    for (const auto& result : results ? *results : std::vector<messages::ResultSummary>{})
+      all["newest_results"].push_back(describe(result));
+    if (!results) all["storage_problems"].push_back(results.error().what);
     console.object(all);
     return ExitStatus::ok;
   }
@@ -92,6 +96,10 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
   // A line has no name to list among those who hold an inhibit.
   if (cut_is_on && status->inhibits.empty()) console.line(cutLine());
   if (corrections && !corrections->in_use.empty()) console.line(sourcesInUse(corrections->in_use));
+  if (!results) {
+    console.line("newest results: " + results.error().what);
+    return ExitStatus::ok;
+  }
   if (!results->empty()) console.line("newest results");
   for (const auto& result : *results) console.line("  " + line(result));
   return ExitStatus::ok;
