@@ -8,6 +8,7 @@
 #include "board/describe/ranges.hpp"
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
+#include "firmware/app/wiring/boot_id.hpp"
 #include "firmware/app/wiring/corrections_config.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
 #include "firmware/procedure/plan/step.hpp"
@@ -124,6 +125,18 @@ messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, con
                                    .doc = kChannelTexts[i].doc});
   }
   return descriptor;
+}
+
+LinkService::Options linkOptions(const board::Descriptions& descriptions, const std::string& firmware_version) {
+  const auto& stream = descriptions.service.stream;
+  LinkService::Options options;
+  options.session.boot_id = newBootId();
+  options.session.firmware_version = firmware_version;
+  options.session.queue_pieces = stream.ring_blocks;
+  options.session.queue_bytes = stream.ring_blocks * codec::rawBlockSize(box::channelFormats(), stream.block_samples);
+  options.descriptor = wireDescriptor(descriptions, firmware_version);
+  options.probe = probeOnMachine(descriptions);
+  return options;
 }
 
 std::vector<messages::LineStatus> wireLines(const board::Box& box) {

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "board/describe/parse.hpp"
+#include "firmware/app/host/link_service.hpp"
 #include "firmware/app/host/machine_description.hpp"
 #include "firmware/app/host/sample_description.hpp"
 #include "firmware/app/results/results_in_force.hpp"
@@ -20,6 +21,8 @@ MachineNames namesOf(const board::Descriptions& descriptions);
 ProbeOnMachine probeOnMachine(const board::Descriptions& descriptions);
 // Without what is in force, which changes while the box runs.
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version);
+// What the links say of this box, under a boot id that is drawn anew.
+LinkService::Options linkOptions(const board::Descriptions& descriptions, const std::string& firmware_version);
 // The digital inputs, with nothing counted yet.
 std::vector<messages::LineStatus> wireLines(const board::Box& box);
 

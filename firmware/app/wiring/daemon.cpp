@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
-#include <system_error>
 #include <thread>
 #include <unistd.h>
 #include <utility>
@@ -28,7 +27,6 @@
 #include "firmware/app/update/update_desk.hpp"
 #include "firmware/app/wiring/addresses.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
-#include "firmware/app/wiring/boot_id.hpp"
 #include "firmware/app/wiring/box_config.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
 #include "firmware/app/wiring/unit_in_use.hpp"
@@ -39,23 +37,6 @@ namespace probebox::app {
 namespace {
 
 constexpr std::size_t kQueueBytes = 1024 * 1024;  // 0.08 s of 100 000 samples a second with the counts of six axes
-
-LinkService::Options linkOptions(const board::Descriptions& descriptions) {
-  LinkService::Options options;
-  options.session.boot_id = newBootId();
-  options.session.firmware_version = firmwareVersion();
-  options.session.queue_pieces = descriptions.service.stream.ring_blocks;
-  options.session.queue_bytes = descriptions.service.stream.ring_blocks *
-                                codec::rawBlockSize(box::channelFormats(), descriptions.service.stream.block_samples);
-  options.descriptor = wireDescriptor(descriptions, firmwareVersion());
-  options.probe = probeOnMachine(descriptions);
-  return options;
-}
-
-bool isThere(const std::filesystem::path& file) {
-  std::error_code error;
-  return std::filesystem::exists(file, error);
-}
 
 std::string inWords(const box::State& state, std::uint32_t hosts) {
   std::string text = "Master clock " + std::string{messages::nameOf(state.map.state)} + ", " + std::to_string(hosts) +
@@ -101,7 +82,7 @@ struct Daemon::Parts {
         update_desk{state / "update",
                     options.updater,
                     {[this] { return activity(); }, [this] { worker.notify(); },
-                     [file = options.confirmed] { return file.empty() || isThere(file); }}},
+                     [file = options.confirmed] { return file.empty() || store::isThere(file.string()); }}},
         worker{[this] { workerRound(); }},
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box), namesOf(descriptions)},
              {descriptions.probe.deflection_limit_mm,
@@ -122,7 +103,12 @@ struct Daemon::Parts {
               controlAxes(descriptions.box.devices),
               {standing.notice(), boots.problem}},
              [this](Reply reply) { links.reply(std::move(reply)); }},
-        links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
+        links{linkOptions(descriptions, firmwareVersion()),
+              desk,
+              core.feed(),
+              core.addStateReader(),
+              counters,
+              links_wake_up} {}
 
   ~Parts() {
     io::rendezvous::withdraw(getpid());
