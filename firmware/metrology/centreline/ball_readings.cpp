@@ -28,6 +28,9 @@ bool constant(std::span<const BallReading> readings, double most_rad, Angle&& an
   });
 }
 
+constexpr std::string_view kCheckAngles =
+    "that A_rad and C_rad are not exchanged, and the signs and units of x_mm and y_mm";
+
 // Readings at one stop of an axis separate nothing; the difference of two axes has the errors of both.
 std::optional<Turned> turnedOf(std::span<const BallReading> readings) {
   const bool c = !constant(readings, kSameStop_rad, [](const BallReading& reading) { return reading.c; });
@@ -96,6 +99,7 @@ class Columns {
   Eigen::Index count() const { return count_; }
   Eigen::Index arms() const { return arms_; }
   Eigen::Index styli() const { return styli_; }
+  Eigen::Index stylusOf(const BallReading& reading) const { return at(styli_, stylus_per_set_, reading); }
   // Where the arm of a reading stands.
   Eigen::Index armOf(const BallReading& reading) const { return at(arms_, arm_per_set_, reading); }
 
@@ -105,7 +109,7 @@ class Columns {
     rows.leftCols<2>().setIdentity();
     if (sloped_) rows.middleCols<2>(2) = reading.lever * Eigen::Matrix2d::Identity();
     if (arms_ >= 0) rows.middleCols<2>(armOf(reading)) = turn(reading.c);
-    if (styli_ >= 0) rows.middleCols<2>(at(styli_, stylus_per_set_, reading)) = -turn(reading.spindle);
+    if (styli_ >= 0) rows.middleCols<2>(stylusOf(reading)) = -turn(reading.spindle);
     if (const auto radius = radii_.find(reading.set); radius != radii_.end())
       rows.col(radius->second) = *reading.shank_side;
     return rows;
@@ -250,6 +254,11 @@ Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const B
     return tooClose("the axes from the offsets of ball and stylus");
   if (noise.angle > 0 && columns.arms() >= 0) fit = fitWithStops(rows, columns, fit->parameters, noise);
   if (!fit) return fit.error();
+  for (const auto& reading : readings) {
+    if (columns.styli() < 0 || reading.shank_side) continue;  // a shank's may hold its radius
+    const double off_mm = fit->parameters.segment<2>(columns.stylusOf(reading)).norm();
+    if (auto refusal = refuseStylusOff(off_mm, "table 'readings'", kCheckAngles)) return *refusal;
+  }
   return BallFit{std::move(fit).value(), *turned, columns.arms(), columns.styli()};
 }
 

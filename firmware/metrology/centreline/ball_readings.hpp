@@ -59,7 +59,7 @@ struct BallFit {
 // noise.angle: of each stop of C; all readings of one stop are off by it together, along their arms' tangents, which
 // takes a C that turned. Its size is stated, not fitted. Refuses: angles-too-close (neither axis turned, or o or k more
 // than 20 times less certain than a reading, |sin(alpha/2)| < 0.05 for two angles), spindle-not-turned or c-not-turned
-// (needed to separate k), and what linearLeastSquares refuses.
+// (needed to separate k), implausible (a stylus 10 mm off the spindle), and what linearLeastSquares refuses.
 Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const BallModel& model,
                                   const RotationNoise& noise);
 

@@ -154,6 +154,13 @@ double residualSense(const RotationNoise& noise) {
   return noise.angle > 0.0 ? 1.0 : -1.0;
 }
 
+std::optional<Refusal> refuseStylusOff(double off_mm, std::string_view where, std::string_view remedy) {
+  constexpr double kMostOffset_mm = 10.0;
+  if (off_mm <= kMostOffset_mm) return std::nullopt;
+  return Refusal{"implausible", std::string{where} + ": the stylus is " + text(off_mm) +
+                                    " mm off the spindle axis, more than 10: check " + std::string{remedy}};
+}
+
 Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset) {
   TRY(const auto position, configSigma(dataset, "sigma_mm"));
   TRY(const auto angle, configSigma(dataset, "sigma_C_rad"));

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -44,6 +45,9 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset);
 
 // The height at which a centre was measured, where the case states it (mean_z_mm). Refuses: bad-config.
 std::optional<Refusal> addMeanHeight(const Dataset& dataset, Result& result);
+
+// Refuses a stylus that is further off the spindle axis than any is, 10 mm: implausible. remedy: what to check.
+std::optional<Refusal> refuseStylusOff(double off_mm, std::string_view where, std::string_view remedy);
 
 // Names of the two rows of a reading in that fit, and the sign that turns its residuals into measured minus fitted.
 std::span<const std::string_view> residualParts(const RotationNoise& noise);

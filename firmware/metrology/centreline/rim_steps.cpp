@@ -29,7 +29,6 @@ constexpr std::array<std::string_view, 5> kColumns{"loop", "C_rad_clockwise_from
 constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
 constexpr double kDisagree = 4.0;  // sd
-constexpr double kMostOffset_mm = 10.0;
 
 using Loop = std::vector<RimReading>;  // angles from the zero in force
 
@@ -75,10 +74,9 @@ Outcome<StylusOffset, Refusal> stylusOffset(const Dataset& dataset) {
   }
   if (counts[0] == 0.0 || counts[1] == 0.0) return notOpposite("table 'stylus'");
   const Vector2d half = (sums[1] / counts[1] - sums[0] / counts[0]) / 2.0;
-  if (half.norm() > kMostOffset_mm) {
-    return Refusal{"implausible", "table 'stylus': the stylus is " + text(half.norm()) +
-                                      " mm off the spindle axis, more than 10: check the signs and units of its " +
-                                      "readings, and that C does not turn between them"};
+  if (auto refusal = refuseStylusOff(half.norm(), "table 'stylus'",
+                                     "the signs and units of its readings, and that C does not turn between them")) {
+    return *refusal;
   }
   StylusOffset stylus{.flat = across[1] == 1};
   for (std::size_t k = 0; k < across.size(); ++k) {
