@@ -205,15 +205,19 @@ double reference(const CheckQuantity& quantity, const Ball& ball) {
 
 // Run-outs of ball and stylus at C = 0 and spindle = 0, from x and y at B = 0, and where the ball is: what the next
 // check starts from once this one is accepted.
-void addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
+std::optional<Refusal> addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
   constexpr std::array wanted{&kXAtLevel, &kYAtLevel};
   std::array<Eigen::Index, 2> at{};
   for (std::size_t k = 0; k < 2; ++k) {
     const auto found = std::ranges::find(means.quantities, wanted[k]);
-    if (found == means.quantities.end()) return;
+    if (found == means.quantities.end()) return std::nullopt;
     at[k] = means.columns[static_cast<std::size_t>(found - means.quantities.begin())];
   }
   const auto& parameters = means.fit.parameters;
+  const double stylus_mm = std::hypot(parameters[at[0] + 2], parameters[at[1] + 2]);
+  if (auto refusal = refuseStylusOff(stylus_mm, "table 'centres'",
+                                     "the signs and units of x_mm and y_mm, and the angles at B = 0"))
+    return refusal;
   const auto one = [&](Eigen::Index column) { return Eigen::RowVectorXd{pick(column, 1, parameters.size()).row(0)}; };
   for (std::size_t k = 0; k < kCheckRunOuts.size(); ++k) {
     const bool stylus = k >= 2;
@@ -229,11 +233,12 @@ void addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
     rows.row(k) = one(mean) + one(mean + 1);
   }
   const auto z = std::ranges::find(means.quantities, &kZAtLevel);
-  if (z == means.quantities.end()) return;
+  if (z == means.quantities.end()) return std::nullopt;
   const Eigen::Index touched = means.columns[static_cast<std::size_t>(z - means.quantities.begin())];
   centre[2] = parameters[touched] - ball.radius;
   rows.row(2) = one(touched);
   answer.alsoVector("ball_centre_mm", centre, rows);
+  return std::nullopt;
 }
 
 bool hasSwivel(const Table& table, double swivel) {
@@ -259,7 +264,7 @@ std::optional<Refusal> badTables(const Dataset& dataset) {
 
 constexpr double kContradict = 5.0;  // sd
 // Chosen: readings of a check are minutes apart, and a touch on the top has a pre-travel of its own.
-constexpr double kLeastContradictionX_mm = 0.01, kLeastContradictionZ_mm = 0.05;
+constexpr double kLeastContradiction_mm = 0.01, kLeastContradictionZ_mm = 0.05;
 
 // Run-out of the ball in X at B = 90: half the difference of the means at C = 0 and 180.
 struct RunOutX {
@@ -291,11 +296,35 @@ std::optional<Refusal> contradictionX(const Dataset& dataset, const Means& means
   const double stop_mm = sigmas.centre.noise.angle * ballOffset(means, "y_mm", x_is_radius).value_or(0.0);
   const double sd_mm = std::hypot(sigmas.touch / shown * std::sqrt(touched->variance),
                                   sigmas.centre.noise.position * std::sqrt(centred->variance), stop_mm);
-  if (differ_mm <= std::max(kContradict * sd_mm, kLeastContradictionX_mm)) return std::nullopt;
+  if (differ_mm <= std::max(kContradict * sd_mm, kLeastContradiction_mm)) return std::nullopt;
   return Refusal{"readings-contradict",
                  "at B = 90 the ball's run-out in X is " + text(touched->mm / shown) + " mm by table x_touch and " +
                      text(centred->mm) +
                      " mm by table centres: one of the readings is wrong, or x_is_radius is; read both again"};
+}
+
+// The head turns about Y, which leaves the run-outs of ball and stylus in Y as they are.
+std::optional<Refusal> contradictionY(const Means& means, const Sigmas& sigmas) {
+  if (!sigmas.centre.stated) return std::nullopt;
+  const auto& found = means.fit.parameters;
+  const auto variance = [&](Eigen::Index at) { return means.fit.cofactor(at, at); };
+  std::optional<std::size_t> first;
+  for (std::size_t k = 0; k < means.quantities.size(); ++k) {
+    if (means.quantities[k]->column != "y_mm") continue;
+    if (!first) first = k;
+    for (const Eigen::Index part : {1, 2}) {  // ball, stylus
+      const Eigen::Index here = means.columns[k] + part, there = means.columns[*first] + part;
+      const double sd_mm = std::sqrt(variance(here) + variance(there));
+      const double differ_mm = std::abs(found[here] - found[there]);
+      if (differ_mm <= std::max(kContradict * sd_mm, kLeastContradiction_mm)) continue;
+      return Refusal{"readings-contradict", std::string{part == 1 ? "the ball" : "the stylus"} +
+                                                "'s run-out in Y at B = " + text(means.quantities[k]->swivel) + " is " +
+                                                text(differ_mm) +
+                                                " mm off that at B = " + text(means.quantities[*first]->swivel) +
+                                                ": read y_mm of table centres again at both"};
+    }
+  }
+  return std::nullopt;
 }
 
 // The touch on the top and the centres at B = 0 show the same height of the ball.
@@ -330,6 +359,7 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   TRY(const auto means, fitMeans(dataset, sigmas, ball.x_is_radius));
 
   if (auto refusal = contradictionX(dataset, means, sigmas, ball.x_is_radius)) return *refusal;
+  if (auto refusal = contradictionY(means, sigmas)) return *refusal;
   const auto& parameters = means.fit.parameters;
   Answer answer{dataset, means.fit, sigmas.centre.sigma()};
   for (const auto& warnings : {sigmas.centre.warnings, means.warnings}) {
@@ -352,7 +382,7 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
     auto& sd = answer.result().also.back().sd;
     if (!sd.empty()) sd[0] = std::hypot(sd[0], stop90.value_or(0.0));
   }
-  addRunOuts(answer, means, ball);
+  if (auto refusal = addRunOuts(answer, means, ball)) return *refusal;
   for (const CheckQuantity* quantity : kCheckQuantities) {
     if (std::ranges::find(means.quantities, quantity) != means.quantities.end()) continue;
     const std::string key{quantity->key};

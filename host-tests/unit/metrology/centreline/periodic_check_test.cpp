@@ -126,7 +126,8 @@ TEST(PeriodicCheck, IsExactWithoutNoiseAndWithADropOut) {
 TEST(PeriodicCheck, GivesTheWorkedExample) {
   std::mt19937_64 random{3};
   CheckedMachine machine;
-  machine.ball.x() = (13.7105 - 11.3085) / 2;
+  machine.ball.head<2>() << (13.7105 - 11.3085) / 2, -.00015;
+  machine.stylus.y() = -.00005;
   Dataset dataset = checkOf(machine, 0.001, random);
   auto& y = columnNamed(dataset, "centres", "y_mm");
   const std::array<double, 4> printed{-.0052, -.0070, -.0066, -.0050};
@@ -213,6 +214,35 @@ TEST(PeriodicCheck, ComparesItsTouchesWithTheCentres) {
     EXPECT_EQ(refusalOf(x), "") << "within the noise";
     EXPECT_THAT(solve(z)->warnings, testing::Not(testing::Contains(HasSubstr("by table z_touch"))));
   }
+}
+
+TEST(PeriodicCheck, ComparesRunOutsAlongTheAxisOfTheHead) {
+  std::mt19937_64 random{18};
+  const Dataset good = checkOf(CheckedMachine{}, 1e-3, random);
+  for (const std::size_t first : {0U, 4U, 8U}) {
+    for (const std::size_t beside : {1U, 2U}) {  // the other side of the stylus, or of the ball
+      Dataset copied = good;
+      auto& y = columnNamed(copied, "centres", "y_mm");
+      y[first] = y[first + beside] + 1e-4;
+      ASSERT_FALSE(solve(copied)) << first << ", " << beside;
+      EXPECT_EQ(solve(copied).error().name, "readings-contradict");
+      EXPECT_THAT(solve(copied).error().reason, HasSubstr("run-out in Y"));
+      copied.config["sigma_mm"] = 1.0;
+      EXPECT_EQ(refusalOf(copied), "") << "within the noise";
+    }
+  }
+  Dataset pulled = good;
+  columnNamed(pulled, "centres", "y_mm")[0] += 0.03;  // moves a run-out by a quarter of it
+  EXPECT_EQ(refusalOf(pulled), "") << "below 10 um";
+}
+
+TEST(PeriodicCheck, RefusesAStylusFarOffItsSpindle) {
+  std::mt19937_64 random{19};
+  CheckedMachine machine;
+  machine.stylus = {8, -5, 0};
+  EXPECT_EQ(refusalOf(checkOf(machine, 1e-3, random)), "");
+  machine.stylus = {8, -7, 0};
+  EXPECT_EQ(refusalOf(checkOf(machine, 1e-3, random)), "implausible");
 }
 
 TEST(PeriodicCheck, RefusesByName) {
