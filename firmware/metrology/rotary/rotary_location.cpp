@@ -82,16 +82,22 @@ std::vector<double> distinctAngles(std::vector<double> angles) {
 }
 
 std::optional<Refusal> tooLargeErrors(const std::vector<double>& angles, const Eigen::VectorXd& six) {
-  // A hundred times what a poor axis tilts by; taken for small angles everywhere (E5).
-  constexpr double kMost_rad = 0.02;
+  // A hundred times what a poor axis tilts by, and a chosen one for how far it moves; taken for small angles (E5).
+  constexpr double kMost_rad = 0.02, kMost_mm = 1.0;
   for (Eigen::Index k = 0; k < six.size(); ++k) {
-    if (k % 6 < 3 || std::abs(six[k]) <= kMost_rad) continue;
-    return Refusal{
-        "errors-too-large",
-        "at " + text(degrees(angles[static_cast<std::size_t>(k / 6)])) + " degrees the table is turned by " +
-            text(std::abs(six[k])) +
-            " rad from where it should be: check the sign of axis_direction and of phi_rad, their unit, and the "
-            "numbers of the balls"};
+    const bool turns = k % 6 >= 3;
+    if (std::abs(six[k]) <= (turns ? kMost_rad : kMost_mm)) continue;
+    const std::string where = "at " + text(degrees(angles[static_cast<std::size_t>(k / 6)])) + " degrees the table is ";
+    const std::string by = text(std::abs(six[k]));
+    if (turns)
+      return Refusal{"errors-too-large",
+                     where + "turned by " + by +
+                         " rad from where it should be: check the sign of axis_direction and of phi_rad, their unit, "
+                         "and the numbers of the balls"};
+    return Refusal{"errors-too-large",
+                   where + "moved by " + by +
+                       " mm from where it should be: check the signs and unit of the readings at this angle, and that "
+                       "axis_point_mm is on the axis"};
   }
   return std::nullopt;
 }

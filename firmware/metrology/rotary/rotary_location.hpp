@@ -36,7 +36,7 @@ Eigen::MatrixXd positionDependentMap(std::span<const double> angles, const Eigen
 // The distinct angles, increasing.
 std::vector<double> distinctAngles(std::vector<double> angles);
 
-// Refuses rotations that no axis has: errors-too-large, by angle, with the signs and units to check.
+// Refuses rotations and translations that no axis has: errors-too-large, by angle, with what to check.
 std::optional<Refusal> tooLargeErrors(const std::vector<double>& angles, const Eigen::VectorXd& six);
 
 // Promises six_errors, a row an angle, and location_mm and tilt_rad (E7) where four or more angles are spread wider
