@@ -105,5 +105,35 @@ TEST(CoarseFaces, SaySoAndAskForASigma) {
   EXPECT_THAT(fine->warnings, testing::IsEmpty());
 }
 
+// Readings that alternate between two steps scatter by less than half of one: their noise averages nothing out.
+TEST(CoarseFaces, ThatAlternateBetweenTwoStepsHaveTheSdOfTheirDigits) {
+  Dataset dataset{.method = "web-fit", .config = {{"width_direction", std::vector{1.0, 0.0, 0.0}}}, .tables = {}};
+  Table& points = addTable(dataset, "points", {"face", "x_mm", "y_mm", "z_mm"});
+  for (const double face : {1.0, 2.0}) {
+    for (int touch = 0; touch < 5; ++touch)
+      points.append({face, 12.34 + 17.11 * face + (touch == 1 ? 0.01 : 0.0), 1.27 * touch - 2.13, 0.31 * touch});
+  }
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_THAT(solved->warnings, testing::Contains(HasSubstr("x_mm have digits of 0.01 mm")));
+  EXPECT_THAT(solved->find("middle_mm")->sd[0], AllOf(Gt(0.01 / std::sqrt(24.0)), Lt(0.003)));
+}
+
+TEST(CoarseFaces, HaveResidualsInMillimetresAsMeasuredMinusFitted) {
+  Dataset dataset{.method = "web-fit",
+                  .config = {{"width_direction", std::vector{1.0, 0.0, 0.0}}, {"sigma_mm", 0.002}},
+                  .tables = {}};
+  Table& points = addTable(dataset, "points", {"face", "x_mm", "y_mm", "z_mm"});
+  for (const double face : {1.0, 2.0}) {
+    for (int touch = 0; touch < 3; ++touch)
+      points.append({face, 20.0 * face + (face == 2.0 && touch == 2 ? 0.003 : 0.0), 1.0 * touch, 0.5 * touch});
+  }
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_EQ(solved->residuals.unit, "mm");
+  const std::vector<double> expected{0, 0, 0, -0.001, -0.001, 0.002};
+  EXPECT_THAT(solved->residuals.values, testing::Pointwise(testing::DoubleNear(1e-12), expected));
+}
+
 }  // namespace
 }  // namespace probebox::metrology
