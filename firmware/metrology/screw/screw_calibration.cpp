@@ -9,8 +9,10 @@
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
+#include "firmware/metrology/screw/gain_check.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
 #include "firmware/metrology/screw/sensor_noise.hpp"
+#include "firmware/metrology/screw/sensor_spikes.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
@@ -118,6 +120,19 @@ int degreeOf(const Face& face) {
 struct FaceFit {
   Fit fit;
   Eigen::MatrixXd design;
+  bool many_spikes{};
+
+  // Without the samples that were dropped.
+  FaceFit kept() const {
+    if (fit.dropped.empty()) return *this;
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index row = 0; row < design.rows(); ++row)
+      if (!std::ranges::binary_search(fit.dropped, static_cast<std::size_t>(row))) rows.push_back(row);
+    FaceFit some = *this;
+    some.fit.residuals = fit.residuals(rows);
+    some.design = design(rows, Eigen::all);
+    return some;
+  }
 };
 
 Outcome<FaceFit, Refusal> fitFace(const Face& face) {
@@ -137,23 +152,36 @@ Outcome<FaceFit, Refusal> fitFace(const Face& face) {
     if (degree > 0) design(k, sectors + 2 + sector) = place;
     if (degree > 1) design(k, 2 * sectors + 2 + sector) = place * place - 1.0 / 12.0;
   }
-  TRY(auto fit, linearLeastSquares(design, Eigen::Map<const Eigen::VectorXd>{face.sensor->data(), rows}));
-  return FaceFit{std::move(fit), std::move(design)};
+  TRY(auto found, fitWithoutSpikes(design, Eigen::Map<const Eigen::VectorXd>{face.sensor->data(), rows}, face.sector));
+  return FaceFit{std::move(found.fit), std::move(design), found.too_many};
 }
 
-// One past the last sample of every passage of the sensor over a sector.
-std::vector<Eigen::Index> passagesOf(const Face& face) {
+// One past the last sample of every passage of the sensor over a sector, of the samples in use.
+std::vector<Eigen::Index> passagesOf(const Face& face, const std::vector<std::size_t>& dropped) {
+  std::vector<std::size_t> sectors;
+  for (std::size_t k = 0; k < face.sector.size(); ++k)
+    if (!std::ranges::binary_search(dropped, k)) sectors.push_back(face.sector[k]);
   std::vector<Eigen::Index> ends;
-  for (std::size_t k = 1; k <= face.sector.size(); ++k) {
-    if (k == face.sector.size() || face.sector[k] != face.sector[k - 1]) ends.push_back(static_cast<Eigen::Index>(k));
+  for (std::size_t k = 1; k <= sectors.size(); ++k) {
+    if (k == sectors.size() || sectors[k] != sectors[k - 1]) ends.push_back(static_cast<Eigen::Index>(k));
   }
   return ends;
 }
 
+void nameSpikes(Result& result, const FaceFit& of_face) {
+  for (const auto row : of_face.fit.dropped)
+    result.dropped.push_back({"sector_cal " + std::to_string(row + 1), "more than 4.5 deviations from the others"});
+  if (!of_face.many_spikes) return;
+  result.warnings.emplace_back(
+      "sector_cal: many samples are more than 4.5 deviations off, and none is left out: look for interference of the "
+      "sensor, or a screw that did not turn evenly");
+}
+
 // A sector is read for a short time in each turn, the drift is seen over all of them.
 void widen(Result& result, const FaceFit& of_face, const Face& face) {
-  const SensorNoise noise{of_face.fit, of_face.design};
-  const double of_drift = noise.ofAll(), of_sectors = noise.ofStretches(passagesOf(face), of_drift);
+  const FaceFit kept = of_face.kept();
+  const SensorNoise noise{kept.fit, kept.design};
+  const double of_drift = noise.ofAll(), of_sectors = noise.ofStretches(passagesOf(face, kept.fit.dropped), of_drift);
   inflate(result, "sector_table_um", of_sectors);
   inflate(result, "drift_um_s", of_drift);
   if (!(std::max(of_sectors, of_drift) > 1)) return;
@@ -207,7 +235,7 @@ Covariance apart(const Covariance& first, const Covariance& second) {
   return both;
 }
 
-void addGain(Result& result, const Dataset& dataset, const Fit& gain) {
+void addGain(Result& result, const Dataset& dataset, const ScrewModel& screw, const Fit& gain) {
   Answer of_gain{dataset, gain, {}};
   of_gain.readingIs("one true error of table gain_cal", "um");
   of_gain.promiseScalar("K", gain.parameters[0], pick(0, 1, 1).row(0));
@@ -219,6 +247,8 @@ void addGain(Result& result, const Dataset& dataset, const Fit& gain) {
   result.also.push_back(Estimate::scalar("gain_rms_um", gain_result.rms, std::nullopt));
   result.also.push_back(Estimate::scalar("gain_dof", static_cast<double>(gain_result.dof), std::nullopt));
   for (const auto& warning : gain_result.warnings) result.warnings.push_back("gain_cal: " + warning);
+  for (const auto& doubt : gainDoubts(*dataset.table("gain_cal"), screw, gain))
+    result.warnings.push_back("gain_cal: " + doubt);
 }
 
 }  // namespace
@@ -250,7 +280,8 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
 
   Result result = std::move(answer).take(true);
   widen(result, of_face, face);
-  if (gain) addGain(result, dataset, *gain);
+  nameSpikes(result, of_face);
+  if (gain) addGain(result, dataset, config.screw, *gain);
   if (gain && dataset.config.contains(kStandingGain)) {
     result.warnings.push_back(unusedKey(kStandingGain, dataset.method));
   }
