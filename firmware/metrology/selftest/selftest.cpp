@@ -10,7 +10,9 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/configured_gain.hpp"
+#include "firmware/metrology/dataset/digits.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
+#include "firmware/metrology/fit/rounding.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -22,7 +24,8 @@ constexpr double kScale = 0.02;
 constexpr double kOthers_mm = 0.2;
 constexpr double kDeflected_mm = 0.05;
 constexpr double kAside_rad = std::numbers::pi / 6;
-constexpr double kFree = 0.5;  // of the deflection: its ends differ by less when the stylus is free at both
+constexpr double kUsualDigit = 0.01;  // of a control (chosen), where the numbers may be rounder by chance
+constexpr double kFree = 0.5;         // of the deflection: its ends differ by less when the stylus is free at both
 // Shares of the rows of a step: at rest after a jog, and with the stylus fully deflected.
 constexpr double kAfter = 0.05;
 constexpr double kDeepest = 0.02;
@@ -39,7 +42,30 @@ struct Step {
   Vector3d left_mm;  // deflection at its end less that at its beginning
 };
 
+using Columns = std::array<std::string_view, 3>;
+constexpr Columns kPositions{"x_mm", "y_mm", "z_mm"}, kChannels{"a", "b", "c"};
+
+// The place to which each column is given; one that never changes, and shows no digits, has those of the others.
+// Positions are commanded, so round ones say nothing of places above the usual.
+Vector3d digitsOf(const Table& table, const Columns& columns) {
+  const bool commanded = columns == kPositions;
+  std::array<ShownDigit, 3> shown;
+  double finest = kUsualDigit;
+  for (std::size_t k = 0; k < 3; ++k) {
+    shown[k] = shownDigit(*table.column(columns[k]), kUsualDigit);
+    finest = std::min(finest, shown[k].digit);
+  }
+  Vector3d digits;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const bool sure = !commanded && shown[k].chance < kCoarseByChance;
+    const double most = sure ? shown[k].digit : kUsualDigit;
+    digits[static_cast<Eigen::Index>(k)] = shown[k].constant ? finest : std::min(shown[k].digit, most);
+  }
+  return digits;
+}
+
 struct Rows {
+  Vector3d digits;
   std::vector<Vector3d> values;
 
   std::size_t share(double of_all) const {
@@ -49,13 +75,18 @@ struct Rows {
   struct Mean {
     Vector3d value, sd;
   };
-  static Mean meanOf(std::span<const Vector3d> some) {
+  // What rounding leaves of a mean does not show in the scatter.
+  Mean meanOf(std::span<const Vector3d> some) const {
     const auto count = static_cast<double>(some.size());
     Vector3d sum = Vector3d::Zero(), squares = Vector3d::Zero();
     for (const auto& value : some) sum += value;
     const Vector3d mean = sum / count;
     for (const auto& value : some) squares += (value - mean).cwiseAbs2();
-    return {mean, (squares / std::max(1.0, count - 1) / count).cwiseSqrt()};
+    const Vector3d scatter = (squares / std::max(1.0, count - 1)).cwiseSqrt();
+    Vector3d sd;
+    for (Eigen::Index k = 0; k < 3; ++k)
+      sd[k] = std::hypot(scatter[k] / std::sqrt(count), roundingSd(scatter[k], digits[k]));
+    return {mean, sd};
   }
   Mean before() const { return meanOf(std::span{values}.first(kSelftestEndRows)); }
   Mean after() const { return meanOf(std::span{values}.last(share(kAfter))); }
@@ -70,8 +101,8 @@ struct Rows {
   }
 };
 
-Rows rowsOf(const Table& table, double touch, std::array<std::string_view, 3> columns) {
-  Rows rows;
+Rows rowsOf(const Table& table, double touch, const Columns& columns, const Vector3d& digits) {
+  Rows rows{digits, {}};
   const auto& numbers = *table.column("touch");
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (numbers[i] != touch) continue;
@@ -93,14 +124,15 @@ Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
   TRY(const auto touches, checkedTable(dataset, "touches", kTouchesColumns));
   TRY(const auto kinds, checkedTable(dataset, "steps", kSelftestColumns));
   TRY(const auto gain, gainOf(dataset));
+  const Vector3d of_positions = digitsOf(*machine, kPositions), of_channels = digitsOf(*probe, kChannels);
   std::vector<Step> steps;
   const auto& normal_of = *touches;
   for (std::size_t i = 0; i < normal_of.rows(); ++i) {
     const double number = (*normal_of.column("touch"))[i];
     const auto& numbers = *kinds->column("touch");
     const auto kind = std::ranges::find(numbers, number);
-    const Rows positions = rowsOf(*machine, number, {"x_mm", "y_mm", "z_mm"});
-    const Rows channels = rowsOf(*probe, number, {"a", "b", "c"});
+    const Rows positions = rowsOf(*machine, number, kPositions, of_positions);
+    const Rows channels = rowsOf(*probe, number, kChannels, of_channels);
     if (kind == numbers.end() || positions.values.size() < kSelftestEndRows ||
         channels.values.size() < kSelftestEndRows)
       return Refusal{"incomplete-step", "step " + text(number) + " has no row in steps, or fewer than 5 rows in " +

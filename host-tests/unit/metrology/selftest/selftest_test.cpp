@@ -64,6 +64,28 @@ std::vector<std::string> names(const Wiring& wiring) {
   return names;
 }
 
+// Half a digit of either end is in no scatter.
+TEST(Selftest, HasTheSdOfTheDigitsOfItsReadings) {
+  Dataset dataset = measured({.jog_mm = 10.0137});
+  const auto fine = solve(dataset);
+  ASSERT_TRUE(fine) << fine.error().reason;
+  EXPECT_LT(fine->find("moved_mm")->sd[0], 1e-4);
+  for (auto& table : dataset.tables) {
+    for (auto& column : table.columns) {
+      if (column.name != "x_mm" && column.name != "b") continue;
+      for (double& value : column.values) value = std::round(value / 0.01) * 0.01;
+    }
+  }
+  const auto coarse = solve(dataset);
+  ASSERT_TRUE(coarse) << coarse.error().reason;
+  const auto& moved = *coarse->find("moved_mm");
+  EXPECT_NEAR(moved.sd[0], 0.01 / std::sqrt(6.0), 1e-6) << "two means";
+  EXPECT_LT(std::abs(moved.values[0] - 10.0137), 2 * moved.sd[0]);
+  EXPECT_LT(moved.sd[1], 1e-4) << "its digits are finer";
+  const auto& deflected = *coarse->find("deflected_mm");
+  EXPECT_NEAR(deflected.sd[13], 0.01 / std::sqrt(6.0), 1e-6) << "the push along Y";
+}
+
 TEST(Selftest, IsContentWithAMachineThatIsDescribedAsItIs) {
   const auto solved = solve(measured({}));
   ASSERT_TRUE(solved) << solved.error().reason;
