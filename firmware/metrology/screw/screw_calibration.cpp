@@ -228,8 +228,8 @@ Covariance apart(const Covariance& first, const Covariance& second) {
   both.values.assign(of * of, 0.0);
   for (std::size_t i = 0; i < of; ++i) {
     for (std::size_t k = 0; k < of; ++k) {
-      if (i < n && k < n) both.values[i * of + k] = first.values[i * n + k];
-      if (i >= n && k >= n) both.values[i * of + k] = second.values[(i - n) * (of - n) + k - n];
+      if (i < n && k < n) both.values[i * of + k] = first.values.at(i * n + k);
+      if (i >= n && k >= n) both.values[i * of + k] = second.values.at((i - n) * (of - n) + k - n);
     }
   }
   return both;
