@@ -357,7 +357,6 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   if (auto refusal = badTables(dataset)) return *refusal;
   TRY(const auto stop90, configPositive(dataset, "sigma_stop_B90_mm"));
   TRY(const auto means, fitMeans(dataset, sigmas, ball.x_is_radius));
-
   if (auto refusal = contradictionX(dataset, means, sigmas, ball.x_is_radius)) return *refusal;
   if (auto refusal = contradictionY(means, sigmas)) return *refusal;
   const auto& parameters = means.fit.parameters;

@@ -33,6 +33,19 @@ TEST(PivotLean, IsRefusedBeyondATenthOfARadian) {
   }
 }
 
+TEST(PivotLean, IsRefusedInSpaceToo) {
+  std::mt19937_64 random{34};
+  Dataset dataset = tiltedTable(0, random);
+  dataset.method = "table-pivot-3d";
+  EXPECT_EQ(refusalOf(dataset), "");
+  dataset = tiltedTable(10, random);
+  dataset.method = "table-pivot-3d";
+  const auto solved = solve(dataset);
+  ASSERT_FALSE(solved);
+  EXPECT_EQ(solved.error().name, "implausible");
+  EXPECT_THAT(solved.error().reason, HasSubstr("lean_yz_rad"));
+}
+
 TEST(PivotLean, IsWarnedOfWhereNoMachineLeansSoFar) {
   std::mt19937_64 random{32};
   for (const double off_deg : {1.0, 0.2}) {
