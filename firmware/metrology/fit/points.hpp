@@ -23,7 +23,8 @@ std::optional<Refusal> equalPoints(const Eigen::MatrixXd& points);
 // Accurate to 1e-7 of the largest.
 Eigen::VectorXd widthsOf(const Eigen::MatrixXd& points);
 
-// Refuses the worst point of a fit when its residual exceeds 4 sigma (residual-too-large). off_what: "the sphere".
+// Refuses the worst point of a fit when its residual exceeds 4 sigma, or what the worst of so many honest ones exceeds
+// once in a thousand tables, if that is more (residual-too-large). off_what: "the sphere".
 std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what,
                                 std::string_view remedy = "touch it again");
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <array>
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
@@ -154,6 +155,39 @@ TEST(SphereFit, DropsAGrossErrorByNameWhenAsked) {
   ASSERT_THAT(solved->dropped, testing::Not(testing::IsEmpty()));
   EXPECT_THAT(solved->dropped, testing::Contains(testing::Field(&Dropped::name, "point 7")));
   EXPECT_NEAR(solved->find("centre_mm")->values[0], ball.centre.x(), 0.01);
+}
+
+// A thousand honest points have one beyond 4 sigma in one table of fifteen, ten thousand in every second one.
+TEST(SphereFit, RefusesNoHonestTableOfManyPoints) {
+  std::mt19937_64 random{7};
+  for (const std::size_t points : {200U, 2000U, 20'000U}) {
+    Ball ball = randomBall(random);
+    while (ball.normals.size() < points) {
+      const Eigen::Vector3d normal{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
+      ball.normals.push_back(normal.normalized());
+    }
+    for (int trial = 0; trial < 10; ++trial) {
+      Dataset dataset = touched(ball, 0.001, random);
+      const auto solved = solve(dataset);
+      EXPECT_TRUE(solved.ok()) << points << " points: " << solved.error().reason;
+      dataset.tables[0].columns[2].values[6] += 0.008 / std::abs(ball.normals[6].z());
+      EXPECT_EQ(solve(dataset).error().name, "residual-too-large");
+    }
+  }
+}
+
+TEST(SphereFit, NamesTheFirstPairOfCopies) {
+  std::mt19937_64 random{8};
+  Dataset dataset = touched(randomBall(random), 0.001, random);
+  for (auto& column : dataset.tables[0].columns) {
+    column.values[9] = column.values[2];
+    column.values[5] = column.values[4];
+    column.values[7] = column.values[2];
+  }
+  const auto refused = solve(dataset);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().name, "duplicated-reading");
+  EXPECT_THAT(refused.error().reason, HasSubstr("points 3 and 8 are equal"));
 }
 
 }  // namespace
