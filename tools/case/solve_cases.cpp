@@ -118,15 +118,13 @@ int solveCase(const fs::path& folder, bool json, std::ostream& out, std::ostream
 
 }  // namespace
 
-int solveCases(std::span<const fs::path> folders, bool json, std::ostream& out, std::ostream& err,
-               const std::function<bool()>& stopped) {
+int solveCases(std::span<const fs::path> folders, bool json, std::ostream& out, std::ostream& err) {
   if (folders.empty()) {
     err << "probebox solve: no case given; name at least one folder that holds a config.json\n";
     return 2;
   }
   int status = 0;
   for (const auto& folder : folders) {
-    if (stopped()) break;
     status = std::max(status, solveCase(folder, json, out, err));
     if (!out.flush()) break;  // one answer after the other, also into a pipe
   }

@@ -9,17 +9,19 @@
 #include <unistd.h>
 #include <vector>
 
+#include "tools/probebox/cli/exit_status.hpp"
 #include "tools/probebox/cli/interruptible_input.hpp"
 #include "tools/probebox/run.hpp"
 
 namespace {
 
-std::atomic<bool> interrupted{false};
+std::atomic<bool> interrupted{false}, ends_at_once{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "the signal handler may set it");
 
-// The first Ctrl-C ends the command in order; a second one ends it at once.
+// The first Ctrl-C ends the command in order; a second one, or one where nothing is in disorder, ends it at once.
 void onInterrupt(int signal_number) {
   if (interrupted.exchange(true)) _exit(128 + signal_number);
+  if (ends_at_once) _exit(static_cast<int>(probebox::command::ExitStatus::interrupted));
 }
 
 void catchSignals() {
@@ -73,6 +75,7 @@ int main(int count, char** words) {
       standard_input,    std::cout,  std::cerr, isatty(STDOUT_FILENO) == 1, isatty(STDERR_FILENO) == 1,
       terminalColumns(), interrupted};
   streams.reader_gone = readerGone;
+  streams.ends_at_once = &ends_at_once;
   if (isatty(STDIN_FILENO) == 1) streams.enter_pressed = enterPressed;
   return static_cast<int>(probebox::command::run(arguments, streams));
 }

@@ -1,12 +1,14 @@
 // The program itself, with real signals: what no call inside a process can show.
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <iomanip>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <thread>
@@ -38,6 +40,7 @@ class Program {
     }
   }
   void signal(int number) const { ::kill(pid_, number); }
+  pid_t pid() const { return pid_; }
   int wait() const {
     int status = 0;
     ::waitpid(pid_, &status, 0);
@@ -85,6 +88,41 @@ bool catches(pid_t process, int number) {
     if (line.starts_with("SigCgt:")) return (std::stoull(line.substr(7), nullptr, 16) >> (number - 1) & 1U) != 0;
   }
   return false;
+}
+
+// A case of a million points, after one that is answered at once.
+TEST_F(RunningProgram, EndsAtOneCtrlCInTheMiddleOfASolution) {
+  const auto write = [&](const std::string& name, int points) {
+    std::filesystem::create_directory(directory_.file(name));
+    std::ofstream{directory_.file(name) + "/config.json"} << R"({"method":"sphere-fit","radius_mm":10})";
+    std::ofstream rows{directory_.file(name) + "/points.csv"};
+    rows << "x_mm,y_mm,z_mm\n" << std::setprecision(9);
+    for (int k = 0; k < points; ++k) {
+      const double height = 2.0 * k / points - 1, around = std::sqrt(1 - height * height);
+      rows << 10 * around * std::cos(k) << ',' << 10 * around * std::sin(k) << ',' << 10 * height << '\n';
+    }
+  };
+  write("quick", 20);
+  write("slow", 1'000'000);
+  for (const std::string command : {"solve", "report"}) {
+    const auto log = directory_.file(command + ".log"), page = directory_.file("page.html");
+    std::vector<std::string> arguments{command, directory_.file("quick"), directory_.file("slow")};
+    if (command == "report") arguments.insert(arguments.end(), {"-o", page});
+    const Program program{arguments, log};
+    const auto begun = [&] {
+      std::error_code absent;
+      const auto size = std::filesystem::file_size(log, absent);
+      return catches(program.pid(), SIGTERM) && (command == "report" || (!absent && size > 0));
+    };
+    for (int i = 0; i < 3000 && !begun(); ++i) std::this_thread::sleep_for(10ms);
+    std::this_thread::sleep_for(200ms);
+    program.signal(SIGTERM);
+    EXPECT_EQ(program.wait(), 130) << command;
+    EXPECT_FALSE(std::filesystem::exists(page));
+    std::ifstream said{log};
+    const std::string answers{std::istreambuf_iterator<char>{said}, {}};
+    EXPECT_EQ(std::ranges::count(answers, '\n'), command == "solve" ? 1 : 0) << "whole answers alone";
+  }
 }
 
 // A recording that comes through a pipe may pause for long.

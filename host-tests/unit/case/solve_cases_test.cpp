@@ -32,7 +32,7 @@ Answer answer(const std::vector<fs::path>& folders, bool json = true) {
   std::ostringstream out;
   std::ostringstream err;
   Answer answer;
-  answer.status = solveCases(folders, json, out, err, [] { return false; });
+  answer.status = solveCases(folders, json, out, err);
   answer.out = out.str();
   answer.err = err.str();
   std::istringstream lines{answer.out};
@@ -97,14 +97,6 @@ TEST_F(SolveCases, AnswersWhatComesAfterAScanWithAStampOfAnotherClock) {
   EXPECT_EQ(given.lines[1]["refusal"], "gap");
   EXPECT_THAT(given.lines[1]["reason"].get<std::string>(), HasSubstr("1.7"));
   EXPECT_EQ(given.lines[2]["status"], "ok");
-}
-
-TEST_F(SolveCases, StopsBetweenTwoCases) {
-  const auto good = goodCase("good");
-  std::ostringstream out, err;
-  EXPECT_EQ(solveCases(std::vector{good, good, good}, true, out, err, [&] { return !out.str().empty(); }), 0);
-  const std::string text = out.str();
-  EXPECT_EQ(std::ranges::count(text, '\n'), 1);
 }
 
 TEST_F(SolveCases, NamesTheColumnsThatItFoundWhereOneIsMissing) {

@@ -28,6 +28,8 @@ struct Streams {
   std::function<bool()> enter_pressed{};
   // Returns true when the reader of the pipe has exited. Empty where the standard output is no pipe.
   std::function<bool()> reader_gone{};
+  // While it is true, Ctrl-C ends the program at once, with ExitStatus::interrupted. Null where it cannot.
+  std::atomic<bool>* ends_at_once{};
 };
 
 // Describes a failure of a command: `name` for a program, `what` for a person, with the remedy.
@@ -56,6 +58,9 @@ class Console {
   bool writable() const { return streams_.out.good(); }
   bool interrupted() const { return streams_.interrupted.load(std::memory_order_relaxed); }
   const std::atomic<bool>& interruption() const { return streams_.interrupted; }
+  void endAtOnce(bool at_once) const {
+    if (streams_.ends_at_once != nullptr) *streams_.ends_at_once = at_once;
+  }
   std::istream& in() { return streams_.in; }
   std::ostream& out() { return streams_.out; }
   std::ostream& err() { return streams_.err; }
@@ -92,6 +97,18 @@ class Console {
   bool json_{};
   bool live_drawn_{};
   bool progress_drawn_{};
+};
+
+// For a long computation that does not look at the interruption and holds no file that has to be closed.
+class EndsAtOnce {
+ public:
+  explicit EndsAtOnce(const Console& console) : console_{console} { console_.endAtOnce(true); }
+  ~EndsAtOnce() { console_.endAtOnce(false); }
+  EndsAtOnce(const EndsAtOnce&) = delete;
+  EndsAtOnce& operator=(const EndsAtOnce&) = delete;
+
+ private:
+  const Console& console_;
 };
 
 }  // namespace probebox::command

@@ -177,7 +177,10 @@ ExitStatus planFor(const Plan& options, const std::optional<AskedBox>& box, Cons
   const auto machine = plannedMachine(options, *wanted, box);
   if (!machine) return console.fail(machine.error());
   if (options.time_s) return proposeRuns(*wanted, *machine, options, console);
-  const auto expected = plan::forecast(*wanted, machine->set_up);
+  const auto expected = [&] {
+    const EndsAtOnce while_it_computes{console};
+    return plan::forecast(*wanted, machine->set_up);
+  }();
   if (console.interrupted()) return ExitStatus::interrupted;
   if (!expected) return console.fail(troubleOf(expected.error(), *machine, options));
   if (console.json())

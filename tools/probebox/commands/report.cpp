@@ -24,6 +24,7 @@ class Inputs {
     std::error_code absent;
     const bool here = std::filesystem::exists(input, absent) || input.find('/') != std::string::npos;
     if (!here) return stored(input);
+    const EndsAtOnce while_it_computes{console_};
     auto found = report::subjectsIn(input);
     if (!found) return Trouble{ExitStatus::usage, "unreadable-input", found.error().what};
     return std::move(found).value();

@@ -1,4 +1,8 @@
+#include <algorithm>
+#include <array>
 #include <filesystem>
+#include <sstream>
+#include <string>
 
 #include "firmware/metrology/methods.hpp"
 #include "tools/case/method_text.hpp"
@@ -6,6 +10,21 @@
 #include "tools/probebox/commands/commands.hpp"
 
 namespace probebox::command {
+namespace {
+
+// Writes the answer when it is whole: Ctrl-C leaves no half of one behind.
+int solveOne(const std::string& name, bool json, Console& console) {
+  std::ostringstream answer;
+  int status = 0;
+  {
+    const EndsAtOnce while_it_computes{console};
+    status = casefolder::solveCases(std::array{std::filesystem::path{name}}, json, answer, console.err());
+  }
+  console.out() << answer.view() << std::flush;
+  return status;
+}
+
+}  // namespace
 
 // The table for people is for a terminal or for --text; whatever else reads a pipe gets JSON, asked for or not.
 ExitStatus run(const Solve& options, const std::string&, Console& console) {
@@ -18,10 +37,12 @@ ExitStatus run(const Solve& options, const std::string&, Console& console) {
     return static_cast<ExitStatus>(
         casefolder::explainMethods(options.cases, console.json(), console.out(), console.err()));
   }
-  const std::vector<std::filesystem::path> folders{options.cases.begin(), options.cases.end()};
-  const bool json = console.json() || !(options.text || console.outIsTerminal());
-  const int status =
-      casefolder::solveCases(folders, json, console.out(), console.err(), [&] { return console.interrupted(); });
+  int status = 0;
+  for (const auto& name : options.cases) {
+    if (console.interrupted()) return ExitStatus::interrupted;
+    status = std::max(status, solveOne(name, console.json() || !(options.text || console.outIsTerminal()), console));
+    if (!console.writable()) break;
+  }
   return console.interrupted() ? ExitStatus::interrupted : static_cast<ExitStatus>(status);
 }
 
