@@ -154,13 +154,13 @@ bool mayBeOmitted(std::string_view column) {
   return column == "W0_x_mm" || column == "W0_y_mm";
 }
 
-// Whether a promised value depends on a column of zeros; readings in a plane may omit a coordinate.
-bool isUsed(const Dataset& dataset, const Method& method, const Table& table, const Column& zeros) {
+// Whether a promised value depends on a column; readings in a plane may omit a coordinate.
+bool isUsed(const Dataset& dataset, const Method& method, const Table& table, const Column& readings) {
   constexpr double kStep = 1e-6;  // less than any noise, in mm or um
   Dataset moved = dataset;
-  auto& values =
-      std::ranges::find(std::ranges::find(moved.tables, table.name, &Table::name)->columns, zeros.name, &Column::name)
-          ->values;
+  auto& values = std::ranges::find(std::ranges::find(moved.tables, table.name, &Table::name)->columns, readings.name,
+                                   &Column::name)
+                     ->values;
   for (std::size_t row = 0; row < values.size(); ++row)
     values[row] += kStep * static_cast<double>(row * row * row % 11);
   const auto before = method.solver(dataset), after = method.solver(moved);
@@ -245,29 +245,53 @@ std::optional<double> statedNoise_mm(const Dataset& dataset) {
   return largest;
 }
 
-// A height at which c-axis-alignment has its ball is set, and so may be whole numbers.
-bool isSet(const Column& column, const Table& table) {
-  return (column.name == "z_mm" && table.column("A_rad") != nullptr) || isConstant(column) ||
-         std::ranges::all_of(column.values, [](double value) { return digitOf(value) == 1; });
+// The sd that a case states for the readings of a column.
+struct StatedNoise {
+  std::string key;
+  std::string unit;  // " mm"
+  double sd{};
+};
+
+// Nothing for columns that may be set.
+std::optional<StatedNoise> statedNoise(const Dataset& dataset, const Table& table, const std::string& column,
+                                       bool readings) {
+  constexpr std::array<std::string_view, 3> kHeadSensors{"s1", "s2", "s3"};
+  const auto of = [&](const char* key, const char* unit) -> std::optional<StatedNoise> {
+    const auto stated = configPositive(dataset, key);
+    return stated && *stated ? std::optional{StatedNoise{key, unit, **stated}} : std::nullopt;
+  };
+  if (std::ranges::find(kHeadSensors, column) != kHeadSensors.end()) return of("sigma_sensor", "");
+  if (column == "sensor_um") return of("sigma_um", " um");
+  const bool measured = readings && column.ends_with("_mm") && isMeasured(column, table);
+  const auto sigma_mm = measured ? statedNoise_mm(dataset) : std::nullopt;
+  return sigma_mm ? std::optional{StatedNoise{"sigma_mm", " mm", *sigma_mm}} : std::nullopt;
+}
+
+// A height at which c-axis-alignment has its ball is set, and so may be whole numbers, as what no value depends on.
+bool isSet(const Dataset& dataset, const Method& method, const Table& table, const Column& column) {
+  return (column.name == "z_mm" && table.column("A_rad") != nullptr) ||
+         (isConstant(column) && mayBeOmitted(column.name)) || !isUsed(dataset, method, table, column);
 }
 
 // Readings whose digits are coarser than the stated sigma: what rounding leaves is in no standard deviation.
-std::optional<std::string> coarserThanSigma(const Dataset& dataset, const Table& table) {
-  const auto sigma_mm = statedNoise_mm(dataset);
-  if (!sigma_mm) return std::nullopt;
+std::optional<std::string> coarserThanSigma(const Dataset& dataset, const Method& method, const Table& table,
+                                            bool readings) {
   std::string names;
-  double coarsest_mm = 0;
+  double coarsest = 0;
+  StatedNoise noise;
   for (const auto& column : table.columns) {
-    if (!column.name.ends_with("_mm") || !isMeasured(column.name, table) || isSet(column, table)) continue;
-    const auto shown = shownDigit(column.values, std::sqrt(12.0) * *sigma_mm);
-    if (shown.chance >= kCoarseByChance) continue;
+    const auto stated = statedNoise(dataset, table, column.name, readings);
+    if (!stated) continue;
+    const auto shown = shownDigit(column.values, std::sqrt(12.0) * stated->sd);
+    if (shown.chance >= kCoarseByChance || isSet(dataset, method, table, column)) continue;
     names += (names.empty() ? "" : ", ") + column.name;
-    coarsest_mm = std::max(coarsest_mm, shown.digit);
+    coarsest = std::max(coarsest, shown.digit);
+    noise = *stated;
   }
   if (names.empty()) return std::nullopt;
-  return "the readings of " + names + " in table '" + table.name + "' have digits of " + text(coarsest_mm) +
-         " mm: rounding alone is an sd of " + text(coarsest_mm / std::sqrt(12.0)) + " mm, more than the sigma of " +
-         text(*sigma_mm) + " mm that is stated; read more digits, or state that sd as sigma_mm";
+  return "the readings of " + names + " in table '" + table.name + "' have digits of " + text(coarsest) + noise.unit +
+         ": rounding alone is an sd of " + text(coarsest / std::sqrt(12.0)) + noise.unit + ", more than the sigma of " +
+         text(noise.sd) + noise.unit + " that is stated; read more digits, or state that sd as " + noise.key;
 }
 
 std::optional<std::string> millisecondsIn(const Table& table) {
@@ -297,9 +321,9 @@ std::vector<std::string> slipsIn(const Dataset& dataset, const Method& method) {
     if (table == nullptr) continue;
     if (auto slip = millimetresIn(*table)) slips.push_back(std::move(*slip));
     if (auto slip = millisecondsIn(*table)) slips.push_back(std::move(*slip));
+    if (auto slip = coarserThanSigma(dataset, method, *table, described.readings)) slips.push_back(std::move(*slip));
     if (!described.readings) continue;
     if (auto slip = copiesIn(dataset, *table)) slips.push_back(std::move(*slip));
-    if (auto slip = coarserThanSigma(dataset, *table)) slips.push_back(std::move(*slip));
     if (auto slip = degreesIn(*table)) slips.push_back(std::move(*slip));
     if (auto slip = turnsIn(*table)) slips.push_back(std::move(*slip));
   }

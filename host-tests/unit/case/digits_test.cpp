@@ -31,6 +31,44 @@ TEST(Digits, CoarserThanTheStatedSigmaAreWarnedOf) {
   EXPECT_THAT(rounded("c-axis-alignment", "readings", "z_mm", 0.1), testing::IsEmpty()) << "a height is set";
 }
 
+// A whole number is no sign of a setting where the answer depends on it.
+TEST(Digits, OfWholeNumbersAreCoarseWhereTheyWereMeasured) {
+  const auto warned = [](const std::string& name, const std::string& what, double digit = 1) {
+    const auto solved = metrology::solve(
+        changed(name, "readings", what, [=](double& value) { value = std::round(value / digit) * digit; }));
+    return solved ? solved->warnings : std::vector<std::string>{solved.error().name};
+  };
+  const auto told = Contains(AllOf(HasSubstr("have digits of 1 mm"), HasSubstr("state that sd as sigma_mm")));
+  EXPECT_THAT(warned("c-axis-alignment", "y_mm"), told);
+  EXPECT_THAT(warned("spindle-offset-2x2", "y_mm"), told);
+  EXPECT_THAT(warned("a-axis-alignment", "x_mm"), told);
+  EXPECT_THAT(warned("table-pivot", "y_mm"), told);
+  EXPECT_THAT(warned("tool-setter", "z_mm"), told);
+  EXPECT_THAT(warned("c-axis-alignment", "z_mm"), testing::IsEmpty()) << "a height is set";
+  auto pocket = changed("pocket-fit", "points", "y_mm", [](double& value) { value = std::round(value); });
+  pocket.config["sigma_mm"] = 0.001;
+  EXPECT_THAT(metrology::solve(pocket).value().warnings, testing::Not(told)) << "no value depends on it";
+}
+
+TEST(Digits, OfSensorsAreComparedWithTheirOwnSigma) {
+  const auto warned = [](const std::string& name, const std::string& table, const std::string& what, double digit,
+                         const std::string& key, double sigma) {
+    auto dataset = changed(name, table, what, [=](double& value) { value = std::round(value / digit) * digit; });
+    dataset.config[key] = sigma;
+    const auto solved = metrology::solve(dataset);
+    return solved ? solved->warnings : std::vector<std::string>{solved.error().name};
+  };
+  const auto head = [&](const std::string& table, double digit) {
+    return warned("sensor-head-calibration", table, "s3", digit, "sigma_sensor", 0.005);
+  };
+  EXPECT_THAT(head("moves", 0.1), Contains(AllOf(HasSubstr("s3 in table 'moves'"), HasSubstr("digits of 0.1:"),
+                                                 HasSubstr("state that sd as sigma_sensor"))));
+  EXPECT_THAT(head("readings", 1), Contains(HasSubstr("s3 in table 'readings'")));
+  EXPECT_THAT(head("moves", 0.001), testing::Not(Contains(HasSubstr("digits of"))));
+  EXPECT_THAT(warned("screw-compensation", "cycle", "sensor_um", 1, "sigma_um", 0.05),
+              Contains(AllOf(HasSubstr("have digits of 1 um"), HasSubstr("state that sd as sigma_um"))));
+}
+
 // Stamps of a steady rate are all moved alike by rounding: no residual shows it.
 class StampDigits : public testing::TestWithParam<std::string> {
  protected:
