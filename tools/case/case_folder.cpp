@@ -18,7 +18,7 @@ namespace probebox::casefolder {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using ConfigJson = nlohmann::json;  // one that keeps the order of its keys compares all with all
 using metrology::Dataset;
 using metrology::Refusal;
 using metrology::Table;
@@ -69,15 +69,15 @@ std::optional<std::string> contentOf(const fs::path& file) {
   return std::move(content).str();
 }
 
-bool allNumbers(const Json& list) {
-  return std::ranges::all_of(list, [](const Json& entry) { return entry.is_number(); });
+bool allNumbers(const ConfigJson& list) {
+  return std::ranges::all_of(list, [](const ConfigJson& entry) { return entry.is_number(); });
 }
 
-bool allRows(const Json& list) {
-  return std::ranges::all_of(list, [](const Json& entry) { return entry.is_array() && allNumbers(entry); });
+bool allRows(const ConfigJson& list) {
+  return std::ranges::all_of(list, [](const ConfigJson& entry) { return entry.is_array() && allNumbers(entry); });
 }
 
-std::optional<Value> valueOf(const Json& json) {
+std::optional<Value> valueOf(const ConfigJson& json) {
   if (json.is_boolean()) return Value{json.get<bool>()};
   if (json.is_number()) return Value{json.get<double>()};
   if (json.is_string()) return Value{json.get<std::string>()};
@@ -87,9 +87,9 @@ std::optional<Value> valueOf(const Json& json) {
 }
 
 // Lists of lists of pairs, as arcs of several patterns, are flattened to their rows.
-std::optional<Value> flattened(const Json& json) {
+std::optional<Value> flattened(const ConfigJson& json) {
   if (!json.is_array() ||
-      !std::ranges::all_of(json, [](const Json& entry) { return entry.is_array() && allRows(entry); })) {
+      !std::ranges::all_of(json, [](const ConfigJson& entry) { return entry.is_array() && allRows(entry); })) {
     return std::nullopt;
   }
   metrology::Matrix rows;
@@ -116,7 +116,7 @@ std::string placeOf(const std::string& text, std::size_t byte) {
 }
 
 // The configuration; without one there is a problem.
-Json readConfig(const fs::path& folder, Problems& problems) {
+ConfigJson readConfig(const fs::path& folder, Problems& problems) {
   const std::string file = (folder / kConfig).string();
   const auto text = contentOf(folder / kConfig);
   if (!text) {
@@ -124,25 +124,25 @@ Json readConfig(const fs::path& folder, Problems& problems) {
     return {};
   }
   std::set<std::string> keys;
-  const auto watch = [&](int depth, Json::parse_event_t event, Json& parsed) {
-    if (depth == 1 && event == Json::parse_event_t::key && !keys.insert(parsed.get<std::string>()).second) {
+  const auto watch = [&](int depth, ConfigJson::parse_event_t event, ConfigJson& parsed) {
+    if (depth == 1 && event == ConfigJson::parse_event_t::key && !keys.insert(parsed.get<std::string>()).second) {
       problems.addUnreadable(file + ": key '" + parsed.get<std::string>() + "' is there twice: remove one");
     }
     return true;
   };
   try {
-    Json config = Json::parse(*text, watch);
+    ConfigJson config = ConfigJson::parse(*text, watch);
     if (config.is_object()) return config;
     problems.addUnreadable(file + ": must be one JSON object");
-  } catch (const Json::parse_error& error) {
+  } catch (const ConfigJson::parse_error& error) {
     problems.addUnreadable(file + ": not JSON at " + placeOf(*text, error.byte));
-  } catch (const Json::exception&) {
+  } catch (const ConfigJson::exception&) {
     problems.addUnreadable(file + ": a number in it is too large; numbers go up to 1.7e308");
   }
   return {};
 }
 
-std::string methodOf(const Json& config, const fs::path& folder, Problems& problems) {
+std::string methodOf(const ConfigJson& config, const fs::path& folder, Problems& problems) {
   const auto method = config.find("method");
   if (method != config.end() && method->is_string() && !method->get<std::string>().empty())
     return method->get<std::string>();
@@ -150,7 +150,7 @@ std::string methodOf(const Json& config, const fs::path& folder, Problems& probl
   return {};
 }
 
-void fill(Dataset& dataset, const Json& config, Problems& problems) {
+void fill(Dataset& dataset, const ConfigJson& config, Problems& problems) {
   for (const auto& [key, json] : config.items()) {
     if (key == "method") continue;
     auto value = valueOf(json);
@@ -187,8 +187,8 @@ void addTable(Dataset& dataset, const fs::path& file, Problems& problems) {
   }
 }
 
-Json jsonOf(const Value& value) {
-  return std::visit([](const auto& content) { return Json(content); }, value);
+ConfigJson jsonOf(const Value& value) {
+  return std::visit([](const auto& content) { return ConfigJson(content); }, value);
 }
 
 bool plainName(const std::string& name) {
@@ -276,7 +276,7 @@ Outcome<fs::path> writeCase(const Dataset& dataset, const fs::path& folder) {
     if (auto failure = write(folder / (table.name + ".csv"), formatCsv(table))) return *failure;
   }
   // Last, so that a folder which was not finished is no case.
-  Json config;
+  ConfigJson config;
   config["method"] = dataset.method;
   for (const auto& [key, value] : dataset.config) config[key] = jsonOf(value);
   if (auto failure = write(folder / kConfig, config.dump(1) + "\n")) return *failure;

@@ -39,10 +39,17 @@ std::string unusedKey(std::string_view key, std::string_view method) {
 std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method) {
   const auto type_b = typeBKeys(method);
   std::vector<std::string> sentences;
+  constexpr std::size_t kMostNamed = 20;
+  std::size_t unused = 0;
   for (const auto& [key, value] : dataset.config) {
     const bool used = std::ranges::find(method.keys, key, &MethodKey::name) != method.keys.end() ||
                       std::ranges::find(type_b, key) != type_b.end();
-    if (!used && !isCondition(key)) sentences.push_back(unusedKey(key, dataset.method));
+    if (used || isCondition(key)) continue;
+    if (++unused <= kMostNamed) sentences.push_back(unusedKey(key, dataset.method));
+  }
+  if (unused > kMostNamed) {
+    sentences.push_back("and " + std::to_string(unused - kMostNamed) + " more config keys are not used by method " +
+                        dataset.method);
   }
   return sentences;
 }

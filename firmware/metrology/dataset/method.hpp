@@ -102,7 +102,8 @@ inline constexpr std::string_view kTemperatureKeys[]{"expansion_per_k", "sd_expa
 // Keys sd_<known quantity> of the method, and of the temperature: see docs/metrology.md, "Uncertainty".
 std::vector<std::string_view> typeBKeys(const Method& method);
 
-// One sentence for every key of the case that the method does not take, so that a misspelt key is noticed.
+// One sentence for every key of the case that the method does not take, so that a misspelt key is noticed; of more than
+// twenty the last says how many.
 std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method);
 
 // The sentence about one key.

@@ -1,0 +1,45 @@
+// Configurations with keys that no method takes.
+#include <chrono>
+#include <gmock/gmock.h>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/solve.hpp"
+#include "reported_case.hpp"
+#include "scratch_folder.hpp"
+
+namespace probebox::casefolder {
+namespace {
+
+using testing::HasSubstr;
+
+std::vector<std::string> warningsWith(int unused) {
+  auto dataset = reportedCase("spindle-offset-2x2");
+  for (int k = 0; k < unused; ++k) dataset.config["k" + std::to_string(k)] = 1.0;
+  return metrology::solve(dataset).value().warnings;
+}
+
+TEST(UnusedKeys, AreNamedUpToTwenty) {
+  EXPECT_EQ(warningsWith(1).size(), 1U);
+  EXPECT_EQ(warningsWith(20).size(), 20U);
+  const auto many = warningsWith(50'000);
+  EXPECT_EQ(many.size(), 21U);
+  EXPECT_THAT(many.front(), HasSubstr("config key 'k0' is not used"));
+  EXPECT_THAT(many.back(), HasSubstr("and 49980 more config keys are not used"));
+}
+
+// Comparing all keys with all takes a minute.
+class ManyKeys : public ScratchFolder {};
+
+TEST_F(ManyKeys, AreReadWithoutDelay) {
+  const auto folder = goodCase("case");
+  std::string config = R"({"method": "sphere-fit")";
+  for (int k = 0; k < 200'000; ++k) config += ", \"k" + std::to_string(k) + "\": 1";
+  write("case/config.json", config + "}");
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_TRUE(readCase(folder));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds{10});
+}
+
+}  // namespace
+}  // namespace probebox::casefolder
