@@ -1,10 +1,12 @@
 #include "firmware/metrology/dataset/stamp_digits.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/stamp_ticks.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -34,20 +36,30 @@ double CoarseStamps::sd_s() const {
 
 std::vector<CoarseStamps> coarseStamps(const Dataset& dataset) {
   std::vector<CoarseStamps> coarse;
+  std::vector<StampTicks> ticks;
   for (const auto name : kStreams) {
     const Table* table = dataset.table(name);
     const auto* times_s = table != nullptr ? table->column("t_s") : nullptr;
     if (times_s == nullptr || times_s->empty()) continue;
-    const double digit_s = digitOfTimes(*times_s);
-    if (digit_s < 1.5 * kFinest_s) return {};
-    coarse.push_back({std::string{name}, digit_s});
+    coarse.push_back({std::string{name}, digitOfTimes(*times_s)});
+    ticks.push_back(ticksOf(*table));
+  }
+  // A steady rate of one tick a sample is one of the clock where that is shown by another stream.
+  const auto of_clock = [&](double tick_s) {
+    return std::ranges::any_of(
+        ticks, [&](const StampTicks& other) { return other.shown && std::abs(other.tick_s - tick_s) < 1e-3 * tick_s; });
+  };
+  for (std::size_t k = 0; k < coarse.size(); ++k) {
+    coarse[k].ticks = ticks[k].tick_s > 1.5 * coarse[k].digit_s && of_clock(ticks[k].tick_s);
+    if (coarse[k].ticks) coarse[k].digit_s = ticks[k].tick_s;
+    if (coarse[k].digit_s < 1.5 * kFinest_s) return {};
   }
   return coarse;
 }
 
 std::string sentenceOf(const CoarseStamps& stamps) {
-  return "the stamps t_s of table '" + stamps.table + "' have digits of " + text(stamps.digit_s) +
-         " s: what rounding leaves of a delay, up to " + text(stamps.digit_s / 2) +
+  return "the stamps t_s of table '" + stamps.table + "' " + (stamps.ticks ? "come in ticks of " : "have digits of ") +
+         text(stamps.digit_s) + " s: what rounding leaves of a delay, up to " + text(stamps.digit_s / 2) +
          " s, is in the standard deviations; record microseconds";
 }
 

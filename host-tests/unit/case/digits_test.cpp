@@ -69,52 +69,6 @@ TEST(Digits, OfSensorsAreComparedWithTheirOwnSigma) {
               Contains(AllOf(HasSubstr("have digits of 1 um"), HasSubstr("state that sd as sigma_um"))));
 }
 
-// Stamps of a steady rate are all moved alike by rounding: no residual shows it.
-class StampDigits : public testing::TestWithParam<std::string> {
- protected:
-  static void round(metrology::Dataset& dataset, double digit_s) {
-    for (auto& table : dataset.tables) {
-      if (table.name != "machine" && table.name != "probe" && table.name != "article") continue;
-      for (auto& column : table.columns) {
-        if (column.name != "t_s") continue;
-        for (auto& value : column.values) value = std::round(value / digit_s) * digit_s;
-      }
-    }
-  }
-};
-
-TEST_P(StampDigits, AreInTheStandardDeviationOfADelay) {
-  const auto exact = metrology::solve(reportedCase(GetParam())).value();
-  for (const double digit_s : {1e-3, 1e-4, 1e-5}) {
-    auto dataset = reportedCase(GetParam());
-    round(dataset, digit_s);
-    const auto solved = metrology::solve(dataset);
-    if (!solved) continue;
-    EXPECT_THAT(solved->warnings,
-                Contains(AllOf(HasSubstr("stamps t_s of table 'machine'"), HasSubstr("microseconds"))));
-    for (const auto& before : exact.estimates) {
-      const auto* after = solved->find(before.key);
-      if (after == nullptr || !before.key.starts_with("tau_")) continue;
-      for (std::size_t k = 0; k < before.values.size(); ++k) {
-        const double sd = std::hypot(before.sd[k], after->sd[k]);
-        EXPECT_LE(std::abs(after->values[k] - before.values[k]), 3 * sd) << before.key << " at digits of " << digit_s;
-        EXPECT_GE(after->sd[k], 0.99 * digit_s / std::sqrt(12.0));
-      }
-    }
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(Case, StampDigits, testing::ValuesIn([] {
-                           auto names = caseNames();
-                           std::erase_if(names, [](const std::string& name) { return !name.starts_with("delay-"); });
-                           return names;
-                         }()),
-                         [](const auto& test) {
-                           std::string name = test.param;
-                           std::ranges::replace(name, '-', '_');
-                           return name;
-                         });
-
 TEST(EdgeDigits, ThatHideMicrometresAreRefused) {
   const auto solved = metrology::solve(
       changed("pre-travel", "edges", "contact_s", [](double& value) { value = std::round(value * 100) / 100; }));
