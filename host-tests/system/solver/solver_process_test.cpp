@@ -74,8 +74,8 @@ TEST(SolverProcess, ThatGivesNoAnswerIsARefusal) {
 }
 
 TEST(SolverProcess, TakesNoMoreTimeOfTheProcessorThanItMay) {
-  SolverProcess solver{PROBEBOXD, {.processor = std::chrono::seconds{1}}};
-  const auto refusal = refusalBy(solver, sphereCase(250'000));
+  SolverProcess solver{PROBEBOXD, {.processor = std::chrono::seconds{1}, .memory_bytes = 4ULL << 30U}};
+  const auto refusal = refusalBy(solver, sphereCase(2'000'000));
   EXPECT_EQ(refusal.name, "too-long");
   EXPECT_THAT(refusal.reason, AllOf(HasSubstr("1 s"), HasSubstr("probebox solve")));
 }
