@@ -1,4 +1,5 @@
-// Channels that say the same in every row: a cable is off, a converter hangs, or a program wrote one reading into all.
+// Channels that say the same in every row, as where a cable is off, a converter hangs, or a program wrote one reading
+// into all; and a tip that does not follow.
 #include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
@@ -110,6 +111,22 @@ TEST(FrozenChannel, IsNotASensorOfAScrewThatStands) {
   dataset.config["resolution_um"] = 0.1;
   const auto solved = metrology::solve(dataset);
   EXPECT_TRUE(solved) << solved.error().reason;
+}
+
+// Off the normal a tip may slide, and does not follow a part of the motion then. A gain of its own would explain it.
+TEST(SlidingTip, IsRefusedThoughEveryTouchIsStraight) {
+  auto dataset = reportedCase("delay-non-normal");
+  EXPECT_TRUE(metrology::solve(dataset));
+  auto& probe = *std::ranges::find(dataset.tables, "probe", &Table::name);
+  const auto touches = *probe.column("touch");
+  for (auto& column : probe.columns) {
+    if (column.name == "touch" || column.name == "t_s") continue;
+    for (std::size_t row = 0; row < touches.size(); ++row)
+      if (touches[row] == 1) column.values[row] *= 0.8;
+  }
+  const auto solved = metrology::solve(dataset);
+  ASSERT_FALSE(solved);
+  EXPECT_EQ(solved.error().name, "tip-slip");
 }
 
 }  // namespace
