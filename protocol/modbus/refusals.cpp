@@ -204,6 +204,9 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "not-free",
     "coarse-stamps",
     "off-the-line",
+    "probe-not-at-zero",
+    "stamps-jump",
+    "clocks-differ",
 });
 
 std::vector<RefusalCode> all() {

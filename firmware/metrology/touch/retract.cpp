@@ -9,6 +9,8 @@
 #include "firmware/metrology/fit/robust_statistics.hpp"
 #include "firmware/metrology/touch/constant_speed_window.hpp"
 #include "firmware/metrology/touch/despiking.hpp"
+#include "firmware/metrology/touch/free_stylus.hpp"
+#include "firmware/metrology/touch/stamp_jumps.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -281,6 +283,11 @@ Outcome<Retract, Refusal> linesOf(const Touch& touch, const StampJitter& jitter)
     lines = linesWithin(machine, probe, contact, first);
   }
   if (!lines) return lines.error();
+  const double falling = lines->probe.line.slope.norm();
+  const Parting parting{.at_s = separationTime(lines->probe.line),
+                        .fall_s = contact.apex.norm() / falling,
+                        .units_per_mm = falling / lines->machine.line.slope.norm()};
+  if (auto bad = notAtZero(touch, parting)) return *bad;
   std::vector<std::string> spikes = lines->machine.spikes;
   spikes.insert(spikes.end(), lines->probe.spikes.begin(), lines->probe.spikes.end());
   return Retract{.plan = touch.plan,
@@ -315,7 +322,9 @@ Eigen::Vector3d separationPoint(const Line& machine, const Line& probe) {
 Outcome<Retract, Refusal> fitRetract(const Touch& touch, const StampJitter& jitter) {
   const Despiked machine = withoutSpikes(touch.machine, jitter.machine_s);
   const Despiked probe = withoutSpikes(touch.probe, jitter.probe_s);
-  auto retract = linesOf({touch.plan, machine.stream, probe.stream}, jitter);
+  const Touch clean{touch.plan, machine.stream, probe.stream};
+  if (auto bad = stampsJump(clean, jitter.machine_s)) return *bad;
+  auto retract = linesOf(clean, jitter);
   if (!retract) return retract;
   nameSpikes(retract.value(), "machine", retract->machine, machine.removed);
   nameSpikes(retract.value(), "probe", retract->probe, probe.removed);

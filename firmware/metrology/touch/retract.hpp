@@ -50,9 +50,9 @@ struct RetractNeeds {
 // Finds the windows and fits the lines.
 // Refuses, about this touch alone: no-contact, truncated (a record that ends before separation), too-few-samples (under
 // three in a window), gap, speed-not-constant (within 2 %), speed-differs (from the nominal by more than 20 %),
-// wrong-direction, deflection-unsteady (at rest, in direction), deflection-not-falling, residual-too-large (slip or
-// bounce: rms above 3 sigma of the record, or the window of the source is not on one line). A single sample that is off
-// is omitted and named. jitter: of the stamps, estimated from all touches of the set.
+// wrong-direction, stamps-jump, probe-not-at-zero, deflection-unsteady (at rest, in direction), deflection-not-falling,
+// residual-too-large (slip or bounce: rms above 3 sigma of the record, or the window of the source is not on one line).
+// A single sample that is off is omitted and named. jitter: of the stamps, estimated from all touches of the set.
 Outcome<Retract, Refusal> fitRetract(const Touch& touch, const StampJitter& jitter);
 
 }  // namespace probebox::metrology

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/touch/one_clock.hpp"
 #include "firmware/metrology/touch/size_line.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -145,6 +146,30 @@ void dropOutliers(Selection& selection) {
 }
 
 // A disagreement that is no longer a matter of micrometres is not answered with a wide sd.
+// Leaves out touches whose streams have clocks of their own, by the delay of all.
+std::optional<Refusal> dropOtherClocks(Selection& selection, const std::vector<Touch>& touches) {
+  if (selection.question.delays == Delays::each_joint) return std::nullopt;
+  const AgreedTouches& agreed = selection.touches;
+  const Eigen::VectorXd& tau_s = agreed.fit.tau_s;
+  const double variance = agreed.fit.covariance.diagonal().head(tau_s.size()).maxCoeff() * agreed.widening();
+  std::vector<Refusal> refusals;
+  std::vector<std::string> names;
+  for (const auto& retract : agreed.retracts) {
+    const Eigen::Vector3d squares = retract.plan.retract.cwiseAbs2();
+    const double along_s = tau_s.size() == 1 ? tau_s[0] : tau_s.head<3>().dot(squares);
+    const auto touch =
+        std::ranges::find_if(touches, [&](const Touch& one) { return one.plan.name == retract.plan.name; });
+    auto refusal = clocksDiffer(*touch, retract, {along_s, std::sqrt(variance)});
+    if (!refusal) continue;
+    names.push_back(retract.plan.name);
+    refusals.push_back(std::move(*refusal));
+  }
+  if (names.empty()) return std::nullopt;
+  for (std::size_t i = 0; i < names.size(); ++i) selection.drop(names[i], refusals[i]);
+  if (auto refusal = selection.insufficient()) return refusal;
+  return fitOnce(selection);
+}
+
 std::optional<Refusal> grossMisfit(const AgreedTouches& touches) {
   for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
     const double misses_mm = std::abs(touches.fit.radial[static_cast<Eigen::Index>(i)]);
@@ -181,6 +206,7 @@ Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const
   if (auto refusal = fitOnce(selection)) return *refusal;
   if (auto refusal = dropClipped(selection)) return *refusal;
   dropOutliers(selection);
+  if (auto refusal = dropOtherClocks(selection, touches)) return *refusal;
   if (auto refusal = grossMisfit(selection.touches)) return *refusal;
   return std::move(selection.touches);
 }
