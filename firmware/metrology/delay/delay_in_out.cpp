@@ -10,11 +10,13 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/delay/drive_checks.hpp"
 #include "firmware/metrology/scan/contact_ringing.hpp"
 #include "firmware/metrology/scan/non_contact_probe.hpp"
 #include "firmware/metrology/scan/quantised_legs.hpp"
 #include "firmware/metrology/scan/waveform_match.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
+#include "firmware/metrology/touch/stamp_jitter.hpp"
 #include "firmware/metrology/touch/touch.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
 #include "protocol/units/angle.hpp"
@@ -48,6 +50,7 @@ struct Contact {
   double probe_apex_s{};
   std::optional<RoundedMotion> rounded{};
   double kink_s{};  // on either side of the apex, that lines between samples cannot follow
+  double speed_mm_s{};
 };
 
 std::size_t lowest(const Signal& signal) {
@@ -217,6 +220,7 @@ std::optional<Refusal> findApexes(Contact& contact) {
   contact.machine_apex_s = in_machine->time;
   contact.probe_apex_s = in_probe->time;
   contact.kink_s = kinkOf(contact, *in_machine);
+  contact.speed_mm_s = in_machine->slope;
   // A stylus that swings on after it has parted shows deflections, but no contact.
   contact.until = std::min(contact.until, in_probe->at_zero);
   const double start = contact.machine_apex_s - contact.probe_apex_s;
@@ -342,14 +346,17 @@ Outcome<Matched, Refusal> matchFrom(std::vector<Contact> contacts, double start)
 }
 
 // From deflections.
-Outcome<Result, Refusal> solveDrives(const Dataset& dataset) {
+Outcome<Result, Refusal> solveDrives(const Dataset& dataset, ProbeZero zero) {
   TRY(const auto previous, previousDelay(dataset, 1));
   TRY(const auto touches, readTouches(dataset));
   std::vector<Contact> contacts;
   double start = 0.0;
+  const StampJitter jitter = stampJitter(touches);
   for (const auto& touch : touches) {
+    if (auto bad = badDrive(touch, jitter, zero)) return *bad;
     TRY(auto contact, findContact(touch));
     if (auto bad = findApexes(contact)) return *bad;
+    if (auto bad = speedOfDriveDiffers(touch.plan, contact.speed_mm_s)) return *bad;
     contact.rounded = roundedIn(touch, contact);
     start += (contact.machine_apex_s - contact.probe_apex_s) / static_cast<double>(touches.size());
     contacts.push_back(std::move(contact));
@@ -372,9 +379,9 @@ Outcome<Result, Refusal> solveDrives(const Dataset& dataset) {
 
 Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
   TRY(const auto distances, readsDistances(dataset));
-  if (!distances) return solveDrives(dataset);
+  if (!distances) return solveDrives(dataset, ProbeZero::known);
   TRY(const auto converted, withDeflections(dataset, "touch", Undeflected::ends));
-  return solveDrives(converted);
+  return solveDrives(converted, ProbeZero::of_record);
 }
 
 }  // namespace probebox::metrology

@@ -1,0 +1,74 @@
+// Both streams by one clock of a wrong rate fit each other: the speed alone tells. And what else is wrong with the
+// record of a drive in and out.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "host-tests/metrology/cases.hpp"
+#include "host-tests/metrology/scan_simulation.hpp"
+#include "host-tests/metrology/touch_simulation.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using testing::HasSubstr;
+
+Dataset byWrongClock(Dataset dataset, double rate) {
+  for (const char* const table : {"machine", "probe"})
+    for (auto& stamp : columnNamed(dataset, table, "t_s")) stamp *= rate;
+  return dataset;
+}
+
+Dataset drivenInAndOut() {
+  std::mt19937_64 random{51};
+  auto scene = simulation::knownSphere();
+  scene.method = "delay-in-out";
+  scene.normals = {{1, 0, 0}};
+  scene.dwell_s = 0.0;
+  scene.bounce_mm = 0.0;
+  auto dataset = simulation::measure(scene, random);
+  dataset.config.clear();
+  return dataset;
+}
+
+Dataset scannedInSteps() {
+  std::mt19937_64 random{52};
+  return simulation::measure(simulation::ScanScene{}, random);
+}
+
+TEST(ClockRate, IsToldByTheSpeedOfADriveInAndOut) {
+  EXPECT_EQ(refusalOf(byWrongClock(drivenInAndOut(), 0.9)), "");
+  for (const double rate : {0.5, 0.8, 1.5}) {
+    const auto solved = solve(byWrongClock(drivenInAndOut(), rate));
+    ASSERT_FALSE(solved) << rate;
+    EXPECT_EQ(solved.error().name, "speed-differs");
+    EXPECT_THAT(solved.error().reason, HasSubstr("correct the time stamps"));
+  }
+}
+
+TEST(ClockRate, IsToldByTheSpeedOfAScan) {
+  EXPECT_EQ(refusalOf(byWrongClock(scannedInSteps(), 0.9)), "");
+  for (const double rate : {0.5, 0.8, 1.5}) {
+    const auto solved = solve(byWrongClock(scannedInSteps(), rate));
+    ASSERT_FALSE(solved) << rate;
+    EXPECT_EQ(solved.error().name, "speed-differs");
+    EXPECT_THAT(solved.error().reason, HasSubstr("correct the time stamps"));
+  }
+}
+
+TEST(DriveInAndOut, IsRefusedWhereTheMachinesStampsJump) {
+  auto dataset = drivenInAndOut();
+  auto& stamps = columnNamed(dataset, "machine", "t_s");
+  for (std::size_t row = 7; row < stamps.size(); ++row) stamps[row] += 0.02;
+  EXPECT_EQ(refusalOf(dataset), "stamps-jump");
+}
+
+TEST(DriveInAndOut, IsRefusedWhereTheFreeProbeDoesNotReadZero) {
+  for (const double off : {0.2, 0.01, -0.05}) {
+    auto dataset = drivenInAndOut();
+    for (auto& value : columnNamed(dataset, "probe", "b")) value += off;
+    EXPECT_EQ(refusalOf(dataset), "probe-not-at-zero") << off;
+  }
+}
+
+}  // namespace
+}  // namespace probebox::metrology
