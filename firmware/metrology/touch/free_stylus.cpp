@@ -8,6 +8,8 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
+#include "firmware/metrology/touch/stamp_jitter.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -61,11 +63,12 @@ std::optional<Refusal> notAtZero(const Touch& touch, const Parting& parting) {
   if (run.size() == 0) return std::nullopt;
   // Of few samples the sd itself is uncertain.
   const double deviations = kZeroDeviations * (1.0 + 4.0 / static_cast<double>(run.size() - 3));
+  const Eigen::Vector3d steps = stepsOf(touch.probe);
   for (Eigen::Index k = 0; k < 3; ++k) {
     const std::vector<double> values = touch.probe.along(Eigen::Vector3d::Unit(k), run);
     const FreeLevel level = freeLevelOf(values);
     // Rounding moves a steady reading by up to half a step.
-    const double least = std::max(kLeastZero_mm * parting.units_per_mm, resolutionOf(values));
+    const double least = std::max(kLeastZero_mm * parting.units_per_mm, steps[k] + kCaseDigits);
     if (std::abs(level.value) <= std::max(least, deviations * level.sd)) continue;
     return Refusal{"probe-not-at-zero",
                    touch.plan.name + ": channel '" + kChannels[static_cast<std::size_t>(k)] + "' reads " +
