@@ -19,7 +19,7 @@ constexpr double kZeroDeviations = 5.0;
 constexpr std::size_t kLeastFree = 8;
 constexpr double kSurelyFree = 0.5;  // of a fall, after the separation: so late the stylus is free, whatever its zero
 constexpr double kTouching = 0.10;   // of the largest deflection
-constexpr double kMostAlike = 0.95;
+constexpr double kMostAlike = 0.98;
 
 // The samples that are surely off contact; none where the record has too few.
 Run freeOf(const Stream& probe, const Parting& parting) {
@@ -36,23 +36,26 @@ Run freeOf(const Stream& probe, const Parting& parting) {
 struct FreeLevel {
   double value{};
   double sd{};
+  double independent{};  // samples that would tell as much
 };
 
 // Median, and its sd as alike as neighbours are: what rings is no offset.
 FreeLevel freeLevelOf(const std::vector<double>& values) {
   std::vector<double> sorted = values;
   const double level = median(sorted);
-  std::vector<double> off;
   double squares = 0.0, products = 0.0;
   for (std::size_t k = 0; k < values.size(); ++k) {
-    off.push_back(std::abs(values[k] - level));
-    squares += off.back() * off.back();
+    squares += (values[k] - level) * (values[k] - level);
     if (k > 0) products += (values[k] - level) * (values[k - 1] - level);
   }
-  const double alike = squares > 0.0 ? std::clamp(products / squares, 0.0, kMostAlike) : 0.0;
-  const double sigma = 1.4826 * median(off);
+  const auto n = static_cast<double>(values.size());
+  const double found = squares > 0.0 ? products / squares : 0.0;
+  // What is found about the median of n values is too small by that (Kendall).
+  const double alike = std::clamp(found + (1.0 + 4.0 * found) / n, 0.0, kMostAlike);
+  const double sigma = std::sqrt(squares / n);
   constexpr double kOfMedian = 1.2533;  // sd of a median against that of a mean
-  return {level, kOfMedian * sigma * std::sqrt((1.0 + alike) / (1.0 - alike) / static_cast<double>(values.size()))};
+  const double independent = n * (1.0 - alike) / (1.0 + alike);
+  return {level, kOfMedian * sigma / std::sqrt(independent), independent};
 }
 
 }  // namespace
@@ -61,12 +64,12 @@ std::optional<Refusal> notAtZero(const Touch& touch, const Parting& parting) {
   constexpr std::array kChannels{"a", "b", "c"};
   const Run run = freeOf(touch.probe, parting);
   if (run.size() == 0) return std::nullopt;
-  // Of few samples the sd itself is uncertain.
-  const double deviations = kZeroDeviations * (1.0 + 4.0 / static_cast<double>(run.size() - 3));
   const Eigen::Vector3d steps = stepsOf(touch.probe);
   for (Eigen::Index k = 0; k < 3; ++k) {
     const std::vector<double> values = touch.probe.along(Eigen::Vector3d::Unit(k), run);
     const FreeLevel level = freeLevelOf(values);
+    // Of few samples the sd itself is uncertain.
+    const double deviations = kZeroDeviations * (1.0 + 4.0 / std::max(level.independent - 3.0, 0.5));
     // Rounding moves a steady reading by up to half a step.
     const double least = std::max(kLeastZero_mm * parting.units_per_mm, steps[k] + kCaseDigits);
     if (std::abs(level.value) <= std::max(least, deviations * level.sd)) continue;
