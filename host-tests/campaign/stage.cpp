@@ -180,6 +180,7 @@ void Stage::begin() {
   served_record_.emplace((folder_ / "served-last").string());
   boot_.emplace(office_, folder_ / "results.db");
   office_.restartBox(boot_->restored(served_record_->before()));
+  served_record_->setOnDisk(boot_->startOnDisk());
   for (auto& each : hosts_) each.left = now_;
   hosts_.push_back({.host = &office_.add()});
   began_ = changed_ = now_;

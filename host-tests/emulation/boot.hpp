@@ -21,6 +21,7 @@ class Boot {
   // Events that the core must get first. exactly: the correction that the CNC has read last, if it survived the end.
   std::vector<Event> restored(const app::ServedBefore& served = {});
   // Ends the daemon regularly.
+  std::uint64_t startOnDisk() const { return standing_.startOnDisk(); }
   void end() { standing_.finish(office_.scenario().state().snapshot); }
 
   void run(Nanoseconds duration);

@@ -62,6 +62,7 @@ class StoreRoom {
       if (const auto* standing = std::get_if<StandingRestored>(&event)) standing_ = *standing;
       if (const auto* bounds = std::get_if<ServableWithin>(&event)) bounds_ = *bounds;
     }
+    served_.setOnDisk(keeper_.startOnDisk());
     snapshot_.correction_mm = standing_.correction_mm;
     look();
     now_ += 2s;

@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::uint64_t kMark = 0x3264657672657350;  // "Pserved2"
 constexpr std::size_t kBootIdBytes = 36;
-constexpr std::size_t kRecordBytes = 8 + kBootIdBytes + 8 + 3 * 4 + 4;
+constexpr std::size_t kRecordBytes = 8 + kBootIdBytes + 2 * 8 + 3 * 4 + 4;
 using Bytes = std::array<std::byte, kRecordBytes>;
 
 // Boot id of the running kernel; empty if a sandbox hides it.
@@ -76,6 +76,7 @@ void ServedRecord::find() {
   const auto mark = reader.get<std::uint64_t>();
   const auto id = reader.take(kBootIdBytes);
   const auto start = reader.get<std::uint64_t>();
+  const auto on_disk = reader.get<std::uint64_t>();
   std::array<double, kLinearAxes> served_mm{};
   for (auto& value_mm : served_mm) value_mm = reader.get<std::int32_t>() * 1e-6;
   if (mark != kMark || reader.get<std::uint32_t>() != crcOf(bytes)) return;
@@ -85,6 +86,7 @@ void ServedRecord::find() {
   const bool same_boot = boot_id_.empty() ? in_memory : std::memcmp(id.data(), boot_id_.data(), kBootIdBytes) == 0;
   if (!same_boot) return;
   before_.found_start = start;
+  before_.found_on_disk = on_disk;
   before_.found_mm = served_mm;
 }
 
@@ -108,7 +110,7 @@ void ServedRecord::note(const published::Snapshot& snapshot) {
   last_nm_ = value_nm;
   const bool is_here = writable_ && store::isStillAt(place_, file_.get());
   if (is_here && written_nm_ == value_nm) return;
-  if (!(is_here || openToWrite()) || !put(before_.start, value_nm)) {
+  if (!(is_here || openToWrite()) || !put(value_nm)) {
     const std::string why = std::strerror(errno);
     // An older value must not be taken for this one.
     if (writable_) {
@@ -125,13 +127,14 @@ void ServedRecord::note(const published::Snapshot& snapshot) {
   written_nm_ = value_nm;
 }
 
-bool ServedRecord::put(std::uint64_t start, const Nanometres& value_nm) const {
+bool ServedRecord::put(const Nanometres& value_nm) const {
   Bytes bytes{};
   frame::ByteWriter writer{bytes};
   writer.put(kMark);
   const auto id = writer.take(kBootIdBytes);
   std::memcpy(id.data(), boot_id_.data(), boot_id_.size());
-  writer.put(start);
+  writer.put(before_.start);
+  writer.put(on_disk_);
   for (const auto each_nm : value_nm) writer.put(each_nm);
   writer.put(crcOf(bytes));
   return ::pwrite(file_.get(), bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size());

@@ -14,8 +14,9 @@ namespace probebox::app {
 struct ServedBefore {
   std::uint64_t start{};  // number of this start, drawn by chance
   bool is_kept{};         // false: nothing can be written, and what was found stays there
-  // What was found, and the start by which it was written; nothing unless the computer has run without a restart since.
-  std::uint64_t found_start{};
+  // What was found, the start by which it was written, and the one whose bounds the disk had then; nothing unless the
+  // computer has run without a restart since.
+  std::uint64_t found_start{}, found_on_disk{};
   std::optional<std::array<double, kLinearAxes>> found_mm{};
 };
 
@@ -30,6 +31,9 @@ class ServedRecord {
 
   const ServedBefore& before() const { return before_; }
 
+  // Tells the start whose bounds the disk has, before the first note().
+  void setOnDisk(std::uint64_t start) { on_disk_ = start; }
+
   // The correction noted last, else that of before(), mm.
   std::optional<std::array<double, kLinearAxes>> last();
 
@@ -40,13 +44,14 @@ class ServedRecord {
   using Nanometres = std::array<std::int32_t, kLinearAxes>;
   bool openToWrite();
   void find();
-  bool put(std::uint64_t start, const Nanometres& value_nm) const;
+  bool put(const Nanometres& value_nm) const;
 
   io::Descriptor file_;
   bool writable_{};
   std::string boot_id_;
   std::string place_;
   ServedBefore before_;
+  std::uint64_t on_disk_{};
   std::mutex mutex_;
   std::optional<Nanometres> last_nm_, written_nm_;  // the same, unless the file takes nothing
   MonoTime noted_at_{};                             // stamp of the last one

@@ -96,11 +96,14 @@ void StandingKeeper::setProblem(std::string what) {
   problem_ = what.empty() ? "" : std::move(what) + kMeanwhile;
 }
 
-// A record that was left by an earlier start than the last one is older than what the disk has.
+// A record that was left by an earlier start than the last one is older than what the disk has. One whose start found
+// the disk as it is now, and could not write to it, is newer.
 std::optional<Correction> StandingKeeper::exactly(const ServedBefore& served) const {
   const auto content = contentOf(file_);
   if (!served.found_mm || !content || served.found_start == 0) return std::nullopt;
-  if (served.found_start != content->start && served.found_start != content->no_later_than) return std::nullopt;
+  const bool is_newest = served.found_start == content->start || served.found_start == content->no_later_than ||
+                         (content->start != 0 && served.found_on_disk == content->start);
+  if (!is_newest) return std::nullopt;
   Correction most_mm = content->margin_mm;
   for (double& each_mm : most_mm) each_mm += kRounding_mm;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
@@ -133,6 +136,11 @@ std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& ser
   // The next start will believe what was found, so nothing else may be served.
   if (!told && exactly && !served.is_kept) kept_mm_ = standing_mm, margin_mm_ = {};
   return {standing, within(kept_mm_, margin_mm_, now)};
+}
+
+std::uint64_t StandingKeeper::startOnDisk() const {
+  const auto content = contentOf(file_);
+  return content ? content->start : 0;
 }
 
 void StandingKeeper::look(const published::Snapshot& snapshot) {

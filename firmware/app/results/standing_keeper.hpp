@@ -38,6 +38,9 @@ class StandingKeeper {
   // of_before: as an earlier version stored it.
   std::vector<Event> restore(MonoTime now, const ServedBefore& served, const std::optional<store::Standing>& of_before);
 
+  // The start that wrote what the disk has: this one, where it could. Behind restore().
+  std::uint64_t startOnDisk() const;
+
   // Writes when necessary. An invalid correction is not applied by the CNC, so the stored one is kept.
   void look(const published::Snapshot& snapshot);
   // Writes the correction at which the axes stand, after serving has ended. exactly: what a CNC has read last, if one

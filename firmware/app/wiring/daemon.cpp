@@ -319,6 +319,7 @@ void Daemon::Parts::announce() {
 // The last end may have been any: what was served, what is in force, and whether a cut is on.
 std::vector<Event> Daemon::Parts::fromBefore() {
   auto restored = standing.restore(time.now(), served.before(), calibrations.standingOfBefore());
+  served.setOnDisk(standing.startOnDisk());
   for (const auto& event : calibrations.restore()) restored.push_back(event);
   // After what was in force before: that is no change, and a cut does not keep it out.
   if (doors.anyInhibits()) restored.emplace_back(CutInhibit{.active = true, .at = time.now()});

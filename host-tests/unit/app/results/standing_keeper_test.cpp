@@ -160,6 +160,23 @@ TEST_F(Standing, IsWhatWasReadBeforeTheLastStartWhereNobodyReadSince) {
   }
 }
 
+// The disk takes nothing, and the record lies in memory: it is newer than what the disk has.
+TEST_F(Standing, IsWhatARecordSaysWhoseStartCouldNotWriteToTheDisk) {
+  {
+    auto box = keeper();
+    restored(box, {.start = 1, .is_kept = true});
+    box.look(serving({0.004, 0, 0}, 1s));
+    EXPECT_EQ(box.startOnDisk(), 1U);
+  }
+  const Correction last_mm{0.0045, 0, 0};
+  auto next = keeper();
+  const auto found =
+      restored(next, {.start = 3, .is_kept = true, .found_start = 2, .found_on_disk = 1, .found_mm = last_mm});
+  EXPECT_EQ(found.standing.correction_mm, last_mm);
+  EXPECT_EQ(found.standing.doubt_mm, Correction{});
+  EXPECT_EQ(next.startOnDisk(), 3U);
+}
+
 // Neither file takes anything: what the next start will believe is all that may be served.
 TEST_F(Standing, StaysWhereARecordSaysThatCannotBeReplaced) {
   {
