@@ -15,7 +15,6 @@ using Correction = StandingKeeper::Correction;
 
 // Never change it: a file of another size is unreadable.
 constexpr std::size_t kMostStandingBytes = 200;
-constexpr double kRounding_mm = 1e-6;  // of what is served
 
 // All that the file holds.
 struct StandingBounds {
@@ -103,13 +102,7 @@ std::optional<Correction> StandingKeeper::exactly(const ServedBefore& served) co
   if (!served.found_mm || !content || served.found_start == 0) return std::nullopt;
   const bool is_newest = served.found_start == content->start || served.found_start == content->no_later_than ||
                          (content->start != 0 && served.found_on_disk == content->start);
-  if (!is_newest) return std::nullopt;
-  Correction most_mm = content->margin_mm;
-  for (double& each_mm : most_mm) each_mm += kRounding_mm;
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    if (!(std::abs((*served.found_mm)[axis] - content->correction_mm[axis]) <= most_mm[axis])) return std::nullopt;
-  }
-  return served.found_mm;
+  return is_newest ? served.found_mm : std::nullopt;
 }
 
 std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& served,

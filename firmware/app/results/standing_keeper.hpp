@@ -34,7 +34,7 @@ class StandingKeeper {
                  store::Before before = store::Before::perhaps);
 
   // Events that the core must get before any reader: the correction that the axes have followed, and the bounds.
-  // What a CNC has read last is believed of the start that wrote to the disk last, and within its bounds.
+  // What a CNC has read last is believed of the start that wrote to the disk last.
   // of_before: as an earlier version stored it.
   std::vector<Event> restore(MonoTime now, const ServedBefore& served, const std::optional<store::Standing>& of_before);
 

@@ -137,13 +137,14 @@ TEST_F(Standing, IsNotWhatAnOlderRecordSays) {
   EXPECT_EQ(standing.doubt_mm[0], 0.05);
 }
 
-TEST_F(Standing, IsNoRecordBeyondTheBoundsOfTheDisk) {
+// The correction goes on while no CNC reads it, and no axis follows.
+TEST_F(Standing, IsWhatWasReadLastHoweverFarTheCorrectionWentSince) {
   auto box = keeper();
   restored(box);
-  box.look(serving({0.02, 0, 0}, 1s));
+  box.look(serving({0.3, 0, 0}, 1s));
   const auto after = afterAnEnd(Correction{0.0701, 0, 0});
-  EXPECT_EQ(after.standing.correction_mm[0], 0.02);
-  EXPECT_EQ(after.standing.doubt_mm[0], 0.05);
+  EXPECT_EQ(after.standing.correction_mm[0], 0.0701);
+  EXPECT_EQ(after.standing.doubt_mm, Correction{});
 }
 
 // Killed before a CNC has read anything: its record is still that of the start before.
