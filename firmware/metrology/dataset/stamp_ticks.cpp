@@ -130,6 +130,9 @@ class CommonTick {
 StampTicks ticksOf(const Table& table) {
   const auto* times_s = table.column("t_s");
   if (times_s == nullptr || times_s->empty()) return {};
+  // A table whose columns differ in length is refused by its method.
+  const auto is_whole = [&](const Column& column) { return column.values.size() == times_s->size(); };
+  if (!std::ranges::all_of(table.columns, is_whole)) return {};
   const auto [intervals_s, within_s, starts_s] = lengthsOf(table, *times_s);
   if (intervals_s.empty()) return {};
   CommonTick common{intervals_s.front(), roundingOf(*times_s)};
