@@ -120,7 +120,8 @@ TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes, std::st
     if (before == Before::had_it) {
       file.lost_ = true;
       file.content_ = if_lost;
-      file.notice_ = path + " is gone: nobody but the box may remove it while the other files of its state are there";
+      file.notice_ =
+          path + " is gone, and what it had is lost: put a backup back while the box is stopped, or go on without it";
     }
     file.make(std::string{file.content_}, {});
   } else {
@@ -241,7 +242,7 @@ Outcome<void, Failure> TwinFile::write(std::string_view content) {
   make(content, isThere(path_) ? asideNameOf(path_, "replaced") : std::string{});
   if (why_not_writable_.empty()) return {};
   content_ = before;
-  return Failure{Reason::unavailable, path_ + " was removed: " + why_not_writable_};
+  return Failure{Reason::unavailable, path_ + " was removed: " + why_not_writable_ + "; restore its folder"};
 }
 
 Outcome<void, Failure> TwinFile::writeBoth(std::string_view content) {

@@ -83,7 +83,8 @@ void printJson(std::ostream& out, const nlohmann::ordered_json& line) {
   out << line.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) << "\n";
 }
 
-// Answers one case; its exit status.
+}  // namespace
+
 int solveCase(const fs::path& folder, bool json, std::ostream& out, std::ostream& err) {
   const std::string name = folder.string();
   const auto refuse = [&](const std::string& method, const Refusal& refusal) {
@@ -114,21 +115,6 @@ int solveCase(const fs::path& folder, bool json, std::ostream& out, std::ostream
     out << shownLines(text.str());
   }
   return 0;
-}
-
-}  // namespace
-
-int solveCases(std::span<const fs::path> folders, bool json, std::ostream& out, std::ostream& err) {
-  if (folders.empty()) {
-    err << "probebox solve: no case given; name at least one folder that holds a config.json\n";
-    return 2;
-  }
-  int status = 0;
-  for (const auto& folder : folders) {
-    status = std::max(status, solveCase(folder, json, out, err));
-    if (!out.flush()) break;  // one answer after the other, also into a pipe
-  }
-  return status;
 }
 
 }  // namespace probebox::casefolder

@@ -68,7 +68,7 @@ class ControlDesk {
     std::function<std::vector<messages::CncLineStatus>()> cnc_lines;
     MachineTravel travel{};
     std::uint8_t control_axes{};  // axes whose positions the controller sends: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C
-    std::vector<std::string> found_at_start{};  // of the files of the state, for status
+    std::string boots_problem{};  // of the counter of starts, for status
   };
   ControlDesk(Identity identity, const Colleagues& colleagues, std::function<void(Reply)> reply_later);
 

@@ -114,11 +114,10 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
     answer.inhibits.push_back(
         {.door = std::move(holder.door), .by = std::move(holder.by), .since_utc = std::move(holder.since_utc)});
   answer.storage_problems = with_.calibrations.inForce().storageProblems();
-  for (const auto& found : with_.found_at_start)
-    if (!found.empty()) answer.storage_problems.push_back(found);
   answer.rests_on_retired = with_.calibrations.inForce().toRepeat();
   answer.update = with_.updates.inWords();
-  for (auto problem : {with_.doors.problem(), with_.standing.problem(), with_.unit.problem()}) {
+  for (auto problem : {with_.doors.problem(), with_.standing.notice(), with_.standing.problem(), with_.boots_problem,
+                       with_.unit.problem()}) {
     if (!problem.empty()) answer.storage_problems.push_back(std::move(problem));
   }
   answer.process = processStatus();

@@ -108,8 +108,8 @@ void ServedRecord::note(const published::Snapshot& snapshot) {
   if (snapshot.at < noted_at_) return;
   noted_at_ = snapshot.at;
   last_nm_ = value_nm;
+  if (written_nm_ == value_nm) return;
   const bool is_here = writable_ && store::isStillAt(place_, file_.get());
-  if (is_here && written_nm_ == value_nm) return;
   if (!(is_here || openToWrite()) || !put(value_nm)) {
     const std::string why = std::strerror(errno);
     // An older value must not be taken for this one.

@@ -73,6 +73,7 @@ ServableWithin within(const Correction& centre_mm, const Correction& margin_mm, 
 StandingKeeper::StandingKeeper(const std::string& path, const Limits& limits,
                                std::function<void(const Event&)> tell_core, store::Before before)
     : file_{store::TwinFile::open(path, kMostStandingBytes, boundsIfLost(limits), before)},
+      notice_{file_.notice()},
       limits_{limits},
       tell_core_{std::move(tell_core)} {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) ahead_mm_[axis] = limits[axis].rate_mm_s * kAhead_s;

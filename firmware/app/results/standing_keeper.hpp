@@ -48,7 +48,7 @@ class StandingKeeper {
   void finish(const published::Snapshot& snapshot, const std::optional<Correction>& exactly = {});
 
   // What the start has found of the file, for a person; empty where there is nothing to say.
-  const std::string& notice() const { return file_.notice(); }
+  const std::string& notice() const { return notice_; }
   // Problem for a person; empty without one.
   std::string problem() const;
 
@@ -58,6 +58,7 @@ class StandingKeeper {
   void setProblem(std::string what);
 
   store::TwinFile file_;
+  const std::string notice_;  // as other threads ask for it, while file_ may be opened again
   Limits limits_;
   std::function<void(const Event&)> tell_core_;
   Correction ahead_mm_{};

@@ -38,9 +38,9 @@ Outcome<double, Refusal> searchWindow(const Dataset& dataset);
 
 // Reads the scans of the tables machine, probe and scans, in the order of the last. Refuses what checkedTable refuses,
 // and: unknown-scan, bad-speed, speed-differs (from the nominal by more than 20 % of a circle, 40 % of another path),
-// too-few-samples (fifty), time-not-rising, gap (a span of ten times what the samples
-// cover), duplicated-reading (two scans with the same samples), contact-lost, constant-distance or constant-radius
-// (squared rate under ten times its noise), window-too-large (half a turn, or half a scan).
+// too-few-samples (fifty), time-not-rising, gap (a span of ten times what the samples cover), duplicated-reading (two
+// scans with the same samples), contact-lost, constant-distance or constant-radius (squared rate under ten times its
+// noise), window-too-large (half a turn, or half a scan).
 Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, const ScanQuestion& question);
 
 // Finds the delay with the highest correlation of the rates of distance and deflection in the search window (A13), s,

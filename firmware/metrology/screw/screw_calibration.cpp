@@ -122,9 +122,8 @@ struct FaceFit {
   Eigen::MatrixXd design;
   bool many_spikes{};
 
-  // Without the samples that were dropped.
+  // Without the samples that were dropped, where there are any.
   FaceFit kept() const {
-    if (fit.dropped.empty()) return *this;
     std::vector<Eigen::Index> rows;
     for (Eigen::Index row = 0; row < design.rows(); ++row)
       if (!std::ranges::binary_search(fit.dropped, static_cast<std::size_t>(row))) rows.push_back(row);
@@ -179,7 +178,9 @@ void nameSpikes(Result& result, const FaceFit& of_face) {
 
 // A sector is read for a short time in each turn, the drift is seen over all of them.
 void widen(Result& result, const FaceFit& of_face, const Face& face) {
-  const FaceFit kept = of_face.kept();
+  const bool is_whole = of_face.fit.dropped.empty();
+  const FaceFit some = is_whole ? FaceFit{} : of_face.kept();  // large tables are not copied without need
+  const FaceFit& kept = is_whole ? of_face : some;
   const SensorNoise noise{kept.fit, kept.design};
   const double of_drift = noise.ofAll(), of_sectors = noise.ofStretches(passagesOf(face, kept.fit.dropped), of_drift);
   inflate(result, "sector_table_um", of_sectors);

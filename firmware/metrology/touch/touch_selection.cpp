@@ -145,7 +145,6 @@ void dropOutliers(Selection& selection) {
   selection.touches = std::move(kept.touches);
 }
 
-// A disagreement that is no longer a matter of micrometres is not answered with a wide sd.
 // Leaves out touches whose streams have clocks of their own, by the delay of all.
 std::optional<Refusal> dropOtherClocks(Selection& selection, const std::vector<Touch>& touches) {
   if (selection.question.delays == Delays::each_joint) return std::nullopt;
@@ -170,6 +169,7 @@ std::optional<Refusal> dropOtherClocks(Selection& selection, const std::vector<T
   return fitOnce(selection);
 }
 
+// A disagreement that is no longer a matter of micrometres is not answered with a wide sd.
 std::optional<Refusal> grossMisfit(const AgreedTouches& touches) {
   for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
     const double misses_mm = std::abs(touches.fit.radial[static_cast<Eigen::Index>(i)]);

@@ -47,9 +47,12 @@ Outcome<Neighbours, Refusal> neighboursOf(const Dataset& dataset, Solver solver,
                    .below = solvedWith(dataset, solver, input, -kStep, count)};
   found.width = (found.above ? kStep : 0.0) + (found.below ? kStep : 0.0);
   if (found.above || found.below) return found;
+  const bool is_stated = input.warning.empty();
   return Refusal{"no-convergence", "the effect of " + input.name +
                                        " cannot be evaluated: the case is refused when the value is changed by a "
-                                       "tenth of it; omit the key, or look for readings at a limit"};
+                                       "tenth of it; " +
+                                       (is_stated ? "omit the key" : "record more digits") +
+                                       ", or look for readings at a limit"};
 }
 
 // Change of the values for one sd of the input.

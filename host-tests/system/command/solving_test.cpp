@@ -66,6 +66,7 @@ TEST_F(Solving, PrintsOneObjectALineAndTheWorstStatus) {
 
   const auto unreadable = probebox({"solve", "--json", bad, directory_.file("absent"), good});
   EXPECT_EQ(unreadable.status, 2);
+  EXPECT_EQ(probebox({"solve"}).status, 2) << "a case is required";
   ASSERT_EQ(unreadable.objects().size(), 3U) << "one object for each case, in the order given";
   EXPECT_EQ(unreadable.objects()[1]["status"], "unreadable");
   for (const auto& object : unreadable.objects()) EXPECT_EQ(object.begin().key(), "schema_version");

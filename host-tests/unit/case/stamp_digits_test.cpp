@@ -41,6 +41,7 @@ TEST_P(StampDigits, AreInTheStandardDeviationOfADelay) {
     auto dataset = reportedCase(GetParam());
     round(dataset, digit_s);
     const auto solved = metrology::solve(dataset);
+    EXPECT_TRUE(solved || digit_s == 1e-3) << "those of whole milliseconds may hide the motion: " << digit_s;
     if (!solved) continue;
     EXPECT_THAT(solved->warnings,
                 Contains(AllOf(HasSubstr("stamps t_s of table 'machine'"), HasSubstr("microseconds"))));
@@ -63,6 +64,7 @@ TEST_P(StampDigits, OfAClockWithLongTicksAreInItToo) {
     auto dataset = reportedCase(GetParam());
     round(dataset, tick_s);
     const auto solved = metrology::solve(dataset);
+    EXPECT_TRUE(solved || tick_s != 3.7e-4) << solved.error().reason;
     if (!solved || !solved->find("tau_s")) continue;
     const auto ticks = HasSubstr("come in ticks of " + metrology::text(tick_s) + " s");
     EXPECT_THAT(solved->warnings, Contains(AllOf(HasSubstr("table 'machine'"), ticks)));

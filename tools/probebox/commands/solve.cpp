@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -18,7 +17,7 @@ int solveOne(const std::string& name, bool json, Console& console) {
   int status = 0;
   {
     const EndsAtOnce while_it_computes{console};
-    status = casefolder::solveCases(std::array{std::filesystem::path{name}}, json, answer, console.err());
+    status = casefolder::solveCase(name, json, answer, console.err());
   }
   console.out() << answer.view() << std::flush;
   return status;
@@ -37,10 +36,11 @@ ExitStatus run(const Solve& options, const std::string&, Console& console) {
     return static_cast<ExitStatus>(
         casefolder::explainMethods(options.cases, console.json(), console.out(), console.err()));
   }
+  const bool json = console.json() || !(options.text || console.outIsTerminal());
   int status = 0;
   for (const auto& name : options.cases) {
     if (console.interrupted()) return ExitStatus::interrupted;
-    status = std::max(status, solveOne(name, console.json() || !(options.text || console.outIsTerminal()), console));
+    status = std::max(status, solveOne(name, json, console));
     if (!console.writable()) break;
   }
   return console.interrupted() ? ExitStatus::interrupted : static_cast<ExitStatus>(status);

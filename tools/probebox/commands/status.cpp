@@ -83,11 +83,10 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
     all["in_use"] = corrections ? describe(*corrections)["in_use"] : Json(nullptr);
     all["unit"] = unit ? describe(*unit, today()) : Json(nullptr);
     all["process"] = describe(status->process);
-    all["newest_results"] = Json::array();
-    if (!results) all["newest_results"] = nullptr;
-    for (const auto& result : results ? *results : std::vector<messages::ResultSummary>{})
-      all["newest_results"].push_back(describe(result));
+    all["newest_results"] = results ? Json(Json::array()) : Json(nullptr);
     if (!results) all["storage_problems"].push_back(results.error().what);
+    for (std::size_t k = 0; results && k < results->size(); ++k)
+      all["newest_results"].push_back(describe((*results)[k]));
     console.object(all);
     return ExitStatus::ok;
   }

@@ -121,10 +121,10 @@ TEST_F(Served, IsWrittenAnewWhereItsFileWasRemoved) {
   ServedRecord record{path()};
   record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   std::filesystem::remove(path());
-  record.note(snapshotOf({0.002, 0, 0}, MonoTime{3s}));
+  record.note(snapshotOf({0.003, 0, 0}, MonoTime{3s}));
   const ServedRecord next{path()};
   ASSERT_TRUE(next.before().found_mm);
-  EXPECT_DOUBLE_EQ((*next.before().found_mm)[0], 0.002);
+  EXPECT_DOUBLE_EQ((*next.before().found_mm)[0], 0.003);
   EXPECT_EQ(next.before().found_start, record.before().start);
   EXPECT_TRUE(next.before().is_kept);
 }
