@@ -2,29 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 namespace probebox::metrology {
-
-Outcome<CalibratedAxis, Refusal> calibratedAxis(const Result& result, const Eigen::Vector3d& point,
-                                                const Eigen::Vector3d& direction, Between between) {
-  const Estimate* six = result.find("six_errors");
-  const Estimate* angles = result.find("angle_rad");
-  if (!six || !angles || six->values.size() != 6 * angles->values.size()) {
-    return Refusal{"wrong-result",
-                   "a rotary correction needs a result of the method rotary-axis-errors: calibrate that first"};
-  }
-  if (!(std::abs(direction.norm() - 1.0) <= 1e-3)) {
-    return Refusal{"bad-direction", "the direction of a rotary axis must have length 1"};
-  }
-  std::vector<SixErrors> rows;
-  for (std::size_t k = 0; k < angles->values.size(); ++k) {
-    rows.emplace_back(Eigen::Map<const SixErrors>{six->values.data() + 6 * k});
-  }
-  TRY(const auto table, AngleTable<6>::make(angles->values, rows, between));
-  return CalibratedAxis{point, direction.normalized(), table};
-}
 
 Outcome<RotaryCorrection, Refusal> RotaryCorrection::of(std::span<const CalibratedAxis> links) {
   if (links.empty() || links.size() > kMostLinks) {

@@ -4,9 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
-#include <vector>
 
-#include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/live/angle_table.hpp"
 #include "firmware/metrology/live/rotary_chain.hpp"
 #include "protocol/units/outcome.hpp"
@@ -21,11 +19,6 @@ struct CalibratedAxis {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   AngleTable<6> errors;
 };
-
-// Makes a calibrated axis from a result of rotary-axis-errors: six_errors at angle_rad. Refuses: wrong-result,
-// bad-direction (length not 1), and what AngleTable::make does.
-Outcome<CalibratedAxis, Refusal> calibratedAxis(const Result& result, const Eigen::Vector3d& point,
-                                                const Eigen::Vector3d& direction, Between between);
 
 // Computes at every tick the correction of the commanded tool point for the errors of a table's stacked rotary axes, so
 // that the tool follows the point of the table (docs/metrology.md (E9) and F). Allocates nothing after construction.

@@ -68,6 +68,7 @@ TEST_P(EitherReader, FindsFramesHoweverTheBytesAreCut) {
       rest = rest.subspan(length);
     }
     RC_ASSERT(received == sent);
+    RC_ASSERT(reader.counters().frames == sent.size());
     RC_ASSERT(reader.counters().bad() == 0U);
     RC_ASSERT(reader.counters().discarded_bytes == 0U);
   }));
@@ -161,6 +162,7 @@ TEST(Reader, FindsBareFramesAfterGarbageWithoutADelimiter) {
     append(wire, tail);
     Reader reader{128, Framing::bare};
     RC_ASSERT(readAll(reader, wire) == sent);
+    RC_ASSERT(reader.counters().frames == sent.size());
     RC_ASSERT(reader.counters().discarded_bytes + reader.unfinished() == garbage_bytes + tail.size());
   }));
 }

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <gmock/gmock.h>
+#include <numbers>
 
 #include "firmware/modbus/identification.hpp"
 #include "firmware/modbus/register_image.hpp"
@@ -149,6 +150,34 @@ TEST(ResultImage, TellsTheStepWithItsTargetAndSide) {
   image.fill(snapshot, line, nullptr, WordOrder::high_first);
   EXPECT_EQ(image[858], 1 | 2);
   EXPECT_DOUBLE_EQ(valueAt(image, 898), 0);
+}
+
+TEST(ResultImage, TellsTheWayOfAScan) {
+  RegisterImage image;
+  published::Snapshot snapshot;
+  auto& step = snapshot.step;
+  step.present = true;
+  step.kind = 6;
+  step.scan = {.depths_mm = {0.25, 0.5},
+               .start_rad = std::numbers::pi / 2,
+               .ramp_rad = std::numbers::pi / 18,
+               .sense = -1,
+               .chords = false,
+               .count = 3,
+               .arcs_rad = {std::numbers::pi, std::numbers::pi / 4, 0.0, 0.0, 0.0, 0.0, 0.0, std::numbers::pi / 6}};
+  LineState line;
+  line.features.sphere_reach_mm = 13.5;
+  image.fill(snapshot, line, nullptr, WordOrder::high_first);
+  const auto value = [&](std::uint16_t at) { return valueAt(image, at); };
+  EXPECT_EQ(image[address::step_scan_arcs], 3);
+  EXPECT_EQ(image[address::step_scan_bits], 1) << "clockwise";
+  EXPECT_NEAR(value(address::step_scan_start), 90, 1e-5);
+  EXPECT_NEAR(value(address::step_scan_ramp), 10, 1e-5);
+  EXPECT_DOUBLE_EQ(value(address::step_scan_radius), 13.25);
+  EXPECT_DOUBLE_EQ(value(address::step_scan_radius + 2), 13.0);
+  EXPECT_NEAR(value(address::step_scan_arc), 180, 1e-5);
+  EXPECT_NEAR(value(address::step_scan_arc + 2), 45, 1e-5);
+  EXPECT_NEAR(value(address::step_scan_arc + 14), 30, 1e-5) << "the last";
 }
 
 Request identificationRequest(std::uint8_t kind, std::uint8_t object) {

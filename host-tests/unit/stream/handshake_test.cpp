@@ -28,6 +28,19 @@ TEST(Handshake, GivesWelcomeDescriptorAndTestPattern) {
   EXPECT_EQ(box.session.state(), SessionState::greeted);
 }
 
+TEST(Handshake, NumbersTheSessionsFromTheFirstOfItsLink) {
+  SessionOptions options;
+  options.first_session_id = 3001;
+  Box box{std::move(options)};
+  for (const std::uint32_t id : {3001U, 3002U}) {
+    Host host;
+    box.hear(messages::Hello::current());
+    host.read(box.take());
+    ASSERT_TRUE(host.reader.welcome());
+    EXPECT_EQ(host.reader.welcome()->session_id, id);
+  }
+}
+
 TEST(Handshake, BeginsWithADelimiterSoThatOldGarbageEnds) {
   Box box;
   Host host;

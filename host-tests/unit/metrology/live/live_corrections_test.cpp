@@ -209,7 +209,6 @@ TEST(RotaryCorrection, IsInvalidWithoutItsInputs) {
   EXPECT_FALSE(correction->at({}, {1, 2, 3}).has_value());
   EXPECT_FALSE(correction->at(known, {1, kNone, 3}).has_value());
   EXPECT_EQ(RotaryCorrection::of({}).error().name, "too-many-axes");
-  EXPECT_EQ(calibratedAxis(Result{}, {}, Vector3d::UnitZ(), Between::linear).error().name, "wrong-result");
 }
 
 TEST(LiveCorrections, AllocateNothingAtATick) {

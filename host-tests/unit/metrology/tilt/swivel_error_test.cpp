@@ -255,6 +255,7 @@ TEST(SwivelError, StatesItsUncertaintyWhereAnglesAreMeasured) {
     addErrors(errors, solved.value(), head);
     const auto& found = *solved->find("left_by_angle_mm");
     ASSERT_EQ(found.values.size(), 20U) << "five stops";
+    for (std::size_t axis = 1; axis < 4; ++axis) EXPECT_EQ(found.values[2 * 4 + axis], 0.0) << "zero less itself";
     for (std::size_t k = 0; k < found.values.size(); ++k) {
       if (found.sd[k] > 1e-12) left.add(found.values[k], found.sd[k]);
     }

@@ -7,6 +7,8 @@
 #include <random>
 #include <string>
 
+#include "host-tests/metrology/moments.hpp"
+
 namespace probebox::metrology {
 namespace {
 
@@ -106,6 +108,18 @@ TEST(SwitchedTouch, HasTheNoiseOfTwoLines) {
   // Two windows of 80 positions, each the mean of its line.
   const double expected = 1e-3 / std::sqrt(2 * 80.0);
   EXPECT_NEAR(std::sqrt(squares / kRuns), expected, 0.15 * expected);
+}
+
+// The edges are where they are in their windows: off the middle, a delay taken out of one makes its line less certain.
+TEST(SwitchedTouch, StatesTheUncertaintyOfItsPlaceAtUnequalSpeeds) {
+  Moments errors;
+  for (std::uint64_t run = 1; run <= 600; ++run) {
+    const Motion motion{.in_mm_s = 4.2, .out_mm_s = 5.8, .tau_machine_s = 0.004, .noise_mm = 1e-3};
+    const auto found = switchedTouches(datasetOf({motion}, run), {0.004, 0.004, 0.004});
+    ASSERT_TRUE(found) << found.error().reason;
+    errors.add(found->front().at_mm.x() - motion.surface.x(), found->front().sd_mm);
+  }
+  expectHonest(errors);
 }
 
 TEST(SwitchedTouch, RefusesByTheNameOfTheTouchWhatIsNoTouchAtConstantSpeed) {

@@ -5,6 +5,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "firmware/metrology/dataset/estimate.hpp"
+#include "firmware/metrology/uncertainty/worst_determined.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
 
@@ -303,6 +304,11 @@ TEST(Weakest, IsTheCombinationThatTheReadingsDetermineWorst) {
   const double correlation = values[1] / std::sqrt(values[0] * values[3]);
   EXPECT_NEAR(result.weakest->sd, std::sqrt(1.0 + std::abs(correlation)), 1e-9);
   EXPECT_FALSE(solved(centreline(1, 8, 1e-3)).weakest.has_value());
+}
+
+TEST(Weakest, IsNotToldBesideAComponentThatIsExact) {
+  EXPECT_FALSE(weakestOf({{"a", "b", "c"}, {4.0, 1.9, 0.0, 1.9, 1.0, 0.0, 0.0, 0.0, 0.0}}).has_value());
+  EXPECT_NEAR(weakestOf({{"a", "b"}, {4.0, 1.9, 1.9, 1.0}}).value().sd, std::sqrt(1.95), 1e-9);
 }
 
 TEST(Residuals, StandAtTheirReadings) {
