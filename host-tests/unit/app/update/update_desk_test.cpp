@@ -12,6 +12,7 @@ namespace {
 using messages::ErrorCode;
 using messages::UpdateState;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 class UpdateDeskTest : public testing::Test {
@@ -145,6 +146,12 @@ TEST_F(UpdateDeskTest, ABundleWithAnotherHashIsRefusedAndRemoved) {
   EXPECT_THAT(box_.status().text, StartsWith("hash-mismatch"));
   EXPECT_FALSE(std::filesystem::exists(box_.requests() / "bundle"));
   EXPECT_FALSE(std::filesystem::exists(box_.requests() / "request"));
+  for (const auto& open : std::filesystem::directory_iterator{"/proc/self/fd"}) {
+    std::error_code closed;
+    EXPECT_THAT(std::filesystem::read_symlink(open.path(), closed).string(),
+                Not(StartsWith((box_.requests() / "bundle").string())))
+        << "as long as it is open, it fills the disk";
+  }
   EXPECT_EQ(box_.offer(bytes, sha256), 0U) << "nothing of it is left";
 }
 
