@@ -330,14 +330,15 @@ TEST(TouchDataset, GivesPositionsOfTheUncorrectedMachine) {
     recording.append(MachineRow{monoTime(1000 * i), {100, 200, 300}, {0, -2'500'000, static_cast<std::int32_t>(i)}});
     recording.append(ProbeRow{monoTime(1000 * i), {}});
   }
+  recording.setOffsets({10, 20, -30});
   recording.append(
       Touch{.request = kTouch, .map = kLocked, .machine_begin = 0, .machine_end = 5, .probe_begin = 0, .probe_end = 5});
   const auto dataset =
       touchDataset(recording, {.mm_per_count = {0.01, 0.01, 0.01}, .nominal_period = kPeriod}, "delay-multi-speed");
   const auto& machine = *dataset.table("machine");
-  EXPECT_DOUBLE_EQ(machine.column("x_mm")->at(4), 1);
-  EXPECT_DOUBLE_EQ(machine.column("y_mm")->at(4), 4.5) << "it stood 2.5 mm lower because it had been told to";
-  EXPECT_DOUBLE_EQ(machine.column("z_mm")->at(4), 3 - 4e-6);
+  EXPECT_DOUBLE_EQ(machine.column("x_mm")->at(4), 10 + 1);
+  EXPECT_DOUBLE_EQ(machine.column("y_mm")->at(4), 20 + 4.5) << "it stood 2.5 mm lower because it had been told to";
+  EXPECT_DOUBLE_EQ(machine.column("z_mm")->at(4), -30 + 3 - 4e-6);
 }
 
 }  // namespace

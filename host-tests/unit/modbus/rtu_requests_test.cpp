@@ -129,6 +129,29 @@ TEST(RtuRequests, TakeNoRequestOutOfTheAnswerOfAnotherUnit) {
   }
 }
 
+// A write whose first eight bytes have the CRC of an answer to it.
+TEST(RtuRequests, WaitForAWriteThatBeginsLikeAnAnswer) {
+  std::size_t alike = 0;
+  for (unsigned k = 0; k < 8 * 1024; ++k) {
+    const auto address = k / 8, count = 1 + k % 8;
+    Bytes write{1,
+                16,
+                static_cast<std::uint8_t>(address >> 8),
+                static_cast<std::uint8_t>(address),
+                0,
+                static_cast<std::uint8_t>(count)};
+    const auto answer = withCrc(write);
+    if (answer[6] != 2 * count) continue;
+    ++alike;
+    write.insert(write.end(), {answer[6], answer[7]});
+    write.resize(write.size() + 2 * count - 1);
+    write = withCrc(write);
+    RtuRequests requests;
+    EXPECT_THAT(requestsIn(requests, write, 8), ::testing::ElementsAre(write));
+  }
+  EXPECT_GT(alike, 0U);
+}
+
 TEST(RtuRequests, TakeNoRequestOutOfAFrameWithABadCrc) {
   for (const std::size_t piece : {std::size_t{1}, std::size_t{5}, std::size_t{100}}) {
     RtuRequests requests;

@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
@@ -349,6 +350,14 @@ TEST(Facts, AGapIsRefusedWhereTheWayOutOfATouchEndsInTheOppositePlate) {
   EXPECT_FALSE(ready(7.9, 0));
   EXPECT_TRUE(ready(7.9, 0.3));
   EXPECT_TRUE(ready(8.2, 0));
+}
+
+TEST(Methods, HaveNoSetOfSpeedsTwice) {
+  for (const auto* method : liveMethods()) {
+    std::set<std::vector<double>> different;
+    for (const auto& set : method->speed_sets) different.insert({set.begin(), set.end()});
+    EXPECT_EQ(different.size(), method->speed_sets.size()) << method->number;
+  }
 }
 
 // A controller reads the code alone: what never becomes right by waiting is an option, the rest is a state.

@@ -28,6 +28,7 @@ published::Snapshot withCentreline() {
   s.centreline.result.sd_centre_mm = {0.0004, 0.0005};
   s.delay.calibrated = true;
   s.delay.tau_s = {0.004, 0.00401, 0.00399};
+  s.delay.sd_s = {1e-6, 2e-6, 3e-6};
   return s;
 }
 
@@ -123,7 +124,9 @@ TEST(Tape, WritesTheCentrelineAndTheDelay) {
               ElementsAre("%", "#505=240.1234", "#506=-3.5000", "#507=0.0000000", "#508=0.0000000", "#509=0.00040",
                           "#510=0.00050", "%"));
   EXPECT_THAT(tape(withCentreline(), Ask::centreline, {}), HasSubstr("G21\r\nG90 G10 L2 P1 X240.1234 Y-3.5000\r\n"));
-  EXPECT_THAT(tape(withCentreline(), Ask::delay, macro), HasSubstr("#511=4.00000\r\n#512=4.01000\r\n#513=3.99000\r\n"));
+  EXPECT_THAT(
+      tape(withCentreline(), Ask::delay, macro),
+      HasSubstr("#511=4.00000\r\n#512=4.01000\r\n#513=3.99000\r\n#514=0.00100\r\n#515=0.00200\r\n#516=0.00300\r\n"));
 }
 
 }  // namespace

@@ -237,6 +237,26 @@ TEST(StopsOfC, AreSharedByTipAndShank) {
   expectHonest(judgement);
 }
 
+TEST(StopsOfC, AreAsFarOffWhicheverOfTheirReadingsComesFirst) {
+  std::mt19937_64 random{75};
+  Dataset dataset{.method = "centreline", .config = {{"sigma_mm", 0.02}, {"sigma_C_rad", 1e-3}}, .tables = {}};
+  Table& readings = addTable(dataset, "readings", {"C_rad", "x_mm", "y_mm"});
+  for (const double c : {0.0, 2.0, 4.0}) {
+    const double off = gauss(random, 1e-3);
+    for (int k = 0; k < 3; ++k) {
+      readings.append({c, 40 * std::cos(c + off) + gauss(random, 0.02), 40 * std::sin(c + off) + gauss(random, 0.02)});
+    }
+  }
+  const auto centre = [&] {
+    const auto solved = solve(dataset);
+    EXPECT_TRUE(solved.ok()) << solved.error().reason;
+    return solved->find("centre_mm")->values;
+  };
+  const auto before = centre();
+  for (auto& column : tableNamed(dataset, "readings").columns) std::swap(column.values[0], column.values[2]);
+  EXPECT_THAT(centre(), testing::Pointwise(testing::DoubleNear(1e-10), before));
+}
+
 TEST(StopsOfC, NeedASigmaOfReadings) {
   std::mt19937_64 random{74};
   const Machine machine = randomMachine(random, 0.0);
