@@ -1,5 +1,6 @@
 #include "firmware/store/schema.hpp"
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
@@ -135,7 +136,8 @@ Failure newer(const Database& database, std::int64_t schema) {
 }
 
 Outcome<void, Failure> checkPages(Database& database) {
-  TRY(const auto verdict, database.text("PRAGMA integrity_check(1)"));
+  TRY(auto verdict, database.text("PRAGMA integrity_check(1)"));
+  std::ranges::replace(verdict, '\n', ' ');  // it goes into a line of the log
   if (verdict == "ok") return {};
   // A page that cannot be read is the disk's fault, and says nothing about the file: it may be sound tomorrow.
   if (verdict.find("error code=") != std::string::npos) {

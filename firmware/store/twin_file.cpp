@@ -120,8 +120,7 @@ TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes, std::st
     if (before == Before::had_it) {
       file.lost_ = true;
       file.content_ = if_lost;
-      file.notice_ =
-          path + " is gone, and what it had is lost: put a backup back while the box is stopped, or go on without it";
+      file.notice_ = path + " is gone, and what it had is lost";
     }
     file.make(std::string{file.content_}, {});
   } else {

@@ -68,12 +68,26 @@ ServableWithin within(const Correction& centre_mm, const Correction& margin_mm, 
   return bounds;
 }
 
+bool isWithin(const Correction& at_mm, const StandingBounds& bounds) {
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (!(std::abs(at_mm[axis] - bounds.correction_mm[axis]) <= bounds.margin_mm[axis])) return false;
+  }
+  return true;
+}
+
+constexpr const char* kUntilNoStep = ": corrections are valid once no axis can see a step";
+
+// What a lost file leaves unknown, behind what became of it.
+std::string noticeOf(const store::TwinFile& file) {
+  return file.lost() ? file.notice() + ". Where the axes stand is lost" + kUntilNoStep : file.notice();
+}
+
 }  // namespace
 
 StandingKeeper::StandingKeeper(const std::string& path, const Limits& limits,
                                std::function<void(const Event&)> tell_core, store::Before before)
     : file_{store::TwinFile::open(path, kMostStandingBytes, boundsIfLost(limits), before)},
-      notice_{file_.notice()},
+      notice_{noticeOf(file_)},
       limits_{limits},
       tell_core_{std::move(tell_core)} {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) ahead_mm_[axis] = limits[axis].rate_mm_s * kAhead_s;
@@ -115,7 +129,8 @@ std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& ser
   if (const auto content = contentOf(file_)) {
     kept_mm_ = content->correction_mm;
     margin_mm_ = content->margin_mm;
-    doubt_mm = content->margin_mm;
+    if (served.found_mm && !exactly && !isWithin(*served.found_mm, *content)) reachAlso(*served.found_mm);
+    doubt_mm = margin_mm_;
   } else if (of_before) {
     kept_mm_ = of_before->correction_mm;
     doubt_mm = ahead_mm_;  // it was kept once a second
@@ -130,6 +145,16 @@ std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& ser
   // The next start will believe what was found, so nothing else may be served.
   if (!told && exactly && !served.is_kept) kept_mm_ = standing_mm, margin_mm_ = {};
   return {standing, within(kept_mm_, margin_mm_, now)};
+}
+
+// Either file may be one of before, put back from a copy: the axes stand at what one of them says.
+void StandingKeeper::reachAlso(const Correction& recorded_mm) {
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
+    margin_mm_[axis] = std::max(margin_mm_[axis], std::abs(recorded_mm[axis] - kept_mm_[axis]) + ahead_mm_[axis]);
+  const std::string what =
+      std::string{"served and served-last contradict each other, so one of them is of an earlier start"} + kUntilNoStep;
+  logWarning(what);
+  notice_ += (notice_.empty() ? "" : ". ") + what;
 }
 
 std::uint64_t StandingKeeper::startOnDisk() const {

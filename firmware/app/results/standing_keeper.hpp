@@ -34,7 +34,8 @@ class StandingKeeper {
                  store::Before before = store::Before::perhaps);
 
   // Events that the core must get before any reader: the correction that the axes have followed, and the bounds.
-  // What a CNC has read last is believed of the start that wrote to the disk last.
+  // What a CNC has read last is believed of the start that wrote to the disk last; of another, the axes may stand there
+  // as well as where the disk says.
   // of_before: as an earlier version stored it.
   std::vector<Event> restore(MonoTime now, const ServedBefore& served, const std::optional<store::Standing>& of_before);
 
@@ -47,18 +48,19 @@ class StandingKeeper {
   // has; the final correction otherwise.
   void finish(const published::Snapshot& snapshot, const std::optional<Correction>& exactly = {});
 
-  // What the start has found of the file, for a person; empty where there is nothing to say.
+  // What the start has found, for a person; empty where there is nothing to say. Behind restore(), for any thread.
   const std::string& notice() const { return notice_; }
   // Problem for a person; empty without one.
   std::string problem() const;
 
  private:
   std::optional<Correction> exactly(const ServedBefore& served) const;
+  void reachAlso(const Correction& recorded_mm);
   bool keep(const Correction& correction_mm, const Correction& margin_mm);
   void setProblem(std::string what);
 
   store::TwinFile file_;
-  const std::string notice_;  // as other threads ask for it, while file_ may be opened again
+  std::string notice_;  // of file_ as it was at the start, which may be opened again
   Limits limits_;
   std::function<void(const Event&)> tell_core_;
   Correction ahead_mm_{};

@@ -204,7 +204,42 @@ TEST_F(Standing, MayBeAnywhereWhereTheFileOfAnEarlierStartIsGone) {
   const auto found =
       restored(box, ServedBefore{.start = 2, .is_kept = true, .found_start = 1, .found_mm = Correction{}});
   EXPECT_EQ(found.standing.doubt_mm, (Correction{0.5, 0.5, 0.5}));
-  EXPECT_THAT(box.notice(), HasSubstr("is gone"));
+  EXPECT_THAT(box.notice(), HasSubstr("is gone, and what it had is lost. Where the axes stand is lost"));
+}
+
+// As where a copy of `served` alone is put back: what a CNC has read last is of a later start, and lies elsewhere.
+TEST_F(Standing, MayBeAtEitherWhereTheRecordContradictsTheDisk) {
+  {
+    auto box = keeper();
+    restored(box, {.start = 1, .is_kept = true});
+    box.look(serving({0.004, 0, 0}, 1s));
+  }
+  auto box = keeper();
+  const Correction last_mm{-0.094, 0, 0};
+  const auto found =
+      restored(box, {.start = 8, .is_kept = true, .found_start = 7, .found_on_disk = 6, .found_mm = last_mm});
+  EXPECT_FALSE(found.standing.doubt_mm == Correction{});
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    EXPECT_GE(found.standing.correction_mm[axis] + found.standing.doubt_mm[axis], 0.004 * (axis == 0));
+    EXPECT_LE(found.standing.correction_mm[axis] - found.standing.doubt_mm[axis], last_mm[axis]);
+  }
+  EXPECT_LE(found.within.least_mm[0], last_mm[0]);
+  EXPECT_THAT(box.notice(), HasSubstr("served and served-last contradict each other"));
+  auto after = keeper();
+  EXPECT_LE(restored(after, {.start = 9, .is_kept = true}).within.least_mm[0], last_mm[0]) << "after the next end too";
+}
+
+TEST_F(Standing, IsNotDoubtedForAnOldRecordWithinWhatTheDiskSays) {
+  {
+    auto box = keeper();
+    restored(box, {.start = 1, .is_kept = true});
+    box.look(serving({0.004, 0, 0}, 1s));
+  }
+  auto box = keeper();
+  const auto found = restored(
+      box, {.start = 8, .is_kept = true, .found_start = 7, .found_on_disk = 6, .found_mm = Correction{0.005, 0, 0}});
+  EXPECT_EQ(found.standing.doubt_mm, (Correction{0.05, 0.02, 0}));
+  EXPECT_THAT(box.notice(), IsEmpty());
 }
 
 TEST_F(Standing, WhatIsNotValidMovesNobody) {
