@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "board/describe/document.hpp"
 #include "board/describe/head_sections.hpp"
@@ -42,7 +45,7 @@ ReferenceDescription readReference(Section& axis) {
 
 // Of any linear axis.
 void readCounts(Section& section, double& counts_per_mm, int& sense) {
-  counts_per_mm = section.number("counts_per_mm", {1e-3, 1e9});
+  counts_per_mm = section.number("counts_per_mm", {1, 1e9});
   sense = static_cast<int>(section.integer("sense", {-1, 1}));
   if (section.good("sense") && sense == 0)
     section.problem("sense", "= 0 is no direction: write 1 where counts rise with the position, else -1");
@@ -187,6 +190,16 @@ std::uint16_t readSources(Section& section, const Machine& machine) {
   return mask;
 }
 
+// Two balls cannot stand in one place: a table that was pasted twice.
+void requireApart(Section& ball, const std::vector<std::array<double, 3>>& before, const std::array<double, 3>& at_mm) {
+  constexpr double kLeast_mm = 1;
+  const auto is_here = [&](const std::array<double, 3>& other) {
+    return std::hypot(at_mm[0] - other[0], at_mm[1] - other[1], at_mm[2] - other[2]) < kLeast_mm;
+  };
+  if (std::ranges::any_of(before, is_here))
+    ball.problem("at_mm", "is the place of a ball that stands before it: give each ball its certified place");
+}
+
 BallPlateDescription readBallPlate(Section section, const Machine& machine) {
   constexpr Range kBallPlace_mm{-10'000, 10'000};
   BallPlateDescription plate;
@@ -198,7 +211,9 @@ BallPlateDescription readBallPlate(Section section, const Machine& machine) {
   plate.station_correction = section.flag("station_correction", false);
   section.node("ball");
   for (auto& ball : section.sections("ball", kMostPlateBalls)) {
-    plate.balls_mm.push_back(ball.vector("at_mm", kBallPlace_mm));
+    const auto at_mm = ball.vector("at_mm", kBallPlace_mm);
+    if (ball.good("at_mm")) requireApart(ball, plate.balls_mm, at_mm);
+    plate.balls_mm.push_back(at_mm);
     ball.finish();
   }
   if (section.good("ball") && plate.balls_mm.size() < 3)

@@ -26,7 +26,7 @@ RotaryAxisDescription readRotaryAxis(Section section) {
     section.finish();
     return axis;
   }
-  axis.counts_per_deg = section.number("counts_per_deg", {1e-3, 1e9});
+  axis.counts_per_deg = section.number("counts_per_deg", {0.1, 1e9});
   axis.sense = static_cast<int>(section.integer("sense", {-1, 1}));
   if (section.good("sense") && axis.sense == 0)
     section.problem("sense", "= 0 is no direction: write 1 where counts rise with the angle, else -1");
@@ -73,6 +73,11 @@ std::vector<RotaryLetter> readChain(Section& section, const Machine& machine) {
     if (std::ranges::find(chain, axis) != chain.end())
       section.problemAt(line, "chain", "names the axis " + name + " twice: name it once");
     requireDescribed(section, "chain", axis, machine);
+    if (machine.swivel && machine.swivel->axis == axis)
+      section.problemAt(line, "chain",
+                        "names the axis " + name +
+                            ", and [swivel] has it as that of the head: an axis turns the table or the head, so remove "
+                            "it from one of them");
     chain.push_back(axis);
   }
   if (section.good("chain") && chain.empty())
@@ -98,13 +103,22 @@ RotaryTableDescription readTable(Section section, double hold_s, const Machine& 
   return table;
 }
 
-// Notes angles whose readings differ too little to locate the axis.
+constexpr double kTurn_deg = 360;
+
+// Of the shortest arc that has all angles, which rise: one turn without the widest gap between neighbours.
+double arc_deg(const std::vector<double>& angles_deg) {
+  double gap_deg = angles_deg.front() + kTurn_deg - angles_deg.back();
+  for (std::size_t i = 1; i < angles_deg.size(); ++i) gap_deg = std::max(gap_deg, angles_deg[i] - angles_deg[i - 1]);
+  return kTurn_deg - gap_deg;
+}
+
+// Notes angles whose readings differ too little to locate the axis. -180 and 180 degrees are one place.
 void checkAngles(Section& section, std::string_view key, std::vector<double> angles_deg) {
   if (!section.good(key)) return;
   std::ranges::sort(angles_deg);
-  if (std::ranges::adjacent_find(angles_deg) != angles_deg.end())
+  if (std::ranges::adjacent_find(angles_deg) != angles_deg.end() || angles_deg.back() - angles_deg.front() >= kTurn_deg)
     section.problem(key, "lists an angle twice: list each angle once");
-  if (angles_deg.back() - angles_deg.front() < kLeastTiltSpan_deg)
+  if (arc_deg(angles_deg) < kLeastTiltSpan_deg)
     section.problem(key,
                     "spans less than 20 degrees, too little to locate an axis: spread the angles, such as [-90, 0]");
 }

@@ -1,5 +1,6 @@
 #include "board/describe/screw_sections.hpp"
 
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -27,6 +28,17 @@ void requireNutOnScrew(Section& section, const ScrewDescription& screw, const Ax
                                      "to the sensor, or correct 'offset_mm'");
 }
 
+// A nut is off by about what its screw extends, whatever the sign; beyond a factor of 10 a number is of something else.
+double readGain(Section& section) {
+  constexpr double kLeast = 0.1, kMost = 10;
+  const double gain = section.number("gain", {-kMost, kMost});
+  if (section.good("gain") && std::abs(gain) < kLeast)
+    section.problem("gain", "= " + plain(gain) +
+                                " leaves the screw uncorrected, and its source good: write K, about 1 or -1, or remove "
+                                "the screw");
+  return gain;
+}
+
 ScrewDescription readScrew(Section section, double hold_s, const AxisDescription& axis) {
   ScrewDescription screw;
   screw.length_mm = section.number("length_mm", {50, 50'000});
@@ -34,7 +46,7 @@ ScrewDescription readScrew(Section section, double hold_s, const AxisDescription
   screw.pitch_mm = section.number("pitch_mm", {0.1, 200});
   screw.reversed = section.choice("fixed_bearing", {"low", "high"}) == 1;
   requireNutOnScrew(section, screw, axis);
-  screw.gain = section.number("gain", {-100, 100});
+  screw.gain = readGain(section);
   screw.gain_is = static_cast<GainIs>(section.choice("gain_is", {"correction", "error"}));
   screw.reference_um = section.number("reference_um", {-1e5, 1e5}, 0);
   screw.extension_min_um = section.number("extension_min_um", {-1e4, 1e4}, -50);

@@ -73,6 +73,16 @@ std::vector<double> readSwivels(Section& section, const Machine& machine) {
   return swivels;
 }
 
+// Both lengths count from the gauge line, and a tool that ends inside of its holder touches nothing.
+void requireBeyondHolder(Section& section, const ToolDescription& tool, const Machine& machine) {
+  const auto holder = std::ranges::find_if(
+      machine.holders, [&](const HolderDescription& candidate) { return candidate.number == tool.holder; });
+  if (holder != machine.holders.end() && tool.length_mm <= holder->length_mm)
+    section.problem("length_mm", "= " + plain(tool.length_mm) + " is not beyond the end face of its [[holder]], " +
+                                     plain(holder->length_mm) +
+                                     " mm from the gauge line: correct one of them, or the number of the holder");
+}
+
 void readToolLengths(std::vector<Section> sections, Machine& machine) {
   for (auto& section : sections) {
     ToolDescription tool{.number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
@@ -84,6 +94,7 @@ void readToolLengths(std::vector<Section> sections, Machine& machine) {
     requireNew(section, machine.tools, tool.number);
     if (section.good("holder") && !isThere(machine.holders, *tool.holder))
       section.problem("holder", "= " + std::to_string(*tool.holder) + " is no [[holder]]: add it, or remove this key");
+    if (section.good("length_mm")) requireBeyondHolder(section, tool, machine);
     section.finish();
     machine.tools.push_back(tool);
   }

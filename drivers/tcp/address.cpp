@@ -33,6 +33,14 @@ bool covers(const Address& listener, const Address& door) {
   return listener.port == door.port && (everywhere || listener.host == door.host);
 }
 
+bool overlap(const Address& one, const Address& other) {
+  const auto may_be = [](const Address& name, const Address& address) {
+    return name.port == address.port && name.host == "localhost" &&
+           (address.host == "127.0.0.1" || address.host == "::1");
+  };
+  return covers(one, other) || covers(other, one) || may_be(one, other) || may_be(other, one);
+}
+
 bool isLoopback(const Address& address) {
   if (address.host == "localhost") return true;
   in_addr v4{};

@@ -18,6 +18,9 @@ std::string describe(const Address& address);
 // Tests whether a connection to `door` reaches a listener at `listener`: the same address, or all addresses of the
 // machine.
 bool covers(const Address& listener, const Address& door);
+// Tests whether two listeners may want one port of one interface: the same address, all addresses beside one of them,
+// or the name localhost beside an address that it may stand for.
+bool overlap(const Address& one, const Address& other);
 
 // Tests whether only this computer can reach a listener here: localhost, 127.0.0.0/8 or ::1. Other names count as
 // reachable.

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <optional>
+#include <set>
 #include <system_error>
 #include <variant>
+#include <vector>
 
 #include "drivers/serial/linux_serial.hpp"
 #include "firmware/app/cnc/open_cnc_face.hpp"
@@ -57,17 +60,41 @@ class AddressCheck {
     takePort(where, host);
   }
   void takePort(const std::string& where, const tcp::Address& host) {
-    const auto name = "tcp:" + tcp::describe(host);
-    if (host.port != 0) take(where, name, name);
+    if (host.port == 0) return;
+    const auto other = std::ranges::find_if(ports_, [&](const Port& port) { return tcp::overlap(port.address, host); });
+    if (other != ports_.end()) return refuseTaken(where, "tcp:" + tcp::describe(host), other->where);
+    ports_.push_back({host, where});
   }
   void take(const std::string& where, const std::string& device, const std::string& name) {
     const auto [place, is_new] = taken_.try_emplace(device, where);
-    if (!is_new) refuse(where, name + " is in use by " + place->second + " already: give each a device of its own");
+    if (!is_new) refuseTaken(where, name, place->second);
+  }
+  void refuseTaken(const std::string& where, const std::string& name, const std::string& by) {
+    refuse(where, name + " is in use by " + by + " already: give each a device of its own");
   }
 
+  struct Port {
+    tcp::Address address;
+    std::string where;
+  };
+  std::vector<Port> ports_;
   std::map<std::string, std::string> taken_;
   Error problems_;
 };
+
+// A key of "KIND:PLACE,key=value,..." that stands there twice, or nothing: nobody can see which of its values counts.
+std::optional<std::string> keyGivenTwice(const std::string& text) {
+  std::set<std::string> keys;
+  for (auto comma = text.find(','); comma != std::string::npos; comma = text.find(',', comma + 1)) {
+    const auto part = text.substr(comma + 1, text.find(',', comma + 1) - comma - 1);
+    if (auto key = part.substr(0, part.find('=')); !keys.insert(key).second) return key;
+  }
+  return std::nullopt;
+}
+
+std::string sayTwice(const std::string& text, const std::string& key) {
+  return "'" + text + "' has '" + key + "=' twice: remove one of them";
+}
 
 std::string placeOf(const std::vector<std::string>& places, std::size_t k, const char* otherwise) {
   return k < places.size() ? places[k] : otherwise;
@@ -88,7 +115,9 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
   const auto& links = linksOf(options, service);
   for (std::size_t k = 0; k < links.size(); ++k) {
     const auto where = options.links.empty() ? placeOf(service.link_places, k, "'links'") : "--link";
-    if (const auto link = parseLink(links[k])) {
+    if (const auto twice = keyGivenTwice(links[k])) {
+      check.refuse(where, sayTwice(links[k], *twice));
+    } else if (const auto link = parseLink(links[k])) {
       check.look(where, *link, service.doorAt(links[k]));
     } else {
       check.refuse(where, link.error().what);
@@ -97,7 +126,9 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
   const auto& lines = cncLinesOf(options, service);
   for (std::size_t k = 0; k < lines.size(); ++k) {
     const auto where = options.cnc.empty() ? placeOf(service.cnc_places, k, "'cnc'") : "--cnc";
-    if (const auto line = parseCncLine(lines[k])) {
+    if (const auto twice = keyGivenTwice(lines[k])) {
+      check.refuse(where, sayTwice(lines[k], *twice));
+    } else if (const auto line = parseCncLine(lines[k])) {
       check.lookAtCnc(where, lines[k], *line, service.doorAt(lines[k]));
     } else {
       check.refuse(where, line.error().what);

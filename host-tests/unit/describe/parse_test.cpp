@@ -180,7 +180,7 @@ constexpr std::string_view kRotaryB = "[rotary_axis.B]\nangle_from = \"controlle
 TEST(MachineToml, DescribesATableThatTurnsAndAHeadThatSwivels) {
   const auto machine = machineWith(std::string{kRotaryC} + std::string{kRotaryB} +
                                        "[swivel]\naxis = \"B\"\nby_angle = true\n"
-                                       "[rotary_table]\nchain = [\"B\", \"C\"]\ntool_point = \"tip\"\n"
+                                       "[rotary_table]\nchain = [\"C\"]\ntool_point = \"tip\"\n"
                                        "tool_direction = [0, 0, -1]\nmeasured_length_mm = 100\nhold_s = 1\n"
                                        "[[tool]]\nnumber = 4\nlength_mm = 120.5\n",
                                    "sources = [\"swivel\", \"rotary\"]\n");
@@ -193,11 +193,22 @@ TEST(MachineToml, DescribesATableThatTurnsAndAHeadThatSwivels) {
   EXPECT_EQ(machine->rotary_axes[2]->reference, ReferenceBy::homing);
   EXPECT_EQ(machine->swivel->axis, RotaryLetter::b);
   EXPECT_EQ(machine->swivel->hold_s, 5) << "that of [corrections]";
-  EXPECT_THAT(machine->rotary_table->chain, ElementsAre(RotaryLetter::b, RotaryLetter::c));
+  EXPECT_THAT(machine->rotary_table->chain, ElementsAre(RotaryLetter::c));
   EXPECT_TRUE(machine->rotary_table->at_tip);
   EXPECT_EQ(machine->rotary_table->hold_s, 1);
   ASSERT_EQ(machine->tools.size(), 1U);
   EXPECT_EQ(machine->tools[0].length_mm, 120.5);
+}
+
+TEST(MachineToml, HasEachRotaryAxisInTheHeadOrInTheTable) {
+  const std::string axes = std::string{kRotaryC} + std::string{kRotaryB};
+  const std::string table = "[rotary_table]\nchain = [\"B\", \"C\"]\ntool_point = \"position\"\n";
+  const auto machine = machineWith(axes + table);
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_THAT(machine->rotary_table->chain, ElementsAre(RotaryLetter::b, RotaryLetter::c));
+  EXPECT_EQ(machineProblem(axes + table + "[swivel]\naxis = \"B\"\n"),
+            "machine.toml:34: 'rotary_table.chain' names the axis B, and [swivel] has it as that of the head: an axis "
+            "turns the table or the head, so remove it from one of them");
 }
 
 TEST(MachineToml, RefusesChainsAndHeadsThatCannotBe) {

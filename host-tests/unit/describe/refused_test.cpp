@@ -51,6 +51,31 @@ TEST(Refused, WholeNumbersThatADoubleDoesNotHold) {
   }
 }
 
+TEST(Refused, AGainThatLeavesAScrewUncorrectedOrMultipliesIt) {
+  for (const char* const gain : {"0", "1e-308", "-0.05"})
+    EXPECT_THAT(simMachineProblem("gain = -1.0   ", std::string{"gain = "} + gain),
+                AllOf(HasSubstr("machine.toml:150: 'screw.X.gain' = "), HasSubstr("remove the screw")));
+  EXPECT_THAT(simMachineProblem("gain = -1.0   ", "gain = -86"), HasSubstr("give a value from -10 to 10"));
+  EXPECT_TRUE(parseMachine(simWith("machine.toml", "gain = -1.0   ", "gain = 0.86"), "machine.toml"));
+}
+
+TEST(Refused, CountsTooCoarseForAnAxis) {
+  EXPECT_THAT(simMachineProblem("counts_per_mm = 1_000_000      #", "counts_per_mm = 0.001 #"),
+              HasSubstr("'axis.X.counts_per_mm' = 0.001 is out of its range: give a value from 1 to"));
+  EXPECT_THAT(simMachineProblem("counts_per_deg = 100_000", "counts_per_deg = 0.001"),
+              HasSubstr("'rotary_axis.C.counts_per_deg' = 0.001 is out of its range: give a value from 0.1 to"));
+}
+
+TEST(Refused, TwoBallsOfAPlateInOnePlace) {
+  EXPECT_THAT(simMachineProblem("at_mm = [-15, -26, 60]", "at_mm = [-15, 26.0005, 100]"),
+              HasSubstr("machine.toml:142: 'ball_plate.ball.at_mm' is the place of a ball that stands before it"));
+}
+
+TEST(Refused, AToolThatEndsInsideOfItsHolder) {
+  EXPECT_THAT(simMachineProblem("length_mm = 62 ", "length_mm = 120 "),
+              HasSubstr("'tool.length_mm' = 120 is not beyond the end face of its [[holder]], 120 mm from the gauge"));
+}
+
 TEST(Refused, RangesInMoreDigitsThanAPersonReads) {
   EXPECT_EQ(
       simMachineProblem("correction_rate_mm_s = 0.05    #", "correction_rate_mm_s = 1e-300 #"),

@@ -27,6 +27,10 @@ TEST(MachineToml, MayDescribeATableThatTilts) {
   EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 15]\n"),
               HasSubstr("spans less than 20 degrees"));
   EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 90, 0]\n"), HasSubstr("an angle twice"));
+  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [-180, 90, 180]\n"), HasSubstr("angle twice"));
+  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [-175, 170]\n"),
+              HasSubstr("spans less than 20 degrees"));
+  EXPECT_TRUE(machineWith("[tilting_table]\naxis = \"X\"\ntilts_deg = [-175, 164]\nsigma_rad = 1e-5\n"));
   EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 1, 2, 3, 4, 5, 90]\n"),
               HasSubstr("has 7 values: give at most 6"));
 }

@@ -78,6 +78,30 @@ TEST_F(Addresses, NameEachDeviceOnce) {
   EXPECT_THAT(problemOf("links = [\"usb\", \"usb:controller=dummy\"]"), HasSubstr("the USB port is in use by"));
 }
 
+// Two listeners of which the second cannot bind: the start failed for ever, and blamed another process.
+TEST_F(Addresses, OfOnePortDoNotOverlap) {
+  for (const char* const second : {"localhost", "0.0.0.0", "[::]"}) {
+    const std::string address = "\"tcp:" + std::string{second} + ":7627\"";
+    EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:7627\", " + address + "]\n[[door]]\naddress = " + address +
+                          "\nread_only = true\n"),
+                HasSubstr(std::string{second} + ":7627 is in use by service.toml:1: 'links' already"))
+        << second;
+  }
+  EXPECT_THAT(problemOf("links = [\"tcp:localhost:502\"]\ncnc = [\"modbus-tcp:127.0.0.1:502\"]"),
+              HasSubstr("tcp:127.0.0.1:502 is in use by service.toml:1: 'links' already"));
+  EXPECT_EQ(problemOf("links = [\"tcp:127.0.0.1:7627\", \"tcp:127.0.0.2:7627\", \"tcp:localhost:7628\"]"), "");
+}
+
+TEST_F(Addresses, HaveEachSettingOnce) {
+  EXPECT_EQ(
+      problemOf("cnc = [\"modbus:/dev/ttyS71,unit=1,baud=9600,unit=2\"]"),
+      "service.toml:1: 'cnc': 'modbus:/dev/ttyS71,unit=1,baud=9600,unit=2' has 'unit=' twice: remove one of them");
+  EXPECT_THAT(problemOf("links = [\"serial:/dev/ttyS71,baud=9600,baud=19200\"]"), HasSubstr("has 'baud=' twice"));
+  EXPECT_THAT(problemOf("cnc = [\"tape:/dev/ttyS71,dialect=nv,dialect=g10\"]"), HasSubstr("has 'dialect=' twice"));
+  EXPECT_THAT(problemOf("cnc = [\"modbus-tcp:127.0.0.1:502,words=low-first,words=high-first\"]"),
+              HasSubstr("has 'words=' twice"));
+}
+
 TEST_F(Addresses, HaveSettingsThatLinesHave) {
   EXPECT_THAT(
       problemOf("cnc = [\"modbus:/dev/ttyS1,baud=19201\"]"),
