@@ -1,6 +1,9 @@
+#include <atomic>
 #include <chrono>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <limits>
+#include <sstream>
 #include <thread>
 #include <unistd.h>
 
@@ -9,6 +12,7 @@
 #include "fake_box.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
+#include "tools/probebox/link/stored_results.hpp"
 
 namespace probebox::command {
 namespace {
@@ -231,6 +235,30 @@ TEST_F(Looking, EndsWhereTheHistoryOfABoxDoesNot) {
   EXPECT_EQ(ended.status, 3);
   EXPECT_THAT(ended.err, HasSubstr("does not end: after number 7"));
   EXPECT_EQ(probebox({"-u", box.uri(), "status"}).status, 0) << "it asks for the newest only";
+}
+
+// Each answer has one more result, and announces others: nobody waits for the last one.
+TEST_F(Looking, EndsWhereTheResultsOfABoxDoNot) {
+  FakeBoxOptions growing;
+  growing.answers_first = [](messages::Operation operation, std::span<const std::byte> body) {
+    std::optional<FakeAnswers::Reply> reply;
+    if (operation != messages::Operation::list_results) return reply;
+    messages::ListResults::Answer list;
+    list.results.push_back({.id = messages::decode<messages::ListResults::Request>(body)->after_id + 1});
+    list.more = true;
+    reply = {messages::ErrorCode::ok, {}, messages::encoded(list)};
+    return reply;
+  };
+  const FakeBox box{growing};
+  const std::atomic<bool> never{false};
+  std::istringstream in;
+  std::ostringstream out;
+  Console console{{in, out, out, false, false, 0, never}, false};
+  auto link = openBox(box.uri(), console);
+  ASSERT_TRUE(link);
+  const auto all = storedResults(**link, console, {}, std::numeric_limits<std::size_t>::max(), 20);
+  ASSERT_FALSE(all);
+  EXPECT_THAT(all.error().what, HasSubstr("does not end: after number 21"));
 }
 
 TEST_F(Looking, ListFindsAnnouncedBoxesAndPassesOverDeadOnes) {

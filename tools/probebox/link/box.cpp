@@ -161,9 +161,18 @@ Outcome<Box, Trouble> openBox(const std::string& given, const Console& console) 
 }
 
 std::optional<Trouble> ListWatch::part(std::uint64_t first, std::uint64_t last) {
-  const bool goes_on = first > last_ && last >= first && ++parts_ <= kMostParts;
+  if (first > last_ && last >= first) return furtherPart(last);
   last_ = last;
-  if (goes_on) return std::nullopt;
+  return endless();
+}
+
+std::optional<Trouble> ListWatch::furtherPart(std::uint64_t last) {
+  last_ = last;
+  if (++parts_ <= most_parts_) return std::nullopt;
+  return endless();
+}
+
+Trouble ListWatch::endless() const {
   return Trouble{ExitStatus::no_box, "endless-list",
                  "the box's list does not end: after number " + std::to_string(last_) +
                      " it says the same again, or ever more; update its firmware"};

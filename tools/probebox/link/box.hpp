@@ -57,15 +57,22 @@ Outcome<typename Operation::Answer, Trouble> ask(link::Client& box, const Consol
 }
 
 // Ends the reading of a list that comes in parts even if the box is faulty: each part must have higher numbers than the
-// one before it, and there may be at most kMostParts.
+// one before it, and there may be at most so many.
 class ListWatch {
  public:
   static constexpr std::uint64_t kMostParts = 10'000;
 
+  explicit ListWatch(std::uint64_t most_parts = kMostParts) : most_parts_{most_parts} {}
+
   // first, last: numbers of the first and last item of this part. Trouble: the list would never end.
   std::optional<Trouble> part(std::uint64_t first, std::uint64_t last);
+  // A part that may go on with the last item of the one before it, such as further values of a result.
+  std::optional<Trouble> furtherPart(std::uint64_t last);
 
  private:
+  Trouble endless() const;
+
+  std::uint64_t most_parts_;
   std::uint64_t parts_{};
   std::uint64_t last_{};
 };

@@ -24,8 +24,10 @@ void append(messages::ResultSummary part, std::vector<messages::ResultSummary>& 
 }  // namespace
 
 Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Client& box, const Console& console,
-                                                                     const ResultRange& range, std::size_t count) {
+                                                                     const ResultRange& range, std::size_t count,
+                                                                     std::uint64_t most_parts) {
   std::vector<messages::ResultSummary> all;
+  ListWatch watch{most_parts};
   messages::ListResults::Request request{.after_id = range.after_id, .first_value = 0, .newest = range.newest};
   while (true) {
     TRY(auto list, ask<messages::ListResults>(box, console, request));
@@ -34,6 +36,7 @@ Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Clien
     for (auto& result : list.results) append(std::move(result), all);
     const bool is_enough = all.size() >= count && isWhole(all.back());
     if (!goes_on || !list.more || is_enough) break;
+    if (const auto trouble = watch.furtherPart(all.back().id)) return *trouble;
     const bool is_whole = isWhole(all.back());
     request.after_id = is_whole ? all.back().id : all.back().id - 1;
     const auto had =

@@ -17,9 +17,11 @@ struct ResultRange {
   std::uint32_t newest{};    // only the newest so many; 0: all
 };
 
-// Fetches at most `count` results by rising number, each with all of its values, in as many requests as needed.
+// Fetches at most `count` results by rising number, each with all of its values, in as many requests as needed; trouble
+// beyond `most_parts` of them, so that a box whose list never ends is left.
 Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Client& box, const Console& console,
-                                                                     const ResultRange& range, std::size_t count);
+                                                                     const ResultRange& range, std::size_t count,
+                                                                     std::uint64_t most_parts = ListWatch::kMostParts);
 
 // Fetches every requested transition, oldest first.
 Outcome<std::vector<messages::ResultTransition>, Trouble> storedTransitions(link::Client& box, const Console& console,
