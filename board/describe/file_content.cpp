@@ -5,6 +5,9 @@
 #include <cstring>
 #include <fstream>
 #include <system_error>
+#include <utility>
+
+#include "protocol/units/plain_input.hpp"
 
 namespace probebox::board {
 
@@ -12,6 +15,7 @@ Outcome<std::string> fileContent(const std::filesystem::path& path, std::size_t 
   constexpr std::size_t kPart = 1'000'000;
   std::error_code unknown;
   if (std::filesystem::is_directory(path, unknown)) return Error{"it is a folder"};
+  if (auto why = whyNoPlainInput(path)) return Error{std::move(*why)};
   errno = 0;
   std::ifstream in{path, std::ios::binary};
   std::string text;

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <iostream>
 
+#include "protocol/units/plain_input.hpp"
+
 namespace probebox::link {
 
 RecordingWriter::RecordingWriter(std::ostream& out) : out_{out} {}
@@ -55,6 +57,7 @@ Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, 
 Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener, const ReadingProgress& progress,
                                     const EnoughRead& enough) {
   if (path == "-") return readRecording(std::cin, listener, progress, enough);
+  if (const auto why = whyNoPlainInput(path)) return Error{path + ": cannot be read (" + *why + ")"};
   std::ifstream file{path, std::ios::binary};
   if (!file) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
   std::error_code unknown;

@@ -4,9 +4,12 @@
 #include <cerrno>
 #include <cstring>
 
+#include "protocol/units/plain_input.hpp"
+
 namespace probebox::replay {
 
 Outcome<std::unique_ptr<RecordedStream>> RecordedStream::open(const std::string& path, link::StreamListener* listener) {
+  if (const auto why = whyNoPlainInput(path)) return Error{path + ": cannot be read (" + *why + ")"};
   std::ifstream file{path, std::ios::binary};
   if (!file) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
   std::unique_ptr<RecordedStream> stream{new RecordedStream{std::move(file), listener}};

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "firmware/metrology/solve.hpp"
+#include "protocol/units/plain_input.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/case/solve_here.hpp"
 
@@ -252,6 +253,7 @@ Outcome<std::vector<Subject>> subjectsOf(std::string_view text, const std::strin
 Outcome<std::vector<Subject>> subjectsIn(const fs::path& path) {
   std::error_code none;
   if (fs::is_directory(path, none)) return ofCase(path);
+  if (const auto why = whyNoPlainInput(path)) return Error{path.string() + ": cannot be read (" + *why + ")"};
   std::ifstream file{path, std::ios::binary};
   std::ostringstream text;
   if (file.peek() != std::ifstream::traits_type::eof()) text << file.rdbuf();  // of nothing it would fail

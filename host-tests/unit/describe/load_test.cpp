@@ -178,6 +178,7 @@ TEST(FileContent, IsTheWholeFileOrTheReasonWhyNot) {
   EXPECT_EQ(fileContent(folder.path()).error().what, "it is a folder");
   EXPECT_EQ(fileContent(folder.file("none")).error().what, "No such file or directory");
   EXPECT_EQ(fileContent("/proc/self/mem").error().what, "Input/output error");
+  EXPECT_EQ(fileContent("/dev/zero").error().what, "it is a device, not a file");
 }
 
 TEST_F(BoardFolder, RefusesAFileThatNothingWouldRead) {

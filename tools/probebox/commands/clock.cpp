@@ -8,6 +8,7 @@
 #include "firmware/clock/estimator.hpp"
 #include "firmware/clock/tick_map.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/units/plain_input.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/tables/csv_rows.hpp"
@@ -67,6 +68,7 @@ Outcome<Edges> readEdges(const std::string& input, Console& console) {
     return edgesOf(std::move(table).value(), input);
   };
   if (input == "-") return named(readIntegerTable(console.in()));
+  if (const auto why = whyNoPlainInput(input)) return Error{input + ": cannot be read (" + *why + ")"};
   std::ifstream file{input, std::ios::binary};
   if (!file) return Error{input + ": cannot be read (" + std::strerror(errno) + ")"};
   return named(readIntegerTable(file));

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "protocol/units/plain_input.hpp"
 #include "protocol/units/wording.hpp"
 #include "tools/link/recording_maker.hpp"
 #include "tools/probebox/cli/output.hpp"
@@ -85,6 +86,7 @@ Outcome<IntegerTable> readInput(const Pack& options, Console& console) {
     return table;
   };
   if (options.input == "-") return checked(readIntegerTable(console.in()));
+  if (const auto why = whyNoPlainInput(options.input)) return Error{options.input + ": cannot be read (" + *why + ")"};
   std::ifstream file{options.input, std::ios::binary};
   if (!file) return Error{options.input + ": cannot be read (" + std::strerror(errno) + ")"};
   std::error_code unknown;

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "protocol/frame/sha256.hpp"
+#include "protocol/units/plain_input.hpp"
 
 namespace probebox::command {
 namespace {
@@ -58,6 +59,8 @@ std::string versionIn(std::string_view signature) {
 
 Outcome<BundleToSend, Trouble> BundleToSend::open(const std::string& path) {
   constexpr std::size_t kHead = 1024, kSlice = 1U << 20U;
+  if (const auto why = whyNoPlainInput(path))
+    return Trouble{ExitStatus::usage, "unreadable", path + " cannot be read: " + *why};
   BundleToSend bundle;
   bundle.file_.open(path, std::ios::binary);
   std::error_code unknown;

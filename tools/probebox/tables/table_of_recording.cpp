@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "protocol/units/plain_input.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/read_through.hpp"
@@ -260,6 +261,7 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
 // Said before the table is begun, so that a wrong name overwrites nothing.
 std::optional<std::string> objectionTo(const TableJob& job) {
   if (job.input == "-") return std::nullopt;
+  if (const auto why = whyNoPlainInput(job.input)) return job.input + " cannot be read: " + *why;
   if (!std::ifstream{job.input}) return job.input + " cannot be read: " + std::strerror(errno);
   if (Output::isSameFile(job.output, job.input)) {
     return job.output + " is the recording itself; name another file for the table";
