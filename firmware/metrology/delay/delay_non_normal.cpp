@@ -22,7 +22,8 @@ Outcome<Result, Refusal> solveDelayNonNormal(const Dataset& dataset) {
   // A gain of each touch assumes that the deflection follows the motion: a tip that slides off it would pass unseen.
   if (measured.touches().gain_misfit > kSlip) {
     return Refusal{"tip-slip",
-                   "no gain matrix fits the deflections of all touches: the tip slid on the surface; touch closer to "
+                   "no gain matrix fits the deflections of all touches: the tip slid on the surface, or the stamps of "
+                   "a touch are off; touch closer to "
                    "the normal, or on a rougher surface"};
   }
   return measured.onSphere();

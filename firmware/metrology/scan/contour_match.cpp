@@ -150,7 +150,10 @@ Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& 
   }
   TRY(const auto match, matchWaveforms(records, start, Interpolation::cubic));
   if (auto bad = poorMatch(match, kMostDroppedShare)) return *bad;
-  return reportMatch(dataset, match, previous);
+  Result result = reportMatch(dataset, match, previous);
+  for (const auto& scan : scans)
+    for (const auto& spike : scan.spikes) result.dropped.push_back({spike, "no motion"});
+  return result;
 }
 
 }  // namespace probebox::metrology

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "firmware/metrology/dataset/configured_gain.hpp"
 #include "firmware/metrology/dataset/frozen_samples.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "firmware/metrology/scan/scan_points.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
@@ -26,73 +28,11 @@ constexpr double kTransition_s = 0.020;  // of a step of the distance
 constexpr double kLeastRate = 10.0;      // squares of the rate against those of its noise
 constexpr double kLeastSquare = 1e-8;    // mm^2/s^2, of the rate: the digits of a case file
 constexpr double kRival = 0.6;           // of the highest peak
-constexpr double kSeen = 0.05;          // rms of the normals along a direction in which an error of the place is fitted
-constexpr double kHardlySeen = 0.01;    // and along one where it is, unless it looks like the steps
-constexpr double kLikeSteps = 0.25;     // of their squares
-constexpr double kOwnShare = 0.05;      // of the squares of the rate, that no error of the place may look like
-constexpr double kSpeedOfCircle = 0.2;  // share that the speed may differ from the nominal one
-constexpr double kSpeedOfPath = 0.4;    // of a path that may turn and bend
-constexpr double kMostSpan = 10.0;      // of a scan, in what its samples cover: grids are as long as the span
-
-// Rows of one scan as points on their stamps.
-struct Points {
-  std::vector<double> times;
-  std::vector<Vector3d> values;
-
-  friend bool operator==(const Points&, const Points&) = default;
-};
-
-Points pointsOf(const Table& table, std::span<const std::string_view> columns, double id) {
-  const auto& ids = *table.column("scan");
-  const auto& times = *table.column("t_s");
-  const auto& x = *table.column(columns[2]);
-  const auto& y = *table.column(columns[3]);
-  const auto& z = *table.column(columns[4]);
-  const auto count = static_cast<std::size_t>(std::ranges::count(ids, id));
-  Points points;
-  points.times.reserve(count);
-  points.values.reserve(count);
-  for (std::size_t row = 0; row < ids.size(); ++row) {
-    if (ids[row] != id) continue;
-    points.times.push_back(times[row]);
-    points.values.emplace_back(x[row], y[row], z[row]);
-  }
-  return points;
-}
-
-std::optional<Refusal> wrongStamps(const Points& points, const std::string& scan, const std::string& table) {
-  if (points.times.size() < kLeastOfContour) {
-    return Refusal{"too-few-samples", scan + " has " + std::to_string(points.times.size()) + " samples in table '" +
-                                          table + "', fifty are needed; record it again"};
-  }
-  if (std::ranges::is_sorted(points.times, std::ranges::less_equal{})) return std::nullopt;
-  return Refusal{"time-not-rising", scan + " in table '" + table +
-                                        "': the time stamps do not increase; give every sample once, in order of time"};
-}
-
-// Speed along the path, mm/s, over times in which noise is small against the way and the way is straight.
-double speedOf(const Points& points) {
-  const auto count = points.times.size();
-  const double period = (points.times.back() - points.times.front()) / static_cast<double>(count - 1);
-  const auto most = static_cast<double>(count) / 4.0;
-  const auto stride = static_cast<std::size_t>(std::clamp(kTransition_s / period, 1.0, most));
-  std::vector<double> speeds;
-  for (std::size_t k = stride; k < count; ++k) {
-    speeds.push_back((points.values[k] - points.values[k - stride]).norm() /
-                     (points.times[k] - points.times[k - stride]));
-  }
-  return median(speeds);
-}
-
-// Both streams by a clock of another rate show the same motion: its speed alone tells.
-std::optional<Refusal> speedDiffers(const Points& machine, const std::string& scan, double nominal_mm_s,
-                                    bool in_circles) {
-  const double speed = speedOf(machine);
-  if (std::abs(speed - nominal_mm_s) <= (in_circles ? kSpeedOfCircle : kSpeedOfPath) * nominal_mm_s)
-    return std::nullopt;
-  return Refusal{"speed-differs", scan + ": the machine scans at " + text(speed) + " mm/s where " + text(nominal_mm_s) +
-                                      " is stated; set the feed override to 100 %, or correct the time stamps"};
-}
+constexpr double kSeen = 0.05;        // rms of the normals along a direction in which an error of the place is fitted
+constexpr double kHardlySeen = 0.01;  // and along one where it is, unless it looks like the steps
+constexpr double kLikeSteps = 0.25;   // of their squares
+constexpr double kOwnShare = 0.05;    // of the squares of the rate, that no error of the place may look like
+constexpr double kMostSpan = 10.0;    // of a scan, in what its samples cover: grids are as long as the span
 
 // A scan whose time is almost all without samples, as with one stamp of another clock.
 std::optional<Refusal> mostlyEmpty(const Signal& signal, const std::string& scan, const std::string& table) {
@@ -161,7 +101,7 @@ void addPlaces(ContourScan& scan, const Eigen::MatrixX3d& normals) {
   }
 }
 
-ContourScan reduce(Points machine, Points probe, const ScanQuestion& question) {
+ContourScan reduce(ScanPoints machine, ScanPoints probe, const ScanQuestion& question) {
   ContourScan scan;
   scan.distance.values.reserve(machine.values.size());
   Eigen::MatrixX3d normals{static_cast<Index>(machine.values.size()), 3};
@@ -343,13 +283,14 @@ Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, con
     const std::string name = "scan " + text(ids[row]);
     const double speed = (*listed->column("speed_mm_s"))[row];
     if (speed <= 0.0) return Refusal{"bad-speed", name + ": speed_mm_s must be greater than zero"};
-    Points of_machine = pointsOf(*machine, kMachineScan, ids[row]);
-    Points of_probe = pointsOf(*probe, kProbeScan, ids[row]);
-    if (auto refusal = wrongStamps(of_machine, name, "machine")) return *refusal;
-    if (auto refusal = wrongStamps(of_probe, name, "probe")) return *refusal;
+    TRY(auto of_machine, scanPoints(*machine, kMachineScan, ids[row], name));
+    TRY(auto of_probe, scanPoints(*probe, kProbeScan, ids[row], name));
     if (auto refusal = speedDiffers(of_machine, name, speed, question.in_circles)) return *refusal;
+    std::vector<std::string> spikes = std::move(of_machine.spikes);
+    std::ranges::move(of_probe.spikes, std::back_inserter(spikes));
     ContourScan scan = reduce(std::move(of_machine), std::move(of_probe), question);
     scan.name = name;
+    scan.spikes = std::move(spikes);
     scan.speed_mm_s = speed;
     if (auto refusal = mostlyEmpty(scan.distance, name, "machine")) return *refusal;
     if (auto refusal = mostlyEmpty(scan.deflection, name, "probe")) return *refusal;

@@ -11,9 +11,6 @@
 
 namespace probebox::metrology {
 
-// Samples that a scan needs of machine and probe.
-inline constexpr std::size_t kLeastOfContour = 50;
-
 // One scan along a feature, in contact all the way.
 struct ContourScan {
   std::string name;
@@ -22,6 +19,7 @@ struct ContourScan {
   Signal deflection;                        // mm
   std::vector<std::vector<double>> places;  // at the machine's stamps: error of the distance per mm of displacement of
                                             // the feature, along each direction to which the scan is sensitive
+  std::vector<std::string> spikes;          // samples that were removed: no motion
   std::vector<double> step;                 // mm: the distance without its mean and its projection on `places`
 };
 

@@ -203,6 +203,11 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const WaveformPair> records, do
 std::optional<Refusal> poorMatch(const Match& match, double dropped_share) {
   if (match.dropped_share <= dropped_share && match.rms_mm <= 3.0 * match.expected_mm + kCaseDigits)
     return std::nullopt;
+  if (match.rms_mm <= 3.0 * match.expected_mm + kCaseDigits)
+    return Refusal{"residual-too-large", text(100.0 * match.dropped_share) + " % of the samples, more than " +
+                                             text(100.0 * dropped_share) +
+                                             ", differ too much between machine and probe (slip, bounce, a wild "
+                                             "reading); measure again"};
   return Refusal{"residual-too-large", "machine and probe differ by " + text(match.rms_mm) +
                                            " mm where their noise explains " + text(match.expected_mm) +
                                            " mm (slip, bounce); measure again"};

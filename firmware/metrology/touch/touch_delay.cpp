@@ -117,6 +117,7 @@ std::optional<Estimate> TouchDelay::gainMatrix() const {
 void TouchDelay::addWarnings(Result& result) const {
   for (const auto& refusal : touches_.refusals) result.warnings.push_back("dropped: " + refusal.reason);
   for (const auto& warning : touches_.noise.warnings) result.warnings.push_back(warning);
+  if (touches_.own_delays) result.warnings.push_back(*touches_.own_delays);
   if (!touches_.common_gain) {
     result.warnings.emplace_back("the probe's gain differs between touches: each was extrapolated by its own slope");
   }

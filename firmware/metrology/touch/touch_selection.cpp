@@ -145,26 +145,33 @@ void dropOutliers(Selection& selection) {
   selection.touches = std::move(kept.touches);
 }
 
-// Leaves out touches whose streams have clocks of their own, by the delay of all.
-std::optional<Refusal> dropOtherClocks(Selection& selection, const std::vector<Touch>& touches) {
-  if (selection.question.delays == Delays::each_joint) return std::nullopt;
-  const AgreedTouches& agreed = selection.touches;
-  const Eigen::VectorXd& tau_s = agreed.fit.tau_s;
-  const double variance = agreed.fit.covariance.diagonal().head(tau_s.size()).maxCoeff() * agreed.widening();
-  std::vector<Refusal> refusals;
-  std::vector<std::string> names;
-  for (const auto& retract : agreed.retracts) {
+// By the delay of all; none for delays of joints.
+std::vector<TwoPlaces> placesOf(const Selection& selection, const std::vector<Touch>& touches) {
+  std::vector<TwoPlaces> all;
+  if (selection.question.delays == Delays::each_joint) return all;
+  const Eigen::VectorXd& tau_s = selection.touches.fit.tau_s;
+  for (const auto& retract : selection.touches.retracts) {
     const Eigen::Vector3d squares = retract.plan.retract.cwiseAbs2();
     const double along_s = tau_s.size() == 1 ? tau_s[0] : tau_s.head<3>().dot(squares);
     const auto touch =
         std::ranges::find_if(touches, [&](const Touch& one) { return one.plan.name == retract.plan.name; });
-    auto refusal = clocksDiffer(*touch, retract, {along_s, std::sqrt(variance)});
-    if (!refusal) continue;
-    names.push_back(retract.plan.name);
-    refusals.push_back(std::move(*refusal));
+    if (auto places = twoPlaces(*touch, retract, along_s)) all.push_back(std::move(*places));
   }
-  if (names.empty()) return std::nullopt;
-  for (std::size_t i = 0; i < names.size(); ++i) selection.drop(names[i], refusals[i]);
+  return all;
+}
+
+// Leaves out touches whose streams have clocks of their own, by the delay of all.
+std::optional<Refusal> dropOtherClocks(Selection& selection, const std::vector<Touch>& touches) {
+  const AgreedTouches& agreed = selection.touches;
+  const double variance = agreed.fit.covariance.diagonal().head(agreed.fit.tau_s.size()).maxCoeff() * agreed.widening();
+  bool dropped = false;
+  for (const auto& places : placesOf(selection, touches)) {
+    const auto refusal = clocksDiffer(places, std::sqrt(variance));
+    if (!refusal) continue;
+    selection.drop(places.touch, *refusal);
+    dropped = true;
+  }
+  if (!dropped) return std::nullopt;
   if (auto refusal = selection.insufficient()) return refusal;
   return fitOnce(selection);
 }
@@ -188,8 +195,11 @@ bool isClipped(double missing_mm, double depth_mm) {
 }
 
 Refusal clippedTouch(const std::string& name) {
-  return {"clipped",
-          name + ": the deflection is more than 10 % smaller than the overtravel; reduce the overtravel or the gain"};
+  return {
+      "clipped",
+      name +
+          ": the deflection is more than 10 % off the overtravel; reduce the overtravel or the gain where the probe "
+          "is at its limit, or correct the stated size, the positions and the stamps"};
 }
 
 NoiseCheck AgreedTouches::noiseCheck() const {
@@ -208,6 +218,7 @@ Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const
   dropOutliers(selection);
   if (auto refusal = dropOtherClocks(selection, touches)) return *refusal;
   if (auto refusal = grossMisfit(selection.touches)) return *refusal;
+  selection.touches.own_delays = ownDelays(placesOf(selection, touches));
   return std::move(selection.touches);
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,9 @@ struct AgreedTouches {
   std::vector<Refusal> refusals;  // of the dropped touches, in their order
   TouchFit fit;
   PooledNoise noise;
-  bool common_gain{};    // else each touch was extrapolated by its own slope
-  double gain_misfit{};  // reduced chi-square of the slopes against one common gain
+  bool common_gain{};                     // else each touch was extrapolated by its own slope
+  std::optional<std::string> own_delays;  // warning of touches that tell another delay than the rest
+  double gain_misfit{};                   // reduced chi-square of the slopes against one common gain
 
   // Scatter of the touches against the noise of their samples: more of it is repeatability of surface and machine.
   NoiseCheck noiseCheck() const;

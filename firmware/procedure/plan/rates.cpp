@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "firmware/metrology/scan/contour_scan.hpp"
+#include "firmware/metrology/scan/scan_points.hpp"
 #include "firmware/metrology/touch/retract.hpp"
 #include "firmware/metrology/touch/switched_touch.hpp"
 

@@ -70,5 +70,20 @@ TEST(DriveInAndOut, IsRefusedWhereTheFreeProbeDoesNotReadZero) {
   }
 }
 
+// What is left after the wild readings fits: the refusal says how many they are, not that what is left differs.
+TEST(DriveInAndOut, SaysHowManyReadingsDifferWhereTheyAreTooMany) {
+  int refused = 0;
+  for (std::size_t row = 20; row < 40; ++row) {
+    auto dataset = drivenInAndOut();
+    columnNamed(dataset, "machine", "x_mm")[row] += 0.02;
+    const auto solved = solve(dataset);
+    if (solved || solved.error().reason.find("where their noise explains") != std::string::npos) continue;
+    EXPECT_EQ(solved.error().name, "residual-too-large") << solved.error().reason;
+    EXPECT_THAT(solved.error().reason, HasSubstr("% of the samples, more than 10, differ too much"));
+    ++refused;
+  }
+  EXPECT_GT(refused, 0);
+}
+
 }  // namespace
 }  // namespace probebox::metrology

@@ -1,4 +1,5 @@
 // Clocks that run at other rates, and stamps that jump, in the record of a touch.
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -55,6 +56,40 @@ TEST(ClocksOfTouches, AreTakenAsOneWithoutTheApproach) {
     });
   }
   EXPECT_EQ(refusalOf(dataset), "");
+}
+
+int warnedOfOwnDelays(const Dataset& dataset) {
+  const auto solved = solve(dataset);
+  if (!solved) return -1;
+  return static_cast<int>(std::ranges::count_if(solved->warnings, [](const std::string& warning) {
+    return warning.find("by their ways in and out their delays differ") != std::string::npos;
+  }));
+}
+
+// One touch whose streams are shifted moves the centre by its own way, and the sizes agree all the same.
+TEST(ClocksOfTouches, OfWhichOneIsShiftedAreWarnedOf) {
+  std::mt19937_64 random{43};
+  for (const auto& scene : {simulation::perAxis(), simulation::plates(), simulation::knownSphere()}) {
+    const Dataset good = simulation::measure(scene, random);
+    EXPECT_EQ(warnedOfOwnDelays(good), 0) << scene.method;
+    for (const double by_s : {0.001, -0.001}) {
+      Dataset dataset = good;
+      auto& stamps = columnNamed(dataset, "machine", "t_s");
+      const auto& ids = columnNamed(dataset, "machine", "touch");
+      for (std::size_t row = 0; row < stamps.size(); ++row)
+        if (ids[row] == 1.0) stamps[row] += by_s;
+      EXPECT_NE(warnedOfOwnDelays(dataset), 0) << scene.method << " by " << by_s;
+    }
+  }
+}
+
+TEST(ClocksOfTouches, OfOneDelayAreNotWarnedOf) {
+  const auto warned = [](auto change) { return warnedOfOwnDelays(touchedBall(change)); };
+  EXPECT_EQ(warned([](auto& scene) { scene.bounce_mm = 0.1; }), 0);
+  EXPECT_EQ(warned([](auto& scene) { scene.gain << 0.8, 0.2, 0.0, -0.2, 1.3, 0.1, 0.0, 0.0, 1.0; }), 0);
+  EXPECT_EQ(warned([](auto& scene) { scene.machine_rate_hz = 200.0; }), 0);
+  EXPECT_EQ(warned([](auto& scene) { scene.machine_resolution_mm = 0.005; }), 0);
+  EXPECT_EQ(warned([](auto& scene) { scene.acceleration_mm_s2 = 3000.0; }), 0);
 }
 
 void jumpFrom(Touch& touch, std::size_t row, double by_s) {
