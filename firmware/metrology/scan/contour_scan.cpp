@@ -32,20 +32,6 @@ constexpr double kSeen = 0.05;        // rms of the normals along a direction in
 constexpr double kHardlySeen = 0.01;  // and along one where it is, unless it looks like the steps
 constexpr double kLikeSteps = 0.25;   // of their squares
 constexpr double kOwnShare = 0.05;    // of the squares of the rate, that no error of the place may look like
-constexpr double kMostSpan = 10.0;    // of a scan, in what its samples cover: grids are as long as the span
-
-// A scan whose time is almost all without samples, as with one stamp of another clock.
-std::optional<Refusal> mostlyEmpty(const Signal& signal, const std::string& scan, const std::string& table) {
-  const auto& times = signal.times;
-  if (times.back() - times.front() <= kMostSpan * static_cast<double>(times.size()) * signal.period())
-    return std::nullopt;
-  std::size_t widest = 1;
-  for (std::size_t k = 2; k < times.size(); ++k)
-    if (times[k] - times[k - 1] > times[widest] - times[widest - 1]) widest = k;
-  return Refusal{"gap", scan + " in table '" + table + "' has samples for little of its time, none from " +
-                            text(times[widest - 1]) + " s to " + text(times[widest]) +
-                            " s: check the stamps, and record it again"};
-}
 
 // Directions in which the normals of a scan differ, and by how much (mean square), rising: an error of the feature's
 // place along others looks like one of its size, or like nothing at all.
@@ -292,8 +278,6 @@ Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, con
     scan.name = name;
     scan.spikes = std::move(spikes);
     scan.speed_mm_s = speed;
-    if (auto refusal = mostlyEmpty(scan.distance, name, "machine")) return *refusal;
-    if (auto refusal = mostlyEmpty(scan.deflection, name, "probe")) return *refusal;
     for (const auto& other : scans) {
       if (other.distance.values != scan.distance.values || other.deflection.values != scan.deflection.values) continue;
       return Refusal{"duplicated-reading", other.name + " and " + name +

@@ -16,6 +16,7 @@ using Eigen::Index;
 
 constexpr double kStrideOfSpeed_s = 0.020;  // in which noise is small against the way
 constexpr double kSpeedOfCircle = 0.2;      // share that the speed may differ from the nominal one
+constexpr double kMostSpan = 10.0;          // of a scan, in what its samples cover: grids are as long as the span
 constexpr double kSpeedOfPath = 0.4;        // of a path that may turn and bend
 
 Stream streamOf(const Table& table, std::span<const std::string_view> columns, double id) {
@@ -45,6 +46,19 @@ std::optional<Refusal> wrongStamps(const std::vector<double>& times, const std::
                                         "': the time stamps do not increase; give every sample once, in order of time"};
 }
 
+// A scan whose time is almost all without samples, as with one stamp of another clock.
+std::optional<Refusal> mostlyEmpty(const std::vector<double>& times, const std::string& scan,
+                                   const std::string& table) {
+  const double period = Signal{times, {}}.period();
+  if (times.back() - times.front() <= kMostSpan * static_cast<double>(times.size()) * period) return std::nullopt;
+  std::size_t widest = 1;
+  for (std::size_t k = 2; k < times.size(); ++k)
+    if (times[k] - times[k - 1] > times[widest] - times[widest - 1]) widest = k;
+  return Refusal{"gap", scan + " in table '" + table + "' has samples for little of its time, none from " +
+                            text(times[widest - 1]) + " s to " + text(times[widest]) +
+                            " s: check the stamps, and record it again"};
+}
+
 // Speed along the path, mm/s, over times in which the way is straight.
 double speedOf(const ScanPoints& points) {
   const auto count = points.times.size();
@@ -65,6 +79,7 @@ Outcome<ScanPoints, Refusal> scanPoints(const Table& table, std::span<const std:
                                         const std::string& scan) {
   Stream stream = streamOf(table, columns, id);
   if (auto refusal = wrongStamps(stream.times, scan, table.name)) return *refusal;
+  if (auto refusal = mostlyEmpty(stream.times, scan, table.name)) return *refusal;
   Despiked clean = withoutSpikes(stream, 0.0);
   ScanPoints points;
   for (const double time : clean.removed)

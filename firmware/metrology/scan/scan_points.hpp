@@ -22,7 +22,8 @@ struct ScanPoints {
   std::vector<std::string> spikes;  // names of the samples that were removed
 };
 
-// columns: scan, t_s and three values. Refuses: too-few-samples (fifty), time-not-rising.
+// columns: scan, t_s and three values. Refuses: too-few-samples (fifty), time-not-rising, gap (a span of ten times what
+// the samples cover).
 Outcome<ScanPoints, Refusal> scanPoints(const Table& table, std::span<const std::string_view> columns, double id,
                                         const std::string& scan);
 

@@ -51,8 +51,9 @@ Despiked withoutSpikes(const Stream& stream, double jitter_s) {
   for (Eigen::Index channel = 0; channel < 3; ++channel) {
     const Eigen::VectorXd values = stream.values.col(channel);
     const std::span<const double> view{values.data(), stream.times.size()};
+    const double step = stream.steps ? (*stream.steps)[channel] : resolutionOf(view);
     const double limit =
-        std::max({kDeviations * localDeviation(stream.times, view, Trim::heavy), kSteps * resolutionOf(view), kLeast});
+        std::max({kDeviations * localDeviation(stream.times, view, Trim::heavy), kSteps * step, kLeast});
     for (std::size_t k = 2; k + 2 < stream.times.size(); ++k)
       bad[k] = bad[k] || spike(stream.times, values, k, limit, jitter_s);
     constexpr std::size_t kEnough = 8;
@@ -61,6 +62,7 @@ Despiked withoutSpikes(const Stream& stream, double jitter_s) {
     markEnd(stream.times, values, stream.times.size() - 1, -1, limit, bad);
   }
   Despiked result;
+  result.stream.steps = stream.steps;
   result.stream.values.resize(std::ranges::count(bad, false), 3);
   for (std::size_t k = 0; k < bad.size(); ++k) {
     if (bad[k]) {

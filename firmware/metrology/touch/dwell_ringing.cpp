@@ -9,6 +9,7 @@
 #include <span>
 
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "firmware/metrology/touch/stamp_jitter.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
@@ -117,7 +118,9 @@ std::optional<Rest> restOf(const Touch& touch, std::size_t index) {
   Rest rest{index, {begin, std::min(end, begin + kMostSamples)}, until, 0.0};
   for (Eigen::Index channel = 0; channel < 3; ++channel) {
     const Eigen::VectorXd values = touch.probe.values.col(channel);
-    const double sigma = localDeviation(times, std::span{values.data(), times.size()}, Trim::heavy);
+    const std::span view{values.data(), times.size()};
+    // A reading at rest changes between two steps of its converter.
+    const double sigma = std::max(localDeviation(times, view, Trim::heavy), 0.5 * resolutionOf(view));
     rest.noise_square += sigma * sigma;
   }
   return rest;
@@ -246,7 +249,10 @@ class Rests {
 std::vector<Touch> withoutRinging(std::vector<Touch> touches) {
   const std::vector<Touch> recorded = touches;
   const Rests rests{recorded};
-  if (const auto tone = rests.tone()) rests.takeOut(*tone, touches);
+  const auto tone = rests.tone();
+  if (!tone) return touches;
+  for (auto& touch : touches) touch.probe.steps = stepsOf(touch.probe);
+  rests.takeOut(*tone, touches);
   return touches;
 }
 

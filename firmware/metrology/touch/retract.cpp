@@ -297,6 +297,7 @@ Outcome<Retract, Refusal> linesOf(const Touch& touch, const StampJitter& jitter)
                  .probe_apex = contact.apex,
                  .spikes = std::move(spikes),
                  .rounding = lines->machine.rounding,
+                 .probe_rounding = lines->probe.rounding,
                  .machine_neighbours = lines->machine.neighbours,
                  .probe_neighbours = lines->probe.neighbours};
 }

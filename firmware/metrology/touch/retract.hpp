@@ -24,6 +24,7 @@ struct Retract {
   Eigen::Vector3d probe_apex;
   std::vector<std::string> spikes;  // samples in the windows that the lines do not use
   Rounding rounding{};              // of the machine's line
+  Rounding probe_rounding{};        // of the probe's
   // Sums of e_k e_{k+1}' over the residuals of either line: see sampleCorrelation.
   Eigen::Matrix3d machine_neighbours = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d probe_neighbours = Eigen::Matrix3d::Zero();

@@ -93,6 +93,7 @@ double jitterOf(const std::vector<Miss>& misses) {
 }  // namespace
 
 Eigen::Vector3d stepsOf(const Stream& stream) {
+  if (stream.steps) return *stream.steps;
   Eigen::Vector3d steps;
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Eigen::VectorXd channel = stream.values.col(k);

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,9 @@ namespace probebox::metrology {
 
 // One stream during one touch, at its native rate with increasing stamps.
 struct Stream {
-  std::vector<double> times;  // s, master clock
-  Rows3 values;               // machine: mm; probe: raw channels
+  std::vector<double> times;               // s, master clock
+  Rows3 values;                            // machine: mm; probe: raw channels
+  std::optional<Eigen::Vector3d> steps{};  // of the record, where its values were changed since: see stepsOf
 
   std::span<const double> timesOf(Run run) const { return std::span{times}.subspan(run.begin, run.size()); }
   Eigen::Ref<const Rows3> valuesOf(Run run) const {

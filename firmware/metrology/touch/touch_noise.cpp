@@ -72,21 +72,21 @@ struct Rounded {
   std::vector<LineNoise> lines;
 };
 
-Rounded roundedOf(std::span<const Retract> retracts) {
+Rounded roundedOf(std::span<const Retract> retracts, Line Retract::*member, Rounding Retract::*rounding) {
   std::vector<Line> lines;
   std::vector<Rounding> roundings;
   for (const auto& touch : retracts) {
-    lines.push_back(touch.machine);
-    roundings.push_back(touch.rounding);
+    lines.push_back(touch.*member);
+    roundings.push_back(touch.*rounding);
   }
   const double noise = noiseBeforeRounding(lines, roundings);
   Rounded rounded;
   for (const auto& touch : retracts) {
-    const Eigen::Vector3d u = touch.machine.slope.normalized();
+    const Eigen::Vector3d u = (touch.*member).slope.normalized();
     double residual = 0.0;
     LineNoise line;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const Rounding::Share share = touch.rounding.shareOf(axis, noise);
+      const Rounding::Share share = (touch.*rounding).shareOf(axis, noise);
       line.mean[axis] = share.mean;
       line.slope[axis] = share.slope;
       line.both[axis] = share.both;
@@ -127,14 +127,15 @@ NoiseLaw noiseLaw(std::span<const Retract> retracts, Line Retract::*member, std:
   return tried;
 }
 
-// Of the machine's samples that quantisation does not dominate, or of the probe's.
+// Of the samples that quantisation does not dominate.
 SampleCorrelation correlationOf(std::span<const Retract> retracts, Line Retract::*member,
                                 Eigen::Matrix3d Retract::*neighbours) {
   std::vector<LineResiduals> lines;
   for (const auto& touch : retracts) {
     const Line& line = touch.*member;
     const Scatter own = scatterOf(line);
-    const double of_steps = member == &Retract::machine ? std::pow(touch.rounding.coarsest(), 2) * own.dof : 0.0;
+    const Rounding& rounding = member == &Retract::machine ? touch.rounding : touch.probe_rounding;
+    const double of_steps = std::pow(rounding.coarsest(), 2) * own.dof;
     if (own.along < of_steps || own.dof < 1.0) continue;
     lines.push_back({line.n, own.along, own.across, (touch.*neighbours).trace()});
   }
@@ -148,6 +149,16 @@ void correlate(SampleNoise& noise, const SampleCorrelation& correlation, const L
   noise.across *= correlation.of_variance;
   noise.of_mean = factors.mean;
   noise.of_slope = factors.slope;
+}
+
+// Samples that are rounded alike shift their line, which hardly shows in its residuals: a variance of its own.
+void roundAlike(SampleNoise& noise, const LineNoise& rounded, const Line& line) {
+  const Eigen::Vector3d squares = line.slope.normalized().cwiseAbs2();
+  const double mean = squares.dot(rounded.mean), slope = squares.dot(rounded.slope);
+  if (!(mean > 0.0)) return;
+  noise.along = std::max(noise.along, kCaseDigits * kCaseDigits);
+  noise.of_mean += static_cast<double>(line.n) * mean / noise.along;
+  noise.of_slope += line.sxx * slope / noise.along;
 }
 
 // Median over the touches of that speed, so that a bad touch does not hide in a pool which it has spoilt.
@@ -166,7 +177,8 @@ double usualVariance(std::span<const Retract> retracts, const Retract& touch, Li
 }  // namespace
 
 PooledNoise poolNoise(std::span<const Retract> retracts, Neighbours neighbours) {
-  const Rounded rounded = roundedOf(retracts);
+  const Rounded rounded = roundedOf(retracts, &Retract::machine, &Retract::rounding);
+  const Rounded rounded_probe = roundedOf(retracts, &Retract::probe, &Retract::probe_rounding);
   const NoiseLaw machine = noiseLaw(retracts, &Retract::machine, rounded.residuals);
   const NoiseLaw probe = noiseLaw(retracts, &Retract::probe, std::vector<double>(retracts.size()));
   const bool recorded = neighbours == Neighbours::recorded;
@@ -183,6 +195,7 @@ PooledNoise poolNoise(std::span<const Retract> retracts, Neighbours neighbours) 
         {machine.at(rateOf(retracts[k].machine)), probe.at(rateOf(retracts[k].probe)), rounded.lines[k]});
     correlate(noise.of_touch[k].machine, of_machine, retracts[k].machine);
     correlate(noise.of_touch[k].probe, of_probe, retracts[k].probe);
+    roundAlike(noise.of_touch[k].probe, rounded_probe.lines[k], retracts[k].probe);
   }
   return noise;
 }
@@ -212,7 +225,8 @@ std::vector<Dropped> noisyTouches(std::span<const Retract> retracts) {
       // Of few residuals the squares are larger by chance, and so few tell no slip.
       const double usual = 9.0 * (1.0 + 12.0 / own.dof) * usualVariance(retracts, touch, line);
       // Samples that are rounded alike have next to no residuals, up to where half of them are rounded otherwise.
-      const double of_steps = line == &Retract::machine ? kMostOfSteps * std::pow(touch.rounding.coarsest(), 2) : 0.0;
+      const Rounding& rounding = line == &Retract::machine ? touch.rounding : touch.probe_rounding;
+      const double of_steps = kMostOfSteps * std::pow(rounding.coarsest(), 2);
       if (own.dof < 2.5 || own.variance().along <= std::max(usual, of_steps)) continue;
       noisy.push_back({touch.plan.name, std::string{"residual-too-large: the "} + stream +
                                             " samples lie more than 3 sigma about their line (slip or bounce)"});

@@ -126,6 +126,39 @@ TEST(Rounding, LeavesADelayAsUncertainAsItSays) {
   }
 }
 
+void roundProbe(Dataset& dataset, double step) {
+  for (const char* const channel : {"a", "b", "c"})
+    for (auto& value : columnNamed(dataset, "probe", channel)) value = step * std::round(value / step);
+}
+
+// The deflections of a converter with steps: rounded alike where a period takes whole steps, and no spikes, however few
+// of them are rounded otherwise.
+TEST(Rounding, OfTheProbeLeavesADelayAsUncertainAsItSays) {
+  std::mt19937_64 random{7};
+  for (const double step : {0.001, 0.002, 0.005, 0.025}) {
+    for (const double speed : {25.0, 18.2765}) {
+      Moments tau;
+      for (int trial = 0; trial < 150; ++trial) {
+        Scene scene = simulation::shuffled(trial % 2 == 0 ? simulation::knownSphere() : simulation::plates(), random);
+        scene.speeds_mm_s = {speed};
+        Dataset dataset = measure(scene, random);
+        roundProbe(dataset, step);
+        const auto solved = solve(dataset);
+        ASSERT_TRUE(solved.ok()) << step << " " << speed << ": " << solved.error().reason;
+        tau.add(solved->find("tau_s")->value() - scene.tau(), *solved->find("tau_s")->standardDeviation());
+      }
+      SCOPED_TRACE(testing::Message() << step << " " << speed);
+      if (step <= 0.002) {
+        expectHonest(tau);
+        continue;
+      }
+      // Steps far above the noise leave a sawtooth whose harmonics are not independent.
+      EXPECT_LT(tau.pull(), 3.0);
+      EXPECT_GT(tau.pull(), 0.2);
+    }
+  }
+}
+
 // In and out are rounded each in a way of their own, which looks like a delay.
 TEST(Rounding, LeavesADriveInAndOutAsUncertainAsItSays) {
   std::mt19937_64 random{6};
