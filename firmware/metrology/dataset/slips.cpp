@@ -278,17 +278,19 @@ std::optional<std::string> coarserThanSigma(const Dataset& dataset, const Method
                                             bool readings) {
   std::string names;
   double coarsest = 0;
+  double chance = 1;  // of all columns: two readings of each are few, those of three are not
   StatedNoise noise;
   for (const auto& column : table.columns) {
     const auto stated = statedNoise(dataset, table, column.name, readings);
     if (!stated) continue;
     const auto shown = shownDigit(column.values, std::sqrt(12.0) * stated->sd);
-    if (shown.chance >= kCoarseByChance || isSet(dataset, method, table, column)) continue;
+    if (shown.chance >= 1 || isSet(dataset, method, table, column)) continue;
+    chance *= shown.chance;
     names += (names.empty() ? "" : ", ") + column.name;
     coarsest = std::max(coarsest, shown.digit);
     noise = *stated;
   }
-  if (names.empty()) return std::nullopt;
+  if (chance >= kCoarseByChance) return std::nullopt;
   return "the readings of " + names + " in table '" + table.name + "' have digits of " + text(coarsest) + noise.unit +
          ": rounding alone is an sd of " + text(coarsest / std::sqrt(12.0)) + noise.unit + ", more than the sigma of " +
          text(noise.sd) + noise.unit + " that is stated; read more digits, or state that sd as " + noise.key;

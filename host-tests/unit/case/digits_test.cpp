@@ -31,6 +31,16 @@ TEST(Digits, CoarserThanTheStatedSigmaAreWarnedOf) {
   EXPECT_THAT(rounded("c-axis-alignment", "readings", "z_mm", 0.1), testing::IsEmpty()) << "a height is set";
 }
 
+// Two readings of one coordinate may end in a coarse place by chance; those of three hardly do.
+TEST(Digits, OfFewReadingsAreTakenTogether) {
+  auto dataset = changed("tool-setter", "readings", "x_mm", [](double&) {});
+  for (auto& column : dataset.tables.front().columns)
+    if (column.name != "is_tool")
+      for (auto& value : column.values) value = std::round(value * 100.0) / 100.0;
+  EXPECT_THAT(metrology::solve(dataset).value().warnings,
+              Contains(HasSubstr("x_mm, y_mm, z_mm in table 'readings' have digits of 0.01 mm")));
+}
+
 // A whole number is no sign of a setting where the answer depends on it.
 TEST(Digits, OfWholeNumbersAreCoarseWhereTheyWereMeasured) {
   const auto warned = [](const std::string& name, const std::string& what, double digit = 1) {
