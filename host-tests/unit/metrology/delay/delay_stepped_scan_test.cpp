@@ -276,26 +276,6 @@ TEST(DelaySteppedScan, LeavesOutGapsAndSpikes) {
   }
 }
 
-// A reading of the wrong power of ten moves the place of the feature by millimetres, if it stays.
-TEST(DelaySteppedScan, LeavesOutAWildReadingByName) {
-  std::mt19937_64 random{58};
-  const ScanScene scene;
-  const Dataset good = measure(scene, random);
-  for (const auto* column : {"x_mm", "y_mm", "z_mm"}) {
-    for (const double factor : {10.0, -1.0, 25.4}) {
-      SCOPED_TRACE(testing::Message() << column << " by " << factor);
-      Dataset dataset = good;
-      columnNamed(dataset, "machine", column)[900] *= factor;
-      const auto solved = solve(dataset);
-      ASSERT_TRUE(solved.ok()) << solved.error().reason;
-      const auto tau = solved->find("tau_s");
-      EXPECT_LT(std::abs(tau->value() - scene.tau_s), 4.0 * *tau->standardDeviation());
-      ASSERT_EQ(solved->dropped.size(), 1u);
-      EXPECT_THAT(solved->dropped[0].name, testing::StartsWith("scan 0, machine at "));
-    }
-  }
-}
-
 std::string refusalOf(const std::function<void(ScanScene&)>& change) {
   std::mt19937_64 random{57};
   ScanScene scene;

@@ -1,4 +1,6 @@
-// Scans with stamps of another clock.
+// Scans with stamps of another clock, and with wild readings.
+#include <cmath>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -24,6 +26,26 @@ TEST(DelaySteppedScan, IsRefusedWhereAlmostAllOfItsTimeHasNoSamples) {
       EXPECT_NEAR(tauOf(dataset), tau, 1e-6);
     } else {
       EXPECT_EQ(metrology::refusalOf(dataset), "gap") << away_s;
+    }
+  }
+}
+
+// A reading of the wrong power of ten moves the place of the feature by millimetres, if it stays.
+TEST(DelaySteppedScan, LeavesOutAWildReadingByName) {
+  std::mt19937_64 random{58};
+  const simulation::ScanScene scene;
+  const Dataset good = simulation::measure(scene, random);
+  for (const auto* column : {"x_mm", "y_mm", "z_mm"}) {
+    for (const double factor : {10.0, -1.0, 25.4}) {
+      SCOPED_TRACE(testing::Message() << column << " by " << factor);
+      Dataset dataset = good;
+      columnNamed(dataset, "machine", column)[900] *= factor;
+      const auto solved = solve(dataset);
+      ASSERT_TRUE(solved.ok()) << solved.error().reason;
+      const auto tau = solved->find("tau_s");
+      EXPECT_LT(std::abs(tau->value() - scene.tau_s), 4.0 * *tau->standardDeviation());
+      ASSERT_EQ(solved->dropped.size(), 1u);
+      EXPECT_THAT(solved->dropped[0].name, testing::StartsWith("scan 0, machine at "));
     }
   }
 }
