@@ -22,6 +22,7 @@ using Eigen::VectorXd;
 
 constexpr double kCentreError_mm = 0.2;
 constexpr double kLongestSmooth_s = 0.1;
+constexpr double kMostOfMotion = 3.0;  // rms of what is left, in rms of the motion
 
 // How far the stated feature is off, from distance + g deflection = constant + places . off.
 std::optional<Refusal> wrongPlace(const ContourScan& scan, double tau) {
@@ -131,6 +132,18 @@ WaveformPair seenTwice(const ContourScan& scan, double tau) {
   return record;
 }
 
+// With scans of each other's probe a huge gain makes its noise as large as any difference.
+std::optional<Refusal> unlike(const std::vector<ContourScan>& scans, const Match& match) {
+  double motion_mm = 0.0;
+  for (const auto& scan : scans) {
+    const auto steps = VectorXd::Map(scan.step.data(), static_cast<Index>(scan.step.size()));
+    motion_mm = std::max(motion_mm, steps.norm() / std::sqrt(static_cast<double>(steps.size())));
+  }
+  if (match.rms_mm <= kMostOfMotion * motion_mm) return std::nullopt;
+  return Refusal{"no-convergence", "machine and probe differ by " + text(match.rms_mm) + " mm in a motion of " +
+                                       text(motion_mm) + " mm: are they the same scan?"};
+}
+
 }  // namespace
 
 Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& question) {
@@ -149,6 +162,7 @@ Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& 
     records.push_back(seenTwice(scan, start));
   }
   TRY(const auto match, matchWaveforms(records, start, Interpolation::cubic));
+  if (auto bad = unlike(scans, match)) return *bad;
   if (auto bad = poorMatch(match, kMostDroppedShare)) return *bad;
   Result result = reportMatch(dataset, match, previous);
   for (const auto& scan : scans)

@@ -30,6 +30,18 @@ TEST(DelaySteppedScan, IsRefusedWhereAlmostAllOfItsTimeHasNoSamples) {
   }
 }
 
+TEST(DelaySteppedScan, IsRefusedWhereTheProbesScansAreExchanged) {
+  std::mt19937_64 random{59};
+  std::uniform_real_distribution<double> delay_s{0.0, 0.006};
+  for (int trial = 0; trial < 40; ++trial) {
+    simulation::ScanScene scene;
+    scene.tau_s = delay_s(random);
+    Dataset dataset = simulation::measure(scene, random);
+    for (auto& id : columnNamed(dataset, "probe", "scan")) id = id == 1.0 ? id : 2.0 - id;
+    EXPECT_NE(metrology::refusalOf(dataset), "");
+  }
+}
+
 // A reading of the wrong power of ten moves the place of the feature by millimetres, if it stays.
 TEST(DelaySteppedScan, LeavesOutAWildReadingByName) {
   std::mt19937_64 random{58};
