@@ -149,5 +149,15 @@ TEST(CoarseAxis, OfZerosDoesNotMakeTheOthersMoreCertain) {
   EXPECT_THAT(height.pull(), AllOf(Gt(0.75), Lt(1.4)));
 }
 
+// Three heights to 0.01 mm are 135.50 by chance once in ten times: zeros beside them are no further sign of 0.1 mm.
+TEST(CoarseAxis, OfZerosDoesNotMakeTheOthersCoarser) {
+  Dataset dataset{.method = "tool-assembly", .config = {{"L1_mm", 90.0}, {"L2_mm", 134.0}}, .tables = {}};
+  Table& table = addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"});
+  for (double rep = 0; rep < 3; ++rep) table.append({0.0, rep, 0.0, 0.0, 135.5});
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_NEAR(solved->find("assembled_length_mm")->sd[0], 0.01 / std::sqrt(12.0), 1e-4);
+}
+
 }  // namespace
 }  // namespace probebox::metrology
