@@ -1,6 +1,7 @@
 #include "firmware/corrections/screw_source.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "protocol/units/angle.hpp"
@@ -68,13 +69,16 @@ void ScrewSource::tick(const MachineTick& tick) {
   }
   if (tick.position_doubtful[axis_]) return held_.doubtful(tick.at);
   const double position_mm = *tick.position_mm[axis_];
+  // The screw went on without a position or a reading.
+  const auto since = stepped_at_ ? tick.at - *stepped_at_ : Nanoseconds{};
   const auto output =
       compensator_.step({.position_mm = position_mm,
                          .angle_rad = kTurn * (position_mm - config_.angle_zero_mm) / config_.model.pitch_mm,
                          .speed_rpm = 60 * std::abs(tick.speed_mm_s[axis_]) / config_.model.pitch_mm,
                          .sensor_um = sensor_um},
-                        tick.elapsed_s);
+                        std::chrono::duration<double>{since}.count());
   if (output.held) return held_.doubtful(tick.at);
+  stepped_at_ = tick.at;
   extension_um_ = output.extension_um;
   Vector value{};
   value[axis_] = output.compensation_um * 1e-3;

@@ -63,6 +63,7 @@ class ScrewSource {
   std::optional<double> reading_um_;
   double extension_um_{};
   std::optional<MonoTime> believed_at_;
+  std::optional<MonoTime> stepped_at_;  // when the compensator last had a position and a reading
   MonoTime reading_at_{};
   SensorFault fault_{};
   std::uint32_t results_{};

@@ -81,7 +81,7 @@ class ScrewCompensator {
  public:
   ScrewCompensator(const ScrewModel& screw, const ScrewLimits& limits);
 
-  // elapsed_s: since the last step, for the rate limit; ignored on the first one.
+  // elapsed_s: since the last step that was not held, for the rate limit; ignored on the first one.
   ScrewOutput step(const ScrewReading& reading, double elapsed_s);
 
  private:

@@ -291,6 +291,33 @@ TEST_F(Joint, IsMovedBySourcesThatMachineTomlDoesNotDescribeNever) {
   }
 }
 
+// While nobody knew the position, or the reading, the screw became cold: it is not walked after by its own rate.
+TEST(SlowScrew, IsAsItsSensorSaysOnceItsInputsAreBack) {
+  for (const bool of_sensor : {false, true}) {
+    auto config = MachineOnADesk::usual();
+    config.screws[0].limits.rate_um_s = 5;
+    MachineOnADesk machine{config};
+    machine.extension_um = 100;
+    machine.run(0.3);
+    machine.home();
+    machine.run(3);
+    ASSERT_NEAR(machine.snapshot().correction_mm[0], machine.wanted_x_mm(), 2e-6);
+    bool& input = of_sensor ? machine.sensor : machine.encoders;
+    input = false;
+    machine.extension_um = 40;
+    machine.run(20);
+    EXPECT_FALSE(machine.snapshot().valid);
+    input = true;
+    machine.home();
+    for (int i = 0; i < 300 && !(machine.snapshot().valid && machine.snapshot().settled); ++i) machine.run(0.01);
+    EXPECT_TRUE(machine.snapshot().settled);
+    EXPECT_NEAR(machine.snapshot().correction_mm[0], machine.wanted_x_mm(), 2e-6);
+    machine.extension_um = 60;
+    machine.run(1);
+    EXPECT_NEAR(machine.snapshot().correction_mm[0], -400.0 / 800 * 0.045, 3e-4) << "5 um a second";
+  }
+}
+
 TEST_F(Joint, AddsCentrelineAndScrewAndGoesWithZ) {
   start();
   machine.corrections.push(SourcesEnabled{.mask = 0b1001, .at = machine.now});

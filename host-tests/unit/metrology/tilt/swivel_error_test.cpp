@@ -233,8 +233,7 @@ TEST(SwivelError, TakesWhatAControlMeasuredAtOneStopForOneAngle) {
 // What each angle leaves is told less what zero leaves, of however many digits zero is.
 TEST(SwivelError, StatesItsUncertaintyWhereAnglesAreMeasured) {
   std::mt19937_64 random{14};
-  Moments errors;
-  Moments left;
+  Moments errors, left;
   for (int trial = 0; trial < 400; ++trial) {
     const Head head = randomHead(random);
     const double sigma = uniform(random, 3e-4, 3e-3);
