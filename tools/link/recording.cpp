@@ -1,8 +1,6 @@
 #include "tools/link/recording.hpp"
 
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -57,9 +55,7 @@ Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, 
 Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener, const ReadingProgress& progress,
                                     const EnoughRead& enough) {
   if (path == "-") return readRecording(std::cin, listener, progress, enough);
-  if (const auto why = whyNoPlainInput(path)) return Error{path + ": cannot be read (" + *why + ")"};
-  std::ifstream file{path, std::ios::binary};
-  if (!file) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
+  TRY(auto file, openPlainInput(path));
   std::error_code unknown;
   const auto size = std::filesystem::file_size(path, unknown);
   const auto of_file = [&](std::uint64_t done, std::uint64_t) { progress(done, unknown ? 0 : size); };

@@ -1,17 +1,13 @@
 #include "tools/replay/recorded_stream.hpp"
 
 #include <array>
-#include <cerrno>
-#include <cstring>
 
 #include "protocol/units/plain_input.hpp"
 
 namespace probebox::replay {
 
 Outcome<std::unique_ptr<RecordedStream>> RecordedStream::open(const std::string& path, link::StreamListener* listener) {
-  if (const auto why = whyNoPlainInput(path)) return Error{path + ": cannot be read (" + *why + ")"};
-  std::ifstream file{path, std::ios::binary};
-  if (!file) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
+  TRY(auto file, openPlainInput(path));
   std::unique_ptr<RecordedStream> stream{new RecordedStream{std::move(file), listener}};
   while (!stream->first_ && !stream->over_ && stream->readMore()) {
   }

@@ -60,7 +60,7 @@ class StandingKeeper {
   void setProblem(std::string what);
 
   store::TwinFile file_;
-  std::string notice_;  // of file_ as it was at the start, which may be opened again
+  std::string notice_;  // as the start found it, while file_ may be opened again
   Limits limits_;
   std::function<void(const Event&)> tell_core_;
   Correction ahead_mm_{};

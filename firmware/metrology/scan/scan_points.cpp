@@ -7,32 +7,23 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
 #include "firmware/metrology/touch/despiking.hpp"
+#include "firmware/metrology/touch/touch.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
-
-using Eigen::Index;
 
 constexpr double kStrideOfSpeed_s = 0.020;  // in which noise is small against the way
 constexpr double kSpeedOfCircle = 0.2;      // share that the speed may differ from the nominal one
 constexpr double kMostSpan = 10.0;          // of a scan, in what its samples cover: grids are as long as the span
 constexpr double kSpeedOfPath = 0.4;        // of a path that may turn and bend
 
-Stream streamOf(const Table& table, std::span<const std::string_view> columns, double id) {
-  const auto& ids = *table.column(columns[0]);
-  const auto& times = *table.column(columns[1]);
-  Stream stream;
-  stream.values.resize(std::ranges::count(ids, id), 3);
+std::vector<std::size_t> rowsOf(const std::vector<double>& ids, double id) {
+  std::vector<std::size_t> rows;
   for (std::size_t row = 0; row < ids.size(); ++row) {
-    if (ids[row] != id) continue;
-    for (Index k = 0; k < 3; ++k) {
-      const auto& values = *table.column(columns[static_cast<std::size_t>(2 + k)]);
-      stream.values(static_cast<Index>(stream.times.size()), k) = values[row];
-    }
-    stream.times.push_back(times[row]);
+    if (ids[row] == id) rows.push_back(row);
   }
-  return stream;
+  return rows;
 }
 
 std::optional<Refusal> wrongStamps(const std::vector<double>& times, const std::string& scan,
@@ -77,7 +68,7 @@ double speedOf(const ScanPoints& points) {
 
 Outcome<ScanPoints, Refusal> scanPoints(const Table& table, std::span<const std::string_view> columns, double id,
                                         const std::string& scan) {
-  Stream stream = streamOf(table, columns, id);
+  const Stream stream = streamOf(table, columns, rowsOf(*table.column(columns[0]), id));
   if (auto refusal = wrongStamps(stream.times, scan, table.name)) return *refusal;
   if (auto refusal = mostlyEmpty(stream.times, scan, table.name)) return *refusal;
   Despiked clean = withoutSpikes(stream, 0.0);

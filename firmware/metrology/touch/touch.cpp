@@ -24,7 +24,6 @@ std::string nameOf(double id) {
 // A table of samples by touch. `streams` comes with an empty stream for every touch that there is.
 std::optional<Refusal> group(const Table& table, std::span<const std::string_view> columns, Grouped& streams) {
   const auto& ids = *table.column("touch");
-  const auto& times = *table.column("t_s");
   std::map<double, std::vector<std::size_t>> rows;
   for (std::size_t row = 0; row < ids.size(); ++row) {
     if (!streams.contains(ids[row])) {
@@ -33,17 +32,7 @@ std::optional<Refusal> group(const Table& table, std::span<const std::string_vie
     }
     rows[ids[row]].push_back(row);
   }
-  for (const auto& [id, of_touch] : rows) {
-    Stream& stream = streams[id];
-    stream.values.resize(static_cast<Eigen::Index>(of_touch.size()), 3);
-    for (const auto row : of_touch) {
-      const auto at = static_cast<Eigen::Index>(stream.times.size());
-      stream.times.push_back(times[row]);
-      for (Eigen::Index k = 0; k < 3; ++k) {
-        stream.values(at, k) = (*table.column(columns[static_cast<std::size_t>(k) + 2]))[row];
-      }
-    }
-  }
+  for (const auto& [id, of_touch] : rows) streams[id] = streamOf(table, columns, of_touch);
   return std::nullopt;
 }
 
@@ -151,6 +140,18 @@ double Stream::period() const {
 std::vector<double> Stream::along(const Eigen::Vector3d& direction, Run run) const {
   const Eigen::VectorXd projected = valuesOf(run) * direction;
   return {projected.begin(), projected.end()};
+}
+
+Stream streamOf(const Table& table, std::span<const std::string_view> columns, std::span<const std::size_t> rows) {
+  Stream stream;
+  const auto& times = *table.column(columns[1]);
+  for (const auto row : rows) stream.times.push_back(times[row]);
+  stream.values.resize(static_cast<Eigen::Index>(rows.size()), 3);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const auto& values = *table.column(columns[static_cast<std::size_t>(k) + 2]);
+    for (std::size_t at = 0; at < rows.size(); ++at) stream.values(static_cast<Eigen::Index>(at), k) = values[rows[at]];
+  }
+  return stream;
 }
 
 Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset) {

@@ -1,7 +1,9 @@
 #pragma once
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
@@ -26,6 +28,9 @@ struct Stream {
   // Projections onto a direction.
   std::vector<double> along(const Eigen::Vector3d& direction, Run run) const;
 };
+
+// Some rows of a table, in their order. columns: what the rows are by, t_s, and three values.
+Stream streamOf(const Table& table, std::span<const std::string_view> columns, std::span<const std::size_t> rows);
 
 // The planned touch.
 struct TouchPlan {

@@ -160,20 +160,25 @@ std::vector<TwoPlaces> placesOf(const Selection& selection, const std::vector<To
   return all;
 }
 
-// Leaves out touches whose streams have clocks of their own, by the delay of all.
+// Leaves out touches whose streams have clocks of their own, by the delay of all; those that stay may warn.
 std::optional<Refusal> dropOtherClocks(Selection& selection, const std::vector<Touch>& touches) {
   const AgreedTouches& agreed = selection.touches;
   const double variance = agreed.fit.covariance.diagonal().head(agreed.fit.tau_s.size()).maxCoeff() * agreed.widening();
   bool dropped = false;
-  for (const auto& places : placesOf(selection, touches)) {
-    const auto refusal = clocksDiffer(places, std::sqrt(variance));
+  auto places = placesOf(selection, touches);
+  for (const auto& of_touch : places) {
+    const auto refusal = clocksDiffer(of_touch, std::sqrt(variance));
     if (!refusal) continue;
-    selection.drop(places.touch, *refusal);
+    selection.drop(of_touch.touch, *refusal);
     dropped = true;
   }
-  if (!dropped) return std::nullopt;
-  if (auto refusal = selection.insufficient()) return refusal;
-  return fitOnce(selection);
+  if (dropped) {
+    if (auto refusal = selection.insufficient()) return refusal;
+    if (auto refusal = fitOnce(selection)) return refusal;
+    places = placesOf(selection, touches);
+  }
+  selection.touches.own_delays = ownDelays(places);
+  return std::nullopt;
 }
 
 // A disagreement that is no longer a matter of micrometres is not answered with a wide sd.
@@ -218,7 +223,6 @@ Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const
   dropOutliers(selection);
   if (auto refusal = dropOtherClocks(selection, touches)) return *refusal;
   if (auto refusal = grossMisfit(selection.touches)) return *refusal;
-  selection.touches.own_delays = ownDelays(placesOf(selection, touches));
   return std::move(selection.touches);
 }
 

@@ -1,5 +1,3 @@
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <limits>
 #include <optional>
@@ -68,9 +66,7 @@ Outcome<Edges> readEdges(const std::string& input, Console& console) {
     return edgesOf(std::move(table).value(), input);
   };
   if (input == "-") return named(readIntegerTable(console.in()));
-  if (const auto why = whyNoPlainInput(input)) return Error{input + ": cannot be read (" + *why + ")"};
-  std::ifstream file{input, std::ios::binary};
-  if (!file) return Error{input + ": cannot be read (" + std::strerror(errno) + ")"};
+  TRY(auto file, openPlainInput(input));
   return named(readIntegerTable(file));
 }
 

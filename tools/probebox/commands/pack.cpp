@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -86,9 +84,7 @@ Outcome<IntegerTable> readInput(const Pack& options, Console& console) {
     return table;
   };
   if (options.input == "-") return checked(readIntegerTable(console.in()));
-  if (const auto why = whyNoPlainInput(options.input)) return Error{options.input + ": cannot be read (" + *why + ")"};
-  std::ifstream file{options.input, std::ios::binary};
-  if (!file) return Error{options.input + ": cannot be read (" + std::strerror(errno) + ")"};
+  TRY(auto file, openPlainInput(options.input));
   std::error_code unknown;
   const auto size = std::filesystem::file_size(options.input, unknown);
   return checked(readIntegerTable(
