@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <linux/serial.h>
 #include <optional>
 #include <sys/file.h>
 #include <sys/ioctl.h>
@@ -137,6 +138,13 @@ bool configure(int fd, const Settings& settings, speed_t speed) {
          (taken.c_cflag & (CSIZE | CSTOPB | PARENB)) == (line.c_cflag & (CSIZE | CSTOPB | PARENB));
 }
 
+// Lets the driver turn the transceiver, at once before the first bit and behind the last.
+bool turnByDriver(int fd) {
+  serial_rs485 turning{};
+  turning.flags = SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND;
+  return ioctl(fd, TIOCSRS485, &turning) == 0;
+}
+
 // True for devices of the kernel's class tty, if that can be seen, but for /dev/tty and /dev/ptmx, which are no lines.
 bool mayBeTerminal(dev_t device) {
   constexpr unsigned kAuxiliary = 5;
@@ -181,6 +189,11 @@ Outcome<std::unique_ptr<io::BytePipe>> openSerial(const std::string& path, const
   if (!configure(line.get(), settings, *speed)) {
     return Error{path + ": the line does not support " + describe(settings) +
                  "; choose a speed and format that it supports, such as baud=115200"};
+  }
+  if (settings.rs485 && !turnByDriver(line.get())) {
+    return Error{path +
+                 ": its driver cannot turn an RS-485 transceiver (rs485=kernel): take an adapter that turns by itself, "
+                 "and leave the setting out"};
   }
   return std::unique_ptr<io::BytePipe>{std::make_unique<SerialPipe>(std::move(line), path)};
 }

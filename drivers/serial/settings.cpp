@@ -39,6 +39,8 @@ bool apply(std::string_view key, std::string_view value, Settings& settings) {
     settings.data_bits = *number;
   } else if (key == "stop" && (number == 1U || number == 2U)) {
     settings.stop_bits = *number;
+  } else if (key == "rs485" && (value == "kernel" || value == "none")) {
+    settings.rs485 = value == "kernel";
   } else {
     return false;
   }
@@ -64,7 +66,7 @@ Outcome<Address> parseAddress(std::string_view text, const Settings& usual) {
                    " baud is not a standard rate: did you mean baud=" + std::to_string(nearestRate(baud)) + "?"};
     if (good) continue;
     return Error{"'" + std::string{option} + "' is not a setting of " + address.path +
-                 ": known are baud=RATE, parity=none|even|odd, data=7|8, stop=1|2"};
+                 ": known are baud=RATE, parity=none|even|odd, data=7|8, stop=1|2, rs485=kernel|none"};
   }
   return address;
 }

@@ -20,6 +20,9 @@ struct Settings {
   Parity parity{Parity::none};
   unsigned data_bits{8};  // 7 or 8
   unsigned stop_bits{1};  // 1 or 2
+  // The line's driver switches an RS-485 transceiver to sending and back (TIOCSRS485: RTS, or the line that its device
+  // tree names). Adapters that turn by themselves need no setting.
+  bool rs485{};
 };
 
 // With the start bit.
@@ -35,8 +38,8 @@ struct Address {
   Settings settings;
 };
 
-// Parses "DEVICE[,baud=19200][,parity=even][,data=8][,stop=1]"; defaults come from `usual`. An unknown setting or a
-// speed outside kRates is an error with its remedy.
+// Parses "DEVICE[,baud=19200][,parity=even][,data=8][,stop=1][,rs485=kernel]"; defaults come from `usual`. An unknown
+// setting or a speed outside kRates is an error with its remedy.
 Outcome<Address> parseAddress(std::string_view text, const Settings& usual = {});
 
 // "19200 8E1"

@@ -7,6 +7,8 @@ namespace {
 
 constexpr std::uint8_t kHighestUnit = 247;
 constexpr std::size_t kUndecided = kMaxFrameBytes + 1;
+// Of most requests: those that read, or write one register.
+constexpr std::size_t kShortRequest = 8;
 
 // A function code that a request may have (128 and above are exceptions).
 bool isFunction(std::uint8_t code) {
@@ -166,10 +168,26 @@ std::optional<Request> RtuRequests::next() {
       consume(answer);
       continue;
     }
-    // A damaged frame, with all that it says it holds; or a byte that begins none.
-    skip(std::min(size_, std::max({std::size_t{1}, request, answer})));
+    // A damaged frame, with all that it says it holds; or a byte that begins none. What seems damaged may be noise
+    // before a request that ends with the bytes, or has not come whole.
+    const auto damaged = std::max(request, answer);
+    if (damaged != 0 && size_ < damaged + kShortRequest) return std::nullopt;
+    skip(std::max(std::size_t{1}, damaged));
   }
   return requestInGarbage();
+}
+
+std::optional<Request> RtuRequests::afterPause() {
+  for (std::size_t offset = 1; offset < size_; ++offset) {
+    const auto rest = from(offset);
+    const auto length = requestLength(rest);
+    const bool ends_here = length != 0 && length <= rest.size() && rest.size() - length <= kMostNoise;
+    if (!ends_here || !crcGood(rest.first(length))) continue;
+    const auto function = static_cast<Function>(rest[1]);
+    const bool reads = function == Function::read_holding || function == Function::read_input;
+    if (reads || offset <= kMostNoise) return take(offset, length);
+  }
+  return std::nullopt;
 }
 
 bool RtuRequests::isGood(std::size_t length) const {

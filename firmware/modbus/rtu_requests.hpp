@@ -42,13 +42,22 @@ Begins beginsRequest(std::span<const std::uint8_t> bytes);
 // busy systems do not preserve. A frame begins after silence or after a good frame. Answers of other units, and damaged
 // frames over their stated length, are skipped as a whole: what looks like a request inside them is none. Garbage that
 // begins no frame is skipped and counted; a request may follow it without a pause. A request with a function of unknown
-// length is found only after silence or a good frame, so that it can be refused. Allocates nothing.
+// length is found only after silence or a good frame, so that it can be refused.
+// Noise before a request (an RS-485 adapter that turns its direction adds a byte, a master that was interrupted leaves
+// a header) seems to begin a longer frame. A whole request at the end of the bytes wins over it once the line pauses:
+// call afterPause(). Allocates nothing.
 class RtuRequests {
  public:
   // Takes as many bytes as fit; offer the rest after next() has returned nothing.
   std::size_t push(std::span<const std::byte> bytes);
 
   std::optional<Request> next();
+
+  // Call when the line has been silent for as long as it is between frames (t3.5) and next() has returned nothing.
+  // Returns the request that ends with the last byte but for kMostNoise, whatever stands before it if it reads; a write
+  // only behind up to kMostNoise bytes, as more may be a frame that holds it.
+  static constexpr std::size_t kMostNoise = 3;
+  std::optional<Request> afterPause();
 
   // Discards an incomplete request: the line was silent for longer than any pause inside a request.
   void silence();

@@ -60,9 +60,20 @@ void ModbusServer::run() {
 
 void ModbusServer::serveOnce() {
   std::array<pollfd, 2> waits{pollfd{line_.pipe()->descriptor(), POLLIN, 0}, pollfd{line_.wakeUp(), POLLIN, 0}};
-  const auto timeout = requests_.pending() || echo_.awaiting() ? kSilence : kIdle;
-  const int ready = poll(waits.data(), waits.size(), static_cast<int>(timeout.count()));
-  if (ready == 0) silence();
+  const auto wait = [&](auto timeout) {
+    const auto ms = std::chrono::ceil<milliseconds>(timeout);
+    return poll(waits.data(), waits.size(), static_cast<int>(ms.count()));
+  };
+  int ready = 0;
+  if (requests_.pending()) {
+    ready = wait(turnaround(options_.line.settings.baud));
+    const auto request = ready == 0 ? requests_.afterPause() : std::nullopt;
+    if (request) answer(*request);
+  }
+  if (ready == 0) {
+    ready = wait(requests_.pending() || echo_.awaiting() ? kSilence : kIdle);
+    if (ready == 0) silence();
+  }
   if (round_) round_();
   if (ready > 0 && waits[0].revents != 0) receive();
   bad_frames_ = requests_.badFrames();

@@ -193,6 +193,14 @@ TEST(SerialAddress, TakesWhatIsNamedAndTheUsualForTheRest) {
   EXPECT_EQ(describe(parseAddress("/dev/x,data=7,parity=odd")->settings), "115200 7O1");
 }
 
+TEST_F(SerialLine, TurnsATransceiverOnlyByADriverThatCan) {
+  EXPECT_TRUE(parseAddress("/dev/x,rs485=kernel")->settings.rs485);
+  EXPECT_FALSE(parseAddress("/dev/x,rs485=none")->settings.rs485);
+  EXPECT_FALSE(parseAddress("/dev/x,rs485=rts").ok());
+  EXPECT_THAT(refusal("a", {.rs485 = true}), HasSubstr("rs485")) << "a pseudo terminal cannot";
+  EXPECT_TRUE(open("a"));
+}
+
 TEST(SerialAddress, RefusesASettingThatALineDoesNotHave) {
   for (const auto* const bad : {"/dev/x,baud", "/dev/x,baud=", "/dev/x,baud=9600x", "/dev/x,parity=mark",
                                 "/dev/x,data=9", "/dev/x,stop=3", "/dev/x,speed=1", "/dev/x,,baud=9600"}) {

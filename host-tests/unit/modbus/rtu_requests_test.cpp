@@ -156,8 +156,9 @@ TEST(RtuRequests, TakeNoRequestOutOfAFrameWithABadCrc) {
   for (const std::size_t piece : {std::size_t{1}, std::size_t{5}, std::size_t{100}}) {
     RtuRequests requests;
     EXPECT_TRUE(requestsIn(requests, answerWith(kWriteTwo, 1), piece).empty()) << piece;
-    EXPECT_EQ(requests.badFrames(), 1U);
+    EXPECT_FALSE(requests.afterPause()) << piece;
     requests.silence();
+    EXPECT_EQ(requests.badFrames(), 1U);
     EXPECT_THAT(requestsIn(requests, kReadFirstBlock, piece), ::testing::ElementsAre(kReadFirstBlock));
   }
 }
@@ -223,6 +224,48 @@ TEST(RtuRequests, WaitForTheEndOfAnUnknownFunctionOnlyAsLongAsAFrameCanBe) {
   EXPECT_TRUE(requestsIn(requests, endless, 7).empty());
   EXPECT_GT(requests.skippedBytes(), 200U);
   EXPECT_THAT(requestsIn(requests, kReadFirstBlock, 8), ::testing::ElementsAre(kReadFirstBlock));
+}
+
+const Bytes kWriteRegister = withCrc({1, 6, 0, 144, 0, 7});
+
+// What is answered when the bytes have come and the line pauses.
+std::vector<Bytes> withPause(RtuRequests& requests, const Bytes& line, std::size_t piece) {
+  auto found = requestsIn(requests, line, piece);
+  if (const auto request = requests.afterPause()) found.push_back(bytesOf(*request));
+  return found;
+}
+
+TEST(RtuRequests, FindARequestBehindAnyByteAndBeforeAnyInEveryCycle) {
+  for (const auto& request : {kReadFirstBlock, kWriteRegister, kWriteTwo}) {
+    for (unsigned noise = 0; noise < 256; ++noise) {
+      for (const std::size_t piece : {std::size_t{1}, std::size_t{5}, std::size_t{100}}) {
+        RtuRequests before, behind;
+        Bytes line{static_cast<std::uint8_t>(noise)};
+        line.insert(line.end(), request.begin(), request.end());
+        Bytes followed = request;
+        followed.push_back(static_cast<std::uint8_t>(noise));
+        for (int cycle = 0; cycle < 3; ++cycle) {
+          ASSERT_THAT(withPause(before, line, piece), ::testing::ElementsAre(request)) << noise << " before";
+          ASSERT_THAT(withPause(behind, followed, piece), ::testing::ElementsAre(request)) << noise << " behind";
+        }
+      }
+    }
+  }
+}
+
+TEST(RtuRequests, FindReadsBehindAWriteThatWasTornOff) {
+  const auto write = withCrc({1, 16, 0, 144, 0, 2, 4, 0, 0, 0, 9});
+  ASSERT_NE(write.back(), kReadFirstBlock.front()) << "else a read makes it whole";
+  for (std::size_t torn = 1; torn < write.size(); ++torn) {
+    RtuRequests requests;
+    requestsIn(requests, {write.begin(), write.begin() + static_cast<std::ptrdiff_t>(torn)}, 4);
+    for (int cycle = 0; cycle < 5; ++cycle)
+      EXPECT_THAT(withPause(requests, kReadFirstBlock, 3), ::testing::ElementsAre(kReadFirstBlock)) << torn;
+  }
+  RtuRequests requests;
+  const Bytes header{1, 16, 0, 0, 0, 123, 246};
+  EXPECT_TRUE(withPause(requests, header, 4).empty());
+  EXPECT_TRUE(withPause(requests, kWriteTwo, 4).empty()) << "it may be what the header's write is to write";
 }
 
 TEST(RtuRequests, ForgetABrokenRequestAtSilence) {
