@@ -80,8 +80,7 @@ void AxisReference::takeIndex(const Pulse& pulse, double moved_mm, double dt_s, 
   const double uncertainty_mm = std::abs(speed_mm_s) * delay_uncertainty_s_;
   if (delay_uncertainty_s_ < kUnknownDelay_s) return passIndex(passed_mm, speed_mm_s, uncertainty_mm);
   if (pass_) ++unused_indexes_;
-  pass_ = Pass{
-      .u_mm = passed_mm, .reach_mm = uncertainty_mm, .until = due + Nanoseconds{std::llround(1e9 * kUnknownDelay_s)}};
+  pass_ = Pass{.u_mm = passed_mm, .gone_mm = 0, .reach_mm = uncertainty_mm, .due = due};
 }
 
 // An axis that has just begun to move stands still yet in counts that come late: what they do next tells how fast it
@@ -89,11 +88,13 @@ void AxisReference::takeIndex(const Pulse& pulse, double moved_mm, double dt_s, 
 void AxisReference::followPass(MonoTime at, double u_mm) {
   if (!pass_) return;
   const double gone_mm = u_mm - pass_->u_mm;
+  const double since_s = toSeconds(at - pass_->due);
   pass_->reach_mm = std::max(pass_->reach_mm, std::abs(gone_mm));
-  if (at < pass_->until) return;
+  if (pass_->gone_mm == 0 || since_s <= kUnknownDelay_s) pass_->gone_mm = gone_mm;
+  if (since_s < (zero_mm() ? kLongestDelay_s : kUnknownDelay_s)) return;
   const Pass pass = *pass_;
   pass_.reset();
-  passIndex(pass.u_mm, gone_mm / kUnknownDelay_s, pass.reach_mm);
+  passIndex(pass.u_mm, pass.gone_mm / kUnknownDelay_s, pass.reach_mm);
 }
 
 void AxisReference::passIndex(double u_mm, double speed_mm_s, double uncertainty_mm) {

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "firmware/corrections/travel.hpp"
+#include "firmware/latch/latch.hpp"
 #include "firmware/published/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
@@ -36,8 +37,11 @@ struct ReferenceConfig {
 // delay is not known, marks that are passed fast are ignored. A count that was latched at the pulse needs no delay.
 class AxisReference {
  public:
-  // Longest delay that is assumed while none has been measured.
+  // Longest delay that is assumed where a mark gives the reference while none has been measured.
   static constexpr double kUnknownDelay_s = 0.01;
+  // While no delay has been measured, a mark is not judged as wrong for what the longest one explains that samples can
+  // have.
+  static constexpr double kLongestDelay_s = 1e-9 * static_cast<double>(latch::kLongestDelay.count());
   // Uncertainty of the edge of the index line relative to the trigger line that the delay was measured with.
   static constexpr double kEdgeUncertainty_s = 50e-6;
   // An axis that moved less than this in the last 100 ms stands still.
@@ -104,11 +108,12 @@ class AxisReference {
   };
   std::optional<Anchor> still_since_, next_anchor_;
   std::optional<Pulse> pending_index_;
-  // A mark that was passed while the delay is not known: the counts of that moment come within kUnknownDelay_s.
+  // A mark that was passed while the delay is not known: the counts of that moment come later.
   struct Pass {
     double u_mm{};
+    double gone_mm{};   // in kUnknownDelay_s
     double reach_mm{};  // how far the counts have gone from there
-    MonoTime until{};
+    MonoTime due{};
   };
   std::optional<Pass> pass_;
   ReferenceFault last_fault_{};

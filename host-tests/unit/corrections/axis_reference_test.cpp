@@ -111,6 +111,29 @@ TEST(AxisReference, DoesNotJudgeAQuickStepOverTheMarkWhileTheDelayIsNotKnown) {
   EXPECT_FALSE(axis.reference.referenced()) << "farther than the step went";
 }
 
+// Positions of 2 to 150 ms ago at the speeds of touches: nothing is wrong, and nobody has measured the delay yet.
+TEST(AxisReference, IsKeptOverMarksWhateverDelayIsNotKnown) {
+  for (const double tau_s : {0.002, 0.012, 0.04, 0.15}) {
+    auto config = marked();
+    config.by = ReferenceBy::homing;
+    ReferencedAxis axis{config, tau_s};
+    axis.move(0, 0.5);
+    ASSERT_TRUE(axis.home(9.5));  // the mark is passed at 3 mm
+    for (const double speed_mm_s : {25.0, -25.0, 80.0, -80.0}) {
+      axis.move(speed_mm_s, 5 / std::abs(speed_mm_s), 3.0);
+      axis.move(0, 0.5);
+      EXPECT_TRUE(axis.reference.referenced()) << tau_s << " s at " << speed_mm_s << " mm/s";
+    }
+    axis.reference.setDelay(tau_s, 2e-6);
+    axis.move(25, 0.2, 3.0);
+    EXPECT_TRUE(axis.reference.referenced()) << "the mark is where the delay says";
+    axis.loseCounts(500);
+    axis.move(-25, 0.2, 3.0);
+    axis.move(0, 0.5);
+    EXPECT_FALSE(axis.reference.referenced()) << "and counts that were lost are found";
+  }
+}
+
 TEST(AxisReference, LooksTheMarkUpInCountsThatCameTheDelayLater) {
   ReferencedAxis axis{marked(), 0.005};
   axis.reference.setDelay(0.005, 2e-6);
@@ -164,7 +187,7 @@ TEST(AxisReference, IsLostWhenTheMarkComesAtTheWrongCount) {
   axis.move(1, 4, 3.0);
   axis.move(-1, 2, 3.0);
   EXPECT_TRUE(axis.reference.referenced()) << "a mark at the right count changes nothing";
-  axis.loseCounts(500);  // 0.05 mm
+  axis.loseCounts(5000);  // 0.5 mm, farther than it goes in the longest delay
   axis.move(1, 2, 3.0);
   EXPECT_FALSE(axis.reference.referenced());
   EXPECT_EQ(axis.reference.lastFault(), ReferenceFault::wrong_index);
@@ -227,7 +250,7 @@ TEST(AxisReference, OfRepeatingMarksNeedsHomingAndIsCheckedByEach) {
   ASSERT_TRUE(axis.home(20));  // it stands 2 mm from where it was switched on
   axis.move(1, 10, 4.5);       // the mark at 22.5
   EXPECT_TRUE(axis.reference.referenced());
-  axis.loseCounts(-400);
+  axis.loseCounts(-4000);
   axis.move(1, 10, 14.5);  // the one at 32.5
   EXPECT_FALSE(axis.reference.referenced());
 }
