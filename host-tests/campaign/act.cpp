@@ -17,12 +17,12 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::array<std::string_view, kKinds> kNames{
-    "drop_probe",     "drop_encoders", "stop_sync",   "lose_edges",   "double_edges", "drop_drift",
-    "stick_encoders", "freeze_probe",  "shake_probe", "jump_clock",   "drop_angles",  "replug_encoder",
-    "overflow_queue", "stall_worker",  "fill_disk",   "kill",         "cut_power",    "lose_standing",
-    "stop",           "connect",       "cut_link",    "stop_reading", "propose",      "start_run",
-    "abort_run",      "accept",        "roll_back",   "inhibit",      "end_inhibit",  "home_outside",
-    "choose_sources"};
+    "drop_probe",     "drop_encoders", "stop_sync",   "lose_edges",  "double_edges", "drop_drift",
+    "stick_encoders", "freeze_probe",  "shake_probe", "jump_clock",  "drop_angles",  "replug_encoder",
+    "overflow_queue", "stall_worker",  "fill_disk",   "unplug_line", "kill",         "cut_power",
+    "lose_standing",  "stop",          "connect",     "cut_link",    "stop_reading", "propose",
+    "start_run",      "abort_run",     "accept",      "roll_back",   "inhibit",      "end_inhibit",
+    "home_outside",   "choose_sources"};
 
 // Kinds that need others to mean anything: a run that is never started cannot be accepted.
 constexpr std::array kUsual{Kind::start_run,   Kind::propose,        Kind::accept,
@@ -102,7 +102,8 @@ void addScenes(Play& play, Dice& dice) {
       at += dice.between(1ms, 4s);
     };
     const auto lasts = dice.between(4s, 40s);
-    if (dice.oneIn(2)) add(dice.oneIn(2) ? Kind::stall_worker : Kind::fill_disk, lasts, 0);
+    constexpr std::array kTroubles{Kind::stall_worker, Kind::fill_disk, Kind::unplug_line};
+    if (dice.oneIn(2)) add(kTroubles.at(dice.below(kTroubles.size())), lasts, 0);
     add(Kind::choose_sources, 0ns, dice.below(2));
     add(kEnds.at(dice.below(kEnds.size())), 0ns, dice.below(1U << 20U));
     if (dice.oneIn(3)) add(Kind::kill, 0ns, 0);

@@ -30,6 +30,7 @@ enum class Kind : std::uint8_t {
   overflow_queue,  // the capture queue has no room for `number` events
   stall_worker,    // the worker does nothing for `lasts`
   fill_disk,       // the disk is full for `lasts`
+  unplug_line,     // the controller's, for `lasts`
   kill,            // the process dies at once
   cut_power,       // data that were not synced are lost; bit `number` of one copy of each small file is damaged
   lose_standing,   // the same, and both copies of where the axes stand are damaged

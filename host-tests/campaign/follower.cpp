@@ -12,8 +12,8 @@ namespace {
 namespace address = modbus::address;
 
 constexpr double kResolution_mm = 1e-6;
-// The box serves a value for up to this long before it makes the next one.
-constexpr double kServedFor_s = 0.02;
+// Records that come late and together move a value at once by what it covers in this time at its limit of rate.
+constexpr double kPublishing_s = 0.05;
 // T_hold of the emulated machine, and as long again as a beat and a restart of the clock may take.
 constexpr double kHeldFor_s = 7;
 
@@ -71,10 +71,13 @@ void Follower::expectRestart(MonoTime now, double doubt_s) {
 
 // Between two values that a joint follows lies no more than it covers at the limit of rate in the time in which the
 // value may have moved: a polling interval before a pause and one after it, because a value that is not valid is
-// frozen; and behind an end of the box, for as long as it waits, what it is in doubt about.
+// frozen, and never more than the box lets a reader see at once; and behind an end of the box, for as long as it waits,
+// what it is in doubt about.
 std::optional<std::string> Follower::whyTooFast(const std::array<double, 3>& served_mm, MonoTime now) const {
   if (!followed_at_) return std::nullopt;  // the joints stand at zero, without an offset
-  double moving_s = std::min(seconds(now - *followed_at_), 2 * seconds(poll_interval_)) + kServedFor_s;
+  constexpr double kMostAtOnce_s = 0.25;
+  double moving_s = std::min(seconds(now - *followed_at_), 2 * seconds(poll_interval_)) + kPublishing_s;
+  moving_s = std::min(moving_s, kMostAtOnce_s);
   if (outage_) moving_s += std::min(outage_->doubt_s, seconds(now - outage_->since));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double step_mm = std::abs(served_mm[axis] - joints_mm_[axis]);

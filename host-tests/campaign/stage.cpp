@@ -77,7 +77,7 @@ Verdict Stage::run() {
     office_.run(kRound);
     if (now_ % kWorkerRound == 0ns && now_ >= worker_back_) {
       verdict_.tally.solved += boot_->solve() ? 1U : 0U;
-      boot_->look();
+      boot_->look(served_record_->last());
       standing_lost_ = standing_lost_ && (!served().valid || disk_back_ != kNever);
       const auto before = believed_.inForce();
       if (const auto broken = believed_.whyBroken(boot_->inForce(), boot_->doors())) fail(*broken);
@@ -140,6 +140,9 @@ void Stage::applyToBox(const Act& act) {
       disk_back_ = now_ + act.lasts;
       setDiskFull(true);
       return;
+    case Kind::unplug_line:
+      line_back_ = now_ + act.lasts;
+      return;
     default:
       restart(act);
   }
@@ -158,7 +161,7 @@ void Stage::replugEncoder(std::size_t axis) {
 // The box ends in one of three ways, and comes back at once: whoever follows has the least time to forget.
 void Stage::restart(const Act& act) {
   ++verdict_.tally.restarts;
-  if (act.kind == Kind::stop) boot_->end();
+  if (act.kind == Kind::stop) boot_->end(served_record_->last());
   boot_.reset();
   served_record_.reset();
   standing_lost_ = standing_lost_ || act.kind == Kind::lose_standing;
@@ -177,10 +180,11 @@ void Stage::restart(const Act& act) {
 }
 
 void Stage::begin() {
-  served_record_.emplace((folder_ / "served-last").string());
+  served_record_.emplace((folder_ / "served-last").string(), scenario::usualBox(worldOf(play_)).corrections.limits);
   boot_.emplace(office_, folder_ / "results.db");
   office_.restartBox(boot_->restored(served_record_->before()));
-  served_record_->setOnDisk(boot_->startOnDisk());
+  const auto& standing = boot_->standing();
+  served_record_->setOnDisk(standing.startOnDisk(), standing.countOnDisk(), standing.standingBefore());
   for (auto& each : hosts_) each.left = now_;
   hosts_.push_back({.host = &office_.add()});
   began_ = changed_ = now_;
@@ -320,11 +324,13 @@ void Stage::inhibit(const Act& act) {
 }
 
 void Stage::follow() {
+  if (now_ < line_back_) return;
   const bool disk_is_full = disk_back_ != kNever;
   if (disk_is_full) setDiskFull(false);  // the record lies in memory
-  served_record_->note(served());
+  const auto shown = served_record_->shownTo("controller", served());
+  served_record_->note(shown, "controller");
   if (disk_is_full) setDiskFull(true);
-  if (const auto broken = follower_.read(served(), box().now())) fail(*broken);
+  if (const auto broken = follower_.read(shown, box().now())) fail(*broken);
 }
 
 }  // namespace probebox::campaign

@@ -98,6 +98,7 @@ class Stage {
   bool standing_lost_{};   // the disk does not know where the axes stand
   Nanoseconds worker_back_{kNever};
   Nanoseconds disk_back_{kNever};
+  Nanoseconds line_back_{kNever};
   std::array<Trouble, kMachineKinds> troubles_{};
   Trouble any_trouble_;
   bool is_unhomed_{};                      // an axis, by an encoder that began anew

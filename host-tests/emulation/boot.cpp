@@ -65,9 +65,9 @@ void Boot::run(Nanoseconds duration) {
   }
 }
 
-void Boot::look() {
+void Boot::look(const std::optional<app::LastRead>& read) {
   calibrations_.look(office_.scenario().state());
-  standing_.look(office_.scenario().state().snapshot);
+  standing_.look(office_.scenario().state().snapshot, read);
 }
 
 app::Reply Boot::ask(messages::Operation operation, std::span<const std::byte> body) {

@@ -20,13 +20,15 @@ class Boot {
 
   // Events that the core must get first. exactly: the correction that the CNC has read last, if it survived the end.
   std::vector<Event> restored(const app::ServedBefore& served = {});
-  // Ends the daemon regularly.
-  std::uint64_t startOnDisk() const { return standing_.startOnDisk(); }
-  void end() { standing_.finish(office_.scenario().state().snapshot); }
+  // Ends the daemon regularly. read: what a CNC has read last.
+  void end(const std::optional<app::LastRead>& read = {}) {
+    standing_.finish(office_.scenario().state().snapshot, read);
+  }
+  const app::StandingKeeper& standing() const { return standing_; }
 
   void run(Nanoseconds duration);
   // One round of the worker.
-  void look();
+  void look(const std::optional<app::LastRead>& read = {});
   // Asks as a controller does, over its control channel. Only for requests that the worker does not answer.
   app::Reply ask(messages::Operation operation, std::span<const std::byte> body = {});
   template <class Operation>

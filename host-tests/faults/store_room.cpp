@@ -62,7 +62,7 @@ class StoreRoom {
       if (const auto* standing = std::get_if<StandingRestored>(&event)) standing_ = *standing;
       if (const auto* bounds = std::get_if<ServableWithin>(&event)) bounds_ = *bounds;
     }
-    served_.setOnDisk(keeper_.startOnDisk());
+    served_.setOnDisk(keeper_.startOnDisk(), keeper_.countOnDisk(), keeper_.standingBefore());
     snapshot_.correction_mm = standing_.correction_mm;
     look();
     now_ += 2s;
@@ -87,7 +87,7 @@ class StoreRoom {
     refuse();
     if (!unit_.locked()) provision("A1");
     serveAround({-0.02, 0.04, -0.03});
-    keeper_.finish(snapshot_);
+    keeper_.finish(snapshot_, served_.last());
   }
 
   void report() {
@@ -220,7 +220,7 @@ class StoreRoom {
     for (std::size_t axis = 0; axis < wanted_mm.size(); ++axis)
       snapshot_.correction_mm[axis] = std::clamp(wanted_mm[axis], bounds_.least_mm[axis], bounds_.greatest_mm[axis]);
     serve(snapshot_.correction_mm);
-    keeper_.look(published::Snapshot{snapshot_});
+    keeper_.look(published::Snapshot{snapshot_}, served_.last());
     now_ += 2s;
   }
 

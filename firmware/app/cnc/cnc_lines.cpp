@@ -38,21 +38,29 @@ CncLine::CncLine(const Way& way, StateBuffer& states, const CncColleagues& colle
       server_{way.serve(faces(way.words))} {}
 
 RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
-  RegisterDesk::Faces registers{.snapshot = [this] { return states_.newest().snapshot; },
-                                .take = [this](std::span<const Event> said) { return take(said); },
-                                .kept =
-                                    [this, words] {
-                                      return RegisterDesk::Kept{
-                                          words.value_or(static_cast<modbus::WordOrder>(with_.doors.wordOrder(door_))),
-                                          with_.doors.inhibits(door_)};
-                                    },
-                                .line = [this](const published::Snapshot& snapshot) { return lineState(snapshot); },
-                                // Written down before the answer that has it goes out.
-                                .serves = [this](const published::Snapshot& snapshot) { with_.served.note(snapshot); },
-                                .results = [this] { return with_.calibrations.inForce().served(); },
-                                .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); },
-                                .may_wish = [this](const modbus::Wish& wish) { return mayWish(wish); },
-                                .only_looks = !board::givesARight(may_)};
+  // A computer that connects anew goes on as the same reader.
+  const auto nameOf = [this](std::string_view reader) {
+    return door_ + (reader.empty() ? "" : " ") + std::string{reader};
+  };
+  RegisterDesk::Faces registers{
+      .snapshot = [this] { return states_.newest().snapshot; },
+      .shown_to = [this, nameOf](
+                      std::string_view reader,
+                      const published::Snapshot& snapshot) { return with_.served.shownTo(nameOf(reader), snapshot); },
+      .take = [this](std::span<const Event> said) { return take(said); },
+      .kept =
+          [this, words] {
+            return RegisterDesk::Kept{words.value_or(static_cast<modbus::WordOrder>(with_.doors.wordOrder(door_))),
+                                      with_.doors.inhibits(door_)};
+          },
+      .line = [this](const published::Snapshot& snapshot) { return lineState(snapshot); },
+      // Written down before the answer that has it goes out.
+      .serves = [this, nameOf](const published::Snapshot& snapshot,
+                               std::string_view reader) { with_.served.note(snapshot, nameOf(reader)); },
+      .results = [this] { return with_.calibrations.inForce().served(); },
+      .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); },
+      .may_wish = [this](const modbus::Wish& wish) { return mayWish(wish); },
+      .only_looks = !board::givesARight(may_)};
   if (!words) registers.keep = [this](modbus::WordOrder order) { return keep(order); };
   return {.registers = std::move(registers),
           .report =

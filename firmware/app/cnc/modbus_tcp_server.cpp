@@ -110,7 +110,7 @@ void ModbusTcpServer::answer(Master& master, modbus::TcpRequest& asked) {
   master.heard = ++turn_;
   // The unit is the master's own word, and no broadcast.
   asked.request.bytes[0] = kUnit;
-  const auto [kind, serial] = desk_.answer(asked.request);
+  const auto [kind, serial] = desk_.answer(asked.request, computerOf(*master.pipe));
   std::array<std::uint8_t, modbus::kMaxTcpFrameBytes> frame{};
   const auto size = modbus::tcpAnswer(asked, serial, frame);
   using Kind = RegisterDesk::Answer::Kind;

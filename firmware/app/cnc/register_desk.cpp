@@ -72,17 +72,18 @@ RegisterDesk::RegisterDesk(std::uint8_t unit, std::string revision, Faces faces)
 
 RegisterDesk::~RegisterDesk() = default;
 
-RegisterDesk::Answer RegisterDesk::answer(const modbus::Request& request) {
+RegisterDesk::Answer RegisterDesk::answer(const modbus::Request& request, std::string_view reader) {
   const Kept kept = faces_.kept();
   writable_.restore(kept.word_order, kept.inhibits);
   // Use one snapshot for image and line, because a newer one may be published at any time.
-  const auto snapshot = faces_.snapshot();
+  const auto published = faces_.snapshot();
+  const auto snapshot = faces_.shown_to ? faces_.shown_to(reader, published) : published;
   image_.fill(snapshot, faces_.line ? faces_.line(snapshot) : published::LineState{},
               faces_.results ? faces_.results() : nullptr, writable_.wordOrder());
   switch (request.function()) {
     case modbus::Function::read_holding:
     case modbus::Function::read_input:
-      return read(request, snapshot);
+      return read(request, snapshot, reader);
     case modbus::Function::write_one:
     case modbus::Function::write_many:
       return write(request);
@@ -92,14 +93,16 @@ RegisterDesk::Answer RegisterDesk::answer(const modbus::Request& request) {
   return refuse(request, MODBUS_EXCEPTION_ILLEGAL_FUNCTION);
 }
 
-RegisterDesk::Answer RegisterDesk::read(const modbus::Request& request, const published::Snapshot& snapshot) {
+RegisterDesk::Answer RegisterDesk::read(const modbus::Request& request, const published::Snapshot& snapshot,
+                                        std::string_view reader) {
   if (request.size != kShortRequest) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   const int wanted = request.word(4);
   if (wanted < 1 || wanted > kMostReads) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   if (request.address() + static_cast<std::size_t>(wanted) > modbus::kRegisterCount) {
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS);
   }
-  if (faces_.serves && hasCorrection(request.address(), static_cast<std::size_t>(wanted))) faces_.serves(snapshot);
+  if (faces_.serves && hasCorrection(request.address(), static_cast<std::size_t>(wanted)))
+    faces_.serves(snapshot, reader);
   return reply(request);
 }
 

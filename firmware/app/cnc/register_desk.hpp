@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "firmware/modbus/register_image.hpp"
 #include "firmware/modbus/rtu_requests.hpp"
@@ -22,13 +23,15 @@ class RegisterDesk {
   };
   // All of these are called inside answer(), on its thread.
   struct Faces {
-    std::function<published::Snapshot()> snapshot;     // for the next answer
+    std::function<published::Snapshot()> snapshot;  // for the next answer
+    // What a reader may see of it; called before serves(). Null: all of it.
+    std::function<published::Snapshot(std::string_view reader, const published::Snapshot&)> shown_to{};
     std::function<bool(std::span<const Event>)> take;  // events of a write, without stamps; false refuses all of them
     std::function<Kept()> kept;                        // choices in force
     std::function<bool(modbus::WordOrder)> keep{};     // stores a choice; true: it is on the disk. Null: it is fixed
     std::function<published::LineState(const published::Snapshot&)> line{};  // further values of the same answer
-    // The answer that is about to go out has the correction of this snapshot.
-    std::function<void(const published::Snapshot&)> serves{};
+    // The answer that is about to go out to this reader has the correction of this snapshot.
+    std::function<void(const published::Snapshot&, std::string_view reader)> serves{};
     std::function<modbus::RegisterImage::Results()> results{};  // in force
     std::function<void(const modbus::Wish&)> wish{};            // a request about a run or a result was committed
     std::function<bool(const modbus::Wish&)> may_wish{};        // false refuses it. Null: all are allowed
@@ -44,7 +47,8 @@ class RegisterDesk {
   RegisterDesk(std::uint8_t unit, std::string revision, Faces faces);
   ~RegisterDesk();
 
-  Answer answer(const modbus::Request& request);
+  // reader: who asks, where several masters share the way.
+  Answer answer(const modbus::Request& request, std::string_view reader = {});
 
   // Discards what a master that is gone was about to write.
   void restart() { writable_.restart(); }
@@ -52,7 +56,7 @@ class RegisterDesk {
  private:
   struct Library;
 
-  Answer read(const modbus::Request& request, const published::Snapshot& snapshot);
+  Answer read(const modbus::Request& request, const published::Snapshot& snapshot, std::string_view reader);
   Answer write(const modbus::Request& request);
   Answer identify(const modbus::Request& request);
   Answer reply(const modbus::Request& request);

@@ -14,9 +14,14 @@ TextLine::TextLine(const TextOptions& options, const board::Access& may, StateBu
       device_{options.line.path},
       door_{(options.face == TextOptions::Face::tape ? "tape:" : "records:") + device_},
       server_{options,
-              {.snapshot = [this] { return states_.newest().snapshot; },
+              // A tape is read once and taken whole; records are followed.
+              {.snapshot =
+                   [this, follows = options.face != TextOptions::Face::tape] {
+                     const auto snapshot = states_.newest().snapshot;
+                     return follows ? with_.served.shownTo(door_, snapshot) : snapshot;
+                   },
                // Written down before it goes out.
-               .serves = [this](const published::Snapshot& snapshot) { with_.served.note(snapshot); },
+               .serves = [this](const published::Snapshot& snapshot) { with_.served.note(snapshot, door_); },
                .take = [this](const tape::Said& said) { return with_.desk.take(said, door_, states_.newest(), may_); },
                .run = [this] { return states_.newest().snapshot.calibration_run; },
                .report = [this](const std::string& text) { warnings_.warn(time_.now(), text); },

@@ -1,5 +1,6 @@
 #include "firmware/app/results/served_record.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -9,6 +10,7 @@
 #include <fstream>
 #include <linux/magic.h>
 #include <random>
+#include <ranges>
 #include <span>
 #include <sys/vfs.h>
 #include <unistd.h>
@@ -22,9 +24,10 @@
 namespace probebox::app {
 namespace {
 
-constexpr std::uint64_t kMark = 0x3264657672657350;  // "Pserved2"
+constexpr std::uint64_t kMark = 0x3364657672657350;  // "Pserved3"
 constexpr std::size_t kBootIdBytes = 36;
-constexpr std::size_t kRecordBytes = 8 + kBootIdBytes + 2 * 8 + 3 * 4 + 4;
+constexpr std::size_t kReaderBytes = 4 + 3 * 4;
+constexpr std::size_t kRecordBytes = 8 + kBootIdBytes + 4 * 8 + ServedRecord::kReaders * kReaderBytes + 4;
 using Bytes = std::array<std::byte, kRecordBytes>;
 
 // Boot id of the running kernel; empty if a sandbox hides it.
@@ -41,13 +44,26 @@ std::string placeOf(const std::string& path) {
   return (std::filesystem::path{runtime} / std::filesystem::path{path}.filename()).string();
 }
 
+std::int32_t inNanometres(double value_mm) {
+  return static_cast<std::int32_t>(std::lround(value_mm * 1e6));
+}
+
+std::array<std::int32_t, kLinearAxes> inNanometres(const ServedRecord::Correction& value_mm) {
+  return {inNanometres(value_mm[0]), inNanometres(value_mm[1]), inNanometres(value_mm[2])};
+}
+
+std::uint32_t keyOf(std::string_view reader) {
+  return frame::crc32c(std::as_bytes(std::span{reader}));
+}
+
 std::uint32_t crcOf(const Bytes& bytes) {
   return frame::crc32c(std::span{bytes}.first(kRecordBytes - 4));
 }
 
 }  // namespace
 
-ServedRecord::ServedRecord(const std::string& path) : boot_id_{bootId()}, place_{placeOf(path)} {
+ServedRecord::ServedRecord(const std::string& path, const Limits& limits)
+    : boot_id_{bootId()}, place_{placeOf(path)}, limits_{limits} {
   std::random_device chance;
   before_.start = std::uint64_t{chance()} << 32 | chance();
   if (!openToWrite()) {
@@ -77,65 +93,140 @@ void ServedRecord::find() {
   const auto id = reader.take(kBootIdBytes);
   const auto start = reader.get<std::uint64_t>();
   const auto on_disk = reader.get<std::uint64_t>();
-  std::array<double, kLinearAxes> served_mm{};
-  for (auto& value_mm : served_mm) value_mm = reader.get<std::int32_t>() * 1e-6;
+  const auto count = reader.get<std::uint64_t>();
+  std::vector<Reader> readers(std::min<std::uint64_t>(reader.get<std::uint64_t>(), kReaders));
+  for (auto& each : readers) {
+    each.key = reader.get<std::uint32_t>();
+    for (auto& value_nm : each.value_nm) value_nm = reader.get<std::int32_t>();
+  }
+  reader.take((kReaders - readers.size()) * kReaderBytes);
   if (mark != kMark || reader.get<std::uint32_t>() != crcOf(bytes)) return;
   struct statfs about {};
   const bool in_memory = ::fstatfs(file_.get(), &about) == 0 && about.f_type == TMPFS_MAGIC;
   // A file system in memory ends with the computer, unless it is filled again from a disk.
   const bool same_boot = boot_id_.empty() ? in_memory : std::memcmp(id.data(), boot_id_.data(), kBootIdBytes) == 0;
-  if (!same_boot) return;
+  if (!same_boot || readers.empty()) return;
   before_.found_start = start;
   before_.found_on_disk = on_disk;
-  before_.found_mm = served_mm;
+  before_.found_count = count_ = count;
+  readers_ = std::move(readers);
+  before_.found_mm = last()->newest_mm;
 }
 
-std::optional<std::array<double, kLinearAxes>> ServedRecord::last() {
+void ServedRecord::setOnDisk(std::uint64_t start, std::uint64_t count, const std::optional<Correction>& standing_mm) {
   const std::lock_guard lock{mutex_};
-  if (!last_nm_) return before_.found_mm;
-  std::array<double, kLinearAxes> last_mm{};
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) last_mm[axis] = (*last_nm_)[axis] * 1e-6;
-  return last_mm;
+  on_disk_ = start;
+  count_ = std::max(count_, count);
+  if (standing_mm) standing_nm_ = inNanometres(*standing_mm);
 }
 
-void ServedRecord::note(const published::Snapshot& snapshot) {
+std::optional<LastRead> ServedRecord::last() {
+  const std::lock_guard lock{mutex_};
+  if (readers_.empty()) return std::nullopt;
+  LastRead all{.count = count_};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto value = [&](const Reader& reader) { return reader.value_nm[axis]; };
+    const auto [least, greatest] = std::ranges::minmax(readers_ | std::views::transform(value));
+    all.newest_mm[axis] = value(readers_.front()) * 1e-6;
+    all.least_mm[axis] = least * 1e-6;
+    all.greatest_mm[axis] = greatest * 1e-6;
+  }
+  return all;
+}
+
+ServedRecord::Reader* ServedRecord::find(std::uint32_t key) {
+  const auto found = std::ranges::find(readers_, key, &Reader::key);
+  return found == readers_.end() ? nullptr : &*found;
+}
+
+// The entry of this reader, in the first place.
+ServedRecord::Reader& ServedRecord::entryFor(std::uint32_t key) {
+  auto found = std::ranges::find(readers_, key, &Reader::key);
+  if (found == readers_.end()) {
+    if (readers_.size() == kReaders) readers_.pop_back();
+    found = readers_.insert(readers_.end(), Reader{.key = key});
+  }
+  std::rotate(readers_.begin(), found, found + 1);
+  return readers_.front();
+}
+
+published::Snapshot ServedRecord::shownTo(std::string_view reader, const published::Snapshot& snapshot) {
+  auto shown = snapshot;
+  const std::lock_guard lock{mutex_};
+  auto* const last = find(keyOf(reader));
+  if (last == nullptr && !standing_nm_) return shown;
+  const auto& from_nm = last != nullptr ? last->value_nm : *standing_nm_;
+  auto counted = kLongestGap;
+  if (last != nullptr && last->has_read)
+    counted = std::clamp(snapshot.at - last->at + kPublishing, Nanoseconds{0}, kLongestGap);
+  bool has_changed = false;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const double from_mm = from_nm[axis] * 1e-6;
+    const double most_mm = limits_[axis].rate_mm_s * std::chrono::duration<double>{counted}.count();
+    const double limited_mm = std::clamp(snapshot.correction_mm[axis], from_mm - most_mm, from_mm + most_mm);
+    // In the resolution of the registers, so that a value that is not limited stays as it is.
+    if (inNanometres(limited_mm) != inNanometres(snapshot.correction_mm[axis])) {
+      shown.correction_mm[axis] = limited_mm;
+      shown.settled = false;
+    }
+    has_changed = has_changed || inNanometres(shown.correction_mm[axis]) != from_nm[axis];
+  }
+  if (last == nullptr || !last->has_read) return shown;
+  // A value that changes while the core's does not has a number of its own.
+  last->next_ahead = static_cast<std::uint16_t>(last->ahead + (has_changed && snapshot.sequence == last->sequence));
+  shown.sequence = static_cast<std::uint16_t>(shown.sequence + last->next_ahead);
+  shown.last_trigger.served.sequence =
+      static_cast<std::uint16_t>(shown.last_trigger.served.sequence + last->next_ahead);
+  return shown;
+}
+
+void ServedRecord::note(const published::Snapshot& snapshot, std::string_view reader) {
   // No axis follows a value that is not valid: behind a start in doubt it is only where the box believes them to be.
   if (!snapshot.valid) return;
-  Nanometres value_nm{};
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
-    value_nm[axis] = static_cast<std::int32_t>(std::lround(snapshot.correction_mm[axis] * 1e6));
+  const auto value_nm = inNanometres(snapshot.correction_mm);
+  const auto key = keyOf(reader);
   const std::lock_guard lock{mutex_};
-  if (snapshot.at < noted_at_) return;
-  noted_at_ = snapshot.at;
-  last_nm_ = value_nm;
-  if (written_nm_ == value_nm) return;
+  if (const auto* const before = find(key); before != nullptr && before->has_read && snapshot.at < before->at) return;
+  const bool was_newest = !readers_.empty() && readers_.front().key == key;
+  auto& entry = entryFor(key);
+  const bool is_new = !was_newest || !entry.has_read || entry.value_nm != value_nm;
+  entry.has_read = true;
+  entry.value_nm = value_nm;
+  entry.at = snapshot.at;
+  entry.ahead = entry.next_ahead;
+  entry.sequence = static_cast<std::uint16_t>(snapshot.sequence - entry.ahead);
+  if (is_written_ && !is_new) return;
+  ++count_;
   const bool is_here = writable_ && store::isStillAt(place_, file_.get());
-  if (!(is_here || openToWrite()) || !put(value_nm)) {
-    const std::string why = std::strerror(errno);
-    // An older value must not be taken for this one.
-    if (writable_) {
-      [[maybe_unused]] const int emptied = ::ftruncate(file_.get(), 0);
-    }
-    written_nm_.reset();
-    // Said once: the next value is tried again.
-    if (!std::exchange(failing_, true))
-      logWarning("the value that is served cannot be kept (" + why +
-                 "): after a kill the correction sets out from what the disk has; check the disk");
+  is_written_ = (is_here || openToWrite()) && put();
+  if (is_written_) {
+    failing_ = false;
     return;
   }
-  failing_ = false;
-  written_nm_ = value_nm;
+  const std::string why = std::strerror(errno);
+  // An older value must not be taken for this one.
+  if (writable_) {
+    [[maybe_unused]] const int emptied = ::ftruncate(file_.get(), 0);
+  }
+  // Said once: the next value is tried again.
+  if (!std::exchange(failing_, true))
+    logWarning("the value that is served cannot be kept (" + why +
+               "): after a kill the correction sets out from what the disk has; check the disk");
 }
 
-bool ServedRecord::put(const Nanometres& value_nm) const {
+bool ServedRecord::put() const {
   Bytes bytes{};
   frame::ByteWriter writer{bytes};
   writer.put(kMark);
   const auto id = writer.take(kBootIdBytes);
   std::memcpy(id.data(), boot_id_.data(), boot_id_.size());
-  writer.put(before_.start);
-  writer.put(on_disk_);
-  for (const auto each_nm : value_nm) writer.put(each_nm);
+  for (const std::uint64_t number : {before_.start, on_disk_, count_, std::uint64_t{readers_.size()}})
+    writer.put(number);
+  for (const auto& reader : readers_) {
+    writer.put(reader.key);
+    for (const auto each_nm : reader.value_nm) writer.put(each_nm);
+  }
+  writer.take((kReaders - readers_.size()) * kReaderBytes);
   writer.put(crcOf(bytes));
   return ::pwrite(file_.get(), bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size());
 }

@@ -25,12 +25,14 @@ struct StandingBounds {
   // own.
   std::uint64_t start{};
   std::uint64_t no_later_than{};
+  std::uint64_t count{};  // of the newest record of reads
   static constexpr void fields(auto& self, auto&& field) {
     field("correction_mm", self.correction_mm, "");
     field("margin_mm", self.margin_mm, "");
     field("utc", self.utc, "");
     field("start", self.start, "");
     field("no_later_than", self.no_later_than, "");
+    field("count", self.count, "");
   }
 };
 
@@ -70,7 +72,8 @@ ServableWithin within(const Correction& centre_mm, const Correction& margin_mm, 
 
 bool isWithin(const Correction& at_mm, const StandingBounds& bounds) {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    if (!(std::abs(at_mm[axis] - bounds.correction_mm[axis]) <= bounds.margin_mm[axis])) return false;
+    constexpr double kResolution_mm = 1e-6;
+    if (!(std::abs(at_mm[axis] - bounds.correction_mm[axis]) <= bounds.margin_mm[axis] + kResolution_mm)) return false;
   }
   return true;
 }
@@ -110,14 +113,16 @@ void StandingKeeper::setProblem(std::string what) {
   problem_ = what.empty() ? "" : std::move(what) + kMeanwhile;
 }
 
-// A record that was left by an earlier start than the last one is older than what the disk has. One whose start found
-// the disk as it is now, and could not write to it, is newer.
+// A record that was left by an earlier start than the last one, or before the last write to the disk, is older than
+// what the disk has. One whose start found the disk as it is now, and could not write to it, is newer. None that is
+// true lies outside of the bounds.
 std::optional<Correction> StandingKeeper::exactly(const ServedBefore& served) const {
   const auto content = contentOf(file_);
   if (!served.found_mm || !content || served.found_start == 0) return std::nullopt;
   const bool is_newest = served.found_start == content->start || served.found_start == content->no_later_than ||
                          (content->start != 0 && served.found_on_disk == content->start);
-  return is_newest ? served.found_mm : std::nullopt;
+  const bool is_true = is_newest && served.found_count >= content->count && isWithin(*served.found_mm, *content);
+  return is_true ? served.found_mm : std::nullopt;
 }
 
 std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& served,
@@ -125,6 +130,7 @@ std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& ser
   const auto exactly = this->exactly(served);
   start_ = served.start;
   no_later_than_ = exactly && served.is_kept ? served.found_start : 0;
+  count_ = std::max(served.found_count, countOnDisk());
   Correction doubt_mm{};
   if (const auto content = contentOf(file_)) {
     kept_mm_ = content->correction_mm;
@@ -137,6 +143,7 @@ std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& ser
     margin_mm_ = doubt_mm;
   }
   const Correction standing_mm = exactly.value_or(kept_mm_);
+  if (contentOf(file_) || of_before) standing_before_mm_ = standing_mm;
   if (exactly) doubt_mm = {};
   const StandingRestored standing{.correction_mm = standing_mm, .at = now, .doubt_mm = doubt_mm};
   // Whatever the axes may stand at stays within what the disk knows, until the box is sure of more.
@@ -162,21 +169,46 @@ std::uint64_t StandingKeeper::startOnDisk() const {
   return content ? content->start : 0;
 }
 
-void StandingKeeper::look(const published::Snapshot& snapshot) {
+std::uint64_t StandingKeeper::countOnDisk() const {
+  const auto content = contentOf(file_);
+  return content ? content->count : 0;
+}
+
+// How far the present value, and what other readers have read last, lie from where the axes are taken to stand.
+Correction StandingKeeper::reach(const Correction& from_mm, const published::Snapshot& snapshot,
+                                 const std::optional<LastRead>& read) {
+  Correction reach_mm{};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    reach_mm[axis] = std::abs(snapshot.correction_mm[axis] - from_mm[axis]);
+    if (!read) continue;
+    reach_mm[axis] =
+        std::max({reach_mm[axis], from_mm[axis] - read->least_mm[axis], read->greatest_mm[axis] - from_mm[axis]});
+  }
+  return reach_mm;
+}
+
+void StandingKeeper::look(const published::Snapshot& snapshot, const std::optional<LastRead>& read) {
   if (!snapshot.valid) return;
   was_valid_ = true;
-  const bool is_new = margin_mm_ != ahead_mm_;
-  bool is_near = is_new;
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
-    is_near = is_near || std::abs(snapshot.correction_mm[axis] - kept_mm_[axis]) > margin_mm_[axis] / 2;
-  if (!is_near && alike(kept_mm_, snapshot.correction_mm, kLeastChange_mm)) return;
+  if (read) count_ = std::max(count_, read->count);
+  const auto standing_mm = read ? read->newest_mm : snapshot.correction_mm;
+  auto margin_mm = reach(standing_mm, snapshot, read);
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) margin_mm[axis] += ahead_mm_[axis];
+  bool is_near = false;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const double left_mm = margin_mm_[axis] - std::abs(snapshot.correction_mm[axis] - kept_mm_[axis]);
+    is_near = is_near || left_mm < ahead_mm_[axis] / 2;
+  }
+  const bool is_as_kept =
+      alike(kept_mm_, standing_mm, kLeastChange_mm) && alike(margin_mm_, margin_mm, kLeastChange_mm);
+  if (!is_near && is_as_kept) return;
   const bool was_just_tried = tried_at_ && snapshot.at - *tried_at_ < kLeastInterval;
   const bool failed_before = failing_;
   if (was_just_tried && (!is_near || failed_before)) return;
   tried_at_ = snapshot.at;
   // Between the old bounds and the new ones the core keeps to both; also after a failure, which may have left either.
   auto both = either_ ? *either_ : within(kept_mm_, margin_mm_, snapshot.at);
-  const auto next = within(snapshot.correction_mm, ahead_mm_, snapshot.at);
+  const auto next = within(standing_mm, margin_mm, snapshot.at);
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     both.least_mm[axis] = std::max(both.least_mm[axis], next.least_mm[axis]);
     both.greatest_mm[axis] = std::min(both.greatest_mm[axis], next.greatest_mm[axis]);
@@ -184,18 +216,22 @@ void StandingKeeper::look(const published::Snapshot& snapshot) {
   both.at = snapshot.at;
   either_ = both;
   tell_core_(both);
-  if (!keep(snapshot.correction_mm, ahead_mm_)) return;
+  if (!keep(standing_mm, margin_mm)) return;
   either_.reset();
   tell_core_(within(kept_mm_, margin_mm_, snapshot.at));
 }
 
-void StandingKeeper::finish(const published::Snapshot& snapshot, const std::optional<Correction>& exactly) {
+void StandingKeeper::finish(const published::Snapshot& snapshot, const std::optional<LastRead>& read) {
   // Not valid since the start: what the axes stand at is what was kept.
-  if (was_valid_ || snapshot.valid) (void)keep(exactly.value_or(snapshot.correction_mm), {});
+  if (!was_valid_ && !snapshot.valid) return;
+  if (read) count_ = std::max(count_, read->count);
+  auto at_the_end = snapshot;
+  if (read) at_the_end.correction_mm = read->newest_mm;
+  (void)keep(at_the_end.correction_mm, reach(at_the_end.correction_mm, at_the_end, read));
 }
 
 bool StandingKeeper::keep(const Correction& correction_mm, const Correction& margin_mm) {
-  const auto kept = file_.write(encodedBounds({correction_mm, margin_mm, utcNow(), start_, no_later_than_}));
+  const auto kept = file_.write(encodedBounds({correction_mm, margin_mm, utcNow(), start_, no_later_than_, count_}));
   setProblem(kept ? "" : kept.error().what);
   failing_ = !kept;
   if (!kept) return false;

@@ -42,11 +42,18 @@ class StandingKeeper {
   // The start that wrote what the disk has: this one, where it could. Behind restore().
   std::uint64_t startOnDisk() const;
 
+  // The number of the last record of reads that the disk knows of. Behind restore().
+  std::uint64_t countOnDisk() const;
+  // Where the axes stood at the start; nothing where this is the first one. Behind restore().
+  const std::optional<Correction>& standingBefore() const { return standing_before_mm_; }
+
   // Writes when necessary. An invalid correction is not applied by the CNC, so the stored one is kept.
-  void look(const published::Snapshot& snapshot);
-  // Writes the correction at which the axes stand, after serving has ended. exactly: what a CNC has read last, if one
-  // has; the final correction otherwise.
-  void finish(const published::Snapshot& snapshot, const std::optional<Correction>& exactly = {});
+  // read: what readers of the correction have read last. Axes stand there, and go from there to the present value, so
+  // the bounds hold both.
+  void look(const published::Snapshot& snapshot, const std::optional<LastRead>& read = {});
+  // Writes the correction at which the axes stand, after serving has ended: what was read last, if anything was; the
+  // final correction otherwise.
+  void finish(const published::Snapshot& snapshot, const std::optional<LastRead>& read = {});
 
   // What the start has found, for a person; empty where there is nothing to say. Behind restore(), for any thread.
   const std::string& notice() const { return notice_; }
@@ -57,6 +64,8 @@ class StandingKeeper {
   std::optional<Correction> exactly(const ServedBefore& served) const;
   void reachAlso(const Correction& recorded_mm);
   bool keep(const Correction& correction_mm, const Correction& margin_mm);
+  static Correction reach(const Correction& from_mm, const published::Snapshot& snapshot,
+                          const std::optional<LastRead>& read);
   void setProblem(std::string what);
 
   store::TwinFile file_;
@@ -66,6 +75,8 @@ class StandingKeeper {
   Correction ahead_mm_{};
   std::uint64_t start_{};          // of this process
   std::uint64_t no_later_than_{};  // the start whose record holds until this one makes its own; 0 without one
+  std::uint64_t count_{};          // of the newest record of reads
+  std::optional<Correction> standing_before_mm_;
   Correction kept_mm_{};
   Correction margin_mm_{};                // as stored
   std::optional<ServableWithin> either_;  // within what is stored, whichever attempts of writing it have succeeded

@@ -62,9 +62,9 @@ TEST_F(Served, IsWhatAnEarlierProcessServedUntilThisOneServes) {
   EXPECT_FALSE(ServedRecord{path()}.last());
   ServedRecord{path()}.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   ServedRecord record{path()};
-  EXPECT_DOUBLE_EQ((*record.last())[0], 0.002);
+  EXPECT_DOUBLE_EQ(record.last()->newest_mm[0], 0.002);
   record.note(snapshotOf({0.003, 0, 0}, MonoTime{3s}));
-  EXPECT_DOUBLE_EQ((*record.last())[0], 0.003);
+  EXPECT_DOUBLE_EQ(record.last()->newest_mm[0], 0.003);
   EXPECT_DOUBLE_EQ((*record.before().found_mm)[0], 0.002);
 }
 
@@ -72,7 +72,7 @@ TEST_F(Served, IsWhatAnEarlierProcessServedUntilThisOneServes) {
 TEST_F(Served, KnowsWhatWasReadThoughItsFileTakesNothing) {
   ServedRecord homeless{folder_.file("no such folder/served-last")};
   homeless.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
-  EXPECT_DOUBLE_EQ((*homeless.last())[0], 0.002);
+  EXPECT_DOUBLE_EQ(homeless.last()->newest_mm[0], 0.002);
 
   ServedRecord record{path()};
   record.note(snapshotOf({0.001, 0, 0}, MonoTime{1s}));
@@ -83,7 +83,7 @@ TEST_F(Served, KnowsWhatWasReadThoughItsFileTakesNothing) {
   ::setrlimit(RLIMIT_FSIZE, &nothing);
   record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   ::setrlimit(RLIMIT_FSIZE, &before);
-  EXPECT_DOUBLE_EQ((*record.last())[0], 0.002);
+  EXPECT_DOUBLE_EQ(record.last()->newest_mm[0], 0.002);
   EXPECT_FALSE(ServedRecord{path()}.before().found_mm) << "older than what was read last: not to be taken for it";
 }
 
@@ -139,6 +139,68 @@ TEST_F(Served, IsReadWhereItCannotBeWrittenAndSaysSo) {
     const ServedRecord next{path()};
     return next.before().found_mm && (*next.before().found_mm)[0] == 0.002 && !next.before().is_kept;
   }));
+}
+
+constexpr ServedRecord::Limits kTwentyUmPerS{{{0.5, 0.02}, {0.5, 0.02}, {0.5, 0.02}}};
+
+// The box goes on to 0.1 mm while a line is unplugged.
+TEST_F(Served, GoesOnFromWhatEachReaderReadLastAtTheLimitOfRate) {
+  ServedRecord record{path(), kTwentyUmPerS};
+  const auto read = [&](const char* reader, double wanted_mm, Nanoseconds at) {
+    auto core = snapshotOf({wanted_mm, 0, 0}, MonoTime{at});
+    core.settled = true;
+    auto shown = record.shownTo(reader, core);
+    record.note(shown, reader);
+    return shown;
+  };
+  EXPECT_EQ(read("line", 0.01, 1s).correction_mm[0], 0.01) << "the first value that it reads";
+  for (auto at = 1s + 100ms; at < 5s; at += 100ms) read("monitor", 0.01 + 2e-5 * static_cast<double>(at / 1ms - 1000), at);
+  double before_mm = 0.01;
+  std::uint16_t sequence = 0;
+  auto at = 5s + 0ms;
+  for (bool is_first = true; before_mm < 0.09; at += 20ms, is_first = false) {
+    ASSERT_LT(at, 12s);
+    const auto shown = read("line", 0.09, at);
+    const double most_mm = is_first ? 0.02 * 0.25 : 0.02 * (0.02 + 0.05);
+    EXPECT_LE(shown.correction_mm[0] - before_mm, most_mm + 1e-9);
+    EXPECT_GT(shown.correction_mm[0], before_mm);
+    EXPECT_EQ(shown.settled, shown.correction_mm[0] == 0.09);
+    EXPECT_NE(shown.sequence, sequence) << "each value is a new one";
+    before_mm = shown.correction_mm[0];
+    sequence = shown.sequence;
+  }
+  EXPECT_EQ(read("line", 0.09, at).sequence, sequence) << "and the same one is not";
+  EXPECT_EQ(read("monitor", 0.09, at).correction_mm[0], 0.09) << "it never stopped reading";
+}
+
+TEST_F(Served, KeepsWhereEachReaderStandsOverAKill) {
+  {
+    ServedRecord record{path(), kTwentyUmPerS};
+    record.note(snapshotOf({0.01, 0, 0}, MonoTime{1s}), "line");
+    record.note(snapshotOf({0.09, 0, 0}, MonoTime{5s}), "monitor");
+    EXPECT_DOUBLE_EQ(record.last()->least_mm[0], 0.01);
+    EXPECT_DOUBLE_EQ(record.last()->greatest_mm[0], 0.09);
+  }
+  ServedRecord next{path(), kTwentyUmPerS};
+  EXPECT_DOUBLE_EQ((*next.before().found_mm)[0], 0.09);
+  next.setOnDisk(1, 0, ServedRecord::Correction{0.09, 0, 0});
+  const auto shown = [&](const char* reader) {
+    return next.shownTo(reader, snapshotOf({0.12, 0, 0}, MonoTime{20s})).correction_mm[0];
+  };
+  EXPECT_NEAR(shown("line"), 0.015, 1e-9);
+  EXPECT_NEAR(shown("monitor"), 0.095, 1e-9);
+  EXPECT_NEAR(shown("another"), 0.095, 1e-9) << "it stands where the box takes the axes to stand";
+}
+
+TEST_F(Served, NumbersItsRecordsOverAllStarts) {
+  std::uint64_t count = 0;
+  for (int start = 0; start < 3; ++start) {
+    ServedRecord record{path()};
+    EXPECT_EQ(record.before().found_count, count);
+    for (int k = 0; k < 5; ++k) record.note(snapshotOf({k * 0.001, 0, 0}, MonoTime{k * 1s}));
+    EXPECT_GT(record.last()->count, count);
+    count = record.last()->count;
+  }
 }
 
 TEST_F(Served, WithoutAFolderNothingIsKnownAndNothingFalls) {

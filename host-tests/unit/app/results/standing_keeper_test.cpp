@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <utility>
 
 #include "host-tests/support/in_child.hpp"
 #include "host-tests/support/temporary_folder.hpp"
@@ -141,10 +142,43 @@ TEST_F(Standing, IsNotWhatAnOlderRecordSays) {
 TEST_F(Standing, IsWhatWasReadLastHoweverFarTheCorrectionWentSince) {
   auto box = keeper();
   restored(box);
-  box.look(serving({0.3, 0, 0}, 1s));
-  const auto after = afterAnEnd(Correction{0.0701, 0, 0});
+  const Correction read_mm{0.0701, 0, 0};
+  box.look(serving({0.3, 0, 0}, 1s), LastRead{read_mm, read_mm, read_mm, 7});
+  auto next = keeper();
+  const auto after =
+      restored(next, {.start = 2, .is_kept = true, .found_start = 1, .found_count = 7, .found_mm = read_mm});
   EXPECT_EQ(after.standing.correction_mm[0], 0.0701);
   EXPECT_EQ(after.standing.doubt_mm, Correction{});
+}
+
+// The record is lost with the power: the axes stand where they read last, and the disk knows it.
+TEST_F(Standing, IsWhereItWasReadLastAlsoAfterAPowerCut) {
+  auto box = keeper();
+  restored(box);
+  const Correction read_mm{0.0701, 0, 0}, other_mm{-0.02, 0, 0};
+  box.look(serving({0.3, 0, 0}, 1s), LastRead{read_mm, other_mm, read_mm, 7});
+  const auto after = afterAnEnd();
+  EXPECT_EQ(after.standing.correction_mm[0], 0.0701);
+  EXPECT_GE(after.standing.doubt_mm[0], 0.3 - 0.0701);
+  EXPECT_LE(after.within.least_mm[0], -0.02) << "another reader stands there";
+}
+
+// A copy of the record that was put back, of the same start of the box and of the computer.
+TEST_F(Standing, IsNotWhatARecordSaysThatTheDiskOutlives) {
+  const Correction read_mm{0.01, 0, 0}, near_mm{0.005, 0, 0}, far_mm{-0.152, 0, 0};
+  for (const auto& [count, found_mm] : {std::pair{29U, near_mm}, {29U, far_mm}, {31U, far_mm}}) {
+    std::filesystem::remove(folder_.file("served"));
+    auto box = keeper();
+    restored(box, {.start = 1, .is_kept = true});
+    box.look(serving(read_mm, 1s), LastRead{read_mm, read_mm, read_mm, 30});
+    auto next = keeper();
+    const auto found =
+        restored(next, {.start = 1, .is_kept = true, .found_start = 1, .found_count = count, .found_mm = found_mm});
+    EXPECT_EQ(found.standing.correction_mm[0], 0.01);
+    EXPECT_GE(found.standing.doubt_mm[0], 0.05) << "its age is not known";
+    if (found_mm != far_mm) continue;
+    EXPECT_LE(found.within.least_mm[0], far_mm[0]) << "the axes may stand there";
+  }
 }
 
 // Killed before a CNC has read anything: its record is still that of the start before.
