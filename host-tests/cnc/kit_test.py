@@ -15,19 +15,28 @@ from machine_room import eventually
 
 COUNT_MM = 1e-4
 SETTLED_MM = 2e-4
+RATE_MM_S = 0.05  # of board/sim and probebox_offsets.hal
+# A computer that pauses makes up for many servo cycles at once.
+STEP_MM = 0.008
 
 
 class Follower(threading.Thread):
-    """Reads an offset all the time and keeps its extremes."""
+    """Reads an offset all the time and keeps its extremes, and by how much it has gone farther than the limit of rate allows."""
 
     def __init__(self, room, axis):
         super().__init__(daemon=True)
         self.room, self.name_of_pin, self.stopped = room, "axis.%s.eoffset" % axis, False
         self.least = self.most = room.pin(self.name_of_pin)
+        self.worst_step = 0
 
     def run(self):
+        before = before_s = None
         while not self.stopped:
+            asked_s = time.monotonic()
             value = self.room.pin(self.name_of_pin)
+            if before is not None:
+                self.worst_step = max(self.worst_step, abs(value - before) - RATE_MM_S * (time.monotonic() - before_s))
+            before, before_s = value, asked_s
             self.least, self.most = min(self.least, value), max(self.most, value)
             time.sleep(0.002)
 
@@ -61,6 +70,28 @@ def stays(room, axis, for_s, what):
     assert before - SETTLED_MM <= least and most <= before + SETTLED_MM, (what, before, least, most)
 
 
+class NoStep:
+    """In its scope the gate closes and opens, and the joint goes no faster than the limit of rate."""
+
+    def __init__(self, room, axis, what):
+        self.follower, self.what = Follower(room, axis), what
+
+    def __enter__(self):
+        self.follower.start()
+
+    def __exit__(self, failed, *_):
+        self.follower.end()
+        if not failed:
+            assert self.follower.worst_step < STEP_MM, ("the joint stepped", self.what, self.follower.worst_step)
+
+
+def goes_far_unread(room, sources, what):
+    """The box goes to another correction while nobody reads it."""
+    before = room.corrections()[0]
+    assert room.probebox("corrections", "--sum", sources).returncode == 0
+    eventually(lambda: room.settled() and abs(room.corrections()[0] - before) > 4 * STEP_MM, what)
+
+
 def component_of_gate():
     for pid in filter(str.isdigit, os.listdir("/proc")):
         try:
@@ -88,18 +119,23 @@ def mill(room, board):
     eventually(lambda: gate(room) and follows(room, "xyz"), "offsets that follow the box")
     eventually(lambda: abs(room.pin("joint.0.motor-pos-cmd") - offset(room, "x")) < SETTLED_MM, "a joint at its offset")
 
-    cable.connected = False
-    eventually(lambda: not gate(room) and not room.pin("probebox.valid"), "a gate that closes on a silent line")
-    stays(room, "x", 2, "silent line")
-    cable.connected = True
-    eventually(lambda: gate(room), "a gate that opens when the line is back")
+    for sources in ("none", "screw"):
+        with NoStep(room, "x", "line"):
+            cable.connected = False
+            eventually(lambda: not gate(room) and not room.pin("probebox.valid"), "a gate that closes on a silent line")
+            goes_far_unread(room, sources, "a correction that went far while the line was unplugged")
+            stays(room, "x", 1, "silent line")
+            cable.connected = True
+            eventually(lambda: gate(room), "a gate that opens when the line is back")
+            eventually(lambda: abs(offset(room, "x") - room.corrections()[0]) < 10 * SETTLED_MM, "the joint at it")
 
     gate_pid = component_of_gate()
-    os.kill(gate_pid, signal.SIGSTOP)
-    eventually(lambda: not gate(room), "a gate that closes when its component has stopped")
-    stays(room, "x", 1, "stopped component")
-    os.kill(gate_pid, signal.SIGCONT)
-    eventually(lambda: gate(room), "a gate that opens when its component goes on")
+    with NoStep(room, "x", "component"):
+        os.kill(gate_pid, signal.SIGSTOP)
+        eventually(lambda: not gate(room), "a gate that closes when its component has stopped")
+        stays(room, "x", 1, "stopped component")
+        os.kill(gate_pid, signal.SIGCONT)
+        eventually(lambda: gate(room), "a gate that opens when its component goes on")
 
     before = offset(room, "x")
     room.kill_box()
@@ -116,8 +152,16 @@ def mill(room, board):
 
     room.machine_off()
     eventually(lambda: room.pin("axis.x.eoffset-counts") == 0, "no counts while the machine is off")
-    room.machine_on()
-    eventually(lambda: gate(room) and follows(room, "xyz"), "offsets after machine-on")
+    with NoStep(room, "x", "machine-on"):
+        room.machine_on()
+        eventually(lambda: gate(room) and follows(room, "xyz"), "offsets after machine-on")
+
+    # A power cut of the box: what was read last is lost, and the disk knows only bounds.
+    with NoStep(room, "x", "power cut"):
+        room.kill_box()
+        os.remove(room.path("state/served-last"))
+        room.start_box(*box)
+        eventually(lambda: gate(room) and follows(room, "xyz"), "offsets after a power cut of the box")
 
 
 def lathe(room, board):
