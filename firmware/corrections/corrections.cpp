@@ -106,7 +106,7 @@ void Corrections::push(const PoseTold& pose) {
 }
 
 void Corrections::push(const DelayActivated& activated) {
-  state_.delay = published::DelayInForce{activated.result_id != 0, activated.result_id, activated.tau_s, activated.sd_s,
+  state_.delay = published::DelayInForce{activated.hasAllAxes(), activated.result_id, activated.tau_s, activated.sd_s,
                                          gainOf(activated)};
   const bool any = activated.result_id != 0;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {

@@ -168,7 +168,7 @@ void RegisterImage::putCorrections(const published::Snapshot& snapshot) {
 }
 
 void RegisterImage::putDelay(const published::DelayInForce& delay) {
-  const auto in_force = delay.calibrated ? delay : published::DelayInForce{};
+  const auto in_force = delay.result_id != 0 ? delay : published::DelayInForce{};
   putTriple(address::delay_f32, in_force.tau_s, 1e3);
   putTriple(address::delay_sd_f32, in_force.sd_s, 1e3);
   putTriple(address::delay_i32, in_force.tau_s, 1e9);

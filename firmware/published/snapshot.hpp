@@ -79,10 +79,11 @@ struct MeasuredGain {
   std::array<std::array<double, 3>, 3> sd{};
 };
 
-// The system delay in force per axis ((A1): tau = t_machine - t_probe), s, with standard deviation (k = 1).
+// The system delay in force per axis ((A1): tau = t_machine - t_probe), s, with standard deviation (k = 1), which is 0
+// for an axis whose delay was never measured.
 struct DelayInForce {
-  bool calibrated{};
-  std::uint64_t result_id{};
+  bool calibrated{};          // the delay of every axis was measured
+  std::uint64_t result_id{};  // the one that came into force last; 0: none
   std::array<double, kLinearAxes> tau_s{};
   std::array<double, kLinearAxes> sd_s{};
   std::optional<MeasuredGain> gain{};  // of the same result

@@ -10,7 +10,7 @@
 namespace probebox {
 
 // Activates a system delay ((A1): tau = t_machine - t_probe), and the probe's gain (A3) where its touches gave it with
-// a standard deviation. result_id 0: none is in force any more.
+// a standard deviation. result_id 0: none is in force any more. An axis whose delay was never measured has an sd of 0.
 struct DelayActivated {
   std::uint64_t result_id{};
   std::array<double, kLinearAxes> tau_s{};
@@ -19,10 +19,17 @@ struct DelayActivated {
   bool has_gain{};
   std::array<std::int32_t, 9> gain_ppm{};
   std::array<std::int32_t, 9> sd_gain_ppm{};
+  // Tests whether the delay of every axis was measured.
+  constexpr bool hasAllAxes() const {
+    for (const double sd : sd_s) {
+      if (!(sd > 0)) return false;
+    }
+    return result_id != 0;
+  }
   static constexpr void fields(auto& self, auto&& field) {
     field("result_id", self.result_id, "the result that is in force from now on");
     field("tau_s", self.tau_s, "s, X Y Z");
-    field("sd_s", self.sd_s, "s, X Y Z, standard deviation (k = 1)");
+    field("sd_s", self.sd_s, "s, X Y Z, standard deviation (k = 1); 0 of an axis whose delay was never measured");
     field("at", self.at, "ns, monotonic, of this boot");
     field("has_gain", self.has_gain, "1 when the result has a gain of the probe with its standard deviation");
     field("gain_ppm", self.gain_ppm, "row by row, 1e-6 of tip travel in machine axes per channel a b c");

@@ -167,7 +167,7 @@ struct Corrections {
       field("sequence", self.sequence, "+1 whenever any correction changes");
       field("heartbeat", self.heartbeat, "+1 every 0.1 s");
       field("age_ms", self.age_ms, "ms since the corrections were computed");
-      field("delay_calibrated", self.delay_calibrated, "1 when a result about the system delay is active");
+      field("delay_calibrated", self.delay_calibrated, "1 when the system delay of every axis is in force");
       field("tau_s", self.tau_s, "s, X Y Z, machine minus probe");
       field("tau_sd_s", self.tau_sd_s, "s, X Y Z, combined standard uncertainty (k = 1)");
       field("settled", self.settled,

@@ -63,7 +63,8 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "axes that are not absolute to be homed"},
 
     {address::delay_f32, "XYZ system delay", f32, 1, "ms", read,
-     "tau = t machine - t probe of the result in force; 0 and status bit 2 clear when there is none"},
+     "tau = t machine - t probe in force; 0 with sd 0 for an axis whose delay was never measured: status bit 2 is set "
+     "when that of every axis was"},
     {address::delay_sd_f32, "XYZ system delay, sd", f32, 1, "ms", read, "standard deviation (k = 1)"},
     {address::delay_i32, "X system delay", i32, 1, "ns", read, "the value of register 64"},
     {address::delay_i32 + 2, "Y system delay", i32, 1, "ns", read, "the value of register 66"},
@@ -71,7 +72,10 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::delay_sd_i32, "X system delay, sd", i32, 1, "ns", read, "the value of register 70"},
     {address::delay_sd_i32 + 2, "Y system delay, sd", i32, 1, "ns", read, "the value of register 72"},
     {address::delay_sd_i32 + 4, "Z system delay, sd", i32, 1, "ns", read, "the value of register 74"},
-    {address::delay_result, "delay result", u32, 1, "", read, "number of the result in force; 0 when there is none"},
+    {address::delay_result, "delay result", u32, 1, "", read,
+     "number of the result about a delay that came into force last; 0 when there is none. Each axis keeps the delay of "
+     "the "
+     "last result that observed it"},
 
     {address::calibration_state, "calibration state", u16, 1, "", read,
      "the last calibration: 0 idle, 1 running, 2 proposed, 3 accepted, 4 refused, 5 aborted"},

@@ -33,6 +33,9 @@ Rules for the master:
 - 32-bit values are high word first unless register 128 is 1, which the box keeps for the line. By TCP the address decides (`words=`), for
   all masters, and register 128 takes no other value.
 - After any end of the box the first correction is the one that it served last, with bit 0 clear until all inputs are known.
+- A master that did not read for a while is taken on from the correction that it read last, at the limit of rate: no more than 0.25 s of it
+  between two reads. Register 48 is 0 meanwhile, and register 3 counts on. Read at least four times a second. A master that holds an offset
+  over a power cut of the box limits the rate itself when it goes on.
 - Registers 128 and 138 are stored before the write is answered, and restored before the first answer after any end. Markers,
   homings, poses, wishes and their commit registers begin at 0 again when the box starts or the serial line was unplugged; references of axes
   that are not absolute, the tool and angles that the controller sent are lost with a start of the box, and so is the mask, which
@@ -44,7 +47,9 @@ Rules for the master:
   silent for longest, of those of the computer that has most; a computer that has half of all replaces its own. All share the registers that they write, so one alone should: then a request that is repeated over a new
   connection is done once. What is no Modbus over TCP ends the connection.
 - A frame begins after silence or behind a whole frame. What is inside another unit's answer, or inside a frame with a bad CRC, is not done
-  unless the line falls silent for 50 ms in its middle: after such a silence the box listens for a new frame.
+  unless the line falls silent for 50 ms in its middle: after such a silence the box listens for a new frame. Noise before or behind a
+  request does not hide it: where the line pauses (t3.5) behind a whole request, a read is answered whatever stands before it, such as a
+  write that was torn off, and a write behind up to three bytes.
 - Exception 2 (illegal data address): an address outside the map, or a write to a register that is not marked `write`.
   Exception 3 (illegal data value): a value outside its range, or a write that service.toml does not allow; both at once where the write
   has both words of a value. A line that may do nothing writes register 128 alone. A write to a commit register answers so for all that it commits: a homing outside of the travel, of

@@ -248,6 +248,10 @@ std::optional<std::string> whyNotTraceable(const Result& result, const Certifica
   if (const auto day = measured.substr(0, certified.size()); day < certified)
     return "This result is not metrologically traceable: it was measured on " + day +
            ", and the reference sphere was calibrated on " + certified + ". Was the clock of the box set?";
+  if (!dayOf(measured.substr(0, std::string_view{"2026-11-29"}.size())))
+    return "This result is not metrologically traceable: the box had no trusted clock, so when it was measured is not "
+           "known (" +
+           measured + "), nor whether the certificate of the reference sphere held then.";
   const auto day = measured.substr(0, due.size());
   if (due.empty() || day < due) return std::nullopt;
   return "This result is not metrologically traceable: it was measured on " + day +

@@ -1,6 +1,7 @@
 // Members of ResultsInForce for the time around an acceptance: they compare, warn, and add a stylus offset to a
 // centreline from the tip.
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <set>
@@ -11,6 +12,7 @@
 
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/acceptance.hpp"
+#include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/corrections/tool_in_spindle.hpp"
@@ -29,10 +31,14 @@ constexpr std::size_t kAllChanges = 100'000;
 std::optional<std::string> aboutEffect(const store::Record& record) {
   const auto& subject = record.binding.subject;
   const auto* result = record.result();
+  if (subject == "delay-oblique")
+    return "The probe was driven along none of the axes, so what was measured is of several axes together: it is kept "
+           "and "
+           "shown, and the samples keep the delay in force.";
   if (subject == "delay-joints")
     return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in force "
            "about 'delay'.";
-  if (subject == "delay" && result != nullptr && result->find("gain_matrix") != nullptr &&
+  if (delayAxesOf(subject) && result != nullptr && result->find("gain_matrix") != nullptr &&
       result->find(metrology::kGainTakenAt) == nullptr)
     return "The case does not state at which angle of the spindle the probe touched (config key A_rad), and the "
            "probe's "
@@ -54,7 +60,10 @@ std::optional<std::string> aboutEffect(const store::Record& record) {
 
 Acceptance ResultsInForce::comparedWithPresent(const store::Record& record) const {
   Acceptance acceptance{record, {}, notesOn(record)};
-  if (const auto present = store_.active(record.binding); present && *present) {
+  auto present = store_.active(record.binding);
+  // One of some axes takes their place in one of all.
+  if (present && !*present && delayAxesOf(record.binding.subject)) present = store_.active(bindingFor("delay"));
+  if (present && *present) {
     acceptance.comparison = compare(record, **present);
     if (auto replaced = onReplacedGain(record, **present)) acceptance.notes.push_back(*std::move(replaced));
   }
@@ -65,8 +74,25 @@ std::vector<std::string> ResultsInForce::notesOn(const store::Record& record) co
   std::vector<std::string> notes = onRetired(store_, record);
   if (auto doubt = whyNotConforming(record)) notes.insert(notes.begin(), *std::move(doubt));
   if (auto effect = aboutEffect(record)) notes.push_back(*std::move(effect));
+  if (auto others = aboutOtherAxes(record)) notes.push_back(*std::move(others));
   std::ranges::move(warningsOf(record), std::back_inserter(notes));
   return notes;
+}
+
+// What becomes of axes whose delay a result does not observe.
+std::optional<std::string> ResultsInForce::aboutOtherAxes(const store::Record& record) const {
+  const auto observed = delayAxesOf(record.binding.subject);
+  if (!observed || std::ranges::all_of(*observed, std::identity{})) return std::nullopt;
+  const auto composed = delayByAxis();
+  const auto* in_force = composed ? std::get_if<DelayActivated>(&*composed) : nullptr;
+  std::string of, kept, never;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const bool is_known = in_force != nullptr && in_force->sd_s[axis] > 0;
+    auto& list = (*observed)[axis] ? of : is_known ? kept : never;
+    list += (list.empty() ? "" : ", ") + std::string{"XYZ"[axis]};
+  }
+  return "It is the delay of " + of + " alone." + (kept.empty() ? "" : " " + kept + " keeps the one in force.") +
+         (never.empty() ? "" : " That of " + never + " was never measured: its positions stay late by it.");
 }
 
 // Those in force that rest on a result which is replaced.

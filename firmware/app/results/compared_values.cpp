@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <span>
 #include <string_view>
 #include <utility>
 
+#include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/metrology/centre_height.hpp"
 #include "firmware/metrology/subject_values.hpp"
@@ -48,9 +50,24 @@ std::vector<Estimate> delayByAxis(const metrology::Result& result) {
   return {std::move(by_axis)};
 }
 
+// Of the axes that the subject names, each by its own key: a result about all of them has it too.
+std::vector<Estimate> delayOfSome(const metrology::Result& result, const std::array<bool, kLinearAxes>& axes) {
+  const auto by_axis = delayByAxis(result).front();
+  std::vector<Estimate> some;
+  for (std::size_t axis = 0; axis < axes.size() && by_axis.values.size() == axes.size(); ++axis) {
+    if (!axes[axis]) continue;
+    const bool has_sd = by_axis.sd.size() == axes.size();
+    some.push_back(Estimate::scalar(std::string{"tau_"} + "xyz"[axis] + "_s", by_axis.values[axis],
+                                    has_sd ? std::optional{by_axis.sd[axis]} : std::nullopt));
+    if (by_axis.uncertainty.size() == axes.size()) some.back().uncertainty = {by_axis.uncertainty[axis]};
+  }
+  return some;
+}
+
 std::vector<Estimate> quantitiesOf(const metrology::Result& result, const std::string& subject) {
-  if (subject == "delay") {
-    auto quantities = delayByAxis(result);
+  if (const auto axes = delayAxesOf(subject)) {
+    const bool is_of_all = std::ranges::all_of(*axes, std::identity{});
+    auto quantities = is_of_all ? delayByAxis(result) : delayOfSome(result, *axes);
     if (const auto* gain = servedGain(result)) quantities.push_back(*gain);
     return quantities;
   }

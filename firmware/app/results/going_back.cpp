@@ -66,11 +66,10 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& bindin
     return cutIsOn("repeat the rollback when it is over.");
   }
   readStore();
-  if (changed->active) {
+  if (changed->active)
     tell(*changed->active);
-  } else if (const auto none = noneInForce(binding.subject, now_())) {
-    tell_core_(*none);
-  }
+  else
+    tellNone(binding.subject);
   no_cut.reset();
   Return back{std::move(*changed), {}};
   if (back.active) back.notes = notesOn(*back.active);

@@ -56,13 +56,15 @@ void addGain(DelayActivated& event, const metrology::Result& result) {
   }
 }
 
-Outcome<std::vector<Event>> delay(const metrology::Result& result, std::uint64_t id, MonoTime now) {
+Outcome<std::vector<Event>> delay(const metrology::Result& result, const std::array<bool, kLinearAxes>& observed,
+                                  std::uint64_t id, MonoTime now) {
   const bool per_axis = result.find("tau_axis_s") != nullptr;
   TRY(const auto tau, per_axis ? valuesOf(result, "tau_axis_s", kLinearAxes) : valuesOf(result, "tau_s", 1));
   DelayActivated event{};
   event.result_id = id;
   event.at = now;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (!observed[axis]) continue;
     const std::size_t i = per_axis ? axis : 0;
     event.tau_s[axis] = tau.values[i];
     event.sd_s[axis] = tau.sdOf(i);
@@ -284,6 +286,19 @@ std::optional<std::uint32_t> preTravelToolOf(std::string_view subject) {
   return subject == kPreTravelSubject ? 0 : numberBehind(std::string{kPreTravelSubject} + "-", subject);
 }
 
+std::optional<std::array<bool, kLinearAxes>> delayAxesOf(std::string_view subject) {
+  if (subject == kDelay) return std::array{true, true, true};
+  constexpr std::string_view kOfAxes = "delay-", kLetters = "xyz";
+  if (!subject.starts_with(kOfAxes) || subject.size() == kOfAxes.size()) return std::nullopt;
+  std::array<bool, kLinearAxes> axes{};
+  for (const char letter : subject.substr(kOfAxes.size())) {
+    const auto axis = kLetters.find(letter);
+    if (axis == std::string_view::npos) return std::nullopt;
+    axes[axis] = true;
+  }
+  return axes;
+}
+
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
   const metrology::Result* result = record.result();
   if (result == nullptr) return Error{named(record) + " is a refusal."};
@@ -337,7 +352,7 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
   const metrology::Result* result = record.result();
   if (result == nullptr) return Error{named(record) + " is a refusal."};
   const auto& subject = record.binding.subject;
-  if (subject == kDelay) return delay(*result, record.id, now);
+  if (const auto observed = delayAxesOf(subject)) return delay(*result, *observed, record.id, now);
   if (subject == kCentreline || subject == kCentrelineOfSlide) return centreline(*result, record.id, now);
   if (auto published = kept(*result, subject)) return *std::move(published);
   if (subject.starts_with(kSensorHeadOf) && !sensorHeadOf(subject))
@@ -360,7 +375,7 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
 }
 
 std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
-  if (subject == kDelay) {
+  if (delayAxesOf(subject)) {
     DelayActivated none{};
     none.at = now;
     return none;

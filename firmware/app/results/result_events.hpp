@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -20,6 +21,10 @@ std::string subjectNamed(std::string_view subject_or_method);
 // Events that activate a result: one, plus one per row of a table by angle; none for results that the core does not
 // use. Errors name a missing or non-finite value, or a table that is too long.
 Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now);
+
+// Axes whose delay a result about this subject observes: all of "delay", X and Y of "delay-xy"; nullopt for other
+// subjects.
+std::optional<std::array<bool, kLinearAxes>> delayAxesOf(std::string_view subject);
 
 // Tool number of a sensor-head subject ("sensor-head-5"); nullopt for other subjects.
 std::optional<std::uint32_t> sensorHeadOf(std::string_view subject);

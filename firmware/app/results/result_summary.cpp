@@ -192,7 +192,7 @@ messages::Corrections::Answer correctionsAnswer(const box::State& state, std::ve
   answer.last_trigger = stampedTrigger(snapshot.last_trigger);
   answer.unplaced_triggers = snapshot.unplaced_triggers;
   answer.refused_homings = snapshot.refused_homings;
-  answer.delay_applied = snapshot.delay.calibrated && state.delay_applied;
+  answer.delay_applied = snapshot.delay.result_id != 0 && state.delay_applied;
   for (const auto& axis : snapshot.rotary) answer.rotary_axes.push_back(rotaryStatus(axis));
   const auto& swivel = snapshot.swivel;
   answer.swivel = {.result_id = swivel.result_id,

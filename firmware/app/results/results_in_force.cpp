@@ -8,7 +8,6 @@
 #include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/served_results.hpp"
-#include "protocol/units/calendar.hpp"
 
 namespace probebox::app {
 namespace {
@@ -17,10 +16,6 @@ constexpr Nanoseconds kSettling = std::chrono::seconds{1};
 constexpr Nanoseconds kPatience = std::chrono::seconds{1};
 
 }  // namespace
-
-std::string utcNow() {
-  return isoUtc(std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now()));
-}
 
 ResultsInForce::ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now,
                                WhyUnfit why_unfit, std::function<void(const Event&)> tell_core)
@@ -44,12 +39,60 @@ Outcome<std::vector<Event>> ResultsInForce::fitActivation(const store::Record& r
 // A result that fitted when it was accepted may not fit what the box describes now: then none of its kind is in force.
 void ResultsInForce::tell(const store::Record& record) {
   const auto events = fitActivation(record);
-  if (events) {
-    for (const auto& event : *events) tell_core_(event);
-    return;
+  if (!events) {
+    logError(named(record.id) + " is not in force: " + events.error().what);
+    return tellNone(record.binding.subject);
   }
-  logError(named(record.id) + " is not in force: " + events.error().what);
-  if (const auto none = noneInForce(record.binding.subject, now_())) tell_core_(*none);
+  const auto delay = delayAxesOf(record.binding.subject) ? delayByAxis() : std::nullopt;
+  if (delay) return tell_core_(*delay);
+  for (const auto& event : *events) tell_core_(event);
+}
+
+// An axis whose delay is no longer of this result may have one of another.
+void ResultsInForce::tellNone(const std::string& subject) {
+  auto none = delayAxesOf(subject) ? delayByAxis() : noneInForce(subject, now_());
+  if (none) tell_core_(*none);
+}
+
+// The delay of each axis is that of the result which observed it and came into force last. Nothing where the store
+// cannot be read.
+std::optional<Event> ResultsInForce::delayByAxis() const {
+  const auto in_force = ours(store::State::active);
+  if (!in_force) return std::nullopt;
+  DelayActivated by_axis{};
+  by_axis.at = now_();
+  std::array<std::uint64_t, kLinearAxes> since{};
+  std::uint64_t newest = 0, newest_gain = 0;
+  for (const auto& record : *in_force) {
+    const auto observed = delayAxesOf(record.binding.subject);
+    const auto events = observed ? fitActivation(record) : std::vector<Event>{};
+    if (!events || events->empty()) continue;
+    const auto& own = std::get<DelayActivated>(events->front());
+    const auto number = activatedBy(record.id);
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+      if (!(*observed)[axis] || number < since[axis]) continue;
+      since[axis] = number;
+      by_axis.tau_s[axis] = own.tau_s[axis];
+      by_axis.sd_s[axis] = own.sd_s[axis];
+    }
+    if (number >= newest) newest = number, by_axis.result_id = own.result_id;
+    if (!own.has_gain || number < newest_gain) continue;
+    newest_gain = number;
+    by_axis.has_gain = true;
+    by_axis.gain_ppm = own.gain_ppm;
+    by_axis.sd_gain_ppm = own.sd_gain_ppm;
+  }
+  return by_axis;
+}
+
+// Number of the change by which a result came into force; 0 where the store cannot tell.
+std::uint64_t ResultsInForce::activatedBy(store::Id id) const {
+  std::uint64_t number = 0;
+  const auto changes = store_.history(id);
+  if (!changes) return number;
+  for (const auto& change : *changes)
+    if (change.to == store::State::active) number = std::max(number, change.number);
+  return number;
 }
 
 store::Binding ResultsInForce::bindingFor(const std::string& subject) const {
@@ -67,13 +110,17 @@ std::vector<Event> ResultsInForce::restore() {
   readStore();
   for (const auto& problem : store_.damage()) logError(problem);
   std::vector<Event> events;
+  bool has_delay = false;
   for (const auto& record : ours(store::State::active).value_or(std::vector<store::Record>{})) {
     const auto told = fitActivation(record);
-    if (told)
+    if (told && delayAxesOf(record.binding.subject))
+      has_delay = true;
+    else if (told)
       events.insert(events.end(), told->begin(), told->end());
     else
       logError(named(record.id) + " is not in force: " + told.error().what);
   }
+  if (const auto delay = has_delay ? delayByAxis() : std::nullopt) events.push_back(*delay);
   return events;
 }
 
@@ -256,8 +303,7 @@ void ResultsInForce::catchUp() {
     return std::ranges::any_of(all, [&](const auto& each) { return each.subject == one.subject && each.id == one.id; });
   };
   for (const auto& gone : before) {
-    const bool replaced = std::ranges::find(after, gone.subject, &InForceAbout::subject) != after.end();
-    if (const auto none = replaced ? std::nullopt : noneInForce(gone.subject, now_())) tell_core_(*none);
+    if (std::ranges::find(after, gone.subject, &InForceAbout::subject) == after.end()) tellNone(gone.subject);
   }
   for (const auto& present : after) {
     if (has(before, present)) continue;

@@ -14,6 +14,7 @@
 #include "firmware/app/results/machine_range.hpp"
 #include "firmware/app/results/no_cut.hpp"
 #include "firmware/app/results/values_in_use.hpp"
+#include "firmware/app/results/wall_clock.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "firmware/published/served_results.hpp"
@@ -30,9 +31,6 @@ struct Mounting {
   std::string mounting;
   MachineTravel travel{};
 };
-
-// Now, ISO 8601.
-std::string utcNow();
 
 // Outcome of an acceptance.
 struct Acceptance : store::Record {
@@ -124,8 +122,12 @@ class ResultsInForce {
   std::vector<std::uint64_t> waiting() const;
   Outcome<std::vector<Event>> fitActivation(const store::Record& record) const;
   void tell(const store::Record& record);
+  void tellNone(const std::string& subject);
+  std::optional<Event> delayByAxis() const;
+  std::uint64_t activatedBy(store::Id id) const;
   Acceptance comparedWithPresent(const store::Record& record) const;
   std::vector<std::string> notesOn(const store::Record& record) const;
+  std::optional<std::string> aboutOtherAxes(const store::Record& record) const;
   std::vector<std::string> dependantsOn(store::Id retired) const;
   std::optional<store::Failure> whyBeside(const std::string& subject) const;
   std::optional<store::Failure> whyNoPlace(const std::string& subject) const;

@@ -89,7 +89,8 @@ std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span
   };
   // A box with a touch-trigger probe can measure neither of the two, and needs neither.
   const bool scans = !described.trigger_probe;
-  if (scans) unlessMeasured("delay", ValueSource::unknown);
+  const auto isDelay = [](const InForceAbout& each) { return delayAxesOf(each.subject).has_value(); };
+  if (scans && std::ranges::none_of(in_force, isDelay)) unlessMeasured("delay", ValueSource::unknown);
   for (std::size_t axis = 0; axis < described.screws.size(); ++axis) {
     if (!described.screws[axis]) continue;
     unlessMeasured(screwSubject(axis), ValueSource::description);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <sys/resource.h>
 #include <thread>
 #include <unistd.h>
 #include <utility>
@@ -41,7 +42,7 @@ constexpr std::size_t kQueueBytes = 1024 * 1024;  // 0.08 s of 100 000 samples a
 std::string inWords(const box::State& state, std::uint32_t hosts) {
   std::string text = "Master clock " + std::string{messages::nameOf(state.map.state)} + ", " + std::to_string(hosts) +
                      (hosts == 1 ? " host" : " hosts");
-  if (const auto& delay = state.snapshot.delay; delay.calibrated)
+  if (const auto& delay = state.snapshot.delay; delay.result_id != 0)
     text += ", delay of result " + std::to_string(delay.result_id) + " in force";
   return text;
 }
@@ -70,7 +71,7 @@ struct Daemon::Parts {
         doors{(state / "doors").string(),
               [this](bool inhibited) { return tellCore(CutInhibit{.active = inhibited, .at = time.now()}); },
               earlier.start},
-        served{(state / "served-last").string()},
+        served{(state / "served-last").string(), boxConfig(descriptions).corrections.limits},
         standing{(state / "served").string(), boxConfig(descriptions).corrections.limits,
                  [this](const Event& bounds) { insist(bounds); }, earlier.start},
         boots{countBoot((state / kBootsFile).string(), earlier.files)},
@@ -127,7 +128,7 @@ struct Daemon::Parts {
     drainLog();
     calibrations.look(core_view.newest());
     // Not the state of before: results that come into force ask for a newer one.
-    standing.look(core_view.newest().snapshot);
+    standing.look(core_view.newest().snapshot, served.last());
     results_desk.look();
     update_desk.look();
     if (const auto run = core.takeRunToSolve()) calibrations.solve(*run, core.plan(), core.recording(), core.scales());
@@ -306,7 +307,7 @@ void Daemon::Parts::announce() {
 // The last end may have been any: what was served, what is in force, and whether a cut is on.
 std::vector<Event> Daemon::Parts::fromBefore() {
   auto restored = standing.restore(time.now(), served.before(), calibrations.standingOfBefore());
-  served.setOnDisk(standing.startOnDisk());
+  served.setOnDisk(standing.startOnDisk(), standing.countOnDisk(), standing.standingBefore());
   for (const auto& event : calibrations.restore()) restored.push_back(event);
   // After what was in force before: that is no change, and a cut does not keep it out.
   if (doors.anyInhibits()) restored.emplace_back(CutInhibit{.active = true, .at = time.now()});
@@ -314,6 +315,7 @@ std::vector<Event> Daemon::Parts::fromBefore() {
 }
 
 void Daemon::Parts::run() {
+  setWallClock({.is_kept_right = isEmulated(descriptions) || kernelKeepsClockRight(), .start = boots.count});
   leaveLogToWorker();
   core.tellBeforeStart(fromBefore(), time.now());
   core.start(worker, links_wake_up);
@@ -342,8 +344,29 @@ Daemon::Condition Daemon::Parts::condition(Nanoseconds patience) {
   return {.goes_on = finding.all_went_on, .in_words = text};
 }
 
+namespace {
+
+// Opens as many files as this process may, or says that these are too few: without files left it would serve nobody.
+Outcome<void> allowOpenFiles() {
+  constexpr rlim_t kFewest = 128;
+  rlimit files{};
+  if (getrlimit(RLIMIT_NOFILE, &files) != 0) return {};
+  const auto allowed = files.rlim_max;
+  if (allowed < kFewest)
+    return Error{"Only " + std::to_string(allowed) + " files may be open, and a box with its hosts and lines needs " +
+                 std::to_string(kFewest) + ": raise the limit (ulimit -n, or LimitNOFILE of the service)."};
+  constexpr rlim_t kUsual = 1024;
+  if (files.rlim_cur >= kUsual) return {};
+  files.rlim_cur = std::min(allowed, kUsual);
+  setrlimit(RLIMIT_NOFILE, &files);
+  return {};
+}
+
+}  // namespace
+
 Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const board::Descriptions& descriptions,
                                                std::vector<PassedSocket> passed) {
+  TRY(allowOpenFiles());
   if (const auto refused = whyRefused(options, descriptions)) return *refused;
   TRY(auto state, takeStateDirectory(options.state));
   if (!state.notice.empty()) logWarning(state.notice);

@@ -4,11 +4,12 @@
 #include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
+#include "firmware/metrology/delay/observed_axes.hpp"
 
 // Parts that the descriptors of the delay methods share.
 namespace probebox::metrology::of_delay {
 
-inline constexpr Subject kSubject{"delay"};
+inline constexpr Subject kSubject{.name = "delay", .of = subjectOfDelay};
 
 inline constexpr std::string_view kApart =
     "tau_machine and tau_probe separately: only tau = tau_machine - tau_probe (A1)";

@@ -181,10 +181,11 @@ std::optional<metrology::Refusal> addReadings(RunDataset& built, const FinishedR
   auto& dataset = built.dataset;
   dataset.tables.push_back(posesOf(run.recording));
   const auto& delay = run.recording.delay();
-  if (delay.result_id == 0) {
-    return metrology::Refusal{"no-delay",
-                              "no system delay is in force, so the touches are displaced from the surface by an "
-                              "unknown lag: calibrate the delay first, accept it, and measure again"};
+  if (!delay.hasAllAxes()) {
+    return metrology::Refusal{
+        "no-delay",
+        "no system delay of every axis is in force, so the touches are displaced from the surface by an "
+        "unknown lag: calibrate the delay first, accept it, and measure again"};
   }
   dataset.config["delay_result"] = static_cast<double>(delay.result_id);
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};

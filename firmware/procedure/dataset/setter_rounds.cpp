@@ -48,10 +48,11 @@ Rounds roundsOf(const FinishedRun& of) {
   auto& dataset = found.run.dataset;
   auto& refusal = found.run.refusal;
   const auto& delay = recording.delay();
-  if (delay.result_id == 0 && !of.facts.trigger_probe) {
-    refusal = Refusal{"no-delay",
-                      "no system delay is in force, so the touches are displaced from the surface by an unknown lag: "
-                      "calibrate the delay first, accept it, and measure again"};
+  if (!delay.hasAllAxes() && !of.facts.trigger_probe) {
+    refusal = Refusal{
+        "no-delay",
+        "no system delay of every axis is in force, so the touches are displaced from the surface by an unknown lag: "
+        "calibrate the delay first, accept it, and measure again"};
     return found;
   }
   if (delay.result_id != 0) dataset.config["delay_result"] = static_cast<double>(delay.result_id);

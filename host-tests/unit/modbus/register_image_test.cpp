@@ -102,7 +102,11 @@ TEST(RegisterImage, ShowsTheDelayInForceInBothUnitsAndNoneWithoutOne) {
   EXPECT_EQ(shown(image, 82), -1'000'000);
   EXPECT_EQ(shown(image, 90), 5000);
   EXPECT_EQ(shown(image, address::delay_result), 12);
-  snapshot.delay.calibrated = false;
+  snapshot.delay = {false, 12, {0.0052, 0, 0}, {3e-6, 0, 0}};
+  EXPECT_NEAR(shown(imageOf(snapshot), 64), 5.2, 1e-6) << "of X alone";
+  EXPECT_EQ(shown(imageOf(snapshot), 66), 0);
+  EXPECT_EQ(shown(imageOf(snapshot), 72), 0) << "no sd: it was never measured";
+  snapshot.delay.result_id = 0;
   EXPECT_EQ(shown(imageOf(snapshot), 64), 0);
 }
 

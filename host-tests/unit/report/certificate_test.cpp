@@ -125,6 +125,15 @@ TEST_F(CalibrationCertificate, SaysWhatTheValuesAreOfAndWhereTheyHold) {
   }
 }
 
+TEST_F(CalibrationCertificate, OfAMeasurementWithoutADateIsNotTraceable) {
+  EXPECT_FALSE(whyNotTraceable(result_, facts_));
+  forget("measured_utc");
+  result_.conditions.push_back({"measured_utc", "unknown, 12 s after start 7"});
+  EXPECT_TRUE(whyNotTraceable(result_, facts_));
+  forget("sphere_next_due");
+  EXPECT_TRUE(whyNotTraceable(result_, facts_));
+}
+
 TEST_F(CalibrationCertificate, SaysAtTheTopThatItIsNotTraceable) {
   forget("sphere_certificate");
   const auto text = page();

@@ -47,7 +47,7 @@ Json describe(const Change& change) {
 // Values that come into force. Of a delay also the probe's gain, which some methods give beside what they promise, and
 // not the place and size of what was touched.
 std::vector<Quantity> comparedOf(const metrology::Result& result, std::string_view subject) {
-  if (subject != "delay") return casefolder::quantitiesAbout(result, subject);
+  if (!subject.starts_with("delay") || subject == "delay-joints") return casefolder::quantitiesAbout(result, subject);
   metrology::Result about;
   for (const auto key : {"tau_s", "tau_axis_s", "gain_matrix"}) {
     if (const auto* estimate = result.find(key)) about.estimates.push_back(*estimate);
@@ -60,7 +60,7 @@ std::vector<Quantity> comparedOf(const metrology::Result& result, std::string_vi
 Quantity quantityFrom(const std::vector<Quantity>& listed, const std::string& key, const std::string& axis,
                       double value, std::optional<double> sd) {
   auto same = std::ranges::find(listed, key, &Quantity::key);
-  if (same == listed.end() && key.starts_with("tau_axis_s[")) same = std::ranges::find(listed, "tau_s", &Quantity::key);
+  if (same == listed.end() && key.starts_with("tau_")) same = std::ranges::find(listed, "tau_s", &Quantity::key);
   Quantity quantity{key, casefolder::quantityLabel(key, axis), value, sd, {}};
   if (same != listed.end()) quantity.expanded = same->expanded;
   return quantity;

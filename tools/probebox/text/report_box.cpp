@@ -59,11 +59,13 @@ std::string receiverText(const messages::ReceiverStatus& r) {
 }
 
 std::string delayOf(const messages::DelayInForce& delay) {
-  if (!delay.calibrated) return "not calibrated (probebox calibrate)";
+  if (delay.result_id == 0) return "not calibrated (probebox calibrate)";
   const auto tau = casefolder::labelOf("tau_s");
   std::string all;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    all += "XYZ"[axis] + (" " + casefolder::withUncertainty(tau, delay.tau_s[axis], delay.sd_s[axis]) + "  ");
+    const bool is_known = delay.sd_s[axis] > 0;
+    all += std::string{"XYZ"[axis]} + " " +
+           (is_known ? casefolder::withUncertainty(tau, delay.tau_s[axis], delay.sd_s[axis]) : "never measured") + "  ";
   }
   return all + "(result " + to_string(delay.result_id) + ")";
 }

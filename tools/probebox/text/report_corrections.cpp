@@ -195,14 +195,18 @@ std::string line(const messages::Corrections::Answer& c) {
                             c.correction_mm[2]) +
                     maskOf(c.mask) +
                     printed(")  age %u ms  heartbeat %u", c.age_ms, static_cast<unsigned>(c.heartbeat));
-  if (!c.delay_calibrated) return all + "  delay not calibrated";
-  return all + printed("  tau %.1f %.1f %.1f us", c.tau_s[0] * 1e6, c.tau_s[1] * 1e6, c.tau_s[2] * 1e6);
+  const auto is_known = [](double sd_s) { return sd_s > 0; };
+  if (std::ranges::none_of(c.tau_sd_s, is_known)) return all + "  delay not calibrated";
+  all += "  tau";
+  for (std::size_t axis = 0; axis < c.tau_s.size(); ++axis)
+    all += is_known(c.tau_sd_s[axis]) ? printed(" %.1f", c.tau_s[axis] * 1e6) : " unknown";
+  return all + " us";
 }
 
 std::string page(const messages::Corrections::Answer& c) {
   std::string all = line(c);
   if (c.inhibited) all += "\n  a cut is in progress: no result comes into force";
-  if (c.delay_calibrated && !c.delay_applied)
+  if (std::ranges::any_of(c.tau_sd_s, [](double sd_s) { return sd_s > 0; }) && !c.delay_applied)
     all += "\n  the delay in force is NOT applied to the samples: it exceeds the buffer";
   if (c.refused_homings > 0) all += printed("\n  %u homings refused: the axis did not stand still", c.refused_homings);
   if (c.unplaced_triggers > 0) all += printed("\n  %u triggers without a machine position", c.unplaced_triggers);

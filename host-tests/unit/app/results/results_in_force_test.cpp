@@ -124,6 +124,45 @@ TEST_F(InForce, IsWhatThePersonAcceptedAndTheCoreFollows) {
   EXPECT_THAT(restarted.active(), ElementsAre(id));
 }
 
+// Plates across X after touches all around a sphere: Y and Z keep what was measured of them, also behind a restart and
+// where one of the two is gone back from.
+TEST_F(InForce, ADelayIsOfTheAxesThatItsResultObserved) {
+  auto results = boxWith(0.1);
+  letChange(results);
+  const auto proposeAbout = [&](const std::string& subject, double tau_s) {
+    const store::Binding binding{subject, kOnTheMill.probe_serial_number, kOnTheMill.machine, kOnTheMill.mounting};
+    metrology::Result result;
+    result.method = "delay-plates";
+    result.estimates = {metrology::Estimate::scalar("tau_s", tau_s, 1e-5)};
+    return store_.propose(binding, result, "", "2026-01-01T00:00:00Z").value();
+  };
+  const auto delays = [](const Event& event) {
+    const auto& delay = std::get<DelayActivated>(event);
+    return std::pair{delay.tau_s, delay.sd_s};
+  };
+  using Axes = std::array<double, kLinearAxes>;
+  const auto x = proposeAbout("delay-x", 0.002);
+  ASSERT_TRUE(results.accept(x, "Ada"));
+  EXPECT_EQ(delays(told_.back()), (std::pair{Axes{0.002, 0, 0}, Axes{1e-5, 0, 0}})) << "Y and Z were never measured";
+  const auto all = proposeAbout("delay", 0.004);
+  ASSERT_TRUE(results.accept(all, "Ada"));
+  EXPECT_EQ(delays(told_.back()).first, (Axes{0.004, 0.004, 0.004})) << "the newest of each axis";
+  const auto again = proposeAbout("delay-x", 0.003);
+  ASSERT_TRUE(results.accept(again, "Ada", true));
+  EXPECT_EQ(delays(told_.back()).first, (Axes{0.003, 0.004, 0.004}));
+  EXPECT_EQ(std::get<DelayActivated>(told_.back()).result_id, again);
+  {
+    auto restarted = boxWith(0.1);
+    const auto restored = restarted.restore();
+    ASSERT_EQ(restored.size(), 1U);
+    EXPECT_EQ(delays(restored.front()).first, (Axes{0.003, 0.004, 0.004}));
+  }
+  ASSERT_TRUE(results.rollBack("delay", "Ada"));
+  EXPECT_EQ(delays(told_.back()), (std::pair{Axes{0.003, 0, 0}, Axes{1e-5, 0, 0}}));
+  ASSERT_TRUE(results.rollBack("delay-x", "Ada"));
+  EXPECT_EQ(delays(told_.back()).first, (Axes{0.002, 0, 0})) << "the one before it is back";
+}
+
 TEST_F(InForce, NoResultIsThatFitsTheBoxNoMore) {
   auto results = boxWith(0.1);
   letChange(results);

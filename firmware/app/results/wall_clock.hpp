@@ -1,0 +1,26 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace probebox::app {
+
+// What a box knows of the date: many boards have no clock that survives a power cut.
+struct WallClock {
+  bool is_kept_right{true};  // synchronised, set from a hardware clock, or that of an emulated box
+  std::uint64_t start{};     // of the box, counted
+};
+
+// The date, ISO 8601, where the box can know it; else "unknown, 12 s after start 7". A clock that shows a day before
+// the firmware was written, or decades later, was never set.
+std::string dateOf(std::chrono::sys_seconds shown, std::chrono::seconds since_start, const WallClock& clock);
+
+// Tests whether the kernel's clock is synchronised, or was set from a hardware clock at the start of the computer.
+bool kernelKeepsClockRight();
+
+// Tells utcNow() what the box knows. Before the first call every date is believed.
+void setWallClock(const WallClock& clock);
+// Now, as dateOf().
+std::string utcNow();
+
+}  // namespace probebox::app
