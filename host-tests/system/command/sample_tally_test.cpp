@@ -56,6 +56,26 @@ TEST(SampleTally, BelievesNeitherSideAlone) {
   EXPECT_FALSE(tail_missing.exact());
 }
 
+TEST(SampleTally, BalancesAnewWithEachStartOfTheBox) {
+  SampleTally tally;
+  tally.block({100}, 50);
+  tally.heartbeat(beat(100, 150), kExact);
+  tally.block({150}, 20);
+  tally.restarted();
+  EXPECT_EQ(tally.sinceStart(), SampleTally::Sums{}) << "no heartbeat yet";
+  tally.block({0}, 30);
+  tally.gap({{30}, 5, messages::GapReason::source_probe});
+  tally.heartbeat(beat(0, 35), kExact);
+  EXPECT_EQ(tally.sinceStart().produced, 35U);
+  EXPECT_EQ(tally.sinceStart().received, 30U);
+  EXPECT_EQ(tally.sinceStart().declaredLost(), 5U);
+  EXPECT_TRUE(tally.exactSinceStart());
+  EXPECT_FALSE(tally.exact()) << "of what was produced just before nothing is known";
+  tally.block({40}, 10);
+  tally.heartbeat(beat(0, 50), kExact);
+  EXPECT_FALSE(tally.exactSinceStart()) << "five are missing";
+}
+
 TEST(SampleTally, ProvesNothingAboutABoxThatWasRestarted) {
   SampleTally tally;
   tally.block({1000}, 50);

@@ -58,7 +58,7 @@ Json describe(const Latest& latest, const SampleTally& tally, std::uint64_t reco
   Json values = Json::object();
   for (std::size_t i = 0; i < latest.values.size(); ++i) values[key(latest.channels[i])] = latest.values[i];
   const auto& beat = *latest.beat;
-  const auto& sums = tally.atHeartbeat();
+  const auto sums = tally.sinceStart();
   return {{"uptime_ms", beat.uptime_ms},
           {"clock", {{"state", std::string{messages::nameOf(beat.clock_state)}}, {"sigma_ns", beat.clock_sigma_ns}}},
           {"ledger",
@@ -66,7 +66,7 @@ Json describe(const Latest& latest, const SampleTally& tally, std::uint64_t reco
             {"received_samples", sums.received},
             {"declared_lost_samples", sums.declaredLost()},
             {"lost_on_link_samples", sums.lost_on_link},
-            {"balanced", tally.exact()}}},
+            {"balanced", tally.exactSinceStart()}}},
           {"reconnections", reconnections},
           {"box_restarts", tally.restarts()},
           {"sample", latest.sample.index},
@@ -92,13 +92,13 @@ std::string valuesOf(const Latest& latest) {
 }
 
 const char* whyNotExact(const SampleTally& tally) {
-  if (tally.exact()) return "";
-  return tally.restarts() > 0 && tally.now().unexplained == 0 ? " (the box was restarted)" : " (DOES NOT BALANCE)";
+  if (!tally.exactSinceStart()) return " (DOES NOT BALANCE)";
+  return tally.restarts() > 0 ? " (since the box was restarted; before it unknown)" : "";
 }
 
 std::string line(const Latest& latest, const SampleTally& tally) {
   const auto& beat = *latest.beat;
-  const auto& sums = tally.atHeartbeat();
+  const auto sums = tally.sinceStart();
   std::string all = "clock " + std::string{messages::nameOf(beat.clock_state)} + " " + readableNs(beat.clock_sigma_ns);
   all += printed("  samples %llu = %llu received + %llu lost%s", static_cast<unsigned long long>(sums.produced),
                  static_cast<unsigned long long>(sums.received),

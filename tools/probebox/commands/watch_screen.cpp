@@ -124,8 +124,9 @@ class ScreenWatch {
 
   void draw() {
     auto& state = watched_.state;
-    state.sums = stream_.tally().atHeartbeat();
-    state.balanced = stream_.tally().exact();
+    state.sums = stream_.tally().sinceStart();
+    state.balanced = stream_.tally().exactSinceStart();
+    state.restarts = stream_.tally().restarts();
     state.reconnections = stream_.reconnections();
     state.link_up = stream_.box() != nullptr;
     state.held = held_;

@@ -77,6 +77,9 @@ void clockAndSamples(Page& page, const WatchState& state) {
                    static_cast<unsigned long long>(sums.received), static_cast<unsigned long long>(lost)),
            lost > 0 ? Style::warned : Style::plain);
   page.put(2, kLabel + 58, state.balanced ? "exact" : "NOT EXACT", state.balanced ? Style::good : Style::bad);
+  if (state.restarts > 0)
+    page.put(2, kLabel + 68,
+             printed("box restarted %llu: before it unknown", static_cast<unsigned long long>(state.restarts)));
   page.put(
       3, kLabel,
       printed("source %8llu  queue %8llu  link %8llu  reconnected %llu",

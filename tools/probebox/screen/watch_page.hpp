@@ -41,8 +41,9 @@ struct WatchState {
   messages::Descriptor descriptor;
   std::vector<Channel> channels;
   std::optional<messages::Heartbeat> beat;
-  SampleTally::Sums sums;
+  SampleTally::Sums sums;  // since the start of the box
   bool balanced{true};
+  std::uint64_t restarts{};  // of the box, while it was watched
   std::uint64_t reconnections{};
   MonoTime newest{};  // sample
   std::optional<messages::Trigger> trigger;

@@ -24,6 +24,19 @@ void SampleTally::heartbeat(const messages::Heartbeat& beat, const std::optional
   now_.produced = produced_before_ + static_cast<std::uint64_t>(beat.position - first_);
   exact_ = exact_ && balance->exact && now_.unexplained == 0 && now_.accounted() == now_.produced;
   at_heartbeat_ = now_;
+  has_beat_ = true;
+  const auto own = sinceStart();
+  exact_since_start_ = exact_since_start_ && balance->exact && own.unexplained == 0 && own.accounted() == own.produced;
+}
+
+SampleTally::Sums SampleTally::sinceStart() const {
+  if (!has_beat_) return {};
+  return {.produced = at_heartbeat_.produced - produced_before_,
+          .received = at_heartbeat_.received - before_.received,
+          .lost_at_source = at_heartbeat_.lost_at_source - before_.lost_at_source,
+          .lost_in_queue = at_heartbeat_.lost_in_queue - before_.lost_in_queue,
+          .lost_on_link = at_heartbeat_.lost_on_link - before_.lost_on_link,
+          .unexplained = at_heartbeat_.unexplained - before_.unexplained};
 }
 
 void SampleTally::link(const messages::BootId& boot_id) {
@@ -35,6 +48,9 @@ void SampleTally::link(const messages::BootId& boot_id) {
 void SampleTally::restarted() {
   if (!begun_) return;
   produced_before_ = now_.accounted() + now_.unexplained;
+  before_ = now_;
+  has_beat_ = false;
+  exact_since_start_ = true;
   begun_ = false;
   ++restarts_;
 }

@@ -39,6 +39,9 @@ class SampleTally {
   const Sums& atHeartbeat() const { return at_heartbeat_; }
   // True if produced = received + declared lost + lost on the link held at every heartbeat, for the box and this host.
   bool exact() const { return exact_ && restarts_ == 0; }
+  // The same for the present start of the box alone: of the end of an earlier one nobody knows what was produced.
+  Sums sinceStart() const;
+  bool exactSinceStart() const { return exact_since_start_; }
   bool begun() const { return begun_; }
   SampleIndex next() const { return next_; }
   std::uint64_t restarts() const { return restarts_; }
@@ -51,11 +54,14 @@ class SampleTally {
 
   Sums now_{};
   Sums at_heartbeat_{};
-  std::uint64_t produced_before_{};  // before the last restart of the box
+  Sums before_{};                    // the last restart of the box
+  std::uint64_t produced_before_{};  // the same
   SampleIndex first_{};
   SampleIndex next_{};
   bool begun_{};
   bool exact_{true};
+  bool exact_since_start_{true};
+  bool has_beat_{};  // since the last restart of the box
   std::uint64_t restarts_{};
   std::optional<messages::BootId> boot_id_;
   std::uint64_t links_{};

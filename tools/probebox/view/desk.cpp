@@ -127,14 +127,15 @@ void Desk::tellState() {
   messages::ListResults::Request newest;
   newest.newest = 1;
   const auto results = command::ask<messages::ListResults>(box, console_, newest);
-  const auto& sums = stream_.tally().atHeartbeat();
+  const auto sums = stream_.tally().sinceStart();
   Json all{{"ledger",
             {{"produced_samples", sums.produced},
              {"received_samples", sums.received},
              {"lost_at_source_samples", sums.lost_at_source},
              {"lost_in_queue_samples", sums.lost_in_queue},
              {"lost_on_link_samples", sums.lost_on_link},
-             {"balanced", stream_.tally().exact()}}},
+             {"balanced", stream_.tally().exactSinceStart()},
+             {"box_restarts", stream_.tally().restarts()}}},
            {"values", feed_.newest()}};
   if (beat_) {
     all["clock"] = {{"state", std::string{messages::nameOf(beat_->clock_state)}}, {"sigma_ns", beat_->clock_sigma_ns}};

@@ -146,7 +146,7 @@ export function live(main) {
     const lost = l.lost_at_source_samples + l.lost_in_queue_samples + l.lost_on_link_samples;
     say(tiles.ledger.value, `${l.received_samples.toLocaleString("en")} + ${lost.toLocaleString("en")} lost`);
     tiles.ledger.box.dataset.state = !l.balanced ? "failed" : lost > 0 ? "warned" : "pass";
-    say(tiles.ledger.note, `${l.balanced ? "exact" : "does not balance"}: source ${l.lost_at_source_samples}, queue ${l.lost_in_queue_samples}, link ${l.lost_on_link_samples}`);
+    say(tiles.ledger.note, `${l.balanced ? "exact" : "does not balance"}${l.box_restarts > 0 ? " since the box was restarted, unknown before" : ""}: source ${l.lost_at_source_samples}, queue ${l.lost_in_queue_samples}, link ${l.lost_on_link_samples}`);
     if (c) {
       say(tiles.correction.value, c.correction_mm.map((mm, k) => `${"XYZ"[k]} ${(mm * 1e3).toFixed(1)}`).join("  "));
       tiles.correction.box.dataset.state = !c.valid ? "failed" : c.degraded ? "warned" : "pass";
