@@ -7,6 +7,7 @@
 #include <fstream>
 #include <optional>
 #include <signal.h>
+#include <sstream>
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
@@ -49,8 +50,15 @@ bool alive(int pid) {
   return ::kill(pid, 0) == 0 || errno == EPERM;
 }
 
+// Anybody may put anything there: what is no file of its own, such as a pipe or a link to a device, has no end.
 std::vector<std::string> readLines(const fs::path& file) {
-  std::ifstream in{file};
+  std::error_code error;
+  if (!fs::is_regular_file(fs::symlink_status(file, error))) return {};
+  std::string text(kMaxUris * (kMaxUriLength + 1), '\0');
+  std::ifstream whole{file, std::ios::binary};
+  whole.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(whole.gcount()));
+  std::istringstream in{text};
   std::vector<std::string> lines;
   for (std::string line; lines.size() < kMaxUris && std::getline(in, line);) {
     if (!line.empty() && line.size() <= kMaxUriLength) lines.push_back(line);

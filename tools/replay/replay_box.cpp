@@ -22,6 +22,7 @@ constexpr std::uint64_t kMostWaiting = 4096;  // samples in a host's queue, at f
 constexpr int kBlocksInTurn = 64;
 constexpr int kReadsInTurn = 4;  // a host that sends without pause does not keep the others waiting
 constexpr Nanoseconds kHelloUntil = std::chrono::seconds{5};
+constexpr Nanoseconds kGreets = std::chrono::milliseconds{200};  // a host that means to, by then
 
 messages::BootId anyBootId() {
   messages::BootId id{};
@@ -57,7 +58,15 @@ bool ReplayBox::round() {
 
 void ReplayBox::accept(MonoTime now) {
   while (auto pipe = listener_.accept()) {
-    if (hosts_.size() >= kMostHosts) continue;  // it is closed
+    if (hosts_.size() >= kMostHosts) {
+      // One that has said nothing gives way, the first of them; among hosts that listen there is no room.
+      const auto isSilent = [now](const Host& host) {
+        return host.session->state() == stream::SessionState::waiting && now - host.since > kGreets;
+      };
+      const auto silent = std::ranges::find_if(hosts_, isSilent);
+      if (silent == hosts_.end()) continue;  // the new one is closed
+      hosts_.erase(silent);
+    }
     stream::SessionOptions session;
     session.boot_id = boot_id_;
     session.firmware_version = descriptor_.firmware_version;

@@ -50,6 +50,21 @@ TEST(Rendezvous, ListsWhatARunningProcessAnnounced) {
   EXPECT_THAT(listed(), IsEmpty());
 }
 
+// Anybody may put these there; the pid is that of a process that lives.
+TEST(Rendezvous, ReadsNothingThatHasNoEnd) {
+  const command::RuntimeDirectory directory;
+  std::filesystem::create_directories(directory.rendezvous());
+  const auto pipe = directory.rendezvous() / "1.uri";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0644), 0);
+  const auto device = directory.rendezvous() / (std::to_string(::getppid()) + ".uri");
+  std::filesystem::create_symlink("/dev/zero", device);
+  ASSERT_TRUE(announce(::getpid(), {"tcp:127.0.0.1:7627"}));
+  std::size_t uris = 0;
+  for (const auto& each : listed()) uris += each.uris.size();
+  EXPECT_EQ(uris, 1U);
+  withdraw(::getpid());
+}
+
 TEST(Rendezvous, InvitesAllHoweverPrivateTheDaemonIs) {
   const command::RuntimeDirectory directory;
   const auto before = umask(0077);

@@ -35,9 +35,9 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
         "result " + id + " is a refusal, of which there is no certificate; probebox show " + id + " says why"};
   Certified all{{"result " + id + ", " + standingOf(kept.summary), kept.summary.method, {}, *kept.result()}, {}};
   all.subject.about = kept.summary.subject;
+  std::string dataset_text;
   if (kept.dataset_kept) {
-    TRY(const auto text, keptDataset(box, console, options.id));
-    if (auto dataset = json::datasetFromJson(text)) all.subject.dataset = std::move(dataset).value();
+    TRY(dataset_text, keptDataset(box, console, options.id));
   }
   const auto unit = ask<messages::DescribeUnit>(box, console);
   const auto& descriptor = box.described();
@@ -57,8 +57,9 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
            .issued_by = options.by,
            .next_due = options.next_due};
   TRY(const auto listed, storedResults(box, console, {.after_id = options.id - 1, .newest = 0}, 1));
-  if (listed.empty() || listed.front().id != options.id) return all;
-  addWhatItRestsOn(all.subject, listed.front());
+  if (!listed.empty() && listed.front().id == options.id) addWhatItRestsOn(all.subject, listed.front());
+  // Behind all questions: reading a large dataset takes longer than the box waits for a silent host.
+  if (auto dataset = json::datasetFromJson(dataset_text)) all.subject.dataset = std::move(dataset).value();
   return all;
 }
 

@@ -56,14 +56,15 @@ void addWhatItRestsOn(report::Subject& subject, const messages::ResultSummary& l
 Outcome<report::Subject, Trouble> keptSubject(link::Client& box, Console& console, std::uint64_t id) {
   TRY(auto kept, keptResult(box, console, id));
   TRY(const auto text, keptDataset(box, console, id));
+  TRY(const auto all, storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
+  TRY(auto before, beforeOf(box, console, kept.summary, all));
+  // Everything that the box has to say has come: reading a large dataset takes longer than it waits for a silent host.
   auto dataset = json::datasetFromJson(text);
   if (!dataset) {
     return Trouble{ExitStatus::failed, "unreadable-result",
                    "the dataset of result " + std::to_string(id) + " is not readable here (" + dataset.error().what +
                        "); update this command"};
   }
-  TRY(const auto all, storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
-  TRY(auto before, beforeOf(box, console, kept.summary, all));
   const auto name = "result " + std::to_string(id) + ", " + standingOf(kept.summary);
   report::Subject subject{name, kept.summary.method, std::move(dataset).value(), std::move(kept.content)};
   subject.before = std::move(before);

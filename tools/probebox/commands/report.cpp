@@ -32,17 +32,15 @@ class Inputs {
 
  private:
   Outcome<Subjects, Trouble> stored(const std::string& input) {
-    if (!box_) {
-      auto opened = openBox(uri_, console_);
-      if (!opened) return notHere(input, opened.error());
-      box_ = std::move(opened).value();
-    }
+    // For each input anew: a box drops a host that is silent for as long as it takes to compute with a large dataset.
+    const auto box = openBox(uri_, console_);
+    if (!box) return notHere(input, box.error());
     auto id = resultNumber(input);
     if (!id) {
-      TRY(const auto in_force, inForceAbout(input));
+      TRY(const auto in_force, inForceAbout(**box, input));
       id = in_force;
     }
-    TRY(auto subject, keptSubject(*box_, console_, *id));
+    TRY(auto subject, keptSubject(**box, console_, *id));
     Subjects subjects;
     subjects.push_back(std::move(subject));
     return subjects;
@@ -53,8 +51,8 @@ class Inputs {
     return trouble;
   }
 
-  Outcome<std::uint64_t, Trouble> inForceAbout(const std::string& subject) {
-    TRY(const auto all, keptInForce(*box_, console_));
+  Outcome<std::uint64_t, Trouble> inForceAbout(link::Client& box, const std::string& subject) {
+    TRY(const auto all, keptInForce(box, console_));
     // Some subjects have the name of a method that answers another one too.
     for (const auto key : {&messages::ResultSummary::subject, &messages::ResultSummary::method}) {
       for (const auto& kept : all) {
@@ -69,7 +67,6 @@ class Inputs {
 
   std::string uri_;
   Console& console_;
-  Box box_;
 };
 
 ExitStatus write(const Report& options, const Subjects& subjects, Console& console) {

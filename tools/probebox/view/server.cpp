@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cstdlib>
 #include <httplib.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
 #include <thread>
 
 #include "tools/probebox/view/answers.hpp"
@@ -13,7 +15,10 @@
 namespace probebox::view {
 namespace {
 
-constexpr std::size_t kThreads = 16;          // each page holds one for its events
+// Connections served at once: each page holds one for its events. One that sends nothing is not accepted for kSilent,
+// and holds its thread for no longer.
+constexpr std::size_t kThreads = 64;
+constexpr std::chrono::seconds kSilent{2};
 constexpr std::size_t kMostBody = 8'000'000;  // a program with many lines
 constexpr const char* kJson = "application/json";
 
@@ -73,6 +78,8 @@ struct Server::Http {
 
   void declare() {
     server.new_task_queue = [] { return new httplib::ThreadPool{kThreads}; };
+    server.set_read_timeout(kSilent);
+    server.set_keep_alive_timeout(kSilent.count());
     server.set_payload_max_length(kMostBody);
     server.set_default_headers(
         {{"X-Content-Type-Options", "nosniff"}, {"Referrer-Policy", "no-referrer"}, {"Cache-Control", "no-store"}});
@@ -193,6 +200,11 @@ Server::~Server() {
 
 std::optional<std::string> Server::listen(unsigned port) {
   auto& server = http_->server;
+  server.set_socket_options([](socket_t listener) {
+    const int on = 1, silent_s = static_cast<int>(kSilent.count());
+    ::setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    ::setsockopt(listener, IPPROTO_TCP, TCP_DEFER_ACCEPT, &silent_s, sizeof silent_s);
+  });
   const bool any = port == 0;
   const int bound = any ? server.bind_to_any_port("127.0.0.1") : static_cast<int>(port);
   if (bound <= 0 || (!any && !server.bind_to_port("127.0.0.1", bound))) return std::nullopt;
