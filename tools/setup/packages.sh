@@ -75,23 +75,35 @@ enable_backports() {
   target=/etc/apt/sources.list.d/probebox-backports
   if [[ $entry == Types:* ]]; then target+=.sources; else target+=.list; fi
   printf '%s\n' "$entry" >"$target"
-  apt-get update
+  apt_get update
+}
+
+# apt-get that waits while another program installs packages, for ten minutes at most; its lists it does not wait for itself.
+apt_get() {
+  local said tries=0
+  until said=$(apt-get -o DPkg::Lock::Timeout=600 "$@" 2>&1); do
+    printf '%s\n' "$said"
+    [[ $said == *"Could not get lock"* || $said == *"Unable to lock"* ]] || return 1
+    [[ $((++tries)) -lt 120 ]] || return 1
+    sleep 5
+  done
+  printf '%s\n' "$said"
 }
 
 # As root. Everything it prints belongs into a log.
 install_packages() {
   export DEBIAN_FRONTEND=noninteractive
-  apt-get update
+  apt_get update
   enable_backports
   local plain=() package
   for package in "$@"; do
     if [[ $package == libgpiod-dev ]] && apt-cache madison libgpiod-dev | grep -q 'bookworm-backports'; then
-      apt-get install -y --no-install-recommends -t bookworm-backports libgpiod-dev
+      apt_get install -y --no-install-recommends -t bookworm-backports libgpiod-dev
     else
       plain+=("$package")
     fi
   done
-  [[ ${#plain[@]} -eq 0 ]] || apt-get install -y --no-install-recommends "${plain[@]}"
+  [[ ${#plain[@]} -eq 0 ]] || apt_get install -y --no-install-recommends "${plain[@]}"
 }
 
 # Fetches npm's packages of the page, once for each lock file.
