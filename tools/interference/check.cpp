@@ -72,6 +72,11 @@ class Walk {
 
   // From where a probing move ended, and with a height for what is above everything.
   Move asMade(Move move) {
+    // The arc would not be that of the program: the probing move before it was to touch nothing.
+    if (move.turn_rad != 0 && touch_ && carry_ != Point{}) {
+      note(*touch_);
+      carry_ = {};
+    }
     for (std::size_t k = 0; k < carry_.size(); ++k) {
       move.from[k] += carry_[k];
       if (move.absolute[k]) carry_[k] = 0;
@@ -110,8 +115,9 @@ class Walk {
   }
 
   void probe(const Move& move) {
-    touching_.clear();
+    touch_.reset();
     const auto end = placeOn(move, sweep(move, 1));
+    touching_ = touch_.has_value();
     for (std::size_t k = 0; k < carry_.size(); ++k) carry_[k] += end[k] - move.to[k];
   }
 
@@ -124,11 +130,13 @@ class Walk {
       const auto pose = poseAt(move, travel > 0 ? passed / travel : 0);
       const auto nearest = mounted_->scene->nearest(pose, move.way == Way::feed);
       if (nearest.solid.empty()) return until;
-      if (move.way == Way::probe && nearest.distance_mm == 0 && nearest.part == ToolPart::cutter)
-        return travel > 0 ? touch(move, nearest.solid, clear, passed) / travel : 0;
+      const bool sought = move.way == Way::probe && nearest.part == ToolPart::cutter;
+      if (sought && nearest.distance_mm == 0) {
+        touch_ = Hit{move.line, move.tool, pose, nearest, 0};
+        return travel > 0 ? touch(move, clear, passed) / travel : 0;
+      }
       if (!report_.nearest || nearest.distance_mm < report_.nearest->nearest.distance_mm)
         report_.nearest = Hit{move.line, move.tool, pose, nearest, 0};
-      const bool sought = move.way == Way::probe && nearest.part == ToolPart::cutter;
       if (!sought) judge({move.line, move.tool, pose, nearest, 0});
       if (passed >= last) return until;
       clear = passed;
@@ -140,7 +148,7 @@ class Walk {
   }
 
   // Returns how far a probing move goes until it touches, less the last of its steps.
-  double touch(const Move& move, const std::string& solid, double clear, double touched) {
+  double touch(const Move& move, double clear, double touched) const {
     constexpr double kFine_mm = 1e-4;
     const double travel = mounted_->scene->travel(move);
     while (touched - clear > kFine_mm) {
@@ -148,7 +156,6 @@ class Walk {
       const bool free = mounted_->scene->nearest(poseAt(move, middle / travel), false).distance_mm > 0;
       (free ? clear : touched) = middle;
     }
-    touching_ = solid;
     return clear;
   }
 
@@ -158,7 +165,7 @@ class Walk {
     const bool near = nearest.distance_mm == 0 || nearest.distance_mm < cell_.least_mm;
     const bool excused = nearest.distance_mm > 0 && nearest.solid == touching_ && nearest.part == ToolPart::cutter;
     if (near && !excused) note(hit);
-    if (!near) touching_.clear();
+    touching_ = touching_ && near;
   }
 
   // Whether the cutter of a probing move touches a workpiece.
@@ -178,7 +185,11 @@ class Walk {
       return false;
     }
     const double cutter = stock.overlap(x, y, tip[2], tool.radius_mm);
-    if (move.way == Way::probe) return cutter > kTouching_mm;
+    if (move.way == Way::probe) {
+      if (cutter > kTouching_mm)
+        touch_ = Hit{move.line, move.tool, pose, {0, name, ToolPart::cutter, pose.tip, pose.tip}, cutter};
+      return cutter > kTouching_mm;
+    }
     against(move, pose, cutter, ToolPart::cutter, name);
     return false;
   }
@@ -201,7 +212,8 @@ class Walk {
   std::set<std::tuple<std::size_t, std::string, ToolPart>> noted_;
   double above_mm_{-kAbove_mm};  // height of the tip above everything, in the program's coordinates
   Point carry_{};                // from where the path has the tip to where it is, since a probing move
-  std::string touching_;         // solid
+  std::optional<Hit> touch_;     // of the last probing move
+  bool touching_{};              // since then
   Report report_;
 };
 

@@ -64,7 +64,9 @@ constexpr std::array kCodes{
     Code{51, Group::quiet, Does::nothing, 0, "QR"},
     Code{80, Group::quiet, Does::nothing, 0, "P"},
     Code{90, Group::quiet, Does::nothing, 0, ""},
+    Code{131, Group::quiet, Does::nothing, 0, ""},
     Code{150, Group::quiet, Does::nothing, 0, ""},
+    Code{230, Group::quiet, Does::nothing, 0, ""},
     Code{400, Group::quiet, Does::nothing, 0, ""},
     Code{401, Group::quiet, Does::nothing, 0, ""},
     Code{500, Group::quiet, Does::nothing, 0, ""},
@@ -108,7 +110,8 @@ constexpr std::array kUnfollowed{
     Unfollowed{511, kTransformed},  Unfollowed{680, kTransformed}, Unfollowed{682, kTransformed},
     Unfollowed{1010, kTransformed}, Unfollowed{431, kLength},      Unfollowed{432, kLength},
     Unfollowed{440, kLength},       Unfollowed{541, kZero},        Unfollowed{591, kZero},
-    Unfollowed{592, kZero},         Unfollowed{593, kZero},
+    Unfollowed{592, kZero},         Unfollowed{1540, kZero},       Unfollowed{121, kTransformed},
+    Unfollowed{593, kZero},
 };
 
 // Beginning with G or M, as it is written.

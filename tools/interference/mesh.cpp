@@ -87,6 +87,17 @@ bool isUnder(const std::array<Point, 3>& triangle, const Point& at) {
   return a[2] + s * (b[2] - a[2]) + t * (c[2] - a[2]) > at[2];
 }
 
+// Of the tetrahedron between a triangle and a place; positive where the triangle is counterclockwise seen from outside.
+double volumeOf(const std::array<Point, 3>& triangle, const Point& place) {
+  std::array<Point, 3> v{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < 3; ++i) v[k][i] = triangle[k][i] - place[i];
+  }
+  return (v[0][0] * (v[1][1] * v[2][2] - v[1][2] * v[2][1]) + v[0][1] * (v[1][2] * v[2][0] - v[1][0] * v[2][2]) +
+          v[0][2] * (v[1][0] * v[2][1] - v[1][1] * v[2][0])) /
+         6;
+}
+
 }  // namespace
 
 Point sizeOf(const Mesh& mesh) {
@@ -141,7 +152,10 @@ Inside::Inside(const Mesh& mesh) {
     if (isFlat(numbered[n])) continue;
     const auto& [a, b, c] = mesh.triangles[n];
     triangles_.push_back({mesh.points[a], mesh.points[b], mesh.points[c]});
-    surface_.push_back(surfaces.emplace(rootOf(n), surfaces.size()).first->second);
+    const auto surface = surfaces.emplace(rootOf(n), surfaces.size()).first->second;
+    surface_.push_back(surface);
+    volumes_.resize(surfaces.size());
+    volumes_[surface] += volumeOf(triangles_.back(), mesh.points.front());
   }
   const double size = sizeOf(mesh)[1];
   rows_.resize(std::clamp<std::size_t>(triangles_.size(), 1, kMostRows));
@@ -164,7 +178,11 @@ bool Inside::contains(const Point& at) const {
   for (const auto n : rows_[rowOf(at[1])]) {
     if (isUnder(triangles_[n], at)) odd[surface_[n]] = !odd[surface_[n]];
   }
-  return std::ranges::any_of(odd, [](const auto& surface) { return surface.second; });
+  int around = 0;
+  for (const auto& [surface, leaves] : odd) {
+    if (leaves) around += volumes_[surface] < 0 ? -1 : 1;
+  }
+  return around != 0;
 }
 
 }  // namespace probebox::interference

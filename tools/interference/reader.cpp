@@ -11,8 +11,8 @@ namespace {
 constexpr std::size_t kMostMoves = 10'000'000;
 constexpr std::size_t kMostRepeated = 100'000;  // holes
 constexpr double kMostTurns = 10'000;           // of an arc
-constexpr double kSamePlace_mm = 1e-6;
-constexpr double kMostTool = 99;  // number that a cell may describe
+constexpr double kSamePlace_mm = 5e-4;          // half of the least increment of controls
+constexpr double kMostTool = 99;                // number that a cell may describe
 
 // How far the end of an arc may be from its circle.
 double tolerance_mm(double radius) {
@@ -152,6 +152,8 @@ std::optional<Refusal> Reader::setLength(Block& block, const Code* code) {
     if (const auto edge = block.take('D')) return lengthOn(block, *edge == 0 ? 0.0 : modes_.tool);
   }
   if (code != nullptr && code->does == Does::length_off) {
+    if (block.take('H').value_or(0) != 0)
+      return block.refusal("wrong-length", "G49 with H: controls do not agree whether the length counts; remove one");
     if (modes_.length == Length::on) modes_.length = Length::off;
     return std::nullopt;
   }
@@ -217,8 +219,8 @@ std::optional<Refusal> Reader::home(Block& block) {
     if (auto refusal = checkLength(block, way)) return refusal;
     if (auto refusal = go(block, way, Way::rapid)) return refusal;
   }
-  Target end{modes_.at, modes_.at_deg, {}, {}, false};
-  if (way.turns) end.to_deg = {};
+  Target end{modes_.at, modes_.at_deg, {}, {}, {}};
+  for (std::size_t k = 0; k < 3; ++k) end.to_deg[k] = way.turned[k] ? 0 : end.to_deg[k];
   if (all || way.said[2]) end.to[2] = kAbove_mm, end.absolute[2] = true;
   if (auto refusal = go(block, end, Way::rapid)) return refusal;
   if (all || way.said[0]) modes_.known[0] = false;
@@ -232,6 +234,7 @@ std::optional<Refusal> Reader::writeZero(Block& block) {
   if (!l || *l != 2 || !of_this || (turned && *turned != 0) || modes_.relative)
     return block.refusal("other-zero",
                          "G10 writes offsets: only G90 G10 L2 with the P of the coordinate system in use is followed");
+  modes_.zero = modes_.zero.value_or(1);
   for (std::size_t k = 0; k < 3; ++k) {
     if (const auto value = block.take("XYZ"[k])) modes_.base_mm[k] = *value * modes_.unit_mm - dialect_.zero_mm[k];
   }
@@ -292,7 +295,7 @@ std::optional<Refusal> Reader::move(Block& block, bool probes) {
 
 // G53. Machine coordinates are of the gauge line, and its Z 0 is the upper end of travel.
 std::optional<Refusal> Reader::machineMotion(Block& block) {
-  Target end{modes_.at, modes_.at_deg, {}, {}, false};
+  Target end{modes_.at, modes_.at_deg, {}, {}, {}};
   for (std::size_t k = 0; k < 3; ++k) {
     const auto value = block.take("XYZ"[k]);
     if (!value) continue;
@@ -312,9 +315,9 @@ std::optional<Refusal> Reader::machineMotion(Block& block) {
 }
 
 std::optional<Refusal> Reader::arc(Block& block, const Target& end) {
-  if (!allKnown() || isAbove() || anyTouched())
+  if (!allKnown() || isAbove())
     return block.refusal("unknown-place", "an arc from a place that is not known: command X, Y and Z before");
-  if (end.turns) return block.refusal("arc-while-turning", "an arc while a rotary axis turns: write it with G1");
+  if (end.turns()) return block.refusal("arc-while-turning", "an arc while a rotary axis turns: write it with G1");
   TRY(const auto middle, middleOf(block, end));
   const auto turns = block.take('P').value_or(1);
   if (turns != std::floor(turns) || turns < 1 || turns > kMostTurns)
@@ -403,7 +406,7 @@ std::optional<Refusal> Reader::cycle(Block& block, const Code* code) {
 }
 
 std::optional<Refusal> Reader::straight(const Block& block, const Point& to, Way way) {
-  return go(block, {to, modes_.at_deg, {true, true, true}, {true, true, true}, false}, way);
+  return go(block, {to, modes_.at_deg, {true, true, true}, {true, true, true}, {}}, way);
 }
 
 std::optional<Refusal> Reader::hole(const Block& block, const Target& place) {
@@ -447,7 +450,7 @@ std::optional<Refusal> Reader::shifted(const Block& block) {
 }
 
 Outcome<Reader::Target, Refusal> Reader::target(Block& block) const {
-  Target end{modes_.at, modes_.at_deg, {}, {}, false};
+  Target end{modes_.at, modes_.at_deg, {}, {}, {}};
   for (std::size_t k = 0; k < end.to.size(); ++k) {
     const auto value = block.take("XYZ"[k]);
     if (!value) continue;
@@ -474,7 +477,7 @@ std::optional<Refusal> Reader::turn(Block& block, Target& end) const {
     if (!dialect_.rotary[k] && end.to_deg[k] != 0)
       return block.refusal("no-rotary-axis",
                            std::string{"a word "} + "ABC"[k] + ": the cell has no [[rotary_axis]] of that letter");
-    end.turns = end.turns || dialect_.rotary[k];
+    end.turned[k] = dialect_.rotary[k];
   }
   return std::nullopt;
 }

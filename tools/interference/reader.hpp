@@ -54,10 +54,9 @@ class Reader {
   struct Target {
     Point to{};
     Angles to_deg{};
-    std::array<bool, 3> said{}, absolute{};
-    bool turns{};
-    bool any() const { return said[0] || said[1] || said[2] || turns; }
-    bool above() const { return to[2] == kAbove_mm; }
+    std::array<bool, 3> said{}, absolute{}, turned{};
+    bool turns() const { return turned[0] || turned[1] || turned[2]; }
+    bool any() const { return said[0] || said[1] || said[2] || turns(); }
   };
   // The codes of a block.
   struct Orders {

@@ -50,7 +50,8 @@ Point sizeOf(const Mesh& mesh);
 class Inside {
  public:
   explicit Inside(const Mesh& mesh);
-  // Whether a place, not on the surface, is enclosed by one of the closed surfaces of the mesh.
+  // Whether a place, not on a surface, is in the material. Surfaces may enclose one another: one that is turned inside
+  // out is the wall of a cavity.
   bool contains(const Point& at) const;
 
  private:
@@ -58,6 +59,7 @@ class Inside {
 
   std::vector<std::array<Point, 3>> triangles_;
   std::vector<std::size_t> surface_;              // of each triangle
+  std::vector<double> volumes_;                   // of each surface; negative where it is turned inside out
   double front_{}, row_{};                        // the least Y, and the width of a row
   std::vector<std::vector<std::uint32_t>> rows_;  // triangles that reach into each
 };

@@ -392,7 +392,8 @@ def check_stl_kinds(probebox, folder):
         assert abs(told["nearest"]["distance_mm"] - 7.25) < 2e-3 and abs(told["meshes"][0]["size_mm"][1] - 100) < 1e-3, (told, said)
     # A room whose walls the tool does not touch, and the same as a shell of two surfaces with the tool in between.
     faces = lambda half: b"".join(struct.pack("<12fH", 0, 0, 0, *(c / abs(c) * half for c in struct.unpack_from("<9f", binary, 84 + 50 * k + 12)), 0) for k in range(12))
-    for content, tip, hits in ((faces(300), (0, 0, 0), 1), (faces(300), (0, 0, -200), 1), (faces(300), (400, 0, 0), 0), (faces(300) + faces(20), (0, 0, 30), 1)):
+    turned = lambda content: b"".join(content[k:k + 12] + content[k + 24:k + 36] + content[k + 12:k + 24] + content[k + 36:k + 50] for k in range(0, len(content), 50))
+    for content, tip, hits in ((faces(300), (0, 0, 0), 1), (turned(faces(300)), (0, 0, 0), 1), (faces(300) + turned(faces(200)), (0, 0, 0), 0), (faces(300), (0, 0, -200), 1), (faces(300), (400, 0, 0), 0), (faces(300) + faces(20), (0, 0, 30), 1)):
         (folder / "jaw.stl").write_bytes(bytes(80) + struct.pack("<I", len(content) // 50) + content)
         status, told, said = run(probebox, folder, cell([{**mesh, "at_mm": [0, 0, 0]}]), at(tip))
         assert status == hits and bool(told["hits"]) == bool(hits), (tip, told, said)
@@ -470,7 +471,7 @@ class Course:
         self.sweeps.append(tips)
 
     def line(self, begin, end):
-        n = max(1, math.ceil(math.dist(begin, end) / 0.2))
+        n = max(1, math.ceil(math.dist(begin, end) / 0.3))
         return [[b + (e - b) * k / n for b, e in zip(begin, end)] for k in range(n + 1)]
 
     def modes(self):
@@ -522,7 +523,7 @@ class Course:
             text += self.word("R", radius if turn < 180 else -radius)
         else:
             text += "".join(self.word("IJK"[k], middle[k] - (0 if self.middles else self.at[k])) for k in (first, second)) + (f" P{turns}" if turns > 1 else "")
-        n = math.ceil(radius * math.radians(turn + 360 * (turns - 1)) / 0.2)
+        n = math.ceil(radius * math.radians(turn + 360 * (turns - 1)) / 0.3)
         self.put(text, [place(k / n) for k in range(n + 1)])
         self.at = to
 
@@ -537,9 +538,9 @@ def check_programs(probebox, folder):
     """Random programs in all planes, units and modes against a sweep along the curves from which they were written."""
     rng = random.Random(20)
     hits = 0
-    for number in range(50):
-        boxes = [{"name": f"box {k}", "part": "fixture", "shape": "box", "size_mm": [round(rng.uniform(10, 40), 1) for _ in range(3)],
-                  "at_mm": [round(rng.uniform(-60, 60), 1), round(rng.uniform(-60, 60), 1), round(rng.uniform(-40, 10), 1)]} for k in range(2)]
+    for number in range(40):
+        boxes = [{"name": f"box {k}", "part": "fixture", "shape": "box", "size_mm": [round(rng.uniform(10, 60), 1) for _ in range(3)],
+                  "at_mm": [round(rng.uniform(-60, 60), 1), round(rng.uniform(-60, 60), 1), round(rng.uniform(-60, 30), 1)]} for k in range(2)]
         course = Course(rng)
         for _ in range(5):
             course.modes()
@@ -556,7 +557,7 @@ def check_programs(probebox, folder):
         if least > 0.15:
             assert abs(told["nearest"]["distance_mm"] - least) < 0.15, (number, least, told["nearest"], program)
         hits += least < -0.25
-    assert 10 < hits < 40, hits
+    assert hits > 5, hits
 
 
 def check_circles(probebox, folder):
@@ -572,13 +573,12 @@ def check_circles(probebox, folder):
             plate = {"name": "plate", "part": "fixture", "shape": "box", "size_mm": [1, 1, 1], "at_mm": [far[0], far[1], far[2] - 1]}
             for code in ("G2", "G3"):
                 offsets = f"{'IJK'[first]}{middle[first]} {'IJK'[second]}{middle[second]}"
-                for rise in ("", f" {'XYZ'[normal]}8"):
-                    _, told, said = run(probebox, folder, cell([plate]), f"G21 G90 {plane}\nG0 X0 Y0 Z0\n{code} {offsets}{rise}\n")
-                    radius = math.hypot(middle[first], middle[second])
-                    expected = math.hypot(2 * math.pi * radius, 8 if rise else 0)
-                    assert abs(told["path_mm"] - expected) < 1e-3, (plane, degrees, code, rise, told, said)
-                    if not rise and normal == 2:
-                        assert abs(told["nearest"]["distance_mm"] - 0.5) < 2e-3, (plane, degrees, code, told)
+                program = f"G21 G90 {plane}\nG0 X0 Y0 Z0\n{code} {offsets}\n{code} {offsets} {'XYZ'[normal]}8\n"
+                _, told, said = run(probebox, folder, cell([plate]), program)
+                around = 2 * math.pi * math.hypot(middle[first], middle[second])
+                assert abs(told["path_mm"] - around - math.hypot(around, 8)) < 1e-3, (program, told, said)
+                if normal == 2:
+                    assert abs(told["nearest"]["distance_mm"] - 0.5) < 2e-3, (program, told)
 
 
 CLAMP = {"name": "clamp", "part": "fixture", "shape": "box", "size_mm": [10, 10, 40], "at_mm": [60, 0, 20]}
@@ -590,6 +590,8 @@ def check_followed(probebox, folder):
     """Programs whose path is written in another way hit where those do that write it out with G0 and G1."""
     same = {
         "G0 Z5\nG4 X-60.\nG91\nG1 X60. F500\n": "G0 Z5\nG4 P1\nG91\nG1 X60. F500\n",
+        # Rounding makes the end of a whole circle another place than its beginning.
+        "G0 Y0.0002 Z5\nG3 X0 Y0 I30 F500\n": "G0 Z5\nG3 I30 F500\n",
         "G0 Z5\nG2 X60 R30 F500\n": "G0 Z5\nG2 X60 I30 F500\n",
         "G0 Z5\nG3 X60 Y0 R-31 F500\n": "G0 Z5\nG3 X60 I30 J-7.8102497 F500\n",
         "G81 X60 Z-5 R2 F100\nG80\n": "G0 X60\nG0 Z2\nG1 Z-5\nG0 Z50\n",
@@ -642,9 +644,9 @@ def check_posts(probebox, folder):
 def check_own_programs(probebox, folder):
     """The programs of `probebox gcode` are read, and a probing move ends where the cutter touches."""
     for dialect in ("linuxcnc", "fanuc", "haas", "siemens"):
-        done = subprocess.run([probebox, "gcode", "delay-multi-speed", "--dialect", dialect, "--tool", "4"], capture_output=True, text=True)
+        done = subprocess.run([probebox, "gcode", "delay-multi-speed", "--dialect", dialect, "--probe-tools", "4", "--stylus", "6", "--sphere", "25", "--safe-z", "80", "--output", str(folder / "own.nc")], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
-        status, told, said = run(probebox, folder, cell([CLAMP, TABLE]), done.stdout)
+        status, told, said = run(probebox, folder, cell([CLAMP, TABLE]), (folder / "own.nc").read_text())
         assert status == 0 and told["moves"] > 100, (dialect, told, said)
     touch = HEAD + "G38.2 Z-100 F100\nG91\nG1 Z10 F100\nX20\n"
     status, told, _ = run(probebox, folder, cell([TABLE], least_mm=0.5), touch)
@@ -654,6 +656,10 @@ def check_own_programs(probebox, folder):
     assert status == 0, told["hits"]
     status, told, _ = run(probebox, folder, cell([CLAMP]), HEAD + "G0 Z5\nG31 X80 F100\nG91\nG1 X1\n")
     assert status == 1 and told["hits"][0]["line"] == 8, told["hits"]
+    # An arc from there is not that of the program: then the touch is a hit.
+    for solids, lines in (([TABLE], []), ([CLAMP], [6])):
+        status, told, _ = run(probebox, folder, cell(solids), HEAD + "G0 Z5\nG31 X80 F100\nG2 X80 I-3\n")
+        assert status == len(lines) and [hit["line"] for hit in told["hits"]][:1] == lines, told
     block = {**BLOCK, "at_mm": [0, 0, 0]}
     status, told, _ = run(probebox, folder, cell([block]), HEAD + "G31 Z-5 F100\nG0 Z50\n")
     assert status == 0 and told["removed_mm3"] == 0, told
@@ -674,7 +680,7 @@ def check_refusals(probebox, folder):
         "conditional-motion": ("/G1 X10", "/2 G91", "IF[#1EQ2]GOTO10", "o1 if [1]\nG1 X5", "o1 while [1]"),
         "system-variable": ("#5221=10", "IF[1EQ1]THEN#2004=3"),
         "no-rotary-axis": ("G1 A10",),
-        "wrong-length": ("T4 M6\nG43 H5", "G43", "G91 G28 Z0\nG90 G43 H4 Z60\nH5"),
+        "wrong-length": ("G49 H4", "T4 M6\nG43 H5", "G43", "G91 G28 Z0\nG90 G43 H4 Z60\nH5"),
         "late-length": ("G43 H4",),
         "length-off": ("G49 G91 G28 Z0\nG90 G43 H4 Z50\nG49\nG0 Z0", "G43 H0\nG0 Z40", "G91 G28 Z0\nG90 G43 H4 Z40\nG49\nG0 X10"),
         "not-a-tool": ("T0505",),
@@ -688,7 +694,7 @@ def check_refusals(probebox, folder):
         "bad-cycle": ("G81 X1 Z-5", "G81 X1 Z-5 R60", "G81 X1 Z5 R2", "G81 X1 Z-5 R2 L0.5", "G18 G81 X1 Z-5 R2"),
         "too-many-moves": ("G91 G81 X0 Z-1 R-1\n" + 11 * "X0.001 L9999\n",),
         "bad-comment": ("G0 X10 (move (fast) G1 Z-190 F100", "G0 X10 (never closed G1 Z-190 F100", "G0 X10 (one) two)"),
-        "unknown-place": ("G38.2 X10 F100\nG2 X10 I5", "G31 X10 F100\nG92 X0"),
+        "unknown-place": ("G38.2 X10 F100\nG81 X5 Z-5 R2", "G31 X10 F100\nG92 X0"),
     }
     two = cell([BOX]) + "[[tool]]\nnumber = 5\nholder_radius_mm = 20\nholder_length_mm = 62\nradius_mm = 6\nlength_mm = 58\n"
     for name, programs in refused.items():
