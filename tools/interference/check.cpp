@@ -163,7 +163,8 @@ class Walk {
   void judge(const Hit& hit) {
     const auto& nearest = hit.nearest;
     const bool near = nearest.distance_mm == 0 || nearest.distance_mm < cell_.least_mm;
-    const bool excused = nearest.distance_mm > 0 && nearest.solid == touching_ && nearest.part == ToolPart::cutter;
+    const bool beside = touching_ && nearest.solid == touch_->nearest.solid && nearest.part == ToolPart::cutter;
+    const bool excused = beside && nearest.distance_mm > 0;
     if (near && !excused) note(hit);
     touching_ = touching_ && near;
   }
