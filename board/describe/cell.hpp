@@ -35,6 +35,7 @@ struct CellSolid {
   double radius_mm{};                     // of a cylinder, whose axis is its own Z, or a sphere
   double height_mm{};                     // of a cylinder
   std::string file;                       // of a mesh: STL, beside cell.toml
+  std::optional<double> unit_mm;          // of the numbers in it, which it does not state
   std::array<double, 3> at_mm{};          // position of its middle; for a mesh, of its origin
   std::array<double, 3> turn_deg{};       // about X, then Y, then Z of the machine
   std::optional<std::size_t> moves_with;  // place in Cell::rotary of the axis that carries it

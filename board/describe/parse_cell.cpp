@@ -63,6 +63,8 @@ CellSolid readSolid(Section& section, const std::vector<CellSolid>& before, cons
     solid.size_mm = section.vector("size_mm", kLength_mm);
   } else if (solid.shape == SolidShape::mesh) {
     solid.file = section.text("file");
+    constexpr std::array kUnits_mm{1.0, 25.4, 1000.0};
+    if (section.has("unit")) solid.unit_mm = kUnits_mm[section.choice("unit", {"mm", "inch", "m"})];
   } else {
     solid.radius_mm = section.number("radius_mm", kLength_mm);
   }

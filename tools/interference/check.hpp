@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,7 +13,8 @@
 namespace probebox::interference {
 
 struct Hit {
-  std::size_t line{};  // of the program
+  std::size_t line{};    // of the program
+  std::uint32_t tool{};  // number
   Pose pose;
   Nearest nearest;
   double overlap_mm{};  // depth in a workpiece that is cut; 0 for other solids
@@ -43,11 +45,21 @@ struct Settings {
 // rotary axis leaves 0.
 board::Cell withoutStock(board::Cell cell, std::span<const Move> path);
 
-// Moves the tool along the path, given in the program's coordinates. In feed the cutting edges remove material from a
+// A tool of the cell, and where it is measured.
+struct Mounted {
+  board::CellTool tool;
+  std::shared_ptr<const Scene> scene;  // of withoutStock(cell, path)
+};
+
+// Opens a scene for each tool that the path uses, `tools` being those of the cell. Error: as Scene::open.
+Outcome<std::vector<Mounted>> mount(const board::Cell& cell, std::span<const board::CellTool> tools,
+                                    std::span<const Move> path, const std::filesystem::path& folder);
+
+// Moves the tools along the path, given in the program's coordinates: rapids on the straight line and on their dog-leg,
+// probing moves until the cutter touches. In feed the cutting edges remove material from a
 // workpiece that is an upright box; the rest of the tool, and in rapid all of it, must stay clear of the remaining
-// material. The whole tool must stay clear of all other solids by more than the cell's least distance. scene: of
-// withoutStock(cell, path).
-Report check(const board::Cell& cell, const board::CellTool& tool, const Scene& scene, std::span<const Move> path,
+// material. The whole tool must stay clear of all other solids by more than the cell's least distance.
+Report check(const board::Cell& cell, std::span<const Mounted> tools, std::span<const Move> path,
              const Settings& settings);
 
 }  // namespace probebox::interference

@@ -7,8 +7,17 @@ struct Scene::Objects {};
 Scene::Scene() = default;
 Scene::~Scene() = default;
 
-Outcome<std::unique_ptr<Scene>> Scene::open(const board::Cell&, const board::CellTool&, const std::filesystem::path&) {
+Outcome<std::shared_ptr<const Scene>> Scene::open(const board::Cell&, const board::CellTool&,
+                                                  const std::filesystem::path&) {
   return Error{"this probebox was built without FCL, which measures distances: install libfcl-dev and build again"};
+}
+
+std::shared_ptr<const Scene> Scene::with(const board::CellTool&) const {
+  return nullptr;
+}
+
+double Scene::top() const {
+  return 0;
 }
 
 Nearest Scene::nearest(const Pose&, bool) const {

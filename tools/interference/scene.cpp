@@ -27,9 +27,11 @@ fcl::Transform3d poseOf(const board::CellSolid& solid) {
   return pose;
 }
 
-Outcome<std::shared_ptr<fcl::CollisionGeometryd>> geometryOf(const board::CellSolid& solid,
-                                                             const std::filesystem::path& folder) {
-  using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
+using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
+
+// inside and sizes: of a mesh.
+Outcome<Geometry> geometryOf(const board::CellSolid& solid, const std::filesystem::path& folder,
+                             std::shared_ptr<const Inside>& inside, std::vector<MeshSize>& sizes) {
   switch (solid.shape) {
     case board::SolidShape::box:
       return Geometry{std::make_shared<fcl::Boxd>(solid.size_mm[0], solid.size_mm[1], solid.size_mm[2])};
@@ -40,7 +42,9 @@ Outcome<std::shared_ptr<fcl::CollisionGeometryd>> geometryOf(const board::CellSo
     case board::SolidShape::mesh:
       break;
   }
-  TRY(const auto mesh, readStl(folder / solid.file));
+  TRY(const auto mesh, meshOf(solid, folder));
+  sizes.push_back({solid.name, sizeOf(mesh), solid.unit_mm.has_value()});
+  inside = std::make_shared<const Inside>(mesh);
   auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
   std::vector<fcl::Vector3d> points;
   for (const auto& point : mesh.points) points.emplace_back(point[0], point[1], point[2]);
@@ -52,6 +56,12 @@ Outcome<std::shared_ptr<fcl::CollisionGeometryd>> geometryOf(const board::CellSo
   return Geometry{std::move(model)};
 }
 
+// Whether a part of the tool that does not touch the surface of a mesh is enclosed by it.
+bool isWithin(const Object& part, const Object& solid, const Inside& inside) {
+  if (!solid.getAABB().contain(part.getAABB())) return false;
+  return inside.contains(pointOf(solid.getTransform().inverse() * part.getTranslation()));
+}
+
 }  // namespace
 
 struct Scene::Objects {
@@ -61,6 +71,8 @@ struct Scene::Objects {
     std::unique_ptr<Object> object;
     std::optional<std::size_t> moves_with;
     fcl::Transform3d at_zero;
+    Geometry geometry;
+    std::shared_ptr<const Inside> inside;  // of a mesh
   };
   struct Part {
     ToolPart part{};
@@ -72,6 +84,7 @@ struct Scene::Objects {
   std::vector<Part> parts;
   Turning turning;
   Angles turned_deg{};  // as the solids stand
+  double top = -std::numeric_limits<double>::infinity();
 
   void add(ToolPart part, const std::array<double, 2>& across_mm, double radius_mm, double from_mm, double to_mm) {
     if (!(to_mm > from_mm)) return;
@@ -80,13 +93,22 @@ struct Scene::Objects {
         {part, middle, std::make_unique<Object>(std::make_shared<fcl::Cylinderd>(radius_mm, to_mm - from_mm))});
     turning.carryTool({middle, std::hypot(radius_mm, (to_mm - from_mm) / 2)});
   }
-  void add(const board::CellSolid& solid, std::shared_ptr<fcl::CollisionGeometryd> geometry) {
-    const auto pose = poseOf(solid);
-    auto object = std::make_unique<Object>(geometry, pose);
-    geometry->computeLocalAABB();
-    if (solid.moves_with) turning.carry(*solid.moves_with, {pose * geometry->aabb_center, geometry->aabb_radius});
-    const bool workpiece = solid.part == board::SolidPart::workpiece;
-    solids.push_back({solid.name, workpiece, std::move(object), solid.moves_with, pose});
+  void add(const Solid& solid) {
+    auto object = std::make_unique<Object>(solid.geometry, solid.at_zero);
+    solid.geometry->computeLocalAABB();
+    const fcl::Vector3d middle = solid.at_zero * solid.geometry->aabb_center;
+    const double radius = solid.geometry->aabb_radius;
+    if (solid.moves_with) turning.carry(*solid.moves_with, {middle, radius});
+    top = std::max(top,
+                   solid.moves_with ? turning.highest(*solid.moves_with, {middle, radius}) : object->getAABB().max_[2]);
+    solids.push_back({solid.name, solid.workpiece, std::move(object), solid.moves_with, solid.at_zero, solid.geometry,
+                      solid.inside});
+  }
+  void add(const board::CellTool& tool, const Lengths& lengths) {
+    add(ToolPart::cutter, lengths.tip_mm, tool.radius_mm, 0, tool.cutting_mm);
+    add(ToolPart::shank, lengths.tip_mm, tool.radius_mm, tool.cutting_mm, lengths.assembled_mm);
+    add(ToolPart::holder, lengths.tip_mm, tool.holder_radius_mm, lengths.assembled_mm,
+        lengths.assembled_mm + lengths.holder_mm);
   }
   void turn(const Angles& angles_deg) {
     if (angles_deg == turned_deg) return;
@@ -102,25 +124,39 @@ struct Scene::Objects {
 Scene::Scene() = default;
 Scene::~Scene() = default;
 
-Outcome<std::unique_ptr<Scene>> Scene::open(const board::Cell& cell, const board::CellTool& tool,
-                                            const std::filesystem::path& folder) {
-  std::unique_ptr<Scene> scene{new Scene};
+Outcome<std::shared_ptr<const Scene>> Scene::open(const board::Cell& cell, const board::CellTool& tool,
+                                                  const std::filesystem::path& folder) {
+  std::shared_ptr<Scene> scene{new Scene};
   const auto lengths = scene->lengths_ = lengthsOf(tool);
-  const double gauge_mm = lengths.assembled_mm + lengths.holder_mm;
-  scene->objects_ = std::make_unique<Objects>(Turning{cell.rotary, gauge_mm});
+  scene->rotary_ = cell.rotary;
+  scene->objects_ = std::make_unique<Objects>(Turning{cell.rotary, lengths.assembled_mm + lengths.holder_mm});
   for (const auto& solid : cell.solids) {
-    TRY(auto geometry, geometryOf(solid, folder));
-    scene->objects_->add(solid, std::move(geometry));
+    std::shared_ptr<const Inside> inside;
+    TRY(auto geometry, geometryOf(solid, folder, inside, scene->meshes_));
+    const bool workpiece = solid.part == board::SolidPart::workpiece;
+    scene->objects_->add({solid.name, workpiece, {}, solid.moves_with, poseOf(solid), geometry, inside});
   }
-  scene->objects_->add(ToolPart::cutter, lengths.tip_mm, tool.radius_mm, 0, tool.cutting_mm);
-  scene->objects_->add(ToolPart::shank, lengths.tip_mm, tool.radius_mm, tool.cutting_mm, lengths.assembled_mm);
-  scene->objects_->add(ToolPart::holder, lengths.tip_mm, tool.holder_radius_mm, lengths.assembled_mm, gauge_mm);
+  scene->objects_->add(tool, lengths);
+  return std::shared_ptr<const Scene>{std::move(scene)};
+}
+
+std::shared_ptr<const Scene> Scene::with(const board::CellTool& tool) const {
+  std::shared_ptr<Scene> scene{new Scene};
+  const auto lengths = scene->lengths_ = lengthsOf(tool);
+  scene->rotary_ = rotary_;
+  scene->meshes_ = meshes_;
+  scene->objects_ = std::make_unique<Objects>(Turning{rotary_, lengths.assembled_mm + lengths.holder_mm});
+  for (const auto& solid : objects_->solids) scene->objects_->add(solid);
+  scene->objects_->add(tool, lengths);
   return scene;
 }
 
+double Scene::top() const {
+  return objects_->top;
+}
+
 double Scene::travel(const Move& move) const {
-  return std::hypot(move.to[0] - move.from[0], move.to[1] - move.from[1], move.to[2] - move.from[2]) +
-         objects_->turning.far(move.from_deg, move.to_deg);
+  return lengthOf(move) + objects_->turning.far(move.from_deg, move.to_deg);
 }
 
 Nearest Scene::nearest(const Pose& pose, bool cuts) const {
@@ -135,7 +171,8 @@ Nearest Scene::nearest(const Pose& pose, bool cuts) const {
     for (const auto& solid : objects_->solids) {
       if (cuts && solid.workpiece && part.part == ToolPart::cutter) continue;
       // Boxes around both bound the distance from below: most solids are far away.
-      if (part.object->getAABB().distance(solid.object->getAABB()) >= best.distance_mm) continue;
+      const double apart = part.object->getAABB().distance(solid.object->getAABB());
+      if (apart > 0 && apart >= best.distance_mm) continue;
       fcl::CollisionRequestd collides;
       collides.enable_contact = true;
       fcl::CollisionResultd contact;
@@ -148,6 +185,10 @@ Nearest Scene::nearest(const Pose& pose, bool cuts) const {
       asked.distance_tolerance = 1e-7;
       fcl::DistanceResultd answer;
       const double distance = std::max(0.0, fcl::distance(part.object.get(), solid.object.get(), asked, answer));
+      if (solid.inside && distance > 0 && isWithin(*part.object, *solid.object, *solid.inside)) {
+        const auto where = pointOf(part.object->getTranslation());
+        return {0, solid.name, part.part, where, where};
+      }
       if (distance < best.distance_mm)
         best = {distance, solid.name, part.part, pointOf(answer.nearest_points[0]), pointOf(answer.nearest_points[1])};
     }

@@ -20,12 +20,16 @@ Stock::Stock(const board::CellSolid& box, double grid_mm)
       rows_{static_cast<std::size_t>(std::max(1.0, std::ceil(box.size_mm[1] / grid_)))},
       heights_(columns_ * rows_, static_cast<float>(top_ - bottom_)) {}
 
-// The cells whose middle lies under the circle.
+// The cells whose middle lies under the circle, and that under its middle, as a thin circle may miss all others.
 template <class Use>
 void Stock::each(double x, double y, double radius, Use use) const {
   const auto index = [&](double place, double origin, std::size_t most) {
     return static_cast<std::size_t>(std::clamp((place - origin) / grid_, 0.0, static_cast<double>(most)));
   };
+  const double column = std::floor((x - x0_) / grid_), row = std::floor((y - y0_) / grid_);
+  const bool over =
+      column >= 0 && column < static_cast<double>(columns_) && row >= 0 && row < static_cast<double>(rows_);
+  if (over) use(static_cast<std::size_t>(row) * columns_ + static_cast<std::size_t>(column));
   for (auto r = index(y - radius, y0_, rows_); r < rows_; ++r) {
     const double dy = y0_ + (static_cast<double>(r) + 0.5) * grid_ - y;
     if (dy > radius) break;
@@ -47,6 +51,7 @@ void Stock::cut(double x, double y, double z, double radius) {
 
 double Stock::overlap(double x, double y, double z, double radius) const {
   double most = 0;
+  if (z >= top_) return most;
   each(x, y, radius, [&](std::size_t cell) {
     if (heights_[cell] > 0) most = std::max(most, bottom_ + double{heights_[cell]} - z);
   });

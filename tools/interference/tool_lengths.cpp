@@ -14,8 +14,9 @@ std::string_view nameOf(ToolPart part) {
   return "tool";
 }
 
-Dialect dialectOf(const board::Cell& cell, std::uint32_t tool, double tolerance_mm) {
-  Dialect dialect{tolerance_mm, tool, {}};
+Dialect dialectOf(const board::Cell& cell, std::uint32_t tool) {
+  Dialect dialect{tool, {}, {}, cell.program_zero_mm};
+  for (const auto& one : cell.tools) dialect.tools.push_back(one.number);
   for (const auto& axis : cell.rotary) dialect.rotary[static_cast<std::size_t>(axis.letter)] = true;
   return dialect;
 }

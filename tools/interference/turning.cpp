@@ -65,6 +65,17 @@ void Turning::lengthen(std::span<const std::size_t> chain, const Around& around)
   }
 }
 
+double Turning::highest(std::size_t place, const Around& around) const {
+  const auto axes = chain(board::Carries::solids, place);
+  double reach = around.radius_mm;
+  Eigen::Vector3d at = around.middle;
+  for (auto k = axes.rbegin(); k != axes.rend(); ++k) {
+    reach += (at - axes_[*k].through).norm();
+    at = axes_[*k].through;
+  }
+  return at[2] + reach;
+}
+
 double Turning::far(const Angles& from_deg, const Angles& to_deg) const {
   double all = 0;
   for (const auto& axis : axes_) all += std::abs(to_deg[axis.letter] - from_deg[axis.letter]) * kDegree * axis.arm_mm;

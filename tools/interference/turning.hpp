@@ -29,6 +29,8 @@ class Turning {
   // Adds a ball at angles 0 that the axis at `place`, or the head, carries; far() then has an upper bound for it.
   void carry(std::size_t place, const Around& around);
   void carryTool(const Around& around);
+  // An upper bound for the Z of a ball that the axis at `place` carries, however the axes stand.
+  double highest(std::size_t place, const Around& around) const;
   // How far all of these move at most while the axes turn, mm.
   double far(const Angles& from_deg, const Angles& to_deg) const;
 

@@ -6,6 +6,7 @@ import json
 import math
 import pathlib
 import random
+import resource
 import signal
 import struct
 import subprocess
@@ -363,6 +364,61 @@ def check_text_stl(probebox, folder):
         assert status == 2 and words in said, (text[-200:], words, said)
 
 
+def check_stl_kinds(probebox, folder):
+    """Dialects of STL; a mesh that is not closed; one in another unit; and a tool that is wholly inside."""
+    mesh = {"name": "jaw", "part": "fixture", "shape": "stl", "file": "jaw.stl", "at_mm": [60, 0, -30]}
+    cube(folder / "jaw.stl", True)
+    text = (folder / "jaw.stl").read_text()
+    cube(folder / "jaw.stl", False)
+    binary = (folder / "jaw.stl").read_bytes()
+    for content in (binary + b"made by a tool", b"solid jaw".ljust(80) + binary[80:], b"\xef\xbb\xbf" + text.encode(), text.replace("\n", "\r").encode(), text.upper().encode(),
+                    text.replace("endsolid", "end solid").encode(), text.replace("jaw", "vertex facet jaw").encode()):
+        (folder / "jaw.stl").write_bytes(content)
+        status, told, said = run(probebox, folder, cell([mesh]), at((60, 0, 7.25)))
+        assert status == 0 and abs(told["nearest"]["distance_mm"] - 7.25) < 2e-3, (content[:40], told, said)
+        assert told["meshes"] == [{"solid": "jaw", "size_mm": [20, 100, 60], "unit_stated": False}], told["meshes"]
+    open_text = text[:text.rindex("facet normal")] + "endsolid jaw\n"
+    for content, words in ((binary[:-1], "ends before its last triangle"), (text.encode("utf-16"), "UTF-16"), (open_text.encode(), "is not closed, 3 edges")):
+        (folder / "jaw.stl").write_bytes(content)
+        status, _, said = run(probebox, folder, cell([mesh]), at((60, 0, 7.25)))
+        assert status == 2 and words in said, said
+    for unit, mm in (("inch", 25.4), ("m", 1000.0)):
+        count = len(binary[84:]) // 50
+        scaled = b"".join(struct.pack("<12fH", *(v / mm for v in struct.unpack_from("<12f", binary, 84 + 50 * k)), 0) for k in range(count))
+        (folder / "jaw.stl").write_bytes(binary[:84] + scaled)
+        status, told, said = run(probebox, folder, cell([mesh]), at((60, 0, 7.25)))
+        assert status == 2 and 'unit = "mm"' in said, (told, said)
+        status, told, said = run(probebox, folder, cell([{**mesh, "unit": unit}]), at((60, 0, 7.25)))
+        assert abs(told["nearest"]["distance_mm"] - 7.25) < 2e-3 and abs(told["meshes"][0]["size_mm"][1] - 100) < 1e-3, (told, said)
+    # A room whose walls the tool does not touch, and the same as a shell of two surfaces with the tool in between.
+    faces = lambda half: b"".join(struct.pack("<12fH", 0, 0, 0, *(c / abs(c) * half for c in struct.unpack_from("<9f", binary, 84 + 50 * k + 12)), 0) for k in range(12))
+    turned = lambda content: b"".join(content[k:k + 12] + content[k + 24:k + 36] + content[k + 12:k + 24] + content[k + 36:k + 50] for k in range(0, len(content), 50))
+    for content, tip, hits in ((faces(300), (0, 0, 0), 1), (turned(faces(300)), (0, 0, 0), 1), (faces(300) + turned(faces(200)), (0, 0, 0), 0), (faces(300), (0, 0, -200), 1), (faces(300), (400, 0, 0), 0), (faces(300) + faces(20), (0, 0, 30), 1)):
+        (folder / "jaw.stl").write_bytes(bytes(80) + struct.pack("<I", len(content) // 50) + content)
+        status, told, said = run(probebox, folder, cell([{**mesh, "at_mm": [0, 0, 0]}]), at(tip))
+        assert status == hits and bool(told["hits"]) == bool(hits), (tip, told, said)
+
+
+def check_thin(probebox, folder):
+    """A tool that is thinner than a cell of the workpiece's heights hits it, and cuts it."""
+    for radius in (0.05, 0.17, 0.3):
+        rapid = "G21 G90\nG0 X-20.1 Y3.13 Z10\nG0 Z-5\n"
+        status, told, _ = run(probebox, folder, cell([BLOCK], {"radius_mm": radius}), rapid)
+        assert status == 1 and told["hits"][0]["tool_part"] == "cutter" and abs(told["hits"][-1]["overlap_mm"]) < 5.01, (radius, told)
+        status, told, _ = run(probebox, folder, cell([BLOCK], {"radius_mm": radius}), rapid.replace("G0 Z-5", "G1 Z-5 F100\nG1 X20"))
+        assert status == 0 and told["removed_mm3"] > 0.8 * 5 * 40 * 2 * radius, (radius, told)
+
+
+def check_size(probebox, folder):
+    """10 kB of program take no more memory than they need: an arc is one move."""
+    (folder / "cell.toml").write_text(cell([]))
+    (folder / "part.ngc").write_text("G0 X-90000 Y0 Z900\nG2\n" + 1400 * "I90000\n")
+    limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
+    done = subprocess.run([probebox, "--json", "interference", "--cell", str(folder / "cell.toml"), "--tool", "4", "--gcode", str(folder / "part.ngc")],
+                          capture_output=True, text=True, preexec_fn=limit)
+    assert done.returncode == 0 and json.loads(done.stdout)["moves"] == 1400, done
+
+
 def check_interrupted(probebox, folder):
     """Ctrl-C in the middle of a move ends it without a verdict."""
     (folder / "cell.toml").write_text(cell([{**BOX, "name": f"rail {k}", "size_mm": [40_000, 10, 10]} for k in range(100)]))
@@ -382,18 +438,274 @@ def check_interrupted(probebox, folder):
         assert command.returncode == 130 and "hit" not in said, (command.returncode, said)
 
 
+def cylinder_to_box(x, y, radius, low, high, box):
+    """Distance of an upright cylinder from an upright box; where they overlap, minus the depth."""
+    half = [size / 2 for size in box["size_mm"]]
+    dx, dy = (abs(c - o) - h for c, o, h in zip((x, y), box["at_mm"], half))
+    across = (math.hypot(max(dx, 0), max(dy, 0)) if max(dx, dy) > 0 else max(dx, dy)) - radius
+    along = max(box["at_mm"][2] - half[2] - high, low - box["at_mm"][2] - half[2])
+    return math.hypot(max(across, 0), max(along, 0)) if max(across, along) > 0 else max(across, along)
+
+
+def tool_to_boxes(tip, boxes):
+    long = TOOL["length_mm"]
+    parts = ((TOOL["radius_mm"], 0, long), (TOOL["holder_radius_mm"], long, long + TOOL["holder_length_mm"]))
+    return min(cylinder_to_box(tip[0], tip[1], radius, tip[2] + low, tip[2] + high, box) for radius, low, high in parts for box in boxes)
+
+
+class Course:
+    """A random program, and the places that its tip passes, by formulas of its own. Each block is made from a curve, not read."""
+
+    def __init__(self, rng):
+        self.rng, self.at, self.unit, self.relative, self.middles, self.plane = rng, [-60.0, 0.0, 60.0], 1.0, False, False, 2
+        self.blocks, self.sweeps = ["G21 G90 G17 G91.1", "T4 M6", "G43 H4", "G0 X-60 Y0 Z60"], [[], [], [], []]
+
+    def word(self, letter, mm):
+        return f" {letter}{mm / self.unit:.7f}"
+
+    def ends(self, to, axes):
+        return "".join(self.word("XYZ"[k], to[k] - self.at[k] if self.relative else to[k]) for k in axes)
+
+    def put(self, text, tips):
+        self.blocks.append(text)
+        self.sweeps.append(tips)
+
+    def line(self, begin, end):
+        n = max(1, math.ceil(math.dist(begin, end) / 0.3))
+        return [[b + (e - b) * k / n for b, e in zip(begin, end)] for k in range(n + 1)]
+
+    def modes(self):
+        choice = self.rng.randrange(4)
+        if choice == 0:
+            self.unit = self.rng.choice((1.0, 25.4))
+            self.put("G21" if self.unit == 1 else "G20", [])
+        elif choice == 1:
+            self.relative = self.rng.random() < 0.5
+            self.put("G91" if self.relative else "G90", [])
+        elif choice == 2:
+            self.middles = self.rng.random() < 0.5
+            self.put("G90.1" if self.middles else "G91.1", [])
+        else:
+            self.plane = self.rng.randrange(3)
+            self.put(f"G{19 - self.plane}", [])
+
+    def straight(self):
+        axes = self.rng.sample(range(3), self.rng.randint(1, 3))
+        to = list(self.at)
+        for k in axes:
+            to[k] = round(self.rng.uniform(-60, 60) if k < 2 else self.rng.uniform(-5, 70), 3)
+        rapid = self.rng.random() < 0.5
+        tips = self.line(self.at, to)
+        if rapid:  # all axes at one speed, each until it is there
+            place, left = list(self.at), [t - a for a, t in zip(self.at, to)]
+            while any(left):
+                step = min(abs(c) for c in left if c)
+                go = [math.copysign(step, c) if c else 0 for c in left]
+                after = [p + g for p, g in zip(place, go)]
+                tips += self.line(place, after)
+                place, left = after, [0 if abs(c) <= step else c - g for c, g in zip(left, go)]
+        self.put(("G0" if rapid else "G1") + self.ends(to, axes) + ("" if rapid else " F500"), tips)
+        self.at = to
+
+    def arc(self):
+        rng, first, second = self.rng, (self.plane + 1) % 3, (self.plane + 2) % 3
+        radius, begin = rng.uniform(5, 40), rng.choice((rng.uniform(0, 360), 45 * rng.randrange(8)))
+        turn = rng.choice((360, 90, 45, 180, 270, rng.uniform(5, 355)))
+        whole, turns, sense = turn == 360, rng.choice((1, 1, 1, 2, 3)), rng.choice((-1, 1))
+        rise = rng.choice((0, 0, rng.uniform(-10, 10)))
+        middle = {first: self.at[first] - radius * math.cos(math.radians(begin)), second: self.at[second] - radius * math.sin(math.radians(begin))}
+        place = lambda part: self.circle(middle, first, second, radius, begin + sense * part * (turn + 360 * (turns - 1)), self.at[self.plane] + part * rise)
+        to = place(1)
+        if whole:
+            to[first], to[second] = self.at[first], self.at[second]
+        text = ("G3" if sense > 0 else "G2") + self.ends(to, ([] if whole and rng.random() < 0.5 else [first, second]) + ([self.plane] if rise else []))
+        if not whole and turns == 1 and turn != 180 and 20 < turn < 340 and rng.random() < 0.4:
+            text += self.word("R", radius if turn < 180 else -radius)
+        else:
+            text += "".join(self.word("IJK"[k], middle[k] - (0 if self.middles else self.at[k])) for k in (first, second)) + (f" P{turns}" if turns > 1 else "")
+        n = math.ceil(radius * math.radians(turn + 360 * (turns - 1)) / 0.3)
+        self.put(text, [place(k / n) for k in range(n + 1)])
+        self.at = to
+
+    def circle(self, middle, first, second, radius, degrees, height):
+        at = [0.0, 0.0, 0.0]
+        at[first], at[second] = middle[first] + radius * math.cos(math.radians(degrees)), middle[second] + radius * math.sin(math.radians(degrees))
+        at[self.plane] = height
+        return at
+
+
+def check_programs(probebox, folder):
+    """Random programs in all planes, units and modes against a sweep along the curves from which they were written."""
+    rng = random.Random(20)
+    hits = 0
+    for number in range(40):
+        boxes = [{"name": f"box {k}", "part": "fixture", "shape": "box", "size_mm": [round(rng.uniform(10, 60), 1) for _ in range(3)],
+                  "at_mm": [round(rng.uniform(-60, 60), 1), round(rng.uniform(-60, 60), 1), round(rng.uniform(-60, 30), 1)]} for k in range(2)]
+        course = Course(rng)
+        for _ in range(5):
+            course.modes()
+            rng.choice((course.straight, course.arc, course.arc))()
+        status, told, said = run(probebox, folder, cell(boxes), "\n".join(course.blocks) + "\n")
+        deepest = {k + 1: min(tool_to_boxes(tip, boxes) for tip in tips) for k, tips in enumerate(course.sweeps) if tips}
+        program = "\n".join(course.blocks)
+        assert status in (0, 1), (number, program, said)
+        found = {hit["line"] for hit in told["hits"]}
+        for line, mm in deepest.items():
+            assert mm > -0.25 or line in found, (number, line, mm, program, told["hits"])
+            assert mm < 0.15 or line not in found, (number, line, mm, program, told["hits"])
+        least = min(deepest.values())
+        if least > 0.15:
+            assert abs(told["nearest"]["distance_mm"] - least) < 0.15, (number, least, told["nearest"], program)
+        hits += least < -0.25
+    assert hits > 5, hits
+
+
+def check_circles(probebox, folder):
+    """Whole circles and helices that begin in each of eight directions, in both senses and all planes: the far side is reached."""
+    for normal, plane in ((2, "G17"), (1, "G18"), (0, "G19")):
+        first, second = (normal + 1) % 3, (normal + 2) % 3
+        for degrees in range(0, 360, 45):
+            middle = [0.0, 0.0, 0.0]
+            middle[first], middle[second] = 50 * math.cos(math.radians(degrees)), 50 * math.sin(math.radians(degrees))
+            middle = [round(c, 6) + 0.0 for c in middle]
+            far = [2 * c for c in middle]
+            # Only the lowest points of the tool are low enough to meet a plate below the far side.
+            plate = {"name": "plate", "part": "fixture", "shape": "box", "size_mm": [1, 1, 1], "at_mm": [far[0], far[1], far[2] - 1]}
+            for code in ("G2", "G3"):
+                offsets = f"{'IJK'[first]}{middle[first]} {'IJK'[second]}{middle[second]}"
+                program = f"G21 G90 {plane}\nG0 X0 Y0 Z0\n{code} {offsets}\n{code} {offsets} {'XYZ'[normal]}8\n"
+                _, told, said = run(probebox, folder, cell([plate]), program)
+                around = 2 * math.pi * math.hypot(middle[first], middle[second])
+                assert abs(told["path_mm"] - around - math.hypot(around, 8)) < 1e-3, (program, told, said)
+                if normal == 2:
+                    assert abs(told["nearest"]["distance_mm"] - 0.5) < 2e-3, (program, told)
+
+
+CLAMP = {"name": "clamp", "part": "fixture", "shape": "box", "size_mm": [10, 10, 40], "at_mm": [60, 0, 20]}
+TABLE = {"name": "table", "part": "machine", "shape": "box", "size_mm": [400, 400, 20], "at_mm": [0, 0, -60]}
+HEAD = "G21 G90 G17\nT4 M6\nG54 G43 H4\nG0 X0 Y0 Z50\n"
+
+
+def check_followed(probebox, folder):
+    """Programs whose path is written in another way hit where those do that write it out with G0 and G1."""
+    same = {
+        "G0 Z5\nG4 X-60.\nG91\nG1 X60. F500\n": "G0 Z5\nG4 P1\nG91\nG1 X60. F500\n",
+        # Rounding makes the end of a whole circle another place than its beginning.
+        "G0 Y0.0002 Z5\nG3 X0 Y0 I30 F500\n": "G0 Z5\nG3 I30 F500\n",
+        "G0 Z5\nG2 X60 R30 F500\n": "G0 Z5\nG2 X60 I30 F500\n",
+        "G0 Z5\nG3 X60 Y0 R-31 F500\n": "G0 Z5\nG3 X60 I30 J-7.8102497 F500\n",
+        "G81 X60 Z-5 R2 F100\nG80\n": "G0 X60\nG0 Z2\nG1 Z-5\nG0 Z50\n",
+        "G99 G83 X0 Y0 Z-5 R45 Q1 F100\nX60\nG80\n": "G0 Z45\nG1 Z-5\nG0 Z45\nG0 X60\nG1 Z-5\nG0 Z45\n",
+        "G91 G81 X30 Z-8 R-45 L2 F100\n": "G0 X30\nG0 Z5\nG1 Z-3\nG0 Z50\nG0 X60\nG0 Z5\nG1 Z-3\nG0 Z50\n",
+        "G53 G0 X60\nG90 G28 Z0\n": "G0 X60\nG0 Z0\nG0 Z60\n",
+        "G52 X50\nG0 Z5\nG1 X10 F100\n": "G0 Z5\nG1 X60 F100\n",
+        "G92 X-60\nG0 Z5\nG1 X0 F100\n": "G0 Z5\nG1 X60 F100\n",
+        "G10 L2 P1 X60\nG0 Z5\nG1 X0 F100\n": "G0 Z5\nG1 X60 F100\n",
+        "G20\nG0 Z0.2\nG91\nG1 X2 F10\nG21\nX9.2\n": "G0 Z5.08\nG1 X60 F100\n",
+    }
+    for program, reference in same.items():
+        status, told, said = run(probebox, folder, cell([CLAMP, TABLE]), HEAD + program)
+        wanted, expected, _ = run(probebox, folder, cell([CLAMP, TABLE]), HEAD + reference)
+        assert wanted == 1, reference
+        pairs = lambda one: {(hit["solid"], hit["tool_part"]) for hit in one["hits"]}
+        assert status == 1 and pairs(told) == pairs(expected), (program, said, told, expected)
+    # A rapid goes straight, or first along the diagonal: the clamp that only one of them meets is hit.
+    post = {**CLAMP, "size_mm": [20, 20, 40], "at_mm": [0, 5, 20]}
+    status, told, _ = run(probebox, folder, cell([post]), "G0 X-100 Y-100 Z5\nG0 X100 Y0\n")
+    assert status == 1 and told["hits"][0]["line"] == 2, told
+    assert run(probebox, folder, cell([post]), "G0 X-100 Y-100 Z5\nG1 X100 Y0\n")[0] == 0
+
+
+POSTS = {
+    "fusion": "%\nO1001 (PART)\n(T4 D=10. CR=0. - FLAT END MILL)\nN10 G90 G94 G17 G49 G40 G80\nN15 G21\nN20 G28 G91 Z0.\nN25 G90\nN30 T4 M6\nN35 S5000 M3\nN40 G54\nN45 M8\nN50 G0 X0. Y0.\n"
+              "N55 G43 Z50. H4\nN57 T5\nN60 G1 Z5. F500.\nN65 G0 Z50.\nN70 M9\nN75 M5\nN80 G28 G91 Z0.\nN85 G90\nN87 G53 G0 Y0.\nN90 M30\n%\nSEE SHEET 2\n",
+    "mastercam": "PROGRAM FOR JOB 7\n%\nO0000 (T)\nN100 G21\nN102 G0 G17 G40 G49 G80 G90\nN104 T4 M6\nN106 G0 G90 G54 X0. Y0. A0. S5000 M3\nN108 G43 H4 Z50.\nN110 Z10.\n"
+                 "N112 G99 G83 Z-5. R2. Q1. F100.\nN114 X10.\nN116 G80\nN118 M5\nN120 G91 G28 Z0.\nN122 G28 X0. Y0.\nN124 M30\n%\n",
+    "headers": "\ufeffG21\r\n/M8\r\nG17 G40 G49 G80 G90 G98 G69 G50 G64 P0.01\r\nG93\r\nG0 X0 Y0 Z50\r\nG1 Z5 F10.\r\nG94\r\nG0 Z50\r\nM30\r\n",
+    "old line ends": "G21 G90\rG0 X0 Y0 Z50\rG1 Z5 F100\rM30\r",
+    "second zero system alone": "G21 G90 G55\nG0 X0 Y0 Z50\nG1 Z5 F100\nM30\n",
+    "lead-in": HEAD + "G0 Z10\nG18 G3 X-5 Z5 I-5 K0 F400\nG1 X-20\nG17\nG0 Z50\nM30\n",
+}
+
+
+def check_posts(probebox, folder):
+    """What posts write and what changes no path is no obstacle."""
+    for name, program in POSTS.items():
+        status, told, said = run(probebox, folder, cell([CLAMP, TABLE]), program)
+        assert status == 0 and told["moves"] >= 1, (name, told, said)
+    # Two tools: each with its own shape, and a tool that the cell does not have is refused.
+    program = "T4 M6\nG43 H4\nG0 X0 Y0 Z50\nG1 Z5 F100\nG91 G28 Z0\nG90\nT5 M6\nG0 X50 Y0\nG43 H5 Z50\nG1 Z5\nG0 Z50\n"
+    thick = cell([CLAMP, TABLE]) + "[[tool]]\nnumber = 5\nholder_radius_mm = 20\nholder_length_mm = 62\nradius_mm = 8\nlength_mm = 58\n"
+    status, told, said = run(probebox, folder, thick, program)
+    assert status == 1 and {(hit["line"], hit["tool"]) for hit in told["hits"]} == {(10, 5), (11, 5)}, (told, said)
+    assert run(probebox, folder, cell([CLAMP, TABLE]), program)[1]["error"] == "other-tool"
+
+
+def check_own_programs(probebox, folder):
+    """The programs of `probebox gcode` are read, and a probing move ends where the cutter touches."""
+    for dialect in ("linuxcnc", "fanuc", "haas", "siemens"):
+        done = subprocess.run([probebox, "gcode", "delay-multi-speed", "--dialect", dialect, "--probe-tools", "4", "--stylus", "6", "--sphere", "25", "--safe-z", "80", "--output", str(folder / "own.nc")], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        status, told, said = run(probebox, folder, cell([CLAMP, TABLE]), (folder / "own.nc").read_text())
+        assert status == 0 and told["moves"] > 100, (dialect, told, said)
+    touch = HEAD + "G38.2 Z-100 F100\nG91\nG1 Z10 F100\nX20\n"
+    status, told, _ = run(probebox, folder, cell([TABLE], least_mm=0.5), touch)
+    assert status == 0 and abs(told["path_mm"] - (150 + 10 + 20)) < 1e-6, told
+    # It backs away from where it touched, not from where it was sent: 55 beside the clamp, 60 in it.
+    status, told, _ = run(probebox, folder, cell([CLAMP]), HEAD + "G0 Z5\nG31 X80 F100\nG91\nG0 X-20\nZ50\nX20\n")
+    assert status == 0, told["hits"]
+    status, told, _ = run(probebox, folder, cell([CLAMP]), HEAD + "G0 Z5\nG31 X80 F100\nG91\nG1 X1\n")
+    assert status == 1 and told["hits"][0]["line"] == 8, told["hits"]
+    # An arc from there is not that of the program: then the touch is a hit.
+    for solids, lines in (([TABLE], []), ([CLAMP], [6])):
+        status, told, _ = run(probebox, folder, cell(solids), HEAD + "G0 Z5\nG31 X80 F100\nG2 X80 I-3\n")
+        assert status == len(lines) and [hit["line"] for hit in told["hits"]][:1] == lines, told
+    block = {**BLOCK, "at_mm": [0, 0, 0]}
+    status, told, _ = run(probebox, folder, cell([block]), HEAD + "G31 Z-5 F100\nG0 Z50\n")
+    assert status == 0 and told["removed_mm3"] == 0, told
+
+
 def check_refusals(probebox, folder):
-    refused = {"G0 X0 Y0 Z0\nG81 X1 Z-5 R2\n": "line 2: G81", "G0 X0 Y0 Z0\nG1 A10\n": "line 2: a word A", "G0 X0 Y0 Z0\nG1 X#1\n": "line 2",
-               "X1\n": "line 1", "G0 X0 Y0 Z0\nG1 XINF\n": "line 2: 'XINF'", "G0 X0 Y0 Z0\nG1 Znan\n": "line 2: 'ZNAN'",
-               "G0 X0 Y0 Z0\nG1 X1E2\n": "line 2: 'E2'", "G0 X0 Y0 Z0\nG1 X1 X2\n": "line 2: a second word X", "G0 X0 Y0 Z0\nG1 X9999999999\n": "line 2: 'X9999999999' is further",
-               "G0 X0 Y0 Z0\nM98 P100\n": "line 2: M98", "G0 X0 Y0 Z0\nM99\n": "line 2: M99", "G0 X0 Y0 Z0\nG2 X0 Y0 I5 P3\n": "line 2: an arc of several turns",
-               "T4 M6\nG0 X0 Y0 Z0\nT7\nG0 X1\nM6\n": "line 5: tool 7 is taken, and tool 4 is checked", "G0 X0 Y0 Z0\nG2 X10 I2\n": "line 2: the end of the arc", "G0 X0\n": "nothing moves",
-               # LinuxCNC refuses these; a Fanuc ends a comment at its first bracket, and moves.
-               "G0 X0 Y0 Z0\nG0 X10 (move (fast) G1 Z-190 F100\nG0 X0\n": "line 2: a comment within a comment", "G0 X0 Y0 Z0\nG0 X10 (never closed G1 Z-190 F100\n": "line 2: a comment without end",
-               "G0 X0 Y0 Z0\nG0 X10 (one) two)\n": "line 2: a ) that ends no comment"}
-    for program, words in refused.items():
-        status, _, said = run(probebox, folder, cell([BOX]), program)
-        assert status == 2 and words in said, (program, status, said)
+    """Each by its name, with the line."""
+    place = "G0 X0 Y0 Z50\n"
+    refused = {
+        "unread-word": ("G1 X10 P3", "G1 X10 I5", "G54 P3", "G1 X10 L10", "D0", "G1 X10 H4", "G2 X10 I5 K0", "G4 P1 X5", "G0 U5", "M8 Q3", "G1 X1E2"),
+        "unknown-code": ("G1.5 X1", "G5.2 X1", "G999", "G1 X1\nM72"),
+        "code-not-followed": ("G41 D1 X10", "G68 X0 Y0 R45", "G43.4 H4", "G54.1 P3", "G51 X2", "G16"),
+        "not-a-word": ("G1 X#1", "G1 XINF", "G1 Znan", "G1 X[1+2]", "CALL SUB"),
+        "word-twice": ("G1 X1 X2",),
+        "too-far": ("G1 X9999999999",),
+        "codes-disagree": ("G0 G1 X5", "G90 G91 X5", "G17 G18"),
+        "other-program": ("M98 P100", "M99", "o<sub> call"),
+        "conditional-motion": ("/G1 X10", "/2 G91", "IF[#1EQ2]GOTO10", "o1 if [1]\nG1 X5", "o1 while [1]"),
+        "system-variable": ("#5221=10", "IF[1EQ1]THEN#2004=3"),
+        "no-rotary-axis": ("G1 A10",),
+        "wrong-length": ("G49 H4", "T4 M6\nG43 H5", "G43", "G91 G28 Z0\nG90 G43 H4 Z60\nH5"),
+        "late-length": ("G43 H4",),
+        "length-off": ("G49 G91 G28 Z0\nG90 G43 H4 Z50\nG49\nG0 Z0", "G43 H0\nG0 Z40", "G91 G28 Z0\nG90 G43 H4 Z40\nG49\nG0 X10"),
+        "not-a-tool": ("T0505",),
+        "other-tool": ("T7 M6", "G91 G28 Z0\nT0 M6\nG90 G0 Z0"),
+        "change-at-height": ("T5 M6",),
+        "home-at-height": ("G28 X0 Y0", "G91 G28 X0 Z0", "G28"),
+        "machine-height": ("G53 G0 Z-10",),
+        "machine-motion": ("G91 G53 G0 X0",),
+        "other-zero": ("G55", "G10 L20 P1 X0", "G10 L2 P2 X0", "G10 L1 P4 Z3"),
+        "bad-arc": ("G2 X10 I2", "G2 X10", "G2 X10 R4", "G2 X0 Y0 R4", "G2 I5 P0", "G90.1\nG2 X10 I5", "G2 I5 P1.5"),
+        "bad-cycle": ("G81 X1 Z-5", "G81 X1 Z-5 R60", "G81 X1 Z5 R2", "G81 X1 Z-5 R2 L0.5", "G18 G81 X1 Z-5 R2"),
+        "too-many-moves": ("G91 G81 X0 Z-1 R-1\n" + 11 * "X0.001 L9999\n",),
+        "bad-comment": ("G0 X10 (move (fast) G1 Z-190 F100", "G0 X10 (never closed G1 Z-190 F100", "G0 X10 (one) two)"),
+        "unknown-place": ("G38.2 X10 F100\nG81 X5 Z-5 R2", "G31 X10 F100\nG92 X0"),
+    }
+    two = cell([BOX]) + "[[tool]]\nnumber = 5\nholder_radius_mm = 20\nholder_length_mm = 62\nradius_mm = 6\nlength_mm = 58\n"
+    for name, programs in refused.items():
+        for program in programs:
+            status, told, said = run(probebox, folder, two, place + program + "\n")
+            assert status == 2 and told["error"] == name and f"line {program.rstrip().count(chr(10)) + 2}: " in said, (name, program, status, told, said)
+    whole = {"no-motion-code": "X1\n", "no-moves": "G0 X0\n", "tool-not-used": "T5 M6\nG0 X0 Y0 Z0\nX1\n", "unknown-place": "G91 G0 X1\n",
+             "two-programs": "G0 X0 Y0 Z0\n%\nG0 X5 Y0 Z0\n%\n"}
+    for name, program in whole.items():
+        status, told, said = run(probebox, folder, two, program)
+        assert status == 2 and told["error"] == name, (name, program, told, said)
     status, told, said = run(probebox, folder, cell([BOX]), "G17 G21 G40 G54 G90 G94 G61.1 (one) (two; three)\nT4 M6 ; four (five\nG43 H4\nG0 X0 Y0 Z0\nX1\nM30\n")
     assert status == 0 and told["moves"] == 1, (status, told, said)
     good_cell, good_program = str(folder / "cell.toml"), str(folder / "part.ngc")
@@ -413,7 +725,8 @@ def main(probebox):
         check_known(probebox, folder)
         worst = check_random(probebox, folder)
         turned_worst = check_turned(probebox, folder)
-        for one in (check_turning, check_path, check_cutting, check_measured, check_stl, check_text_stl, check_interrupted, check_refusals):
+        for one in (check_turning, check_path, check_cutting, check_measured, check_stl, check_text_stl, check_stl_kinds, check_thin, check_size, check_interrupted,
+                    check_circles, check_programs, check_followed, check_posts, check_own_programs, check_refusals):
             one(probebox, folder)
         print(f"40 random poses agree within {worst * 1e3:.3f} um, 30 with rotary axes within {turned_worst * 1e3:.3f} um")
 

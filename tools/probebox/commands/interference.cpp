@@ -17,7 +17,6 @@ namespace {
 using interference::Hit;
 using interference::Pose;
 
-constexpr double kChord_mm = 0.005;  // by which chords leave an arc
 constexpr std::size_t kShown = 10;
 constexpr std::size_t kMostProgram = 1'000'000'000;  // bytes
 
@@ -42,8 +41,10 @@ Outcome<std::string, Trouble> programIn(const std::string& path, Console& consol
 // A cell, one of its tools and a program, as they were asked for.
 struct Job {
   board::Cell cell;
-  board::CellTool tool;
+  std::size_t asked{};  // place of the tool that was asked for
   std::vector<interference::Move> path;
+
+  const board::CellTool& tool() const { return cell.tools[asked]; }
 };
 
 Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
@@ -55,11 +56,13 @@ Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
   if (tool == cell->tools.end())
     return usage(options.cell + " has no [[tool]] with number = " + std::to_string(options.tool) + ": add it");
   TRY(const auto program, programIn(options.program, console));
-  auto path = interference::readProgram(program, interference::dialectOf(*cell, options.tool, kChord_mm));
-  if (!path) return unreadableInput(options.program + ": " + path.error().what);
-  if (path->empty()) return unreadableInput(options.program + ": nothing moves in it once X, Y and Z are known");
-  Job job{std::move(cell).value(), *tool, std::move(path).value()};
-  if (options.stored) job.tool.assembled_length_mm.reset(), job.tool.w1_mm.reset();
+  auto path = interference::readProgram(program, interference::dialectOf(*cell, options.tool));
+  if (!path) return Trouble{ExitStatus::usage, path.error().name, options.program + ": " + path.error().sentence()};
+  for (auto& one : cell->tools) {
+    if (options.stored) one.assembled_length_mm.reset(), one.w1_mm.reset();
+  }
+  const auto place = tool - cell->tools.begin();
+  Job job{std::move(cell).value(), static_cast<std::size_t>(place), std::move(path).value()};
   return job;
 }
 
@@ -75,18 +78,26 @@ std::string line(const Hit& hit) {
   const auto how = hit.overlap_mm > 0             ? printed("%.3f mm deep", hit.overlap_mm)
                    : hit.nearest.distance_mm == 0 ? std::string{"touches"}
                                                   : printed("only %.3f mm away", hit.nearest.distance_mm);
-  return printed("  line %zu: the ", hit.line) + std::string{interference::nameOf(hit.nearest.part)} + " and " +
-         hit.nearest.solid + ", " + how + ", tip at " + placeOf(hit.pose);
+  return printed("  line %zu: the ", hit.line) + std::string{interference::nameOf(hit.nearest.part)} +
+         printed(" of tool %u and ", hit.tool) + hit.nearest.solid + ", " + how + ", tip at " + placeOf(hit.pose);
 }
 
-Json summary(const Job& job, const interference::Lengths& lengths, const interference::Report& report) {
-  Json hits = Json::array();
+using Tools = std::vector<interference::Mounted>;
+
+Json summary(const Job& job, const Tools& tools, const interference::Report& report) {
+  Json hits = Json::array(), meshes = Json::array(), numbers = Json::array();
   for (const auto& hit : report.hits) hits.push_back(describe(hit));
+  for (const auto& mesh : tools.front().scene->meshes())
+    meshes.push_back({{"solid", mesh.solid}, {"size_mm", mesh.size_mm}, {"unit_stated", mesh.unit_stated}});
+  for (const auto& one : tools) numbers.push_back(one.tool.number);
+  const auto lengths = interference::lengthsOf(job.tool());
   return {{"cell", job.cell.name},
-          {"tool", job.tool.number},
+          {"tool", job.tool().number},
+          {"tools", numbers},
           {"measured_lengths", lengths.measured},
           {"assembled_length_mm", lengths.assembled_mm},
           {"tip_from_axis_mm", lengths.tip_mm},
+          {"meshes", meshes},
           {"moves", report.moves},
           {"path_mm", report.length_mm},
           {"least_allowed_mm", job.cell.least_mm},
@@ -95,10 +106,25 @@ Json summary(const Job& job, const interference::Lengths& lengths, const interfe
           {"hits", hits}};
 }
 
-void tell(const Job& job, const interference::Lengths& lengths, const interference::Report& report, Console& console) {
-  console.line(printed("tool %u, %s: %.4f mm beyond its holder, tip %+.4f %+.4f mm from the axis", job.tool.number,
-                       lengths.measured ? "as measured" : "as in store", lengths.assembled_mm, lengths.tip_mm[0],
-                       lengths.tip_mm[1]));
+void tellTools(const Job& job, const Tools& tools, Console& console) {
+  for (const auto& [tool, scene] : tools) {
+    const auto& lengths = scene->lengths();
+    console.line(printed("tool %u, %s: %.4f mm beyond its holder, tip %+.4f %+.4f mm from the axis", tool.number,
+                         lengths.measured ? "as measured" : "as in store", lengths.assembled_mm, lengths.tip_mm[0],
+                         lengths.tip_mm[1]));
+  }
+  for (const auto& mesh : tools.front().scene->meshes())
+    console.line(mesh.solid + printed(": %.3f x %.3f x %.3f mm, ", mesh.size_mm[0], mesh.size_mm[1], mesh.size_mm[2]) +
+                 (mesh.unit_stated ? "in the unit that the cell states" : "if its STL is in mm"));
+  const auto high = std::ranges::find_if(job.path, [](const interference::Move& move) {
+    return move.from[2] == interference::kAbove_mm || move.to[2] == interference::kAbove_mm;
+  });
+  if (high != job.path.end())
+    console.line(printed("line %zu: the reference point of Z is taken to be above everything", high->line));
+}
+
+void tell(const Job& job, const Tools& tools, const interference::Report& report, Console& console) {
+  tellTools(job, tools, console);
   console.line(printed("%zu moves, %.1f mm, %.0f mm3 cut", report.moves, report.length_mm, report.removed_mm3));
   if (report.hits.empty() && report.nearest) {
     const auto& nearest = *report.nearest;
@@ -118,6 +144,7 @@ void tell(const Job& job, const interference::Lengths& lengths, const interferen
 
 Json describe(const Hit& hit) {
   return {{"line", hit.line},
+          {"tool", hit.tool},
           {"solid", hit.nearest.solid},
           {"tool_part", std::string{interference::nameOf(hit.nearest.part)}},
           {"distance_mm", hit.nearest.distance_mm},
@@ -131,18 +158,18 @@ Json describe(const Hit& hit) {
 ExitStatus run(const Interference& options, const std::string&, Console& console) {
   const auto job = jobOf(options, console);
   if (!job) return console.fail(job.error());
-  const auto scene = interference::Scene::open(interference::withoutStock(job->cell, job->path), job->tool,
-                                               std::filesystem::path{options.cell}.parent_path());
-  if (!scene) return console.fail(unreadableInput(scene.error().what));
+  const auto tools =
+      interference::mount(job->cell, job->cell.tools, job->path, std::filesystem::path{options.cell}.parent_path());
+  if (!tools) return console.fail(unreadableInput(tools.error().what));
   interference::Settings settings;
   settings.step_mm = options.step_mm;
   settings.stopped = [&console] { return console.interrupted(); };
-  const auto report = interference::check(job->cell, job->tool, **scene, job->path, settings);
+  const auto report = interference::check(job->cell, *tools, job->path, settings);
   if (console.interrupted()) return ExitStatus::interrupted;
   if (console.json()) {
-    console.object(summary(*job, (*scene)->lengths(), report));
+    console.object(summary(*job, *tools, report));
   } else {
-    tell(*job, (*scene)->lengths(), report, console);
+    tell(*job, *tools, report, console);
   }
   return report.hits.empty() ? ExitStatus::ok : ExitStatus::failed;
 }

@@ -43,7 +43,7 @@ Json describe(const board::CellSolid& solid, const std::vector<board::CellRotary
               {"at_mm", solid.at_mm},     {"turn_deg", solid.turn_deg}};
   object["moves_with"] = solid.moves_with ? Json(nameOf(rotary[*solid.moves_with].letter)) : Json(nullptr);
   if (solid.shape != board::SolidShape::mesh) return object;
-  const auto mesh = interference::readStl(folder / solid.file);
+  const auto mesh = interference::meshOf(solid, folder);
   if (!mesh) {
     object["problem"] = mesh.error().what;
     return object;
@@ -100,6 +100,24 @@ std::optional<Trouble> take(board::CellTool& tool, const Measured& measured) {
   return std::nullopt;
 }
 
+// Arcs as chords. A place above everything is not drawn.
+Json cornersOf(const std::vector<interference::Move>& path) {
+  constexpr double kChord_rad = 0.1;
+  Json corners = Json::array();
+  std::size_t had = 0;
+  for (const auto& move : path) {
+    const auto count = static_cast<std::size_t>(std::ceil(std::max(1.0, std::abs(move.turn_rad) / kChord_rad)));
+    if (move.to[2] == interference::kAbove_mm) continue;
+    for (std::size_t k = 1; k <= count && had < kMostPath; ++k, ++had) {
+      const double part = static_cast<double>(k) / static_cast<double>(count);
+      corners.push_back({{"line", move.line},
+                         {"rapid", move.way == interference::Way::rapid},
+                         {"to", interference::placeOn(move, part)}});
+    }
+  }
+  return corners;
+}
+
 std::optional<Measured> measuredIn(const nlohmann::json& asked) {
   const auto found = asked.find("measured");
   if (found == asked.end() || !found->is_object()) return std::nullopt;
@@ -153,7 +171,7 @@ Desk::Answer CellDesk::nearest(std::uint32_t number, const std::optional<Measure
     return objection("x, y and z have to be machine positions, mm, and a, b and c angles, degrees");
   const auto scene = interference::Scene::open(*cell_, tool, folder_);
   if (!scene) return objection(scene.error().what);
-  return describe(Hit{0, pose, (*scene)->nearest(pose, false), 0}).dump();
+  return describe(Hit{0, number, pose, (*scene)->nearest(pose, false), 0}).dump();
 }
 
 Desk::Answer CellDesk::check(const std::string& body) const {
@@ -166,19 +184,21 @@ Desk::Answer CellDesk::check(const std::string& body) const {
     if (auto trouble = take(tool, *measured)) return *trouble;
   }
   if (asked.contains("stored") && asked["stored"] == true) tool.assembled_length_mm.reset(), tool.w1_mm.reset();
-  const auto path = interference::readProgram(asked["program"].get<std::string>(),
-                                              interference::dialectOf(*cell_, tool.number, 0.01));
-  if (!path) return objection(path.error().what);
-  const auto scene = interference::Scene::open(interference::withoutStock(*cell_, *path), tool, folder_);
-  if (!scene) return objection(scene.error().what);
+  const auto path =
+      interference::readProgram(asked["program"].get<std::string>(), interference::dialectOf(*cell_, tool.number));
+  if (!path) return objection(path.error().sentence());
+  auto tools = cell_->tools;
+  std::ranges::replace_if(
+      tools, [&](const auto& one) { return one.number == tool.number; }, tool);
+  const auto mounted = interference::mount(*cell_, tools, *path, folder_);
+  if (!mounted) return objection(mounted.error().what);
   interference::Settings settings;
   settings.stopped = stopped_;
-  const auto report = interference::check(*cell_, tool, **scene, *path, settings);
+  const auto report = interference::check(*cell_, *mounted, *path, settings);
   if (stopped_()) return objection("probebox view has ended: start it again");
-  Json hits = Json::array(), corners = Json::array();
+  Json hits = Json::array();
   for (const auto& hit : report.hits) hits.push_back(describe(hit));
-  for (std::size_t k = 0; k < std::min(path->size(), kMostPath); ++k)
-    corners.push_back({{"line", (*path)[k].line}, {"rapid", (*path)[k].rapid}, {"to", (*path)[k].to}});
+  const auto& first = path->front();
   Json left = Json::array();
   for (const auto& one : report.left)
     left.push_back({{"solid", one.solid},
@@ -192,8 +212,8 @@ Desk::Answer CellDesk::check(const std::string& body) const {
               {"nearest", report.nearest ? describe(*report.nearest) : Json(nullptr)},
               {"left", left},
               {"hits", hits},
-              {"from", path->empty() ? Json(nullptr) : Json(path->front().from)},
-              {"path", corners}}
+              {"from", first.from[2] == interference::kAbove_mm ? first.to : first.from},
+              {"path", cornersOf(*path)}}
       .dump();
 }
 
