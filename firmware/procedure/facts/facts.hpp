@@ -57,6 +57,7 @@ struct RimBall {
 struct BallPlate {
   std::array<double, 3> axis_point_mm{};
   std::optional<double> sd_mm;  // sd of a certified coordinate
+  std::optional<double> ball_diameter_mm{};
   // A point of the nominal axis B, if it is measured; [tilting_table] has its direction.
   std::optional<std::array<double, 3>> b_axis_point_mm{};
   bool station_correction{};  // estimate and remove the linear axes' errors at the stations of the balls (E11)

@@ -43,6 +43,7 @@ class Control {
 
   void wait(double s);
   void move(const std::array<double, 3>& to_mm, double feed_mm_min, bool guarded);
+  void seek(const std::array<double, 3>& to_mm, double feed_mm_min);  // until the probe touches, which is no alarm
   void arc(const std::array<double, 2>& to_mm, const std::array<double, 2>& centre_mm, double feed_mm_min,
            bool clockwise);
   void turn(const std::array<double, 3>& to_deg, double feed_deg_min = 0);
@@ -66,6 +67,7 @@ class Control {
   // after all tool changes since it was set.
   double lowest_tip_mm{1e9};
   std::function<void()> at_move;  // before each
+  std::function<void()> at_wait;  // behind each dwell
   std::function<void()> at_stop;  // M0
   std::function<void()> at_tool;  // behind a change
   std::string said;               // message that the operator sees

@@ -93,7 +93,7 @@ double FanucProgram::read(int number) {
   if (number >= 5021 && number <= 5026) return control_.position("XYZABC"[number - 5021]);
   if (number >= 5041 && number <= 5046) {
     const auto axis = static_cast<std::size_t>(number - 5041);
-    return control_.position("XYZABC"[axis]) - shiftOf(axis) + missed_mm_;
+    return control_.position("XYZABC"[axis]) - shiftOf(axis);
   }
   if (number >= 5221 && number <= 5326)
     return offsets.at(54 + (number - 5221) / 20).at(static_cast<std::size_t>((number - 5221) % 20));
@@ -197,12 +197,8 @@ void FanucProgram::block(const std::string& text) {
   }
   if (guarded && words.contains('C')) return control_.turnUntilTouched(value('C') + shiftOf(5), value('F'));
   if (!words.contains('X')) return turnBy(words, value('F'));
-  missed_mm_ = 0;
-  try {
-    control_.move({value('X') + shiftOf(0), value('Y') + shiftOf(1), value('Z') + shiftOf(2)}, value('F'), guarded);
-  } catch (const Touched&) {
-    missed_mm_ = 1;
-  }
+  const std::array<double, 3> to{value('X') + shiftOf(0), value('Y') + shiftOf(1), value('Z') + shiftOf(2)};
+  guarded ? control_.seek(to, value('F')) : control_.move(to, value('F'), false);
 }
 
 // As many a builder's M6 does: it is a macro that leaves its own modes.

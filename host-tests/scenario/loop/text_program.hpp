@@ -73,7 +73,6 @@ class FanucProgram final : public TextProgram {
   void write(int number, double value);
 
   std::string first_;   // program that is called
-  double missed_mm_{};  // what the last guarded move is short of its end
 
   std::map<int, double> variables_;
   std::map<std::string, double> preset_;

@@ -305,6 +305,12 @@ class FanucWriter final : public Writer {
     if (guarded) return callHelper(44);
     line("G1 X#110 Y#111 Z#112 F#113");
   }
+  void seek(const std::map<char, std::string>& to, const std::string& feed) override {
+    for (const auto& [letter, value] : to) line("#" + std::to_string(110 + letter - 'X') + "=" + value);
+    line("#113=" + feed);
+    line("G31 X#110 Y#111 Z#112 F#113");
+    line("G53");
+  }
 
  private:
   std::string helperNumber(int number) const { return std::to_string(first_ + number); }

@@ -184,6 +184,12 @@ class SiemensWriter final : public Writer {
     if (!feed.empty()) line(variable("_pb_feed") + "=" + feed);
     line(guarded ? "PBH_GO" : straight());
   }
+  void seek(const std::map<char, std::string>& to, const std::string& feed) override {
+    for (const auto& [letter, value] : to) line(variable(target(letter)) + "=" + value);
+    line(variable("_pb_feed") + "=" + feed);
+    line("MEAS=1 " + straight());
+    line("STOPRE");
+  }
 
  private:
   static std::string parameters() {

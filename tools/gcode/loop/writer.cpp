@@ -149,7 +149,9 @@ std::string Writer::text(const Value& value) {
     case Value::Is::variable: {
       if (value.name == "_tool") return tool();
       if (value.name == "_current_tool") return toolForSure();
-      if (value.name == "_z") return commanded('Z');
+      for (const char axis : {'x', 'y', 'z'}) {
+        if (value.name == std::string{"_"} + axis) return commanded(static_cast<char>(axis - 'a' + 'A'));
+      }
       for (const char axis : {'a', 'b', 'c'}) {
         if (value.name != std::string{"_"} + axis) continue;
         const auto letter = static_cast<char>(axis - 'a' + 'A');
@@ -346,9 +348,9 @@ void Writer::motion(const Statement& one, const std::map<char, std::string>& wor
     if (letter <= 'C') rotary[letter] = value;
   }
   const auto feed = words.find('F');
+  if (how == Turn::until_touched && feed == words.end()) return fail("a way to a contact without a feed: " + one.text);
   if (!linear.empty() && !rotary.empty()) return fail("linear and rotary axes in one block: " + one.text);
-  if (!linear.empty() && how == Turn::until_touched)
-    return fail("only a turn ends where the probe touches: " + one.text);
+  if (!linear.empty() && how == Turn::until_touched) return seek(linear, feed->second);
   if (!linear.empty()) return move(linear, feed == words.end() ? std::string{} : feed->second, !pressing_);
   for (const auto& [letter, value] : rotary) {
     if (!has(letter)) return abort(std::string{"A STEP TURNS AN AXIS THAT IS NOT THERE: "} + letter);

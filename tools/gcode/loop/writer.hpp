@@ -79,6 +79,9 @@ class Writer {
   // guarded: stops the program where the probe touches.
   virtual void move(const std::map<char, std::string>& to, const std::string& feed, bool guarded) = 0;
 
+  // To where the probe touches, which is no alarm.
+  virtual void seek(const std::map<char, std::string>& to, const std::string& feed) = 0;
+
   void line(const std::string& text) { text_ += text + "\n"; }
   void comments(std::string_view kits);
   const Axes& axes() const { return axes_; }
