@@ -50,6 +50,8 @@ class Control {
   // Stops C where the probe touches, as soon as its drive can.
   void turnUntilTouched(double c_deg, double feed_deg_min);
   void takeTool(unsigned number);
+  void orient() { ++orientations; }
+  void endCoolant() { coolant = false; }
   void stop();
   double position(char axis);          // of the machine; angles as commanded
   double positionOfTheBox(char axis);  // the same by the letters of the box, as HAL wires them
@@ -62,6 +64,8 @@ class Control {
   const std::vector<Commanded>& commanded() const { return commanded_; }
   Scenario& scenario() { return office_.scenario(); }
   std::uint64_t contacts() { return office_.scenario().machine().stylus().contactCount(); }
+  bool coolant{true};
+  int orientations{};     // of the spindle
   double lowest_mm{1e9};  // of all moves since it was set
   // Of the tip, where the first probe's with the head level is at the position of the machine: during all turns and
   // after all tool changes since it was set.

@@ -28,7 +28,7 @@ Kit::Kit(Control& control) : control_{control} {
 
 double Kit::call(const std::string& name, const std::vector<double>& arguments) {
   if (name == "ask") return variables["_value"] = ask(arguments);
-  if (name == "frame") return 0;  // of LinuxCNC itself: host-tests/cnc/frame_test.py
+  if (name == "frame" || name == "keep") return 0;  // of LinuxCNC itself: host-tests/cnc/frame_test.py
   const auto found = subprograms_.find(name);
   if (found == subprograms_.end()) throw Alarm{"no subprogram " + name};
   for (std::size_t i = 0; i < arguments.size(); ++i) variables[name + "/" + std::to_string(i + 1)] = arguments[i];
@@ -104,6 +104,8 @@ void Kit::block(const Statement& one) {
   if (m == 6) return control_.takeTool(static_cast<unsigned>(words['T']));
   if (m == 64 || m == 65) pressing_ = m == 64;
   if (m == 0) return control_.stop();
+  if (m == 9) return control_.endCoolant();
+  if (m == 19) return control_.orient();
   if (g == 2 || g == 3)
     return control_.arc({words.at('X'), words.at('Y')}, {words.at('I'), words.at('J')}, words.at('F'), g == 2);
   if (g == 38.3 && words.contains('C')) return control_.turnUntilTouched(words.at('C'), words.at('F'));

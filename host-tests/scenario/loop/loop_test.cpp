@@ -6,6 +6,7 @@
 #include <set>
 #include <span>
 #include <stdexcept>
+#include <tuple>
 
 #include "protocol/units/angle.hpp"
 #include "session.hpp"
@@ -219,6 +220,17 @@ TEST_P(LoopProgram, KeepsTheTipAboveEverythingWhereTheHeadSwivelsToItsOtherSide)
   }
 }
 
+TEST_P(LoopProgram, OrientsTheSpindleWhereNoAxisDoesAndEndsTheCoolant) {
+  for (const auto& [orient, axes, times] : {std::tuple{1, 6, 1}, {0, 6, 0}, {1, 7, 0}}) {
+    OfAText text{GetParam(), 2};
+    text.program->set("_pb_orient", orient);
+    text.program->set("_pb_rotary", axes);
+    EXPECT_EQ(text.run({4}), kDone) << text.why() << text.alarm;
+    EXPECT_EQ(text.control.orientations, times);
+    EXPECT_FALSE(text.control.coolant);
+  }
+}
+
 TEST_P(LoopProgram, TellsNoPlaceToTheBoxWhereItsAxesAreAbsolute) {
   OfAText text{GetParam(), 2};
   text.program->set("_pb_home", 0);
@@ -264,15 +276,15 @@ TEST_F(FanucLoop, GivesItBackWhereTheProbeHasTouched) {
   expectGivenBack(programOf(text));
 }
 
-TEST_F(FanucLoop, KeepsTheValuesOfG59OverAReset) {
+TEST_F(FanucLoop, KeepsTheValuesOfItsFrameOverAReset) {
   OfAText text{"fanuc", 2};
   text.control.at_stop = [] { throw std::runtime_error{"reset"}; };
   text.program->set("_pb_dry", 1);
   EXPECT_THROW(text.program->call({4}), std::runtime_error);
-  EXPECT_EQ(programOf(text).offsets.at(59)[0], 0);
+  EXPECT_EQ(programOf(text).offsets.at(FanucProgram::kFurther + 47)[0], 0);
   text.program->set("_pb_dry", 2);
   text.run({4});
-  EXPECT_EQ(programOf(text).offsets.at(59)[0], 7);
+  EXPECT_EQ(programOf(text).offsets.at(FanucProgram::kFurther + 47)[0], 7);
 }
 
 TEST_F(FanucLoop, RefusesWhatWouldBendTheWay) {

@@ -85,6 +85,11 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
                   "edited in it");
   gcode->add_option("--axes", options.axes, "with --loop: axes as the control numbers them; default: XYZABC")
       ->type_name("LETTERS");
+  gcode
+      ->add_option("--frame", options.frame,
+                   "with --loop for fanuc: P of G54.1, the work offset that the program moves in; 0: G59; default: 48")
+      ->check(wholeBetween(0, 48))
+      ->type_name("NUMBER");
   gcode->add_flag("--force", options.force, "overwrite existing files");
   gcode->add_option("--safe-z", options.safe_z_mm, "height above everything, in the work offset")
       ->check(between(-kFurthest_mm, kFurthest_mm))

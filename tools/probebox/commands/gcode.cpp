@@ -116,7 +116,8 @@ Outcome<Written, Trouble> unrolled(const Gcode& options) {
 // One program for all methods.
 ExitStatus runLoop(const Gcode& options, Console& console) {
   const auto text = gcode::loop::loopProgram(options.dialect, options.axes.empty() ? "XYZABC" : options.axes,
-                                             static_cast<int>(options.number.value_or(gcode::loop::kFirstProgram)));
+                                             static_cast<int>(options.number.value_or(gcode::loop::kFirstProgram)),
+                                             options.frame.value_or(gcode::loop::kFrame));
   if (!text) return console.fail(usage(text.error().what));
   if (auto trouble = write(options.output, *text, options.force, console)) return console.fail(*trouble);
   if (options.output == "-") return ExitStatus::ok;
