@@ -145,6 +145,9 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
       ->type_name("NUMBER");
   gcode->add_flag("--no-skip", options.no_skip,
                   "the probe is not wired to the control's skip input: write moves that it cannot stop");
+  gcode->add_flag("--no-orient", options.no_orient,
+                  "do not orient the spindle where the method does not turn it: it cannot turn, or does not hold the "
+                  "probe");
   add_feed("--traverse", options.traverse_mm_min, "feed of traverses; default: 1500");
   add_feed("--most-feed", options.most_mm_min, "limit of all feeds; default: 6000");
 }

@@ -101,6 +101,8 @@ Outcome<Written, Trouble> unrolled(const Gcode& options) {
   if (!blocks) return Trouble{ExitStatus::failed, "no-program", blocks.error().what};
   if (auto error = gcode::whyMaskedTooLong(*blocks, setting, dialect))
     return Trouble{ExitStatus::failed, "no-program", error->what};
+  if (auto error = gcode::whySwivelsUnguarded(*blocks, setting, dialect))
+    return Trouble{ExitStatus::failed, "no-program", error->what};
   if (auto trouble = whyWordNotUsed(options, *blocks)) return *trouble;
   const std::string chosen = chosenOf(wanted);
   const gcode::Heading heading{.method = options.method,
