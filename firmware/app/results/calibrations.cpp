@@ -235,6 +235,8 @@ procedure::Facts Calibrations::factsNow() const {
     if (measured.ball_x && measured.ball_y) ball->accepted_x = measured.ball_x, ball->accepted_y = measured.ball_y;
     ball->accepted_y45 = measured.ball_y45;
     ball->accepted_y90 = measured.ball_y90;
+    ball->accepted_x90 = measured.ball_x90;
+    ball->accepted_z90 = measured.ball_z90;
     if (measured.ball_z) ball->centre_z = *measured.ball_z;
   }
   if (facts.tool_setter && measured.setter_mm) {

@@ -52,6 +52,14 @@ std::optional<procedure::AcceptedValue> acceptedOf(const metrology::Result& resu
   return procedure::AcceptedValue{.mm = estimate->values[at], .sd_mm = at < estimate->sd.size() ? estimate->sd[at] : 0};
 }
 
+// x_offset_error_mm counts from the axis that was accepted before this check; the next one counts from its own.
+std::optional<procedure::AcceptedValue> acceptedXAt90(const metrology::Result& result) {
+  auto accepted = acceptedOf(result, "x_offset_error_mm");
+  const auto* moved = result.find("deviation_Xcen_B0_mm");
+  if (accepted && moved != nullptr) accepted->mm -= moved->value();
+  return accepted;
+}
+
 }  // namespace
 
 void addFacts(const store::Record& record, MeasuredFacts& facts) {
@@ -62,6 +70,8 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     facts.ball_y = acceptedOf(*result, "Ycen_B0_mm");
     facts.ball_y45 = acceptedOf(*result, "Ycen_B45_mm");
     facts.ball_y90 = acceptedOf(*result, "Ycen_B90_mm");
+    facts.ball_x90 = acceptedXAt90(*result);
+    facts.ball_z90 = acceptedOf(*result, "Zcen_B90_mm");
     facts.ball_z = acceptedOf(*result, "ball_centre_mm", 2);
   }
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {

@@ -40,6 +40,8 @@ struct CheckedBall {
   std::optional<double> limit_mm{};
   // Y with the head at 45 and 90 degrees, of the check in force; else as at B = 0.
   std::optional<AcceptedValue> accepted_y45{}, accepted_y90{};
+  // At 90 degrees, of the check in force: X from accepted_x, and Z.
+  std::optional<AcceptedValue> accepted_x90{}, accepted_z90{};
   std::vector<double> swivels_rad{};  // of the head, beside 0
 };
 
