@@ -66,6 +66,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
   const auto* result = record.result();
   if (result == nullptr) return;
   if (record.binding.subject == "check") {
+    facts.check_result = record.id;
     facts.ball_x = acceptedOf(*result, "Xcen_B0_mm");
     facts.ball_y = acceptedOf(*result, "Ycen_B0_mm");
     facts.ball_y45 = acceptedOf(*result, "Ycen_B45_mm");
@@ -78,6 +79,14 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     if (record.binding.subject == screwSubject(axis)) facts.screw_faces[axis] = faceOf(record);
   }
   if (const auto length = measuredLengthOf(record)) facts.tool_lengths.push_back(*length);
+  if (const auto tip = measuredTipOf(record)) facts.tool_tips.push_back(*tip);
+  if (record.binding.subject.starts_with("stylus-offset-")) {
+    if (const auto offset = stylusOffsetOf(*result))
+      facts.styli.push_back({.result_id = record.id,
+                             .tool = probeToolOf(*result),
+                             .at_mm = {offset->values[0], offset->values[1]},
+                             .sd_mm = largestSd(*offset, 2)});
+  }
   if (record.binding.subject == "centreline") facts.turning_axis = turningAxisOf(record);
   if (preTravelToolOf(record.binding.subject)) {
     if (const auto found = preTravelOf(record)) facts.pre_travels.push_back(*found);
@@ -85,6 +94,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
   if (record.binding.subject != "setter") return;
   const auto* setter = result->find("setter_mm");
   if (setter == nullptr || setter->values.size() < 3) return;
+  facts.setter_result = record.id;
   facts.setter_mm = {setter->values[0], setter->values[1], setter->values[2]};
   facts.sd_setter_mm = largestSd(*setter, 3);
 }
