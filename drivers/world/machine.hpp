@@ -38,8 +38,8 @@ class Machine {
   // The same until the stylus, or the tool, meets something: the move ends beyond_mm behind that, as that of a control
   // with a skip function does. Returns the commanded position at the contact; nothing where it met nothing.
   std::optional<Vector3> moveUntilContact(const Vector3& target_mm, double speed_mm_s, MonoTime now, double beyond_mm);
-  // As moveTo(), while the stylus stays in contact with the datum sphere and its ball slides along it. The sense is that of
-  // the first such move. The second moves by an arc about a centre in the plane of X and Y.
+  // As moveTo(), while the stylus stays in contact with the datum sphere and its ball slides along it. The sense is
+  // that of the first such move. The second moves by an arc about a centre in the plane of X and Y.
   bool slideTo(const Vector3& target_mm, double speed_mm_s, MonoTime now);
   bool slideRound(const Vector3& centre_mm, double turn_rad, double speed_mm_s, MonoTime now);
   bool atRest(MonoTime now) const { return motion_.atRest(now) && now >= turned_at_; }

@@ -26,7 +26,9 @@ class Haas final : public MacroB {
             "Controls before NGC: DPRNT goes to their RS-232, wired to the box's tape: face.",
             "G103 P1 limits the look-ahead, the empty blocks let the motion end before a line is printed."};
   }
-  Lines guardNeeds() const override { return {"M78 in a G31 block is the alarm when the probe touches, M79 that when it does not."}; }
+  Lines guardNeeds() const override {
+    return {"M78 in a G31 block is the alarm when the probe touches, M79 that when it does not."};
+  }
   Lines head(std::string_view title, std::uint32_t number) const override {
     std::array<char, 16> text{};
     std::snprintf(text.data(), text.size(), "O%05u ", number);

@@ -12,7 +12,8 @@ class LinuxCnc final : public Dialect {
     return "The tests read it with LinuxCNC's own interpreter, rs274. No machine was moved by it.";
   }
   std::string_view leaves() const override {
-    return "G54, G90, G91.1, G94, G64. After an abort: G61.1 in place of G64, and the mask of the probe off after 20 s.";
+    return "G54, G90, G91.1, G94, G64. After an abort: G61.1 in place of G64, and the mask of the probe off after 20 "
+           "s.";
   }
   Lines needs(Marks marks) const override {
     if (marks == Marks::stops) return {};

@@ -240,11 +240,11 @@ void explainStops(Writer& to, const Blocks& blocks, const Setting& setting, cons
   }
   to.comment("Protected: " + std::string{dialect.guardWord()} +
              " ends each straight move that is to meet nothing when the probe touches, and an alarm ends the program.");
-  to.comment(
-      "Before each touch the probe seeks the surface at " +
-      decimal(setting.seek_mm_min) + " mm/min, up to " + decimal(seekOf(setting)) +
-      " mm beyond its place, and is then pressed from the contact: an alarm where nothing is touched. Not so a tool that "
-      "cuts: the setting device need not be at the skip input.");
+  to.comment("Before each touch the probe seeks the surface at " + decimal(setting.seek_mm_min) + " mm/min, up to " +
+             decimal(seekOf(setting)) +
+             " mm beyond its place, and is then pressed from the contact: an alarm where nothing is touched. Not so a "
+             "tool that "
+             "cuts: the setting device need not be at the skip input.");
   to.comment(
       "Not protected, nothing stops these: each step from its begin to its end, into the surface and back. The first "
       "moves of dry run and run, up to the first place at the safe height. Tool changes with their moves of Z, and "
@@ -279,7 +279,8 @@ void explain(Writer& to, const Blocks& measured, const Setting& setting, const H
              "control ends. The box wants measuring feeds at 100 percent: no override there.");
   for (const auto& need : dialect.needs(marks)) to.comment(need);
   to.comment(
-      "LEAVES BEHIND: spindle and coolant stopped, the last tool in the spindle, its length offset active unless a head "
+      "LEAVES BEHIND: spindle and coolant stopped, the last tool in the spindle, its length offset active unless a "
+      "head "
       "swivelled, Z at the safe height or higher, rotary axes at the last angles; " +
       std::string{dialect.leaves()});
 }
@@ -292,9 +293,10 @@ std::optional<Error> whySwivelsUnguarded(const Blocks& blocks, const Setting& se
     return turn != nullptr && turn->feed_deg_min;
   });
   if (!swivels || !setting.guard || dialect.guardsUnderTipControl()) return std::nullopt;
-  return Error{"On this control no skip input stops a head that swivels under tip control, nor any move then: let the "
-               "control read its steps from the box (--loop, which swivels above everything without tip control), or "
-               "give --no-skip where a person watches the run with a hand on the feed hold."};
+  return Error{
+      "On this control no skip input stops a head that swivels under tip control, nor any move then: let the "
+      "control read its steps from the box (--loop, which swivels above everything without tip control), or "
+      "give --no-skip where a person watches the run with a hand on the feed hold."};
 }
 
 std::string program(const Blocks& blocks, const Setting& setting, const Heading& heading, const Dialect& dialect,

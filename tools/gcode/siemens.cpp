@@ -10,7 +10,8 @@ class Siemens final : public Dialect {
   std::string_view lathe() const override { return "DIAMOF, G95 of a lathe"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
   std::string_view leaves() const override {
-    return "programmed shifts, rotations, scales and mirrors cancelled (TRANS), G54, G90, G94, G64. After an alarm: what "
+    return "programmed shifts, rotations, scales and mirrors cancelled (TRANS), G54, G90, G94, G64. After an alarm: "
+           "what "
            "reset makes of G functions (MD 20150), and D.";
   }
   Lines needs(Marks marks) const override {

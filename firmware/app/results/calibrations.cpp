@@ -254,8 +254,9 @@ std::vector<std::string> Calibrations::placesThatDisagree() const {
 }
 
 // A value is used by a run whose case is another one without it.
-std::vector<std::string> Calibrations::disagreementsIn(const metrology::Dataset& dataset,
-                                                       const std::function<procedure::RunDataset(const procedure::Facts&)>& built) const {
+std::vector<std::string> Calibrations::disagreementsIn(
+    const metrology::Dataset& dataset,
+    const std::function<procedure::RunDataset(const procedure::Facts&)>& built) const {
   std::vector<std::string> sentences;
   for (const auto& row : inUse({}).places) {
     auto sentence = row.typed ? procedure::disagreement(row) : std::nullopt;

@@ -323,8 +323,10 @@ std::optional<procedure::MeasuredLength> measuredLengthOf(const store::Record& r
   const auto* length = record.result() != nullptr ? record.result()->find(kGaugeLength) : nullptr;
   if (!tool || length == nullptr) return std::nullopt;
   const auto sds_mm = uncertaintiesOf(*length);
-  procedure::MeasuredLength measured{
-      .result_id = record.id, .tool = *tool, .length_mm = length->value(), .sd_mm = sds_mm.empty() ? 0.0 : sds_mm.front()};
+  procedure::MeasuredLength measured{.result_id = record.id,
+                                     .tool = *tool,
+                                     .length_mm = length->value(),
+                                     .sd_mm = sds_mm.empty() ? 0.0 : sds_mm.front()};
   // W2 brings the tip onto the axis.
   const auto* to_axis = record.result()->find("compensation_mm");
   if (to_axis == nullptr || to_axis->values.size() < 2) return measured;

@@ -76,7 +76,8 @@ void appendVerdict(const metrology::Result& result, std::string_view subject,
   for (const std::string_view key : {metrology::kVerdict, metrology::kWorstRatio}) {
     const auto* found = result.find(key);
     if (found != nullptr && !found->values.empty())
-      values.push_back({.key = std::string{key}, .value = found->value(), .sd = 0, .has_sd = false, .u = 0, .has_u = false});
+      values.push_back(
+          {.key = std::string{key}, .value = found->value(), .sd = 0, .has_sd = false, .u = 0, .has_u = false});
   }
 }
 

@@ -123,8 +123,7 @@ void addKeys(metrology::Dataset& dataset, const FinishedRun& of, const ToolSette
   auto& config = dataset.config;
   config["tool"] = static_cast<double>(of.recording.touches().back().request.tool);
   if (!several_b) config["probe_offset_mm"] = listOf(setter.probe_offset_mm);
-  if (setter.probe_offset_result != 0)
-    config["stylus_offset_result"] = static_cast<double>(setter.probe_offset_result);
+  if (setter.probe_offset_result != 0) config["stylus_offset_result"] = static_cast<double>(setter.probe_offset_result);
   if (setter.sd_probe_offset_mm) config["sd_probe_offset_mm"] = *setter.sd_probe_offset_mm;
   if (setter.accepted_mm) {
     config["accepted_setter_mm"] = listOf(*setter.accepted_mm);

@@ -72,8 +72,7 @@ class Around {
     constexpr int kParts = 12;
     const auto turn = Eigen::Quaterniond::FromTwoVectors(from, to);
     for (int part = 0; part <= kParts; ++part) {
-      const Vector3d direction =
-          Eigen::Quaterniond::Identity().slerp(static_cast<double>(part) / kParts, turn) * from;
+      const Vector3d direction = Eigen::Quaterniond::Identity().slerp(static_cast<double>(part) / kParts, turn) * from;
       const Vector3d at = balls_[own_] + (met_mm_ + kAround_mm) * direction;
       if (const auto found = met([&](const Vector3d&) { return at; })) return found;
     }

@@ -266,8 +266,8 @@ class Control {
     part().turns.push_back({now_.angles_deg, part().moves.size(), now_.at_mm[2], tip_control_});
   }
 
-  // The last move has looked for a surface, and the emulated one is at its nominal place. It and the way off the contact
-  // are no moves of the path.
+  // The last move has looked for a surface, and the emulated one is at its nominal place. It and the way off the
+  // contact are no moves of the path.
   void sought() {
     const auto from = part().moves.at(part().moves.size() - 2).at_mm, to = part().moves.back().at_mm;
     part().moves.pop_back();
@@ -313,7 +313,8 @@ class Control {
   Reached now_;
   double motion_{1}, tool_{};
   bool linuxcnc_{}, millimetres_{}, absolute_{}, plane_{}, work_offset_{}, feed_per_minute_{}, spindle_stands_{},
-      offset_{}, coolant_off_{}, at_contact_{}, leaves_contact_{}, tip_control_{}, retracted_{}, height_known_{}, compared_{}, frame_known_{};
+      offset_{}, coolant_off_{}, at_contact_{}, leaves_contact_{}, tip_control_{}, retracted_{}, height_known_{},
+      compared_{}, frame_known_{};
 };
 
 }  // namespace

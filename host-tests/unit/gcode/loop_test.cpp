@@ -95,9 +95,8 @@ TEST(LoopText, SaysThatASiemensCountsCOn) {
 }
 
 TEST(LoopText, RefusesNumbersWhosePlacesBelongToOthers) {
-  EXPECT_THAT(*loopProgram("siemens", "XYZABC"),
-              testing::AllOf(testing::ContainsRegex(R"(PBL_N\[[0-9]+\]<=99 GOTO)"),
-                             testing::ContainsRegex(R"(PBL_N\[[0-9]+\]<=9 GOTO)")));
+  EXPECT_THAT(*loopProgram("siemens", "XYZABC"), testing::AllOf(testing::ContainsRegex(R"(PBL_N\[[0-9]+\]<=99 GOTO)"),
+                                                                testing::ContainsRegex(R"(PBL_N\[[0-9]+\]<=9 GOTO)")));
 }
 
 TEST(LoopText, DefinesEachNameOnceForSiemens) {
@@ -113,10 +112,12 @@ TEST(LoopText, DefinesEachNameOnceForSiemens) {
   EXPECT_GT(names.size(), 50U);
   // A control as shipped has room for few names of GUD, and the text states how many it needs.
   std::size_t defined_names = 0;
-  for (auto at = text.find("\nDEF CHAN"); at != std::string::npos; at = text.find("\nDEF CHAN", at + 1)) ++defined_names;
+  for (auto at = text.find("\nDEF CHAN"); at != std::string::npos; at = text.find("\nDEF CHAN", at + 1))
+    ++defined_names;
   EXPECT_LT(defined_names, 70U);
-  EXPECT_THAT(saidIn(text), testing::AllOf(HasSubstr("MM_NUM_GUD_NAMES_CHAN: " + std::to_string(defined_names) + " MORE"),
-                                           HasSubstr("MM_GUD_VALUES_MEM")));
+  EXPECT_THAT(saidIn(text),
+              testing::AllOf(HasSubstr("MM_NUM_GUD_NAMES_CHAN: " + std::to_string(defined_names) + " MORE"),
+                             HasSubstr("MM_GUD_VALUES_MEM")));
   EXPECT_THAT(text, testing::AllOf(HasSubstr("G710"), testing::Not(HasSubstr("G71 "))));
 }
 

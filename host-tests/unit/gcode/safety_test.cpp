@@ -142,8 +142,8 @@ bool pressesTheProbe(const procedure::Step& step) {
 TEST(Safety, SeeksEachSurfaceBeforeItPressesTheProbe) {
   forEveryProgram([](std::string_view name, const procedure::Plan& plan, const Interpreted& read) {
     const bool can = !swivels(plan) || name == "siemens";
-    const auto touches =
-        std::ranges::count_if(std::span{plan.steps}.first(plan.step_count), [](const auto& step) { return pressesTheProbe(step); });
+    const auto touches = std::ranges::count_if(std::span{plan.steps}.first(plan.step_count),
+                                               [](const auto& step) { return pressesTheProbe(step); });
     std::size_t seeks = 0;
     for (const auto& part : read.parts) seeks += part.seeks;
     EXPECT_EQ(seeks, can ? static_cast<std::size_t>(touches) : 0U);
@@ -316,9 +316,10 @@ TEST(Safety, EndsTipControlWithTheHeadUpright) {
   const auto text = written(headCase(procedure::kSwivelError, {3, 4}), fanuc());
   EXPECT_THAT(text, HasSubstr("\nG1 B0.000 F600.000\nG0 G90 G49 G53 Z0.000\nT4 M6\n"));
   EXPECT_THAT(text, HasSubstr("\nG1 B0.000 F600.000\nG0 G90 G49 G53 Z0.000\nPCLOS\n"));
-  EXPECT_THAT(written(headCase(procedure::kHeadPivot, {}), siemens()),
-              HasSubstr("\nMEAS=1 G1 B0.000 F600.000\nSTOPRE\nIF $AC_MEA[1]==1 GOTOF PB_TOUCHED\nTRAFOOF\nG0 SUPA Z0.000 "
-                        "D0\nEXTCLOSE"));
+  EXPECT_THAT(
+      written(headCase(procedure::kHeadPivot, {}), siemens()),
+      HasSubstr("\nMEAS=1 G1 B0.000 F600.000\nSTOPRE\nIF $AC_MEA[1]==1 GOTOF PB_TOUCHED\nTRAFOOF\nG0 SUPA Z0.000 "
+                "D0\nEXTCLOSE"));
 }
 
 // A is the spindle's: on a mill with a trunnion named A it would turn the table.

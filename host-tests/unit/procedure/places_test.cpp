@@ -74,10 +74,13 @@ TEST(Places, DoNotDisagreeWhereNoSdIsStated) {
 TEST(Places, OfOneToolByTwoMethodsAreCompared) {
   Facts facts = described();
   MeasuredPlaces measured;
-  measured.tool_tips = {
-      {.result_id = 20, .tool = 4, .at_mm = {0.010, 0.020, -120.03}, .sd_mm = {0.001, 0.001, 0.001}}};
-  measured.tool_lengths = {
-      {.result_id = 18, .tool = 4, .length_mm = 120.03, .sd_mm = 0.001, .tip_mm = {{0.030, 0.0205}}, .sd_tip_mm = 0.001}};
+  measured.tool_tips = {{.result_id = 20, .tool = 4, .at_mm = {0.010, 0.020, -120.03}, .sd_mm = {0.001, 0.001, 0.001}}};
+  measured.tool_lengths = {{.result_id = 18,
+                            .tool = 4,
+                            .length_mm = 120.03,
+                            .sd_mm = 0.001,
+                            .tip_mm = {{0.030, 0.0205}},
+                            .sd_tip_mm = 0.001}};
   const auto table = takeMeasured(facts, measured);
   ASSERT_EQ(table.size(), 3U);
   const auto* x = rowOf(table, "tool-4 X");

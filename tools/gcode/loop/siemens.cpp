@@ -49,11 +49,13 @@ class SiemensWriter final : public Writer {
     const std::size_t bytes = 8 * (kTable + next_ + names_.size()) + 4 * kIndices;
     line("%_N_GUD8_DEF");
     line(";$PATH=/_N_DEF_DIR");
-    comments("Activate it once, or put its lines into your own GUD file. Save an archive before: the control sets its "
-             "memory up anew where these machine data change (on an 828D they can only be read).");
+    comments(
+        "Activate it once, or put its lines into your own GUD file. Save an archive before: the control sets its "
+        "memory up anew where these machine data change (on an 828D they can only be read).");
     comments("MD 18118 MM_NUM_GUD_MODULES: 8 at least, or the file that you put it into");
     comments("MD 18130 MM_NUM_GUD_NAMES_CHAN: " + std::to_string(names) + " more than now");
-    comments("MD 18150 MM_GUD_VALUES_MEM: " + std::to_string(bytes / 1024 + 1) + " more than now for each channel, in kB");
+    comments("MD 18150 MM_GUD_VALUES_MEM: " + std::to_string(bytes / 1024 + 1) +
+             " more than now for each channel, in kB");
     line("DEF CHAN REAL " + std::string{kTableName} + "[" + std::to_string(kTable) + "]");
     line("DEF CHAN REAL " + std::string{kLocals} + "[" + std::to_string(next_) + "]");
     for (unsigned i = 0; i < kIndices; ++i) line("DEF CHAN INT PBT_INDEX_" + std::to_string(i));
@@ -73,7 +75,8 @@ class SiemensWriter final : public Writer {
         "Siemens 840D sl or ONE",
         {"Call: PROBEBOX(4, 1, 0) - method, axis, tool, read by, mounts, contacts; what is left out at the end is "
          "0. The program that calls it has in its head: EXTERN PROBEBOX(REAL, REAL, REAL, REAL, REAL, REAL). Put "
-         "these programs where subprograms are found, and GUD8 into force: its head has the machine data that it needs.",
+         "these programs where subprograms are found, and GUD8 into force: its head has the machine data that it "
+         "needs.",
          "At its end it gives back the G functions and frames of the caller (SAVE), and D where the tool in the "
          "spindle is still his. It leaves behind: after another tool D0 (call D before Z moves), coolant off (M9), the "
          "tool of the last step in the spindle, Z at the safe height. An alarm of this program is left by reset, "
@@ -260,9 +263,7 @@ class SiemensWriter final : public Writer {
     label(free);
     line("M17");
   }
-  static std::string placed(std::size_t number) {
-    return std::string{kLocals} + "[" + std::to_string(number) + "]";
-  }
+  static std::string placed(std::size_t number) { return std::string{kLocals} + "[" + std::to_string(number) + "]"; }
 
   std::string subprogram_;
   // Variables that a person reads or edits, and those of the helpers; the others have numbers in one array.

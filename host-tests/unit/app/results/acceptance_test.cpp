@@ -259,12 +259,15 @@ TEST_F(Accepting, OfACheckWithASwivelledHeadIsWhatTheNextOneIsHeldAgainst) {
 }
 
 TEST_F(Accepting, OfAStylusOffsetIsWhereItsTipIs) {
-  const auto id = acceptedAs("stylus-offset-2", [&] {
-                    auto result = resultOf("spindle-offset-2x2",
-                                           {Estimate::vector("stylus_offset_mm", {0.087, -0.013}, {1e-3, 2e-3})});
-                    result.conditions.push_back({"probe_tool", "2"});
-                    return result;
-                  }()).id;
+  const auto id = acceptedAs("stylus-offset-2",
+                             [&] {
+                               auto result =
+                                   resultOf("spindle-offset-2x2",
+                                            {Estimate::vector("stylus_offset_mm", {0.087, -0.013}, {1e-3, 2e-3})});
+                               result.conditions.push_back({"probe_tool", "2"});
+                               return result;
+                             }())
+                      .id;
   const auto facts = results_.measuredFacts();
   ASSERT_EQ(facts.styli.size(), 1U);
   EXPECT_EQ(facts.styli[0].result_id, id);
