@@ -140,7 +140,10 @@ TEST(SwivelledCheck, PassesWhereTheHeadIsAsItWasAccepted) {
     ASSERT_TRUE(result);
     EXPECT_EQ(result->find("verdict")->values[0], seed == 3 ? 2 : 0);
     app::MeasuredFacts facts;
-    app::addFacts({.id = 11, .state = {}, .method = {}, .binding = {.subject = "check"}, .content = *result}, facts);
+    store::Record record;
+    record.binding.subject = "check";
+    record.content = *result;
+    app::addFacts(record, facts);
     accepted = facts;
     if (seed == 3) continue;
     for (const char* key : {"deviation_x_offset_error_mm", "deviation_Zcen_B90_mm", "deviation_Ycen_B90_mm"}) {

@@ -50,7 +50,7 @@ TEST(Ways, AreNotJudgedWithoutTheSizeOfTheBalls) {
 
 TEST(Ways, HaveRoomForTheStylus) {
   auto facts = shipped({0});
-  facts.ball_plate->balls_mm = {{30, 0, 100}, {40, 0, 60}, {-30, 0, 100}};
+  facts.ball_plate->balls_mm = {{30, 0, 100}, {38, 0, 60}, {-30, 0, 100}};
   EXPECT_THAT(whyNot(facts, {}), testing::HasSubstr("ball 1 of [ball_plate]")) << "a ball under another one";
   facts.ball_plate->balls_mm[1] = {60, 0, 60};
   EXPECT_EQ(whyNot(facts, {}), "");
