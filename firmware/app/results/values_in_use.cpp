@@ -80,6 +80,13 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
   }
   if (const auto length = measuredLengthOf(record)) facts.tool_lengths.push_back(*length);
   if (const auto tip = measuredTipOf(record)) facts.tool_tips.push_back(*tip);
+  if (record.binding.subject == "spindle-tilt") {
+    const auto* tilt = result->find("A_tilt_rad");
+    if (tilt != nullptr && tilt->values.size() == 2) {
+      facts.spindle_tilt_rad = {tilt->values[0], tilt->values[1]};
+      facts.sd_spindle_tilt_rad = largestSd(*tilt, 2);
+    }
+  }
   if (record.binding.subject.starts_with("stylus-offset-")) {
     if (const auto offset = stylusOffsetOf(*result))
       facts.styli.push_back({.result_id = record.id,

@@ -121,6 +121,7 @@ struct ToolSetter {
   std::array<double, 3> probe_offset_mm{};  // probe tip relative to the head's reference
   std::optional<double> sd_probe_offset_mm;
   std::uint64_t probe_offset_result{};  // in force with its X and Y; 0: machine.toml states it
+  bool tilt_unknown{};                  // of the spindle's axis, from which that result counts
   std::optional<std::array<double, 3>> accepted_mm;
   double limit_mm{};
   double sd_accepted_mm{};            // k = 1, each coordinate; 0: not stated

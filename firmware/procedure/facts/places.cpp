@@ -40,21 +40,27 @@ std::uint32_t probeToolOf(const Facts& facts) {
   return facts.probe_tools.count > 0 ? facts.probe_tools.numbers[0] : 1;
 }
 
-// The offset of a stylus is known across the spindle, and along it as it is typed.
+// The offset of a stylus counts from the spindle's axis at its own height, that of the tool setter from the head's
+// reference: they differ by the tilt of the axis over the length between. Along the spindle it is as it is typed.
 void takeStylus(Table& table, Facts& facts, const MeasuredPlaces& measured) {
   const auto tool = probeToolOf(facts);
   const auto found = std::ranges::find(measured.styli, tool, &MeasuredStylus::tool);
   if (!facts.tool_setter || found == measured.styli.end()) return;
   auto& setter = *facts.tool_setter;
   const double sd_typed_mm = setter.sd_probe_offset_mm.value_or(0);
+  const auto tilt_rad = measured.spindle_tilt_rad.value_or(std::array<double, 2>{});
+  const double below_mm = setter.probe_offset_mm[2];
+  const double sd_mm =
+      found->sd_mm > 0 ? std::hypot(found->sd_mm, below_mm * measured.sd_spindle_tilt_rad) : found->sd_mm;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     double& mm = setter.probe_offset_mm[axis];
-    const Known by_result{resultNumbered(found->result_id), found->at_mm[axis], found->sd_mm};
+    const Known by_result{resultNumbered(found->result_id), found->at_mm[axis] + below_mm * tilt_rad[axis], sd_mm};
     const auto name = "stylus-offset-" + std::to_string(tool) + " " + "XY"[axis];
     if (!table.add(name, Known{kTyped, mm, sd_typed_mm}, by_result)) continue;
     mm = by_result.mm;
     setter.probe_offset_result = found->result_id;
-    if (found->sd_mm > 0) setter.sd_probe_offset_mm = std::max(sd_typed_mm, found->sd_mm);
+    setter.tilt_unknown = !measured.spindle_tilt_rad;
+    if (sd_mm > 0) setter.sd_probe_offset_mm = std::max(sd_typed_mm, sd_mm);
   }
 }
 

@@ -47,6 +47,8 @@ struct MeasuredPlaces {
   std::optional<std::array<double, 3>> setter_mm{};  // at the first B that was read
   double sd_setter_mm{};                             // largest of its coordinates, k = 1; 0: not stated
   std::vector<MeasuredStylus> styli{};
+  std::optional<std::array<double, 2>> spindle_tilt_rad{};  // of the spindle's axis to X and to Y
+  double sd_spindle_tilt_rad{};
   std::vector<MeasuredLength> tool_lengths{};
   std::vector<MeasuredTip> tool_tips{};
 };

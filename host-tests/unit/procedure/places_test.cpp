@@ -1,6 +1,7 @@
 #include "firmware/procedure/facts/places.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,6 +40,24 @@ TEST(Places, TakeTheMeasuredOffsetOfTheStylus) {
   EXPECT_EQ(x->typed->mm, 0.021);
   EXPECT_THAT(disagreement(*x).value_or(""), testing::StartsWith("places-disagree: stylus-offset-1 X"));
   EXPECT_FALSE(disagreement(*rowOf(table, "stylus-offset-1 Y"))) << "both say the same";
+}
+
+// The head's reference is 150 mm above the tip.
+TEST(Places, CountAStylusFromTheReferenceOfTheHeadWhereTheTiltOfTheSpindleIsKnown) {
+  Facts facts = described();
+  MeasuredPlaces measured;
+  measured.styli = {{.result_id = 7, .tool = 1, .at_mm = {0.006, 0.017}, .sd_mm = 0.0003}};
+  takeMeasured(facts, measured);
+  EXPECT_TRUE(facts.tool_setter->tilt_unknown);
+  facts = described();
+  measured.spindle_tilt_rad = {{-0.0001, 0.0002}};
+  measured.sd_spindle_tilt_rad = 4e-6;
+  const auto table = takeMeasured(facts, measured);
+  EXPECT_FALSE(facts.tool_setter->tilt_unknown);
+  EXPECT_NEAR(facts.tool_setter->probe_offset_mm[0], 0.021, 1e-12);
+  EXPECT_NEAR(facts.tool_setter->probe_offset_mm[1], -0.013, 1e-12);
+  EXPECT_NEAR(*facts.tool_setter->sd_probe_offset_mm, std::hypot(0.0003, 0.0006), 1e-12);
+  EXPECT_FALSE(disagreement(table[0]));
 }
 
 TEST(Places, AreThoseOfTheProbeThatIsUsed) {
