@@ -83,6 +83,7 @@ struct RimBallDescription {
 struct BallPlateDescription {
   std::array<double, 3> axis_point_mm{};                   // of the nominal C axis: machine position of the stylus ball
   std::optional<double> sd_mm;                             // of a certified coordinate (k = 1)
+  std::optional<double> ball_diameter_mm{};                // to find ways that no ball stands in
   std::optional<std::array<double, 3>> b_axis_point_mm{};  // of the nominal B axis, likewise
   bool
       station_correction{};  // the axis turns by multiples of the balls' pitch; errors of linear axes are removed (E11)

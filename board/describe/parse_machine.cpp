@@ -207,6 +207,7 @@ BallPlateDescription readBallPlate(Section section, const Machine& machine) {
   for (const std::size_t axis : {0U, 1U})
     requireNear(section, "axis_point_mm", plate.axis_point_mm.at(axis), axis, machine);
   plate.sd_mm = section.numberIfThere("sd_mm", {1e-6, 0.1});
+  plate.ball_diameter_mm = section.numberIfThere("ball_diameter_mm", {1, 200});
   plate.b_axis_point_mm = section.vectorIfThere("b_axis_point_mm", kBallPlace_mm);
   plate.station_correction = section.flag("station_correction", false);
   section.node("ball");

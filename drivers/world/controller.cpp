@@ -280,11 +280,21 @@ void Controller::answered(bool taken) {
     if (step_.kind == StepKind::scan) return enter(Activity::scanning);
     if (step_.kind == StepKind::turn) return turnUntilContact();
     if (!touches(step_.kind)) return enter(Activity::dwelling);  // where it stands is recorded first
-    machine_.moveTo(outOfSurface(-step_.overtravel_mm), step_.nominal_speed_mm_s, now_);
+    approach();
     return enter(Activity::approaching);
   }
   if (activity_ == Activity::ending) ++(taken ? finished_steps_ : abandoned_steps_);
   finish();
+}
+
+// The skip input tells where the surface is, and the overtravel counts from there.
+void Controller::approach() {
+  const double search_mm = config_.safe_distance_mm;
+  const bool met = machine_
+                       .moveUntilContact(outOfSurface(-step_.overtravel_mm - search_mm), step_.nominal_speed_mm_s, now_,
+                                         step_.overtravel_mm)
+                       .has_value();
+  depth_mm_ = step_.overtravel_mm + (met ? 0 : search_mm);
 }
 
 void Controller::touch() {
@@ -310,7 +320,7 @@ void Controller::touch() {
     return enter(Activity::retracting);
   }
   const double run_out_mm = step_.run_out_mm > 0 ? step_.run_out_mm : config_.run_out_mm;
-  const double retract_mm = step_.overtravel_mm + step_.clearance_mm + run_out_mm;
+  const double retract_mm = depth_mm_ + step_.clearance_mm + run_out_mm;
   machine_.moveTo(machine_.commandedPosition() + retract_mm * step_.retract_direction, step_.nominal_speed_mm_s, now_);
   enter(Activity::retracting);
 }

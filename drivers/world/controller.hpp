@@ -72,6 +72,7 @@ class Controller {
   void post(MarkerPhase phase, Activity waiting);
   void awaitAnswer();
   void answered(bool taken);
+  void approach();
   void touch();
   void turnUntilContact();
   void withdraw();
@@ -102,6 +103,7 @@ class Controller {
   MonoTime homed_{MonoTime::min()};  // when the box was told the position, or the machine last moved
   std::optional<Place> near_;        // where the probe is, unless at the free height
   Route route_;
+  double depth_mm_{};  // of the present touch, behind the contact; without one, behind where it ought to be
   bool pressing_{};    // a step has brought the stylus onto a surface, and not off it yet
   std::size_t way_{};  // of a scan, that comes next
   double scan_rad_{};  // where it has come to

@@ -42,6 +42,32 @@ bool Machine::moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) 
   return true;
 }
 
+std::optional<Vector3> Machine::moveUntilContact(const Vector3& target_mm, double speed_mm_s, MonoTime now,
+                                                 double beyond_mm) {
+  const Vector3 from_mm = commanded_mm_, way_mm = target_mm - from_mm;
+  const auto share = shareUntilMet(drives_ ? drives_(target_mm, now) : target_mm);
+  const double until = share ? std::min(1.0, *share + beyond_mm / norm(way_mm)) : 1;
+  if (!moveTo(from_mm + until * way_mm, speed_mm_s, now) || !share) return std::nullopt;
+  return from_mm + *share * way_mm;
+}
+
+// The part of a straight way to there after which something is met.
+std::optional<double> Machine::shareUntilMet(const Vector3& reached_mm) const {
+  const Vector3 from_mm = motion_.target();
+  if (hold_.is_head || reached_mm == from_mm) return std::nullopt;
+  if (touching()) return 0;
+  Move way = ofTheBody({.start = {},
+                        .from = from_mm,
+                        .direction = unit(reached_mm - from_mm),
+                        .length_mm = norm(reached_mm - from_mm),
+                        .profile = {}});
+  way.from = way.from + hold_.tip;
+  const auto meeting = hold_.tool_radius_mm ? solids_.meetTool(way, 0, *hold_.tool_radius_mm, hold_.nose)
+                                            : solids_.meet(way, 0, hold_.shank);
+  if (!meeting) return std::nullopt;
+  return meeting->distance_mm / way.length_mm;
+}
+
 bool Machine::slideTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) {
   if (!atRest(now)) return false;
   commanded_mm_ = target_mm;

@@ -35,8 +35,11 @@ class Machine {
   // Starts a straight move from rest to rest at `now`. Returns false without effect while the last move lasts.
   bool moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now);
   bool traverseTo(const Vector3& target_mm, MonoTime now) { return moveTo(target_mm, axes_.traverse_mm_s, now); }
-  // The same while the stylus stays in contact with the datum sphere and its ball slides along it. The sense is that of
-  // the first such move. The second moves by an arc about a centre in the plane of X and Y.
+  // The same until the stylus, or the tool, meets something: the move ends beyond_mm behind that, as that of a control
+  // with a skip function does. Returns the commanded position at the contact; nothing where it met nothing.
+  std::optional<Vector3> moveUntilContact(const Vector3& target_mm, double speed_mm_s, MonoTime now, double beyond_mm);
+  // As moveTo(), while the stylus stays in contact with the datum sphere and its ball slides along it. The sense is
+  // that of the first such move. The second moves by an arc about a centre in the plane of X and Y.
   bool slideTo(const Vector3& target_mm, double speed_mm_s, MonoTime now);
   bool slideRound(const Vector3& centre_mm, double turn_rad, double speed_mm_s, MonoTime now);
   bool atRest(MonoTime now) const { return motion_.atRest(now) && now >= turned_at_; }
@@ -120,6 +123,7 @@ class Machine {
   bool slidesTo(const Vector3& position_mm, double speed_mm_s, MonoTime from);
   Vector3 normalAt(const Vector3& tip) const;
   std::optional<double> shareUntilContact(const Pose& from, const Pose& to) const;
+  std::optional<double> shareUntilMet(const Vector3& reached_mm) const;
   bool comesFromAside(const Move& move) const;
   Move ofTheBody(const Move& move) const;
   MotionLimits limits(double speed_mm_s) const { return {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}; }

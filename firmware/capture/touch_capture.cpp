@@ -53,7 +53,10 @@ const char* explain(TouchFault fault) {
     case TouchFault::no_probe_rows:
       return "no deflections arrived: check the probe's cable and receiver";
     case TouchFault::probe_clipped:
-      return "the probe reached the end of its range: touch with less overtravel";
+      return "the probe reached the end of its range, and the step is not repeated because it would press as deep "
+             "again: "
+             "check where the control takes the feature to be, let it move until its skip input and on from there, or "
+             "touch with less overtravel";
     case TouchFault::source_lost:
       return "a source was lost during the touch: see the loss counters in status";
     case TouchFault::clock_not_locked:

@@ -15,7 +15,7 @@ enum class TouchFault : std::uint8_t {
   none = 0,
   no_machine_rows,
   no_probe_rows,
-  probe_clipped,
+  probe_clipped,  // ends the run
   source_lost,
   clock_not_locked,
   recording_full,

@@ -28,11 +28,13 @@ def numbers(text):
 
 
 def moves_of(program):
-    """X, Y, Z of each block that moves linear axes at a feed; None for an axis that it does not name."""
-    moves = []
+    """X, Y, Z of each block that moves linear axes at a feed; None for an axis that it does not name, or moves on from a contact."""
+    moves, relative = [], False
     for line in program.splitlines():
-        if re.match(r"G1 [XZ]|G38\.3 |G[23] X", line):
-            words = dict(re.findall(r"([XYZ])(-?[\d.]+)", line))
+        if line in ("G90", "G91"):
+            relative = line == "G91"
+        if re.match(r"G1 [XZ]|G38\.[23] |G[23] X", line):
+            words = {} if relative else dict(re.findall(r"([XYZ])(-?[\d.]+)", line))
             moves.append([float(words[axis]) if axis in words else None for axis in "XYZ"])
     return moves
 

@@ -18,6 +18,7 @@ BALL_ABOVE_POINT_MM = 140.0
 def as_integrator(room, cable):
     circle_test.as_integrator(room, cable, "turn.ini", "turn.hal", "probebox_measure_turn.hal")
     room.edit("probebox_places.ngc", ("#<_pb_rotary> = 7 ", "#<_pb_rotary> = 4 "))
+    room.edit("probebox_places.ngc", ("#<_pb_orient> = 1 ", "#<_pb_orient> = 0 "))
     room.edit("emulated_machine.hal", ("net position-3 streamer.0.pin.3 => joint.3.motor-pos-fb\n", ""), ("net position-4 streamer.0.pin.4 => joint.4.motor-pos-fb\n", ""),
               ("joint.5.motor-pos-fb", "joint.3.motor-pos-fb"), ("net command-3 joint.3.motor-pos-cmd => sampler.0.pin.3\n", ""),
               ("net command-4 joint.4.motor-pos-cmd => sampler.0.pin.4\n", ""), ("joint.5.motor-pos-cmd", "joint.3.motor-pos-cmd"))

@@ -271,7 +271,9 @@ struct Status {
             "what the box cannot store, or has lost, and what to do; empty when all is well; since protocol 1.2");
       field("not_let_in", self.not_let_in, "connections that never became a link; since protocol 1.2");
       field("rests_on_retired", self.rests_on_retired,
-            "a sentence for each result in force that rests on a retired result or fails a limit; since protocol 1.2");
+            "a sentence for each result in force that rests on a retired result or fails a limit, and for each place "
+            "whose "
+            "typed and measured values are more than 4 sd apart; since protocol 1.2");
       field("process", self.process, "the daemon as the kernel sees it; since protocol 1.2");
       field("update", self.update,
             "what came of the last update, or how far one is; empty for none; since protocol 1.2");

@@ -37,11 +37,20 @@ struct Move {
   std::optional<Arc> arc{};
   std::optional<LengthOffset> length{};
   bool free{};  // meets nothing: the control's skip input may stop it
+  // From where the axes stand, after a Seek that the control has done; to_mm is where that is with the nominal place.
+  std::optional<Eigen::Vector3d> by_mm{};
 };
 // False where X and Y are wherever the operator has left them.
 inline bool knowsPlace(const Move& move) {
   return move.axes != Move::Axes::z || move.length;
 }
+// Slowly into a surface until the probe touches, where an alarm follows if it does not, and back off the contact: the
+// next moves count from there. Left out where the control cannot stop by the probe.
+struct Seek {
+  Eigen::Vector3d to_mm;   // the furthest, with the nominal place
+  Eigen::Vector3d off_mm;  // from the contact
+  double feed_mm_min{};
+};
 // Turns the spindle to A, and the axes B and C, deg. used: the ones that are commanded.
 struct Turn {
   std::array<double, 3> to_deg{};
@@ -85,7 +94,7 @@ struct Note {
   std::string text;
 };
 
-using Block = std::variant<Move, Turn, Retract, TakeTool, CheckLength, Contact, Wait, Mark, Stop, Note>;
+using Block = std::variant<Move, Seek, Turn, Retract, TakeTool, CheckLength, Contact, Wait, Mark, Stop, Note>;
 using Blocks = std::vector<Block>;
 
 }  // namespace probebox::gcode

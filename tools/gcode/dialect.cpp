@@ -62,6 +62,10 @@ std::string Dialect::move(const Move& move) const {
   return "G1" + placeWords(move) + " F" + decimal(move.feed_mm_min);
 }
 
+Dialect::Lines Dialect::moveBy(const Eigen::Vector3d& by_mm, double feed_mm_min) {
+  return {"G91", "G1" + placeWords({.to_mm = by_mm}) + " F" + decimal(feed_mm_min), "G90"};
+}
+
 std::string Dialect::orient(double angle_deg) const {
   return "M19 R" + decimal(angle_deg);
 }

@@ -30,6 +30,8 @@ class Dialect {
   virtual std::string_view lathe() const = 0;
   // One sentence that names the controls or simulators on which programs of this dialect have run.
   virtual std::string_view tried() const = 0;
+  // What the control is left with at the end, and after an alarm, beyond what all are: one sentence.
+  virtual std::string_view leaves() const = 0;
   // Requirements of these marks on the control, one sentence per line.
   virtual Lines needs(Marks marks) const = 0;
   // Requirements on the control for moves that its skip input stops, and the word for such a move.
@@ -53,6 +55,10 @@ class Dialect {
   virtual std::string move(const Move& move) const;
   // The same, stopped with an alarm when the probe touches.
   virtual Lines guarded(const Move& move) const = 0;
+  // To where the probe touches; an alarm where it does not.
+  virtual Lines seek(const Move& move) const = 0;
+  // From where the axes stand.
+  static Lines moveBy(const Eigen::Vector3d& by_mm, double feed_mm_min);
   // A move of Z that activates a length offset.
   virtual Lines takeLength(const Move& move) const = 0;
   // After the first move of Z to a known height, with a length offset: for dialects whose checks need it.
@@ -60,6 +66,8 @@ class Dialect {
   // Orients the spindle; from 0 to 360 degrees.
   virtual std::string orient(double angle_deg) const;
   virtual Lines turn(const Turn& turn, const Words& words) const;
+  // Under tip control, stopped with an alarm when the probe touches: for dialects that can.
+  virtual Lines guardedTurn(const Turn& turn, const Words& words) const { return this->turn(turn, words); }
   virtual Lines retract(const Retract& retract, double machine_z_mm) const = 0;
   virtual Lines take(const TakeTool& tool) const;
   // The same, and the modes again.

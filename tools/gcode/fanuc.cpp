@@ -9,6 +9,9 @@ class Fanuc final : public MacroB {
   std::string_view control() const override { return "Fanuc 0i to 31i with custom macro B"; }
   std::string_view lathe() const override { return "G-code system A"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
+  std::string_view leaves() const override {
+    return "G52 at zero, G54, G90, G94, G64. After an alarm: what reset makes of modal codes (parameter 3402).";
+  }
   Lines needs(Marks marks) const override {
     if (marks == Marks::stops) return {"Custom macro B. Local variables #1 to #8 are overwritten, no common ones."};
     return {
@@ -28,7 +31,7 @@ class Fanuc final : public MacroB {
   // Scaling, mirror image and rotation are options: their cancelling codes are no language of a control without them.
   Lines start(Marks marks, std::string_view) const override {
     Lines lines = modes();
-    lines.insert(lines.end(), {"M5", "IF[FIX[#4011]EQ51]THEN#3000=2(CANCEL SCALING G50)",
+    lines.insert(lines.end(), {"M5", "M9", "IF[FIX[#4011]EQ51]THEN#3000=2(CANCEL SCALING G50)",
                                "IF[FIX[#4016]EQ68]THEN#3000=2(CANCEL ROTATION G69)",
                                "IF[FIX[#4022]EQ51]THEN#3000=2(CANCEL MIRROR G50.1)"});
     const Lines clear = cleared();
@@ -42,18 +45,21 @@ class Fanuc final : public MacroB {
   }
   // Skip positions may include the length offset: what they differ by is seen at a standstill.
   Lines atHeight(double z_mm) const override { return {"G4 P300", "G53", "#8=#5043-[" + decimal(z_mm) + "]"}; }
-  Lines guarded(const Move& move) const override {
+  Lines guarded(const Move& move) const override { return skipped(move, "IF[#7GT0.1]THEN#3000=3(TOUCHED ON THE WAY)"); }
+  Lines seek(const Move& move) const override { return skipped(move, "IF[#7LT0.02]THEN#3000=4(NOTHING TOUCHED)"); }
+  Lines mark(const Mark& mark) const override { return printed(mark, {"G53"}); }
+
+ private:
+  // #7: how far the skip ended the block before its end.
+  static Lines skipped(const Move& move, const std::string& alarm) {
     const auto off = [](int variable, double mm) {
       return "ABS[#" + std::to_string(variable) + "-[" + decimal(mm) + "]";
     };
     return {"G31" + placeWords(move) + " F" + decimal(move.feed_mm_min),
             "#7=" + off(5061, move.to_mm.x()) + "]+" + off(5062, move.to_mm.y()) + "]+" + off(5063, move.to_mm.z()) +
                 "-#8]",
-            "IF[#7GT0.1]THEN#3000=3(TOUCHED ON THE WAY)"};
+            alarm};
   }
-  Lines mark(const Mark& mark) const override { return printed(mark, {"G53"}); }
-
- private:
   std::string_view tipControl() const override { return "G43.4"; }
 };
 

@@ -11,6 +11,10 @@ class LinuxCnc final : public Dialect {
   std::string_view tried() const override {
     return "The tests read it with LinuxCNC's own interpreter, rs274. No machine was moved by it.";
   }
+  std::string_view leaves() const override {
+    return "G54, G90, G91.1, G94, G64. After an abort: G61.1 in place of G64, and the mask of the probe off after 20 "
+           "s.";
+  }
   Lines needs(Marks marks) const override {
     if (marks == Marks::stops) return {};
     return {"The box's tape: face on the serial line that LOGAPPEND names.",
@@ -39,6 +43,7 @@ class LinuxCnc final : public Dialect {
                 "o<pb_length> endsub",
                 modes().front(),
                 "M5",
+                "M9",
                 "o<pb_rotated> if [#5230 NE 0]",
                 "(ABORT,CANCEL THE ROTATION OF G54: G10 L2 P1 R0)",
                 "o<pb_rotated> endif",
@@ -58,6 +63,9 @@ class LinuxCnc final : public Dialect {
   Lines guarded(const Move& move) const override {
     return {"G38.3" + placeWords(move) + " F" + decimal(move.feed_mm_min), "o<pb_clear> call"};
   }
+  Lines seek(const Move& move) const override {
+    return {"G38.2" + placeWords(move) + " F" + decimal(move.feed_mm_min)};
+  }
   Lines takeLength(const Move& move) const override {
     return {"G43 H" + std::to_string(move.length->tool), "o<pb_length> call", Dialect::move(move)};
   }
@@ -65,7 +73,8 @@ class LinuxCnc final : public Dialect {
   Lines checkLength() const override { return {"o<pb_length> call"}; }
   Lines contact(const Contact& contact) const override {
     if (contact.renews) return {"M66 P0 L0", "M65 P0", "M64 P0"};
-    return {contact.begin ? "M64 P0" : "M65 P0"};
+    // Free again when the axes stand: in front of that it would be a touch on the way.
+    return contact.begin ? Lines{"M64 P0"} : Lines{"M66 P0 L0", "M65 P0"};
   }
   std::optional<double> mask_s() const override { return 18; }  // of the 20 s of probebox_requests.hal
   Lines stop(const Stop& stop) const override { return {"(MSG," + plain(stop.text) + ")", "M0"}; }

@@ -58,6 +58,7 @@ class Writer {
   }
 
   void operator()(const Move& move) {
+    if (move.by_mm && sought_) return lines(Dialect::moveBy(*move.by_mm, move.feed_mm_min));
     if (move.length) {
       tip_control_ = move.length->tip_control;
       lines(dialect_.takeLength(move));
@@ -68,7 +69,18 @@ class Writer {
     }
     if (move.axes == Move::Axes::z && guards()) lines(dialect_.atHeight(move.to_mm.z()));
   }
-  void operator()(const Turn& turn) { lines(dialect_.turn(turn, setting_.words)); }
+  void operator()(const Seek& seek) {
+    sought_ = guards();
+    if (!sought_) return;
+    lines(dialect_.seek({.to_mm = seek.to_mm, .feed_mm_min = seek.feed_mm_min}));
+    lines(dialect_.contact({.begin = true}));
+    lines(Dialect::moveBy(seek.off_mm, seek.feed_mm_min));
+    lines(dialect_.contact({.begin = false}));
+  }
+  void operator()(const Turn& turn) {
+    lines(turn.feed_deg_min && guards() ? dialect_.guardedTurn(turn, setting_.words)
+                                        : dialect_.turn(turn, setting_.words));
+  }
   void operator()(const Retract& retract) {
     tip_control_ = false;
     lines(dialect_.retract(retract, setting_.machine_z_mm));
@@ -98,6 +110,7 @@ class Writer {
   const Setting& setting_;
   Marks marks_;
   bool tip_control_{};
+  bool sought_{};  // moves with by_mm count from a contact
   std::string text_;
 };
 
@@ -227,10 +240,15 @@ void explainStops(Writer& to, const Blocks& blocks, const Setting& setting, cons
   }
   to.comment("Protected: " + std::string{dialect.guardWord()} +
              " ends each straight move that is to meet nothing when the probe touches, and an alarm ends the program.");
+  to.comment("Before each touch the probe seeks the surface at " + decimal(setting.seek_mm_min) + " mm/min, up to " +
+             decimal(seekOf(setting)) +
+             " mm beyond its place, and is then pressed from the contact: an alarm where nothing is touched. Not so a "
+             "tool that "
+             "cuts: the setting device need not be at the skip input.");
   to.comment(
       "Not protected, nothing stops these: each step from its begin to its end, into the surface and back. The first "
       "moves of dry run and run, up to the first place at the safe height. Tool changes with their moves of Z, and "
-      "across to the next place. Rotary axes.");
+      "across to the next place. Rotary axes, but those that swivel a head under tip control.");
   if (const auto lowest_mm = lowestArc(dryRun(blocks, liftOfDryRun(blocks, *setting.safe_z_mm))))
     to.comment("Not protected either: arcs of the scan in the dry run. No skip input ends an arc. They run at Z " +
                decimal(*lowest_mm) + " or higher, not below the safe height.");
@@ -260,9 +278,26 @@ void explain(Writer& to, const Blocks& measured, const Setting& setting, const H
              " mm/min. At rapid: rotary axes, where no tip is kept in place, and Z up before a tool is taken or tip "
              "control ends. The box wants measuring feeds at 100 percent: no override there.");
   for (const auto& need : dialect.needs(marks)) to.comment(need);
+  to.comment(
+      "LEAVES BEHIND: spindle and coolant stopped, the last tool in the spindle, its length offset active unless a "
+      "head "
+      "swivelled, Z at the safe height or higher, rotary axes at the last angles; " +
+      std::string{dialect.leaves()});
 }
 
 }  // namespace
+
+std::optional<Error> whySwivelsUnguarded(const Blocks& blocks, const Setting& setting, const Dialect& dialect) {
+  const bool swivels = std::ranges::any_of(blocks, [](const Block& block) {
+    const auto* turn = std::get_if<Turn>(&block);
+    return turn != nullptr && turn->feed_deg_min;
+  });
+  if (!swivels || !setting.guard || dialect.guardsUnderTipControl()) return std::nullopt;
+  return Error{
+      "On this control no skip input stops a head that swivels under tip control, nor any move then: let the "
+      "control read its steps from the box (--loop, which swivels above everything without tip control), or "
+      "give --no-skip where a person watches the run with a hand on the feed hold."};
+}
 
 std::string program(const Blocks& blocks, const Setting& setting, const Heading& heading, const Dialect& dialect,
                     Marks marks) {

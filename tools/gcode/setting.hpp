@@ -27,7 +27,10 @@ struct Setting {
   double machine_z_mm{};            // machine position of Z where tools are changed
   double deflection_limit_mm{1};    // the probe must not be pressed further
   Words words{"", "B", "C"};
-  bool guard{true};       // the probe's signal stops moves that are to meet nothing
+  bool guard{true};     // the probe's signal stops moves that are to meet nothing
+  bool orients{true};   // the spindle is oriented after each tool change, also where the method does not turn it
+  double seek_mm{0.5};  // how far beyond the place of a surface the probe seeks it, less where it may be pressed less
+  double seek_mm_min{300};
   double keep_off_mm{5};  // distance of traverses from a surface
   double traverse_mm_min{1500};
   double near_mm_min{600};   // between that distance and the clearance

@@ -9,6 +9,11 @@ class Siemens final : public Dialect {
   std::string_view control() const override { return "Siemens 840D sl"; }
   std::string_view lathe() const override { return "DIAMOF, G95 of a lathe"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
+  std::string_view leaves() const override {
+    return "programmed shifts, rotations, scales and mirrors cancelled (TRANS), G54, G90, G94, G64. After an alarm: "
+           "what "
+           "reset makes of G functions (MD 20150), and D.";
+  }
   Lines needs(Marks marks) const override {
     constexpr const char* kPlane = "No swivelled plane: CYCLE800 is deselected.";
     if (marks == Marks::stops) return {kPlane};
@@ -27,7 +32,7 @@ class Siemens final : public Dialect {
   Lines modes() const override { return {"G17 G710 G40", "G54 G90 G94 G60", "TRANS"}; }
   Lines start(Marks marks, std::string_view) const override {
     Lines lines = modes();
-    lines.emplace_back("M5");
+    lines.insert(lines.end(), {"M5", "M9"});
     if (marks == Marks::lines) {
       lines.emplace_back("EXTOPEN(PB_ERR,\"/dev/v24\",\"SYN\",\"EXCL\",\"APP\")");
       addCheck(lines);
@@ -37,13 +42,22 @@ class Siemens final : public Dialect {
   Lines end(Marks marks) const override {
     Lines lines;
     if (marks == Marks::lines) lines.emplace_back("EXTCLOSE(PB_ERR,\"/dev/v24\")");
-    lines.insert(lines.end(), {"G64", "M30", "PB_TOUCHED:", "SETAL(65002,\"TOUCHED ON THE WAY\")", "M30"});
+    lines.insert(lines.end(), {"G64", "M30", "PB_TOUCHED:", "SETAL(65002,\"TOUCHED ON THE WAY\")", "M30",
+                               "PB_NOTHING:", "SETAL(65003,\"NOTHING TOUCHED\")", "M30"});
     return lines;
   }
   std::string comment(std::string_view text) const override { return "; " + plain(text); }
   std::string orient(double angle_deg) const override { return "SPOS=" + decimal(angle_deg); }
-  Lines guarded(const Move& move) const override {
-    return {"MEAS=1 " + Dialect::move(move), "STOPRE", "IF $AC_MEA[1]==1 GOTOF PB_TOUCHED"};
+  Lines guarded(const Move& move) const override { return watched(Dialect::move(move), 1, "PB_TOUCHED"); }
+  Lines seek(const Move& move) const override { return watched(Dialect::move(move), 0, "PB_NOTHING"); }
+  Lines guardedTurn(const Turn& turn, const Words& words) const override {
+    Lines lines = this->turn(turn, words);
+    const std::string last = lines.back();
+    if (!last.starts_with("G1 ")) return lines;
+    lines.pop_back();
+    const Lines with_check = watched(last, 1, "PB_TOUCHED");
+    lines.insert(lines.end(), with_check.begin(), with_check.end());
+    return lines;
   }
   Lines takeLength(const Move& move) const override {
     Lines lines{"D1"};
@@ -75,6 +89,9 @@ class Siemens final : public Dialect {
   }
 
  private:
+  static Lines watched(const std::string& block, int alarm_at, const std::string& label) {
+    return {"MEAS=1 " + block, "STOPRE", "IF $AC_MEA[1]==" + std::to_string(alarm_at) + " GOTOF " + label};
+  }
   // A block each: an alarm behind IF in its own block is no language of this control.
   static void addCheck(Lines& lines) { lines.insert(lines.end(), {"IF PB_ERR<>0", "SETAL(65000)", "ENDIF"}); }
 };

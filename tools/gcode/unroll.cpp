@@ -100,7 +100,10 @@ class Unroller {
  public:
   Unroller(const procedure::Plan& plan, const Setting& setting) : plan_{plan}, setting_{setting} {
     for (std::size_t i = 0; i < plan.step_count; ++i) {
+      const bool reads = !movesOneAxis(plan.steps[i]) && plan.steps[i].kind != Kind::rest;
+      used_[0] = used_[0] || (setting.orients && reads);
       if (!plan.steps[i].turns) continue;
+      any_turns_ = true;
       const auto angles = inDegrees(plan.steps[i].touch.rotary_angles_rad);
       for (std::size_t axis = 0; axis < 3; ++axis) used_[axis] = used_[axis] || angles[axis] != 0;
     }
@@ -193,6 +196,7 @@ class Unroller {
     mount_ = step.touch.mount;
     if (step.turns && (turns_anew_ || step.touch.rotary_angles_rad != angles_rad_))
       turnTo(step.touch.rotary_angles_rad);
+    if (!step.turns && turns_anew_ && used_[0]) orient();
   }
 
   // Takes the probe or tool of a step, its length offset on the way down to the safe height. Where nothing says with
@@ -237,6 +241,12 @@ class Unroller {
     if (turned != std::array<bool, 3>{}) blocks_.push_back(Turn{inDegrees(angles_rad_), turned, feed_deg_min});
   }
 
+  // Else it would be chance how the stylus is turned.
+  void orient() {
+    turns_anew_ = any_turns_;
+    blocks_.push_back(Turn{.to_deg = {}, .used = {true, false, false}});
+  }
+
   // Without tip control, coordinates are of the tip only there.
   void standUpright() {
     if (angles_rad_[1] != 0 || angles_rad_[2] != 0) turnTo({angles_rad_[0], 0, 0});
@@ -254,6 +264,7 @@ class Unroller {
 
   void measure(const Step& step, const Place& place) {
     if (step.kind == Kind::scan) return scan(step, place);
+    if (seeks(step)) seek(step, place);
     blocks_.push_back(Wait{kSettle_s});
     mark(true, step);
     if (step.kind == Kind::hold) {
@@ -262,13 +273,32 @@ class Unroller {
       const Vector3d surface = surfaceOf(step, place, setting_), retract = vectorOf(step.touch.retract_direction);
       const double feed = step.touch.retract_speed_mm_s * 60;
       blocks_.push_back(Contact{true});
-      move(surface - step.overtravel_mm * retract, feed, Way::measure);
+      press(surface - step.overtravel_mm * retract, feed, step);
       if (step.kind == Kind::touch) blocks_.push_back(Wait{kDwell_s});
-      move(surface + (step.clearance_mm + procedure::kRunOut_mm) * retract, feed, Way::measure);
+      press(surface + (step.clearance_mm + procedure::kRunOut_mm) * retract, feed, step);
       blocks_.push_back(Contact{false});
       blocks_.push_back(Wait{kAfter_s});
     }
     mark(false, step);
+  }
+
+  void press(const Vector3d& to, double feed_mm_min, const Step& step) {
+    const Vector3d by_mm = to - here_;
+    move(to, feed_mm_min, Way::measure);
+    if (seeks(step)) std::get<Move>(blocks_.back()).by_mm = by_mm;
+  }
+
+  // The device that a tool that cuts is set by need not be at the skip input.
+  static bool seeks(const Step& step) {
+    const bool touches = step.kind == Kind::touch || step.kind == Kind::in_out;
+    return touches && !(step.feature == procedure::Feature::tool_setter && step.touch.tool != 0);
+  }
+
+  void seek(const Step& step, const Place& place) {
+    const Vector3d surface = surfaceOf(step, place, setting_), retract = vectorOf(step.touch.retract_direction);
+    blocks_.push_back(Seek{.to_mm = surface - seekOf(setting_) * retract,
+                           .off_mm = step.clearance_mm * retract,
+                           .feed_mm_min = std::min(setting_.seek_mm_min, setting_.near_mm_min)});
   }
 
   // In contact from the first mark to the second. At a mark somebody may have stood for long, so that behind it the
@@ -337,6 +367,7 @@ class Unroller {
   const Setting& setting_;
   Blocks blocks_;
   std::array<bool, 3> used_{};
+  bool any_turns_{};  // a step states its angles
   std::size_t index_{};
   std::optional<Place> near_;
   Vector3d here_{Vector3d::Constant(std::nan(""))};
@@ -357,6 +388,10 @@ Outcome<Blocks> unroll(const procedure::Plan& plan, const Setting& setting) {
   return blocks;
 }
 
+double seekOf(const Setting& setting) {
+  return std::min(setting.seek_mm, setting.deflection_limit_mm);
+}
+
 double liftOfDryRun(const Blocks& blocks, double safe_z_mm) {
   double lowest_mm = safe_z_mm;
   for (const auto& block : blocks) {
@@ -369,11 +404,12 @@ Blocks dryRun(const Blocks& blocks, double lift_mm) {
   Blocks dry;
   for (const auto& block : blocks) {
     if (std::holds_alternative<Mark>(block) || std::holds_alternative<Stop>(block) ||
-        std::holds_alternative<Contact>(block))
+        std::holds_alternative<Contact>(block) || std::holds_alternative<Seek>(block))
       continue;
     dry.push_back(block);
     if (auto* move = std::get_if<Move>(&dry.back())) {
       move->to_mm.z() += lift_mm;
+      move->by_mm.reset();
       move->free = move->free || (move->way == Way::measure && !move->arc);  // nothing is touched up there
     }
   }

@@ -1,5 +1,6 @@
 // Answers of the control desk about the box and its procedure.
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -115,6 +116,7 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
         {.door = std::move(holder.door), .by = std::move(holder.by), .since_utc = std::move(holder.since_utc)});
   answer.storage_problems = with_.calibrations.inForce().storageProblems();
   answer.rests_on_retired = with_.calibrations.inForce().toRepeat();
+  std::ranges::move(with_.calibrations.placesThatDisagree(), std::back_inserter(answer.rests_on_retired));
   answer.update = with_.updates.inWords();
   for (auto problem : {with_.doors.problem(), with_.standing.notice(), with_.standing.problem(), with_.boots_problem,
                        with_.unit.problem()}) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <thread>
 #include <utility>
@@ -144,6 +145,12 @@ void Calibrations::solve(std::uint32_t run, const procedure::Plan& plan, const c
     return insist(*next);
   }
   auto& [dataset, refusal, warnings] = measured;
+  std::ranges::move(disagreementsIn(dataset,
+                                    [&](procedure::Facts typed) {
+                                      typed.temperature_c = plan.temperature_c;
+                                      return procedure::runDataset(method, recording, scales, typed);
+                                    }),
+                    std::back_inserter(warnings));
   addConditions(dataset, in_force_.bindingFor({}), utcNow());
   addProbeTool(dataset, facts_);
   dataset_run_ = run;
@@ -221,7 +228,12 @@ void Calibrations::finishSolving(std::chrono::milliseconds at_most) {
 }
 
 procedure::Facts Calibrations::factsNow() const {
-  procedure::Facts facts = facts_;
+  return inUse({}).facts;
+}
+
+Calibrations::InUse Calibrations::inUse(std::string_view kept) const {
+  InUse all{.facts = facts_, .places = {}};
+  auto& facts = all.facts;
   if (facts.sensor_head) facts.sensor_head->calibrated = in_force_.sensorHead(facts.sensor_head->tool);
   const auto measured = in_force_.measuredFacts();
   facts.turning_axis = measured.turning_axis;
@@ -229,19 +241,29 @@ procedure::Facts Calibrations::factsNow() const {
   for (std::size_t axis = 0; axis < facts.screws.size(); ++axis) {
     if (facts.screws[axis]) facts.screws[axis]->face = measured.screw_faces[axis];
   }
-  for (const auto& measured_length : measured.tool_lengths)
-    facts.takeLength(measured_length.tool, measured_length.length_mm, measured_length.result_id, measured_length.sd_mm);
-  if (auto& ball = facts.checked_ball) {
-    if (measured.ball_x && measured.ball_y) ball->accepted_x = measured.ball_x, ball->accepted_y = measured.ball_y;
-    ball->accepted_y45 = measured.ball_y45;
-    ball->accepted_y90 = measured.ball_y90;
-    if (measured.ball_z) ball->centre_z = *measured.ball_z;
+  all.places = procedure::takeMeasured(facts, measured, kept);
+  return all;
+}
+
+std::vector<std::string> Calibrations::placesThatDisagree() const {
+  std::vector<std::string> sentences;
+  for (const auto& row : inUse({}).places) {
+    if (auto sentence = procedure::disagreement(row)) sentences.push_back(*std::move(sentence));
   }
-  if (facts.tool_setter && measured.setter_mm) {
-    facts.tool_setter->accepted_mm = measured.setter_mm;
-    facts.tool_setter->sd_accepted_mm = measured.sd_setter_mm;
+  return sentences;
+}
+
+// A value is used by a run whose case is another one without it.
+std::vector<std::string> Calibrations::disagreementsIn(
+    const metrology::Dataset& dataset,
+    const std::function<procedure::RunDataset(const procedure::Facts&)>& built) const {
+  std::vector<std::string> sentences;
+  for (const auto& row : inUse({}).places) {
+    auto sentence = row.typed ? procedure::disagreement(row) : std::nullopt;
+    if (sentence && json::toJson(built(inUse(row.name).facts).dataset) != json::toJson(dataset))
+      sentences.push_back(*std::move(sentence));
   }
-  return facts;
+  return sentences;
 }
 
 void Calibrations::propose(metrology::Dataset dataset, const std::string& as_this_machine_by, Answered then) {

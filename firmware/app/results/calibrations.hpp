@@ -66,6 +66,8 @@ class Calibrations {
   void cancelProposal();
   // The described facts, with those from calibrations in force. Any thread.
   procedure::Facts factsNow() const;
+  // A sentence for each place whose typed and measured values, or two measured ones, are too far apart. Any thread.
+  std::vector<std::string> placesThatDisagree() const;
   // Values in use with their sources. Any thread.
   std::vector<messages::ValueInUse> valuesInUse() const { return app::valuesInUse(facts_, in_force_.about()); }
   ResultsInForce& inForce() { return in_force_; }
@@ -100,6 +102,16 @@ class Calibrations {
     std::function<void(const metrology::Solved&)> then;
     metrology::Dataset dataset;  // until it is being solved
   };
+  // What computations use, and the table that says where each length and place of it is from. kept: a row of it whose
+  // typed value stays.
+  struct InUse {
+    procedure::Facts facts;
+    std::vector<procedure::PlaceRow> places;
+  };
+  InUse inUse(std::string_view kept) const;
+  std::vector<std::string> disagreementsIn(
+      const metrology::Dataset& dataset,
+      const std::function<procedure::RunDataset(const procedure::Facts&)>& built) const;
   void begin(Case next);
   void takeNext();
   void attend();

@@ -333,12 +333,35 @@ std::optional<std::uint32_t> sensorHeadOf(std::string_view subject) {
   return numberBehind(kSensorHeadOf, subject);
 }
 
-std::optional<MeasuredLength> measuredLengthOf(const store::Record& record) {
+std::optional<procedure::MeasuredLength> measuredLengthOf(const store::Record& record) {
   const auto tool = numberBehind(kAssemblyOf, record.binding.subject);
   const auto* length = record.result() != nullptr ? record.result()->find(kGaugeLength) : nullptr;
   if (!tool || length == nullptr) return std::nullopt;
   const auto sds_mm = uncertaintiesOf(*length);
-  return MeasuredLength{record.id, *tool, length->value(), sds_mm.empty() ? 0.0 : sds_mm.front()};
+  procedure::MeasuredLength measured{.result_id = record.id,
+                                     .tool = *tool,
+                                     .length_mm = length->value(),
+                                     .sd_mm = sds_mm.empty() ? 0.0 : sds_mm.front()};
+  // W2 brings the tip onto the axis.
+  const auto* to_axis = record.result()->find("compensation_mm");
+  if (to_axis == nullptr || to_axis->values.size() < 2) return measured;
+  measured.tip_mm = {-to_axis->values[0], -to_axis->values[1]};
+  const auto sds_of_tip = uncertaintiesOf(*to_axis);
+  if (sds_of_tip.size() >= 2) measured.sd_tip_mm = std::max(sds_of_tip[0], sds_of_tip[1]);
+  return measured;
+}
+
+std::optional<procedure::MeasuredTip> measuredTipOf(const store::Record& record) {
+  const auto tool = numberBehind("tool-", record.binding.subject);
+  const auto* tip = record.result() != nullptr ? record.result()->find("tool_offset_mm") : nullptr;
+  if (!tool || tip == nullptr || tip->values.size() < 3) return std::nullopt;
+  procedure::MeasuredTip measured{.result_id = record.id, .tool = *tool};
+  const auto sds_mm = uncertaintiesOf(*tip);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    measured.at_mm[axis] = tip->values[axis];
+    if (axis < sds_mm.size()) measured.sd_mm[axis] = sds_mm[axis];
+  }
+  return measured;
 }
 
 std::string subjectNamed(std::string_view subject_or_method) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/procedure/facts/places.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "firmware/store/record.hpp"
 #include "protocol/events/event.hpp"
@@ -32,15 +33,10 @@ std::optional<std::uint32_t> sensorHeadOf(std::string_view subject);
 // Reads the calibration of a sensor head from its result. Errors name what is missing.
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record);
 
-// Length of a tool from the gauge line, as an assembly in force has it.
-struct MeasuredLength {
-  store::Id result_id{};
-  std::uint32_t tool{};
-  double length_mm{};
-  double sd_mm{};  // combined uncertainty (k = 1); 0: unknown
-};
 // nullopt for results about anything else.
-std::optional<MeasuredLength> measuredLengthOf(const store::Record& record);
+std::optional<procedure::MeasuredLength> measuredLengthOf(const store::Record& record);
+// Tip of a tool from its tool-setter result; nullopt for results about anything else.
+std::optional<procedure::MeasuredTip> measuredTipOf(const store::Record& record);
 
 // Reads the pre-travel of a touch-trigger probe from its result. Errors name what is missing.
 Outcome<procedure::PreTravel> preTravelOf(const store::Record& record);

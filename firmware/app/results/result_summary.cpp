@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "firmware/app/results/result_values.hpp"
+#include "firmware/metrology/dataset/verdict.hpp"
 #include "firmware/metrology/subject_values.hpp"
 
 namespace probebox::app {
@@ -68,6 +69,18 @@ messages::ValueSource sourceOf(published::LengthFrom from) {
   return unknown;
 }
 
+// Of a check: what it was held against limits with, behind all values.
+void appendVerdict(const metrology::Result& result, std::string_view subject,
+                   std::vector<messages::NamedValue>& values) {
+  if (!metrology::proofAbout(result, subject)) return;
+  for (const std::string_view key : {metrology::kVerdict, metrology::kWorstRatio}) {
+    const auto* found = result.find(key);
+    if (found != nullptr && !found->values.empty())
+      values.push_back(
+          {.key = std::string{key}, .value = found->value(), .sd = 0, .has_sd = false, .u = 0, .has_u = false});
+  }
+}
+
 }  // namespace
 
 messages::Trigger wireTrigger(const box::PlacedTrigger& placed) {
@@ -120,6 +133,7 @@ messages::ResultSummary summaryOf(const store::Record& record) {
     auto others = *result;
     std::erase_if(others.estimates, isListed);
     appendAll(others, record.binding.subject, summary.values);
+    appendVerdict(*result, record.binding.subject, summary.values);
     summary.rms = result->rms;
     summary.rms_unit = metrology::unitOfRms(*result);
     summary.dof = static_cast<std::uint32_t>(result->dof);

@@ -1,5 +1,7 @@
 #include "firmware/app/results/results_desk.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
@@ -156,6 +158,8 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Ac
                                         .differs = comparison.differs() || whyNotConforming(*accepted).has_value(),
                                         .notes = accepted->notes,
                                         .accepted_by = accepted->accepted_by};
+  // Of what is in force now: before an acceptance, of what was.
+  if (!request->compare_only) std::ranges::move(calibrations_.placesThatDisagree(), std::back_inserter(answer.notes));
   for (const auto& value : comparison.values) answer.changes.push_back(wireChange(value));
   if (comparison.omitted > 0)
     answer.notes.push_back(std::to_string(comparison.omitted) + " values that differ less are not listed.");

@@ -52,22 +52,48 @@ std::optional<procedure::AcceptedValue> acceptedOf(const metrology::Result& resu
   return procedure::AcceptedValue{.mm = estimate->values[at], .sd_mm = at < estimate->sd.size() ? estimate->sd[at] : 0};
 }
 
+// x_offset_error_mm counts from the axis that was accepted before this check; the next one counts from its own.
+std::optional<procedure::AcceptedValue> acceptedXAt90(const metrology::Result& result) {
+  auto accepted = acceptedOf(result, "x_offset_error_mm");
+  const auto* moved = result.find("deviation_Xcen_B0_mm");
+  if (accepted && moved != nullptr) accepted->mm -= moved->value();
+  return accepted;
+}
+
 }  // namespace
 
 void addFacts(const store::Record& record, MeasuredFacts& facts) {
   const auto* result = record.result();
   if (result == nullptr) return;
   if (record.binding.subject == "check") {
+    facts.check_result = record.id;
     facts.ball_x = acceptedOf(*result, "Xcen_B0_mm");
     facts.ball_y = acceptedOf(*result, "Ycen_B0_mm");
     facts.ball_y45 = acceptedOf(*result, "Ycen_B45_mm");
     facts.ball_y90 = acceptedOf(*result, "Ycen_B90_mm");
+    facts.ball_x90 = acceptedXAt90(*result);
+    facts.ball_z90 = acceptedOf(*result, "Zcen_B90_mm");
     facts.ball_z = acceptedOf(*result, "ball_centre_mm", 2);
   }
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if (record.binding.subject == screwSubject(axis)) facts.screw_faces[axis] = faceOf(record);
   }
   if (const auto length = measuredLengthOf(record)) facts.tool_lengths.push_back(*length);
+  if (const auto tip = measuredTipOf(record)) facts.tool_tips.push_back(*tip);
+  if (record.binding.subject == "spindle-tilt") {
+    const auto* tilt = result->find("A_tilt_rad");
+    if (tilt != nullptr && tilt->values.size() == 2) {
+      facts.spindle_tilt_rad = {tilt->values[0], tilt->values[1]};
+      facts.sd_spindle_tilt_rad = largestSd(*tilt, 2);
+    }
+  }
+  if (record.binding.subject.starts_with("stylus-offset-")) {
+    if (const auto offset = stylusOffsetOf(*result))
+      facts.styli.push_back({.result_id = record.id,
+                             .tool = probeToolOf(*result),
+                             .at_mm = {offset->values[0], offset->values[1]},
+                             .sd_mm = largestSd(*offset, 2)});
+  }
   if (record.binding.subject == "centreline") facts.turning_axis = turningAxisOf(record);
   if (preTravelToolOf(record.binding.subject)) {
     if (const auto found = preTravelOf(record)) facts.pre_travels.push_back(*found);
@@ -75,6 +101,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
   if (record.binding.subject != "setter") return;
   const auto* setter = result->find("setter_mm");
   if (setter == nullptr || setter->values.size() < 3) return;
+  facts.setter_result = record.id;
   facts.setter_mm = {setter->values[0], setter->values[1], setter->values[2]};
   facts.sd_setter_mm = largestSd(*setter, 3);
 }

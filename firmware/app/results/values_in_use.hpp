@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "firmware/app/results/result_events.hpp"
-#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/facts/places.hpp"
 #include "firmware/store/record.hpp"
 #include "protocol/messages/corrections.hpp"
 
@@ -14,15 +14,9 @@
 namespace probebox::app {
 
 // Values from results in force that replace those of machine.toml in procedures.
-struct MeasuredFacts {
-  std::optional<procedure::AcceptedValue> ball_x, ball_y;      // of the last check: C from the spindle axis at B = 0
-  std::optional<procedure::AcceptedValue> ball_y45, ball_y90;  // Y of the former with the head at 45 and 90 degrees
-  std::optional<procedure::AcceptedValue> ball_z;              // centre of the checked ball at C = 0 and B = 0
-  std::optional<std::array<double, 3>> setter_mm;              // at the first B that was read
-  double sd_setter_mm{};                                       // largest of its coordinates, k = 1; 0: not stated
+struct MeasuredFacts : procedure::MeasuredPlaces {
   std::array<std::optional<procedure::ScrewFace>, kLinearAxes> screw_faces;
   std::optional<procedure::TurningAxis> turning_axis;
-  std::vector<MeasuredLength> tool_lengths;
   std::vector<procedure::PreTravel> pre_travels;  // of a touch-trigger probe, one a tool
 };
 

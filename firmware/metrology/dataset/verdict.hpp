@@ -25,13 +25,19 @@ inline Proof proofOf(double deviation, std::optional<double> doubt, double limit
 
 // Key of the worst one among all values of a result that have a limit.
 inline constexpr std::string_view kVerdict = "verdict";
+// (|deviation| + U) / limit of that one.
+inline constexpr std::string_view kWorstRatio = "worst_ratio";
+
+inline Proof proofNumbered(double verdict) {
+  if (verdict > 1.5) return Proof::fails;
+  return verdict < 0.5 ? Proof::conforms : Proof::not_proven;
+}
 
 // Nothing for a result that was held against no limit.
 inline std::optional<Proof> proofOf(const Result& result) {
   const auto* verdict = result.find(kVerdict);
   if (verdict == nullptr || verdict->values.empty()) return std::nullopt;
-  if (verdict->value() > 1.5) return Proof::fails;
-  return verdict->value() < 0.5 ? Proof::conforms : Proof::not_proven;
+  return proofNumbered(verdict->value());
 }
 
 // Subject of a result with a verdict: that of the periodic check.

@@ -21,6 +21,9 @@ constexpr MethodTable kSetterTables[]{
      "for several B, instead of key probe_offset_mm: the probe's tip from the head's reference"}};
 constexpr MethodKey kCentrelineResult{"centreline_result", "", "number of the centreline's result; for the record",
                                       "centreline"};
+constexpr MethodKey kStylusOffsetResult{"stylus_offset_result", "",
+                                        "number of the result that X and Y of probe_offset_mm are of; for the record",
+                                        "stylus-offset-"};
 constexpr MethodKey kSetterKeys[]{
     {"probe_offset_mm", "",
      "the probe's tip from the head's reference, x y z; needed unless table probe_offsets is given"},
@@ -40,6 +43,7 @@ constexpr MethodKey kSetterKeys[]{
     {"accepted_link_mm", "", "accepted link_mm, x y; one row per B"},
     {"tool", "", "number of the tool whose offset it is"},
     kCentrelineResult,
+    kStylusOffsetResult,
     key::kTauForTheRecord};
 constexpr KnownQuantity kSetterKnown[]{{"sd_probe_offset_mm", "probe_offset_mm", KnownKind::value, true},
                                        {"sd_probe_offset_mm", "probe_offsets", KnownKind::table, true},

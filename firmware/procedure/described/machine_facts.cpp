@@ -106,6 +106,7 @@ std::optional<BallPlate> ballPlate(const board::Machine& machine) {
   if (!plate) return std::nullopt;
   return BallPlate{.axis_point_mm = plate->axis_point_mm,
                    .sd_mm = plate->sd_mm,
+                   .ball_diameter_mm = plate->ball_diameter_mm,
                    .b_axis_point_mm = plate->b_axis_point_mm,
                    .station_correction = plate->station_correction,
                    .balls_mm = plate->balls_mm};

@@ -40,6 +40,8 @@ struct CheckedBall {
   std::optional<double> limit_mm{};
   // Y with the head at 45 and 90 degrees, of the check in force; else as at B = 0.
   std::optional<AcceptedValue> accepted_y45{}, accepted_y90{};
+  // At 90 degrees, of the check in force: X from accepted_x, and Z.
+  std::optional<AcceptedValue> accepted_x90{}, accepted_z90{};
   std::vector<double> swivels_rad{};  // of the head, beside 0
 };
 
@@ -57,6 +59,7 @@ struct RimBall {
 struct BallPlate {
   std::array<double, 3> axis_point_mm{};
   std::optional<double> sd_mm;  // sd of a certified coordinate
+  std::optional<double> ball_diameter_mm{};
   // A point of the nominal axis B, if it is measured; [tilting_table] has its direction.
   std::optional<std::array<double, 3>> b_axis_point_mm{};
   bool station_correction{};  // estimate and remove the linear axes' errors at the stations of the balls (E11)
@@ -117,6 +120,8 @@ struct ToolSetter {
   std::optional<double> sd_half_width_mm{};
   std::array<double, 3> probe_offset_mm{};  // probe tip relative to the head's reference
   std::optional<double> sd_probe_offset_mm;
+  std::uint64_t probe_offset_result{};  // in force with its X and Y; 0: machine.toml states it
+  bool tilt_unknown{};                  // of the spindle's axis, from which that result counts
   std::optional<std::array<double, 3>> accepted_mm;
   double limit_mm{};
   double sd_accepted_mm{};            // k = 1, each coordinate; 0: not stated

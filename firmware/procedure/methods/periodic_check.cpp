@@ -102,8 +102,10 @@ void addAccepted(metrology::Dataset& dataset, const std::vector<Reading>& readin
   };
   add("Xcen_B0_mm", ball.accepted_x);
   add("Ycen_B0_mm", ball.accepted_y);
-  // From which X at B = 90 counts.
-  if (dataset.table("x_touch") && ball.accepted_x && ball.accepted_x->sd_mm > 0)
+  // X at B = 90 counts from accepted_x, whose error cancels against the X of a check that counted from it as well.
+  add("x_offset_error_mm", ball.accepted_x90);
+  add("Zcen_B90_mm", ball.accepted_z90);
+  if (!ball.accepted_x90 && dataset.table("x_touch") && ball.accepted_x && ball.accepted_x->sd_mm > 0)
     dataset.config["sd_accepted_x_offset_error_mm"] = ball.accepted_x->sd_mm;
   if (!ball.accepted_y) return;
   // A value at an angle that is not read now is missed only where it was accepted at that angle.

@@ -167,6 +167,7 @@ constinit const LiveMethod kRotaryAxisErrors{
                     options.b_axis = {1, 0, 0};
                     options.mounts = 1;
                   }),
+    .of_plate = true,
     .fewest_balls = 3,
     .also_refused = whyNoPlate,
     .described = [](ProcedureOptions options, const Facts& facts) -> Outcome<ProcedureOptions> {

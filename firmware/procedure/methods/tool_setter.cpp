@@ -123,6 +123,7 @@ void addKeys(metrology::Dataset& dataset, const FinishedRun& of, const ToolSette
   auto& config = dataset.config;
   config["tool"] = static_cast<double>(of.recording.touches().back().request.tool);
   if (!several_b) config["probe_offset_mm"] = listOf(setter.probe_offset_mm);
+  if (setter.probe_offset_result != 0) config["stylus_offset_result"] = static_cast<double>(setter.probe_offset_result);
   if (setter.sd_probe_offset_mm) config["sd_probe_offset_mm"] = *setter.sd_probe_offset_mm;
   if (setter.accepted_mm) {
     config["accepted_setter_mm"] = listOf(*setter.accepted_mm);
@@ -141,6 +142,12 @@ RunDataset setterDataset(const FinishedRun& of) {
   const double ball_mm = of.facts.stylus_ball_diameter_mm;
   const bool several_b = setter.swivels_rad.size() > 1;
   addKeys(run.dataset, of, setter, several_b);
+  if (setter.tilt_unknown)
+    run.warnings.emplace_back(
+        "spindle-tilt-unknown: the offset of the stylus in force counts from the spindle's axis, and probe_offset_mm "
+        "from "
+        "the head's reference: they differ by the axis' tilt times its length, which no result in force tells "
+        "(a-axis-alignment measures it)");
   if (!run.refusal) run.refusal = wrongWidth(rounds, setter, ball_mm);
   if (run.refusal) return std::move(run);
   auto& tables = run.dataset.tables;

@@ -30,8 +30,8 @@ struct Fact {
 };
 
 // Cause of a refusal, for its code: options that do not fit the method, this machine or its descriptions, or a state in
-// which the same options may fit later.
-enum class Obstacle : std::uint8_t { option, state };
+// which the same options may fit later, or something that would stand in the way of the stylus.
+enum class Obstacle : std::uint8_t { option, state, way };
 struct NotReady {
   Obstacle because{};
   std::string what;
@@ -86,6 +86,7 @@ struct LiveMethod {
   // Defaults of the options. A method takes approach, arc, angles, balls, angles of B, tools, stations and mounts only
   // where they have a default here.
   ProcedureOptions usual{};
+  bool of_plate{};          // its balls are those of [ball_plate]
   bool takes_axis{};        // --axis: whose screw
   bool takes_turns{};       // --turns of it
   bool takes_tool{};        // --tool: the one to measure

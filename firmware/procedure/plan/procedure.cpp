@@ -229,10 +229,12 @@ void Procedure::passStep() {
   progress_.passing = progress_.step != 0;
 }
 
+// A press that was too deep would be as deep again.
 void Procedure::repeatStep(capture::TouchFault fault) {
   progress_.last_fault = fault;
   ++progress_.repeats;
-  progress_.state = progress_.repeats > kMostRepeats ? State::refused : State::waiting;
+  const bool ends = fault == capture::TouchFault::probe_clipped || progress_.repeats > kMostRepeats;
+  progress_.state = ends ? State::refused : State::waiting;
 }
 
 void Procedure::advance(MonoTime now) {

@@ -53,7 +53,8 @@ struct Zeros {
 // Why a marker of the present step is not taken in this state of a dry run.
 std::optional<Error> whyNotNow(const Progress& progress, MarkerPhase phase);
 
-// Runs measuring procedures step by step: a marker begins a step, a marker ends it, and a faulty step is repeated.
+// Runs measuring procedures step by step: a marker begins a step, a marker ends it, and a faulty step is repeated,
+// unless it pressed the probe to the end of its range: that ends the run.
 // Later steps of methods with loops depend on earlier measurements; the worker supplies them with Solved.
 class Procedure {
  public:

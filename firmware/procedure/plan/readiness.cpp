@@ -1,10 +1,13 @@
 #include "firmware/procedure/plan/readiness.hpp"
 
 #include <cstdint>
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/ways.hpp"
 #include "firmware/procedure/plan/wording.hpp"
 
 namespace probebox::procedure {
@@ -65,6 +68,15 @@ std::optional<Error> whyTooShort(const ProcedureOptions& asked) {
   return outside("A clearance with a touch-trigger probe", asked.clearance_mm, kLeastWay_mm, 10, "mm");
 }
 
+// Options that no plan can be made of are refused elsewhere.
+std::optional<NotReady> whyNoWay(const LiveMethod& method, const ProcedureOptions& options, const Facts& facts) {
+  if (!method.of_plate || whyRefused(method, options, std::numeric_limits<double>::infinity())) return std::nullopt;
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, method, options);
+  const auto error = whyThroughBall(*plan, facts);
+  return error ? std::optional{NotReady{Obstacle::way, error->what}} : std::nullopt;
+}
+
 }  // namespace
 
 ByTrigger byTrigger(const LiveMethod& method, ReadBy by) {
@@ -114,6 +126,7 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
   if (method.why_not_now != nullptr) {
     if (const auto error = method.why_not_now(*options, now, facts)) return NotReady{Obstacle::state, error->what};
   }
+  if (auto why = whyNoWay(method, *options, facts)) return *why;
   return *options;
 }
 

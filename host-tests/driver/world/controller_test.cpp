@@ -138,6 +138,31 @@ TEST(Controller, TouchesWhereAndHowItIsPrompted) {
   }
 }
 
+// 0.55 mm off along +X: a move to the place itself would press the stylus by 1.05 mm there, and miss it at -X.
+TEST(Controller, PressesByTheOvertravelFromTheContactWhereThePlaceIsOff) {
+  ControllerConfig off;
+  off.nominal_centre_mm = Config{}.sphere.centre_mm - Vector3{0.55, 0, 0};
+  World world{Config{}, 1};
+  FakeBox box{multiSpeed(), std::chrono::milliseconds{1}, 0, 1};
+  Controller controller{off, world.machine(), box};
+  box.start(1);
+  std::size_t dwells = 0;
+  for (int ms = 1; box.state() != RunState::solving && ms < 60'000; ++ms) {
+    const auto before = controller.activity();
+    box.advance(seconds(1e-3 * ms));
+    controller.advance(seconds(1e-3 * ms));
+    world.advanceTo(seconds(1e-3 * ms));
+    std::array<Event, 64> events;
+    while (world.poll(events) > 0) continue;
+    if (before == Activity::dwelling || controller.activity() != Activity::dwelling) continue;
+    ++dwells;
+    const Vector3 pressed = world.machine().stylusDisplacementAt(world.now());
+    EXPECT_NEAR(dot(pressed, box.present().outward_normal), 0.5, 0.03) << "step " << box.step();
+  }
+  EXPECT_EQ(dwells, 25U);
+  EXPECT_EQ(controller.abandonedSteps(), 0U);
+}
+
 TEST(Controller, MarksBeginAndEndAtRestAroundTheWholeTouch) {
   Cycle cycle;
   cycle.box().start(1);

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
 
+#include "firmware/json/dataset_json.hpp"
 #include "host-tests/emulation/line_of_the_box.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
@@ -16,6 +18,7 @@ enum : std::uint16_t {
   kDelayMultiSpeed = 1,
   kCentreline = 7,
   kSpindleOffset2x2 = 11,
+  kToolSetter = 20,
   kCentrelineBySteps = 23,
   kDelaySteppedScan = 26,
   kDelayContour = 27
@@ -33,7 +36,8 @@ class DeadLink : public world::BoxLink {
 
 class ByRegisters : public testing::Test {
  protected:
-  ByRegisters() {
+  explicit ByRegisters(const procedure::Facts& facts = usualFacts())
+      : boot_{office_, folder_.file("results.db"), facts} {
     for (const auto& event : boot_.restored()) office_.scenario().push(event);
     office_.scenario().speakThrough(controller_);
     boot_.run(5s);
@@ -75,7 +79,7 @@ class ByRegisters : public testing::Test {
 
   const support::TemporaryFolder folder_;
   Office office_;
-  Boot boot_{office_, folder_.file("results.db")};
+  Boot boot_;
   LineOfTheBox line_{office_, boot_};
   RegisterLink controller_{line_.registers()};
 };
@@ -104,6 +108,43 @@ TEST_F(ByRegisters, AWholeCalibrationIsRunAcceptedAndFollowed) {
   const auto& assumed = office_.scenario().box().state().snapshot.centreline;
   ASSERT_TRUE(assumed.has_z);
   EXPECT_NE(controller_.value(address::correction_f32), 0) << "the correction follows the turning axis";
+}
+
+// 66 um off, and stated to half a micrometre.
+procedure::Facts withAStaleOffset() {
+  auto facts = usualFacts();
+  facts.tool_setter->probe_offset_mm[0] += 0.066;
+  return facts;
+}
+
+class WithAStaleOffset : public ByRegisters {
+ protected:
+  WithAStaleOffset() : ByRegisters{withAStaleOffset()} {}
+};
+
+TEST_F(WithAStaleOffset, AToolIsSetByTheMeasuredOffsetOfTheStylus) {
+  calibrate(kDelayMultiSpeed);
+  calibrate(kSpindleOffset2x2);
+  const auto stylus = boot_.newestProposed();
+  ASSERT_TRUE(stylus);
+  ASSERT_EQ(ask(kAccept, static_cast<std::uint32_t>(stylus->id)), 2U);
+  EXPECT_TRUE(controller_.write(address::wish_tool, {4}));
+  calibrate(kToolSetter);
+  const auto set = boot_.calibrations().find(number(address::calibration_result));
+  ASSERT_TRUE(set && set->result() != nullptr);
+  const auto dataset = json::datasetFromJson(boot_.calibrations().datasetOf(set->id).value());
+  ASSERT_TRUE(dataset);
+  const auto used = std::get<std::vector<double>>(dataset->config.at("probe_offset_mm"));
+  EXPECT_EQ(used[0], stylus->result()->find("stylus_offset_mm")->values[0]);
+  EXPECT_EQ(std::get<double>(dataset->config.at("stylus_offset_result")), static_cast<double>(stylus->id));
+  const auto warned = [&](const char* name) {
+    return std::ranges::any_of(set->result()->warnings,
+                               [&](const std::string& warning) { return warning.starts_with(name); });
+  };
+  EXPECT_TRUE(warned("places-disagree: stylus-offset-1 X"));
+  EXPECT_TRUE(warned("spindle-tilt-unknown"));
+  EXPECT_FALSE(warned("places-disagree: check")) << "another place";
+  EXPECT_FALSE(boot_.calibrations().placesThatDisagree().empty());
 }
 
 // Radii, arcs, ramps and sense of a scan are all in registers.

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "drivers/world/random.hpp"
+#include "firmware/app/results/values_in_use.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
@@ -123,6 +124,33 @@ TEST(SwivelledCheck, FailsWhereTheHeadHasMoved) {
   EXPECT_EQ(result->find("verdict")->values[0], 2);
   EXPECT_GT(std::abs(result->find("deviation_x_offset_error_mm")->values[0]), 0.05);
   EXPECT_LT(std::abs(result->find("deviation_Xcen_B0_mm")->values[0]), 0.02) << "nothing shows at B = 0";
+}
+
+// A head with an error that a person has accepted: the next check is held against that one, at every angle.
+TEST(SwivelledCheck, PassesWhereTheHeadIsAsItWasAccepted) {
+  auto config = usualWorld();
+  config.swivel_head.pivot_mm[0] += 0.1;
+  config.swivel_head.direction = {1e-4, 1, 3e-4};
+  procedure::MeasuredPlaces accepted;
+  for (const std::uint64_t seed : {3U, 4U}) {
+    Scenario scenario{config, seed};
+    auto options = checkOf(scenario);
+    procedure::takeMeasured(scenario.facts, accepted);
+    const auto result = measured(scenario, procedure::kPeriodicCheck, options);
+    ASSERT_TRUE(result);
+    EXPECT_EQ(result->find("verdict")->values[0], seed == 3 ? 2 : 0);
+    app::MeasuredFacts facts;
+    store::Record record;
+    record.binding.subject = "check";
+    record.content = *result;
+    app::addFacts(record, facts);
+    accepted = facts;
+    if (seed == 3) continue;
+    for (const char* key : {"deviation_x_offset_error_mm", "deviation_Zcen_B90_mm", "deviation_Ycen_B90_mm"}) {
+      ASSERT_NE(result->find(key), nullptr) << key;
+      EXPECT_LT(std::abs(result->find(key)->value()), 0.003) << key;
+    }
+  }
 }
 
 TEST(SwivelledCheck, MissesNoAngleThatWasNeverRead) {

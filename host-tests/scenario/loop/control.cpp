@@ -80,6 +80,7 @@ void Control::run(Nanoseconds duration) {
 
 void Control::wait(double s) {
   run(Nanoseconds{std::llround(1e9 * s)});
+  if (at_wait) at_wait();
 }
 
 void Control::settle() {
@@ -99,11 +100,24 @@ void Control::move(const std::array<double, 3>& to_mm, double feed_mm_min, bool 
   commanded_.push_back({.is = Commanded::Is::move, .to = to_mm, .feed = feed_mm_min, .guarded = guarded});
   lowest_mm = std::min(lowest_mm, to_mm[2]);
   auto& machine = scenario.world().machine();
-  const bool moves = slides(to) ? machine.slideTo(to, feed_mm_min / 60, scenario.now())
-                                : machine.moveTo(to, feed_mm_min / 60, scenario.now());
-  if (!moves) throw Alarm{"the machine did not move"};
+  constexpr double kBeyond_mm = 0.002;  // until the axes stand
+  const double speed_mm_s = feed_mm_min / 60;
+  if (guarded && !machine.touching()) {
+    machine.moveUntilContact(to, speed_mm_s, scenario.now(), kBeyond_mm);
+  } else if (!(slides(to) ? machine.slideTo(to, speed_mm_s, scenario.now())
+                          : machine.moveTo(to, speed_mm_s, scenario.now()))) {
+    throw Alarm{"the machine did not move"};
+  }
   settle();
   if (guarded && contacts() != before) throw Touched{};
+}
+
+void Control::seek(const std::array<double, 3>& to_mm, double feed_mm_min) {
+  try {
+    move(to_mm, feed_mm_min, true);
+  } catch (const Touched&) {
+    return;
+  }
 }
 
 // From within the surface of the datum sphere to another point within: the stylus slides along it.

@@ -43,12 +43,15 @@ class Control {
 
   void wait(double s);
   void move(const std::array<double, 3>& to_mm, double feed_mm_min, bool guarded);
+  void seek(const std::array<double, 3>& to_mm, double feed_mm_min);  // until the probe touches, which is no alarm
   void arc(const std::array<double, 2>& to_mm, const std::array<double, 2>& centre_mm, double feed_mm_min,
            bool clockwise);
   void turn(const std::array<double, 3>& to_deg, double feed_deg_min = 0);
   // Stops C where the probe touches, as soon as its drive can.
   void turnUntilTouched(double c_deg, double feed_deg_min);
   void takeTool(unsigned number);
+  void orient() { ++orientations; }
+  void endCoolant() { coolant = false; }
   void stop();
   double position(char axis);          // of the machine; angles as commanded
   double positionOfTheBox(char axis);  // the same by the letters of the box, as HAL wires them
@@ -61,11 +64,14 @@ class Control {
   const std::vector<Commanded>& commanded() const { return commanded_; }
   Scenario& scenario() { return office_.scenario(); }
   std::uint64_t contacts() { return office_.scenario().machine().stylus().contactCount(); }
+  bool coolant{true};
+  int orientations{};     // of the spindle
   double lowest_mm{1e9};  // of all moves since it was set
   // Of the tip, where the first probe's with the head level is at the position of the machine: during all turns and
   // after all tool changes since it was set.
   double lowest_tip_mm{1e9};
   std::function<void()> at_move;  // before each
+  std::function<void()> at_wait;  // behind each dwell
   std::function<void()> at_stop;  // M0
   std::function<void()> at_tool;  // behind a change
   std::string said;               // message that the operator sees

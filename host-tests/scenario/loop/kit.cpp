@@ -28,7 +28,7 @@ Kit::Kit(Control& control) : control_{control} {
 
 double Kit::call(const std::string& name, const std::vector<double>& arguments) {
   if (name == "ask") return variables["_value"] = ask(arguments);
-  if (name == "frame") return 0;  // of LinuxCNC itself: host-tests/cnc/frame_test.py
+  if (name == "frame" || name == "keep") return 0;  // of LinuxCNC itself: host-tests/cnc/frame_test.py
   const auto found = subprograms_.find(name);
   if (found == subprograms_.end()) throw Alarm{"no subprogram " + name};
   for (std::size_t i = 0; i < arguments.size(); ++i) variables[name + "/" + std::to_string(i + 1)] = arguments[i];
@@ -104,9 +104,12 @@ void Kit::block(const Statement& one) {
   if (m == 6) return control_.takeTool(static_cast<unsigned>(words['T']));
   if (m == 64 || m == 65) pressing_ = m == 64;
   if (m == 0) return control_.stop();
+  if (m == 9) return control_.endCoolant();
+  if (m == 19) return control_.orient();
   if (g == 2 || g == 3)
     return control_.arc({words.at('X'), words.at('Y')}, {words.at('I'), words.at('J')}, words.at('F'), g == 2);
-  if (g == 38.3) return control_.turnUntilTouched(words.at('C'), words.at('F'));
+  if (g == 38.3 && words.contains('C')) return control_.turnUntilTouched(words.at('C'), words.at('F'));
+  if (g == 38.3) return control_.seek({words.at('X'), words.at('Y'), words.at('Z')}, words.at('F'));
   if (g != 0 && g != 1) return;
   if (words.contains('A') || words.contains('B') || words.contains('C')) {
     std::array<double, 3> to{};
@@ -138,7 +141,8 @@ double Kit::value(const Value& of) {
       return of.number;
     case Value::Is::variable:
       if (of.name == "_tool" || of.name == "_current_tool") return control_.tool();
-      if (of.name == "_z") return control_.position('Z');
+      if (of.name == "_x" || of.name == "_y" || of.name == "_z")
+        return control_.position(static_cast<char>(of.name[1] - 'a' + 'A'));
       if (of.name == "_a" || of.name == "_b" || of.name == "_c")
         return control_.position(static_cast<char>(of.name[1] - 'a' + 'A'));
       return variables[of.name];

@@ -6,6 +6,7 @@
 #include <set>
 #include <span>
 #include <stdexcept>
+#include <tuple>
 
 #include "protocol/units/angle.hpp"
 #include "session.hpp"
@@ -61,13 +62,14 @@ TEST_P(LoopProgram, GoesItsWholeWayAboveEverythingFirst) {
   ASSERT_EQ(text.run({4}), kDone) << text.why() << text.alarm;
   ASSERT_NE(dry_end, 0U);
   EXPECT_LT(control.lowest_mm, kSafeZ_mm - 20) << "then it measures";
+  constexpr double kOff_mm = 0.6;  // of the places, which each touch corrects by its contact
   const auto& all = control.commanded();
   const auto dry = std::span{all}.first(dry_end);
   for (std::size_t i = dry_end; i < all.size(); ++i) {
     if (all[i].is != Commanded::Is::move) continue;
     const bool was_there = std::ranges::any_of(dry, [&](const Commanded& one) {
-      return one.is == Commanded::Is::move && std::abs(one.to[0] - all[i].to[0]) < 1e-6 &&
-             std::abs(one.to[1] - all[i].to[1]) < 1e-6;
+      return one.is == Commanded::Is::move && std::abs(one.to[0] - all[i].to[0]) < kOff_mm &&
+             std::abs(one.to[1] - all[i].to[1]) < kOff_mm;
     });
     EXPECT_TRUE(was_there) << "the dry run left out " << all[i].to[0] << " " << all[i].to[1];
   }
@@ -103,6 +105,29 @@ TEST_P(LoopProgram, RisesAndStopsWhereTheBoxFallsSilentDuringATouch) {
   EXPECT_EQ(control.contacts(), 1U) << "no other touch";
   EXPECT_GE(control.position('Z'), kSafeZ_mm - 1e-6);
   EXPECT_EQ(control.crashes(), 0U);
+}
+
+// The sphere 0.55 mm nearer to +X, then as far off: a way to the place itself would press by 1.05 mm, or meet nothing.
+TEST_P(LoopProgram, PressesByTheOvertravelFromTheContactWhereThePlaceIsOff) {
+  for (const double off_mm : {-0.55, 0.45}) {
+    OfAText text{GetParam(), 0};
+    text.program->set("_pb_sphere_x", 120 + off_mm);
+    auto& control = text.control;
+    double deepest_mm = 0;
+    control.at_wait = [&] {
+      const auto pressed = control.scenario().machine().stylusDisplacementAt(control.scenario().now());
+      deepest_mm = std::max(deepest_mm, std::abs(pressed[0]));
+    };
+    EXPECT_EQ(text.run({4}), kDone) << text.why() << text.alarm;
+    EXPECT_NEAR(deepest_mm, 0.5, 0.03) << off_mm;
+  }
+}
+
+TEST_P(LoopProgram, EndsWhereTheProbeFindsNothing) {
+  OfAText text{GetParam(), 0};
+  text.program->set("_pb_sphere_radius", 12.5 + 0.7);
+  EXPECT_EQ(text.run({4}), kBeyond) << text.why() << text.alarm;
+  EXPECT_EQ(text.control.contacts(), 0U);
 }
 
 TEST_P(LoopProgram, StopsWhereTheProbeTouchesOnTheWay) {
@@ -195,6 +220,17 @@ TEST_P(LoopProgram, KeepsTheTipAboveEverythingWhereTheHeadSwivelsToItsOtherSide)
   }
 }
 
+TEST_P(LoopProgram, OrientsTheSpindleWhereNoAxisDoesAndEndsTheCoolant) {
+  for (const auto& [orient, axes, times] : {std::tuple{1, 6, 1}, {0, 6, 0}, {1, 7, 0}}) {
+    OfAText text{GetParam(), 2};
+    text.program->set("_pb_orient", orient);
+    text.program->set("_pb_rotary", axes);
+    EXPECT_EQ(text.run({4}), kDone) << text.why() << text.alarm;
+    EXPECT_EQ(text.control.orientations, times);
+    EXPECT_FALSE(text.control.coolant);
+  }
+}
+
 TEST_P(LoopProgram, TellsNoPlaceToTheBoxWhereItsAxesAreAbsolute) {
   OfAText text{GetParam(), 2};
   text.program->set("_pb_home", 0);
@@ -240,15 +276,15 @@ TEST_F(FanucLoop, GivesItBackWhereTheProbeHasTouched) {
   expectGivenBack(programOf(text));
 }
 
-TEST_F(FanucLoop, KeepsTheValuesOfG59OverAReset) {
+TEST_F(FanucLoop, KeepsTheValuesOfItsFrameOverAReset) {
   OfAText text{"fanuc", 2};
   text.control.at_stop = [] { throw std::runtime_error{"reset"}; };
   text.program->set("_pb_dry", 1);
   EXPECT_THROW(text.program->call({4}), std::runtime_error);
-  EXPECT_EQ(programOf(text).offsets.at(59)[0], 0);
+  EXPECT_EQ(programOf(text).offsets.at(FanucProgram::kFurther + 47)[0], 0);
   text.program->set("_pb_dry", 2);
   text.run({4});
-  EXPECT_EQ(programOf(text).offsets.at(59)[0], 7);
+  EXPECT_EQ(programOf(text).offsets.at(FanucProgram::kFurther + 47)[0], 7);
 }
 
 TEST_F(FanucLoop, RefusesWhatWouldBendTheWay) {

@@ -10,9 +10,7 @@ namespace {
 
 // As SiemensWriter names it.
 std::string siemensName(const std::string& of) {
-  std::string name = upper(of.starts_with("_pb_") ? "pbv_" + of.substr(4) : "pbl_" + of);
-  std::ranges::replace(name, '/', '_');
-  return name;
+  return upper(of.starts_with("_pb_") ? "pbv_" + of.substr(4) : of);
 }
 
 }  // namespace
@@ -24,6 +22,10 @@ SiemensProgram::SiemensProgram(Control& control, std::string_view text) : TextPr
   for (std::string one; std::getline(all, one);) {
     if (one.starts_with("%_N_")) {
       name = one.substr(4, one.rfind('_') - 4);
+    } else if (one.starts_with("; PBL_N[")) {
+      numbers_[one.substr(one.find("] ") + 2)] = std::stoi(one.substr(8));
+    } else if (one.starts_with("DEF CHAN REAL PBL_N[")) {
+      locals_.resize(static_cast<std::size_t>(std::stoi(one.substr(20))));
     } else if (one.starts_with("DEF CHAN REAL ")) {
       variables_[one.substr(14)] = 0;
     } else if (one.starts_with("DEF CHAN INT ")) {
@@ -65,13 +67,15 @@ double SiemensProgram::read(const std::string& name, double index) {
   if (name == "$AC_TRAFO") return transformation;
   if (name == "PBT_N" && index != std::floor(index)) throw Alarm{"an index that is no integer"};
   if (name == "PBT_N") return table_[static_cast<int>(index)];
+  if (name == "PBL_N") return locals_.at(static_cast<std::size_t>(index));
   const auto found = variables_.find(name);
   if (found == variables_.end()) throw Alarm{"not defined: " + name};
   return found->second;
 }
 
 double SiemensProgram::get(const std::string& name) const {
-  return variables_.at(siemensName(name));
+  const auto found = variables_.find(siemensName(name));
+  return found != variables_.end() ? found->second : locals_.at(static_cast<std::size_t>(numbers_.at(upper(name))));
 }
 
 void SiemensProgram::write(const std::string& target, double value) {
@@ -88,6 +92,10 @@ void SiemensProgram::write(const std::string& target, double value) {
   if (name == "PBT_N") {
     const auto preset = preset_table_.find(static_cast<int>(index) + 1000);
     table_[static_cast<int>(index)] = preset == preset_table_.end() ? value : preset->second;
+    return;
+  }
+  if (name == "PBL_N") {
+    locals_.at(static_cast<std::size_t>(index)) = value;
     return;
   }
   const auto at = static_cast<std::size_t>(index) / 2;
@@ -134,6 +142,8 @@ void SiemensProgram::block(const std::string& text) {
   if (text == "STOPRE" || text == "TRAFOOF") return control_.wait(0.004);
   if (text.starts_with("G4 ")) return control_.wait(value('F'));
   if (text == "M0") return control_.stop();
+  if (text == "M9") return control_.endCoolant();
+  if (text == "SPOS=0") return control_.orient();
   if (text.starts_with("T=")) return control_.takeTool(static_cast<unsigned>(value('T')));
   if (text == "M6") {
     // As many a builder's M6 does: it is a program that leaves its own modes.

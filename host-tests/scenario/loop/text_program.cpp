@@ -93,8 +93,10 @@ double FanucProgram::read(int number) {
   if (number >= 5021 && number <= 5026) return control_.position("XYZABC"[number - 5021]);
   if (number >= 5041 && number <= 5046) {
     const auto axis = static_cast<std::size_t>(number - 5041);
-    return control_.position("XYZABC"[axis]) - shiftOf(axis) + missed_mm_;
+    return control_.position("XYZABC"[axis]) - shiftOf(axis);
   }
+  if (number >= 7001 && number <= 7960)
+    return offsets[kFurther + (number - 7001) / 20].at(static_cast<std::size_t>((number - 7001) % 20));
   if (number >= 5221 && number <= 5326)
     return offsets.at(54 + (number - 5221) / 20).at(static_cast<std::size_t>((number - 5221) % 20));
   if (const auto found = modal.find(number); found != modal.end()) return found->second;
@@ -108,7 +110,9 @@ double FanucProgram::read(int number) {
 
 double FanucProgram::shiftOf(std::size_t axis) const {
   const double length_mm = axis == 2 && modal.at(4008) == 43 ? length : 0;
-  return offsets.at(static_cast<int>(modal.at(4014))).at(axis) + local.at(axis) + length_mm;
+  const double frame = modal.at(4014);
+  const int at = frame == 54.1 ? kFurther - 1 + static_cast<int>(modal.at(4130)) : static_cast<int>(frame);
+  return offsets.at(at).at(axis) + local.at(axis) + length_mm;
 }
 
 double FanucProgram::get(const std::string& name) const {
@@ -163,6 +167,8 @@ void FanucProgram::block(const std::string& text) {
   const auto value = [&](char letter) { return valueOf(words[letter]); };
   if (text == "G53") return control_.wait(0.008);
   if (text == "M0") return control_.stop();
+  if (text == "M9") return control_.endCoolant();
+  if (text == "M19") return control_.orient();
   if (text.starts_with("T")) return takeTool(static_cast<unsigned>(value('T')));
   std::set<double> codes;
   for (const auto& code : codesOf(text)) codes.insert(valueOf(code));
@@ -173,11 +179,13 @@ void FanucProgram::block(const std::string& text) {
   if (in_machine_frame && std::abs(value('Z') - control_.position('Z')) > 1e-6) throw Alarm{"G53 moves Z"};
   for (const double code : codes) {
     if (const int group = groupOf(code); group != 0) modal[group] = code;
+    if (code == 54.1) modal[4130] = value('P');
   }
   if (codes.contains(10)) {
+    const int first = words.contains('L') && value('L') == 20 ? kFurther - 1 : 53;
     for (std::size_t axis = 0; axis < 6; ++axis) {
       if (words.contains("XYZABC"[axis]))
-        offsets.at(53 + static_cast<int>(value('P'))).at(axis) = value("XYZABC"[axis]);
+        offsets.at(first + static_cast<int>(value('P'))).at(axis) = value("XYZABC"[axis]);
     }
     return;
   }
@@ -197,12 +205,8 @@ void FanucProgram::block(const std::string& text) {
   }
   if (guarded && words.contains('C')) return control_.turnUntilTouched(value('C') + shiftOf(5), value('F'));
   if (!words.contains('X')) return turnBy(words, value('F'));
-  missed_mm_ = 0;
-  try {
-    control_.move({value('X') + shiftOf(0), value('Y') + shiftOf(1), value('Z') + shiftOf(2)}, value('F'), guarded);
-  } catch (const Touched&) {
-    missed_mm_ = 1;
-  }
+  const std::array<double, 3> to{value('X') + shiftOf(0), value('Y') + shiftOf(1), value('Z') + shiftOf(2)};
+  guarded ? control_.seek(to, value('F')) : control_.move(to, value('F'), false);
 }
 
 // As many a builder's M6 does: it is a macro that leaves its own modes.

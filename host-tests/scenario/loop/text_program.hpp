@@ -54,10 +54,13 @@ class FanucProgram final : public TextProgram {
   double get(const std::string& name) const override;
 
   // The state in which the caller has the control: nothing is as the program needs it.
-  std::map<int, double> modal{{4002, 18}, {4003, 91}, {4005, 95}, {4006, 21}, {4007, 40}, {4008, 43},
-                              {4009, 80}, {4011, 50}, {4014, 55}, {4015, 64}, {4016, 69}, {4022, 50}};
-  std::map<int, std::array<double, 6>> offsets{
-      {54, {-310, -205, -410}}, {55, {-300, -200, -400, 10, 20, 30}}, {59, {7, -8, 9, 3, 4, 5}}};
+  std::map<int, double> modal{{4002, 18}, {4003, 91}, {4005, 95}, {4006, 21}, {4007, 40}, {4008, 43}, {4009, 80},
+                              {4011, 50}, {4014, 55}, {4015, 64}, {4016, 69}, {4022, 50}, {4130, 0}};
+  static constexpr int kFurther = 100;  // in `offsets`, G54.1 P1
+  std::map<int, std::array<double, 6>> offsets{{54, {-310, -205, -410}},
+                                               {55, {-300, -200, -400, 10, 20, 30}},
+                                               {59, {1, 2, 3}},
+                                               {kFurther + 47, {7, -8, 9, 3, 4, 5}}};
   std::array<double, 6> local{};                  // G52
   double length{80};                              // mm, of the offset that is active where #4008 is 43
   std::optional<double> commanded_tool;           // #4120, where it is not the one in the spindle
@@ -72,8 +75,7 @@ class FanucProgram final : public TextProgram {
   double read(int number);
   void write(int number, double value);
 
-  std::string first_;   // program that is called
-  double missed_mm_{};  // what the last guarded move is short of its end
+  std::string first_;  // program that is called
 
   std::map<int, double> variables_;
   std::map<std::string, double> preset_;
@@ -103,6 +105,8 @@ class SiemensProgram final : public TextProgram {
   std::vector<std::string> parameters_;
   std::set<std::string> whole_;  // integers
   std::map<int, double> table_;
+  std::vector<double> locals_;          // PBL_N
+  std::map<std::string, int> numbers_;  // in it, of names, as the program lists them
   double touched_{};
   bool saves_{};
 };

@@ -7,6 +7,7 @@
 #include <optional>
 #include <regex>
 #include <sstream>
+#include <utility>
 
 namespace probebox {
 namespace {
@@ -135,6 +136,8 @@ class Control {
       compared_ = false;
     }
     if (raw == "IF $AC_MEA[1]==1 GOTOF PB_TOUCHED") unchecked_.clear();
+    if (raw == "IF $AC_MEA[1]==0 GOTOF PB_NOTHING") sought();
+    if (raw == "IF[#7LT0.02]THEN#3000=4(NOTHING TOUCHED)" && compared_ && frame_known_) sought();
     static const std::regex kFrame{R"(#8=#5043-\[(.*)\])"};
     if (std::regex_match(raw, from, kFrame)) {
       frame_known_ = std::abs(std::stod(from[1]) - now_.at_mm[2]) < 1e-9;
@@ -145,7 +148,7 @@ class Control {
 
   bool passed(const std::string& raw) {
     static const std::regex kPassed{
-        R"(POPEN|PCLOS|STOPRE|TRANS|MSG\(\)|DEF INT PB_ERR|EXTOPEN\(PB_ERR,"[^"]*","SYN","EXCL","APP"\)|EXTCLOSE\(PB_ERR,"[^"]*"\)|SETAL\(6500\d(,".*")?\)|ENDIF|PB_TOUCHED:|\(.*\))"};
+        R"(POPEN|PCLOS|STOPRE|TRANS|MSG\(\)|DEF INT PB_ERR|EXTOPEN\(PB_ERR,"[^"]*","SYN","EXCL","APP"\)|EXTCLOSE\(PB_ERR,"[^"]*"\)|SETAL\(6500\d(,".*")?\)|ENDIF|PB_TOUCHED:|PB_NOTHING:|\(.*\))"};
     if (std::regex_match(raw, kPassed)) return true;
     static const std::regex kAssignment{R"(#(\d+)=(-?[\d.]+))"};
     std::smatch parts;
@@ -202,11 +205,12 @@ class Control {
     if (codes.has(94)) feed_per_minute_ = true;
     if (codes.has(93) || codes.has(95)) feed_per_minute_ = false;
     if (codes.has(4)) part().dwells.push_back(part().moves.size());
+    if (codes.hasM(9)) coolant_off_ = true;
     if (codes.hasM(5)) spindle_stands_ = true;
     if (codes.hasM(2) || codes.hasM(30)) all_.ended = true;
     for (const double code : codes.g) {
       if (code < 4) motion_ = code;
-      if (code == 31 || code == 38.3) motion_ = 1;
+      if (code == 31 || code == 38.2 || code == 38.3) motion_ = 1;
     }
   }
 
@@ -245,9 +249,10 @@ class Control {
     if (codes.has(52)) return;  // shifts, and moves nothing
     const bool linear = codes.moves("XYZ"), rotary = codes.moves("ABC");
     if (!linear && !rotary) return;
-    if (!millimetres_ || !absolute_) danger("units or absolute positions are not set");
+    if (!millimetres_ || !(absolute_ || (at_contact_ && linear))) danger("units or absolute positions are not set");
     if (!plane_ || !work_offset_ || !feed_per_minute_) danger("plane, work offset or feed per minute are not set");
     if (!spindle_stands_) danger("the spindle was not stopped");
+    if (!coolant_off_) danger("the coolant was not stopped");
     if (!unchecked_.empty()) danger("no alarm follows " + unchecked_);
     if (motion_ == 0 && linear) danger("a rapid of a linear axis");
     if (motion_ == 0 && tip_control_) danger("a rapid carries linear axes under tip control");
@@ -261,12 +266,31 @@ class Control {
     part().turns.push_back({now_.angles_deg, part().moves.size(), now_.at_mm[2], tip_control_});
   }
 
+  // The last move has looked for a surface, and the emulated one is at its nominal place. It and the way off the
+  // contact are no moves of the path.
+  void sought() {
+    const auto from = part().moves.at(part().moves.size() - 2).at_mm, to = part().moves.back().at_mm;
+    part().moves.pop_back();
+    ++part().seeks;
+    unchecked_.clear();
+    compared_ = false;
+    double length_mm = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) length_mm += (from[axis] - to[axis]) * (from[axis] - to[axis]);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      now_.at_mm[axis] = to[axis] + kSought_mm / std::sqrt(length_mm) * (from[axis] - to[axis]);
+    at_contact_ = leaves_contact_ = true;
+  }
+
   void go(const Codes& codes, bool measures) {
     const std::array before_mm{now_.at_mm[0], now_.at_mm[1]};
     for (const auto& [letter, value] : codes.words) {
-      if (letter >= 'X' && letter <= 'Z') now_.at_mm[static_cast<std::size_t>(letter - 'X')] = value;
+      if (letter >= 'X' && letter <= 'Z') {
+        double& at_mm = now_.at_mm[static_cast<std::size_t>(letter - 'X')];
+        at_mm = absolute_ ? value : at_mm + value;
+      }
       if (letter == 'F') now_.feed_mm_min = value;
     }
+    if (std::exchange(leaves_contact_, false)) return;
     now_.placed = now_.placed || codes.moves("X");
     now_.at_machine_height = retracted_ && !codes.moves("Z");
     if (codes.moves("Z")) {
@@ -275,9 +299,11 @@ class Control {
     }
     now_.guarded = measures || codes.has(31) || codes.has(38.3);
     if (now_.guarded && !codes.hasM(78)) unchecked_ = line_;
+    if (absolute_) at_contact_ = false;
     now_.arc = motion_ >= 2 ? static_cast<int>(motion_) : 0;
     if (now_.arc != 0) now_.centre_mm = {before_mm[0] + codes.words.at('I'), before_mm[1] + codes.words.at('J')};
     part().moves.push_back(now_);
+    if (codes.hasM(79) || codes.has(38.2)) sought();
   }
 
   Interpreted all_;
@@ -287,7 +313,8 @@ class Control {
   Reached now_;
   double motion_{1}, tool_{};
   bool linuxcnc_{}, millimetres_{}, absolute_{}, plane_{}, work_offset_{}, feed_per_minute_{}, spindle_stands_{},
-      offset_{}, tip_control_{}, retracted_{}, height_known_{}, compared_{}, frame_known_{};
+      offset_{}, coolant_off_{}, at_contact_{}, leaves_contact_{}, tip_control_{}, retracted_{}, height_known_{},
+      compared_{}, frame_known_{};
 };
 
 }  // namespace

@@ -36,12 +36,15 @@ struct SentMark {
   std::size_t after{};  // how many moves came before it
 };
 
+inline constexpr double kSought_mm = 0.5;  // beyond the place of a surface
+
 // What lies between two stops for the operator, the first before any motion.
 struct Part {
   std::vector<Reached> moves;
   std::vector<Turned> turns;
   std::vector<SentMark> marks;
   std::vector<std::size_t> dwells, retracts, tools;  // after how many moves
+  std::size_t seeks{};                               // for a surface, which are no moves of the path
 };
 
 struct Interpreted {

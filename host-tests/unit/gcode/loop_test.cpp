@@ -68,6 +68,16 @@ TEST(LoopText, SaysWhatAFanucLosesAndTakesNumbersThatNoMacroCallHas) {
   }
 }
 
+TEST(LoopText, MovesInAFrameOfAFanucThatIsChosen) {
+  EXPECT_THAT(*loopProgram("fanuc", "XYZABC"),
+              testing::AllOf(HasSubstr("\nG54.1 P48\n"), HasSubstr("G10 L20 P48"), HasSubstr("#7941")));
+  EXPECT_THAT(*loopProgram("fanuc", "XYZABC", kFirstProgram, 3),
+              testing::AllOf(HasSubstr("\nG54.1 P3\n"), HasSubstr("G10 L20 P3 "), HasSubstr("#7041")));
+  EXPECT_THAT(*loopProgram("fanuc", "XYZABC", kFirstProgram, 0),
+              testing::AllOf(HasSubstr("\nG59\n"), HasSubstr("G10 L2 P6"), HasSubstr("#5321")));
+  EXPECT_FALSE(loopProgram("siemens", "XYZABC", kFirstProgram, 3));
+}
+
 TEST(LoopText, NamesInItsCommentsWhatThisControlHas) {
   for (const char* dialect : {"fanuc", "siemens"}) {
     const auto text = saidIn(*loopProgram(dialect, "XYZABC"));
@@ -85,8 +95,8 @@ TEST(LoopText, SaysThatASiemensCountsCOn) {
 }
 
 TEST(LoopText, RefusesNumbersWhosePlacesBelongToOthers) {
-  EXPECT_THAT(*loopProgram("siemens", "XYZABC"),
-              testing::AllOf(HasSubstr("PBL_FITS_TOOL<=99 GOTO"), HasSubstr("PBL_FITS_BALL<=9 GOTO")));
+  EXPECT_THAT(*loopProgram("siemens", "XYZABC"), testing::AllOf(testing::ContainsRegex(R"(PBL_N\[[0-9]+\]<=99 GOTO)"),
+                                                                testing::ContainsRegex(R"(PBL_N\[[0-9]+\]<=9 GOTO)")));
 }
 
 TEST(LoopText, DefinesEachNameOnceForSiemens) {
@@ -100,6 +110,14 @@ TEST(LoopText, DefinesEachNameOnceForSiemens) {
     EXPECT_LE(name.size(), 31U) << name;
   }
   EXPECT_GT(names.size(), 50U);
+  // A control as shipped has room for few names of GUD, and the text states how many it needs.
+  std::size_t defined_names = 0;
+  for (auto at = text.find("\nDEF CHAN"); at != std::string::npos; at = text.find("\nDEF CHAN", at + 1))
+    ++defined_names;
+  EXPECT_LT(defined_names, 70U);
+  EXPECT_THAT(saidIn(text),
+              testing::AllOf(HasSubstr("MM_NUM_GUD_NAMES_CHAN: " + std::to_string(defined_names) + " MORE"),
+                             HasSubstr("MM_GUD_VALUES_MEM")));
   EXPECT_THAT(text, testing::AllOf(HasSubstr("G710"), testing::Not(HasSubstr("G71 "))));
 }
 

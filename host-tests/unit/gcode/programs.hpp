@@ -12,7 +12,7 @@
 // Programs of all methods, for the tests of this room.
 namespace probebox::gcode {
 
-inline constexpr double kRounding_mm = 0.0006;
+inline constexpr double kRounding_mm = 0.0011;  // of a place, and of the way to the next one from there
 inline constexpr double kSafe_mm = 90;
 
 inline Setting setting() {

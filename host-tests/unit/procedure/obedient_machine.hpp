@@ -39,6 +39,11 @@ class ObedientMachine {
     }
     mark(MarkerPhase::end);
   }
+  void touchWithALoss() {
+    mark(MarkerPhase::begin);
+    procedure_.push(SourceLost{.source = Source::probe, .at = monoTime(now_ns_)});
+    mark(MarkerPhase::end);
+  }
   void wait(Nanoseconds duration) {
     now_ns_ += duration.count();
     procedure_.advance(monoTime(now_ns_));

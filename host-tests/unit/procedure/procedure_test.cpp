@@ -71,14 +71,26 @@ TEST_F(MultiSpeedProcedure, KeepsTheRecordingWhileTheWorkerReadsIt) {
 TEST_F(MultiSpeedProcedure, AsksForAFaultyStepAgainAndRefusesAfterTooManyRepeats) {
   start(1);
   machine.touch();
-  machine.touch(/*clipped=*/true);
+  machine.touchWithALoss();
   EXPECT_EQ(procedure.progress().step, 1U);
-  EXPECT_EQ(procedure.progress().last_fault, capture::TouchFault::probe_clipped);
+  EXPECT_EQ(procedure.progress().last_fault, capture::TouchFault::source_lost);
   machine.touch();
   EXPECT_EQ(procedure.progress().step, 2U);
   EXPECT_EQ(procedure.progress().repeats, 0U);
-  for (std::uint32_t i = 0; i <= Procedure::kMostRepeats; ++i) machine.touch(/*clipped=*/true);
+  for (std::uint32_t i = 0; i <= Procedure::kMostRepeats; ++i) {
+    EXPECT_EQ(procedure.progress().state, State::waiting);
+    machine.touchWithALoss();
+  }
   EXPECT_EQ(procedure.progress().state, State::refused);
+}
+
+TEST_F(MultiSpeedProcedure, NeverAsksAgainForAPressThatWasTooDeep) {
+  start(1);
+  machine.touch();
+  machine.touch(/*clipped=*/true);
+  EXPECT_EQ(procedure.progress().last_fault, capture::TouchFault::probe_clipped);
+  EXPECT_EQ(procedure.progress().state, State::refused);
+  EXPECT_EQ(procedure.progress().repeats, 1U);
 }
 
 TEST_F(MultiSpeedProcedure, StartsAStepAnewWhenTheMachineBeginsItAgainOrGivesItUp) {

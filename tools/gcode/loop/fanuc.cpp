@@ -82,13 +82,14 @@ M99
 N1 M98 P@47
 #3000=91 (PROBE TOUCHED ON THE WAY)
 M99
-O@45 (MODES, NO LENGTH, AND G59 AS THE MACHINE'S OWN COORDINATES: NOTHING MOVES)
+O@45 (MODES, COOLANT OFF, NO LENGTH, AND {frame} AS THE MACHINE'S OWN COORDINATES: NOTHING MOVES)
 G17 G21 G40 G80
 G90 G94 G61
+M9
 G53
 G0 G49 G53 Z#5023
-G10 L2 P6 {zero}
-G59
+{write} {zero}
+{frame}
 G53
 IF [ABS[#5041-#5021] GT 1] GOTO 1
 IF [ABS[#5042-#5022] GT 1] GOTO 1
@@ -107,9 +108,9 @@ IF [FIX[#4022] EQ 51] THEN #3000=93 (CANCEL MIRROR G50.1)
 IF [#4006 NE 21] THEN #3000=93 (CALL IT IN MM: G21)
 IF [#4007 NE 40] THEN #3000=93 (CANCEL COMPENSATION G40)
 IF [ABS[#4008-43.5] LT 0.3] THEN #3000=93 (CANCEL TIP CONTROL G49)
-(AN EARLIER RUN WAS RESET: ITS VALUES OF G59 STAY KEPT)
+(AN EARLIER RUN WAS RESET: ITS VALUES OF {frame} STAY KEPT)
 IF [{_pb_kept} NE 20546] GOTO 1
-IF [[ABS[#5321]+ABS[#5322]+ABS[#5323]] EQ 0] GOTO 2
+IF [[ABS[#{x}]+ABS[#{y}]+ABS[#{z}]] EQ 0] GOTO 2
 {keep}
 N2 {_pb_kept_plane}=#4002
 {_pb_kept_absolute}=#4003
@@ -122,7 +123,7 @@ N3 {_pb_kept}=20546
 M99
 O@47 (GIVES IT BACK. AFTER A RESET ON THE WAY: CALL IT BY MDI)
 IF [{_pb_kept} NE 20546] GOTO 3
-G90 G10 L2 P6 {back}
+G90 {write} {back}
 IF [ABS[{_pb_kept_frame}-54.5] GT 0.45] GOTO 1
 G54.1 P{_pb_kept_further}
 GOTO 2
@@ -134,7 +135,7 @@ N3 M99
 
 class FanucWriter final : public Writer {
  public:
-  FanucWriter(Axes axes, int first) : Writer{std::move(axes)}, first_{first} {}
+  FanucWriter(Axes axes, int first, int frame) : Writer{std::move(axes)}, first_{first}, frame_{frame} {}
 
  protected:
   void begin(const std::vector<Subprogram>& subprograms) override {
@@ -172,11 +173,14 @@ class FanucWriter final : public Writer {
              " to #999, where other macros may keep data; programs O" + std::to_string(first_) + " to O" +
              std::to_string(first_ + kHelpersFrom + 9) +
              ", another number by --number. Save what is yours before the first start.",
-         "At its end, and where it ends itself with an alarm, it gives back work offset, the values of G59, G17 to "
-         "G19, "
-         "G90, G94 and G61 to G64. After a reset on the way call O" +
-             std::to_string(first_ + kHelpersFrom + 7) +
-             " by MDI: it does the same. No length offset is active behind it: call G43 H again before Z moves.",
+         "While it runs, " + frame() +
+             " is the machine's own frame: choose one that nobody uses (--frame). At its end, and where it ends itself "
+             "with an alarm, it gives back work offset, the values of " +
+             frame() + ", G17 to G19, G90, G94 and G61 to G64. After a reset or power-off on the way " + frame() +
+             " stays at zero until O" + std::to_string(first_ + kHelpersFrom + 7) +
+             " is called by MDI, which does the same from variables that outlast power-off.",
+         "It leaves behind: no length offset (call G43 H again before Z moves), coolant off (M9), the tool of the last "
+         "step in the spindle, Z at the safe height.",
          "Which tool is in the spindle: the first line of " + programNamed("places") +
              ". #4120 is the T that was called last, which on a changer that stages the next tool is the one that "
              "waits. The first change is made in any case.",
@@ -275,6 +279,7 @@ class FanucWriter final : public Writer {
   void settings() override { callHelper(45); }
   void wait(const std::string& seconds) override { line("G4 P[ROUND[1000*" + seconds + "]]"); }
   void settle() override { line("G53"); }
+  void orient() override { line("M19"); }
   // With the message before it, where that is shown as a whole.
   void stop() override {
     line(said_.empty() || said_.size() > kShown ? "M0" : "#3006=1 (" + said_ + ")");
@@ -305,6 +310,12 @@ class FanucWriter final : public Writer {
     if (guarded) return callHelper(44);
     line("G1 X#110 Y#111 Z#112 F#113");
   }
+  void seek(const std::map<char, std::string>& to, const std::string& feed) override {
+    for (const auto& [letter, value] : to) line("#" + std::to_string(110 + letter - 'X') + "=" + value);
+    line("#113=" + feed);
+    line("G31 X#110 Y#111 Z#112 F#113");
+    line("G53");
+  }
 
  private:
   std::string helperNumber(int number) const { return std::to_string(first_ + number); }
@@ -316,12 +327,16 @@ class FanucWriter final : public Writer {
       words += (i == 0 ? "" : " ") + std::string{axes().letters[i]} + said(i);
     return words;
   }
+  // The work offset that the programs make the machine's own coordinates: G54.1 P1 to P48, or 0: G59, which every
+  // control has.
+  std::string frame() const { return frame_ == 0 ? "G59" : "G54.1 P" + std::to_string(frame_); }
+  std::size_t valuesOfFrame() const { return frame_ == 0 ? 5321U : 7001U + 20U * static_cast<unsigned>(frame_ - 1); }
   std::string kept(std::size_t axis) { return variable("_pb_kept_" + std::to_string(axis + 1)); }
   // Writes a line of the helpers: numbers of programs and variables in place of "@40" and {name}.
   void helper(std::string_view text) {
     if (text == "{keep}") {
       for (std::size_t i = 0; i < axes().letters.size(); ++i)
-        line((i == 0 ? "N1 " : "") + kept(i) + "=#" + std::to_string(5321 + i));
+        line((i == 0 ? "N1 " : "") + kept(i) + "=#" + std::to_string(valuesOfFrame() + i));
       return;
     }
     std::string all;
@@ -332,7 +347,13 @@ class FanucWriter final : public Writer {
       } else if (text[at] == '{') {
         const auto end = text.find('}', at);
         const std::string name{text.substr(at + 1, end - at - 1)};
-        if (name == "zero") {
+        if (name.size() == 1) {
+          all += std::to_string(valuesOfFrame() + static_cast<std::size_t>(name[0] - 'x'));
+        } else if (name == "frame") {
+          all += frame();
+        } else if (name == "write") {
+          all += frame_ == 0 ? "G10 L2 P6" : "G10 L20 P" + std::to_string(frame_);
+        } else if (name == "zero") {
           all += eachAxis([](std::size_t) { return std::string{"0"}; });
         } else if (name == "back") {
           all += eachAxis([&](std::size_t i) { return kept(i); });
@@ -358,6 +379,7 @@ class FanucWriter final : public Writer {
   }
 
   int first_{};
+  int frame_{};
   std::string subprogram_;
   std::string said_;  // by the last message
   std::map<std::string, int> programs_;
@@ -368,8 +390,8 @@ class FanucWriter final : public Writer {
 
 }  // namespace
 
-std::unique_ptr<Writer> fanucWriter(Axes axes, int first) {
-  return std::make_unique<FanucWriter>(std::move(axes), first);
+std::unique_ptr<Writer> fanucWriter(Axes axes, int first, int frame) {
+  return std::make_unique<FanucWriter>(std::move(axes), first, frame);
 }
 
 }  // namespace probebox::gcode::loop

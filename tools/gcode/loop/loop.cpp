@@ -10,7 +10,7 @@
 
 namespace probebox::gcode::loop {
 
-Outcome<std::string> loopProgram(std::string_view dialect, const std::string& axes, int number) {
+Outcome<std::string> loopProgram(std::string_view dialect, const std::string& axes, int number, int frame) {
   if (dialect == "haas")
     return Error{
         "A Haas cannot read registers: it is no Modbus master, and macros see nothing of its Ethernet. Let it print "
@@ -21,6 +21,8 @@ Outcome<std::string> loopProgram(std::string_view dialect, const std::string& ax
         "(tools/linuxcnc/README.md)."};
   if (dialect != "fanuc" && number != kFirstProgram)
     return Error{"--number is for fanuc and haas: others name programs."};
+  if (dialect != "fanuc" && frame != kFrame)
+    return Error{"--frame is for fanuc: " + std::string{dialect} + " moves without a work offset."};
   if (number < 1 || number > kLastFirstProgram)
     return Error{"--number with --loop is from 1 to " + std::to_string(kLastFirstProgram) +
                  ": the program takes 50 numbers, and those from 9000 on belong to the builder."};
@@ -30,7 +32,7 @@ Outcome<std::string> loopProgram(std::string_view dialect, const std::string& ax
     for (auto& one : some) all.push_back(std::move(one));
   }
   all.push_back({"look", {}});
-  const auto writer = dialect == "siemens" ? siemensWriter({axes}) : fanucWriter({axes}, number);
+  const auto writer = dialect == "siemens" ? siemensWriter({axes}) : fanucWriter({axes}, number, frame);
   return writer->write(all);
 }
 

@@ -11,6 +11,9 @@ namespace probebox::gcode::loop {
 // whose controls cannot read registers, with the remedy.
 // number: of the first program, where the control numbers them.
 inline constexpr int kFirstProgram = 8700, kLastFirstProgram = 8950;
-Outcome<std::string> loopProgram(std::string_view dialect, const std::string& axes, int number = kFirstProgram);
+// frame: work offset of a Fanuc that the program moves in, G54.1 P1 to P48; 0: G59.
+inline constexpr int kFrame = 48;
+Outcome<std::string> loopProgram(std::string_view dialect, const std::string& axes, int number = kFirstProgram,
+                                 int frame = kFrame);
 
 }  // namespace probebox::gcode::loop

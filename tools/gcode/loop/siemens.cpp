@@ -9,14 +9,15 @@
 #include <utility>
 
 #include "tools/gcode/dialect.hpp"
+#include "tools/gcode/loop/locals.hpp"
 
 namespace probebox::gcode::loop {
 namespace {
 
 constexpr int kFirstOfTable = 1000, kTable = 400;
-// Names are distinct by their beginnings: programs PB_, helpers PBH_, arguments PBP_, variables PBV_ (of all) and PBL_
-// (of one subprogram), the table PBT_.
-constexpr std::string_view kTableName = "PBT_N";
+// Names are distinct by their beginnings: programs PB_, helpers PBH_, arguments PBP_, variables PBV_, the array of all
+// others PBL_, the table PBT_.
+constexpr std::string_view kTableName = "PBT_N", kLocals = "PBL_N";
 constexpr std::array<std::string_view, 6> kArguments{"METHOD", "AXIS", "TOOL", "READ_BY", "MOUNTS", "CONTACTS"};
 constexpr unsigned kIndices = 3;  // more than one block has
 const std::map<std::string_view, std::string_view, std::less<>> kRelations{{"EQ", "=="}, {"NE", "<>"}, {"LT", "<"},
@@ -28,16 +29,38 @@ class SiemensWriter final : public Writer {
 
  protected:
   // Definitions come first and are known last: they stand in a file of their own behind the programs.
-  void begin(const std::vector<Subprogram>&) override {}
+  void begin(const std::vector<Subprogram>& subprograms) override {
+    for (const auto& [name, place] : placesOfLocals(subprograms)) {
+      numbers_[name] = place;
+      next_ = std::max(next_, place + 1);
+    }
+    for (const auto& one : subprograms) {
+      if (one.name != "places") continue;
+      for (const auto& statement : one.body) {
+        if (statement.is == Statement::Is::assign && statement.values[0].is == Value::Is::variable)
+          named_.insert(statement.values[0].name);
+      }
+    }
+  }
   void end() override {
     moveGuarded();
     modes();
+    const std::size_t names = names_.size() + kIndices + 2;
+    const std::size_t bytes = 8 * (kTable + next_ + names_.size()) + 4 * kIndices;
     line("%_N_GUD8_DEF");
     line(";$PATH=/_N_DEF_DIR");
-    line("; ACTIVATE IT ONCE, OR PUT ITS LINES INTO YOUR OWN GUD FILE");
+    comments(
+        "Activate it once, or put its lines into your own GUD file. Save an archive before: the control sets its "
+        "memory up anew where these machine data change (on an 828D they can only be read).");
+    comments("MD 18118 MM_NUM_GUD_MODULES: 8 at least, or the file that you put it into");
+    comments("MD 18130 MM_NUM_GUD_NAMES_CHAN: " + std::to_string(names) + " more than now");
+    comments("MD 18150 MM_GUD_VALUES_MEM: " + std::to_string(bytes / 1024 + 1) +
+             " more than now for each channel, in kB");
     line("DEF CHAN REAL " + std::string{kTableName} + "[" + std::to_string(kTable) + "]");
+    line("DEF CHAN REAL " + std::string{kLocals} + "[" + std::to_string(next_) + "]");
     for (unsigned i = 0; i < kIndices; ++i) line("DEF CHAN INT PBT_INDEX_" + std::to_string(i));
     for (const auto& name : names_) line("DEF CHAN REAL " + name);
+    for (const auto& [name, number] : numbers_) line(comment(placed(number) + " " + name));
     line("M17");
   }
   void beginSubprogram(const Subprogram& one) override {
@@ -52,10 +75,12 @@ class SiemensWriter final : public Writer {
         "Siemens 840D sl or ONE",
         {"Call: PROBEBOX(4, 1, 0) - method, axis, tool, read by, mounts, contacts; what is left out at the end is "
          "0. The program that calls it has in its head: EXTERN PROBEBOX(REAL, REAL, REAL, REAL, REAL, REAL). Put "
-         "these programs where subprograms are found, and GUD8 into force.",
+         "these programs where subprograms are found, and GUD8 into force: its head has the machine data that it "
+         "needs.",
          "At its end it gives back the G functions and frames of the caller (SAVE), and D where the tool in the "
-         "spindle is still his. After another tool D0 is active: call D before Z moves. An alarm of this program "
-         "is left by reset.",
+         "spindle is still his. It leaves behind: after another tool D0 (call D before Z moves), coolant off (M9), the "
+         "tool of the last step in the spindle, Z at the safe height. An alarm of this program is left by reset, "
+         "which gives back G functions, frames and D as the machine data of your reset state have them.",
          "No transformation may be active (TRAORI, TRANSMIT, TRACYL): it refuses to begin.",
          "The PLC is the Modbus master of the box: MB_CLIENT of a S7-1500 (ONE), a CP 341 or an IM of a S7-300 "
          "(840D sl). Word "
@@ -97,8 +122,13 @@ class SiemensWriter final : public Writer {
   }
 
   std::string variable(const std::string& name) override {
-    std::string all = name.starts_with("_pb_") ? "pbv_" + name.substr(4) : "pbl_" + name;
-    for (char& c : all) c = c == '/' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    if (!named_.contains(name)) {
+      const auto [found, is_new] = numbers_.emplace(name, next_);
+      next_ += is_new ? 1 : 0;
+      return placed(found->second);
+    }
+    std::string all = "PBV_" + name.substr(4);
+    std::ranges::transform(all, all.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     names_.insert(all);
     return all;
   }
@@ -159,6 +189,7 @@ class SiemensWriter final : public Writer {
   void settings() override { line("PBH_MODES"); }
   void wait(const std::string& seconds) override { line("G4 F=" + seconds); }
   void settle() override { line("STOPRE"); }
+  void orient() override { line("SPOS=0"); }
   void stop() override { line("M0"); }
   void takeTool(const std::string& number) override {
     line("T=" + number);
@@ -184,6 +215,12 @@ class SiemensWriter final : public Writer {
     if (!feed.empty()) line(variable("_pb_feed") + "=" + feed);
     line(guarded ? "PBH_GO" : straight());
   }
+  void seek(const std::map<char, std::string>& to, const std::string& feed) override {
+    for (const auto& [letter, value] : to) line(variable(target(letter)) + "=" + value);
+    line(variable("_pb_feed") + "=" + feed);
+    line("MEAS=1 " + straight());
+    line("STOPRE");
+  }
 
  private:
   static std::string parameters() {
@@ -206,6 +243,7 @@ class SiemensWriter final : public Writer {
     line("; MODES, NO LENGTH, NO TRANSFORMATION. G153 OF EACH MOVE IS THE MACHINE'S FRAME");
     line("G17 G710 G40");
     line("G90 G94 G60");
+    line("M9");
     line("TRAFOOF");
     line("D0");
     line("STOPRE");
@@ -225,8 +263,14 @@ class SiemensWriter final : public Writer {
     label(free);
     line("M17");
   }
+  static std::string placed(std::size_t number) { return std::string{kLocals} + "[" + std::to_string(number) + "]"; }
+
   std::string subprogram_;
-  std::set<std::string> names_;
+  // Variables that a person reads or edits, and those of the helpers; the others have numbers in one array.
+  std::set<std::string> named_{"_pb_why", "_pb_feed", "_pb_to_x", "_pb_to_y", "_pb_to_z", "_pb_to_i", "_pb_to_j"};
+  std::set<std::string> names_;  // of those, as they are written
+  std::map<std::string, std::size_t> numbers_;
+  std::size_t next_{};
   unsigned tables_{};
 };
 

@@ -149,7 +149,9 @@ std::string Writer::text(const Value& value) {
     case Value::Is::variable: {
       if (value.name == "_tool") return tool();
       if (value.name == "_current_tool") return toolForSure();
-      if (value.name == "_z") return commanded('Z');
+      for (const char axis : {'x', 'y', 'z'}) {
+        if (value.name == std::string{"_"} + axis) return commanded(static_cast<char>(axis - 'a' + 'A'));
+      }
       for (const char axis : {'a', 'b', 'c'}) {
         if (value.name != std::string{"_"} + axis) continue;
         const auto letter = static_cast<char>(axis - 'a' + 'A');
@@ -206,7 +208,8 @@ void Writer::statement(const Statement& one) {
     case Statement::Is::assign:
       return assignment(one);
     case Statement::Is::call: {
-      if (one.text == "frame") return;  // LinuxCNC's own check: settings() has that of this control
+      // LinuxCNC's own: settings() and begin of this control have theirs.
+      if (one.text == "frame" || one.text == "keep") return;
       if (!by_name_.contains(one.text) && one.text != "look") return fail("there is no subprogram " + one.text);
       std::vector<std::string> given;
       for (const auto& argument : one.values) given.push_back(text(argument));
@@ -230,7 +233,7 @@ void Writer::statement(const Statement& one) {
 void Writer::assignment(const Statement& one) {
   const Value& target = one.values[0];
   if (!one.text.empty()) comments(one.text);
-  const auto value = text(one.values[1]);
+  const auto value = target.name == "_pb_rotary" ? number(rotaryAxes()) : text(one.values[1]);
   if (target.is == Value::Is::pin) {
     if (const auto place = placeWritten(target.name)) return write(*place, value);
     if (placeRead(target.name)) return fail(target.name + " is not written");
@@ -245,6 +248,11 @@ void Writer::jumpUnlessRelation(const Value& condition, int to) {
   if (condition.is != Value::Is::operation || opposite.empty()) return fail("no condition");
   const auto left = text(condition.arguments[0]), right = text(condition.arguments[1]);
   jumpIf(left, opposite, right, to);
+}
+
+// As _pb_rotary counts them.
+int Writer::rotaryAxes() const {
+  return (has('A') ? 1 : 0) + (has('B') ? 2 : 0) + (has('C') ? 4 : 0);
 }
 
 // One comparison a jump: controls differ in how they join several.
@@ -325,6 +333,8 @@ void Writer::block(const Statement& one) {
   if (g.contains(20) || g.contains(30)) return circle(words, g.contains(20));
   if (m.contains(6)) return takeTool(words['T']);
   if (m.contains(0)) return stop();
+  if (m.contains(9)) return;  // settings() has it
+  if (m.contains(19)) return orient();
   if (m.contains(66)) return settle();
   if (m.contains(64) || m.contains(65)) {
     pressing_ = m.contains(64);
@@ -346,9 +356,9 @@ void Writer::motion(const Statement& one, const std::map<char, std::string>& wor
     if (letter <= 'C') rotary[letter] = value;
   }
   const auto feed = words.find('F');
+  if (how == Turn::until_touched && feed == words.end()) return fail("a way to a contact without a feed: " + one.text);
   if (!linear.empty() && !rotary.empty()) return fail("linear and rotary axes in one block: " + one.text);
-  if (!linear.empty() && how == Turn::until_touched)
-    return fail("only a turn ends where the probe touches: " + one.text);
+  if (!linear.empty() && how == Turn::until_touched) return seek(linear, feed->second);
   if (!linear.empty()) return move(linear, feed == words.end() ? std::string{} : feed->second, !pressing_);
   for (const auto& [letter, value] : rotary) {
     if (!has(letter)) return abort(std::string{"A STEP TURNS AN AXIS THAT IS NOT THERE: "} + letter);

@@ -69,6 +69,7 @@ class Writer {
   virtual void wait(const std::string& seconds) = 0;
   virtual void settle() = 0;  // the program does not run ahead of the motion
   virtual void stop() = 0;
+  virtual void orient() = 0;  // the spindle, to its one place
   virtual void takeTool(const std::string& number) = 0;
   enum class Turn { freely, until_touched };
   // At rapid without a feed, which is in degrees a minute.
@@ -78,6 +79,9 @@ class Writer {
                    const std::string& feed, bool clockwise) = 0;
   // guarded: stops the program where the probe touches.
   virtual void move(const std::map<char, std::string>& to, const std::string& feed, bool guarded) = 0;
+
+  // To where the probe touches, which is no alarm.
+  virtual void seek(const std::map<char, std::string>& to, const std::string& feed) = 0;
 
   void line(const std::string& text) { text_ += text + "\n"; }
   void comments(std::string_view kits);
@@ -101,6 +105,7 @@ class Writer {
   void assignment(const Statement& statement);
   void choice(const Statement& statement);
   void repeat(const Statement& statement);
+  int rotaryAxes() const;
   void block(const Statement& statement);
   static bool isSetting(const Statement& statement);
   void motion(const Statement& statement, const std::map<char, std::string>& words, Turn how);

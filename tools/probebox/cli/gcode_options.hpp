@@ -85,6 +85,11 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
                   "edited in it");
   gcode->add_option("--axes", options.axes, "with --loop: axes as the control numbers them; default: XYZABC")
       ->type_name("LETTERS");
+  gcode
+      ->add_option("--frame", options.frame,
+                   "with --loop for fanuc: P of G54.1, the work offset that the program moves in; 0: G59; default: 48")
+      ->check(wholeBetween(0, 48))
+      ->type_name("NUMBER");
   gcode->add_flag("--force", options.force, "overwrite existing files");
   gcode->add_option("--safe-z", options.safe_z_mm, "height above everything, in the work offset")
       ->check(between(-kFurthest_mm, kFurthest_mm))
@@ -140,6 +145,9 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
       ->type_name("NUMBER");
   gcode->add_flag("--no-skip", options.no_skip,
                   "the probe is not wired to the control's skip input: write moves that it cannot stop");
+  gcode->add_flag("--no-orient", options.no_orient,
+                  "do not orient the spindle where the method does not turn it: it cannot turn, or does not hold the "
+                  "probe");
   add_feed("--traverse", options.traverse_mm_min, "feed of traverses; default: 1500");
   add_feed("--most-feed", options.most_mm_min, "limit of all feeds; default: 6000");
 }

@@ -159,9 +159,11 @@ struct Gcode : RunChoices {
   std::string b_axis;              // "X", "-Y"; empty: X
   std::vector<std::string> words;  // "A=M19 R" each
   std::optional<unsigned> number;  // of the program
+  std::optional<int> frame;        // of the loop program of a Fanuc: G54.1 P; 0: G59
   std::optional<double> machine_z_mm;
   double deflection_limit_mm{1};
-  bool no_skip{};  // the control cannot stop by the probe
+  bool no_skip{};    // the control cannot stop by the probe
+  bool no_orient{};  // the stylus cannot turn with the spindle
   std::optional<double> safe_z_mm, sphere_mm, gap_mm, setter_mm, stylus_mm, tool_diameter_mm;
   double traverse_mm_min{1500};
   double most_mm_min{6000};

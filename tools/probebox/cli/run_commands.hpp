@@ -215,7 +215,7 @@ class RunCommands {
 
   // Refuses options about one method: the loop program serves all methods.
   static void checkLoop(const CLI::App& gcode) {
-    constexpr std::array kTaken{"--loop", "--axes", "--dialect", "--number", "--output", "--force"};
+    constexpr std::array kTaken{"--loop", "--axes", "--dialect", "--number", "--frame", "--output", "--force"};
     for (const auto* given : gcode.get_options([](const CLI::Option* option) { return option->count() > 0; })) {
       const bool taken = std::ranges::any_of(kTaken, [&](const char* name) { return given->check_name(name); });
       if (!taken)
@@ -230,6 +230,7 @@ class RunCommands {
       throw CLI::ValidationError{"--loop", "is one program for all methods, named when it is called: omit the method"};
     if (!options.loop && options.method.empty())
       throw CLI::ValidationError{"method", "is missing: name a method that calibrate runs, or give --loop"};
+    if (options.frame && !options.loop) throw CLI::ValidationError{"--frame", "is for --loop"};
     if (options.axes.empty()) return;
     if (!options.loop) throw CLI::ValidationError{"--axes", "is for --loop"};
     std::string rest = options.axes;

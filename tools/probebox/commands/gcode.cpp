@@ -101,6 +101,8 @@ Outcome<Written, Trouble> unrolled(const Gcode& options) {
   if (!blocks) return Trouble{ExitStatus::failed, "no-program", blocks.error().what};
   if (auto error = gcode::whyMaskedTooLong(*blocks, setting, dialect))
     return Trouble{ExitStatus::failed, "no-program", error->what};
+  if (auto error = gcode::whySwivelsUnguarded(*blocks, setting, dialect))
+    return Trouble{ExitStatus::failed, "no-program", error->what};
   if (auto trouble = whyWordNotUsed(options, *blocks)) return *trouble;
   const std::string chosen = chosenOf(wanted);
   const gcode::Heading heading{.method = options.method,
@@ -116,7 +118,8 @@ Outcome<Written, Trouble> unrolled(const Gcode& options) {
 // One program for all methods.
 ExitStatus runLoop(const Gcode& options, Console& console) {
   const auto text = gcode::loop::loopProgram(options.dialect, options.axes.empty() ? "XYZABC" : options.axes,
-                                             static_cast<int>(options.number.value_or(gcode::loop::kFirstProgram)));
+                                             static_cast<int>(options.number.value_or(gcode::loop::kFirstProgram)),
+                                             options.frame.value_or(gcode::loop::kFrame));
   if (!text) return console.fail(usage(text.error().what));
   if (auto trouble = write(options.output, *text, options.force, console)) return console.fail(*trouble);
   if (options.output == "-") return ExitStatus::ok;

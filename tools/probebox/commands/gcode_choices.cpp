@@ -96,6 +96,7 @@ Outcome<gcode::Setting, Trouble> settingOf(const Gcode& options) {
   setting.machine_z_mm = options.machine_z_mm.value_or(0);
   setting.deflection_limit_mm = options.deflection_limit_mm;
   setting.guard = !options.no_skip;
+  setting.orients = !options.no_orient;
   setting.ball_diameter_mm = options.sphere_mm;
   setting.gap_mm = options.gap_mm;
   setting.setter_width_mm = options.setter_mm;

@@ -31,6 +31,7 @@ std::string whoAndWhen(const ResultSummary& result) {
 std::string pageOf(const ResultSummary& result) {
   std::string all = printed("  %-5llu ", static_cast<unsigned long long>(result.id)) + result.subject + ", " +
                     result.method + ", " + whoAndWhen(result);
+  if (const auto verdict = verdictOf(result); !verdict.empty()) all += "\n          " + verdict;
   const auto axis = casefolder::rotaryAxisOf(result.subject);
   // A box of before does not say which are about the subject.
   const std::size_t about = result.about_count == 0 ? result.values.size() : result.about_count;

@@ -38,7 +38,12 @@ struct RecordedStatus {
 Json describe(const RecordedStatus& status);
 std::string page(const RecordedStatus& status);
 // kept: the whole result, where it is at hand: it has the angles at which values hold.
+// A result that was held against limits begins with its verdict.
 std::string page(const messages::ResultSummary& result, const metrology::Result* kept = nullptr);
+// "PASS: ..." with the worst value of a check; empty for others.
+std::string verdictOf(const messages::ResultSummary& result);
+// Keys of values that verdictOf() has in words.
+bool isVerdict(std::string_view key);
 // Unit of the residual rms of a result; if the box does not state it, the one that the values suggest.
 std::string rmsUnitOf(const messages::ResultSummary& result);
 // "17  proposed  delay-multi-speed  tau 5447.1 +/- 5.0 us"

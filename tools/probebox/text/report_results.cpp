@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "firmware/metrology/dataset/verdict.hpp"
 #include "protocol/units/wording.hpp"
+#include "tools/case/proof.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/probebox/text/report.hpp"
@@ -64,6 +67,23 @@ std::string rmsUnitOf(const messages::ResultSummary& result) {
   return in_um ? "um" : "mm";
 }
 
+bool isVerdict(std::string_view key) {
+  return key == metrology::kVerdict || key == metrology::kWorstRatio;
+}
+
+std::string verdictOf(const messages::ResultSummary& result) {
+  const auto valueOf = [&](std::string_view key) -> std::optional<double> {
+    const auto found = std::ranges::find(result.values, key, &messages::NamedValue::key);
+    return found == result.values.end() ? std::nullopt : std::optional{found->value};
+  };
+  const auto verdict = result.subject == metrology::kCheckSubject ? valueOf(metrology::kVerdict) : std::nullopt;
+  if (!verdict) return {};
+  std::string all = casefolder::proofInWords(metrology::proofNumbered(*verdict), !result.warnings.empty());
+  if (const auto worst = valueOf(metrology::kWorstRatio))
+    all += printed("; worst (|deviation| + U) / limit = %.2g", *worst);
+  return all;
+}
+
 Json describe(const messages::ResultSummary& result) {
   Json values = Json::object(), sd = Json::object(), u = Json::object();
   for (const auto& value : result.values) {
@@ -103,8 +123,9 @@ std::string page(const messages::ResultSummary& result, const metrology::Result*
       "result " + std::to_string(result.id) + ", " + result.method + ", " + std::string{nameOf(result.state)};
   const auto axis = casefolder::rotaryAxisOf(result.subject);
   const auto named = kept != nullptr ? casefolder::quantitiesOf(*kept, axis) : std::vector<casefolder::Quantity>{};
+  if (const auto verdict = verdictOf(result); !verdict.empty()) all += "\n  " + verdict;
   for (const auto& value : result.values) {
-    if (isZeroByDefinition(value, result)) continue;
+    if (isZeroByDefinition(value, result) || isVerdict(value.key)) continue;
     const auto found = std::ranges::find(named, value.key, &casefolder::Quantity::key);
     const auto label = found == named.end() ? casefolder::quantityLabel(value.key, axis) : found->label;
     all += "\n  " + label.name + " " + casefolder::withUncertainty(label, value.value, value.uncertainty());

@@ -244,6 +244,38 @@ TEST_F(Accepting, OfACheckMovesTheBallThatTheNextOneStartsFrom) {
   EXPECT_FALSE(results_.measuredFacts().ball_x);
 }
 
+// X at 90 degrees counted from the axis that was accepted before; the next check counts from the one of this check.
+TEST_F(Accepting, OfACheckWithASwivelledHeadIsWhatTheNextOneIsHeldAgainst) {
+  auto check = resultOf("periodic-check",
+                        {Estimate::scalar("Xcen_B0_mm", 0.052, 1e-4), Estimate::scalar("Ycen_B0_mm", -0.01, 1e-4),
+                         Estimate::scalar("x_offset_error_mm", 0.1, 2e-4)});
+  check.also = {Estimate::scalar("Zcen_B90_mm", -310.2, 3e-4), Estimate::scalar("deviation_Xcen_B0_mm", 0.002, 1e-4)};
+  acceptedAs("check", check);
+  const auto facts = results_.measuredFacts();
+  ASSERT_TRUE(facts.ball_x90 && facts.ball_z90);
+  EXPECT_NEAR(facts.ball_x90->mm, 0.098, 1e-12);
+  EXPECT_EQ(facts.ball_x90->sd_mm, 2e-4);
+  EXPECT_EQ(facts.ball_z90->mm, -310.2);
+}
+
+TEST_F(Accepting, OfAStylusOffsetIsWhereItsTipIs) {
+  const auto id = acceptedAs("stylus-offset-2",
+                             [&] {
+                               auto result =
+                                   resultOf("spindle-offset-2x2",
+                                            {Estimate::vector("stylus_offset_mm", {0.087, -0.013}, {1e-3, 2e-3})});
+                               result.conditions.push_back({"probe_tool", "2"});
+                               return result;
+                             }())
+                      .id;
+  const auto facts = results_.measuredFacts();
+  ASSERT_EQ(facts.styli.size(), 1U);
+  EXPECT_EQ(facts.styli[0].result_id, id);
+  EXPECT_EQ(facts.styli[0].tool, 2U);
+  EXPECT_EQ(facts.styli[0].at_mm, (std::array{0.087, -0.013}));
+  EXPECT_EQ(facts.styli[0].sd_mm, 2e-3);
+}
+
 TEST_F(Accepting, OfASetterMovesItsPlaceAndNamesTheSourceOfEveryValue) {
   procedure::Facts described;
   described.checked_ball = procedure::CheckedBall{};
