@@ -127,7 +127,7 @@ TEST_P(Suspects, AreReadingsThatAreOffAndAreLeftOut) {
     auto random = readings(static_cast<unsigned>(500 + k));
     auto dataset = random.centreline();
     const auto row = random.below(12);
-    values(dataset, k % 2 == 0 ? "x_mm" : "y_mm")[row] += 0.02;
+    values(dataset, k % 2 == 0 ? "x_mm" : "y_mm")[row] += 0.03;
     const auto solved = solve(dataset);
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
     if (!says(solved, kReadingLeftOut) || solved->dropped.size() != 1) continue;
