@@ -110,7 +110,9 @@ EncoderDescription readEncoder(Section section, char letter, const Box& box, Tak
   EncoderDescription encoder;
   const auto* const kind = section.node("kind");
   if (kind != nullptr) encoder.line = static_cast<std::uint32_t>(kind->source().begin.line);
-  switch (static_cast<Kind>(section.choice("kind", kKinds))) {
+  const auto chosen = static_cast<Kind>(section.choice("kind", kKinds));
+  if (!section.good("kind")) return encoder;  // which keys belong to it nobody knows
+  switch (chosen) {
     case Kind::counter:
       encoder.by = readCounter(section, letter, box);
       break;

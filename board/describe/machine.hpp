@@ -65,6 +65,7 @@ struct ScrewDescription : BallScrew {
 // The ball on the part that periodic-check reads, with its accepted position.
 struct PeriodicCheckDescription {
   double ball_diameter_mm{};
+  std::optional<double> sd_ball_diameter_mm;           // k = 1
   double ball_centre_z_mm{};                           // machine position at C = 0
   std::optional<double> accepted_x_mm, accepted_y_mm;  // C axis minus the axis of the probe's spindle
   std::optional<double> limit_mm;
@@ -226,9 +227,11 @@ struct Machine {
   Programming x_programming{Programming::radius};
   // Certified sizes of the features to calibrate on.
   std::optional<double> datum_sphere_diameter_mm;
+  std::optional<double> datum_sphere_sd_mm;                   // of the diameter (k = 1), as its owner states it
   std::optional<SphereTemperature> datum_sphere_temperature;  // nothing: not stated
   std::optional<CalibratedSphere> datum_sphere_certificate;   // of that diameter, from unit.toml
   std::optional<double> datum_gap_mm;                         // between two parallel plates across X
+  std::optional<double> datum_gap_sd_mm;                      // k = 1
   double sigma_c_rad{};                                       // sd of a C angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
   std::optional<RimBallDescription> rim_ball;

@@ -85,17 +85,17 @@ void readSecondaryAxes(Section& axes, Machine& machine) {
   }
 }
 
-// A size that an optional section gives.
-std::optional<double> readSize(Section& root, std::string_view name, std::string_view key) {
-  auto section = root.sectionIfThere(name);
-  if (!section) return std::nullopt;
-  const double size_mm = section->number(key, {0.1, 1000});
-  section->finish();
-  return size_mm;
+constexpr Range kSdOfSize_mm{1e-6, 1};  // k = 1
+
+void readDatumPlates(Section section, Machine& machine) {
+  machine.datum_gap_mm = section.number("gap_mm", {0.1, 1000});
+  machine.datum_gap_sd_mm = section.numberIfThere("sd_gap_mm", kSdOfSize_mm);
+  section.finish();
 }
 
 void readDatumSphere(Section section, Machine& machine) {
   machine.datum_sphere_diameter_mm = section.number("diameter_mm", {0.1, 1000});
+  machine.datum_sphere_sd_mm = section.numberIfThere("sd_diameter_mm", kSdOfSize_mm);
   if (section.has("temperature_c") || section.has("expansion_per_k") || section.has("sd_temperature_k"))
     machine.datum_sphere_temperature =
         SphereTemperature{.celsius = section.numberIfThere("temperature_c", {kColdest_c, kWarmest_c}),
@@ -126,6 +126,7 @@ std::vector<double> readCheckSwivels(Section& section, const Machine& machine) {
 PeriodicCheckDescription readPeriodicCheck(Section section, const Machine& machine) {
   PeriodicCheckDescription check;
   check.ball_diameter_mm = section.number("ball_diameter_mm", {0.1, 1000});
+  check.sd_ball_diameter_mm = section.numberIfThere("sd_ball_diameter_mm", kSdOfSize_mm);
   check.ball_centre_z_mm = section.number("ball_centre_z_mm", kPosition_mm);
   requireReachable(section, "ball_centre_z_mm", check.ball_centre_z_mm, 2, machine);
   check.accepted_x_mm = section.numberIfThere("accepted_x_mm", kPosition_mm);
@@ -254,7 +255,7 @@ Machine readMachine(Section& root) {
   axes.finish();
 
   if (auto sphere = root.sectionIfThere("datum_sphere")) readDatumSphere(std::move(*sphere), machine);
-  machine.datum_gap_mm = readSize(root, "datum_plates", "gap_mm");
+  if (auto section = root.sectionIfThere("datum_plates")) readDatumPlates(std::move(*section), machine);
   auto rotary = root.section("rotary_c", false);
   machine.sigma_c_rad = rotary.number("sigma_rad", {0, 0.01}, 0.0);
   rotary.finish();

@@ -91,6 +91,7 @@ Suggestion suggest(std::string_view unknown, const std::set<std::string, std::le
   Suggestion best;
   std::size_t distance = std::max<std::size_t>(2, unknown.size() / 3) + 1;
   for (const auto& key : known) {
+    if (lowerCase(key) == lowerCase(unknown)) return {key, "names are told apart by capitals: write '" + key + "'"};
     const auto [known_stem, known_unit] = stemAndUnit(key);
     if (known_stem == stem && !known_unit.empty()) return {key, doubtfulUnit(unit, known_unit, key)};
     // A name cut short is nearer than its missing letters say.

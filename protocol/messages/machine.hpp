@@ -41,7 +41,8 @@ struct SphereInUse {
   double expansion_per_k{};
   static constexpr void fields(auto& self, auto&& field) {
     field("diameter_mm", self.diameter_mm, "mm, at 20 degrees C");
-    field("sd_diameter_mm", self.sd_diameter_mm, "mm, sd of its certificate");
+    field("sd_diameter_mm", self.sd_diameter_mm,
+          "mm, sd of its certificate, else as machine.toml states it; 0: not stated");
     field("certificate", self.certificate, "for a person; empty for none");
     field("has_temperature", self.has_temperature, "1 when temperature_c is stated");
     field("temperature_c", self.temperature_c, "degrees C, at which it is touched unless a run states another");

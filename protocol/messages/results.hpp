@@ -40,7 +40,8 @@ struct RestsOn {
   static constexpr void fields(auto& self, auto&& field) {
     field("id", self.id, "of the result that it was computed with");
     field("subject", self.subject, "what that one is about, such as stylus-offset-1");
-    field("retired", self.retired, "1 when that one is no longer in force: repeat this one");
+    field("retired", self.retired,
+          "1 when that one is no longer in force, and what is differs by more than its u: repeat this one");
   }
 };
 

@@ -207,6 +207,9 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "probe-not-at-zero",
     "stamps-jump",
     "clocks-differ",
+    "x-in-diameters",
+    "angle-reversed",
+    "axes-delays-differ",
 });
 
 std::vector<RefusalCode> all() {

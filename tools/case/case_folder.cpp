@@ -164,12 +164,25 @@ void fill(Dataset& dataset, const ConfigJson& config, Problems& problems) {
   }
 }
 
+std::string lowered(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  return text;
+}
+
+// A disk that knows capitals alone says nothing about those of a name.
+std::string tableName(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  const auto is_small = [](char c) { return c >= 'a' && c <= 'z'; };
+  return file.extension() == ".csv" || std::ranges::any_of(stem, is_small) ? stem : lowered(stem);
+}
+
 std::vector<fs::path> tablesIn(const fs::path& folder, Problems& problems) {
   std::vector<fs::path> files;
   std::error_code error;
   for (fs::directory_iterator entry{folder, error}; !error && entry != fs::directory_iterator{};
        entry.increment(error)) {
-    if (entry->path().extension() == ".csv") files.push_back(entry->path());
+    if (lowered(entry->path().extension().string()) == ".csv") files.push_back(entry->path());
   }
   if (error) problems.addUnreadable(folder.string() + ": " + error.message());
   std::ranges::sort(files);  // the order of a folder is the file system's whim
@@ -179,8 +192,10 @@ std::vector<fs::path> tablesIn(const fs::path& folder, Problems& problems) {
 void addTable(Dataset& dataset, const fs::path& file, Problems& problems) {
   const auto text = contentOf(file);
   if (!text) return problems.addUnreadable(file.string() + ": cannot be read; is it a file, and may it be read?");
-  auto table = parseCsv(*text, file.stem().string());
-  if (table) {
+  auto table = parseCsv(*text, tableName(file));
+  if (table && dataset.table(table->name) != nullptr) {
+    problems.addUnreadable(file.string() + ": there is another file of table '" + table->name + "': remove one");
+  } else if (table) {
     dataset.tables.push_back(std::move(table).value());
   } else {
     for (const auto& refusal : table.error()) problems.add(refusal);

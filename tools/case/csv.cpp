@@ -1,5 +1,6 @@
 #include "tools/case/csv.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -57,6 +58,77 @@ std::string_view takeLine(std::string_view& text) {
 using Refusals = std::vector<Refusal>;
 constexpr std::size_t kMostRefusals = 100;  // of a table; a file that is no table has one in every line
 
+// Text of UTF-16 as UTF-8, by the mark at its begin; other text as it is. Of surrogates, which no table holds, each
+// half becomes a character of its own.
+std::string asUtf8(std::string_view text) {
+  const bool little = text.starts_with("\xFF\xFE");
+  if (!little && !text.starts_with("\xFE\xFF")) return std::string{text};
+  std::string utf8;
+  for (std::size_t k = 2; k + 1 < text.size(); k += 2) {
+    const auto first = static_cast<unsigned char>(text[k]), second = static_cast<unsigned char>(text[k + 1]);
+    const unsigned unit = little ? first + 256U * second : 256U * first + second;
+    if (unit < 0x80) {
+      utf8 += static_cast<char>(unit);
+      continue;
+    }
+    utf8 += unit < 0x800 ? static_cast<char>(0xC0 | (unit >> 6)) : static_cast<char>(0xE0 | (unit >> 12));
+    if (unit >= 0x800) utf8 += static_cast<char>(0x80 | ((unit >> 6) & 0x3F));
+    utf8 += static_cast<char>(0x80 | (unit & 0x3F));
+  }
+  return utf8;
+}
+
+void replaceAll(std::string& text, std::string_view what, std::string_view by) {
+  std::size_t at = text.find(what);
+  if (at == std::string::npos) return;
+  std::string replaced;
+  std::size_t from = 0;
+  for (; at != std::string::npos; at = text.find(what, from)) {
+    replaced.append(text, from, at - from).append(by);
+    from = at + what.size();
+  }
+  text = replaced.append(text, from);
+}
+
+// What other programs write: UTF-16, a mark of the byte order, line ends of CR alone, the minus of typesetting.
+std::string inOurDialect(std::string_view original) {
+  std::string text = asUtf8(original);
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF", kMinus = "\xE2\x88\x92";
+  if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
+  replaceAll(text, kMinus, "-");
+  if (text.find('\n') == std::string::npos) std::ranges::replace(text, '\r', '\n');
+  return text;
+}
+
+std::optional<double> numberOf(std::string_view cell) {
+  const bool plus = cell.size() > 1 && cell[0] == '+' && cell[1] != '+' && cell[1] != '-';
+  if (plus) cell.remove_prefix(1);
+  double value{};
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error != std::errc{} || end != cell.data() + cell.size()) return std::nullopt;
+  return value;
+}
+
+// Takes the line of column names, and what other programs write before it: `sep=,` and comments. A comment straight
+// before the numbers holds the names, as numpy writes them.
+std::string_view takeHeader(std::string_view& text, Place& at) {
+  constexpr std::string_view kSeparator = "sep=";
+  auto line = takeLine(text);
+  const auto next = [&] { return ++at.line, takeLine(text); };
+  if (line.starts_with(kSeparator) && line.size() == kSeparator.size() + 1) line = next();
+  while (trimmed(line).starts_with('#')) {
+    auto rest = text;
+    if (rest.empty() || numberOf(cellsOf(takeLine(rest)).front())) return trimmed(line).substr(1);
+    line = next();
+  }
+  return line;
+}
+
+// Columns without name and content, as spreadsheets append them.
+void dropTrailing(std::vector<std::string_view>& cells, std::size_t beyond) {
+  while (cells.size() > beyond && cells.back().empty()) cells.pop_back();
+}
+
 // A spreadsheet may separate cells by what its country uses for the comma.
 std::optional<Refusal> whyNoCommas(std::string_view header, const Place& at) {
   for (const auto& [separator, name] : {std::pair{';', "semicolons"}, std::pair{'\t', "tabs"}}) {
@@ -69,7 +141,9 @@ std::optional<Refusal> whyNoCommas(std::string_view header, const Place& at) {
 }
 
 void readHeader(std::string_view line, const Place& at, Table& table, Refusals& refusals) {
-  for (const auto name : cellsOf(line)) {
+  auto names = cellsOf(line);
+  dropTrailing(names, 1);
+  for (const auto name : names) {
     double number{};
     const bool numeric = std::from_chars(name.data(), name.data() + name.size(), number).ec == std::errc{};
     if (name.empty() || numeric) {
@@ -82,7 +156,8 @@ void readHeader(std::string_view line, const Place& at, Table& table, Refusals& 
 }
 
 void readRow(std::string_view line, const Place& at, Table& table, Refusals& refusals) {
-  const auto cells = cellsOf(line);
+  auto cells = cellsOf(line);
+  dropTrailing(cells, table.columns.size());
   if (cells.size() != table.columns.size()) {
     const bool fewer = cells.size() < table.columns.size();
     refusals.push_back(
@@ -93,22 +168,23 @@ void readRow(std::string_view line, const Place& at, Table& table, Refusals& ref
     return;
   }
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    double value{};
-    const auto [end, error] = std::from_chars(cells[k].data(), cells[k].data() + cells[k].size(), value);
+    const auto value = numberOf(cells[k]);
     const std::string where = at.toText() + ", column " + shown(table.columns[k].name, kLongestShown) + ": '" +
                               shown(cells[k], kLongestShown) + "' ";
-    if (error != std::errc{} || end != cells[k].data() + cells[k].size()) {
+    if (!value) {
       refusals.push_back({"not-a-number", where + "is not a number; write it as 1.25 or 1e-3"});
-    } else if (!std::isfinite(value)) {
+    } else if (!std::isfinite(*value)) {
       refusals.push_back({"not-finite", where + "is not a finite number; omit the reading or measure it again"});
     }
-    table.columns[k].values.push_back(value);
+    table.columns[k].values.push_back(value.value_or(0));
   }
 }
 
 }  // namespace
 
-Outcome<Table, Refusals> parseCsv(std::string_view text, const std::string& table_name) {
+Outcome<Table, Refusals> parseCsv(std::string_view original, const std::string& table_name) {
+  const std::string in_our_dialect = inOurDialect(original);
+  std::string_view text = in_our_dialect;
   Table table{.name = table_name, .columns = {}};
   Place at{table_name + ".csv", 1};
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
@@ -119,9 +195,7 @@ Outcome<Table, Refusals> parseCsv(std::string_view text, const std::string& tabl
         {"truncated-file", at.file + ": the last line has no end, so the file may be cut off; copy it again, or end "
                                      "the line if it is whole"}};
   }
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-  const std::string_view header = takeLine(text);
+  const std::string_view header = takeHeader(text, at);
   if (auto refusal = whyNoCommas(header, at)) return Refusals{*std::move(refusal)};
   Refusals refusals;
   readHeader(header, at, table, refusals);

@@ -10,7 +10,9 @@
 namespace probebox::casefolder {
 
 // Reads a table from the text of NAME.csv: a line of column names, then rows of as many finite numbers, each line with
-// its end. Skips a byte order mark, and quotes about a cell. Reports every problem with file, line and column.
+// its end. Reads what spreadsheets and numpy make of it: UTF-16, a byte order mark, lines ended by CR, `sep=,`,
+// comments before the names or about them, quotes about a cell, `+1.25`, a typographic minus, empty columns at the end.
+// Reports every problem with file, line and column.
 Outcome<metrology::Table, std::vector<metrology::Refusal>> parseCsv(std::string_view text,
                                                                     const std::string& table_name);
 

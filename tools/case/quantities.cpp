@@ -18,8 +18,8 @@ using metrology::Estimate;
 using metrology::Shape;
 
 constexpr std::size_t kErrorsOfAnAngle = 6;
-constexpr std::array<const char*, kErrorsOfAnAngle> kErrors{"EX", "EY", "EZ", "EA", "EB", "EC"};
-constexpr std::string_view kAt = "_at_", kDegrees = "_deg_";
+constexpr std::array<const char*, kErrorsOfAnAngle> kErrors{"X", "Y", "Z", "A", "B", "C"};
+constexpr std::string_view kDeviation = "deviation_", kAt = "_at_", kDegrees = "_deg_";
 constexpr std::string_view kErrorAtQueries = "error_at_queries_mm", kSwivelTerms = "swivel_terms_mm",
                            kLeftByAngle = "left_by_angle_mm";
 
@@ -51,23 +51,24 @@ constexpr auto kByAxis = std::to_array<ByAxis>({{"tau_axis_s", "XYZ"},
                                                 {"pivot_xz_mm", "XZ", "pivot"},
                                                 {"pivot_yz_mm", "YZ", "pivot"}});
 
-bool isErrorMotion(std::string_view key) {
-  return key.size() > 3 && key.front() == 'E' && std::string_view{"XYZABC"}.find(key[1]) != std::string_view::npos &&
-         key.find(kAt) != std::string_view::npos && key.find(kDegrees) != std::string_view::npos;
+bool isDeviation(std::string_view key) {
+  return key.starts_with(kDeviation) && key.find(kAt) != std::string_view::npos &&
+         key.find(kDegrees) != std::string_view::npos;
 }
 
-// "EXC_at_60_deg_mm".
-Label errorMotionLabel(std::string_view key) {
+// Of "deviation_XC_at_60_deg_mm".
+Label deviationLabel(std::string_view key) {
   const auto at = key.find(kAt), degrees = key.find(kDegrees);
   const std::string angle{key.substr(at + kAt.size(), degrees - at - kAt.size())};
-  return {std::string{key.substr(0, at)} + " at " + angle + " deg", key.ends_with("_mm") ? "um" : "urad",
+  const std::string part{key.substr(kDeviation.size(), at - kDeviation.size())};
+  return {"deviation " + part + " at " + angle + " deg", key.ends_with("_mm") ? "um" : "urad",
           key.ends_with("_mm") ? 1e3 : 1e6};
 }
 
-std::string errorMotionKey(std::string_view axis, std::size_t error, double angle_rad) {
+std::string deviationKey(std::string_view axis, std::size_t error, double angle_rad) {
   std::array<char, 48> at{};
   std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", degrees(angle_rad), error < 3 ? "mm" : "rad");
-  return kErrors.at(error) + std::string{axis} + at.data();
+  return std::string{kDeviation} + kErrors.at(error) + std::string{axis} + at.data();
 }
 
 std::string keyOf(const Estimate& estimate, std::size_t k) {
@@ -132,7 +133,7 @@ Quantity quantityOf(const Estimate& estimate, std::size_t k, std::string key, La
 }  // namespace
 
 Label quantityLabel(const std::string& key, std::string_view axis) {
-  if (isErrorMotion(key)) return errorMotionLabel(key);
+  if (isDeviation(key)) return deviationLabel(key);
   const auto bracket = key.find('[');
   const std::string stem = key.substr(0, bracket);
   Label label = labelOf(stem);
@@ -164,8 +165,8 @@ std::vector<Quantity> quantitiesIn(const metrology::Result& result, const Estima
   const bool by_angle =
       estimate.key == "six_errors" && angles != nullptr && count == kErrorsOfAnAngle * angles->values.size();
   for (std::size_t k = 0; k < count; ++k) {
-    auto key = by_angle ? errorMotionKey(axis, k % kErrorsOfAnAngle, angles->values[k / kErrorsOfAnAngle])
-                        : keyOf(estimate, k);
+    auto key =
+        by_angle ? deviationKey(axis, k % kErrorsOfAnAngle, angles->values[k / kErrorsOfAnAngle]) : keyOf(estimate, k);
     auto label = quantityLabel(key, axis);
     if (estimate.shape == Shape::matrix && !by_angle) {
       const std::size_t row = k / estimate.columns, column = k % estimate.columns;
@@ -223,7 +224,9 @@ std::string axisNamesInWords(const metrology::Result& result, std::string_view a
   if (promised("six_errors"))
     add("E" + x + letter + " and E" + y + letter + " are its radial error motions in " + both + ", E" +
         std::string{kAlong[own]} + letter + " its axial error motion, E" + a + letter + " and E" + b + letter +
-        " its tilt error motions around " + both + ", E" + letter + letter + " its angular positioning error");
+        " its tilt error motions around " + both + ", E" + letter + letter +
+        " its angular positioning error, without what its position and orientation add; a deviation, such as " + x +
+        letter + ", is all of it together");
   return all.empty() ? all : all + ".";
 }
 

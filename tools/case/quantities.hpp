@@ -11,8 +11,8 @@
 namespace probebox::casefolder {
 
 struct Quantity {
-  std::string key;                 // as programs address it: "centre_mm[0]", "EXC_at_60_deg_mm"
-  Label label;                     // "centre X" in mm; "EXC at 60 deg" in um
+  std::string key;                 // as programs address it: "centre_mm[0]", "deviation_XC_at_60_deg_mm"
+  Label label;                     // "centre X" in mm; "deviation XC at 60 deg" in um
   double value{};                  // in the key's unit, as sd and expanded
   std::optional<double> sd;        // k = 1
   std::optional<double> expanded;  // U, k = 2, type B inputs included
@@ -23,7 +23,7 @@ struct Quantity {
 };
 
 // axis: the letter of the rotary axis that the result is about, empty for none. Errors of a rotary axis are named as in
-// ISO 230: EXC to ECC at an angle, XOC and AOC for its location.
+// ISO 230: EXC to ECC for error motions, XOC and AOC for location; "deviation XC" is their sum.
 std::vector<Quantity> quantitiesOf(const metrology::Result& result, std::string_view axis = {});
 
 // The values of one of its estimates, also of those that it does not promise.

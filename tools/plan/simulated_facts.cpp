@@ -150,9 +150,7 @@ procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
           .b = set_up.head, .pivot_mm = set_up.pivot_mm, .ball_mm = std::array<double, 3>{}, .sd_ball_mm = {}}};
   facts.sphere_temperature = set_up.sphere_temperature;
   facts.sd_stylus_ball_diameter_mm = ifStated(set_up.sd_stylus_ball_diameter_mm);
-  if (set_up.sd_sphere_diameter_mm > 0)
-    facts.sphere_certificate =
-        procedure::SphereCertificate{.sd_mm = set_up.sd_sphere_diameter_mm, .in_words = {}, .next_due = {}};
+  facts.sd_sphere_diameter_mm = ifStated(set_up.sd_sphere_diameter_mm);
   facts.swivel_head->sd_ball_mm = ifStated(set_up.sd_head_ball_mm);
   facts.probe_tools = {
       .count = set_up.tool_count, .numbers = set_up.tool_numbers, .lengths_mm = set_up.tool_lengths_mm};

@@ -51,6 +51,18 @@ std::vector<std::string> worstOf(const Subject& subject, const Estimate& estimat
   return lines;
 }
 
+// Of a rotary axis the worst error motions: its location, which a control compensates, would hide them. They are the
+// deviations themselves where the angles do not tell the location.
+std::vector<std::string> worstOfLong(const Subject& subject, const Estimate& estimate) {
+  std::vector<std::string> lines;
+  for (const auto* key : {"position_dependent_mm", "position_dependent_rad"}) {
+    const auto* motions = estimate.key == "six_errors" ? subject.result()->find(key) : nullptr;
+    if (motions == nullptr) return worstOf(subject, estimate);
+    for (auto& line : worstOf(subject, *motions)) lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
 bool isLong(const Estimate& estimate) {
   return estimate.shape == Shape::matrix ? estimate.values.size() > 9 : estimate.values.size() > kFewValues;
 }
@@ -79,7 +91,7 @@ std::vector<std::string> valueLines(const Subject& subject) {
   std::vector<std::string> lines;
   for (const auto& estimate : estimates) {
     if (isLong(estimate)) {
-      const auto worst = worstOf(subject, estimate);
+      const auto worst = worstOfLong(subject, estimate);
       lines.insert(lines.end(), worst.begin(), worst.end());
     }
   }

@@ -33,8 +33,8 @@ constexpr auto kMeasurands = std::to_array<Measurand>({
     {"swivel-",
      "the displacement of the reported centre of a ball when the head swivels, relative to the upright head"},
     {"rotary-",
-     "the error motions of a rotary axis about the point named here, relative to the axis at angle zero, and its "
-     "location and orientation (ISO 230-1, ISO 230-7)"},
+     "the deviations of a rotary axis about the point named here, relative to the axis at angle zero, and what they "
+     "consist of: its location and orientation, and its error motions (ISO 230-1, ISO 230-7)"},
     {"screw-", "the extension of a ball screw by its sensor: gain, and the error of the measured face by sector"},
     {"screw-reference-", "the reading of the sensor that means no extension"},
     {"tool-", "the position of the tip of a tool relative to the reference of the head"},

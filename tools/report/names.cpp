@@ -19,6 +19,8 @@ using metrology::Shape;
 
 constexpr std::string_view kSixErrors = "six_errors";
 constexpr std::array<std::string_view, 6> kErrorNames{"EX", "EY", "EZ", "EA", "EB", "EC"};
+constexpr std::array<std::string_view, 6> kDeviationNames{"deviation X", "deviation Y", "deviation Z",
+                                                          "deviation A", "deviation B", "deviation C"};
 constexpr std::array<std::string_view, 3> kAxes{"X", "Y", "Z"};
 constexpr std::array<std::string_view, 3> kTurns{"A", "B", "C"};
 constexpr std::array<std::string_view, 3> kChannels{"a", "b", "c"};
@@ -81,7 +83,8 @@ std::string rowName(const Subject& subject, const Estimate& estimate, std::size_
 }
 
 std::string columnName(const Subject& subject, const Estimate& estimate, std::size_t column) {
-  if (estimate.key == kSixErrors) return std::string{kErrorNames[column % kErrorNames.size()]} + axisLetter(subject);
+  if (estimate.key == kSixErrors)
+    return std::string{kDeviationNames[column % kDeviationNames.size()]} + axisLetter(subject);
   if (estimate.key == "position_dependent_mm") return std::string{kErrorNames[column % 3]} + axisLetter(subject);
   if (estimate.key == "position_dependent_rad") return std::string{kErrorNames[3 + column % 3]} + axisLetter(subject);
   if (estimate.key == kSwivelTerms && column < kTerms.size()) return std::string{kTerms[column]};
@@ -106,9 +109,9 @@ std::string valueName(const Subject& subject, const Estimate& estimate, std::siz
 }
 
 std::string titleOf(const Estimate& estimate) {
-  if (estimate.key == kSixErrors) return "error motions of the axis";
-  if (estimate.key == "position_dependent_mm") return "position-dependent part of the translations";
-  if (estimate.key == "position_dependent_rad") return "position-dependent part of the rotations";
+  if (estimate.key == kSixErrors) return "deviations of the axis: error motion and location together";
+  if (estimate.key == "position_dependent_mm") return "error motions of the axis, translations: without its location";
+  if (estimate.key == "position_dependent_rad") return "error motions of the axis, rotations: without its location";
   if (estimate.key == "error_at_queries_mm") return "error of the head at the queried angles";
   if (estimate.key == kSwivelTerms) return "terms of the error of the head, L the length of the tool";
   if (estimate.key == kLeftByAngle) return "left at each angle";

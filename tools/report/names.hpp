@@ -14,8 +14,9 @@ namespace probebox::report {
 // "" if neither determines it.
 std::string axisLetter(const Subject& subject);
 
-// Name of value k as the field has it: "EXC at 60 deg", "XOC", "centre X", "Z at B = 30 deg, L = 100 mm", "sector 3".
-// Error letters of rotary axes are those of ISO 230-7:2015: EXC to ECC are error motions, XOC, YOC, AOC, BOC location.
+// Name of value k as the field has it: "EXC at 60 deg", "deviation XC at 60 deg", "XOC", "centre X", "Z at B = 30 deg,
+// L = 100 mm", "sector 3". Error letters of rotary axes are those of ISO 230-7:2015: EXC to ECC are error motions, XOC,
+// YOC, AOC, BOC location; a deviation is both together.
 std::string valueName(const Subject& subject, const metrology::Estimate& estimate, std::size_t k);
 
 // Tests whether the rows of a matrix are angles of the axis.
@@ -25,7 +26,7 @@ bool isByAngle(const metrology::Estimate& estimate);
 std::string rowName(const Subject& subject, const metrology::Estimate& estimate, std::size_t row);
 std::string columnName(const Subject& subject, const metrology::Estimate& estimate, std::size_t column);
 
-// Title of the object: "error motions of the axis", "sector table".
+// Title of the object: "deviations of the axis: ...", "sector table".
 std::string titleOf(const metrology::Estimate& estimate);
 
 // Display unit (casefolder::labelOf); error motions of a rotary axis in um and urad.

@@ -1,5 +1,8 @@
 #include "firmware/app/results/acceptance.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
 
@@ -79,12 +82,23 @@ std::optional<std::string> onReplacedGain(const store::Record& next, const store
          ": to have a measured one, calibrate with table gain_cal.";
 }
 
+bool isToRepeat(store::Store& store, const store::Dependence& other) {
+  if (other.in_force) return false;
+  const auto retired = store.find(other.id);
+  if (!retired) return true;
+  const auto present = store.active(retired->binding);
+  if (!present || !*present) return true;
+  const auto comparison = compare(**present, *retired);
+  const auto moved = [](const ComparedValue& each) { return std::abs(each.difference()) > each.u_before.value_or(0); };
+  return comparison.values.empty() || comparison.omitted > 0 || std::ranges::any_of(comparison.values, moved);
+}
+
 std::vector<std::string> onRetired(store::Store& store, const store::Record& record) {
   std::vector<std::string> sentences;
   const auto others = store.restsOn(record.id);
   if (!others) return {named(record.id) + " may rest on a retired result: " + others.error().what};
   for (const auto& other : *others) {
-    if (other.in_force) continue;
+    if (!isToRepeat(store, other)) continue;
     sentences.push_back(named(record.id) + " about " + record.binding.subject + " rests on a retired result, " +
                         std::to_string(other.id) + " about " + other.subject + ": measure it again.");
   }

@@ -33,7 +33,12 @@ store::Failure notConforming(const store::Record& record, const std::string& why
 // Says that a result of a screw has no gain and takes the place of one with a measured gain; nothing for others.
 std::optional<std::string> onReplacedGain(const store::Record& next, const store::Record& in_force);
 
-// One sentence for each retired result that this one rests on.
+// Whether what rests on this result is to be measured again: it is retired, and the result in its place differs by more
+// than its standard uncertainty in some value. A smaller change moves what rests on it by less than its share of that
+// uncertainty, which is in the budget.
+bool isToRepeat(store::Store& store, const store::Dependence& other);
+
+// One sentence for each result that this one rests on and that isToRepeat() is about.
 std::vector<std::string> onRetired(store::Store& store, const store::Record& record);
 
 }  // namespace probebox::app

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/app/results/values_in_use.hpp"
 #include "firmware/app/solver/solver_process.hpp"
@@ -60,6 +61,7 @@ class Calibrations {
   void propose(metrology::Dataset dataset, const std::string& as_this_machine_by, Answered then);
   // Beyond the record: results that it rests on, and who vouched that it was measured on this machine.
   Outcome<std::vector<store::Dependence>, store::Failure> restsOn(store::Id id) { return store_.restsOn(id); }
+  bool isToRepeat(const store::Dependence& other) { return app::isToRepeat(store_, other); }
   std::string adoptedBy(store::Id id);
   bool isProposing() const;
   // Cancels the proposed case: nothing is stored and `then` is not called.

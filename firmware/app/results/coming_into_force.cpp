@@ -65,6 +65,11 @@ Acceptance ResultsInForce::comparedWithPresent(const store::Record& record) cons
   if (present && !*present && delayAxesOf(record.binding.subject)) present = store_.active(bindingFor("delay"));
   if (present && *present) {
     acceptance.comparison = compare(record, **present);
+    if (const auto grown = lessCertain(acceptance.comparison))
+      acceptance.notes.push_back(named(record.id) + " about " + record.binding.subject +
+                                 " is less certain than result " + std::to_string((*present)->id) +
+                                 ", which is in force: the standard uncertainty u grows, of " + *grown +
+                                 ". Measure again, or accept that.");
     if (auto replaced = onReplacedGain(record, **present)) acceptance.notes.push_back(*std::move(replaced));
   }
   return acceptance;

@@ -182,11 +182,30 @@ Comparison compare(const store::Record& next, const store::Record& in_force) {
   for (const auto& value : namedValues(*result, quantities, subject)) {
     const auto found = std::ranges::find(before, value.key, &messages::NamedValue::key);
     if (found == before.end()) continue;
-    comparison.values.push_back(
-        {.key = value.key, .value = value.value, .sd = sdOf(value), .before = found->value, .sd_before = sdOf(*found)});
+    comparison.values.push_back({.key = value.key,
+                                 .value = value.value,
+                                 .sd = sdOf(value),
+                                 .before = found->value,
+                                 .sd_before = sdOf(*found),
+                                 .u = value.uncertainty(),
+                                 .u_before = found->uncertainty()});
   }
   keepLargest(comparison);
   return comparison;
+}
+
+std::optional<std::string> lessCertain(const Comparison& comparison) {
+  constexpr double kGrown = 1.5;
+  const ComparedValue* worst = nullptr;
+  double growth = kGrown;
+  for (const auto& each : comparison.values) {
+    const double before = each.u_before.value_or(0);
+    if (!(before > 0) || each.u.value_or(0) <= growth * before) continue;
+    worst = &each;
+    growth = *each.u / before;
+  }
+  if (worst == nullptr) return std::nullopt;
+  return worst->key + " from " + number("%.3g", *worst->u_before) + " to " + number("%.3g", *worst->u);
 }
 
 std::string differencesIn(const Comparison& comparison) {

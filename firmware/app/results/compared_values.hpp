@@ -12,11 +12,12 @@ namespace probebox::app {
 inline constexpr double kMostSd = 4.0;
 
 struct ComparedValue {
-  std::string key;  // with unit and index: centre_mm[0], EXC_at_60_deg_mm
+  std::string key;  // with unit and index: centre_mm[0], deviation_XC_at_60_deg_mm
   double value{};
   std::optional<double> sd;  // k = 1
   double before{};           // of the result in force
   std::optional<double> sd_before;
+  std::optional<double> u{}, u_before{};  // combined standard uncertainties; sd where there are none
 
   double difference() const { return value - before; }
   // |difference| over the combined sd; nothing without any sd.
@@ -38,6 +39,10 @@ struct Comparison {
 // Compares `next` with `in_force`, both of one subject. Of two centrelines with heights the older one is evaluated at
 // the height of the newer.
 Comparison compare(const store::Record& next, const store::Record& in_force);
+
+// Names the value whose uncertainty grows most, with numbers: "centre_mm[0] from 0.0004 to 0.0019"; nothing where none
+// grows by half.
+std::optional<std::string> lessCertain(const Comparison& comparison);
 
 // Names the values that differ, with numbers: "centre_mm[0] 0.168 instead of 0.154 (+0.014, 180 sd)".
 std::string differencesIn(const Comparison& comparison);

@@ -34,17 +34,17 @@ void appendValues(const Estimate& estimate, std::vector<messages::NamedValue>& v
   }
 }
 
-// Six errors an angle, by the names of ISO 230-7: EXC_at_60_deg_mm.
+// Six deviations an angle: deviation_XC_at_60_deg_mm. EXC of ISO 230-7 is the error motion alone.
 void appendSixErrors(const Estimate& six, const Estimate& angles_rad, const std::string& subject,
                      std::vector<messages::NamedValue>& values) {
-  constexpr std::array<const char*, 6> kErrors{"EX", "EY", "EZ", "EA", "EB", "EC"};
+  constexpr std::array<const char*, 6> kErrors{"X", "Y", "Z", "A", "B", "C"};
   const auto axis = rotaryAxisOf(subject);  // nothing where a case names none: the subject is the method
   const std::string letter = axis ? std::string{"ABC"[static_cast<std::size_t>(*axis)]} : "";
   for (std::size_t i = 0; i < six.values.size(); ++i) {
     std::array<char, 48> at{};
     const double angle_deg = degrees(angles_rad.values[i / kErrors.size()]);
     std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", angle_deg, i % kErrors.size() < 3 ? "mm" : "rad");
-    values.push_back(named(kErrors[i % kErrors.size()] + letter + at.data(), six, i));
+    values.push_back(named("deviation_" + (kErrors[i % kErrors.size()] + letter) + at.data(), six, i));
   }
 }
 

@@ -15,7 +15,7 @@
 // Values of results, independent of the method.
 namespace probebox::app {
 
-// Appends every promised value under a unique name: centre_mm[0]; EXC_at_60_deg_mm for subject rotary-c.
+// Appends every promised value under a unique name: centre_mm[0]; deviation_XC_at_60_deg_mm for subject rotary-c.
 void appendAll(const metrology::Result& result, const std::string& subject, std::vector<messages::NamedValue>& values);
 
 // Combined standard uncertainties of its values; type A alone where the result states no others; empty without any.

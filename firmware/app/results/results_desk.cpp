@@ -120,7 +120,8 @@ Reply ResultsDesk::listResults(std::span<const std::byte> body) {
     summary.why_not_in_force = calibrations_.inForce().whyNotInForce(record).value_or("");
     const auto rests_on = calibrations_.restsOn(record.id);
     if (!rests_on) return whyNot(rests_on.error());
-    for (const auto& [id, subject, in_force] : *rests_on) summary.rests_on.push_back({id, subject, !in_force});
+    for (const auto& other : *rests_on)
+      summary.rests_on.push_back({other.id, other.subject, calibrations_.isToRepeat(other)});
     // One that no answer holds comes in parts; others wait for the next answer.
     const bool is_whole = keepValues(summary, std::exchange(first_value, 0), kMostAnswerBytes);
     bytes += messages::encodedSize(summary);

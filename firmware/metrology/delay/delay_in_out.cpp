@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -345,6 +346,27 @@ Outcome<Matched, Refusal> matchFrom(std::vector<Contact> contacts, double start)
   return matched;
 }
 
+// Drives that contradict one delay, and of which each agrees with one of its own: those of the axes differ.
+std::optional<Refusal> delaysDiffer(std::span<const Touch> touches, const std::vector<Contact>& contacts) {
+  constexpr double kMostSd = 6;
+  std::string told;
+  const auto tell = [&](std::size_t i, double tau_s) {
+    told += (told.empty() ? "" : ", ") + touches[i].plan.name + " " + text(std::round(tau_s * 1e6) / 1e3) + " ms";
+  };
+  std::vector<Match> alone;
+  for (const auto& contact : contacts) {
+    const auto matched = matchFrom({contact}, contact.machine_apex_s - contact.probe_apex_s);
+    if (!matched || poorMatch(matched->match, kMostDroppedShare)) return std::nullopt;
+    tell(alone.size(), matched->match.tau_s);
+    alone.push_back(matched->match);
+  }
+  const auto [least, most] = std::ranges::minmax(alone, {}, &Match::tau_s);
+  if (most.tau_s - least.tau_s <= kMostSd * std::hypot(widenedSd(most), widenedSd(least))) return std::nullopt;
+  return Refusal{"axes-delays-differ", "the drives contradict one delay, and each agrees with one of its own: " + told +
+                                           "; solve those of each axis alone, and look why their stamps are not "
+                                           "equally late"};
+}
+
 // From deflections.
 Outcome<Result, Refusal> solveDrives(const Dataset& dataset, ProbeZero zero) {
   TRY(const auto previous, previousDelay(dataset, 1));
@@ -361,9 +383,9 @@ Outcome<Result, Refusal> solveDrives(const Dataset& dataset, ProbeZero zero) {
     start += (contact.machine_apex_s - contact.probe_apex_s) / static_cast<double>(touches.size());
     contacts.push_back(std::move(contact));
   }
-  TRY(const auto matched, matchFrom(std::move(contacts), start));
+  TRY(const auto matched, matchFrom(contacts, start));
   const Match& match = matched.match;
-  if (auto bad = poorMatch(match, kMostDroppedShare)) return *bad;
+  if (auto bad = poorMatch(match, kMostDroppedShare)) return delaysDiffer(touches, contacts).value_or(*bad);
   if (match.dof < matched.least_dof) {
     return refusal(
         touches.front().plan.name, "too-few-samples",

@@ -1,6 +1,7 @@
 #include "firmware/metrology/touch/touch_delay.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -48,6 +49,51 @@ std::optional<Refusal> wrongFeature(const std::optional<std::string>& stated, co
                                    " one: correct the configuration or the normals"};
 }
 
+// The delay that the touches along one axis tell, and its sd; nothing where they are too few or disagree.
+struct AxisDelay {
+  double tau_s{};
+  double sd_s{};
+};
+std::optional<AxisDelay> delayAlong(Eigen::Index axis, const std::vector<Touch>& touches,
+                                    const TouchQuestion& question) {
+  constexpr double kAlong = 0.9;  // 26 degrees
+  std::vector<Touch> along;
+  for (const auto& touch : touches) {
+    if (std::abs(touch.plan.normal[axis]) > kAlong) along.push_back(touch);
+  }
+  if (along.size() < 2) return std::nullopt;
+  const auto agreed = agreeOn(along, question);
+  if (!agreed || !agreed->dropped.empty()) return std::nullopt;
+  return AxisDelay{agreed->fit.tau_s[0], std::sqrt(agreed->fit.covariance(0, 0) * agreed->widening())};
+}
+
+// What contradicts one delay for all axes may be touches of axes with delays of their own, and no touch is at fault.
+Outcome<AgreedTouches, Refusal> agreeOrNameAxes(const std::vector<Touch>& touches, const TouchQuestion& question) {
+  constexpr double kMostSd = 6;
+  constexpr std::array<std::string_view, 4> kOfOneDelay{"clipped", "clocks-differ", "residual-too-large", "tip-slip"};
+  auto agreed = agreeOn(touches, question);
+  if (agreed || question.delays != Delays::common) return agreed;
+  if (std::ranges::find(kOfOneDelay, agreed.error().name) == kOfOneDelay.end()) return agreed;
+  std::string told;
+  std::vector<AxisDelay> delays;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const auto delay = delayAlong(axis, touches, question);
+    if (!delay) continue;
+    delays.push_back(*delay);
+    told +=
+        std::string{told.empty() ? "" : ", "} + "XYZ"[axis] + " " + text(std::round(delay->tau_s * 1e6) / 1e3) + " ms";
+  }
+  if (delays.size() < 2) return agreed;
+  const auto [least, most] = std::ranges::minmax(delays, {}, &AxisDelay::tau_s);
+  if (most.tau_s - least.tau_s <= kMostSd * std::hypot(most.sd_s, least.sd_s)) return agreed;
+  return Refusal{"axes-delays-differ",
+                 "the touches contradict one delay of all axes, and those along each axis agree "
+                 "with one of its own: " +
+                     told +
+                     ": solve and calibrate delay-per-axis, and look why the stamps of the axes "
+                     "are not equally late"};
+}
+
 // Rows of a gain are machine axes: those of a probe at A are turned against those at A = 0.
 Eigen::Matrix3d turnedBack(double spindle_rad) {
   return Eigen::AngleAxisd{-spindle_rad, Eigen::Vector3d::UnitZ()}.toRotationMatrix();
@@ -64,7 +110,7 @@ Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const T
     if (auto refusal = refuseStatedSpeeds(*listed)) return *refusal;
   }
   TRY(const auto touches, question.kinematics ? readJointTouches(dataset, *question.kinematics) : readTouches(dataset));
-  TRY(auto agreed, agreeOn(withoutRinging(touches), question));
+  TRY(auto agreed, agreeOrNameAxes(withoutRinging(touches), question));
   if (auto refusal = wrongFeature(feature, agreed.fit)) return *refusal;
   return TouchDelay{dataset, question, std::move(agreed), previous, spindle_rad};
 }

@@ -199,8 +199,10 @@ void addUnobservable(Result& result, const Dataset& dataset, const Method& metho
 
 }  // namespace
 
-Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader store) {
-  TRY(const auto inputs, typeBInputs(dataset, method, store));
+Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader store,
+                       std::span<const TypeBInput> further) {
+  TRY(auto inputs, typeBInputs(dataset, method, store));
+  inputs.insert(inputs.end(), further.begin(), further.end());
   const bool warm = dataset.config.contains("expansion_per_k");
   const Dataset at_hand = warm || !inputs.empty() ? atTemperature(dataset, method) : Dataset{};
   const Dataset& known = warm || !inputs.empty() ? at_hand : dataset;

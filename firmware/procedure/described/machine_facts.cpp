@@ -94,6 +94,7 @@ std::optional<CheckedBall> checkedBall(const board::Machine& machine) {
   const auto& check = machine.periodic_check;
   if (!check) return std::nullopt;
   return CheckedBall{.diameter_mm = check->ball_diameter_mm,
+                     .sd_diameter_mm = check->sd_ball_diameter_mm.value_or(0),
                      .centre_z = {.mm = check->ball_centre_z_mm},
                      .accepted_x = accepted(check->accepted_x_mm),
                      .accepted_y = accepted(check->accepted_y_mm),
@@ -156,8 +157,13 @@ std::optional<TriggerProbe> triggerProbe(const board::Probe& probe) {
 std::optional<SphereCertificate> sphereCertificate(const board::Machine& machine) {
   const auto& certified = machine.datum_sphere_certificate;
   if (!certified) return std::nullopt;
-  return SphereCertificate{
-      .sd_mm = certified->sd_mm(), .in_words = certified->inWords(), .next_due = certified->next_due};
+  return SphereCertificate{.in_words = certified->inWords(), .next_due = certified->next_due};
+}
+
+// That of the certificate, where there is one.
+std::optional<double> sdOfSphere_mm(const board::Machine& machine) {
+  const auto& certified = machine.datum_sphere_certificate;
+  return certified ? std::optional{certified->sd_mm()} : machine.datum_sphere_sd_mm;
 }
 
 std::optional<SphereTemperature> sphereTemperature(const board::Machine& machine) {
@@ -171,9 +177,11 @@ std::optional<SphereTemperature> sphereTemperature(const board::Machine& machine
 
 Facts factsOf(const board::Machine& machine) {
   return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
+          .sd_sphere_diameter_mm = sdOfSphere_mm(machine),
           .sphere_certificate = sphereCertificate(machine),
           .sphere_temperature = sphereTemperature(machine),
           .gap_mm = machine.datum_gap_mm,
+          .sd_gap_mm = machine.datum_gap_sd_mm,
           .sigma_c_rad = machine.sigma_c_rad,
           .screws = screwFacts(machine),
           .checked_ball = checkedBall(machine),

@@ -8,10 +8,8 @@ namespace {
 
 messages::SphereInUse sphereInUse(const Facts& facts) {
   messages::SphereInUse sphere{.diameter_mm = facts.sphere_diameter_mm.value_or(0)};
-  if (const auto& certificate = facts.sphere_certificate) {
-    sphere.sd_diameter_mm = certificate->sd_mm;
-    sphere.certificate = certificate->in_words;
-  }
+  sphere.sd_diameter_mm = facts.sd_sphere_diameter_mm.value_or(0);
+  if (const auto& certificate = facts.sphere_certificate) sphere.certificate = certificate->in_words;
   if (const auto& stated = facts.sphere_temperature) {
     sphere.has_temperature = stated->celsius.has_value();
     sphere.temperature_c = stated->celsius.value_or(0);

@@ -34,6 +34,7 @@ struct AcceptedValue {
 // The ball that periodic-check reads, and its accepted values.
 struct CheckedBall {
   double diameter_mm{};
+  double sd_diameter_mm{};   // k = 1; 0: not stated
   AcceptedValue centre_z{};  // at C = 0
   // Measured position of axis C relative to the probe's spindle.
   std::optional<AcceptedValue> accepted_x{}, accepted_y{};
@@ -187,7 +188,6 @@ struct TriggerProbe {
 
 // Certificate of the datum sphere.
 struct SphereCertificate {
-  double sd_mm{};        // of the diameter (k = 1)
   std::string in_words;  // for the record of a measurement
   std::string next_due;  // "2028-04-17"
 };
@@ -201,11 +201,13 @@ struct SphereTemperature {
 
 // A priori knowledge about features, stylus and rotary axes, from the descriptions.
 struct Facts {
-  std::optional<double> sphere_diameter_mm;  // certified diameter of the datum sphere
+  std::optional<double> sphere_diameter_mm;       // certified diameter of the datum sphere
+  std::optional<double> sd_sphere_diameter_mm{};  // k = 1: of the certificate, else as stated
   std::optional<SphereCertificate> sphere_certificate{};
   std::optional<SphereTemperature> sphere_temperature{};
   std::optional<double> temperature_c{};  // stated for this run; goes before that of the sphere
   std::optional<double> gap_mm;           // between the plates, certified
+  std::optional<double> sd_gap_mm{};      // k = 1
   double stylus_ball_diameter_mm{};
   std::optional<double> sd_stylus_ball_diameter_mm{};
   double sigma_c_rad{};  // positioning uncertainty of the rotary axis C (k = 1)

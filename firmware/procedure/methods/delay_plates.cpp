@@ -40,6 +40,7 @@ constinit const LiveMethod kDelayPlates{.number = 3,
                                           RunDataset built{touchesAndPoseOf(run), {}, {}};
                                           auto& config = built.dataset.config;
                                           if (run.facts.gap_mm) config["gap_mm"] = *run.facts.gap_mm;
+                                          if (const auto& sd = run.facts.sd_gap_mm) config["sd_gap_mm"] = *sd;
                                           config["stylus_ball_diameter_mm"] = run.facts.stylus_ball_diameter_mm;
                                           if (const auto& sd = run.facts.sd_stylus_ball_diameter_mm)
                                             config["sd_stylus_ball_diameter_mm"] = *sd;

@@ -72,8 +72,7 @@ void addEffectiveDiameter(metrology::Dataset& dataset, const Facts& facts) {
       if (sphere->sd_k > 0) dataset.config["sd_temperature_k"] = sphere->sd_k;
     }
   }
-  const auto& certificate = facts.sphere_certificate;
-  if (certificate && certificate->sd_mm > 0) dataset.config["sd_effective_diameter_mm"] = certificate->sd_mm;
+  if (const auto& sd = facts.sd_sphere_diameter_mm; sd && *sd > 0) dataset.config["sd_effective_diameter_mm"] = *sd;
 }
 
 void addSphereSize(metrology::Dataset& dataset, const Facts& facts) {

@@ -132,8 +132,8 @@ void addCheck(metrology::Dataset& dataset, const BallReadings& found, const Fini
   if (tables.x_touch.rows() > 0 && facts.swivel_head && facts.swivel_head->b.sigma_rad > 0)
     config["sigma_stop_B90_mm"] = armOfHead_mm(facts) * facts.swivel_head->b.sigma_rad;
   // Common to all touches, so their scatter does not show it.
-  const double sd_radius_mm =
-      std::hypot(delayError_mm(run.recording), facts.sd_stylus_ball_diameter_mm.value_or(0) / 2);
+  const double sd_radius_mm = std::hypot(delayError_mm(run.recording), facts.sd_stylus_ball_diameter_mm.value_or(0) / 2,
+                                         ball.sd_diameter_mm / 2);
   if (sd_radius_mm > 0) config["sd_effective_ball_radius_mm"] = sd_radius_mm;
   addStylusBall(dataset, facts);
   config["effective_ball_radius_mm"] = (ball.diameter_mm + facts.stylus_ball_diameter_mm) / 2;

@@ -140,6 +140,18 @@ TEST(JoinedRecordings, AreNotWholeWhereTheBoxWasRestartedWithinAStream) {
   EXPECT_THAT(exported.err, HasSubstr("not whole"));
 }
 
+TEST(JoinedRecordings, AreNotWholeWhereSamplesAreInThemTwice) {
+  const auto repeated = [](const std::string& recording) {
+    const auto found = probebox({"verify", "-", "--json"}, recording);
+    return std::pair{found.status, found.objects().at(0)["repeated_samples"].get<int>()};
+  };
+  EXPECT_EQ(repeated(rows(0, 100) + rows(0, 100)), (std::pair{1, 100}));
+  EXPECT_EQ(repeated(rows(0, 100) + rows(80, 200)), (std::pair{1, 20}));
+  EXPECT_EQ(repeated(rows(0, 100) + rows(100, 200)), (std::pair{0, 0}));
+  EXPECT_EQ(repeated(withoutEnd(rows(0, 100)) + rows(80, 200)), (std::pair{0, 0})) << "resumed";
+  EXPECT_EQ(repeated(ofBoot(std::byte{1}, rows(0, 100)) + ofBoot(std::byte{2}, rows(0, 100))), (std::pair{0, 0}));
+}
+
 TEST(JoinedRecordings, AreNotWholeWhereALinkEndedAndTheNextBeganLater) {
   EXPECT_EQ(probebox({"verify", "-"}, rows(0, 100) + rows(150, 200)).status, 0) << "each has its end";
   EXPECT_EQ(probebox({"verify", "-"}, withoutEnd(rows(0, 100)) + rows(80, 200)).status, 0) << "resumed";

@@ -194,7 +194,7 @@ TEST(Planning, OfTheErrorsOfAnAxisIsAboutThePointOfTheRun) {
     const FakeBox box{describing(says)};
     const auto done = planOf(box, {"rotary-axis-errors", "--angles", "3", "--json"});
     EXPECT_EQ(done.status, 0) << done.err;
-    return done.object()["u"]["EYC_at_120_deg_mm"].get<double>();
+    return done.object()["u"]["deviation_YC_at_120_deg_mm"].get<double>();
   };
   const double near_mm = spreadOfY(0), far_mm = spreadOfY(40);
   // What the axis does at 120 degrees counts from zero: 1 - cos(120 deg) of the arm.

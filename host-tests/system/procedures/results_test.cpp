@@ -49,6 +49,8 @@ class StoredResults : public OnTheMachine {
 
 TEST_F(StoredResults, AreListedByWhatTheyCountForNow) {
   EXPECT_THAT(box({"results"}).err, HasSubstr("no result is stored"));
+  EXPECT_EQ(box({"results", "--json"}).object()["results"].dump(), "[]");
+  EXPECT_EQ(box({"history", "--json"}).object()["transitions"].dump(), "[]");
   const auto first = proposed(10), second = proposed(10.001), third = proposed(10.002);
   ASSERT_EQ(box({"accept", first, "--by", "Ada"}).status, 0);
   ASSERT_EQ(box({"accept", second, "--by", "Grace"}).status, 0);

@@ -256,6 +256,48 @@ TEST_F(CaseFolder, TellsTheFirstOfVeryManyProblems) {
   EXPECT_THAT(reason, HasSubstr("and more"));
 }
 
+std::string utf16(std::string_view text, bool little) {
+  std::string units = little ? "\xFF\xFE" : "\xFE\xFF";
+  for (const char c : text) units += little ? std::string{c, '\0'} : std::string{'\0', c};
+  return units;
+}
+
+TEST(GoodTable, MayBeInTheDialectsOfOthers) {
+  const auto table = Table{.name = "points", .columns = {{"x_mm", {93.5, -4}}, {"y_mm", {2.25, 7}}}};
+  const std::string rows = "93.5,2.25\n-4,7\n";
+  for (const auto& text :
+       {"x_mm,y_mm\n+93.5,+2.25\n-4,7\n",
+        "x_mm,y_mm\n93.5,2.25\n\xE2\x88\x92"
+        "4,7\n",
+        "x_mm,y_mm\r93.5,2.25\r-4,7\r", "sep=,\nx_mm,y_mm\n93.5,2.25\n-4,7\n", "# x_mm,y_mm\n93.5,2.25\n-4,7\n",
+        "# made by hand\n#\nx_mm,y_mm\n93.5,2.25\n-4,7\n", "# two comments\n# x_mm, y_mm\n93.5,2.25\n-4,7\n",
+        "x_mm,y_mm,,\n93.5,2.25,,\n-4,7,,\n", "x_mm,y_mm\n93.5,2.25,\n-4,7,\n"}) {
+    const auto read = parseCsv(text, "points");
+    ASSERT_TRUE(read.ok()) << text << read.error().front().reason;
+    EXPECT_EQ(*read, table) << text;
+  }
+  for (const bool little : {true, false}) {
+    const auto read = parseCsv(utf16("x_mm,y_mm\r\n" + rows, little), "points");
+    ASSERT_TRUE(read.ok()) << read.error().front().reason;
+    EXPECT_EQ(*read, table);
+  }
+  EXPECT_EQ(parseCsv("sep=;\nx_mm;y_mm\n1;2\n", "points").error().front().name, "bad-header");
+  EXPECT_EQ(parseCsv("x_mm,y_mm\n1,+-2\n", "points").error().front().name, "not-a-number");
+  EXPECT_EQ(parseCsv("x_mm,y_mm\n1,2,,3\n", "points").error().front().name, "extra-cells");
+}
+
+TEST_F(CaseFolder, HasTablesWithNamesInCapitalsToo) {
+  write("config.json", R"({"method": "sphere-fit"})");
+  write("POINTS.CSV", "x_mm\n1\n");
+  write("Queries.CSV", "x_mm\n2\n");
+  const auto read = readCase(folder_);
+  ASSERT_TRUE(read.ok());
+  EXPECT_NE(read->table("points"), nullptr);
+  EXPECT_NE(read->table("Queries"), nullptr);
+  write("points.csv", "x_mm\n1\n");
+  ASSERT_FALSE(readCase(folder_).ok()) << "which of the two";
+}
+
 // As a spreadsheet saves it as UTF-8.
 TEST(GoodTable, MayBeginWithAByteOrderMarkAndHaveQuotes) {
   const auto table = parseCsv("\xEF\xBB\xBF\"C_rad\",x_mm\r\n0.5,\"2\"\r\n", "readings");

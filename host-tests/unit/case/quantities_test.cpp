@@ -27,11 +27,11 @@ metrology::Result errorsOfC() {
 TEST(Quantities, OfARotaryAxisAreNamedAsInIso230) {
   const auto all = quantitiesOf(errorsOfC(), "C");
   ASSERT_EQ(all.size(), 18U);
-  EXPECT_EQ(all[0].label.name, "EXC at 0 deg");
-  EXPECT_EQ(all[6].label.name, "EXC at 60 deg");
-  EXPECT_EQ(all[6].key, "EXC_at_60_deg_mm") << "as the box names it";
+  EXPECT_EQ(all[0].label.name, "deviation XC at 0 deg");
+  EXPECT_EQ(all[6].label.name, "deviation XC at 60 deg");
+  EXPECT_EQ(all[6].key, "deviation_XC_at_60_deg_mm") << "as the box names it";
   EXPECT_EQ(withSdAndU(all[6]), "1.20 um, sd 0.20 um");
-  EXPECT_EQ(all[9].label.name, "EAC at 60 deg");
+  EXPECT_EQ(all[9].label.name, "deviation AC at 60 deg");
   EXPECT_EQ(withSdAndU(all[9]), "12.0 urad, sd 1.7 urad");
   EXPECT_EQ(all[12].label.name, "XOC");
   EXPECT_EQ(all[16].label.name, "BOC");

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
@@ -114,6 +115,11 @@ TEST(Encoders, AndDevicesMustAgree) {
 
 TEST(Encoders, AreRefusedWhereTheyCannotBeRead) {
   EXPECT_THAT(problemOfBox(boxText("[encoder.X]\nkind = \"conter\"\n")), HasSubstr("did you mean \"counter\"?"));
+  const auto misspelt =
+      problemOfBox(boxText("[encoder.X]\nkind = \"quadratur\"\na = { chip = \"gpiochip0\", line = 20 }\nb = { chip = "
+                           "\"gpiochip0\", line = 21 }\nrate_hz = 5\n"));
+  EXPECT_THAT(misspelt, HasSubstr("did you mean \"quadrature\"?"));
+  EXPECT_EQ(std::ranges::count(misspelt, '\n'), 0) << "one message: " << misspelt;
   EXPECT_THAT(problemOfBox(boxText("[encoder.X]\nkind = \"counter\"\n")),
               HasSubstr("box.toml:15: missing key 'encoder.X.device'"));
   EXPECT_THAT(problemOfBox(boxText(with(kCounterX, "bits = 4"))), HasSubstr("give a value from 8 to 64"));

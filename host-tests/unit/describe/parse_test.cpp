@@ -73,6 +73,16 @@ TEST(BoxToml, GivesLinesByRole) {
   EXPECT_EQ(box->indexes[0].axis, 2);
 }
 
+TEST(MachineToml, HasTheSdOfEverySize) {
+  const auto machine = machineWith(
+      "[datum_sphere]\ndiameter_mm = 25\nsd_diameter_mm = 0.0002\n[datum_plates]\ngap_mm = 26\nsd_gap_mm = 0.0005\n"
+      "[periodic_check]\nball_diameter_mm = 12\nsd_ball_diameter_mm = 0.0003\nball_centre_z_mm = -160\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_EQ(machine->datum_sphere_sd_mm, 0.0002);
+  EXPECT_EQ(machine->datum_gap_sd_mm, 0.0005);
+  EXPECT_EQ(machine->periodic_check->sd_ball_diameter_mm, 0.0003);
+}
+
 TEST(BoxToml, NamesFileLineAndNearestKeyOfAnUnknownOne) {
   EXPECT_EQ(problemOfBox(exchangedInBox("serial_number", "serial_nummer")),
             "box.toml:3: unknown key 'box.serial_nummer': did you mean 'serial_number'?");

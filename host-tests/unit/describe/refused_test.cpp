@@ -54,7 +54,7 @@ TEST(Refused, WholeNumbersThatADoubleDoesNotHold) {
 TEST(Refused, AGainThatLeavesAScrewUncorrectedOrMultipliesIt) {
   for (const char* const gain : {"0", "1e-308", "-0.05"})
     EXPECT_THAT(simMachineProblem("gain = -1.0   ", std::string{"gain = "} + gain),
-                AllOf(HasSubstr("machine.toml:150: 'screw.X.gain' = "), HasSubstr("remove the screw")));
+                AllOf(HasSubstr("machine.toml:153: 'screw.X.gain' = "), HasSubstr("remove the screw")));
   EXPECT_THAT(simMachineProblem("gain = -1.0   ", "gain = -86"), HasSubstr("give a value from -10 to 10"));
   EXPECT_TRUE(parseMachine(simWith("machine.toml", "gain = -1.0   ", "gain = 0.86"), "machine.toml"));
 }
@@ -68,7 +68,7 @@ TEST(Refused, CountsTooCoarseForAnAxis) {
 
 TEST(Refused, TwoBallsOfAPlateInOnePlace) {
   EXPECT_THAT(simMachineProblem("at_mm = [-15, -26, 60]", "at_mm = [-15, 26.0005, 100]"),
-              HasSubstr("machine.toml:142: 'ball_plate.ball.at_mm' is the place of a ball that stands before it"));
+              HasSubstr("machine.toml:145: 'ball_plate.ball.at_mm' is the place of a ball that stands before it"));
 }
 
 TEST(Refused, AToolThatEndsInsideOfItsHolder) {
@@ -182,6 +182,11 @@ TEST(Refused, AddressesThatAreThereTwice) {
             "s.toml:2: 'links' has \"usb\" twice: remove one of them\n"
             "s.toml:4: 'cnc' has \"modbus:/dev/a\" twice: remove one of them");
   EXPECT_EQ(parseService("links = [\"usb\",\n  \"tcp::1\"]\n", "s.toml")->link_places.at(1), "s.toml:2: 'links'");
+}
+
+TEST(Refused, AxesInSmallLettersByTheirOwnName) {
+  EXPECT_THAT(machineProblem("[axis.x]\nsense = 1\n"), AllOf(HasSubstr("'axis.x'"), HasSubstr("write 'X'")));
+  EXPECT_THAT(machineProblem("[screw.z]\npitch_mm = 10\n"), AllOf(HasSubstr("'screw.z'"), HasSubstr("write 'Z'")));
 }
 
 TEST(Refused, AllProblemsOfAFileAtOnceInTheOrderOfItsLines) {

@@ -47,6 +47,17 @@ TEST(TemperatureOfARun, ReplacesThatOfTheDescription) {
   EXPECT_THAT(run.warnings, IsEmpty());
 }
 
+TEST(SizesOfARun, HaveTheSdThatIsDescribed) {
+  Facts facts = withSphere({});
+  facts.stylus_ball_diameter_mm = 6;
+  EXPECT_FALSE(measured(kDelayKnownSphere, facts).dataset.config.contains("sd_effective_diameter_mm"));
+  facts.sd_sphere_diameter_mm = 4e-4;
+  EXPECT_EQ(numberAt(measured(kDelayKnownSphere, facts), "sd_effective_diameter_mm"), 4e-4);
+  facts.gap_mm = 26;
+  facts.sd_gap_mm = 5e-4;
+  EXPECT_EQ(numberAt(measured(kDelayPlates, facts), "sd_gap_mm"), 5e-4);
+}
+
 TEST(TemperatureOfARun, IsEnoughWhereTheExpansionAloneIsDescribed) {
   Facts facts = withSphere(SphereTemperature{.celsius = {}, .sd_k = 0.5, .expansion_per_k = 11.5e-6});
   const auto without = measured(kDelayKnownSphere, facts);

@@ -125,10 +125,10 @@ std::string boxOf(const std::string& html) {
 TEST(Report, OfARotaryAxisNamesItsErrorsAsTheStandardDoes) {
   const auto html = pageOf(subjectIn(fs::path{PROBEBOX_REPORT_CASES} / "rotary-axis-errors"));
   EXPECT_THAT(boxOf(html), HasSubstr("No limit stated"));
-  EXPECT_THAT(boxOf(html), HasSubstr("worst: EXC at 180 deg = -21.4 um, U = 1.1 um (k = 2)"));
+  EXPECT_THAT(boxOf(html), HasSubstr("worst: EXC at 270 deg = 5.86 um, U = 0.82 um (k = 2)"));
   EXPECT_THAT(boxOf(html), HasSubstr("XOC = -10.74 um, U = 0.63 um (k = 2)"));
   EXPECT_THAT(boxOf(html), HasSubstr("XOC and YOC are the errors of the position of C in the X and Y directions"));
-  EXPECT_THAT(html, HasSubstr("<th>angle</th><th class=\"n\">EXC (um)</th>"));
+  EXPECT_THAT(html, HasSubstr("<th>angle</th><th class=\"n\">deviation XC (um)</th>"));
   EXPECT_THAT(html, HasSubstr("<tr><td>330 deg</td>")) << "complete on paper";
   EXPECT_THAT(html, HasSubstr("Zero by definition, so not listed: ZOC, COC."));
   EXPECT_THAT(html, Not(testing::ContainsRegex("E[XYZABC] \\[")));

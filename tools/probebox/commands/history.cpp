@@ -55,6 +55,7 @@ ExitStatus run(const History& options, const std::string& uri, Console& console)
         {ExitStatus::failed, "not_found",
          "no result about " + options.what + " is stored" + (meant.empty() ? "; probebox history lists all" : meant)});
   }
+  if (console.json()) console.object({{"transitions", Json::array()}});
   console.note("no result is stored");
   return ExitStatus::ok;
 }

@@ -91,6 +91,7 @@ ExitStatus run(const Results& options, const std::string& uri, Console& console)
   }
   if (!nothing) return ExitStatus::ok;
   if (!options.subject.empty()) return console.fail(nothingAbout(options.subject, *all));
+  if (console.json()) console.object({{"results", Json::array()}});
   console.note("no result is stored: probebox calibrate measures one");
   return ExitStatus::ok;
 }

@@ -23,6 +23,7 @@ Json summary(const Verify& options, const RecordingSums& sums, const link::Recor
           {"received_samples", sums.received},
           {"declared_lost_samples", sums.declared_lost},
           {"lost_on_link_samples", sums.lost_on_link},
+          {"repeated_samples", sums.repeated},
           {"received_triggers", sums.triggers.received},
           {"declared_lost_triggers", sums.triggers.declared_lost},
           {"lost_on_link_triggers", sums.triggers.inferred_lost},
@@ -39,7 +40,11 @@ ExitStatus run(const Verify& asked, const std::string& given, Console& console) 
   RecordingSums sums;
   const auto end = readThrough(options.input, sums, console, {.shows_progress = true});
   if (!end) return conclude(end.error(), console);
-  const auto faults = faultsOf(sums, *end);
+  auto faults = faultsOf(sums, *end);
+  // A table has one row for each all the same.
+  if (sums.repeated > 0)
+    faults.push_back(std::to_string(sums.repeated) + (sums.repeated == 1 ? " sample is" : " samples are") +
+                     " in it twice: a recording was joined with itself, or with another one of the same time");
   if (console.json()) {
     console.object(summary(options, sums, *end, faults));
   } else {

@@ -23,34 +23,38 @@ ExitStatus conclude(const Trouble& trouble, Console& console) {
 
 void RecordingSums::onWelcome(const messages::Welcome& welcome) {
   const auto restarts = joined_.restarts();
+  follows_end_ = !open_;
   joined_.link(welcome.boot_id);
   if (joined_.restarts() == restarts) return;
   ends_unknown += open_;
   open_ = false;
 }
 
-// Samples between two recordings that both have their ends were not asked for.
+// Samples between two recordings that both have their ends were not asked for; those that the next has again are there
+// twice. A link that resumes a stream may repeat some.
 template <class Tell>
-void RecordingSums::follow(Tell tell) {
-  const auto before = joined_.now().unexplained;
+void RecordingSums::follow(std::uint64_t count, Tell tell) {
+  const auto before = joined_.now();
   tell();
-  if (open_) missing_between += joined_.now().unexplained - before;
+  const auto after = joined_.now();
+  if (open_) missing_between += after.unexplained - before.unexplained;
+  if (follows_end_) repeated += count - (after.accounted() - before.accounted());
   open_ = true;
 }
 
 void RecordingSums::onBlock(const link::DecodedBlock& block) {
   received += block.header.count;
-  follow([&] { joined_.block(block.header.first, block.header.count); });
+  follow(block.header.count, [&] { joined_.block(block.header.first, block.header.count); });
 }
 
 void RecordingSums::onGap(const messages::Gap& gap) {
   declared_lost += gap.count;
-  follow([&] { joined_.gap(gap); });
+  follow(gap.count, [&] { joined_.gap(gap); });
 }
 
 void RecordingSums::onHole(const messages::Gap& hole) {
   lost_on_link += hole.count;
-  follow([&] { joined_.hole(hole); });
+  follow(hole.count, [&] { joined_.hole(hole); });
 }
 
 void RecordingSums::onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) {

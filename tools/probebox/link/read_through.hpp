@@ -38,15 +38,17 @@ struct RecordingSums : link::StreamListener {
   std::uint64_t received{}, declared_lost{}, heartbeats{}, inexact{};
   std::uint64_t lost_on_link{};     // in holes, and before the first sample of a stream
   std::uint64_t missing_between{};  // after a link without a closing ledger, before the first sample of the next
+  std::uint64_t repeated{};         // of a recording that follows the closing ledger of one with the same samples
   std::uint64_t ends_unknown{};     // streams without a closing ledger that a restart of the box ended
   link::TriggerAccount triggers;
 
  private:
   template <class Tell>
-  void follow(Tell tell);
+  void follow(std::uint64_t count, Tell tell);
 
   SampleTally joined_;
-  bool open_{};  // samples came after the last closing ledger
+  bool open_{};         // samples came after the last closing ledger
+  bool follows_end_{};  // the link that is read began behind a closing ledger
 };
 
 // Explains each fault of a recording to a person; empty when it is complete and exact.

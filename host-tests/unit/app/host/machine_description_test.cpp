@@ -9,8 +9,8 @@ namespace {
 procedure::Facts fullFacts() {
   procedure::Facts facts{
       .sphere_diameter_mm = 25, .gap_mm = 26, .stylus_ball_diameter_mm = 6, .sigma_c_rad = 4e-6, .screws = {}};
-  facts.sphere_certificate =
-      procedure::SphereCertificate{.sd_mm = 5e-5, .in_words = "number 7", .next_due = "2028-04-17"};
+  facts.sd_sphere_diameter_mm = 5e-5;
+  facts.sphere_certificate = procedure::SphereCertificate{.in_words = "number 7", .next_due = "2028-04-17"};
   facts.sphere_temperature = procedure::SphereTemperature{.celsius = 23.5, .sd_k = 0.5, .expansion_per_k = 11.5e-6};
   facts.sd_stylus_ball_diameter_mm = 3e-4;
   facts.tilting_table = procedure::BFacts{.axis = {1, 0, 0}, .count = 2, .angles_rad = {-1.5, 0}, .sigma_rad = 5e-6};

@@ -167,7 +167,7 @@ TEST_F(Accepting, OfASumRestsOnWhatItsPartsRestOn) {
   const auto rests_on = store_.restsOn(inForce("centreline")->id).value();
   for (const auto& other : rests_on) basis.push_back(other.id);
   EXPECT_THAT(basis, testing::UnorderedElementsAre(delay, tip, offset));
-  acceptedAs("delay", resultOf("delay-plates", {Estimate::scalar("tau_s", 0.003851, 4e-6)}));
+  acceptedAs("delay", resultOf("delay-plates", {Estimate::scalar("tau_s", 0.00386, 4e-6)}));
   EXPECT_THAT(results_.toRepeat(), testing::Contains(HasSubstr("about centreline rests on a retired result, " +
                                                                std::to_string(delay) + " about delay")));
 }
@@ -353,6 +353,29 @@ TEST_F(Accepting, OfAScrewGivesFaceAndReferenceEachItsSource) {
   EXPECT_TRUE(inForce("screw-x")) << "the face stays";
 }
 
+TEST_F(Accepting, IsNoReasonToRepeatWhatRestsOnAResultThatAgreesWithItsSuccessor) {
+  const auto delayOf = [](double tau_s) { return resultOf("delay-plates", {Estimate::scalar("tau_s", tau_s, 4e-6)}); };
+  const auto first = acceptedAs("delay", delayOf(0.00385)).id;
+  const auto centreline = propose("centreline", centreAt(0.154, -0.11, "centreline-by-steps"), {.rests_on = {first}});
+  ASSERT_TRUE(results_.accept(centreline, "Ada"));
+  EXPECT_THAT(acceptedAs("delay", delayOf(0.003853)).notes, IsEmpty()) << "3 us, and u is 4 us";
+  EXPECT_THAT(results_.toRepeat(), IsEmpty());
+  EXPECT_THAT(acceptedAs("delay", delayOf(0.003856)).notes, testing::SizeIs(1)) << "6 us from the first";
+  EXPECT_THAT(results_.toRepeat(), testing::SizeIs(1));
+}
+
+TEST_F(Accepting, SaysThatTheUncertaintyGrows) {
+  const auto delayOf = [](double u_s) {
+    auto tau = Estimate::scalar("tau_s", 0.00385, 4e-6);
+    tau.uncertainty = {u_s};
+    return resultOf("delay-plates", {tau});
+  };
+  acceptedAs("delay", delayOf(4e-6));
+  EXPECT_THAT(acceptedAs("delay", delayOf(5e-6)).notes, IsEmpty());
+  EXPECT_THAT(acceptedAs("delay", delayOf(2e-5)).notes, ElementsAre(HasSubstr("from 5e-06 to 2e-05")));
+  EXPECT_THAT(acceptedAs("delay", delayOf(4e-6)).notes, IsEmpty());
+}
+
 TEST_F(Accepting, AndGoingBackNameWhatRestsOnTheRetired) {
   const auto delayOf = [](double tau_s) { return resultOf("delay-plates", {Estimate::scalar("tau_s", tau_s, 4e-6)}); };
   const auto first = acceptedAs("delay", delayOf(0.00385)).id;
@@ -360,7 +383,7 @@ TEST_F(Accepting, AndGoingBackNameWhatRestsOnTheRetired) {
   ASSERT_TRUE(results_.accept(centreline, "Ada"));
   const auto sentence =
       HasSubstr("Result " + std::to_string(centreline) + " about centreline rests on a retired result");
-  EXPECT_THAT(acceptedAs("delay", delayOf(0.003851)).notes, ElementsAre(sentence));
+  EXPECT_THAT(acceptedAs("delay", delayOf(0.00386)).notes, ElementsAre(sentence));
   const auto back = results_.rollBack(std::string{"delay"}, "Ada");
   ASSERT_TRUE(back);
   EXPECT_THAT(back->notes, IsEmpty()) << "it rests on the one that is in force again";

@@ -33,16 +33,16 @@ TEST(SummaryOfAResult, NamesTheErrorsOfARotaryAxisByTheirAngle) {
   record.content = result;
   const auto values = summaryOf(record).values;
   ASSERT_EQ(values.size(), 15U);
-  EXPECT_EQ(values[0].key, "EXC_at_0_deg_mm");
-  EXPECT_EQ(values[7].key, "EYC_at_60_deg_mm");
+  EXPECT_EQ(values[0].key, "deviation_XC_at_0_deg_mm");
+  EXPECT_EQ(values[7].key, "deviation_YC_at_60_deg_mm");
   EXPECT_EQ(values[7].value, 0.25);
-  EXPECT_EQ(values[11].key, "ECC_at_60_deg_rad");
+  EXPECT_EQ(values[11].key, "deviation_CC_at_60_deg_rad");
   EXPECT_EQ(values[11].sd, 1e-4);
   EXPECT_EQ(values[13].key, "location_mm[1]");
   EXPECT_FALSE(values[13].has_sd);
   EXPECT_FALSE(values[13].has_u);
   record.binding.subject = "rotary-axis-errors";
-  EXPECT_EQ(summaryOf(record).values[7].key, "EY_at_60_deg_mm") << "of an axis that the case does not name";
+  EXPECT_EQ(summaryOf(record).values[7].key, "deviation_Y_at_60_deg_mm") << "of an axis that the case does not name";
 }
 
 // Its sd alone is that of the readings: what a person reads behind +/- is the combined one.
@@ -63,7 +63,7 @@ TEST(SummaryOfAResult, HasTheCombinedUncertaintyBesideTheSd) {
   EXPECT_TRUE(values[0].has_u);
   EXPECT_EQ(values[0].u, 5e-6);
   EXPECT_EQ(values[0].uncertainty(), 5e-6);
-  EXPECT_EQ(values[6].key, "ECC_at_0_deg_rad");
+  EXPECT_EQ(values[6].key, "deviation_CC_at_0_deg_rad");
   EXPECT_EQ(values[6].uncertainty(), 3.0);
   EXPECT_FALSE(values[7].has_u) << "of a version that had no budget";
   EXPECT_EQ(values[7].uncertainty(), 0.01) << "then sd counts";

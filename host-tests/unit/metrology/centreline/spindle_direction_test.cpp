@@ -1,5 +1,6 @@
 // Direction of the spindle axis with tip and shank, and from two balls of one holder (B.7).
 #include <array>
+#include <gmock/gmock.h>
 
 #include "host-tests/metrology/fisher.hpp"
 #include "host-tests/metrology/mill_turn.hpp"
@@ -141,6 +142,7 @@ TEST(TwoBallHolder, GivesTheSpindleAgainstZAndAgainstC) {
     const TwoBalls holder{.machine = randomMachine(random, 3e-4)};
     const auto solved = solve(holder.dataset());
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_THAT(solved->dropped, testing::IsEmpty()) << solved->warnings.front();
     for (std::size_t k = 0; k < 2; ++k) {
       const auto at = static_cast<Eigen::Index>(k);
       EXPECT_NEAR(solved->find("A_tilt_rad")->values[k], holder.machine.spindle_tilt[at], 2e-8);

@@ -323,8 +323,16 @@ TEST(Residuals, StandAtTheirReadings) {
   for (const double value : result.residuals.values) squares += value * value;
   EXPECT_NEAR(std::sqrt(squares / 18.0), result.rms, 1e-12);
   // Read minus fitted: a reading that is moved up stands up.
+  columnNamed(dataset, "readings", "y_mm")[1] += 3.0 * sigma;
+  EXPECT_GT(solved(dataset).residuals.values[3], sigma + result.residuals.values[3]);
+  // One that does not belong to the others is left out, and they keep the numbers that they have in the file.
   columnNamed(dataset, "readings", "y_mm")[1] += 20.0 * sigma;
-  EXPECT_GT(solved(dataset).residuals.values[3], 10.0 * sigma);
+  const Result without = solved(dataset);
+  ASSERT_EQ(without.residuals.values.size(), 16U);
+  EXPECT_EQ(without.dropped.at(0).name, "readings 2");
+  EXPECT_EQ(without.residuals.names[1], "readings 1, y_mm");
+  EXPECT_EQ(without.residuals.names[2], "readings 3, x_mm");
+  EXPECT_EQ(without.residuals.names[15], "readings 9, y_mm");
 }
 
 }  // namespace
