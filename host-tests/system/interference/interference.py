@@ -644,7 +644,7 @@ def check_posts(probebox, folder):
 def check_own_programs(probebox, folder):
     """The programs of `probebox gcode` are read, and a probing move ends where the cutter touches."""
     for dialect in ("linuxcnc", "fanuc", "haas", "siemens"):
-        done = subprocess.run([probebox, "gcode", "delay-multi-speed", "--dialect", dialect, "--probe-tools", "4", "--stylus", "6", "--sphere", "25", "--safe-z", "80", "--output", str(folder / "own.nc")], capture_output=True, text=True)
+        done = subprocess.run([probebox, "gcode", "delay-multi-speed", "--dialect", dialect, "--probe-tools", "4", "--stylus", "6", "--sphere", "25", "--safe-z", "80", "--output", str(folder / "own.nc"), "--force"], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         status, told, said = run(probebox, folder, cell([CLAMP, TABLE]), (folder / "own.nc").read_text())
         assert status == 0 and told["moves"] > 100, (dialect, told, said)
@@ -694,7 +694,7 @@ def check_refusals(probebox, folder):
         "bad-cycle": ("G81 X1 Z-5", "G81 X1 Z-5 R60", "G81 X1 Z5 R2", "G81 X1 Z-5 R2 L0.5", "G18 G81 X1 Z-5 R2"),
         "too-many-moves": ("G91 G81 X0 Z-1 R-1\n" + 11 * "X0.001 L9999\n",),
         "bad-comment": ("G0 X10 (move (fast) G1 Z-190 F100", "G0 X10 (never closed G1 Z-190 F100", "G0 X10 (one) two)"),
-        "unknown-place": ("G38.2 X10 F100\nG81 X5 Z-5 R2", "G31 X10 F100\nG92 X0"),
+        "unknown-place": ("G38.2 X10 F100\nG81 Z-5 R2", "G31 X10 F100\nG92 X0"),
     }
     two = cell([BOX]) + "[[tool]]\nnumber = 5\nholder_radius_mm = 20\nholder_length_mm = 62\nradius_mm = 6\nlength_mm = 58\n"
     for name, programs in refused.items():
