@@ -1,4 +1,5 @@
 """A box, a LinuxCNC and the line between them, for tests: everything in a folder that goes away with them."""
+import json
 import os
 import pty
 import select
@@ -89,6 +90,10 @@ class Room:
         self.start("box", [os.path.join(self.binaries, "probeboxd"), "--board", board, "--state", self.path("state"),
                            "--link", "tcp:127.0.0.1:7627"] + list(more))
         eventually(lambda: self.probebox("status").returncode == 0, "a box that answers")
+
+    def corrections(self):
+        """What the box corrects now: the whole answer."""
+        return json.loads(self.probebox("--json", "corrections", "--count", "1").stdout)
 
     def kill_box(self):
         box = self.processes.pop("box")

@@ -59,7 +59,8 @@ Outcome<Geometry> geometryOf(const board::CellSolid& solid, const std::filesyste
 // Whether a part of the tool that does not touch the surface of a mesh is enclosed by it.
 bool isWithin(const Object& part, const Object& solid, const Inside& inside) {
   if (!solid.getAABB().contain(part.getAABB())) return false;
-  return inside.contains(pointOf(solid.getTransform().inverse() * part.getTranslation()));
+  const fcl::Vector3d from_solid = part.getTranslation() - solid.getTranslation();
+  return inside.contains(pointOf(solid.getRotation().transpose() * from_solid));
 }
 
 }  // namespace
