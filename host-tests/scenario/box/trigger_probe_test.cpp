@@ -190,7 +190,7 @@ TEST(TriggerProbe, FindsTheLeanOfItsSpindleWithoutAPreTravel) {
       expectTheSameFrom(scenario.dataset(), *found);
       EXPECT_THAT(found->unobservable, testing::Contains(HasSubstr("lobes of the pre-travel")));
     }
-    tilt.expectHonest();
+    tilt.expectHonest(Pulls::kCautious);
   }
 }
 
