@@ -109,19 +109,19 @@ def component_of_gate():
     raise AssertionError("no probebox_gate runs")
 
 
-def warm(room, board):
-    """A copy of the board whose screw along X is far longer than cold: a correction that a joint would be seen to step by."""
+def far_corrected(room, board):
+    """A copy of the board with a correction along X that a joint would be seen to step by."""
     own = room.path("board")
     shutil.copytree(board, own)
-    machine = os.path.join(own, "machine.toml")
-    text = open(machine).read()
-    assert "reference_um = 0 " in text
-    open(machine, "w").write(text.replace("reference_um = 0 ", "reference_um = -250 ", 1))
+    for file, old, new in (("machine.toml", "gain = -1.0 ", "gain = -3.0 "), ("world.toml", "warm_um = 60 ", "warm_um = 600 ")):
+        text = open(os.path.join(own, file)).read()
+        assert old in text, (file, old)
+        open(os.path.join(own, file), "w").write(text.replace(old, new, 1))
     return own
 
 
 def mill(room, board):
-    board = warm(room, board)
+    board = far_corrected(room, board)
     cable = room.cable("line")
     box = (board, "--cnc", "modbus:%s,baud=115200,parity=none" % cable.ports[0])
     room.edit("probebox_mb2hal.ini", ("/dev/ttyS2", cable.ports[1]), ("SERIAL_BAUD=19200", "SERIAL_BAUD=115200"),
@@ -137,6 +137,7 @@ def mill(room, board):
     eventually(lambda: gate(room) and follows(room, "xyz"), "offsets that follow the box")
     eventually(lambda: abs(room.pin("joint.0.motor-pos-cmd") - offset(room, "x")) < SETTLED_MM, "a joint at its offset")
 
+    eventually(lambda: abs(room.corrections()["correction_mm"][0]) > 5 * STEP_MM, "a screw that is warm")
     for sources in ("none", "screw"):
         with NoStep(room, "x", "line"):
             cable.connected = False
@@ -164,8 +165,8 @@ def mill(room, board):
     room.start_box(*box)
     eventually(lambda: gate(room) and follows(room, "xyz"), "offsets after a restart of the box")
     least, most = follower.end()
-    # The emulated screws are cold again: the box goes on from what it served last.
-    low, high = min(before, offset(room, "x")) - 5e-3, max(before, offset(room, "x")) + 5e-3
+    # The emulated screws are cold again: the box goes from what it served last to nothing, and on as they warm up.
+    low, high = min(before, 0, offset(room, "x")) - 5e-3, max(before, 0, offset(room, "x")) + 5e-3
     assert low <= least and most <= high, ("the joint went astray while the box was started anew", before, least, most)
 
     room.machine_off()

@@ -33,7 +33,8 @@ class Desk : public testing::Test {
                      {.snapshot = [this] { return support::numbered(number_); },
                       .take = [](std::span<const Event>) { return true; },
                       .kept = [] { return RegisterDesk::Kept{}; },
-                      .serves = [this](const published::Snapshot& snapshot) { served_ = snapshot.produced_samples; }}};
+                      .serves = [this](const published::Snapshot& snapshot,
+                                       std::string_view) { served_ = snapshot.produced_samples; }}};
 };
 
 TEST_F(Desk, KnowsThatACorrectionWasReadInEveryFormat) {
