@@ -102,6 +102,7 @@ class Tape {
 
   void delay() {
     constexpr double kMsPerS = 1e3;
+    if (of_.delay.result_id == 0) return line("(NO DELAY IN FORCE)");
     if (!of_.delay.calibrated) return line("(NO DELAY OF EVERY AXIS IN FORCE)");
     if (!numbered()) return line("(A WORK OFFSET HOLDS NO DELAY)");
     values(kDelay, of_.delay.tau_s, kMsPerS, 5);

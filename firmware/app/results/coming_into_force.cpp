@@ -100,12 +100,18 @@ std::optional<std::string> ResultsInForce::aboutOtherAxes(const store::Record& r
          (never.empty() ? "" : " That of " + never + " was never measured: its positions stay late by it.");
 }
 
-// Those in force that rest on a result which is replaced.
+// Those in force that rest on a result which is replaced, or on one that it has replaced.
 std::vector<std::string> ResultsInForce::dependantsOn(store::Id retired) const {
+  const auto left = store_.find(retired);
+  if (!left) return {};
+  const auto isOfIt = [&](const store::Dependence& other) {
+    const auto found = store_.find(other.id);
+    return found && found->binding == left->binding;
+  };
   std::vector<std::string> sentences;
   for (const auto& record : ours(store::State::active).value_or(std::vector<store::Record>{})) {
     const auto others = store_.restsOn(record.id);
-    if (others && std::ranges::find(*others, retired, &store::Dependence::id) != others->end())
+    if (others && std::ranges::any_of(*others, isOfIt))
       std::ranges::move(onRetired(store_, record), std::back_inserter(sentences));
   }
   return sentences;

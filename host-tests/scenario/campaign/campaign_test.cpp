@@ -34,7 +34,7 @@ std::optional<Runner::Done> firstFound(const Rules& rules, Nanoseconds length, s
 
 TEST(Campaign, BreaksNoRule) {
   Tally all;
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+  for (std::uint64_t seed = 101; seed <= 112; ++seed) {
     const auto verdict = performed(seed);
     EXPECT_FALSE(verdict.violation) << "seed " << seed << ": " << verdict.violation->what;
     all += verdict.tally;

@@ -27,6 +27,7 @@ published::Snapshot withCentreline() {
   s.centreline.here_mm = {240.1234, -3.5};
   s.centreline.result.sd_centre_mm = {0.0004, 0.0005};
   s.delay.calibrated = true;
+  s.delay.result_id = 9;
   s.delay.tau_s = {0.004, 0.00401, 0.00399};
   s.delay.sd_s = {1e-6, 2e-6, 3e-6};
   return s;
@@ -102,7 +103,7 @@ TEST(Tape, ChangesNothingInTheControlWithoutAValidValue) {
   auto s = withCentreline();
   s.valid = false;
   s.centreline.result.result_id = 0;
-  s.delay.calibrated = false;
+  s.delay = {};
   EXPECT_THAT(linesOf(tape(s, Ask::all, {})),
               ElementsAre("%", "(NO VALID CORRECTION)", "(NO CENTRELINE IN FORCE)", "(NO DELAY IN FORCE)", "%"));
   const auto macro = tape(s, Ask::all, {.dialect = Dialect::macro});

@@ -154,7 +154,8 @@ TEST_F(Served, GoesOnFromWhatEachReaderReadLastAtTheLimitOfRate) {
     return shown;
   };
   EXPECT_EQ(read("line", 0.01, 1s).correction_mm[0], 0.01) << "the first value that it reads";
-  for (auto at = 1s + 100ms; at < 5s; at += 100ms) read("monitor", 0.01 + 2e-5 * static_cast<double>(at / 1ms - 1000), at);
+  for (auto at = 1s + 100ms; at < 5s; at += 100ms)
+    read("monitor", 0.01 + 2e-5 * static_cast<double>(at / 1ms - 1000), at);
   double before_mm = 0.01;
   std::uint16_t sequence = 0;
   auto at = 5s + 0ms;
