@@ -71,13 +71,11 @@ void Follower::expectRestart(MonoTime now, double doubt_s) {
 
 // Between two values that a joint follows lies no more than it covers at the limit of rate in the time in which the
 // value may have moved: a polling interval before a pause and one after it, because a value that is not valid is
-// frozen, and never more than the box lets a reader see at once; and behind an end of the box, for as long as it waits,
+// frozen; and behind an end of the box, for as long as it waits,
 // what it is in doubt about.
 std::optional<std::string> Follower::whyTooFast(const std::array<double, 3>& served_mm, MonoTime now) const {
   if (!followed_at_) return std::nullopt;  // the joints stand at zero, without an offset
-  constexpr double kMostAtOnce_s = 0.25;
   double moving_s = std::min(seconds(now - *followed_at_), 2 * seconds(poll_interval_)) + kPublishing_s;
-  moving_s = std::min(moving_s, kMostAtOnce_s);
   if (outage_) moving_s += std::min(outage_->doubt_s, seconds(now - outage_->since));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double step_mm = std::abs(served_mm[axis] - joints_mm_[axis]);

@@ -33,8 +33,8 @@ Rules for the master:
 - 32-bit values are high word first unless register 128 is 1, which the box keeps for the line. By TCP the address decides (`words=`), for
   all masters, and register 128 takes no other value.
 - After any end of the box the first correction is the one that it served last, with bit 0 clear until all inputs are known.
-- A master that did not read for a while is taken on from the correction that it read last, at the limit of rate: no more than 0.25 s of it
-  between two reads. Register 48 is 0 meanwhile, and register 3 counts on. Read at least four times a second. A master that holds an offset
+- A master that did not read for a while is taken on from the correction that it read last, at the limit of rate.
+  Register 48 is 0 meanwhile, and register 3 counts on. Read at least once a second, so that the correction keeps up. A master that holds an offset
   over a power cut of the box limits the rate itself when it goes on.
 - Registers 128 and 138 are stored before the write is answered, and restored before the first answer after any end. Markers,
   homings, poses, wishes and their commit registers begin at 0 again when the box starts or the serial line was unplugged; references of axes

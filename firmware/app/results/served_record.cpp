@@ -150,19 +150,25 @@ ServedRecord::Reader& ServedRecord::entryFor(std::uint32_t key) {
   return readers_.front();
 }
 
+Nanoseconds ServedRecord::forMotion(const Reader& reader, MonoTime now) const {
+  const auto most = std::min(2 * reader.interval + kPublishing, kLongestStore);
+  if (!reader.has_read) return most;
+  return std::min(reader.stored + std::max(now - reader.at, Nanoseconds{0}), most);
+}
+
 published::Snapshot ServedRecord::shownTo(std::string_view reader, const published::Snapshot& snapshot) {
   auto shown = snapshot;
   const std::lock_guard lock{mutex_};
   auto* const last = find(keyOf(reader));
   if (last == nullptr && !standing_nm_) return shown;
   const auto& from_nm = last != nullptr ? last->value_nm : *standing_nm_;
-  auto counted = kLongestGap;
-  if (last != nullptr && last->has_read)
-    counted = std::clamp(snapshot.at - last->at + kPublishing, Nanoseconds{0}, kLongestGap);
+  const double for_motion_s =
+      std::chrono::duration<double>{last != nullptr ? forMotion(*last, snapshot.at) : 2 * kUsualInterval + kPublishing}
+          .count();
   bool has_changed = false;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const double from_mm = from_nm[axis] * 1e-6;
-    const double most_mm = limits_[axis].rate_mm_s * std::chrono::duration<double>{counted}.count();
+    const double most_mm = limits_[axis].rate_mm_s * for_motion_s;
     const double limited_mm = std::clamp(snapshot.correction_mm[axis], from_mm - most_mm, from_mm + most_mm);
     // In the resolution of the registers, so that a value that is not limited stays as it is.
     if (inNanometres(limited_mm) != inNanometres(snapshot.correction_mm[axis])) {
@@ -180,6 +186,19 @@ published::Snapshot ServedRecord::shownTo(std::string_view reader, const publish
   return shown;
 }
 
+// Takes the motion to a value out of the store.
+void ServedRecord::spend(Reader& reader, const Nanometres& value_nm, MonoTime now) const {
+  double longest_s = 0;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const double way_mm = std::abs(value_nm[axis] - reader.value_nm[axis]) * 1e-6;
+    if (way_mm > 0) longest_s = std::max(longest_s, way_mm / limits_[axis].rate_mm_s);
+  }
+  const auto store = forMotion(reader, now);
+  const auto spent = std::chrono::duration_cast<Nanoseconds>(std::chrono::duration<double>{std::min(longest_s, 1.0)});
+  reader.stored = std::max(store - spent, Nanoseconds{0});
+  if (reader.has_read && now > reader.at) reader.interval = std::min(now - reader.at, kLongestStore);
+}
+
 void ServedRecord::note(const published::Snapshot& snapshot, std::string_view reader) {
   // No axis follows a value that is not valid: behind a start in doubt it is only where the box believes them to be.
   if (!snapshot.valid) return;
@@ -190,6 +209,7 @@ void ServedRecord::note(const published::Snapshot& snapshot, std::string_view re
   const bool was_newest = !readers_.empty() && readers_.front().key == key;
   auto& entry = entryFor(key);
   const bool is_new = !was_newest || !entry.has_read || entry.value_nm != value_nm;
+  spend(entry, value_nm, snapshot.at);
   entry.has_read = true;
   entry.value_nm = value_nm;
   entry.at = snapshot.at;

@@ -43,10 +43,12 @@ class ServedRecord {
   using Correction = std::array<double, kLinearAxes>;
   using Limits = std::array<corrections::OutputLimits, kLinearAxes>;
 
-  // Time that counts for the rate between two reads. Longer than a core that is behind may need to publish
-  // (Output::published).
-  static constexpr Nanoseconds kLongestGap = std::chrono::milliseconds{250};
+  // The most time that a reader has in store for motion at the limit of rate: twice the time between its last two
+  // reads, and what a core that is behind may publish at once (Output::published). A pause in reading does not fill it
+  // further.
   static constexpr Nanoseconds kPublishing = std::chrono::milliseconds{50};
+  static constexpr Nanoseconds kLongestStore = std::chrono::seconds{1};
+  static constexpr Nanoseconds kUsualInterval = std::chrono::milliseconds{25};  // of one that has not read twice
   // A further reader takes the place of the one that has not read for longest.
   static constexpr std::size_t kReaders = 16;
 
@@ -79,15 +81,19 @@ class ServedRecord {
     std::uint32_t key{};
     bool has_read{};  // since the start
     Nanometres value_nm{};
-    MonoTime at{};             // of the snapshot that it read last
-    std::uint16_t sequence{};  // of the core in that snapshot
-    std::uint16_t ahead{};     // its own sequence number beyond the core's
+    MonoTime at{};                         // of the snapshot that it read last
+    Nanoseconds interval{kUsualInterval};  // between its last two reads
+    Nanoseconds stored{};                  // for motion at the limit of rate
+    std::uint16_t sequence{};              // of the core in that snapshot
+    std::uint16_t ahead{};                 // its own sequence number beyond the core's
     std::uint16_t next_ahead{};
   };
 
   bool openToWrite();
   void find();
   bool put() const;
+  Nanoseconds forMotion(const Reader& reader, MonoTime now) const;
+  void spend(Reader& reader, const Nanometres& value_nm, MonoTime now) const;
   Reader* find(std::uint32_t key);
   Reader& entryFor(std::uint32_t key);
 
