@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/interference/program.hpp"
+#include "tools/interference/motion.hpp"
 
 namespace probebox::interference {
 

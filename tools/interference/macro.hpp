@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/interference/program.hpp"
+#include "tools/interference/motion.hpp"
 
 namespace probebox::interference {
 

@@ -1,7 +1,7 @@
+#include "tools/interference/motion.hpp"
+
 #include <algorithm>
 #include <cmath>
-
-#include "tools/interference/program.hpp"
 
 namespace probebox::interference {
 namespace {

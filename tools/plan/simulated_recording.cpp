@@ -44,9 +44,7 @@ SimulatedRecording::SimulatedRecording(const SetUp& set_up, const procedure::Fac
     : set_up_{set_up}, facts_{facts}, random_{seed}, recording_{capture::Capacity{}}, now_s_{kStart_s} {
   recording_.clear();
   const double tau = set_up.delay_s;
-  auto sd_s = set_up.sd_delay_s;
-  for (auto& each_s : sd_s) each_s = std::max(each_s, 1e-9);  // 0: never measured
-  recording_.setDelay({.result_id = 1, .tau_s = {tau, tau, tau}, .sd_s = sd_s, .at = {}});
+  recording_.setDelay({.result_id = 1, .tau_s = {tau, tau, tau}, .sd_s = set_up.sd_delay_s, .at = {}});
   for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) beside_rad_[axis] = stopOff(axis);
   head_beside_rad_ = normal(set_up.head.sigma_rad);
 }

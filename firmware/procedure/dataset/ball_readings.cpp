@@ -9,6 +9,7 @@
 #include "firmware/metrology/dataset/probe_pose.hpp"
 #include "firmware/metrology/touch/ball_centre.hpp"
 #include "firmware/metrology/touch/switched_centre.hpp"
+#include "firmware/procedure/dataset/known_delay.hpp"
 #include "firmware/procedure/dataset/shank_readings.hpp"
 #include "firmware/procedure/dataset/stop_shifts.hpp"
 #include "firmware/procedure/dataset/switched_readings.hpp"
@@ -181,7 +182,7 @@ std::optional<metrology::Refusal> addReadings(RunDataset& built, const FinishedR
   auto& dataset = built.dataset;
   dataset.tables.push_back(posesOf(run.recording));
   const auto& delay = run.recording.delay();
-  if (!delay.hasAllAxes()) {
+  if (lacksAnAxis(delay)) {
     return metrology::Refusal{
         "no-delay",
         "no system delay of every axis is in force, so the touches are displaced from the surface by an "

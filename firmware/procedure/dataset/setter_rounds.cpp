@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/touch/switched_touch.hpp"
+#include "firmware/procedure/dataset/known_delay.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 
 namespace probebox::procedure {
@@ -48,7 +49,7 @@ Rounds roundsOf(const FinishedRun& of) {
   auto& dataset = found.run.dataset;
   auto& refusal = found.run.refusal;
   const auto& delay = recording.delay();
-  if (!delay.hasAllAxes() && !of.facts.trigger_probe) {
+  if (lacksAnAxis(delay) && !of.facts.trigger_probe) {
     refusal = Refusal{
         "no-delay",
         "no system delay of every axis is in force, so the touches are displaced from the surface by an unknown lag: "

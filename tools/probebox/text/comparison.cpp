@@ -47,7 +47,8 @@ Json describe(const Change& change) {
 // Values that come into force. Of a delay also the probe's gain, which some methods give beside what they promise, and
 // not the place and size of what was touched.
 std::vector<Quantity> comparedOf(const metrology::Result& result, std::string_view subject) {
-  if (!subject.starts_with("delay") || subject == "delay-joints") return casefolder::quantitiesAbout(result, subject);
+  if (!subject.starts_with("delay") || result.find("tau_joint_s") != nullptr)
+    return casefolder::quantitiesAbout(result, subject);
   metrology::Result about;
   for (const auto key : {"tau_s", "tau_axis_s", "gain_matrix"}) {
     if (const auto* estimate = result.find(key)) about.estimates.push_back(*estimate);
