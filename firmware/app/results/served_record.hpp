@@ -48,7 +48,7 @@ class ServedRecord {
   // further.
   static constexpr Nanoseconds kPublishing = std::chrono::milliseconds{50};
   static constexpr Nanoseconds kLongestStore = std::chrono::seconds{1};
-  static constexpr Nanoseconds kUsualInterval = std::chrono::milliseconds{25};  // of one that has not read twice
+  static constexpr Nanoseconds kUsualInterval = std::chrono::milliseconds{10};  // of one that has not read twice
   // A further reader takes the place of the one that has not read for longest.
   static constexpr std::size_t kReaders = 16;
 

@@ -189,9 +189,9 @@ TEST_F(Served, KeepsWhereEachReaderStandsOverAKill) {
   const auto shown = [&](const char* reader) {
     return next.shownTo(reader, snapshotOf({0.12, 0, 0}, MonoTime{20s})).correction_mm[0];
   };
-  EXPECT_NEAR(shown("line"), 0.012, 1e-9);
-  EXPECT_NEAR(shown("monitor"), 0.092, 1e-9);
-  EXPECT_NEAR(shown("another"), 0.092, 1e-9) << "it stands where the box takes the axes to stand";
+  EXPECT_NEAR(shown("line"), 0.0114, 1e-9);
+  EXPECT_NEAR(shown("monitor"), 0.0914, 1e-9);
+  EXPECT_NEAR(shown("another"), 0.0914, 1e-9) << "it stands where the box takes the axes to stand";
 }
 
 TEST_F(Served, NumbersItsRecordsOverAllStarts) {
