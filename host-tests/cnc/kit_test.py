@@ -22,11 +22,11 @@ STEP_MM = 0.008
 
 
 class Follower(threading.Thread):
-    """Reads an offset all the time and keeps its extremes, and by how much it has gone farther than the limit of rate allows."""
+    """Reads a pin all the time and keeps its extremes, and by how much it has gone farther than the limit of rate allows."""
 
-    def __init__(self, room, axis):
+    def __init__(self, room, pin):
         super().__init__(daemon=True)
-        self.room, self.name_of_pin, self.stopped = room, "axis.%s.eoffset" % axis, False
+        self.room, self.name_of_pin, self.stopped = room, pin, False
         self.least = self.most = room.pin(self.name_of_pin)
         self.worst_step = 0
 
@@ -64,7 +64,7 @@ def gate(room):
 
 def stays(room, axis, for_s, what):
     before = offset(room, axis)
-    follower = Follower(room, axis)
+    follower = Follower(room, "axis.%s.eoffset" % axis)
     follower.start()
     time.sleep(for_s)
     least, most = follower.end()
@@ -75,7 +75,7 @@ class NoStep:
     """In its scope the gate closes and opens, and the joint goes no faster than the limit of rate."""
 
     def __init__(self, room, axis, what):
-        self.follower, self.what = Follower(room, axis), what
+        self.follower, self.what = Follower(room, "joint.%d.motor-pos-cmd" % "xyz".index(axis)), what
 
     def __enter__(self):
         self.follower.start()
@@ -160,7 +160,7 @@ def mill(room, board):
     room.kill_box()
     eventually(lambda: not gate(room), "a gate that closes when the box was killed")
     stays(room, "x", 1, "killed box")
-    follower = Follower(room, "x")
+    follower = Follower(room, "axis.x.eoffset")
     follower.start()
     room.start_box(*box)
     eventually(lambda: gate(room) and follows(room, "xyz"), "offsets after a restart of the box")
