@@ -23,6 +23,7 @@ std::string plain(double value, int digits = 9) {
 constexpr std::string_view kMeasuredAt = "measured_at_s", kUtc = "UTC";
 
 std::string timeText(double seconds) {
+  if (seconds == 0) return "unknown";  // the box had no clock that it could trust
   const auto at = static_cast<std::time_t>(seconds);
   std::tm utc{};
   std::array<char, 40> text{};

@@ -18,6 +18,7 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/subject_values.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
+#include "protocol/units/calendar.hpp"
 
 namespace probebox::app {
 namespace {
@@ -35,7 +36,9 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
   }
   dataset.config.try_emplace("measured_utc", utc);
   // Lengths that go back to a tool store carry the time of their measurement.
-  if (dataset.table("tool_store")) dataset.config.try_emplace("measured_at_s", static_cast<double>(std::time(nullptr)));
+  const bool is_dated = dayOf(utc.substr(0, std::string_view{"2026-11-29"}.size())).has_value();
+  if (dataset.table("tool_store"))
+    dataset.config.try_emplace("measured_at_s", is_dated ? static_cast<double>(std::time(nullptr)) : 0.0);
 }
 
 // The number of the tool that carries the probe, for cases whose stylus it is, where there is only one.

@@ -32,9 +32,8 @@ std::optional<std::string> aboutEffect(const store::Record& record) {
   const auto& subject = record.binding.subject;
   const auto* result = record.result();
   if (subject == "delay-oblique")
-    return "The probe was driven along none of the axes, so what was measured is of several axes together: it is kept "
-           "and "
-           "shown, and the samples keep the delay in force.";
+    return "The probe was driven along none of the axes, so what was measured is of several axes together: it is "
+           "kept and shown, and the samples keep the delay in force.";
   if (subject == "delay-joints")
     return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in force "
            "about 'delay'.";

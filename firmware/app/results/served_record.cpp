@@ -206,9 +206,10 @@ void ServedRecord::note(const published::Snapshot& snapshot, std::string_view re
   const auto key = keyOf(reader);
   const std::lock_guard lock{mutex_};
   if (const auto* const before = find(key); before != nullptr && before->has_read && snapshot.at < before->at) return;
-  const bool was_newest = !readers_.empty() && readers_.front().key == key;
+  // Readers at the same value need not be written in the order in which they read.
+  const bool is_newest = !readers_.empty() && readers_.front().value_nm == value_nm;
   auto& entry = entryFor(key);
-  const bool is_new = !was_newest || !entry.has_read || entry.value_nm != value_nm;
+  const bool is_new = !is_newest || !entry.has_read || entry.value_nm != value_nm;
   spend(entry, value_nm, snapshot.at);
   entry.has_read = true;
   entry.value_nm = value_nm;

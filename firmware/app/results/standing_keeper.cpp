@@ -145,6 +145,14 @@ std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& ser
   const Correction standing_mm = exactly.value_or(kept_mm_);
   if (contentOf(file_) || of_before) standing_before_mm_ = standing_mm;
   if (exactly) doubt_mm = {};
+  if (standing_before_mm_) {
+    // Until somebody reads, the axes stay where they were, as far as that is known.
+    unread_ = LastRead{standing_mm, standing_mm, standing_mm, count_};
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+      unread_->least_mm[axis] -= doubt_mm[axis];
+      unread_->greatest_mm[axis] += doubt_mm[axis];
+    }
+  }
   const StandingRestored standing{.correction_mm = standing_mm, .at = now, .doubt_mm = doubt_mm};
   // Whatever the axes may stand at stays within what the disk knows, until the box is sure of more.
   const bool is_certain = doubt_mm == Correction{};
@@ -187,8 +195,9 @@ Correction StandingKeeper::reach(const Correction& from_mm, const published::Sna
   return reach_mm;
 }
 
-void StandingKeeper::look(const published::Snapshot& snapshot, const std::optional<LastRead>& read) {
+void StandingKeeper::look(const published::Snapshot& snapshot, const std::optional<LastRead>& read_since) {
   if (!snapshot.valid) return;
+  const auto& read = read_since ? read_since : unread_;
   was_valid_ = true;
   if (read) count_ = std::max(count_, read->count);
   const auto standing_mm = read ? read->newest_mm : snapshot.correction_mm;
@@ -221,7 +230,8 @@ void StandingKeeper::look(const published::Snapshot& snapshot, const std::option
   tell_core_(within(kept_mm_, margin_mm_, snapshot.at));
 }
 
-void StandingKeeper::finish(const published::Snapshot& snapshot, const std::optional<LastRead>& read) {
+void StandingKeeper::finish(const published::Snapshot& snapshot, const std::optional<LastRead>& read_since) {
+  const auto& read = read_since ? read_since : unread_;
   // Not valid since the start: what the axes stand at is what was kept.
   if (!was_valid_ && !snapshot.valid) return;
   if (read) count_ = std::max(count_, read->count);

@@ -48,12 +48,12 @@ class StandingKeeper {
   const std::optional<Correction>& standingBefore() const { return standing_before_mm_; }
 
   // Writes when necessary. An invalid correction is not applied by the CNC, so the stored one is kept.
-  // read: what readers of the correction have read last. Axes stand there, and go from there to the present value, so
-  // the bounds hold both.
-  void look(const published::Snapshot& snapshot, const std::optional<LastRead>& read = {});
+  // read_since: what readers of the correction have read last, since the start or as the record of before has it. Axes
+  // stand there, and go from there to the present value, so the bounds hold both.
+  void look(const published::Snapshot& snapshot, const std::optional<LastRead>& read_since = {});
   // Writes the correction at which the axes stand, after serving has ended: what was read last, if anything was; the
   // final correction otherwise.
-  void finish(const published::Snapshot& snapshot, const std::optional<LastRead>& read = {});
+  void finish(const published::Snapshot& snapshot, const std::optional<LastRead>& read_since = {});
 
   // What the start has found, for a person; empty where there is nothing to say. Behind restore(), for any thread.
   const std::string& notice() const { return notice_; }
@@ -77,6 +77,7 @@ class StandingKeeper {
   std::uint64_t no_later_than_{};  // the start whose record holds until this one makes its own; 0 without one
   std::uint64_t count_{};          // of the newest record of reads
   std::optional<Correction> standing_before_mm_;
+  std::optional<LastRead> unread_;  // what holds until somebody reads; nothing where this is the first start
   Correction kept_mm_{};
   Correction margin_mm_{};                // as stored
   std::optional<ServableWithin> either_;  // within what is stored, whichever attempts of writing it have succeeded

@@ -34,7 +34,8 @@ std::string dateOf(sys_seconds shown, seconds since_start, const WallClock& cloc
   const auto day = floor<days>(shown);
   const bool is_possible = day >= kWritten && day <= kWritten + kLongest;
   if (clock.is_kept_right && is_possible) return isoUtc(shown);
-  return "unknown, " + std::to_string(since_start.count()) + " s after start " + std::to_string(clock.start);
+  const auto which = clock.start != 0 ? "start " + std::to_string(clock.start) : "a start";
+  return "unknown, " + std::to_string(since_start.count()) + " s after " + which;
 }
 
 bool kernelKeepsClockRight() {

@@ -8,7 +8,7 @@ namespace probebox::app {
 // What a box knows of the date: many boards have no clock that survives a power cut.
 struct WallClock {
   bool is_kept_right{true};  // synchronised, set from a hardware clock, or that of an emulated box
-  std::uint64_t start{};     // of the box, counted
+  std::uint64_t start{};     // of the box, counted; 0: not known yet
 };
 
 // The date, ISO 8601, where the box can know it; else "unknown, 12 s after start 7". A clock that shows a day before

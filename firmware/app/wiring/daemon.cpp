@@ -315,7 +315,6 @@ std::vector<Event> Daemon::Parts::fromBefore() {
 }
 
 void Daemon::Parts::run() {
-  setWallClock({.is_kept_right = isEmulated(descriptions) || kernelKeepsClockRight(), .start = boots.count});
   leaveLogToWorker();
   core.tellBeforeStart(fromBefore(), time.now());
   core.start(worker, links_wake_up);
@@ -367,6 +366,9 @@ Outcome<void> allowOpenFiles() {
 Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const board::Descriptions& descriptions,
                                                std::vector<PassedSocket> passed) {
   TRY(allowOpenFiles());
+  // Before anything is written that has a date; the number of the start is not counted yet.
+  const bool is_kept_right = isEmulated(descriptions) || kernelKeepsClockRight();
+  setWallClock({.is_kept_right = is_kept_right, .start = 0});
   if (const auto refused = whyRefused(options, descriptions)) return *refused;
   TRY(auto state, takeStateDirectory(options.state));
   if (!state.notice.empty()) logWarning(state.notice);
@@ -384,6 +386,7 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   auto unit_desk = takeUnit(state.path, described);
   auto parts = std::make_unique<Parts>(options, std::move(described), state.path, std::move(store), std::move(journal),
                                        std::move(unit_desk), earlier);
+  setWallClock({.is_kept_right = is_kept_right, .start = parts->boots.count});
   parts->state_lock = std::move(state.lock);
   for (const auto& problem : {parts->doors.problem(), parts->unit_desk.problem(), parts->boots.problem})
     if (!problem.empty()) logWarning(problem);

@@ -130,7 +130,8 @@ TEST_F(Standing, IsNotWhatAnOlderRecordSays) {
   }
   auto next = keeper();
   restored(next, {.start = 2, .is_kept = true});
-  next.look(serving({0.02, 0, 0}, 1s));
+  const Correction read_mm{0.02, 0, 0};
+  next.look(serving(read_mm, 1s), LastRead{read_mm, read_mm, read_mm, 1});
   auto after = keeper();
   const auto [standing, within] =
       restored(after, {.start = 3, .is_kept = true, .found_start = 1, .found_mm = Correction{0.004, 0, 0}});
@@ -161,6 +162,21 @@ TEST_F(Standing, IsWhereItWasReadLastAlsoAfterAPowerCut) {
   EXPECT_EQ(after.standing.correction_mm[0], 0.0701);
   EXPECT_GE(after.standing.doubt_mm[0], 0.3 - 0.0701);
   EXPECT_LE(after.within.least_mm[0], -0.02) << "another reader stands there";
+}
+
+// A line that stays unplugged over two power cuts: the box went on twice, and no axis did.
+TEST_F(Standing, IsWhereItWasWhileNobodyReads) {
+  auto box = keeper();
+  restored(box, {.start = 1, .is_kept = true});
+  const Correction read_mm{0.01, 0, 0};
+  box.look(serving(read_mm, 1s), LastRead{read_mm, read_mm, read_mm, 5});
+  for (const std::uint64_t start : {2U, 3U}) {
+    auto next = keeper();
+    const auto found = restored(next, {.start = start, .is_kept = true});
+    EXPECT_EQ(found.standing.correction_mm[0], 0.01) << start;
+    EXPECT_GE(found.standing.doubt_mm[0], 0.05) << start;
+    next.look(serving({0.2, 0, 0}, 1s));
+  }
 }
 
 // A copy of the record that was put back, of the same start of the box and of the computer.
