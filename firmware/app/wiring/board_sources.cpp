@@ -1,25 +1,257 @@
 #include "firmware/app/wiring/board_sources.hpp"
 
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
 #include <cmath>
+#include <memory>
+#include <optional>
+#include <span>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
+#include "board/describe/machine.hpp"
+#include "board/describe/parse.hpp"
+#include "board/describe/world.hpp"
 #include "drivers/gpio/lines.hpp"
 #include "drivers/gpio/loop_back_emulator.hpp"
 #include "drivers/gpio/quadrature.hpp"
+#include "drivers/iio/linux_buffer.hpp"
+#include "drivers/iio/linux_polled.hpp"
+#include "drivers/iio/sensors.hpp"
+#include "drivers/io/byte_pipe.hpp"
+#include "drivers/io/event_source.hpp"
+#include "drivers/tcp/linux_tcp.hpp"
+#include "drivers/usb_probe/linux_receiver.hpp"
+#include "drivers/world/box_link.hpp"
+#include "drivers/world/controller.hpp"
+#include "drivers/world/following.hpp"
 #include "drivers/world/from_description.hpp"
 #include "drivers/world/lateness.hpp"
+#include "drivers/world/world.hpp"
+#include "firmware/app/threads/counters.hpp"
 #include "firmware/app/wiring/controller_link.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
 #include "firmware/app/wiring/gpio_line.hpp"
-#include "firmware/app/wiring/probe_receiver.hpp"
-#include "firmware/app/wiring/sensor_sources.hpp"
-#include "firmware/app/wiring/sim_source.hpp"
+#include "protocol/units/angle.hpp"
+#include "protocol/units/outcome.hpp"
 
 namespace probebox::app {
 namespace {
+
+// Lets a program on this computer lead the emulated machine, by lines of text over TCP ([outside_control] in
+// board/sim/world.toml explains them). One at a time: another one waits until the first has gone.
+class OutsideControl {
+ public:
+  static Outcome<std::unique_ptr<OutsideControl>> open(const board::World& description, world::World& world);
+
+  // Does and answers what has been sent. Never blocks.
+  void serve(MonoTime now);
+  // As far as the world may advance.
+  MonoTime known(MonoTime now) const { return following_.known(now); }
+
+ private:
+  OutsideControl(const board::World& description, world::World& world, tcp::Listener listener);
+  void receive();
+  std::string answer(std::string_view line, MonoTime now);
+  std::optional<std::string> take(std::string_view values, MonoTime now);
+  void send();
+
+  bool swivels_head_, tilts_table_;  // by B
+  world::World& world_;
+  world::Following following_;
+  tcp::Listener listener_;
+  std::unique_ptr<io::BytePipe> control_;
+  std::string received_, unsent_;
+};
+
+// Replaces all drivers by the emulated machine. Its controller runs in the same thread and reaches the box only through
+// `link`; where world.toml names an outside control, that one leads the machine instead.
+class SimSource : public io::EventSource {
+ public:
+  static Outcome<std::unique_ptr<SimSource>> open(const board::World& world, const board::Machine& machine,
+                                                  std::unique_ptr<world::BoxLink> link, MonoTime start);
+  SimSource(const board::World& world, const board::Machine& machine, std::unique_ptr<world::BoxLink> link,
+            MonoTime start);
+
+  std::size_t read(std::span<Event> into, MonoTime now) override;
+  int descriptor() const override { return -1; }
+  std::string_view name() const override { return "the emulated machine"; }
+
+ private:
+  void advanceTo(MonoTime now);
+
+  world::World world_;
+  std::unique_ptr<world::BoxLink> link_;
+  world::Controller controller_;
+  std::unique_ptr<OutsideControl> outside_control_;
+  MonoTime reached_;
+};
+
+constexpr std::size_t kLongestLine = 512;
+constexpr std::size_t kMostUnsent = 1U << 20U;  // a control that never reads its answers
+
+// A controller's servo cycle.
+constexpr Nanoseconds kCycle = std::chrono::milliseconds{1};
+
+world::Config startingAt(world::Config config, MonoTime start) {
+  config.start = start;
+  return config;
+}
+
+Outcome<std::unique_ptr<OutsideControl>> OutsideControl::open(const board::World& description, world::World& world) {
+  TRY(auto listener, tcp::Listener::open({.host = "127.0.0.1", .port = description.outside_control->port}));
+  return std::unique_ptr<OutsideControl>{new OutsideControl{description, world, std::move(listener)}};
+}
+
+OutsideControl::OutsideControl(const board::World& description, world::World& world, tcp::Listener listener)
+    : swivels_head_{description.outside_control->b_swivels_head && description.swivel_head},
+      tilts_table_{!description.outside_control->b_swivels_head && description.tilting_table},
+      world_{world},
+      following_{{.cycle = Nanoseconds{description.outside_control->cycle_ns}}, world},
+      listener_{std::move(listener)} {}
+
+void OutsideControl::serve(MonoTime now) {
+  if (!control_) {
+    control_ = listener_.accept();
+    received_.clear();
+    unsent_.clear();
+  }
+  if (!control_) return;
+  receive();
+  std::size_t begin = 0;
+  for (auto end = received_.find('\n'); end != std::string::npos; end = received_.find('\n', begin)) {
+    unsent_ += answer(std::string_view{received_}.substr(begin, end - begin), now) + '\n';
+    begin = end + 1;
+  }
+  received_.erase(0, begin);
+  send();
+  if (received_.size() > kLongestLine || unsent_.size() > kMostUnsent) control_.reset();
+}
+
+void OutsideControl::receive() {
+  std::array<std::byte, 4096> bytes{};
+  while (control_) {
+    const auto [count, state] = control_->read(bytes);
+    received_.append(reinterpret_cast<const char*>(bytes.data()), count);
+    if (state == io::PipeState::closed) control_.reset();
+    if (count < bytes.size()) return;
+  }
+}
+
+std::string OutsideControl::answer(std::string_view line, MonoTime now) {
+  const auto space = line.find(' ');
+  const auto number = line.substr(0, space);
+  if (const auto wrong = take(space == std::string_view::npos ? "" : line.substr(space), now)) return "? " + *wrong;
+  return std::string{number} + (world_.machine().touching() ? " 1 " : " 0 ") +
+         std::to_string(world_.machine().crashes());
+}
+
+std::optional<std::string> OutsideControl::take(std::string_view values, MonoTime now) {
+  std::istringstream words{std::string{values}};
+  world::Lead lead;
+  world::Vector3 angles_deg{};
+  for (double& motor : lead.motor_mm) words >> motor;
+  for (double& angle : angles_deg) words >> angle;
+  words >> lead.tool;
+  const bool complete = !words.fail();
+  std::string mount, more;
+  const bool has_mount = static_cast<bool>(words >> mount);
+  const auto* const end = mount.data() + mount.size();
+  const bool readable = !has_mount || std::from_chars(mount.data(), end, lead.mount).ptr == end;
+  if (!complete || !readable || words >> more)
+    return "a line is a number, X Y Z in mm, A B C in degrees, the tool's number, and the mount of the balls where it "
+           "is "
+           "not the first";
+  const double b_rad = angles_deg[1] * kDegree;
+  lead.pose = {.a_rad = angles_deg[0] * kDegree,
+               .head_rad = swivels_head_ ? b_rad : 0,
+               .table_rad = tilts_table_ ? b_rad : 0,
+               .c_rad = angles_deg[2] * kDegree};
+  return following_.take(lead, now);
+}
+
+void OutsideControl::send() {
+  if (!control_ || unsent_.empty()) return;
+  const auto [count, state] = control_->write(std::as_bytes(std::span{unsent_}));
+  unsent_.erase(0, count);
+  if (state == io::PipeState::closed) control_.reset();
+}
+
+Outcome<std::unique_ptr<SimSource>> SimSource::open(const board::World& world, const board::Machine& machine,
+                                                    std::unique_ptr<world::BoxLink> link, MonoTime start) {
+  auto source = std::make_unique<SimSource>(world, machine, std::move(link), start);
+  if (world.outside_control) {
+    TRY(auto control, OutsideControl::open(world, source->world_));
+    source->outside_control_ = std::move(control);
+  }
+  return source;
+}
+
+SimSource::SimSource(const board::World& world, const board::Machine& machine, std::unique_ptr<world::BoxLink> link,
+                     MonoTime start)
+    : world_{startingAt(world::fromDescription(world, machine), start), world.seed},
+      link_{std::move(link)},
+      controller_{world::controllerFromDescription(world), world_.machine(), *link_},
+      reached_{start} {
+  for (const auto& fault : world::faultsFromDescription(world, start)) world_.inject(fault);
+}
+
+std::size_t SimSource::read(std::span<Event> into, MonoTime now) {
+  advanceTo(now);
+  return world_.poll(into);
+}
+
+void SimSource::advanceTo(MonoTime now) {
+  if (outside_control_) {
+    outside_control_->serve(now);
+    return world_.advanceTo(outside_control_->known(now));
+  }
+  while (reached_ < now) {
+    reached_ = std::min(reached_ + kCycle, now);
+    controller_.advance(reached_);
+    world_.advanceTo(reached_);
+  }
+}
+
+// Opens the drivers of the sensors on IIO devices that box.toml names, one per device.
+std::vector<std::unique_ptr<io::EventSource>> sensorSources(const board::Descriptions& descriptions) {
+  std::vector<std::unique_ptr<io::EventSource>> sources;
+  for (auto& device : iio::devicesOf(descriptions.box.sensors, descriptions.probe.rate_hz)) {
+    if (device.buffered) {
+      sources.push_back(std::make_unique<iio::LinuxBuffer>(std::move(device)));
+    } else {
+      sources.push_back(std::make_unique<iio::LinuxPolled>(std::move(device)));
+    }
+  }
+  return sources;
+}
+
+// A probe receiver whose damaged packets are counted for status.
+class ProbeReceiver final : public io::EventSource {
+ public:
+  // serial_number: empty for the only receiver. `counters` must outlive this.
+  ProbeReceiver(std::string serial_number, const usb_probe::CounterAxes& axes, Counters& counters)
+      : receiver_{std::move(serial_number), axes}, counters_{counters} {}
+
+  std::size_t read(std::span<Event> into, MonoTime now) override {
+    const std::size_t count = receiver_.read(into, now);
+    counters_.receiver_bad_packets = receiver_.packets().bad();
+    return count;
+  }
+  int descriptor() const override { return receiver_.descriptor(); }
+  std::string_view name() const override { return receiver_.name(); }
+  std::string_view problem() const override { return receiver_.problem(); }
+
+ private:
+  usb_probe::LinuxReceiver receiver_;
+  Counters& counters_;
+};
 
 using Sources = std::vector<std::unique_ptr<io::EventSource>>;
 

@@ -2,19 +2,31 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <fstream>
 #include <string>
 #include <variant>
 
 #include "board/describe/ranges.hpp"
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
-#include "firmware/app/wiring/boot_id.hpp"
 #include "firmware/app/wiring/corrections_config.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
 #include "firmware/procedure/plan/step.hpp"
+#include "protocol/messages/types.hpp"
 
 namespace probebox::app {
 namespace {
+
+// A new number by which hosts know one start of the daemon from another.
+messages::BootId newBootId() {
+  messages::BootId id{};
+  std::ifstream random{"/dev/urandom", std::ios::binary};
+  std::array<char, sizeof id> bytes{};
+  random.read(bytes.data(), bytes.size());
+  for (std::size_t i = 0; i < id.size(); ++i) id[i] = static_cast<std::byte>(bytes[i]);
+  return id;
+}
 
 static_assert(board::kLeastGapRoom_mm == procedure::kLeastClearance_mm + procedure::kRunOut_mm);
 

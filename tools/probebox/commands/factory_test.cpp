@@ -1,19 +1,109 @@
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "protocol/frame/frame.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/commands/commands.hpp"
-#include "tools/probebox/commands/link_trial.hpp"
+#include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/settled_status.hpp"
 #include "tools/probebox/text/report.hpp"
 #include "tools/probebox/text/report_loop_back.hpp"
 #include "tools/probebox/text/report_unit.hpp"
+#include "tools/probebox/text/sample_tally.hpp"
 #include "tools/report/sheet.hpp"
 
 // Test of a box by its vendor before it is shipped. Every line is measured over the link that was named.
 namespace probebox::command {
 namespace {
+
+// Duration, size and losses of a stream of samples received for trial.
+struct StreamTrial {
+  double seconds{};
+  std::uint64_t samples{};
+  std::uint64_t bytes{};  // of their frames
+  std::uint64_t lost_at_source{}, lost_in_queue{}, lost_on_link{};
+  bool balances{};  // the box counts the same
+  messages::Status::Answer before, after;
+  SampleIndex first{};  // of the samples
+  messages::BootId boot_id{};
+};
+
+// How fast the link brings what the box has kept.
+struct BacklogTrial {
+  double seconds{};
+  std::uint64_t bytes{};
+  double bytesPerSecond() const { return seconds > 0 ? static_cast<double>(bytes) / seconds : 0; }
+};
+
+struct Received : link::StreamListener {
+  void onFrame(const frame::Frame& frame) override {
+    if (frame.header.type != static_cast<std::uint8_t>(messages::MessageType::samples)) return;
+    bytes += frame.payload.size() + frame::kOverhead;
+    last_at = link::now();
+  }
+  void onBlock(const link::DecodedBlock& block) override {
+    if (!first) first = block.header.first;
+    tally.block(block.header.first, block.header.count);
+  }
+  void onGap(const messages::Gap& gap) override { tally.gap(gap); }
+  void onHole(const messages::Gap& hole) override { tally.hole(hole); }
+  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override {
+    tally.heartbeat(beat, balance);
+  }
+
+  SampleTally tally;
+  std::optional<SampleIndex> first;
+  std::uint64_t bytes{};
+  MonoTime last_at{};
+};
+
+// Receives all samples at the configured rate.
+Outcome<StreamTrial, Trouble> tryStream(const link::Uri& uri, double seconds, Console& console) {
+  Received received;
+  TRY(const auto box, openBox(uri, console, kConnectPatience, &received));
+  StreamTrial trial;
+  TRY(auto before, ask<messages::Status>(*box, console));
+  trial.before = std::move(before);
+  trial.boot_id = box->reader().welcome()->boot_id;
+  const auto begin = link::now();
+  box->start({.profile = messages::Profile::fast, .policy = messages::Policy::record});
+  for (const auto all = patienceOf(console, inMilliseconds(seconds)); box->round(all);)
+    console.progress(printed("receiving samples, %.0f of %g s", toSeconds(link::now() - begin), seconds));
+  if (console.interrupted()) return interruption();
+  trial.seconds = toSeconds(link::now() - begin);
+  const auto closing = box->finish(patienceOf(console, kAnswerPatience));
+  if (!closing) return troubleOf(closing.error(), console);
+  TRY(auto after, ask<messages::Status>(*box, console));
+  trial.after = std::move(after);
+  const auto& sums = received.tally.now();
+  trial.samples = sums.received;
+  trial.bytes = received.bytes;
+  trial.lost_at_source = sums.lost_at_source;
+  trial.lost_in_queue = sums.lost_in_queue;
+  trial.lost_on_link = sums.lost_on_link;
+  trial.balances = received.tally.exact();
+  trial.first = received.first.value_or(SampleIndex{});
+  return trial;
+}
+
+// Asks for the samples of `stream` once more, uncompressed: they come as fast as the link takes them, for 5 s at most.
+Outcome<BacklogTrial, Trouble> tryBacklog(const link::Uri& uri, const StreamTrial& stream, Console& console) {
+  constexpr milliseconds kLongest{5000};
+  Received received;
+  TRY(const auto box, openBox(uri, console, kConnectPatience, &received, {.last_boot_id = stream.boot_id}));
+  const auto end = stream.first + static_cast<std::int64_t>(stream.samples);
+  const auto begin = link::now();
+  box->start({.profile = messages::Profile::raw,
+              .policy = messages::Policy::record,
+              .has_resume = true,
+              .resume_from = stream.first});
+  for (const auto all = patienceOf(console, kLongest); received.tally.next() < end && box->round(all);)
+    console.progress("measuring the link");
+  if (console.interrupted()) return interruption();
+  return BacklogTrial{.seconds = toSeconds(received.last_at - begin), .bytes = received.bytes};
+}
 
 using report::Sheet;
 using report::SheetRow;

@@ -1,15 +1,27 @@
 #include "tools/probebox/commands/run_choices.hpp"
 
 #include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <string>
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/nearest.hpp"
-#include "tools/probebox/commands/axis_number.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
+namespace {
+
+// Returns 1 to 6 for X, Y, Z, A, B, C; 0 for an empty name.
+std::uint8_t axisNumber(const std::string& name) {
+  if (name.empty()) return 0;
+  const int letter = std::toupper(static_cast<unsigned char>(name.front()));
+  return static_cast<std::uint8_t>(letter < 'X' ? letter - 'A' + 4 : letter - 'X' + 1);
+}
+
+}  // namespace
 
 Outcome<ProcedureOptions, Trouble> optionsOf(const RunChoices& choices) {
   if (choices.speeds_mm_s.size() > kMostSpeeds)

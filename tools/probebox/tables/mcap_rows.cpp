@@ -1,6 +1,8 @@
 #include "tools/probebox/tables/mcap_rows.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cctype>
 #include <cmath>
 #include <limits>
@@ -10,6 +12,66 @@
 
 namespace probebox::command {
 namespace {
+
+constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
+constexpr std::size_t kChunkBytes = std::size_t{1} << 20U;  // a viewer reads and indexes whole chunks
+constexpr std::size_t kRecordHead = 9;
+
+enum class Op : std::uint8_t {
+  header = 1,
+  footer = 2,
+  schema = 3,
+  channel = 4,
+  message = 5,
+  chunk = 6,
+  message_index = 7,
+  chunk_index = 8,
+  statistics = 11,
+  metadata = 12,
+  metadata_index = 13,
+  summary_offset = 14,
+  data_end = 15,
+};
+
+template <class T>
+void put(std::string& bytes, T value) {
+  for (std::size_t byte = 0; byte < sizeof(T); ++byte) bytes += static_cast<char>(value >> (8 * byte));
+}
+
+void putText(std::string& bytes, std::string_view text) {
+  put(bytes, static_cast<std::uint32_t>(text.size()));
+  bytes += text;
+}
+
+std::string record(Op op, std::string_view content) {
+  std::string bytes;
+  bytes.reserve(kRecordHead + content.size());
+  bytes += static_cast<char>(op);
+  put(bytes, std::uint64_t{content.size()});
+  bytes += content;
+  return bytes;
+}
+
+std::string mapOf(const std::map<McapFile::Id, std::uint64_t>& entries) {
+  std::string bytes;
+  for (const auto& [id, value] : entries) {
+    put(bytes, id);
+    put(bytes, value);
+  }
+  std::string all;
+  putText(all, bytes);  // a map has its size in bytes in front, as a text has
+  return all;
+}
+
+constexpr auto kCrcTable = [] {
+  std::array<std::uint32_t, 256> table{};
+  for (std::uint32_t n = 0; n < table.size(); ++n) {
+    std::uint32_t crc = n;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+    table[n] = crc;
+  }
+  return table;
+}();
 
 // Letters, digits and single underscores, with a letter in front: what ROS takes for the name of a field.
 std::string mcapFieldName(const messages::ChannelDescription& channel, const std::string& so_far) {
@@ -60,6 +122,197 @@ void fieldsOf(const messages::Trigger& t, auto&& field) {
 }
 
 }  // namespace
+
+std::uint32_t crc32(std::string_view bytes) {
+  std::uint32_t crc = ~std::uint32_t{0};
+  for (const char byte : bytes) crc = (crc >> 8U) ^ kCrcTable[(crc ^ static_cast<unsigned char>(byte)) & 0xFFU];
+  return ~crc;
+}
+
+McapFile::McapFile(Output& output) : output_{output} {
+  std::string header;
+  putText(header, "");  // no profile: the messages are nobody's convention
+  putText(header, "probebox");
+  write(kMagic);
+  write(record(Op::header, header));
+}
+
+void McapFile::write(std::string_view bytes) {
+  position_ += bytes.size();
+  ok_ = ok_ && output_.write(bytes);
+}
+
+McapFile::Id McapFile::schema(std::string_view name, std::string_view definition) {
+  std::string content;
+  put(content, ++schemas_);
+  putText(content, name);
+  putText(content, "ros2msg");
+  putText(content, definition);
+  const auto bytes = record(Op::schema, content);
+  definitions_ += bytes;
+  chunk_ += bytes;
+  return schemas_;
+}
+
+McapFile::Id McapFile::channel(std::string_view topic, Id schema) {
+  std::string content;
+  put(content, ++channels_);
+  put(content, schema);
+  putText(content, topic);
+  putText(content, "cdr");
+  put(content, std::uint32_t{0});  // no metadata
+  const auto bytes = record(Op::channel, content);
+  definitions_ += bytes;
+  chunk_ += bytes;
+  return channels_;
+}
+
+void McapFile::message(Id channel, std::uint64_t time_ns, std::string_view data) {
+  auto& index = message_index_[channel];
+  put(index, time_ns);
+  put(index, std::uint64_t{chunk_.size()});
+  const bool first_of_chunk = message_index_.size() == 1 && index.size() == 16;
+  chunk_first_ns_ = first_of_chunk ? time_ns : std::min(chunk_first_ns_, time_ns);
+  chunk_last_ns_ = first_of_chunk ? time_ns : std::max(chunk_last_ns_, time_ns);
+  std::string content;
+  content.reserve(22 + data.size());
+  put(content, channel);
+  put(content, static_cast<std::uint32_t>(counts_[channel]++));
+  put(content, time_ns);  // of the log, and when it was published
+  put(content, time_ns);
+  content += data;
+  chunk_ += record(Op::message, content);
+  if (chunk_.size() >= kChunkBytes) endChunk();
+}
+
+void McapFile::endChunk() {
+  if (message_index_.empty()) return;
+  ChunkIndex entry{chunk_first_ns_, chunk_last_ns_, position_, 0, 0, chunk_.size(), {}};
+  std::string content;
+  put(content, entry.first_ns);
+  put(content, entry.last_ns);
+  put(content, entry.size);
+  put(content, crc32(chunk_));
+  putText(content, "");  // not compressed
+  put(content, entry.size);
+  content += chunk_;
+  write(record(Op::chunk, content));
+  entry.length = position_ - entry.begin;
+  for (const auto& [channel, places] : message_index_) {
+    entry.message_indices[channel] = position_;
+    std::string index;
+    put(index, channel);
+    putText(index, places);
+    write(record(Op::message_index, index));
+  }
+  entry.index_length = position_ - entry.begin - entry.length;
+  first_ns_ = chunks_.empty() ? entry.first_ns : std::min(first_ns_, entry.first_ns);
+  last_ns_ = std::max(last_ns_, entry.last_ns);
+  chunks_.push_back(std::move(entry));
+  chunk_.clear();
+  message_index_.clear();
+}
+
+void McapFile::metadata(std::string_view name, const std::vector<std::pair<std::string, std::string>>& entries) {
+  std::string pairs;
+  for (const auto& [key, value] : entries) {
+    putText(pairs, key);
+    putText(pairs, value);
+  }
+  std::string content;
+  putText(content, name);
+  putText(content, pairs);
+  const auto begin = position_;
+  write(record(Op::metadata, content));
+  metadata_.push_back({begin, position_ - begin, std::string{name}});
+}
+
+std::string McapFile::statistics() const {
+  std::uint64_t messages = 0;
+  for (const auto& [channel, count] : counts_) messages += count;
+  std::string content;
+  put(content, messages);
+  put(content, schemas_);
+  put(content, std::uint32_t{channels_});
+  put(content, std::uint32_t{0});  // attachments
+  put(content, static_cast<std::uint32_t>(metadata_.size()));
+  put(content, static_cast<std::uint32_t>(chunks_.size()));
+  put(content, first_ns_);
+  put(content, last_ns_);
+  return record(Op::statistics, content + mapOf(counts_));
+}
+
+void McapFile::finish() {
+  endChunk();
+  std::string no_crc;
+  put(no_crc, std::uint32_t{0});
+  write(record(Op::data_end, no_crc));
+  summarize();
+  write(kMagic);
+}
+
+// The summary: definitions, statistics and indices once more, with which a viewer opens the file without reading it
+// all.
+void McapFile::summarize() {
+  const auto begin = position_;
+  std::string summary = definitions_ + statistics();
+  for (const auto& chunk : chunks_) {
+    std::string content;
+    for (const auto value : {chunk.first_ns, chunk.last_ns, chunk.begin, chunk.length}) put(content, value);
+    content += mapOf(chunk.message_indices);
+    put(content, chunk.index_length);
+    putText(content, "");
+    put(content, chunk.size);
+    put(content, chunk.size);
+    summary += record(Op::chunk_index, content);
+  }
+  for (const auto& entry : metadata_) {
+    std::string content;
+    put(content, entry.begin);
+    put(content, entry.length);
+    putText(content, entry.name);
+    summary += record(Op::metadata_index, content);
+  }
+  // The CRC covers the summary and the footer up to the CRC itself.
+  std::string footer;
+  footer += static_cast<char>(Op::footer);
+  put(footer, std::uint64_t{20});
+  put(footer, begin);
+  put(footer, std::uint64_t{0});  // no summary offsets
+  summary += footer;
+  put(summary, crc32(summary));
+  write(summary);
+}
+
+void CdrMessage::align(std::size_t size) {
+  constexpr std::size_t kFront = 4;
+  while ((bytes_.size() - kFront) % size != 0) bytes_ += '\0';
+}
+
+CdrMessage& CdrMessage::add(double value) {
+  align(sizeof value);
+  put(bytes_, std::bit_cast<std::uint64_t>(value));
+  return *this;
+}
+
+CdrMessage& CdrMessage::add(std::int64_t value) {
+  align(sizeof value);
+  put(bytes_, static_cast<std::uint64_t>(value));
+  return *this;
+}
+
+CdrMessage& CdrMessage::add(std::uint8_t value) {
+  bytes_ += static_cast<char>(value);
+  return *this;
+}
+
+CdrMessage& CdrMessage::add(std::string_view text) {
+  align(sizeof(std::uint32_t));
+  put(bytes_, static_cast<std::uint32_t>(text.size() + 1));  // with the zero at its end
+  bytes_ += text;
+  bytes_ += '\0';
+  return *this;
+}
 
 void McapRows::begin(const messages::Descriptor& descriptor) {
   auto output = Output::open(job_.output, job_.force, standard_);
