@@ -8,6 +8,7 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
 
@@ -21,7 +22,7 @@ using world::operator*;
 using world::operator+;
 using world::operator-;
 
-constexpr std::uint64_t kBallSeeds = 12;
+const std::uint64_t kBallSeeds = runs(12);
 
 // Of the emulated machine, in X and Y at the height of the ball.
 struct Truth {

@@ -9,6 +9,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
 #include "pulls.hpp"
@@ -121,7 +122,7 @@ void addErrors(Pulls& translations, Pulls& rotations, const metrology::Result& r
 
 TEST(LiveStations, TellTheErrorsOfCFromThoseOfTheLinearAxes) {
   Pulls translations, rotations, few_translations, few_rotations;
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(12); ++seed) {
     const auto config = plateWorld(seed);
     Scenario scenario{config, seed};
     describePlate(scenario, config, true);

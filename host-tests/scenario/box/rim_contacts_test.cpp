@@ -10,6 +10,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "protocol/units/angle.hpp"
 #include "pulls.hpp"
@@ -27,7 +28,7 @@ using testing::HasSubstr;
 using world::operator+;
 using world::operator-;
 
-constexpr std::uint64_t kContactSeeds = 24;
+const std::uint64_t kContactSeeds = runs(24);
 constexpr double kOff_deg = 3;  // by which the ball was put beside the line by hand
 
 world::Config rimWorld(std::uint64_t seed) {

@@ -9,6 +9,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "protocol/units/angle.hpp"
 #include "pulls.hpp"
@@ -23,7 +24,7 @@ using procedure::LiveMethod;
 using testing::Each;
 using testing::ElementsAre;
 
-constexpr std::uint64_t kRimStepSeeds = 24;
+const std::uint64_t kRimStepSeeds = runs(24);
 
 // An axis and a stylus that are somewhere else than those of the board.
 world::Config steppedRimWorld(std::uint64_t seed) {

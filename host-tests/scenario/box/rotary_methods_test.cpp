@@ -3,6 +3,7 @@
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "pulls.hpp"
 
 // Methods that turn the part and the probe, run on the emulated machine.
@@ -54,7 +55,7 @@ TEST(LiveCentreline, ReadsTheBallAtEveryAngle) {
 
 TEST(LiveCentreline, FindsTheAxisWithTheUncertaintyThatItStates) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(20); ++seed) {
     world::Config config = usualWorld();
     config.part_spindle.point_mm[0] += 0.01 * static_cast<double>(seed);
     Scenario scenario{config, seed};
@@ -73,7 +74,7 @@ TEST(LiveCentreline, FindsTheAxisWithTheUncertaintyThatItStates) {
 
 TEST(LiveAlignment, FindsTheLeanOfTheAxisWithTheUncertaintyThatItStates) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(20); ++seed) {
     Scenario scenario{usualWorld(), seed};
     const auto solved = readied(scenario).calibrate(procedure::kCAxisAlignment, {.balls = 2});
     ASSERT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");

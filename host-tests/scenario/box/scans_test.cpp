@@ -7,6 +7,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/needs.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
 
@@ -40,7 +41,7 @@ world::Config scanWorld(std::uint64_t seed) {
 
 void expectHonestScans(const LiveMethod& method, double most_sd_s) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= 24; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(24); ++seed) {
     Scenario scenario{scanWorld(seed), seed};
     scenario.recorder().keeps_bytes = false;
     scenario.run(2s);

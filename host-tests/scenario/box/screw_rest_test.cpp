@@ -11,6 +11,7 @@
 #include "firmware/procedure/methods/sweep.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "pulls.hpp"
 #include "watched_twin.hpp"
 
@@ -67,7 +68,7 @@ std::unique_ptr<Scenario> withFace(const world::Config& config, std::uint64_t se
 
 TEST(ScrewRest, FindsTheColdReadingWithTheUncertaintyThatItStates) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= 24; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(24); ++seed) {
     world::Random random{seed, 95};
     const double reading_um = random.uniform(-40, 40);
     const auto axis = static_cast<std::uint8_t>(1 + seed % 3);

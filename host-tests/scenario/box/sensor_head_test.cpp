@@ -12,6 +12,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
 #include "pulls.hpp"
@@ -109,7 +110,7 @@ TEST(LiveSensorHead, FindsItsSensorsAsWellAsItSays) {
 
 TEST(LiveSensorHead, TellsWhereItsCentreIsOnTheSphere) {
   Pulls centred;
-  for (std::uint64_t seed = 1; seed <= 24; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(24); ++seed) {
     auto config = headWorld(seed, 0.02);
     config.swivel_head.noise_rad = 0;  // it says where the centre is at this stop of the head
     Scenario scenario{config, seed};

@@ -12,6 +12,7 @@
 #include "host-tests/emulation/register_link.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "host-tests/support/temporary_folder.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
 
@@ -24,7 +25,7 @@ using namespace std::chrono_literals;
 using world::operator*;
 using world::operator-;
 
-constexpr std::uint64_t kStylusSeeds = 20;
+const std::uint64_t kStylusSeeds = runs(20);
 
 // A spindle that leans some way, styli that hang somewhere.
 world::Config styliWorld(std::uint64_t seed) {

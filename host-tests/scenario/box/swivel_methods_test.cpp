@@ -10,6 +10,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "protocol/units/angle.hpp"
 #include "pulls.hpp"
@@ -23,7 +24,7 @@ using namespace std::chrono_literals;
 using procedure::LiveMethod;
 using testing::ElementsAre;
 
-constexpr std::uint64_t kSwivelSeeds = 20;
+const std::uint64_t kSwivelSeeds = runs(20);
 
 TEST(LiveSwivelError, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) {
   Pulls across, along;

@@ -8,6 +8,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "protocol/units/angle.hpp"
 #include "pulls.hpp"
@@ -21,7 +22,7 @@ using world::operator+;
 using world::operator-;
 using world::Vector3;
 
-constexpr std::uint64_t kCheckSeeds = 20;
+const std::uint64_t kCheckSeeds = runs(20);
 constexpr double kHalfTurn_rad = std::numbers::pi;
 
 // A head that swivels about some other line.

@@ -5,6 +5,7 @@
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "protocol/units/angle.hpp"
 #include "pulls.hpp"
@@ -19,7 +20,7 @@ using world::operator*;
 using world::operator+;
 using world::operator-;
 
-constexpr std::uint64_t kTiltSeeds = 20;
+const std::uint64_t kTiltSeeds = runs(20);
 
 // The table's axis somewhere else, leaning some other way.
 world::Config tiltWorld(std::uint64_t seed) {

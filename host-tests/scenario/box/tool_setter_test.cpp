@@ -10,6 +10,7 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
 #include "tools/interference/scene.hpp"
@@ -24,7 +25,7 @@ using procedure::LiveMethod;
 using world::operator+;
 using world::operator-;
 
-constexpr std::uint64_t kSetterSeeds = 24;
+const std::uint64_t kSetterSeeds = runs(24);
 constexpr ProcedureOptions kTool4{.tool = 4};
 
 // Device, tool and stylus are not quite where the descriptions have them; of the stylus that is as uncertain as stated.

@@ -8,6 +8,7 @@
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "pulls.hpp"
 
 // Every touch method for the delay, run on the emulated machine: its controller drives where the box prompts.
@@ -17,7 +18,7 @@ namespace {
 using namespace std::chrono_literals;
 using procedure::LiveMethod;
 
-constexpr std::uint64_t kTouchSeeds = 40;
+const std::uint64_t kTouchSeeds = runs(40);
 
 // A machine whose delay differs from seed to seed; with `each_axis` also from axis to axis.
 world::Config touchWorld(std::uint64_t seed, bool each_axis) {
@@ -111,7 +112,7 @@ TEST(LiveInOut, GoesInAndAtOnceBackOut) {
 // The swivelling head stands where it began, off by its stop, which moves all touches of a run alike.
 TEST(LiveKnownSphere, FindsThePlaceOfTheSphereAsWellAsItSays) {
   Pulls across, along;
-  for (std::uint64_t seed = 1; seed <= 24; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(24); ++seed) {
     const auto config = usualWorld();
     Scenario scenario{config, seed};
     scenario.recorder().keeps_bytes = false;

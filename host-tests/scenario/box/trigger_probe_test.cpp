@@ -13,6 +13,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
 #include "pulls.hpp"
@@ -28,7 +29,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr std::uint64_t kSwitchSeeds = 20;
+const std::uint64_t kSwitchSeeds = runs(20);
 
 // A switch with some other pre-travel, late by some other time, that chatters.
 world::Config switchWorld(std::uint64_t seed) {

@@ -10,6 +10,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "protocol/units/angle.hpp"
 #include "pulls.hpp"
@@ -22,7 +23,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr std::uint64_t kSwitchSwivelSeeds = 20;
+const std::uint64_t kSwitchSwivelSeeds = runs(20);
 
 world::Config withSwitch(world::Config config, std::uint64_t seed) {
   world::Random random{seed, 94};

@@ -10,6 +10,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "protocol/units/angle.hpp"
 #include "pulls.hpp"
@@ -27,7 +28,7 @@ using world::operator+;
 using world::operator-;
 using world::Vector3;
 
-constexpr std::uint64_t kTurningToolSeeds = 20;
+const std::uint64_t kTurningToolSeeds = runs(20);
 constexpr std::uint8_t kFaces = 1 + 8 + 16;  // +X, -Y, +Z
 constexpr Vector3 kNormals{1, -1, 1};
 constexpr double kSdHalfWidth_mm = 4e-4, kSdBall_mm = 6e-4;
