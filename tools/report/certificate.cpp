@@ -6,7 +6,10 @@
 #include <cstdio>
 
 #include "firmware/metrology/dataset/conditions.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
+#include "firmware/metrology/tilt/pivot.hpp"
 #include "protocol/units/calendar.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
@@ -21,6 +24,8 @@
 
 namespace probebox::report {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 using metrology::Estimate;
 using metrology::Result;
@@ -89,8 +94,12 @@ std::string certifiedRow(const Subject& subject, const Estimate& estimate, std::
 
 // Where the values hold, and what they are of: without it a centre on an inclined axis is no measurand.
 std::string placesTable(const Subject& subject, const CertificateFacts& facts) {
-  constexpr std::array<std::string_view, 6> kPlaces{"mean_z_mm",      "along_mm", "axis_point_mm",
-                                                    "axis_direction", "arm_mm",   "effective_diameter_mm"};
+  constexpr std::array<std::string_view, 6> kPlaces{quantity::kMeanHeight.key,
+                                                    quantity::kAlong.key,
+                                                    quantity::kAxisPoint.key,
+                                                    quantity::kAxisDirection.key,
+                                                    "arm_mm",
+                                                    quantity::kEffectiveDiameter.key};
   std::string rows;
   for (const auto& estimate : subject.result()->also) {
     if (std::ranges::find(kPlaces, estimate.key) == kPlaces.end()) continue;
@@ -163,7 +172,7 @@ bool ballIsAssumed(const Result& result) {
 std::string stylusBall(const Result& result) {
   const auto stated = conditionOf(result, metrology::kStylusBall);
   if (!stated.empty()) return stated;
-  constexpr std::array<std::string_view, 4> kSizes{"effective_diameter_mm", "effective_ball_radius_mm",
+  constexpr std::array<std::string_view, 4> kSizes{quantity::kEffectiveDiameter.key, "effective_ball_radius_mm",
                                                    "stylus_ball_radius_mm", "stylus_ball_diameter_mm"};
   const auto* method = metrology::methodNamed(result.method);
   const auto isSize = [&](const metrology::MethodKey& key) {

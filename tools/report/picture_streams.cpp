@@ -4,11 +4,14 @@
 #include <string>
 #include <utility>
 
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "tools/report/pictures.hpp"
 #include "tools/report/two_streams.hpp"
 
 namespace probebox::report {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 constexpr double kInContact = 0.05;      // of the largest deflection
 constexpr double kBesideContact = 0.15;  // of its length, that is shown before and after
@@ -27,12 +30,12 @@ struct Window {
 
 // By how much the machine's stamps are still late: a previous delay is out of them already.
 double delayAlong(const TwoStreams& streams, const metrology::Result& result) {
-  const auto left = [&](const std::string& key) {
-    const auto* residual = result.find("residual_" + key);
+  const auto left = [&](std::string_view key) {
+    const auto* residual = result.find("residual_" + std::string{key});
     return residual != nullptr ? residual : result.find(key);
   };
-  if (const auto* tau = left("tau_s")) return tau->value();
-  const auto* axes = left("tau_axis_s");
+  if (const auto* tau = left(quantity::kTau.key)) return tau->value();
+  const auto* axes = left(quantity::kTauAxis.key);
   double tau = 0.0;
   for (std::size_t k = 0; axes != nullptr && k < std::min<std::size_t>(3, axes->values.size()); ++k) {
     tau += streams.axis_share[k] * axes->values[k];
@@ -109,7 +112,8 @@ Plot drawn(const TwoStreams& streams, const Window& window, const Likeness& like
 
 std::vector<Plot> streamPictures(const metrology::Dataset& dataset, const metrology::Result& result) {
   const auto streams = twoStreams(dataset);
-  if (!streams || (result.find("tau_s") == nullptr && result.find("tau_axis_s") == nullptr)) return {};
+  if (!streams || (result.find(quantity::kTau.key) == nullptr && result.find(quantity::kTauAxis.key) == nullptr))
+    return {};
   const double tau = delayAlong(*streams, result);
   const Window window = windowOf(*streams);
   const auto likeness = likenessOf(*streams, tau, window);

@@ -8,11 +8,14 @@
 #include <string_view>
 
 #include "firmware/metrology/dataset/plausible.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::app {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 bool findsATurningAxis(const metrology::Result& result) {
   const auto* method = metrology::methodNamed(result.method);
@@ -43,7 +46,7 @@ std::optional<double> reachOf(const MachineTravel& travel) {
 }
 
 std::optional<Error> turningAxisOutside(const metrology::Result& result, const MachineTravel& travel) {
-  const auto* centre = result.find("centre_mm");
+  const auto* centre = result.find(quantity::kCentre.key);
   if (!findsATurningAxis(result) || centre == nullptr) return std::nullopt;
   for (std::size_t axis = 0; axis < std::min<std::size_t>(2, centre->values.size()); ++axis) {
     const auto& [min_mm, max_mm] = travel[axis];

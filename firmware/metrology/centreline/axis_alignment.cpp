@@ -122,9 +122,9 @@ constexpr MethodKey kCKeys[]{
     key::kCSense,
     key::kTauForTheRecord,
     {"heights", "rotating", "rotating (balls on the part) or slide (one ball, carried along Z)"}};
-constexpr MethodResult kCResults[]{{"C_tilt_rad", "x and y of the C axis per mm of Z, with heights rotating"},
-                                   {"Z_slide_rad", "x and y of the slide per mm of Z, with heights slide"},
-                                   {"centre_mm", "x and y of the axis at the mean of the heights (mean_z_mm)"}};
+constexpr Quantity kCResults[]{quantity::kCTilt, quantity::kZSlide,
+                               quantity::kCentre.as("x and y of the axis at the mean of the heights (mean_z_mm)")};
+constexpr Quantity kCFurther[]{quantity::kMeanHeight};
 constexpr std::string_view kAxisAlignmentUnobservable[]{
     "the axis separately from the straightness and squareness of the Z slide: the tilt is relative to Z"};
 
@@ -161,10 +161,15 @@ constexpr MethodKey kAKeys[]{key::kSigma,
                              {"C_tilt_rad", "", "tilt of the C axis, x y, from the alignment of C"}};
 constexpr KnownQuantity kAKnown[]{{"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value},
                                   {"sd_ball_offset_mm", "ball_offset_mm", KnownKind::value}};
-constexpr MethodResult kAResults[]{
-    {"A_tilt_rad", "x and y of the spindle axis per mm of Z"},
-    {"A_minus_C_rad", "A_tilt_rad minus C_tilt_rad; only if C_tilt_rad is given"},
-    {"stylus_offset_of_tool_N_mm", "tip of that tool from the spindle axis, x and y at A = 0; with column tool"}};
+constexpr Quantity kAResults[]{quantity::kSpindleTilt,
+                               {.key = "A_minus_C_rad",
+                                .about = "A_tilt_rad minus C_tilt_rad; only if C_tilt_rad is given",
+                                .kind = QuantityKind::lean,
+                                .compared = Compared::never},
+                               {.key = "stylus_offset_of_tool_N_mm",
+                                .about = "tip of that tool from the spindle axis, x and y at A = 0; with column tool"}};
+constexpr Quantity kAFurther[]{
+    {.key = "stylus_offset_of_tool_", .kind = QuantityKind::offset, .axes = "XY", .compared = Compared::never}};
 constexpr std::string_view kAUnobservable[]{kAxisAlignmentUnobservable[0],
                                             "first harmonic of the spindle separately from the offsets of its tips"};
 
@@ -197,6 +202,7 @@ const Method kCAxisAlignment{.name = "c-axis-alignment",
                              .tables = kCTables,
                              .keys = kCKeys,
                              .results = kCResults,
+                             .further = kCFurther,
                              .unobservable = kAxisAlignmentUnobservable,
                              .undetermined = undeterminedByAngles,
                              .subject = {.name = kTurningAxis, .of = subjectOfAlignment}};
@@ -210,6 +216,7 @@ const Method kAAxisAlignment{.name = "a-axis-alignment",
                              .keys = kAKeys,
                              .known = kAKnown,
                              .results = kAResults,
+                             .further = kAFurther,
                              .unobservable = kAUnobservable,
                              .undetermined = undeterminedOfA,
                              .subject = {.name = "spindle-tilt"},

@@ -204,7 +204,7 @@ namespace {
 constexpr MethodTable kCentrelineTables[]{
     {"readings", kCentrelineColumns, "a feature that turns with C, at an angle of C", true}};
 constexpr MethodKey kCentrelineKeys[]{key::kSigma, key::kSigmaC, key::kCSense, key::kMeanHeight, key::kTauForTheRecord};
-constexpr MethodResult kCentrelineResults[]{{"centre_mm", "centre of rotation, x y"}};
+constexpr Quantity kCentrelineResults[]{quantity::kCentre.as("centre of rotation, x y")};
 
 }  // namespace
 

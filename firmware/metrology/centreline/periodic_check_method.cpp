@@ -1,3 +1,4 @@
+#include "firmware/metrology/centreline/check_quantities.hpp"
 #include "firmware/metrology/centreline/periodic_check.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
@@ -66,12 +67,15 @@ constexpr MethodKey kPeriodicCheckKeys[]{
     {"limit_x_offset_error_mm", "limit_mm", kLimit}};
 constexpr KnownQuantity kKnown[]{{"sd_effective_ball_radius_mm", "effective_ball_radius_mm"},
                                  {"sd_expected_ball_centre_z_mm", "expected_ball_centre_z_mm", KnownKind::value}};
-constexpr MethodResult kPeriodicCheckResults[]{{"Xcen_B0_mm", "mean X of the ball at B = 0"},
-                                               {"Ycen_B0_mm", "mean Y at B = 0"},
-                                               {"z_offset_error_mm", "Z offset error at B = 0 (B24)"},
-                                               {"Ycen_B45_mm", "mean Y at B = 45"},
-                                               {"Ycen_B90_mm", "mean Y at B = 90"},
-                                               {"x_offset_error_mm", "X offset error at B = 90 (B24)"}};
+constexpr Quantity kPeriodicCheckResults[]{
+    {.key = kXAtLevel.key, .about = "mean X of the ball at B = 0", .kind = QuantityKind::offset},
+    {.key = kYAtLevel.key, .about = "mean Y at B = 0", .kind = QuantityKind::offset},
+    {.key = kZAtLevel.key, .about = "Z offset error at B = 0 (B24)", .kind = QuantityKind::error},
+    {.key = kYAt45.key, .about = "mean Y at B = 45", .kind = QuantityKind::offset},
+    {.key = kYAt90.key, .about = "mean Y at B = 90", .kind = QuantityKind::offset},
+    {.key = kXAt90.key, .about = "X offset error at B = 90 (B24)", .kind = QuantityKind::error}};
+constexpr Quantity kPeriodicCheckFurther[]{
+    quantity::kDeviation, quantity::kStylusOffsetX, quantity::kStylusOffsetY, {.key = kVerdict}, {.key = kWorstRatio}};
 constexpr std::string_view kPeriodicCheckUnobservable[]{
     "run-out of ball and stylus at B = 45 and 90: it cancels",
     "x_offset_error_mm and z_offset_error_mm separately from errors of the ball's radius and expected centre"};
@@ -94,6 +98,7 @@ const Method kPeriodicCheck{.name = "periodic-check",
                             .keys = kPeriodicCheckKeys,
                             .known = kKnown,
                             .results = kPeriodicCheckResults,
+                            .further = kPeriodicCheckFurther,
                             .unobservable = kPeriodicCheckUnobservable,
                             .subject = {.name = kCheckSubject},
                             .also_about = stylusOfCheck};

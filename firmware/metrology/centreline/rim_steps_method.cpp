@@ -30,8 +30,7 @@ std::optional<std::string> subjectOfSteps(const Dataset& dataset) {
   return std::string{dataset.table("stylus") != nullptr ? kTurningAxis : kTurningAxisFromTip};
 }
 
-constexpr MethodResult kRimStepsResults[]{{"centre_mm", "centre of rotation, x y"},
-                                          {"radius_mm", "of the ball about it"}};
+constexpr Quantity kRimStepsResults[]{quantity::kCentre.as("centre of rotation, x y"), quantity::kRadius};
 
 }  // namespace
 

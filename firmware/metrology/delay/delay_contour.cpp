@@ -31,7 +31,7 @@ constexpr MethodKey kContourKeys[]{
     kProbeAtZero,
     kProbeB,
     of_delay::kProbeKind};
-constexpr MethodResult kContourResults[]{of_delay::kTau};
+constexpr Quantity kContourResults[]{quantity::kTau};
 constexpr std::string_view kContourUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps,
     "delays that differ between the axes; size and position of the feature: both are nuisance parameters of each scan",

@@ -273,10 +273,10 @@ constexpr MethodKey kFeatureKeys[]{
     {"previous_tau_s", "0", "delay already subtracted from the stamps, with delays common"},
     {"previous_tau_axis_s", "[0,0,0]", "delays already subtracted from the stamps, with delays each-axis"}};
 constexpr KnownQuantity kFeatureKnown[]{{"sd_size_mm", "size_mm"}, {"sd_size_axis_mm", "size_axis_mm"}};
-constexpr MethodResult kFeatureResults[]{{"tau_s", "delay, with delays common"},
-                                         {"tau_axis_s", "delay of each axis, with delays each-axis"},
-                                         {"tau_article_s", "delay of article, with article_has_own_delay"},
-                                         {"size_mm", "effective size; only if size_mm is not given"}};
+constexpr Quantity kFeatureResults[]{quantity::kTau.as("delay, with delays common"),
+                                     quantity::kTauAxis.as("delay of each axis, with delays each-axis"),
+                                     {"tau_article_s", "delay of article, with article_has_own_delay"},
+                                     {"size_mm", "effective size; only if size_mm is not given"}};
 constexpr std::string_view kFeatureUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
                                                   "delays that differ between the axes, where one is assumed for all",
                                                   of_delay::kExactFeature};

@@ -11,7 +11,7 @@ constexpr MethodTable kInOutTables[]{
     of_delay::kTouches};
 constexpr MethodKey kInOutKeys[]{of_delay::kPreviousTau, of_delay::kFeature, of_delay::kProbeKind, kProbeAForTheRecord,
                                  kProbeBForTheRecord};
-constexpr MethodResult kInOutResults[]{of_delay::kTau};
+constexpr Quantity kInOutResults[]{quantity::kTau};
 constexpr std::string_view kInOutUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps,
     "the delay of an axis across the direction of motion, and the position of the surface"};

@@ -1,6 +1,10 @@
+#include <array>
+#include <cstdio>
+
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "firmware/metrology/rotary/rotary_joint_errors.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -29,11 +33,11 @@ constexpr MethodKey kAxisErrorsKeys[]{
     {"sensor_matrix", "", "units of the sensors per mm, one row per sensor; for the record"},
     {"sensor_head_result", "", "number of the sensor head's calibration; for the record", "sensor-head-"}};
 constexpr KnownQuantity kKnown[]{{"sd_certificate_mm", "third", KnownKind::table}};
-constexpr MethodResult kAxisErrorsResults[]{
-    {"six_errors", "one row per angle: three translations in mm, three rotations in rad"},
-    {"location_mm",
-     "position of the axis across its direction; only for four or more angles over more than 60 degrees"},
-    {"tilt_rad", "tilt of the axis; under the same condition"}};
+constexpr Quantity kAxisErrorsResults[]{quantity::kSixErrors, quantity::kLocation, quantity::kTilt};
+constexpr Quantity kAxisErrorsFurther[]{
+    quantity::kErrorMotions,  quantity::kTiltMotions,
+    quantity::kErrorAngles,   quantity::kAxisPoint,
+    quantity::kAxisDirection, {.key = "rotations_rad", .kind = QuantityKind::lean}};  // partsOf()
 constexpr std::string_view kAxisErrorsUnobservable[]{
     "XOC and YOC separately from position-dependent first harmonics (EXC, EYC)",
     "any error at the reference angle, and errors of the linear axes that all angles share"};
@@ -44,6 +48,13 @@ std::optional<std::string> subjectOfAxis(const Dataset& dataset) {
 
 }  // namespace
 
+std::string deviationKey(std::string_view axis, std::size_t error, double angle_rad) {
+  constexpr std::array<const char*, 6> kErrors{"X", "Y", "Z", "A", "B", "C"};
+  std::array<char, 48> at{};
+  std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", degrees(angle_rad), error < 3 ? "mm" : "rad");
+  return std::string{quantity::kDeviation.key} + kErrors.at(error) + std::string{axis} + at.data();
+}
+
 const Method kRotaryAxisErrors{.name = "rotary-axis-errors",
                                .title = "Errors of a rotary axis",
                                .equations = "(E2)-(E12)",
@@ -53,6 +64,7 @@ const Method kRotaryAxisErrors{.name = "rotary-axis-errors",
                                .keys = kAxisErrorsKeys,
                                .known = kKnown,
                                .results = kAxisErrorsResults,
+                               .further = kAxisErrorsFurther,
                                .unobservable = kAxisErrorsUnobservable,
                                .subject = {.name = {}, .of = subjectOfAxis}};
 

@@ -305,9 +305,7 @@ constexpr MethodKey kCalibrationKeys[]{
     {"axis", "", "axis of the screw, X, Y or Z; needed by the box"},
     {kStandingGain, "", "gain K that is kept, instead of table gain_cal: only the face table is measured"}};
 constexpr KnownQuantity kCalibrationKnown[]{kScrewLengthKnown, kScrewOffsetKnown};
-constexpr MethodResult kCalibrationResults[]{{"K", "gain (D2), unless it is stated"},
-                                             {"sector_table_um", "face table (D3), sum 0"},
-                                             {"drift_um_s", "drift of the sensor during sector_cal"}};
+constexpr Quantity kCalibrationResults[]{quantity::kScrewGain, quantity::kSectorTable, quantity::kSensorDrift};
 constexpr std::string_view kCalibrationUnobservable[]{
     kEvenHeat, "the mean height of the face separately from the zero of the sensor: the table sums to 0"};
 

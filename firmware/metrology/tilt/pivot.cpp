@@ -144,10 +144,10 @@ Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodResult kPivotTableResults[]{
-    {"pivot_yz_mm", "the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z"}};
-constexpr MethodResult kPivotHeadResults[]{
-    {"pivot_xz_mm", "a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z"}};
+constexpr Quantity kPivotTableResults[]{
+    quantity::kPivotYz.as("the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z")};
+constexpr Quantity kPivotHeadResults[]{
+    quantity::kPivotXz.as("a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z")};
 
 }  // namespace
 
@@ -159,6 +159,7 @@ const Method kTablePivot{.name = "table-pivot",
                          .tables = kTableTiltTables,
                          .keys = kTableTiltKeys,
                          .results = kPivotTableResults,
+                         .further = quantity::kPivots,
                          .unobservable = kTableTiltUnobservable};
 
 const Method kHeadPivot{.name = "head-pivot",
@@ -170,6 +171,7 @@ const Method kHeadPivot{.name = "head-pivot",
                         .keys = kHeadTiltKeys,
                         .known = kBallKnown,
                         .results = kPivotHeadResults,
+                        .further = quantity::kPivots,
                         .unobservable = kHeadTiltUnobservable};
 
 }  // namespace probebox::metrology

@@ -23,6 +23,17 @@ Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset);
 // Refuses as above.
 Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset);
 
+namespace quantity {
+
+inline constexpr Quantity kPivotXz{.key = result_key::kPivotXz, .axes = "XZ", .name = "pivot"};
+inline constexpr Quantity kPivotYz{.key = result_key::kPivotYz, .axes = "YZ", .name = "pivot"};
+inline constexpr Quantity kPivotXy{.key = result_key::kPivotXy};
+// Where the pivot is along the axis itself.
+inline constexpr Quantity kAlong{.key = result_key::kAlong};
+inline constexpr Quantity kPivots[]{kPivotXz, kPivotYz, kPivotXy, kAlong};
+
+}  // namespace quantity
+
 extern const Method kTablePivot;
 extern const Method kHeadPivot;
 

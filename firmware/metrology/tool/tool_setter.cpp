@@ -248,38 +248,38 @@ Outcome<Measured, Refusal> fitDevice(const Device& device, double sigma, double 
 
 // A row each B, by the parameters of the fit and by what the fit does not know of: the probe's offsets, three each B,
 // then place (2) and tilt (2) of the turning axis.
-struct Quantity {
+struct ByOrientation {
   MatrixXd values;
   MatrixXd by_readings;
   MatrixXd by_inputs;
 
-  Quantity(const Device& device, Index columns)
+  ByOrientation(const Device& device, Index columns)
       : values{static_cast<Index>(device.angles()), columns},
         by_readings{MatrixXd::Zero(values.size(), 6 * values.rows())},
         by_inputs{MatrixXd::Zero(values.size(), 3 * values.rows() + 4)} {}
 };
 
 struct Found {
-  Quantity tool;
-  Quantity setter;
-  std::optional<Quantity> link;
+  ByOrientation tool;
+  ByOrientation setter;
+  std::optional<ByOrientation> link;
 };
 
 // (B22), (B22b)
 Found found(const Device& device, const MatrixX3d& offsets, const std::optional<TurningAxis>& axis, const Fit& fit) {
-  Found found{Quantity{device, 3}, Quantity{device, 3}, std::nullopt};
-  if (axis) found.link = Quantity{device, 2};
+  Found found{ByOrientation{device, 3}, ByOrientation{device, 3}, std::nullopt};
+  if (axis) found.link = ByOrientation{device, 2};
   for (Index k = 0; k < offsets.rows(); ++k) {
     const Vector3d setter = fit.parameters.segment<3>(6 * k) + offsets.row(k).transpose();
     found.setter.values.row(k) = setter.transpose();
     found.tool.values.row(k) = (setter - fit.parameters.segment<3>(6 * k + 3)).transpose();
     found.tool.by_readings.block<3, 3>(3 * k, 6 * k + 3) = -Eigen::Matrix3d::Identity();
-    for (Quantity* each : {&found.tool, &found.setter}) {
+    for (ByOrientation* each : {&found.tool, &found.setter}) {
       each->by_readings.block<3, 3>(3 * k, 6 * k).setIdentity();
       each->by_inputs.block<3, 3>(3 * k, 3 * k).setIdentity();
     }
     if (!axis) continue;
-    Quantity& link = *found.link;
+    ByOrientation& link = *found.link;
     link.values.row(k) = (setter.head<2>() - axis->here(setter.z())).transpose();
     Eigen::Matrix<double, 2, 3> by_setter = Eigen::Matrix<double, 2, 3>::Identity();
     by_setter.col(2) = -axis->tilt;
@@ -332,7 +332,7 @@ std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const
   return compare(found.link->values, *link, ", seen from the turning axis");
 }
 
-void promise(Answer& answer, const Device& device, const char* key, const Quantity& quantity) {
+void promise(Answer& answer, const Device& device, const char* key, const ByOrientation& quantity) {
   const VectorXd values = quantity.values.reshaped<Eigen::RowMajor>();
   if (device.angles_deg.empty()) {
     answer.promiseVector(key, values, quantity.by_readings);
@@ -343,7 +343,7 @@ void promise(Answer& answer, const Device& device, const char* key, const Quanti
 
 // The promised values by what the fit does not know of: offsets and turning axis, then the rounding of the readings.
 MatrixXd slopesOf(const Found& found, const MatrixXd& by_rounding) {
-  std::vector<const Quantity*> quantities{&found.tool, &found.setter};
+  std::vector<const ByOrientation*> quantities{&found.tool, &found.setter};
   if (found.link) quantities.push_back(&*found.link);
   MatrixXd slopes{0, found.tool.by_inputs.cols() + by_rounding.cols()};
   for (const auto* quantity : quantities) {

@@ -51,10 +51,8 @@ constexpr KnownQuantity kSetterKnown[]{{"sd_probe_offset_mm", "probe_offset_mm",
                                        {"sd_half_width_mm", "half_width_mm", KnownKind::column},
                                        {"sd_centreline_mm", "centreline_mm", KnownKind::value, true},
                                        {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, true}};
-constexpr MethodResult kSetterResults[]{
-    {"tool_offset_mm", "tool tip from the head's reference, x y z; one row per B"},
-    {"setter_mm", "position of the device, x y z; one row per B"},
-    {"link_mm", "position of the device relative to the turning axis, x y; needs centreline_mm; one row per B"}};
+constexpr Quantity kSetterResults[]{quantity::kToolOffset, quantity::kSetter, quantity::kLink};
+constexpr Quantity kSetterFurther[]{quantity::kEachB};
 constexpr std::string_view kSetterUnobservable[]{
     "an error of probe_offset_mm: it biases tool and setting device with unit sensitivity"};
 
@@ -98,6 +96,7 @@ const Method kToolSetter{.name = "tool-setter",
                          .keys = kSetterKeys,
                          .known = kSetterKnown,
                          .results = kSetterResults,
+                         .further = kSetterFurther,
                          .unobservable = kSetterUnobservable,
                          .undetermined = oneFaced,
                          .subject = {.name = {}, .of = subjectOfTool, .independent_of = kNotOfTool},
