@@ -20,7 +20,7 @@ Solved solve(const Dataset& dataset, const Method& method) {
   TRY(const auto mended, mendFaults(dataset, method, solved.value()));
   if (mended.changed()) solved = solveMended(mended, method, storedLength);
   if (!solved) return solved;
-  if (auto refusal = refuseImplausible(solved.value())) return *refusal;
+  if (auto refusal = refuseImplausible(solved.value(), method)) return *refusal;
   if (auto refusal = frozenChannel(dataset, method)) return *refusal;
   for (auto& sentence : unusedKeys(dataset, method)) solved->warnings.push_back(std::move(sentence));
   for (auto& sentence : slipsIn(dataset, method)) solved->warnings.push_back(std::move(sentence));

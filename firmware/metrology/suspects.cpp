@@ -14,6 +14,7 @@
 #include "firmware/metrology/fit/chi_square.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/uncertainty/budget.hpp"
 
 namespace probebox::metrology {
@@ -457,17 +458,6 @@ void takeDegrees(Result& result, std::size_t unknowns) {
 
 // ---- Lengths that no machine has
 
-// Usual size of a promised length, the longest of its parts. Wide: a tool of a small machine is 30 mm long from its
-// gauge line, and one of 7.9 mm is 200 mm in inches.
-struct UsualSize {
-  std::string_view key;
-  double least_mm;
-  double most_mm;
-};
-constexpr auto kUsualSizes = std::to_array<UsualSize>({{"tool_offset_mm", 20, 2000}, {"L4_mm", 20, 2000}});
-// Way of what is read while an axis tilts: that of a ball 200 mm from the pivot is 11 mm in inches.
-constexpr UsualSize kUsualWay{"pivot", 12, 20000};
-
 std::optional<std::string> unusual(const std::string& what, double size_mm, const UsualSize& usual) {
   if (size_mm >= usual.least_mm && size_mm <= usual.most_mm) return std::nullopt;
   const bool small = size_mm < usual.least_mm;
@@ -491,12 +481,12 @@ double wayOf_mm(const Dataset& dataset, const Result& result) {
 }
 
 std::optional<std::string> unusualLength(const Dataset& dataset, const Result& result, const Estimate& estimate) {
-  if (estimate.key.starts_with(kUsualWay.key))
-    return unusual("the places that were read are apart by", wayOf_mm(dataset, result), kUsualWay);
-  const auto usual = std::ranges::find(kUsualSizes, estimate.key, &UsualSize::key);
-  if (usual == kUsualSizes.end() || estimate.values.empty()) return std::nullopt;
+  const auto* quantity = quantityOf(estimate.key);
+  if (quantity == nullptr || quantity->usual.most_mm == 0 || estimate.values.empty()) return std::nullopt;
+  const auto& usual = quantity->usual;
+  if (usual.of_readings) return unusual("the places that were read are apart by", wayOf_mm(dataset, result), usual);
   const auto size = [](double value) { return std::abs(value); };
-  return unusual(estimate.key + " is up to", size(std::ranges::max(estimate.values, {}, size)), *usual);
+  return unusual(estimate.key + " is up to", size(std::ranges::max(estimate.values, {}, size)), usual);
 }
 
 }  // namespace

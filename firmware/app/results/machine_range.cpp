@@ -80,7 +80,9 @@ std::optional<Error> whyOutside(const AxisHomed& homed, const MachineTravel& tra
 }
 
 std::optional<Error> whyOutside(const metrology::Result& result, const MachineTravel& travel) {
-  if (const auto refusal = metrology::refuseImplausible(result))
+  const auto* method = metrology::methodNamed(result.method);
+  const metrology::Method unknown{};
+  if (const auto refusal = metrology::refuseImplausible(result, method == nullptr ? unknown : *method))
     return Error{"The result of " + result.method + " cannot be: " + refusal->reason + "."};
   const auto reach_mm = reachOf(travel);
   for (const auto& estimate : result.estimates) {

@@ -384,7 +384,8 @@ constexpr Quantity kAResults[]{quantity::kSpindleTilt,
                                {.key = "A_minus_C_rad",
                                 .about = "A_tilt_rad minus C_tilt_rad; only if C_tilt_rad is given",
                                 .kind = QuantityKind::lean,
-                                .compared = Compared::never},
+                                .compared = Compared::never,
+                                .most = quantity::kMostLean_rad},
                                {.key = "stylus_offset_of_tool_N_mm",
                                 .about = "tip of that tool from the spindle axis, x and y at A = 0; with column tool"}};
 constexpr Quantity kAFurther[]{

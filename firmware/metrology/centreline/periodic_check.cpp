@@ -461,13 +461,20 @@ constexpr MethodKey kPeriodicCheckKeys[]{
     {"limit_x_offset_error_mm", "limit_mm", kLimit}};
 constexpr KnownQuantity kKnown[]{{"sd_effective_ball_radius_mm", "effective_ball_radius_mm"},
                                  {"sd_expected_ball_centre_z_mm", "expected_ball_centre_z_mm", KnownKind::value}};
+constexpr double kMostOffsetError_mm = 10;  // of a machine that still moves
 constexpr Quantity kPeriodicCheckResults[]{
     {.key = kXAtLevel.key, .about = "mean X of the ball at B = 0", .kind = QuantityKind::offset},
     {.key = kYAtLevel.key, .about = "mean Y at B = 0", .kind = QuantityKind::offset},
-    {.key = kZAtLevel.key, .about = "Z offset error at B = 0 (B24)", .kind = QuantityKind::error},
+    {.key = kZAtLevel.key,
+     .about = "Z offset error at B = 0 (B24)",
+     .kind = QuantityKind::error,
+     .most = kMostOffsetError_mm},
     {.key = kYAt45.key, .about = "mean Y at B = 45", .kind = QuantityKind::offset},
     {.key = kYAt90.key, .about = "mean Y at B = 90", .kind = QuantityKind::offset},
-    {.key = kXAt90.key, .about = "X offset error at B = 90 (B24)", .kind = QuantityKind::error}};
+    {.key = kXAt90.key,
+     .about = "X offset error at B = 90 (B24)",
+     .kind = QuantityKind::error,
+     .most = kMostOffsetError_mm}};
 constexpr Quantity kPeriodicCheckFurther[]{
     quantity::kDeviation, quantity::kStylusOffsetX, quantity::kStylusOffsetY, {.key = kVerdict}, {.key = kWorstRatio}};
 constexpr std::string_view kPeriodicCheckUnobservable[]{

@@ -28,6 +28,13 @@ enum class Compared : std::uint8_t {
 // Relation to the rotary axis that the result is about: its letter is in the names (ISO 230-7).
 enum class OfRotaryAxis : std::uint8_t { no, location, by_angle };
 
+// Size that a length on a machine tool seldom leaves; all zero: any.
+struct UsualSize {
+  double least_mm{};
+  double most_mm{};
+  bool of_readings{};  // how far apart the readings are, instead of the value
+};
+
 // Column of a matrix.
 struct QuantityColumn {
   std::string_view name;
@@ -48,6 +55,8 @@ struct Quantity {
   std::span<const QuantityColumn> columns{};          // of a matrix
   OfRotaryAxis of_axis{};
   Compared compared{};
+  double most{};  // largest plausible size, in the unit of the key; 0: what the unit allows
+  UsualSize usual{};
 
   // The same value, as this method explains it.
   constexpr Quantity as(std::string_view own_about) const {
@@ -75,10 +84,18 @@ inline std::string gainPart(std::size_t component) {
   return component < 9 ? "gain " + axisName(component / 3) + " of " + "abc"[component % 3] : std::string{};
 }
 
-inline constexpr Quantity kTau{.key = "tau_s", .about = "delay of the machine's stamps less that of the probe's"};
-inline constexpr Quantity kTauAxis{
-    .key = "tau_axis_s", .about = "delay of the stamps of each axis less that of the probe's, x y z", .axes = "XYZ"};
-inline constexpr Quantity kTauJoint{.key = "tau_joint_s", .about = "delay of each joint, with delays each-joint"};
+inline constexpr double kMostDelay_s = 1;  // no control loop lags by a second
+// Direction of an axis against its machine axis: 5.7 degrees. Degrees and milliradians are beyond.
+inline constexpr double kMostLean_rad = 0.1;
+
+inline constexpr Quantity kTau{
+    .key = "tau_s", .about = "delay of the machine's stamps less that of the probe's", .most = kMostDelay_s};
+inline constexpr Quantity kTauAxis{.key = "tau_axis_s",
+                                   .about = "delay of the stamps of each axis less that of the probe's, x y z",
+                                   .axes = "XYZ",
+                                   .most = kMostDelay_s};
+inline constexpr Quantity kTauJoint{
+    .key = "tau_joint_s", .about = "delay of each joint, with delays each-joint", .most = kMostDelay_s};
 inline constexpr Quantity kGainMatrix{.key = "gain_matrix",
                                       .about = "gain of the probe (A3), where the touches span space",
                                       .part_name = gainPart,

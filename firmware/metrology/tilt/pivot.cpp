@@ -26,7 +26,7 @@ namespace {
 
 constexpr double kGross_mm = 0.1;
 constexpr double kDeviations = 5.0;
-constexpr double kMostLean_rad = 0.1;     // as any direction against its machine axis
+
 constexpr double kUsualLean_rad = 0.002;  // chosen: several times what a poor machine has
 constexpr double kUsualNoise_mm = 0.01;   // chosen, where no sigma is stated
 
@@ -49,7 +49,7 @@ Change changeOf(const TiltReading& reading, const TiltReading& first, const Fit&
 Outcome<std::optional<std::string>, Refusal> checkLean(const Fit& fit, const Sigma& sigma) {
   const double lean_rad = fit.parameters.tail<2>().norm();
   const std::string leans = "the readings say that the axis leans by " + text(lean_rad) + " rad off its machine axis";
-  if (lean_rad > kMostLean_rad)
+  if (lean_rad > quantity::kMostLean_rad)
     return Refusal{"implausible", leans + ", more than 0.1: check the tilt of each row, and measure at a third tilt"};
   const double noise = std::sqrt(fit.cofactor.diagonal().tail<2>().sum()) * (sigma.stated ? 1.0 : kUsualNoise_mm);
   if (lean_rad <= kUsualLean_rad + kDeviations * noise) return std::optional<std::string>{};

@@ -162,9 +162,9 @@ Outcome<Result, Refusal> solveHeadPivot3d(const Dataset& dataset) {
 
 namespace {
 
-constexpr Quantity kLeanXz{.key = result_key::kLeanXz, .kind = QuantityKind::lean};
-constexpr Quantity kLeanYz{.key = result_key::kLeanYz, .kind = QuantityKind::lean};
-constexpr Quantity kLeanXy{.key = result_key::kLeanXy, .kind = QuantityKind::lean};
+constexpr Quantity kLeanXz{.key = result_key::kLeanXz, .kind = QuantityKind::lean, .most = quantity::kMostLean_rad};
+constexpr Quantity kLeanYz{.key = result_key::kLeanYz, .kind = QuantityKind::lean, .most = quantity::kMostLean_rad};
+constexpr Quantity kLeanXy{.key = result_key::kLeanXy, .kind = QuantityKind::lean, .most = quantity::kMostLean_rad};
 constexpr Quantity kPivotAxisFurther[]{
     quantity::kPivotXz, quantity::kPivotYz, quantity::kPivotXy, quantity::kAlong, kLeanXz, kLeanYz, kLeanXy};
 constexpr Quantity kPivotAxisTableResults[]{
