@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "firmware/metrology/dataset/plausible.hpp"
+#include "firmware/metrology/checks/plausible.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "protocol/units/tolerances.hpp"

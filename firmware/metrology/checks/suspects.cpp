@@ -1,4 +1,4 @@
-#include "firmware/metrology/suspects.hpp"
+#include "firmware/metrology/checks/suspects.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -14,7 +14,6 @@
 #include "firmware/metrology/fit/chi_square.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
-#include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/uncertainty/budget.hpp"
 
 namespace probebox::metrology {
@@ -480,10 +479,10 @@ double wayOf_mm(const Dataset& dataset, const Result& result) {
   return way_mm;
 }
 
-std::optional<std::string> unusualLength(const Dataset& dataset, const Result& result, const Estimate& estimate) {
-  const auto* quantity = quantityOf(estimate.key);
-  if (quantity == nullptr || quantity->usual.most_mm == 0 || estimate.values.empty()) return std::nullopt;
-  const auto& usual = quantity->usual;
+std::optional<std::string> unusualLength(const Dataset& dataset, const Result& result, const Estimate& estimate,
+                                         const Quantity& quantity) {
+  const auto& usual = quantity.usual;
+  if (usual.most_mm == 0 || estimate.values.empty() || !quantity.names(estimate.key)) return std::nullopt;
   if (usual.of_readings) return unusual("the places that were read are apart by", wayOf_mm(dataset, result), usual);
   const auto size = [](double value) { return std::abs(value); };
   return unusual(estimate.key + " is up to", size(std::ranges::max(estimate.values, {}, size)), usual);
@@ -532,15 +531,26 @@ Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal re
   return refusal;
 }
 
-void warnUnchecked(const Dataset& dataset, Result& result) {
+std::optional<Refusal> warnOfNoRedundancy(const Dataset&, const Method&, Result& result) {
   if (result.dof == 0 && !result.residuals.values.empty()) {
     result.warnings.push_back(std::string{kNoRedundancy} +
                               ": there are as many readings as unknowns, so that none checks another: a slip in one "
                               "of them is in the answer and in no sd; read once more than needed");
   }
+  return std::nullopt;
+}
+
+std::optional<Refusal> warnOfUnusualLengths(const Dataset& dataset, const Method& method, Result& result) {
   for (const auto& estimate : result.estimates) {
-    if (auto sentence = unusualLength(dataset, result, estimate)) result.warnings.push_back(*std::move(sentence));
+    std::optional<std::string> sentence;
+    for (const auto& listed : {method.results, method.further}) {
+      for (const auto& quantity : listed) {
+        if (!sentence) sentence = unusualLength(dataset, result, estimate, quantity);
+      }
+    }
+    if (sentence) result.warnings.push_back(*std::move(sentence));
   }
+  return std::nullopt;
 }
 
 }  // namespace probebox::metrology

@@ -1,4 +1,4 @@
-#include "firmware/metrology/dataset/plausible.hpp"
+#include "firmware/metrology/checks/plausible.hpp"
 
 #include <algorithm>
 #include <array>
