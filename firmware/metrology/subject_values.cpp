@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 
 #include "firmware/metrology/centreline/axis_alignment.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
@@ -74,6 +76,30 @@ std::string unitOfRms(const Result& result) {
     if (result.design_per.ends_with(", " + std::string{unit})) return std::string{unit};
   }
   return "mm";
+}
+
+namespace {
+
+const Estimate* slopeOf(const Result& result) {
+  const auto* of_spindle = result.find(quantity::kCTilt.key);
+  return of_spindle != nullptr ? of_spindle : result.find(quantity::kZSlide.key);
+}
+
+void widen(std::vector<double>& sd, const std::vector<double>& of_slope, double up_mm) {
+  for (std::size_t i = 0; i < std::min(sd.size(), of_slope.size()); ++i) sd[i] = std::hypot(sd[i], of_slope[i] * up_mm);
+}
+
+}  // namespace
+
+void moveCentre(double z_mm, const Result& of, const Result& beside, Estimate& centre) {
+  const auto* height = of.find(quantity::kMeanHeight.key);
+  const auto* slope = slopeOf(of) != nullptr ? slopeOf(of) : slopeOf(beside);
+  if (height == nullptr || slope == nullptr) return;
+  const double up_mm = z_mm - height->value();
+  for (std::size_t i = 0; i < std::min(centre.values.size(), slope->values.size()); ++i)
+    centre.values[i] += slope->values[i] * up_mm;
+  widen(centre.sd, slope->sd, up_mm);
+  widen(centre.uncertainty, slope->uncertainty.empty() ? slope->sd : slope->uncertainty, up_mm);
 }
 
 }  // namespace probebox::metrology

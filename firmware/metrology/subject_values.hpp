@@ -22,4 +22,8 @@ Result withKey(Result result, std::string_view key, std::string_view as);
 // with it.
 std::string unitOfRms(const Result& result);
 
+// Takes centre_mm of result `of` to the height z_mm, with its standard deviations: along its own slope, or that of
+// `beside`, with which it is compared: one height does not tell it. Changes nothing without a height or a slope.
+void moveCentre(double z_mm, const Result& of, const Result& beside, Estimate& centre);
+
 }  // namespace probebox::metrology

@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <string_view>
 
-#include "firmware/metrology/centre_height.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
+#include "firmware/metrology/subject_values.hpp"
 #include "firmware/metrology/tilt/swivel_error.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"

@@ -11,7 +11,6 @@
 
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_values.hpp"
-#include "firmware/metrology/centre_height.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "firmware/metrology/subject_values.hpp"

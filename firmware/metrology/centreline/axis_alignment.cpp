@@ -22,7 +22,7 @@
 #include "firmware/metrology/dataset/relative_sigma.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
-#include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {

@@ -10,7 +10,7 @@
 
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
-#include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/fit/shared_errors.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"

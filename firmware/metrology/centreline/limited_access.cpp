@@ -13,9 +13,8 @@
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/angular_span.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
-#include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/fit/rounded_means.hpp"
-#include "firmware/metrology/fit/rounding.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 

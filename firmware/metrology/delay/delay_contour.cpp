@@ -3,7 +3,6 @@
 #include <array>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/configured_gain.hpp"
 #include "firmware/metrology/delay/delay_method.hpp"
 #include "firmware/metrology/scan/contour_match.hpp"
 

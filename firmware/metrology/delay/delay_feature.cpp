@@ -13,8 +13,6 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/configured_direction.hpp"
-#include "firmware/metrology/dataset/configured_gain.hpp"
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/delay/delay_method.hpp"
@@ -22,7 +20,7 @@
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
-#include "firmware/metrology/scan/shape.hpp"
+#include "firmware/metrology/scan/feature_distance.hpp"
 #include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
 #include "firmware/metrology/touch/size_line.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "firmware/metrology/dataset/configured_direction.hpp"
+#include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/machine_plane.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"

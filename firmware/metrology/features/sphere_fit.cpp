@@ -6,10 +6,10 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/fit/chi_square.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/fit/points.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
-#include "firmware/metrology/fit/student.hpp"
 
 namespace probebox::metrology {
 namespace {

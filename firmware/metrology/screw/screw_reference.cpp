@@ -9,7 +9,7 @@
 
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
-#include "firmware/metrology/fit/rounding.hpp"
+#include "firmware/metrology/fit/rounded_means.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/screw_calibration.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"

@@ -9,10 +9,9 @@
 #include <optional>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/configured_gain.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
-#include "firmware/metrology/fit/rounding.hpp"
+#include "firmware/metrology/fit/rounded_means.hpp"
 
 namespace probebox::metrology {
 namespace {

@@ -15,7 +15,7 @@
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
-#include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/outcome.hpp"
