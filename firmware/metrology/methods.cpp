@@ -103,6 +103,16 @@ const Method* methodNamed(std::string_view name) {
   return found == kMethods.end() ? nullptr : *found;
 }
 
+const Quantity* quantityOf(std::string_view key) {
+  for (const Method* method : kMethods) {
+    for (const auto& listed : {method->results, method->further}) {
+      const auto found = std::ranges::find_if(listed, [key](const Quantity& each) { return each.names(key); });
+      if (found != listed.end()) return &*found;
+    }
+  }
+  return nullptr;
+}
+
 std::string subjectOf(const Dataset& dataset) {
   const Method* method = methodNamed(dataset.method);
   if (method == nullptr) return dataset.method;

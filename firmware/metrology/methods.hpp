@@ -14,6 +14,9 @@ std::span<const Method* const> allMethods();
 // Null if there is no method of that name.
 const Method* methodNamed(std::string_view name);
 
+// Description of the value of this key, by any method; null if no method describes it.
+const Quantity* quantityOf(std::string_view key);
+
 // Solves as solve() does, by a method that need not be in the list.
 Solved solve(const Dataset& dataset, const Method& method);
 

@@ -3,10 +3,9 @@
 #include <string>
 #include <utility>
 
-#include "firmware/metrology/dataset/plausible.hpp"
-#include "firmware/metrology/dataset/slips.hpp"
+#include "firmware/metrology/checks/checks.hpp"
+#include "firmware/metrology/checks/suspects.hpp"
 #include "firmware/metrology/methods.hpp"
-#include "firmware/metrology/suspects.hpp"
 #include "firmware/metrology/tool/tool_store.hpp"
 #include "firmware/metrology/uncertainty/budget.hpp"
 #include "protocol/units/nearest.hpp"
@@ -14,17 +13,19 @@
 namespace probebox::metrology {
 
 Solved solve(const Dataset& dataset, const Method& method) {
-  if (auto refusal = refuseImplausible(dataset)) return *refusal;
+  for (const auto& check : checks()) {
+    if (check.before == nullptr) continue;
+    if (auto refusal = check.before(dataset)) return *std::move(refusal);
+  }
   auto solved = withUncertainty(dataset, method, storedLength);
   if (!solved) return withLikelyCause(dataset, method, std::move(solved).error());
   TRY(const auto mended, mendFaults(dataset, method, solved.value()));
   if (mended.changed()) solved = solveMended(mended, method, storedLength);
   if (!solved) return solved;
-  if (auto refusal = refuseImplausible(solved.value())) return *refusal;
-  if (auto refusal = frozenChannel(dataset, method)) return *refusal;
-  for (auto& sentence : unusedKeys(dataset, method)) solved->warnings.push_back(std::move(sentence));
-  for (auto& sentence : slipsIn(dataset, method)) solved->warnings.push_back(std::move(sentence));
-  warnUnchecked(dataset, solved.value());
+  for (const auto& check : checks()) {
+    if (check.after == nullptr) continue;
+    if (auto refusal = check.after(dataset, method, solved.value())) return *std::move(refusal);
+  }
   if (method.judge == nullptr) return solved;
   if (auto refusal = method.judge(dataset, solved.value())) return *refusal;
   return solved;

@@ -2,35 +2,55 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
+#include <cmath>
+#include <cstddef>
+
+#include "firmware/metrology/centreline/axis_alignment.hpp"
+#include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/centreline/spindle_offset.hpp"
+#include "firmware/metrology/methods.hpp"
+#include "firmware/metrology/tool/tool_setter.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array kKeysAbout{
-    KeysAbout{"centreline", {"centre_mm", "C_tilt_rad", "Z_slide_rad"}},
-    KeysAbout{"spindle-offset", {"offset_C_minus_A_mm", "", ""}},
-    KeysAbout{"stylus-offset-", {"stylus_offset_mm", "stylus_offset_x_mm", "stylus_offset_y_mm"}},
-    KeysAbout{"tool-", {"tool_offset_mm", "", ""}},
-    KeysAbout{"setter", {"setter_mm", "link_mm", ""}},
+// What counts for subjects whose names begin so, in the order in which it is told.
+struct ValuesOfSubject {
+  std::string_view stem;
+  std::array<const Quantity*, 3> values{};
 };
+constexpr ValuesOfSubject kAbout[]{
+    {kTurningAxis, {&quantity::kCentre, &quantity::kCTilt, &quantity::kZSlide}},
+    {"spindle-offset", {&quantity::kOffsetCMinusA}},
+    {"stylus-offset-", {&quantity::kStylusOffset, &quantity::kStylusOffsetX, &quantity::kStylusOffsetY}},
+    {"tool-", {&quantity::kToolOffset}},
+    {"setter", {&quantity::kSetter, &quantity::kLink}},
+};
+
+Compared comparedOf(const Estimate& estimate) {
+  const auto* quantity = quantityOf(estimate.key);
+  return quantity == nullptr ? Compared::promised : quantity->compared;
+}
 
 }  // namespace
 
-std::optional<std::vector<Estimate>> estimatesListed(const Result& result, std::span<const KeysAbout> listed,
-                                                     std::string_view subject) {
-  const auto fits = std::ranges::find_if(listed, [&](const KeysAbout& each) { return subject.starts_with(each.stem); });
-  if (fits == listed.end()) return std::nullopt;
+std::vector<Estimate> valuesAbout(const Result& result, std::string_view subject) {
+  const auto* about =
+      std::ranges::find_if(kAbout, [&](const ValuesOfSubject& each) { return subject.starts_with(each.stem); });
+  if (about == std::end(kAbout)) return result.estimates;
   std::vector<Estimate> found;
-  for (const auto key : fits->keys) {
-    if (const auto* estimate = key.empty() ? nullptr : result.find(key)) found.push_back(*estimate);
+  for (const auto* value : about->values) {
+    if (const auto* estimate = value == nullptr ? nullptr : result.find(value->key)) found.push_back(*estimate);
   }
-  return found;
+  return found.empty() ? result.estimates : found;
 }
 
-std::vector<Estimate> valuesAbout(const Result& result, std::string_view subject) {
-  auto found = estimatesListed(result, kKeysAbout, subject);
-  return found && !found->empty() ? std::move(*found) : result.estimates;
+std::vector<Estimate> valuesCompared(const Result& result, std::string_view subject) {
+  auto values = valuesAbout(result, subject);
+  std::erase_if(values, [](const Estimate& each) { return comparedOf(each) == Compared::never; });
+  std::ranges::copy_if(result.also, std::back_inserter(values),
+                       [](const Estimate& each) { return comparedOf(each) == Compared::always; });
+  return values;
 }
 
 Result withKey(Result result, std::string_view key, std::string_view as) {
@@ -56,6 +76,30 @@ std::string unitOfRms(const Result& result) {
     if (result.design_per.ends_with(", " + std::string{unit})) return std::string{unit};
   }
   return "mm";
+}
+
+namespace {
+
+const Estimate* slopeOf(const Result& result) {
+  const auto* of_spindle = result.find(quantity::kCTilt.key);
+  return of_spindle != nullptr ? of_spindle : result.find(quantity::kZSlide.key);
+}
+
+void widen(std::vector<double>& sd, const std::vector<double>& of_slope, double up_mm) {
+  for (std::size_t i = 0; i < std::min(sd.size(), of_slope.size()); ++i) sd[i] = std::hypot(sd[i], of_slope[i] * up_mm);
+}
+
+}  // namespace
+
+void moveCentre(double z_mm, const Result& of, const Result& beside, Estimate& centre) {
+  const auto* height = of.find(quantity::kMeanHeight.key);
+  const auto* slope = slopeOf(of) != nullptr ? slopeOf(of) : slopeOf(beside);
+  if (height == nullptr || slope == nullptr) return;
+  const double up_mm = z_mm - height->value();
+  for (std::size_t i = 0; i < std::min(centre.values.size(), slope->values.size()); ++i)
+    centre.values[i] += slope->values[i] * up_mm;
+  widen(centre.sd, slope->sd, up_mm);
+  widen(centre.uncertainty, slope->uncertainty.empty() ? slope->sd : slope->uncertainty, up_mm);
 }
 
 }  // namespace probebox::metrology

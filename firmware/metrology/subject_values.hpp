@@ -1,7 +1,4 @@
 #pragma once
-#include <array>
-#include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,20 +7,13 @@
 
 namespace probebox::metrology {
 
-// The keys of the estimates that count for subjects whose names begin so; "" in what is left over.
-struct KeysAbout {
-  std::string_view stem;
-  std::array<std::string_view, 3> keys;
-};
-
-// The estimates that the first of `listed` whose stem fits names, as far as the result has them; nullopt where none
-// fits.
-std::optional<std::vector<Estimate>> estimatesListed(const Result& result, std::span<const KeysAbout> listed,
-                                                     std::string_view subject);
-
 // The estimates of a result that are about the subject: those that a case with two subjects found for this one, and the
 // place of an axis whose method promises its direction alone. For other subjects: all that the result promises.
 std::vector<Estimate> valuesAbout(const Result& result, std::string_view subject);
+
+// Those of them that are compared with the result in force about the subject, and others that are compared always
+// (Quantity::compared).
+std::vector<Estimate> valuesCompared(const Result& result, std::string_view subject);
 
 // The result with the value of one key under another, in its covariance and its worst-determined combination too.
 Result withKey(Result result, std::string_view key, std::string_view as);
@@ -31,5 +21,9 @@ Result withKey(Result result, std::string_view key, std::string_view as);
 // Unit of the residual rms: mm, um, rad. Residuals are not stored with a result; what one reading is (design_per) ends
 // with it.
 std::string unitOfRms(const Result& result);
+
+// Takes centre_mm of result `of` to the height z_mm, with its standard deviations: along its own slope, or that of
+// `beside`, with which it is compared: one height does not tell it. Changes nothing without a height or a slope.
+void moveCentre(double z_mm, const Result& of, const Result& beside, Estimate& centre);
 
 }  // namespace probebox::metrology

@@ -1,40 +1,45 @@
 #include "protocol/modbus/result_blocks.hpp"
 
+#include "protocol/units/result_keys.hpp"
+
 namespace probebox::modbus {
 namespace {
 
 using enum ValueUnit;
 
-constexpr BlockValue kFromTip[]{{"X", mm, {{{"centre_mm", 0}}}}, {"Y", mm, {{{"centre_mm", 1}}}}};
-constexpr BlockValue kOffset[]{{"X", mm, {{{"offset_C_minus_A_mm", 0}}}}, {"Y", mm, {{{"offset_C_minus_A_mm", 1}}}}};
-constexpr BlockValue kSpindleTilt[]{{"X over Z", rad, {{{"A_tilt_rad", 0}}}}, {"Y over Z", rad, {{{"A_tilt_rad", 1}}}}};
+constexpr BlockValue kFromTip[]{{"X", mm, {{{result_key::kCentre, 0}}}}, {"Y", mm, {{{result_key::kCentre, 1}}}}};
+constexpr BlockValue kOffset[]{{"X", mm, {{{result_key::kOffsetCMinusA, 0}}}},
+                               {"Y", mm, {{{result_key::kOffsetCMinusA, 1}}}}};
+constexpr BlockValue kSpindleTilt[]{{"X over Z", rad, {{{result_key::kSpindleTilt, 0}}}},
+                                    {"Y over Z", rad, {{{result_key::kSpindleTilt, 1}}}}};
 // A result is about one plane, and has two of the coordinates.
-constexpr BlockValue kPivot[]{{"X", mm, {{{"pivot_xz_mm", 0}, {"pivot_xy_mm", 0}}}},
-                              {"Y", mm, {{{"pivot_yz_mm", 0}, {"pivot_xy_mm", 1}}}},
-                              {"Z", mm, {{{"pivot_xz_mm", 1}, {"pivot_yz_mm", 1}}}},
-                              {"lean along X", rad, {{{"lean_xz_rad", 0}, {"lean_xy_rad", 0}}}},
-                              {"lean along Y", rad, {{{"lean_yz_rad", 0}, {"lean_xy_rad", 1}}}},
-                              {"lean along Z", rad, {{{"lean_xz_rad", 1}, {"lean_yz_rad", 1}}}},
-                              {"place along its axis", mm, {{{"along_mm", 0}}}}};
-constexpr BlockValue kSetter[]{{"X", mm, {{{"setter_mm", 0}}}},
-                               {"Y", mm, {{{"setter_mm", 1}}}},
-                               {"Z", mm, {{{"setter_mm", 2}}}},
-                               {"X from the turning axis", mm, {{{"link_mm", 0}}}},
-                               {"Y from the turning axis", mm, {{{"link_mm", 1}}}}};
-constexpr BlockValue kCheck[]{{"verdict", number, {{{"verdict", 0}}}}, {"worst ratio", number, {{{"worst_ratio", 0}}}}};
+constexpr BlockValue kPivot[]{{"X", mm, {{{result_key::kPivotXz, 0}, {result_key::kPivotXy, 0}}}},
+                              {"Y", mm, {{{result_key::kPivotYz, 0}, {result_key::kPivotXy, 1}}}},
+                              {"Z", mm, {{{result_key::kPivotXz, 1}, {result_key::kPivotYz, 1}}}},
+                              {"lean along X", rad, {{{result_key::kLeanXz, 0}, {result_key::kLeanXy, 0}}}},
+                              {"lean along Y", rad, {{{result_key::kLeanYz, 0}, {result_key::kLeanXy, 1}}}},
+                              {"lean along Z", rad, {{{result_key::kLeanXz, 1}, {result_key::kLeanYz, 1}}}},
+                              {"place along its axis", mm, {{{result_key::kAlong, 0}}}}};
+constexpr BlockValue kSetter[]{{"X", mm, {{{result_key::kSetter, 0}}}},
+                               {"Y", mm, {{{result_key::kSetter, 1}}}},
+                               {"Z", mm, {{{result_key::kSetter, 2}}}},
+                               {"X from the turning axis", mm, {{{result_key::kLink, 0}}}},
+                               {"Y from the turning axis", mm, {{{result_key::kLink, 1}}}}};
+constexpr BlockValue kCheck[]{{"verdict", number, {{{result_key::kVerdict, 0}}}},
+                              {"worst ratio", number, {{{result_key::kWorstRatio, 0}}}}};
 constexpr BlockValue kLocation[]{
-    {"location X", mm, {{{"location_mm", 0}}}}, {"location Y", mm, {{{"location_mm", 1}}}},
-    {"location Z", mm, {{{"location_mm", 2}}}}, {"tilt about X", rad, {{{"tilt_rad", 0}}}},
-    {"tilt about Y", rad, {{{"tilt_rad", 1}}}}, {"tilt about Z", rad, {{{"tilt_rad", 2}}}}};
-constexpr BlockValue kGain[]{{"gain", number, {{{"K", 0}}}}};
+    {"location X", mm, {{{result_key::kLocation, 0}}}}, {"location Y", mm, {{{result_key::kLocation, 1}}}},
+    {"location Z", mm, {{{result_key::kLocation, 2}}}}, {"tilt about X", rad, {{{result_key::kTilt, 0}}}},
+    {"tilt about Y", rad, {{{result_key::kTilt, 1}}}},  {"tilt about Z", rad, {{{result_key::kTilt, 2}}}}};
+constexpr BlockValue kGain[]{{"gain", number, {{{result_key::kScrewGain, 0}}}}};
 
 // The weights of preTravelParts().
-constexpr BlockValue kPreTravel[]{{"across", mm, {{{"pre_travel_mm", 0}}}},
-                                  {"cos 3 phi", mm, {{{"pre_travel_mm", 1}}}},
-                                  {"sin 3 phi", mm, {{{"pre_travel_mm", 2}}}},
-                                  {"along", mm, {{{"pre_travel_mm", 3}}}}};
+constexpr BlockValue kPreTravel[]{{"across", mm, {{{result_key::kPreTravel, 0}}}},
+                                  {"cos 3 phi", mm, {{{result_key::kPreTravel, 1}}}},
+                                  {"sin 3 phi", mm, {{{result_key::kPreTravel, 2}}}},
+                                  {"along", mm, {{{result_key::kPreTravel, 3}}}}};
 
-constexpr BlockValue kColdReading[]{{"reading", um, {{{"reference_um", 0}}}}};
+constexpr BlockValue kColdReading[]{{"reading", um, {{{result_key::kColdReading, 0}}}}};
 
 constexpr std::string_view kLocationMeans =
     "of the axis against the nominal one, across it; 0 where its angles do not tell it";
@@ -72,14 +77,14 @@ constexpr ResultBlock kBlocks[]{
      "h = sqrt(nx^2 + ny^2), phi = atan2(ny, nx)"},
 };
 
-constexpr BlockValue kTool[]{{"X offset", mm, {{{"tool_offset_mm", 0}}}},
-                             {"Y offset", mm, {{{"tool_offset_mm", 1}}}},
-                             {"Z offset", mm, {{{"tool_offset_mm", 2}}}}};
-constexpr BlockValue kAssembly[]{{"L4", mm, {{{"compensation_mm", 2}}}},
-                                 {"W2 along X", mm, {{{"compensation_mm", 0}}}},
-                                 {"W2 along Y", mm, {{{"compensation_mm", 1}}}}};
-constexpr BlockValue kStylus[]{{"X offset", mm, {{{"stylus_offset_mm", 0}, {"stylus_offset_x_mm", 0}}}},
-                               {"Y offset", mm, {{{"stylus_offset_mm", 1}, {"stylus_offset_y_mm", 0}}}}};
+constexpr BlockValue kTool[]{{"X offset", mm, {{{result_key::kToolOffset, 0}}}},
+                             {"Y offset", mm, {{{result_key::kToolOffset, 1}}}},
+                             {"Z offset", mm, {{{result_key::kToolOffset, 2}}}}};
+constexpr BlockValue kAssembly[]{{"L4", mm, {{{result_key::kCompensation, 2}}}},
+                                 {"W2 along X", mm, {{{result_key::kCompensation, 0}}}},
+                                 {"W2 along Y", mm, {{{result_key::kCompensation, 1}}}}};
+constexpr BlockValue kStylus[]{{"X offset", mm, {{{result_key::kStylusOffset, 0}, {result_key::kStylusOffsetX, 0}}}},
+                               {"Y offset", mm, {{{result_key::kStylusOffset, 1}, {result_key::kStylusOffsetY, 0}}}}};
 
 constexpr ToolTable kTables[]{
     {"tool-", 1000, "tool", kTool, "tip of the tool from the head's reference, by tool-setter (B = 0)"},

@@ -5,6 +5,7 @@
 #include <ostream>
 #include <vector>
 
+#include "firmware/metrology/checks/checks.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "protocol/units/nearest.hpp"
@@ -130,6 +131,13 @@ std::string methodTables() {
     text += "| " + quoted(method->name) + " | " + joined(tables, "; ") + " | " + joined(keys, ", ") + " | " +
             joined(results, ", ") + " |\n";
   }
+  return text;
+}
+
+std::string tableOfChecks() {
+  std::string text = "| check | of | what shows it |\n|---|---|---|\n";
+  for (const auto& [name, applies, about, before, after] : metrology::checks())
+    text += "| " + std::string{name} + " | " + std::string{applies} + " | " + std::string{about} + " |\n";
   return text;
 }
 

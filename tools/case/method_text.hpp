@@ -12,8 +12,10 @@ namespace probebox::casefolder {
 // after an unknown name, which is reported on `err`.
 int explainMethods(std::span<const std::string> names, bool json, std::ostream& out, std::ostream& err);
 
-// The tables of docs/metrology.md, as Markdown: inputs and results of all methods; their type B keys.
+// The tables of docs/metrology.md, as Markdown: inputs and results of all methods; their type B keys;
+// checks of every case.
 std::string methodTables();
+std::string tableOfChecks();
 std::string typeBTable();
 
 }  // namespace probebox::casefolder

@@ -94,10 +94,12 @@ int main(int argc, char** argv) {
   text << std::ifstream{file}.rdbuf();
   auto page = replaced(text.str(), "methods", probebox::casefolder::methodTables());
   if (page) page = replaced(*page, "type B keys", probebox::casefolder::typeBTable());
+  if (page) page = replaced(*page, "checks", probebox::casefolder::tableOfChecks());
   if (page) page = replaced(*page, "runs", tableOfRuns());
   if (!page) {
     std::cerr << file
-              << " lacks the markers <!-- methods -->, <!-- type B keys --> and <!-- runs --> with their ends\n";
+              << " lacks the markers <!-- methods -->, <!-- type B keys -->, <!-- checks --> and <!-- runs --> with "
+                 "their ends\n";
     return 1;
   }
   if (check) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "firmware/metrology/fit/noise_check.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::casefolder {
@@ -42,19 +43,9 @@ std::string fixed(double value, int decimals) {
   return zero && text.starts_with('-') ? text.substr(1) : text;
 }
 
-// Lengths that are never far from zero. An offset may be one of a few um or of 300 mm.
-bool isSmall(std::string_view key) {
-  return std::ranges::any_of(std::array<std::string_view, 4>{"error", "deviation", "location", "position_dependent"},
-                             [&](std::string_view word) { return key.find(word) != std::string_view::npos; });
-}
-
-// True for an angle by which an axis leans. Other angles are positions of an axis and are shown in degrees, as on a
-// control.
-bool isSmallRotation(std::string_view key) {
-  constexpr std::array<std::string_view, 5> kEnds{"tilt_rad", "square_error_rad", "A_minus_C_rad", "Z_slide_rad",
-                                                  "rotations_rad"};
-  return key.starts_with("lean") || key == "position_dependent_rad" || key == "tool_direction_rad" ||
-         std::ranges::any_of(kEnds, [&](std::string_view end) { return key.ends_with(end); });
+metrology::QuantityKind kindOf(std::string_view key) {
+  const auto* quantity = metrology::quantityOf(key);
+  return quantity == nullptr ? metrology::QuantityKind::plain : quantity->kind;
 }
 
 // So many that an uncertainty has two digits.
@@ -65,11 +56,8 @@ int decimalsOf(double uncertainty) {
 }  // namespace
 
 bool isError(std::string_view key) {
-  for (const std::string_view word :
-       {"error", "deviation", "location", "offset", "Xcen", "Ycen", "position_dependent"}) {
-    if (key.find(word) != std::string_view::npos) return key != "tool_offset_mm";
-  }
-  return false;
+  const auto kind = kindOf(key);
+  return kind == metrology::QuantityKind::error || kind == metrology::QuantityKind::offset;
 }
 
 bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k) {
@@ -78,7 +66,7 @@ bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k) {
   return certain && std::ranges::any_of(estimate.sd, [](double sd) { return sd > 0.0; });
 }
 
-Label labelOf(const std::string& key) {
+Label labelOf(std::string_view key) {
   if (const auto index = key.find('['); index != std::string::npos) {
     Label label = labelOf(key.substr(0, index));
     label.name += key.substr(index);
@@ -86,15 +74,18 @@ Label labelOf(const std::string& key) {
   }
   if (key == kMeasuredAt) return {"measured_at", std::string{kUtc}, 1.0};
   const auto ends = [&](std::string_view suffix) { return key.ends_with(suffix); };
-  const auto without = [&](std::string_view suffix) { return key.substr(0, key.size() - suffix.size()); };
+  const auto without = [&](std::string_view suffix) { return std::string{key.substr(0, key.size() - suffix.size())}; };
   if (ends("_mm_s")) return {without("_mm_s"), "mm/s", 1.0};
   if (ends("_um_s")) return {without("_um_s"), "um/s", 1.0};
-  if (ends("_mm")) return isSmall(key) ? Label{without("_mm"), "um", 1e3} : Label{without("_mm"), "mm", 1.0};
+  const auto kind = kindOf(key);
+  const bool is_error = kind == metrology::QuantityKind::error;
+  if (ends("_mm")) return is_error ? Label{without("_mm"), "um", 1e3} : Label{without("_mm"), "mm", 1.0};
   if (ends("_um")) return {without("_um"), "um", 1.0};
   if (ends("_rad"))
-    return isSmallRotation(key) ? Label{without("_rad"), "urad", 1e6} : Label{without("_rad"), "deg", 1 / kDegree};
+    return is_error || kind == metrology::QuantityKind::lean ? Label{without("_rad"), "urad", 1e6}
+                                                             : Label{without("_rad"), "deg", 1 / kDegree};
   if (ends("_s")) return {without("_s"), "us", 1e6};
-  return {key, "", 1.0};
+  return {std::string{key}, "", 1.0};
 }
 
 std::string valueText(const Label& label, double value, std::optional<double> sd) {

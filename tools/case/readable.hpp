@@ -23,7 +23,7 @@ bool isError(std::string_view key);
 bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k);
 
 // Times are shown in us, errors in um, small rotations in urad, other angles in degrees; other units as in the key.
-Label labelOf(const std::string& key);
+Label labelOf(std::string_view key);
 
 // "5447.1 +/- 5.0 us": value and standard uncertainty (k = 1), in the key's unit, to the last place of two digits of
 // it. Callers give the combined one, with type B, where it is known.

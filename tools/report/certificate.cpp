@@ -4,9 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <string_view>
 
 #include "firmware/metrology/dataset/conditions.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
+#include "firmware/metrology/tilt/pivot.hpp"
 #include "protocol/units/calendar.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
@@ -15,12 +19,64 @@
 #include "tools/report/decision.hpp"
 #include "tools/report/document_head.hpp"
 #include "tools/report/html.hpp"
-#include "tools/report/measurand.hpp"
 #include "tools/report/names.hpp"
 #include "tools/report/sections.hpp"
 
 namespace probebox::report {
 namespace {
+
+struct Measurand {
+  std::string_view subject;  // or how it begins, with a number or an axis behind it: "tool-"
+  std::string_view sentence;
+};
+
+// docs/results.md, Subject and binding. A is the angle of the spindle that carries the probe, C the turning axis.
+constexpr auto kMeasurands = std::to_array<Measurand>({
+    {"delay",
+     "the time by which the stamps of the machine's positions are later than those of the probe's deflections, per "
+     "axis; the "
+     "gain turns deflections into machine axes with the spindle at A = 0, if the case states at which A it was "
+     "measured"},
+    {"centreline", "the position of the turning axis C relative to the axis of the spindle that carries the probe"},
+    {"centreline-stylus",
+     "the position of the turning axis C relative to the tip of the stylus with the spindle at A = 0: the offset of "
+     "the tip from the axis of "
+     "the spindle is part of it"},
+    {"centreline-slide",
+     "the position of the turning axis C of a chuck that the Z slide carries, relative to the axis of the spindle that "
+     "carries the probe"},
+    {"stylus-offset-",
+     "the position of the tip of the stylus relative to the axis of the spindle that carries it, at A = 0"},
+    {"spindle-offset", "the turning axis C minus the axis of the spindle that carries the probe"},
+    {"spindle-tilt", "the tilt against Z of the axis of the spindle that carries the probe"},
+    {"swivel-",
+     "the displacement of the reported centre of a ball when the head swivels, relative to the upright head"},
+    {"rotary-",
+     "the deviations of a rotary axis about the point named here, relative to the axis at angle zero, and what they "
+     "consist of: its location and orientation, and its error motions (ISO 230-1, ISO 230-7)"},
+    {"screw-", "the extension of a ball screw by its sensor: gain, and the error of the measured face by sector"},
+    {"screw-reference-", "the reading of the sensor that means no extension"},
+    {"tool-", "the position of the tip of a tool relative to the reference of the head"},
+    {"setter", "the position of the tool-setting device"},
+    {"assembly-", "the length and the offset of a tool in its holder"},
+    {"sensor-head-",
+     "the matrix that turns the readings of a sensor head into machine axes, and its readings at the centre"},
+    {"check", "the errors that a ball shows at different angles of the axes, against its accepted place"},
+});
+
+// Describes in one phrase the quantity that values about a subject measure, for a page that is read without the manual;
+// empty for a subject that has the name of its method.
+std::string_view measurandOf(std::string_view subject) {
+  // The longest that fits: "screw-reference-x" is no "screw-".
+  const Measurand* found = nullptr;
+  for (const auto& each : kMeasurands) {
+    const bool fits = each.subject.ends_with('-') ? subject.starts_with(each.subject) : subject == each.subject;
+    if (fits && (found == nullptr || each.subject.size() > found->subject.size())) found = &each;
+  }
+  return found == nullptr ? std::string_view{} : found->sentence;
+}
+
+namespace quantity = metrology::quantity;
 
 using metrology::Estimate;
 using metrology::Result;
@@ -89,8 +145,12 @@ std::string certifiedRow(const Subject& subject, const Estimate& estimate, std::
 
 // Where the values hold, and what they are of: without it a centre on an inclined axis is no measurand.
 std::string placesTable(const Subject& subject, const CertificateFacts& facts) {
-  constexpr std::array<std::string_view, 6> kPlaces{"mean_z_mm",      "along_mm", "axis_point_mm",
-                                                    "axis_direction", "arm_mm",   "effective_diameter_mm"};
+  constexpr std::array<std::string_view, 6> kPlaces{quantity::kMeanHeight.key,
+                                                    quantity::kAlong.key,
+                                                    quantity::kAxisPoint.key,
+                                                    quantity::kAxisDirection.key,
+                                                    "arm_mm",
+                                                    quantity::kEffectiveDiameter.key};
   std::string rows;
   for (const auto& estimate : subject.result()->also) {
     if (std::ranges::find(kPlaces, estimate.key) == kPlaces.end()) continue;
@@ -163,7 +223,7 @@ bool ballIsAssumed(const Result& result) {
 std::string stylusBall(const Result& result) {
   const auto stated = conditionOf(result, metrology::kStylusBall);
   if (!stated.empty()) return stated;
-  constexpr std::array<std::string_view, 4> kSizes{"effective_diameter_mm", "effective_ball_radius_mm",
+  constexpr std::array<std::string_view, 4> kSizes{quantity::kEffectiveDiameter.key, "effective_ball_radius_mm",
                                                    "stylus_ball_radius_mm", "stylus_ball_diameter_mm"};
   const auto* method = metrology::methodNamed(result.method);
   const auto isSize = [&](const metrology::MethodKey& key) {

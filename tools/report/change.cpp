@@ -6,12 +6,17 @@
 #include <cstddef>
 #include <string_view>
 
-#include "firmware/metrology/centre_height.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
+#include "firmware/metrology/subject_values.hpp"
+#include "firmware/metrology/tilt/swivel_error.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
 
 namespace probebox::report {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 using casefolder::Label;
 using metrology::Estimate;
@@ -44,8 +49,10 @@ struct PlaceOfRows {
   std::string_view key;
   double tolerance{};
 };
-constexpr std::array<PlaceOfRows, 4> kPlacesOfRows{
-    {{"angle_rad", 1e-6}, {"B_deg", 1e-4}, {"query_B_deg", 1e-4}, {"query_L_mm", 1}}};
+constexpr std::array<PlaceOfRows, 4> kPlacesOfRows{{{quantity::kErrorAngles.key, 1e-6},
+                                                    {quantity::kEachB.key, 1e-4},
+                                                    {quantity::kQueryB.key, 1e-4},
+                                                    {quantity::kQueryLength.key, 1}}};
 
 // Values at angles can only be compared at the same angles.
 bool comparable(const Result& a, const Result& b, const Estimate& estimate) {
@@ -62,8 +69,8 @@ bool comparable(const Result& a, const Result& b, const Estimate& estimate) {
 
 // A value of another result; the centre of a leaning axis at the height of this one.
 Estimate besideThis(const Result& now, const Result& then, Estimate value) {
-  const auto* here = now.find("mean_z_mm");
-  if (value.key == "centre_mm" && here != nullptr) metrology::moveCentre(here->value(), then, now, value);
+  const auto* here = now.find(quantity::kMeanHeight.key);
+  if (value.key == quantity::kCentre.key && here != nullptr) metrology::moveCentre(here->value(), then, now, value);
   return value;
 }
 

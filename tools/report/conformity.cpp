@@ -15,7 +15,7 @@ namespace {
 using metrology::Estimate;
 using metrology::Proof;
 
-constexpr std::string_view kDeviation = "deviation_";
+constexpr std::string_view kDeviation = metrology::quantity::kDeviation.key;
 
 std::string judgedKey(const Estimate& deviation) {
   return deviation.key.substr(kDeviation.size());
@@ -79,7 +79,7 @@ std::string judgedName(const Subject& subject, const Judged& judged) {
   const auto name = valueName(subject, value, 0);
   const auto* method = metrology::methodNamed(subject.method);
   if (method == nullptr) return name;
-  const auto found = std::ranges::find(method->results, value.key, &metrology::MethodResult::key);
+  const auto found = std::ranges::find(method->results, value.key, &metrology::Quantity::key);
   return found == method->results.end() ? name : name + ", " + std::string{found->about};
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/verdict.hpp"
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "firmware/metrology/subject_values.hpp"
 #include "tools/case/proof.hpp"
 #include "tools/case/quantities.hpp"
@@ -17,6 +18,8 @@
 
 namespace probebox::report {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 using metrology::Estimate;
 using metrology::Result;
@@ -55,8 +58,8 @@ std::vector<std::string> worstOf(const Subject& subject, const Estimate& estimat
 // deviations themselves where the angles do not tell the location.
 std::vector<std::string> worstOfLong(const Subject& subject, const Estimate& estimate) {
   std::vector<std::string> lines;
-  for (const auto* key : {"position_dependent_mm", "position_dependent_rad"}) {
-    const auto* motions = estimate.key == "six_errors" ? subject.result()->find(key) : nullptr;
+  for (const auto key : {quantity::kErrorMotions.key, quantity::kTiltMotions.key}) {
+    const auto* motions = estimate.key == quantity::kSixErrors.key ? subject.result()->find(key) : nullptr;
     if (motions == nullptr) return worstOf(subject, estimate);
     for (auto& line : worstOf(subject, *motions)) lines.push_back(std::move(line));
   }

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <string_view>
 
+#include "firmware/metrology/methods.hpp"
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
+#include "firmware/metrology/tilt/swivel_error.hpp"
 #include "protocol/units/angle.hpp"
 #include "tools/case/budget_names.hpp"
 #include "tools/case/quantities.hpp"
@@ -13,20 +16,14 @@
 namespace probebox::report {
 namespace {
 
+namespace quantity = metrology::quantity;
+
 using casefolder::Label;
 using metrology::Estimate;
 using metrology::Shape;
 
-constexpr std::string_view kSixErrors = "six_errors";
-constexpr std::array<std::string_view, 6> kErrorNames{"EX", "EY", "EZ", "EA", "EB", "EC"};
-constexpr std::array<std::string_view, 6> kDeviationNames{"deviation X", "deviation Y", "deviation Z",
-                                                          "deviation A", "deviation B", "deviation C"};
 constexpr std::array<std::string_view, 3> kAxes{"X", "Y", "Z"};
 constexpr std::array<std::string_view, 3> kTurns{"A", "B", "C"};
-constexpr std::array<std::string_view, 3> kChannels{"a", "b", "c"};
-constexpr std::array<std::string_view, 4> kTerms{"sin B", "L sin B", "1 - cos B", "L (1 - cos B)"};
-constexpr std::string_view kGainMatrix = "gain_matrix", kSensorMatrix = "sensor_matrix";
-constexpr std::string_view kSwivelTerms = "swivel_terms_mm", kLeftByAngle = "left_by_angle_mm";
 
 std::string angleText(double angle_rad) {
   return shortly(std::round(degrees(angle_rad) * 1e4) / 1e4, 6) + " deg";
@@ -51,47 +48,42 @@ std::string vectorName(const Subject& subject, const Estimate& estimate, std::si
 std::string axisLetter(const Subject& subject) {
   const auto* result = subject.result();
   if (result == nullptr) return {};
-  if (const auto* direction = result->find("axis_direction"); direction != nullptr && direction->values.size() == 3) {
+  if (const auto* direction = result->find(quantity::kAxisDirection.key);
+      direction != nullptr && direction->values.size() == 3) {
     const auto longest = std::ranges::max_element(direction->values, {}, [](double part) { return std::abs(part); });
     return std::string{kTurns[static_cast<std::size_t>(longest - direction->values.begin())]};
   }
   if (!subject.dataset) return {};
   const auto entry = subject.dataset->config.find("axis");
   const auto* letter = entry == subject.dataset->config.end() ? nullptr : std::get_if<std::string>(&entry->second);
-  return letter != nullptr && letter->size() == 1 && result->find(kSixErrors) != nullptr ? *letter : "";
+  return letter != nullptr && letter->size() == 1 && result->find(quantity::kSixErrors.key) != nullptr ? *letter : "";
 }
 
 bool isByAngle(const Estimate& estimate) {
-  return estimate.key == kSixErrors || estimate.key.starts_with("position_dependent_");
+  const auto* quantity = metrology::quantityOf(estimate.key);
+  return quantity != nullptr && quantity->of_axis == metrology::OfRotaryAxis::by_angle;
 }
 
 std::string rowName(const Subject& subject, const Estimate& estimate, std::size_t row) {
   if (isByAngle(estimate) && subject.result() != nullptr) {
-    const auto* angles = subject.result()->find("angle_rad");
+    const auto* angles = subject.result()->find(quantity::kErrorAngles.key);
     if (angles != nullptr && row < angles->values.size()) return angleText(angles->values[row]);
   }
   const auto* swivel = columnOf(subject, "queries", "B_deg");
   const auto* length = columnOf(subject, "queries", "L_mm");
-  if (estimate.key == "error_at_queries_mm" && swivel != nullptr && length != nullptr && row < swivel->size() &&
+  if (estimate.key == quantity::kErrorAtQueries.key && swivel != nullptr && length != nullptr && row < swivel->size() &&
       row < length->size()) {
     return "B = " + shortly((*swivel)[row], 6) + " deg, L = " + shortly((*length)[row], 6) + " mm";
   }
-  if ((estimate.key == kSwivelTerms || estimate.key == kGainMatrix) && row < kAxes.size())
-    return std::string{kAxes[row]};
-  if (estimate.key == kSensorMatrix) return "sensor " + std::to_string(row + 1);
-  return std::to_string(row + 1);
+  const auto* known = metrology::quantityOf(estimate.key);
+  return known != nullptr && row < known->rows.size() ? std::string{known->rows[row]} : std::to_string(row + 1);
 }
 
 std::string columnName(const Subject& subject, const Estimate& estimate, std::size_t column) {
-  if (estimate.key == kSixErrors)
-    return std::string{kDeviationNames[column % kDeviationNames.size()]} + axisLetter(subject);
-  if (estimate.key == "position_dependent_mm") return std::string{kErrorNames[column % 3]} + axisLetter(subject);
-  if (estimate.key == "position_dependent_rad") return std::string{kErrorNames[3 + column % 3]} + axisLetter(subject);
-  if (estimate.key == kSwivelTerms && column < kTerms.size()) return std::string{kTerms[column]};
-  if (estimate.key == kLeftByAngle && column <= kAxes.size()) return column == 0 ? "B" : std::string{kAxes[column - 1]};
-  if (estimate.key == kGainMatrix && column < kChannels.size()) return "channel " + std::string{kChannels[column]};
-  const bool by_axis = estimate.key.ends_with("_mm") || estimate.key == kSensorMatrix;
-  if (estimate.columns == 3 && by_axis) return std::string{kAxes[column]};
+  const auto* known = metrology::quantityOf(estimate.key);
+  if (known != nullptr && column < known->columns.size())
+    return std::string{known->columns[column].name} + (isByAngle(estimate) ? axisLetter(subject) : "");
+  if (estimate.columns == 3 && estimate.key.ends_with("_mm")) return std::string{kAxes[column]};
   return "column " + std::to_string(column + 1);
 }
 
@@ -109,25 +101,16 @@ std::string valueName(const Subject& subject, const Estimate& estimate, std::siz
 }
 
 std::string titleOf(const Estimate& estimate) {
-  if (estimate.key == kSixErrors) return "deviations of the axis: error motion and location together";
-  if (estimate.key == "position_dependent_mm") return "error motions of the axis, translations: without its location";
-  if (estimate.key == "position_dependent_rad") return "error motions of the axis, rotations: without its location";
-  if (estimate.key == "error_at_queries_mm") return "error of the head at the queried angles";
-  if (estimate.key == kSwivelTerms) return "terms of the error of the head, L the length of the tool";
-  if (estimate.key == kLeftByAngle) return "left at each angle";
-  return casefolder::keyInWords(casefolder::labelOf(estimate.key).name);
+  const auto* known = metrology::quantityOf(estimate.key);
+  return known != nullptr && !known->title.empty() ? std::string{known->title}
+                                                   : casefolder::keyInWords(casefolder::labelOf(estimate.key).name);
 }
 
 Label unitOf(const Estimate& estimate, std::size_t k) {
-  if (estimate.key == kSixErrors) {
-    return k % kErrorNames.size() < 3 ? Label{estimate.key, "um", 1e3} : Label{estimate.key, "urad", 1e6};
-  }
-  if (estimate.key == kLeftByAngle)
-    return k % estimate.columns == 0 ? Label{estimate.key, "deg", 1} : Label{estimate.key, "um", 1e3};
-  // mm, and mm per mm of the tool.
-  if (estimate.key == kSwivelTerms)
-    return k % 2 == 0 ? Label{estimate.key, "um", 1e3} : Label{estimate.key, "um/m", 1e6};
-  return casefolder::labelOf(estimate.key);
+  const auto* known = metrology::quantityOf(estimate.key);
+  if (known == nullptr || known->columns.empty()) return casefolder::labelOf(estimate.key);
+  const auto& column = known->columns[k % known->columns.size()];
+  return {estimate.key, std::string{column.unit}, column.factor};
 }
 
 std::optional<double> sdOf(const Estimate& estimate, std::size_t k) {

@@ -1,10 +1,14 @@
 #include <cstddef>
 #include <string>
 
+#include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/tilt/pivot.hpp"
 #include "tools/report/pictures.hpp"
 
 namespace probebox::report {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 // The table of places, if the method has one whose rows are places of one feature.
 const metrology::Table* placesOf(const metrology::Dataset& dataset) {
@@ -28,10 +32,10 @@ Plot view(const metrology::Table& table, const metrology::Result* result, const 
   plot.keepProportions();
   std::vector<Point> points;
   for (std::size_t k = 0; k < x->size(); ++k) points.push_back({(*x)[k], (*y)[k]});
-  const auto* centre = result == nullptr ? nullptr : result->find("centre_mm");
+  const auto* centre = result == nullptr ? nullptr : result->find(quantity::kCentre.key);
   if (centre != nullptr && centre->values.size() == 3) {
     const Point at{centre->values[across], centre->values[up]};
-    const auto* radius = result->find("radius_mm");
+    const auto* radius = result->find(quantity::kRadius.key);
     const auto known = dataset.config.find("radius_mm");
     if (radius != nullptr) {
       plot.add(circleAround(at, radius->value()), Look::dotted, "sphere");
@@ -43,7 +47,7 @@ Plot view(const metrology::Table& table, const metrology::Result* result, const 
   // The pivot of a swivelling head is relative to the moving reference, so it has no place among the readings.
   const auto* readings = dataset.table("readings");
   const bool swivels = readings != nullptr && readings->column("B_deg") != nullptr;
-  for (const char* key : {"pivot_xz_mm", "pivot_yz_mm", "pivot_xy_mm"}) {
+  for (const auto key : {quantity::kPivotXz.key, quantity::kPivotYz.key, quantity::kPivotXy.key}) {
     const auto* pivot = result == nullptr || swivels ? nullptr : result->find(key);
     const std::string seen{kLabels[across][0], kLabels[up][0]};
     if (pivot != nullptr && std::string{key}.substr(6, 2) == seen) {
@@ -63,7 +67,7 @@ std::vector<Plot> planePictures(const metrology::Dataset& dataset, const metrolo
   if (dataset.table("queries") != nullptr) return {};
   if (result != nullptr && !turnPictures(dataset, *result).empty()) return {};
   if (table->column("z_mm") == nullptr) return {view(*table, result, dataset, 0, 1)};
-  const bool about_x = result != nullptr && result->find("pivot_yz_mm") != nullptr;
+  const bool about_x = result != nullptr && result->find(quantity::kPivotYz.key) != nullptr;
   if (about_x) return {view(*table, result, dataset, 1, 2)};
   return {view(*table, result, dataset, 0, 1), view(*table, result, dataset, 0, 2)};
 }

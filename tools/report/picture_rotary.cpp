@@ -3,12 +3,15 @@
 #include <optional>
 #include <utility>
 
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "protocol/units/angle.hpp"
 #include "tools/report/names.hpp"
 #include "tools/report/pictures.hpp"
 
 namespace probebox::report {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 constexpr std::size_t kErrorsOfPose = 6;
 
@@ -76,9 +79,9 @@ Plot vectors(const Subject& subject, const std::vector<double>& angles, const me
 
 std::vector<Plot> rotaryPictures(const Subject& subject) {
   const auto& result = *subject.result();
-  const auto* errors = result.find("six_errors");
+  const auto* errors = result.find(quantity::kSixErrors.key);
   if (errors == nullptr || errors->columns != kErrorsOfPose) return {};
-  const auto* stated = result.find("angle_rad");
+  const auto* stated = result.find(quantity::kErrorAngles.key);
   if (stated == nullptr) return {};
   const auto& angles = stated->values;
   if (angles.size() * kErrorsOfPose != errors->values.size()) return {};

@@ -1,11 +1,15 @@
 #include <cmath>
 #include <cstddef>
 
+#include "firmware/metrology/screw/screw_calibration.hpp"
+#include "firmware/metrology/screw/screw_compensation.hpp"
 #include "tools/report/names.hpp"
 #include "tools/report/pictures.hpp"
 
 namespace probebox::report {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 using metrology::Dataset;
 
@@ -28,7 +32,7 @@ void addSensor(std::vector<Plot>& all, const Dataset& dataset, const char* table
   if (time != nullptr && sensor != nullptr && !time->empty()) {
     Plot plot{title, "time (s)", "sensor (um)"};
     plot.add(pairs(*time, *sensor), Look::solid, "sensor: extension and face");
-    if (const auto* drift = result.find("drift_um_s")) {
+    if (const auto* drift = result.find(quantity::kSensorDrift.key)) {
       double mean_t = 0.0;
       double mean_s = 0.0;
       for (std::size_t k = 0; k < time->size(); ++k) {
@@ -43,7 +47,7 @@ void addSensor(std::vector<Plot>& all, const Dataset& dataset, const char* table
 }
 
 void addSectors(std::vector<Plot>& all, const metrology::Result& result) {
-  const auto* table = result.find("sector_table_um");
+  const auto* table = result.find(quantity::kSectorTable.key);
   if (table == nullptr) return;
   Plot plot{"Table of sectors, bars of U", "sector", "face above its mean (um)"};
   std::vector<Point> points;
@@ -61,7 +65,7 @@ void addGain(std::vector<Plot>& all, const Dataset& dataset, const metrology::Re
   const auto* extension = columnOf(dataset, "gain_cal", "ext_um");
   const auto* error = columnOf(dataset, "gain_cal", "error_um");
   const auto* position = columnOf(dataset, "gain_cal", "x_mm");
-  const auto* gain = result.find("K");
+  const auto* gain = result.find(quantity::kScrewGain.key);
   const auto length = dataset.config.find("screw_length_mm");
   const auto offset = dataset.config.find("orgoff_mm");
   if (!extension || !error || !position || !gain || length == dataset.config.end() || offset == dataset.config.end())
@@ -85,7 +89,7 @@ void addGain(std::vector<Plot>& all, const Dataset& dataset, const metrology::Re
 
 void addCompensation(std::vector<Plot>& all, const Dataset& dataset, const metrology::Result& result) {
   const auto* sensor = columnOf(dataset, "cycle", "sensor_um");
-  const auto* compensation = result.find("comp_um");
+  const auto* compensation = result.find(quantity::kScrewCorrections.key);
   if (compensation == nullptr) return;
   Plot plot{"Compensation over the cycle", "row of the cycle, in the order of time", "um"};
   std::vector<Point> points;

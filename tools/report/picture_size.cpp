@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "tools/report/pictures.hpp"
 
 namespace probebox::report {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 // mm along the line, at a speed; the sign that fits: minus for retracts from an external feature.
 double slopeOf(const metrology::Estimate& speeds, const metrology::Estimate& sizes, double tau_s, double size_mm) {
@@ -40,8 +43,8 @@ std::vector<Plot> sizePictures(const Subject& subject) {
   const auto& result = *subject.result();
   const auto* speeds = result.find("speeds_mm_s");
   const auto* sizes = result.find("sizes_mm");
-  const auto* tau = result.find("tau_s");
-  const auto* size = result.find("effective_diameter_mm");
+  const auto* tau = result.find(quantity::kTau.key);
+  const auto* size = result.find(quantity::kEffectiveDiameter.key);
   if (speeds == nullptr || sizes == nullptr || tau == nullptr || size == nullptr) return {};
   if (speeds->values.empty() || speeds->values.size() != sizes->values.size()) return {};
   // The delay that the stamps were corrected by is no part of what was measured.

@@ -1,12 +1,14 @@
 #include <cstddef>
 
+#include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/tilt/swivel_error.hpp"
 #include "tools/report/names.hpp"
 #include "tools/report/pictures.hpp"
 
 namespace probebox::report {
 
 std::vector<Plot> swivelPictures(const metrology::Dataset& dataset, const metrology::Result& result) {
-  const auto* error = result.find("error_at_queries_mm");
+  const auto* error = result.find(metrology::quantity::kErrorAtQueries.key);
   const auto* queries = dataset.table("queries");
   const auto* swivel = queries == nullptr ? nullptr : queries->column("B_deg");
   if (error == nullptr || swivel == nullptr || error->columns != 3 || swivel->size() * 3 != error->values.size())

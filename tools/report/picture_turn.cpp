@@ -2,10 +2,13 @@
 #include <cmath>
 #include <cstdio>
 
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "tools/report/pictures.hpp"
 
 namespace probebox::report {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 constexpr double kShownShare = 0.2;  // of the radius, that the largest deviation is magnified to
 
@@ -26,7 +29,7 @@ double meanRadius(const std::vector<Point>& from_centre) {
 }  // namespace
 
 std::vector<Plot> turnPictures(const metrology::Dataset& dataset, const metrology::Result& result) {
-  const auto* centre = result.find("centre_mm");
+  const auto* centre = result.find(quantity::kCentre.key);
   const auto* table = dataset.table("readings");
   if (centre == nullptr || centre->values.size() != 2 || table == nullptr || !table->rectangular()) return {};
   const auto* x = table->column("x_mm");

@@ -10,8 +10,10 @@
 
 #include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/dataset/estimate.hpp"
+#include "firmware/metrology/dataset/verdict.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "tools/case/budget_names.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/report/conformity.hpp"
@@ -89,7 +91,8 @@ std::vector<BudgetColumn> budgetColumns(const Result& result) {
 
 // Chi-square stands with the residuals, the decision at the head, the angles with their errors.
 bool standsElsewhere(const std::string& key) {
-  return key == metrology::kChiSquareDof || key == metrology::kNoiseDof || key == "verdict" || key == "angle_rad";
+  return key == metrology::kChiSquareDof || key == metrology::kNoiseDof || key == metrology::kVerdict ||
+         key == metrology::quantity::kErrorAngles.key;
 }
 
 // " (um)", or nothing without a unit.

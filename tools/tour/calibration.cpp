@@ -1,10 +1,13 @@
 #include <cstdio>
 
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/tour/tour.hpp"
 
 namespace probebox::tour {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 using namespace std::chrono_literals;
 using messages::ProcedureState;
@@ -34,7 +37,7 @@ Outcome<messages::ResultSummary> resultOf(link::Client& client, std::uint64_t id
   return Error{"The box does not list its result " + std::to_string(id) + "."};
 }
 
-const messages::NamedValue* valueOf(const messages::ResultSummary& result, const std::string& key) {
+const messages::NamedValue* valueOf(const messages::ResultSummary& result, std::string_view key) {
   for (const auto& value : result.values) {
     if (value.key == key) return &value;
   }
@@ -57,8 +60,8 @@ Stopped showCalibration(Stage& stage) {
       "\n2. The system delay: the emulated controller touches the datum sphere, five points at each of five speeds.");
   TRY(auto client, meet(stage.box, nullptr));
   TRY(const auto result, measure(*client, {.method = "delay-multi-speed"}));
-  const auto* tau = valueOf(result, "tau_s");
-  const auto* diameter = valueOf(result, "effective_diameter_mm");
+  const auto* tau = valueOf(result, quantity::kTau.key);
+  const auto* diameter = valueOf(result, quantity::kEffectiveDiameter.key);
   if (tau == nullptr || diameter == nullptr) return Error{"The result names neither tau_s nor effective_diameter_mm."};
   const auto found = casefolder::withUncertainty(casefolder::labelOf(tau->key), tau->value, tau->uncertainty());
   std::printf("   tau = %s (truth %.1f us); accepted, hence in force.\n", found.c_str(), stage.truth.tau_s * 1e6);
@@ -77,7 +80,7 @@ Stopped showCentreline(Stage& stage) {
   TRY(auto client, meet(stage.box, nullptr));
   TRY(const auto result, measure(*client, {.method = "centreline", .speeds_mm_s = {25}, .angles = 3}));
   for (const std::size_t i : {0U, 1U}) {
-    const auto* centre = valueOf(result, "centre_mm[" + std::to_string(i) + "]");
+    const auto* centre = valueOf(result, std::string{quantity::kCentre.key} + "[" + std::to_string(i) + "]");
     if (centre == nullptr) return Error{"The result does not name centre_mm."};
     stage.table.estimate(i == 0 ? "centreline X" : "centreline Y", *centre, stage.truth.centre_mm[i]);
     std::printf("   %s = %.6f +/- %.6f mm (truth %.6f)\n", i == 0 ? "X" : "Y", centre->value,

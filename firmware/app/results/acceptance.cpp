@@ -5,6 +5,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
+#include "firmware/metrology/screw/screw_calibration.hpp"
 
 namespace probebox::app {
 
@@ -74,8 +75,8 @@ store::Failure notConforming(const store::Record& record, const std::string& why
 std::optional<std::string> onReplacedGain(const store::Record& next, const store::Record& in_force) {
   const auto *result = next.result(), *present = in_force.result();
   if (!next.binding.subject.starts_with("screw-") || result == nullptr || present == nullptr) return std::nullopt;
-  const auto* gain = present->find("K");
-  if (gain == nullptr || result->find("K") != nullptr) return std::nullopt;
+  const auto* gain = present->find(metrology::quantity::kScrewGain.key);
+  if (gain == nullptr || result->find(metrology::quantity::kScrewGain.key) != nullptr) return std::nullopt;
   return named(next.id) + " about " + next.binding.subject +
          " has no gain. With it in force the gain is that of machine.toml again, and no more the measured K " +
          metrology::text(gain->value()) + " of result " + std::to_string(in_force.id) +

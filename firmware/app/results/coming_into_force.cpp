@@ -18,9 +18,12 @@
 #include "firmware/corrections/tool_in_spindle.hpp"
 #include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 
 namespace probebox::app {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 constexpr const char* kFromTip = "centreline-stylus";
 constexpr const char* kOfSpindle = "centreline";
@@ -37,7 +40,7 @@ std::optional<std::string> aboutEffect(const store::Record& record) {
   if (subject == "delay-joints")
     return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in force "
            "about 'delay'.";
-  if (delayAxesOf(subject) && result != nullptr && result->find("gain_matrix") != nullptr &&
+  if (delayAxesOf(subject) && result != nullptr && result->find(quantity::kGainMatrix.key) != nullptr &&
       result->find(metrology::kGainTakenAt) == nullptr)
     return "The case does not state at which angle of the spindle the probe touched (config key A_rad), and the "
            "probe's "

@@ -11,23 +11,17 @@
 
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_values.hpp"
-#include "firmware/metrology/centre_height.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "firmware/metrology/subject_values.hpp"
 
 namespace probebox::app {
 namespace {
 
+namespace quantity = metrology::quantity;
+
 constexpr std::size_t kMostValues = 60;  // what an answer of a link holds
 constexpr std::size_t kMostNamed = 6;    // of them in a sentence
-
-// Subjects whose compared values differ from valuesAbout() them.
-constexpr std::array kCompared{
-    metrology::KeysAbout{"spindle-tilt", {"A_tilt_rad", "", ""}},
-    metrology::KeysAbout{"sensor-head-", {"sensor_matrix", "sensor_zero", ""}},
-    metrology::KeysAbout{"swivel-", {"swivel_terms_mm", "", ""}},
-    metrology::KeysAbout{"screw-reference-", {"reference_um", "", ""}},
-    metrology::KeysAbout{"screw-", {"K", "sector_table_um", ""}},
-};
 
 using metrology::Estimate;
 
@@ -39,13 +33,13 @@ std::string number(const char* format, double value) {
 
 // A delay common to all axes is one of each.
 std::vector<Estimate> delayByAxis(const metrology::Result& result) {
-  const auto* common = result.find("tau_s");
-  if (const auto* by_axis = result.find("tau_axis_s")) return {*by_axis};
+  const auto* common = result.find(quantity::kTau.key);
+  if (const auto* by_axis = result.find(quantity::kTauAxis.key)) return {*by_axis};
   if (common == nullptr) return result.estimates;
   const auto thrice = [](const std::vector<double>& value) {
     return value.empty() ? value : std::vector<double>(3, value.front());
   };
-  auto by_axis = Estimate::vector("tau_axis_s", thrice(common->values), thrice(common->sd));
+  auto by_axis = Estimate::vector(std::string{quantity::kTauAxis.key}, thrice(common->values), thrice(common->sd));
   by_axis.uncertainty = thrice(common->uncertainty);
   return {std::move(by_axis)};
 }
@@ -74,8 +68,7 @@ std::vector<Estimate> quantitiesOf(const metrology::Result& result, const std::s
   if (subject.starts_with("stylus-offset-")) {
     if (const auto offset = stylusOffsetOf(result)) return {*offset};
   }
-  if (auto listed = metrology::estimatesListed(result, kCompared, subject)) return std::move(*listed);
-  return metrology::valuesAbout(result, subject);
+  return metrology::valuesCompared(result, subject);
 }
 
 // With the type B part: two methods do not share what they take as known, so it does not cancel between them.
@@ -94,7 +87,7 @@ std::vector<double> part(const std::vector<double>& all, std::size_t from, std::
 // A matrix with a row for each B of a swivelling head becomes a vector for each, under the name of its B: two results
 // may have other B, and one without a B is of a level head.
 void nameByB(const metrology::Result& result, std::vector<Estimate>& quantities) {
-  const auto* several = result.find("B_deg");
+  const auto* several = result.find(quantity::kEachB.key);
   const auto b_deg = several != nullptr ? several->values : std::vector<double>{0};
   std::vector<Estimate> named;
   for (const auto& each : quantities) {
@@ -166,17 +159,18 @@ Comparison compare(const store::Record& next, const store::Record& in_force) {
     takeCombined(quantities);
     takeCombined(others);
   }
-  const auto* z = result->find("mean_z_mm");
-  const auto centre = std::ranges::find(others, "centre_mm", &Estimate::key);
+  const auto* z = result->find(quantity::kMeanHeight.key);
+  const auto centre = std::ranges::find(others, quantity::kCentre.key, &Estimate::key);
   if (z != nullptr && centre != others.end()) metrology::moveCentre(z->value(), *other, *result, *centre);
-  if (result->find("B_deg") != nullptr || other->find("B_deg") != nullptr) {
+  if (result->find(quantity::kEachB.key) != nullptr || other->find(quantity::kEachB.key) != nullptr) {
     nameByB(*result, quantities);
     nameByB(*other, others);
   }
   // Tables of different lengths have no rows in common.
   std::erase_if(others, [&](const Estimate& each) {
     const auto same = std::ranges::find(quantities, each.key, &Estimate::key);
-    return each.key != "six_errors" && (same == quantities.end() || same->values.size() != each.values.size());
+    return each.key != quantity::kSixErrors.key &&
+           (same == quantities.end() || same->values.size() != each.values.size());
   });
   const auto before = namedValues(*other, std::move(others), subject);
   for (const auto& value : namedValues(*result, quantities, subject)) {

@@ -7,12 +7,15 @@
 #include <string>
 #include <string_view>
 
-#include "firmware/metrology/dataset/plausible.hpp"
+#include "firmware/metrology/checks/plausible.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::app {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 bool findsATurningAxis(const metrology::Result& result) {
   const auto* method = metrology::methodNamed(result.method);
@@ -43,7 +46,7 @@ std::optional<double> reachOf(const MachineTravel& travel) {
 }
 
 std::optional<Error> turningAxisOutside(const metrology::Result& result, const MachineTravel& travel) {
-  const auto* centre = result.find("centre_mm");
+  const auto* centre = result.find(quantity::kCentre.key);
   if (!findsATurningAxis(result) || centre == nullptr) return std::nullopt;
   for (std::size_t axis = 0; axis < std::min<std::size_t>(2, centre->values.size()); ++axis) {
     const auto& [min_mm, max_mm] = travel[axis];
@@ -77,7 +80,9 @@ std::optional<Error> whyOutside(const AxisHomed& homed, const MachineTravel& tra
 }
 
 std::optional<Error> whyOutside(const metrology::Result& result, const MachineTravel& travel) {
-  if (const auto refusal = metrology::refuseImplausible(result))
+  const auto* method = metrology::methodNamed(result.method);
+  const metrology::Method unknown{};
+  if (const auto refusal = metrology::refuseImplausible(result, method == nullptr ? unknown : *method))
     return Error{"The result of " + result.method + " cannot be: " + refusal->reason + "."};
   const auto reach_mm = reachOf(travel);
   for (const auto& estimate : result.estimates) {

@@ -8,12 +8,24 @@
 
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/subject_axis.hpp"
+#include "firmware/metrology/centreline/axis_alignment.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
+#include "firmware/metrology/rotary/sensor_head.hpp"
+#include "firmware/metrology/screw/screw_calibration.hpp"
+#include "firmware/metrology/screw/screw_reference.hpp"
+#include "firmware/metrology/tilt/swivel_error.hpp"
+#include "firmware/metrology/tool/tool_assembly.hpp"
+#include "firmware/metrology/tool/tool_setter.hpp"
+#include "firmware/metrology/touch/pre_travel.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::app {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 constexpr std::string_view kDelay = "delay";
 constexpr std::string_view kDelayByJoint = "delay-joints";
@@ -24,7 +36,6 @@ constexpr std::string_view kStylusOffsetOf = "stylus-offset-";
 constexpr std::string_view kSensorHeadOf = "sensor-head-";
 constexpr std::string_view kSwivelOf = "swivel-";
 constexpr std::string_view kAssemblyOf = "assembly-";
-constexpr std::string_view kGaugeLength = "gauge_length_mm";
 
 std::optional<Axis> screwAxis(std::string_view subject) {
   if (subject == "screw-x") return Axis::x;
@@ -58,8 +69,9 @@ void addGain(DelayActivated& event, const metrology::Result& result) {
 
 Outcome<std::vector<Event>> delay(const metrology::Result& result, const std::array<bool, kLinearAxes>& observed,
                                   std::uint64_t id, MonoTime now) {
-  const bool per_axis = result.find("tau_axis_s") != nullptr;
-  TRY(const auto tau, per_axis ? valuesOf(result, "tau_axis_s", kLinearAxes) : valuesOf(result, "tau_s", 1));
+  const bool per_axis = result.find(quantity::kTauAxis.key) != nullptr;
+  TRY(const auto tau,
+      per_axis ? valuesOf(result, quantity::kTauAxis.key, kLinearAxes) : valuesOf(result, quantity::kTau.key, 1));
   DelayActivated event{};
   event.result_id = id;
   event.at = now;
@@ -82,19 +94,19 @@ Outcome<std::vector<Event>> centreline(const metrology::Result& result, std::uin
                             .sd_centre_mm = {},
                             .sd_slope = {},
                             .at = now};
-  TRY(const auto centre, valuesOf(result, "centre_mm", 2));
+  TRY(const auto centre, valuesOf(result, quantity::kCentre.key, 2));
   for (std::size_t i = 0; i < 2; ++i) {
     event.centre_mm[i] = centre.values[i];
     event.sd_centre_mm[i] = centre.sdOf(i);
   }
-  const bool of_slide = result.find("Z_slide_rad") != nullptr;
-  const bool leans = of_slide || result.find("C_tilt_rad") != nullptr;
-  if (leans || result.find("mean_z_mm") != nullptr) {
-    TRY(const auto reference, valuesOf(result, "mean_z_mm", 1));
+  const bool of_slide = result.find(quantity::kZSlide.key) != nullptr;
+  const bool leans = of_slide || result.find(quantity::kCTilt.key) != nullptr;
+  if (leans || result.find(quantity::kMeanHeight.key) != nullptr) {
+    TRY(const auto reference, valuesOf(result, quantity::kMeanHeight.key, 1));
     event.reference_z_mm = reference.values[0];
   }
   if (!leans) return std::vector<Event>{event};
-  TRY(const auto tilt, valuesOf(result, of_slide ? "Z_slide_rad" : "C_tilt_rad", 2));
+  TRY(const auto tilt, valuesOf(result, of_slide ? quantity::kZSlide.key : quantity::kCTilt.key, 2));
   for (std::size_t i = 0; i < 2; ++i) {
     event.slope[i] = tilt.values[i];  // small: the tangent is the angle
     event.sd_slope[i] = tilt.sdOf(i);
@@ -105,15 +117,15 @@ Outcome<std::vector<Event>> centreline(const metrology::Result& result, std::uin
 Outcome<std::vector<Event>> screw(const metrology::Result& result, Axis axis, std::uint64_t id, MonoTime now) {
   ScrewActivated event{
       .result_id = id, .axis = axis, .gain = 0, .sd_gain = 0, .sectors = 0, .sector_nm = {}, .at = now};
-  const bool has_table = result.find("sector_table_um") != nullptr;
+  const bool has_table = result.find(quantity::kSectorTable.key) != nullptr;
   // A run on the machine sees the face alone: K stays.
-  if (result.find("K") != nullptr || !has_table) {
-    TRY(const auto gain, valuesOf(result, "K", 1));
+  if (result.find(quantity::kScrewGain.key) != nullptr || !has_table) {
+    TRY(const auto gain, valuesOf(result, quantity::kScrewGain.key, 1));
     event.gain = gain.values[0];
     event.sd_gain = gain.sdOf(0);
   }
   if (!has_table) return std::vector<Event>{event};
-  TRY(const auto table, valuesOf(result, "sector_table_um", 0));
+  TRY(const auto table, valuesOf(result, quantity::kSectorTable.key, 0));
   if (table.values.size() > kMostScrewSectors) {
     return Error{"The box holds a table of " + std::to_string(kMostScrewSectors) + " sectors, but this result has " +
                  std::to_string(table.values.size()) + ": calibrate again with fewer."};
@@ -130,7 +142,7 @@ Outcome<std::vector<Event>> screw(const metrology::Result& result, Axis axis, st
 
 // (D1a)
 Outcome<std::vector<Event>> screwReference(const metrology::Result& result, Axis axis, std::uint64_t id, MonoTime now) {
-  TRY(const auto reading, valuesOf(result, "reference_um", 1));
+  TRY(const auto reading, valuesOf(result, quantity::kColdReading.key, 1));
   return std::vector<Event>{
       ScrewReferenceActivated{.result_id = id, .axis = axis, .reading_um = reading.values[0], .at = now}};
 }
@@ -139,11 +151,11 @@ Outcome<std::vector<Event>> screwReference(const metrology::Result& result, Axis
 // earlier versions have L3 alone, which is no such length; their compensation is served as ever.
 Outcome<std::vector<Event>> assembly(const metrology::Result& result, std::uint32_t tool, std::uint64_t id,
                                      MonoTime now) {
-  if (result.find(kGaugeLength) == nullptr)
+  if (result.find(quantity::kGaugeLength.key) == nullptr)
     return std::vector<Event>{ToolLengthActivated{.result_id = 0, .tool = tool, .length_mm = 0, .at = now}};
-  TRY(const auto length, valuesOf(result, kGaugeLength, 1));
+  TRY(const auto length, valuesOf(result, quantity::kGaugeLength.key, 1));
   if (!(length.values[0] > 0))
-    return Error{"The " + std::string{kGaugeLength} + " of tool " + std::to_string(tool) +
+    return Error{"The " + std::string{quantity::kGaugeLength.key} + " of tool " + std::to_string(tool) +
                  " is not above 0: measure it again (probebox calibrate tool-assembly)."};
   return std::vector<Event>{
       ToolLengthActivated{.result_id = id, .tool = tool, .length_mm = length.values[0], .at = now}};
@@ -158,8 +170,8 @@ std::optional<Error> tooManyRows(std::size_t rows) {
 // (B19)-(B21), and what the readings have left at each angle.
 Outcome<std::vector<Event>> swivel(const metrology::Result& result, RotaryAxis axis, std::uint64_t id, MonoTime now) {
   SwivelActivated event{.result_id = id, .axis = axis, .terms = {}, .rows = 0, .at = now};
-  TRY(const auto terms, valuesOf(result, "swivel_terms_mm", event.terms.size()));
-  TRY(const auto left, valuesOf(result, "left_by_angle_mm", 0));
+  TRY(const auto terms, valuesOf(result, quantity::kSwivelTerms.key, event.terms.size()));
+  TRY(const auto left, valuesOf(result, quantity::kLeftByAngle.key, 0));
   const std::size_t rows = left.values.size() / 4;  // B_deg, x, y, z
   if (auto error = tooManyRows(rows)) return *error;
   std::ranges::copy(terms.values, event.terms.begin());
@@ -180,12 +192,12 @@ Outcome<std::vector<Event>> swivel(const metrology::Result& result, RotaryAxis a
 // (E5), with the nominal axis that the errors are about.
 Outcome<std::vector<Event>> rotary(const metrology::Result& result, RotaryAxis axis, std::uint64_t id, MonoTime now) {
   RotaryActivated event{.result_id = id, .axis = axis, .point_mm = {}, .direction = {}, .sd = {}, .rows = 0, .at = now};
-  TRY(const auto point, valuesOf(result, "axis_point_mm", event.point_mm.size()));
-  TRY(const auto direction, valuesOf(result, "axis_direction", event.direction.size()));
-  TRY(const auto angles, valuesOf(result, "angle_rad", 0));
+  TRY(const auto point, valuesOf(result, quantity::kAxisPoint.key, event.point_mm.size()));
+  TRY(const auto direction, valuesOf(result, quantity::kAxisDirection.key, event.direction.size()));
+  TRY(const auto angles, valuesOf(result, quantity::kErrorAngles.key, 0));
   const std::size_t rows = angles.values.size();
   if (auto error = tooManyRows(rows)) return *error;
-  TRY(const auto errors, valuesOf(result, "six_errors", 6 * rows));
+  TRY(const auto errors, valuesOf(result, quantity::kSixErrors.key, 6 * rows));
   std::ranges::copy(point.values, event.point_mm.begin());
   std::ranges::copy(direction.values, event.direction.begin());
   event.rows = static_cast<std::uint8_t>(rows);
@@ -208,7 +220,7 @@ std::optional<Outcome<std::vector<Event>>> kept(const metrology::Result& result,
         " relates neither to the spindle axis nor to one tip: measure again with the spindle at 0 and 180 degrees."};
   }
   std::optional<Outcome<Values>> values;
-  if (subject == kCentrelineFromTip) values = valuesOf(result, "centre_mm", 2);
+  if (subject == kCentrelineFromTip) values = valuesOf(result, quantity::kCentre.key, 2);
   if (subject.starts_with(kStylusOffsetOf)) {
     const auto offset = stylusOffsetOf(result);
     if (!offset)
@@ -302,7 +314,7 @@ std::optional<std::array<bool, kLinearAxes>> delayAxesOf(std::string_view subjec
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
   const metrology::Result* result = record.result();
   if (result == nullptr) return Error{named(record) + " is a refusal."};
-  TRY(const auto matrix, valuesOf(*result, "sensor_matrix", 9));
+  TRY(const auto matrix, valuesOf(*result, quantity::kSensorMatrix.key, 9));
   procedure::CalibratedHead head{.result_id = record.id, .tool = *sensorHeadOf(record.binding.subject)};
   for (std::size_t i = 0; i < 9; ++i) {
     head.matrix[i / 3][i % 3] = matrix.values[i];
@@ -314,7 +326,7 @@ Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record)
 Outcome<procedure::PreTravel> preTravelOf(const store::Record& record) {
   const metrology::Result* result = record.result();
   if (result == nullptr) return Error{named(record) + " is a refusal."};
-  constexpr std::string_view kKey = "pre_travel_mm";
+  constexpr std::string_view kKey = quantity::kPreTravel.key;
   constexpr auto kParts = procedure::PreTravel::kParts;
   if (const auto* found = result->find(kKey); found != nullptr && found->values.size() == kParts - 1)
     return Error{named(record) +
@@ -335,7 +347,7 @@ std::optional<std::uint32_t> sensorHeadOf(std::string_view subject) {
 
 std::optional<procedure::MeasuredLength> measuredLengthOf(const store::Record& record) {
   const auto tool = numberBehind(kAssemblyOf, record.binding.subject);
-  const auto* length = record.result() != nullptr ? record.result()->find(kGaugeLength) : nullptr;
+  const auto* length = record.result() != nullptr ? record.result()->find(quantity::kGaugeLength.key) : nullptr;
   if (!tool || length == nullptr) return std::nullopt;
   const auto sds_mm = uncertaintiesOf(*length);
   procedure::MeasuredLength measured{.result_id = record.id,
@@ -343,7 +355,7 @@ std::optional<procedure::MeasuredLength> measuredLengthOf(const store::Record& r
                                      .length_mm = length->value(),
                                      .sd_mm = sds_mm.empty() ? 0.0 : sds_mm.front()};
   // W2 brings the tip onto the axis.
-  const auto* to_axis = record.result()->find("compensation_mm");
+  const auto* to_axis = record.result()->find(quantity::kCompensation.key);
   if (to_axis == nullptr || to_axis->values.size() < 2) return measured;
   measured.tip_mm = {-to_axis->values[0], -to_axis->values[1]};
   const auto sds_of_tip = uncertaintiesOf(*to_axis);
@@ -353,7 +365,7 @@ std::optional<procedure::MeasuredLength> measuredLengthOf(const store::Record& r
 
 std::optional<procedure::MeasuredTip> measuredTipOf(const store::Record& record) {
   const auto tool = numberBehind("tool-", record.binding.subject);
-  const auto* tip = record.result() != nullptr ? record.result()->find("tool_offset_mm") : nullptr;
+  const auto* tip = record.result() != nullptr ? record.result()->find(quantity::kToolOffset.key) : nullptr;
   if (!tool || tip == nullptr || tip->values.size() < 3) return std::nullopt;
   procedure::MeasuredTip measured{.result_id = record.id, .tool = *tool};
   const auto sds_mm = uncertaintiesOf(*tip);

@@ -1,18 +1,19 @@
 #include "firmware/app/results/result_values.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "firmware/app/results/subject_axis.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
-#include "protocol/units/angle.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 
 namespace probebox::app {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 using metrology::Estimate;
 
@@ -37,15 +38,11 @@ void appendValues(const Estimate& estimate, std::vector<messages::NamedValue>& v
 // Six deviations an angle: deviation_XC_at_60_deg_mm. EXC of ISO 230-7 is the error motion alone.
 void appendSixErrors(const Estimate& six, const Estimate& angles_rad, const std::string& subject,
                      std::vector<messages::NamedValue>& values) {
-  constexpr std::array<const char*, 6> kErrors{"X", "Y", "Z", "A", "B", "C"};
+  constexpr std::size_t kErrors = 6;
   const auto axis = rotaryAxisOf(subject);  // nothing where a case names none: the subject is the method
   const std::string letter = axis ? std::string{"ABC"[static_cast<std::size_t>(*axis)]} : "";
-  for (std::size_t i = 0; i < six.values.size(); ++i) {
-    std::array<char, 48> at{};
-    const double angle_deg = degrees(angles_rad.values[i / kErrors.size()]);
-    std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", angle_deg, i % kErrors.size() < 3 ? "mm" : "rad");
-    values.push_back(named("deviation_" + (kErrors[i % kErrors.size()] + letter) + at.data(), six, i));
-  }
+  for (std::size_t i = 0; i < six.values.size(); ++i)
+    values.push_back(named(metrology::deviationKey(letter, i % kErrors, angles_rad.values[i / kErrors]), six, i));
 }
 
 std::vector<double> combined(const std::vector<double>& one, const std::vector<double>& other, std::size_t count) {
@@ -60,7 +57,7 @@ void addToCovariance(metrology::Result& result, const Estimate& offset) {
   if (offset.sd.size() < 2) return result.covariance.reset();
   auto& [components, values] = *result.covariance;
   for (std::size_t i = 0; i < 2; ++i) {
-    const auto at = std::ranges::find(components, "centre_mm[" + std::to_string(i) + "]");
+    const auto at = std::ranges::find(components, std::string{quantity::kCentre.key} + "[" + std::to_string(i) + "]");
     if (at == components.end()) continue;
     const auto row = static_cast<std::size_t>(at - components.begin());
     values[row * components.size() + row] += offset.sd[i] * offset.sd[i];
@@ -74,7 +71,7 @@ void addToBudget(metrology::Result& result, const Estimate& offset, const std::s
   metrology::Contribution line{.name = name, .type_b = true, .sd = {}};
   for (const auto& estimate : result.estimates) {
     for (std::size_t i = 0; i < estimate.values.size(); ++i)
-      line.sd.push_back(estimate.key == "centre_mm" && i < 2 ? of_offset[i] : 0.0);
+      line.sd.push_back(estimate.key == quantity::kCentre.key && i < 2 ? of_offset[i] : 0.0);
   }
   result.budget.push_back(std::move(line));
 }
@@ -82,7 +79,7 @@ void addToBudget(metrology::Result& result, const Estimate& offset, const std::s
 }  // namespace
 
 const Estimate* servedGain(const metrology::Result& result) {
-  const auto* gain = result.find("gain_matrix");
+  const auto* gain = result.find(quantity::kGainMatrix.key);
   const bool known = gain != nullptr && !gain->sd.empty() && result.find(metrology::kGainTakenAt) != nullptr;
   return known ? gain : nullptr;
 }
@@ -108,9 +105,9 @@ Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, 
 }
 
 void appendAll(const metrology::Result& result, const std::string& subject, std::vector<messages::NamedValue>& values) {
-  const auto angles = std::ranges::find(result.also, "angle_rad", &Estimate::key);
+  const auto angles = std::ranges::find(result.also, quantity::kErrorAngles.key, &Estimate::key);
   for (const auto& estimate : result.estimates) {
-    const bool by_angle = estimate.key == "six_errors" && angles != result.also.end() &&
+    const bool by_angle = estimate.key == quantity::kSixErrors.key && angles != result.also.end() &&
                           estimate.values.size() == 6 * angles->values.size();
     if (by_angle)
       appendSixErrors(estimate, *angles, subject, values);
@@ -120,16 +117,17 @@ void appendAll(const metrology::Result& result, const std::string& subject, std:
 }
 
 std::optional<Estimate> stylusOffsetOf(const metrology::Result& result) {
-  if (const auto* offset = result.find("stylus_offset_mm"); offset != nullptr && offset->values.size() >= 2)
+  if (const auto* offset = result.find(quantity::kStylusOffset.key); offset != nullptr && offset->values.size() >= 2)
     return *offset;
-  const auto* x = result.find("stylus_offset_x_mm");
-  const auto* y = result.find("stylus_offset_y_mm");
+  const auto* x = result.find(quantity::kStylusOffsetX.key);
+  const auto* y = result.find(quantity::kStylusOffsetY.key);
   if (x == nullptr || y == nullptr) return std::nullopt;
   const auto both = [&](std::vector<double> Estimate::*part) {
     const auto &of_x = x->*part, &of_y = y->*part;
     return of_x.empty() || of_y.empty() ? std::vector<double>{} : std::vector{of_x.front(), of_y.front()};
   };
-  auto offset = Estimate::vector("stylus_offset_mm", {x->value(), y->value()}, both(&Estimate::sd));
+  auto offset =
+      Estimate::vector(std::string{quantity::kStylusOffset.key}, {x->value(), y->value()}, both(&Estimate::sd));
   offset.uncertainty = both(&Estimate::uncertainty);
   return offset;
 }
@@ -145,9 +143,9 @@ std::uint32_t probeToolOf(const metrology::Result& result) {
 
 std::optional<metrology::Result> relativeToSpindle(metrology::Result from_tip, const Estimate& offset,
                                                    store::Id offset_id) {
-  auto centre = std::ranges::find(from_tip.estimates, "centre_mm", &Estimate::key);
+  auto centre = std::ranges::find(from_tip.estimates, quantity::kCentre.key, &Estimate::key);
   if (centre == from_tip.estimates.end()) {
-    centre = std::ranges::find(from_tip.also, "centre_mm", &Estimate::key);
+    centre = std::ranges::find(from_tip.also, quantity::kCentre.key, &Estimate::key);
     if (centre == from_tip.also.end()) return std::nullopt;
   }
   if (centre->values.size() != 2 || offset.values.size() < 2) return std::nullopt;

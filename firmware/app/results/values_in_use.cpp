@@ -5,9 +5,16 @@
 
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_values.hpp"
+#include "firmware/metrology/centreline/axis_alignment.hpp"
+#include "firmware/metrology/centreline/check_quantities.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/screw/screw_calibration.hpp"
+#include "firmware/metrology/tool/tool_setter.hpp"
 
 namespace probebox::app {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 using messages::ValueInUse;
 using messages::ValueSource;
@@ -23,7 +30,7 @@ double largestSd(const metrology::Estimate& estimate, std::size_t count) {
 }
 
 std::optional<procedure::ScrewFace> faceOf(const store::Record& record) {
-  const auto* table = record.result()->find("sector_table_um");
+  const auto* table = record.result()->find(quantity::kSectorTable.key);
   if (table == nullptr) return std::nullopt;
   return procedure::ScrewFace{
       .result_id = record.id, .sector_um = table->values, .sd_um = largestSd(*table, table->values.size())};
@@ -31,12 +38,12 @@ std::optional<procedure::ScrewFace> faceOf(const store::Record& record) {
 
 // Turning axis by a centreline result from the spindle axis; a result from two heights states its tilt.
 std::optional<procedure::TurningAxis> turningAxisOf(const store::Record& record) {
-  const auto* centre = record.result()->find("centre_mm");
+  const auto* centre = record.result()->find(quantity::kCentre.key);
   if (centre == nullptr || centre->values.size() != 2) return std::nullopt;
   procedure::TurningAxis axis{
       .result_id = record.id, .at_mm = {centre->values[0], centre->values[1]}, .sd_mm = largestSd(*centre, 2)};
-  const auto* tilt = record.result()->find("C_tilt_rad");
-  const auto* height = record.result()->find("mean_z_mm");
+  const auto* tilt = record.result()->find(quantity::kCTilt.key);
+  const auto* height = record.result()->find(quantity::kMeanHeight.key);
   if (tilt == nullptr || height == nullptr || tilt->values.size() != 2) return axis;
   axis.z_mm = height->value();
   axis.tilt_rad = {tilt->values[0], tilt->values[1]};
@@ -54,8 +61,8 @@ std::optional<procedure::AcceptedValue> acceptedOf(const metrology::Result& resu
 
 // x_offset_error_mm counts from the axis that was accepted before this check; the next one counts from its own.
 std::optional<procedure::AcceptedValue> acceptedXAt90(const metrology::Result& result) {
-  auto accepted = acceptedOf(result, "x_offset_error_mm");
-  const auto* moved = result.find("deviation_Xcen_B0_mm");
+  auto accepted = acceptedOf(result, metrology::kXAt90.key);
+  const auto* moved = result.find(std::string{quantity::kDeviation.key} + std::string{metrology::kXAtLevel.key});
   if (accepted && moved != nullptr) accepted->mm -= moved->value();
   return accepted;
 }
@@ -67,12 +74,12 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
   if (result == nullptr) return;
   if (record.binding.subject == "check") {
     facts.check_result = record.id;
-    facts.ball_x = acceptedOf(*result, "Xcen_B0_mm");
-    facts.ball_y = acceptedOf(*result, "Ycen_B0_mm");
-    facts.ball_y45 = acceptedOf(*result, "Ycen_B45_mm");
-    facts.ball_y90 = acceptedOf(*result, "Ycen_B90_mm");
+    facts.ball_x = acceptedOf(*result, metrology::kXAtLevel.key);
+    facts.ball_y = acceptedOf(*result, metrology::kYAtLevel.key);
+    facts.ball_y45 = acceptedOf(*result, metrology::kYAt45.key);
+    facts.ball_y90 = acceptedOf(*result, metrology::kYAt90.key);
     facts.ball_x90 = acceptedXAt90(*result);
-    facts.ball_z90 = acceptedOf(*result, "Zcen_B90_mm");
+    facts.ball_z90 = acceptedOf(*result, metrology::kZAt90.key);
     facts.ball_z = acceptedOf(*result, "ball_centre_mm", 2);
   }
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
@@ -81,7 +88,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
   if (const auto length = measuredLengthOf(record)) facts.tool_lengths.push_back(*length);
   if (const auto tip = measuredTipOf(record)) facts.tool_tips.push_back(*tip);
   if (record.binding.subject == "spindle-tilt") {
-    const auto* tilt = result->find("A_tilt_rad");
+    const auto* tilt = result->find(quantity::kSpindleTilt.key);
     if (tilt != nullptr && tilt->values.size() == 2) {
       facts.spindle_tilt_rad = {tilt->values[0], tilt->values[1]};
       facts.sd_spindle_tilt_rad = largestSd(*tilt, 2);
@@ -99,7 +106,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     if (const auto found = preTravelOf(record)) facts.pre_travels.push_back(*found);
   }
   if (record.binding.subject != "setter") return;
-  const auto* setter = result->find("setter_mm");
+  const auto* setter = result->find(quantity::kSetter.key);
   if (setter == nullptr || setter->values.size() < 3) return;
   facts.setter_result = record.id;
   facts.setter_mm = {setter->values[0], setter->values[1], setter->values[2]};

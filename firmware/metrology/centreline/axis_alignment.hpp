@@ -24,6 +24,26 @@ Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset);
 // spindle-not-turned, and what fitBall and readSpindleReadings refuse.
 Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset);
 
+namespace quantity {
+
+inline constexpr Quantity kCTilt{.key = "C_tilt_rad",
+                                 .about = "x and y of the C axis per mm of Z, with heights rotating",
+                                 .kind = QuantityKind::lean,
+                                 .axes = "XY",
+                                 .most = kMostLean_rad};
+inline constexpr Quantity kZSlide{.key = "Z_slide_rad",
+                                  .about = "x and y of the slide per mm of Z, with heights slide",
+                                  .kind = QuantityKind::lean,
+                                  .axes = "XY",
+                                  .most = kMostLean_rad};
+inline constexpr Quantity kSpindleTilt{.key = result_key::kSpindleTilt,
+                                       .about = "x and y of the spindle axis per mm of Z",
+                                       .kind = QuantityKind::lean,
+                                       .axes = "XY",
+                                       .most = kMostLean_rad};
+
+}  // namespace quantity
+
 extern const Method kCAxisAlignment;
 extern const Method kAAxisAlignment;
 

@@ -8,7 +8,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
-#include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/fit/shared_errors.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"

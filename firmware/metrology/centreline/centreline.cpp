@@ -10,7 +10,7 @@
 
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
-#include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/fit/shared_errors.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
@@ -204,7 +204,7 @@ namespace {
 constexpr MethodTable kCentrelineTables[]{
     {"readings", kCentrelineColumns, "a feature that turns with C, at an angle of C", true}};
 constexpr MethodKey kCentrelineKeys[]{key::kSigma, key::kSigmaC, key::kCSense, key::kMeanHeight, key::kTauForTheRecord};
-constexpr MethodResult kCentrelineResults[]{{"centre_mm", "centre of rotation, x y"}};
+constexpr Quantity kCentrelineResults[]{quantity::kCentre.as("centre of rotation, x y")};
 
 }  // namespace
 

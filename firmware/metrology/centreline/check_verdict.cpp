@@ -62,7 +62,7 @@ Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, 
     return notJudged(estimate.key, "no accepted value: state accepted_" + estimate.key, result);
   }
   Estimate deviation = estimate;
-  deviation.key = "deviation_" + estimate.key;
+  deviation.key = std::string{quantity::kDeviation.key} + estimate.key;
   deviation.values = {estimate.value() - accepted.value_or(0.0)};
   deviation.design.clear();
   for (auto* part : {&deviation.sd, &deviation.uncertainty}) {
@@ -117,7 +117,7 @@ std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result
   }
   if (!worst) return std::nullopt;
   result.also.push_back(Estimate::scalar(std::string{kVerdict}, static_cast<double>(worst->proof), std::nullopt));
-  if (worst->ratio) result.also.push_back(Estimate::scalar("worst_ratio", *worst->ratio, std::nullopt));
+  if (worst->ratio) result.also.push_back(Estimate::scalar(std::string{kWorstRatio}, *worst->ratio, std::nullopt));
   return std::nullopt;
 }
 

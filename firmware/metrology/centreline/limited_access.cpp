@@ -13,9 +13,8 @@
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/angular_span.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
-#include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/fit/rounded_means.hpp"
-#include "firmware/metrology/fit/rounding.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -240,14 +239,14 @@ namespace {
 
 constexpr MethodTable kLimitedAccessTables[]{{"readings", kLimitedAccessColumns, "the ball at an angle of C", true}};
 constexpr MethodKey kLimitedAccessKeys[]{key::kSigma, key::kSigmaC, key::kMeanHeight, key::kTauForTheRecord};
-constexpr MethodResult kLimitedAccessResults[]{{"centre_mm", "centre of rotation, x y"},
-                                               {"radius_mm", "of the ball about it"},
-                                               {"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"}};
+constexpr Quantity kLimitedAccessResults[]{quantity::kCentre.as("centre of rotation, x y"),
+                                           quantity::kRadius,
+                                           {"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"}};
 constexpr MethodTable kContactTables[]{{"contacts", kLimitedAccessContactColumns,
                                         "signed angles of C at which the ball touches the stylus on either side",
                                         true}};
 constexpr MethodKey kContactKeys[]{key::kSigmaC};
-constexpr MethodResult kContactResults[]{{"C_shift_rad", "new zero of C in the old count"}};
+constexpr Quantity kContactResults[]{{"C_shift_rad", "new zero of C in the old count"}};
 constexpr std::string_view kContactUnobservable[]{
     "the offset of the stylus from the spindle, except for the part that two opposite contacts cancel"};
 

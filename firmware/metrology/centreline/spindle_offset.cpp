@@ -72,9 +72,7 @@ constexpr MethodTable kSpindleOffsetTables[]{
     {"readings", kSpindleOffsetColumns, "the ball at angles of spindle (A) and C; column stop as for c-axis-alignment",
      true}};
 constexpr MethodKey kSpindleOffsetKeys[]{key::kSigma, key::kSigmaC, key::kASense, key::kCSense, key::kTauForTheRecord};
-constexpr MethodResult kSpindleOffsetResults[]{
-    {"offset_C_minus_A_mm", "position of the C axis minus that of the spindle axis, x y"},
-    {"stylus_offset_mm", "position of the stylus relative to the spindle axis with the spindle at 0, x y"}};
+constexpr Quantity kSpindleOffsetResults[]{quantity::kOffsetCMinusA, quantity::kStylusOffset};
 constexpr Subject kSpindleOffset{.name = "spindle-offset"};
 constexpr std::string_view kSpindleOffsetUnobservable[]{
     "first harmonics of C and of the spindle separately from the offsets of ball and stylus"};

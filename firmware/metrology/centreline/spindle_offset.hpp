@@ -20,6 +20,15 @@ Outcome<Result, Refusal> solveSpindleOffsetFour(const Dataset& dataset);
 // together only: dependent-angles.
 Outcome<Result, Refusal> solveSpindleOffset2x2(const Dataset& dataset);
 
+namespace quantity {
+
+inline constexpr Quantity kOffsetCMinusA{.key = result_key::kOffsetCMinusA,
+                                         .about = "position of the C axis minus that of the spindle axis, x y",
+                                         .kind = QuantityKind::offset,
+                                         .axes = "XY"};
+
+}  // namespace quantity
+
 extern const Method kSpindleOffset2x2;
 extern const Method kSpindleOffsetFour;
 

@@ -5,8 +5,10 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <string>
 #include <utility>
 
+#include "protocol/units/tolerances.hpp"
 #include "protocol/units/wording.hpp"
 
 namespace probebox::metrology {
@@ -217,6 +219,42 @@ std::string text(double value) {
   std::array<char, 32> buffer{};
   const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 6);
   return {buffer.data(), end.ptr};
+}
+
+namespace {
+
+using Eigen::Vector3d;
+
+Outcome<Vector3d, Refusal> ofLengthOne(const std::array<double, 3>& given, std::string_view key) {
+  const Vector3d direction{given.data()};
+  if (std::abs(direction.norm() - 1.0) > kUnitLength) {
+    return Refusal{"bad-config", "config key '" + std::string{key} + "' must be a unit vector; its length is " +
+                                     text(direction.norm())};
+  }
+  return Vector3d{direction.normalized()};
+}
+
+}  // namespace
+
+Outcome<std::optional<Vector3d>, Refusal> configDirection(const Dataset& dataset, std::string_view key) {
+  TRY(const auto given, configVector(dataset, key));
+  if (!given) return std::optional<Vector3d>{};
+  TRY(const auto direction, ofLengthOne(*given, key));
+  return std::optional{direction};
+}
+
+Outcome<Vector3d, Refusal> requiredDirection(const Dataset& dataset, std::string_view key) {
+  TRY(const auto given, requiredVector(dataset, key));
+  return ofLengthOne(given, key);
+}
+
+Outcome<Eigen::Matrix3d, Refusal> configGain(const Dataset& dataset, std::string_view key) {
+  TRY(const auto rows, configMatrix(dataset, key, 3, 3));
+  Eigen::Matrix3d gain = Eigen::Matrix3d::Identity();
+  for (Eigen::Index i = 0; rows && i < 3; ++i) {
+    gain.row(i) = Eigen::RowVector3d::Map((*rows)[static_cast<std::size_t>(i)].data());
+  }
+  return gain;
 }
 
 }  // namespace probebox::metrology

@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -66,5 +67,15 @@ std::vector<std::string> equalRows(const Table& table);
 
 // Formats a number with six significant digits.
 std::string text(double value);
+
+// Reads a unit vector from a config key; nullopt when the key is absent. Refuses: bad-config.
+Outcome<std::optional<Eigen::Vector3d>, Refusal> configDirection(const Dataset& dataset, std::string_view key);
+
+// Reads a unit vector that the method requires. Refuses: missing-key, bad-config.
+Outcome<Eigen::Vector3d, Refusal> requiredDirection(const Dataset& dataset, std::string_view key);
+
+// Reads the gain matrix A of the probe (A3), three rows of three numbers; identity when the key is absent. Refuses:
+// bad-config.
+Outcome<Eigen::Matrix3d, Refusal> configGain(const Dataset& dataset, std::string_view key = "gain_matrix");
 
 }  // namespace probebox::metrology

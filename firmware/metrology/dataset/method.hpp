@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 
 // The descriptor of a method. Each method defines one `Method` beside its solver and has one line in
@@ -56,11 +57,6 @@ struct KnownQuantity {
   bool in_sd{};  // already included in the method's own sd
 };
 
-struct MethodResult {
-  std::string_view key;  // unit included
-  std::string_view about;
-};
-
 // The quantity that a result answers. A new result replaces the one in force about the same subject.
 struct Subject {
   std::string_view name;                                              // "delay"; empty: the method's own name
@@ -87,7 +83,8 @@ struct Method {
   std::span<const MethodKey> keys;  // every variant's; a key without effect in a variant is the solver's to warn about
   std::span<const KnownQuantity> known{};
   MovedBy moved_by{};                                // of those of kind `moves`
-  std::span<const MethodResult> results;             // promised values, in the order of the answer
+  std::span<const Quantity> results;                 // promised values, in the order of the answer
+  std::span<const Quantity> further{};               // others that a result may have, as far as anybody knows their key
   std::span<const std::string_view> unobservable{};  // by any readings of this kind
   Remark undetermined{};                             // quantities that the readings of a case leave undetermined
   Subject subject{};

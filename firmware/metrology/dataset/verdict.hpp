@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "firmware/metrology/dataset/result.hpp"
+#include "protocol/units/result_keys.hpp"
 
 namespace probebox::metrology {
 
@@ -24,9 +25,9 @@ inline Proof proofOf(double deviation, std::optional<double> doubt, double limit
 }
 
 // Key of the worst one among all values of a result that have a limit.
-inline constexpr std::string_view kVerdict = "verdict";
+inline constexpr std::string_view kVerdict = result_key::kVerdict;
 // (|deviation| + U) / limit of that one.
-inline constexpr std::string_view kWorstRatio = "worst_ratio";
+inline constexpr std::string_view kWorstRatio = result_key::kWorstRatio;
 
 inline Proof proofNumbered(double verdict) {
   if (verdict > 1.5) return Proof::fails;

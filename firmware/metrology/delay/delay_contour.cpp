@@ -3,7 +3,6 @@
 #include <array>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/configured_gain.hpp"
 #include "firmware/metrology/delay/delay_method.hpp"
 #include "firmware/metrology/scan/contour_match.hpp"
 
@@ -31,7 +30,7 @@ constexpr MethodKey kContourKeys[]{
     kProbeAtZero,
     kProbeB,
     of_delay::kProbeKind};
-constexpr MethodResult kContourResults[]{of_delay::kTau};
+constexpr Quantity kContourResults[]{quantity::kTau};
 constexpr std::string_view kContourUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps,
     "delays that differ between the axes; size and position of the feature: both are nuisance parameters of each scan",

@@ -1,27 +1,249 @@
 #include "firmware/metrology/delay/delay_feature.hpp"
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/delay/delay_method.hpp"
-#include "firmware/metrology/delay/feature_model.hpp"
+#include "firmware/metrology/delay/surface_points.hpp"
+#include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
+#include "firmware/metrology/fit/sphere.hpp"
+#include "firmware/metrology/scan/feature_distance.hpp"
 #include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
 #include "firmware/metrology/touch/size_line.hpp"
 #include "firmware/metrology/touch/touch_design.hpp"
 #include "firmware/metrology/touch/touch_selection.hpp"
+#include "protocol/units/outcome.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
+
+// Known properties of a touched feature, and the delays to estimate.
+struct FeatureQuestion {
+  std::string shape;                               // sphere, cylinder, plane-pair, box, plane
+  Eigen::Vector3d axis{Eigen::Vector3d::UnitZ()};  // of a cylinder
+  std::optional<double> size_mm;                   // effective: diameter, or distance of the faces
+  Eigen::Vector3d box_mm{Eigen::Vector3d::Zero()};
+  bool each_axis{};
+  bool own_article{};
+  std::optional<double> threshold_mm;  // |A d| at the points, instead of the slope
+  Eigen::Matrix3d gain{Eigen::Matrix3d::Identity()};
+
+  // Directions in which the centre can be determined: those in which the feature has extent.
+  Eigen::Index dimensions() const {
+    return shape == "plane" || shape == "plane-pair" ? 1 : shape == "cylinder" ? 2 : 3;
+  }
+  bool sized() const { return shape == "sphere" || shape == "cylinder" || shape == "plane-pair"; }
+  bool sizeFree() const { return sized() && !size_mm; }
+  Eigen::Index delayCount() const { return (each_axis ? 3 : 1) + (own_article ? 1 : 0); }
+  Eigen::Index unknowns() const { return dimensions() + (sizeFree() ? 1 : 0) + delayCount(); }
+};
+
+using Eigen::Vector3d;
+
+constexpr std::array<std::string_view, 2> kDelaysOfAxes{"common", "each-axis"};
+
+Refusal badConfig(const std::string& what) {
+  return {"bad-config", what};
+}
+
+std::optional<Refusal> readSizes(const Dataset& dataset, FeatureQuestion& question) {
+  TRY(const auto size, configPositive(dataset, "size_mm"));
+  TRY(const auto box, configVector(dataset, "size_axis_mm"));
+  const bool is_box = question.shape == "box";
+  if (is_box != box.has_value()) {
+    return badConfig(is_box ? "a box needs the config key 'size_axis_mm': its effective size along x, y and z"
+                            : "config key 'size_axis_mm' is for a box only");
+  }
+  if (size.has_value() && !question.sized())
+    return badConfig("config key 'size_mm' does not describe a " + question.shape);
+  question.size_mm = size;
+  if (is_box) question.box_mm = Vector3d::Map(box->data());
+  if (is_box && !(question.box_mm.minCoeff() > 0.0))
+    return badConfig("config key 'size_axis_mm': the sizes of the box must be positive, in mm: correct them");
+  return std::nullopt;
+}
+
+// From the configuration of a case. Refuses: missing-key, missing-table, bad-config.
+Outcome<FeatureQuestion, Refusal> featureQuestion(const Dataset& dataset) {
+  FeatureQuestion question;
+  TRY(const auto shape, requiredShape(dataset));
+  question.shape = shape;
+  TRY(const auto axis, configDirection(dataset, "axis_direction"));
+  if (axis.has_value() != (question.shape == "cylinder")) {
+    return badConfig("config key 'axis_direction' is required for a cylinder and not allowed for other shapes");
+  }
+  question.axis = axis.value_or(question.axis);
+  if (auto bad = readSizes(dataset, question)) return *bad;
+  TRY(const auto delays, configWord(dataset, "delays", kDelaysOfAxes));
+  question.each_axis = delays.value_or("common") == "each-axis";
+  TRY(const auto own, configSwitch(dataset, "article_has_own_delay"));
+  question.own_article = own;
+  if (question.own_article && !dataset.table("article")) {
+    return Refusal{"missing-table", "article_has_own_delay needs the table 'article', where the workpiece was"};
+  }
+  TRY(const auto threshold, configPositive(dataset, "threshold_mm"));
+  question.threshold_mm = threshold;
+  TRY(const auto gain, configGain(dataset));
+  question.gain = gain;
+  return question;
+}
+
+// (A12) for a feature: the signed distance of every touch from it (CN101622513, docs/metrology.md A.6b). Parameters: c
+// in the directions in which the feature has extent, R unless it is known, then the delays. Both arguments must outlive
+// the model.
+class FeatureModel {
+ public:
+  FeatureModel(const FeatureQuestion& question, std::span<const SurfacePoint> points);
+
+  Eigen::Index dimensions() const { return question_.dimensions(); }
+  Eigen::Index delaysAt() const { return parameters() - question_.delayCount(); }
+  Eigen::Index parameters() const { return question_.unknowns(); }
+  // 1 for a feature touched from outside, -1 from within.
+  double side() const { return side_; }
+
+  // T v as the factors of each delay, one column each.
+  Eigen::MatrixXd carried(const Eigen::Vector3d& probe_velocity, const Eigen::Vector3d& article_velocity) const;
+  Eigen::MatrixXd carried(const SurfacePoint& point) const {
+    return carried(point.probe_velocity, point.article_velocity);
+  }
+
+  Eigen::VectorXd start() const;
+  // weights: 1 / sd of each touch's distance. Residuals: measured minus fitted.
+  Linearised evaluate(const Eigen::VectorXd& at, const Eigen::VectorXd& weights) const;
+  // 1 / sd of the distances, which contain the velocity times the lever of the delay.
+  Eigen::VectorXd weightsAt(const Eigen::VectorXd& at) const;
+  // Difference between the machine's overtravel and the deflection at rest, mm.
+  double missingDepth(const SurfacePoint& point, const Eigen::VectorXd& at) const;
+
+ private:
+  Eigen::Vector3d surfaceOf(const SurfacePoint& point, const Eigen::VectorXd& at) const;
+  double extent(const SurfacePoint& point, const Eigen::VectorXd& at) const;
+
+  const FeatureQuestion& question_;
+  std::span<const SurfacePoint> points_;
+  Eigen::MatrixXd span_;
+  double side_{1.0};
+};
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+std::size_t index(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+Vector3d motionOf(const SurfacePoint& point) {
+  return (point.probe_velocity - point.article_velocity).normalized();
+}
+
+// Directions in which the readings determine the centre: all, across the axis, or along the common normal.
+MatrixXd spanOf(const FeatureQuestion& question, std::span<const SurfacePoint> points) {
+  if (question.shape == "plane" || question.shape == "plane-pair") return points.front().normal;
+  if (question.shape != "cylinder") return Eigen::Matrix3d::Identity();
+  MatrixXd across{3, 2};
+  across.col(0) = question.axis.unitOrthogonal();
+  across.col(1) = question.axis.cross(Vector3d{across.col(0)});
+  return across;
+}
+
+FeatureModel::FeatureModel(const FeatureQuestion& question, std::span<const SurfacePoint> points)
+    : question_{question}, points_{points}, span_{spanOf(question, points)} {
+  double outwards = 0.0;
+  if (question.shape == "plane") return;
+  Vector3d mean = Vector3d::Zero();
+  for (const auto& point : points) mean += point.machine / static_cast<double>(points.size());
+  for (const auto& point : points) outwards += (point.machine - mean).dot(point.normal);
+  side_ = outwards < 0.0 ? -1.0 : 1.0;
+}
+
+MatrixXd FeatureModel::carried(const Vector3d& probe_velocity, const Vector3d& article_velocity) const {
+  MatrixXd columns{3, question_.delayCount()};
+  const Vector3d moved = probe_velocity - (question_.own_article ? Vector3d{Vector3d::Zero()} : article_velocity);
+  if (question_.each_axis) {
+    columns.leftCols<3>() = moved.asDiagonal();
+  } else {
+    columns.col(0) = moved;
+  }
+  if (question_.own_article) columns.rightCols<1>() = -article_velocity;
+  return columns;
+}
+
+VectorXd FeatureModel::start() const {
+  VectorXd at = VectorXd::Zero(parameters());
+  MatrixXd rows{static_cast<Index>(points_.size()), dimensions()};
+  for (Index i = 0; i < rows.rows(); ++i) rows.row(i) = (span_.transpose() * points_[index(i)].machine).transpose();
+  at.head(dimensions()) = rows.colwise().mean().transpose();
+  const auto ball = question_.sized() ? algebraicBall(rows) : std::nullopt;
+  if (ball) at.head(dimensions()) = ball->centre;
+  if (question_.sizeFree()) at[dimensions()] = ball ? ball->radius : 1.0;
+  return at;
+}
+
+// Where the tip parts from the surface: at a threshold the stylus is still bent by that much, along the motion.
+Vector3d FeatureModel::surfaceOf(const SurfacePoint& point, const VectorXd& at) const {
+  const Vector3d pressed = question_.threshold_mm.value_or(0.0) * motionOf(point);
+  return point.machine + pressed + carried(point) * at.tail(question_.delayCount());
+}
+
+// Extent of the feature from its centre to the touched point.
+double FeatureModel::extent(const SurfacePoint& point, const VectorXd& at) const {
+  if (question_.shape == "plane") return 0.0;
+  if (question_.shape == "box") return 0.5 * side_ * question_.box_mm.dot(point.normal.cwiseAbs());
+  return question_.size_mm ? 0.5 * *question_.size_mm : at[dimensions()];
+}
+
+Linearised FeatureModel::evaluate(const VectorXd& at, const VectorXd& weights) const {
+  const auto n = static_cast<Index>(points_.size());
+  Linearised model{VectorXd{n}, MatrixXd::Zero(n, parameters())};
+  for (Index i = 0; i < n; ++i) {
+    const SurfacePoint& point = points_[index(i)];
+    const VectorXd arm = span_.transpose() * surfaceOf(point, at) - at.head(dimensions());
+    const VectorXd direction =
+        question_.sized() ? VectorXd{arm.normalized()} : VectorXd{span_.transpose() * point.normal};
+    model.residuals[i] = direction.dot(arm) - extent(point, at);
+    model.jacobian.row(i).head(dimensions()) = -direction.transpose();
+    if (question_.sizeFree()) model.jacobian(i, dimensions()) = -1.0;
+    model.jacobian.row(i).tail(question_.delayCount()) = (span_ * direction).transpose() * carried(point);
+  }
+  model.residuals.array() *= weights.array();
+  model.jacobian = weights.asDiagonal() * model.jacobian;
+  return model;
+}
+
+VectorXd FeatureModel::weightsAt(const VectorXd& at) const {
+  VectorXd weights{static_cast<Index>(points_.size())};
+  for (Index i = 0; i < weights.size(); ++i) {
+    const SurfacePoint& point = points_[index(i)];
+    const double seen = std::pow(motionOf(point).dot(point.normal), 2);
+    const double lever = point.lever_s + at[delaysAt()];
+    const double along = point.of_mean + lever * (2.0 * point.of_both + lever * point.of_slope);
+    weights[i] = 1.0 / std::sqrt(seen * along + (1.0 - seen) * point.across);
+  }
+  return weights;
+}
+
+double FeatureModel::missingDepth(const SurfacePoint& point, const VectorXd& at) const {
+  const VectorXd delays = at.tail(question_.delayCount());
+  const Vector3d rest = point.apex + carried(point.article_velocity, point.article_velocity) * delays;
+  return (surfaceOf(point, at) - rest).dot(motionOf(point)) - point.depth_mm;
+}
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -273,10 +495,10 @@ constexpr MethodKey kFeatureKeys[]{
     {"previous_tau_s", "0", "delay already subtracted from the stamps, with delays common"},
     {"previous_tau_axis_s", "[0,0,0]", "delays already subtracted from the stamps, with delays each-axis"}};
 constexpr KnownQuantity kFeatureKnown[]{{"sd_size_mm", "size_mm"}, {"sd_size_axis_mm", "size_axis_mm"}};
-constexpr MethodResult kFeatureResults[]{{"tau_s", "delay, with delays common"},
-                                         {"tau_axis_s", "delay of each axis, with delays each-axis"},
-                                         {"tau_article_s", "delay of article, with article_has_own_delay"},
-                                         {"size_mm", "effective size; only if size_mm is not given"}};
+constexpr Quantity kFeatureResults[]{quantity::kTau.as("delay, with delays common"),
+                                     quantity::kTauAxis.as("delay of each axis, with delays each-axis"),
+                                     {"tau_article_s", "delay of article, with article_has_own_delay"},
+                                     {"size_mm", "effective size; only if size_mm is not given"}};
 constexpr std::string_view kFeatureUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
                                                   "delays that differ between the axes, where one is assumed for all",
                                                   of_delay::kExactFeature};

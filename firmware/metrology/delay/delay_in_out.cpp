@@ -11,13 +11,17 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/delay/drive_checks.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
 #include "firmware/metrology/scan/contact_ringing.hpp"
 #include "firmware/metrology/scan/non_contact_probe.hpp"
 #include "firmware/metrology/scan/quantised_legs.hpp"
 #include "firmware/metrology/scan/waveform_match.hpp"
+#include "firmware/metrology/touch/despiking.hpp"
+#include "firmware/metrology/touch/free_stylus.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
 #include "firmware/metrology/touch/stamp_jitter.hpp"
+#include "firmware/metrology/touch/stamp_jumps.hpp"
 #include "firmware/metrology/touch/touch.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
 #include "protocol/units/angle.hpp"
@@ -25,6 +29,44 @@
 
 namespace probebox::metrology {
 namespace {
+
+enum class ProbeZero { known, of_record };
+
+constexpr double kSpeedOfDrive = 0.2;  // share that it may differ from the nominal one
+
+// A drive without a rest takes as long from half the deflection to none as from the apex to half of it.
+std::optional<Refusal> notAtZeroBeside(const Touch& touch) {
+  const Stream& probe = touch.probe;
+  const Eigen::VectorXd size = probe.values.rowwise().norm();
+  Eigen::Index deepest = 0;
+  const double highest = size.maxCoeff(&deepest);
+  Eigen::Index half = deepest;
+  while (half + 1 < size.size() && size[half] > 0.5 * highest) ++half;
+  const double apex_s = probe.times[static_cast<std::size_t>(deepest)];
+  const double fall_s = 2.0 * (probe.times[static_cast<std::size_t>(half)] - apex_s);
+  if (!(fall_s > 0.0)) return std::nullopt;
+  return notAtZero(
+      touch, {.at_s = apex_s + fall_s, .fall_s = fall_s, .units_per_mm = highest / (fall_s * touch.plan.speed_mm_s)});
+}
+
+// What is wrong with the record of one drive in and out as a whole: stamps-jump, and where the probe's zero is known
+// probe-not-at-zero.
+std::optional<Refusal> badDrive(const Touch& touch, const StampJitter& jitter, ProbeZero zero) {
+  const Despiked machine = withoutSpikes(touch.machine, jitter.machine_s);
+  const Despiked probe = withoutSpikes(touch.probe, jitter.probe_s);
+  const Touch clean{touch.plan, machine.stream, probe.stream};
+  if (auto bad = stampsJump(clean, jitter.machine_s)) return bad;
+  return zero == ProbeZero::known ? notAtZeroBeside(clean) : std::nullopt;
+}
+
+// Refuses speed-differs, from the nominal speed by more than 20 %: both streams by a clock of another rate show the
+// same motion, and its speed alone tells.
+std::optional<Refusal> speedOfDriveDiffers(const TouchPlan& plan, double speed_mm_s) {
+  if (std::abs(speed_mm_s - plan.speed_mm_s) <= kSpeedOfDrive * plan.speed_mm_s) return std::nullopt;
+  return Refusal{"speed-differs", plan.name + ": the machine drives at " + text(speed_mm_s) + " mm/s where " +
+                                      text(plan.speed_mm_s) +
+                                      " is stated; set the feed override to 100 %, or correct the time stamps"};
+}
 
 constexpr double kMissing = 1.5;      // periods between samples of the contact
 constexpr double kApexShare = 0.05;   // of the depth, that counts as the apex
@@ -405,5 +447,32 @@ Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
   TRY(const auto converted, withDeflections(dataset, "touch", Undeflected::ends));
   return solveDrives(converted, ProbeZero::of_record);
 }
+
+namespace {
+
+constexpr MethodTable kInOutTables[]{
+    of_delay::kMachine,
+    of_delay::kProbe,
+    {"probe", of_delay::kTouchDistanceColumns, "instead, with probe_kind distance: distance from the surface"},
+    of_delay::kTouches};
+constexpr MethodKey kInOutKeys[]{of_delay::kPreviousTau, of_delay::kFeature, of_delay::kProbeKind, kProbeAForTheRecord,
+                                 kProbeBForTheRecord};
+constexpr Quantity kInOutResults[]{quantity::kTau};
+constexpr std::string_view kInOutUnobservable[]{
+    of_delay::kApart, of_delay::kAfterStamps,
+    "the delay of an axis across the direction of motion, and the position of the surface"};
+
+}  // namespace
+
+const Method kDelayInOut{.name = "delay-in-out",
+                         .title = "System delay from one drive in and out",
+                         .equations = "(A1), (A17)-(A19)",
+                         .source = source::kDelay,
+                         .solver = solveDelayInOut,
+                         .tables = kInOutTables,
+                         .keys = kInOutKeys,
+                         .results = kInOutResults,
+                         .unobservable = kInOutUnobservable,
+                         .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

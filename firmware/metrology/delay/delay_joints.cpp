@@ -74,9 +74,8 @@ constexpr MethodKey kJointsKeys[]{
     {"previous_tau_s", "0", "delay already subtracted from the stamps, with delays common; tau_s includes it"},
     {"previous_tau_joint_s", "zeros",
      "delays already subtracted from the stamps, with delays each-joint; tau_joint_s includes them"}};
-constexpr MethodResult kJointsResults[]{{"tau_s", "delay of all joints, with delays common"},
-                                        {"tau_joint_s", "delay of each joint, with delays each-joint"},
-                                        {"centre_mm", "centre of the sphere in the frame of the machine's base"}};
+constexpr Quantity kJointsResults[]{quantity::kTau.as("delay of all joints, with delays common"), quantity::kTauJoint,
+                                    quantity::kCentre.as("centre of the sphere in the frame of the machine's base")};
 constexpr std::string_view kJointsUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps,
     "lengths and axes of the chain and the zeros of its joints: the stated ones are assumed exact",

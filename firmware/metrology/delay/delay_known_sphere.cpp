@@ -27,8 +27,7 @@ constexpr MethodKey kKnownSphereKeys[]{{"effective_diameter_mm", kNeeded, "of sp
                                        kProbeA,
                                        key::kASense,
                                        kProbeB};
-constexpr MethodResult kKnownSphereResults[]{
-    of_delay::kTau, of_delay::kCentre, {"gain_matrix", "gain of the probe (A3), where the touches span space"}};
+constexpr Quantity kKnownSphereResults[]{quantity::kTau, quantity::kCentre, quantity::kGainMatrix};
 
 }  // namespace
 

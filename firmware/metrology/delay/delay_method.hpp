@@ -53,9 +53,4 @@ inline constexpr KnownQuantity kDiameterKnown[]{
     {"sd_effective_diameter_mm", "effective_diameter_mm"},
     {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value}};
 
-inline constexpr MethodResult kTau{"tau_s", "delay of the machine's stamps less that of the probe's"};
-inline constexpr MethodResult kTauAxis{"tau_axis_s",
-                                       "delay of the stamps of each axis less that of the probe's, x y z"};
-inline constexpr MethodResult kCentre{"centre_mm", "centre of the sphere"};
-
 }  // namespace probebox::metrology::of_delay

@@ -81,10 +81,12 @@ constexpr MethodKey kMultiSpeedKeys[]{
     kProbeA,
     key::kASense,
     kProbeB};
-constexpr MethodResult kMultiSpeedResults[]{
-    of_delay::kTau,
-    {"effective_diameter_mm", "diameter of sphere plus stylus ball, free of the delay"},
-    {"static_error_mm", "the measured effective diameter minus the certified one; only if that is given"}};
+constexpr Quantity kMultiSpeedResults[]{
+    quantity::kTau,
+    quantity::kEffectiveDiameter,
+    {.key = "static_error_mm",
+     .about = "the measured effective diameter minus the certified one; only if that is given",
+     .kind = QuantityKind::error}};
 constexpr std::string_view kMultiSpeedUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps, of_delay::kOneForAll,
     "the causes of the static error separately: size of the ball, threshold of the probe and form are one number"};

@@ -33,7 +33,7 @@ namespace {
 
 constexpr MethodKey kNonNormalKeys[]{
     of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTau, kProbeA, key::kASense, kProbeB};
-constexpr MethodResult kNonNormalResults[]{of_delay::kTau, of_delay::kCentre};
+constexpr Quantity kNonNormalResults[]{quantity::kTau, quantity::kCentre};
 
 }  // namespace
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr MethodKey kPerAxisKeys[]{
     of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTauAxis, kProbeA, key::kASense, kProbeB};
-constexpr MethodResult kPerAxisResults[]{of_delay::kTauAxis, of_delay::kCentre};
+constexpr Quantity kPerAxisResults[]{quantity::kTauAxis, quantity::kCentre};
 
 }  // namespace
 

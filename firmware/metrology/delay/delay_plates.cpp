@@ -69,7 +69,7 @@ constexpr MethodKey kPlatesKeys[]{
     kProbeB};
 constexpr KnownQuantity kPlatesKnown[]{{"sd_gap_mm", "gap_mm"},
                                        {"sd_stylus_ball_diameter_mm", "stylus_ball_diameter_mm"}};
-constexpr MethodResult kPlatesResults[]{of_delay::kTau};
+constexpr Quantity kPlatesResults[]{quantity::kTau};
 constexpr std::string_view kPlatesUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
                                                  "the delay of an axis across the normal of the faces"};
 

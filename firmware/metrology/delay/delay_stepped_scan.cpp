@@ -3,7 +3,6 @@
 #include <array>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/configured_gain.hpp"
 #include "firmware/metrology/delay/delay_method.hpp"
 #include "firmware/metrology/scan/contour_match.hpp"
 
@@ -31,7 +30,7 @@ constexpr MethodKey kSteppedScanKeys[]{{"centre_mm", kNeeded, "centre of the sph
                                        {"r2_mm", "", "the other commanded radius; for the record"},
                                        {"arcs_rad", "", "lengths of the arcs between steps; for the record"},
                                        {"centre_is_approximate", "", "for the record: the centre is always fitted"}};
-constexpr MethodResult kSteppedScanResults[]{of_delay::kTau};
+constexpr Quantity kSteppedScanResults[]{quantity::kTau};
 constexpr std::string_view kSteppedScanUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps,
     "delays that differ between the axes, and the radius: both are nuisance parameters of each scan"};

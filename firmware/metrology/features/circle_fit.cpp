@@ -118,10 +118,9 @@ namespace {
 constexpr MethodTable kCircleFitTables[]{{"points", kCircleFitColumns, "a stylus-ball centre at contact"}};
 constexpr MethodKey kCircleFitKeys[]{key::kFeatureAxis, key::kSigma,          key::kStylusRadius,
                                      key::kLeastRadius, key::kGreatestRadius, key::kRobust};
-constexpr MethodResult kCircleFitResults[]{
-    {"centre_xy_mm", "centre across Z; centre_yz_mm or centre_xz_mm across X or Y"},
-    {"effective_radius_mm", "of the path of stylus-ball centres"},
-    {"radius_mm", "the feature's own, with stylus_ball_radius_mm"}};
+constexpr Quantity kCircleFitResults[]{{"centre_xy_mm", "centre across Z; centre_yz_mm or centre_xz_mm across X or Y"},
+                                       {"effective_radius_mm", "of the path of stylus-ball centres"},
+                                       quantity::kRadius.as("the feature's own, with stylus_ball_radius_mm")};
 constexpr std::string_view kBossUnobservable[]{"form of the boss separately from the noise of the readings"};
 constexpr std::string_view kBoreUnobservable[]{"form of the bore separately from the noise of the readings"};
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "firmware/metrology/dataset/configured_direction.hpp"
+#include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/machine_plane.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
@@ -300,9 +300,9 @@ namespace {
 constexpr MethodTable kWidthTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with face 1 or 2"}};
 constexpr MethodKey kWidthKeys[]{
     {"width_direction", kNeeded, "unit vector across the faces"}, key::kSigma, key::kStylusRadius};
-constexpr MethodResult kWidthResults[]{{"middle_mm", "along width_direction"},
-                                       {"effective_width_mm", "between stylus-ball centres"},
-                                       {"width_mm", "the feature's own, with stylus_ball_radius_mm"}};
+constexpr Quantity kWidthResults[]{{"middle_mm", "along width_direction"},
+                                   {"effective_width_mm", "between stylus-ball centres"},
+                                   {"width_mm", "the feature's own, with stylus_ball_radius_mm"}};
 constexpr std::string_view kWidthUnobservable[]{
     "anything across the stated width_direction, and how far the faces are from parallel"};
 constexpr MethodTable kCornerTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with that face"},
@@ -311,9 +311,10 @@ constexpr MethodKey kCornerKeys[]{
     {"stylus_ball_radius_mm", kNeeded, "radius of the stylus ball: each face is moved inwards by it"},
     key::kSigma,
     key::kFeatureAxis};
-constexpr MethodResult kCornerResults[]{
+constexpr Quantity kCornerResults[]{
     {"corner_xy_mm", "corner of two faces across Z; corner_yz_mm or corner_xz_mm across X or Y"},
     {"corner_mm", "corner of three faces"}};
+constexpr Quantity kCornerFurther[]{{.key = "square_error_rad", .kind = QuantityKind::error}};
 constexpr std::string_view kCornerUnobservable[]{"form of the faces separately from the noise of the readings"};
 
 }  // namespace
@@ -349,6 +350,7 @@ const Method kCornerFit{.name = "corner-fit",
                         .keys = kCornerKeys,
                         .known = kStylusRadiusKnown,
                         .results = kCornerResults,
+                        .further = kCornerFurther,
                         .unobservable = kCornerUnobservable};
 
 }  // namespace probebox::metrology

@@ -6,10 +6,10 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/fit/chi_square.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/fit/points.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
-#include "firmware/metrology/fit/student.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -127,8 +127,7 @@ constexpr MethodKey kSphereFitKeys[]{
     {"approximate_centre_mm", "", "shows on which side the sphere lies if all points are in one plane"},
     key::kRobust};
 constexpr KnownQuantity kKnown[]{{"sd_radius_mm", "radius_mm"}};
-constexpr MethodResult kSphereFitResults[]{{"centre_mm", "centre of the sphere"},
-                                           {"radius_mm", "effective radius, unless it is known"}};
+constexpr Quantity kSphereFitResults[]{quantity::kCentre, quantity::kRadius.as("effective radius, unless it is known")};
 constexpr std::string_view kUnobservable[]{"radius of the sphere and of the stylus ball separately: only their sum",
                                            "form of the sphere separately from the noise of the readings"};
 

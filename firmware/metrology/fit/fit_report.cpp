@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "firmware/metrology/fit/chi_square.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
-#include "firmware/metrology/fit/student.hpp"
 
 namespace probebox::metrology {
 namespace {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <optional>
 
+#include "firmware/metrology/fit/chi_square.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
-#include "firmware/metrology/fit/student.hpp"
 
 namespace probebox::metrology {
 

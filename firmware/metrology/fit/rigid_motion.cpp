@@ -1,6 +1,7 @@
 #include "firmware/metrology/fit/rigid_motion.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <string>
 
 #include "firmware/metrology/fit/decompositions.hpp"
@@ -46,6 +47,16 @@ Eigen::Matrix<double, 3, 6> smallMotionRows(const Eigen::Vector3d& lever) {
   rows << Eigen::Matrix3d::Identity(),
       Eigen::Matrix3d{{0.0, lever.z(), -lever.y()}, {-lever.z(), 0.0, lever.x()}, {lever.y(), -lever.x(), 0.0}};
   return rows;
+}
+
+Eigen::Matrix2d turn(double angle_rad) {
+  const double c = std::cos(angle_rad);
+  const double s = std::sin(angle_rad);
+  return Eigen::Matrix2d{{c, -s}, {s, c}};
+}
+
+double inflation(double cofactor, std::size_t count) {
+  return cofactor * static_cast<double>(count);
 }
 
 }  // namespace probebox::metrology

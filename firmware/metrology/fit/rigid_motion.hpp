@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cstddef>
 
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
@@ -23,5 +24,12 @@ Eigen::Vector3d rotationVector(const Eigen::Matrix3d& rotation);
 
 // Rows of (E5) for a point at `lever` from the reference: displacement = rows * (translation, rotation).
 Eigen::Matrix<double, 3, 6> smallMotionRows(const Eigen::Vector3d& lever);
+
+// R2(a): rotation of the plane by a, right-handed.
+Eigen::Matrix2d turn(double angle_rad);
+
+// Variance ratio of a parameter to the mean of `count` readings due to their angles, from its cofactor with unit sigma:
+// 1/(1 - |w|^2) of (B7).
+double inflation(double cofactor, std::size_t count);
 
 }  // namespace probebox::metrology

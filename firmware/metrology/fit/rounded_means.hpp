@@ -39,4 +39,8 @@ Eigen::Vector3d scatterAlong(const Fit& fit, const Eigen::MatrixX3d& along, cons
 // slopes: one row per promised value, in the order of the estimates, one column per input. sds: of the inputs.
 void widen(Result& result, const Eigen::MatrixXd& slopes, const Eigen::VectorXd& sds, double widening = 1.0);
 
+// sd of the mean of rounded readings: noise below the resolution does not average its steps out. sd_reading: scatter of
+// the readings; step: their resolution, in the same unit.
+double roundingSd(double sd_reading, double step);
+
 }  // namespace probebox::metrology

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/configured_direction.hpp"
 #include "firmware/metrology/fit/angular_span.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "protocol/units/angle.hpp"

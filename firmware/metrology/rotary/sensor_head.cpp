@@ -191,9 +191,10 @@ constexpr MethodKey kSensorHeadKeys[]{
     {"tool_vector_mm", "[0,0,0]", "from the machine's position to the head's reference"},
     {"reference_mm", "", "the machine's position at the reference, u = 0; gives centred_mm"},
     {"tool", "", "number of the sensor head as a tool; needed by the box"}};
-constexpr MethodResult kSensorHeadResults[]{{"sensor_matrix", "units of the sensors per mm, one row per sensor"},
-                                            {"sensor_zero", "reading of each sensor at the reference"},
-                                            {"ball_mm", "centre of the ball, a row a reading"}};
+constexpr Quantity kSensorHeadResults[]{
+    quantity::kSensorMatrix,
+    quantity::kSensorZero,
+    {.key = "ball_mm", .about = "centre of the ball, a row a reading", .compared = Compared::never}};
 constexpr std::string_view kSensorHeadUnobservable[]{
     "the position of the ball separately from that of the head's reference: only moves relative to it"};
 

@@ -33,6 +33,24 @@ struct SensorHead {
 // Warns of a ball beyond 1.5 times the largest move.
 Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset);
 
+namespace quantity {
+
+inline std::string sensorPart(std::size_t component) {
+  return component < 9 ? "sensor " + std::to_string(component / 3 + 1) + " per " + axisName(component % 3)
+                       : std::string{};
+}
+
+inline constexpr std::string_view kSensorRows[]{"sensor 1", "sensor 2", "sensor 3"};
+inline constexpr QuantityColumn kSensorColumns[]{{"X", ""}, {"Y", ""}, {"Z", ""}};
+inline constexpr Quantity kSensorMatrix{.key = "sensor_matrix",
+                                        .about = "units of the sensors per mm, one row per sensor",
+                                        .part_name = sensorPart,
+                                        .rows = kSensorRows,
+                                        .columns = kSensorColumns};
+inline constexpr Quantity kSensorZero{.key = "sensor_zero", .about = "reading of each sensor at the reference"};
+
+}  // namespace quantity
+
 extern const Method kSensorHeadCalibration;
 
 }  // namespace probebox::metrology

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/configured_gain.hpp"
 #include "firmware/metrology/dataset/frozen_samples.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/scan/scan_points.hpp"

@@ -4,10 +4,9 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/configured_direction.hpp"
-#include "firmware/metrology/scan/shape.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -71,6 +70,19 @@ Outcome<FeatureDistance, Refusal> featureDistance(const Dataset& dataset) {
         "config key 'size_axis_mm': the sizes of the box along x, y and z must be positive, in mm: correct them"};
   }
   return feature;
+}
+
+namespace {
+
+constexpr std::array<std::string_view, 5> kShapes{"box", "cylinder", "plane", "plane-pair", "sphere"};
+
+}  // namespace
+
+Outcome<std::string, Refusal> requiredShape(const Dataset& dataset) {
+  TRY(const auto shape, configWord(dataset, "shape", kShapes));
+  if (!shape)
+    return Refusal{"missing-key", "config.json has no key 'shape': sphere, cylinder, plane-pair, box or plane"};
+  return *shape;
 }
 
 }  // namespace probebox::metrology

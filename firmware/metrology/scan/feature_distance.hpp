@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <string>
 #include <string_view>
 
 #include "firmware/metrology/dataset/dataset.hpp"
@@ -31,5 +32,8 @@ struct FeatureDistance {
 // cylinder, outward normal of a plane, normal of a pair; size_axis_mm of a box; feature (external, internal). Refuses:
 // missing-key, bad-config.
 Outcome<FeatureDistance, Refusal> featureDistance(const Dataset& dataset);
+
+// Config key `shape`: sphere, cylinder, plane-pair, box or plane. Refuses: missing-key, bad-config.
+Outcome<std::string, Refusal> requiredShape(const Dataset& dataset);
 
 }  // namespace probebox::metrology

@@ -4,19 +4,96 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "firmware/metrology/dataset/digits.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/fit/robust_statistics.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/gain_check.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
 #include "firmware/metrology/screw/sensor_noise.hpp"
-#include "firmware/metrology/screw/sensor_spikes.hpp"
 #include "protocol/units/angle.hpp"
+#include "protocol/units/outcome.hpp"
 
 namespace probebox::metrology {
 namespace {
+
+// A linear fit without its spikes, the rows in fit.dropped.
+struct SpikeFreeFit {
+  Fit fit;
+  bool too_many{};  // more than single samples are: all rows are in use
+};
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kDeviations = 4.5;  // as in scans
+constexpr double kDigits = 2.0;
+constexpr double kMostShare = 0.02;  // of the rows
+constexpr int kMostRounds = 10;
+
+double finestDigit(const VectorXd& values) {
+  double digit = 1.0;
+  for (const double value : values) digit = std::min(digit, digitOf(value));
+  return digit;
+}
+
+// Largest residual of every group beyond the limit, of those in use. Rows, in no order.
+std::vector<std::size_t> worstRows(const VectorXd& residuals, const std::vector<bool>& in_use,
+                                   const std::vector<std::size_t>& group, double digit) {
+  std::vector<double> sizes;
+  for (std::size_t row = 0; row < in_use.size(); ++row)
+    if (in_use[row]) sizes.push_back(std::abs(residuals[static_cast<Index>(row)]));
+  const double limit = std::max(kDeviations * 1.4826 * median(sizes), kDigits * digit);
+  std::map<std::size_t, std::pair<double, std::size_t>> worst;
+  for (std::size_t row = 0; row < in_use.size(); ++row) {
+    const double size = std::abs(residuals[static_cast<Index>(row)]);
+    if (!in_use[row] || size <= limit) continue;
+    auto& of_group = worst[group[row]];
+    of_group = std::max(of_group, {size, row});
+  }
+  std::vector<std::size_t> rows;
+  for (const auto& [_, found] : worst) rows.push_back(found.second);
+  return rows;
+}
+
+// Residuals are those of all rows.
+Outcome<Fit, Refusal> fitOf(const Eigen::MatrixXd& design, const VectorXd& values, const std::vector<bool>& in_use) {
+  std::vector<std::size_t> kept, dropped;
+  for (std::size_t row = 0; row < in_use.size(); ++row) (in_use[row] ? kept : dropped).push_back(row);
+  TRY(auto fit, linearLeastSquares(design(kept, Eigen::all), values(kept)));
+  fit.residuals = design * fit.parameters - values;
+  fit.dropped = std::move(dropped);
+  return fit;
+}
+
+// Fits as linearLeastSquares does and drops rows that are more than 4.5 deviations (and two digits of the values) off,
+// of every group the worst at a time: a spike pulls the others of its group. group: of each row.
+Outcome<SpikeFreeFit, Refusal> fitWithoutSpikes(const Eigen::MatrixXd& design, const VectorXd& values,
+                                                const std::vector<std::size_t>& group) {
+  TRY(const auto all, linearLeastSquares(design, values));
+  Fit fit = all;
+  const double digit = finestDigit(values);
+  std::vector<bool> in_use(group.size(), true);
+  for (int round = 0;; ++round) {
+    const auto worst = worstRows(fit.residuals, in_use, group, digit);
+    if (worst.empty()) return SpikeFreeFit{std::move(fit), false};
+    const auto dropped = static_cast<double>(fit.dropped.size() + worst.size());
+    if (round == kMostRounds || dropped > std::max(1.0, kMostShare * static_cast<double>(group.size())))
+      return SpikeFreeFit{all, true};
+    for (const auto row : worst) in_use[row] = false;
+    auto again = fitOf(design, values, in_use);
+    if (!again) return SpikeFreeFit{all, true};
+    fit = std::move(again).value();
+  }
+}
 
 constexpr std::array<std::string_view, 3> kGainColumns{"x_mm", "ext_um", "error_um"};
 constexpr std::array<std::string_view, 3> kFaceColumns{"t_s", "phi_rad", "sensor_um"};
@@ -305,9 +382,7 @@ constexpr MethodKey kCalibrationKeys[]{
     {"axis", "", "axis of the screw, X, Y or Z; needed by the box"},
     {kStandingGain, "", "gain K that is kept, instead of table gain_cal: only the face table is measured"}};
 constexpr KnownQuantity kCalibrationKnown[]{kScrewLengthKnown, kScrewOffsetKnown};
-constexpr MethodResult kCalibrationResults[]{{"K", "gain (D2), unless it is stated"},
-                                             {"sector_table_um", "face table (D3), sum 0"},
-                                             {"drift_um_s", "drift of the sensor during sector_cal"}};
+constexpr Quantity kCalibrationResults[]{quantity::kScrewGain, quantity::kSectorTable, quantity::kSensorDrift};
 constexpr std::string_view kCalibrationUnobservable[]{
     kEvenHeat, "the mean height of the face separately from the zero of the sensor: the table sums to 0"};
 

@@ -18,6 +18,20 @@ namespace probebox::metrology {
 // linearLeastSquares refuses.
 Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset);
 
+namespace quantity {
+
+inline std::string sectorPart(std::size_t component) {
+  return "sector " + std::to_string(component);
+}
+
+inline constexpr Quantity kScrewGain{.key = result_key::kScrewGain, .about = "gain (D2), unless it is stated"};
+inline constexpr Quantity kSectorTable{
+    .key = "sector_table_um", .about = "face table (D3), sum 0", .part_name = sectorPart};
+inline constexpr Quantity kSensorDrift{
+    .key = "drift_um_s", .about = "drift of the sensor during sector_cal", .compared = Compared::never};
+
+}  // namespace quantity
+
 extern const Method kScrewCalibration;
 
 }  // namespace probebox::metrology

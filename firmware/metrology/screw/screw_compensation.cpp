@@ -95,7 +95,7 @@ constexpr KnownQuantity kCompensationKnown[]{kScrewLengthKnown,
                                              kScrewOffsetKnown,
                                              {"sd_K", "K", KnownKind::value},
                                              {"sd_reference_um", "reference_um", KnownKind::value}};
-constexpr MethodResult kCompensationResults[]{{"comp_um", "correction to add to the position, one per row of cycle"}};
+constexpr Quantity kCompensationResults[]{quantity::kScrewCorrections};
 constexpr std::string_view kCompensationUnobservable[]{kEvenHeat};
 
 }  // namespace

@@ -15,6 +15,13 @@ namespace probebox::metrology {
 // speed limit).
 Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset);
 
+namespace quantity {
+
+inline constexpr Quantity kScrewCorrections{.key = "comp_um",
+                                            .about = "correction to add to the position, one per row of cycle"};
+
+}  // namespace quantity
+
 extern const Method kScrewCompensation;
 
 }  // namespace probebox::metrology

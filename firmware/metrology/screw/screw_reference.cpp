@@ -9,8 +9,9 @@
 
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
-#include "firmware/metrology/fit/rounding.hpp"
+#include "firmware/metrology/fit/rounded_means.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
+#include "firmware/metrology/screw/screw_calibration.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
 #include "firmware/metrology/screw/sensor_noise.hpp"
 #include "protocol/units/angle.hpp"
@@ -194,8 +195,8 @@ constexpr MethodKey kReferenceKeys[]{
     {"resolution_um", "", "of a reading; without it the smallest difference between two"},
     {"axis", "", "axis of the screw, X, Y or Z; needed by the box"},
     {"screw_result", "", "number of the face table's result; for the record", "screw-"}};
-constexpr MethodResult kReferenceResults[]{{"reference_um", "reading that means no extension (D1a)"},
-                                           {"drift_um_s", "drift of the sensor during at_rest"}};
+constexpr Quantity kReferenceResults[]{quantity::kColdReading,
+                                       quantity::kSensorDrift.as("drift of the sensor during at_rest")};
 constexpr std::string_view kReferenceUnobservable[]{
     "whether the screw is at the temperature at which the machine is right: a screw that is evenly warm is as steady",
     "a drift of the sensor itself, which looks like an extension"};

@@ -15,6 +15,13 @@ namespace probebox::metrology {
 // bad-sectors, missing-key, and what linearLeastSquares refuses.
 Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset);
 
+namespace quantity {
+
+inline constexpr Quantity kColdReading{.key = result_key::kColdReading,
+                                       .about = "reading that means no extension (D1a)"};
+
+}  // namespace quantity
+
 extern const Method kScrewReference;
 
 }  // namespace probebox::metrology

@@ -9,10 +9,9 @@
 #include <optional>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/configured_gain.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
-#include "firmware/metrology/fit/rounding.hpp"
+#include "firmware/metrology/fit/rounded_means.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -281,7 +280,7 @@ constexpr MethodTable kTables[]{{"machine", kMachineColumns, "position of the mo
                                 {"steps", kSelftestColumns, "a step: travel of its jog, 0 of a push"}};
 constexpr MethodKey kKeys[]{
     {"gain", kNeeded, "3 x 3, the probe's matrix as it is described (A3)"}, kProbeAtZero, kProbeB};
-constexpr MethodResult kResults[]{{"moved_mm", "one row per step, x y z"}, {"deflected_mm", "one row per step, x y z"}};
+constexpr Quantity kResults[]{{"moved_mm", "one row per step, x y z"}, {"deflected_mm", "one row per step, x y z"}};
 constexpr std::string_view kUnobservable[]{
     "errors below its limits, 2 % of a travel and 30 degrees of a push: calibrations find these"};
 

@@ -3,20 +3,87 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/machine_plane.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
-#include "firmware/metrology/fit/plane_turn.hpp"
-#include "firmware/metrology/tilt/skew_check.hpp"
+#include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
 #include "protocol/units/angle.hpp"
+#include "protocol/units/outcome.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
+
+constexpr double kGross_mm = 0.1;
+constexpr double kDeviations = 5.0;
+
+constexpr double kUsualLean_rad = 0.002;  // chosen: several times what a poor machine has
+constexpr double kUsualNoise_mm = 0.01;   // chosen, where no sigma is stated
+
+// How far a reading is off what the first one of its point says, along the axis.
+struct Change {
+  double mm{};
+  double sd_mm{};
+};
+
+Change changeOf(const TiltReading& reading, const TiltReading& first, const Fit& fit, const Sigma& sigma) {
+  const Eigen::Vector2d moved = reading.at - first.at;
+  const Eigen::Vector2d skew = fit.parameters.tail<2>();
+  const double mm = reading.along - first.along + skew.dot(moved);
+  if (!sigma.stated) return {mm, std::numeric_limits<double>::infinity()};
+  const Eigen::Matrix2d covariance = fit.cofactor.bottomRightCorner<2, 2>();
+  return {mm, std::sqrt(2.0 * sigma.value * sigma.value * (1.0 + skew.squaredNorm()) + moved.dot(covariance * moved))};
+}
+
+// Two tilts fit any lean exactly: one tilt that is wrong by degrees is a lean that no axis has.
+Outcome<std::optional<std::string>, Refusal> checkLean(const Fit& fit, const Sigma& sigma) {
+  const double lean_rad = fit.parameters.tail<2>().norm();
+  const std::string leans = "the readings say that the axis leans by " + text(lean_rad) + " rad off its machine axis";
+  if (lean_rad > quantity::kMostLean_rad)
+    return Refusal{"implausible", leans + ", more than 0.1: check the tilt of each row, and measure at a third tilt"};
+  const double noise = std::sqrt(fit.cofactor.diagonal().tail<2>().sum()) * (sigma.stated ? 1.0 : kUsualNoise_mm);
+  if (lean_rad <= kUsualLean_rad + kDeviations * noise) return std::optional<std::string>{};
+  return std::optional{leans + ", more than 0.002: one of the tilts may be wrong; check them, or read at a third tilt"};
+}
+
+// Checks the skew of a fit in the plane, its last two parameters, against the coordinates along the axis, which that
+// fit does not use. For a point that turns about the axis u = (skew, 1), u . p is the same at every tilt; a bad one of
+// two readings at different places along the axis looks like a skew, but changes u . p. A change beyond 5 sd gives a
+// warning; if it also exceeds 0.1 mm (without sigma_mm: that alone), it refuses: readings-contradict.
+// A lean beyond 2 mrad (and its noise) gives a warning, one beyond 0.1 rad is refused: implausible.
+Outcome<std::optional<std::string>, Refusal> checkSkew(const std::vector<TiltReading>& readings, const Fit& fit,
+                                                       const Sigma& sigma) {
+  std::map<std::size_t, const TiltReading*> first;
+  std::optional<std::string> warning;
+  for (const auto& reading : readings) {
+    const auto [seen, is_new] = first.emplace(reading.point, &reading);
+    if (is_new) continue;
+    const auto change = changeOf(reading, *seen->second, fit, sigma);
+    const bool beyond = std::abs(change.mm) > kDeviations * change.sd_mm;
+    if (std::abs(change.mm) > kGross_mm && (beyond || !sigma.stated)) {
+      return Refusal{
+          "readings-contradict",
+          "the reading at a tilt of " + text(reading.tilt_deg) + " degrees is " + text(change.mm) +
+              " mm from where the other readings put it along the axis, skew included: one of the readings is wrong; "
+              "measure again, with a third tilt"};
+    }
+    if (beyond && !warning)
+      warning = "the readings along the axis contradict its skew by " + text(change.mm) +
+                " mm: one of them may be wrong; read at a third tilt to find it";
+  }
+  TRY(const auto lean, checkLean(fit, sigma));
+  return warning ? warning : lean;
+}
 
 using Eigen::Vector2d;
 
@@ -144,10 +211,10 @@ Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodResult kPivotTableResults[]{
-    {"pivot_yz_mm", "the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z"}};
-constexpr MethodResult kPivotHeadResults[]{
-    {"pivot_xz_mm", "a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z"}};
+constexpr Quantity kPivotTableResults[]{
+    quantity::kPivotYz.as("the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z")};
+constexpr Quantity kPivotHeadResults[]{
+    quantity::kPivotXz.as("a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z")};
 
 }  // namespace
 
@@ -159,6 +226,7 @@ const Method kTablePivot{.name = "table-pivot",
                          .tables = kTableTiltTables,
                          .keys = kTableTiltKeys,
                          .results = kPivotTableResults,
+                         .further = quantity::kPivots,
                          .unobservable = kTableTiltUnobservable};
 
 const Method kHeadPivot{.name = "head-pivot",
@@ -170,6 +238,7 @@ const Method kHeadPivot{.name = "head-pivot",
                         .keys = kHeadTiltKeys,
                         .known = kBallKnown,
                         .results = kPivotHeadResults,
+                        .further = quantity::kPivots,
                         .unobservable = kHeadTiltUnobservable};
 
 }  // namespace probebox::metrology

@@ -23,6 +23,19 @@ Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset);
 // Refuses as above.
 Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset);
 
+namespace quantity {
+
+// Of what is read while an axis tilts: a ball 200 mm from the pivot moves by 11 mm in inches.
+inline constexpr UsualSize kUsualWay{.least_mm = 12, .most_mm = 20000, .of_readings = true};
+inline constexpr Quantity kPivotXz{.key = result_key::kPivotXz, .axes = "XZ", .name = "pivot", .usual = kUsualWay};
+inline constexpr Quantity kPivotYz{.key = result_key::kPivotYz, .axes = "YZ", .name = "pivot", .usual = kUsualWay};
+inline constexpr Quantity kPivotXy{.key = result_key::kPivotXy, .usual = kUsualWay};
+// Where the pivot is along the axis itself.
+inline constexpr Quantity kAlong{.key = result_key::kAlong};
+inline constexpr Quantity kPivots[]{kPivotXz, kPivotYz, kPivotXy, kAlong};
+
+}  // namespace quantity
+
 extern const Method kTablePivot;
 extern const Method kHeadPivot;
 

@@ -10,6 +10,7 @@
 
 #include "firmware/metrology/dataset/machine_plane.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/tilt/pivot.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
 #include "protocol/units/angle.hpp"
 
@@ -161,12 +162,17 @@ Outcome<Result, Refusal> solveHeadPivot3d(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodResult kPivotAxisTableResults[]{
-    {"pivot_yz_mm", "the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z"},
-    {"lean_yz_rad", "angle by which the axis leans in that plane; likewise lean_xz_rad, lean_xy_rad"}};
-constexpr MethodResult kPivotAxisHeadResults[]{
-    {"pivot_xz_mm", "a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z"},
-    {"lean_xz_rad", "angle by which the axis leans in that plane; likewise lean_yz_rad, lean_xy_rad"}};
+constexpr Quantity kLeanXz{.key = result_key::kLeanXz, .kind = QuantityKind::lean, .most = quantity::kMostLean_rad};
+constexpr Quantity kLeanYz{.key = result_key::kLeanYz, .kind = QuantityKind::lean, .most = quantity::kMostLean_rad};
+constexpr Quantity kLeanXy{.key = result_key::kLeanXy, .kind = QuantityKind::lean, .most = quantity::kMostLean_rad};
+constexpr Quantity kPivotAxisFurther[]{
+    quantity::kPivotXz, quantity::kPivotYz, quantity::kPivotXy, quantity::kAlong, kLeanXz, kLeanYz, kLeanXy};
+constexpr Quantity kPivotAxisTableResults[]{
+    quantity::kPivotYz.as("the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z"),
+    kLeanYz.as("angle by which the axis leans in that plane; likewise lean_xz_rad, lean_xy_rad")};
+constexpr Quantity kPivotAxisHeadResults[]{
+    quantity::kPivotXz.as("a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z"),
+    kLeanXz.as("angle by which the axis leans in that plane; likewise lean_yz_rad, lean_xy_rad")};
 
 }  // namespace
 
@@ -178,6 +184,7 @@ const Method kTablePivot3d{.name = "table-pivot-3d",
                            .tables = kTableTiltTables,
                            .keys = kTableTiltKeys,
                            .results = kPivotAxisTableResults,
+                           .further = kPivotAxisFurther,
                            .unobservable = kTableTiltUnobservable,
                            .subject = {.name = "table-pivot"}};
 
@@ -190,6 +197,7 @@ const Method kHeadPivot3d{.name = "head-pivot-3d",
                           .keys = kHeadTiltKeys,
                           .known = kBallKnown,
                           .results = kPivotAxisHeadResults,
+                          .further = kPivotAxisFurther,
                           .unobservable = kHeadTiltUnobservable,
                           .subject = {.name = "head-pivot"}};
 

@@ -310,7 +310,12 @@ constexpr MethodKey kMethodKeys[]{
     key::kPreTravelResults[2],
     key::kPreTravelResults[3],
     key::kTauForTheRecord};
-constexpr MethodResult kResults[]{{"error_at_queries_mm", "error at the tip, a row a query, x y z"}};
+constexpr Quantity kResults[]{quantity::kErrorAtQueries};
+constexpr Quantity kFurther[]{quantity::kQueryB,
+                              quantity::kQueryLength,
+                              quantity::kSwivelTerms,
+                              quantity::kLeftByAngle,
+                              {.key = "tool_direction_rad", .kind = QuantityKind::lean}};
 constexpr std::string_view kUnobservable[]{
     "any error at B = 0: all results are relative to B = 0",
     "errors between the measured angles that the model does not contain",
@@ -334,6 +339,7 @@ const Method kSwivelError{.name = "swivel-error",
                           .known = kLengthsOfSwivel,
                           .moved_by = movedByLength,
                           .results = kResults,
+                          .further = kFurther,
                           .unobservable = kUnobservable,
                           .subject = {.name = {}, .of = swivelSubject}};
 

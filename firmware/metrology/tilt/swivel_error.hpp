@@ -29,6 +29,48 @@ namespace probebox::metrology {
 // linearLeastSquares refuses, and with a shank what readSwivelReadings refuses.
 Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset);
 
+namespace quantity {
+
+inline constexpr std::string_view kTermNames[]{"sin B", "L sin B", "1 - cos B", "L (1 - cos B)"};
+
+inline std::string queryPart(std::size_t component) {
+  return "error " + axisName(component % 3) + " at query " + std::to_string(component / 3 + 1);
+}
+inline std::string termPart(std::size_t component) {
+  return component < 12 ? axisName(component / 4) + ", factor of " + std::string{kTermNames[component % 4]}
+                        : std::string{};
+}
+inline std::string leftPart(std::size_t component) {
+  const std::string stop = "stop " + std::to_string(component / 4 + 1);
+  return component % 4 == 0 ? "B of " + stop : "left " + axisName(component % 4 - 1) + " at " + stop;
+}
+
+inline constexpr QuantityColumn kQueryColumns[]{{"X", "um", 1e3}, {"Y", "um", 1e3}, {"Z", "um", 1e3}};
+// A term that grows with the tool's length L is in mm per mm.
+inline constexpr QuantityColumn kTermColumns[]{
+    {kTermNames[0], "um", 1e3}, {kTermNames[1], "um/m", 1e6}, {kTermNames[2], "um", 1e3}, {kTermNames[3], "um/m", 1e6}};
+inline constexpr QuantityColumn kLeftColumns[]{{"B", "deg", 1.0}, {"X", "um", 1e3}, {"Y", "um", 1e3}, {"Z", "um", 1e3}};
+
+inline constexpr Quantity kErrorAtQueries{.key = "error_at_queries_mm",
+                                          .about = "error at the tip, a row a query, x y z",
+                                          .kind = QuantityKind::error,
+                                          .part_name = queryPart,
+                                          .title = "error of the head at the queried angles",
+                                          .columns = kQueryColumns,
+                                          .compared = Compared::never};
+inline constexpr Quantity kQueryB{.key = "query_B_deg"};
+inline constexpr Quantity kQueryLength{.key = "query_L_mm"};
+inline constexpr Quantity kSwivelTerms{.key = "swivel_terms_mm",
+                                       .part_name = termPart,
+                                       .title = "terms of the error of the head, L the length of the tool",
+                                       .rows = kAxisRows,
+                                       .columns = kTermColumns,
+                                       .compared = Compared::always};
+inline constexpr Quantity kLeftByAngle{
+    .key = "left_by_angle_mm", .part_name = leftPart, .title = "left at each angle", .columns = kLeftColumns};
+
+}  // namespace quantity
+
 extern const Method kSwivelError;
 
 }  // namespace probebox::metrology

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/fit/angular_span.hpp"
-#include "firmware/metrology/fit/plane_turn.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 

@@ -21,7 +21,6 @@ using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 5> kAssemblyColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
 constexpr std::array<std::string_view, 3> kFaceColumns{"axis", "touched", "configured"};
-constexpr std::string_view kGaugeLength = "gauge_length_mm";
 constexpr double kSpreadLimit = 0.2;        // mm
 constexpr double kCompensationLimit = 5.0;  // mm
 
@@ -151,7 +150,7 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   answer.promiseScalar("assembled_length_mm", touched.z() - lengths.holder, pick(2, 1, 3).row(0));
   answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths.tool}, pick(0, 3, 3));
   // From the holder's reference, as [[tool]] of machine.toml counts it; L3 counts from the holder's end face.
-  answer.alsoScalar(std::string{kGaugeLength}, touched.z(), pick(2, 1, 3).row(0));
+  answer.alsoScalar(std::string{quantity::kGaugeLength.key}, touched.z(), pick(2, 1, 3).row(0));
   const Eigen::MatrixX3d along = Eigen::Matrix3d::Identity().replicate(plain.rows(), 1);
   const auto rounding =
       roundingOfMeans(*table, {std::span{kAssemblyColumns}.last(3), scatterAlong(fit, along, sigma)}, sigma, answer);
@@ -171,7 +170,7 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
       "compensation: spindle axis minus tip, X and Y in the machine's sense, Z along the tool. Add Z to the "
       "stored length, X and Y to the commanded position. The offset of the tip from the axis has the opposite sign";
   for (auto& estimate : result.also) {
-    if (estimate.key != kGaugeLength) continue;
+    if (estimate.key != quantity::kGaugeLength.key) continue;
     for (double& sd : estimate.sd) sd = std::hypot(rounding.widening * sd, share * lengths.part_sd, rounding.sd_mm.z());
   }
   addStoreRecords(result, dataset);
@@ -206,10 +205,8 @@ constexpr MethodKey kAssemblyKeys[]{{"L1_mm", "", "length of the holder; needed 
 constexpr KnownQuantity kAssemblyKnown[]{{"sd_L1_mm", "L1_mm", KnownKind::value, true},
                                          {"sd_L2_mm", "L2_mm", KnownKind::value, true},
                                          {"sd_part_mm", "part_mm", KnownKind::value, true}};
-constexpr MethodResult kAssemblyResults[]{
-    {"assembled_length_mm", "L3 (C2)"},
-    {"compensation_mm",
-     "W2x, W2y, L4: of the spindle axis from the tip; to add to its commanded position and the length in store"}};
+constexpr Quantity kAssemblyResults[]{quantity::kAssembledLength, quantity::kCompensation};
+constexpr Quantity kAssemblyFurther[]{quantity::kGaugeLength};
 constexpr std::string_view kAssemblyUnobservable[]{
     "an error of L1_mm: it biases the assembled length with unit sensitivity"};
 
@@ -235,6 +232,7 @@ const Method kToolAssembly{.name = "tool-assembly",
                            .keys = kAssemblyKeys,
                            .known = kAssemblyKnown,
                            .results = kAssemblyResults,
+                           .further = kAssemblyFurther,
                            .unobservable = kAssemblyUnobservable,
                            .undetermined = oneEdged,
                            .subject = {.name = {}, .of = subjectOfAssembly}};

@@ -19,6 +19,19 @@ namespace probebox::metrology {
 // length-not-positive (L0 or L3), length-too-large, compensation-too-large.
 Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset);
 
+namespace quantity {
+
+// From the gauge line, L3 + L1 (C2): the length of the assembled tool in use.
+inline constexpr Quantity kGaugeLength{.key = "gauge_length_mm"};
+inline constexpr Quantity kAssembledLength{.key = "assembled_length_mm", .about = "L3 (C2)"};
+
+inline constexpr Quantity kCompensation{
+    .key = result_key::kCompensation,
+    .about = "W2x, W2y, L4: of the spindle axis from the tip; to add to its commanded position and the length in store",
+    .axes = "XYZ"};
+
+}  // namespace quantity
+
 extern const Method kToolAssembly;
 
 }  // namespace probebox::metrology

@@ -7,19 +7,66 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/rounded_means.hpp"
 #include "firmware/metrology/tool/tool_readings.hpp"
-#include "firmware/metrology/tool/turning_axis.hpp"
+#include "protocol/units/outcome.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
+
+// The turning axis: c(Z) = at + tilt (Z - z).
+struct TurningAxis {
+  Eigen::Vector2d at;
+  double z{};
+  Eigen::Vector2d tilt{0.0, 0.0};
+  double sd{};
+  double tilt_sd{};
+
+  Eigen::Vector2d here(double height) const { return at + tilt * (height - z); }
+};
+
+using Eigen::Vector2d;
+
+// Of a tool setter's case: centreline_mm, C_tilt_rad, centreline_z_mm and their sd; nothing where it states none.
+// Refuses: missing-key (one that needs another), bad-config.
+Outcome<std::optional<TurningAxis>, Refusal> turningAxis(const Dataset& dataset) {
+  TRY(const auto at, configPlane(dataset, "centreline_mm"));
+  TRY(const auto tilt, configPlane(dataset, "C_tilt_rad"));
+  TRY(const auto z, configNumber(dataset, "centreline_z_mm"));
+  TRY(const auto sd, configPositive(dataset, "sd_centreline_mm"));
+  TRY(const auto tilt_sd, configPositive(dataset, "sd_C_tilt_rad"));
+  for (const std::string_view key : {"C_tilt_rad", "sd_centreline_mm", "accepted_link_mm"}) {
+    if (dataset.config.contains(key) && !at) {
+      return Refusal{"missing-key", "config key '" + std::string{key} +
+                                        "' is stated without centreline_mm: give x and y "
+                                        "of the turning axis"};
+    }
+  }
+  if (tilt.has_value() != z.has_value() || (tilt_sd && !tilt)) {
+    return Refusal{"missing-key",
+                   "C_tilt_rad and centreline_z_mm belong together: the tilt of the turning axis, and the Z at which "
+                   "it is at centreline_mm"};
+  }
+  if (!at) return std::optional<TurningAxis>{};
+  TurningAxis axis{.at = Vector2d{at->data()}};
+  if (tilt) axis.tilt = Vector2d{tilt->data()};
+  axis.z = z.value_or(0.0);
+  axis.sd = sd.value_or(0.0);
+  axis.tilt_sd = tilt_sd.value_or(0.0);
+  return std::optional{axis};
+}
 
 using Eigen::Index;
 using Eigen::MatrixX3d;
@@ -248,38 +295,38 @@ Outcome<Measured, Refusal> fitDevice(const Device& device, double sigma, double 
 
 // A row each B, by the parameters of the fit and by what the fit does not know of: the probe's offsets, three each B,
 // then place (2) and tilt (2) of the turning axis.
-struct Quantity {
+struct ByOrientation {
   MatrixXd values;
   MatrixXd by_readings;
   MatrixXd by_inputs;
 
-  Quantity(const Device& device, Index columns)
+  ByOrientation(const Device& device, Index columns)
       : values{static_cast<Index>(device.angles()), columns},
         by_readings{MatrixXd::Zero(values.size(), 6 * values.rows())},
         by_inputs{MatrixXd::Zero(values.size(), 3 * values.rows() + 4)} {}
 };
 
 struct Found {
-  Quantity tool;
-  Quantity setter;
-  std::optional<Quantity> link;
+  ByOrientation tool;
+  ByOrientation setter;
+  std::optional<ByOrientation> link;
 };
 
 // (B22), (B22b)
 Found found(const Device& device, const MatrixX3d& offsets, const std::optional<TurningAxis>& axis, const Fit& fit) {
-  Found found{Quantity{device, 3}, Quantity{device, 3}, std::nullopt};
-  if (axis) found.link = Quantity{device, 2};
+  Found found{ByOrientation{device, 3}, ByOrientation{device, 3}, std::nullopt};
+  if (axis) found.link = ByOrientation{device, 2};
   for (Index k = 0; k < offsets.rows(); ++k) {
     const Vector3d setter = fit.parameters.segment<3>(6 * k) + offsets.row(k).transpose();
     found.setter.values.row(k) = setter.transpose();
     found.tool.values.row(k) = (setter - fit.parameters.segment<3>(6 * k + 3)).transpose();
     found.tool.by_readings.block<3, 3>(3 * k, 6 * k + 3) = -Eigen::Matrix3d::Identity();
-    for (Quantity* each : {&found.tool, &found.setter}) {
+    for (ByOrientation* each : {&found.tool, &found.setter}) {
       each->by_readings.block<3, 3>(3 * k, 6 * k).setIdentity();
       each->by_inputs.block<3, 3>(3 * k, 3 * k).setIdentity();
     }
     if (!axis) continue;
-    Quantity& link = *found.link;
+    ByOrientation& link = *found.link;
     link.values.row(k) = (setter.head<2>() - axis->here(setter.z())).transpose();
     Eigen::Matrix<double, 2, 3> by_setter = Eigen::Matrix<double, 2, 3>::Identity();
     by_setter.col(2) = -axis->tilt;
@@ -332,7 +379,7 @@ std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const
   return compare(found.link->values, *link, ", seen from the turning axis");
 }
 
-void promise(Answer& answer, const Device& device, const char* key, const Quantity& quantity) {
+void promise(Answer& answer, const Device& device, const char* key, const ByOrientation& quantity) {
   const VectorXd values = quantity.values.reshaped<Eigen::RowMajor>();
   if (device.angles_deg.empty()) {
     answer.promiseVector(key, values, quantity.by_readings);
@@ -343,7 +390,7 @@ void promise(Answer& answer, const Device& device, const char* key, const Quanti
 
 // The promised values by what the fit does not know of: offsets and turning axis, then the rounding of the readings.
 MatrixXd slopesOf(const Found& found, const MatrixXd& by_rounding) {
-  std::vector<const Quantity*> quantities{&found.tool, &found.setter};
+  std::vector<const ByOrientation*> quantities{&found.tool, &found.setter};
   if (found.link) quantities.push_back(&*found.link);
   MatrixXd slopes{0, found.tool.by_inputs.cols() + by_rounding.cols()};
   for (const auto* quantity : quantities) {
@@ -393,5 +440,102 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
   if (auto refusal = moved(dataset, device, answer)) return *refusal;
   return report(device, answer, axis, offset_sd.value_or(0.0), measured, sigma, Answer{dataset, measured.fit, sigma});
 }
+
+namespace {
+
+constexpr std::string_view kSetterCentreColumns[]{"is_tool", "x_mm", "y_mm", "z_mm"};
+constexpr std::string_view kSetterTouchColumns[]{"is_tool",   "nx",   "ny",   "nz",  "half_width_mm",
+                                                 "radius_mm", "x_mm", "y_mm", "z_mm"};
+constexpr std::string_view kSetterOffsetColumns[]{"B_deg", "x_mm", "y_mm", "z_mm"};
+constexpr MethodTable kSetterTables[]{
+    {"readings", kSetterCentreColumns,
+     "machine position at the device's centre, of the probe above it by stylus_ball_radius_mm; B_deg too for several B",
+     true},
+    {"touches", kSetterTouchColumns,
+     "instead of readings: machine position at contact with a face; B_deg too for several B"},
+    {"probe_offsets", kSetterOffsetColumns,
+     "for several B, instead of key probe_offset_mm: the probe's tip from the head's reference"}};
+constexpr MethodKey kCentrelineResult{"centreline_result", "", "number of the centreline's result; for the record",
+                                      "centreline"};
+constexpr MethodKey kStylusOffsetResult{"stylus_offset_result", "",
+                                        "number of the result that X and Y of probe_offset_mm are of; for the record",
+                                        "stylus-offset-"};
+constexpr MethodKey kSetterKeys[]{
+    {"probe_offset_mm", "",
+     "the probe's tip from the head's reference, x y z; needed unless table probe_offsets is given"},
+    {"sd_probe_offset_mm", "", "standard uncertainty of its coordinates (k = 1)"},
+    key::kSigma,
+    {"stylus_ball_radius_mm", "0",
+     "radius of the probe's stylus ball, added to radius_mm of its touches, or taken off z_mm of its readings"},
+    {"sd_half_width_mm", "", "standard uncertainty of column half_width_mm (k = 1)"},
+    {"accepted_setter_mm", "",
+     "accepted position of the device, x y z; for several B one row per B, or one row for the first B"},
+    {"setter_limit_mm", "", "largest distance of the device from its accepted position that is allowed"},
+    {"centreline_mm", "", "x and y of the turning axis at centreline_z_mm; gives link_mm"},
+    {"centreline_z_mm", "0", "Z of centreline_mm"},
+    {"C_tilt_rad", "[0,0]", "tilt of the turning axis, x y per mm of Z"},
+    {"sd_centreline_mm", "", "standard uncertainty of its coordinates (k = 1)"},
+    {"sd_C_tilt_rad", "", "standard uncertainty of its components (k = 1)"},
+    {"accepted_link_mm", "", "accepted link_mm, x y; one row per B"},
+    {"tool", "", "number of the tool whose offset it is"},
+    kCentrelineResult,
+    kStylusOffsetResult,
+    key::kTauForTheRecord};
+constexpr KnownQuantity kSetterKnown[]{{"sd_probe_offset_mm", "probe_offset_mm", KnownKind::value, true},
+                                       {"sd_probe_offset_mm", "probe_offsets", KnownKind::table, true},
+                                       {"sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", KnownKind::value},
+                                       {"sd_half_width_mm", "half_width_mm", KnownKind::column},
+                                       {"sd_centreline_mm", "centreline_mm", KnownKind::value, true},
+                                       {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, true}};
+constexpr Quantity kSetterResults[]{quantity::kToolOffset, quantity::kSetter, quantity::kLink};
+constexpr Quantity kSetterFurther[]{quantity::kEachB};
+constexpr std::string_view kSetterUnobservable[]{
+    "an error of probe_offset_mm: it biases tool and setting device with unit sensitivity"};
+
+// Axes along which the device was touched from one side alone; none of the third, where it stands.
+std::optional<std::string> oneFaced(const Dataset& dataset) {
+  const Table* touches = dataset.table("touches");
+  if (touches == nullptr || dataset.table("readings") != nullptr) return std::nullopt;
+  std::string axes;
+  for (const std::string_view column : {"nx", "ny"}) {
+    const auto* normals = touches->column(column);
+    if (normals == nullptr) return std::nullopt;
+    const auto [least, most] = std::ranges::minmax(*normals);
+    if (least < -0.1 && most > 0.1) continue;
+    axes += (axes.empty() ? "" : " and ") + std::string{column == "nx" ? "X" : "Y"};
+  }
+  if (axes.empty()) return std::nullopt;
+  return "along " + axes +
+         " one face was touched: an error of half_width_mm is in setter_mm there, one of stylus_ball_radius_mm in "
+         "tool_offset_mm, and the offset is that of the edge that touched, with the radius of the tool's nose unknown";
+}
+
+// link_mm alone is relative to it.
+constexpr MethodKey kNotOfTool[]{kCentrelineResult};
+
+std::optional<std::string> subjectOfTool(const Dataset& dataset) {
+  return numberedSubject(dataset, "tool-", "tool");
+}
+
+std::vector<NamedSubject> alsoSetter(const Dataset&) {
+  return {{.name = "setter", .needs = "setter_mm"}};
+}
+
+}  // namespace
+
+const Method kToolSetter{.name = "tool-setter",
+                         .title = "Offset of a tool from a setting device",
+                         .equations = "(B22)-(B22c)",
+                         .source = source::kMachine,
+                         .solver = solveToolSetter,
+                         .tables = kSetterTables,
+                         .keys = kSetterKeys,
+                         .known = kSetterKnown,
+                         .results = kSetterResults,
+                         .further = kSetterFurther,
+                         .unobservable = kSetterUnobservable,
+                         .undetermined = oneFaced,
+                         .subject = {.name = {}, .of = subjectOfTool, .independent_of = kNotOfTool},
+                         .also_about = alsoSetter};
 
 }  // namespace probebox::metrology

@@ -23,6 +23,22 @@ namespace probebox::metrology {
 // B duplicated-angle, missing-orientation (a B without probe offset), too-many-angles (20).
 Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset);
 
+namespace quantity {
+
+// Wide: a tool of a small machine is 30 mm long from its gauge line, and one of 7.9 mm is 200 mm in inches.
+inline constexpr Quantity kToolOffset{.key = result_key::kToolOffset,
+                                      .about = "tool tip from the head's reference, x y z; one row per B",
+                                      .axes = "XYZ",
+                                      .usual = {.least_mm = 20, .most_mm = 2000}};
+inline constexpr Quantity kSetter{
+    .key = result_key::kSetter, .about = "position of the device, x y z; one row per B", .axes = "XYZ"};
+inline constexpr Quantity kLink{
+    .key = result_key::kLink,
+    .about = "position of the device relative to the turning axis, x y; needs centreline_mm; one row per B",
+    .axes = "XY"};
+
+}  // namespace quantity
+
 extern const Method kToolSetter;
 
 }  // namespace probebox::metrology

@@ -186,9 +186,8 @@ constexpr MethodKey kKeys[]{{"effective_diameter_mm", kNeeded, "of sphere plus s
                             kProbeB};
 constexpr KnownQuantity kKnown[]{{"sd_effective_diameter_mm", "effective_diameter_mm"},
                                  {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value}};
-constexpr MethodResult kResults[]{
-    {"pre_travel_mm", "mean across the stylus, cosine and sine of three lobes about it, along it"},
-    {"centre_mm", "centre of the sphere"}};
+constexpr Quantity kResults[]{quantity::kPreTravel, quantity::kCentre};
+constexpr Quantity kFurther[]{{.key = "radius_error_mm", .kind = QuantityKind::error}};
 constexpr std::string_view kUnobservable[]{
     "a pre-travel that differs between opposite sides once around: it displaces the stylus ball, and every centre "
     "alike",
@@ -210,6 +209,7 @@ const Method kPreTravel{.name = "pre-travel",
                         .keys = kKeys,
                         .known = kKnown,
                         .results = kResults,
+                        .further = kFurther,
                         .unobservable = kUnobservable,
                         .subject = {.name = "pre-travel", .of = preTravelSubject}};
 

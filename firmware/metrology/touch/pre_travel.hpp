@@ -20,6 +20,21 @@ Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset);
 // cosine and sine of its three lobes, and the part along the stylus, which is Z.
 Eigen::RowVector4d preTravelParts(const Eigen::Vector3d& n);
 
+namespace quantity {
+
+inline std::string preTravelPart(std::size_t component) {
+  constexpr const char* kNames[]{"pre-travel across the stylus", "pre-travel, cos 3 phi", "pre-travel, sin 3 phi",
+                                 "pre-travel along the stylus"};
+  return component < std::size(kNames) ? kNames[component] : std::string{};
+}
+
+inline constexpr Quantity kPreTravel{
+    .key = result_key::kPreTravel,
+    .about = "mean across the stylus, cosine and sine of three lobes about it, along it",
+    .part_name = preTravelPart};
+
+}  // namespace quantity
+
 extern const Method kPreTravel;
 
 }  // namespace probebox::metrology

@@ -14,7 +14,7 @@
 #include <variant>
 #include <vector>
 
-#include "firmware/metrology/dataset/plausible.hpp"
+#include "firmware/metrology/checks/plausible.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "tools/case/case_folder.hpp"
 

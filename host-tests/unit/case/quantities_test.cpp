@@ -57,6 +57,22 @@ TEST(Quantities, AreNamedAlikeFromTheirKeysAlone) {
   EXPECT_EQ(quantityLabel("tau_s").unit, "us");
 }
 
+// Pages ask for a value by its key alone, so methods must not disagree about it.
+TEST(Quantities, AreTheSameInAllMethods) {
+  for (const auto* method : metrology::allMethods()) {
+    for (const auto& listed : {method->results, method->further}) {
+      for (const auto& quantity : listed) {
+        const auto* first = metrology::quantityOf(quantity.key);
+        ASSERT_NE(first, nullptr) << method->name << ": " << quantity.key;
+        EXPECT_EQ(first->kind, quantity.kind) << method->name << ": " << quantity.key;
+        EXPECT_EQ(first->axes, quantity.axes) << method->name << ": " << quantity.key;
+        EXPECT_EQ(first->compared, quantity.compared) << method->name << ": " << quantity.key;
+      }
+    }
+    for (const auto& quantity : method->results) EXPECT_FALSE(quantity.about.empty()) << quantity.key;
+  }
+}
+
 TEST(Quantities, OfASwivellingHeadSayWhichAngleAndLength) {
   metrology::Result result;
   result.estimates = {Estimate::matrix("error_at_queries_mm", 3, {0.001, 0.002, 0.003, 0.004, 0.005, 0.006}, {})};

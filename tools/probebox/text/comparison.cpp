@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 using casefolder::Quantity;
 using Change = Comparison::Change;
@@ -47,10 +50,10 @@ Json describe(const Change& change) {
 // Values that come into force. Of a delay also the probe's gain, which some methods give beside what they promise, and
 // not the place and size of what was touched.
 std::vector<Quantity> comparedOf(const metrology::Result& result, std::string_view subject) {
-  if (!subject.starts_with("delay") || result.find("tau_joint_s") != nullptr)
+  if (!subject.starts_with("delay") || result.find(quantity::kTauJoint.key) != nullptr)
     return casefolder::quantitiesAbout(result, subject);
   metrology::Result about;
-  for (const auto key : {"tau_s", "tau_axis_s", "gain_matrix"}) {
+  for (const auto key : {quantity::kTau.key, quantity::kTauAxis.key, quantity::kGainMatrix.key}) {
     if (const auto* estimate = result.find(key)) about.estimates.push_back(*estimate);
   }
   return about.estimates.empty() ? casefolder::quantitiesAbout(result, subject) : casefolder::quantitiesOf(about);
@@ -61,7 +64,8 @@ std::vector<Quantity> comparedOf(const metrology::Result& result, std::string_vi
 Quantity quantityFrom(const std::vector<Quantity>& listed, const std::string& key, const std::string& axis,
                       double value, std::optional<double> sd) {
   auto same = std::ranges::find(listed, key, &Quantity::key);
-  if (same == listed.end() && key.starts_with("tau_")) same = std::ranges::find(listed, "tau_s", &Quantity::key);
+  if (same == listed.end() && key.starts_with("tau_"))
+    same = std::ranges::find(listed, quantity::kTau.key, &Quantity::key);
   Quantity quantity{key, casefolder::quantityLabel(key, axis), value, sd, {}};
   if (same != listed.end()) quantity.expanded = same->expanded;
   return quantity;

@@ -1,11 +1,14 @@
 #include <array>
 #include <initializer_list>
 
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 using std::to_string;
 
@@ -60,7 +63,7 @@ std::string receiverText(const messages::ReceiverStatus& r) {
 
 std::string delayOf(const messages::DelayInForce& delay) {
   if (delay.result_id == 0) return "not calibrated (probebox calibrate)";
-  const auto tau = casefolder::labelOf("tau_s");
+  const auto tau = casefolder::labelOf(quantity::kTau.key);
   std::string all;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const bool is_known = delay.sd_s[axis] > 0;

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <optional>
 
+#include "firmware/metrology/dataset/verdict.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/subject_values.hpp"
+#include "firmware/metrology/tilt/swivel_error.hpp"
 #include "protocol/units/wording.hpp"
 #include "tools/case/budget_names.hpp"
 #include "tools/case/proof.hpp"
@@ -15,6 +17,8 @@
 
 namespace probebox::command {
 namespace {
+
+namespace quantity = metrology::quantity;
 
 using metrology::Contribution;
 using metrology::Estimate;
@@ -89,7 +93,7 @@ std::string verdictOf(const Result& result, std::string_view subject) {
   const auto proof = metrology::proofAbout(result, subject);
   if (!proof) return {};
   std::string all = casefolder::proofInWords(*proof, !result.warnings.empty());
-  if (const auto* worst = result.find("worst_ratio"); worst != nullptr && !worst->values.empty())
+  if (const auto* worst = result.find(metrology::kWorstRatio); worst != nullptr && !worst->values.empty())
     all += printed("; worst (|deviation| + U) / limit = %.2g", worst->value());
   return all + "\n";
 }
@@ -110,14 +114,14 @@ std::string foundOnTheWayInWords(const Result& result, const std::vector<casefol
   constexpr std::size_t kMost = 12;  // numbers of one of them
   std::string all;
   for (const auto& estimate : result.also) {
-    const bool is_elsewhere = estimate.key == "verdict" || estimate.key == "worst_ratio" ||
+    const bool is_elsewhere = estimate.key == metrology::kVerdict || estimate.key == metrology::kWorstRatio ||
                               estimate.key == metrology::kChiSquareDof || estimate.key == metrology::kNoiseDof ||
-                              estimate.key.starts_with("query_") || isIn(listed, estimate.key) ||
-                              isIn(listed, estimate.key + "[0]");
+                              estimate.key == quantity::kQueryB.key || estimate.key == quantity::kQueryLength.key ||
+                              isIn(listed, estimate.key) || isIn(listed, estimate.key + "[0]");
     if (is_elsewhere) continue;
     auto quantities = casefolder::quantitiesIn(result, estimate);
     // A stop's angle is in the names of what was left there.
-    if (estimate.key == "left_by_angle_mm")
+    if (estimate.key == quantity::kLeftByAngle.key)
       std::erase_if(quantities, [](const auto& quantity) { return quantity.label.unit == "deg"; });
     for (std::size_t k = 0; k < std::min(kMost, quantities.size()); ++k) {
       const auto& quantity = quantities[k];

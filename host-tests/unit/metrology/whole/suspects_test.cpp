@@ -1,4 +1,4 @@
-#include "firmware/metrology/suspects.hpp"
+#include "firmware/metrology/checks/suspects.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

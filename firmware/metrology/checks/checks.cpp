@@ -1,4 +1,4 @@
-#include "firmware/metrology/dataset/slips.hpp"
+#include "firmware/metrology/checks/checks.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,13 +8,27 @@
 #include <numbers>
 #include <optional>
 #include <set>
+#include <string>
+#include <type_traits>
+#include <utility>
 #include <variant>
+#include <vector>
 
+#include "firmware/metrology/checks/plausible.hpp"
+#include "firmware/metrology/checks/suspects.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
 
 namespace probebox::metrology {
 namespace {
+
+// A table of a case, as its method describes it.
+struct TableOfCase {
+  const Dataset& dataset;
+  const Method& method;
+  const Table& table;
+  bool readings{};
+};
 
 // Two turns: no method stops an axis further from its zero, and nobody who takes radians for degrees stays below.
 constexpr double kFarthestStop_rad = 4 * std::numbers::pi;
@@ -35,7 +49,7 @@ constexpr std::array<std::string_view, 10> kMeasured{"x_mm",    "y_mm",      "z_
                                                      "L0_z_mm", "sensor_um", "error_um", "C1_rad",  "C2_rad"};
 // The least noise of a reading where none is stated: that of a good interferometer's position, of a sensor, and of a
 // contact (0.1 um at 100 mm).
-constexpr double kLeastNoise_mm = 1e-4, kLeastNoise_um = 0.1, kLeastNoise_rad = 1e-6;
+constexpr double kFinestNoise_mm = 1e-4, kFinestNoise_um = 0.1, kFinestNoise_rad = 1e-6;
 // How improbable equal digits have to be.
 constexpr double kNoChance = 1e-4;
 
@@ -49,8 +63,8 @@ double noiseOf(const Dataset& dataset, const std::string& column) {
     const auto number = configPositive(dataset, key);
     return number && *number ? **number : otherwise;
   };
-  if (isAngle(column)) return stated("sigma_contact_rad", stated("sigma_C_rad", kLeastNoise_rad));
-  return column.ends_with("_um") ? stated("sigma_um", kLeastNoise_um) : stated("sigma_mm", kLeastNoise_mm);
+  if (isAngle(column)) return stated("sigma_contact_rad", stated("sigma_C_rad", kFinestNoise_rad));
+  return column.ends_with("_um") ? stated("sigma_um", kFinestNoise_um) : stated("sigma_mm", kFinestNoise_mm);
 }
 
 double digitIn(const std::string& column, double value) {
@@ -102,7 +116,9 @@ bool tellsCopies(const Dataset& dataset, const Table& table, std::size_t row) {
   return (measured != 1 && !angles) || table.column("t_s") != nullptr || chance < kRare;
 }
 
-std::optional<std::string> copiesIn(const Dataset& dataset, const Table& table) {
+std::optional<std::string> copiesIn(const TableOfCase& of) {
+  const auto& [dataset, method, table, readings] = of;
+  if (!readings) return std::nullopt;
   std::map<std::vector<double>, std::size_t> first;
   std::size_t copies = 0;
   std::string pair, but;
@@ -170,7 +186,9 @@ bool isUsed(const Dataset& dataset, const Method& method, const Table& table, co
   });
 }
 
-std::optional<Refusal> frozenIn(const Dataset& dataset, const Method& method, const Table& table) {
+std::optional<Refusal> frozenIn(const TableOfCase& of) {
+  const auto& [dataset, method, table, readings] = of;
+  if (!readings) return std::nullopt;
   std::set<std::vector<double>> rows;  // copies of one are another slip
   for (std::size_t row = 0; row < table.rows(); ++row) rows.insert(rowOf(table, row));
   if (rows.size() < 2) return std::nullopt;
@@ -198,7 +216,9 @@ double spanOf(const std::vector<double>& values) {
   return greatest - least;
 }
 
-std::optional<std::string> degreesIn(const Table& table) {
+std::optional<std::string> degreesIn(const TableOfCase& of) {
+  const auto& table = of.table;
+  if (!of.readings) return std::nullopt;
   for (const auto& [name, values] : table.columns) {
     if (!isAngle(name) || values.empty()) continue;
     const bool of_screw = table.name == "sector_cal";
@@ -211,7 +231,9 @@ std::optional<std::string> degreesIn(const Table& table) {
   return std::nullopt;
 }
 
-std::optional<std::string> turnsIn(const Table& table) {
+std::optional<std::string> turnsIn(const TableOfCase& of) {
+  const auto& table = of.table;
+  if (!of.readings) return std::nullopt;
   for (const auto& [name, values] : table.columns) {
     if (!name.ends_with("_deg") || values.empty()) continue;
     const double farthest = farthestOf(values);
@@ -222,7 +244,8 @@ std::optional<std::string> turnsIn(const Table& table) {
   return std::nullopt;
 }
 
-std::optional<std::string> millimetresIn(const Table& table) {
+std::optional<std::string> millimetresIn(const TableOfCase& of) {
+  const auto& table = of.table;
   for (const auto& [name, values] : table.columns) {
     if (!name.ends_with("_um") || values.empty()) continue;
     const double farthest = std::abs(farthestOf(values));
@@ -274,8 +297,8 @@ bool isSet(const Dataset& dataset, const Method& method, const Table& table, con
 }
 
 // Readings whose digits are coarser than the stated sigma: what rounding leaves is in no standard deviation.
-std::optional<std::string> coarserThanSigma(const Dataset& dataset, const Method& method, const Table& table,
-                                            bool readings) {
+std::optional<std::string> coarserThanSigma(const TableOfCase& of) {
+  const auto& [dataset, method, table, readings] = of;
   std::string names;
   double coarsest = 0;
   double chance = 1;  // of all columns: two readings of each are few, those of three are not
@@ -296,7 +319,8 @@ std::optional<std::string> coarserThanSigma(const Dataset& dataset, const Method
          text(noise.sd) + noise.unit + " that is stated; read more digits, or state that sd as " + noise.key;
 }
 
-std::optional<std::string> millisecondsIn(const Table& table) {
+std::optional<std::string> millisecondsIn(const TableOfCase& of) {
+  const auto& table = of.table;
   const auto* times = table.column("t_s");
   if (times == nullptr || times->empty()) return std::nullopt;
   const auto [least, most] = std::ranges::minmax(*times);
@@ -305,31 +329,58 @@ std::optional<std::string> millisecondsIn(const Table& table) {
          " hours: times are in seconds; are these milliseconds?";
 }
 
-}  // namespace
-
-std::optional<Refusal> frozenChannel(const Dataset& dataset, const Method& method) {
+// Looks at each table of the case that its method describes.
+template <auto look>
+std::optional<Refusal> inTables(const Dataset& dataset, const Method& method, Result& result) {
   for (const auto& described : method.tables) {
     const Table* table = dataset.table(described.name);
-    if (table == nullptr || !described.readings) continue;
-    if (auto refusal = frozenIn(dataset, method, *table)) return refusal;
+    if (table == nullptr) continue;
+    auto found = look({dataset, method, *table, described.readings});
+    if (!found) continue;
+    if constexpr (std::is_same_v<decltype(found), std::optional<Refusal>>)
+      return found;
+    else
+      result.warnings.push_back(*std::move(found));
   }
   return std::nullopt;
 }
 
-std::vector<std::string> slipsIn(const Dataset& dataset, const Method& method) {
-  std::vector<std::string> slips;
-  for (const auto& described : method.tables) {
-    const Table* table = dataset.table(described.name);
-    if (table == nullptr) continue;
-    if (auto slip = millimetresIn(*table)) slips.push_back(std::move(*slip));
-    if (auto slip = millisecondsIn(*table)) slips.push_back(std::move(*slip));
-    if (auto slip = coarserThanSigma(dataset, method, *table, described.readings)) slips.push_back(std::move(*slip));
-    if (!described.readings) continue;
-    if (auto slip = copiesIn(dataset, *table)) slips.push_back(std::move(*slip));
-    if (auto slip = degreesIn(*table)) slips.push_back(std::move(*slip));
-    if (auto slip = turnsIn(*table)) slips.push_back(std::move(*slip));
-  }
-  return slips;
+std::optional<Refusal> impossibleAnswer(const Dataset&, const Method& method, Result& result) {
+  return refuseImplausible(result, method);
+}
+
+std::optional<Refusal> warnOfUnusedKeys(const Dataset& dataset, const Method& method, Result& result) {
+  for (auto& sentence : unusedKeys(dataset, method)) result.warnings.push_back(std::move(sentence));
+  return std::nullopt;
+}
+
+constexpr Check kChecks[]{
+    {"implausible", "every number of the case", "no machine tool has it in the unit that its column or key names",
+     refuseImplausible},
+    {"implausible", "promised values, their sd and uncertainty", "beyond the unit's limits or the value's own", nullptr,
+     impossibleAnswer},
+    {"frozen-channel", "measured columns of readings",
+     "all values equal in every digit that the noise would have changed", nullptr, inTables<frozenIn>},
+    {"unused key", "configuration", "warns of a key that the method does not take", nullptr, warnOfUnusedKeys},
+    {"millimetres", "columns in um", "warns of values that stay within 0.1 um of zero", nullptr,
+     inTables<millimetresIn>},
+    {"milliseconds", "column t_s", "warns of stamps that cover more than two hours", nullptr, inTables<millisecondsIn>},
+    {"coarse digits", "readings with a stated sigma", "warns of digits whose rounding exceeds the sigma", nullptr,
+     inTables<coarserThanSigma>},
+    {"copies", "tables of readings", "warns of rows that are equal in every digit, whole turns aside", nullptr,
+     inTables<copiesIn>},
+    {"degrees", "angles of readings in rad",
+     "warns of more than two turns, of a slow rotation of a screw more than fifty", nullptr, inTables<degreesIn>},
+    {"turns", "angles of readings in degrees", "warns of more than two turns", nullptr, inTables<turnsIn>},
+    {kNoRedundancy, "results", "warns where there are as many readings as unknowns", nullptr, warnOfNoRedundancy},
+    {kUnusualLength, "lengths with a usual size", "warns of a size that a machine tool seldom has, such as inches",
+     nullptr, warnOfUnusualLengths},
+};
+
+}  // namespace
+
+std::span<const Check> checks() {
+  return kChecks;
 }
 
 }  // namespace probebox::metrology

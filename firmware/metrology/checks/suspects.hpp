@@ -46,7 +46,10 @@ Solved solveMended(const Mended& mended, const Method& method, StoreReader store
 // The refusal of a case for its residuals, by the name of the fault without which it is solved, if there is one.
 Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal);
 
-// Warns of an answer that no reading checks, and of promised lengths that no machine tool has, such as inches.
-void warnUnchecked(const Dataset& dataset, Result& result);
+// Warns of an answer that no reading checks.
+std::optional<Refusal> warnOfNoRedundancy(const Dataset& dataset, const Method& method, Result& result);
+
+// Warns of promised lengths that a machine tool seldom has, such as inches (Quantity::usual).
+std::optional<Refusal> warnOfUnusualLengths(const Dataset& dataset, const Method& method, Result& result);
 
 }  // namespace probebox::metrology

@@ -1,4 +1,4 @@
-#include "firmware/metrology/suspects.hpp"
+#include "firmware/metrology/checks/suspects.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -457,17 +457,6 @@ void takeDegrees(Result& result, std::size_t unknowns) {
 
 // ---- Lengths that no machine has
 
-// Usual size of a promised length, the longest of its parts. Wide: a tool of a small machine is 30 mm long from its
-// gauge line, and one of 7.9 mm is 200 mm in inches.
-struct UsualSize {
-  std::string_view key;
-  double least_mm;
-  double most_mm;
-};
-constexpr auto kUsualSizes = std::to_array<UsualSize>({{"tool_offset_mm", 20, 2000}, {"L4_mm", 20, 2000}});
-// Way of what is read while an axis tilts: that of a ball 200 mm from the pivot is 11 mm in inches.
-constexpr UsualSize kUsualWay{"pivot", 12, 20000};
-
 std::optional<std::string> unusual(const std::string& what, double size_mm, const UsualSize& usual) {
   if (size_mm >= usual.least_mm && size_mm <= usual.most_mm) return std::nullopt;
   const bool small = size_mm < usual.least_mm;
@@ -490,13 +479,13 @@ double wayOf_mm(const Dataset& dataset, const Result& result) {
   return way_mm;
 }
 
-std::optional<std::string> unusualLength(const Dataset& dataset, const Result& result, const Estimate& estimate) {
-  if (estimate.key.starts_with(kUsualWay.key))
-    return unusual("the places that were read are apart by", wayOf_mm(dataset, result), kUsualWay);
-  const auto usual = std::ranges::find(kUsualSizes, estimate.key, &UsualSize::key);
-  if (usual == kUsualSizes.end() || estimate.values.empty()) return std::nullopt;
+std::optional<std::string> unusualLength(const Dataset& dataset, const Result& result, const Estimate& estimate,
+                                         const Quantity& quantity) {
+  const auto& usual = quantity.usual;
+  if (usual.most_mm == 0 || estimate.values.empty() || !quantity.names(estimate.key)) return std::nullopt;
+  if (usual.of_readings) return unusual("the places that were read are apart by", wayOf_mm(dataset, result), usual);
   const auto size = [](double value) { return std::abs(value); };
-  return unusual(estimate.key + " is up to", size(std::ranges::max(estimate.values, {}, size)), *usual);
+  return unusual(estimate.key + " is up to", size(std::ranges::max(estimate.values, {}, size)), usual);
 }
 
 }  // namespace
@@ -542,15 +531,26 @@ Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal re
   return refusal;
 }
 
-void warnUnchecked(const Dataset& dataset, Result& result) {
+std::optional<Refusal> warnOfNoRedundancy(const Dataset&, const Method&, Result& result) {
   if (result.dof == 0 && !result.residuals.values.empty()) {
     result.warnings.push_back(std::string{kNoRedundancy} +
                               ": there are as many readings as unknowns, so that none checks another: a slip in one "
                               "of them is in the answer and in no sd; read once more than needed");
   }
+  return std::nullopt;
+}
+
+std::optional<Refusal> warnOfUnusualLengths(const Dataset& dataset, const Method& method, Result& result) {
   for (const auto& estimate : result.estimates) {
-    if (auto sentence = unusualLength(dataset, result, estimate)) result.warnings.push_back(*std::move(sentence));
+    std::optional<std::string> sentence;
+    for (const auto& listed : {method.results, method.further}) {
+      for (const auto& quantity : listed) {
+        if (!sentence) sentence = unusualLength(dataset, result, estimate, quantity);
+      }
+    }
+    if (sentence) result.warnings.push_back(*std::move(sentence));
   }
+  return std::nullopt;
 }
 
 }  // namespace probebox::metrology

@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 
 namespace probebox::metrology {
@@ -24,7 +25,8 @@ PlausibleRange plausibleRange(std::string_view name);
 // for a number of the configuration that is not finite; each names table, row, column and value, or key and value.
 std::optional<Refusal> refuseImplausible(const Dataset& dataset);
 
-// Checks the promised values of a result, their sd and uncertainty. Refuses: not-finite, implausible.
-std::optional<Refusal> refuseImplausible(const Result& result);
+// Checks the promised values of a result, their sd and uncertainty. Limits of their own are in the method's
+// descriptor. Refuses: not-finite, implausible.
+std::optional<Refusal> refuseImplausible(const Result& result, const Method& method);
 
 }  // namespace probebox::metrology

@@ -1,4 +1,4 @@
-#include "firmware/metrology/dataset/plausible.hpp"
+#include "firmware/metrology/checks/plausible.hpp"
 
 #include <algorithm>
 #include <array>
@@ -50,29 +50,17 @@ constexpr auto kNamed = std::to_array<Unit>({
     {"uz_mm", {-20, 20, "mm", kLeastSigma}},
     {"stylus_ball_radius_mm", {0.01, 50, "mm", kLeastSigma}},
     {"effective_ball_radius_mm", {0.05, 500, "mm", kLeastSigma}},  // datum sphere and stylus ball
-    {"x_offset_error_mm", {-10, 10, "mm", kLeastSigma}},           // of a machine that still moves
-    {"z_offset_error_mm", {-10, 10, "mm", kLeastSigma}},
-    {"B_deg", {-720, 720, "degrees", kLeastSigma}},  // a head or a table that tilts has no two turns
+    {"B_deg", {-720, 720, "degrees", kLeastSigma}},                // a head or a table that tilts has no two turns
     {"tilt_deg", {-720, 720, "degrees", kLeastSigma}},
     {"B_rad", {-13, 13, "rad", kLeastSigma}},  // the same
     // Directions against their machine axis, and what a stop is off: 5.7 degrees, as degrees or milliradians are
     // beyond.
     {"C_tilt_rad", {-0.1, 0.1, "rad", kLeastSigma}},
     {"sd_C_tilt_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"A_tilt_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"A_minus_C_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"lean_yz_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"lean_xz_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"lean_xy_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"Z_slide_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"tool_direction_rad", {-0.1, 0.1, "rad", kLeastSigma}},
     {"sigma_C_rad", {-0.1, 0.1, "rad", kLeastSigma}},
     {"sigma_angle_rad", {-0.1, 0.1, "rad", kLeastSigma}},
     {"sigma_contact_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"tau_s", {-1, 1, "s", kLeastSigma}},  // no control loop lags by a second
-    {"tau_axis_s", {-1, 1, "s", kLeastSigma}},
-    {"tau_joint_s", {-1, 1, "s", kLeastSigma}},
-    {"previous_tau_s", {-1, 1, "s", kLeastSigma}},
+    {"previous_tau_s", {-1, 1, "s", kLeastSigma}},  // no control loop lags by a second
     {"previous_tau_axis_s", {-1, 1, "s", kLeastSigma}},
     {"previous_tau_joint_s", {-1, 1, "s", kLeastSigma}},
 });
@@ -153,8 +141,18 @@ std::optional<Refusal> refuse(const std::string& key, const Value& value) {
   return std::nullopt;
 }
 
-std::optional<Refusal> refuse(const Estimate& estimate, std::span<const double> values, bool is_sd) {
+PlausibleRange rangeOf(const Estimate& estimate, const Method& method) {
   auto range = plausibleRange(estimate.key);
+  for (const auto& listed : {method.results, method.further}) {
+    for (const auto& quantity : listed) {
+      if (quantity.most > 0 && quantity.names(estimate.key)) range.least = -(range.most = quantity.most);
+    }
+  }
+  return range;
+}
+
+std::optional<Refusal> refuse(const Estimate& estimate, std::span<const double> values, PlausibleRange range,
+                              bool is_sd) {
   if (is_sd) range.least = 0.0;
   for (const double value : values) {
     const auto objection = objectionTo(value, range, false);
@@ -192,11 +190,12 @@ std::optional<Refusal> refuseImplausible(const Dataset& dataset) {
   return std::nullopt;
 }
 
-std::optional<Refusal> refuseImplausible(const Result& result) {
+std::optional<Refusal> refuseImplausible(const Result& result, const Method& method) {
   for (const auto& estimate : result.estimates) {
-    if (auto refusal = refuse(estimate, estimate.values, false)) return refusal;
-    if (auto refusal = refuse(estimate, estimate.sd, true)) return refusal;
-    if (auto refusal = refuse(estimate, estimate.uncertainty, true)) return refusal;
+    const auto range = rangeOf(estimate, method);
+    if (auto refusal = refuse(estimate, estimate.values, range, false)) return refusal;
+    if (auto refusal = refuse(estimate, estimate.sd, range, true)) return refusal;
+    if (auto refusal = refuse(estimate, estimate.uncertainty, range, true)) return refusal;
   }
   return std::nullopt;
 }
