@@ -234,25 +234,4 @@ Outcome<std::vector<Dependence>, Failure> Store::restsOn(Id id) {
   }
 }
 
-Outcome<Standing, Failure> Store::keepStanding(const std::array<double, 3>& correction_mm, std::string_view utc) {
-  TRY(auto transaction, Transaction::begin(*database_));
-  Statement statement{*database_, "INSERT OR REPLACE INTO standing (id, x_mm, y_mm, z_mm, utc) VALUES (1, ?, ?, ?, ?)"};
-  for (const double value_mm : correction_mm) statement.bind(value_mm);
-  TRY(statement.bind(utc).run());
-  TRY(database_->run("UPDATE standing SET checksum = row_sum(id, x_mm, y_mm, z_mm, utc)"));
-  TRY(transaction.commit());
-  return Standing{correction_mm, std::string{utc}};
-}
-
-Outcome<std::optional<Standing>, Failure> Store::standing() {
-  Statement statement{*database_,
-                      "SELECT x_mm, y_mm, z_mm, utc, checksum = row_sum(id, x_mm, y_mm, z_mm, utc) FROM standing"};
-  TRY(const auto row, statement.step());
-  if (!row) return std::optional<Standing>{};
-  if (statement.number(4) != 1)
-    return Failure{Reason::damaged, "the correction that was served last is damaged on the disk"};
-  return std::optional<Standing>{
-      Standing{{statement.real(0), statement.real(1), statement.real(2)}, statement.text(3)}};
-}
-
 }  // namespace probebox::store

@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -27,12 +26,6 @@ struct RolledBack {
   std::optional<Record> active;   // is in force again; empty: there was none before
 };
 
-// The last correction served, mm, machine axes X Y Z, radius.
-struct Standing {
-  std::array<double, 3> correction_mm{};
-  std::string utc;
-};
-
 class Database;
 
 class Store {
@@ -41,16 +34,14 @@ class Store {
   // more. Datasets of accepted results are all kept.
   static constexpr std::size_t kOtherDatasets = 20, kOtherDatasetsCharacters = 32'000'000;
 
-  // Makes the file when it is missing, updates an older one to the newest schema, of which a copy is kept before
-  // (copy_before.hpp), and checks every page and row. A file
-  // that is damaged, empty or of another program is moved aside, never deleted; its intact rows are copied, and
-  // notice() reports it. Refuses, without changing the file: a newer schema, a read-only, unreadable or locked file, a
-  // full disk, what is no ordinary file.
+  // Makes the file when it is missing, and checks every page and row. A file that is damaged, empty or of another
+  // program is moved aside, never deleted; its intact rows are copied, and notice() reports it. Refuses, without
+  // changing the file: another schema, a read-only, unreadable or locked file, a full disk, what is no ordinary file.
   static Outcome<Store, Failure> open(const std::string& path);
 
-  // The same, but where open() refuses, returns a read-only store with everything readable of the file, or of the copy
-  // that a newer version kept, while its results hold. Every change is then refused with the reason in
-  // whyNotWritable(). notice() reports a file that is gone.
+  // The same, but where open() refuses, returns a read-only store with everything readable of the file; nothing of one
+  // of another schema. Every change is then refused with the reason in whyNotWritable(). notice() reports a file that
+  // is gone.
   static Store openAnyhow(const std::string& path, Before before = Before::perhaps);
 
   Store(Store&&) noexcept;
@@ -110,9 +101,6 @@ class Store {
   Outcome<std::vector<Transition>, Failure> history(const HistoryRange& range);
   // By rising id.
   Outcome<std::vector<Dependence>, Failure> restsOn(Id id);
-
-  Outcome<Standing, Failure> keepStanding(const std::array<double, 3>& correction_mm, std::string_view utc);
-  Outcome<std::optional<Standing>, Failure> standing();
 
  private:
   Store(std::unique_ptr<Database> database, std::string notice);

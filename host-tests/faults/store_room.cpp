@@ -58,7 +58,7 @@ class StoreRoom {
     results_.alsoAsk([this] { return doors_.keepCutsOut(); });
     (void)results_.restore();
     before_ = served_.before().found_mm;
-    for (const auto& event : keeper_.restore(now_, served_.before(), std::nullopt)) {
+    for (const auto& event : keeper_.restore(now_, served_.before())) {
       if (const auto* standing = std::get_if<StandingRestored>(&event)) standing_ = *standing;
       if (const auto* bounds = std::get_if<ServableWithin>(&event)) bounds_ = *bounds;
     }

@@ -124,13 +124,6 @@ Calibrations::Calibrations(store::Store store, Mounting mounting, procedure::Fac
       in_force_{store_, std::move(mounting), now_, std::move(why_unfit), [this](const Event& event) { insist(event); }},
       solver_{std::move(solver)} {}
 
-std::optional<store::Standing> Calibrations::standingOfBefore() {
-  auto standing = store_.standing();
-  if (standing) return std::move(*standing);
-  logError(standing.error().what);
-  return std::nullopt;
-}
-
 void Calibrations::look(const box::State& state) {
   in_force_.look(state);
   attend();

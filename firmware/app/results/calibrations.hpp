@@ -37,8 +37,6 @@ class Calibrations {
   std::vector<Event> restore() { return in_force_.restore(); }
   // Handles the newest state of the core and the solver's answers. Call repeatedly.
   void look(const box::State& state);
-  // The last correction as an earlier version stored it; StandingKeeper keeps it now.
-  std::optional<store::Standing> standingOfBefore();
   // Readable when the solver has something for look(); -1 while nothing is being solved.
   int solverDescriptor() const { return solver_.descriptor(); }
   // At the end of the daemon: waits for runs that are being solved or wait for it, and stores the data of unsolved ones

@@ -16,7 +16,6 @@ namespace {
 // 190.
 constexpr std::size_t kMostBookBytes = 7168;
 static_assert((DoorBook::kMostDoors + DoorBook::kMostPersons) * (2 * DoorBook::kMostName + 30) < 8168);
-constexpr const char* kNetwork = "network";
 constexpr std::chrono::seconds kDoorPatience{2};
 constexpr const char* kUnknown = "unknown: the file of inhibits was damaged";
 
@@ -117,23 +116,6 @@ DoorBook::DoorBook(const std::string& path, std::function<bool(bool)> tell_core,
       doors_{doorsIn(file_.content())},
       stored_{doors_},
       problem_{problemOf(file_)} {}
-
-void DoorBook::takeOverNetwork(const std::vector<std::string>& tcp_doors) {
-  const std::lock_guard lock{changing_};
-  Doors doors = doors_;
-  const auto former = std::ranges::find(doors, kNetwork, &DoorEntry::door);
-  if (former == doors.end() || !former->inhibits || tcp_doors.empty()) return;
-  const DoorEntry held = *former;
-  doors.erase(former);
-  for (const auto& door : tcp_doors) {
-    const auto entry = findOrAdd(doors, door);
-    if (!entry) return;
-    **entry = {.door = door, .word_order = 0, .inhibits = true, .by = held.by, .since_utc = held.since_utc};
-  }
-  // Where the disk refuses, the next start finds what there was before.
-  store(doors);
-  show(std::move(doors));
-}
 
 std::string DoorBook::problem() const {
   const std::lock_guard lock{mutex_};

@@ -43,10 +43,6 @@ class DoorBook {
   // tell_core: passes on whether any door inhibits; false when the core's queue is full.
   DoorBook(const std::string& path, std::function<bool(bool)> tell_core, store::Before before = store::Before::perhaps);
 
-  // Gives an inhibit that an earlier version kept for all hosts on TCP ("network") to each of these doors, whose hosts
-  // can end it. It stays as it is where there are none: a person clears it by its name. Call before others.
-  void takeOverNetwork(const std::vector<std::string>& tcp_doors);
-
   // Problem with the file, for a person; empty without one.
   std::string problem() const;
 

@@ -17,7 +17,6 @@
 #include "host-tests/support/file_content.hpp"
 #include "host-tests/support/in_child.hpp"
 #include "host-tests/support/temporary_folder.hpp"
-#include "old_schema.hpp"
 #include "scratch.hpp"
 
 // What the disk turns into something else is never believed, and takes nothing else along.
@@ -159,16 +158,6 @@ TEST_F(Damage, OfTheHeaderIsNotTakenForAFileWithoutTheRightToWrite) {
   EXPECT_THAT(store.notice(), HasSubstr("the 13 results of it that are whole"));
   for (const auto& [subject, id] : in_force_) EXPECT_EQ((*store.active(about(subject)))->id, id);
   EXPECT_TRUE(store.propose(about("delay"), delayOf(1e-3), "", "t3"));
-}
-
-TEST_F(Damage, OfAnOlderFileIsLookedForWhenItIsBroughtToTheNewestSchema) {
-  ASSERT_EQ(sql(kSchema1), "");
-  ASSERT_EQ(sql(insertOld(1, 2, "delay-plates", "").c_str()), "");
-  ASSERT_EQ(sql(insertOld(2, 2, "head-pivot", "").c_str()), "");
-  ASSERT_EQ(sql("UPDATE results SET result_json = substr(result_json, 9) WHERE id = 2"), "");
-  auto store = reopened();
-  EXPECT_EQ(store.inState(State::active)->size(), 1U);
-  EXPECT_THAT(store.damage(), ElementsAre(HasSubstr("result 2 about head-pivot")));
 }
 
 // Any bit of the file, one at a time: a result that is in force is the one that was, to the last digit; one that is not

@@ -6,7 +6,6 @@
 #include <sqlite3.h>
 
 #include "firmware/store/store.hpp"
-#include "old_schema.hpp"
 #include "scratch.hpp"
 
 namespace probebox::store {
@@ -304,65 +303,6 @@ TEST_F(ResultsLife, KeepsLargeDatasetsOfTheNewestOthersOnly) {
   const std::string larger(Store::kOtherDatasetsCharacters + 1, 'x');
   ASSERT_TRUE(store_.refuse(kBinding, "delay-multi-speed", {"a", "b"}, larger, "t1"));
   for (Id id = 1; id <= 6; ++id) EXPECT_EQ(store_.dataset(id).value().empty(), id <= 5) << id;
-}
-
-TEST_F(ResultsLife, RemembersTheCorrectionThatWasServedLast) {
-  EXPECT_FALSE(store_.standing().value());
-  ASSERT_TRUE(store_.keepStanding({1.0 / 3, -2e-7, 0}, "t1"));
-  ASSERT_TRUE(store_.keepStanding({-1.0 / 3, 2e-7, 1e300}, "t2"));
-  store_ = Store::open(scratch_.file()).value();
-  const auto standing = store_.standing().value();
-  ASSERT_TRUE(standing);
-  EXPECT_EQ(standing->correction_mm, (std::array<double, 3>{-1.0 / 3, 2e-7, 1e300}));
-  EXPECT_EQ(standing->utc, "t2");
-}
-
-// A file as the first release wrote it.
-class OldFile : public testing::Test {
- protected:
-  OldFile() { sqlite3_open(scratch_.file().c_str(), &hand_); }
-  ~OldFile() override { sqlite3_close(hand_); }
-  void run(const std::string& sql) {
-    ASSERT_EQ(sqlite3_exec(hand_, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(hand_);
-  }
-  Scratch scratch_;
-  sqlite3* hand_{};
-};
-
-TEST_F(OldFile, IsBroughtToTheNewSchemaWithAllThatItHolds) {
-  run(kSchema1);
-  run(insertOld(1, 3, "delay-multi-speed", "measured 1"));
-  run(insertOld(2, 2, "delay-multi-speed", "measured 2"));
-  run(insertOld(3, 0, "sphere-fit", ""));
-  auto store = Store::open(scratch_.file()).value();
-  EXPECT_EQ(store.notice(), "");
-  const auto active = store.active(kBinding).value();
-  ASSERT_TRUE(active);
-  EXPECT_EQ(active->id, 2U);
-  EXPECT_EQ(active->method, "delay-multi-speed");
-  EXPECT_EQ(active->accepted_by, "Ada");
-  EXPECT_EQ(active->result()->find("tau_s")->value(), 0.1 / 3);
-  EXPECT_EQ(store.dataset(1).value(), "measured 1");
-  EXPECT_EQ(store.dataset(3).value(), "");
-  EXPECT_EQ(store.find(3)->binding.subject, "sphere-fit");
-  EXPECT_EQ(store.history(2)->size(), 3U);
-  EXPECT_EQ(store.rollBack(kBinding, "Grace", "t9")->active->id, 1U);
-  EXPECT_EQ(store.propose(kBinding, delayOf(1), "", "t9").value(), 4U) << "no number is given twice";
-}
-
-TEST_F(OldFile, KeepsOneActiveResultWhereSeveralMethodsAnsweredTheSameQuestion) {
-  run(kSchema1);
-  run(insertOld(1, 2, "delay-multi-speed", ""));
-  run(insertOld(2, 2, "delay-plates", ""));
-  run(insertOld(3, 2, "delay-per-axis", ""));
-  run("UPDATE results SET accepted_utc = '2026-11-21T09:00:00Z' WHERE id = 2");
-  auto store = Store::open(scratch_.file()).value();
-  EXPECT_EQ(store.active(kBinding).value()->id, 2U) << "the one accepted last";
-  for (const Id id : {Id{1}, Id{3}}) {
-    EXPECT_EQ(store.find(id)->state, State::retired);
-    EXPECT_EQ(store.find(id)->retired_utc, "2026-11-21T09:00:00Z");
-    EXPECT_EQ(store.history(id)->back().to, State::retired);
-  }
 }
 
 }  // namespace

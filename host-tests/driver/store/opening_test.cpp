@@ -132,8 +132,7 @@ TEST(StoreOpening, DoesNotTakeAnEmptyFileForANewStore) {
 TEST(StoreOpening, RemovesWhatAnInterruptedRepairHasLeft) {
   const Scratch scratch;
   filledStore(scratch);
-  const std::vector<std::string> left{".new",      ".new-journal",       ".salvage",
-                                      ".repaired", ".damaged-1.salvage", ".damaged-1.salvage-journal"};
+  const std::vector<std::string> left{".new", ".new-journal", ".salvage", ".repaired", ".salvage-journal"};
   for (const auto& name : left) write(scratch.file() + name, "part");
   write(scratch.file() + ".damaged-1", "kept");
   auto store = Store::open(scratch.file());

@@ -205,26 +205,6 @@ TEST_F(DoorBookTest, WritesTheWordOrderOfBeforeAgainWhenTheDiskMayHaveAnother) {
   }));
 }
 
-TEST_F(DoorBookTest, GivesTheInhibitOfAllOfTcpToEachAddressWhoseHostsCanEndIt) {
-  constexpr const char* kOffice = "tcp:127.0.0.1:7627";
-  constexpr const char* kCell = "tcp:127.0.0.1:7628";
-  const auto named = [](const char* door) { return Field(&DoorEntry::door, door); };
-  ASSERT_FALSE(book().setInhibit("network", true, ""));
-  reopen();
-  book().takeOverNetwork({});
-  EXPECT_THAT(book().holders(), ElementsAre(named("network"))) << "it does not vanish where no host can end it";
-  book().takeOverNetwork({kOffice, kCell});
-  EXPECT_THAT(book().holders(), ElementsAre(named(kOffice), named(kCell)));
-  reopen();
-  book().takeOverNetwork({kOffice, kCell});
-  ASSERT_FALSE(book().setInhibit(kOffice, false, ""));
-  EXPECT_THAT(book().holders(), ElementsAre(named(kCell))) << "nobody knows whose it was: each ends its own";
-  ASSERT_FALSE(book().setInhibit(kCell, false, ""));
-  reopen();
-  book().takeOverNetwork({kOffice, kCell});
-  EXPECT_FALSE(book().anyInhibits()) << "once";
-}
-
 TEST_F(DoorBookTest, DeclaresNoCutWhileAResultComesIntoForce) {
   auto no_cut = book().keepCutsOut();
   ASSERT_TRUE(no_cut);
