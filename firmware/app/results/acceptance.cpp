@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
 
 namespace probebox::app {
@@ -73,7 +74,8 @@ store::Failure notConforming(const store::Record& record, const std::string& why
 
 std::optional<std::string> onReplacedGain(const store::Record& next, const store::Record& in_force) {
   const auto *result = next.result(), *present = in_force.result();
-  if (!next.binding.subject.starts_with("screw-") || result == nullptr || present == nullptr) return std::nullopt;
+  if (!isAbout(next.binding.subject, SubjectKind::screw) || result == nullptr || present == nullptr)
+    return std::nullopt;
   const auto* gain = present->find("K");
   if (gain == nullptr || result->find("K") != nullptr) return std::nullopt;
   return named(next.id) + " about " + next.binding.subject +

@@ -14,6 +14,7 @@
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/subject_values.hpp"
@@ -45,9 +46,10 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
 void addProbeTool(metrology::Dataset& dataset, const procedure::Facts& facts) {
   const auto* method = metrology::methodNamed(dataset.method);
   if (method == nullptr || facts.probe_tools.count != 1) return;
-  const auto& subject = method->subject.name;
-  if (subject.starts_with(metrology::kTurningAxis) || subject == "spindle-offset" ||
-      subject == metrology::kCheckSubject)
+  constexpr std::array kOfItsStylus{SubjectKind::centreline, SubjectKind::centreline_tip, SubjectKind::spindle_offset,
+                                    SubjectKind::check};
+  const auto subject = parseSubject(method->subject.name);
+  if (subject && std::ranges::find(kOfItsStylus, subject->kind) != kOfItsStylus.end())
     dataset.config.try_emplace("probe_tool", static_cast<double>(facts.probe_tools.numbers[0]));
 }
 

@@ -1,7 +1,6 @@
 // Members of ResultsInForce for the time around an acceptance: they compare, warn, and add a stylus offset to a
 // centreline from the tip.
 #include <algorithm>
-#include <functional>
 #include <iterator>
 #include <optional>
 #include <set>
@@ -16,28 +15,28 @@
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/corrections/tool_in_spindle.hpp"
-#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 
 namespace probebox::app {
 namespace {
 
-constexpr const char* kFromTip = "centreline-stylus";
-constexpr const char* kOfSpindle = "centreline";
-constexpr const char* kOfSlide = "centreline-slide";
+const std::string kFromTip = text(Subject{SubjectKind::centreline_tip});
+const std::string kOfSpindle = text(Subject{SubjectKind::centreline});
+const std::string kOfSlide = text(Subject{SubjectKind::centreline_slide});
 constexpr std::size_t kAllChanges = 100'000;
 
 // Warns of an effect that a person may not expect of a result about this subject.
 std::optional<std::string> aboutEffect(const store::Record& record) {
   const auto& subject = record.binding.subject;
   const auto* result = record.result();
-  if (subject == "delay-oblique")
+  if (isAbout(subject, SubjectKind::delay_oblique))
     return "The probe was driven along none of the axes, so what was measured is of several axes together: it is "
            "kept and shown, and the samples keep the delay in force.";
-  if (subject == "delay-joints")
+  if (isAbout(subject, SubjectKind::delay_joints))
     return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in force "
            "about 'delay'.";
-  if (delayAxesOf(subject) && result != nullptr && result->find("gain_matrix") != nullptr &&
+  if (isAbout(subject, SubjectKind::delay) && result != nullptr && result->find("gain_matrix") != nullptr &&
       result->find(metrology::kGainTakenAt) == nullptr)
     return "The case does not state at which angle of the spindle the probe touched (config key A_rad), and the "
            "probe's "
@@ -61,7 +60,8 @@ Acceptance ResultsInForce::comparedWithPresent(const store::Record& record) cons
   Acceptance acceptance{record, {}, notesOn(record)};
   auto present = store_.active(record.binding);
   // One of some axes takes their place in one of all.
-  if (present && !*present && delayAxesOf(record.binding.subject)) present = store_.active(bindingFor("delay"));
+  if (present && !*present && isAbout(record.binding.subject, SubjectKind::delay))
+    present = store_.active(bindingFor(text(Subject{SubjectKind::delay, kAllAxes})));
   if (present && *present) {
     acceptance.comparison = compare(record, **present);
     if (const auto grown = lessCertain(acceptance.comparison))
@@ -85,14 +85,14 @@ std::vector<std::string> ResultsInForce::notesOn(const store::Record& record) co
 
 // What becomes of axes whose delay a result does not observe.
 std::optional<std::string> ResultsInForce::aboutOtherAxes(const store::Record& record) const {
-  const auto observed = delayAxesOf(record.binding.subject);
-  if (!observed || std::ranges::all_of(*observed, std::identity{})) return std::nullopt;
+  const auto observed = parseSubject(record.binding.subject, SubjectKind::delay);
+  if (!observed || observed->of == kAllAxes) return std::nullopt;
   const auto composed = delayByAxis();
   const auto* in_force = composed ? std::get_if<DelayActivated>(&*composed) : nullptr;
   std::string of, kept, never;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const bool is_known = in_force != nullptr && in_force->sd_s[axis] > 0;
-    auto& list = (*observed)[axis] ? of : is_known ? kept : never;
+    auto& list = observed->has(axis) ? of : is_known ? kept : never;
     list += (list.empty() ? "" : ", ") + std::string{"XYZ"[axis]};
   }
   return "It is the delay of " + of + " alone." + (kept.empty() ? "" : " " + kept + " keeps the one in force.") +
@@ -134,12 +134,11 @@ std::optional<store::Failure> ResultsInForce::whyBeside(const std::string& subje
 }
 
 std::optional<store::Failure> ResultsInForce::whyNoPlace(const std::string& subject) const {
-  constexpr std::string_view kAssembly = "assembly-";
-  if (!subject.starts_with(kAssembly)) return std::nullopt;
+  if (!isAbout(subject, SubjectKind::assembly)) return std::nullopt;
   std::set<std::string> measured;
   for (const auto state : {store::State::active, store::State::accepted}) {
     for (const auto& each : ours(state).value_or(std::vector<store::Record>{})) {
-      if (each.binding.subject.starts_with(kAssembly)) measured.insert(each.binding.subject);
+      if (isAbout(each.binding.subject, SubjectKind::assembly)) measured.insert(each.binding.subject);
     }
   }
   if (measured.contains(subject) || measured.size() < corrections::kMostMeasuredTools) return std::nullopt;
@@ -151,7 +150,7 @@ std::optional<store::Failure> ResultsInForce::whyNoPlace(const std::string& subj
 }
 
 std::optional<ResultsInForce::StylusOffset> ResultsInForce::stylusOffset(std::uint32_t probe_tool) const {
-  const auto in_force = store_.active(bindingFor(metrology::stylusOffsetSubject(probe_tool)));
+  const auto in_force = store_.active(bindingFor(text(Subject{SubjectKind::stylus_offset, probe_tool})));
   if (!in_force || !*in_force) return std::nullopt;
   auto offset = stylusOffsetOf(*(*in_force)->result());
   if (!offset) return std::nullopt;
@@ -177,7 +176,7 @@ std::optional<ResultsInForce::SumParts> ResultsInForce::sumParts() const {
 // By the numbers of the changes, whatever the clock was set to meanwhile. Nothing when they cannot be read.
 std::optional<ResultsInForce::SumBefore> ResultsInForce::sumBefore(const SumParts& parts) const {
   SumBefore before;
-  for (const char* const subject : {kOfSpindle, kOfSlide}) {
+  for (const auto& subject : {kOfSpindle, kOfSlide}) {
     const auto changes = store_.history({.result = 0, .subject = subject, .after = 0, .count = kAllChanges});
     if (!changes) return std::nullopt;
     for (const auto& change : *changes) {
@@ -216,7 +215,7 @@ std::vector<store::Id> ResultsInForce::basisOf(store::Id from_tip, store::Id off
 
 std::optional<std::string> ResultsInForce::deriveCentreline(const store::Record& accepted, const std::string& by) {
   const auto& subject = accepted.binding.subject;
-  if (subject != kFromTip && !subject.starts_with("stylus-offset-")) return std::nullopt;
+  if (subject != kFromTip && !isAbout(subject, SubjectKind::stylus_offset)) return std::nullopt;
   const auto parts = sumParts();
   return parts ? deriveCentreline(*parts, by) : std::nullopt;
 }

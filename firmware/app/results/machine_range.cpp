@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "firmware/metrology/dataset/plausible.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -16,7 +17,9 @@ namespace {
 
 bool findsATurningAxis(const metrology::Result& result) {
   const auto* method = metrology::methodNamed(result.method);
-  return method != nullptr && method->subject.name.starts_with("centreline");
+  if (method == nullptr) return false;
+  const auto& subject = method->subject.name;
+  return isAbout(subject, SubjectKind::centreline) || isAbout(subject, SubjectKind::centreline_tip);
 }
 
 std::string millimetres(double value) {

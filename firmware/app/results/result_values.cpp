@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "firmware/app/results/subject_axis.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::app {
@@ -38,8 +38,8 @@ void appendValues(const Estimate& estimate, std::vector<messages::NamedValue>& v
 void appendSixErrors(const Estimate& six, const Estimate& angles_rad, const std::string& subject,
                      std::vector<messages::NamedValue>& values) {
   constexpr std::array<const char*, 6> kErrors{"X", "Y", "Z", "A", "B", "C"};
-  const auto axis = rotaryAxisOf(subject);  // nothing where a case names none: the subject is the method
-  const std::string letter = axis ? std::string{"ABC"[static_cast<std::size_t>(*axis)]} : "";
+  const auto axis = parseSubject(subject, SubjectKind::rotary);  // nothing where a case names none
+  const std::string letter = axis ? std::string{"ABC"[axis->axis()]} : "";
   for (std::size_t i = 0; i < six.values.size(); ++i) {
     std::array<char, 48> at{};
     const double angle_deg = degrees(angles_rad.values[i / kErrors.size()]);

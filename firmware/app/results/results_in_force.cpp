@@ -8,6 +8,7 @@
 #include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/served_results.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 
 namespace probebox::app {
 namespace {
@@ -43,14 +44,14 @@ void ResultsInForce::tell(const store::Record& record) {
     logError(named(record.id) + " is not in force: " + events.error().what);
     return tellNone(record.binding.subject);
   }
-  const auto delay = delayAxesOf(record.binding.subject) ? delayByAxis() : std::nullopt;
+  const auto delay = isAbout(record.binding.subject, SubjectKind::delay) ? delayByAxis() : std::nullopt;
   if (delay) return tell_core_(*delay);
   for (const auto& event : *events) tell_core_(event);
 }
 
 // An axis whose delay is no longer of this result may have one of another.
 void ResultsInForce::tellNone(const std::string& subject) {
-  auto none = delayAxesOf(subject) ? delayByAxis() : noneInForce(subject, now_());
+  auto none = isAbout(subject, SubjectKind::delay) ? delayByAxis() : noneInForce(subject, now_());
   if (none) tell_core_(*none);
 }
 
@@ -64,13 +65,13 @@ std::optional<Event> ResultsInForce::delayByAxis() const {
   std::array<std::uint64_t, kLinearAxes> since{};
   std::uint64_t newest = 0, newest_gain = 0;
   for (const auto& record : *in_force) {
-    const auto observed = delayAxesOf(record.binding.subject);
+    const auto observed = parseSubject(record.binding.subject, SubjectKind::delay);
     const auto events = observed ? fitActivation(record) : std::vector<Event>{};
     if (!events || events->empty()) continue;
     const auto& own = std::get<DelayActivated>(events->front());
     const auto number = activatedBy(record.id);
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-      if (!(*observed)[axis] || number < since[axis]) continue;
+      if (!observed->has(axis) || number < since[axis]) continue;
       since[axis] = number;
       by_axis.tau_s[axis] = own.tau_s[axis];
       by_axis.sd_s[axis] = own.sd_s[axis];
@@ -113,7 +114,7 @@ std::vector<Event> ResultsInForce::restore() {
   bool has_delay = false;
   for (const auto& record : ours(store::State::active).value_or(std::vector<store::Record>{})) {
     const auto told = fitActivation(record);
-    if (told && delayAxesOf(record.binding.subject))
+    if (told && isAbout(record.binding.subject, SubjectKind::delay))
       has_delay = true;
     else if (told)
       events.insert(events.end(), told->begin(), told->end());
@@ -335,7 +336,8 @@ void ResultsInForce::readStore() {
     active.push_back(record.id);
     about.push_back({record.binding.subject, record.id});
     addFacts(record, facts);
-    if (sensorHeadOf(record.binding.subject)) sensor_heads.push_back(calibratedHeadOf(record).value());
+    if (isAbout(record.binding.subject, SubjectKind::sensor_head))
+      sensor_heads.push_back(calibratedHeadOf(record).value());
   }
   std::vector<std::uint64_t> waiting;
   std::vector<std::string> to_repeat;
