@@ -123,12 +123,13 @@ Calibrations::Calibrations(store::Store store, Mounting mounting, procedure::Fac
       facts_{facts},
       now_{std::move(now)},
       tell_core_{std::move(tell_core)},
-      in_force_{store_, std::move(mounting), now_, std::move(why_unfit), [this](const Event& event) { insist(event); }},
+      in_force_{store_, std::move(mounting), now_, std::move(why_unfit),
+                [this](const Event& event) { postBlocking(event); }},
       solver_{std::move(solver)} {}
 
 void Calibrations::look(const box::State& state) {
   in_force_.look(state);
-  attend();
+  pollSolver();
 }
 
 void Calibrations::solve(std::uint32_t run, const procedure::Plan& plan, const capture::Recording& recording,
@@ -140,7 +141,7 @@ void Calibrations::solve(std::uint32_t run, const procedure::Plan& plan, const c
   if (auto next = procedure::nextLoop(method, recording, scales, facts, measured)) {
     next->run = run;
     next->at = now_();
-    return insist(*next);
+    return postBlocking(*next);
   }
   auto& [dataset, refusal, warnings] = measured;
   std::ranges::move(disagreementsIn(dataset,
@@ -174,23 +175,23 @@ void Calibrations::conclude(const Case& run, std::uint32_t number, bool lasts, c
   setRefusal(solved ? "" : solved.error().name + ": " + solved.error().reason);
   const auto id = lasts ? keep(run, solved) : std::nullopt;
   const bool lost = lasts && !id;
-  insist(Solved{.run = number, .refused = !solved || lost, .result_id = id.value_or(0), .at = now_()});
+  postBlocking(Solved{.run = number, .refused = !solved || lost, .result_id = id.value_or(0), .at = now_()});
 }
 
 void Calibrations::begin(Case next) {
   waiting_.push_back(std::move(next));
-  attend();
+  pollSolver();
 }
 
-void Calibrations::takeNext() {
+void Calibrations::startNextCase() {
   being_solved_ = std::move(waiting_.front());
   waiting_.pop_front();
 }
 
-void Calibrations::attend() {
+void Calibrations::pollSolver() {
   while (being_solved_ || !waiting_.empty()) {
     if (!being_solved_) {
-      takeNext();
+      startNextCase();
       solver_.start(being_solved_->dataset, *being_solved_->text);
       being_solved_->dataset = {};
     }
@@ -210,15 +211,15 @@ void Calibrations::attend() {
 
 void Calibrations::finishSolving(std::chrono::milliseconds at_most) {
   cancelProposal();
-  attend();  // a run that waited behind the proposal
+  pollSolver();  // a run that waited behind the proposal
   constexpr std::chrono::milliseconds kRound{5};
   for (std::chrono::milliseconds waited{}; being_solved_ && waited < at_most; waited += kRound) {
     std::this_thread::sleep_for(kRound);
-    attend();
+    pollSolver();
   }
   solver_.cancel();
   for (; being_solved_ || !waiting_.empty(); being_solved_.reset()) {
-    if (!being_solved_) takeNext();
+    if (!being_solved_) startNextCase();
     being_solved_->then(metrology::Refusal{"solver-ended",
                                            "the box was stopped while it solved this run: its data are kept; save them "
                                            "and solve them on a computer (probebox solve), or measure again"});
@@ -403,7 +404,7 @@ void Calibrations::setRefusal(const std::string& text) {
 
 // The core empties its queue within milliseconds; the worker may wait, and a lost answer would block the procedure for
 // ever.
-void Calibrations::insist(const Event& command) {
+void Calibrations::postBlocking(const Event& command) {
   while (!tell_core_(command)) std::this_thread::sleep_for(std::chrono::milliseconds{1});
 }
 

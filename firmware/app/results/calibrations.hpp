@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/app/results/values_in_use.hpp"
 #include "firmware/app/solver/solver_process.hpp"
@@ -59,7 +58,7 @@ class Calibrations {
   void propose(metrology::Dataset dataset, const std::string& as_this_machine_by, Answered then);
   // Beyond the record: results that it rests on, and who vouched that it was measured on this machine.
   Outcome<std::vector<store::Dependence>, store::Failure> restsOn(store::Id id) { return store_.restsOn(id); }
-  bool isToRepeat(const store::Dependence& other) { return app::isToRepeat(store_, other); }
+  bool isToRepeat(const store::Dependence& other) const { return in_force_.isToRepeat(other.id); }
   std::string adoptedBy(store::Id id);
   bool isProposing() const;
   // Cancels the proposed case: nothing is stored and `then` is not called.
@@ -113,8 +112,8 @@ class Calibrations {
       const metrology::Dataset& dataset,
       const std::function<procedure::RunDataset(const procedure::Facts&)>& built) const;
   void begin(Case next);
-  void takeNext();
-  void attend();
+  void startNextCase();
+  void pollSolver();
   void conclude(const Case& run, std::uint32_t number, bool lasts, const metrology::Solved& solved);
   Outcome<std::vector<store::Id>, store::Failure> stored(const Case& solved_case, const metrology::Solved& solved);
   store::Proposal proposalAbout(const metrology::NamedSubject& about, const Case& solved_case,
@@ -123,7 +122,7 @@ class Calibrations {
   std::vector<NamedResult> namedResults(const metrology::Dataset& dataset);
   std::optional<store::Id> keep(const Case& run, const metrology::Solved& solved);
   void setRefusal(const std::string& text);
-  void insist(const Event& command);
+  void postBlocking(const Event& command);
 
   store::Store store_;
   procedure::Facts facts_;

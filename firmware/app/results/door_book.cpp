@@ -150,15 +150,15 @@ std::vector<DoorEntry> DoorBook::holders() const {
 }
 
 // A door that waits comes first, however many results wait as well.
-std::optional<NoCut> DoorBook::keepCutsOut() {
+std::optional<CutLock> DoorBook::tryLockOutCuts() {
   if (declaring_ > 0) return std::nullopt;
-  NoCut no_cut{changing_};
+  CutLock cut_lock{changing_};
   if (declaring_ > 0 || anyInhibits()) return std::nullopt;
-  return no_cut;
+  return cut_lock;
 }
 
 std::optional<Error> DoorBook::keepWordOrder(std::string_view door, std::uint16_t order) {
-  const NoCut lock{changing_, kDoorPatience};
+  const CutLock lock{changing_, kDoorPatience};
   if (!lock) return sayItAgain();
   if (wordOrder(door) == order && isStored(door)) return std::nullopt;
   Doors doors = doors_;
@@ -175,7 +175,7 @@ std::optional<Error> DoorBook::setInhibit(std::string_view door, bool active, st
     if (!untold_ && inhibitsIn(doors_, door) == active && isStored(door)) return std::nullopt;
   }
   declaring_ += active ? 1 : 0;
-  const NoCut lock{changing_, kDoorPatience};
+  const CutLock lock{changing_, kDoorPatience};
   declaring_ -= active ? 1 : 0;
   if (!lock) return sayItAgain();
   if (inhibits(door) != active || !isStored(door)) return change(door, active, by);
@@ -183,7 +183,7 @@ std::optional<Error> DoorBook::setInhibit(std::string_view door, bool active, st
 }
 
 std::optional<Error> DoorBook::clearInhibit(std::string_view door, std::string_view by) {
-  const NoCut lock{changing_, kDoorPatience};
+  const CutLock lock{changing_, kDoorPatience};
   if (!lock) return sayItAgain();
   if (inhibits(door)) return change(door, false, by);
   if (untold_ && find(doors_, door) != nullptr) return tellCore();

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/app/results/no_cut.hpp"
+#include "firmware/app/results/cut_lock.hpp"
 #include "firmware/store/twin_file.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -54,7 +54,7 @@ class DoorBook {
   std::vector<DoorEntry> holders() const;
   // Keeps all doors from changing while a result comes into force; nothing while one inhibits, or waits to do so. May
   // wait for the disk.
-  std::optional<NoCut> keepCutsOut();
+  std::optional<CutLock> tryLockOutCuts();
 
   // Declares that a cut is on, or over; returns at once when that is stored and with the core already, and waits for a
   // result that is just coming into force, 2 s at most. On a failure of the disk the begin of a cut holds until the box

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "firmware/store/store.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/support/sanitized.hpp"
 #include "scratch.hpp"
 
@@ -31,16 +32,16 @@ bool proposeTwo(Store& store) {
 // Ids 1 and 2 are in the file that every script begins with.
 const std::vector<Step>& script() {
   static const std::vector<Step> steps{
-      [](Store& s) { return propose(s, 3e-3); },               // 3
-      [](Store& s) { return s.accept(3, "Ada", "t1").ok(); },  // 2 is retired
+      [](Store& s) { return propose(s, 3e-3); },                         // 3
+      [](Store& s) { return decided::accept(s, 3, "Ada", "t1").ok(); },  // 2 is retired
       [](Store& s) {
         return s.refuse(kBinding, "m", {"a", "b"}, "d", "t3").ok();
-      },                                                                          // 4
-      [](Store& s) { return propose(s, 5e-3); },                                  // 5
-      [](Store& s) { return s.accept(5, "Ada", "t4", Activation::later).ok(); },  //
-      [](Store& s) { return s.activate(5, "t5").ok(); },                          // 3 is retired
-      [](Store& s) { return s.rollBack(kBinding, "Grace", "t6").ok(); },          // 3 is back
-      [](Store& s) { return proposeTwo(s); },                                     // 6 and 7, or neither
+      },                                                                            // 4
+      [](Store& s) { return propose(s, 5e-3); },                                    // 5
+      [](Store& s) { return decided::accept(s, 5, "Ada", "t4", true).ok(); },       //
+      [](Store& s) { return decided::activate(s, 5, "t5").ok(); },                  // 3 is retired
+      [](Store& s) { return decided::rollBack(s, kBinding, "Grace", "t6").ok(); },  // 3 is back
+      [](Store& s) { return proposeTwo(s); },                                       // 6 and 7, or neither
   };
   return steps;
 }
@@ -68,7 +69,7 @@ class StoreOnADoomedDisk : public testing::Test {
       auto store = Store::open(kPath).value();
       for (const double tau_s : {1e-3, 2e-3}) {  // the first is retired
         const auto id = store.propose(kBinding, delayOf(tau_s), "measured", "t0");
-        ASSERT_TRUE(id && store.accept(*id, "Ada", "t0"));
+        ASSERT_TRUE(id && decided::accept(store, *id, "Ada", "t0"));
       }
     }
     disk.powerOn(DoomedDisk::Unsynced::written);
