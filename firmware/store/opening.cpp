@@ -6,7 +6,6 @@
 #include <sqlite3.h>
 #include <system_error>
 
-#include "firmware/store/copy_before.hpp"
 #include "firmware/store/replacement.hpp"
 #include "firmware/store/rows.hpp"
 #include "firmware/store/salvage.hpp"
@@ -26,13 +25,6 @@ Outcome<void, Failure> checkRows(Database& database) {
   return transaction.commit();
 }
 
-// A migration has no way back, but a box may go back to the version before.
-Outcome<void, Failure> keepBeforeMigration(Database& database) {
-  TRY(const auto schema, database.number("PRAGMA user_version"));
-  if (schema == 0 || schema >= knownSchema()) return {};
-  return keepCopyBefore(database, schema);
-}
-
 // SQLite only reads a file whose header has a write version that it does not know, as after damage of that byte
 // (sqlite.org/fileformat.html, 1.3.3).
 Failure whyReadOnly(const Database& database, const std::string& path) {
@@ -42,15 +34,12 @@ Failure whyReadOnly(const Database& database, const std::string& path) {
   return database.failure(SQLITE_READONLY);
 }
 
-// notice: what was done to an older file that a person should know; or empty.
-Outcome<Database, Failure> openSound(const std::string& path, std::string& notice) {
+Outcome<Database, Failure> openSound(const std::string& path) {
   TRY(auto database, Database::open(path));
   TRY(inspect(database));
   if (database.readOnly()) return whyReadOnly(database, path);
   TRY(database.run(kDurable));
-  TRY(keepBeforeMigration(database));
-  TRY(auto ready, migrate(database));
-  notice = std::move(ready);
+  TRY(makeTables(database));
   TRY(checkRows(database));
   return database;
 }
@@ -75,22 +64,20 @@ bool isEmptyFile(const std::string& path) {
   return !error && size == 0;
 }
 
-// Makes PATH.new with all that is whole in the file, and closes it.
-Outcome<Salvaged, Failure> makeNew(const std::string& path) {
-  std::string none;
-  TRY(auto fresh, openSound(nameOfNew(path), none));
-  TRY(auto salvaged, salvage(path, fresh));
+// Makes PATH.new with all that is whole in the file, and closes it. Returns the number of results in it.
+Outcome<std::size_t, Failure> makeNew(const std::string& path) {
+  TRY(auto fresh, openSound(nameOfNew(path)));
+  TRY(const auto salvaged, salvage(path, fresh));
   // A file with a good checksum may still contradict itself.
   TRY(checkRows(fresh));
   return salvaged;
 }
 
-std::string noticeOf(const Salvaged& salvaged, const std::string& what, const std::string& aside) {
+std::string noticeOf(std::size_t salvaged, const std::string& what, const std::string& aside) {
   return what + "; it was moved to " + aside + ", and a new store was begun with " +
-         (salvaged.results == 0 ? "nothing, because none of its results could be read"
-                                : "the " + std::to_string(salvaged.results) + " results of it that are whole") +
-         ": see what is in force, restore a backup, or calibrate again" +
-         (salvaged.assigned.empty() ? "" : ". " + salvaged.assigned);
+         (salvaged == 0 ? "nothing, because none of its results could be read"
+                        : "the " + std::to_string(salvaged) + " results of it that are whole") +
+         ": see what is in force, restore a backup, or calibrate again";
 }
 
 // Returns the notice.
@@ -111,8 +98,7 @@ Outcome<Opened, Failure> beginAnew(const std::string& path, const std::string& r
     if (isThere(nameOfNew(path))) discardReplacement(path);  // else the next start tells what was done
     return Failure{Reason::unavailable, what + ", and cannot be replaced by a new store: " + notice.error().what};
   }
-  std::string migrated;
-  TRY(auto fresh, openSound(path, migrated));
+  TRY(auto fresh, openSound(path));
   return opened(std::move(fresh), std::move(notice).value());
 }
 
@@ -132,32 +118,19 @@ struct Readable {
 
 // Reads what it can from a file that cannot be used itself, with a sentence about it.
 Readable readableOf(const std::string& path, const Failure& why) {
-  if (whyNotOrdinary(path)) return {why, {}};
-  if (why.reason != Reason::newer_schema) {
-    auto whole = copyOf(waitsForItsName(path) ? nameOfNew(path) : path);
-    if (whole) return {std::move(whole), "What it has can be read"};
-    auto part = salvagedInMemory(path);
-    if (part) return {std::move(part), "What is whole in it can be read"};
-    return {why, {}};
-  }
-  const auto before = copyBefore(path);
-  if (before.empty()) return {why, {}};
-  const auto remedy = "To go on without it, put the copy " + before + " in the place of the file";
-  if (!holdsSince(path, before)) return {why, remedy + ", with the results that were in force before"};
-  auto copy = copyOf(before);
-  if (!copy) return {why, "Neither can the copy of before: " + copy.error().what};
-  return {std::move(copy), "Until then the results are those of before, of which all still hold. " + remedy};
+  if (whyNotOrdinary(path) || why.reason == Reason::newer_schema) return {why, "Nothing of it can be read"};
+  auto whole = copyOf(waitsForItsName(path) ? nameOfNew(path) : path);
+  if (whole) return {std::move(whole), "What it has can be read"};
+  auto part = salvagedInMemory(path);
+  if (part) return {std::move(part), "What is whole in it can be read"};
+  return {why, "Nothing of it can be read"};
 }
 
 // untold: notice of what an earlier start has done to the file.
 Outcome<Opened, Failure> openOrBeginAnew(const std::string& path, const std::string& untold) {
   if (isEmptyFile(path)) return beginAnew(path, "empty", path + " was empty, with not even the head of a store");
-  std::string notice;
-  auto first = openSound(path, notice);
-  if (first) {
-    const std::string between = untold.empty() || notice.empty() ? "" : ". ";
-    return opened(std::move(first).value(), untold + between + notice);
-  }
+  auto first = openSound(path);
+  if (first) return opened(std::move(first).value(), untold);
   if (first.error().reason == Reason::damaged) return beginAnew(path, "damaged", first.error().what);
   if (first.error().reason == Reason::foreign_file) return beginAnew(path, "foreign", first.error().what);
   return first.error();
@@ -175,10 +148,9 @@ Outcome<Opened, Failure> openFile(const std::string& path) {
 
 Opened openToReadAlone(const std::string& path, const Failure& why) {
   auto [readable, told] = readableOf(path, why);
-  if (!readable) told = "Nothing of it can be read" + (told.empty() ? "" : ". " + told);
   // Memory takes what a disk refuses: an empty store can be had in any case.
   Database database = readable ? std::move(readable).value() : Database::inMemory().value();
-  (void)migrate(database);
+  (void)makeTables(database);
   (void)checkRows(database);
   database.forbidWriting("nothing can be stored: " + why.what);
   return opened(std::move(database), "Nothing can be stored: " + why.what + ". " + told + ".");

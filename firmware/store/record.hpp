@@ -56,6 +56,15 @@ struct Transition {
   std::string remark;  // of the person; may be empty
 };
 
+// A change of state that is to be stored.
+struct Change {
+  Id result{};
+  State from{};
+  State to{};
+  std::string by{};  // empty: the box itself
+  std::string remark{};
+};
+
 // Origin of a result besides its data.
 struct Origin {
   std::vector<Id> rests_on{};  // results that it was computed with
@@ -75,6 +84,24 @@ struct Dependence {
   Id id{};
   std::string subject;  // empty: the store has lost that result
   bool in_force{};
+};
+
+// All results, or the later ones, without their values.
+struct Contents {
+  struct Head {
+    Id id{};
+    State state{};
+    Binding binding;
+    std::string accepted_by;
+  };
+  struct RestsOn {
+    Id id{};
+    Id other{};
+  };
+  std::vector<Head> heads;
+  std::vector<RestsOn> dependences;
+  std::vector<Transition> transitions;  // of these results, in the order in which they happened
+  Id next_id{};                         // of the next result
 };
 
 // Selects transitions.

@@ -34,23 +34,6 @@ Repaired repairedBeside(const std::string& path) {
   return {text->substr(0, end), text->substr(end + 1)};
 }
 
-// "results.db.damaged-1.salvage-journal" of an earlier version, "results.db.salvage" of this one.
-bool isOfASalvage(std::string_view name, std::string_view of_file) {
-  if (!name.starts_with(of_file) || !name.substr(of_file.size()).starts_with('.')) return false;
-  for (const auto companion : kCompanions)
-    if (name.ends_with(std::string{".salvage"}.append(companion))) return true;
-  return false;
-}
-
-void removeSalvages(const fs::path& path) {
-  std::error_code error;
-  const auto folder = path.has_parent_path() ? path.parent_path() : fs::path{"."};
-  for (fs::directory_iterator entry{folder, error}, end; !error && entry != end; entry.increment(error)) {
-    std::error_code ignored;
-    if (isOfASalvage(entry->path().filename().string(), path.filename().string())) fs::remove(entry->path(), ignored);
-  }
-}
-
 }  // namespace
 
 std::string nameOfNew(const std::string& path) {
@@ -93,8 +76,10 @@ void discardReplacement(const std::string& path) {
   // While the new file waits, what calls it whole goes first; where it has its name, the notice goes last.
   if (isThere(nameOfNew(path)) && fs::remove(repaired, ignored)) syncFolderOf(path);
   fs::remove(repaired + ".new", ignored);
-  for (const auto companion : kCompanions) fs::remove(nameOfNew(path).append(companion), ignored);
-  removeSalvages(path);
+  for (const auto companion : kCompanions) {
+    fs::remove(nameOfNew(path).append(companion), ignored);
+    fs::remove(nameOfSalvage(path).append(companion), ignored);
+  }
   fs::remove(repaired, ignored);
 }
 

@@ -24,7 +24,7 @@ Outcome<std::string, Failure> finishReplacement(const std::string& path);
 // True when PATH is not there, and PATH.new is what it is to be.
 bool waitsForItsName(const std::string& path);
 
-// Removes the files beside PATH, also those of a salvage by an earlier version. Nothing while PATH is not there.
+// Removes the files beside PATH. Nothing while PATH is not there.
 void discardReplacement(const std::string& path);
 
 }  // namespace probebox::store

@@ -18,18 +18,30 @@ Failure damagedRow(Id id) {
           "result " + std::to_string(id) + " is damaged: what the disk has does not match its checksum"};
 }
 
+}  // namespace
+
+Outcome<Contents::Head, Failure> readHead(const Statement& row) {
+  Contents::Head head{.id = static_cast<Id>(row.number(0)),
+                      .state = static_cast<State>(row.number(1)),
+                      .binding = {row.text(3), row.text(4), row.text(5), row.text(6)},
+                      .accepted_by = row.text(10)};
+  if (row.number(1) == kDamagedState || row.number(kWhole) != 1) return damagedRow(head.id);
+  return head;
+}
+
+namespace {
+
 Outcome<Record, Failure> readRecord(const Statement& row) {
-  if (row.number(1) == kDamagedState) return damagedRow(static_cast<Id>(row.number(0)));
-  Record record{.id = static_cast<Id>(row.number(0)),
-                .state = static_cast<State>(row.number(1)),
+  TRY(auto head, readHead(row));
+  Record record{.id = head.id,
+                .state = head.state,
                 .method = row.text(2),
-                .binding = {row.text(3), row.text(4), row.text(5), row.text(6)},
+                .binding = std::move(head.binding),
                 .content = metrology::Refusal{},
                 .proposed_utc = row.text(8),
                 .accepted_utc = row.text(9),
-                .accepted_by = row.text(10),
+                .accepted_by = std::move(head.accepted_by),
                 .retired_utc = row.text(11)};
-  if (row.number(kWhole) != 1) return damagedRow(record.id);
   const std::string json = row.text(7);
   const auto keep = [&](auto content) -> Outcome<Record, Failure> {
     if (!content) return Failure{Reason::damaged, "result " + std::to_string(record.id) + ": " + content.error().what};
@@ -73,18 +85,19 @@ Statement& bind(Statement& statement, const Binding& binding) {
   return statement.bind(subject).bind(probe).bind(machine).bind(mounting);
 }
 
-Outcome<void, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,
-                            std::string_view remark) {
+Outcome<std::uint64_t, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,
+                                     std::string_view remark) {
   Statement statement{database, "INSERT INTO transitions (result_id, state, utc, by_whom) VALUES (?, ?, ?, ?)"};
-  const auto noted = statement.bind(stored(id)).bind(stored(to)).bind(utc).bind(by).run();
-  if (!noted) return noted;
+  TRY(statement.bind(stored(id)).bind(stored(to)).bind(utc).bind(by).run());
   const auto number = database.lastId();
   Statement sum{database, "UPDATE transitions SET checksum = row_sum(id, result_id, state, utc, by_whom) WHERE id = ?"};
-  if (const auto summed = sum.bind(number).run(); !summed || remark.empty()) return summed;
+  TRY(sum.bind(number).run());
+  if (remark.empty()) return static_cast<std::uint64_t>(number);
   Statement said{database, "INSERT INTO remarks (transition_id, text) VALUES (?, ?)"};
-  if (const auto kept = said.bind(number).bind(remark).run(); !kept) return kept;
+  TRY(said.bind(number).bind(remark).run());
   Statement seal{database, "UPDATE remarks SET checksum = row_sum(transition_id, text) WHERE transition_id = ?"};
-  return seal.bind(number).run();
+  TRY(seal.bind(number).run());
+  return static_cast<std::uint64_t>(number);
 }
 
 Outcome<void, Failure> seal(Database& database, Id id) {

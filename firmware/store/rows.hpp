@@ -15,11 +15,12 @@ std::int64_t stored(Id id);
 
 // A query for whole records.
 std::string select(std::string_view condition);
+// Of a row of select(), without the values of the result.
+Outcome<Contents::Head, Failure> readHead(const Statement& row);
 Outcome<std::vector<Record>, Failure> readRecords(Statement& statement);
 Outcome<std::optional<Record>, Failure> readAtMostOne(Statement& statement);
 
-// The condition for one binding, and its values.
-inline constexpr std::string_view kOfBinding = "subject = ? AND probe = ? AND machine = ? AND mounting = ?";
+// Values of a binding, in the order subject, probe, machine, mounting.
 Statement& bind(Statement& statement, const Binding& binding);
 
 // Updates the checksum of a changed row. Only for rows that were read and found intact in this transaction.
@@ -32,7 +33,8 @@ Outcome<void, Failure> markDamaged(Database& database);
 // same subject has replaced.
 Outcome<std::vector<std::string>, Failure> damagedRows(Database& database);
 
-Outcome<void, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,
-                            std::string_view remark = {});
+// Stores a transition, and returns its number.
+Outcome<std::uint64_t, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,
+                                     std::string_view remark);
 
 }  // namespace probebox::store

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "firmware/store/replacement.hpp"
+#include "firmware/store/rows.hpp"
 #include "firmware/store/schema.hpp"
 #include "firmware/store/set_aside.hpp"
 
@@ -21,7 +22,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kPage = 4096;
 
 // The greatest number of a row that a file of this size can have; a number beyond it is damage itself. Rows are never
-// deleted, and none takes less than 20 bytes; some of an earlier file may have been lost.
+// deleted, and none takes less than 20 bytes; some of the rows may have been lost.
 std::int64_t mostIdsIn(std::uint64_t file_bytes) {
   return static_cast<std::int64_t>(std::max<std::uint64_t>(100'000, file_bytes / 20));
 }
@@ -49,7 +50,6 @@ constexpr std::array kTables{
     Table{"datasets", "result_id", "result_id, json", 2},
     Table{"dependences", "id", "id, result_id, rests_on", 3},
     Table{"remarks", "transition_id", "transition_id, text", 2},
-    Table{"standing", "id", "id, x_mm, y_mm, z_mm, utc", 5},
 };
 
 // The copy that is worked on, gone afterwards.
@@ -99,7 +99,7 @@ void makeGood(Header& header, std::uint64_t file_bytes) {
   put32(44, 4);  // schema format
   put32(52, 0);  // no auto-vacuum
   put32(56, 1);  // UTF-8
-  put32(60, static_cast<std::uint32_t>(knownSchema()));
+  put32(60, static_cast<std::uint32_t>(kSchema));
   put32(64, 0);
   put32(68, static_cast<std::uint32_t>(kApplicationId));
   put(72, std::string_view{"\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0", 20});
@@ -205,9 +205,9 @@ Outcome<void, Failure> keepLastNumber(Database& from, Database& into, std::int64
 }
 
 // All in one transaction.
-Outcome<Salvaged, Failure> copyWhatIsWhole(Database& from, std::uint64_t file_bytes, Database& into) {
+Outcome<std::size_t, Failure> copyWhatIsWhole(Database& from, std::uint64_t file_bytes, Database& into) {
   const auto most = mostIdsIn(file_bytes);
-  Salvaged salvaged;
+  std::size_t salvaged = 0;
   TRY(into.run("PRAGMA foreign_keys = OFF"));
   {
     TRY(auto transaction, Transaction::begin(into));
@@ -216,11 +216,11 @@ Outcome<Salvaged, Failure> copyWhatIsWhole(Database& from, std::uint64_t file_by
       TRY(const auto ids, idsOf(from, table, most));
       for (const auto id : ids) {
         TRY(const auto copied, copier.copies(id));
-        if (copied && &table == kTables.data()) ++salvaged.results;
+        if (copied && &table == kTables.data()) ++salvaged;
       }
     }
     TRY(keepLastNumber(from, into, most));
-    TRY(salvaged.assigned, assignSubjects(into));
+    TRY(markDamaged(into));
     TRY(transaction.commit());
   }
   TRY(into.run("PRAGMA foreign_keys = ON"));
@@ -254,7 +254,7 @@ Outcome<Database, Failure> imageOf(const std::string& path) {
 
 }  // namespace
 
-Outcome<Salvaged, Failure> salvage(const std::string& damaged, Database& into) {
+Outcome<std::size_t, Failure> salvage(const std::string& damaged, Database& into) {
   const WorkingCopy copy{damaged};
   if (!copy.whyNot().empty()) return Failure{Reason::unavailable, copy.whyNot()};
   if (!copy.hasJournal() && !makeHeaderGood(copy.path()))
@@ -268,9 +268,9 @@ Outcome<Database, Failure> salvagedInMemory(const std::string& damaged) {
   if (std::error_code error; fs::file_size(damaged + "-journal", error) > 0 && !error) return nothing;
   TRY(auto from, imageOf(damaged));
   TRY(auto into, Database::inMemory());
-  TRY(migrate(into));
+  TRY(makeTables(into));
   TRY(const auto salvaged, copyWhatIsWhole(from, bytesOf(damaged), into));
-  if (salvaged.results == 0) return nothing;
+  if (salvaged == 0) return nothing;
   return into;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-#include <string>
+#include <cstdint>
 
 #include "firmware/store/database.hpp"
 
@@ -7,18 +7,13 @@ namespace probebox::store {
 
 // "pbox": SQLite's application id, which identifies the program of a file.
 inline constexpr std::int64_t kApplicationId = 0x70626f78;
+// Version of the tables (SQLite's user_version).
+inline constexpr std::int64_t kSchema = 1;
 
-// Schema versions that this program can read: 1 up to and with this one.
-std::int64_t knownSchema();
-
-// Refuses files of other programs or of a newer schema, then checks every page. Changes nothing.
+// Refuses files of other programs or of another schema, then checks every page. Changes nothing.
 Outcome<void, Failure> inspect(Database& database);
 
-// Updates the file to the newest schema, all steps in one transaction. Returns a notice for a person, or an empty text.
-Outcome<std::string, Failure> migrate(Database& database);
-
-// Assigns every result that an earlier version stored to the subject of the quantity that it found (subjects.cpp).
-// Damaged rows stay unchanged. Returns a notice for a person, or an empty text. Call inside a transaction.
-Outcome<std::string, Failure> assignSubjects(Database& database);
+// Makes the tables in an empty file, in one transaction. Writes nothing where they are.
+Outcome<void, Failure> makeTables(Database& database);
 
 }  // namespace probebox::store

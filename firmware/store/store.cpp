@@ -7,7 +7,6 @@
 #include "firmware/store/opening.hpp"
 #include "firmware/store/rows.hpp"
 
-// Storing and finding results; changes of their state are in life.cpp.
 namespace probebox::store {
 namespace {
 
@@ -56,6 +55,40 @@ Transition readTransition(const Statement& row) {
           .remark = row.text(10)};
 }
 
+constexpr std::size_t kAllTransitions = 1'000'000'000;
+
+// above: only of results with a greater number.
+Outcome<std::vector<Transition>, Failure> readTransitions(Database& database, const HistoryRange& range, Id above) {
+  Statement statement{database,
+                      "SELECT t.id, t.result_id, method, subject, probe, machine, mounting, t.state, t.utc, t.by_whom, "
+                      "coalesce((SELECT m.text FROM remarks m WHERE m.transition_id = t.id "
+                      "AND m.checksum = row_sum(m.transition_id, m.text)), '') "
+                      "FROM transitions t JOIN results r ON r.id = t.result_id "
+                      "WHERE t.id > ? AND t.state <> 5 AND t.checksum = row_sum(t.id, t.result_id, t.state, t.utc, "
+                      "t.by_whom) AND (?2 = 0 OR t.result_id = ?2) AND (?3 = '' OR subject = ?3) "
+                      "AND t.result_id > ?4 ORDER BY t.id LIMIT ?5"};
+  statement.bind(stored(range.after)).bind(stored(range.result)).bind(range.subject).bind(stored(above));
+  statement.bind(static_cast<std::int64_t>(range.count));
+  std::vector<Transition> transitions;
+  while (true) {
+    TRY(const auto row, statement.step());
+    if (!row) return transitions;
+    transitions.push_back(readTransition(statement));
+  }
+}
+
+Outcome<std::vector<Contents::Head>, Failure> readHeads(Database& database, Id above) {
+  Statement statement{database, select("WHERE state <> 5 AND id > ? ORDER BY id")};
+  statement.bind(stored(above));
+  std::vector<Contents::Head> heads;
+  while (true) {
+    TRY(const auto row, statement.step());
+    if (!row) return heads;
+    TRY(auto head, readHead(statement));
+    heads.push_back(std::move(head));
+  }
+}
+
 }  // namespace
 
 std::string_view name(State state) {
@@ -101,8 +134,8 @@ bool Store::setDamagedRowsAside() {
   return transaction && markDamaged(*database_) && transaction->commit();
 }
 
-Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& content, std::string_view utc,
-                                   const Origin& origin) {
+Outcome<Transition, Failure> Store::insert(const Binding& binding, const Content& content, std::string_view utc,
+                                           const Origin& origin) {
   if (utc.empty()) return Failure{Reason::bad_argument, "a result needs the time at which it was found (UTC)"};
   Statement statement{*database_,
                       "INSERT INTO results (state, method, subject, probe, machine, mounting, result_json, "
@@ -111,10 +144,103 @@ Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& conten
   TRY(bind(statement, binding).bind(content.json).bind(utc).run());
   const auto id = static_cast<Id>(database_->lastId());
   TRY(seal(*database_, id));
-  TRY(note(*database_, id, content.state, utc, origin.by, origin.remark));
+  TRY(const auto number, note(*database_, id, content.state, utc, origin.by, origin.remark));
   TRY(keepDependences(*database_, id, origin.rests_on));
   TRY(keepDataset(*database_, id, content.dataset));
-  return id;
+  return Transition{.number = number,
+                    .result = id,
+                    .method = std::string{content.method},
+                    .binding = binding,
+                    .to = content.state,
+                    .utc = std::string{utc},
+                    .by = origin.by,
+                    .remark = origin.remark};
+}
+
+Outcome<Transition, Failure> Store::change(const Change& change, std::string_view utc) {
+  TRY(const auto record, find(change.result));
+  if (record.state != change.from)
+    return Failure{Reason::not_possible_now, "result " + std::to_string(record.id) + " is " +
+                                                 std::string{name(record.state)} + ", no longer " +
+                                                 std::string{name(change.from)} + ": repeat the request"};
+  TRY(const auto number, note(*database_, record.id, change.to, utc, change.by, change.remark));
+  const bool is_accepted = change.to == State::accepted;
+  Statement row{*database_,
+                "UPDATE results SET state = ?, accepted_utc = ?, accepted_by = ?, retired_utc = ? WHERE id = ?"};
+  row.bind(stored(change.to)).bind(is_accepted ? utc : record.accepted_utc);
+  row.bind(is_accepted ? change.by : record.accepted_by).bind(change.to == State::retired ? utc : std::string_view{});
+  TRY(row.bind(stored(record.id)).run());
+  TRY(seal(*database_, record.id));
+  return Transition{.number = number,
+                    .result = record.id,
+                    .method = record.method,
+                    .binding = record.binding,
+                    .to = change.to,
+                    .utc = std::string{utc},
+                    .by = change.by,
+                    .remark = change.remark};
+}
+
+Outcome<std::vector<Transition>, Failure> Store::append(std::span<const Change> changes,
+                                                        const std::optional<Proposal>& proposal, std::string_view utc) {
+  if (utc.empty()) return Failure{Reason::bad_argument, "a change needs its time (UTC)"};
+  const auto appended = [&]() -> Outcome<std::vector<Transition>, Failure> {
+    TRY(auto transaction, Transaction::begin(*database_));
+    std::vector<Transition> transitions;
+    if (proposal) {
+      const auto& [binding, result, origin] = *proposal;
+      const auto json = json::toJson(result);
+      TRY(auto proposed, insert(binding, {State::proposed, result.method, json, {}}, utc, origin));
+      transitions.push_back(std::move(proposed));
+    }
+    for (const auto& each : changes) {
+      TRY(auto changed, change(each, utc));
+      transitions.push_back(std::move(changed));
+    }
+    TRY(transaction.commit());
+    return transitions;
+  }();
+  // A row that is found damaged only now does not stand in the way of the next attempt.
+  if (!appended && appended.error().reason == Reason::damaged) setDamagedRowsAside();
+  return appended;
+}
+
+Outcome<void, Failure> Store::undo(std::span<const Change> changes) {
+  TRY(auto transaction, Transaction::begin(*database_));
+  for (const auto& change : changes) {
+    TRY(const auto now, find(change.result));
+    if (now.state != change.to)
+      return Failure{Reason::not_possible_now,
+                     "result " + std::to_string(now.id) + " is " + std::string{name(now.state)} + " already"};
+    Statement newest{*database_,
+                     "DELETE FROM transitions WHERE id = (SELECT max(id) FROM transitions WHERE result_id = ?)"};
+    TRY(newest.bind(stored(now.id)).run());
+    // One that is retired again was so since its last retirement.
+    Statement row{*database_,
+                  "UPDATE results SET state = ?2, retired_utc = CASE WHEN ?2 = 3 THEN (SELECT utc FROM transitions "
+                  "WHERE result_id = ?1 AND state = 3 ORDER BY id DESC LIMIT 1) ELSE '' END WHERE id = ?1"};
+    TRY(row.bind(stored(now.id)).bind(stored(change.from)).run());
+    TRY(seal(*database_, now.id));
+  }
+  return transaction.commit();
+}
+
+Outcome<Contents, Failure> Store::load(Id after) {
+  Contents contents;
+  TRY(contents.heads, withoutDamage([&] { return readHeads(*database_, after); }));
+  TRY(contents.transitions, readTransitions(*database_, {.count = kAllTransitions}, after));
+  Statement dependences{*database_,
+                        "SELECT result_id, rests_on FROM dependences WHERE result_id > ? AND checksum = row_sum(id, "
+                        "result_id, rests_on) ORDER BY id"};
+  dependences.bind(stored(after));
+  while (true) {
+    TRY(const auto row, dependences.step());
+    if (!row) break;
+    contents.dependences.push_back({static_cast<Id>(dependences.number(0)), static_cast<Id>(dependences.number(1))});
+  }
+  TRY(const auto last, database_->number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'results'"));
+  contents.next_id = static_cast<Id>(last) + 1;
+  return contents;
 }
 
 Outcome<Id, Failure> Store::propose(const Binding& binding, const metrology::Result& result, std::string_view dataset,
@@ -130,8 +256,8 @@ Outcome<std::vector<Id>, Failure> Store::propose(std::span<const Proposal> propo
   std::vector<Id> ids;
   for (const auto& [binding, result, origin] : proposals) {
     const auto json = json::toJson(result);
-    TRY(const auto id, insert(binding, {State::proposed, result.method, json, dataset}, utc, origin));
-    ids.push_back(id);
+    TRY(const auto proposed, insert(binding, {State::proposed, result.method, json, dataset}, utc, origin));
+    ids.push_back(proposed.result);
   }
   TRY(transaction.commit());
   return ids;
@@ -140,9 +266,9 @@ Outcome<std::vector<Id>, Failure> Store::propose(std::span<const Proposal> propo
 Outcome<Id, Failure> Store::refuse(const Binding& binding, std::string_view method, const metrology::Refusal& refusal,
                                    std::string_view dataset, std::string_view utc) {
   TRY(auto transaction, Transaction::begin(*database_));
-  TRY(const auto id, insert(binding, {State::refused, method, json::toJson(refusal), dataset}, utc, {}));
+  TRY(const auto refused, insert(binding, {State::refused, method, json::toJson(refusal), dataset}, utc, {}));
   TRY(transaction.commit());
-  return id;
+  return refused.result;
 }
 
 Outcome<Record, Failure> Store::find(Id id) {
@@ -151,25 +277,6 @@ Outcome<Record, Failure> Store::find(Id id) {
   if (record) return std::move(*record);
   return Failure{Reason::unknown_result,
                  "there is no result " + std::to_string(id) + "; `probebox history` names those that there are"};
-}
-
-Outcome<std::optional<Record>, Failure> Store::active(const Binding& binding) {
-  Statement statement{*database_, select("WHERE state = 2 AND ").append(kOfBinding)};
-  return readAtMostOne(bind(statement, binding));
-}
-
-Outcome<std::vector<Record>, Failure> Store::inState(State state) {
-  return withoutDamage([&] {
-    Statement statement{*database_, select("WHERE state = ? ORDER BY id")};
-    return readRecords(statement.bind(stored(state)));
-  });
-}
-
-Outcome<std::vector<Record>, Failure> Store::newest(std::size_t count) {
-  return withoutDamage([&] {
-    Statement statement{*database_, select("WHERE state <> 5 ORDER BY id DESC LIMIT ?")};
-    return readRecords(statement.bind(static_cast<std::int64_t>(count)));
-  });
 }
 
 Outcome<std::vector<Record>, Failure> Store::resultsAfter(Id after, std::size_t count) {
@@ -196,26 +303,11 @@ Outcome<std::string, Failure> Store::dataset(Id id) {
 }
 
 Outcome<std::vector<Transition>, Failure> Store::history(Id id) {
-  return history(HistoryRange{.result = id, .subject = {}, .after = 0, .count = 100'000});
+  return history(HistoryRange{.result = id, .subject = {}, .after = 0, .count = kAllTransitions});
 }
 
 Outcome<std::vector<Transition>, Failure> Store::history(const HistoryRange& range) {
-  Statement statement{*database_,
-                      "SELECT t.id, t.result_id, method, subject, probe, machine, mounting, t.state, t.utc, t.by_whom, "
-                      "coalesce((SELECT m.text FROM remarks m WHERE m.transition_id = t.id "
-                      "AND m.checksum = row_sum(m.transition_id, m.text)), '') "
-                      "FROM transitions t JOIN results r ON r.id = t.result_id "
-                      "WHERE t.id > ? AND t.state <> 5 AND t.checksum = row_sum(t.id, t.result_id, t.state, t.utc, "
-                      "t.by_whom) AND (?2 = 0 OR t.result_id = ?2) AND (?3 = '' OR subject = ?3) "
-                      "ORDER BY t.id LIMIT ?4"};
-  statement.bind(stored(range.after)).bind(stored(range.result)).bind(range.subject);
-  statement.bind(static_cast<std::int64_t>(range.count));
-  std::vector<Transition> transitions;
-  while (true) {
-    TRY(const auto row, statement.step());
-    if (!row) return transitions;
-    transitions.push_back(readTransition(statement));
-  }
+  return readTransitions(*database_, range, 0);
 }
 
 Outcome<std::vector<Dependence>, Failure> Store::restsOn(Id id) {
@@ -232,27 +324,6 @@ Outcome<std::vector<Dependence>, Failure> Store::restsOn(Id id) {
                    .subject = statement.text(1),
                    .in_force = statement.number(2) == 1});
   }
-}
-
-Outcome<Standing, Failure> Store::keepStanding(const std::array<double, 3>& correction_mm, std::string_view utc) {
-  TRY(auto transaction, Transaction::begin(*database_));
-  Statement statement{*database_, "INSERT OR REPLACE INTO standing (id, x_mm, y_mm, z_mm, utc) VALUES (1, ?, ?, ?, ?)"};
-  for (const double value_mm : correction_mm) statement.bind(value_mm);
-  TRY(statement.bind(utc).run());
-  TRY(database_->run("UPDATE standing SET checksum = row_sum(id, x_mm, y_mm, z_mm, utc)"));
-  TRY(transaction.commit());
-  return Standing{correction_mm, std::string{utc}};
-}
-
-Outcome<std::optional<Standing>, Failure> Store::standing() {
-  Statement statement{*database_,
-                      "SELECT x_mm, y_mm, z_mm, utc, checksum = row_sum(id, x_mm, y_mm, z_mm, utc) FROM standing"};
-  TRY(const auto row, statement.step());
-  if (!row) return std::optional<Standing>{};
-  if (statement.number(4) != 1)
-    return Failure{Reason::damaged, "the correction that was served last is damaged on the disk"};
-  return std::optional<Standing>{
-      Standing{{statement.real(0), statement.real(1), statement.real(2)}, statement.text(3)}};
 }
 
 }  // namespace probebox::store

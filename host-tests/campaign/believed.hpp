@@ -23,7 +23,7 @@ class Believed {
       waiting_[record.binding.subject] = record.id;
     }
   }
-  void rolledBack(const std::string& subject, const store::RolledBack& changed) {
+  void rolledBack(const std::string& subject, const app::ResultsInForce::Return& changed) {
     in_force_.erase(subject);
     if (changed.active) in_force_[subject] = changed.active->id;
   }

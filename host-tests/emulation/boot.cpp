@@ -44,7 +44,7 @@ Boot::Boot(Office& office, const std::filesystem::path& file, const procedure::F
             [](const app::Reply&) {}} {}
 
 std::vector<Event> Boot::restored(const app::ServedBefore& served) {
-  auto events = standing_.restore(office_.scenario().now(), served, std::nullopt);
+  auto events = standing_.restore(office_.scenario().now(), served);
   for (const auto& event : calibrations_.restore()) events.push_back(event);
   // After what was in force before: that is no change, and a cut does not keep it out.
   if (doors_.anyInhibits()) events.emplace_back(CutInhibit{.active = true, .at = office_.scenario().now()});
@@ -115,7 +115,7 @@ std::optional<store::Record> Boot::newestProposed() {
 
 bool Boot::solve() {
   auto& scenario = office_.scenario();
-  const auto run = std::exchange(scenario.recorder().run_to_solve, std::nullopt);
+  const auto run = std::exchange(scenario.recorder().run_to_solve);
   if (!run) return false;
   const auto& box = scenario.box();
   calibrations_.solve(*run, box.plan(), box.recording(), box.scales());

@@ -15,6 +15,7 @@
 #include "firmware/app/results/standing_keeper.hpp"
 #include "firmware/app/results/unit_record.hpp"
 #include "firmware/store/store.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/faults/announcements.hpp"
 
 namespace probebox::faults {
@@ -55,10 +56,12 @@ class StoreRoom {
         boots_{app::countBoot((folder / "boots").string()).count},
         keeper_{(folder / "served").string(), kLimits, [this](const Event& bounds) { takeBounds(bounds); }},
         unit_{(folder / "unit").string()} {
-    results_.alsoAsk([this] { return doors_.keepCutsOut(); });
+    results_.setCutGuards([this] { return doors_.tryLockOutCuts(); });
     (void)results_.restore();
+    if (const auto waiting = decided::inState(store_, store::State::accepted))
+      for (const auto& record : *waiting) accepted_.push_back(record.id);
     before_ = served_.before().found_mm;
-    for (const auto& event : keeper_.restore(now_, served_.before(), std::nullopt)) {
+    for (const auto& event : keeper_.restore(now_, served_.before())) {
       if (const auto* standing = std::get_if<StandingRestored>(&event)) standing_ = *standing;
       if (const auto* bounds = std::get_if<ServableWithin>(&event)) bounds_ = *bounds;
     }
@@ -91,7 +94,7 @@ class StoreRoom {
   }
 
   void report() {
-    const auto records = store_.newest(1000);
+    const auto records = decided::newest(store_, 1000);
     if (!records) return say_("found notice " + records.error().what);
     for (const auto& record : *records)
       say_("found state " + std::to_string(record.id) + " " + std::string{store::name(record.state)});
@@ -122,7 +125,7 @@ class StoreRoom {
   }
   void sayWhatIsThere() {
     std::string all = "sees";
-    const auto records = store_.newest(1000);
+    const auto records = decided::newest(store_, 1000);
     if (!records) return;
     for (const auto& record : *records)
       all += " " + std::to_string(record.id) + " " + std::string{store::name(record.state)};
@@ -135,7 +138,7 @@ class StoreRoom {
   }
 
   store::Id nextId() {
-    const auto newest = store_.newest(1);
+    const auto newest = decided::newest(store_, 1);
     return newest && !newest->empty() ? newest->front().id + 1 : 1;
   }
 
@@ -158,6 +161,7 @@ class StoreRoom {
   void accept(store::Id id) {
     look();
     const std::string what = doors_.anyInhibits() ? "await " : "accept ";
+    accepted_.push_back(id);
     attempt(what + std::to_string(id), [&] { return whyNot(results_.accept(id, "Ada", true)); });
   }
 
@@ -191,8 +195,8 @@ class StoreRoom {
 
   // The state of the core as the worker sees it; a result that waits comes into force when it may.
   void look() {
-    const auto waiting = store_.inState(store::State::accepted);
-    const bool activates = waiting && !waiting->empty() && !doors_.anyInhibits() && now_ >= MonoTime{} + 1s;
+    const auto waiting = std::ranges::find_if(accepted_, [&](store::Id id) { return results_.isWaiting(id); });
+    const bool activates = waiting != accepted_.end() && !doors_.anyInhibits() && now_ >= MonoTime{} + 1s;
     const auto round = [&] {
       box::State state;
       state.at = now_;
@@ -201,9 +205,9 @@ class StoreRoom {
       results_.look(state);
     };
     if (!activates) return round();
-    attempt("activate " + std::to_string(waiting->front().id), [&]() -> std::optional<std::string> {
+    attempt("activate " + std::to_string(*waiting), [&]() -> std::optional<std::string> {
       round();
-      return results_.isWaiting(waiting->front().id) ? std::optional<std::string>{"it still waits"} : std::nullopt;
+      return results_.isWaiting(*waiting) ? std::optional<std::string>{"it still waits"} : std::nullopt;
     });
   }
 
@@ -237,6 +241,7 @@ class StoreRoom {
   MonoTime now_{};
   store::Store store_;
   app::ResultsInForce results_;
+  std::vector<store::Id> accepted_;  // may wait
   app::DoorBook doors_;
   app::ServedRecord served_;
   std::uint16_t boots_;

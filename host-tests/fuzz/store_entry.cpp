@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "firmware/store/store.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 #include "require.hpp"
 
@@ -75,12 +76,12 @@ class Folder {
         return store->propose(about, result, std::string(500, 'd'), "t0").value();
       };
       const auto first = propose(kDelay, resultOf("delay-multi-speed", "tau_s", 5.1998e-3));
-      require(store->accept(first, "Ada", "t1").ok());
+      require(decided::accept(*store, first, "Ada", "t1").ok());
       const auto second = propose(kDelay, resultOf("delay-in-out", "tau_s", 5.2e-3));
-      require(store->accept(second, "Grace", "t2").ok());
+      require(decided::accept(*store, second, "Grace", "t2").ok());
       const auto third = propose(kDelay, resultOf("delay-in-out", "tau_s", 5.3e-3));
-      require(store->accept(third, "Grace", "t3", store::Activation::later).ok());
-      require(store->accept(propose(kScrew, resultOf("screw-calibration", "K", 0.97)), "Ada", "t4").ok());
+      require(decided::accept(*store, third, "Grace", "t3", true).ok());
+      require(decided::accept(*store, propose(kScrew, resultOf("screw-calibration", "K", 0.97)), "Ada", "t4").ok());
       propose(kScrew, resultOf("screw-calibration", "K", 0.95));
       require(store->refuse(kScrew, "screw-calibration", {"noisy", "too noisy"}, "{}", "t5").ok());
       content_ = contentOf(*store);

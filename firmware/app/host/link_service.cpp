@@ -56,13 +56,6 @@ void LinkService::listen(tcp::Listener listener, std::string name, const board::
   reception_.listen(std::move(listener));
   tcp_doors_.push_back({std::move(name), may});
 }
-std::vector<std::string> LinkService::inhibitingTcpDoors() const {
-  std::vector<std::string> names;
-  for (const auto& door : tcp_doors_) {
-    if (door.may.allow_inhibit) names.push_back(door.name);
-  }
-  return names;
-}
 void LinkService::serve(const serial::Address& line, const board::Access& may) {
   serial_lines_.push_back(std::make_unique<SerialLine>());
   serial_lines_.back()->name = "serial:" + line.path;

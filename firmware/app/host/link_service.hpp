@@ -54,9 +54,6 @@ class LinkService {
   void serve(const serial::Address& line, const board::Access& may);
   void serve(const usb_gadget::PortAddress& port, const board::Access& may);
 
-  // Names of the TCP doors whose hosts may say that a cut is on.
-  std::vector<std::string> inhibitingTcpDoors() const;
-
   void start();
   void stop();
 

@@ -14,6 +14,7 @@
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/subject_values.hpp"
@@ -45,9 +46,10 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
 void addProbeTool(metrology::Dataset& dataset, const procedure::Facts& facts) {
   const auto* method = metrology::methodNamed(dataset.method);
   if (method == nullptr || facts.probe_tools.count != 1) return;
-  const auto& subject = method->subject.name;
-  if (subject.starts_with(metrology::kTurningAxis) || subject == "spindle-offset" ||
-      subject == metrology::kCheckSubject)
+  constexpr std::array kOfItsStylus{SubjectKind::centreline, SubjectKind::centreline_tip, SubjectKind::spindle_offset,
+                                    SubjectKind::check};
+  const auto subject = parseSubject(method->subject.name);
+  if (subject && std::ranges::find(kOfItsStylus, subject->kind) != kOfItsStylus.end())
     dataset.config.try_emplace("probe_tool", static_cast<double>(facts.probe_tools.numbers[0]));
 }
 
@@ -121,19 +123,13 @@ Calibrations::Calibrations(store::Store store, Mounting mounting, procedure::Fac
       facts_{facts},
       now_{std::move(now)},
       tell_core_{std::move(tell_core)},
-      in_force_{store_, std::move(mounting), now_, std::move(why_unfit), [this](const Event& event) { insist(event); }},
+      in_force_{store_, std::move(mounting), now_, std::move(why_unfit),
+                [this](const Event& event) { postBlocking(event); }},
       solver_{std::move(solver)} {}
-
-std::optional<store::Standing> Calibrations::standingOfBefore() {
-  auto standing = store_.standing();
-  if (standing) return std::move(*standing);
-  logError(standing.error().what);
-  return std::nullopt;
-}
 
 void Calibrations::look(const box::State& state) {
   in_force_.look(state);
-  attend();
+  pollSolver();
 }
 
 void Calibrations::solve(std::uint32_t run, const procedure::Plan& plan, const capture::Recording& recording,
@@ -145,7 +141,7 @@ void Calibrations::solve(std::uint32_t run, const procedure::Plan& plan, const c
   if (auto next = procedure::nextLoop(method, recording, scales, facts, measured)) {
     next->run = run;
     next->at = now_();
-    return insist(*next);
+    return postBlocking(*next);
   }
   auto& [dataset, refusal, warnings] = measured;
   std::ranges::move(disagreementsIn(dataset,
@@ -179,23 +175,23 @@ void Calibrations::conclude(const Case& run, std::uint32_t number, bool lasts, c
   setRefusal(solved ? "" : solved.error().name + ": " + solved.error().reason);
   const auto id = lasts ? keep(run, solved) : std::nullopt;
   const bool lost = lasts && !id;
-  insist(Solved{.run = number, .refused = !solved || lost, .result_id = id.value_or(0), .at = now_()});
+  postBlocking(Solved{.run = number, .refused = !solved || lost, .result_id = id.value_or(0), .at = now_()});
 }
 
 void Calibrations::begin(Case next) {
   waiting_.push_back(std::move(next));
-  attend();
+  pollSolver();
 }
 
-void Calibrations::takeNext() {
+void Calibrations::startNextCase() {
   being_solved_ = std::move(waiting_.front());
   waiting_.pop_front();
 }
 
-void Calibrations::attend() {
+void Calibrations::pollSolver() {
   while (being_solved_ || !waiting_.empty()) {
     if (!being_solved_) {
-      takeNext();
+      startNextCase();
       solver_.start(being_solved_->dataset, *being_solved_->text);
       being_solved_->dataset = {};
     }
@@ -215,15 +211,15 @@ void Calibrations::attend() {
 
 void Calibrations::finishSolving(std::chrono::milliseconds at_most) {
   cancelProposal();
-  attend();  // a run that waited behind the proposal
+  pollSolver();  // a run that waited behind the proposal
   constexpr std::chrono::milliseconds kRound{5};
   for (std::chrono::milliseconds waited{}; being_solved_ && waited < at_most; waited += kRound) {
     std::this_thread::sleep_for(kRound);
-    attend();
+    pollSolver();
   }
   solver_.cancel();
   for (; being_solved_ || !waiting_.empty(); being_solved_.reset()) {
-    if (!being_solved_) takeNext();
+    if (!being_solved_) startNextCase();
     being_solved_->then(metrology::Refusal{"solver-ended",
                                            "the box was stopped while it solved this run: its data are kept; save them "
                                            "and solve them on a computer (probebox solve), or measure again"});
@@ -408,7 +404,7 @@ void Calibrations::setRefusal(const std::string& text) {
 
 // The core empties its queue within milliseconds; the worker may wait, and a lost answer would block the procedure for
 // ever.
-void Calibrations::insist(const Event& command) {
+void Calibrations::postBlocking(const Event& command) {
   while (!tell_core_(command)) std::this_thread::sleep_for(std::chrono::milliseconds{1});
 }
 

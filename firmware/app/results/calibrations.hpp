@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/app/results/values_in_use.hpp"
 #include "firmware/app/solver/solver_process.hpp"
@@ -37,8 +36,6 @@ class Calibrations {
   std::vector<Event> restore() { return in_force_.restore(); }
   // Handles the newest state of the core and the solver's answers. Call repeatedly.
   void look(const box::State& state);
-  // The last correction as an earlier version stored it; StandingKeeper keeps it now.
-  std::optional<store::Standing> standingOfBefore();
   // Readable when the solver has something for look(); -1 while nothing is being solved.
   int solverDescriptor() const { return solver_.descriptor(); }
   // At the end of the daemon: waits for runs that are being solved or wait for it, and stores the data of unsolved ones
@@ -61,7 +58,7 @@ class Calibrations {
   void propose(metrology::Dataset dataset, const std::string& as_this_machine_by, Answered then);
   // Beyond the record: results that it rests on, and who vouched that it was measured on this machine.
   Outcome<std::vector<store::Dependence>, store::Failure> restsOn(store::Id id) { return store_.restsOn(id); }
-  bool isToRepeat(const store::Dependence& other) { return app::isToRepeat(store_, other); }
+  bool isToRepeat(const store::Dependence& other) const { return in_force_.isToRepeat(other.id); }
   std::string adoptedBy(store::Id id);
   bool isProposing() const;
   // Cancels the proposed case: nothing is stored and `then` is not called.
@@ -115,8 +112,8 @@ class Calibrations {
       const metrology::Dataset& dataset,
       const std::function<procedure::RunDataset(const procedure::Facts&)>& built) const;
   void begin(Case next);
-  void takeNext();
-  void attend();
+  void startNextCase();
+  void pollSolver();
   void conclude(const Case& run, std::uint32_t number, bool lasts, const metrology::Solved& solved);
   Outcome<std::vector<store::Id>, store::Failure> stored(const Case& solved_case, const metrology::Solved& solved);
   store::Proposal proposalAbout(const metrology::NamedSubject& about, const Case& solved_case,
@@ -125,7 +122,7 @@ class Calibrations {
   std::vector<NamedResult> namedResults(const metrology::Dataset& dataset);
   std::optional<store::Id> keep(const Case& run, const metrology::Solved& solved);
   void setRefusal(const std::string& text);
-  void insist(const Event& command);
+  void postBlocking(const Event& command);
 
   store::Store store_;
   procedure::Facts facts_;

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <utility>
 
-#include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "firmware/metrology/subject_values.hpp"
 
@@ -45,27 +45,26 @@ std::vector<Estimate> delayByAxis(const metrology::Result& result) {
 }
 
 // Of the axes that the subject names, each by its own key: a result about all of them has it too.
-std::vector<Estimate> delayOfSome(const metrology::Result& result, const std::array<bool, kLinearAxes>& axes) {
+std::vector<Estimate> delayOfSome(const metrology::Result& result, const Subject& subject) {
   const auto by_axis = delayByAxis(result).front();
   std::vector<Estimate> some;
-  for (std::size_t axis = 0; axis < axes.size() && by_axis.values.size() == axes.size(); ++axis) {
-    if (!axes[axis]) continue;
-    const bool has_sd = by_axis.sd.size() == axes.size();
+  for (std::size_t axis = 0; axis < kLinearAxes && by_axis.values.size() == kLinearAxes; ++axis) {
+    if (!subject.has(axis)) continue;
+    const bool has_sd = by_axis.sd.size() == kLinearAxes;
     some.push_back(Estimate::scalar(std::string{"tau_"} + "xyz"[axis] + "_s", by_axis.values[axis],
                                     has_sd ? std::optional{by_axis.sd[axis]} : std::nullopt));
-    if (by_axis.uncertainty.size() == axes.size()) some.back().uncertainty = {by_axis.uncertainty[axis]};
+    if (by_axis.uncertainty.size() == kLinearAxes) some.back().uncertainty = {by_axis.uncertainty[axis]};
   }
   return some;
 }
 
 std::vector<Estimate> quantitiesOf(const metrology::Result& result, const std::string& subject) {
-  if (const auto axes = delayAxesOf(subject)) {
-    const bool is_of_all = std::ranges::all_of(*axes, std::identity{});
-    auto quantities = is_of_all ? delayByAxis(result) : delayOfSome(result, *axes);
+  if (const auto delay = parseSubject(subject, SubjectKind::delay)) {
+    auto quantities = delay->of == kAllAxes ? delayByAxis(result) : delayOfSome(result, *delay);
     if (const auto* gain = servedGain(result)) quantities.push_back(*gain);
     return quantities;
   }
-  if (subject.starts_with("stylus-offset-")) {
+  if (isAbout(subject, SubjectKind::stylus_offset)) {
     if (const auto offset = stylusOffsetOf(result)) return {*offset};
   }
   return metrology::valuesCompared(result, subject);

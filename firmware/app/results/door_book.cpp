@@ -16,7 +16,6 @@ namespace {
 // 190.
 constexpr std::size_t kMostBookBytes = 7168;
 static_assert((DoorBook::kMostDoors + DoorBook::kMostPersons) * (2 * DoorBook::kMostName + 30) < 8168);
-constexpr const char* kNetwork = "network";
 constexpr std::chrono::seconds kDoorPatience{2};
 constexpr const char* kUnknown = "unknown: the file of inhibits was damaged";
 
@@ -118,23 +117,6 @@ DoorBook::DoorBook(const std::string& path, std::function<bool(bool)> tell_core,
       stored_{doors_},
       problem_{problemOf(file_)} {}
 
-void DoorBook::takeOverNetwork(const std::vector<std::string>& tcp_doors) {
-  const std::lock_guard lock{changing_};
-  Doors doors = doors_;
-  const auto former = std::ranges::find(doors, kNetwork, &DoorEntry::door);
-  if (former == doors.end() || !former->inhibits || tcp_doors.empty()) return;
-  const DoorEntry held = *former;
-  doors.erase(former);
-  for (const auto& door : tcp_doors) {
-    const auto entry = findOrAdd(doors, door);
-    if (!entry) return;
-    **entry = {.door = door, .word_order = 0, .inhibits = true, .by = held.by, .since_utc = held.since_utc};
-  }
-  // Where the disk refuses, the next start finds what there was before.
-  store(doors);
-  show(std::move(doors));
-}
-
 std::string DoorBook::problem() const {
   const std::lock_guard lock{mutex_};
   return problem_;
@@ -168,15 +150,15 @@ std::vector<DoorEntry> DoorBook::holders() const {
 }
 
 // A door that waits comes first, however many results wait as well.
-std::optional<NoCut> DoorBook::keepCutsOut() {
+std::optional<CutLock> DoorBook::tryLockOutCuts() {
   if (declaring_ > 0) return std::nullopt;
-  NoCut no_cut{changing_};
+  CutLock cut_lock{changing_};
   if (declaring_ > 0 || anyInhibits()) return std::nullopt;
-  return no_cut;
+  return cut_lock;
 }
 
 std::optional<Error> DoorBook::keepWordOrder(std::string_view door, std::uint16_t order) {
-  const NoCut lock{changing_, kDoorPatience};
+  const CutLock lock{changing_, kDoorPatience};
   if (!lock) return sayItAgain();
   if (wordOrder(door) == order && isStored(door)) return std::nullopt;
   Doors doors = doors_;
@@ -193,7 +175,7 @@ std::optional<Error> DoorBook::setInhibit(std::string_view door, bool active, st
     if (!untold_ && inhibitsIn(doors_, door) == active && isStored(door)) return std::nullopt;
   }
   declaring_ += active ? 1 : 0;
-  const NoCut lock{changing_, kDoorPatience};
+  const CutLock lock{changing_, kDoorPatience};
   declaring_ -= active ? 1 : 0;
   if (!lock) return sayItAgain();
   if (inhibits(door) != active || !isStored(door)) return change(door, active, by);
@@ -201,7 +183,7 @@ std::optional<Error> DoorBook::setInhibit(std::string_view door, bool active, st
 }
 
 std::optional<Error> DoorBook::clearInhibit(std::string_view door, std::string_view by) {
-  const NoCut lock{changing_, kDoorPatience};
+  const CutLock lock{changing_, kDoorPatience};
   if (!lock) return sayItAgain();
   if (inhibits(door)) return change(door, false, by);
   if (untold_ && find(doors_, door) != nullptr) return tellCore();

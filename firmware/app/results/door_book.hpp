@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/app/results/no_cut.hpp"
+#include "firmware/app/results/cut_lock.hpp"
 #include "firmware/store/twin_file.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -43,10 +43,6 @@ class DoorBook {
   // tell_core: passes on whether any door inhibits; false when the core's queue is full.
   DoorBook(const std::string& path, std::function<bool(bool)> tell_core, store::Before before = store::Before::perhaps);
 
-  // Gives an inhibit that an earlier version kept for all hosts on TCP ("network") to each of these doors, whose hosts
-  // can end it. It stays as it is where there are none: a person clears it by its name. Call before others.
-  void takeOverNetwork(const std::vector<std::string>& tcp_doors);
-
   // Problem with the file, for a person; empty without one.
   std::string problem() const;
 
@@ -58,7 +54,7 @@ class DoorBook {
   std::vector<DoorEntry> holders() const;
   // Keeps all doors from changing while a result comes into force; nothing while one inhibits, or waits to do so. May
   // wait for the disk.
-  std::optional<NoCut> keepCutsOut();
+  std::optional<CutLock> tryLockOutCuts();
 
   // Declares that a cut is on, or over; returns at once when that is stored and with the core already, and waits for a
   // result that is just coming into force, 2 s at most. On a failure of the disk the begin of a cut holds until the box

@@ -9,6 +9,7 @@
 
 #include "firmware/metrology/checks/plausible.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -19,7 +20,9 @@ namespace quantity = metrology::quantity;
 
 bool findsATurningAxis(const metrology::Result& result) {
   const auto* method = metrology::methodNamed(result.method);
-  return method != nullptr && method->subject.name.starts_with("centreline");
+  if (method == nullptr) return false;
+  const auto& subject = method->subject.name;
+  return isAbout(subject, SubjectKind::centreline) || isAbout(subject, SubjectKind::centreline_tip);
 }
 
 std::string millimetres(double value) {

@@ -1,16 +1,14 @@
 #include "firmware/app/results/result_events.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <span>
 #include <utility>
 
 #include "firmware/app/results/result_values.hpp"
-#include "firmware/app/results/subject_axis.hpp"
 #include "firmware/metrology/centreline/axis_alignment.hpp"
-#include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "firmware/metrology/rotary/sensor_head.hpp"
@@ -24,32 +22,6 @@
 
 namespace probebox::app {
 namespace {
-
-namespace quantity = metrology::quantity;
-
-constexpr std::string_view kDelay = "delay";
-constexpr std::string_view kDelayByJoint = "delay-joints";
-constexpr std::string_view kCentreline = metrology::kTurningAxis;
-constexpr std::string_view kCentrelineOfSlide = "centreline-slide";
-constexpr std::string_view kCentrelineFromTip = metrology::kTurningAxisFromTip;
-constexpr std::string_view kStylusOffsetOf = "stylus-offset-";
-constexpr std::string_view kSensorHeadOf = "sensor-head-";
-constexpr std::string_view kSwivelOf = "swivel-";
-constexpr std::string_view kAssemblyOf = "assembly-";
-
-std::optional<Axis> screwAxis(std::string_view subject) {
-  if (subject == "screw-x") return Axis::x;
-  if (subject == "screw-y") return Axis::y;
-  if (subject == "screw-z") return Axis::z;
-  return std::nullopt;
-}
-
-// Axis of a subject such as "screw-reference-x".
-std::optional<Axis> screwReferenceAxis(std::string_view subject) {
-  constexpr std::string_view kReferenceOf = "screw-reference-";
-  if (!subject.starts_with(kReferenceOf)) return std::nullopt;
-  return screwAxis("screw-" + std::string{subject.substr(kReferenceOf.size())});
-}
 
 // The gain that the touches of a delay gave (servedGain). Without one, that of probe.toml stays.
 void addGain(DelayActivated& event, const metrology::Result& result) {
@@ -67,8 +39,8 @@ void addGain(DelayActivated& event, const metrology::Result& result) {
   }
 }
 
-Outcome<std::vector<Event>> delay(const metrology::Result& result, const std::array<bool, kLinearAxes>& observed,
-                                  std::uint64_t id, MonoTime now) {
+Outcome<std::vector<Event>> delay(const metrology::Result& result, const Subject& subject, std::uint64_t id,
+                                  MonoTime now) {
   const bool per_axis = result.find(quantity::kTauAxis.key) != nullptr;
   TRY(const auto tau,
       per_axis ? valuesOf(result, quantity::kTauAxis.key, kLinearAxes) : valuesOf(result, quantity::kTau.key, 1));
@@ -76,7 +48,7 @@ Outcome<std::vector<Event>> delay(const metrology::Result& result, const std::ar
   event.result_id = id;
   event.at = now;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    if (!observed[axis]) continue;
+    if (!subject.has(axis)) continue;
     const std::size_t i = per_axis ? axis : 0;
     event.tau_s[axis] = tau.values[i];
     event.sd_s[axis] = tau.sdOf(i);
@@ -147,8 +119,8 @@ Outcome<std::vector<Event>> screwReference(const metrology::Result& result, Axis
       ScrewReferenceActivated{.result_id = id, .axis = axis, .reading_um = reading.values[0], .at = now}};
 }
 
-// The length of the assembled tool from the gauge line, L3 + L1 (C2): it replaces the one of [[tool]]. Results of
-// earlier versions have L3 alone, which is no such length; their compensation is served as ever.
+// The length of the assembled tool from the gauge line, L3 + L1 (C2): it replaces the one of [[tool]]. A result with
+// L3 alone has no such length.
 Outcome<std::vector<Event>> assembly(const metrology::Result& result, std::uint32_t tool, std::uint64_t id,
                                      MonoTime now) {
   if (result.find(quantity::kGaugeLength.key) == nullptr)
@@ -212,36 +184,28 @@ Outcome<std::vector<Event>> rotary(const metrology::Result& result, RotaryAxis a
   return events;
 }
 
-// Subjects that the core does not follow, with the values that they must have; nothing for others.
-std::optional<Outcome<std::vector<Event>>> kept(const metrology::Result& result, std::string_view subject) {
-  if (subject == "c-axis-alignment") {
+// Why a result about the offset of a stylus cannot be in force; nothing where it can.
+std::optional<Error> whyNoOffset(const metrology::Result& result) {
+  const auto offset = stylusOffsetOf(result);
+  if (!offset)
+    return Error{"The result of " + result.method +
+                 " has no offset of the stylus: measure it with spindle-offset-2x2."};
+  if (!std::ranges::all_of(offset->values, [](double mm) { return std::isfinite(mm); }))
+    return Error{"The result of " + result.method + " has a stylus offset that is not a number: calibrate again."};
+  return std::nullopt;
+}
+
+// Why a result whose case does not name its subject cannot be in force; nothing where it can.
+std::optional<Error> whyNameless(const store::Record& record, const metrology::Result& result) {
+  const auto& subject = record.binding.subject;
+  if (subject == "c-axis-alignment")
     return Error{
         "The spindle stood still while the slide carried the chuck, so the result of " + result.method +
         " relates neither to the spindle axis nor to one tip: measure again with the spindle at 0 and 180 degrees."};
-  }
-  std::optional<Outcome<Values>> values;
-  if (subject == kCentrelineFromTip) values = valuesOf(result, quantity::kCentre.key, 2);
-  if (subject.starts_with(kStylusOffsetOf)) {
-    const auto offset = stylusOffsetOf(result);
-    if (!offset)
-      return Error{"The result of " + result.method +
-                   " has no offset of the stylus: measure it with spindle-offset-2x2."};
-    if (!std::ranges::all_of(offset->values, [](double mm) { return std::isfinite(mm); }))
-      return Error{"The result of " + result.method + " has a stylus offset that is not a number: calibrate again."};
-    return std::vector<Event>{};
-  }
-  if (!values) return std::nullopt;
-  if (!*values) return values->error();
-  return std::vector<Event>{};
-}
-
-// 5 of "sensor-head-5" behind "sensor-head-".
-std::optional<std::uint32_t> numberBehind(std::string_view prefix, std::string_view subject) {
-  if (!subject.starts_with(prefix)) return std::nullopt;
-  const auto digits = subject.substr(prefix.size());
-  std::uint32_t number = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-  return error == std::errc{} && end == digits.data() + digits.size() ? std::optional{number} : std::nullopt;
+  if (subject == "sensor-head-calibration")
+    return Error{"Result " + std::to_string(record.id) +
+                 " does not name its sensor head: give its case the config key 'tool'."};
+  return std::nullopt;
 }
 
 // Covariance of two parts of one key; nothing if the result states none.
@@ -292,30 +256,12 @@ std::string named(const store::Record& record) {
 
 }  // namespace
 
-constexpr std::string_view kPreTravelSubject = "pre-travel";
-
-std::optional<std::uint32_t> preTravelToolOf(std::string_view subject) {
-  return subject == kPreTravelSubject ? 0 : numberBehind(std::string{kPreTravelSubject} + "-", subject);
-}
-
-std::optional<std::array<bool, kLinearAxes>> delayAxesOf(std::string_view subject) {
-  if (subject == kDelay) return std::array{true, true, true};
-  constexpr std::string_view kOfAxes = "delay-", kLetters = "xyz";
-  if (!subject.starts_with(kOfAxes) || subject.size() == kOfAxes.size()) return std::nullopt;
-  std::array<bool, kLinearAxes> axes{};
-  for (const char letter : subject.substr(kOfAxes.size())) {
-    const auto axis = kLetters.find(letter);
-    if (axis == std::string_view::npos) return std::nullopt;
-    axes[axis] = true;
-  }
-  return axes;
-}
-
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
   const metrology::Result* result = record.result();
   if (result == nullptr) return Error{named(record) + " is a refusal."};
   TRY(const auto matrix, valuesOf(*result, quantity::kSensorMatrix.key, 9));
-  procedure::CalibratedHead head{.result_id = record.id, .tool = *sensorHeadOf(record.binding.subject)};
+  procedure::CalibratedHead head{.result_id = record.id,
+                                 .tool = parseSubject(record.binding.subject, SubjectKind::sensor_head)->of};
   for (std::size_t i = 0; i < 9; ++i) {
     head.matrix[i / 3][i % 3] = matrix.values[i];
     head.sd[i / 3][i % 3] = matrix.sdOf(i);
@@ -332,8 +278,8 @@ Outcome<procedure::PreTravel> preTravelOf(const store::Record& record) {
     return Error{named(record) +
                  " has no pre-travel along the stylus: touch the sphere from below its equator as well."};
   TRY(const auto parts, valuesOf(*result, kKey, kParts));
-  const auto tool = preTravelToolOf(record.binding.subject).value_or(0);
-  procedure::PreTravel found{.result_id = record.id, .tool = tool, .parts_mm = {}, .covariance = {}};
+  const auto subject = parseSubject(record.binding.subject, SubjectKind::pre_travel).value_or(Subject{});
+  procedure::PreTravel found{.result_id = record.id, .tool = subject.of, .parts_mm = {}, .covariance = {}};
   std::ranges::copy(parts.values, found.parts_mm.begin());
   for (std::size_t i = 0; i < kParts; ++i)
     for (std::size_t k = 0; k < kParts; ++k)
@@ -341,17 +287,13 @@ Outcome<procedure::PreTravel> preTravelOf(const store::Record& record) {
   return found;
 }
 
-std::optional<std::uint32_t> sensorHeadOf(std::string_view subject) {
-  return numberBehind(kSensorHeadOf, subject);
-}
-
 std::optional<procedure::MeasuredLength> measuredLengthOf(const store::Record& record) {
-  const auto tool = numberBehind(kAssemblyOf, record.binding.subject);
+  const auto assembly = parseSubject(record.binding.subject, SubjectKind::assembly);
   const auto* length = record.result() != nullptr ? record.result()->find(quantity::kGaugeLength.key) : nullptr;
-  if (!tool || length == nullptr) return std::nullopt;
+  if (!assembly || length == nullptr) return std::nullopt;
   const auto sds_mm = uncertaintiesOf(*length);
   procedure::MeasuredLength measured{.result_id = record.id,
-                                     .tool = *tool,
+                                     .tool = assembly->of,
                                      .length_mm = length->value(),
                                      .sd_mm = sds_mm.empty() ? 0.0 : sds_mm.front()};
   // W2 brings the tip onto the axis.
@@ -364,10 +306,10 @@ std::optional<procedure::MeasuredLength> measuredLengthOf(const store::Record& r
 }
 
 std::optional<procedure::MeasuredTip> measuredTipOf(const store::Record& record) {
-  const auto tool = numberBehind("tool-", record.binding.subject);
+  const auto tool = parseSubject(record.binding.subject, SubjectKind::tool);
   const auto* tip = record.result() != nullptr ? record.result()->find(quantity::kToolOffset.key) : nullptr;
   if (!tool || tip == nullptr || tip->values.size() < 3) return std::nullopt;
-  procedure::MeasuredTip measured{.result_id = record.id, .tool = *tool};
+  procedure::MeasuredTip measured{.result_id = record.id, .tool = tool->of};
   const auto sds_mm = uncertaintiesOf(*tip);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     measured.at_mm[axis] = tip->values[axis];
@@ -377,72 +319,87 @@ std::optional<procedure::MeasuredTip> measuredTipOf(const store::Record& record)
 }
 
 std::string subjectNamed(std::string_view subject_or_method) {
-  if (subject_or_method == kDelayByJoint) return std::string{kDelayByJoint};  // a method is called so too
+  if (parseSubject(subject_or_method)) return std::string{subject_or_method};  // a method may be called so, too
   const metrology::Method* method = metrology::methodNamed(subject_or_method);
-  const bool shared = !metrology::isSubject(subject_or_method) && method != nullptr && !method->subject.name.empty();
+  const bool shared = method != nullptr && !method->subject.name.empty();
   return std::string{shared ? method->subject.name : subject_or_method};
 }
 
 Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now) {
   const metrology::Result* result = record.result();
   if (result == nullptr) return Error{named(record) + " is a refusal."};
-  const auto& subject = record.binding.subject;
-  if (const auto observed = delayAxesOf(subject)) return delay(*result, *observed, record.id, now);
-  if (subject == kCentreline || subject == kCentrelineOfSlide) return centreline(*result, record.id, now);
-  if (auto published = kept(*result, subject)) return *std::move(published);
-  if (subject.starts_with(kSensorHeadOf) && !sensorHeadOf(subject))
-    return Error{named(record) + " does not name its sensor head: give its case the config key 'tool'."};
-  if (sensorHeadOf(subject)) {
-    // The worker follows it, and the core hears nothing of it.
-    TRY(calibratedHeadOf(record));
-    return std::vector<Event>{};
+  const std::vector<Event> none;
+  const auto subject = parseSubject(record.binding.subject);
+  if (!subject) {
+    if (auto why = whyNameless(record, *result)) return *std::move(why);
+    return none;
   }
-  if (preTravelToolOf(subject)) {
-    TRY(preTravelOf(record));
-    return std::vector<Event>{};
+  switch (subject->kind) {
+    case SubjectKind::delay:
+      return delay(*result, *subject, record.id, now);
+    case SubjectKind::centreline:
+    case SubjectKind::centreline_slide:
+      return centreline(*result, record.id, now);
+    case SubjectKind::screw:
+      return screw(*result, static_cast<Axis>(subject->axis()), record.id, now);
+    case SubjectKind::screw_reference:
+      return screwReference(*result, static_cast<Axis>(subject->axis()), record.id, now);
+    case SubjectKind::rotary:
+      return rotary(*result, static_cast<RotaryAxis>(subject->axis()), record.id, now);
+    case SubjectKind::swivel:
+      return swivel(*result, static_cast<RotaryAxis>(subject->axis()), record.id, now);
+    case SubjectKind::assembly:
+      return assembly(*result, subject->of, record.id, now);
+    // The worker follows these, and the core hears nothing of them.
+    case SubjectKind::centreline_tip:
+      TRY(valuesOf(*result, quantity::kCentre.key, 2));
+      return none;
+    case SubjectKind::stylus_offset:
+      if (auto why = whyNoOffset(*result)) return *std::move(why);
+      return none;
+    case SubjectKind::sensor_head:
+      TRY(calibratedHeadOf(record));
+      return none;
+    case SubjectKind::pre_travel:
+      TRY(preTravelOf(record));
+      return none;
+    default:
+      return none;
   }
-  if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);
-  if (const auto axis = screwReferenceAxis(subject)) return screwReference(*result, *axis, record.id, now);
-  if (const auto axis = rotaryAxisOf(subject)) return rotary(*result, *axis, record.id, now);
-  if (const auto axis = axisOf(subject, kSwivelOf)) return swivel(*result, *axis, record.id, now);
-  if (const auto tool = numberBehind(kAssemblyOf, subject)) return assembly(*result, *tool, record.id, now);
-  return std::vector<Event>{};
 }
 
-std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
-  if (delayAxesOf(subject)) {
-    DelayActivated none{};
+std::optional<Event> noneInForce(std::string_view name, MonoTime now) {
+  const auto subject = parseSubject(name);
+  if (!subject) return std::nullopt;
+  const auto as = [now](auto none) {
     none.at = now;
-    return none;
+    return std::optional<Event>{none};
+  };
+  const auto of = [&](auto none, auto axis) {
+    none.axis = axis;
+    return as(none);
+  };
+  const auto axis = static_cast<Axis>(subject->axis());
+  const auto rotary_axis = static_cast<RotaryAxis>(subject->axis());
+  switch (subject->kind) {
+    case SubjectKind::delay:
+      return as(DelayActivated{});
+    case SubjectKind::centreline:
+    case SubjectKind::centreline_slide:
+      return as(CentrelineActivated{});
+    case SubjectKind::screw:
+      return of(ScrewActivated{}, axis);
+    case SubjectKind::screw_reference:
+      return of(ScrewReferenceActivated{}, axis);
+    case SubjectKind::rotary:
+      return of(RotaryActivated{}, rotary_axis);
+    case SubjectKind::swivel:
+      return of(SwivelActivated{}, rotary_axis);
+    case SubjectKind::assembly:
+      return ToolLengthActivated{.result_id = 0, .tool = subject->of, .length_mm = 0, .at = now};
+    default:
+      return std::nullopt;
   }
-  if (subject == kCentreline || subject == kCentrelineOfSlide) {
-    CentrelineActivated none{};
-    none.at = now;
-    return none;
-  }
-  if (const auto axis = screwAxis(subject)) {
-    ScrewActivated none{};
-    none.axis = *axis;
-    none.at = now;
-    return none;
-  }
-  if (const auto axis = screwReferenceAxis(subject))
-    return ScrewReferenceActivated{.result_id = 0, .axis = *axis, .reading_um = 0, .at = now};
-  if (const auto axis = rotaryAxisOf(subject)) {
-    RotaryActivated none{};
-    none.axis = *axis;
-    none.at = now;
-    return none;
-  }
-  if (const auto axis = axisOf(subject, kSwivelOf)) {
-    SwivelActivated none{};
-    none.axis = *axis;
-    none.at = now;
-    return none;
-  }
-  if (const auto tool = numberBehind(kAssemblyOf, subject))
-    return ToolLengthActivated{.result_id = 0, .tool = *tool, .length_mm = 0, .at = now};
-  return std::nullopt;
 }
 
 }  // namespace probebox::app

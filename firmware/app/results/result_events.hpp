@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -23,14 +22,7 @@ std::string subjectNamed(std::string_view subject_or_method);
 // use. Errors name a missing or non-finite value, or a table that is too long.
 Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now);
 
-// Axes whose delay a result about this subject observes: all of "delay", X and Y of "delay-xy"; nullopt for other
-// subjects.
-std::optional<std::array<bool, kLinearAxes>> delayAxesOf(std::string_view subject);
-
-// Tool number of a sensor-head subject ("sensor-head-5"); nullopt for other subjects.
-std::optional<std::uint32_t> sensorHeadOf(std::string_view subject);
-
-// Reads the calibration of a sensor head from its result. Errors name what is missing.
+// Reads the calibration of a sensor head from its result about that. Errors name what is missing.
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record);
 
 // nullopt for results about anything else.
@@ -40,11 +32,8 @@ std::optional<procedure::MeasuredTip> measuredTipOf(const store::Record& record)
 
 // Reads the pre-travel of a touch-trigger probe from its result. Errors name what is missing.
 Outcome<procedure::PreTravel> preTravelOf(const store::Record& record);
-extern const std::string_view kPreTravelSubject;
-// Number of the tool of "pre-travel-2", 0 of "pre-travel"; nullopt for other subjects.
-std::optional<std::uint32_t> preTravelToolOf(std::string_view subject);
 
 // Event that deactivates a subject.
-std::optional<Event> noneInForce(std::string_view subject, MonoTime now);
+std::optional<Event> noneInForce(std::string_view name, MonoTime now);
 
 }  // namespace probebox::app

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
-#include "firmware/app/results/subject_axis.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 
 namespace probebox::app {
@@ -39,8 +39,8 @@ void appendValues(const Estimate& estimate, std::vector<messages::NamedValue>& v
 void appendSixErrors(const Estimate& six, const Estimate& angles_rad, const std::string& subject,
                      std::vector<messages::NamedValue>& values) {
   constexpr std::size_t kErrors = 6;
-  const auto axis = rotaryAxisOf(subject);  // nothing where a case names none: the subject is the method
-  const std::string letter = axis ? std::string{"ABC"[static_cast<std::size_t>(*axis)]} : "";
+  const auto axis = parseSubject(subject, SubjectKind::rotary);  // nothing where a case names none
+  const std::string letter = axis ? std::string{"ABC"[axis->axis()]} : "";
   for (std::size_t i = 0; i < six.values.size(); ++i)
     values.push_back(named(metrology::deviationKey(letter, i % kErrors, angles_rad.values[i / kErrors]), six, i));
 }

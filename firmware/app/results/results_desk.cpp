@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
-#include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "firmware/json/result_json.hpp"
@@ -150,15 +149,16 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Ac
   if (!accepted) return whyNot(accepted.error());
   if (!request->compare_only && accepted->state == store::State::active) sayWhenItIsTrue();
   const Comparison& comparison = accepted->comparison;
-  messages::AcceptResult::Answer answer{.state = wireState(accepted->state),
-                                        .waiting_for_cut = accepted->state == store::State::accepted,
-                                        .subject = accepted->binding.subject,
-                                        .first_of_subject = comparison.first(),
-                                        .compared_with = comparison.with,
-                                        .changes = {},
-                                        .differs = comparison.differs() || whyNotConforming(*accepted).has_value(),
-                                        .notes = accepted->notes,
-                                        .accepted_by = accepted->accepted_by};
+  messages::AcceptResult::Answer answer{
+      .state = wireState(accepted->state),
+      .waiting_for_cut = accepted->state == store::State::accepted,
+      .subject = accepted->binding.subject,
+      .first_of_subject = comparison.first(),
+      .compared_with = comparison.with,
+      .changes = {},
+      .differs = comparison.differs() || results::whyNotConforming(*accepted).has_value(),
+      .notes = accepted->notes,
+      .accepted_by = accepted->accepted_by};
   // Of what is in force now: before an acceptance, of what was.
   if (!request->compare_only) std::ranges::move(calibrations_.placesThatDisagree(), std::back_inserter(answer.notes));
   for (const auto& value : comparison.values) answer.changes.push_back(wireChange(value));

@@ -20,8 +20,8 @@ class ResultsDesk {
  public:
   ResultsDesk(Calibrations& calibrations, CoreView& core, DoorBook& doors)
       : calibrations_{calibrations}, core_{core}, doors_{doors}, proposals_{calibrations} {
-    calibrations.inForce().alsoAsk([&doors] { return doors.keepCutsOut(); },
-                                   [&core] { return core.newest().snapshot.inhibited; });
+    calibrations.inForce().setCutGuards([&doors] { return doors.tryLockOutCuts(); },
+                                        [&core] { return core.newest().snapshot.inhibited; });
   }
 
   static bool answers(messages::Operation operation);

@@ -2,30 +2,76 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
-#include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/served_results.hpp"
+#include "firmware/corrections/tool_in_spindle.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 
 namespace probebox::app {
 namespace {
 
+using results::Decision;
+using results::Ledger;
+using store::Failure;
+using store::Id;
+using store::Record;
+using store::State;
+
 constexpr Nanoseconds kSettling = std::chrono::seconds{1};
 constexpr Nanoseconds kPatience = std::chrono::seconds{1};
+
+results::Difference differenceBetween(const Record& next, const Record& present) {
+  const auto comparison = compare(next, present);
+  const auto exceeds = [](const ComparedValue& each) {
+    return std::abs(each.difference()) > each.u_before.value_or(0);
+  };
+  return {.differs = comparison.differs(),
+          .in_words = differencesIn(comparison),
+          .less_certain = lessCertain(comparison),
+          .exceeds_u =
+              comparison.values.empty() || comparison.omitted > 0 || std::ranges::any_of(comparison.values, exceeds)};
+}
+
+std::optional<metrology::Result> sumOf(const Record& from_tip, const Record& offset) {
+  const auto value = stylusOffsetOf(*offset.result());
+  return value ? relativeToSpindle(*from_tip.result(), *value, offset.id) : std::nullopt;
+}
 
 }  // namespace
 
 ResultsInForce::ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now,
-                               WhyUnfit why_unfit, std::function<void(const Event&)> tell_core)
+                               WhyUnfit why_unfit, std::function<void(const Event&)> post)
     : store_{store},
       mounting_{std::move(mounting)},
       now_{std::move(now)},
       why_unfit_{std::move(why_unfit)},
-      tell_core_{std::move(tell_core)} {}
+      post_{std::move(post)},
+      values_{values()} {}
 
-Outcome<std::vector<Event>> ResultsInForce::fitActivation(const store::Record& record) const {
+results::Values ResultsInForce::values() const {
+  return {.here = bindingFor({}),
+          .most_tool_lengths = corrections::kMostMeasuredTools,
+          .record = [this](Id id) { return recordOf(id); },
+          .activation = [this](const Record& record) { return fitActivation(record); },
+          .none = [this](const std::string& subject) { return noneInForce(subject, now_()); },
+          .difference = differenceBetween,
+          .sum = sumOf,
+          .probe_tool = [](const Record& from_tip) { return probeToolOf(*from_tip.result()); }};
+}
+
+std::shared_ptr<const Record> ResultsInForce::recordOf(Id id) const {
+  if (const auto read = records_.find(id); read != records_.end()) return read->second;
+  auto found = store_.find(id);
+  if (!found) return nullptr;
+  return records_[id] = std::make_shared<const Record>(std::move(*found));
+}
+
+Outcome<std::vector<Event>> ResultsInForce::fitActivation(const Record& record) const {
   if (record.result() != nullptr) {
     if (auto outside = whyOutside(*record.result())) return *outside;
   }
@@ -34,65 +80,6 @@ Outcome<std::vector<Event>> ResultsInForce::fitActivation(const store::Record& r
     if (auto unfit = why_unfit_(*events)) return *unfit;
   }
   return events;
-}
-
-// A result that fitted when it was accepted may not fit what the box describes now: then none of its kind is in force.
-void ResultsInForce::tell(const store::Record& record) {
-  const auto events = fitActivation(record);
-  if (!events) {
-    logError(named(record.id) + " is not in force: " + events.error().what);
-    return tellNone(record.binding.subject);
-  }
-  const auto delay = delayAxesOf(record.binding.subject) ? delayByAxis() : std::nullopt;
-  if (delay) return tell_core_(*delay);
-  for (const auto& event : *events) tell_core_(event);
-}
-
-// An axis whose delay is no longer of this result may have one of another.
-void ResultsInForce::tellNone(const std::string& subject) {
-  auto none = delayAxesOf(subject) ? delayByAxis() : noneInForce(subject, now_());
-  if (none) tell_core_(*none);
-}
-
-// The delay of each axis is that of the result which observed it and came into force last. Nothing where the store
-// cannot be read.
-std::optional<Event> ResultsInForce::delayByAxis() const {
-  const auto in_force = ours(store::State::active);
-  if (!in_force) return std::nullopt;
-  DelayActivated by_axis{};
-  by_axis.at = now_();
-  std::array<std::uint64_t, kLinearAxes> since{};
-  std::uint64_t newest = 0, newest_gain = 0;
-  for (const auto& record : *in_force) {
-    const auto observed = delayAxesOf(record.binding.subject);
-    const auto events = observed ? fitActivation(record) : std::vector<Event>{};
-    if (!events || events->empty()) continue;
-    const auto& own = std::get<DelayActivated>(events->front());
-    const auto number = activatedBy(record.id);
-    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-      if (!(*observed)[axis] || number < since[axis]) continue;
-      since[axis] = number;
-      by_axis.tau_s[axis] = own.tau_s[axis];
-      by_axis.sd_s[axis] = own.sd_s[axis];
-    }
-    if (number >= newest) newest = number, by_axis.result_id = own.result_id;
-    if (!own.has_gain || number < newest_gain) continue;
-    newest_gain = number;
-    by_axis.has_gain = true;
-    by_axis.gain_ppm = own.gain_ppm;
-    by_axis.sd_gain_ppm = own.sd_gain_ppm;
-  }
-  return by_axis;
-}
-
-// Number of the change by which a result came into force; 0 where the store cannot tell.
-std::uint64_t ResultsInForce::activatedBy(store::Id id) const {
-  std::uint64_t number = 0;
-  const auto changes = store_.history(id);
-  if (!changes) return number;
-  for (const auto& change : *changes)
-    if (change.to == store::State::active) number = std::max(number, change.number);
-  return number;
 }
 
 store::Binding ResultsInForce::bindingFor(const std::string& subject) const {
@@ -107,20 +94,12 @@ std::optional<Error> ResultsInForce::whyOutside(const metrology::Result& result)
 }
 
 std::vector<Event> ResultsInForce::restore() {
-  readStore();
+  reload();
+  publish();
   for (const auto& problem : store_.damage()) logError(problem);
-  std::vector<Event> events;
-  bool has_delay = false;
-  for (const auto& record : ours(store::State::active).value_or(std::vector<store::Record>{})) {
-    const auto told = fitActivation(record);
-    if (told && delayAxesOf(record.binding.subject))
-      has_delay = true;
-    else if (told)
-      events.insert(events.end(), told->begin(), told->end());
-    else
-      logError(named(record.id) + " is not in force: " + told.error().what);
-  }
-  if (const auto delay = has_delay ? delayByAxis() : std::nullopt) events.push_back(*delay);
+  std::vector<std::string> errors;
+  auto events = eventsBetween(Ledger{}, ledger_, values_, errors);
+  for (const auto& error : errors) logError(error);
   return events;
 }
 
@@ -130,235 +109,252 @@ void ResultsInForce::look(const box::State& state) {
   state_at_ = state.at;
   inhibited_ = state.snapshot.inhibited;
   activateWaiting();
-  if (sum_looked_for_ || !noCut()) return;
-  sum_looked_for_ = true;
-  deriveMissingCentreline();
+  if (!sum_looked_for_) makeMissingSum();
 }
 
 // Nothing where a result may not come into force or out of it.
-std::optional<NoCut> ResultsInForce::noCut() const {
+std::optional<CutLock> ResultsInForce::tryLockOutCuts() const {
   if (inhibited_ || !first_state_at_ || state_at_ - *first_state_at_ < kSettling) return std::nullopt;
-  auto no_cut = keep_cuts_out_ ? keep_cuts_out_() : NoCut{};
-  // Behind the doors, which may have waited for the disk.
-  return cutSeen() ? std::nullopt : std::move(no_cut);
+  auto cut_lock = try_lock_ ? try_lock_() : CutLock{};
+  // Check again: taking the lock may have waited for the disk.
+  return cutSeen() ? std::nullopt : std::move(cut_lock);
 }
 
-// Undoes a change in the store during which a line rose, before the core or anybody else has been told. False where
-// there is nothing to undo, or it cannot be undone: then the change holds, and the core applies it behind the cut. A
-// box that ends between the two commits has the change in force when it is started again.
-bool ResultsInForce::tookBack(const std::vector<store::Record>& as_before) {
-  if (as_before.empty() || !cutSeen()) return false;
-  const auto done = store_.takeBack(as_before);
-  if (done) return true;
-  const auto id = as_before.front().id;
-  logError(named(id) + " changed its state while a cut began, which could not be taken back: " + done.error().what);
-  // A disk that fails behind the last write has it all the same.
-  const auto now = store_.find(id);
-  return now && now->state == as_before.front().state;
-}
-
-// The same of a result that came into force in the place of `before`, and was accepted before.
-bool ResultsInForce::waitsAgain(store::Record& active, const std::optional<store::Record>& before) {
-  auto accepted = active;
-  accepted.state = store::State::accepted;
-  std::vector<store::Record> as_before{accepted};
-  if (before) as_before.push_back(*before);
-  if (!tookBack(as_before)) return false;
-  logInfo("a cut began while result " + std::to_string(active.id) +
-          " came into force: it waits for the end of the cut");
-  active.state = store::State::accepted;
-  return true;
-}
-
-std::optional<store::Record> ResultsInForce::inForceAbout(const store::Binding& binding) const {
-  auto present = store_.active(binding);
-  return present ? std::move(*present) : std::nullopt;
-}
-
-std::optional<store::Failure> ResultsInForce::otherBinding(const store::Record& record) const {
-  const auto& binding = record.binding;
-  const auto here = bindingFor(binding.subject);
-  std::string was, is;
-  const auto compare = [&](const char* what, const std::string& one, const std::string& other) {
-    if (one == other) return;
-    was.append(was.empty() ? "" : ", ").append(what).append(" ").append(one);
-    is.append(is.empty() ? "" : ", ").append(other);
-  };
-  compare("probe", binding.probe_serial_number, here.probe_serial_number);
-  compare("machine", binding.machine, here.machine);
-  compare("mounting", binding.mounting, here.mounting);
-  if (was.empty()) return std::nullopt;
-  return store::Failure{store::Reason::other_binding, named(record.id) + " is for " + was +
-                                                          ", and this box describes " + is +
-                                                          " now: correct the descriptions, or calibrate again."};
-}
-
-std::optional<std::string> ResultsInForce::whyNotInForce(const store::Record& record) const {
-  if (record.state == store::State::retired) return std::nullopt;
-  if (const auto other = otherBinding(record)) return other->what;
-  if (record.result() == nullptr) return std::nullopt;
-  const auto told = fitActivation(record);
-  return told ? std::nullopt : std::optional{told.error().what};
-}
-
-std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& record) const {
-  if (auto other = otherBinding(record)) return other;
-  if (record.result() == nullptr) return std::nullopt;  // the store refuses it with its reason
-  if (const auto told = fitActivation(record); !told)
-    return store::Failure{store::Reason::not_possible_now, told.error().what};
-  if (auto full = whyNoPlace(record.binding.subject)) return full;
-  return whyBeside(record.binding.subject);
-}
-
-ResultsInForce::Accepted ResultsInForce::compareOnly(store::Id id) {
-  TRY(const auto found, store_.find(id));
-  if (auto objection = objectionTo(found)) return *objection;
-  return comparedWithPresent(found);
-}
-
-ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string& by, bool although_it_differs) {
-  auto compared = compareOnly(id);
-  if (!compared) return compared;
-  store::Record& record = *compared;
-  const Comparison& comparison = compared->comparison;
-  auto& notes = compared->notes;
-  const bool was_proposed = record.state == store::State::proposed;
-  const bool was_active = record.state == store::State::active;
-  const bool differs = was_proposed && comparison.differs();
-  const auto doubt = was_proposed ? whyNotConforming(record) : std::nullopt;
-  if (differs && !although_it_differs) return tooFarApart(record, comparison, doubt);
-  if (doubt && !although_it_differs) return notConforming(record, *doubt);
-  const auto before = inForceAbout(record.binding);
-  auto no_cut = noCut();
-  const auto activation = no_cut ? store::Activation::at_once : store::Activation::later;
-  auto accepted = store_.accept(id, by, utcNow(), activation,
-                                doubt     ? "although it is not proven to conform"
-                                : differs ? "although it differs"
-                                          : "");
-  if (!accepted) {
-    catchUp();
-    return accepted.error();
+// Lock out cuts, decide, append, post.
+Outcome<ResultsInForce::Done, Failure> ResultsInForce::perform(const results::Command& command) {
+  const auto cut_lock = tryLockOutCuts();
+  std::optional<Ledger> before;
+  Done done{.decision = {}, .cut_was_on = !cut_lock};
+  for (bool again = false;; again = true) {
+    TRY(done.decision, decide(ledger_, values_, command, {.on = done.cut_was_on}));
+    if (done.decision.isEmpty()) return done;
+    if (!before) before = ledger_;
+    const auto appended = store_.append(done.decision.changes, done.decision.proposal, utcNow());
+    if (appended) {
+      if (const auto& sum = done.decision.proposal)
+        ledger_.add(appended->front().result, sum->binding, sum->origin.rests_on);
+      ledger_.apply(*appended);
+      break;
+    }
+    // Whether it is stored is known by the disk alone: one that fails behind the last write refuses a change, and has
+    // it.
+    reload();
+    // A result that was found damaged is set aside by now: decide without it.
+    if (appended.error().reason == store::Reason::damaged && !again) continue;
+    publishAndPost(*before);
+    return failed(appended.error(), *before, done.decision);
   }
-  record = std::move(*accepted);
-  const bool comes_into_force = !was_active && record.state == store::State::active;
-  const bool waits = comes_into_force && waitsAgain(record, before);
+  done.reverted = revertWhereCutBegan(done.decision);
+  publishAndPost(*before);
+  return done;
+}
+
+// Reverts the changes that a cut forbids where a line rose while they were stored, before the core or anybody else has
+// been told. False where there is nothing to revert, or the disk refuses it: then the change holds, and the core
+// applies it behind the cut. A box that ends between the two commits has the change in force when it is started again.
+bool ResultsInForce::revertWhereCutBegan(const Decision& decision) {
+  const auto undone = undoneByCut(decision);
+  if (undone.empty() || !cutSeen()) return false;
+  const auto id = undone.front().result;
+  if (const auto done = store_.undo(undone); !done)
+    logError(results::named(id) +
+             " changed its state while a cut began, which could not be reverted: " + done.error().what);
+  reload();
+  const auto* entry = ledger_.find(id);
+  return entry != nullptr && entry->state == undone.front().from;
+}
+
+Failure ResultsInForce::failed(const Failure& failure, const Ledger& before, const Decision& decision) const {
+  if (ledger_.lastNumber() <= before.lastNumber()) return failure;
+  const auto& last = decision.changes.back();
+  const std::string what = last.to == State::active ? results::named(last.result) + " is in force" : "It is stored";
+  return {failure.reason, what + ", and the disk failed behind it: " + failure.what};
+}
+
+void ResultsInForce::publishAndPost(const Ledger& before) {
+  if (ledger_ == before) return;
+  publish();
+  std::vector<std::string> errors;
+  for (const auto& event : eventsBetween(before, ledger_, values_, errors)) post_(event);
+  for (const auto& error : errors) logError(error);
+}
+
+void ResultsInForce::reload() {
+  auto contents = store_.load();
+  if (!contents) return logError("The results in force could not be read: " + contents.error().what);
+  records_.clear();
+  ledger_ = {};
+  ledger_.add(*contents);
+}
+
+// Solvers and hosts propose results meanwhile.
+std::optional<Failure> ResultsInForce::readNewer() {
+  const auto newer = store_.load(ledger_.lastId());
+  if (!newer) return newer.error();
+  ledger_.add(*newer);
+  return std::nullopt;
+}
+
+ResultsInForce::Accepted ResultsInForce::compareOnly(Id id) {
+  TRY(auto record, store_.find(id));
+  if (auto why = readNewer()) return *std::move(why);
+  TRY(const auto decision, results::compareOnly(ledger_, values_, id));
+  return acceptance(std::move(record), decision);
+}
+
+ResultsInForce::Accepted ResultsInForce::accept(Id id, const std::string& by, bool although_it_differs) {
+  TRY(auto record, store_.find(id));
+  if (auto why = readNewer()) return *std::move(why);
+  TRY(auto done, perform(results::Accept{id, by, although_it_differs}));
+  if (done.reverted) done.decision.notes = std::move(done.decision.notes_if_it_waits);
+  const auto& entry = *ledger_.find(id);
+  record.state = entry.state;
+  record.accepted_by = entry.accepted_by;
   {
     const std::lock_guard lock{mutex_};
     once_accepted_.insert(id);
   }
-  readStore();
-  if (was_active) {
-    // The box may have ended, or the disk failed, between the acceptance and the sum.
-    no_cut.reset();
-    if (auto derived = deriveCentreline(record, by)) notes.push_back(*std::move(derived));
-    return compared;
-  }
-  if (!comes_into_force || waits) return compared;
-  tell(record);
-  no_cut.reset();
-  for (auto& sentence : dependantsOn(comparison.with)) notes.push_back(std::move(sentence));
-  if (auto derived = deriveCentreline(record, by)) notes.push_back(*std::move(derived));
-  return compared;
+  return acceptance(std::move(record), done.decision);
+}
+
+Acceptance ResultsInForce::acceptance(Record record, const Decision& decision) const {
+  const auto with = decision.compared_with == 0 ? nullptr : recordOf(decision.compared_with);
+  auto comparison = with ? compare(record, *with) : Comparison{};
+  return {std::move(record), std::move(comparison), decision.notes};
+}
+
+ResultsInForce::RolledBack ResultsInForce::rollBack(const std::string& subject, const std::string& by) {
+  return rolledBack(results::RollBackSubject{bindingFor(subjectNamed(subject)), by});
+}
+
+ResultsInForce::RolledBack ResultsInForce::rollBack(Id id, const std::string& by) {
+  TRY(store_.find(id));
+  return rolledBack(results::RollBack{id, by});
+}
+
+ResultsInForce::RolledBack ResultsInForce::rolledBack(const results::Command& command) {
+  if (auto why = readNewer()) return *std::move(why);
+  TRY(auto done, perform(command));
+  if (done.reverted) return results::cutIsOn();
+  Return back{.retired = {}, .active = {}, .notes = std::move(done.decision.notes)};
+  for (const auto& change : done.decision.changes)
+    (change.to == State::active ? back.active : back.retired) = asLedgerHas(change.result);
+  return back;
+}
+
+Record ResultsInForce::asLedgerHas(Id id) const {
+  const auto& entry = *ledger_.find(id);
+  const auto read = recordOf(id);
+  auto record = read ? *read
+                     : Record{.id = id,
+                              .state = {},
+                              .method = {},
+                              .binding = entry.binding,
+                              .content = {},
+                              .proposed_utc = {},
+                              .accepted_utc = {},
+                              .accepted_by = {},
+                              .retired_utc = {}};
+  record.state = entry.state;
+  record.accepted_by = entry.accepted_by;
+  return record;
 }
 
 void ResultsInForce::activateWaiting() {
-  if (now_() < patient_until_) return;
-  auto waiting = this->waiting();
-  std::erase_if(waiting, [&](store::Id id) { return waiting_unfit_.contains(id); });
+  if (now_() < retry_not_before_) return;
+  std::vector<Id> waiting;
+  for (const auto* entry : ledger_.all(State::accepted, values_.here))
+    if (!waiting_unfit_.contains(entry->id)) waiting.push_back(entry->id);
   for (const auto id : waiting) {
     if (!activate(id)) return;
   }
 }
 
 // False during a cut, which may have begun behind the one before.
-bool ResultsInForce::activate(store::Id waiting) {
-  auto no_cut = noCut();
-  if (!no_cut) return false;
-  const auto found = store_.find(waiting);
-  const auto before = found ? inForceAbout(found->binding) : std::nullopt;
-  auto activated = store_.activate(waiting, utcNow());
-  if (!activated) {
-    logError(named(waiting) + " is waiting and cannot come into force: " + activated.error().what);
-    patient_until_ = now_() + kPatience;
-    catchUp();
+bool ResultsInForce::activate(Id waiting) {
+  const auto done = perform(results::Activate{waiting});
+  if (!done) {
+    logError(results::named(waiting) + " is waiting and cannot come into force: " + done.error().what);
+    retry_not_before_ = now_() + kPatience;
     return true;
   }
-  if (waitsAgain(*activated, before)) return false;
+  if (done->cut_was_on) return false;
+  if (done->reverted) {
+    logInfo("a cut began while result " + std::to_string(waiting) +
+            " came into force: it waits for the end of the cut");
+    return false;
+  }
   logInfo("the cut is over: result " + std::to_string(waiting) + " is now in force, accepted by " +
-          activated->accepted_by);
-  readStore();
-  tell(*activated);
-  no_cut.reset();
-  if (const auto derived = deriveCentreline(*activated, activated->accepted_by)) logInfo(*derived);
+          ledger_.find(waiting)->accepted_by);
+  for (const auto& note : done->decision.notes) logInfo(note);
   return true;
 }
 
-// A disk that fails behind the last write of a change refuses it, and has it all the same: the core applies what the
-// next start would find.
-void ResultsInForce::catchUp() {
-  const auto before = about();
-  readStore();
-  const auto after = about();
-  const auto has = [](const std::vector<InForceAbout>& all, const InForceAbout& one) {
-    return std::ranges::any_of(all, [&](const auto& each) { return each.subject == one.subject && each.id == one.id; });
-  };
-  for (const auto& gone : before) {
-    if (std::ranges::find(after, gone.subject, &InForceAbout::subject) == after.end()) tellNone(gone.subject);
-  }
-  for (const auto& present : after) {
-    if (has(before, present)) continue;
-    if (const auto record = store_.find(present.id)) tell(*record);
-  }
+// Both parts may have come into force without their sum, as where one was gone back to.
+void ResultsInForce::makeMissingSum() {
+  const auto done = perform(results::MakeMissingSum{});
+  if (done && done->cut_was_on) return;
+  sum_looked_for_ = true;
+  if (!done) return logError("The missing centreline could not be stored: " + done.error().what);
+  for (const auto& note : done->reverted ? done->decision.notes_if_it_waits : done->decision.notes) logInfo(note);
 }
 
-// Those of this probe, machine and mounting; nothing, and said in the log, when the store cannot be read.
-std::optional<std::vector<store::Record>> ResultsInForce::ours(store::State state) const {
-  auto records = store_.inState(state);
-  if (!records) {
-    logError("The results in force could not be read: " + records.error().what);
-    return std::nullopt;
-  }
-  std::erase_if(*records, [&](const store::Record& each) { return each.binding != bindingFor(each.binding.subject); });
-  return std::move(*records);
+std::optional<std::string> ResultsInForce::whyNotInForce(const Record& record) const {
+  return whyNotHere(values_, record);
 }
 
-void ResultsInForce::readStore() {
-  const auto in_force = ours(store::State::active);
-  const auto accepted = ours(store::State::accepted);
-  if (!in_force || !accepted) return;
-  std::vector<std::uint64_t> active;
+bool ResultsInForce::isToRepeat(Id rested_on) const {
+  return results::isToRepeat(ledger_, values_, rested_on);
+}
+
+std::optional<ResultsInForce::StylusOffset> ResultsInForce::stylusOffset(std::uint32_t probe_tool) const {
+  const auto* in_force = results::stylusOffset(ledger_, values_, probe_tool);
+  const auto record = in_force == nullptr ? nullptr : recordOf(in_force->id);
+  auto offset = record ? stylusOffsetOf(*record->result()) : std::nullopt;
+  if (!offset) return std::nullopt;
+  return StylusOffset{in_force->id, *std::move(offset)};
+}
+
+// Shows the ledger to other threads.
+void ResultsInForce::publish() {
+  std::vector<std::uint64_t> active, waiting;
   std::vector<procedure::CalibratedHead> sensor_heads;
   std::vector<InForceAbout> about;
-  MeasuredFacts facts;
-  for (const auto& record : *in_force) {
-    if (!fitActivation(record)) continue;
-    active.push_back(record.id);
-    about.push_back({record.binding.subject, record.id});
-    addFacts(record, facts);
-    if (sensorHeadOf(record.binding.subject)) sensor_heads.push_back(calibratedHeadOf(record).value());
-  }
-  std::vector<std::uint64_t> waiting;
   std::vector<std::string> to_repeat;
-  std::set<store::Id> unfit;
-  for (const auto& record : *accepted) {
-    waiting.push_back(record.id);
-    const auto told = fitActivation(record);
-    if (told) continue;
-    to_repeat.push_back(waitsUnfit(record, told.error().what));
-    if (!waiting_unfit_.contains(record.id)) logError(to_repeat.back());
-    unfit.insert(record.id);
-  }
-  waiting_unfit_ = std::move(unfit);
-  auto problems = store_.damage();
-  if (!store_.notice().empty()) problems.insert(problems.begin(), store_.notice());
+  MeasuredFacts facts;
+  std::set<Id> unfit;
   auto served = std::make_shared<published::ServedResults>();
-  for (const auto& record : *in_force) {
-    if (auto doubt = whyNotConforming(record)) to_repeat.push_back(*std::move(doubt));
-    auto sentences = onRetired(store_, record);
-    if (std::ranges::find(active, record.id) != active.end())
-      served->in_force.push_back(servedOf(record, !sentences.empty()));
+  for (const auto* entry : ledger_.all(State::accepted, values_.here)) {
+    waiting.push_back(entry->id);
+    const auto record = recordOf(entry->id);
+    const auto fits = record ? fitActivation(*record) : std::vector<Event>{};
+    if (fits) continue;
+    to_repeat.push_back(waitsUnfit(*entry, fits.error().what));
+    if (!waiting_unfit_.contains(entry->id)) logError(to_repeat.back());
+    unfit.insert(entry->id);
+  }
+  for (const auto* entry : ledger_.all(State::active, values_.here)) {
+    const auto record = recordOf(entry->id);
+    if (!record) continue;
+    if (auto doubt = results::whyNotConforming(*record)) to_repeat.push_back(*std::move(doubt));
+    auto sentences = onRetired(ledger_, values_, *entry);
+    if (fitActivation(*record)) {
+      active.push_back(entry->id);
+      about.push_back({entry->binding.subject, entry->id});
+      addFacts(*record, facts);
+      if (isAbout(entry->binding.subject, SubjectKind::sensor_head))
+        sensor_heads.push_back(calibratedHeadOf(*record).value());
+      served->in_force.push_back(servedOf(*record, !sentences.empty()));
+    }
     for (auto& sentence : sentences) to_repeat.push_back(std::move(sentence));
   }
+  waiting_unfit_ = std::move(unfit);
+  std::erase_if(records_, [&](const auto& each) {
+    const auto* entry = ledger_.find(each.first);
+    return entry == nullptr || !(entry->isInForce() || entry->isWaiting());
+  });
+  auto problems = store_.damage();
+  if (!store_.notice().empty()) problems.insert(problems.begin(), store_.notice());
   const std::lock_guard lock{mutex_};
   to_repeat_ = std::move(to_repeat);
   about_ = std::move(about);
@@ -373,11 +369,6 @@ void ResultsInForce::readStore() {
 std::vector<std::uint64_t> ResultsInForce::active() const {
   const std::lock_guard lock{mutex_};
   return active_;
-}
-
-std::vector<std::uint64_t> ResultsInForce::waiting() const {
-  const std::lock_guard lock{mutex_};
-  return waiting_;
 }
 
 std::vector<InForceAbout> ResultsInForce::about() const {
@@ -411,12 +402,12 @@ std::optional<procedure::CalibratedHead> ResultsInForce::sensorHead(std::uint32_
   return found == sensor_heads_.end() ? std::nullopt : std::optional{*found};
 }
 
-bool ResultsInForce::wasAccepted(store::Id id) const {
+bool ResultsInForce::wasAccepted(Id id) const {
   const std::lock_guard lock{mutex_};
   return once_accepted_.contains(id);
 }
 
-bool ResultsInForce::isWaiting(store::Id id) const {
+bool ResultsInForce::isWaiting(Id id) const {
   const std::lock_guard lock{mutex_};
   return std::ranges::find(waiting_, id) != waiting_.end();
 }

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -11,13 +12,14 @@
 #include <vector>
 
 #include "firmware/app/results/compared_values.hpp"
+#include "firmware/app/results/cut_lock.hpp"
 #include "firmware/app/results/machine_range.hpp"
-#include "firmware/app/results/no_cut.hpp"
 #include "firmware/app/results/values_in_use.hpp"
 #include "firmware/app/results/wall_clock.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "firmware/published/served_results.hpp"
+#include "firmware/results/decide.hpp"
 #include "firmware/store/store.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
@@ -38,22 +40,26 @@ struct Acceptance : store::Record {
   std::vector<std::string> notes;  // what a person should know about the effect
 };
 
-// Manages the results in force: acceptance, waiting for the end of a cut, rollback. Each change is stored before the
-// core is told. For the worker's thread, except active(), isWaiting(), wasAccepted(), about(), measuredFacts(),
-// served(), storageProblems() and sensorHead(): any thread may call these.
+// Brings results into force and out of it. Each command is decided by the ledger (firmware/results), appended to the
+// store, and posted to the core, in this order. For the worker's thread, except active(), isWaiting(), wasAccepted(),
+// about(), measuredFacts(), served(), storageProblems() and sensorHead(): any thread may call these.
 class ResultsInForce {
  public:
   using WhyUnfit = std::function<std::optional<Error>(std::span<const Event>)>;
   using Accepted = Outcome<Acceptance, store::Failure>;
-  struct Return : store::RolledBack {
-    std::vector<std::string> notes;  // what a person should know about the effect
+  struct Return {
+    std::optional<store::Record> retired;  // was in force until now, or waited
+    std::optional<store::Record> active;   // is in force again; empty: there was none before
+    std::vector<std::string> notes;        // what a person should know about the effect
   };
   using RolledBack = Outcome<Return, store::Failure>;
 
-  // why_unfit: explains why the core cannot apply the events of a result. tell_core: passes an event to the core and
-  // waits until it is taken. `store` outlives this.
+  // why_unfit: explains why the core cannot apply the events of a result. post: passes an event to the core and waits
+  // until it is taken. `store` outlives this.
   ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now, WhyUnfit why_unfit,
-                 std::function<void(const Event&)> tell_core);
+                 std::function<void(const Event&)> post);
+  ResultsInForce(const ResultsInForce&) = delete;
+  ResultsInForce& operator=(const ResultsInForce&) = delete;
 
   store::Binding bindingFor(const std::string& subject) const;
   // Explains why such a result may not come into force on this machine (machine_range.hpp); nothing when it may.
@@ -65,11 +71,11 @@ class ResultsInForce {
   // Handles the newest state of the core. Waiting results come into force as soon as no cut is on, in the name of the
   // persons who accepted them; not in the first second, when the levels of inhibit lines may still be unknown.
   void look(const box::State& state);
-  // Adds tests for each result that comes into force. keep_cuts_out: whether a door holds an inhibit that the core may
-  // not know of yet; from this test until the core has been told, the doors are kept from declaring a cut. cut_seen:
-  // asked before the store is changed, and after that: a change during which a line rose is taken back.
-  void alsoAsk(KeepCutsOut keep_cuts_out, CutSeen cut_seen = {}) {
-    keep_cuts_out_ = std::move(keep_cuts_out);
+  // Adds guards for each result that comes into force. try_lock: whether a connection holds an inhibit that the core
+  // may not know of yet; from this test until the core has the events, connections are kept from declaring a cut.
+  // cut_seen: asked before the store is changed, and after that: a change during which a line rose is reverted.
+  void setCutGuards(TryLockOutCuts try_lock, CutSeen cut_seen = {}) {
+    try_lock_ = std::move(try_lock);
     cut_seen_ = std::move(cut_seen);
   }
 
@@ -88,6 +94,8 @@ class ResultsInForce {
 
   // Why this box, as it is described now, cannot have the result in force; nothing for one that is retired.
   std::optional<std::string> whyNotInForce(const store::Record& record) const;
+  // Whether what rests on this result is to be measured again (results::isToRepeat).
+  bool isToRepeat(store::Id rested_on) const;
 
   // Results in force that the core applies, without those that no longer fit the configuration.
   std::vector<std::uint64_t> active() const;
@@ -114,65 +122,50 @@ class ResultsInForce {
   std::optional<procedure::CalibratedHead> sensorHead(std::uint32_t tool) const;
 
  private:
-  std::optional<NoCut> noCut() const;
-  bool cutSeen() const { return cut_seen_ && cut_seen_(); }
-  bool tookBack(const std::vector<store::Record>& as_before);
-  bool waitsAgain(store::Record& active, const std::optional<store::Record>& before);
-  std::optional<store::Record> inForceAbout(const store::Binding& binding) const;
-  std::vector<std::uint64_t> waiting() const;
+  // A command that was decided, and stored where it changes anything.
+  struct Done {
+    results::Decision decision;
+    bool cut_was_on{};
+    bool reverted{};  // a cut began before anybody was told
+  };
+  Outcome<Done, store::Failure> perform(const results::Command& command);
+  bool revertWhereCutBegan(const results::Decision& decision);
+  store::Failure failed(const store::Failure& failure, const results::Ledger& before,
+                        const results::Decision& decision) const;
+  void publishAndPost(const results::Ledger& before);
+  void publish();
+  void reload();
+  std::optional<store::Failure> readNewer();
+
+  results::Values values() const;
+  std::shared_ptr<const store::Record> recordOf(store::Id id) const;
   Outcome<std::vector<Event>> fitActivation(const store::Record& record) const;
-  void tell(const store::Record& record);
-  void tellNone(const std::string& subject);
-  std::optional<Event> delayByAxis() const;
-  std::uint64_t activatedBy(store::Id id) const;
-  Acceptance comparedWithPresent(const store::Record& record) const;
-  std::vector<std::string> notesOn(const store::Record& record) const;
-  std::optional<std::string> aboutOtherAxes(const store::Record& record) const;
-  std::vector<std::string> dependantsOn(store::Id retired) const;
-  std::optional<store::Failure> whyBeside(const std::string& subject) const;
-  std::optional<store::Failure> whyNoPlace(const std::string& subject) const;
-  // A centreline from a tip and the offset of that tip, both in force.
-  struct SumParts {
-    store::Record from_tip;
-    StylusOffset offset;
-    store::Transition together;  // of the one that came into force later
-  };
-  std::optional<SumParts> sumParts() const;
-  std::optional<std::string> deriveCentreline(const store::Record& accepted, const std::string& by);
-  std::optional<std::string> deriveCentreline(const SumParts& parts, const std::string& by);
-  void deriveMissingCentreline();
-  // The proposal of their sum, and the last change of what is in force or waits about the turning axis; 0: none.
-  struct SumBefore {
-    store::Id sum{};
-    std::uint64_t proposed{};
-    std::uint64_t decided{};
-  };
-  std::optional<SumBefore> sumBefore(const SumParts& parts) const;
-  bool turningAxisIsFree() const;
-  std::string bringIntoForce(store::Id sum, const std::string& what, const std::string& by);
-  std::vector<store::Id> basisOf(store::Id from_tip, store::Id offset) const;
-  std::optional<store::Failure> otherBinding(const store::Record& record) const;
-  std::optional<store::Failure> objectionTo(const store::Record& record) const;
+  Acceptance acceptance(store::Record record, const results::Decision& decision) const;
+  store::Record asLedgerHas(store::Id id) const;
+  RolledBack rolledBack(const results::Command& command);
+
+  std::optional<CutLock> tryLockOutCuts() const;
+  bool cutSeen() const { return cut_seen_ && cut_seen_(); }
   void activateWaiting();
   bool activate(store::Id waiting);
-  std::optional<std::vector<store::Record>> ours(store::State state) const;
-  void readStore();
-  void catchUp();
-  RolledBack rollBack(const store::Binding& binding, const std::string& by);
+  void makeMissingSum();
 
   store::Store& store_;
   Mounting mounting_;
   std::function<MonoTime()> now_;
   WhyUnfit why_unfit_;
-  std::function<void(const Event&)> tell_core_;
+  std::function<void(const Event&)> post_;
+  results::Ledger ledger_;
+  results::Values values_;
+  mutable std::map<store::Id, std::shared_ptr<const store::Record>> records_;  // read since the last change
   std::optional<MonoTime> first_state_at_;
   MonoTime state_at_{};
-  MonoTime patient_until_{};  // no new attempt before, after a failure of the store
+  MonoTime retry_not_before_{};  // after a failure of the store
   bool inhibited_{true};
-  KeepCutsOut keep_cuts_out_;
+  TryLockOutCuts try_lock_;
   CutSeen cut_seen_;
   bool sum_looked_for_{};              // since the start
-  std::set<store::Id> waiting_unfit_;  // of those that wait; as of the last reading of the store
+  std::set<store::Id> waiting_unfit_;  // of those that wait
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> active_;
   std::vector<std::uint64_t> waiting_;

@@ -125,8 +125,7 @@ std::optional<Correction> StandingKeeper::exactly(const ServedBefore& served) co
   return is_true ? served.found_mm : std::nullopt;
 }
 
-std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& served,
-                                           const std::optional<store::Standing>& of_before) {
+std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& served) {
   const auto exactly = this->exactly(served);
   start_ = served.start;
   no_later_than_ = exactly && served.is_kept ? served.found_start : 0;
@@ -137,13 +136,9 @@ std::vector<Event> StandingKeeper::restore(MonoTime now, const ServedBefore& ser
     margin_mm_ = content->margin_mm;
     if (served.found_mm && !exactly && !isWithin(*served.found_mm, *content)) reachAlso(*served.found_mm);
     doubt_mm = margin_mm_;
-  } else if (of_before) {
-    kept_mm_ = of_before->correction_mm;
-    doubt_mm = ahead_mm_;  // it was kept once a second
-    margin_mm_ = doubt_mm;
   }
   const Correction standing_mm = exactly.value_or(kept_mm_);
-  if (contentOf(file_) || of_before) standing_before_mm_ = standing_mm;
+  if (contentOf(file_)) standing_before_mm_ = standing_mm;
   if (exactly) doubt_mm = {};
   if (standing_before_mm_) {
     // Until somebody reads, the axes stay where they were, as far as that is known.

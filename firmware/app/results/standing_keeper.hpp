@@ -9,7 +9,6 @@
 #include "firmware/app/results/served_record.hpp"
 #include "firmware/corrections/output.hpp"
 #include "firmware/published/snapshot.hpp"
-#include "firmware/store/store.hpp"
 #include "firmware/store/twin_file.hpp"
 #include "protocol/events/event.hpp"
 
@@ -36,8 +35,7 @@ class StandingKeeper {
   // Events that the core must get before any reader: the correction that the axes have followed, and the bounds.
   // What a CNC has read last is believed of the start that wrote to the disk last; of another, the axes may stand there
   // as well as where the disk says.
-  // of_before: as an earlier version stored it.
-  std::vector<Event> restore(MonoTime now, const ServedBefore& served, const std::optional<store::Standing>& of_before);
+  std::vector<Event> restore(MonoTime now, const ServedBefore& served);
 
   // The start that wrote what the disk has: this one, where it could. Behind restore().
   std::uint64_t startOnDisk() const;

@@ -8,6 +8,7 @@
 #include "firmware/metrology/centreline/axis_alignment.hpp"
 #include "firmware/metrology/centreline/check_quantities.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/screw/screw_calibration.hpp"
 #include "firmware/metrology/tool/tool_setter.hpp"
 
@@ -18,10 +19,6 @@ namespace quantity = metrology::quantity;
 
 using messages::ValueInUse;
 using messages::ValueSource;
-
-std::string screwSubject(std::size_t axis) {
-  return std::string{"screw-"} + "xyz"[axis];
-}
 
 // Largest uncertainty among the first `count` values; 0 if none is stated.
 double largestSd(const metrology::Estimate& estimate, std::size_t count) {
@@ -82,9 +79,8 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     facts.ball_z90 = acceptedOf(*result, metrology::kZAt90.key);
     facts.ball_z = acceptedOf(*result, "ball_centre_mm", 2);
   }
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    if (record.binding.subject == screwSubject(axis)) facts.screw_faces[axis] = faceOf(record);
-  }
+  if (const auto screw = parseSubject(record.binding.subject, SubjectKind::screw))
+    facts.screw_faces[screw->axis()] = faceOf(record);
   if (const auto length = measuredLengthOf(record)) facts.tool_lengths.push_back(*length);
   if (const auto tip = measuredTipOf(record)) facts.tool_tips.push_back(*tip);
   if (record.binding.subject == "spindle-tilt") {
@@ -94,7 +90,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
       facts.sd_spindle_tilt_rad = largestSd(*tilt, 2);
     }
   }
-  if (record.binding.subject.starts_with("stylus-offset-")) {
+  if (isAbout(record.binding.subject, SubjectKind::stylus_offset)) {
     if (const auto offset = stylusOffsetOf(*result))
       facts.styli.push_back({.result_id = record.id,
                              .tool = probeToolOf(*result),
@@ -102,7 +98,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
                              .sd_mm = largestSd(*offset, 2)});
   }
   if (record.binding.subject == "centreline") facts.turning_axis = turningAxisOf(record);
-  if (preTravelToolOf(record.binding.subject)) {
+  if (isAbout(record.binding.subject, SubjectKind::pre_travel)) {
     if (const auto found = preTravelOf(record)) facts.pre_travels.push_back(*found);
   }
   if (record.binding.subject != "setter") return;
@@ -123,28 +119,28 @@ std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span
   };
   // A box with a touch-trigger probe can measure neither of the two, and needs neither.
   const bool scans = !described.trigger_probe;
-  const auto isDelay = [](const InForceAbout& each) { return delayAxesOf(each.subject).has_value(); };
+  const auto isDelay = [](const InForceAbout& each) { return isAbout(each.subject, SubjectKind::delay); };
   if (scans && std::ranges::none_of(in_force, isDelay)) unlessMeasured("delay", ValueSource::unknown);
   for (std::size_t axis = 0; axis < described.screws.size(); ++axis) {
     if (!described.screws[axis]) continue;
-    unlessMeasured(screwSubject(axis), ValueSource::description);
-    unlessMeasured(std::string{"screw-reference-"} + "xyz"[axis], ValueSource::description);
+    unlessMeasured(text(aboutAxis(SubjectKind::screw, axis)), ValueSource::description);
+    unlessMeasured(text(aboutAxis(SubjectKind::screw_reference, axis)), ValueSource::description);
   }
   if (described.checked_ball) unlessMeasured("check", ValueSource::description);
   if (described.tool_setter)
     unlessMeasured("setter", described.tool_setter->accepted_mm ? ValueSource::description : ValueSource::unknown);
   const auto& carriers = described.probe_tools;
   for (std::size_t i = 0; i < carriers.count; ++i)
-    unlessMeasured("assembly-" + std::to_string(carriers.numbers.at(i)), ValueSource::description);
+    unlessMeasured(text(Subject{SubjectKind::assembly, carriers.numbers.at(i)}), ValueSource::description);
   if (described.trigger_probe) {
-    unlessMeasured(std::string{kPreTravelSubject}, ValueSource::unknown);
+    unlessMeasured(text(Subject{SubjectKind::pre_travel}), ValueSource::unknown);
     // swivel-error reads with several tools.
     const auto tools = described.swivel_head ? described.carriers() : std::vector<std::uint32_t>{};
     for (std::size_t i = 0; tools.size() > 1 && i < tools.size(); ++i)
-      unlessMeasured(std::string{kPreTravelSubject} + "-" + std::to_string(tools[i]), ValueSource::unknown);
+      unlessMeasured(text(Subject{SubjectKind::pre_travel, tools[i]}), ValueSource::unknown);
   }
   if (described.sensor_head && scans)
-    unlessMeasured("sensor-head-" + std::to_string(described.sensor_head->tool), ValueSource::unknown);
+    unlessMeasured(text(Subject{SubjectKind::sensor_head, described.sensor_head->tool}), ValueSource::unknown);
   return values;
 }
 

@@ -306,7 +306,7 @@ void Daemon::Parts::announce() {
 
 // The last end may have been any: what was served, what is in force, and whether a cut is on.
 std::vector<Event> Daemon::Parts::fromBefore() {
-  auto restored = standing.restore(time.now(), served.before(), calibrations.standingOfBefore());
+  auto restored = standing.restore(time.now(), served.before());
   served.setOnDisk(standing.startOnDisk(), standing.countOnDisk(), standing.standingBefore());
   for (const auto& event : calibrations.restore()) restored.push_back(event);
   // After what was in force before: that is no change, and a cut does not keep it out.
@@ -395,7 +395,6 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   TRY(parts->openLinks(linksOf(options, service), service));
   TRY(parts->openCncLines(cncLinesOf(options, service), service));
   TRY(parts->openMachine());
-  parts->doors.takeOverNetwork(parts->links.inhibitingTcpDoors());
   parts->announce();
   parts->run();
   return std::unique_ptr<Daemon>{new Daemon{std::move(parts)}};

@@ -14,10 +14,10 @@
 #include <unistd.h>
 
 #include "firmware/store/database.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/support/file_content.hpp"
 #include "host-tests/support/in_child.hpp"
 #include "host-tests/support/temporary_folder.hpp"
-#include "old_schema.hpp"
 #include "scratch.hpp"
 
 // What the disk turns into something else is never believed, and takes nothing else along.
@@ -50,7 +50,7 @@ class Damage : public testing::Test {
       for (const auto& subject : kSubjects) {
         const auto id = store.propose(about(subject), delayOf(5.1998e-3 * generation), std::string(500, 'x'), "t0");
         ASSERT_TRUE(id);
-        ASSERT_TRUE(store.accept(*id, "Ada", "t1"));
+        ASSERT_TRUE(decided::accept(store, *id, "Ada", "t1"));
         if (generation == 3) in_force_[subject] = *id;
       }
     }
@@ -80,16 +80,16 @@ TEST_F(Damage, OfARowInForceTakesItAloneOutOfForceAndNamesIt) {
                     .c_str()),
             "");
   auto store = reopened();
-  EXPECT_FALSE(store.active(about("delay"))->has_value());
-  EXPECT_EQ(store.inState(State::active)->size(), kSubjects.size() - 1) << "the others are in force";
+  EXPECT_FALSE(decided::active(store, about("delay"))->has_value());
+  EXPECT_EQ(decided::inState(store, State::active)->size(), kSubjects.size() - 1) << "the others are in force";
   EXPECT_THAT(store.damage(), ElementsAre(HasSubstr("result " + std::to_string(id) + " about delay is damaged")));
   EXPECT_EQ(store.find(id).error().reason, Reason::damaged);
-  EXPECT_THAT(*store.newest(100), Not(Contains(testing::Field(&Record::id, id))));
+  EXPECT_THAT(*decided::newest(store, 100), Not(Contains(testing::Field(&Record::id, id))));
 
   // New ones come into force, and then nobody has to be told any more.
   const auto fresh = store.propose(about("delay"), delayOf(1e-3), "", "t3");
-  ASSERT_TRUE(fresh && store.accept(*fresh, "Ada", "t4"));
-  EXPECT_EQ((*store.active(about("delay")))->id, *fresh);
+  ASSERT_TRUE(fresh && decided::accept(store, *fresh, "Ada", "t4"));
+  EXPECT_EQ((*decided::active(store, about("delay")))->id, *fresh);
   EXPECT_THAT(store.damage(), IsEmpty());
 }
 
@@ -97,7 +97,7 @@ TEST_F(Damage, OfARowInForceLetsAPersonGoBack) {
   fill();
   ASSERT_EQ(sql("UPDATE results SET accepted_by = 'Eve' WHERE subject = 'delay' AND state = 2"), "");
   auto store = reopened();
-  const auto back = store.rollBack(about("delay"), "Ada", "t3");
+  const auto back = decided::rollBack(store, about("delay"), "Ada", "t3");
   ASSERT_TRUE(back) << back.error().what;
   EXPECT_EQ(back->active->id, in_force_["delay"] - kSubjects.size()) << "the one before";
 }
@@ -108,9 +108,9 @@ TEST_F(Damage, WhileTheBoxRunsIsNoticedWhenTheRowIsAskedFor) {
   const auto delay = store.propose(about("delay"), delayOf(1e-3), "", "t3").value();
   ASSERT_EQ(sql("UPDATE results SET state = 3 WHERE subject = 'tool-4' AND state = 2"), "");
   ASSERT_EQ(sql("UPDATE results SET method = 'delay-plates' WHERE subject = 'delay' AND state = 2"), "");
-  EXPECT_EQ(store.inState(State::active)->size(), 2U);
+  EXPECT_EQ(decided::inState(store, State::active)->size(), 2U);
   EXPECT_EQ(store.damage().size(), 2U);
-  EXPECT_TRUE(store.accept(delay, "Ada", "t4"));
+  EXPECT_TRUE(decided::accept(store, delay, "Ada", "t4"));
 }
 
 TEST_F(Damage, OfTheHistoryIsNotShown) {
@@ -140,13 +140,13 @@ TEST_F(Damage, ARowThatHasGoneIsNamed) {
 
 TEST_F(Damage, ASchemaNumberThatItsTablesBelieCostsNothing) {
   fill();
-  for (const char* number : {"PRAGMA user_version = 0", "PRAGMA user_version = 1", "PRAGMA user_version = 4",
-                             "PRAGMA user_version = 69", "PRAGMA application_id = 7"}) {
+  for (const char* number : {"PRAGMA user_version = 0", "PRAGMA user_version = 4", "PRAGMA user_version = 69",
+                             "PRAGMA application_id = 7"}) {
     ASSERT_EQ(sql(number), "");
     auto store = reopened();
     EXPECT_THAT(store.notice(), HasSubstr("the 13 results of it that are whole")) << number;
     EXPECT_THAT(store.damage(), IsEmpty());
-    for (const auto& [subject, id] : in_force_) EXPECT_EQ((*store.active(about(subject)))->id, id);
+    for (const auto& [subject, id] : in_force_) EXPECT_EQ((*decided::active(store, about(subject)))->id, id);
   }
 }
 
@@ -157,18 +157,8 @@ TEST_F(Damage, OfTheHeaderIsNotTakenForAFileWithoutTheRightToWrite) {
   put(scratch_.file(), content);
   auto store = reopened();
   EXPECT_THAT(store.notice(), HasSubstr("the 13 results of it that are whole"));
-  for (const auto& [subject, id] : in_force_) EXPECT_EQ((*store.active(about(subject)))->id, id);
+  for (const auto& [subject, id] : in_force_) EXPECT_EQ((*decided::active(store, about(subject)))->id, id);
   EXPECT_TRUE(store.propose(about("delay"), delayOf(1e-3), "", "t3"));
-}
-
-TEST_F(Damage, OfAnOlderFileIsLookedForWhenItIsBroughtToTheNewestSchema) {
-  ASSERT_EQ(sql(kSchema1), "");
-  ASSERT_EQ(sql(insertOld(1, 2, "delay-plates", "").c_str()), "");
-  ASSERT_EQ(sql(insertOld(2, 2, "head-pivot", "").c_str()), "");
-  ASSERT_EQ(sql("UPDATE results SET result_json = substr(result_json, 9) WHERE id = 2"), "");
-  auto store = reopened();
-  EXPECT_EQ(store.inState(State::active)->size(), 1U);
-  EXPECT_THAT(store.damage(), ElementsAre(HasSubstr("result 2 about head-pivot")));
 }
 
 // Any bit of the file, one at a time: a result that is in force is the one that was, to the last digit; one that is not
@@ -180,7 +170,7 @@ TEST_F(Damage, OfAnyOneBitNeverPutsAnotherNumberIntoForceInSilence) {
   std::map<std::string, metrology::Result> truth;
   {
     auto store = reopened();
-    for (const auto& subject : kSubjects) truth[subject] = *(*store.active(about(subject)))->result();
+    for (const auto& subject : kSubjects) truth[subject] = *(*decided::active(store, about(subject)))->result();
   }
   const support::TemporaryFolder folder{support::inMemory()};
   std::mt19937_64 random{20261122};
@@ -196,7 +186,7 @@ TEST_F(Damage, OfAnyOneBitNeverPutsAnotherNumberIntoForceInSilence) {
     ASSERT_THAT(store.whyNotWritable(), IsEmpty()) << when << ": " << store.notice();
     int lost = 0;
     for (const auto& subject : kSubjects) {
-      const auto active = store.active(about(subject));
+      const auto active = decided::active(store, about(subject));
       ASSERT_TRUE(active) << when << active.error().what;
       if (!*active) {
         ++lost;
@@ -214,7 +204,7 @@ TEST_F(Damage, OfAnyOneBitNeverPutsAnotherNumberIntoForceInSilence) {
     if (lost == 0) ++harmless;
     const auto fresh = store.propose(about("delay"), delayOf(1e-3), "", "t3");
     ASSERT_TRUE(fresh) << when << fresh.error().what;
-    ASSERT_TRUE(store.accept(*fresh, "Ada", "t4")) << when;
+    ASSERT_TRUE(decided::accept(store, *fresh, "Ada", "t4")) << when;
     for (const auto& entry : std::filesystem::directory_iterator{folder.path()}) std::filesystem::remove(entry);
   }
   EXPECT_LT(took_several, kTrials / 25) << "a bit takes one result with it, seldom a page or the table of contents";
@@ -237,7 +227,7 @@ TEST_F(Damage, TakesNoneOfManyChanges) {
     auto store = reopened();
     for (auto* const id : {&before, &last}) {
       *id = store.propose(about("setter"), delayOf(0.5), "", "t3").value();
-      ASSERT_TRUE(store.accept(*id, "Ada", "t4"));
+      ASSERT_TRUE(decided::accept(store, *id, "Ada", "t4"));
     }
   }
   auto content = contentOf(scratch_.file());
@@ -246,7 +236,7 @@ TEST_F(Damage, TakesNoneOfManyChanges) {
   auto store = reopened();
   EXPECT_THAT(store.notice(), HasSubstr("that are whole"));
   EXPECT_THAT(store.damage(), IsEmpty());
-  const auto back = store.rollBack(about("setter"), "Ada", "t5");
+  const auto back = decided::rollBack(store, about("setter"), "Ada", "t5");
   ASSERT_TRUE(back) << back.error().what;
   ASSERT_TRUE(back->active);
   EXPECT_EQ(back->active->id, before);
@@ -309,8 +299,8 @@ TEST_F(Damage, AStoreThatCannotBeWrittenIsReadAndRefusesTheRestWithTheReason) {
   fs::permissions(scratch_.directory(), fs::perms{0555});
   EXPECT_TRUE(holdsAsNobody([&] {
     auto store = Store::openAnyhow(scratch_.file());
-    const auto all = store.inState(State::active);
-    const auto accepted = store.accept(13, "Ada", "t3");
+    const auto all = decided::inState(store, State::active);
+    const auto accepted = decided::accept(store, 13, "Ada", "t3");
     const auto proposed = store.propose(about("delay"), delayOf(1), "", "t3");
     return all && all->size() == kSubjects.size() && !accepted && !proposed &&
            accepted.error().reason == Reason::unavailable &&
@@ -323,7 +313,7 @@ TEST_F(Damage, AStoreThatCannotBeWrittenIsReadAndRefusesTheRestWithTheReason) {
 TEST_F(Damage, AStoreThatIsNowhereStillAnswers) {
   auto store = Store::openAnyhow((scratch_.directory() / "absent" / "results.db").string());
   EXPECT_THAT(store.whyNotWritable(), HasSubstr("absent/results.db"));
-  EXPECT_THAT(*store.newest(10), IsEmpty());
+  EXPECT_THAT(*decided::newest(store, 10), IsEmpty());
   EXPECT_EQ(store.propose(kBinding, delayOf(1), "", "t0").error().reason, Reason::unavailable);
 }
 
@@ -354,7 +344,7 @@ TEST_F(Damage, ThatCannotBeMendedForWantOfRoomLeavesTheFileAndServesItsRows) {
       const rlimit limit{room, room};
       ::setrlimit(RLIMIT_FSIZE, &limit);
       auto store = Store::openAnyhow(scratch_.file());
-      const auto all = store.inState(State::active);
+      const auto all = decided::inState(store, State::active);
       return all && all->size() == kSubjects.size() && !store.whyNotWritable().empty() &&
              store.notice().find("What is whole in it can be read") != std::string::npos &&
              !store.propose(about("delay"), delayOf(1), "", "t3");
@@ -363,7 +353,7 @@ TEST_F(Damage, ThatCannotBeMendedForWantOfRoomLeavesTheFileAndServesItsRows) {
   }
   auto store = reopened();
   EXPECT_THAT(store.notice(), HasSubstr("the 13 results of it that are whole"));
-  EXPECT_EQ(store.inState(State::active)->size(), kSubjects.size());
+  EXPECT_EQ(decided::inState(store, State::active)->size(), kSubjects.size());
 }
 
 TEST_F(Damage, ANewerStoreIsLeftAloneAndTheBoxStarts) {

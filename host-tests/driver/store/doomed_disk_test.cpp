@@ -4,10 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "firmware/store/database.hpp"
 #include "firmware/store/store.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/support/sanitized.hpp"
-#include "old_schema.hpp"
 #include "scratch.hpp"
 
 // The store on a disk that fails at every single call, one after the other.
@@ -30,25 +29,19 @@ bool proposeTwo(Store& store) {
   return store.propose(both, std::string(3000, 'y'), "t8").ok();
 }
 
-// Ids 1 and 2 are in the old file that every script begins with; opening it migrates it.
+// Ids 1 and 2 are in the file that every script begins with.
 const std::vector<Step>& script() {
   static const std::vector<Step> steps{
-      [](Store& s) { return propose(s, 3e-3); },               // 3
-      [](Store& s) { return s.accept(3, "Ada", "t1").ok(); },  // 2 is retired
-      [](Store& s) {
-        return s.keepStanding({1e-3, -2e-3, 0}, "t2").ok();
-      },  //
+      [](Store& s) { return propose(s, 3e-3); },                         // 3
+      [](Store& s) { return decided::accept(s, 3, "Ada", "t1").ok(); },  // 2 is retired
       [](Store& s) {
         return s.refuse(kBinding, "m", {"a", "b"}, "d", "t3").ok();
-      },                                                                          // 4
-      [](Store& s) { return propose(s, 5e-3); },                                  // 5
-      [](Store& s) { return s.accept(5, "Ada", "t4", Activation::later).ok(); },  //
-      [](Store& s) { return s.activate(5, "t5").ok(); },                          // 3 is retired
-      [](Store& s) { return s.rollBack(kBinding, "Grace", "t6").ok(); },          // 3 is back
-      [](Store& s) {
-        return s.keepStanding({2e-3, -2e-3, 0}, "t7").ok();
-      },
-      [](Store& s) { return proposeTwo(s); },  // 6 and 7, or neither
+      },                                                                            // 4
+      [](Store& s) { return propose(s, 5e-3); },                                    // 5
+      [](Store& s) { return decided::accept(s, 5, "Ada", "t4", true).ok(); },       //
+      [](Store& s) { return decided::activate(s, 5, "t5").ok(); },                  // 3 is retired
+      [](Store& s) { return decided::rollBack(s, kBinding, "Grace", "t6").ok(); },  // 3 is back
+      [](Store& s) { return proposeTwo(s); },                                       // 6 and 7, or neither
   };
   return steps;
 }
@@ -65,19 +58,19 @@ std::string told(Store& store) {
     const auto history = store.history(id).value();
     for (const auto& t : history) all += "  " + std::string{name(t.to)} + " " + t.utc + " " + t.by + "\n";
   }
-  const auto standing = store.standing().value();
-  return standing ? all + std::to_string(standing->correction_mm[0]) + " " + standing->utc : all;
+  return all;
 }
 
 class StoreOnADoomedDisk : public testing::Test {
  protected:
-  // The old file, then what the store holds after each number of steps on a disk that works.
+  // The file, then what the store holds after each number of steps on a disk that works.
   void prepare(DoomedDisk& disk) {
     {
-      auto database = Database::open(kPath).value();
-      ASSERT_TRUE(database.run(kSchema1));
-      ASSERT_TRUE(database.run(insertOld(1, 3, "delay-multi-speed", "old").c_str()));
-      ASSERT_TRUE(database.run(insertOld(2, 2, "delay-plates", "").c_str()));
+      auto store = Store::open(kPath).value();
+      for (const double tau_s : {1e-3, 2e-3}) {  // the first is retired
+        const auto id = store.propose(kBinding, delayOf(tau_s), "measured", "t0");
+        ASSERT_TRUE(id && decided::accept(store, *id, "Ada", "t0"));
+      }
     }
     disk.powerOn(DoomedDisk::Unsynced::written);
     start_ = disk.image();

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "host-tests/decided/decided.hpp"
 #include "scratch.hpp"
 
 namespace probebox::store {
@@ -25,7 +26,7 @@ void proposeAndAcceptForEver(const std::string& path, int acknowledgements) {
     if (!id) break;
     Acknowledgement said{*id, false};
     if (::write(acknowledgements, &said, sizeof said) != sizeof said) break;
-    if (!store->accept(*id, "Ada", "t1")) break;
+    if (!decided::accept(*store, *id, "Ada", "t1")) break;
     said.accepted = true;
     if (::write(acknowledgements, &said, sizeof said) != sizeof said) break;
   }
@@ -77,7 +78,7 @@ TEST(StoreOfAKilledProcess, HoldsEveryAcknowledgedAcceptanceAndOneActiveResult) 
       EXPECT_THAT(record->state, testing::AnyOf(State::active, State::retired));
       EXPECT_EQ(record->accepted_by, "Ada");
     }
-    const auto all = store->newest(100'000).value();
+    const auto all = decided::newest(*store, 100'000).value();
     const auto active = std::ranges::count(all, State::active, &Record::state);
     EXPECT_EQ(active, std::ranges::count(all, std::string{"Ada"}, &Record::accepted_by) > 0 ? 1 : 0);
   }

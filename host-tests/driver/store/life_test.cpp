@@ -6,7 +6,7 @@
 #include <sqlite3.h>
 
 #include "firmware/store/store.hpp"
-#include "old_schema.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "scratch.hpp"
 
 namespace probebox::store {
@@ -21,14 +21,14 @@ class ResultsLife : public testing::Test {
   Id propose(double tau_s, const Binding& binding = kBinding) {
     return store_.propose(binding, delayOf(tau_s), "{}", "t0").value();
   }
-  Id accepted(double tau_s, std::string_view by = "Ada") {
+  Id accepted(double tau_s, const std::string& by = "Ada") {
     const auto id = propose(tau_s);
-    EXPECT_TRUE(store_.accept(id, by, "t1"));
+    EXPECT_TRUE(decided::accept(store_, id, by, "t1"));
     return id;
   }
   State stateOf(Id id) { return store_.find(id).value().state; }
   Id activeId() {
-    const auto active = store_.active(kBinding).value();
+    const auto active = decided::active(store_, kBinding).value();
     return active ? active->id : 0;
   }
   std::vector<State> states(Id id) {
@@ -45,13 +45,13 @@ class ResultsLife : public testing::Test {
 TEST_F(ResultsLife, AnAcceptedResultWaitsUntilItIsActivated) {
   const auto old = accepted(1e-3);
   const auto next = propose(2e-3);
-  const auto waiting = store_.accept(next, "Grace", "t2", Activation::later).value();
+  const auto waiting = decided::accept(store_, next, "Grace", "t2", true).value();
   EXPECT_EQ(waiting.state, State::accepted);
   EXPECT_EQ(waiting.accepted_by, "Grace");
   EXPECT_EQ(waiting.accepted_utc, "t2");
   EXPECT_EQ(activeId(), old);
 
-  const auto active = store_.activate(next, "t3").value();
+  const auto active = decided::activate(store_, next, "t3").value();
   EXPECT_EQ(active.state, State::active);
   EXPECT_EQ(active.accepted_utc, "t2");
   EXPECT_EQ(activeId(), next);
@@ -62,31 +62,11 @@ TEST_F(ResultsLife, AnAcceptedResultWaitsUntilItIsActivated) {
   EXPECT_EQ(store_.find(old)->retired_utc, "t3");
 }
 
-TEST_F(ResultsLife, TheRecordThatACallGivesIsTheOneThatIsStored) {
-  const auto one = propose(1e-3);
-  const auto same = [&](const Record& given) {
-    const auto kept = store_.find(given.id).value();
-    EXPECT_EQ(given.state, kept.state);
-    EXPECT_EQ(given.accepted_by, kept.accepted_by);
-    EXPECT_EQ(given.accepted_utc, kept.accepted_utc);
-    EXPECT_EQ(given.retired_utc, kept.retired_utc);
-  };
-  same(store_.accept(one, "Ada", "t1", Activation::later).value());
-  same(store_.activate(one, "t2").value());
-  const auto two = accepted(2e-3);
-  const auto changed = store_.rollBack(kBinding, "Grace", "t3").value();
-  same(*changed.retired);
-  same(*changed.active);
-  EXPECT_EQ(changed.retired->id, two);
-  same(store_.accept(propose(3e-3), "Ada", "t4", Activation::later).value());
-  same(store_.withdraw(3, "Ada", "t5").value());
-}
-
 TEST_F(ResultsLife, OnlyTheLastAcceptedResultWaits) {
   const auto first = propose(1e-3);
   const auto second = propose(2e-3);
-  ASSERT_TRUE(store_.accept(first, "Ada", "t1", Activation::later));
-  ASSERT_TRUE(store_.accept(second, "Ada", "t2", Activation::later));
+  ASSERT_TRUE(decided::accept(store_, first, "Ada", "t1", true));
+  ASSERT_TRUE(decided::accept(store_, second, "Ada", "t2", true));
   EXPECT_EQ(stateOf(first), State::retired);
   const auto third = accepted(3e-3);
   EXPECT_EQ(stateOf(second), State::retired) << "it would replace a later decision";
@@ -96,15 +76,15 @@ TEST_F(ResultsLife, OnlyTheLastAcceptedResultWaits) {
 // To say that the first stays would be said of nothing: the other one comes into force at the end of the cut.
 TEST_F(ResultsLife, TheActiveOneIsNotAcceptedAgainWhileAnotherWaits) {
   const auto first = accepted(1e-3);
-  EXPECT_TRUE(store_.accept(first, "Ada", "t2")) << "said twice";
+  EXPECT_TRUE(decided::accept(store_, first, "Ada", "t2")) << "said twice";
   const auto second = propose(2e-3);
-  ASSERT_TRUE(store_.accept(second, "Ada", "t3", Activation::later));
-  const auto refused = store_.accept(first, "Ada", "t4");
+  ASSERT_TRUE(decided::accept(store_, second, "Ada", "t3", true));
+  const auto refused = decided::accept(store_, first, "Ada", "t4");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
   EXPECT_THAT(refused.error().what, testing::HasSubstr("rollback " + std::to_string(second)));
-  ASSERT_TRUE(store_.withdraw(second, "Ada", "t5"));
-  EXPECT_TRUE(store_.accept(first, "Ada", "t6"));
+  ASSERT_TRUE(decided::withdraw(store_, second, "Ada", "t5"));
+  EXPECT_TRUE(decided::accept(store_, first, "Ada", "t6"));
   EXPECT_EQ(activeId(), first);
 }
 
@@ -113,15 +93,15 @@ TEST_F(ResultsLife, DifferentMethodsReplaceOneAnotherWhenTheyAnswerTheSameQuesti
   auto other = delayOf(2e-3);
   other.method = "delay-per-axis";
   const auto next = store_.propose(kBinding, other, "", "t0").value();
-  ASSERT_TRUE(store_.accept(next, "Ada", "t1"));
+  ASSERT_TRUE(decided::accept(store_, next, "Ada", "t1"));
   EXPECT_EQ(stateOf(old), State::retired);
-  EXPECT_EQ(store_.active(kBinding).value()->method, "delay-per-axis");
+  EXPECT_EQ(decided::active(store_, kBinding).value()->method, "delay-per-axis");
 }
 
 TEST_F(ResultsLife, ARollbackBringsBackWhatWasInForceBefore) {
   const auto first = accepted(1e-3);
   const auto second = accepted(2e-3);
-  const auto changed = store_.rollBack(kBinding, "Grace", "t5").value();
+  const auto changed = decided::rollBack(store_, kBinding, "Grace", "t5").value();
   EXPECT_EQ(changed.retired->id, second);
   EXPECT_EQ(changed.active->id, first);
   EXPECT_EQ(activeId(), first);
@@ -129,13 +109,13 @@ TEST_F(ResultsLife, ARollbackBringsBackWhatWasInForceBefore) {
   EXPECT_EQ(store_.history(first)->back().by, "Grace");
   EXPECT_EQ(store_.history(second)->back().utc, "t5");
 
-  ASSERT_TRUE(store_.rollBack(kBinding, "Grace", "t6"));
+  ASSERT_TRUE(decided::rollBack(store_, kBinding, "Grace", "t6"));
   EXPECT_EQ(activeId(), second) << "a second rollback undoes the first";
 }
 
 TEST_F(ResultsLife, ARollbackOfTheFirstResultLeavesNone) {
   const auto only = accepted(1e-3);
-  const auto changed = store_.rollBack(kBinding, "Grace", "t5").value();
+  const auto changed = decided::rollBack(store_, kBinding, "Grace", "t5").value();
   EXPECT_EQ(changed.retired->id, only);
   EXPECT_FALSE(changed.active);
   EXPECT_EQ(activeId(), 0U);
@@ -145,20 +125,20 @@ TEST_F(ResultsLife, ARollbackPassesOverWhatNeverWasInForce) {
   const auto first = accepted(1e-3);
   const auto second = accepted(2e-3);
   const auto withdrawn = propose(3e-3);
-  ASSERT_TRUE(store_.accept(withdrawn, "Ada", "t3", Activation::later));
-  ASSERT_TRUE(store_.withdraw(withdrawn, "Ada", "t4"));
+  ASSERT_TRUE(decided::accept(store_, withdrawn, "Ada", "t3", true));
+  ASSERT_TRUE(decided::withdraw(store_, withdrawn, "Ada", "t4"));
   EXPECT_EQ(activeId(), second) << "nothing in force has changed";
-  EXPECT_EQ(store_.rollBack(kBinding, "Ada", "t5")->active->id, first);
+  EXPECT_EQ(decided::rollBack(store_, kBinding, "Ada", "t5")->active->id, first);
 }
 
 // As where a cut begins while the change is being stored.
-TEST_F(ResultsLife, AChangeThatIsTakenBackHasNeverBeenMade) {
+TEST_F(ResultsLife, AChangeThatIsUndoneHasNeverBeenMade) {
   const auto first = accepted(1e-3), second = propose(2e-3);
-  auto waits = store_.accept(second, "Grace", "t2", Activation::later).value();
-  const auto before = store_.find(first).value();
+  ASSERT_TRUE(decided::accept(store_, second, "Grace", "t2", true));
   const auto changes = store_.history({}).value().size();
-  ASSERT_TRUE(store_.activate(second, "t3"));
-  ASSERT_TRUE(store_.takeBack(std::array{waits, before}));
+  ASSERT_TRUE(decided::activate(store_, second, "t3"));
+  const std::array undone{Change{second, State::accepted, State::active}, Change{first, State::active, State::retired}};
+  ASSERT_TRUE(store_.undo(undone));
   EXPECT_EQ(activeId(), first);
   EXPECT_EQ(store_.find(first)->retired_utc, "");
   EXPECT_EQ(stateOf(second), State::accepted);
@@ -166,27 +146,58 @@ TEST_F(ResultsLife, AChangeThatIsTakenBackHasNeverBeenMade) {
   EXPECT_EQ(store_.history({}).value().size(), changes);
   store_ = Store::open(scratch_.file()).value();
   EXPECT_THAT(store_.damage(), IsEmpty()) << store_.notice();
-  ASSERT_TRUE(store_.withdraw(second, "Grace", "t4"));
-  EXPECT_FALSE(store_.retiredLast(kBinding).value()) << "the second was never in force";
-  EXPECT_FALSE(store_.takeBack(std::array{before})) << "it is in force already";
+  EXPECT_FALSE(store_.undo(undone)) << "it is in force already";
 }
 
-TEST_F(ResultsLife, ARollbackThatIsTakenBackHasNeverBeenMade) {
+TEST_F(ResultsLife, ARollbackThatIsUndoneHasNeverBeenMade) {
   const auto first = accepted(1e-3), second = accepted(2e-3);
-  const std::array before{store_.find(first).value(), store_.find(second).value()};
-  ASSERT_TRUE(store_.rollBack(kBinding, "Grace", "t5"));
-  ASSERT_TRUE(store_.takeBack(before));
+  ASSERT_TRUE(decided::rollBack(store_, kBinding, "Grace", "t5"));
+  ASSERT_TRUE(store_.undo(
+      std::array{Change{first, State::retired, State::active}, Change{second, State::active, State::retired}}));
   EXPECT_EQ(activeId(), second);
   EXPECT_EQ(store_.find(first)->retired_utc, "t1");
   EXPECT_THAT(states(second), ElementsAre(State::proposed, State::accepted, State::active));
-  EXPECT_EQ(store_.rollBack(kBinding, "Grace", "t6")->active->id, first);
+  EXPECT_EQ(decided::rollBack(store_, kBinding, "Grace", "t6")->active->id, first);
+}
+
+// Whoever decided by what has changed meanwhile.
+TEST_F(ResultsLife, NoChangeBeginsWithAnotherStateThanTheOneOfTheResult) {
+  const auto first = accepted(1e-3), second = propose(2e-3);
+  const std::array changes{Change{second, State::proposed, State::accepted, "Ada"},
+                           Change{first, State::accepted, State::active, "Ada"}};
+  const auto refused = store_.append(changes, std::nullopt, "t3");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
+  EXPECT_EQ(stateOf(second), State::proposed) << "all of them or none";
+  EXPECT_EQ(store_.append({}, std::nullopt, "").error().reason, Reason::bad_argument);
+  EXPECT_EQ(store_.append(std::array{Change{99, State::proposed, State::accepted}}, std::nullopt, "t").error().reason,
+            Reason::unknown_result);
+}
+
+TEST_F(ResultsLife, AProposalIsStoredWithTheChangesThatFollowFromIt) {
+  const auto before = accepted(1e-3);
+  const auto next = store_.load()->next_id;
+  const std::array changes{Change{next, State::proposed, State::accepted, "Ada"}};
+  const Proposal sum{kBinding, delayOf(3e-3), {.rests_on = {before}, .remark = "a sum"}};
+  const auto transitions = store_.append(changes, sum, "t2");
+  ASSERT_TRUE(transitions) << transitions.error().what;
+  ASSERT_EQ(transitions->size(), 2U);
+  EXPECT_EQ(transitions->front().result, next);
+  EXPECT_EQ(stateOf(next), State::accepted);
+  EXPECT_EQ(store_.restsOn(next)->front().id, before);
+  const auto later = store_.load(before).value();
+  ASSERT_EQ(later.heads.size(), 1U);
+  EXPECT_EQ(later.heads[0].accepted_by, "Ada");
+  EXPECT_EQ(later.transitions.size(), 2U);
+  EXPECT_EQ(later.dependences.size(), 1U);
+  EXPECT_EQ(later.next_id, next + 1);
 }
 
 TEST_F(ResultsLife, ARollbackOfAnotherMountingTouchesNothingHere) {
   const auto here = accepted(1e-3);
   auto elsewhere = kBinding;
   elsewhere.mounting = "table";
-  const auto refused = store_.rollBack(elsewhere, "Ada", "t2");
+  const auto refused = decided::rollBack(store_, elsewhere, "Ada", "t2");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
   EXPECT_THAT(refused.error().what, HasSubstr("'delay'"));
@@ -195,22 +206,10 @@ TEST_F(ResultsLife, ARollbackOfAnotherMountingTouchesNothingHere) {
 
 TEST_F(ResultsLife, ARetiredResultComesBackByItsSubjectAndTheRefusalSaysSo) {
   const auto id = accepted(1e-3);
-  ASSERT_TRUE(store_.rollBack(kBinding, "Ada", "t3"));
-  EXPECT_THAT(store_.accept(id, "Ada", "t4").error().what, HasSubstr("probebox rollback delay --by NAME"));
-  ASSERT_TRUE(store_.rollBack(kBinding, "Ada", "t5"));
+  ASSERT_TRUE(decided::rollBack(store_, kBinding, "Ada", "t3"));
+  EXPECT_THAT(decided::accept(store_, id, "Ada", "t4").error().what, HasSubstr("probebox rollback delay --by NAME"));
+  ASSERT_TRUE(decided::rollBack(store_, kBinding, "Ada", "t5"));
   EXPECT_EQ(activeId(), id);
-}
-
-TEST_F(ResultsLife, EveryChangeNeedsANameAndATime) {
-  accepted(1e-3);
-  const auto waiting = propose(2e-3);
-  ASSERT_TRUE(store_.accept(waiting, "Ada", "t1", Activation::later));
-  EXPECT_EQ(store_.rollBack(kBinding, "", "t").error().reason, Reason::bad_argument);
-  EXPECT_EQ(store_.rollBack(kBinding, "Ada", "").error().reason, Reason::bad_argument);
-  EXPECT_EQ(store_.withdraw(waiting, "", "t").error().reason, Reason::bad_argument);
-  EXPECT_EQ(store_.activate(waiting, "").error().reason, Reason::bad_argument);
-  EXPECT_EQ(store_.activate(propose(3e-3), "t").error().reason, Reason::not_possible_now);
-  EXPECT_EQ(store_.withdraw(1, "Ada", "t").error().reason, Reason::not_possible_now);
 }
 
 // Whatever people do, in any order: at most one result of a binding is active and at most one waits, the history says
@@ -221,29 +220,29 @@ TEST_F(ResultsLife, StaysConsistentUnderAnySequenceOfDecisions) {
       kBinding, {"centreline", "P-1001", "mill 3", "spindle"}, {"delay", "P-1002", "mill 3", "spindle"}};
   for (int step = 0; step < 150; ++step) {
     const auto& binding = bindings[random() % bindings.size()];
-    const Id some = 1 + random() % (1 + store_.newest(1)->size() * 20);
+    const Id some = 1 + random() % (1 + decided::newest(store_, 1)->size() * 20);
     switch (random() % 6) {
       case 0:
         propose(1e-3, binding);
         break;
       case 1:
-        (void)store_.accept(some, "Ada", "t", Activation::at_once);
+        (void)decided::accept(store_, some, "Ada", "t");
         break;
       case 2:
-        (void)store_.accept(some, "Ada", "t", Activation::later);
+        (void)decided::accept(store_, some, "Ada", "t", true);
         break;
       case 3:
-        (void)store_.activate(some, "t");
+        (void)decided::activate(store_, some, "t");
         break;
       case 4:
-        (void)store_.rollBack(binding, "Grace", "t");
+        (void)decided::rollBack(store_, binding, "Grace", "t");
         break;
       default:
-        (void)store_.withdraw(some, "Grace", "t");
+        (void)decided::withdraw(store_, some, "Grace", "t");
         break;
     }
     for (const auto& each : bindings) {
-      const auto all = store_.newest(1000).value();
+      const auto all = decided::newest(store_, 1000).value();
       const auto count = [&](State state) {
         return std::ranges::count_if(all, [&](const Record& r) { return r.state == state && r.binding == each; });
       };
@@ -257,7 +256,7 @@ TEST_F(ResultsLife, StaysConsistentUnderAnySequenceOfDecisions) {
     more = !piece.empty();
     pieces.insert(pieces.end(), piece.begin(), piece.end());
   }
-  const auto records = store_.newest(1000).value();
+  const auto records = decided::newest(store_, 1000).value();
   for (const auto& record : records) {
     const auto own = store_.history(record.id).value();
     EXPECT_EQ(own.back().to, record.state);
@@ -277,7 +276,7 @@ TEST_F(ResultsLife, TellsTheHistoryOfOneSubject) {
 
 TEST_F(ResultsLife, KeepsTheDatasetsOfAcceptedResultsAndOfTheNewestOthers) {
   const auto dear = store_.propose(kBinding, delayOf(1e-3), "dear", "t0").value();
-  ASSERT_TRUE(store_.accept(dear, "Ada", "t1"));
+  ASSERT_TRUE(decided::accept(store_, dear, "Ada", "t1"));
   const std::string large(200'000, 'x');
   std::vector<Id> others;
   std::uintmax_t size_after_30 = 0;
@@ -286,7 +285,7 @@ TEST_F(ResultsLife, KeepsTheDatasetsOfAcceptedResultsAndOfTheNewestOthers) {
                                 : store_.refuse(kBinding, "delay-multi-speed", {"a", "b"}, large, "t2").value());
     if (i == 30) size_after_30 = std::filesystem::file_size(scratch_.file());
   }
-  ASSERT_TRUE(store_.rollBack(kBinding, "Ada", "t3"));
+  ASSERT_TRUE(decided::rollBack(store_, kBinding, "Ada", "t3"));
   EXPECT_EQ(store_.dataset(dear).value(), "dear") << "accepted once, kept for ever";
   for (std::size_t i = 0; i < others.size(); ++i) {
     const bool is_new = i + Store::kOtherDatasets >= others.size();
@@ -304,65 +303,6 @@ TEST_F(ResultsLife, KeepsLargeDatasetsOfTheNewestOthersOnly) {
   const std::string larger(Store::kOtherDatasetsCharacters + 1, 'x');
   ASSERT_TRUE(store_.refuse(kBinding, "delay-multi-speed", {"a", "b"}, larger, "t1"));
   for (Id id = 1; id <= 6; ++id) EXPECT_EQ(store_.dataset(id).value().empty(), id <= 5) << id;
-}
-
-TEST_F(ResultsLife, RemembersTheCorrectionThatWasServedLast) {
-  EXPECT_FALSE(store_.standing().value());
-  ASSERT_TRUE(store_.keepStanding({1.0 / 3, -2e-7, 0}, "t1"));
-  ASSERT_TRUE(store_.keepStanding({-1.0 / 3, 2e-7, 1e300}, "t2"));
-  store_ = Store::open(scratch_.file()).value();
-  const auto standing = store_.standing().value();
-  ASSERT_TRUE(standing);
-  EXPECT_EQ(standing->correction_mm, (std::array<double, 3>{-1.0 / 3, 2e-7, 1e300}));
-  EXPECT_EQ(standing->utc, "t2");
-}
-
-// A file as the first release wrote it.
-class OldFile : public testing::Test {
- protected:
-  OldFile() { sqlite3_open(scratch_.file().c_str(), &hand_); }
-  ~OldFile() override { sqlite3_close(hand_); }
-  void run(const std::string& sql) {
-    ASSERT_EQ(sqlite3_exec(hand_, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(hand_);
-  }
-  Scratch scratch_;
-  sqlite3* hand_{};
-};
-
-TEST_F(OldFile, IsBroughtToTheNewSchemaWithAllThatItHolds) {
-  run(kSchema1);
-  run(insertOld(1, 3, "delay-multi-speed", "measured 1"));
-  run(insertOld(2, 2, "delay-multi-speed", "measured 2"));
-  run(insertOld(3, 0, "sphere-fit", ""));
-  auto store = Store::open(scratch_.file()).value();
-  EXPECT_EQ(store.notice(), "");
-  const auto active = store.active(kBinding).value();
-  ASSERT_TRUE(active);
-  EXPECT_EQ(active->id, 2U);
-  EXPECT_EQ(active->method, "delay-multi-speed");
-  EXPECT_EQ(active->accepted_by, "Ada");
-  EXPECT_EQ(active->result()->find("tau_s")->value(), 0.1 / 3);
-  EXPECT_EQ(store.dataset(1).value(), "measured 1");
-  EXPECT_EQ(store.dataset(3).value(), "");
-  EXPECT_EQ(store.find(3)->binding.subject, "sphere-fit");
-  EXPECT_EQ(store.history(2)->size(), 3U);
-  EXPECT_EQ(store.rollBack(kBinding, "Grace", "t9")->active->id, 1U);
-  EXPECT_EQ(store.propose(kBinding, delayOf(1), "", "t9").value(), 4U) << "no number is given twice";
-}
-
-TEST_F(OldFile, KeepsOneActiveResultWhereSeveralMethodsAnsweredTheSameQuestion) {
-  run(kSchema1);
-  run(insertOld(1, 2, "delay-multi-speed", ""));
-  run(insertOld(2, 2, "delay-plates", ""));
-  run(insertOld(3, 2, "delay-per-axis", ""));
-  run("UPDATE results SET accepted_utc = '2026-11-21T09:00:00Z' WHERE id = 2");
-  auto store = Store::open(scratch_.file()).value();
-  EXPECT_EQ(store.active(kBinding).value()->id, 2U) << "the one accepted last";
-  for (const Id id : {Id{1}, Id{3}}) {
-    EXPECT_EQ(store.find(id)->state, State::retired);
-    EXPECT_EQ(store.find(id)->retired_utc, "2026-11-21T09:00:00Z");
-    EXPECT_EQ(store.history(id)->back().to, State::retired);
-  }
 }
 
 }  // namespace

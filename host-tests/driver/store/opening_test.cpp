@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/support/file_content.hpp"
 #include "host-tests/support/in_child.hpp"
 #include "scratch.hpp"
@@ -41,7 +42,7 @@ std::string filledStore(const Scratch& scratch) {
   auto store = Store::open(scratch.file()).value();
   for (int i = 0; i < 20; ++i) {
     const auto id = store.propose(kBinding, delayOf(i), std::string(2000, 'x'), "t0").value();
-    EXPECT_TRUE(store.accept(id, "Ada", "t1"));
+    EXPECT_TRUE(decided::accept(store, id, "Ada", "t1"));
   }
   return contentOf(scratch.file());
 }
@@ -132,14 +133,13 @@ TEST(StoreOpening, DoesNotTakeAnEmptyFileForANewStore) {
 TEST(StoreOpening, RemovesWhatAnInterruptedRepairHasLeft) {
   const Scratch scratch;
   filledStore(scratch);
-  const std::vector<std::string> left{".new",      ".new-journal",       ".salvage",
-                                      ".repaired", ".damaged-1.salvage", ".damaged-1.salvage-journal"};
+  const std::vector<std::string> left{".new", ".new-journal", ".salvage", ".repaired", ".salvage-journal"};
   for (const auto& name : left) write(scratch.file() + name, "part");
   write(scratch.file() + ".damaged-1", "kept");
   auto store = Store::open(scratch.file());
   ASSERT_TRUE(store) << store.error().what;
   EXPECT_THAT(store->notice(), IsEmpty());
-  EXPECT_EQ(store->newest(100)->size(), 20U);
+  EXPECT_EQ(decided::newest(*store, 100)->size(), 20U);
   for (const auto& name : left) EXPECT_FALSE(std::filesystem::exists(scratch.file() + name)) << name;
   EXPECT_EQ(contentOf(scratch.file() + ".damaged-1"), "kept");
 }
@@ -150,7 +150,7 @@ TEST(StoreOpening, DoesNotTakeAnIncompleteNewStoreForTheOne) {
   std::filesystem::rename(scratch.file(), scratch.file() + ".new");
   auto store = Store::open(scratch.file());
   ASSERT_TRUE(store) << store.error().what;
-  EXPECT_THAT(*store->newest(100), IsEmpty());
+  EXPECT_THAT(*decided::newest(*store, 100), IsEmpty());
   EXPECT_FALSE(std::filesystem::exists(scratch.file() + ".new"));
 }
 
@@ -161,13 +161,13 @@ TEST(StoreOpening, NamesALockedFileAndWorksAgainAfterwards) {
   {
     Hand other{scratch.file()};
     other.run("BEGIN EXCLUSIVE");
-    const auto accepted = store.accept(id, "Ada", "t1");
+    const auto accepted = decided::accept(store, id, "Ada", "t1");
     ASSERT_FALSE(accepted);
     EXPECT_EQ(accepted.error().reason, Reason::unavailable);
     EXPECT_THAT(accepted.error().what, HasSubstr("locked"));
     other.run("COMMIT");
   }
-  EXPECT_TRUE(store.accept(id, "Ada", "t1"));
+  EXPECT_TRUE(decided::accept(store, id, "Ada", "t1"));
 }
 
 // Who opens a pipe waits for its other end, for ever.
@@ -226,8 +226,8 @@ TEST(StoreOpening, LosesNothingWhenTheDiskIsFull) {
   }));
   auto store = Store::open(scratch.file()).value();
   EXPECT_THAT(store.notice(), IsEmpty());
-  EXPECT_EQ(store.newest(100)->size(), 20U);
-  EXPECT_EQ(store.active(kBinding).value()->id, 20U);
+  EXPECT_EQ(decided::newest(store, 100)->size(), 20U);
+  EXPECT_EQ(decided::active(store, kBinding).value()->id, 20U);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "host-tests/decided/decided.hpp"
 #include "scratch.hpp"
 
 namespace probebox::store {
@@ -45,30 +46,30 @@ TEST_F(StoreTest, RemembersWhatTheReadingsCouldNotTellApart) {
 
 TEST_F(StoreTest, ActivatesAnAcceptedResultAndSaysByWhom) {
   const auto id = propose(4e-3);
-  const auto record = store_.accept(id, "Ada", "2026-11-21T07:00:00Z");
+  const auto record = decided::accept(store_, id, "Ada", "2026-11-21T07:00:00Z");
   ASSERT_TRUE(record);
   EXPECT_EQ(record->state, State::active);
   EXPECT_EQ(record->accepted_by, "Ada");
   EXPECT_EQ(record->accepted_utc, "2026-11-21T07:00:00Z");
   reopen();
-  EXPECT_EQ(store_.active(kBinding).value()->id, id);
+  EXPECT_EQ(decided::active(store_, kBinding).value()->id, id);
 }
 
 TEST_F(StoreTest, AProposalChangesNothingThatIsInForce) {
   const auto old = propose(4e-3);
-  ASSERT_TRUE(store_.accept(old, "Ada", "t1"));
+  ASSERT_TRUE(decided::accept(store_, old, "Ada", "t1"));
   propose(5e-3);
-  EXPECT_EQ(store_.active(kBinding).value()->id, old);
+  EXPECT_EQ(decided::active(store_, kBinding).value()->id, old);
 }
 
 TEST_F(StoreTest, RetiresThePreviousResultOfTheSameBinding) {
   const auto old = propose(4e-3);
   const auto next = propose(5e-3);
-  ASSERT_TRUE(store_.accept(old, "Ada", "t1"));
-  ASSERT_TRUE(store_.accept(next, "Grace", "t2"));
+  ASSERT_TRUE(decided::accept(store_, old, "Ada", "t1"));
+  ASSERT_TRUE(decided::accept(store_, next, "Grace", "t2"));
   EXPECT_EQ(stateOf(old), State::retired);
   EXPECT_EQ(store_.find(old)->retired_utc, "t2");
-  EXPECT_EQ(store_.active(kBinding).value()->id, next);
+  EXPECT_EQ(decided::active(store_, kBinding).value()->id, next);
 }
 
 TEST_F(StoreTest, LeavesOtherSubjectsProbesMachinesAndMountingsAlone) {
@@ -77,16 +78,16 @@ TEST_F(StoreTest, LeavesOtherSubjectsProbesMachinesAndMountingsAlone) {
        {Binding{"sphere-fit", "P-1001", "mill 3", "spindle"}, Binding{"delay", "P-1002", "mill 3", "spindle"},
         Binding{"delay", "P-1001", "mill 4", "spindle"}, Binding{"delay", "P-1001", "mill 3", "table"}}) {
     others.push_back(propose(4e-3, other));
-    ASSERT_TRUE(store_.accept(others.back(), "Ada", "t1"));
+    ASSERT_TRUE(decided::accept(store_, others.back(), "Ada", "t1"));
   }
-  ASSERT_TRUE(store_.accept(propose(5e-3), "Ada", "t2"));
+  ASSERT_TRUE(decided::accept(store_, propose(5e-3), "Ada", "t2"));
   for (const auto id : others) EXPECT_EQ(stateOf(id), State::active);
 }
 
 TEST_F(StoreTest, KeepsTheHistoryOfAResult) {
   const auto old = propose(4e-3);
-  ASSERT_TRUE(store_.accept(old, "Ada", "t1"));
-  ASSERT_TRUE(store_.accept(propose(5e-3), "Grace", "t2"));
+  ASSERT_TRUE(decided::accept(store_, old, "Ada", "t1"));
+  ASSERT_TRUE(decided::accept(store_, propose(5e-3), "Grace", "t2"));
   EXPECT_THAT(store_.history(old).value(),
               ElementsAre(Field(&Transition::to, State::proposed), Field(&Transition::to, State::accepted),
                           Field(&Transition::to, State::active), Field(&Transition::to, State::retired)));
@@ -95,8 +96,8 @@ TEST_F(StoreTest, KeepsTheHistoryOfAResult) {
 
 TEST_F(StoreTest, AcceptingTwiceIsTheSameAsOnce) {
   const auto id = propose(4e-3);
-  ASSERT_TRUE(store_.accept(id, "Ada", "t1"));
-  const auto again = store_.accept(id, "Grace", "t2");
+  ASSERT_TRUE(decided::accept(store_, id, "Ada", "t1"));
+  const auto again = decided::accept(store_, id, "Grace", "t2");
   ASSERT_TRUE(again);
   EXPECT_EQ(again->accepted_by, "Ada");
   EXPECT_EQ(store_.history(id)->size(), 3U);
@@ -105,18 +106,18 @@ TEST_F(StoreTest, AcceptingTwiceIsTheSameAsOnce) {
 TEST_F(StoreTest, RefusesToAcceptWhatCannotBeAccepted) {
   const auto refusal =
       store_.refuse(kBinding, "delay-multi-speed", {"single-speed", "one speed only"}, "", "t0").value();
-  const auto refused = store_.accept(refusal, "Ada", "t1");
+  const auto refused = decided::accept(store_, refusal, "Ada", "t1");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
   EXPECT_THAT(refused.error().what, HasSubstr("one speed only"));
 
   const auto old = propose(4e-3);
-  ASSERT_TRUE(store_.accept(old, "Ada", "t1"));
-  ASSERT_TRUE(store_.accept(propose(5e-3), "Ada", "t2"));
-  EXPECT_THAT(store_.accept(old, "Ada", "t3").error().what, HasSubstr("retired"));
+  ASSERT_TRUE(decided::accept(store_, old, "Ada", "t1"));
+  ASSERT_TRUE(decided::accept(store_, propose(5e-3), "Ada", "t2"));
+  EXPECT_THAT(decided::accept(store_, old, "Ada", "t3").error().what, HasSubstr("retired"));
 
-  EXPECT_EQ(store_.accept(999, "Ada", "t3").error().reason, Reason::unknown_result);
-  EXPECT_EQ(store_.accept(propose(6e-3), "", "t3").error().reason, Reason::bad_argument);
+  EXPECT_EQ(decided::accept(store_, 999, "Ada", "t3").error().reason, Reason::unknown_result);
+  EXPECT_EQ(decided::accept(store_, propose(6e-3), "", "t3").error().reason, Reason::bad_argument);
 }
 
 TEST_F(StoreTest, RemembersRefusalsToo) {
@@ -137,15 +138,15 @@ TEST_F(StoreTest, NumbersResultsUpwards) {
     reopen();
   }
   EXPECT_TRUE(std::ranges::is_sorted(ids, std::less_equal<>{}));
-  const auto newest = store_.newest(2).value();
+  const auto newest = decided::newest(store_, 2).value();
   EXPECT_THAT(newest, ElementsAre(Field(&Record::id, ids[4]), Field(&Record::id, ids[3])));
 }
 
 TEST_F(StoreTest, TakesTextAsItIsAndNeverAsSql) {
   const Binding hostile{"delay", "'); DROP TABLE results; --", "mill \"3\"", ""};
   const auto id = propose(4e-3, hostile);
-  ASSERT_TRUE(store_.accept(id, "O'Brien", "t1"));
-  EXPECT_EQ(store_.active(hostile).value()->accepted_by, "O'Brien");
+  ASSERT_TRUE(decided::accept(store_, id, "O'Brien", "t1"));
+  EXPECT_EQ(decided::active(store_, hostile).value()->accepted_by, "O'Brien");
 }
 
 }  // namespace

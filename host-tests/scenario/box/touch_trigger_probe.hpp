@@ -7,6 +7,7 @@
 #include "drivers/world/config.hpp"
 #include "drivers/world/random.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
@@ -30,10 +31,11 @@ inline world::TouchTriggerConfig someSwitch(world::Random& random) {
 // Of the run that was done last; accepted, as the box would take it from its store.
 inline procedure::PreTravel acceptedPreTravel(const Scenario& scenario, const metrology::Result& result) {
   store::Record record{};
-  record.id = 42 + app::preTravelToolOf(metrology::subjectOf(scenario.dataset())).value_or(0);
+  record.id =
+      42 + parseSubject(metrology::subjectOf(scenario.dataset()), SubjectKind::pre_travel).value_or(Subject{}).of;
   record.binding.subject = metrology::subjectOf(scenario.dataset());
   record.content = result;
-  EXPECT_TRUE(app::preTravelToolOf(record.binding.subject)) << record.binding.subject;
+  EXPECT_TRUE(isAbout(record.binding.subject, SubjectKind::pre_travel)) << record.binding.subject;
   EXPECT_TRUE(app::activationOf(record, {})->empty()) << "the core does not use it";
   return app::preTravelOf(record).value();
 }

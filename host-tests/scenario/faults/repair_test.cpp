@@ -9,6 +9,7 @@
 
 #include "firmware/store/store.hpp"
 #include "firmware/store/twin_file.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/faults/faulty_disk.hpp"
 #include "host-tests/support/file_content.hpp"
 #include "host-tests/support/sanitized.hpp"
@@ -42,7 +43,7 @@ std::string storeWithADamagedIndex() {
     result.estimates = {metrology::Estimate::scalar("tau_s", 1e-3, 4e-6)};
     for (std::size_t k = 0; k < kSubjects; ++k) {
       const auto id = store.propose(repairedBinding(k), result, std::string(3000, 'x'), "t0").value();
-      EXPECT_TRUE(store.accept(id, "Ada", "t1"));
+      EXPECT_TRUE(decided::accept(store, id, "Ada", "t1"));
     }
   }
   sqlite3* handle = nullptr;
@@ -63,7 +64,7 @@ std::string storeWithADamagedIndex() {
 std::size_t inForceIn(store::Store& store) {
   std::size_t count = 0;
   for (std::size_t k = 0; k < kSubjects; ++k) {
-    const auto active = store.active(repairedBinding(k));
+    const auto active = decided::active(store, repairedBinding(k));
     count += active && *active ? 1U : 0U;
   }
   return count;

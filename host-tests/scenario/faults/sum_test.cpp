@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/app/results/results_in_force.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/faults/faulty_disk.hpp"
 #include "host-tests/support/sanitized.hpp"
 #include "host-tests/support/temporary_folder.hpp"
@@ -56,7 +57,7 @@ class Turning {
         store_.propose(results_.bindingFor(kOffset), at("spindle-offset-2x2", "stylus_offset_mm", 0.02), "", "t1"));
   }
   std::string acceptOffset() {
-    const auto newest = store_.newest(1);
+    const auto newest = decided::newest(store_, 1);
     if (!newest || newest->empty()) return "nothing is proposed";
     const auto accepted = results_.accept(newest->front().id, "Ada");
     if (!accepted) return accepted.error().what;

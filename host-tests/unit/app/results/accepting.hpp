@@ -8,6 +8,7 @@
 
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/corrections/tool_in_spindle.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 // A store and the results in force that tests accept results of, behind the first second in which none is.
@@ -60,7 +61,7 @@ class Accepting : public testing::Test {
     return accepted ? *accepted : Acceptance{};
   }
   std::optional<store::Record> inForce(const std::string& subject) {
-    return store_.active(results_.bindingFor(subject)).value();
+    return decided::active(store_, results_.bindingFor(subject)).value();
   }
   // Of the centreline that the core holds now; nothing for none.
   std::optional<std::array<double, 2>> servedCentre() const {

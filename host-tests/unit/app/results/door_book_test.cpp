@@ -205,29 +205,9 @@ TEST_F(DoorBookTest, WritesTheWordOrderOfBeforeAgainWhenTheDiskMayHaveAnother) {
   }));
 }
 
-TEST_F(DoorBookTest, GivesTheInhibitOfAllOfTcpToEachAddressWhoseHostsCanEndIt) {
-  constexpr const char* kOffice = "tcp:127.0.0.1:7627";
-  constexpr const char* kCell = "tcp:127.0.0.1:7628";
-  const auto named = [](const char* door) { return Field(&DoorEntry::door, door); };
-  ASSERT_FALSE(book().setInhibit("network", true, ""));
-  reopen();
-  book().takeOverNetwork({});
-  EXPECT_THAT(book().holders(), ElementsAre(named("network"))) << "it does not vanish where no host can end it";
-  book().takeOverNetwork({kOffice, kCell});
-  EXPECT_THAT(book().holders(), ElementsAre(named(kOffice), named(kCell)));
-  reopen();
-  book().takeOverNetwork({kOffice, kCell});
-  ASSERT_FALSE(book().setInhibit(kOffice, false, ""));
-  EXPECT_THAT(book().holders(), ElementsAre(named(kCell))) << "nobody knows whose it was: each ends its own";
-  ASSERT_FALSE(book().setInhibit(kCell, false, ""));
-  reopen();
-  book().takeOverNetwork({kOffice, kCell});
-  EXPECT_FALSE(book().anyInhibits()) << "once";
-}
-
 TEST_F(DoorBookTest, DeclaresNoCutWhileAResultComesIntoForce) {
-  auto no_cut = book().keepCutsOut();
-  ASSERT_TRUE(no_cut);
+  auto cut_lock = book().tryLockOutCuts();
+  ASSERT_TRUE(cut_lock);
   std::atomic<bool> acknowledged{};
   std::thread controller{[&] {
     EXPECT_FALSE(book().setInhibit(kLathe, true, ""));
@@ -237,26 +217,26 @@ TEST_F(DoorBookTest, DeclaresNoCutWhileAResultComesIntoForce) {
   EXPECT_FALSE(acknowledged);
   EXPECT_FALSE(book().anyInhibits());
   // However many results follow one another, the controller comes between.
-  while (no_cut) {
-    no_cut.reset();
-    no_cut = book().keepCutsOut();
+  while (cut_lock) {
+    cut_lock.reset();
+    cut_lock = book().tryLockOutCuts();
   }
   controller.join();
   EXPECT_TRUE(book().inhibits(kLathe));
-  EXPECT_FALSE(book().keepCutsOut());
+  EXPECT_FALSE(book().tryLockOutCuts());
   ASSERT_FALSE(book().setInhibit(kLathe, false, ""));
-  EXPECT_TRUE(book().keepCutsOut());
+  EXPECT_TRUE(book().tryLockOutCuts());
 }
 
 TEST_F(DoorBookTest, RefusesACutWhereAResultTakesTooLong) {
-  auto no_cut = book().keepCutsOut();
+  auto cut_lock = book().tryLockOutCuts();
   std::optional<Error> refusal;
   std::thread{[&] { refusal = book().setInhibit(kLathe, true, ""); }}.join();
   ASSERT_TRUE(refusal);
   EXPECT_THAT(refusal->what, HasSubstr("say it again"));
   EXPECT_FALSE(book().anyInhibits());
-  no_cut.reset();
-  EXPECT_TRUE(book().keepCutsOut()) << "the door waits no more";
+  cut_lock.reset();
+  EXPECT_TRUE(book().tryLockOutCuts()) << "the door waits no more";
   EXPECT_FALSE(book().setInhibit(kLathe, true, ""));
 }
 

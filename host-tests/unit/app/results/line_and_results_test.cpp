@@ -15,7 +15,7 @@ using testing::IsEmpty;
 class BesideALine : public Accepting {
  protected:
   BesideALine() {
-    results_.alsoAsk([] { return std::optional<NoCut>{std::in_place}; }, [this] { return line_is_up_(); });
+    results_.setCutGuards([] { return std::optional<CutLock>{std::in_place}; }, [this] { return line_is_up_(); });
   }
   // From the second question on, which is asked when the store has the change.
   void letLineRiseInsideTheStore() {

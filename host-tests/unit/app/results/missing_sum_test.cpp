@@ -1,4 +1,5 @@
 #include "accepting.hpp"
+#include "host-tests/decided/decided.hpp"
 
 // A box that ended between the acceptance of a stylus offset and the storing of the sum.
 namespace probebox::app {
@@ -12,7 +13,7 @@ class MissingSum : public Accepting {
  protected:
   store::Id inForceAlready(const char* subject, const metrology::Result& result, const char* by) {
     const auto id = propose(subject, result);
-    EXPECT_TRUE(store_.accept(id, by, "2026-01-01T00:00:00Z"));
+    EXPECT_TRUE(decided::accept(store_, id, by, "2026-01-01T00:00:00Z"));
     return id;
   }
   // Both are in force and their sum is not.
@@ -36,7 +37,7 @@ class MissingSum : public Accepting {
     state.snapshot.inhibited = cut_is_on;
     anew_->look(state);
   }
-  std::size_t results() { return store_.newest(100)->size(); }
+  std::size_t results() { return decided::newest(store_, 100)->size(); }
 
   store::Id tip_{}, offset_{};
   std::optional<ResultsInForce> anew_;

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <numbers>
 
-#include "firmware/app/results/subject_axis.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "host-tests/support/temporary_folder.hpp"
@@ -232,7 +231,7 @@ store::Record preTravelRecord() {
                    {.name = "sd_effective_diameter_mm", .type_b = true, .sd = {0, 4e-4, 0, 0, 1.5e-4}}};
   store::Record record{};
   record.id = 12;
-  record.binding.subject = kPreTravelSubject;
+  record.binding.subject = "pre-travel";
   record.content = result;
   return record;
 }
@@ -248,10 +247,6 @@ TEST(ResultEvents, GiveAPreTravelItsWholeCovariance) {
 }
 
 TEST(ResultEvents, TellWhichToolAPreTravelIsOf) {
-  EXPECT_EQ(preTravelToolOf("pre-travel"), 0U);
-  EXPECT_EQ(preTravelToolOf("pre-travel-12"), 12U);
-  EXPECT_FALSE(preTravelToolOf("pre-travel-"));
-  EXPECT_FALSE(preTravelToolOf("delay"));
   auto record = preTravelRecord();
   EXPECT_EQ(preTravelOf(record)->tool, 0U);
   record.binding.subject = "pre-travel-2";
@@ -336,7 +331,7 @@ TEST(ResultEvents, OfAnAssemblyAreItsLengthFromTheGaugeLine) {
   const auto before = activationOf(record, kNow);
   ASSERT_TRUE(before && before->size() == 1);
   EXPECT_EQ(std::get<ToolLengthActivated>(before->front()).result_id, 0U)
-      << "of an earlier version, which kept L3 alone: a rollback to it takes the measured length away";
+      << "of L3 alone: a rollback to it takes the measured length away";
   result.also = {metrology::Estimate::scalar("gauge_length_mm", 120.25, 1e-3)};
   record.content = result;
   const auto events = activationOf(record, kNow);
@@ -360,8 +355,6 @@ TEST(ResultEvents, GoBySubjectAndNotByMethod) {
             "assembly-12");
   EXPECT_EQ(metrology::subjectOf({.method = "sensor-head-calibration", .config = {{"tool", 5.0}}, .tables = {}}),
             "sensor-head-5");
-  EXPECT_EQ(sensorHeadOf("sensor-head-calibration"), std::nullopt);
-  EXPECT_EQ(rotaryAxisOf("rotary-axis-errors"), std::nullopt) << "the case names no axis";
 }
 
 }  // namespace

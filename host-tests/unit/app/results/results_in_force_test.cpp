@@ -10,6 +10,7 @@
 
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/door_book.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 namespace probebox::app {
@@ -29,8 +30,8 @@ metrology::Result delayOf(double tau_s) {
   return result;
 }
 
-std::optional<NoCut> unlessHeld(bool held) {
-  return held ? std::nullopt : std::optional<NoCut>{std::in_place};
+std::optional<CutLock> unlessHeld(bool held) {
+  return held ? std::nullopt : std::optional<CutLock>{std::in_place};
 }
 
 class InForce : public testing::Test {
@@ -73,7 +74,7 @@ TEST_F(InForce, WaitsForADoorThatHoldsACutWhichTheCoreDoesNotKnowOf) {
   auto results = boxWith(1e9);
   letChange(results);
   bool held = true;
-  results.alsoAsk([&held] { return unlessHeld(held); });
+  results.setCutGuards([&held] { return unlessHeld(held); });
   const auto id = propose(0.004);
   const auto accepted = results.accept(id, "Ada");
   ASSERT_TRUE(accepted);
@@ -102,7 +103,7 @@ TEST_F(InForce, IsNothingThatTheMachineCannotBe) {
     const auto accepted = results.accept(id, "Ada");
     ASSERT_FALSE(accepted);
     EXPECT_THAT(accepted.error().what, testing::HasSubstr("gauge_length_mm"));
-    ASSERT_TRUE(store_.accept(id, "Ada", "2026-01-01T00:00:00Z")) << "as an older firmware did";
+    ASSERT_TRUE(decided::accept(store_, id, "Ada", "2026-01-01T00:00:00Z")) << "as an older firmware did";
     auto restarted = boxWith(1e9, mounting);
     EXPECT_THAT(restarted.restore(), IsEmpty());
     EXPECT_THAT(restarted.active(), IsEmpty());
@@ -204,7 +205,7 @@ TEST_F(InForce, NoWaitingResultIsThatFitsTheBoxNoMore) {
   letChange(results);
   const auto first = propose(0.005), second = propose(0.05);
   ASSERT_TRUE(results.accept(first, "Ada"));
-  results.alsoAsk([] { return unlessHeld(true); });
+  results.setCutGuards([] { return unlessHeld(true); });
   ASSERT_TRUE(results.accept(second, "Ada", true));
   auto other_sources = boxWith(0.01);
   testing::internal::CaptureStderr();
@@ -253,7 +254,7 @@ TEST_F(InForce, NoSumOfTwoResultsIsThatDoesNotFitTheBox) {
   EXPECT_THAT(accept("stylus-offset-1", "spindle-offset-2x2", "stylus_offset_mm"),
               testing::Contains(testing::AllOf(HasSubstr("too far away"), testing::Not(HasSubstr("is in force")))));
   EXPECT_THAT(told_, IsEmpty());
-  EXPECT_FALSE(store_.active(results.bindingFor("centreline")).value());
+  EXPECT_FALSE(decided::active(store_, results.bindingFor("centreline")).value());
 }
 
 // A result of which the core hears nothing: the worker follows it.
@@ -341,7 +342,7 @@ TEST_F(HeadInForce, CannotBeWhatHasNoMatrix) {
 TEST_F(HeadInForce, WaitsWhereACutBeginsBehindTheOneBeforeIt) {
   const auto results = started();
   int questions_without_cut = 0;
-  results->alsoAsk([&] { return unlessHeld(questions_without_cut-- <= 0); });
+  results->setCutGuards([&] { return unlessHeld(questions_without_cut-- <= 0); });
   const auto delay = propose(0.004), head = proposeHead({1, 0, 0, 0, 1, 0, 0, 0, 1});
   for (const auto id : {delay, head}) ASSERT_TRUE(results->accept(id, "Ada"));
   const auto look = [&] {
@@ -380,7 +381,7 @@ TEST_F(InForce, IsWithTheCoreBeforeACutIsAcknowledged) {
                            EXPECT_FALSE(acknowledged) << "the store has the result already, and the core does not";
                            heard.push_back(event);
                          }};
-  results.alsoAsk([&doors] { return doors.keepCutsOut(); });
+  results.setCutGuards([&doors] { return doors.tryLockOutCuts(); });
   letChange(results);
   const auto accepted = results.accept(propose(0.004), "Ada");
   controller.join();

@@ -32,15 +32,12 @@ class Standing : public testing::Test {
     ServableWithin within;
   };
   // exactly: as the start before has recorded it.
-  Restored restored(StandingKeeper& keeper, const std::optional<Correction>& exactly = std::nullopt,
-                    const std::optional<store::Standing>& of_before = std::nullopt) {
+  Restored restored(StandingKeeper& keeper, const std::optional<Correction>& exactly = std::nullopt) {
     ++start_;
-    return restored(keeper, {.start = start_, .is_kept = true, .found_start = start_ - 1, .found_mm = exactly},
-                    of_before);
+    return restored(keeper, {.start = start_, .is_kept = true, .found_start = start_ - 1, .found_mm = exactly});
   }
-  static Restored restored(StandingKeeper& keeper, const ServedBefore& served,
-                           const std::optional<store::Standing>& of_before = std::nullopt) {
-    const auto events = keeper.restore(kStart, served, of_before);
+  static Restored restored(StandingKeeper& keeper, const ServedBefore& served) {
+    const auto events = keeper.restore(kStart, served);
     return {std::get<StandingRestored>(events.at(0)), std::get<ServableWithin>(events.at(1))};
   }
   Restored afterAnEnd(const std::optional<Correction>& exactly = std::nullopt) {
@@ -301,15 +298,6 @@ TEST_F(Standing, WhatIsNotValidMovesNobody) {
   next.look(serving({0.3, 0, 0}, 2s, false));
   next.finish(serving({0.3, 0, 0}, 3s, false));
   EXPECT_EQ(afterAnEnd().standing.correction_mm[0], 0.004);
-}
-
-TEST_F(Standing, IsTakenOverFromTheStoreOfAnEarlierVersion) {
-  auto box = keeper();
-  const auto [standing, within] = restored(box, std::nullopt, store::Standing{{0.07, 0, 0}, "t"});
-  EXPECT_EQ(standing.correction_mm[0], 0.07);
-  EXPECT_EQ(standing.doubt_mm[0], 0.05) << "it was kept once a second";
-  EXPECT_LE(within.greatest_mm[0], 0.07 + 0.05);
-  EXPECT_EQ(afterAnEnd().standing.correction_mm[0], 0.07);
 }
 
 TEST_F(Standing, MayBeAnywhereWhereTheFileWasDamaged) {

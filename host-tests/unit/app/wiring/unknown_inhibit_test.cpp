@@ -7,6 +7,7 @@
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/app/wiring/box_config.hpp"
 #include "firmware/box/box.hpp"
+#include "host-tests/decided/decided.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 // A box whose inhibit line cannot be read after a start does not know whether a cut is on.
@@ -36,8 +37,8 @@ class UnknownInhibit : public testing::Test {
     const auto binding = results_.bindingFor("delay");
     before_ = store_.propose(binding, delayOf(0.004), "", "2026-01-01T00:00:00Z").value();
     next_ = store_.propose(binding, delayOf(0.005), "", "2026-01-01T00:00:00Z").value();
-    EXPECT_TRUE(store_.accept(before_, "Ada", "2026-01-01T00:00:00Z"));
-    EXPECT_TRUE(store_.accept(next_, "Ada", "2026-01-01T00:00:00Z", store::Activation::later));
+    EXPECT_TRUE(decided::accept(store_, before_, "Ada", "2026-01-01T00:00:00Z"));
+    EXPECT_TRUE(decided::accept(store_, next_, "Ada", "2026-01-01T00:00:00Z", true));
   }
   void start() {
     for (const auto& event : results_.restore()) box_.push(event);

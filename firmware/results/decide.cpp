@@ -1,0 +1,632 @@
+#include "firmware/results/decide.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <set>
+#include <utility>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/probe_pose.hpp"
+#include "firmware/metrology/dataset/verdict.hpp"
+
+namespace probebox::results {
+namespace {
+
+using store::Reason;
+
+Failure notNow(std::string what) {
+  return {Reason::not_possible_now, std::move(what)};
+}
+
+std::string about(const Entry& entry) {
+  return named(entry.id) + " about " + entry.binding.subject;
+}
+
+std::shared_ptr<const Record> recordOf(const Values& values, const Entry* entry) {
+  return entry == nullptr ? nullptr : values.record(entry->id);
+}
+
+Failure unknown(Id id) {
+  return {Reason::unknown_result,
+          "there is no result " + std::to_string(id) + "; `probebox history` names those that there are"};
+}
+
+std::optional<Failure> whyNoName(std::string_view what, const std::string& by) {
+  if (!by.empty()) return std::nullopt;
+  return Failure{Reason::bad_argument, std::string{what} + " needs the name of the person who does it"};
+}
+
+// --- Whether a result may be in force here.
+
+std::optional<Failure> otherBinding(const Values& values, Id id, const Binding& binding) {
+  std::string was, is;
+  const auto compare = [&](const char* what, const std::string& one, const std::string& other) {
+    if (one == other) return;
+    was.append(was.empty() ? "" : ", ").append(what).append(" ").append(one);
+    is.append(is.empty() ? "" : ", ").append(other);
+  };
+  compare("probe", binding.probe_serial_number, values.here.probe_serial_number);
+  compare("machine", binding.machine, values.here.machine);
+  compare("mounting", binding.mounting, values.here.mounting);
+  if (was.empty()) return std::nullopt;
+  return Failure{Reason::other_binding, named(id) + " is for " + was + ", and this box describes " + is +
+                                            " now: correct the descriptions, or calibrate again."};
+}
+
+// One pair of registers, two quantities: a chuck turns about an axis of its own, or is carried by the slide.
+std::optional<Failure> whyBeside(const Ledger& ledger, const Values& values, const std::string& subject) {
+  const bool is_spindle = isAbout(subject, SubjectKind::centreline);
+  if (!is_spindle && !isAbout(subject, SubjectKind::centreline_slide)) return std::nullopt;
+  const auto other = withSubject(values.here, {is_spindle ? SubjectKind::centreline_slide : SubjectKind::centreline});
+  const auto* beside = ledger.inForce(other);
+  if (beside == nullptr) beside = ledger.waiting(other);
+  if (beside == nullptr) return std::nullopt;
+  const auto id = std::to_string(beside->id);
+  return notNow("A result about " + subject + " cannot be in force beside result " + id + " about " + other.subject +
+                ": both are served as the turning axis. Withdraw that one first (probebox rollback " + id +
+                " --by NAME).");
+}
+
+std::optional<Failure> whyNoPlace(const Ledger& ledger, const Values& values, const std::string& subject) {
+  if (!isAbout(subject, SubjectKind::assembly)) return std::nullopt;
+  std::set<std::string> measured;
+  for (const auto state : {State::active, State::accepted})
+    for (const auto* each : ledger.all(state, values.here))
+      if (isAbout(each->binding.subject, SubjectKind::assembly)) measured.insert(each->binding.subject);
+  if (measured.contains(subject) || measured.size() < values.most_tool_lengths) return std::nullopt;
+  return notNow("The measured lengths of " + std::to_string(values.most_tool_lengths) +
+                " tools are in force, and the box holds no more: withdraw that of a tool which is not used any more "
+                "(probebox rollback " +
+                *measured.begin() + " --by NAME).");
+}
+
+std::optional<Failure> objectionTo(const Ledger& ledger, const Values& values, const Entry& entry,
+                                   const Record& record) {
+  if (auto other = otherBinding(values, entry.id, entry.binding)) return other;
+  if (record.result() == nullptr) return std::nullopt;  // not acceptable in any case
+  if (const auto fits = values.activation(record); !fits) return notNow(fits.error().what);
+  if (auto full = whyNoPlace(ledger, values, entry.binding.subject)) return full;
+  return whyBeside(ledger, values, entry.binding.subject);
+}
+
+Failure notAcceptable(const Entry& entry, const Record& record) {
+  if (const auto* refusal = record.refusal())
+    return notNow("result " + std::to_string(entry.id) + " is a refusal (" + refusal->name + ": " + refusal->reason +
+                  "); calibrate again");
+  return notNow("result " + std::to_string(entry.id) + " is " + std::string{name(entry.state)} +
+                ", and only a proposed one can be accepted; calibrate again, or undo the last change of what is in "
+                "force about it: probebox rollback " +
+                entry.binding.subject + " --by NAME");
+}
+
+Failure hasASuccessor(const Entry& active, const Entry& next) {
+  const auto id = std::to_string(next.id);
+  return notNow("result " + std::to_string(active.id) + " is in force, and result " + id +
+                " was accepted to take its place and waits: to keep the first, withdraw the other (probebox rollback " +
+                id + " --by NAME)");
+}
+
+Failure tooFarApart(const Entry& entry, const Difference& difference, Id with,
+                    const std::optional<std::string>& doubt) {
+  return {Reason::differs, (doubt ? *doubt + " " : "") + about(entry) + " differs from result " + std::to_string(with) +
+                               ", which is in force: " + difference.in_words +
+                               ". Look for what has changed, or measure again; to accept it all the same say so "
+                               "(--although-it-differs)."};
+}
+
+Failure notConforming(const Entry& entry, const std::string& why) {
+  return {Reason::differs, why + " In force, " + named(entry.id) +
+                               " becomes what the next check is held against. Look for what has changed and calibrate "
+                               "or measure again; to accept it all the same say so (--although-it-differs)."};
+}
+
+// --- What a person should know.
+
+std::vector<std::string> warningsOf(const Record& record) {
+  constexpr std::size_t kMost = 8;  // what an answer of a link holds besides
+  std::vector<std::string> sentences;
+  const auto* result = record.result();
+  if (result == nullptr) return sentences;
+  for (const auto& warning : result->warnings) {
+    if (sentences.size() == kMost) break;
+    if (!warning.starts_with(metrology::kFailWarning) && !warning.starts_with(metrology::kNotProvenWarning))
+      sentences.push_back("Warning: " + warning + ".");
+  }
+  if (result->warnings.size() > kMost)
+    sentences.push_back("There are more warnings: probebox show " + std::to_string(record.id) + ".");
+  return sentences;
+}
+
+// Warns of an effect that a person may not expect of a result about this subject.
+std::optional<std::string> aboutEffect(const Values& values, const Record& record) {
+  const auto subject = parseSubject(record.binding.subject);
+  const auto* result = record.result();
+  if (!subject || result == nullptr) return std::nullopt;
+  switch (subject->kind) {
+    case SubjectKind::delay_oblique:
+      return "The probe was driven along none of the axes, so what was measured is of several axes together: it is "
+             "kept and shown, and the samples keep the delay in force.";
+    case SubjectKind::delay_joints:
+      return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in "
+             "force about 'delay'.";
+    case SubjectKind::delay:
+      if (result->find("gain_matrix") == nullptr || result->find(metrology::kGainTakenAt) != nullptr)
+        return std::nullopt;
+      return "The case does not state at which angle of the spindle the probe touched (config key A_rad), and the "
+             "probe's gain turns with it: its gain_matrix is not used, and samples keep the gain of probe.toml.";
+    case SubjectKind::centreline_slide:
+      return "The slope is that of the slide which carries the chuck, not the direction of C: registers 160 to 179 "
+             "have it as measured.";
+    case SubjectKind::centreline_tip: {
+      const auto tool = values.probe_tool(record);
+      return "The turning axis is known from the tip of probe tool " + std::to_string(tool) +
+             " alone, and becomes a centreline with an offset of that stylus in force (" +
+             text(Subject{SubjectKind::stylus_offset, tool}) + ", from spindle-offset-2x2).";
+    }
+    default:
+      return std::nullopt;
+  }
+}
+
+// Says what becomes of axes whose delay a result does not observe.
+std::optional<std::string> aboutOtherAxes(const Ledger& ledger, const Values& values, const Entry& entry) {
+  const auto observed = parseSubject(entry.binding.subject, SubjectKind::delay);
+  if (!observed || observed->of == kAllAxes) return std::nullopt;
+  const auto in_force = delayByAxis(ledger, values);
+  std::string of, kept, never;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const bool is_known = in_force && in_force->sd_s[axis] > 0;
+    auto& list = observed->has(axis) ? of : is_known ? kept : never;
+    list += (list.empty() ? "" : ", ") + std::string{"XYZ"[axis]};
+  }
+  return "It is the delay of " + of + " alone." + (kept.empty() ? "" : " " + kept + " keeps the one in force.") +
+         (never.empty() ? "" : " That of " + never + " was never measured: its positions stay late by it.");
+}
+
+std::vector<std::string> notesOn(const Ledger& ledger, const Values& values, const Entry& entry, const Record& record) {
+  auto notes = onRetired(ledger, values, entry);
+  if (auto doubt = whyNotConforming(record)) notes.insert(notes.begin(), *std::move(doubt));
+  if (auto effect = aboutEffect(values, record)) notes.push_back(*std::move(effect));
+  if (auto others = aboutOtherAxes(ledger, values, entry)) notes.push_back(*std::move(others));
+  std::ranges::move(warningsOf(record), std::back_inserter(notes));
+  return notes;
+}
+
+// Says that a result of a screw has no gain and takes the place of one with a measured gain; nothing for others.
+std::optional<std::string> onReplacedGain(const Record& next, const Record& in_force) {
+  const auto *result = next.result(), *present = in_force.result();
+  if (!isAbout(next.binding.subject, SubjectKind::screw) || result == nullptr || present == nullptr)
+    return std::nullopt;
+  const auto* gain = present->find("K");
+  if (gain == nullptr || result->find("K") != nullptr) return std::nullopt;
+  return named(next.id) + " about " + next.binding.subject +
+         " has no gain. With it in force the gain is that of machine.toml again, and no more the measured K " +
+         metrology::text(gain->value()) + " of result " + std::to_string(in_force.id) +
+         ": to have a measured one, calibrate with table gain_cal.";
+}
+
+// One sentence for each result in force that rests on one about the binding which is retired now.
+std::vector<std::string> dependantsOn(const Ledger& now, const Values& values, const Binding& binding) {
+  const auto isOfIt = [&](Id id) {
+    const auto* entry = now.find(id);
+    return entry != nullptr && entry->binding == binding;
+  };
+  std::vector<std::string> sentences;
+  for (const auto* each : now.all(State::active, values.here))
+    if (std::ranges::any_of(each->rests_on, isOfIt))
+      std::ranges::move(onRetired(now, values, *each), std::back_inserter(sentences));
+  return sentences;
+}
+
+// The result that one about the binding is compared with: one of some axes takes their place in one of all.
+const Entry* presentBeside(const Ledger& ledger, const Entry& entry) {
+  const auto* present = ledger.inForce(entry.binding);
+  if (present == nullptr && isAbout(entry.binding.subject, SubjectKind::delay))
+    present = ledger.inForce(withSubject(entry.binding, {SubjectKind::delay, kAllAxes}));
+  return present;
+}
+
+// --- Changes.
+
+void bringIntoForce(const Ledger& ledger, const Entry& entry, const std::string& by, std::vector<Change>& changes) {
+  if (const auto* present = ledger.inForce(entry.binding))
+    changes.push_back({present->id, State::active, State::retired, by});
+  changes.push_back({entry.id, State::accepted, State::active, by});
+}
+
+// Results that wait for the same place give way.
+void accept(const Ledger& ledger, const Entry& entry, const std::string& by, const char* remark, const Cut& cut,
+            std::vector<Change>& changes) {
+  if (const auto* waiting = ledger.waiting(entry.binding))
+    changes.push_back({waiting->id, State::accepted, State::retired, by});
+  if (!cut.on)
+    if (const auto* present = ledger.inForce(entry.binding))
+      changes.push_back({present->id, State::active, State::retired, by});
+  changes.push_back({entry.id, State::proposed, State::accepted, by, remark});
+  if (!cut.on) changes.push_back({entry.id, State::accepted, State::active, by});
+}
+
+// --- The centreline from the spindle's axis, of one from a tip and the offset of that tip.
+
+struct SumParts {
+  const Entry* from_tip{};
+  const Entry* offset{};
+  // When both came into force, and by whom.
+  std::uint64_t together{};
+  std::string by;
+};
+
+std::optional<SumParts> sumParts(const Ledger& ledger, const Values& values) {
+  const auto* from_tip = ledger.inForce(withSubject(values.here, {SubjectKind::centreline_tip}));
+  const auto record = recordOf(values, from_tip);
+  if (!record) return std::nullopt;
+  const auto* offset = stylusOffset(ledger, values, values.probe_tool(*record));
+  if (offset == nullptr) return std::nullopt;
+  const auto& later = from_tip->activated > offset->activated ? *from_tip : *offset;
+  return SumParts{from_tip, offset, later.activated, later.activated_by};
+}
+
+// A sum rests on its parts, and on what they rest on.
+std::vector<Id> basisOf(const SumParts& parts) {
+  std::set<Id> basis{parts.from_tip->id, parts.offset->id};
+  for (const auto* part : {parts.from_tip, parts.offset}) basis.insert(part->rests_on.begin(), part->rests_on.end());
+  return {basis.begin(), basis.end()};
+}
+
+// Adds the sum to a decision whose changes `ledger` has. It comes into force by itself where there is no turning axis
+// yet; otherwise it is proposed. Each pair has one sum, and none where a person has changed what is in force about the
+// turning axis since the pair came together.
+void addSum(const Ledger& ledger, const Values& values, const std::string& by, const Cut& cut, Decision& decision) {
+  const auto parts = sumParts(ledger, values);
+  if (!parts) return;
+  const auto spindle = withSubject(values.here, {SubjectKind::centreline});
+  const auto slide = withSubject(values.here, {SubjectKind::centreline_slide});
+  const auto decided = std::max(ledger.decided(spindle), ledger.decided(slide));
+  const bool is_free = ledger.inForce(spindle) == nullptr && !whyBeside(ledger, values, spindle.subject);
+  const auto sum = "result " + std::to_string(parts->from_tip->id) + " plus the stylus offset of result " +
+                   std::to_string(parts->offset->id);
+  auto with_sum = ledger;
+  const Entry* entry = ledger.restingOn(spindle, parts->from_tip->id, parts->offset->id);
+  std::shared_ptr<const Record> record;
+  if (entry != nullptr) {
+    if (decided > entry->proposed || !is_free) return;
+    record = values.record(entry->id);
+    if (!record) return;
+  } else {
+    if (decided > parts->together) return;
+    const auto tip = values.record(parts->from_tip->id), offset = values.record(parts->offset->id);
+    auto derived = tip && offset ? values.sum(*tip, *offset) : std::nullopt;
+    if (!derived) return;
+    const auto id = ledger.nextId();
+    Record proposed{.id = id,
+                    .state = State::proposed,
+                    .method = derived->method,
+                    .binding = spindle,
+                    .content = *derived,
+                    .proposed_utc = {},
+                    .accepted_utc = {},
+                    .accepted_by = {},
+                    .retired_utc = {}};
+    record = std::make_shared<const Record>(std::move(proposed));
+    decision.proposal = store::Proposal{
+        .binding = spindle, .result = *std::move(derived), .origin = {.rests_on = basisOf(*parts), .remark = sum}};
+    with_sum.add(id, spindle, decision.proposal->origin.rests_on);
+    entry = with_sum.find(id);
+  }
+  const auto what = about(*entry) + ", " + sum + ", ";
+  const auto say = [&](const std::string& now, const std::string& if_it_waits) {
+    decision.notes.push_back(what + now);
+    decision.notes_if_it_waits.push_back(what + if_it_waits);
+  };
+  const auto sayBoth = [&](const std::string& both) { say(both, both); };
+  if (!is_free) return sayBoth("is proposed: accept it to put it in the place of the one in force.");
+  if (const auto fits = values.activation(*record); !fits)
+    return sayBoth("is proposed and cannot come into force: " + fits.error().what);
+  accept(with_sum, *entry, by, "", cut, decision.changes);
+  constexpr const char* kWaits = "waits for the end of the cut.";
+  say(cut.on ? kWaits : "is in force.", kWaits);
+}
+
+bool isPartOfSum(const Entry& entry) {
+  return isAbout(entry.binding.subject, SubjectKind::centreline_tip) ||
+         isAbout(entry.binding.subject, SubjectKind::stylus_offset);
+}
+
+// --- Commands.
+
+// A comparison, and the difference that it found.
+struct Compared {
+  const Entry* entry{};
+  std::shared_ptr<const Record> record;
+  std::optional<Difference> difference;
+  Decision decision;
+};
+
+Outcome<Compared, Failure> compared(const Ledger& ledger, const Values& values, Id id) {
+  const auto* entry = ledger.find(id);
+  auto record = recordOf(values, entry);
+  if (!record) return unknown(id);
+  if (auto objection = objectionTo(ledger, values, *entry, *record)) return *std::move(objection);
+  Compared all{.entry = entry, .record = record, .difference = {}, .decision = {}};
+  auto& notes = all.decision.notes;
+  notes = notesOn(ledger, values, *entry, *record);
+  const auto* present = presentBeside(ledger, *entry);
+  if (const auto before = recordOf(values, present)) {
+    all.decision.compared_with = present->id;
+    all.difference = values.difference(*record, *before);
+    if (const auto& grown = all.difference->less_certain)
+      notes.push_back(about(*entry) + " is less certain than result " + std::to_string(present->id) +
+                      ", which is in force: the standard uncertainty u grows, of " + *grown +
+                      ". Measure again, or accept that.");
+    if (auto replaced = onReplacedGain(*record, *before)) notes.push_back(*std::move(replaced));
+  }
+  all.decision.notes_if_it_waits = notes;
+  return all;
+}
+
+Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, const Accept& command, const Cut& cut) {
+  if (auto nameless = whyNoName("an acceptance", command.by)) return *std::move(nameless);
+  TRY(auto all, compared(ledger, values, command.id));
+  const auto& [entry, record, difference, ignored] = all;
+  auto& decision = all.decision;
+  if (entry->state == State::accepted) return std::move(decision);
+  if (entry->state == State::active) {
+    if (const auto* next = ledger.waiting(entry->binding)) return hasASuccessor(*entry, *next);
+    // Both parts may be in force without their sum.
+    if (isPartOfSum(*entry)) addSum(ledger, values, command.by, cut, decision);
+    return std::move(decision);
+  }
+  if (entry->state != State::proposed) return notAcceptable(*entry, *record);
+  const bool differs = difference && difference->differs;
+  const auto doubt = whyNotConforming(*record);
+  if (differs && !command.although_it_differs) return tooFarApart(*entry, *difference, decision.compared_with, doubt);
+  if (doubt && !command.although_it_differs) return notConforming(*entry, *doubt);
+  accept(ledger, *entry, command.by,
+         doubt     ? "although it is not proven to conform"
+         : differs ? "although it differs"
+                   : "",
+         cut, decision.changes);
+  if (cut.on) return std::move(decision);
+  const auto now = after(ledger, decision);
+  const auto* left = ledger.find(decision.compared_with);
+  if (left != nullptr) std::ranges::move(dependantsOn(now, values, left->binding), std::back_inserter(decision.notes));
+  if (isPartOfSum(*entry)) addSum(now, values, command.by, cut, decision);
+  return std::move(decision);
+}
+
+Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, const Activate& command,
+                                   const Cut& cut) {
+  Decision decision;
+  const auto* entry = ledger.find(command.id);
+  if (entry == nullptr) return unknown(command.id);
+  if (entry->state != State::accepted)
+    return notNow("result " + std::to_string(entry->id) + " is " + std::string{name(entry->state)} +
+                  " and does not wait to come into force");
+  if (cut.on) return decision;
+  bringIntoForce(ledger, *entry, entry->accepted_by, decision.changes);
+  if (isPartOfSum(*entry)) addSum(after(ledger, decision), values, entry->accepted_by, cut, decision);
+  return decision;
+}
+
+Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, const RollBackSubject& command,
+                                   const Cut& cut) {
+  if (auto nameless = whyNoName("a rollback", command.by)) return *std::move(nameless);
+  if (cut.on) return cutIsOn();
+  const auto* present = ledger.inForce(command.binding);
+  if (present == nullptr) {
+    // It would bring one back.
+    if (auto beside = whyBeside(ledger, values, command.binding.subject)) return *std::move(beside);
+  }
+  const auto* before = ledger.retiredLast(command.binding);
+  if (const auto record = recordOf(values, before)) {
+    if (const auto fits = values.activation(*record); !fits)
+      return notNow(about(*before) +
+                    ", which was in force before, cannot come back into force, and nothing was changed (correct the "
+                    "descriptions, or calibrate again): " +
+                    fits.error().what);
+  }
+  if (present == nullptr && before == nullptr)
+    return notNow("no result about '" + command.binding.subject +
+                  "' has been in force before; there is no result to return to");
+  Decision decision;
+  if (present != nullptr) decision.changes.push_back({present->id, State::active, State::retired, command.by});
+  if (before != nullptr) decision.changes.push_back({before->id, State::retired, State::active, command.by});
+  const auto now = after(ledger, decision);
+  if (const auto record = recordOf(values, before))
+    decision.notes = notesOn(now, values, *now.find(before->id), *record);
+  if (present != nullptr)
+    std::ranges::move(dependantsOn(now, values, present->binding), std::back_inserter(decision.notes));
+  return decision;
+}
+
+Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, const RollBack& command,
+                                   const Cut& cut) {
+  const auto* entry = ledger.find(command.id);
+  if (entry == nullptr) return unknown(command.id);
+  // One that does not fit any more can be gone back from as well.
+  if (auto other = otherBinding(values, entry->id, entry->binding)) return *std::move(other);
+  if (entry->state == State::active) return decided(ledger, values, RollBackSubject{entry->binding, command.by}, cut);
+  if (entry->state != State::accepted)
+    return notNow(named(entry->id) + " is " + std::string{name(entry->state)} +
+                  ", not in force: name the result that is, or its subject (" + entry->binding.subject + ").");
+  if (auto nameless = whyNoName("a withdrawal", command.by)) return *std::move(nameless);
+  Decision decision;
+  decision.changes = {{entry->id, State::accepted, State::retired, command.by}};
+  return decision;
+}
+
+Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, const MakeMissingSum&, const Cut& cut) {
+  Decision decision;
+  if (const auto parts = sumParts(ledger, values); parts && !cut.on) addSum(ledger, values, parts->by, cut, decision);
+  return decision;
+}
+
+}  // namespace
+
+Outcome<Decision, Failure> decide(const Ledger& ledger, const Values& values, const Command& command, const Cut& cut) {
+  return std::visit([&](const auto& each) { return decided(ledger, values, each, cut); }, command);
+}
+
+Outcome<Decision, Failure> compareOnly(const Ledger& ledger, const Values& values, Id id) {
+  TRY(auto all, compared(ledger, values, id));
+  return std::move(all.decision);
+}
+
+std::vector<Change> undoneByCut(const Decision& decision) {
+  std::vector<Change> undone;
+  for (auto change = decision.changes.rbegin(); change != decision.changes.rend(); ++change)
+    if (change->to == State::active || change->from == State::active) undone.push_back(*change);
+  return undone;
+}
+
+Ledger after(Ledger ledger, const Decision& decision) {
+  auto number = ledger.lastNumber();
+  std::vector<Transition> transitions;
+  const auto add = [&](Id id, const Binding& binding, State to, const std::string& by) {
+    transitions.push_back({.number = ++number,
+                           .result = id,
+                           .method = {},
+                           .binding = binding,
+                           .to = to,
+                           .utc = {},
+                           .by = by,
+                           .remark = {}});
+  };
+  if (const auto& proposal = decision.proposal) {
+    const auto id = ledger.nextId();
+    ledger.add(id, proposal->binding, proposal->origin.rests_on);
+    add(id, proposal->binding, State::proposed, proposal->origin.by);
+  }
+  for (const auto& change : decision.changes)
+    if (const auto* entry = ledger.find(change.result)) add(change.result, entry->binding, change.to, change.by);
+  ledger.apply(transitions);
+  return ledger;
+}
+
+std::vector<Event> eventsBetween(const Ledger& before, const Ledger& now, const Values& values,
+                                 std::vector<std::string>& errors) {
+  std::vector<Event> events;
+  bool is_delay_changed = false;
+  const auto addNone = [&](const std::string& subject) {
+    if (isAbout(subject, SubjectKind::delay))
+      is_delay_changed = true;
+    else if (const auto none = values.none(subject))
+      events.push_back(*none);
+  };
+  for (const auto* left : before.all(State::active, values.here))
+    if (now.inForce(left->binding) == nullptr) addNone(left->binding.subject);
+  auto present = now.all(State::active, values.here);
+  std::ranges::sort(present, {}, &Entry::activated);
+  for (const auto* entry : present) {
+    const auto* was = before.inForce(entry->binding);
+    if (was != nullptr && was->id == entry->id) continue;
+    const auto record = values.record(entry->id);
+    const auto own =
+        record ? values.activation(*record) : Outcome<std::vector<Event>>{Error{"the store cannot read it any more"}};
+    if (!own) {
+      errors.push_back(named(entry->id) + " is not in force: " + own.error().what);
+      if (was != nullptr) addNone(entry->binding.subject);
+    } else if (isAbout(entry->binding.subject, SubjectKind::delay)) {
+      is_delay_changed = true;
+    } else {
+      events.insert(events.end(), own->begin(), own->end());
+    }
+  }
+  if (!is_delay_changed) return events;
+  // An axis whose delay is no longer of one result may have one of another.
+  if (const auto delay = delayByAxis(now, values))
+    events.emplace_back(*delay);
+  else if (const auto none = values.none(text(Subject{SubjectKind::delay, kAllAxes})))
+    events.push_back(*none);
+  return events;
+}
+
+std::optional<DelayActivated> delayByAxis(const Ledger& ledger, const Values& values) {
+  std::optional<DelayActivated> by_axis;
+  std::array<std::uint64_t, kLinearAxes> since{};
+  std::uint64_t newest = 0, newest_gain = 0;
+  for (const auto* entry : ledger.all(State::active, values.here)) {
+    const auto observed = parseSubject(entry->binding.subject, SubjectKind::delay);
+    const auto record = observed ? values.record(entry->id) : nullptr;
+    const auto events = record ? values.activation(*record) : std::vector<Event>{};
+    const auto* own = events && !events->empty() ? std::get_if<DelayActivated>(&events->front()) : nullptr;
+    if (own == nullptr) continue;
+    if (!by_axis) by_axis.emplace().at = own->at;
+    const auto number = entry->activated;
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+      if (!observed->has(axis) || number < since[axis]) continue;
+      since[axis] = number;
+      by_axis->tau_s[axis] = own->tau_s[axis];
+      by_axis->sd_s[axis] = own->sd_s[axis];
+    }
+    if (number >= newest) newest = number, by_axis->result_id = own->result_id;
+    if (!own->has_gain || number < newest_gain) continue;
+    newest_gain = number;
+    by_axis->has_gain = true;
+    by_axis->gain_ppm = own->gain_ppm;
+    by_axis->sd_gain_ppm = own->sd_gain_ppm;
+  }
+  return by_axis;
+}
+
+std::optional<std::string> whyNotHere(const Values& values, const Record& record) {
+  if (record.state == State::retired) return std::nullopt;
+  if (auto other = otherBinding(values, record.id, record.binding)) return std::move(other->what);
+  if (record.result() == nullptr) return std::nullopt;
+  const auto fits = values.activation(record);
+  return fits ? std::nullopt : std::optional{fits.error().what};
+}
+
+bool isToRepeat(const Ledger& ledger, const Values& values, Id rested_on) {
+  const auto* entry = ledger.find(rested_on);
+  if (entry == nullptr) return true;
+  if (entry->isInForce()) return false;
+  const auto retired = values.record(rested_on);
+  const auto present = recordOf(values, ledger.inForce(entry->binding));
+  return !retired || !present || values.difference(*present, *retired).exceeds_u;
+}
+
+std::vector<std::string> onRetired(const Ledger& ledger, const Values& values, const Entry& entry) {
+  std::vector<std::string> sentences;
+  for (const auto id : entry.rests_on) {
+    if (!isToRepeat(ledger, values, id)) continue;
+    const auto* other = ledger.find(id);
+    sentences.push_back(about(entry) + " rests on a retired result, " + std::to_string(id) + " about " +
+                        (other == nullptr ? std::string{} : other->binding.subject) + ": measure it again.");
+  }
+  return sentences;
+}
+
+const Entry* stylusOffset(const Ledger& ledger, const Values& values, std::uint32_t probe_tool) {
+  return ledger.inForce(withSubject(values.here, {SubjectKind::stylus_offset, probe_tool}));
+}
+
+Failure cutIsOn() {
+  return {Reason::cut_is_on, "A cut is in progress, and results cannot change: repeat the rollback when it is over."};
+}
+
+std::string named(Id id) {
+  return "Result " + std::to_string(id);
+}
+
+std::string waitsUnfit(const Entry& entry, const std::string& why_unfit) {
+  return about(entry) +
+         " waits and cannot come into force (correct the descriptions, or withdraw it: probebox rollback " +
+         std::to_string(entry.id) + " --by NAME): " + why_unfit;
+}
+
+std::optional<std::string> whyNotConforming(const Record& record) {
+  const auto* result = record.result();
+  if (result == nullptr) return std::nullopt;
+  const auto proof = metrology::proofAbout(*result, record.binding.subject).value_or(metrology::Proof::conforms);
+  if (proof == metrology::Proof::conforms) return std::nullopt;
+  const bool fails = proof == metrology::Proof::fails;
+  const auto of_verdict = fails ? metrology::kFailWarning : metrology::kNotProvenWarning;
+  std::string why;
+  for (const auto& warning : result->warnings)
+    if (warning.starts_with(of_verdict)) why += (why.empty() ? "" : "; ") + warning.substr(of_verdict.size());
+  return named(record.id) + " about " + record.binding.subject + (fails ? " FAILED: " : " is NOT PROVEN: ") + why + ".";
+}
+
+}  // namespace probebox::results

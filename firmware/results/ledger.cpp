@@ -1,0 +1,132 @@
+#include "firmware/results/ledger.hpp"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+namespace probebox::results {
+namespace {
+
+auto partsOf(const Entry& entry) {
+  return std::tie(entry.id, entry.state, entry.accepted_by, entry.rests_on, entry.proposed, entry.activated,
+                  entry.activated_by, entry.changed);
+}
+
+}  // namespace
+
+void Ledger::add(const store::Contents& contents) {
+  for (const auto& head : contents.heads)
+    entries_.try_emplace(head.id, Entry{.id = head.id,
+                                        .state = head.state,
+                                        .binding = head.binding,
+                                        .accepted_by = head.accepted_by,
+                                        .rests_on = {},
+                                        .activated_by = {}});
+  for (const auto& [id, other] : contents.dependences) {
+    const auto found = entries_.find(id);
+    if (found != entries_.end()) found->second.rests_on.push_back(other);
+  }
+  for (auto& [id, entry] : entries_) std::ranges::sort(entry.rests_on);
+  // The states are those of the results themselves: an entry of the history may be lost.
+  std::map<Id, State> states;
+  for (const auto& head : contents.heads) states[head.id] = head.state;
+  apply(contents.transitions);
+  for (const auto& [id, state] : states) entries_[id].state = state;
+  next_id_ = std::max({next_id_, contents.next_id, lastId() + 1});
+}
+
+void Ledger::add(Id id, const Binding& binding, std::vector<Id> rests_on) {
+  std::ranges::sort(rests_on);
+  next_id_ = std::max(next_id_, id + 1);
+  entries_[id] = {.id = id,
+                  .state = State::proposed,
+                  .binding = binding,
+                  .accepted_by = {},
+                  .rests_on = std::move(rests_on),
+                  .activated_by = {}};
+}
+
+void Ledger::apply(std::span<const Transition> transitions) {
+  for (const auto& each : transitions) {
+    last_number_ = std::max(last_number_, each.number);
+    const auto found = entries_.find(each.result);
+    if (found == entries_.end()) continue;  // the result is lost
+    auto& entry = found->second;
+    entry.state = each.to;
+    entry.changed = each.number;
+    if (each.to == State::proposed) entry.proposed = each.number;
+    if (each.to == State::accepted) entry.accepted_by = each.by;
+    if (each.to == State::active) entry.activated = each.number, entry.activated_by = each.by;
+  }
+}
+
+const Entry* Ledger::find(Id id) const {
+  const auto found = entries_.find(id);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+const Entry* Ledger::newestOf(const Binding& binding, State state) const {
+  for (auto entry = entries_.rbegin(); entry != entries_.rend(); ++entry)
+    if (entry->second.state == state && entry->second.binding == binding) return &entry->second;
+  return nullptr;
+}
+
+const Entry* Ledger::inForce(const Binding& binding) const {
+  return newestOf(binding, State::active);
+}
+
+const Entry* Ledger::waiting(const Binding& binding) const {
+  return newestOf(binding, State::accepted);
+}
+
+const Entry* Ledger::retiredLast(const Binding& binding) const {
+  const Entry* last = nullptr;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.state != State::retired || entry.activated == 0 || entry.binding != binding) continue;
+    if (last == nullptr || entry.changed > last->changed) last = &entry;
+  }
+  return last;
+}
+
+std::vector<const Entry*> Ledger::all(State state, const Binding& here) const {
+  std::vector<const Entry*> found;
+  for (const auto& [id, entry] : entries_)
+    if (entry.state == state && isOfOnePlace(entry.binding, here)) found.push_back(&entry);
+  return found;
+}
+
+std::uint64_t Ledger::decided(const Binding& binding) const {
+  std::uint64_t number = 0;
+  for (const auto& [id, entry] : entries_) {
+    const bool is_decided = entry.state != State::proposed && entry.state != State::refused;
+    if (is_decided && entry.binding == binding) number = std::max(number, entry.changed);
+  }
+  return number;
+}
+
+const Entry* Ledger::restingOn(const Binding& binding, Id one, Id other) const {
+  for (auto entry = entries_.rbegin(); entry != entries_.rend(); ++entry) {
+    const auto& basis = entry->second.rests_on;
+    const bool has_both = std::ranges::binary_search(basis, one) && std::ranges::binary_search(basis, other);
+    if (has_both && entry->second.binding == binding) return &entry->second;
+  }
+  return nullptr;
+}
+
+bool operator==(const Ledger& a, const Ledger& b) {
+  const auto same = [](const auto& one, const auto& other) {
+    return partsOf(one.second) == partsOf(other.second) && one.second.binding == other.second.binding;
+  };
+  return a.last_number_ == b.last_number_ && std::ranges::equal(a.entries_, b.entries_, same);
+}
+
+Binding withSubject(Binding binding, const Subject& subject) {
+  binding.subject = text(subject);
+  return binding;
+}
+
+bool isOfOnePlace(const Binding& a, const Binding& b) {
+  return a.probe_serial_number == b.probe_serial_number && a.machine == b.machine && a.mounting == b.mounting;
+}
+
+}  // namespace probebox::results
