@@ -9,7 +9,7 @@
 #include "firmware/latch/latch.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
 #include "firmware/procedure/plan/rates.hpp"
-#include "firmware/published/snapshot.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::box {

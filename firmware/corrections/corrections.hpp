@@ -16,7 +16,7 @@
 #include "firmware/corrections/tool_in_spindle.hpp"
 #include "firmware/corrections/trigger_log.hpp"
 #include "firmware/latch/record.hpp"
-#include "firmware/published/snapshot.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::corrections {

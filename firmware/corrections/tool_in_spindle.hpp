@@ -6,8 +6,8 @@
 #include <optional>
 #include <span>
 
-#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::corrections {
 

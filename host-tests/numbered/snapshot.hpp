@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "firmware/modbus/rtu_requests.hpp"
-#include "firmware/published/snapshot.hpp"
 #include "protocol/modbus/map.hpp"
+#include "protocol/state/snapshot.hpp"
 
 // Snapshots in which every value says the same number, so that a mixture of two shows.
 namespace probebox::support {

@@ -247,4 +247,13 @@ struct CalibrationProgress {
 // another.
 struct Snapshot : CorrectionsState, CalibrationProgress {};
 
+// The status word: a bit for each of these, as register 2 has them.
+constexpr std::uint16_t statusOf(const Snapshot& s) {
+  const std::array bits{s.valid,    s.clock_locked, s.delay.calibrated, s.centreline_calibrated, s.screw_sensors_good,
+                        s.degraded, s.loss_seen,    s.referenced};
+  unsigned status = 0;
+  for (std::size_t bit = 0; bit < bits.size(); ++bit) status |= bits[bit] ? 1U << bit : 0U;
+  return static_cast<std::uint16_t>(status);
+}
+
 }  // namespace probebox::published
