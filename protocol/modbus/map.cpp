@@ -71,8 +71,8 @@ double centreline(const RegisterInputs& inputs, std::size_t axis) {
 }
 
 double screwFault(const RegisterInputs& inputs, std::size_t axis) {
-  const auto& screw = inputs.state.axes[axis];
-  return screw.has_screw ? static_cast<double>(screw.sensor_fault) : 0;
+  const auto& screw = inputs.state.axes[axis].screw;
+  return screw.fitted ? static_cast<double>(screw.sensor_fault) : 0;
 }
 
 double triggerPosition(const RegisterInputs& inputs, std::size_t axis) {
@@ -251,12 +251,13 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {192, "XYZ screw, offset", f32, 1, "mm", read,
      "correction of the screw = offset + slope (position - reference position), for controllers that compensate by "
      "position",
-     of<&Snapshot::axes, &AxisState::screw_offset_mm>},
-    {198, "XYZ screw, slope", f32, 1, "mm/mm", read, "see register 192", of<&Snapshot::axes, &AxisState::screw_slope>},
+     of<&Snapshot::axes, &AxisState::screw, &ScrewState::offset_mm>},
+    {198, "XYZ screw, slope", f32, 1, "mm/mm", read, "see register 192",
+     of<&Snapshot::axes, &AxisState::screw, &ScrewState::slope>},
     {204, "XYZ screw, reference position", f32, 1, "mm", read, "see register 192", constant<0>},
     {210, "XYZ screw, extension", i16, 0.1, "um", read,
      "extension of the whole screw since it was cold; 0 without a sensor",
-     of<&Snapshot::axes, &AxisState::extension_um>},
+     of<&Snapshot::axes, &AxisState::screw, &ScrewState::extension_um>},
     {213, "XYZ screw, sensor", u16, 1, "", read, "0 good or not fitted, 1 silent, 2 out of range, 3 unplugged",
      screwFault},
 

@@ -16,9 +16,6 @@ using enum Kind;
 using enum Access;
 using namespace published;
 
-constexpr std::uint8_t kScan = 6;                                       // procedure::Kind
-constexpr std::uint8_t kDatumSphere = 0, kPlates = 1, kToolSetter = 3;  // procedure::Feature
-
 // 1 +X, 2 -X, 3 +Y, 4 -Y, 5 +Z, 6 -Z: the axis that the normal is nearest to.
 double side(const RegisterInputs& inputs, std::size_t) {
   if (!inputs.state.step.present) return 0;
@@ -29,15 +26,16 @@ double side(const RegisterInputs& inputs, std::size_t) {
 
 // Centre of the stylus' ball at contact, from the centre of the feature; nothing where its size is not known.
 std::optional<Vector> targetOf(const StepNow& step, const KnownFeatures& known) {
-  const bool touches = (step.kind <= 1 && step.shank_height_mm == 0) || step.kind == kScan;
+  const bool touches = ((step.kind == StepKind::touch || step.kind == StepKind::in_out) && step.shank_height_mm == 0) ||
+                       step.kind == StepKind::scan;
   if (!step.present || !touches) return std::nullopt;
   Vector reach_mm{};
-  if (step.feature == kDatumSphere) {
+  if (step.feature == StepFeature::datum_sphere) {
     reach_mm.fill(known.sphere_reach_mm);
-  } else if (step.feature == kPlates) {
+  } else if (step.feature == StepFeature::plates) {
     // The plates stand about the stylus: their normals point inwards.
     reach_mm.fill(-known.gap_reach_mm);
-  } else if (step.feature == kToolSetter && known.has_setter) {
+  } else if (step.feature == StepFeature::tool_setter && known.has_setter) {
     // A tool ends at its tip, the probe at the centre of its ball.
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
       reach_mm[axis] = known.setter_half_width_mm[axis] + (step.tool == 0 ? known.stylus_radius_mm : 0);
@@ -54,7 +52,7 @@ double target_mm(const RegisterInputs& inputs, std::size_t axis) {
 
 bool hasPlace(const RegisterInputs& inputs) {
   const auto& step = inputs.state.step;
-  return step.present && step.feature == kToolSetter && inputs.line.features.has_setter_place;
+  return step.present && step.feature == StepFeature::tool_setter && inputs.line.features.has_setter_place;
 }
 
 double place_mm(const RegisterInputs& inputs, std::size_t axis) {
@@ -65,7 +63,7 @@ double stepBits(const RegisterInputs& inputs, std::size_t) {
   const auto& step = inputs.state.step;
   unsigned set = step.present ? 1U : 0U;
   if (step.turns) set |= 2U;
-  if (step.b_moves != 0) set |= step.b_moves == 1 ? 4U : 8U;
+  if (step.b_moves != BMoves::nothing) set |= step.b_moves == BMoves::table ? 4U : 8U;
   if (targetOf(step, inputs.line.features)) set |= 16U;
   if (hasPlace(inputs)) set |= 32U;
   return set;
@@ -99,7 +97,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      of<&LineState::features, &KnownFeatures::setter_half_width_mm>},
     {760, "XYZ screw, cold reading", f32, 1, "um", read,
      "reading of the sensor in use that means no extension (the reference)",
-     of<&Snapshot::axes, &AxisState::screw_reference_um>},
+     of<&Snapshot::axes, &AxisState::screw, &ScrewState::reference_um>},
 
     {address::wish_method, "wish: method", u16, 1, "", write, "number of the method, see the list below"},
     {address::wish_speeds, "wish: speeds", u16, 1, "", write,
@@ -200,7 +198,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "distance beyond the clearance over which the retract must keep its speed",
      of<&Snapshot::step, &StepNow::run_out_mm>},
     {address::step_speed, "step: speed", f32, 1, "mm/s", read, "of approach and retract, for register 148",
-     of<&Snapshot::step, &StepNow::speed_mm_s>},
+     of<&Snapshot::step, &StepNow::nominal_speed_mm_s>},
     {address::step_travel, "step: travel", f32, 1, "mm", read,
      "length of a jog or sweep; of a hold the distance from the ball's centre, of a turn from the line",
      of<&Snapshot::step, &StepNow::travel_mm>},
@@ -208,7 +206,8 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "above the centre of the stylus' ball, where the shank touches; 0: the ball does",
      of<&Snapshot::step, &StepNow::shank_height_mm>},
     {address::step_angle, "step: ABC angle", f32, 1, "deg", read,
-     "to be taken before, where bit 1 of register 858 is set; for register 150", degreesOf<&StepNow::angles_rad>},
+     "to be taken before, where bit 1 of register 858 is set; for register 150",
+     degreesOf<&StepNow::rotary_angles_rad>},
     {address::step_target, "step: XYZ target", f32, 1, "mm", read,
      "centre of the stylus' ball at contact, from the centre of the feature; where its size is not known (bit 4 of "
      "register 858 "

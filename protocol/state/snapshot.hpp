@@ -3,12 +3,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "protocol/events/event.hpp"
-#include "protocol/units/scan_path.hpp"
+#include "protocol/state/shown_when.hpp"
+#include "protocol/step/step.hpp"
 #include "protocol/units/time.hpp"
 
 // State of the box, published at every tick as plain values that its servers read. Only Box writes a Snapshot.
+//
+// A value that hosts get is a line of a fields() list, under the name that JSON has: message, MESSAGES.md, readers and
+// JSON follow from that line. The register map names the same members (protocol/modbus).
 namespace probebox::published {
 
 // mm, machine axes X Y Z, radius.
@@ -16,12 +21,21 @@ using Vector = std::array<double, kLinearAxes>;
 
 using Nanometres = std::array<std::int32_t, kLinearAxes>;
 
+template <class Enum>
+constexpr std::string_view nameIn(const auto& names, Enum number) {
+  const auto index = static_cast<std::size_t>(number);
+  return index < names.size() ? names[index] : "unknown";
+}
+
 enum class Health : std::uint8_t {
-  off = 0,  // not configured
+  off = 0,
   good = 1,
   held = 2,     // doubtful: the last good value is used, for a limited time
   invalid = 3,  // without an input that it needs, or doubtful for too long: no value
 };
+constexpr std::string_view nameOf(Health health) {
+  return nameIn(std::array<std::string_view, 4>{"not configured", "good", "held", "invalid"}, health);
+}
 
 // Reason why an axis last lost its reference.
 enum class ReferenceFault : std::uint8_t {
@@ -30,6 +44,10 @@ enum class ReferenceFault : std::uint8_t {
   wrong_index = 2,       // a mark came where none is, according to the counts
   encoder_lost = 3,      // the encoder went away
 };
+constexpr std::string_view nameOf(ReferenceFault fault) {
+  return nameIn(std::array<std::string_view, 4>{"none", "impossible speed", "index at the wrong count", "encoder lost"},
+                fault);
+}
 
 // Whether an axis can be homed now, or why not.
 enum class Homing : std::uint8_t {
@@ -41,6 +59,15 @@ enum class Homing : std::uint8_t {
 
 // Why a screw's sensor is not believed.
 enum class SensorFault : std::uint8_t { none = 0, silent = 1, out_of_range = 2, lost = 3 };
+constexpr std::string_view nameOf(SensorFault fault) {
+  return nameIn(std::array<std::string_view, 4>{"none", "silent", "out of range", "unplugged"}, fault);
+}
+
+// Where a value in use comes from.
+enum class ValueSource : std::uint8_t { unknown = 0, description = 1, result = 2, controller = 3 };
+constexpr std::string_view nameOf(ValueSource source) {
+  return nameIn(std::array<std::string_view, 4>{"unknown", "description", "result", "controller"}, source);
+}
 
 // A correction served to the CNC, and the time from which it was served.
 struct Served {
@@ -50,6 +77,13 @@ struct Served {
   std::uint16_t mask{};
   bool valid{};
   bool degraded{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("correction_nm", self.correction_nm,
+          "nm, X Y Z: subtract it from measured positions, or it is corrected twice");
+    field("sequence", self.sequence, "the corrections' sequence then");
+    field("valid", self.valid, "1 when it was valid");
+    field("degraded", self.degraded, "1 when a value of it was held or saturated");
+  }
 };
 
 // A trigger, where the machine was at it, and the correction that was active then: whoever measures with it and then
@@ -64,11 +98,18 @@ struct TriggerStamp {
   Served served;
   std::array<bool, kRotaryAxes> has_angle{};
   std::array<double, kRotaryAxes> angle_rad{};  // A B C: at the stamp by an encoder, else as the controller told it
+  static constexpr void fields(auto& self, auto&& field) {
+    field("number", self.number, "of the last trigger, from 1; 0 when there was none");
+    field("has_position", self.has_position, "X Y Z: 1 where the position is known");
+    field("position_mm", self.position_mm, "mm, machine position at the trigger, the correction in it");
+    field("served", self.served, "the correction at that time");
+  }
 };
 
 // Bits of the mask of sources. Never change them.
 enum class SourceKind : std::uint8_t { screw = 0, swivel = 1, rotary = 2, centreline = 3 };
-inline constexpr std::size_t kSourceKinds = 4;
+inline constexpr std::array<std::string_view, 4> kSourceNames{"screw", "swivel", "rotary", "centreline"};
+inline constexpr std::size_t kSourceKinds = kSourceNames.size();
 constexpr std::uint16_t bitOf(SourceKind kind) {
   return static_cast<std::uint16_t>(1U << static_cast<unsigned>(kind));
 }
@@ -114,48 +155,94 @@ struct CentrelineInForce {
   std::array<double, 2> here_mm{};
 };
 
-// One linear axis: its reference, and its screw correction as a line over the position.
+// The screw of a linear axis, and its correction as a line over the position.
+struct ScrewState {
+  bool fitted{};
+  SensorFault sensor_fault{};
+  double extension_um{};
+  double offset_mm{};
+  double slope{};
+  double reference_um{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("fitted", self.fitted, "1 when machine.toml describes it");
+    field("sensor_fault", self.sensor_fault, "0 good, 1 silent, 2 out of range, 3 unplugged");
+    field("extension_um", self.extension_um, "um, of the whole screw since it was cold, as last believed");
+    field("offset_mm", self.offset_mm, "mm, its correction at machine position 0");
+    field("slope_mm_mm", self.slope, "mm of correction per mm of position");
+    field("reference_um", self.reference_um, "um, reading of its sensor that means no extension");
+  }
+};
+
 struct AxisState {
   bool referenced{};
   Homing homing{};
-  double position_mm{};  // valid when referenced
+  double position_mm{};
   ReferenceFault last_fault{};
   std::uint32_t reference_losses{};
   std::uint32_t unused_indexes{};
-  bool has_screw{};
-  SensorFault sensor_fault{};
-  double extension_um{};
-  double screw_offset_mm{};     // correction at 0 mm
-  double screw_slope{};         // mm of correction per mm
-  double screw_reference_um{};  // reading of the sensor that means no extension
+  ScrewState screw{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("referenced", self.referenced, "1 when counts mean a machine position");
+    field("position_mm", self.position_mm, "mm, machine position, the correction in it; 0 without a reference",
+          NullUnless{self.referenced});
+    field("last_reference_fault", self.last_fault,
+          "last cause of a lost reference: 0 none, 1 impossible speed, 2 index at the wrong count, 3 encoder lost");
+    field("reference_losses", self.reference_losses, "times that it was lost");
+    field("unused_indexes", self.unused_indexes,
+          "marks that said nothing: passed too fast, two at once, or without index_mm in machine.toml");
+    field("screw", self.screw, "its ball screw", OmittedUnless{self.screw.fitted});
+  }
 };
 
 // One rotary axis: its angle, and its errors there.
 struct RotaryAxisState {
   bool described{};
-  bool known{};        // it has its reference, or was told
-  bool doubtful{};     // not confirmed for too long
-  double angle_rad{};  // valid when known
+  bool known{};
+  bool doubtful{};
+  double angle_rad{};
   ReferenceFault last_fault{};
   std::uint32_t reference_losses{};
-  std::uint64_t result_id{};          // in force about it; 0: none
-  bool has_errors{};                  // at this angle
-  std::array<double, 6> errors{};     // mm along X Y Z and rad about them
-  std::array<double, 6> sd_errors{};  // largest standard deviation (k = 1) of all angles
+  std::uint64_t result_id{};
+  bool has_errors{};
+  std::array<double, 6> errors{};
+  std::array<double, 6> sd_errors{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("described", self.described, "1 when machine.toml says how its angle is known");
+    field("known", self.known, "1 when its encoder is referenced, or the controller has told its angle");
+    field("doubtful", self.doubtful, "1 when nobody has said so for too long");
+    field("angle_rad", self.angle_rad, "rad; 0 when it is not known", NullUnless{self.known});
+    field("last_reference_fault", self.last_fault,
+          "what took its reference away last: 0 nothing, 1 impossible speed, 3 encoder lost");
+    field("reference_losses", self.reference_losses, "times that it was lost");
+    field("result_id", self.result_id, "of rotary-axis-errors in force about it; 0 for none");
+    field("has_errors", self.has_errors, "1 when somebody has measured around this angle");
+    field("errors_mm_rad", self.errors, "mm along X Y Z and rad about them, of the table at this angle",
+          NullUnless{self.has_errors});
+    field("sd_errors_mm_rad", self.sd_errors, "the same units, standard deviation (k = 1), the largest of all angles",
+          NullUnless{self.result_id != 0});
+  }
 };
-
-// Source of the length of the tool.
-enum class LengthFrom : std::uint8_t { nobody = 0, description = 1, result = 2, controller = 3 };
 
 // The swivelling head and the tool in it.
 struct SwivelState {
-  std::uint64_t result_id{};  // result in force; 0: none
-  Vector error_mm{};          // what it adds; 0 unless good or held
-  std::uint32_t tool{};       // as told last, 0 for none
+  std::uint64_t result_id{};
+  Vector error_mm{};
+  std::uint32_t tool{};
   bool has_tool_length{};
   double tool_length_mm{};
-  LengthFrom tool_length_from{};
-  std::uint64_t tool_length_result{};  // assembly result in force that states it; 0: another source does
+  ValueSource tool_length_from{};
+  std::uint64_t tool_length_result{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "of swivel-error in force; 0 for none");
+    field("error_mm", self.error_mm, "mm, what it adds; 0 unless the source is good or held");
+    field("tool", self.tool, "number of the tool in the spindle as told last, 0 for none");
+    field("has_tool_length", self.has_tool_length, "1 when its length is known");
+    field("tool_length_mm", self.tool_length_mm, "mm, 0 when it is not known", NullUnless{self.has_tool_length});
+    field("tool_length_from", self.tool_length_from,
+          "0 unknown, 1 the description (machine.toml), 2 a result in force, 3 the controller has sent it");
+    field("tool_length_result", self.tool_length_result,
+          "the assembly result in force that states it; 0: another source does");
+  }
 };
 
 enum class CalibrationState : std::uint16_t {
@@ -201,32 +288,41 @@ struct CorrectionsState {
   std::uint64_t lost_at_source_samples{};
   std::uint64_t lost_in_queue_samples{};
   MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("valid", self.valid, "1 when the values may be used");
+    field("degraded", self.degraded, "1 when a value is held or saturated");
+    field("correction_mm", self.correction_mm, "mm, machine axes X Y Z, radius: to be ADDED to the commanded position");
+    field("mask", self.mask, "sources that are summed: bit 0 screw, 1 swivel, 2 rotary, 3 centreline");
+    field("sequence", self.sequence, "+1 whenever any correction changes");
+    field("heartbeat", self.heartbeat, "+1 every 0.1 s while inputs arrive and the corrections follow them");
+    field("age_ms", self.age_ms, "ms since the sources that are summed were all good");
+    field("delay_calibrated", self.delay.calibrated, "1 when the system delay of every axis is in force");
+    field("tau_s", self.delay.tau_s, "s, X Y Z, machine minus probe");
+    field("tau_sd_s", self.delay.sd_s, "s, X Y Z, combined standard uncertainty (k = 1)");
+    field("settled", self.settled, "1 when the correction has reached its target; 0 while the maximum rate limits it");
+    field("referenced", self.referenced, "1 when all axes that the summed sources need are");
+    field("inhibited", self.inhibited, "1 while a cut is on: no result comes into force");
+    field("sources", self.health,
+          "by rising bit of the mask: 0 not configured, 1 good, 2 held through doubt, 3 invalid");
+    field("axes", self.axes, "X Y Z");
+    field("centreline_calibrated", self.centreline_calibrated, "1 when a result about the turning axis is active");
+    field("centreline_mm", self.centreline.here_mm,
+          "mm, X Y of the turning axis at the present Z, 0 where Z is not known");
+    field("centreline_slope_mm_mm", self.centreline.result.slope, "mm/mm, of X and Y over Z");
+    field("last_trigger", self.last_trigger, "with the correction that was served at that time");
+    field("unplaced_triggers", self.unplaced_triggers,
+          "triggers whose machine position nobody can tell: neither samples nor counts around them, or too many at "
+          "once");
+    field("refused_homings", self.refused_homings, "of axes that did not stand still");
+    field("rotary_axes", self.rotary, "A B C");
+    field("swivel", self.swivel, "the head that swivels, and the tool in it");
+  }
 };
 
-// The step that the machine is to do next or is doing, in machine axes. Numbers as in procedure::Step.
-struct StepNow {
+// The step that the machine is to do next or is doing; zeros where none is.
+struct StepNow : Step {
   bool present{};
-  std::uint8_t state{};  // of the run: procedure::State
-  std::uint8_t kind{};
-  std::uint8_t feature{};
-  std::uint8_t b_moves{};
-  bool turns{};          // the angles matter
-  std::uint16_t ball{};  // of the part, from 1; 0 for another feature
-  std::uint16_t mount{};
-  std::uint32_t tool{};  // 0: any that carries the probe
-  Vector outward_normal{};
-  Vector retract_direction{};
-  double overtravel_mm{};
-  double clearance_mm{};
-  double run_out_mm{};  // the speed must hold so far beyond the clearance
-  double speed_mm_s{};
-  double travel_mm{};
-  double shank_height_mm{};
-  double rest_s{};  // to stand still for
-  ScanPath scan{};
-  // For a step in which C turns until contact.
-  double turn_line_rad{}, turn_to_rad{}, turn_speed_rad_s{};
-  std::array<double, kRotaryAxes> angles_rad{};
+  RunState state{};  // of the run
   std::uint32_t repeats{};
   std::uint8_t fault{};  // why it is repeated: capture::TouchFault
   bool timed_out{};

@@ -111,9 +111,7 @@ Reply FakeAnswers::status() const {
   s.sources = {{"gpiochip0 line 4 (sync)", "", 5}, {"gpiochip0 line 6 (index X)", "held by 'spindle'; stop that", 0}};
   s.lines = {{"sync", 0, 0, 125'000, 3}, {"index X", 2, 0, 0, 0}};
   s.receiver = {ClockState::locked, 620, 41'000.0, 250'000, 12, 900, 0, 1, 0, 5};
-  s.events = {700'000, 40, 30, 2};
-  s.unused_events = {6, 0, 7, 8, 9};
-  s.journal_lost = 11;
+  s.events = {700'000, 40, 30, 6, 0, 7, 8, 9, 11, 2};
   s.cnc_lines = {{"/dev/ttyS2", 500, 12, 13, 14, 15, 16}};
   s.usb_ports = {{"", 21, 22, 23, 24, 25}, {"/run/x is not there", 0, 0, 0, 0, 0}};
   s.procedure = running_ ? "running" : "";

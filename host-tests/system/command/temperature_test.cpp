@@ -34,10 +34,10 @@ TEST(CalibratingAtATemperature, StatesTheTemperatureOfTheRun) {
   const FakeBox box{options};
   const auto done = onBox(box, {"calibrate", "delay-multi-speed", "--temperature", "23.4"});
   EXPECT_EQ(done.status, 0) << done.err;
-  EXPECT_TRUE(asked.has_temperature);
-  EXPECT_EQ(asked.temperature_c, 23.4);
+  EXPECT_TRUE(asked.options.has_temperature);
+  EXPECT_EQ(asked.options.temperature_c, 23.4);
   EXPECT_EQ(onBox(box, {"calibrate", "delay-multi-speed"}).status, 0);
-  EXPECT_FALSE(asked.has_temperature);
+  EXPECT_FALSE(asked.options.has_temperature);
   for (const auto* wrong : {"296", "warm", "nan"}) {
     const auto refused = onBox(box, {"calibrate", "delay-multi-speed", "--temperature", wrong});
     EXPECT_EQ(refused.status, 2) << wrong;

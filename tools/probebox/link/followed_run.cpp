@@ -28,7 +28,7 @@ Outcome<FollowedRun::Progress, Trouble> FollowedRun::go(const messages::StartPro
   const auto started = box_->request<messages::StartProcedure>(request, link::patience(kAnswerPatience));
   if (!started) return troubleOf(started.error(), console_);
   run_ = started->run;
-  states_temperature_ = request.has_temperature;
+  states_temperature_ = request.options.has_temperature;
   auto last = follow();
   if (!last && unattended() && !replaced_) return aborted();
   return last;
