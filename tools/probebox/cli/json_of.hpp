@@ -46,15 +46,15 @@ Json jsonOf(const T& value) {
   if constexpr (messages::Structure<T>) {
     return objectOf(value);
   } else if constexpr (std::is_enum_v<T>) {
-    return Json{std::string{nameOf(value)}};
+    return Json(std::string{nameOf(value)});
   } else if constexpr (requires { value.index; }) {
-    return Json{value.index};  // of a tick or sample
+    return Json(value.index);  // of a tick or sample
   } else if constexpr (requires { value.begin(); } && !messages::Text<T>) {
     Json all = Json::array();
     for (const auto& element : value) all.push_back(jsonOf(element));
     return all;
   } else {
-    return Json{value};
+    return Json(value);
   }
 }
 
