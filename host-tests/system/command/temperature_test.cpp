@@ -30,7 +30,6 @@ TEST(CalibratingAtATemperature, StatesTheTemperatureOfTheRun) {
       asked = messages::decode<messages::StartProcedure::Request>(body).value();
     return std::nullopt;
   };
-  options.knows_temperature = true;
   const FakeBox box{options};
   const auto done = onBox(box, {"calibrate", "delay-multi-speed", "--temperature", "23.4"});
   EXPECT_EQ(done.status, 0) << done.err;
@@ -43,15 +42,6 @@ TEST(CalibratingAtATemperature, StatesTheTemperatureOfTheRun) {
     EXPECT_EQ(refused.status, 2) << wrong;
     EXPECT_THAT(refused.err, HasSubstr("is not a number from -30 to 70"));
   }
-}
-
-TEST(CalibratingAtATemperature, DoesNotRunOnABoxThatWouldTakeAnotherTemperature) {
-  const FakeBox box;  // of before
-  const auto done = onBox(box, {"calibrate", "delay-multi-speed", "--temperature", "23.4"});
-  EXPECT_EQ(done.status, 1);
-  EXPECT_THAT(done.err, AllOf(HasSubstr("does not take the temperature of a run, and the run was aborted"),
-                              HasSubstr("update the firmware"), HasSubstr("[datum_sphere] temperature_c")));
-  EXPECT_FALSE(box.calibrating());
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ class Run {
     if (console_.json()) {
       console_.object(describe(result));
     } else {
-      const auto kept = keptResult(run_.box(), console_, result.id);  // an older box has none
+      const auto kept = keptResult(run_.box(), console_, result.id);
       console_.line(page(result, kept ? kept->result() : nullptr));
     }
     const auto id = std::to_string(result.id);
