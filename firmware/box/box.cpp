@@ -392,9 +392,7 @@ void Box::publish(MonoTime now) {
       .lost_at_source = static_cast<std::uint64_t>(latch.lost) + unencodable_samples_ - source_losses_untold_,
       .lost_in_queue = lost_in_queue_samples_};
   const TickMap& map = clock_.map();
-  corrections_.advance(
-      now, map,
-      {.produced = ledger.produced, .lost_at_source = ledger.lost_at_source, .lost_in_queue = ledger.lost_in_queue});
+  corrections_.advance(now, map, ledger);
   const auto& progress = procedure_.progress();
   state_.at = now;
   state_.snapshot = {corrections_.state(), calibrationOf(progress, procedure_.plan(), corrections_.state().delay)};

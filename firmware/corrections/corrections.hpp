@@ -24,14 +24,8 @@ namespace probebox::corrections {
 using published::bitOf;
 using published::CorrectionsState;
 using published::kSourceKinds;
+using published::Ledger;
 using published::SourceKind;
-
-// Samples since the start: every index that the latch has decided is either recorded or declared lost at its source.
-struct Ledger {
-  std::uint64_t produced{};
-  std::uint64_t lost_at_source{};
-  std::uint64_t lost_in_queue{};
-};
 
 struct CorrectionsConfig {
   std::array<ReferenceConfig, kLinearAxes> references{};
@@ -160,7 +154,6 @@ class Corrections {
   bool was_valid_{};
   InhibitLines inhibit_lines_;
   bool inhibit_said_{};  // by the controller
-  std::uint32_t refused_homings_{};
   CorrectionsState state_;
   MonoTime heartbeat_at_{};
   MonoTime fresh_at_{};

@@ -7,10 +7,12 @@
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/stream.hpp"
 #include "protocol/messages/types.hpp"
-#include "protocol/state/shown_when.hpp"
+#include "protocol/state/snapshot.hpp"
 
 // Reports the status of the box: one operation, and the structures in its answer.
 namespace probebox::messages {
+
+using published::Ledger;
 
 struct ClockStatus {
   ClockState state{};
@@ -52,18 +54,6 @@ struct ReceiverStatus {
     field("refused_frequency", self.refused_frequency,
           "times that its rate was refused: more than 200 ppm from rate_hz of probe.toml");
     field("bad_packets", self.bad_packets, "packets that were damaged, or of another version");
-  }
-};
-
-struct Ledger {
-  std::uint64_t produced{};
-  std::uint64_t lost_at_source{};
-  std::uint64_t lost_in_queue{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("produced_samples", self.produced, "samples since the box started, lost ones included");
-    field("lost_at_source_samples", self.lost_at_source, "samples that no source delivered");
-    field("lost_in_queue_samples", self.lost_in_queue,
-          "samples dropped between core and links; each link tells its own drops in its heartbeats");
   }
 };
 

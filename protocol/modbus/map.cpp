@@ -190,11 +190,11 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {114, "clock sigma", u32, 1, "ns", read, "standard deviation (k = 1) of the master clock's ticks",
      of<&Snapshot::clock_sigma_ns>},
     {address::samples_produced, "samples produced", u32, 1, "", read, "modulo 2^32",
-     wraps32<&Snapshot::produced_samples>},
+     wraps32<&Snapshot::ledger, &Ledger::produced>},
     {address::samples_lost_at_source, "samples lost at the source", u32, 1, "", read, "modulo 2^32",
-     wraps32<&Snapshot::lost_at_source_samples>},
+     wraps32<&Snapshot::ledger, &Ledger::lost_at_source>},
     {address::samples_lost_in_queue, "samples lost in the queue", u32, 1, "", read, "modulo 2^32",
-     wraps32<&Snapshot::lost_in_queue_samples>},
+     wraps32<&Snapshot::ledger, &Ledger::lost_in_queue>},
 
     {address::word_order, "word order", u16, 1, "", write,
      "order of the words of all 32-bit values on this line: 0 high word first (until it is written), 1 low word first; "

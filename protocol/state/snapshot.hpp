@@ -254,6 +254,19 @@ enum class CalibrationState : std::uint16_t {
   aborted = 5
 };
 
+// What became of every sample: each index that the latch has decided is recorded or declared lost, once.
+struct Ledger {
+  std::uint64_t produced{};
+  std::uint64_t lost_at_source{};
+  std::uint64_t lost_in_queue{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("produced_samples", self.produced, "samples since the box started, lost ones included");
+    field("lost_at_source_samples", self.lost_at_source, "samples that no source delivered");
+    field("lost_in_queue_samples", self.lost_in_queue,
+          "samples dropped between core and links; each link tells its own drops in its heartbeats");
+  }
+};
+
 // The corrections and the state that they depend on. Corrections are in machine axes, radius, mm, to be ADDED to the
 // commanded position.
 struct CorrectionsState {
@@ -284,9 +297,7 @@ struct CorrectionsState {
   std::uint32_t refused_homings{};
   ClockState clock_state{};
   std::uint32_t clock_sigma_ns{};
-  std::uint64_t produced_samples{};
-  std::uint64_t lost_at_source_samples{};
-  std::uint64_t lost_in_queue_samples{};
+  Ledger ledger{};
   MonoTime at{};
   static constexpr void fields(auto& self, auto&& field) {
     field("valid", self.valid, "1 when the values may be used");

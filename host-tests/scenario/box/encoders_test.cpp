@@ -36,9 +36,9 @@ TEST_P(EncoderKind, GivesEverySampleAndThePositionsOfTheMachine) {
   EXPECT_EQ(scenario.state().core.events.late, 0U);
   EXPECT_TRUE(scenario.state().snapshot.referenced);
   EXPECT_EQ(scenario.state().core.events.incomplete_rows, 0U);
-  const auto lost = scenario.state().snapshot.lost_at_source_samples;
+  const auto lost = scenario.state().snapshot.ledger.lost_at_source;
   scenario.run(5s);
-  EXPECT_EQ(scenario.state().snapshot.lost_at_source_samples, lost);
+  EXPECT_EQ(scenario.state().snapshot.ledger.lost_at_source, lost);
   EXPECT_GT(scenario.recorded().received, 28'000U);
 }
 

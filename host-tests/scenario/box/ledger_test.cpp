@@ -15,9 +15,9 @@ void expectExactLedger(const Scenario& scenario) {
   EXPECT_TRUE(recorded.contiguous);
   EXPECT_GT(recorded.received, 0U);
   // What waits in the block that is being filled is produced and not yet delivered.
-  EXPECT_GE(snapshot.produced_samples, recorded.received + recorded.lost_samples);
-  EXPECT_LE(snapshot.produced_samples, recorded.received + recorded.lost_samples + 256);
-  EXPECT_EQ(snapshot.lost_at_source_samples, recorded.lost_samples);
+  EXPECT_GE(snapshot.ledger.produced, recorded.received + recorded.lost_samples);
+  EXPECT_LE(snapshot.ledger.produced, recorded.received + recorded.lost_samples + 256);
+  EXPECT_EQ(snapshot.ledger.lost_at_source, recorded.lost_samples);
 }
 
 TEST(Ledger, LosesNothingOnAGoodMachine) {
@@ -96,8 +96,8 @@ TEST(Ledger, GivesEverySampleOneFateWhenTheLinksHaveNoRoom) {
   EXPECT_TRUE(recorded.contiguous);
   EXPECT_GT(recorded.refused_samples, 1000U);
   EXPECT_GT(recorded.lost_samples, 0U);
-  EXPECT_EQ(snapshot.lost_in_queue_samples, recorded.refused_samples);
-  EXPECT_EQ(snapshot.lost_at_source_samples, recorded.lost_samples);
+  EXPECT_EQ(snapshot.ledger.lost_in_queue, recorded.refused_samples);
+  EXPECT_EQ(snapshot.ledger.lost_at_source, recorded.lost_samples);
 }
 
 TEST(Lines, CountWhatCameAndWhatTheirSequencesLeaveOut) {

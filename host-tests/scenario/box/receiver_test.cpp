@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 
 std::uint64_t lostToProbe(const Scenario& scenario) {
-  return scenario.state().snapshot.lost_at_source_samples;
+  return scenario.state().snapshot.ledger.lost_at_source;
 }
 
 TEST(Receiver, LosesOnlyWhatCameBeforeItsClockWasGoodEnough) {

@@ -87,7 +87,7 @@ TEST(RegisterImage, SaturatesTheAgeAndWrapsTheCounters) {
   EXPECT_EQ(imageOf(snapshot)[11], 65534);
   snapshot.age_ms = std::numeric_limits<std::uint64_t>::max();
   EXPECT_EQ(imageOf(snapshot)[11], 65535);
-  snapshot.produced_samples = (std::uint64_t{5} << 32) + 7;
+  snapshot.ledger.produced = (std::uint64_t{5} << 32) + 7;
   EXPECT_EQ(shown(imageOf(snapshot), address::samples_produced), 7);
 }
 
