@@ -22,7 +22,7 @@ namespace {
 bool isPath(const ScanPath& scan) {
   const auto isArc = [](double rad) { return rad > 0 && rad < kTurn; };
   const auto isDepth = [](double mm) { return mm > 0 && mm < 10; };
-  const auto arcs = std::span{scan.arcs_rad}.first(std::min(scan.count, ScanPath::kMostArcs));
+  const auto arcs = std::span{scan.arcs_rad}.first(std::min<std::size_t>(scan.count, ScanPath::kMostArcs));
   return scan.count >= 1 && scan.count <= ScanPath::kMostArcs && std::ranges::all_of(arcs, isArc) &&
          std::ranges::all_of(scan.depths_mm, isDepth) && std::isfinite(scan.start_rad) && std::abs(scan.sense) == 1 &&
          (scan.chords || isArc(scan.ramp_rad));

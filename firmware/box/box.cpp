@@ -30,6 +30,42 @@ procedure::Zeros zerosOf(const corrections::Corrections& corrections) {
   return zeros;
 }
 
+messages::EdgeCounters edgesOf(const clock::ClockCounters& counters) {
+  return {.accepted = counters.accepted + counters.clipped,
+          .missing = counters.missing,
+          .doubled = counters.doubled,
+          .spurious = counters.spurious + counters.unfitting,
+          .lost = counters.lost_by_kernel,
+          .unlocked = counters.unlocked};
+}
+
+// A longer period is a slower clock.
+double frequency_ppb(double offset_ppm) {
+  return -offset_ppm * 1e3;
+}
+
+ProbeClock clockOf(const clock::CounterClock& clock) {
+  return {.state = clock.state(),
+          .offset_ppm = clock.offsetPpm(),
+          .sigma_ns = clock.sigmaNs(),
+          .counters = clock.counters()};
+}
+
+messages::ReceiverStatus receiverOf(const ProbeClock& clock) {
+  const auto& counters = clock.counters;
+  const bool is_good = clock.state == ClockState::locked || clock.state == ClockState::holdover;
+  return {.state = clock.state,
+          .sigma_ns = is_good ? static_cast<std::uint32_t>(std::lround(clock.sigma_ns)) : 0,
+          .frequency_ppb = is_good ? frequency_ppb(clock.offset_ppm) : 0,
+          .samples = counters.samples,
+          .missing = counters.missing,
+          .unstamped = counters.unstamped,
+          .restarts = counters.restarts,
+          .relocks = counters.relocks,
+          .refused_frequency = counters.refused_frequency,
+          .bad_packets = 0};
+}
+
 }  // namespace
 
 std::optional<Error> whyUnfit(const BoxConfig& config, std::span<const Event> result) {
@@ -351,30 +387,38 @@ void Box::showBeforeStart(MonoTime now) {
 
 void Box::publish(MonoTime now) {
   const auto& latch = latch_.counters();
-  corrections_.advance(
-      now, clock_.map(),
-      {.produced = static_cast<std::uint64_t>(latch.produced),
-       .lost_at_source = static_cast<std::uint64_t>(latch.lost) + unencodable_samples_ - source_losses_untold_,
-       .lost_in_queue = lost_in_queue_samples_});
+  const messages::Ledger ledger{
+      .produced = static_cast<std::uint64_t>(latch.produced),
+      .lost_at_source = static_cast<std::uint64_t>(latch.lost) + unencodable_samples_ - source_losses_untold_,
+      .lost_in_queue = lost_in_queue_samples_};
+  const TickMap& map = clock_.map();
+  corrections_.advance(now, map, ledger);
   const auto& progress = procedure_.progress();
   state_.at = now;
   state_.snapshot = {corrections_.state(), calibrationOf(progress, procedure_.plan(), corrections_.state().delay)};
-  state_.map = clock_.map();
-  state_.clock_offset_ppm = clock_.offsetPpm();
-  state_.clock = clock_.counters();
-  state_.probe_clock = {.state = probe_clock_.state(),
-                        .offset_ppm = probe_clock_.offsetPpm(),
-                        .sigma_ns = probe_clock_.sigmaNs(),
-                        .counters = probe_clock_.counters()};
-  state_.control_clock = {.state = control_clock_.state(),
-                          .offset_ppm = control_clock_.offsetPpm(),
-                          .sigma_ns = control_clock_.sigmaNs(),
-                          .counters = control_clock_.counters()};
-  state_.latch = latch;
+  state_.map = map;
+  state_.probe_clock = clockOf(probe_clock_);
+  state_.control_clock = clockOf(control_clock_);
+  const auto& lost = state_.lost;
+  state_.core = {.clock = {.state = map.state,
+                           .sigma_ns = map.sigma_ns,
+                           .frequency_ppb = frequency_ppb(clock_.offsetPpm()),
+                           .tick = map.tick,
+                           .edges = edgesOf(clock_.counters())},
+                 .receiver = receiverOf(state_.probe_clock),
+                 .ledger = ledger,
+                 .events = {.received = state_.events,
+                            .lost = lost.sync_edges + lost.line_edges + lost.counts + lost.deflections,
+                            .lost_in_queue = lost.queue_events,
+                            .late = latch.late,
+                            .disordered = latch.disordered,
+                            .overwritten = latch.overwritten,
+                            .incomplete_rows = procedure_.incompleteRows() + common_stamps_.incomplete(),
+                            .stray_markers = procedure_.strayMarkers(),
+                            .lost_in_journal = 0,
+                            .sources_gone = lost.sources_gone}};
   state_.procedure = progress;
   state_.rates = rate_meter_.rates();
-  state_.incomplete_rows = procedure_.incompleteRows() + common_stamps_.incomplete();
-  state_.stray_markers = procedure_.strayMarkers();
   outputs_.state(state_);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 #include "firmware/procedure/plan/procedure.hpp"
-#include "firmware/published/snapshot.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::box {
 

@@ -5,11 +5,10 @@
 #include <optional>
 
 #include "firmware/clock/counter_clock.hpp"
-#include "firmware/clock/estimator.hpp"
-#include "firmware/latch/latch.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
 #include "firmware/procedure/plan/rates.hpp"
-#include "firmware/published/snapshot.hpp"
+#include "protocol/messages/status.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::box {
@@ -51,16 +50,12 @@ struct State {
   MonoTime at{};
   published::Snapshot snapshot;
   TickMap map;
-  double clock_offset_ppm{};
-  clock::ClockCounters clock;
+  messages::CoreStatus core;  // as hosts get it
   ProbeClock probe_clock;
   ProbeClock control_clock;  // of positions that the controller sends
-  latch::LatchCounters latch;
   procedure::Progress procedure;
   std::optional<procedure::Rates> rates;  // of the last second; nothing before its end or that of all sources
   bool delay_applied{true};               // false when the delay in force exceeds the buffer
-  std::uint64_t incomplete_rows{};
-  std::uint64_t stray_markers{};
   std::uint64_t events{};
   SourceLosses lost;
   PerLine<LineCounters> lines{};

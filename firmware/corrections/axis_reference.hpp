@@ -4,7 +4,7 @@
 
 #include "firmware/corrections/travel.hpp"
 #include "firmware/latch/latch.hpp"
-#include "firmware/published/snapshot.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::corrections {

@@ -91,7 +91,7 @@ void Corrections::push(const SourceLost& lost) {
 void Corrections::push(const AxisHomed& homed) {
   auto& reference = references_[static_cast<std::size_t>(homed.axis)];
   if (!reference.homed(homed.position_mm, homed.at)) {
-    ++refused_homings_;
+    ++state_.refused_homings;
   } else {
     triggers_.forget(homed.axis);
   }
@@ -100,7 +100,7 @@ void Corrections::push(const AxisHomed& homed) {
 void Corrections::push(const PoseTold& pose) {
   for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
     if ((unsigned{pose.axes} >> axis & 1U) == 0) continue;
-    if (!angles_[axis].told(pose.angles_rad[axis], pose.at)) ++refused_homings_;
+    if (!angles_[axis].told(pose.angles_rad[axis], pose.at)) ++state_.refused_homings;
   }
   tool_.told(pose);
 }
@@ -291,13 +291,10 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
   state_.at = now;
   state_.last_trigger = triggers_.newest();
   state_.unplaced_triggers = triggers_.unplaced();
-  state_.refused_homings = refused_homings_;
   state_.clock_state = map.state;
   state_.clock_sigma_ns = map.sigma_ns;
   state_.clock_locked = map.state == ClockState::locked;
-  state_.produced_samples = ledger.produced;
-  state_.lost_at_source_samples = ledger.lost_at_source;
-  state_.lost_in_queue_samples = ledger.lost_in_queue;
+  state_.ledger = ledger;
   state_.loss_seen = ledger.lost_at_source != 0 || ledger.lost_in_queue != 0;
 }
 

@@ -16,7 +16,7 @@
 #include "firmware/corrections/tool_in_spindle.hpp"
 #include "firmware/corrections/trigger_log.hpp"
 #include "firmware/latch/record.hpp"
-#include "firmware/published/snapshot.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::corrections {
@@ -24,14 +24,8 @@ namespace probebox::corrections {
 using published::bitOf;
 using published::CorrectionsState;
 using published::kSourceKinds;
+using published::Ledger;
 using published::SourceKind;
-
-// Samples since the start: every index that the latch has decided is either recorded or declared lost at its source.
-struct Ledger {
-  std::uint64_t produced{};
-  std::uint64_t lost_at_source{};
-  std::uint64_t lost_in_queue{};
-};
 
 struct CorrectionsConfig {
   std::array<ReferenceConfig, kLinearAxes> references{};
@@ -160,7 +154,6 @@ class Corrections {
   bool was_valid_{};
   InhibitLines inhibit_lines_;
   bool inhibit_said_{};  // by the controller
-  std::uint32_t refused_homings_{};
   CorrectionsState state_;
   MonoTime heartbeat_at_{};
   MonoTime fresh_at_{};

@@ -16,12 +16,12 @@ void Corrections::describeAxes(MonoTime now) {
                          .last_fault = reference.lastFault(),
                          .reference_losses = reference.losses(),
                          .unused_indexes = reference.unusedIndexes(),
-                         .has_screw = screw.fitted(),
-                         .sensor_fault = screw.fault(),
-                         .extension_um = screw.extension_um(),
-                         .screw_offset_mm = screw.offset_mm(),
-                         .screw_slope = screw.slope(),
-                         .screw_reference_um = screw.reference_um()};
+                         .screw = {.fitted = screw.fitted(),
+                                   .sensor_fault = screw.fault(),
+                                   .extension_um = screw.extension_um(),
+                                   .offset_mm = screw.offset_mm(),
+                                   .slope = screw.slope(),
+                                   .reference_um = screw.reference_um()}};
   }
   state_.screw_sensors_good = any_screw && all_good;
   state_.referenced = neededAxesReferenced() && neededAnglesKnown();

@@ -2,8 +2,8 @@
 #include <array>
 #include <cstdint>
 
-#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::corrections {

@@ -1,8 +1,8 @@
 #pragma once
 #include <optional>
 
-#include "firmware/published/snapshot.hpp"
 #include "protocol/events/activation.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::corrections {
 

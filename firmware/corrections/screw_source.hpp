@@ -5,8 +5,8 @@
 #include "firmware/corrections/held_source.hpp"
 #include "firmware/corrections/machine_tick.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
-#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::corrections {
 

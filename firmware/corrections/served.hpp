@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::corrections {

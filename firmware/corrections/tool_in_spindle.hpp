@@ -6,8 +6,8 @@
 #include <optional>
 #include <span>
 
-#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::corrections {
 
@@ -62,9 +62,9 @@ class ToolInSpindle {
   }
 
  private:
-  published::LengthFrom lengthFrom() const {
-    using enum published::LengthFrom;
-    if (!known_) return nobody;
+  published::ValueSource lengthFrom() const {
+    using enum published::ValueSource;
+    if (!known_) return unknown;
     if (known_->result_id != 0) return result;
     return told_mm_ > 0 ? controller : description;
   }

@@ -6,8 +6,8 @@
 #include "firmware/corrections/axis_track.hpp"
 #include "firmware/corrections/machine_tick.hpp"
 #include "firmware/corrections/served.hpp"
-#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::corrections {
 

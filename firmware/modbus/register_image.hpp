@@ -4,23 +4,21 @@
 #include <memory>
 #include <span>
 
-#include "firmware/published/served_results.hpp"
-#include "firmware/published/snapshot.hpp"
 #include "protocol/modbus/map.hpp"
+#include "protocol/state/served_results.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::modbus {
 
-// Holds all registers for one snapshot. fill() does not allocate.
+// Holds all registers for one snapshot, each as its line of the map says. fill() does not allocate.
 class RegisterImage {
  public:
   RegisterImage();
 
-  // A correction beyond +-3.2767 mm saturates in every format and sets `degraded`. NaN or infinity keeps the previous
-  // value, clears `valid` and sets `degraded`.
-  void fill(const published::Snapshot& snapshot, WordOrder order);
-
-  // The same with the state of the line and results, which are converted only when they or the word order have changed.
   using Results = std::shared_ptr<const published::ServedResults>;
+  // A correction beyond +-3.2767 mm saturates in every format and sets `degraded`. NaN or infinity keeps the previous
+  // value, clears `valid` and sets `degraded`. Values of results are converted only when these or the word order have
+  // changed.
   void fill(const published::Snapshot& snapshot, const published::LineState& line, const Results& results,
             WordOrder order);
 
@@ -32,20 +30,9 @@ class RegisterImage {
 
  private:
   void put(std::size_t address, double value);
-  void putTriple(std::size_t address, const std::array<double, 3>& values, double factor);
-  void putCorrections(const published::Snapshot& snapshot);
-  void putDelay(const published::DelayInForce& delay);
-  void putSources(const published::Snapshot& snapshot);
-  void putCentreline(const published::CentrelineInForce& centreline);
-  void putAxes(const published::Snapshot& snapshot);
-  void putTrigger(const published::TriggerStamp& trigger);
-  void putRotary(const published::Snapshot& snapshot);
-  void putState(const published::Snapshot& snapshot);
-  void putLine(const published::LineState& line);
-  void putStep(const published::Snapshot& snapshot, const published::KnownFeatures& features);
-  void putScan(const ScanPath& scan, double reach_mm);
+  // Takes the corrections that are to be served; returns the status word.
+  std::uint16_t serve(const published::Snapshot& snapshot);
   void putResults(const published::ServedResults& results);
-  void putSlide(const published::Snapshot& snapshot, const published::ServedResults& results);
 
   std::array<std::uint16_t, kRegisterCount> image_{};
   std::array<double, 3> served_mm_{};

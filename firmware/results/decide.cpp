@@ -8,7 +8,9 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
+#include "protocol/units/result_keys.hpp"
 
 namespace probebox::results {
 namespace {
@@ -151,7 +153,7 @@ std::optional<std::string> aboutEffect(const Values& values, const Record& recor
       return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in "
              "force about 'delay'.";
     case SubjectKind::delay:
-      if (result->find("gain_matrix") == nullptr || result->find(metrology::kGainTakenAt) != nullptr)
+      if (result->find(metrology::quantity::kGainMatrix.key) == nullptr || result->find(metrology::kGainTakenAt) != nullptr)
         return std::nullopt;
       return "The case does not state at which angle of the spindle the probe touched (config key A_rad), and the "
              "probe's gain turns with it: its gain_matrix is not used, and samples keep the gain of probe.toml.";
@@ -198,8 +200,8 @@ std::optional<std::string> onReplacedGain(const Record& next, const Record& in_f
   const auto *result = next.result(), *present = in_force.result();
   if (!isAbout(next.binding.subject, SubjectKind::screw) || result == nullptr || present == nullptr)
     return std::nullopt;
-  const auto* gain = present->find("K");
-  if (gain == nullptr || result->find("K") != nullptr) return std::nullopt;
+  const auto* gain = present->find(result_key::kScrewGain);
+  if (gain == nullptr || result->find(result_key::kScrewGain) != nullptr) return std::nullopt;
   return named(next.id) + " about " + next.binding.subject +
          " has no gain. With it in force the gain is that of machine.toml again, and no more the measured K " +
          metrology::text(gain->value()) + " of result " + std::to_string(in_force.id) +

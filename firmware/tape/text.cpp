@@ -116,14 +116,6 @@ class Tape {
 
 }  // namespace
 
-std::uint16_t statusOf(const published::Snapshot& s) {
-  const std::array bits{s.valid,    s.clock_locked, s.delay.calibrated, s.centreline_calibrated, s.screw_sensors_good,
-                        s.degraded, s.loss_seen,    s.referenced};
-  unsigned status = 0;
-  for (std::size_t bit = 0; bit < bits.size(); ++bit) status |= bits[bit] ? 1U << bit : 0U;
-  return static_cast<std::uint16_t>(status);
-}
-
 std::string record(const published::Snapshot& snapshot) {
   constexpr std::uint64_t kMostAge = 65535;  // as in register 11
   const auto& [x, y, z] = snapshot.correction_mm;

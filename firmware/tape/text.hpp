@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "firmware/published/snapshot.hpp"
+#include "protocol/state/snapshot.hpp"
 
 // Text that the box sends on a serial line of a control: records and tapes.
 namespace probebox::tape {
@@ -23,9 +23,6 @@ struct Form {
   std::uint16_t first{500};  // variable or number of the first value
   std::uint8_t offset{0};  // P of G10 L2 for the correction, 0: the external offset; the centreline takes the next one
 };
-
-// The status word of register 2.
-std::uint16_t statusOf(const published::Snapshot& snapshot);
 
 // "X-0.0125 Y+0.0000 Z+0.0000 S1 N42 A3*CS" and a line end: correction in mm, status, sequence, age in 0.1 s; CS: all
 // characters before the asterisk by exclusive or, two hexadecimal digits.

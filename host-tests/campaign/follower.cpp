@@ -33,7 +33,7 @@ std::int32_t Follower::i32(std::size_t address) const {
 }
 
 std::optional<std::string> Follower::read(const published::Snapshot& snapshot, MonoTime now) {
-  image_.fill(snapshot, modbus::WordOrder::high_first);
+  image_.fill(snapshot, {}, nullptr, modbus::WordOrder::high_first);
   ++reads_;
   if (auto torn = whyTorn()) return torn;
   const bool valid = (image_[address::status] & modbus::kValid) != 0;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "firmware/modbus/register_image.hpp"
-#include "firmware/published/snapshot.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::campaign {

@@ -56,7 +56,7 @@ ScanPath RegisterLink::scan(double reach_mm) {
                 .ramp_rad = value(address::step_scan_ramp) * kDegree,
                 .sense = (bits & 1U) != 0 ? -1.0 : 1.0,
                 .chords = (bits & 2U) != 0,
-                .count = static_cast<std::size_t>(value(address::step_scan_arcs))};
+                .count = static_cast<std::uint8_t>(value(address::step_scan_arcs))};
   for (std::size_t i = 0; i < path.depths_mm.size(); ++i)
     path.depths_mm[i] = reach_mm - value(row(address::step_scan_radius, i));
   for (std::size_t i = 0; i < path.count; ++i) path.arcs_rad.at(i) = value(row(address::step_scan_arc, i)) * kDegree;
@@ -65,9 +65,8 @@ ScanPath RegisterLink::scan(double reach_mm) {
 
 std::optional<world::Prompt> RegisterLink::procedureStatus() {
   const auto number = [this](std::uint16_t at) { return static_cast<std::uint32_t>(value(at)); };
-  world::Prompt prompt{.run = number(address::step_run),
-                       .state = static_cast<world::RunState>(number(address::step_state)),
-                       .step = number(address::step_number)};
+  world::Prompt prompt{
+      {}, number(address::step_run), static_cast<RunState>(number(address::step_state)), number(address::step_number)};
   prompt.referenced = (number(address::status) & modbus::kReferenced) != 0;
   const auto bits = number(address::step_bits);
   if ((bits & 1U) == 0) return prompt;

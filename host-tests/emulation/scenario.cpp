@@ -162,36 +162,9 @@ class Scenario::DirectLink : public world::BoxLink {
   std::optional<world::Prompt> procedureStatus() override {
     if (other != nullptr) return other->procedureStatus();
     const auto& progress = scenario_.state().procedure;
-    world::Prompt prompt{
-        .run = progress.run, .state = static_cast<world::RunState>(progress.state), .step = progress.step};
-    prompt.referenced = scenario_.state().snapshot.referenced;
-    if (progress.step < progress.steps) {
-      const auto& step = scenario_.box_->plan().steps[progress.step];
-      prompt.outward_normal = step.touch.outward_normal;
-      prompt.retract_direction = step.touch.retract_direction;
-      prompt.nominal_speed_mm_s = step.touch.retract_speed_mm_s;
-      prompt.overtravel_mm = step.overtravel_mm;
-      prompt.clearance_mm = step.clearance_mm;
-      prompt.run_out_mm = procedure::kRunOut_mm;
-      for (std::size_t i = 0; i < 3; ++i) prompt.approach_direction[i] = -prompt.retract_direction[i];
-      prompt.kind = static_cast<world::StepKind>(step.kind);
-      prompt.feature = static_cast<world::StepFeature>(step.feature);
-      prompt.ball = step.touch.ball;
-      prompt.turns = step.turns;
-      prompt.rotary_angles_rad = step.touch.rotary_angles_rad;
-      prompt.shank_height_mm = step.touch.shank_height_mm;
-      prompt.b_moves = static_cast<world::BMoves>(step.b_moves);
-      prompt.travel_mm = step.touch.travel_mm;
-      prompt.tool = step.touch.tool;
-      prompt.mount = step.touch.mount;
-      prompt.rest_s = step.touch.rest_s;
-      prompt.scan = step.touch.scan;
-      if (const auto& turn = step.touch.until_contact) {
-        prompt.turn_line_rad = turn->line_rad;
-        prompt.turn_to_rad = turn->to_rad;
-        prompt.turn_speed_rad_s = turn->speed_rad_s;
-      }
-    }
+    world::Prompt prompt{{}, progress.run, progress.state, progress.step, scenario_.state().snapshot.referenced};
+    if (progress.step < progress.steps)
+      static_cast<Step&>(prompt) = procedure::asked(scenario_.box_->plan().steps[progress.step]);
     return prompt;
   }
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "firmware/modbus/rtu_requests.hpp"
-#include "firmware/published/snapshot.hpp"
 #include "protocol/modbus/map.hpp"
+#include "protocol/state/snapshot.hpp"
 
 // Snapshots in which every value says the same number, so that a mixture of two shows.
 namespace probebox::support {
@@ -29,7 +29,7 @@ inline published::Snapshot numbered(std::uint32_t number) {
   snapshot.valid = true;
   snapshot.correction_mm = {mm, -mm, mm};
   snapshot.sequence = snapshot.heartbeat = static_cast<std::uint16_t>(number);
-  snapshot.produced_samples = snapshot.lost_at_source_samples = snapshot.lost_in_queue_samples = number;
+  snapshot.ledger.produced = snapshot.ledger.lost_at_source = snapshot.ledger.lost_in_queue = number;
   snapshot.delay.calibrated = true;
   snapshot.delay.result_id = number;
   snapshot.last_trigger.number = number;
@@ -40,13 +40,13 @@ inline published::Snapshot numbered(std::uint32_t number) {
 }
 
 inline std::optional<std::string> whyTorn(const published::Snapshot& snapshot) {
-  const auto number = static_cast<std::uint32_t>(snapshot.produced_samples);
+  const auto number = static_cast<std::uint32_t>(snapshot.ledger.produced);
   const double mm = countOf(number) * 1e-4;
   const bool is_new = number == 0;  // nothing was published yet
   const bool whole = snapshot.correction_mm == std::array{mm, -mm, mm} &&
                      snapshot.sequence == static_cast<std::uint16_t>(number) &&
-                     snapshot.heartbeat == snapshot.sequence && snapshot.lost_at_source_samples == number &&
-                     snapshot.lost_in_queue_samples == number && snapshot.delay.result_id == number &&
+                     snapshot.heartbeat == snapshot.sequence && snapshot.ledger.lost_at_source == number &&
+                     snapshot.ledger.lost_in_queue == number && snapshot.delay.result_id == number &&
                      snapshot.last_trigger.number == number && snapshot.calibration_run == number &&
                      snapshot.calibration_result_id == number;
   if (whole || is_new) return std::nullopt;

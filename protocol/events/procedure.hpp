@@ -68,35 +68,58 @@ struct ProcedureOptions {
   double rim_radius_mm{};
   bool has_temperature{};
   double temperature_c{};  // of this run, if has_temperature
-  // As requested. Before a run starts they are replaced by travel, tools and heights above, so no event contains them.
+  // As requested. Before a run starts they are replaced by travel, tools and heights above, and are zero in events.
   std::uint16_t turns{};  // of the screw
   bool head{};            // a sensor head measures instead of the probe
   bool shank{};           // the shank of the stylus is the second length
   bool contacts{};        // C turns until its ball touches the stylus, before everything else
-  static constexpr void fields(auto& self, auto&& field) {
-    field("speed_count", self.speed_count, "how many of the speeds are chosen");
+  // What a request for a run says.
+  static constexpr void asked(auto& self, auto&& field) {
+    field("speed_count", self.speed_count, "how many of the speeds are chosen; 0: the method's own");
     field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
-    field("overtravel_mm", self.overtravel_mm, "mm into the surface after contact");
-    field("clearance_mm", self.clearance_mm, "mm off the surface before and after a touch");
-    field("approach_rad", self.approach_rad, "rad, between the approach and the surface's normal");
-    field("arc_rad", self.arc_rad, "rad, over which the angles of the rotary axis are spread");
-    field("angles", self.angles, "how many angles of the rotary axis");
-    field("balls", self.balls, "how many balls of the rotating part");
-    field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw is turned; 5 B, 6 C: whose errors are measured");
+    field("overtravel_mm", self.overtravel_mm, "mm into the surface after contact; 0: the method's own");
+    field("clearance_mm", self.clearance_mm,
+          "mm, distance from the surface before and after a touch; 0: the method's own");
+    field("approach_rad", self.approach_rad,
+          "rad, angle between retract and normal, for delay-non-normal; 0: the method's own");
+    field("arc_rad", self.arc_rad,
+          "rad over which the angles of C are spread, for centreline, centreline-limited-access and "
+          "centreline-by-steps; 0: the method's own");
+    field("angles", self.angles, "how many angles of C, for the first two of these; 0: the method's own");
+    field("balls", self.balls, "how many balls of the rotating part, for c-axis-alignment; 0: the method's own");
+    field("axis", self.axis,
+          "1 X, 2 Y, 3 Z: whose screw, for screw-calibration and screw-reference; 5 B, 6 C (0: C): for "
+          "rotary-axis-errors");
+    field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
+    field("tool", self.tool,
+          "number of the tool, for tool-setter and tool-assembly; of the one that carries the probe, for pre-travel");
+    field("head", self.head, "1: read with the sensor head in the place of the probe, for rotary-axis-errors");
+    field("shank", self.shank,
+          "1: touch with the shank of the stylus in the place of a second tool, for a-axis-alignment and swivel-error");
+    field("stations", self.stations,
+          "at how many places the balls of the plate are read, for rotary-axis-errors; 0: all balls at every angle");
+    field("mounts", self.mounts, "in how many mounts the plate is read, for rotary-axis-errors; 0: in one");
+    field("contacts", self.contacts,
+          "1: C turns until the ball touches the stylus on either side, before everything else, for "
+          "centreline-by-steps");
+    field("has_temperature", self.has_temperature, "1 when temperature_c is stated; 0: machine.toml's, if any");
+    field("temperature_c", self.temperature_c,
+          "degrees C, -30 to 70, of sphere and part during this run, in place of machine.toml's");
+  }
+  static constexpr void fields(auto& self, auto&& field) {
+    asked(self, field);
+    // What the box finds by itself.
     field("travel_mm", self.travel_mm, "mm, of that axis");
     field("b_count", self.b_count, "how many of the angles of B are chosen");
     field("b_angles_rad", self.b_angles_rad, "rad, of the table that tilts or the head that swivels");
     field("b_axis", self.b_axis, "unit vector along a machine axis that B turns about, right-handed");
     field("tool_count", self.tool_count, "how many of the tools are chosen");
     field("tools", self.tools, "numbers of the tools that carry the probe");
-    field("tool", self.tool, "number of the tool that is measured");
     field("head_tool", self.head_tool, "number of the tool that is the sensor head, in the place of the probe");
     field("head_range_mm", self.head_range_mm, "mm, to either side, that its sensors read");
     field("shank_height_mm", self.shank_height_mm,
           "mm above the middle of the stylus' ball, where the shank touches in the place of the last of the tools");
     field("c_on_line_rad", self.c_on_line_rad, "rad, how C stands with the ball of the rim on the line along +Y");
-    field("stations", self.stations, "at how many places the balls of a plate are read; 0: all balls at every angle");
-    field("mounts", self.mounts, "number of mounts in which the plate is measured on the table, one after the other");
     field("faces", self.faces,
           "of the tool-setting device that the tool reaches: bit 0 +X, 1 -X, 2 +Y, 3 -Y, 4 +Z; 0: all of them");
     field("reach_mm", self.reach_mm, "mm from the middle of the datum sphere to that of the stylus' ball at contact");
@@ -104,8 +127,6 @@ struct ProcedureOptions {
           "mm to either side of the nominal line, where the stylus stands while C turns until the ball touches it; 0: "
           "the run has no such steps");
     field("rim_radius_mm", self.rim_radius_mm, "mm, about, of that ball from C");
-    field("has_temperature", self.has_temperature, "1 when a temperature was stated for this run");
-    field("temperature_c", self.temperature_c, "degrees C, of sphere and part during the run");
   }
 };
 

@@ -9,7 +9,7 @@
 // Proposes cases that were measured without the box.
 namespace probebox::messages {
 
-// One entry of a case's configuration. Since protocol 1.2.
+// One entry of a case's configuration.
 struct CaseEntry {
   std::string key{};
   CaseValue kind{};
@@ -25,7 +25,7 @@ struct CaseEntry {
   }
 };
 
-// Rows of one column of a case's table. Since protocol 1.2.
+// Rows of one column of a case's table.
 struct CaseColumn {
   std::string table{};
   std::string column{};
@@ -37,7 +37,7 @@ struct CaseColumn {
   }
 };
 
-// A case that was measured without the box: it solves the case and keeps the result as proposed. Since protocol 1.2.
+// A case that was measured without the box: it solves the case and keeps the result as proposed.
 struct ProposeCase {
   static constexpr Operation kOperation = Operation::propose_case;
   struct Request {
@@ -82,7 +82,7 @@ struct ProposeCase {
 enum class CaseProgress : std::uint8_t { working = 0, done = 1, cancelled = 2 };
 
 // Reports the progress of a case that was proposed to be followed. After 5 s without this request the case is cancelled
-// and nothing of it is stored. Since protocol 1.2.
+// and nothing of it is stored.
 struct FollowCase {
   static constexpr Operation kOperation = Operation::follow_case;
   struct Request {

@@ -8,4 +8,4 @@
 #include "protocol/messages/unit.hpp"
 #include "protocol/messages/updates.hpp"
 
-// Everything that can be asked of a box. Each operation has its number, a Request and an Answer. Since protocol 1.0.
+// Everything that can be asked of a box. Each operation has its number, a Request and an Answer.

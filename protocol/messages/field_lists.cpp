@@ -18,6 +18,7 @@
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/request.hpp"
 #include "protocol/messages/stream.hpp"
+#include "protocol/messages/structure_name.hpp"
 
 namespace probebox::messages {
 namespace {
@@ -43,15 +44,6 @@ std::string literal(std::string_view text) {
   return all + "\"";
 }
 
-// "ChannelDescription", from the name that the compiler has for the type.
-template <class T>
-std::string structureName() {
-  std::string_view all = __PRETTY_FUNCTION__;
-  all = all.substr(all.find("T = ") + 4);
-  all = all.substr(0, all.find_first_of(";]"));
-  return std::string{all.substr(all.rfind("::") + 2)};
-}
-
 // Field lists by the name of their structure, in the syntax of one language.
 class FieldLists {
  public:
@@ -63,7 +55,7 @@ class FieldLists {
     structures_[name];  // one that holds itself would end here
     std::string fields;
     const T value{};
-    T::fields(value, [&](std::string_view field, const auto& member, std::string_view doc) {
+    T::fields(value, [&](std::string_view field, const auto& member, std::string_view doc, auto&&...) {
       fields += "    " + list({literal(field), type<std::decay_t<decltype(member)>>(), literal(doc)}) + ",\n";
     });
     structures_[name] = in_.open + std::string{"\n"} + fields + "  " + in_.close;

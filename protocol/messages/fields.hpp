@@ -14,7 +14,8 @@
 
 // Encodes, decodes and describes messages from one field list. A structure names its fields once, in
 //   static constexpr void fields(auto& self, auto&& field) { field("name", self.name, "what it is, with unit"); ... }
-// and its encoder, decoder, size, row in MESSAGES.md and JSON follow from that list.
+// (behind that may stand conditions of protocol/state/shown_when.hpp) and its encoder, decoder, size, row in
+// MESSAGES.md and JSON follow from that list.
 //
 // Bytes: scalars little endian; bool one byte; text and bytes with a u16 length; lists with a u16 count; arrays bare; a
 // structure inside a structure with a u16 size; a variant as u8 alternative, then that structure.
@@ -64,7 +65,7 @@ void encodeValue(frame::ByteWriter& writer, const T& value);
 
 template <Structure T>
 void encodeFields(frame::ByteWriter& writer, const T& value) {
-  T::fields(value, [&](auto, const auto& member, auto) { encodeValue(writer, member); });
+  T::fields(value, [&](auto, const auto& member, auto&&...) { encodeValue(writer, member); });
 }
 
 inline void encodeBytes(frame::ByteWriter& writer, std::span<const std::byte> bytes) {
@@ -108,7 +109,7 @@ void decodeValue(frame::ByteReader& reader, T& value);
 
 template <Structure T>
 void decodeFields(frame::ByteReader& reader, T& value) {
-  T::fields(value, [&](auto, auto& member, auto) {
+  T::fields(value, [&](auto, auto& member, auto&&...) {
     if (!reader.failed() && reader.remaining() > 0) decodeValue(reader, member);
   });
 }

@@ -9,7 +9,7 @@
 #include "protocol/messages/fields.hpp"
 #include "protocol/messages/types.hpp"
 
-// HELLO -> WELCOME, DESCRIPTOR, TEST_PATTERN -> START. Since protocol 1.0.
+// HELLO -> WELCOME, DESCRIPTOR, TEST_PATTERN -> START.
 namespace probebox::messages {
 
 inline constexpr std::array<std::uint8_t, 4> kMagic{'P', 'B', 'X', '1'};
@@ -89,7 +89,7 @@ struct DelayInForce {
 
 // Factors and offsets that turn samples into positions of the stylus tip: machine position = counts * scale +
 // offset_mm, tool position = machine position - (screw_mm + screw_slope * machine position), tip = tool position + gain
-// * deflection. Since protocol 1.2.
+// * deflection.
 struct TipDescription {
   bool has_deflection{};
   bool turned{};
@@ -158,7 +158,7 @@ struct Descriptor {
           "row by row, nm of tip travel in machine axes X Y Z per nm of channel a b c: that of the delay's result in "
           "force, or of probe.toml");
     field("delay", self.delay, "the system delay in force when this was sent");
-    field("tip", self.tip, "from samples to the tip; since protocol 1.2");
+    field("tip", self.tip, "from samples to the tip");
   }
 };
 
@@ -194,16 +194,15 @@ struct Start {
   std::uint32_t triggers_from{};
   static constexpr void fields(auto& self, auto&& field) {
     field("stream", self.stream, "stream id, 1 for the samples");
-    field("profile", self.profile, "0 raw, 1 fast (since protocol 1.2), 2 tight (none sends it yet)");
+    field("profile", self.profile, "0 raw, 1 fast, 2 tight (none sends it yet)");
     field("policy", self.policy, "when the host is too slow: 0 live (drop the oldest), 1 record (drop the newest)");
     field("credit_bytes", self.credit_bytes,
           "bytes of SAMPLES and GAP frames that may be sent at once; all ones for no limit");
     field("has_resume", self.has_resume, "1 when resume_from counts");
     field("resume_from", self.resume_from, "the first sample that the host does not have");
-    field("triggers", self.triggers, "1 when TRIGGER frames are wanted; since protocol 1.2");
+    field("triggers", self.triggers, "1 when TRIGGER frames are wanted");
     field("triggers_from", self.triggers_from,
-          "number of the first trigger that the host does not have, of the same boot; 0 for the next one that comes; "
-          "since protocol 1.2");
+          "number of the first trigger that the host does not have, of the same boot; 0 for the next one that comes");
   }
   friend bool operator==(const Start&, const Start&) = default;
 };

@@ -9,7 +9,7 @@
 #include "protocol/messages/types.hpp"
 
 // What a run on this box starts from: machine and probe as described, and the results in force in the place of what
-// they replace. Standard deviations are k = 1, and 0 where none is stated. Since protocol 1.2.
+// they replace. Standard deviations are k = 1, and 0 where none is stated.
 namespace probebox::messages {
 
 struct ProbeInUse {

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -15,57 +16,19 @@
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/request.hpp"
 #include "protocol/messages/stream.hpp"
+#include "protocol/messages/structure_name.hpp"
 
 namespace probebox::messages {
 namespace {
 
-template <class T>
-std::string structureName() {
-  if constexpr (std::same_as<T, ChannelDescription>) return "ChannelDescription";
-  if constexpr (std::same_as<T, DelayInForce>) return "DelayInForce";
-  if constexpr (std::same_as<T, TipDescription>) return "TipDescription";
-  if constexpr (std::same_as<T, LinkCounters>) return "LinkCounters";
-  if constexpr (std::same_as<T, EdgeCounters>) return "EdgeCounters";
-  if constexpr (std::same_as<T, ClockStatus>) return "ClockStatus";
-  if constexpr (std::same_as<T, ReceiverStatus>) return "ReceiverStatus";
-  if constexpr (std::same_as<T, Ledger>) return "Ledger";
-  if constexpr (std::same_as<T, EventCounts>) return "EventCounts";
-  if constexpr (std::same_as<T, ModbusCounters>) return "ModbusCounters";
-  if constexpr (std::same_as<T, SourceStatus>) return "SourceStatus";
-  if constexpr (std::same_as<T, LineStatus>) return "LineStatus";
-  if constexpr (std::same_as<T, CncLineStatus>) return "CncLineStatus";
-  if constexpr (std::same_as<T, UsbPortStatus>) return "UsbPortStatus";
-  if constexpr (std::same_as<T, InhibitHolder>) return "InhibitHolder";
-  if constexpr (std::same_as<T, UnusedEvents>) return "UnusedEvents";
-  if constexpr (std::same_as<T, NotLetIn>) return "NotLetIn";
-  if constexpr (std::same_as<T, NamedValue>) return "NamedValue";
-  if constexpr (std::same_as<T, CorrectionSource>) return "CorrectionSource";
-  if constexpr (std::same_as<T, AxisStatus>) return "AxisStatus";
-  if constexpr (std::same_as<T, RotaryAxisStatus>) return "RotaryAxisStatus";
-  if constexpr (std::same_as<T, SwivelStatus>) return "SwivelStatus";
-  if constexpr (std::same_as<T, StampedTrigger>) return "StampedTrigger";
-  if constexpr (std::same_as<T, ValueInUse>) return "ValueInUse";
-  if constexpr (std::same_as<T, RestsOn>) return "RestsOn";
-  if constexpr (std::same_as<T, ResultSummary>) return "ResultSummary";
-  if constexpr (std::same_as<T, ValueChange>) return "ValueChange";
-  if constexpr (std::same_as<T, ResultTransition>) return "ResultTransition";
-  if constexpr (std::same_as<T, CaseEntry>) return "CaseEntry";
-  if constexpr (std::same_as<T, CaseColumn>) return "CaseColumn";
-  if constexpr (std::same_as<T, ProcessStatus>) return "ProcessStatus";
-  if constexpr (std::same_as<T, SphereCertificate>) return "SphereCertificate";
-  if constexpr (std::same_as<T, ProbeInUse>) return "ProbeInUse";
-  if constexpr (std::same_as<T, SphereInUse>) return "SphereInUse";
-  if constexpr (std::same_as<T, TiltInUse>) return "TiltInUse";
-  if constexpr (std::same_as<T, PlateInUse>) return "PlateInUse";
-  if constexpr (std::same_as<T, CarrierInUse>) return "CarrierInUse";
-  if constexpr (std::same_as<T, ShankInUse>) return "ShankInUse";
-  if constexpr (std::same_as<T, ToolInUse>) return "ToolInUse";
-  if constexpr (std::same_as<T, SetterInUse>) return "SetterInUse";
-  if constexpr (std::same_as<T, SensorHeadInUse>) return "SensorHeadInUse";
-  if constexpr (std::same_as<T, ScrewInUse>) return "ScrewInUse";
-  if constexpr (std::same_as<T, PreTravelInUse>) return "PreTravelInUse";
-  if constexpr (std::same_as<T, CheckInUse>) return "CheckInUse";
+// Tables of the structures inside messages, by name, for their own section.
+std::map<std::string, std::string>& structureTables() {
+  static std::map<std::string, std::string> tables;
+  return tables;
 }
+
+template <class T>
+std::string table();
 
 template <class T>
 std::string typeName() {
@@ -90,7 +53,13 @@ std::string typeName() {
   } else if constexpr (detail::kIsVector<T>) {
     return "list of " + typeName<typename T::value_type>();
   } else {
-    return structureName<T>();
+    const auto name = structureName<T>();
+    auto& tables = structureTables();
+    if (!tables.contains(name)) {
+      tables[name];  // one that holds itself would end here
+      tables[name] = table<T>();
+    }
+    return name;
   }
 }
 
@@ -98,7 +67,7 @@ template <class T>
 std::string table() {
   std::string rows;
   const T value{};
-  T::fields(value, [&](std::string_view name, const auto& member, std::string_view doc) {
+  T::fields(value, [&](std::string_view name, const auto& member, std::string_view doc, auto&&...) {
     rows += "| `" + std::string{name} + "` | " + typeName<std::decay_t<decltype(member)>>() + " | " + std::string{doc} +
             " |\n";
   });
@@ -121,11 +90,6 @@ std::string operation(std::string_view says) {
   const auto number = std::to_string(static_cast<unsigned>(Op::kOperation));
   return heading(std::string{nameOf(Op::kOperation)} + " (" + number + ")", says) + "Request\n\n" +
          table<typename Op::Request>() + "Answer\n\n" + table<typename Op::Answer>();
-}
-
-template <class T>
-std::string structure() {
-  return "### " + structureName<T>() + "\n\n" + table<T>();
 }
 
 template <class Enum>
@@ -280,8 +244,8 @@ std::string stream() {
          message<Trigger>(
              "Box to host, to those whose START asked for triggers: a trigger line became active. Numbers rise by one; "
              "where they do "
-             "not, a TRIGGER_GAP stands, or a frame was lost on the way. Needs no credit. Since protocol 1.2.") +
-         message<TriggerGap>("Box to host, in the place of the missing triggers. Since protocol 1.2.") +
+             "not, a TRIGGER_GAP stands, or a frame was lost on the way. Needs no credit.") +
+         message<TriggerGap>("Box to host, in the place of the missing triggers.") +
          message<Heartbeat>(
              "Box to host, 10 a second. produced = sent_samples + lost_at_source + lost_in_queue = position - start. "
              "sent_triggers + lost_triggers = next_trigger - first_trigger.") +
@@ -300,65 +264,49 @@ std::string control() {
              "is over.") +
          operation<Corrections>("What the CNC is being told.") +
          operation<GetDataset>("The data of a run, for saving.") +
-         operation<RollbackResult>("Goes back to the result that was in force before. Since protocol 1.2.") +
-         operation<ResultHistory>("What happened to results, and who did it. Since protocol 1.2.") +
-         operation<SetInhibit>(
-             "Says that a cut is on, or over; answered once the box has stored it and holds it. Since protocol 1.2.") +
+         operation<RollbackResult>("Goes back to the result that was in force before.") +
+         operation<ResultHistory>("What happened to results, and who did it.") +
+         operation<SetInhibit>("Says that a cut is on, or over; answered once the box has stored it and holds it.") +
          operation<HomeAxes>("Axes were homed: they stand still at known machine positions.") +
          operation<EnableSources>(
              "Which sources of corrections are summed. Allowed as accepting is; never while a cut is on.") +
          operation<LoopBack>(
              "Measures how late the box stamps edges, over a wire from one of its outputs to one of its inputs. "
              "Allowed as "
-             "calibrating is. Since protocol 1.2.") +
-         operation<TellPose>(
-             "How the rotary axes stand, and which tool is in the spindle. Allowed as markers are. Since protocol "
-             "1.2.") +
-         operation<ProposeCase>(
-             "A case that was measured without the box, in pieces. Allowed as calibrating is. Since protocol 1.2.") +
+             "calibrating is.") +
+         operation<TellPose>("How the rotary axes stand, and which tool is in the spindle. Allowed as markers are.") +
+         operation<ProposeCase>("A case that was measured without the box, in pieces. Allowed as calibrating is.") +
          operation<FollowCase>(
              "What comes of a case that was proposed to be followed. One that nobody asks after for 5 s is given up, "
-             "and nothing of it is stored. Since protocol 1.2.") +
-         operation<GetResult>("One result or refusal with every value, or its dataset. Since protocol 1.2.") +
+             "and nothing of it is stored.") +
+         operation<GetResult>("One result or refusal with every value, or its dataset.") +
          operation<TellPositions>(
              "Where the axes are, as the controller knows it, for axes whose encoder is of kind \"control\". Sent "
              "again "
              "and again, one request for each reading of the controller; their time comes from its counter. Allowed as "
-             "markers are. Since protocol 1.2.") +
+             "markers are.") +
          operation<Provision>(
              "Writes the identity of a box, once: a box that has one refuses, and so does one that measures or cuts. "
-             "Allowed over USB, elsewhere as allow_provision says. Since protocol 1.2.") +
-         operation<DescribeUnit>("The identity of the box. Since protocol 1.2.") +
+             "Allowed over USB, elsewhere as allow_provision says.") +
+         operation<DescribeUnit>("The identity of the box.") +
          operation<OfferUpdate>(
              "A bundle of new firmware is to come. Refused while a cut or a run is on, where the box has no updater, "
-             "and when the disk has no room. Allowed by allow_update, as the two after it. Since protocol 1.2.") +
-         operation<SendUpdate>("A part of that bundle. Several may be on their way at once. Since protocol 1.2.") +
+             "and when the disk has no room. Allowed by allow_update, as the two after it.") +
+         operation<SendUpdate>("A part of that bundle. Several may be on their way at once.") +
          operation<InstallUpdate>(
-             "The bundle is complete: it is checked, installed, and started when neither a cut nor a run is on. Since "
-             "protocol 1.2.") +
+             "The bundle is complete: it is checked, installed, and started when neither a cut nor a run is on.") +
          operation<UpdateStatus>(
-             "How far an update has come, and what came of the last one, also after the restart of the box. Since "
-             "protocol 1.2.") +
+             "How far an update has come, and what came of the last one, also after the restart of the box.") +
          operation<DescribeMachine>(
              "What a run starts from: machine, probe, rates and results in force. Standard deviations are k = 1, and 0 "
-             "where none is stated. Since protocol 1.2.");
+             "where none is stated.");
 }
 
+// Of everything that the sections before this one have named.
 std::string structures() {
-  return "## Structures\n\n" + structure<ChannelDescription>() + structure<DelayInForce>() +
-         structure<TipDescription>() + structure<LinkCounters>() + structure<EdgeCounters>() +
-         structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() + structure<EventCounts>() +
-         structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
-         structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<InhibitHolder>() +
-         structure<UnusedEvents>() + structure<NotLetIn>() + structure<NamedValue>() + structure<RestsOn>() +
-         structure<ResultSummary>() + structure<ValueChange>() + structure<ValueInUse>() +
-         structure<ResultTransition>() + structure<CorrectionSource>() + structure<AxisStatus>() +
-         structure<StampedTrigger>() + structure<RotaryAxisStatus>() + structure<SwivelStatus>() +
-         structure<CaseEntry>() + structure<CaseColumn>() + structure<SphereCertificate>() +
-         structure<ProcessStatus>() + structure<ProbeInUse>() + structure<SphereInUse>() + structure<TiltInUse>() +
-         structure<PlateInUse>() + structure<CarrierInUse>() + structure<ShankInUse>() + structure<ToolInUse>() +
-         structure<SetterInUse>() + structure<SensorHeadInUse>() + structure<ScrewInUse>() +
-         structure<PreTravelInUse>() + structure<CheckInUse>();
+  std::string all = "## Structures\n\n";
+  for (const auto& [name, rows] : structureTables()) all += "### " + name + "\n\n" + rows;
+  return all;
 }
 
 std::string numbers() {
@@ -369,7 +317,8 @@ std::string numbers() {
 }
 
 std::string page() {
-  return introduction() + table<frame::Header>() + stream() + control() + structures() + numbers();
+  const auto messages = introduction() + table<frame::Header>() + stream() + control();
+  return messages + structures() + numbers();
 }
 
 }  // namespace

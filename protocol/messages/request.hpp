@@ -9,7 +9,7 @@
 #include "protocol/messages/fields.hpp"
 #include "protocol/messages/types.hpp"
 
-// The control channel's envelope; control.hpp has what travels inside. Since protocol 1.0.
+// The control channel's envelope; control.hpp has what travels inside.
 namespace probebox::messages {
 
 // Requests an operation, host to box. Repeated with the same id until answered; the box executes it once.

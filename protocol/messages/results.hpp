@@ -22,8 +22,8 @@ struct NamedValue {
     field("value", self.value, "in the unit of the name");
     field("sd", self.sd, "standard deviation (k = 1) of readings and of axes that stood still, the same unit");
     field("has_sd", self.has_sd, "0 when sd says nothing");
-    field("u", self.u, "combined standard uncertainty (k = 1), type A and B, the same unit; since protocol 1.2");
-    field("has_u", self.has_u, "0 when u says nothing: sd counts; since protocol 1.2");
+    field("u", self.u, "combined standard uncertainty (k = 1), type A and B, the same unit");
+    field("has_u", self.has_u, "0 when u says nothing: sd counts");
   }
   // Standard uncertainty (k = 1) that a person reads after +/-: u, else sd; nothing if neither is known.
   std::optional<double> uncertainty() const {
@@ -32,7 +32,7 @@ struct NamedValue {
   }
 };
 
-// A result that another one was computed with. Since protocol 1.2.
+// A result that another one was computed with.
 struct RestsOn {
   std::uint64_t id{};
   std::string subject{};
@@ -87,25 +87,20 @@ struct ResultSummary {
     field("condition", self.condition, "condition number of the solved system");
     field("chi2_reduced", self.chi2_reduced, "near 1 when the residuals are as large as stated");
     field("warnings", self.warnings, "what a person should know before accepting");
-    field("retired_utc", self.retired_utc, "ISO 8601, empty unless it is retired; since protocol 1.2");
-    field("subject", self.subject, "what the result is about, such as delay or screw-x; since protocol 1.2");
-    field("waiting_for_cut", self.waiting_for_cut,
-          "1 when it is accepted and comes into force at the end of the cut; since protocol 1.2");
-    field("first_value", self.first_value, "how many of its values come before those here; since protocol 1.2");
-    field("value_count", self.value_count,
-          "of all its values; where there are more than came, ask again for the rest; since protocol 1.2");
-    field("rests_on", self.rests_on, "results that it was computed with; since protocol 1.2");
+    field("retired_utc", self.retired_utc, "ISO 8601, empty unless it is retired");
+    field("subject", self.subject, "what the result is about, such as delay or screw-x");
+    field("waiting_for_cut", self.waiting_for_cut, "1 when it is accepted and comes into force at the end of the cut");
+    field("first_value", self.first_value, "how many of its values come before those here");
+    field("value_count", self.value_count, "of all its values; where there are more than came, ask again for the rest");
+    field("rests_on", self.rests_on, "results that it was computed with");
     field("as_this_machine_by", self.as_this_machine_by,
-          "who said that its case, which does not name probe, machine and mounting, was measured here; since protocol "
-          "1.2");
+          "who said that its case, which does not name probe, machine and mounting, was measured here");
     field("about_count", self.about_count,
-          "so many of its values, the first, are about the subject; the same readings gave the others; since protocol "
-          "1.2");
+          "so many of its values, the first, are about the subject; the same readings gave the others");
     field("why_not_in_force", self.why_not_in_force,
           "why this box, as it is described now, cannot have it in force, whatever its state; empty where it can, and "
-          "for one that is retired; since protocol 1.2");
-    field("rms_unit", self.rms_unit,
-          "unit of rms: mm, um, rad; empty from a box that does not say; since protocol 1.2");
+          "for one that is retired");
+    field("rms_unit", self.rms_unit, "unit of rms: mm, um, rad; empty from a box that does not say");
   }
 };
 
@@ -118,8 +113,8 @@ struct ListResults {
     static constexpr void fields(auto& self, auto&& field) {
       field("after_id", self.after_id, "only results with a higher id; 0 for all");
       field("first_value", self.first_value,
-            "of the first of these results the values from this one on, counted from 0; since protocol 1.2");
-      field("newest", self.newest, "of these results only the newest so many; 0 for all; since protocol 1.2");
+            "of the first of these results the values from this one on, counted from 0");
+      field("newest", self.newest, "of these results only the newest so many; 0 for all");
     }
   };
   struct Answer {
@@ -133,7 +128,7 @@ struct ListResults {
   };
 };
 
-// One value of a result beside that of the result in force about the same subject. Since protocol 1.2.
+// One value of a result beside that of the result in force about the same subject.
 struct ValueChange {
   std::string key{};
   double value{};
@@ -157,8 +152,7 @@ struct ValueChange {
   }
 };
 
-// Reads one stored result or refusal with all values, and its dataset where it is kept, piece by piece. Since
-// protocol 1.2.
+// Reads one stored result or refusal with all values, and its dataset where it is kept, piece by piece.
 struct GetResult {
   static constexpr Operation kOperation = Operation::get_result;
   struct Request {
@@ -198,9 +192,8 @@ struct AcceptResult {
       field("id", self.id, "of a proposed result");
       field("by", self.by, "who accepts it; may be empty with compare_only");
       field("although_it_differs", self.although_it_differs,
-            "1: accept it even where a value is more than 4 sd from the result in force; since protocol 1.2");
-      field("compare_only", self.compare_only,
-            "1: change nothing and answer what accepting it would answer; since protocol 1.2");
+            "1: accept it even where a value is more than 4 sd from the result in force");
+      field("compare_only", self.compare_only, "1: change nothing and answer what accepting it would answer");
     }
   };
   // A box of protocol 1.1 answers nothing, and has put the result into force.
@@ -215,27 +208,20 @@ struct AcceptResult {
     std::vector<std::string> notes{};
     std::string accepted_by{};
     static constexpr void fields(auto& self, auto&& field) {
-      field("state", self.state, "2 active: in force now; 1 accepted: not yet; since protocol 1.2");
-      field("waiting_for_cut", self.waiting_for_cut,
-            "1 when it comes into force by itself at the end of the cut; since protocol 1.2");
-      field("subject", self.subject, "what it is about; since protocol 1.2");
-      field("first_of_subject", self.first_of_subject,
-            "1 when none about the subject was in force; since protocol 1.2");
-      field("compared_with", self.compared_with,
-            "the result that was in force about the subject; 0 for none; since protocol 1.2");
-      field("changes", self.changes, "value by value against that one; since protocol 1.2");
+      field("state", self.state, "2 active: in force now; 1 accepted: not yet");
+      field("waiting_for_cut", self.waiting_for_cut, "1 when it comes into force by itself at the end of the cut");
+      field("subject", self.subject, "what it is about");
+      field("first_of_subject", self.first_of_subject, "1 when none about the subject was in force");
+      field("compared_with", self.compared_with, "the result that was in force about the subject; 0 for none");
+      field("changes", self.changes, "value by value against that one");
       field("differs", self.differs,
-            "1 when a value differs by more than 4 sd, the two cannot be compared, or it fails a limit; since protocol "
-            "1.2");
-      field("notes", self.notes, "what a person should know about the effect; since protocol 1.2");
+            "1 when a value differs by more than 4 sd, the two cannot be compared, or it fails a limit");
+      field("notes", self.notes, "what a person should know about the effect");
       field("accepted_by", self.accepted_by,
-            "who accepted it, which may have been before this request; empty of one that nobody has; since protocol "
-            "1.2");
+            "who accepted it, which may have been before this request; empty of one that nobody has");
     }
   };
 };
-
-// Since protocol 1.2.
 struct RollbackResult {
   static constexpr Operation kOperation = Operation::rollback_result;
   struct Request {
@@ -259,12 +245,10 @@ struct RollbackResult {
       field("retired_id", self.retired_id, "the result that is retired now; 0 for none");
       field("active_id", self.active_id, "the result that came back into force; 0: none about the subject is in force");
       field("withdrawn", self.withdrawn, "1 when the retired result only waited: nothing in force has changed");
-      field("notes", self.notes, "what a person should know about the effect; since protocol 1.2");
+      field("notes", self.notes, "what a person should know about the effect");
     }
   };
 };
-
-// Since protocol 1.2.
 struct ResultTransition {
   std::uint64_t number{};
   std::uint64_t result_id{};
@@ -291,8 +275,6 @@ struct ResultTransition {
     field("remark", self.remark, "what was said with it, such as that it was accepted although it differs; or empty");
   }
 };
-
-// Since protocol 1.2.
 struct ResultHistory {
   static constexpr Operation kOperation = Operation::result_history;
   struct Request {
@@ -315,7 +297,7 @@ struct ResultHistory {
   };
 };
 
-// Declares that a cut is on or over. Each door has an inhibit of its own, which survives restarts. Since protocol 1.2.
+// Declares that a cut is on or over. Each door has an inhibit of its own, which survives restarts.
 struct SetInhibit {
   static constexpr Operation kOperation = Operation::set_inhibit;
   struct Request {

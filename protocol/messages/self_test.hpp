@@ -4,7 +4,7 @@
 
 #include "protocol/messages/types.hpp"
 
-// Measurements of the box itself. Since protocol 1.2.
+// Measurements of the box itself.
 namespace probebox::messages {
 
 // Measures the delay of stamps: the box pulses an output that is wired to one of its inputs.

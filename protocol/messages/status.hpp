@@ -7,9 +7,12 @@
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/stream.hpp"
 #include "protocol/messages/types.hpp"
+#include "protocol/state/snapshot.hpp"
 
 // Reports the status of the box: one operation, and the structures in its answer.
 namespace probebox::messages {
+
+using published::Ledger;
 
 struct ClockStatus {
   ClockState state{};
@@ -26,7 +29,7 @@ struct ClockStatus {
   }
 };
 
-// A probe receiver that counts its samples on an oscillator of its own. Since protocol 1.1.
+// A probe receiver that counts its samples on an oscillator of its own.
 struct ReceiverStatus {
   ClockState state{};
   std::uint32_t sigma_ns{};
@@ -43,9 +46,9 @@ struct ReceiverStatus {
           "of its counter against the monotonic clock: 0 unlocked, 1 locked, 2 holdover, 3 ambiguous");
     field("sigma_ns", self.sigma_ns, "ns, standard deviation (k = 1) of a sample's time");
     field("frequency_ppb", self.frequency_ppb, "1e-9, its oscillator against the monotonic clock, positive when fast");
-    field("samples", self.samples, "samples that arrived");
-    field("missing", self.missing, "samples that its counter left out");
-    field("unstamped", self.unstamped, "samples that arrived while nobody could say when they were taken");
+    field("arrived_samples", self.samples, "samples that arrived");
+    field("missing_samples", self.missing, "samples that its counter left out");
+    field("unstamped_samples", self.unstamped, "samples that arrived while nobody could say when they were taken");
     field("restarts", self.restarts, "times that its counter began anew while it was plugged in");
     field("relocks", self.relocks, "times after the first that its clock locked anew");
     field("refused_frequency", self.refused_frequency,
@@ -54,30 +57,47 @@ struct ReceiverStatus {
   }
 };
 
-struct Ledger {
-  std::uint64_t produced{};
-  std::uint64_t lost_at_source{};
-  std::uint64_t lost_in_queue{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("produced", self.produced, "samples since the box started, lost ones included");
-    field("lost_at_source", self.lost_at_source, "samples that no source delivered");
-    field("lost_in_queue", self.lost_in_queue,
-          "samples dropped between core and links; each link tells its own drops in its heartbeats");
-  }
-};
-
+// What became of everything that reached the core, or should have.
 struct EventCounts {
   std::uint64_t received{};
   std::uint64_t lost{};
   std::uint64_t lost_in_queue{};
+  std::uint64_t late{};
+  std::uint64_t disordered{};
+  std::uint64_t overwritten{};
+  std::uint64_t incomplete_rows{};
+  std::uint64_t stray_markers{};
+  std::uint64_t lost_in_journal{};
   std::uint64_t sources_gone{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("received", self.received, "events that reached the core");
-    field("lost", self.lost,
+    field("received_events", self.received, "events that reached the core");
+    field("lost_events", self.lost,
           "edges, counts and deflections that never reached the core, by the gaps in their sequences");
-    field("lost_in_queue", self.lost_in_queue,
-          "events for which the capture queue had no room; most are in `lost` too");
+    field("lost_in_queue_events", self.lost_in_queue,
+          "events for which the capture queue had no room; most are in `lost_events` too");
+    field("late_events", self.late, "came after the sample at their stamp was decided");
+    field("disordered_events", self.disordered, "older than the one before them from the same source");
+    field("overwritten_events", self.overwritten, "pushed out of a full buffer before any sample used them");
+    field("incomplete_rows", self.incomplete_rows,
+          "latches of a measured touch that lack an axis at the same stamp, and are not in its data");
+    field("stray_markers", self.stray_markers, "markers of another run or step than the box is at");
+    field("lost_journal_events", self.lost_in_journal, "events that are missing in the journal, where one is written");
     field("sources_gone", self.sources_gone, "times that a source was unplugged or taken away");
+  }
+};
+
+// What the core says of itself.
+struct CoreStatus {
+  ClockStatus clock{};
+  ReceiverStatus receiver{};
+  Ledger ledger{};
+  EventCounts events{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("clock", self.clock, "the master clock");
+    field("receiver", self.receiver, "the probe receiver, where one is that counts its samples; zeros elsewhere",
+          published::NullUnless{self.receiver.samples != 0});
+    field("ledger", self.ledger, "what became of every sample");
+    field("events", self.events, "what reached the core");
   }
 };
 
@@ -90,7 +110,7 @@ struct ModbusCounters {
   }
 };
 
-// A driver's view: one line of a chip, a receiver, the emulated machine. Since protocol 1.1.
+// A driver's view: one line of a chip, a receiver, the emulated machine.
 struct SourceStatus {
   std::string name{};
   std::string problem{};
@@ -98,11 +118,11 @@ struct SourceStatus {
   static constexpr void fields(auto& self, auto&& field) {
     field("name", self.name, "for a person, such as gpiochip0 line 4 (sync)");
     field("problem", self.problem, "why nothing comes from it, and what to do; empty when all is well");
-    field("unusable", self.unusable, "what came from the device and is no event");
+    field("unusable_messages", self.unusable, "what came from the device and is no event");
   }
 };
 
-// The core's view: a line that box.toml names. Since protocol 1.1.
+// The core's view: a line that box.toml names.
 struct LineStatus {
   std::string name{};
   std::uint8_t role{};
@@ -113,12 +133,12 @@ struct LineStatus {
     field("name", self.name, "as box.toml has it, such as probe trigger");
     field("role", self.role, "0 sync, 1 trigger, 2 index, 3 skip, 4 inhibit");
     field("line", self.line, "which line of that role, from 0; of an index line the axis: 0 X, 1 Y, 2 Z");
-    field("edges", self.edges, "edges that reached the core, of the kind that is watched for");
-    field("lost", self.lost, "edges that never did, by the gaps in the line's sequence");
+    field("received_edges", self.edges, "edges that reached the core, of the kind that is watched for");
+    field("lost_edges", self.lost, "edges that never did, by the gaps in the line's sequence");
   }
 };
 
-// One serial line to a controller. Since protocol 1.1.
+// One serial line to a controller.
 struct CncLineStatus {
   std::string name{};
   std::uint64_t answered{};
@@ -129,16 +149,16 @@ struct CncLineStatus {
   std::uint64_t reopened{};
   static constexpr void fields(auto& self, auto&& field) {
     field("name", self.name, "its device or address, such as /dev/ttyS2 or 127.0.0.1:502");
-    field("answered", self.answered, "requests answered with what they asked for");
-    field("refused", self.refused, "requests answered with an exception");
+    field("answered_requests", self.answered, "requests answered with what they asked for");
+    field("refused_requests", self.refused, "requests answered with an exception");
     field("bad_frames", self.bad_frames, "runs of bytes that were no request");
     field("skipped_bytes", self.skipped_bytes, "bytes in them");
-    field("unsent", self.unsent, "answers that the line did not take");
+    field("unsent_answers", self.unsent, "answers that the line did not take");
     field("reopened", self.reopened, "times that the line went away and came back");
   }
 };
 
-// The box's end of USB. Since protocol 1.1.
+// The box's end of USB.
 struct UsbPortStatus {
   std::string problem{};
   std::uint64_t connections{};
@@ -156,24 +176,7 @@ struct UsbPortStatus {
   }
 };
 
-// Events that reached the core and were not, or not fully, used. Since protocol 1.1.
-struct UnusedEvents {
-  std::uint64_t late{};
-  std::uint64_t disordered{};
-  std::uint64_t overwritten{};
-  std::uint64_t incomplete_rows{};
-  std::uint64_t stray_markers{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("late", self.late, "came after the sample at their stamp was decided");
-    field("disordered", self.disordered, "older than the one before them from the same source");
-    field("overwritten", self.overwritten, "pushed out of a full buffer before any sample used them");
-    field("incomplete_rows", self.incomplete_rows,
-          "latches of a measured touch that lack an axis at the same stamp, and are not in its data");
-    field("stray_markers", self.stray_markers, "markers of another run or step than the box is at");
-  }
-};
-
-// A door that declares a cut. Since protocol 1.2.
+// A door that declares a cut.
 struct InhibitHolder {
   std::string door{};
   std::string by{};
@@ -185,19 +188,19 @@ struct InhibitHolder {
   }
 };
 
-// Connections over a network that never became a link. Since protocol 1.2.
+// Connections over a network that never became a link.
 struct NotLetIn {
   std::uint64_t strangers{};
   std::uint64_t silent{};
   std::uint64_t turned_away{};
   static constexpr void fields(auto& self, auto&& field) {
     field("strangers", self.strangers, "began with something else than HELLO, such as a web page's request");
-    field("silent", self.silent, "said nothing, or no HELLO within 2 s, or gave way to newer ones");
-    field("turned_away", self.turned_away, "said HELLO and got a REFUSAL: no link was free, or another version");
+    field("silent_connections", self.silent, "said nothing, or no HELLO within 2 s, or gave way to newer ones");
+    field("turned_away_hosts", self.turned_away, "said HELLO and got a REFUSAL: no link was free, or another version");
   }
 };
 
-// The daemon as the kernel sees it. Since protocol 1.2.
+// The daemon as the kernel sees it.
 struct ProcessStatus {
   std::uint64_t resident_bytes{};
   bool is_root{};
@@ -216,15 +219,12 @@ struct ProcessStatus {
 struct Status {
   static constexpr Operation kOperation = Operation::status;
   using Request = Nothing;
-  struct Answer {
+  struct Answer : CoreStatus {
     std::string board{};
     std::string firmware_version{};
     std::uint64_t uptime_ms{};
-    ClockStatus clock{};
-    Ledger ledger{};
     std::uint32_t queue_high_water{};
     std::uint64_t deadline_misses{};
-    EventCounts events{};
     std::string procedure{};
     std::vector<std::uint64_t> active_results{};
     std::uint16_t links{};
@@ -232,10 +232,7 @@ struct Status {
     LinkCounters from_hosts{};
     std::vector<SourceStatus> sources{};
     std::vector<LineStatus> lines{};
-    ReceiverStatus receiver{};
     std::vector<CncLineStatus> cnc_lines{};
-    UnusedEvents unused_events{};
-    std::uint64_t journal_lost{};
     std::vector<UsbPortStatus> usb_ports{};
     std::vector<InhibitHolder> inhibits{};
     std::vector<std::string> storage_problems{};
@@ -247,36 +244,28 @@ struct Status {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
       field("uptime_ms", self.uptime_ms, "ms since the box started");
-      field("clock", self.clock, "the master clock");
-      field("ledger", self.ledger, "what became of every sample");
-      field("queue_high_water", self.queue_high_water, "events, the fullest that the capture queue has been");
+      CoreStatus::fields(self, field);
+      field("queue_high_water_events", self.queue_high_water, "events, the fullest that the capture queue has been");
       field("deadline_misses", self.deadline_misses, "times that the box was late for a tick");
-      field("events", self.events, "what reached the core");
       field("procedure", self.procedure, "state of the measuring procedure in words");
-      field("active_results", self.active_results, "ids of the results in force");
+      field("active_result_ids", self.active_results, "ids of the results in force");
       field("links", self.links, "connected hosts");
       field("modbus", self.modbus, "the lines to the controller");
       field("from_hosts", self.from_hosts, "what came over all links to hosts since the box started, garbage included");
-      field("sources", self.sources, "where events come from, and what is missing; since protocol 1.1");
-      field("lines", self.lines, "the box's digital inputs; since protocol 1.1");
-      field("receiver", self.receiver,
-            "the probe receiver, where one is that counts its samples; zeros elsewhere; since protocol 1.1");
-      field("cnc_lines", self.cnc_lines, "the lines to the controller, one by one; since protocol 1.1");
-      field("unused_events", self.unused_events, "what reached the core for nothing; since protocol 1.1");
-      field("journal_lost", self.journal_lost,
-            "events that are missing in the journal, where one is written; since protocol 1.1");
-      field("usb_ports", self.usb_ports, "the box as a USB device; since protocol 1.1");
-      field("inhibits", self.inhibits, "the doors that say that a cut is on; since protocol 1.2");
+      field("sources", self.sources, "where events come from, and what is missing");
+      field("lines", self.lines, "the box's digital inputs");
+      field("cnc_lines", self.cnc_lines, "the lines to the controller, one by one");
+      field("usb_ports", self.usb_ports, "the box as a USB device");
+      field("inhibits", self.inhibits, "the doors that say that a cut is on");
       field("storage_problems", self.storage_problems,
-            "what the box cannot store, or has lost, and what to do; empty when all is well; since protocol 1.2");
-      field("not_let_in", self.not_let_in, "connections that never became a link; since protocol 1.2");
+            "what the box cannot store, or has lost, and what to do; empty when all is well");
+      field("not_let_in", self.not_let_in, "connections that never became a link");
       field("rests_on_retired", self.rests_on_retired,
             "a sentence for each result in force that rests on a retired result or fails a limit, and for each place "
             "whose "
-            "typed and measured values are more than 4 sd apart; since protocol 1.2");
-      field("process", self.process, "the daemon as the kernel sees it; since protocol 1.2");
-      field("update", self.update,
-            "what came of the last update, or how far one is; empty for none; since protocol 1.2");
+            "typed and measured values are more than 4 sd apart");
+      field("process", self.process, "the daemon as the kernel sees it");
+      field("update", self.update, "what came of the last update, or how far one is; empty for none");
     }
   };
 };

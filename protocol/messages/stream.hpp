@@ -5,7 +5,7 @@
 #include "protocol/messages/fields.hpp"
 #include "protocol/messages/types.hpp"
 
-// Frames of the stream other than SAMPLES, whose payload is a block of protocol/codec. Since protocol 1.0.
+// Frames of the stream other than SAMPLES, whose payload is a block of protocol/codec.
 namespace probebox::messages {
 
 // Declares missing samples, box to host, at their place in the stream.
@@ -23,8 +23,7 @@ struct Gap {
   }
 };
 
-// Reports that a trigger line became active, box to host, if START asked for triggers. Numbers are unique. Since
-// protocol 1.2.
+// Reports that a trigger line became active, box to host, if START asked for triggers. Numbers are unique.
 struct Trigger {
   static constexpr MessageType kType = MessageType::trigger;
   std::uint32_t number{};
@@ -67,7 +66,7 @@ struct Trigger {
   }
 };
 
-// Declares missing triggers, box to host, at their place in the stream. Since protocol 1.2.
+// Declares missing triggers, box to host, at their place in the stream.
 struct TriggerGap {
   static constexpr MessageType kType = MessageType::trigger_gap;
   std::uint32_t first{};
@@ -96,7 +95,7 @@ struct LinkCounters {
     field("bad_length", self.bad_length, "frames whose length disagrees");
     field("oversize", self.oversize, "frames beyond what the box takes");
     field("discarded_bytes", self.discarded_bytes, "bytes of everything that was no good frame");
-    field("unexpected", self.unexpected, "good frames of unknown type, or that made no sense in their place");
+    field("unexpected_frames", self.unexpected, "good frames of unknown type, or that made no sense in their place");
   }
 };
 
@@ -109,12 +108,12 @@ struct EdgeCounters {
   std::uint64_t lost{};
   std::uint64_t unlocked{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("accepted", self.accepted, "edges that became a tick");
-    field("missing", self.missing, "ticks without an edge");
-    field("doubled", self.doubled, "second edges of one tick");
-    field("spurious", self.spurious, "edges that fit no tick");
-    field("lost", self.lost, "edges that the kernel dropped, by its line sequence number");
-    field("unlocked", self.unlocked, "edges that came while no clock could give them a tick");
+    field("accepted_edges", self.accepted, "edges that became a tick");
+    field("missing_edges", self.missing, "ticks without an edge");
+    field("doubled_edges", self.doubled, "second edges of one tick");
+    field("spurious_edges", self.spurious, "edges that fit no tick");
+    field("lost_edges", self.lost, "edges that the kernel dropped, by its line sequence number");
+    field("unlocked_edges", self.unlocked, "edges that came while no clock could give them a tick");
   }
 };
 
@@ -165,10 +164,10 @@ struct Heartbeat {
     field("first_trigger", self.first_trigger,
           "number of the first trigger of this link's stream; 0 where START asked for none, and in a replay while none "
           "has "
-          "come; since protocol 1.2");
-    field("next_trigger", self.next_trigger, "number of the next one; since protocol 1.2");
-    field("sent_triggers", self.sent_triggers, "in TRIGGER frames; since protocol 1.2");
-    field("lost_triggers", self.lost_triggers, "in TRIGGER_GAP frames; since protocol 1.2");
+          "come");
+    field("next_trigger", self.next_trigger, "number of the next one");
+    field("sent_triggers", self.sent_triggers, "in TRIGGER frames");
+    field("lost_triggers", self.lost_triggers, "in TRIGGER_GAP frames");
   }
 };
 

@@ -28,14 +28,8 @@ constexpr auto kProfiles = std::to_array<std::string_view>({"raw", "fast", "tigh
 constexpr auto kPolicies = std::to_array<std::string_view>({"live", "record"});
 constexpr auto kGapReasons = std::to_array<std::string_view>(
     {"source_clock", "source_probe", "source_encoders", "queue_full", "ring_overrun", "resume_too_old"});
-constexpr auto kProcedureStates =
-    std::to_array<std::string_view>({"idle", "waiting", "running", "solving", "proposed", "refused", "aborted"});
 constexpr auto kResultStates =
     std::to_array<std::string_view>({"proposed", "accepted", "active", "retired", "refused"});
-constexpr auto kStepFeatures = std::to_array<std::string_view>({"datum_sphere", "plates", "part_ball", "tool_setter"});
-constexpr auto kStepKinds =
-    std::to_array<std::string_view>({"touch", "in_out", "jog", "sweep", "hold", "rest", "scan", "turn"});
-constexpr auto kBMoves = std::to_array<std::string_view>({"nothing", "table", "head"});
 constexpr auto kStepPhases = std::to_array<std::string_view>({"begin", "end", "abandon"});
 constexpr auto kClockStates = std::to_array<std::string_view>({"unlocked", "locked", "holdover", "ambiguous"});
 constexpr auto kUpdateStates =
@@ -64,23 +58,11 @@ std::string_view nameOf(Policy policy) {
 std::string_view nameOf(GapReason reason) {
   return pick(kGapReasons, static_cast<std::size_t>(reason));
 }
-std::string_view nameOf(ProcedureState state) {
-  return pick(kProcedureStates, static_cast<std::size_t>(state));
-}
 std::string_view nameOf(ResultState state) {
   return pick(kResultStates, static_cast<std::size_t>(state));
 }
 std::string_view nameOf(StepPhase phase) {
   return pick(kStepPhases, static_cast<std::size_t>(phase));
-}
-std::string_view nameOf(StepFeature feature) {
-  return pick(kStepFeatures, static_cast<std::size_t>(feature));
-}
-std::string_view nameOf(StepKind kind) {
-  return pick(kStepKinds, static_cast<std::size_t>(kind));
-}
-std::string_view nameOf(BMoves moves) {
-  return pick(kBMoves, static_cast<std::size_t>(moves));
 }
 std::string_view nameOf(ClockState state) {
   return pick(kClockStates, static_cast<std::size_t>(state));

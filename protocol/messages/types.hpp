@@ -3,13 +3,14 @@
 #include <cstdint>
 #include <string_view>
 
+#include "protocol/step/step.hpp"
 #include "protocol/units/time.hpp"
 
 // Declares numbers that host and box share. They are frozen: append only; never change or reuse one.
 namespace probebox::messages {
 
 inline constexpr std::uint8_t kProtocolMajor = 1;
-inline constexpr std::uint16_t kProtocolMinor = 2;
+inline constexpr std::uint16_t kProtocolMinor = 0;
 
 // Identifies the type of a frame. The ids of HELLO and DESCRIPTOR stay the same in every major version.
 enum class MessageType : std::uint8_t {
@@ -95,34 +96,11 @@ constexpr bool isSourceLoss(GapReason reason) {
   return reason <= GapReason::source_encoders;
 }
 
-enum class ProcedureState : std::uint8_t {
-  idle = 0,
-  waiting = 1,
-  running = 2,
-  solving = 3,
-  proposed = 4,
-  refused = 5,
-  aborted = 6,
-};
+using ProcedureState = RunState;
 
 enum class ResultState : std::uint8_t { proposed = 0, accepted = 1, active = 2, retired = 3, refused = 4 };
 
 enum class StepPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
-
-// Names the feature that a step of a procedure touches, and how.
-enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2, tool_setter = 3 };
-// Names the part that axis B turns: a tilting table under the part, or a swivelling head with the probe.
-enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
-enum class StepKind : std::uint8_t {
-  touch = 0,
-  in_out = 1,
-  jog = 2,
-  sweep = 3,
-  hold = 4,
-  rest = 5,
-  scan = 6,
-  turn = 7
-};
 
 // Names the type of an entry of a case's config.json.
 enum class CaseValue : std::uint8_t { flag = 0, number = 1, text = 2, numbers = 3, matrix = 4 };
@@ -147,18 +125,15 @@ enum class UpdateState : std::uint8_t {
 using BootId = std::array<std::byte, 16>;
 
 // Return the name for messages and JSON; "unknown" for a number that a later version added.
+using probebox::nameOf;  // of a step and a run
 std::string_view nameOf(MessageType type);
 std::string_view nameOf(ErrorCode code);
 std::string_view nameOf(Operation operation);
 std::string_view nameOf(Profile profile);
 std::string_view nameOf(Policy policy);
 std::string_view nameOf(GapReason reason);
-std::string_view nameOf(ProcedureState state);
 std::string_view nameOf(ResultState state);
 std::string_view nameOf(StepPhase phase);
-std::string_view nameOf(StepFeature feature);
-std::string_view nameOf(StepKind kind);
-std::string_view nameOf(BMoves moves);
 std::string_view nameOf(ClockState state);
 std::string_view nameOf(UpdateState state);
 

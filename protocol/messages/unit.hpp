@@ -6,7 +6,7 @@
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/types.hpp"
 
-// The identity of a box, as its vendor wrote it. Since protocol 1.2.
+// The identity of a box, as its vendor wrote it.
 namespace probebox::messages {
 
 // Writes unit.toml into a box that has none. It is stored when it is answered, and in use from the next start on.

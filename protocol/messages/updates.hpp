@@ -8,7 +8,7 @@
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/types.hpp"
 
-// Hands a bundle of new firmware to the box. Since protocol 1.2.
+// Hands a bundle of new firmware to the box.
 namespace probebox::messages {
 
 // Bytes of a bundle in one request, which has to fit into a frame of 4096 bytes.
@@ -90,7 +90,7 @@ constexpr bool isOver(UpdateState state) {
   return state == UpdateState::done || state == UpdateState::not_installed || state == UpdateState::gone_back;
 }
 
-// Reports how an update stands. Since protocol 1.2.
+// Reports how an update stands.
 struct UpdateStatus {
   static constexpr Operation kOperation = Operation::update_status;
   using Request = Nothing;

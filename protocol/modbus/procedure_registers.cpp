@@ -1,30 +1,108 @@
 // The block by which a controller starts a run, does its steps and accepts its result, and what is beside results.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <tuple>
+
 #include "protocol/modbus/map.hpp"
+#include "protocol/modbus/refusals.hpp"
 #include "protocol/modbus/tables.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::modbus {
 namespace {
 
 using enum Kind;
 using enum Access;
+using namespace published;
+
+// 1 +X, 2 -X, 3 +Y, 4 -Y, 5 +Z, 6 -Z: the axis that the normal is nearest to.
+double side(const RegisterInputs& inputs, std::size_t) {
+  if (!inputs.state.step.present) return 0;
+  const auto& normal = inputs.state.step.outward_normal;
+  const auto most = std::ranges::max_element(normal, {}, [](double component) { return std::abs(component); });
+  return static_cast<double>(2 * (most - normal.begin()) + (*most < 0 ? 2 : 1));
+}
+
+// Centre of the stylus' ball at contact, from the centre of the feature; nothing where its size is not known.
+std::optional<Vector> targetOf(const StepNow& step, const KnownFeatures& known) {
+  const bool touches = ((step.kind == StepKind::touch || step.kind == StepKind::in_out) && step.shank_height_mm == 0) ||
+                       step.kind == StepKind::scan;
+  if (!step.present || !touches) return std::nullopt;
+  Vector reach_mm{};
+  if (step.feature == StepFeature::datum_sphere) {
+    reach_mm.fill(known.sphere_reach_mm);
+  } else if (step.feature == StepFeature::plates) {
+    // The plates stand about the stylus: their normals point inwards.
+    reach_mm.fill(-known.gap_reach_mm);
+  } else if (step.feature == StepFeature::tool_setter && known.has_setter) {
+    // A tool ends at its tip, the probe at the centre of its ball.
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
+      reach_mm[axis] = known.setter_half_width_mm[axis] + (step.tool == 0 ? known.stylus_radius_mm : 0);
+  }
+  if (reach_mm == Vector{}) return std::nullopt;
+  Vector target_mm{};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) target_mm[axis] = step.outward_normal[axis] * reach_mm[axis];
+  return target_mm;
+}
+
+double target_mm(const RegisterInputs& inputs, std::size_t axis) {
+  return targetOf(inputs.state.step, inputs.line.features).value_or(Vector{})[axis];
+}
+
+bool hasPlace(const RegisterInputs& inputs) {
+  const auto& step = inputs.state.step;
+  return step.present && step.feature == StepFeature::tool_setter && inputs.line.features.has_setter_place;
+}
+
+double place_mm(const RegisterInputs& inputs, std::size_t axis) {
+  return hasPlace(inputs) ? inputs.line.features.setter_mm[axis] : 0;
+}
+
+double stepBits(const RegisterInputs& inputs, std::size_t) {
+  const auto& step = inputs.state.step;
+  unsigned set = step.present ? 1U : 0U;
+  if (step.turns) set |= 2U;
+  if (step.b_moves != BMoves::nothing) set |= step.b_moves == BMoves::table ? 4U : 8U;
+  if (targetOf(step, inputs.line.features)) set |= 16U;
+  if (hasPlace(inputs)) set |= 32U;
+  return set;
+}
+
+double stepFault(const RegisterInputs& inputs, std::size_t) {
+  const auto& step = inputs.state.step;
+  if (step.timed_out) return refusal::step_never_ended;
+  return step.fault != 0 ? refusal::of_step + step.fault : 0;
+}
+
+template <auto... path>
+double degreesOf(const RegisterInputs& inputs, std::size_t part) {
+  return degrees(of<&Snapshot::step, path...>(inputs, part));
+}
+
+double scanBits(const RegisterInputs& inputs, std::size_t) {
+  const auto& scan = inputs.state.step.scan;
+  return (scan.sense < 0 ? 1 : 0) + (scan.chords ? 2 : 0);
+}
+
+double scanRadius_mm(const RegisterInputs& inputs, std::size_t part) {
+  const auto& [step, features] = std::tie(inputs.state.step, inputs.line.features);
+  const double reach_mm = targetOf(step, features) ? features.sphere_reach_mm : 0;
+  return reach_mm > 0 ? reach_mm - step.scan.depths_mm[part] : 0;
+}
 
 constexpr std::array kProcedureRegisters = std::to_array<Register>({
-    {address::setter_half_width, "setter, XYZ half width", f32, 1, "mm", read,
-     "from the middle of the tool-setting device to its faces, as machine.toml has it"},
-    {address::screw_cold_reading, "XYZ screw, cold reading", f32, 1, "um", read,
-     "reading of the sensor in use that means no extension (the reference)"},
+    {562, "setter, XYZ half width", f32, 1, "mm", read,
+     "from the middle of the tool-setting device to its faces, as machine.toml has it",
+     of<&LineState::features, &KnownFeatures::setter_half_width_mm>},
+    {760, "XYZ screw, cold reading", f32, 1, "um", read,
+     "reading of the sensor in use that means no extension (the reference)",
+     of<&Snapshot::axes, &AxisState::screw, &ScrewState::reference_um>},
 
     {address::wish_method, "wish: method", u16, 1, "", write, "number of the method, see the list below"},
     {address::wish_speeds, "wish: speeds", u16, 1, "", write,
      "how many of the next eight are chosen; 0: the method's own. In all registers up to 821, 0 is the method's own"},
-    {address::wish_speed, "wish: speed 1", u16, 0.1, "mm/s", write, "of the touches"},
-    {address::wish_speed + 1, "wish: speed 2", u16, 0.1, "mm/s", write, "as speed 1"},
-    {address::wish_speed + 2, "wish: speed 3", u16, 0.1, "mm/s", write, "as speed 1"},
-    {address::wish_speed + 3, "wish: speed 4", u16, 0.1, "mm/s", write, "as speed 1"},
-    {address::wish_speed + 4, "wish: speed 5", u16, 0.1, "mm/s", write, "as speed 1"},
-    {address::wish_speed + 5, "wish: speed 6", u16, 0.1, "mm/s", write, "as speed 1"},
-    {address::wish_speed + 6, "wish: speed 7", u16, 0.1, "mm/s", write, "as speed 1"},
-    {address::wish_speed + 7, "wish: speed 8", u16, 0.1, "mm/s", write, "as speed 1"},
+    {address::wish_speed, "wish: speed 1..8", u16, 0.1, "mm/s", write, "of the touches|as speed 1"},
     {address::wish_overtravel, "wish: overtravel", u16, 0.001, "mm", write, "depth into the surface after contact"},
     {address::wish_clearance, "wish: clearance", u16, 0.001, "mm", write,
      "distance from the surface before and after a touch"},
@@ -54,96 +132,117 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "left writes all of these registers, then the present number + 1"},
 
     {address::wish_answered, "wish: answered", u16, 1, "", read,
-     "commit number of the last request that was answered; the answer is that of register 839 when both are equal"},
-    {address::wish_outcome, "wish: outcome", u16, 1, "", read, "0 none yet, 1 in hand, 2 done, 3 refused"},
-    {address::wish_refusal, "wish: refusal", u16, 1, "", read, "code of the refusal, see the list below; 0: none"},
+     "commit number of the last request that was answered; the answer is that of register 839 when both are equal",
+     of<&LineState::wish, &WishState::answered>},
+    {address::wish_outcome, "wish: outcome", u16, 1, "", read, "0 none yet, 1 in hand, 2 done, 3 refused",
+     of<&LineState::wish, &WishState::outcome>},
+    {address::wish_refusal, "wish: refusal", u16, 1, "", read, "code of the refusal, see the list below; 0: none",
+     of<&LineState::wish, &WishState::refusal>},
     {address::wish_number, "wish: number", u32, 1, "", read,
-     "the run that was started, or the result that was accepted"},
+     "the run that was started, or the result that was accepted", of<&LineState::wish, &WishState::number>},
     {address::wish_waits, "wish: waits", u16, 1, "", read,
-     "1: accepted, and comes into force when the cut is over; once it is in force, register 96 is 3"},
+     "1: accepted, and comes into force when the cut is over; once it is in force, register 96 is 3",
+     of<&LineState::wish, &WishState::waits>},
 
     {address::step_state, "step: state", u16, 1, "", read,
      "of the run: 0 idle, 1 waits for the begin marker, 2 recording until the end marker, 3 solving, 4 proposed, 5 "
      "refused, "
-     "6 aborted"},
+     "6 aborted",
+     of<&Snapshot::step, &StepNow::state>},
     {address::step_number, "step: number", u16, 1, "", read,
      "for register 146; it rises when the box has taken the step. A scanning probe need not have touched anything for "
      "that: "
-     "only solving finds it"},
-    {address::step_run, "step: run", u32, 1, "", read, "for register 144"},
+     "only solving finds it",
+     of<&Snapshot::calibration_step>},
+    {address::step_run, "step: run", u32, 1, "", read, "for register 144", of<&Snapshot::calibration_run>},
     {address::step_kind, "step: kind", u16, 1, "", read,
      "0 touch: in, a dwell, out; 1 in and out without a dwell; 2 jog of one axis in free space; 3 sweep: the same at "
      "constant speed; 4 hold: stand still, nothing is touched; 5 rest: stand still anywhere for the time of register "
      "862; 6 scan: in contact all the way along registers 908 to 933; 7 turn: stand beside the nominal line above the "
      "axis of C by the travel along the normal, at the height that the ball's centre has there, turn C from its angle "
      "towards that of register 936 until the ball touches, stop, and turn back. The registers from here on are 0 when "
-     "no step is to be done"},
+     "no step is to be done",
+     of<&Snapshot::step, &StepNow::kind>},
     {address::step_feature, "step: feature", u16, 1, "", read,
-     "0 datum sphere, 1 plates, 2 ball on the part, 3 tool-setting device"},
-    {address::step_side, "step: side", u16, 1, "", read,
-     "1 +X, 2 -X, 3 +Y, 4 -Y, 5 +Z, 6 -Z: the machine axis next to the normal of register 864"},
-    {address::step_ball, "step: ball", u16, 1, "", read, "of the part, from 1; 0 for another feature"},
-    {address::step_tool, "step: tool", u16, 1, "", read, "number of the tool; 0: any that carries the probe"},
+     "0 datum sphere, 1 plates, 2 ball on the part, 3 tool-setting device", of<&Snapshot::step, &StepNow::feature>},
+    {854, "step: side", u16, 1, "", read,
+     "1 +X, 2 -X, 3 +Y, 4 -Y, 5 +Z, 6 -Z: the machine axis next to the normal of register 864", side},
+    {address::step_ball, "step: ball", u16, 1, "", read, "of the part, from 1; 0 for another feature",
+     of<&Snapshot::step, &StepNow::ball>},
+    {address::step_tool, "step: tool", u16, 1, "", read, "number of the tool; 0: any that carries the probe",
+     of<&Snapshot::step, &StepNow::tool>},
     {address::step_mount, "step: mount", u16, 1, "", read,
-     "number of the mount of a plate on the table, from 1; 0: leave the plate as it is mounted"},
+     "number of the mount of a plate on the table, from 1; 0: leave the plate as it is mounted",
+     of<&Snapshot::step, &StepNow::mount>},
     {address::step_bits, "step: bits", u16, 1, "", read,
      "bit 0 a step is to be done, 1 the angles of registers 888 to 893 must be taken, 2 B is the table, 3 B is the "
      "head, "
-     "4 the target of registers 896 to 901 is known, 5 the place of registers 902 to 907 is known"},
-    {address::step_repeats, "step: repeats", u16, 1, "", read, "times that this step was repeated"},
-    {address::step_fault, "step: fault", u16, 1, "", read, "why, a code of the list below; 0: it is not repeated"},
-    {address::step_rest, "step: rest", f32, 1, "s", read, "of a rest: the time to stand still; 0 for other kinds"},
+     "4 the target of registers 896 to 901 is known, 5 the place of registers 902 to 907 is known",
+     stepBits},
+    {859, "step: repeats", u16, 1, "", read, "times that this step was repeated",
+     of<&Snapshot::step, &StepNow::repeats>},
+    {address::step_fault, "step: fault", u16, 1, "", read, "why, a code of the list below; 0: it is not repeated",
+     stepFault},
+    {address::step_rest, "step: rest", f32, 1, "s", read, "of a rest: the time to stand still; 0 for other kinds",
+     of<&Snapshot::step, &StepNow::rest_s>},
     {address::step_normal, "step: XYZ normal", f32, 1, "", read,
-     "outward normal of the surface; of a jog or sweep its direction; of a turn from the line to the stylus"},
+     "outward normal of the surface; of a jog or sweep its direction; of a turn from the line to the stylus",
+     of<&Snapshot::step, &StepNow::outward_normal>},
     {address::step_retract, "step: XYZ retract", f32, 1, "", read,
-     "direction of the retract; the approach is its opposite"},
-    {address::step_overtravel, "step: overtravel", f32, 1, "mm", read,
-     "from contact on, against the retract direction"},
+     "direction of the retract; the approach is its opposite", of<&Snapshot::step, &StepNow::retract_direction>},
+    {address::step_overtravel, "step: overtravel", f32, 1, "mm", read, "from contact on, against the retract direction",
+     of<&Snapshot::step, &StepNow::overtravel_mm>},
     {address::step_clearance, "step: clearance", f32, 1, "mm", read,
-     "distance from the surface at which the approach begins"},
+     "distance from the surface at which the approach begins", of<&Snapshot::step, &StepNow::clearance_mm>},
     {address::step_run_out, "step: run-out", f32, 1, "mm", read,
-     "distance beyond the clearance over which the retract must keep its speed"},
-    {address::step_speed, "step: speed", f32, 1, "mm/s", read, "of approach and retract, for register 148"},
+     "distance beyond the clearance over which the retract must keep its speed",
+     of<&Snapshot::step, &StepNow::run_out_mm>},
+    {address::step_speed, "step: speed", f32, 1, "mm/s", read, "of approach and retract, for register 148",
+     of<&Snapshot::step, &StepNow::nominal_speed_mm_s>},
     {address::step_travel, "step: travel", f32, 1, "mm", read,
-     "length of a jog or sweep; of a hold the distance from the ball's centre, of a turn from the line"},
+     "length of a jog or sweep; of a hold the distance from the ball's centre, of a turn from the line",
+     of<&Snapshot::step, &StepNow::travel_mm>},
     {address::step_shank, "step: shank height", f32, 1, "mm", read,
-     "above the centre of the stylus' ball, where the shank touches; 0: the ball does"},
+     "above the centre of the stylus' ball, where the shank touches; 0: the ball does",
+     of<&Snapshot::step, &StepNow::shank_height_mm>},
     {address::step_angle, "step: ABC angle", f32, 1, "deg", read,
-     "to be taken before, where bit 1 of register 858 is set; for register 150"},
+     "to be taken before, where bit 1 of register 858 is set; for register 150",
+     degreesOf<&StepNow::rotary_angles_rad>},
     {address::step_target, "step: XYZ target", f32, 1, "mm", read,
      "centre of the stylus' ball at contact, from the centre of the feature; where its size is not known (bit 4 of "
      "register 858 "
-     "clear) 0, and the control looks for contact"},
-    {address::step_place, "step: XYZ place", f32, 1, "mm", read,
-     "machine position of the feature's centre, where the box knows it: setter and checked ball"},
+     "clear) 0, and the control looks for contact",
+     target_mm},
+    {902, "step: XYZ place", f32, 1, "mm", read,
+     "machine position of the feature's centre, where the box knows it: setter and checked ball", place_mm},
     {address::step_scan_arcs, "step: scan arcs", u16, 1, "", read,
      "of a scan, in the plane of X and Y through the centre of the feature: how many of registers 918 to 933 count; 0: "
-     "no scan"},
+     "no scan",
+     of<&Snapshot::step, &StepNow::scan, &ScanPath::count>},
     {address::step_scan_bits, "step: scan bits", u16, 1, "", read,
-     "bit 0 clockwise seen from +Z, 1 straight chords between points at the first radius in place of arcs"},
+     "bit 0 clockwise seen from +Z, 1 straight chords between points at the first radius in place of arcs", scanBits},
     {address::step_scan_start, "step: scan start", f32, 1, "deg", read,
-     "direction from the centre to where the scan begins, from X to Y"},
+     "direction from the centre to where the scan begins, from X to Y",
+     degreesOf<&StepNow::scan, &ScanPath::start_rad>},
     {address::step_scan_ramp, "step: scan ramp", f32, 1, "deg", read,
-     "angle over which a straight line leads from the end of an arc to the next one, at the other radius"},
-    {address::step_scan_radius, "step: scan radius 1", f32, 1, "mm", read,
+     "angle over which a straight line leads from the end of an arc to the next one, at the other radius",
+     degreesOf<&StepNow::scan, &ScanPath::ramp_rad>},
+    {address::step_scan_radius, "step: scan radius 1..2", f32, 1, "mm", read,
      "of the path of the stylus ball's centre about that of the feature: for arcs 1, 3, 5, 7, and for the ends of "
-     "chords"},
-    {address::step_scan_radius + 2, "step: scan radius 2", f32, 1, "mm", read, "the same for arcs 2, 4, 6, 8"},
-    {address::step_scan_arc, "step: scan arc 1", f32, 1, "deg", read, "length of the first arc or chord"},
-    {address::step_scan_arc + 2, "step: scan arc 2", f32, 1, "deg", read, "as arc 1"},
-    {address::step_scan_arc + 4, "step: scan arc 3", f32, 1, "deg", read, "as arc 1"},
-    {address::step_scan_arc + 6, "step: scan arc 4", f32, 1, "deg", read, "as arc 1"},
-    {address::step_scan_arc + 8, "step: scan arc 5", f32, 1, "deg", read, "as arc 1"},
-    {address::step_scan_arc + 10, "step: scan arc 6", f32, 1, "deg", read, "as arc 1"},
-    {address::step_scan_arc + 12, "step: scan arc 7", f32, 1, "deg", read, "as arc 1"},
-    {address::step_scan_arc + 14, "step: scan arc 8", f32, 1, "deg", read, "as arc 1"},
+     "chords|the same for arcs 2, 4, 6, 8",
+     scanRadius_mm},
+    {address::step_scan_arc, "step: scan arc 1..8", f32, 1, "deg", read, "length of the first arc or chord|as arc 1",
+     degreesOf<&StepNow::scan, &ScanPath::arcs_rad>},
     {address::step_turn_line, "step: C on the line", f32, 1, "deg", read,
-     "of a turn: angle of C at which the ball is near the line above the axis; 0 for other kinds"},
+     "of a turn: angle of C at which the ball is near the line above the axis; 0 for other kinds",
+     degreesOf<&StepNow::turn_line_rad>},
     {address::step_turn_to, "step: C at most", f32, 1, "deg", read,
      "of a turn: C turns from the angle of register 892 towards this one, and no further; if nothing has touched by "
-     "then, it turns back"},
+     "then, it turns back",
+     degreesOf<&StepNow::turn_to_rad>},
     {address::step_turn_speed, "step: speed of C", f32, 1, "deg/s", read,
-     "of a turn: there and back; after the contact C goes on by the overtravel of register 876, along the ball's path"},
+     "of a turn: there and back; after the contact C goes on by the overtravel of register 876, along the ball's path",
+     degreesOf<&StepNow::turn_speed_rad_s>},
 });
 
 }  // namespace

@@ -64,7 +64,8 @@ void append(std::vector<Register>& all, const ToolTable& table) {
   const auto title = std::string{table.title} + " N";
   const auto register_of = [&](std::uint16_t address, const std::string& name, Kind kind, double scale,
                                std::string_view unit, std::string_view meaning) {
-    all.push_back({address, kept(name), kind, scale, unit, Access::read, meaning, kMostToolNumber, kRegistersOfTool});
+    all.push_back(
+        {address, kept(name), kind, scale, unit, Access::read, meaning, nullptr, kMostToolNumber, kRegistersOfTool});
   };
   for (std::size_t i = 0; i < table.values.size(); ++i) {
     const std::string name = title + ", " + std::string{table.values[i].name};

@@ -10,11 +10,18 @@
 // The parts from which registers() is assembled, by rising address.
 namespace probebox::modbus {
 
-// Returns the axes in a name of the tables below, "XYZ" or "ABC": such a row defines three entries, one for each axis,
-// in successive registers. Empty for a row that defines one entry.
-constexpr std::string_view axesIn(std::string_view name) {
-  for (const std::string_view axes : {"XYZ", "ABC"})
-    if (name.find(axes) != std::string_view::npos) return axes;
+// A row whose name contains such a token defines successive registers, one for each of the parts. Its meaning is that
+// of the first; the others have "as" the first, or what stands behind bars in the meaning, the last as often as needed.
+struct Series {
+  std::string_view token;
+  std::string_view parts;
+};
+inline constexpr std::array kSeries{Series{"XYZ", "XYZ"}, Series{"XY", "XY"}, Series{"ABC", "ABC"},
+                                    Series{"1..8", "12345678"}, Series{"1..2", "12"}};
+// Empty for a row that defines one register.
+constexpr Series seriesIn(std::string_view name) {
+  for (const auto& series : kSeries)
+    if (name.find(series.token) != std::string_view::npos) return series;
   return {};
 }
 

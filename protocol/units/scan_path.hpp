@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 namespace probebox {
 
@@ -14,7 +15,7 @@ struct ScanPath {
   double ramp_rad{};                  // of the ways between two arcs
   double sense{};                     // 1: from X to Y, or -1
   bool chords{};
-  std::size_t count{};  // of the arcs or chords; 0: no scan
+  std::uint8_t count{};  // of the arcs or chords; 0: no scan
   std::array<double, kMostArcs> arcs_rad{};
 };
 
@@ -27,7 +28,8 @@ struct ScanWay {
 
 constexpr std::size_t waysOf(const ScanPath& scan) {
   if (scan.count == 0) return 0;
-  return scan.chords ? scan.count : 2 * scan.count - 1;
+  const std::size_t arcs = scan.count;
+  return scan.chords ? arcs : 2 * arcs - 1;
 }
 
 // way: from 0, less than waysOf(scan).

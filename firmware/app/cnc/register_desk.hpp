@@ -9,7 +9,7 @@
 #include "firmware/modbus/register_image.hpp"
 #include "firmware/modbus/rtu_requests.hpp"
 #include "firmware/modbus/writable_registers.hpp"
-#include "firmware/published/snapshot.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::app {
 

@@ -12,10 +12,10 @@
 
 #include "drivers/serial/settings.hpp"
 #include "firmware/app/cnc/lasting_line.hpp"
-#include "firmware/published/snapshot.hpp"
 #include "firmware/tape/report.hpp"
 #include "firmware/tape/session.hpp"
 #include "firmware/tape/text.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::app {

@@ -8,7 +8,6 @@
 #include "firmware/procedure/plan/live_method.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/results.hpp"
-#include "protocol/messages/run_request.hpp"
 
 namespace probebox::app {
 namespace {
@@ -30,7 +29,8 @@ std::optional<Asked> askedOf(const modbus::Wish& wish, const std::string& by) {
     case What::start: {
       const auto* method = procedure::methodNumbered(procedure::liveMethods(), wish.method);
       if (method == nullptr) return std::nullopt;
-      return Asked{Operation::start_procedure, messages::encoded(messages::requestOf(method->name(), wish.options))};
+      return Asked{Operation::start_procedure,
+                   messages::encoded(messages::StartProcedure::Request{std::string{method->name()}, wish.options})};
     }
     case What::abort:
       return Asked{Operation::abort_procedure, messages::encoded(messages::AbortProcedure::Request{.run = wish.of})};

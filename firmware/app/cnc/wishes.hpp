@@ -8,9 +8,9 @@
 
 #include "firmware/app/results/reply.hpp"
 #include "firmware/modbus/writable_registers.hpp"
-#include "firmware/published/served_results.hpp"
-#include "firmware/published/snapshot.hpp"
 #include "protocol/messages/types.hpp"
+#include "protocol/state/served_results.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::app {
 

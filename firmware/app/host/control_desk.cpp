@@ -257,8 +257,9 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   if (const auto error = procedure::whyRefused(*method, options, with_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
   const bool has_delay = state.snapshot.delay.calibrated;
-  if (const auto why = procedure::whyUnready(*method, facts, has_delay,
-                                             procedure::readBy({.head = request->head, .shank = request->shank})))
+  if (const auto why =
+          procedure::whyUnready(*method, facts, has_delay,
+                                procedure::readBy({.head = request->options.head, .shank = request->options.shank})))
     return refusedFor(*why);
   if (method->finds_a_place) {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {

@@ -14,39 +14,6 @@
 namespace probebox::app {
 namespace {
 
-void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer& answer) {
-  answer.outward_normal = step.touch.outward_normal;
-  answer.retract_direction = step.touch.retract_direction;
-  answer.overtravel_mm = step.overtravel_mm;
-  answer.clearance_mm = step.clearance_mm;
-  answer.nominal_speed_mm_s = step.touch.retract_speed_mm_s;
-  answer.kind = static_cast<messages::StepKind>(step.kind);
-  answer.feature = static_cast<messages::StepFeature>(step.feature);
-  answer.ball = step.touch.ball;
-  answer.turns = step.turns;
-  answer.rotary_angles_rad = step.touch.rotary_angles_rad;
-  for (std::size_t i = 0; i < kLinearAxes; ++i) answer.approach_direction[i] = -step.touch.retract_direction[i];
-  answer.run_out_mm = procedure::kRunOut_mm;
-  answer.travel_mm = step.touch.travel_mm;
-  answer.shank_height_mm = step.touch.shank_height_mm;
-  answer.rest_s = step.touch.rest_s;
-  const ScanPath& scan = step.touch.scan;
-  answer.scan_depths_mm = scan.depths_mm;
-  answer.scan_start_rad = scan.start_rad;
-  answer.scan_ramp_rad = scan.ramp_rad;
-  answer.scan_sense = scan.sense;
-  answer.scan_chords = scan.chords;
-  answer.scan_arcs_rad.assign(scan.arcs_rad.begin(), scan.arcs_rad.begin() + static_cast<std::ptrdiff_t>(scan.count));
-  if (const auto& turn = step.touch.until_contact) {
-    answer.turn_line_rad = turn->line_rad;
-    answer.turn_to_rad = turn->to_rad;
-    answer.turn_speed_rad_s = turn->speed_rad_s;
-  }
-  answer.tool = step.touch.tool;
-  answer.mount = step.touch.mount;
-  answer.b_moves = static_cast<messages::BMoves>(step.b_moves);
-}
-
 std::string failedStep(const procedure::Progress& progress) {
   const std::string step = "step " + std::to_string(progress.step + 1);
   using capture::TouchFault;
@@ -91,15 +58,11 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   answer.from_hosts = vitals.from_hosts;
   answer.usb_ports = vitals.usb_ports;
   answer.not_let_in = vitals.not_let_in;
-  answer.clock = clockStatus(state);
-  answer.receiver = receiverStatus(state);
+  static_cast<messages::CoreStatus&>(answer) = state.core;
   answer.receiver.bad_packets = with_.counters.receiver_bad_packets;
-  answer.ledger = {.produced = state.snapshot.produced_samples,
-                   .lost_at_source = state.snapshot.lost_at_source_samples,
-                   .lost_in_queue = state.snapshot.lost_in_queue_samples};
+  answer.events.lost_in_journal = with_.counters.journal_lost_events;
   answer.queue_high_water = with_.counters.queue_high_water;
   answer.deadline_misses = with_.counters.deadline_misses;
-  answer.events = eventCounts(state);
   answer.procedure = procedureInWords(state);
   answer.active_results = with_.calibrations.inForce().active();
   answer.links = static_cast<std::uint16_t>(with_.counters.links.load());
@@ -108,8 +71,6 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
     answer.modbus.requests += line.answered + line.refused;
     answer.modbus.bad_frames += line.bad_frames;
   }
-  answer.unused_events = unusedEvents(state);
-  answer.journal_lost = with_.counters.journal_lost_events;
   answer.sources = sourcesOf(with_.sources.rows(), identity_.lines, state.snapshot);
   for (auto& holder : with_.doors.holders())
     answer.inhibits.push_back(
@@ -187,14 +148,12 @@ Reply ControlDesk::describeProcedure(const box::State& state) const {
   }
   answer.run = progress.run;
   if (progress.method != nullptr) answer.method = progress.method->name();
-  answer.state = static_cast<messages::ProcedureState>(progress.state);
+  answer.state = progress.state;
   answer.step = progress.step;
   answer.steps = progress.steps;
   answer.result_id = progress.result_id;
   answer.prompt = procedureInWords(state);
-  if (progress.step < progress.steps) {
-    describeStep(plan_.steps[progress.step], answer);
-  }
+  if (progress.step < progress.steps) static_cast<Step&>(answer) = procedure::asked(plan_.steps[progress.step]);
   if (progress.state == procedure::State::refused)
     answer.refusal = progress.step < progress.steps ? failedStep(progress) : with_.calibrations.lastRefusal();
   return ok(answer);

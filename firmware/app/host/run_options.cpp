@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "protocol/messages/run_request.hpp"
+#include "protocol/messages/procedures.hpp"
 
 namespace probebox::app {
 namespace {
@@ -15,7 +15,7 @@ procedure::MachineNow machineNow(const box::State& state) {
     const published::AxisState& published = state.snapshot.axes.at(axis);
     now[axis] = {.referenced = published.referenced,
                  .position_mm = published.position_mm,
-                 .screw_sensor_valid = published.sensor_fault == published::SensorFault::none};
+                 .screw_sensor_valid = published.screw.sensor_fault == published::SensorFault::none};
   }
   return now;
 }
@@ -29,10 +29,9 @@ Reply refusedFor(const procedure::NotReady& why) {
 Outcome<ProcedureOptions, Reply> plannedOptions(const procedure::LiveMethod& method,
                                                 const messages::StartProcedure::Request& request,
                                                 const procedure::Facts& facts, const box::State& state) {
-  const auto options = messages::optionsOf(request);
-  if (!options)
+  if (request.options.speed_count > kMostSpeeds)
     return refused(ErrorCode::refused, "A run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some.");
-  const auto ready = procedure::readied(method, *options, facts, machineNow(state));
+  const auto ready = procedure::readied(method, request.options, facts, machineNow(state));
   if (!ready) return refusedFor(ready.error());
   return *ready;
 }

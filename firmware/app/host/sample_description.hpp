@@ -2,8 +2,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "firmware/published/snapshot.hpp"
 #include "protocol/messages/handshake.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::app {

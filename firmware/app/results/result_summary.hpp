@@ -19,10 +19,5 @@ bool keepValues(messages::ResultSummary& summary, std::uint32_t first, std::size
 messages::ResultTransition wireTransition(const store::Transition& transition);
 messages::Corrections::Answer correctionsAnswer(const box::State& state, std::vector<messages::ValueInUse> in_use = {});
 messages::Trigger wireTrigger(const box::PlacedTrigger& placed);
-messages::ClockStatus clockStatus(const box::State& state);
-messages::ReceiverStatus receiverStatus(const box::State& state);
-messages::UnusedEvents unusedEvents(const box::State& state);
-messages::EdgeCounters edgeCounters(const clock::ClockCounters& counters);
-messages::EventCounts eventCounts(const box::State& state);
 
 }  // namespace probebox::app

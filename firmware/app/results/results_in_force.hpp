@@ -18,10 +18,10 @@
 #include "firmware/app/results/wall_clock.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
-#include "firmware/published/served_results.hpp"
 #include "firmware/results/decide.hpp"
 #include "firmware/store/store.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/state/served_results.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::app {

@@ -10,7 +10,7 @@
 
 #include "drivers/io/descriptor.hpp"
 #include "firmware/corrections/output.hpp"
-#include "firmware/published/snapshot.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::app {
 

@@ -1,6 +1,6 @@
 #pragma once
-#include "firmware/published/served_results.hpp"
 #include "firmware/store/record.hpp"
+#include "protocol/state/served_results.hpp"
 
 namespace probebox::app {
 

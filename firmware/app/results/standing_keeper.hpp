@@ -8,9 +8,9 @@
 
 #include "firmware/app/results/served_record.hpp"
 #include "firmware/corrections/output.hpp"
-#include "firmware/published/snapshot.hpp"
 #include "firmware/store/twin_file.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/state/snapshot.hpp"
 
 namespace probebox::app {
 

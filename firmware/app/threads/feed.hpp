@@ -7,8 +7,8 @@
 #include "firmware/box/block_builder.hpp"
 #include "firmware/box/placed_trigger.hpp"
 #include "firmware/latch/record.hpp"
-#include "firmware/published/snapshot.hpp"
 #include "protocol/messages/types.hpp"
+#include "protocol/state/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::app {

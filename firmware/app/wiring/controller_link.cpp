@@ -15,44 +15,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kConnect{100};
 
-ScanPath scanOf(const messages::ProcedureStatus::Answer& answer) {
-  ScanPath scan{.depths_mm = answer.scan_depths_mm,
-                .start_rad = answer.scan_start_rad,
-                .ramp_rad = answer.scan_ramp_rad,
-                .sense = answer.scan_sense,
-                .chords = answer.scan_chords,
-                .count = std::min(answer.scan_arcs_rad.size(), ScanPath::kMostArcs)};
-  std::copy_n(answer.scan_arcs_rad.begin(), scan.count, scan.arcs_rad.begin());
-  return scan;
-}
-
 world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
-  return {.run = answer.run,
-          .state = static_cast<world::RunState>(answer.state),
-          .step = answer.step,
-          .outward_normal = answer.outward_normal,
-          .retract_direction = answer.retract_direction,
-          .nominal_speed_mm_s = answer.nominal_speed_mm_s,
-          .overtravel_mm = answer.overtravel_mm,
-          .clearance_mm = answer.clearance_mm,
-          .run_out_mm = answer.run_out_mm,
-          .approach_direction = answer.approach_direction,
-          .kind = static_cast<world::StepKind>(answer.kind),
-          .feature = static_cast<world::StepFeature>(answer.feature),
-          .ball = answer.ball,
-          .turns = answer.turns,
-          .rotary_angles_rad = answer.rotary_angles_rad,
-          .b_moves = static_cast<world::BMoves>(answer.b_moves),
-          .referenced = answer.referenced,
-          .travel_mm = answer.travel_mm,
-          .tool = answer.tool,
-          .shank_height_mm = answer.shank_height_mm,
-          .mount = answer.mount,
-          .rest_s = answer.rest_s,
-          .scan = scanOf(answer),
-          .turn_line_rad = answer.turn_line_rad,
-          .turn_to_rad = answer.turn_to_rad,
-          .turn_speed_rad_s = answer.turn_speed_rad_s};
+  return {answer, answer.run, answer.state, answer.step, answer.referenced};
 }
 
 }  // namespace

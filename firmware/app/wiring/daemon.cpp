@@ -139,7 +139,7 @@ struct Daemon::Parts {
   Activity activity() {
     const auto& now = core_view.newest();
     return {.cut_is_on = doors.anyInhibits() || now.snapshot.inhibited,
-            .run_is_on = procedure::inProgress(now.procedure.state)};
+            .run_is_on = inProgress(now.procedure.state)};
   }
 
   void writeJournal() {

@@ -11,20 +11,7 @@
 
 namespace probebox::procedure {
 
-enum class State : std::uint8_t {
-  idle = 0,
-  waiting = 1,   // for the machine to begin a step
-  running = 2,   // between the markers of begin and end
-  solving = 3,   // the recording is with the worker
-  proposed = 4,  // a result waits for acceptance; with result_id 0 the run is done without one
-  refused = 5,
-  aborted = 6,
-};
-
-// Whether a run in this state still needs the machine or the worker.
-inline bool inProgress(State state) {
-  return state >= State::waiting && state <= State::solving;
-}
+using State = RunState;
 
 // State of a run. Plain data, published as a whole.
 struct Progress {

@@ -5,25 +5,13 @@
 #include <optional>
 
 #include "firmware/capture/recording.hpp"
+#include "protocol/step/step.hpp"
 
 namespace probebox::procedure {
 
-// The touched feature. Numbers as on the wire.
-enum class Feature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2, tool_setter = 3 };
-// Kind of a step. Numbers as on the wire.
-enum class Kind : std::uint8_t {
-  touch = 0,   // in, a dwell, and out at constant speed
-  in_out = 1,  // in and back without a pause, both at constant speed
-  jog = 2,     // move one linear axis without touching anything
-  sweep = 3,   // the same at a constant speed, slow enough for the sensor of its screw
-  hold = 4,    // stand still while a sensor head reads a ball without touching it
-  rest = 5,    // stand still anywhere for touch.rest_s, while the sensor of a screw is read
-  scan = 6,    // lead the stylus along a surface, in contact all the way
-  turn = 7,    // turn C until the ball touches the stylus, which stands still, and back (touch.until_contact)
-};
-
-// The part that B moves in a pose: the table with the part, or the head with the probe. Numbers as on the wire.
-enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
+using probebox::BMoves;
+using Feature = StepFeature;
+using Kind = StepKind;
 
 // One step of the machine. A touch: take the pose, move onto the surface against the retract direction up to the
 // overtravel, retract at constant speed to the clearance and kRunOut_mm beyond. A jog or sweep: move touch.travel_mm
@@ -42,6 +30,9 @@ struct Step {
   double overtravel_mm{};
   double clearance_mm{};
 };
+// What the machine is asked to do in such a step.
+probebox::Step asked(const Step& step);
+
 // Extra travel: braking earlier would shorten the constant-speed window.
 inline constexpr double kRunOut_mm = 1.5;
 inline constexpr double kLeastClearance_mm = 0.1;

@@ -16,14 +16,11 @@ std::vector<Prompt> multiSpeed() {
   std::vector<Prompt> steps;
   for (const double speed : {5.0, 10.0, 20.0, 30.0, 40.0}) {
     for (const Vector3& normal : {Vector3{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}}) {
-      steps.push_back({.run = 0,
-                       .state = {},
-                       .step = 0,
-                       .outward_normal = normal,
-                       .retract_direction = normal,
-                       .nominal_speed_mm_s = speed,
-                       .overtravel_mm = 0.5,
-                       .clearance_mm = 0.6});
+      steps.push_back({Step{.outward_normal = normal,
+                            .retract_direction = normal,
+                            .nominal_speed_mm_s = speed,
+                            .overtravel_mm = 0.5,
+                            .clearance_mm = 0.6}});
     }
   }
   return steps;

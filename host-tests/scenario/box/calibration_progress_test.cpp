@@ -55,10 +55,10 @@ TEST(CalibrationProgress, HasAllThatThePlanSaysOfTheStep) {
   EXPECT_EQ(told.calibration_steps, 2U);
   const auto& step = told.step;
   EXPECT_TRUE(step.present);
-  EXPECT_EQ(step.state, static_cast<std::uint8_t>(procedure::State::running));
-  EXPECT_EQ(step.kind, 1) << "in and out, as on the wire";
-  EXPECT_EQ(step.feature, 2) << "a ball of the part";
-  EXPECT_EQ(step.b_moves, 2) << "the head";
+  EXPECT_EQ(step.state, RunState::running);
+  EXPECT_EQ(step.kind, StepKind::in_out);
+  EXPECT_EQ(step.feature, StepFeature::part_ball);
+  EXPECT_EQ(step.b_moves, BMoves::head);
   EXPECT_TRUE(step.turns);
   EXPECT_EQ(step.ball, touch.ball);
   EXPECT_EQ(step.mount, touch.mount);
@@ -68,7 +68,7 @@ TEST(CalibrationProgress, HasAllThatThePlanSaysOfTheStep) {
   EXPECT_EQ(step.overtravel_mm, 2.3);
   EXPECT_EQ(step.clearance_mm, 2.4);
   EXPECT_EQ(step.run_out_mm, procedure::kRunOut_mm);
-  EXPECT_EQ(step.speed_mm_s, touch.retract_speed_mm_s);
+  EXPECT_EQ(step.nominal_speed_mm_s, touch.retract_speed_mm_s);
   EXPECT_EQ(step.travel_mm, touch.travel_mm);
   EXPECT_EQ(step.shank_height_mm, touch.shank_height_mm);
   EXPECT_EQ(step.rest_s, touch.rest_s);
@@ -77,7 +77,7 @@ TEST(CalibrationProgress, HasAllThatThePlanSaysOfTheStep) {
   EXPECT_EQ(step.turn_line_rad, 1.9);
   EXPECT_EQ(step.turn_to_rad, 2.1);
   EXPECT_EQ(step.turn_speed_rad_s, 2.2);
-  EXPECT_EQ(step.angles_rad, touch.rotary_angles_rad);
+  EXPECT_EQ(step.rotary_angles_rad, touch.rotary_angles_rad);
   EXPECT_EQ(step.repeats, 3U);
   EXPECT_EQ(step.fault, static_cast<std::uint8_t>(capture::TouchFault::source_lost));
   EXPECT_TRUE(step.timed_out);

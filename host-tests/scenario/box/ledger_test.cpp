@@ -15,9 +15,9 @@ void expectExactLedger(const Scenario& scenario) {
   EXPECT_TRUE(recorded.contiguous);
   EXPECT_GT(recorded.received, 0U);
   // What waits in the block that is being filled is produced and not yet delivered.
-  EXPECT_GE(snapshot.produced_samples, recorded.received + recorded.lost_samples);
-  EXPECT_LE(snapshot.produced_samples, recorded.received + recorded.lost_samples + 256);
-  EXPECT_EQ(snapshot.lost_at_source_samples, recorded.lost_samples);
+  EXPECT_GE(snapshot.ledger.produced, recorded.received + recorded.lost_samples);
+  EXPECT_LE(snapshot.ledger.produced, recorded.received + recorded.lost_samples + 256);
+  EXPECT_EQ(snapshot.ledger.lost_at_source, recorded.lost_samples);
 }
 
 TEST(Ledger, LosesNothingOnAGoodMachine) {
@@ -63,13 +63,13 @@ TEST(Ledger, HoldsOverASilentSyncLineWithoutLoss) {
 TEST(Ledger, TellsEdgesThatTheKernelLostFromEdgesThatNeverCame) {
   Scenario scenario;
   scenario.run(3s);
-  const auto before = scenario.state().clock;
+  const auto before = scenario.state().core.clock.edges;
   scenario.inject(FaultKind::lose_edges, 100ms, 20ms);
   scenario.run(3s);
   expectExactLedger(scenario);
   EXPECT_EQ(scenario.state().lost.sync_edges, scenario.truth().ledger.lost_edges);
   EXPECT_EQ(scenario.state().lines[0][0].lost, scenario.truth().ledger.lost_edges);
-  EXPECT_GT(scenario.state().clock.lost_by_kernel, before.lost_by_kernel + 10);
+  EXPECT_GT(scenario.state().core.clock.edges.lost, before.lost + 10);
 }
 
 TEST(Ledger, KeepsTheIndexThroughDoubledEdges) {
@@ -81,7 +81,7 @@ TEST(Ledger, KeepsTheIndexThroughDoubledEdges) {
   expectExactLedger(scenario);
   EXPECT_EQ(scenario.recorded().lost_samples, 0U);
   EXPECT_NEAR(static_cast<double>(scenario.state().map.tick - before), 3000, 3);
-  EXPECT_GT(scenario.state().clock.doubled, 900U);
+  EXPECT_GT(scenario.state().core.clock.edges.doubled, 900U);
 }
 
 TEST(Ledger, GivesEverySampleOneFateWhenTheLinksHaveNoRoom) {
@@ -96,8 +96,8 @@ TEST(Ledger, GivesEverySampleOneFateWhenTheLinksHaveNoRoom) {
   EXPECT_TRUE(recorded.contiguous);
   EXPECT_GT(recorded.refused_samples, 1000U);
   EXPECT_GT(recorded.lost_samples, 0U);
-  EXPECT_EQ(snapshot.lost_in_queue_samples, recorded.refused_samples);
-  EXPECT_EQ(snapshot.lost_at_source_samples, recorded.lost_samples);
+  EXPECT_EQ(snapshot.ledger.lost_in_queue, recorded.refused_samples);
+  EXPECT_EQ(snapshot.ledger.lost_at_source, recorded.lost_samples);
 }
 
 TEST(Lines, CountWhatCameAndWhatTheirSequencesLeaveOut) {

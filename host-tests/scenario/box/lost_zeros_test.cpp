@@ -46,7 +46,7 @@ TEST(RunAcrossAResultAboutAScrew, IsRefusedAndTheCorrectionFollowsAtOnce) {
   scenario.start(procedure::kDelayMultiSpeed);
   const auto& run = scenario.state().procedure;
   ASSERT_TRUE(scenario.runUntil([&] { return run.step == 3 && run.state == State::waiting; }, 120s));
-  const auto slope = [&] { return scenario.state().snapshot.axes[0].screw_slope; };
+  const auto slope = [&] { return scenario.state().snapshot.axes[0].screw.slope; };
   const double before = slope();
   scenario.push(ScrewActivated{
       .result_id = 9, .axis = Axis::x, .gain = 0.5, .sd_gain = 0, .sectors = 0, .sector_nm = {}, .at = scenario.now()});

@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 
 std::uint64_t lostToProbe(const Scenario& scenario) {
-  return scenario.state().snapshot.lost_at_source_samples;
+  return scenario.state().snapshot.ledger.lost_at_source;
 }
 
 TEST(Receiver, LosesOnlyWhatCameBeforeItsClockWasGoodEnough) {
@@ -32,8 +32,8 @@ TEST(Receiver, LosesOnlyWhatCameBeforeItsClockWasGoodEnough) {
   EXPECT_NEAR(probe.offset_ppm, 60, 1);
   EXPECT_TRUE(scenario.recorded().contiguous);
   EXPECT_EQ(scenario.recorded().lost_samples, lostToProbe(scenario));
-  EXPECT_EQ(scenario.state().latch.disordered, 0U);
-  EXPECT_EQ(scenario.state().latch.late, 0U);
+  EXPECT_EQ(scenario.state().core.events.disordered, 0U);
+  EXPECT_EQ(scenario.state().core.events.late, 0U);
   EXPECT_EQ(scenario.state().lost.deflections, 0U);
 }
 

@@ -69,11 +69,11 @@ class Restart : public testing::Test {
     const auto& lost = scenario().state().lost;
     EXPECT_TRUE(recorded.contiguous);
     EXPECT_EQ(lost.sync_edges + lost.line_edges + lost.counts + lost.deflections + lost.queue_events, 0U);
-    EXPECT_EQ(served().lost_at_source_samples + served().lost_in_queue_samples, 0U);
+    EXPECT_EQ(served().ledger.lost_at_source + served().ledger.lost_in_queue, 0U);
     EXPECT_EQ(recorded.lost_samples, lost_before_);
     const auto given = recorded.received - received_before_;
-    EXPECT_GE(served().produced_samples, given);
-    EXPECT_LE(served().produced_samples, given + 256) << "the block that is being filled";
+    EXPECT_GE(served().ledger.produced, given);
+    EXPECT_LE(served().ledger.produced, given + 256) << "the block that is being filled";
     EXPECT_EQ(host.received(), given) << "since the host connected, which was at once";
     EXPECT_EQ(host.declaredLost() + host.lostTriggers() + host.faults(), 0U);
   }

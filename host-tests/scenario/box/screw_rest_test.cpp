@@ -96,7 +96,7 @@ TEST(ScrewRest, FindsTheColdReadingWithTheUncertaintyThatItStates) {
 
 TEST(ScrewRest, InForceTakesThePlaceOfTheStatedReadingAndLeavesGainAndFace) {
   const auto scenario = withFace(coldAt(25), 3, 1);
-  const auto extension_um = [&] { return scenario->state().snapshot.axes[0].extension_um; };
+  const auto extension_um = [&] { return scenario->state().snapshot.axes[0].screw.extension_um; };
   scenario->run(1s);
   EXPECT_NEAR(extension_um(), 25, 0.6) << "machine.toml states another reading";
   const auto solved = scenario->calibrate(procedure::kScrewReference, {.axis = 1});
@@ -104,20 +104,20 @@ TEST(ScrewRest, InForceTakesThePlaceOfTheStatedReadingAndLeavesGainAndFace) {
   activate(*scenario, solved->value(), 8);
   scenario->run(1s);
   EXPECT_NEAR(extension_um(), 0, 0.6);
-  EXPECT_NEAR(scenario->state().snapshot.axes[0].screw_reference_um, 25, 0.2);
-  EXPECT_NEAR(scenario->state().snapshot.axes[1].extension_um, 25, 5) << "another screw";
+  EXPECT_NEAR(scenario->state().snapshot.axes[0].screw.reference_um, 25, 0.2);
+  EXPECT_NEAR(scenario->state().snapshot.axes[1].screw.extension_um, 25, 5) << "another screw";
 
   // A table that comes later leaves the reference, and a rollback of the reference leaves the table.
   ScrewActivated face{
       .result_id = 9, .axis = Axis::x, .gain = 0.5, .sd_gain = 0, .sectors = 0, .sector_nm = {}, .at = scenario->now()};
   scenario->push(face);
   scenario->run(1s);
-  EXPECT_NEAR(scenario->state().snapshot.axes[0].screw_reference_um, 25, 0.2);
+  EXPECT_NEAR(scenario->state().snapshot.axes[0].screw.reference_um, 25, 0.2);
   scenario->push(*app::noneInForce("screw-reference-x", scenario->now()));
   scenario->run(1s);
-  EXPECT_EQ(scenario->state().snapshot.axes[0].screw_reference_um, usualWorld().screws[0].sensor_zero_um);
+  EXPECT_EQ(scenario->state().snapshot.axes[0].screw.reference_um, usualWorld().screws[0].sensor_zero_um);
   const auto& axis = scenario->state().snapshot.axes[0];
-  EXPECT_NEAR(axis.screw_slope * usualFacts().screws[0]->length_mm, -0.5e-3 * axis.extension_um, 1e-9)
+  EXPECT_NEAR(axis.screw.slope * usualFacts().screws[0]->length_mm, -0.5e-3 * axis.screw.extension_um, 1e-9)
       << "the gain of the result";
 }
 

@@ -115,7 +115,7 @@ LeftOver leftOver(Scenario& scenario, std::size_t axis) {
     const double lever = (position_mm + screw.offset_mm) / screw.length_mm;
     const double error_mm = scenario.world().screws().nutError_mm(axis, position_mm, scenario.now());
     const double left_um = (error_mm + scenario.state().snapshot.correction_mm[axis]) / lever * 1e3;
-    const double unknown_um = scenario.state().snapshot.axes[axis].extension_um - kWarm_um;
+    const double unknown_um = scenario.state().snapshot.axes[axis].screw.extension_um - kWarm_um;
     squares.served_um += left_um * left_um;
     squares.measured_um += unknown_um * unknown_um;
     scenario.run(130ms);

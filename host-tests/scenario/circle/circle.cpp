@@ -59,7 +59,7 @@ class IdleLink : public world::BoxLink {
   void askProcedureStatus() override {}
   std::optional<world::Prompt> procedureStatus() override {
     constexpr std::uint32_t kNoSuchTool = 9999;
-    return world::Prompt{.run = 1, .state = world::RunState::waiting, .tool = kNoSuchTool};
+    return world::Prompt{Step{.tool = kNoSuchTool}, 1, RunState::waiting};
   }
 };
 

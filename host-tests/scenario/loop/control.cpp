@@ -22,7 +22,7 @@ class StandingLink : public world::BoxLink {
   void askProcedureStatus() override {}
   std::optional<world::Prompt> procedureStatus() override {
     constexpr std::uint32_t kNoSuchTool = 9999;
-    return world::Prompt{.run = 1, .state = world::RunState::waiting, .tool = kNoSuchTool};
+    return world::Prompt{Step{.tool = kNoSuchTool}, 1, RunState::waiting};
   }
 };
 

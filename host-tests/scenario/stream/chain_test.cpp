@@ -30,7 +30,7 @@ TEST_P(FromEventToHost, WhatTheProbeOwesIsDeclared) {
   chain.finish();
   EXPECT_TRUE(chain.exact());
   EXPECT_NEAR(static_cast<double>(chain.account().declared_lost), 3 * 2000, 30);
-  EXPECT_EQ(chain.account().declared_lost, chain.box().snapshot.lost_at_source_samples);
+  EXPECT_EQ(chain.account().declared_lost, chain.box().snapshot.ledger.lost_at_source);
   EXPECT_EQ(chain.decodedSum(), chain.encodedSum());
 }
 

@@ -256,13 +256,6 @@ TEST(Accepting, AsksThePersonAtATerminal) {
   }
 }
 
-TEST(Accepting, LeavesItToABoxThatCannotShowWhatItKeeps) {
-  const FakeBox old{{.in_force_tau_s = FakeBox::kTau_s - 30e-6, .forgets_results = true}};
-  const auto done = at(old, {"accept", "4711", "--by", "Ada"});
-  EXPECT_EQ(done.status, 0) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("update it"));
-}
-
 TEST(StoredResults, AreFetchedPieceByPieceAndReported) {
   const FakeBox box{{.in_force_tau_s = FakeBox::kTau_s}};
   EXPECT_THAT(at(box, {"show", "4711"}).out,

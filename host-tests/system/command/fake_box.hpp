@@ -32,7 +32,6 @@ struct FakeBoxOptions {
   bool unlocked{};                     // its master clock
   bool joined{};                       // it has a loop-back
   std::uint32_t lost_pulses{};         // of the loop-back, of 500 pulses
-  bool knows_temperature{};            // says the temperature of its run
   bool only_looks{};                   // its runs give no result to accept
   bool at_another_run{};               // another host starts a run right after this one
   std::function<void()> when_asked{};  // to start a run, or about it
@@ -41,7 +40,6 @@ struct FakeBoxOptions {
   double in_force_tau_s{};             // of a result in force before; 0: there is none
   double u_s{};                        // combined uncertainty of its results; 0: a box of before, which sends none
   bool refused_before{};               // its first run was refused
-  bool forgets_results{};              // its firmware cannot show stored results
   bool line_inhibits{};                // an inhibit line of the box is active
   // Answers before the script does, which answers where this does not.
   std::function<std::optional<FakeReply>(messages::Operation, std::span<const std::byte>)> answers_first{};

@@ -53,7 +53,7 @@ TEST(IndexReport, NamesAMarkThatIsSilentWhereItsAxisHasNoReference) {
                                                 {.name = "index X", .role = 2, .line = 0, .edges = 0, .lost = 0},
                                                 {.name = "index Y", .role = 2, .line = 1, .edges = 0, .lost = 0},
                                                 {.name = "index Z", .role = 2, .line = 2, .edges = 3, .lost = 0}};
-  std::vector<messages::AxisStatus> axes(3);
+  std::vector<published::AxisState> axes(3);
   axes[0].referenced = true;  // by homing
   const auto findings = silentIndexes(lines, axes);
   ASSERT_EQ(findings.size(), 1U);

@@ -30,28 +30,18 @@ TEST(CalibratingAtATemperature, StatesTheTemperatureOfTheRun) {
       asked = messages::decode<messages::StartProcedure::Request>(body).value();
     return std::nullopt;
   };
-  options.knows_temperature = true;
   const FakeBox box{options};
   const auto done = onBox(box, {"calibrate", "delay-multi-speed", "--temperature", "23.4"});
   EXPECT_EQ(done.status, 0) << done.err;
-  EXPECT_TRUE(asked.has_temperature);
-  EXPECT_EQ(asked.temperature_c, 23.4);
+  EXPECT_TRUE(asked.options.has_temperature);
+  EXPECT_EQ(asked.options.temperature_c, 23.4);
   EXPECT_EQ(onBox(box, {"calibrate", "delay-multi-speed"}).status, 0);
-  EXPECT_FALSE(asked.has_temperature);
+  EXPECT_FALSE(asked.options.has_temperature);
   for (const auto* wrong : {"296", "warm", "nan"}) {
     const auto refused = onBox(box, {"calibrate", "delay-multi-speed", "--temperature", wrong});
     EXPECT_EQ(refused.status, 2) << wrong;
     EXPECT_THAT(refused.err, HasSubstr("is not a number from -30 to 70"));
   }
-}
-
-TEST(CalibratingAtATemperature, DoesNotRunOnABoxThatWouldTakeAnotherTemperature) {
-  const FakeBox box;  // of before
-  const auto done = onBox(box, {"calibrate", "delay-multi-speed", "--temperature", "23.4"});
-  EXPECT_EQ(done.status, 1);
-  EXPECT_THAT(done.err, AllOf(HasSubstr("does not take the temperature of a run, and the run was aborted"),
-                              HasSubstr("update the firmware"), HasSubstr("[datum_sphere] temperature_c")));
-  EXPECT_FALSE(box.calibrating());
 }
 
 }  // namespace

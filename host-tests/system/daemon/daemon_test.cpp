@@ -81,7 +81,7 @@ TEST_F(RunningDaemon, CorrectsScrewsThatWarmUpOnceTheMachineIsHomed) {
   EXPECT_EQ(now.mask, 1);
   EXPECT_LT(now.correction_mm[0], 0) << "a screw that is too long pushes the nut ahead";
   ASSERT_EQ(now.axes.size(), 3U);
-  EXPECT_GT(now.axes[0].extension_um, 0);
+  EXPECT_GT(now.axes[0].screw.extension_um, 0);
   host->ask<messages::EnableSources>({.mask = 0});
   ASSERT_TRUE(host->eventually([&] {
     now = host->ask<messages::Corrections>();

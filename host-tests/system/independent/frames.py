@@ -1,7 +1,7 @@
 """Frames and messages as protocol/MESSAGES.md says, and nothing else: no code of the project is used here."""
 import struct
 
-MAJOR, MINOR = 1, 2
+MAJOR, MINOR = 1, 0
 HELLO, WELCOME, DESCRIPTOR, TEST_PATTERN, START, STOP, CREDIT, SAMPLES, GAP, HEARTBEAT = range(0x01, 0x0B)
 REQUEST, ANSWER, REFUSAL, TRIGGER, TRIGGER_GAP = range(0x0B, 0x10)
 RAW, FAST = 0, 1
@@ -160,7 +160,7 @@ class Answer:
 
 def is_referenced(procedure_status):
     c = Cursor(procedure_status)
-    c.take("I"), c.text(), c.take("BII"), c.text(), c.take("9d"), c.text(), c.take("QBBH?7d")
+    c.take("I"), c.text(), c.take("BII"), c.text(), c.text(), c.take("Q")  # up to the result
     return c.take("?")
 
 

@@ -89,8 +89,8 @@ def main(probeboxd, probebox, readers):
         first, count = fields(tshark, script, folder / "stream.pcap", "probebox.samples.first", "probebox.samples.first",
                               "probebox.samples.count")
         assert sum(map(int, count)) == len(samples) and int(first[0]) == int(samples[0]["sample"])
-        accepted, = fields(tshark, script, folder / "stream.pcap", "probebox.heartbeat.edges.accepted",
-                           "probebox.heartbeat.edges.accepted")
+        accepted, = fields(tshark, script, folder / "stream.pcap", "probebox.heartbeat.edges.accepted_edges",
+                           "probebox.heartbeat.edges.accepted_edges")
         assert len(accepted) >= 5 and int(accepted[-1]) > int(accepted[0])
         damaged = bytearray(data)
         damaged[len(data) // 2] ^= 1

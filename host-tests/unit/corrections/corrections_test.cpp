@@ -53,7 +53,7 @@ TEST(Corrections, TakeTheLengthOfAToolFromWhoKnowsItBest) {
   };
   PoseTold pose{.axes = 0, .angles_rad = {}, .has_tool = true, .tool = 4, .tool_length_mm = 0, .at = {}};
   corrections.push(pose);
-  using enum published::LengthFrom;
+  using enum published::ValueSource;
   const auto& said = corrections.state().swivel;
   EXPECT_EQ(length_mm(), 150) << "machine.toml";
   EXPECT_EQ(said.tool_length_from, description);
@@ -80,7 +80,7 @@ TEST(Corrections, TakeTheLengthOfAToolFromWhoKnowsItBest) {
   pose.tool = 9;
   corrections.push(pose);
   EXPECT_EQ(length_mm(), 0) << "nobody knows that tool";
-  EXPECT_EQ(said.tool_length_from, nobody);
+  EXPECT_EQ(said.tool_length_from, unknown);
   // A length that is withdrawn gives its place to another one.
   for (std::uint32_t tool = 100; tool < 100 + kMostMeasuredTools; ++tool) {
     corrections.push(ToolLengthActivated{.result_id = tool, .tool = tool, .length_mm = 60, .at = {}});

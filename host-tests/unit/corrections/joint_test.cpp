@@ -86,7 +86,7 @@ TEST_F(Joint, IsHeldThroughASensorsSilenceAndLeftStandingAfterIt) {
   run(2);
   EXPECT_FALSE(machine.snapshot().valid);
   EXPECT_TRUE(machine.snapshot().degraded);
-  EXPECT_EQ(machine.snapshot().axes[0].sensor_fault, SensorFault::silent);
+  EXPECT_EQ(machine.snapshot().axes[0].screw.sensor_fault, SensorFault::silent);
   EXPECT_NEAR(machine.snapshot().correction_mm[0], joint_mm[0], 1e-12) << "frozen, not ramped to zero";
   EXPECT_LT(joint_mm[0], 0);
   machine.sensor = true;
@@ -105,9 +105,9 @@ TEST_F(Joint, IsHeldWhileAnExtensionIsImpossible) {
   const double before_mm = joint_mm[0];
   machine.extension_um = 5000;
   run(1);
-  EXPECT_EQ(machine.snapshot().axes[0].sensor_fault, SensorFault::out_of_range);
-  EXPECT_EQ(machine.snapshot().axes[0].extension_um, 50) << "nor does the line over the position believe it";
-  EXPECT_NEAR(machine.snapshot().axes[0].screw_slope, -50e-3 / 800, 1e-12);
+  EXPECT_EQ(machine.snapshot().axes[0].screw.sensor_fault, SensorFault::out_of_range);
+  EXPECT_EQ(machine.snapshot().axes[0].screw.extension_um, 50) << "nor does the line over the position believe it";
+  EXPECT_NEAR(machine.snapshot().axes[0].screw.slope, -50e-3 / 800, 1e-12);
   EXPECT_TRUE(machine.snapshot().degraded);
   EXPECT_EQ(joint_mm[0], before_mm);
 }

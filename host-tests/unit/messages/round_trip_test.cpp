@@ -35,7 +35,7 @@ TEST(Messages, CutAnywhereAreRefusedOrAnOlderMinorVersion) {
     Filler{7}.fill(message);
     const auto bytes = encoded(message);
     std::vector<std::size_t> ends{0};
-    Message::fields(message, [&](auto, const auto& member, auto) {
+    Message::fields(message, [&](auto, const auto& member, auto&&...) {
       frame::ByteWriter writer{{}};
       detail::encodeValue(writer, member);
       ends.push_back(ends.back() + writer.size());

@@ -45,7 +45,7 @@ class Filler {
     } else if constexpr (detail::kIsArray<T>) {
       for (auto& element : value) fill(element);
     } else {
-      T::fields(value, [this](auto, auto& member, auto) { fill(member); });
+      T::fields(value, [this](auto, auto& member, auto&&...) { fill(member); });
     }
   }
 

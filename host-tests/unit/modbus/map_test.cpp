@@ -14,6 +14,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "protocol/modbus/page.hpp"
 #include "protocol/modbus/refusals.hpp"
+#include "protocol/modbus/result_blocks.hpp"
 
 namespace probebox::modbus {
 namespace {
@@ -56,6 +57,21 @@ TEST(RegisterMap, KeepsItsFirstBlockForEver) {
     EXPECT_EQ(entry.scale, kFirstBlock[i].scale) << entry.address;
     EXPECT_EQ(entry.unit, kFirstBlock[i].unit) << entry.address;
     EXPECT_EQ(entry.access, Access::read) << entry.address;
+  }
+}
+
+// Whatever is added to the map is in the image: by its own line, or as a value of a result.
+TEST(RegisterMap, NamesTheValueOfEachRegisterThatIsRead) {
+  const auto isOfAResult = [](const Register& entry) {
+    const auto covers = [&](const auto& block) {
+      const auto at = addressesOf(block);
+      return entry.address >= at.values && entry.address < at.end;
+    };
+    return std::ranges::any_of(resultBlocks(), covers) || std::ranges::any_of(toolTables(), covers);
+  };
+  for (const auto& entry : registers()) {
+    const bool is_shown = entry.access == Access::read && !isOfAResult(entry);
+    EXPECT_EQ(entry.value != nullptr, is_shown) << entry.address << " " << entry.name;
   }
 }
 

@@ -17,7 +17,7 @@ double shown(const RegisterImage& image, std::size_t address) {
 
 RegisterImage imageOf(const published::Snapshot& snapshot) {
   RegisterImage image;
-  image.fill(snapshot, WordOrder::high_first);
+  image.fill(snapshot, {}, nullptr, WordOrder::high_first);
   return image;
 }
 
@@ -52,10 +52,10 @@ TEST(RegisterImage, HoldsTheServedValueAndDropsValidWhenACorrectionIsNotANumber)
   published::Snapshot snapshot;
   snapshot.valid = true;
   snapshot.correction_mm = {0.1, -0.2, 0.3};
-  image.fill(snapshot, WordOrder::high_first);
+  image.fill(snapshot, {}, nullptr, WordOrder::high_first);
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), HUGE_VAL, -HUGE_VAL}) {
     snapshot.correction_mm[1] = bad;
-    image.fill(snapshot, WordOrder::high_first);
+    image.fill(snapshot, {}, nullptr, WordOrder::high_first);
     EXPECT_EQ(image[6], 65536 - 2000);
     EXPECT_EQ(image[address::status], kDegraded);
   }
@@ -87,7 +87,7 @@ TEST(RegisterImage, SaturatesTheAgeAndWrapsTheCounters) {
   EXPECT_EQ(imageOf(snapshot)[11], 65534);
   snapshot.age_ms = std::numeric_limits<std::uint64_t>::max();
   EXPECT_EQ(imageOf(snapshot)[11], 65535);
-  snapshot.produced_samples = (std::uint64_t{5} << 32) + 7;
+  snapshot.ledger.produced = (std::uint64_t{5} << 32) + 7;
   EXPECT_EQ(shown(imageOf(snapshot), address::samples_produced), 7);
 }
 

@@ -128,10 +128,10 @@ TEST(ResultImage, TellsTheStepWithItsTargetAndSide) {
   published::Snapshot snapshot;
   auto& step = snapshot.step;
   step.present = true;
-  step.state = 1;
+  step.state = RunState::waiting;
   step.outward_normal = {0, -1, 0};
-  step.speed_mm_s = 15;
-  step.angles_rad = {0, 0, 1.5707963267948966};
+  step.nominal_speed_mm_s = 15;
+  step.rotary_angles_rad = {0, 0, 1.5707963267948966};
   step.turns = true;
   step.fault = 7;
   snapshot.calibration_step = 4;
@@ -146,7 +146,7 @@ TEST(ResultImage, TellsTheStepWithItsTargetAndSide) {
   EXPECT_EQ(image[860], 27) << "the pose was another one";
   EXPECT_DOUBLE_EQ(valueAt(image, 898), -13.5);
   EXPECT_NEAR(valueAt(image, 892), 90, 1e-5);
-  step.feature = 2;  // a ball of the part, whose size nobody states
+  step.feature = StepFeature::part_ball;  // whose size nobody states
   image.fill(snapshot, line, nullptr, WordOrder::high_first);
   EXPECT_EQ(image[858], 1 | 2);
   EXPECT_DOUBLE_EQ(valueAt(image, 898), 0);
@@ -157,7 +157,7 @@ TEST(ResultImage, TellsTheWayOfAScan) {
   published::Snapshot snapshot;
   auto& step = snapshot.step;
   step.present = true;
-  step.kind = 6;
+  step.kind = StepKind::scan;
   step.scan = {.depths_mm = {0.25, 0.5},
                .start_rad = std::numbers::pi / 2,
                .ramp_rad = std::numbers::pi / 18,

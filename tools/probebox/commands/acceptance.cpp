@@ -70,12 +70,8 @@ ExitStatus acceptOn(link::Client& box, const Acceptance& acceptance, Console& co
   std::string subject, adopted_by;
   Json beside;  // null where there is nothing to compare
   const auto comparison = compare(box, acceptance, subject, adopted_by, console);
-  if (!comparison) {
-    // A box of before has no such request; it decides by itself.
-    if (comparison.error().name != nameOf(messages::ErrorCode::unknown_operation))
-      return console.fail(comparison.error());
-    console.note("the firmware of this box cannot show what is in force beside this result: update it");
-  } else if (*comparison) {
+  if (!comparison) return console.fail(comparison.error());
+  if (*comparison) {
     beside = describe(**comparison);
     if (!console.json()) {
       console.line(page(**comparison, acceptance.id, subject));

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "firmware/json/dataset_json.hpp"
-#include "protocol/messages/run_request.hpp"
+#include "protocol/messages/procedures.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/probebox/commands/acceptance.hpp"
 #include "tools/probebox/commands/commands.hpp"
@@ -27,7 +27,7 @@ Outcome<messages::StartProcedure::Request, Trouble> requestOf(const Calibrate& c
   options.mounts = choices.mounts.value_or(0);
   options.has_temperature = choices.temperature_c.has_value();
   options.temperature_c = choices.temperature_c.value_or(0);
-  return messages::requestOf(choices.method, options);
+  return messages::StartProcedure::Request{choices.method, options};
 }
 
 // One run of a method, from its start to its result.
@@ -97,7 +97,7 @@ class Run {
     if (console_.json()) {
       console_.object(describe(result));
     } else {
-      const auto kept = keptResult(run_.box(), console_, result.id);  // an older box has none
+      const auto kept = keptResult(run_.box(), console_, result.id);
       console_.line(page(result, kept ? kept->result() : nullptr));
     }
     const auto id = std::to_string(result.id);

@@ -31,14 +31,13 @@ void show(const messages::Corrections::Answer& corrections, bool again, Console&
 
 // "screw,centreline" or "none"; nothing when a name is not known.
 std::optional<std::uint16_t> maskOf(const std::string& names) {
-  constexpr std::array<std::string_view, 4> kSources{"screw", "swivel", "rotary", "centreline"};
   unsigned mask = 0;
   if (names == "none") return std::uint16_t{0};
   for (std::size_t at = 0; at <= names.size();) {
     const auto name = std::string_view{names}.substr(at, names.find(',', at) - at);
-    const auto found = std::ranges::find(kSources, name);
-    if (found == kSources.end()) return std::nullopt;
-    mask |= 1U << static_cast<unsigned>(found - kSources.begin());
+    const auto found = std::ranges::find(published::kSourceNames, name);
+    if (found == published::kSourceNames.end()) return std::nullopt;
+    mask |= 1U << static_cast<unsigned>(found - published::kSourceNames.begin());
     at += name.size() + 1;
   }
   return static_cast<std::uint16_t>(mask);

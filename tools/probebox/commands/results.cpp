@@ -33,7 +33,7 @@ std::string pageOf(const ResultSummary& result) {
                     result.method + ", " + whoAndWhen(result);
   if (const auto verdict = verdictOf(result); !verdict.empty()) all += "\n          " + verdict;
   const auto axis = casefolder::rotaryAxisOf(result.subject);
-  // A box of before does not say which are about the subject.
+  // Where nothing says which values are about the subject, all are.
   const std::size_t about = result.about_count == 0 ? result.values.size() : result.about_count;
   for (std::size_t i = 0; i < std::min({kMostValues, about, result.values.size()}); ++i) {
     const auto& value = result.values[i];

@@ -21,16 +21,6 @@ using messages::UpdateStatus;
 constexpr milliseconds kPollEvery{500};
 constexpr int kMostOffers = 5;  // each time that the box has forgotten one, such as by a restart
 
-// A box of before updates answers what would be good advice for any other request.
-Trouble explained(Trouble trouble) {
-  if (trouble.name == nameOf(messages::ErrorCode::unknown_operation)) {
-    trouble.what =
-        "the firmware of this box is from before updates over a link: write the new image to its disk, once "
-        "(docs/vendor.md)";
-  }
-  return trouble;
-}
-
 bool linkIsLost(const Trouble& trouble) {
   return trouble.name == "link-lost" || trouble.name == "timed-out" || trouble.name == "no-box";
 }
@@ -75,7 +65,7 @@ class Errand {
       auto trouble = overOneLink();
       if (!trouble) return outcome();
       if (console_.interrupted()) return console_.fail(stopped());
-      if (!linkIsLost(*trouble)) return console_.fail(explained(std::move(*trouble)));
+      if (!linkIsLost(*trouble)) return console_.fail(std::move(*trouble));
       if (!reached_) return console_.fail(*trouble);
       trouble = wait(*trouble);
       if (trouble) return console_.fail(console_.interrupted() ? stopped() : *trouble);
@@ -258,7 +248,7 @@ ExitStatus showHowItStands(const std::string& given, Console& console) {
   const auto box = openBox(given, console);
   if (!box) return console.fail(box.error());
   const auto status = ask<UpdateStatus>(**box, console);
-  if (!status) return console.fail(explained(status.error()));
+  if (!status) return console.fail(status.error());
   if (console.json()) {
     console.object(describe(*status));
     return ExitStatus::ok;

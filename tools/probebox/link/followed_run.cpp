@@ -28,7 +28,6 @@ Outcome<FollowedRun::Progress, Trouble> FollowedRun::go(const messages::StartPro
   const auto started = box_->request<messages::StartProcedure>(request, link::patience(kAnswerPatience));
   if (!started) return troubleOf(started.error(), console_);
   run_ = started->run;
-  states_temperature_ = request.has_temperature;
   auto last = follow();
   if (!last && unattended() && !replaced_) return aborted();
   return last;
@@ -44,7 +43,6 @@ Outcome<FollowedRun::Progress, Trouble> FollowedRun::follow() {
       rest();
       continue;
     }
-    if (states_temperature_ && !progress.has_temperature) return withoutTemperature();
     if (!shown || shown->step != progress.step || shown->state != progress.state || shown->prompt != progress.prompt) {
       show(progress);
       shown = progress;
@@ -98,16 +96,6 @@ Trouble FollowedRun::replaced(std::uint32_t other) {
   return {ExitStatus::failed, "run-replaced",
           "run " + std::to_string(run_) + " is gone: the box is at run " + std::to_string(other) +
               "; it was restarted, or another calibration was started"};
-}
-
-// A box of before skips the field, and would take the temperature of its machine.toml.
-Trouble FollowedRun::withoutTemperature() {
-  const bool aborted = abortRun();
-  return {ExitStatus::failed, "no-temperature",
-          std::string{"this box does not take the temperature of a run, and the run was "} +
-              (aborted ? "aborted" : "not aborted (probebox calibrate --abort)") +
-              ": update the firmware of the box, or omit --temperature and state [datum_sphere] temperature_c in its "
-              "machine.toml"};
 }
 
 void FollowedRun::show(const Progress& progress) {

@@ -19,7 +19,7 @@ class FollowedRun {
   FollowedRun(link::Uri uri, Console& console) : uri_{std::move(uri)}, console_{console} {}
 
   // Starts the run, shows its steps, and returns its final status. Aborts the run after Ctrl-C or when the output has
-  // no reader, and where a box of before would use another temperature than the stated one.
+  // no reader.
   Outcome<Progress, Trouble> go(const messages::StartProcedure::Request& request);
 
   // Fetches the measured data of the run, also of a refused one, as JSON text.
@@ -35,7 +35,6 @@ class FollowedRun {
   bool abortRun();  // false when the request did not reach the box
   Trouble aborted();
   Trouble replaced(std::uint32_t other);
-  Trouble withoutTemperature();
   void rest();
   void markByHand(const Progress& progress);
   void show(const Progress& progress);
@@ -44,7 +43,6 @@ class FollowedRun {
   Console& console_;
   Box box_;
   std::uint32_t run_{};
-  bool states_temperature_{};
   bool replaced_{};  // another host has started a run; this command must not abort it
   bool told_of_keys_{};
 };

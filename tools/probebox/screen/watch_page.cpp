@@ -118,7 +118,7 @@ void positions(Page& page, const WatchState& state) {
   page.label(6, "Angle");
   if (!state.corrections) return;
   column = kLabel;
-  const auto& axes = state.corrections->rotary_axes;
+  const auto& axes = state.corrections->rotary;
   for (std::size_t k = 0; k < axes.size() && k < 3; ++k) {
     if (!axes[k].described) continue;
     page.put(6, column, std::string(1, "ABC"[k]), Style::soft);
@@ -129,7 +129,6 @@ void positions(Page& page, const WatchState& state) {
 }
 
 void corrections(Page& page, const WatchState& state) {
-  constexpr std::array kNames{"screw", "swivel", "rotary", "centreline"};
   constexpr std::array kHealths{"absent", "good", "held", "invalid"};
   constexpr std::array kStyles{Style::soft, Style::good, Style::warned, Style::bad};
   page.label(7, "Correction");
@@ -143,13 +142,14 @@ void corrections(Page& page, const WatchState& state) {
   const auto* words = !c.valid ? "invalid" : c.degraded ? "degraded" : "";
   page.put(9, kLabel, words, c.valid ? Style::warned : Style::bad);
   constexpr std::array<std::size_t, 4> kColumns{0, 15, 31, 47};
-  for (const auto& source : c.sources) {
-    if (source.bit >= kNames.size() || source.health >= kHealths.size()) continue;
-    const auto column = kLabel + kColumns[source.bit];
-    const bool matters = source.summed || source.health == 1;
-    page.put(8, column, kNames[source.bit], Style::soft);
-    const auto begin = column + std::string_view{kNames[source.bit]}.size() + 1;
-    page.put(8, begin, kHealths[source.health], matters ? kStyles[source.health] : Style::soft);
+  for (std::size_t bit = 0; bit < published::kSourceKinds; ++bit) {
+    const auto health = static_cast<std::size_t>(c.health[bit]);
+    if (health >= kHealths.size()) continue;
+    const auto column = kLabel + kColumns[bit];
+    const auto name = published::kSourceNames[bit];
+    const bool matters = (unsigned{c.mask} >> bit & 1U) != 0 || c.health[bit] == published::Health::good;
+    page.put(8, column, std::string{name}, Style::soft);
+    page.put(8, column + name.size() + 1, kHealths[health], matters ? kStyles[health] : Style::soft);
   }
 }
 

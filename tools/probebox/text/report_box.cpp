@@ -3,6 +3,7 @@
 
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/probebox/cli/json_of.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -32,21 +33,6 @@ std::string row(const std::string& name, const std::string& value) {
 std::string channelRow(const messages::ChannelDescription& channel) {
   const std::string unit = channel.unit.empty() ? "-" : printed("%g %s", channel.scale, channel.unit.c_str());
   return printed("  %-16s %-10s %s\n", channel.name.c_str(), unit.c_str(), channel.doc.c_str());
-}
-
-// Null where no receiver that counts its samples has sent one.
-Json receiverOf(const messages::ReceiverStatus& r) {
-  if (r.samples == 0) return nullptr;
-  return {{"state", messages::nameOf(r.state)},
-          {"sigma_ns", r.sigma_ns},
-          {"frequency_ppb", r.frequency_ppb},
-          {"arrived_samples", r.samples},
-          {"missing_samples", r.missing},
-          {"unstamped_samples", r.unstamped},
-          {"restarts", r.restarts},
-          {"relocks", r.relocks},
-          {"refused_frequency", r.refused_frequency},
-          {"bad_packets", r.bad_packets}};
 }
 
 std::string receiverText(const messages::ReceiverStatus& r) {
@@ -101,23 +87,13 @@ std::string duration(std::uint64_t ms) {
   return to_string(s / 3600) + " h " + to_string(s / 60 % 60) + " min";
 }
 
-Json sourcesOf(const std::vector<messages::SourceStatus>& sources) {
-  Json all = Json::array();
-  for (const auto& source : sources)
-    all.push_back({{"name", source.name}, {"problem", source.problem}, {"unusable_messages", source.unusable}});
-  return all;
-}
-
 Json linesOf(const std::vector<messages::LineStatus>& lines) {
   constexpr std::array kRoles{"sync", "trigger", "index", "skip", "inhibit"};
   Json all = Json::array();
   for (const auto& line : lines) {
-    const char* const role = line.role < kRoles.size() ? kRoles[line.role] : "unknown";
-    all.push_back({{"name", line.name},
-                   {"role", role},
-                   {"line", line.line},
-                   {"received_edges", line.edges},
-                   {"lost_edges", line.lost}});
+    Json object = jsonOf(line);
+    object["role"] = line.role < kRoles.size() ? kRoles[line.role] : "unknown";
+    all.push_back(std::move(object));
   }
   return all;
 }
@@ -129,37 +105,10 @@ void addStorage(const messages::Status::Answer& s, std::string& all) {
   if (!s.update.empty()) all += row("update", s.update);
 }
 
-Json cncLinesOf(const std::vector<messages::CncLineStatus>& lines) {
-  Json all = Json::array();
-  for (const auto& line : lines) {
-    all.push_back({{"name", line.name},
-                   {"answered_requests", line.answered},
-                   {"refused_requests", line.refused},
-                   {"bad_frames", line.bad_frames},
-                   {"skipped_bytes", line.skipped_bytes},
-                   {"unsent_answers", line.unsent},
-                   {"reopened", line.reopened}});
-  }
-  return all;
-}
-
 std::string cncLineText(const messages::CncLineStatus& line) {
   return line.name + ": " + to_string(line.answered) + " requests answered, " + to_string(line.refused) + " refused, " +
          to_string(line.bad_frames) + " bad frames of " + to_string(line.skipped_bytes) + " bytes, " +
          to_string(line.unsent) + " answers not sent, opened again " + to_string(line.reopened) + " times";
-}
-
-Json usbPortsOf(const std::vector<messages::UsbPortStatus>& ports) {
-  Json all = Json::array();
-  for (const auto& port : ports) {
-    all.push_back({{"problem", port.problem},
-                   {"connections", port.connections},
-                   {"suspensions", port.suspensions},
-                   {"discarded_bytes", port.discarded_bytes},
-                   {"failed_transfers", port.failed_transfers},
-                   {"stalled_requests", port.stalled_requests}});
-  }
-  return all;
 }
 
 std::string usbPortText(const messages::UsbPortStatus& port) {
@@ -170,7 +119,7 @@ std::string usbPortText(const messages::UsbPortStatus& port) {
 }
 
 // Empty when nothing was: a page names what is wrong.
-std::string unusedText(const messages::UnusedEvents& unused) {
+std::string unusedText(const messages::EventCounts& unused) {
   std::string all;
   const auto add = [&all](std::uint64_t count, const char* what) {
     if (count != 0) all += (all.empty() ? "" : ", ") + to_string(count) + " " + what;
@@ -230,8 +179,7 @@ std::string readableNs(double ns) {
 }
 
 Json describe(const messages::EdgeCounters& edges) {
-  return {{"accepted_edges", edges.accepted}, {"missing_edges", edges.missing}, {"doubled_edges", edges.doubled},
-          {"spurious_edges", edges.spurious}, {"lost_edges", edges.lost},       {"unlocked_edges", edges.unlocked}};
+  return jsonOf(edges);
 }
 
 Json describe(const messages::Descriptor& d) {
@@ -276,54 +224,10 @@ std::string page(const messages::Descriptor& d) {
 }
 
 Json describe(const messages::Status::Answer& s) {
-  return {{"board", s.board},
-          {"firmware_version", s.firmware_version},
-          {"uptime_ms", s.uptime_ms},
-          {"clock",
-           {{"state", messages::nameOf(s.clock.state)},
-            {"sigma_ns", s.clock.sigma_ns},
-            {"frequency_ppb", s.clock.frequency_ppb},
-            {"tick", s.clock.tick.index},
-            {"edges", describe(s.clock.edges)}}},
-          {"receiver", receiverOf(s.receiver)},
-          {"ledger",
-           {{"produced_samples", s.ledger.produced},
-            {"lost_at_source_samples", s.ledger.lost_at_source},
-            {"lost_in_queue_samples", s.ledger.lost_in_queue}}},
-          {"queue_high_water_events", s.queue_high_water},
-          {"deadline_misses", s.deadline_misses},
-          {"events",
-           {{"received_events", s.events.received},
-            {"lost_events", s.events.lost},
-            {"lost_in_queue_events", s.events.lost_in_queue},
-            {"late_events", s.unused_events.late},
-            {"disordered_events", s.unused_events.disordered},
-            {"overwritten_events", s.unused_events.overwritten},
-            {"incomplete_rows", s.unused_events.incomplete_rows},
-            {"stray_markers", s.unused_events.stray_markers},
-            {"lost_journal_events", s.journal_lost},
-            {"sources_gone", s.events.sources_gone}}},
-          {"sources", sourcesOf(s.sources)},
-          {"lines", linesOf(s.lines)},
-          {"procedure", s.procedure},
-          {"active_result_ids", s.active_results},
-          {"links", s.links},
-          {"not_let_in",
-           {{"strangers", s.not_let_in.strangers},
-            {"silent_connections", s.not_let_in.silent},
-            {"turned_away_hosts", s.not_let_in.turned_away}}},
-          {"from_hosts",
-           {{"frames", s.from_hosts.frames},
-            {"bad_frames", badFrames(s.from_hosts)},
-            {"unexpected_frames", s.from_hosts.unexpected},
-            {"discarded_bytes", s.from_hosts.discarded_bytes}}},
-          {"modbus", {{"requests", s.modbus.requests}, {"bad_frames", s.modbus.bad_frames}}},
-          {"cnc_lines", cncLinesOf(s.cnc_lines)},
-          {"usb_ports", usbPortsOf(s.usb_ports)},
-          {"inhibits", inhibitsOf(s.inhibits)},
-          {"rests_on_retired", s.rests_on_retired},
-          {"storage_problems", s.storage_problems},
-          {"update", s.update}};
+  Json all = jsonOf(s);
+  all["lines"] = linesOf(s.lines);
+  all["from_hosts"]["bad_frames"] = badFrames(s.from_hosts);
+  return all;
 }
 
 std::string page(const messages::Status::Answer& s) {
@@ -337,8 +241,9 @@ std::string page(const messages::Status::Answer& s) {
   all += row("events", to_string(s.events.received) + " received, " + to_string(s.events.lost) + " lost, " +
                            to_string(s.events.lost_in_queue) + " found no room in the queue, at most " +
                            to_string(s.queue_high_water) + " deep");
-  if (const auto unused = unusedText(s.unused_events); !unused.empty()) all += row("unused events", unused);
-  if (s.journal_lost != 0) all += row("journal", to_string(s.journal_lost) + " events are missing in it");
+  if (const auto unused = unusedText(s.events); !unused.empty()) all += row("unused events", unused);
+  if (s.events.lost_in_journal != 0)
+    all += row("journal", to_string(s.events.lost_in_journal) + " events are missing in it");
   for (const auto& source : s.sources) {
     if (!source.problem.empty()) all += row("nothing from", source.name + ": " + source.problem);
     if (source.unusable != 0) all += row("unusable", source.name + ": " + to_string(source.unusable) + " messages");

@@ -5,7 +5,7 @@
 namespace probebox::command {
 
 std::vector<metrology::Finding> silentIndexes(const std::vector<messages::LineStatus>& lines,
-                                              const std::vector<messages::AxisStatus>& axes) {
+                                              std::span<const published::AxisState> axes) {
   constexpr std::uint8_t kIndex = 2;
   std::vector<metrology::Finding> findings;
   for (const auto& line : lines) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <vector>
 
 #include "firmware/metrology/selftest/selftest.hpp"
@@ -11,6 +12,6 @@ namespace probebox::command {
 // Returns one finding for each index input without a pulse whose axis is not referenced: the axis has not passed the
 // mark, or it is not wired. A silent mark of an axis that is referenced otherwise is no fault.
 std::vector<metrology::Finding> silentIndexes(const std::vector<messages::LineStatus>& lines,
-                                              const std::vector<messages::AxisStatus>& axes);
+                                              std::span<const published::AxisState> axes);
 
 }  // namespace probebox::command

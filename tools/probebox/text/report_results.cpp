@@ -10,6 +10,7 @@
 #include "tools/case/proof.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/probebox/cli/json_of.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -180,30 +181,7 @@ void tellAccepted(std::uint64_t id, const std::string& asked_by, const messages:
 }
 
 Json describe(const messages::ProcedureStatus::Answer& p) {
-  return {{"run", p.run},
-          {"method", p.method},
-          {"state", nameOf(p.state)},
-          {"step", p.step},
-          {"steps", p.steps},
-          {"prompt", p.prompt},
-          {"outward_normal", p.outward_normal},
-          {"retract_direction", p.retract_direction},
-          {"overtravel_mm", p.overtravel_mm},
-          {"clearance_mm", p.clearance_mm},
-          {"nominal_speed_mm_s", p.nominal_speed_mm_s},
-          {"kind", nameOf(p.kind)},
-          {"feature", nameOf(p.feature)},
-          {"ball", p.ball},
-          {"rotary_angles_rad", p.rotary_angles_rad},
-          {"tool", p.tool},
-          {"shank_height_mm", p.shank_height_mm},
-          {"mount", p.mount},
-          {"b_moves", nameOf(p.b_moves)},
-          {"approach_direction", p.approach_direction},
-          {"run_out_mm", p.run_out_mm},
-          {"temperature_c", p.has_temperature ? Json(p.temperature_c) : Json(nullptr)},
-          {"refusal", p.refusal},
-          {"result_id", p.result_id}};
+  return jsonOf(p);
 }
 
 }  // namespace probebox::command

@@ -34,7 +34,7 @@ class Desk : public testing::Test {
                       .take = [](std::span<const Event>) { return true; },
                       .kept = [] { return RegisterDesk::Kept{}; },
                       .serves = [this](const published::Snapshot& snapshot,
-                                       std::string_view) { served_ = snapshot.produced_samples; }}};
+                                       std::string_view) { served_ = snapshot.ledger.produced; }}};
 };
 
 TEST_F(Desk, KnowsThatACorrectionWasReadInEveryFormat) {

@@ -56,9 +56,9 @@ TEST(SnapshotReads, AreNeverTornInAMillionAtFullSpeed) {
     for (std::uint64_t reads = 0, seen = 0; reads < kReads || seen < kNew; ++reads) {
       const auto& snapshot = published.buffer(reader).newest().snapshot;
       if (whyTorn(snapshot)) ++torn;
-      if (snapshot.produced_samples < last) ++backwards;
-      if (snapshot.produced_samples != last) ++seen;
-      last = snapshot.produced_samples;
+      if (snapshot.ledger.produced < last) ++backwards;
+      if (snapshot.ledger.produced != last) ++seen;
+      last = snapshot.ledger.produced;
     }
   });
   EXPECT_EQ(torn, 0U);
@@ -80,7 +80,7 @@ TEST(SnapshotReads, AreAnsweredWholeByEveryDesk) {
                        .line =
                            [](const published::Snapshot& snapshot) {
                              published::LineState line;
-                             line.boots = static_cast<std::uint16_t>(snapshot.produced_samples);
+                             line.boots = static_cast<std::uint16_t>(snapshot.ledger.produced);
                              return line;
                            }}};
     const auto request = support::readRequest(0, support::kNumberedRegisters);

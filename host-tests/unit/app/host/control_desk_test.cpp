@@ -103,7 +103,7 @@ TEST_F(Desk, TellsWhatThisMachineCannotFromWhatItCannotNow) {
   const auto ask = [&](const char* method, std::uint32_t tool = 0) {
     messages::StartProcedure::Request request;
     request.method = method;
-    request.tool = tool;
+    request.options.tool = tool;
     const auto body = messages::encoded(request);
     const auto reply =
         desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},

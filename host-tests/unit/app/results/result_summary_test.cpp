@@ -5,21 +5,6 @@
 namespace probebox::app {
 namespace {
 
-TEST(StatusOfTheBox, NamesEverythingThatReachedTheCoreForNothing) {
-  box::State state;
-  state.latch.late = 1;
-  state.latch.disordered = 2;
-  state.latch.overwritten = 3;
-  state.incomplete_rows = 4;
-  state.stray_markers = 5;
-  const auto unused = unusedEvents(state);
-  EXPECT_EQ(unused.late, 1U);
-  EXPECT_EQ(unused.disordered, 2U);
-  EXPECT_EQ(unused.overwritten, 3U);
-  EXPECT_EQ(unused.incomplete_rows, 4U);
-  EXPECT_EQ(unused.stray_markers, 5U);
-}
-
 TEST(SummaryOfAResult, NamesTheErrorsOfARotaryAxisByTheirAngle) {
   metrology::Result result;
   std::vector<double> six(12), sd(12, 1e-4);
@@ -107,12 +92,12 @@ TEST(SummaryOfAResult, HasTheUnitOfItsResiduals) {
 TEST(TheCorrectionsAnswer, SaysWhoKnowsTheLengthOfTheToolInTheSpindle) {
   box::State state;
   state.snapshot.swivel.tool = 4;
-  state.snapshot.swivel.tool_length_from = published::LengthFrom::controller;
+  state.snapshot.swivel.tool_length_from = published::ValueSource::controller;
   auto answer = correctionsAnswer(state);
   ASSERT_EQ(answer.in_use.size(), 1U);
   EXPECT_EQ(answer.in_use[0].name, "length of tool 4");
   EXPECT_EQ(answer.in_use[0].source, messages::ValueSource::controller);
-  state.snapshot.swivel.tool_length_from = published::LengthFrom::result;
+  state.snapshot.swivel.tool_length_from = published::ValueSource::result;
   state.snapshot.swivel.tool_length_result = 17;
   answer = correctionsAnswer(state);
   EXPECT_EQ(answer.in_use[0].source, messages::ValueSource::result);

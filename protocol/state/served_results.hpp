@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -38,10 +39,10 @@ struct KnownFeatures {
   double sphere_reach_mm{};  // from the centre of the datum sphere to that of the stylus' ball at contact; 0: unknown
   double gap_reach_mm{};     // from the middle between the plates likewise
   double stylus_radius_mm{};
-  double setter_half_width_mm[3]{};
+  std::array<double, 3> setter_half_width_mm{};
   bool has_setter{};
   bool has_setter_place{};
-  double setter_mm[3]{};
+  std::array<double, 3> setter_mm{};
 };
 
 struct LineState {
