@@ -123,7 +123,7 @@ void Box::push(const Event& event) {
   }
   handle(event);
   if (!corrections_.state().inhibited && !parked_.empty()) parked_.release([this](const Event& e) { handle(e); });
-  giveTriggers();
+  emitTriggers();
   if (procedure_.takeReadyToSolve()) outputs_.solve(procedure_.progress().run);
 }
 
@@ -324,7 +324,7 @@ void Box::drainLatch() {
     } else {
       const auto& lost = std::get<latch::Lost>(*decision);
       closeBlock();
-      lose(lost);
+      reportLoss(lost);
     }
   }
 }
@@ -345,7 +345,7 @@ void Box::tick(const latch::Record& record) {
   corrections_.tick(record, clock::timeOf(clock_.map(), record.index, samples_per_tick));
 }
 
-void Box::giveTriggers() {
+void Box::emitTriggers() {
   const TickMap& map = clock_.map();
   while (const auto stamp = corrections_.nextTrigger()) {
     PlacedTrigger placed{.stamp = *stamp, .sigma_ns = map.sigma_ns, .clock_state = map.state};
@@ -357,7 +357,7 @@ void Box::giveTriggers() {
   }
 }
 
-void Box::lose(const latch::Lost& lost) {
+void Box::reportLoss(const latch::Lost& lost) {
   if (outputs_.lost(lost)) return;
   // The links tell these as lost in the queue: one reason each.
   lost_in_queue_samples_ += static_cast<std::uint64_t>(lost.count);
@@ -371,7 +371,7 @@ void Box::closeBlock() {
   const auto bytes = block_.close();
   if (bytes.empty()) {
     unencodable_samples_ += count;
-    lose({.first = first, .count = count, .reason = latch::LostReason::encoders});
+    reportLoss({.first = first, .count = count, .reason = latch::LostReason::encoders});
   } else if (!outputs_.block(first, count, bytes)) {
     lost_in_queue_samples_ += count;
   }

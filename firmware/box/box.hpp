@@ -101,8 +101,8 @@ class Box {
   void take(std::size_t axis, std::uint32_t sequence, std::int64_t counts, MonoTime at);
   void drainLatch();
   void tick(const latch::Record& record);
-  void giveTriggers();
-  void lose(const latch::Lost& lost);
+  void emitTriggers();
+  void reportLoss(const latch::Lost& lost);
   void closeBlock();
   void publish(MonoTime now);
 

@@ -36,7 +36,7 @@ void AxisReference::push(MonoTime at, std::int64_t counts) {
     const double dt_s = toSeconds(at - at_);
     const double moved_mm = u_mm - u_mm_;
     if (!canMove(moved_mm, dt_s)) {
-      lose(ReferenceFault::impossible_speed);
+      dropReference(ReferenceFault::impossible_speed);
       // The next one of an absolute encoder is as good as its first.
       if (config_.by == ReferenceBy::absolute) has_count_ = false;
     }
@@ -110,7 +110,7 @@ void AxisReference::passIndex(double u_mm, double speed_mm_s, double uncertainty
   }
   const double position_mm = u_mm + *zero_mm;
   const double off_mm = position_mm - nearestIndex_mm(position_mm, speed_mm_s);
-  if (std::abs(off_mm) > config_.index_tolerance_mm + uncertainty_mm) return lose(ReferenceFault::wrong_index);
+  if (std::abs(off_mm) > config_.index_tolerance_mm + uncertainty_mm) return dropReference(ReferenceFault::wrong_index);
   offset_mm_ = zero_mm;  // an absolute encoder that disagreed with a mark is believed again
 }
 
@@ -149,11 +149,11 @@ std::optional<double> AxisReference::position_mm(double counts) const {
 
 void AxisReference::encoderLost(bool is_gone) {
   if (config_.by == ReferenceBy::absolute && !is_gone) return;
-  lose(ReferenceFault::encoder_lost);
+  dropReference(ReferenceFault::encoder_lost);
   has_count_ = false;  // what comes next does not go on from there
 }
 
-void AxisReference::lose(ReferenceFault fault) {
+void AxisReference::dropReference(ReferenceFault fault) {
   last_fault_ = fault;
   if (config_.by != ReferenceBy::absolute) ++breaks_;
   pending_index_.reset();

@@ -82,7 +82,7 @@ class AxisReference {
   std::uint32_t unusedIndexes() const { return unused_indexes_; }  // passed too fast, two at once, of unknown place
 
  private:
-  void lose(ReferenceFault fault);
+  void dropReference(ReferenceFault fault);
   struct Pulse {
     MonoTime at{};
     std::optional<double> latched_mm;

@@ -103,7 +103,7 @@ metrology::Result result(const Json& json) {
   if (json.contains("chi2_reduced")) all.chi2_reduced = number(json.at("chi2_reduced"));
   if (json.contains("covariance")) {
     all.covariance = covarianceOf(json.at("covariance"));
-    all.weakest = metrology::weakestOf(*all.covariance);
+    all.weakest = metrology::worstDeterminedOf(*all.covariance);
   }
   all.convention = json.value("convention", std::string{});
   all.warnings = json.at("warnings").get<std::vector<std::string>>();

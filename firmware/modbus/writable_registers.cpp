@@ -49,8 +49,8 @@ Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t
           .axis = static_cast<Axis>(axis), .position_mm = valueAt(address::home_position + 2 * axis, words), .at = {}});
     }
   }
-  if (changed(address::wish_commit)) {
-    if (const auto refusal = checkWish(words)) return *refusal;
+  if (changed(address::request_commit)) {
+    if (const auto refusal = checkRequest(words)) return *refusal;
   }
   if (changed(address::pose_commit)) {
     if (const auto refusal = checkPose(words)) return *refusal;
@@ -73,12 +73,12 @@ std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
   if (words[address::inhibit] > 1) return refuse("inhibit is 0 or 1");
   if (words[address::home_axes] > 7) return refuse("the axes that were homed are bits 0 to 2");
   if (words[address::pose_told] > 15) return refuse("the content of a pose is bits 0 to 3");
-  if (words[address::wish_speeds] > kMostSpeeds) return refuse("a run has up to 8 speeds");
-  if (words[address::wish_read_by] > 2) return refuse("read by is 0 the tip, 1 a sensor head, 2 the shank too");
-  if (words[address::wish_axis] > 6) return refuse("the axis is 0 to 6");
-  if (words[address::wish_contacts] > 1) return refuse("contacts is 0 or 1");
-  if (words[address::wish_what] > 4) return refuse("a request is 1 start, 2 abort, 3 or 4 accept");
-  if (words[address::wish_mounts] > 255) return refuse("there are up to 255 mounts");
+  if (words[address::request_speeds] > kMostSpeeds) return refuse("a run has up to 8 speeds");
+  if (words[address::request_read_by] > 2) return refuse("read by is 0 the tip, 1 a sensor head, 2 the shank too");
+  if (words[address::request_axis] > 6) return refuse("the axis is 0 to 6");
+  if (words[address::request_contacts] > 1) return refuse("contacts is 0 or 1");
+  if (words[address::request_what] > 4) return refuse("a request is 1 start, 2 abort, 3 or 4 accept");
+  if (words[address::request_mounts] > 255) return refuse("there are up to 255 mounts");
   return std::nullopt;
 }
 
@@ -135,39 +135,39 @@ std::optional<WriteRefusal> WritableRegisters::checkWhole(const Words& words, st
   return WriteRefusal{ExceptionCode::illegal_value, "the length of a tool is from 0 to 2000 mm"};
 }
 
-std::optional<WriteRefusal> WritableRegisters::checkWish(const Words& words) {
-  if (words[address::wish_commit] == 0)
+std::optional<WriteRefusal> WritableRegisters::checkRequest(const Words& words) {
+  if (words[address::request_commit] == 0)
     return WriteRefusal{ExceptionCode::illegal_value, "a request is committed by a number from 1 to 65535"};
-  if (words[address::wish_what] < 1 || words[address::wish_what] > 4)
+  if (words[address::request_what] < 1 || words[address::request_what] > 4)
     return WriteRefusal{ExceptionCode::illegal_value, "a request is 1 start, 2 abort, 3 or 4 accept"};
   return std::nullopt;
 }
 
-Wish WritableRegisters::wish() const {
+ControllerRequest WritableRegisters::controllerRequest() const {
   const auto scaled = [&](std::size_t address) { return valueAt(address, words_); };
-  Wish wish{.commit = words_[address::wish_commit],
-            .what = static_cast<Wish::What>(words_[address::wish_what]),
-            .of = static_cast<std::uint32_t>(scaled(address::wish_of)),
-            .method = words_[address::wish_method],
-            .options = {}};
-  auto& options = wish.options;
-  options.speed_count = static_cast<std::uint8_t>(words_[address::wish_speeds]);
-  for (std::size_t i = 0; i < options.speed_count; ++i) options.speeds_mm_s[i] = scaled(address::wish_speed + i);
-  options.overtravel_mm = scaled(address::wish_overtravel);
-  options.clearance_mm = scaled(address::wish_clearance);
-  options.approach_rad = radians(scaled(address::wish_approach));
-  options.arc_rad = radians(scaled(address::wish_arc));
-  options.angles = words_[address::wish_angles];
-  options.balls = words_[address::wish_balls];
-  options.axis = static_cast<std::uint8_t>(words_[address::wish_axis]);
-  options.turns = words_[address::wish_turns];
-  options.tool = words_[address::wish_tool];
-  options.head = words_[address::wish_read_by] == 1;
-  options.shank = words_[address::wish_read_by] == 2;
-  options.stations = words_[address::wish_stations];
-  options.mounts = static_cast<std::uint8_t>(words_[address::wish_mounts]);
-  options.contacts = words_[address::wish_contacts] != 0;
-  return wish;
+  ControllerRequest controller_request{.commit = words_[address::request_commit],
+                                       .what = static_cast<ControllerRequest::What>(words_[address::request_what]),
+                                       .of = static_cast<std::uint32_t>(scaled(address::request_of)),
+                                       .method = words_[address::request_method],
+                                       .options = {}};
+  auto& options = controller_request.options;
+  options.speed_count = static_cast<std::uint8_t>(words_[address::request_speeds]);
+  for (std::size_t i = 0; i < options.speed_count; ++i) options.speeds_mm_s[i] = scaled(address::request_speed + i);
+  options.overtravel_mm = scaled(address::request_overtravel);
+  options.clearance_mm = scaled(address::request_clearance);
+  options.approach_rad = radians(scaled(address::request_approach));
+  options.arc_rad = radians(scaled(address::request_arc));
+  options.angles = words_[address::request_angles];
+  options.balls = words_[address::request_balls];
+  options.axis = static_cast<std::uint8_t>(words_[address::request_axis]);
+  options.turns = words_[address::request_turns];
+  options.tool = words_[address::request_tool];
+  options.head = words_[address::request_read_by] == 1;
+  options.shank = words_[address::request_read_by] == 2;
+  options.stations = words_[address::request_stations];
+  options.mounts = static_cast<std::uint8_t>(words_[address::request_mounts]);
+  options.contacts = words_[address::request_contacts] != 0;
+  return controller_request;
 }
 
 PoseTold WritableRegisters::poseOf(const Words& words) {

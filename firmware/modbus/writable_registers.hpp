@@ -22,7 +22,7 @@ struct WriteRefusal {
 };
 
 // Request of a controller about a run or a result: registers 800 to 837. Options of zero mean the method's default.
-struct Wish {
+struct ControllerRequest {
   enum class What : std::uint16_t { start = 1, abort = 2, accept = 3, accept_although_it_differs = 4 };
   std::uint16_t commit{};
   What what{};
@@ -44,7 +44,7 @@ class WritableRegisters {
   void restart() { *this = {}; }
 
   // The request that was committed last; commit 0: none yet.
-  Wish wish() const;
+  ControllerRequest controllerRequest() const;
 
   WordOrder wordOrder() const { return static_cast<WordOrder>(words_[address::word_order]); }
 
@@ -57,7 +57,7 @@ class WritableRegisters {
   static std::optional<WriteRefusal> checkMarker(const Words& words);
   static std::optional<WriteRefusal> checkHoming(const Words& words);
   static std::optional<WriteRefusal> checkPose(const Words& words);
-  static std::optional<WriteRefusal> checkWish(const Words& words);
+  static std::optional<WriteRefusal> checkRequest(const Words& words);
   static std::optional<WriteRefusal> checkWhole(const Words& words, std::uint16_t first, std::size_t count);
   static PoseTold poseOf(const Words& words);
   static Marker markerOf(const Words& words);

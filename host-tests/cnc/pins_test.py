@@ -22,8 +22,8 @@ def main():
         if program.endswith(".ngc"):
             used = set(re.findall(r"_hal\[(probebox\.step-[a-z-]+)\]", open(os.path.join(kit, program)).read()))
             assert used <= made, (program, used - made)
-    for pin, at in [("homing-commit", 137), ("pose-commit", 250), ("marker-commit", 157), ("wish-commit", 837), ("wish-answered", 838),
-                    ("inhibit", 138), ("wish-contacts", 830), ("calibration-result", 102)]:
+    for pin, at in [("homing-commit", 137), ("pose-commit", 250), ("marker-commit", 157), ("request-commit", 837), ("request-answered", 838),
+                    ("inhibit", 138), ("request-contacts", 830), ("calibration-result", 102)]:
         assert registers["probebox." + pin]["address"] == at, pin
     print("ok")
 

@@ -60,8 +60,8 @@ void VirtualHost::carry(MonoTime now, const stream::Vitals& vitals) {
   if (client_->state() != link::LinkState::ready || asked_) return;
   asked_ = true;
   messages::Start start;
-  start.profile = wish_.profile;
-  start.policy = wish_.policy;
+  start.profile = options_.profile;
+  start.policy = options_.policy;
   start.has_resume = first_.has_value();
   start.resume_from = next_;
   start.triggers = true;
@@ -141,8 +141,8 @@ void Office::boot() {
   session_.boot_id.fill(static_cast<std::byte>(++boots_));
 }
 
-VirtualHost& Office::add(const Wish& wish) {
-  auto& host = *hosts_.emplace_back(std::make_unique<VirtualHost>(wish));
+VirtualHost& Office::add(const StreamOptions& options) {
+  auto& host = *hosts_.emplace_back(std::make_unique<VirtualHost>(options));
   connect(host);
   return host;
 }

@@ -39,7 +39,7 @@ class WireEnd : public io::BytePipe {
 };
 
 // What a host wants.
-struct Wish {
+struct StreamOptions {
   messages::Policy policy{messages::Policy::record};
   messages::Profile profile{messages::Profile::fast};
 };
@@ -47,7 +47,7 @@ struct Wish {
 // A host and its link, over as many connections as it takes. Each sample index counts once: received or declared lost.
 class VirtualHost : private link::StreamListener {
  public:
-  explicit VirtualHost(const Wish& wish) : wish_{wish} {}
+  explicit VirtualHost(const StreamOptions& options) : options_{options} {}
 
   // A new connection; from the first sample that it does not have, if it had one before.
   void connect(const stream::SessionOptions& session, const stream::History& history);
@@ -85,7 +85,7 @@ class VirtualHost : private link::StreamListener {
   void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override;
   std::uint64_t newOf(SampleIndex first, std::uint64_t count);
 
-  Wish wish_;
+  StreamOptions options_;
   std::shared_ptr<WireState> to_host_;
   std::shared_ptr<WireState> to_box_;
   std::unique_ptr<app::HostLink> link_;
@@ -114,7 +114,7 @@ class Office : private box::Outputs {
   ~Office() override;
 
   Scenario& scenario() { return scenario_; }
-  VirtualHost& add(const Wish& wish = {});
+  VirtualHost& add(const StreamOptions& options = {});
   void connect(VirtualHost& host);
   void run(Nanoseconds duration);
   // Another boot of the daemon: nobody remembers anything but what is `restored`.

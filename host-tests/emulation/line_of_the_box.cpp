@@ -7,7 +7,7 @@ std::vector<std::uint16_t> LineOfTheBox::read(std::uint16_t first, std::size_t c
   published::LineState line;
   line.boots = 1;
   line.features.sphere_reach_mm = office_.scenario().facts.sphereReach_mm().value_or(0);
-  line.wish = wishes_.state(snapshot);
+  line.controller_request = requests_.state(snapshot);
   image_.fill(snapshot, line, boot_.inForce().served(), modbus::WordOrder::high_first);
   writable_.show(image_.registers());
   const auto words = std::as_const(image_).registers().subspan(first, count);
@@ -19,9 +19,9 @@ bool LineOfTheBox::write(std::uint16_t first, std::span<const std::uint16_t> val
   const auto events = changed.write(first, values);
   if (!events) return false;
   if (boot_.take(*events)) return false;
-  const bool wishes = changed.wish().commit != writable_.wish().commit;
+  const bool requests = changed.controllerRequest().commit != writable_.controllerRequest().commit;
   writable_ = changed;
-  if (wishes) wishes_.make(writable_.wish());
+  if (requests) requests_.make(writable_.controllerRequest());
   return true;
 }
 

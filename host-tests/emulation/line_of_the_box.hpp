@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "firmware/app/cnc/wishes.hpp"
+#include "firmware/app/cnc/controller_requests.hpp"
 #include "firmware/modbus/register_image.hpp"
 #include "firmware/modbus/writable_registers.hpp"
 #include "host-tests/emulation/boot.hpp"
@@ -34,10 +34,10 @@ class LineOfTheBox {
   Boot& boot_;
   modbus::WritableRegisters writable_;
   modbus::RegisterImage image_;
-  app::Wishes wishes_{"controller at line 1",
-                      [this](messages::Operation operation, const std::vector<std::byte>& body,
-                             const std::function<void(app::Reply)>& then) { ask(operation, body, then); },
-                      [this](std::uint64_t result) { return boot_.inForce().isWaiting(result); }};
+  app::ControllerRequests requests_{"controller at line 1",
+                                    [this](messages::Operation operation, const std::vector<std::byte>& body,
+                                           const std::function<void(app::Reply)>& then) { ask(operation, body, then); },
+                                    [this](std::uint64_t result) { return boot_.inForce().isWaiting(result); }};
 };
 
 }  // namespace probebox::scenario

@@ -73,7 +73,7 @@ class Box {
                             order_ = order;
                             return true;
                           },
-                      .wish = [this](const modbus::Wish&) { ++told_; }}};
+                      .controller_request = [this](const modbus::ControllerRequest&) { ++told_; }}};
 };
 
 void serial(std::span<const std::byte> bytes, std::size_t piece, Box& box) {

@@ -148,7 +148,8 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "homings that were taken and then refused, because the axis began to move or its encoder fell silent; wraps",
      wraps16<&Snapshot::refused_homings>},
     {50, "boots", u16, 1, "", read,
-     "+1 at every start of the box; wraps. Where it has changed, markers, homings, poses and wishes have to be written "
+     "+1 at every start of the box; wraps. Where it has changed, markers, homings, poses and requests have to be "
+     "written "
      "again, and "
      "axes that are not absolute to be homed",
      of<&LineState::boots>},

@@ -37,7 +37,7 @@ Rules for the master:
   Register 48 is 0 meanwhile, and register 3 counts on. Read at least once a second, so that the correction keeps up. A master that holds an offset
   over a power cut of the box limits the rate itself when it goes on.
 - Registers 128 and 138 are stored before the write is answered, and restored before the first answer after any end. Markers,
-  homings, poses, wishes and their commit registers begin at 0 again when the box starts or the serial line was unplugged; references of axes
+  homings, poses, requests and their commit registers begin at 0 again when the box starts or the serial line was unplugged; references of axes
   that are not absolute, the tool and angles that the controller sent are lost with a start of the box, and so is the mask, which
   begins as machine.toml has it.
 - Tables by tool number have 99 rows of 16 registers; the address of row N is that of row 1, which is listed, plus 16 (N - 1). One request
@@ -106,8 +106,8 @@ std::string referencePage(std::span<const MethodNumber> methods) {
   for (const auto& entry : registers()) row(out, entry);
   out << "\nNumbers of methods in register " << address::calibration_method << ":\n\n| number | method |\n|---|---|\n";
   for (const auto& [number, name] : methods) out << "| " << number << " | " << name << " |\n";
-  out << "\nCodes of refusals in registers " << address::calibration_refusal << ", " << address::wish_refusal << " and "
-      << address::step_fault << "; those from " << refusal::of_solver
+  out << "\nCodes of refusals in registers " << address::calibration_refusal << ", " << address::request_refusal
+      << " and " << address::step_fault << "; those from " << refusal::of_solver
       << " on are the names that docs/metrology.md explains:\n\n| code | refusal |\n|---|---|\n";
   for (const auto& [code, text] : refusalCodes()) out << "| " << code << " | " << text << " |\n";
   return out.str();

@@ -26,7 +26,7 @@ struct ServedResults {
 };
 
 // State of the last request about runs and results that came over one line of a controller.
-struct WishState {
+struct ControllerRequestState {
   std::uint16_t answered{};  // commit number
   std::uint16_t outcome{};   // 0 none, 1 in hand, 2 done, 3 refused
   std::uint16_t refusal{};   // code
@@ -48,7 +48,7 @@ struct KnownFeatures {
 struct LineState {
   std::uint16_t boots{};
   std::uint16_t calibration_refusal{};
-  WishState wish;
+  ControllerRequestState controller_request;
   KnownFeatures features;
 };
 

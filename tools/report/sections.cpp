@@ -154,7 +154,7 @@ std::string nameOfComponent(const Subject& subject, const std::string& component
 }
 
 // The worst-determined combination by its largest shares.
-std::string combinationOf(const Subject& subject, const metrology::Weakest& weakest) {
+std::string combinationOf(const Subject& subject, const metrology::WorstDetermined& weakest) {
   std::vector<std::size_t> order;
   for (std::size_t k = 0; k < weakest.components.size(); ++k) order.push_back(k);
   std::ranges::stable_sort(order, std::greater{}, [&](std::size_t k) { return std::abs(weakest.coefficients[k]); });

@@ -25,7 +25,7 @@ class CncFace {
   virtual std::uint64_t rounds() const = 0;
 };
 
-struct CncColleagues {
+struct CncDependencies {
   ControlDesk& desk;
   LinkService& links;
   DoorBook& doors;

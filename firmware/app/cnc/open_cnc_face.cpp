@@ -12,9 +12,9 @@
 #include <utility>
 
 #include "firmware/app/cnc/cnc_face.hpp"
+#include "firmware/app/cnc/controller_requests.hpp"
 #include "firmware/app/cnc/register_server.hpp"
 #include "firmware/app/cnc/text_server.hpp"
-#include "firmware/app/cnc/wishes.hpp"
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/threads/time_source.hpp"
 #include "protocol/modbus/refusals.hpp"
@@ -25,7 +25,8 @@ namespace {
 // Serves a controller that sends and reads text.
 class TextLine final : public CncFace {
  public:
-  TextLine(const TextOptions& options, const board::Access& may, StateBuffer& states, const CncColleagues& colleagues);
+  TextLine(const TextOptions& options, const board::Access& may, StateBuffer& states,
+           const CncDependencies& dependencies);
   ~TextLine() override;
 
   void start() override;
@@ -37,7 +38,7 @@ class TextLine final : public CncFace {
 
   board::Access may_;
   StateBuffer& states_;
-  CncColleagues with_;
+  CncDependencies deps_;
   std::string device_;
   std::string door_;  // name in the DoorBook
   TimeSource time_;
@@ -48,10 +49,10 @@ class TextLine final : public CncFace {
 };
 
 TextLine::TextLine(const TextOptions& options, const board::Access& may, StateBuffer& states,
-                   const CncColleagues& colleagues)
+                   const CncDependencies& dependencies)
     : may_{may},
       states_{states},
-      with_{colleagues},
+      deps_{dependencies},
       device_{options.line.path},
       door_{(options.face == TextOptions::Face::tape ? "tape:" : "records:") + device_},
       server_{options,
@@ -59,11 +60,11 @@ TextLine::TextLine(const TextOptions& options, const board::Access& may, StateBu
               {.snapshot =
                    [this, follows = options.face != TextOptions::Face::tape] {
                      const auto snapshot = states_.newest().snapshot;
-                     return follows ? with_.served.shownTo(door_, snapshot) : snapshot;
+                     return follows ? deps_.served.shownTo(door_, snapshot) : snapshot;
                    },
                // Written down before it goes out.
-               .serves = [this](const published::Snapshot& snapshot) { with_.served.note(snapshot, door_); },
-               .take = [this](const tape::Said& said) { return with_.desk.take(said, door_, states_.newest(), may_); },
+               .serves = [this](const published::Snapshot& snapshot) { deps_.served.note(snapshot, door_); },
+               .take = [this](const tape::Said& said) { return deps_.desk.take(said, door_, states_.newest(), may_); },
                .run = [this] { return states_.newest().snapshot.calibration_run; },
                .report = [this](const std::string& text) { warnings_.warn(time_.now(), text); },
                .reached = [this](const tape::Positions& reached) { compare(reached); },
@@ -119,7 +120,7 @@ class CncLine final : public CncFace {
     std::optional<modbus::WordOrder> words{};  // of a port on the network; empty: the master of a serial line chooses
     std::function<std::unique_ptr<RegisterServer>(RegisterServer::Faces)> serve;
   };
-  CncLine(const Way& way, StateBuffer& states, const CncColleagues& colleagues);
+  CncLine(const Way& way, StateBuffer& states, const CncDependencies& dependencies);
   ~CncLine() override;
 
   void start() override;
@@ -129,19 +130,19 @@ class CncLine final : public CncFace {
  private:
   bool take(std::span<const Event> said);
   RegisterServer::Faces faces(std::optional<modbus::WordOrder> words);
-  bool mayWish(const modbus::Wish& wish);
+  bool mayRequest(const modbus::ControllerRequest& controller_request);
   bool keep(modbus::WordOrder order);
   published::LineState lineState(const published::Snapshot& snapshot);
 
   board::Access may_;
   StateBuffer& states_;
-  CncColleagues with_;
+  CncDependencies deps_;
   std::string name_;
   std::string door_;  // name in the DoorBook
   TimeSource time_;
   LimitedWarning refused_{std::chrono::seconds{10}};   // a master may repeat a refused write at every cycle
   LimitedWarning reported_{std::chrono::seconds{10}};  // anybody may knock at a port
-  Wishes wishes_;
+  ControllerRequests requests_;
   modbus::RegisterImage::Results features_of_;  // results in force that features_ were found with
   published::KnownFeatures features_;
   std::unique_ptr<RegisterServer> server_;
@@ -163,17 +164,17 @@ published::KnownFeatures knownFeatures(const procedure::Facts& facts) {
   return known;
 }
 
-CncLine::CncLine(const Way& way, StateBuffer& states, const CncColleagues& colleagues)
+CncLine::CncLine(const Way& way, StateBuffer& states, const CncDependencies& dependencies)
     : may_{way.may},
       states_{states},
-      with_{colleagues},
+      deps_{dependencies},
       name_{way.name},
       door_{way.kind + ":" + way.name},
-      wishes_{"controller at " + name_,
-              [this](messages::Operation operation, std::vector<std::byte> body, std::function<void(Reply)> then) {
-                with_.links.ask({door_, may_, operation, std::move(body), std::move(then)});
-              },
-              [this](std::uint64_t result) { return with_.calibrations.inForce().isWaiting(result); }},
+      requests_{"controller at " + name_,
+                [this](messages::Operation operation, std::vector<std::byte> body, std::function<void(Reply)> then) {
+                  deps_.links.ask({door_, may_, operation, std::move(body), std::move(then)});
+                },
+                [this](std::uint64_t result) { return deps_.calibrations.inForce().isWaiting(result); }},
       server_{way.serve(faces(way.words))} {}
 
 RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
@@ -185,20 +186,22 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
       .snapshot = [this] { return states_.newest().snapshot; },
       .shown_to = [this, nameOf](
                       std::string_view reader,
-                      const published::Snapshot& snapshot) { return with_.served.shownTo(nameOf(reader), snapshot); },
+                      const published::Snapshot& snapshot) { return deps_.served.shownTo(nameOf(reader), snapshot); },
       .take = [this](std::span<const Event> said) { return take(said); },
       .kept =
           [this, words] {
-            return RegisterDesk::Kept{words.value_or(static_cast<modbus::WordOrder>(with_.doors.wordOrder(door_))),
-                                      with_.doors.inhibits(door_)};
+            return RegisterDesk::Kept{words.value_or(static_cast<modbus::WordOrder>(deps_.doors.wordOrder(door_))),
+                                      deps_.doors.inhibits(door_)};
           },
       .line = [this](const published::Snapshot& snapshot) { return lineState(snapshot); },
       // Written down before the answer that has it goes out.
       .serves = [this, nameOf](const published::Snapshot& snapshot,
-                               std::string_view reader) { with_.served.note(snapshot, nameOf(reader)); },
-      .results = [this] { return with_.calibrations.inForce().served(); },
-      .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); },
-      .may_wish = [this](const modbus::Wish& wish) { return mayWish(wish); },
+                               std::string_view reader) { deps_.served.note(snapshot, nameOf(reader)); },
+      .results = [this] { return deps_.calibrations.inForce().served(); },
+      .controller_request =
+          [this](const modbus::ControllerRequest& controller_request) { requests_.make(controller_request); },
+      .may_request =
+          [this](const modbus::ControllerRequest& controller_request) { return mayRequest(controller_request); },
       .only_looks = !board::givesARight(may_)};
   if (!words) registers.keep = [this](modbus::WordOrder order) { return keep(order); };
   return {.registers = std::move(registers),
@@ -209,7 +212,7 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
               },
           .round =
               [this] {
-                for (const auto& why : wishes_.newRefusals())
+                for (const auto& why : requests_.newRefusals())
                   refused_.warn(time_.now(), "What " + name_ + " asked for was refused: " + why);
                 refused_.look(time_.now());
                 reported_.look(time_.now());
@@ -238,15 +241,15 @@ messages::CncLineStatus CncLine::status() const {
 }
 
 published::LineState CncLine::lineState(const published::Snapshot& snapshot) {
-  if (const auto in_force = with_.calibrations.inForce().served(); in_force != features_of_) {
-    features_ = knownFeatures(with_.calibrations.factsNow());
+  if (const auto in_force = deps_.calibrations.inForce().served(); in_force != features_of_) {
+    features_ = knownFeatures(deps_.calibrations.factsNow());
     features_of_ = in_force;
   }
   std::uint16_t refusal = 0;
   if (snapshot.calibration == published::CalibrationState::refused) {
     const auto& step = snapshot.step;
     const bool in_a_step = snapshot.calibration_step < snapshot.calibration_steps;
-    const auto text = with_.calibrations.lastRefusal();
+    const auto text = deps_.calibrations.lastRefusal();
     if (!in_a_step) {
       refusal = modbus::codeOfRefusal(text.substr(0, text.find(':')));
     } else {
@@ -254,18 +257,21 @@ published::LineState CncLine::lineState(const published::Snapshot& snapshot) {
                                                           : modbus::refusal::of_step + unsigned{step.fault});
     }
   }
-  return {.boots = with_.boots, .calibration_refusal = refusal, .wish = wishes_.state(snapshot), .features = features_};
+  return {.boots = deps_.boots,
+          .calibration_refusal = refusal,
+          .controller_request = requests_.state(snapshot),
+          .features = features_};
 }
 
 bool CncLine::take(std::span<const Event> said) {
-  const auto error = with_.desk.take(said, door_, states_.newest(), may_);
+  const auto error = deps_.desk.take(said, door_, states_.newest(), may_);
   if (error) refused_.warn(time_.now(), "What " + name_ + " wrote was refused: " + error->what);
   return !error;
 }
 
-bool CncLine::mayWish(const modbus::Wish& wish) {
-  using What = modbus::Wish::What;
-  const bool runs = wish.what == What::start || wish.what == What::abort;
+bool CncLine::mayRequest(const modbus::ControllerRequest& controller_request) {
+  using What = modbus::ControllerRequest::What;
+  const bool runs = controller_request.what == What::start || controller_request.what == What::abort;
   if (runs ? may_.allow_calibrate : may_.allow_accept) return true;
   refused_.warn(time_.now(), "What " + name_ + " asked for was refused: service.toml does not allow it: set " +
                                  (runs ? "allow_calibrate" : "allow_accept") + " = true for this line.");
@@ -273,7 +279,7 @@ bool CncLine::mayWish(const modbus::Wish& wish) {
 }
 
 bool CncLine::keep(modbus::WordOrder order) {
-  const auto error = with_.doors.keepWordOrder(door_, static_cast<std::uint16_t>(order));
+  const auto error = deps_.doors.keepWordOrder(door_, static_cast<std::uint16_t>(order));
   if (error) logWarning("The word order of " + name_ + " was refused: " + error->what);
   return !error;
 }
@@ -305,17 +311,17 @@ const serial::Address* serialLineOf(const CncOptions& options) {
 }
 
 Outcome<std::unique_ptr<CncFace>> openCncFace(const CncOptions& options, const board::Access& may, StateBuffer& states,
-                                              const CncColleagues& colleagues, const Listen& listen) {
+                                              const CncDependencies& dependencies, const Listen& listen) {
   if (const auto* text = std::get_if<TextOptions>(&options))
-    return std::unique_ptr<CncFace>{std::make_unique<TextLine>(*text, may, states, colleagues)};
+    return std::unique_ptr<CncFace>{std::make_unique<TextLine>(*text, may, states, dependencies)};
   if (const auto* line = std::get_if<ModbusOptions>(&options)) {
     auto modbus = *line;
-    modbus.revision = colleagues.revision;
+    modbus.revision = dependencies.revision;
     const CncLine::Way way{
         .kind = "modbus", .name = modbus.line.path, .may = may, .serve = [&modbus](RegisterServer::Faces faces) {
           return std::make_unique<ModbusServer>(modbus, std::move(faces));
         }};
-    return std::unique_ptr<CncFace>{std::make_unique<CncLine>(way, states, colleagues)};
+    return std::unique_ptr<CncFace>{std::make_unique<CncLine>(way, states, dependencies)};
   }
   const auto& [address, words] = std::get<ModbusTcpOptions>(options);
   TRY(auto listener, listen(address));
@@ -324,10 +330,10 @@ Outcome<std::unique_ptr<CncFace>> openCncFace(const CncOptions& options, const b
                          .may = may,
                          .words = words,
                          .serve = [&](RegisterServer::Faces faces) {
-                           return std::make_unique<ModbusTcpServer>(std::move(listener), colleagues.revision,
+                           return std::make_unique<ModbusTcpServer>(std::move(listener), dependencies.revision,
                                                                     std::move(faces));
                          }};
-  return std::unique_ptr<CncFace>{std::make_unique<CncLine>(way, states, colleagues)};
+  return std::unique_ptr<CncFace>{std::make_unique<CncLine>(way, states, dependencies)};
 }
 
 }  // namespace probebox::app

@@ -25,6 +25,6 @@ using Listen = std::function<Outcome<tcp::Listener>(const tcp::Address&)>;
 // may: rights of the controller. A serial line that is not there yet is opened when it comes; a listener that cannot be
 // had is an error.
 Outcome<std::unique_ptr<CncFace>> openCncFace(const CncOptions& options, const board::Access& may, StateBuffer& states,
-                                              const CncColleagues& colleagues, const Listen& listen);
+                                              const CncDependencies& dependencies, const Listen& listen);
 
 }  // namespace probebox::app

@@ -127,8 +127,8 @@ RegisterDesk::Answer RegisterDesk::write(const modbus::Request& request) {
   auto changed = writable_;
   const auto outcome = changed.write(request.address(), std::span{values}.first(wanted));
   if (!outcome) return refuse(request, static_cast<unsigned>(outcome.error().code));
-  const bool wishes = changed.wish().commit != writable_.wish().commit;
-  if (wishes && faces_.may_wish && !faces_.may_wish(changed.wish()))
+  const bool requests = changed.controllerRequest().commit != writable_.controllerRequest().commit;
+  if (requests && faces_.may_request && !faces_.may_request(changed.controllerRequest()))
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   const auto order = writable_.wordOrder();
   const bool reorders = changed.wordOrder() != order;
@@ -140,7 +140,7 @@ RegisterDesk::Answer RegisterDesk::write(const modbus::Request& request) {
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   }
   writable_ = changed;
-  if (wishes && faces_.wish) faces_.wish(writable_.wish());
+  if (requests && faces_.controller_request) faces_.controller_request(writable_.controllerRequest());
   return reply(request);
 }
 

@@ -33,8 +33,9 @@ class RegisterDesk {
     // The answer that is about to go out to this reader has the correction of this snapshot.
     std::function<void(const published::Snapshot&, std::string_view reader)> serves{};
     std::function<modbus::RegisterImage::Results()> results{};  // in force
-    std::function<void(const modbus::Wish&)> wish{};            // a request about a run or a result was committed
-    std::function<bool(const modbus::Wish&)> may_wish{};        // false refuses it. Null: all are allowed
+    std::function<void(const modbus::ControllerRequest&)>
+        controller_request{};  // a request about a run or a result was committed
+    std::function<bool(const modbus::ControllerRequest&)> may_request{};  // false refuses it. Null: all are allowed
     bool only_looks{};  // may write nothing but the word order of its own answers
   };
   struct Answer {

@@ -101,8 +101,8 @@ std::optional<Error> whyStray(const Marker& marker, const box::State& state) {
 
 }  // namespace
 
-ControlDesk::ControlDesk(Identity identity, const Colleagues& colleagues, std::function<void(Reply)> reply_later)
-    : identity_{std::move(identity)}, with_{colleagues}, reply_later_{std::move(reply_later)} {}
+ControlDesk::ControlDesk(Identity identity, const Dependencies& dependencies, std::function<void(Reply)> reply_later)
+    : identity_{std::move(identity)}, deps_{dependencies}, reply_later_{std::move(reply_later)} {}
 
 std::optional<Reply> ControlDesk::handle(const Caller& caller, const stream::PendingRequest& request,
                                          const box::State& state, const LinkVitals& vitals) {
@@ -126,7 +126,7 @@ Reply ControlDesk::answer(const board::Access& may, const stream::PendingRequest
     case Operation::procedure_status:
       return describeProcedure(state);
     case Operation::describe_machine:
-      return ok(machineDescription(identity_.machine, with_.calibrations.factsNow(), state));
+      return ok(machineDescription(identity_.machine, deps_.calibrations.factsNow(), state));
     case Operation::post_marker:
       return takeMarker(may, request.body, state);
     case Operation::start_procedure:
@@ -134,7 +134,7 @@ Reply ControlDesk::answer(const board::Access& may, const stream::PendingRequest
     case Operation::abort_procedure:
       return abortProcedure(may, request.body, state);
     case Operation::corrections:
-      return ok(correctionsAnswer(state, with_.calibrations.valuesInUse()));
+      return ok(correctionsAnswer(state, deps_.calibrations.valuesInUse()));
     case Operation::home_axes:
       return homeAxes(may, request.body, state);
     case Operation::tell_pose:
@@ -169,21 +169,21 @@ std::optional<Error> ControlDesk::whyNot(const Event& said, const box::State& st
   if (const auto* marker = std::get_if<Marker>(&said)) return whyStray(*marker, state);
   const auto* homed = std::get_if<AxisHomed>(&said);
   if (homed == nullptr) return std::nullopt;
-  if (auto error = whyOutside(*homed, with_.travel)) return error;
+  if (auto error = whyOutside(*homed, deps_.travel)) return error;
   return whyNotHomed(*homed, state);
 }
 
 std::optional<Error> ControlDesk::post(Event said, const box::State& state, const board::Access& may) {
   if (auto error = whyNot(said, state, may)) return error;
-  std::visit([now = with_.time.now()](auto& event) { event.at = now; }, said);
-  if (!with_.commands.push(said)) return Error{"The box is busy: send it again."};
+  std::visit([now = deps_.time.now()](auto& event) { event.at = now; }, said);
+  if (!deps_.commands.push(said)) return Error{"The box is busy: send it again."};
   return std::nullopt;
 }
 
 std::optional<Error> ControlDesk::take(std::span<const Event> said, const std::string& door, const box::State& state,
                                        const board::Access& may) {
   for (const auto& event : said) {
-    if (const auto* cut = std::get_if<CutInhibit>(&event); cut != nullptr && with_.doors.inhibits(door) == cut->active)
+    if (const auto* cut = std::get_if<CutInhibit>(&event); cut != nullptr && deps_.doors.inhibits(door) == cut->active)
       continue;  // it holds already
     if (auto error = whyNot(event, state, may)) return error;
   }
@@ -191,7 +191,7 @@ std::optional<Error> ControlDesk::take(std::span<const Event> said, const std::s
   for (const auto& event : said) {
     const auto* cut = std::get_if<CutInhibit>(&event);
     if (cut == nullptr) continue;
-    if (auto error = with_.doors.setInhibit(door, cut->active, "")) return error;
+    if (auto error = deps_.doors.setInhibit(door, cut->active, "")) return error;
   }
   for (const auto& event : said) {
     if (std::holds_alternative<CutInhibit>(event)) continue;
@@ -218,7 +218,7 @@ Reply ControlDesk::homeAxes(const board::Access& may, std::span<const std::byte>
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if ((unsigned{request->axes} >> axis & 1U) == 0) continue;
     const AxisHomed one{.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}};
-    if (const auto error = whyOutside(one, with_.travel)) return refused(ErrorCode::refused, error->what);
+    if (const auto error = whyOutside(one, deps_.travel)) return refused(ErrorCode::refused, error->what);
     homed.emplace_back(one);
     names.append(" ").append(1, "XYZ"[axis]);
   }
@@ -235,7 +235,7 @@ Reply ControlDesk::enableSources(const board::Access& may, std::span<const std::
   if (state.snapshot.inhibited)
     return refused(ErrorCode::wrong_state,
                    "A cut is in progress, and results cannot change: try again when it is over.");
-  if (!with_.commands.push(SourcesEnabled{.mask = request->mask, .at = with_.time.now()}))
+  if (!deps_.commands.push(SourcesEnabled{.mask = request->mask, .at = deps_.time.now()}))
     return refused(ErrorCode::busy, "The box is busy: send the request again.");
   return ok(messages::Nothing{});
 }
@@ -252,9 +252,9 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
     return refused(ErrorCode::not_found,
                    "This box has no procedure '" + request->method + "'" + meant + "; it has: " + known + ".");
   }
-  const auto facts = with_.calibrations.factsNow();
+  const auto facts = deps_.calibrations.factsNow();
   TRY(const auto options, plannedOptions(*method, *request, facts, state));
-  if (const auto error = procedure::whyRefused(*method, options, with_.deflection_limit_mm))
+  if (const auto error = procedure::whyRefused(*method, options, deps_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
   const bool has_delay = state.snapshot.delay.calibrated;
   if (const auto why =
@@ -280,9 +280,9 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
     return refused(ErrorCode::wrong_state, error->what);
   const ProcedureStarted started{.run = std::max(last_run_, state.procedure.run) + 1,
                                  .method = method->number,
-                                 .at = with_.time.now(),
+                                 .at = deps_.time.now(),
                                  .options = options};
-  if (!with_.commands.push(started)) return refused(ErrorCode::busy, "The box is busy: try again.");
+  if (!deps_.commands.push(started)) return refused(ErrorCode::busy, "The box is busy: try again.");
   last_run_ = started.run;
   options_ = options;
   procedure::fill(plan_, *method, options_);
@@ -305,15 +305,15 @@ Reply ControlDesk::abortProcedure(const board::Access& may, std::span<const std:
   if (!starting && state.procedure.state == procedure::State::solving)
     return refused(ErrorCode::wrong_state,
                    "All touches are done and are being solved: wait for the result, and do not accept it.");
-  const ProcedureAborted aborted{.run = run, .at = with_.time.now()};
-  if (!with_.commands.push(aborted)) return refused(ErrorCode::busy, "The box is busy: try again.");
+  const ProcedureAborted aborted{.run = run, .at = deps_.time.now()};
+  if (!deps_.commands.push(aborted)) return refused(ErrorCode::busy, "The box is busy: try again.");
   return ok(messages::Nothing{});
 }
 
 // Whoever may not do it at all hears that first, from the desk itself.
 std::optional<Error> ControlDesk::whyNotProvision(const Caller& caller, const box::State& state) const {
   if (!caller.may.allow_provision.value_or(false)) return std::nullopt;
-  return whyNotAtRest({.cut_is_on = state.snapshot.inhibited || with_.doors.anyInhibits(),
+  return whyNotAtRest({.cut_is_on = state.snapshot.inhibited || deps_.doors.anyInhibits(),
                        .run_is_on = last_run_ > state.procedure.run || inProgress(state.procedure.state)});
 }
 
@@ -325,10 +325,10 @@ std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::
       reply.ticket = ticket;
       reply_later_(std::move(reply));
     };
-    if (operation == Operation::loop_back) return then(with_.loop_back.answer(*body, caller.may));
-    if (UnitDesk::answers(operation)) return then(with_.unit.answer(operation, *body, caller.may));
-    if (UpdateDesk::answers(operation)) return then(with_.updates.answer(operation, *body, caller));
-    with_.results.answer(operation, *body, caller, then);
+    if (operation == Operation::loop_back) return then(deps_.loop_back.answer(*body, caller.may));
+    if (UnitDesk::answers(operation)) return then(deps_.unit.answer(operation, *body, caller.may));
+    if (UpdateDesk::answers(operation)) return then(deps_.updates.answer(operation, *body, caller));
+    deps_.results.answer(operation, *body, caller, then);
   };
   const auto busy = [&](const char* why) {
     Reply reply = refused(ErrorCode::busy, why);
@@ -338,12 +338,12 @@ std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::
   };
   const auto rank = board::givesARight(caller.may) ? Worker::Rank::usual : Worker::Rank::guest;
   if (request.operation != Operation::loop_back)
-    return with_.worker.post(job, rank) ? std::nullopt
+    return deps_.worker.post(job, rank) ? std::nullopt
                                         : std::optional{busy("Too many requests are waiting: try again.")};
   // It takes seconds: one after the other, hosts would lose patience.
-  if (with_.loop_back.begin()) {
-    if (with_.worker.post(job, Worker::Rank::patient)) return std::nullopt;
-    with_.loop_back.end();
+  if (deps_.loop_back.begin()) {
+    if (deps_.worker.post(job, Worker::Rank::patient)) return std::nullopt;
+    deps_.loop_back.end();
   }
   return busy("The loop-back is already being measured, or too many requests are waiting: try again in a few seconds.");
 }

@@ -51,7 +51,7 @@ struct LinkVitals {
 // take().
 class ControlDesk {
  public:
-  struct Colleagues {
+  struct Dependencies {
     double deflection_limit_mm;  // of the probe
     const TimeSource& time;
     CommandQueue& commands;
@@ -70,7 +70,7 @@ class ControlDesk {
     std::uint8_t control_axes{};  // axes whose positions the controller sends: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C
     std::string boots_problem{};  // of the counter of starts, for status
   };
-  ControlDesk(Identity identity, const Colleagues& colleagues, std::function<void(Reply)> reply_later);
+  ControlDesk(Identity identity, const Dependencies& dependencies, std::function<void(Reply)> reply_later);
 
   // Returns nothing when the answer comes later, through `reply_later`.
   std::optional<Reply> handle(const Caller& caller, const stream::PendingRequest& request, const box::State& state,
@@ -103,7 +103,7 @@ class ControlDesk {
   std::optional<Reply> askWorker(const Caller& caller, const stream::PendingRequest& request);
 
   Identity identity_;
-  Colleagues with_;
+  Dependencies deps_;
   std::function<void(Reply)> reply_later_;
   std::uint32_t last_run_{};
   // Plan of the last run; only this class starts runs.

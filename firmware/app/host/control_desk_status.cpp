@@ -59,28 +59,28 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   answer.usb_ports = vitals.usb_ports;
   answer.not_let_in = vitals.not_let_in;
   static_cast<messages::CoreStatus&>(answer) = state.core;
-  answer.receiver.bad_packets = with_.counters.receiver_bad_packets;
-  answer.events.lost_in_journal = with_.counters.journal_lost_events;
-  answer.queue_high_water = with_.counters.queue_high_water;
-  answer.deadline_misses = with_.counters.deadline_misses;
+  answer.receiver.bad_packets = deps_.counters.receiver_bad_packets;
+  answer.events.lost_in_journal = deps_.counters.journal_lost_events;
+  answer.queue_high_water = deps_.counters.queue_high_water;
+  answer.deadline_misses = deps_.counters.deadline_misses;
   answer.procedure = procedureInWords(state);
-  answer.active_results = with_.calibrations.inForce().active();
-  answer.links = static_cast<std::uint16_t>(with_.counters.links.load());
-  answer.cnc_lines = with_.cnc_lines();
+  answer.active_results = deps_.calibrations.inForce().active();
+  answer.links = static_cast<std::uint16_t>(deps_.counters.links.load());
+  answer.cnc_lines = deps_.cnc_lines();
   for (const auto& line : answer.cnc_lines) {
     answer.modbus.requests += line.answered + line.refused;
     answer.modbus.bad_frames += line.bad_frames;
   }
-  answer.sources = sourcesOf(with_.sources.rows(), identity_.lines, state.snapshot);
-  for (auto& holder : with_.doors.holders())
+  answer.sources = sourcesOf(deps_.sources.rows(), identity_.lines, state.snapshot);
+  for (auto& holder : deps_.doors.holders())
     answer.inhibits.push_back(
         {.door = std::move(holder.door), .by = std::move(holder.by), .since_utc = std::move(holder.since_utc)});
-  answer.storage_problems = with_.calibrations.inForce().storageProblems();
-  answer.rests_on_retired = with_.calibrations.inForce().toRepeat();
-  std::ranges::move(with_.calibrations.placesThatDisagree(), std::back_inserter(answer.rests_on_retired));
-  answer.update = with_.updates.inWords();
-  for (auto problem : {with_.doors.problem(), with_.standing.notice(), with_.standing.problem(), with_.boots_problem,
-                       with_.unit.problem()}) {
+  answer.storage_problems = deps_.calibrations.inForce().storageProblems();
+  answer.rests_on_retired = deps_.calibrations.inForce().toRepeat();
+  std::ranges::move(deps_.calibrations.placesThatDisagree(), std::back_inserter(answer.rests_on_retired));
+  answer.update = deps_.updates.inWords();
+  for (auto problem : {deps_.doors.problem(), deps_.standing.notice(), deps_.standing.problem(), deps_.boots_problem,
+                       deps_.unit.problem()}) {
     if (!problem.empty()) answer.storage_problems.push_back(std::move(problem));
   }
   answer.process = processStatus();
@@ -126,7 +126,7 @@ std::string ControlDesk::procedureInWords(const box::State& state) const {
 }
 
 std::string ControlDesk::whereItStands(std::uint64_t result) const {
-  const auto& in_force = with_.calibrations.inForce();
+  const auto& in_force = deps_.calibrations.inForce();
   if (in_force.isWaiting(result)) return " is accepted and waits for the end of the cut";
   const auto active = in_force.active();
   if (std::ranges::find(active, result) != active.end()) return " is in force";
@@ -155,7 +155,7 @@ Reply ControlDesk::describeProcedure(const box::State& state) const {
   answer.prompt = procedureInWords(state);
   if (progress.step < progress.steps) static_cast<Step&>(answer) = procedure::asked(plan_.steps[progress.step]);
   if (progress.state == procedure::State::refused)
-    answer.refusal = progress.step < progress.steps ? failedStep(progress) : with_.calibrations.lastRefusal();
+    answer.refusal = progress.step < progress.steps ? failedStep(progress) : deps_.calibrations.lastRefusal();
   return ok(answer);
 }
 

@@ -42,7 +42,7 @@ Reply ControlDesk::tellPositions(const board::Access& may, std::span<const std::
   constexpr unsigned kAxes = (1U << (kLinearAxes + kRotaryAxes)) - 1;
   if (request->axes == 0 || (request->axes & ~kAxes) != 0)
     return refused(ErrorCode::malformed, "The axes are bits 0 to 5 (X Y Z A B C), and at least one of them.");
-  if ((request->axes & ~with_.control_axes) != 0)
+  if ((request->axes & ~deps_.control_axes) != 0)
     return refused(
         ErrorCode::refused,
         "An axis is told whose encoder is not the controller: write kind = \"control\" in its [encoder.AXIS] "

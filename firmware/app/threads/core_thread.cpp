@@ -98,17 +98,17 @@ void CoreThread::trigger(const box::PlacedTrigger& trigger) {
 
 // The links hear of every sample in order: what did not fit is told before what comes after it.
 bool CoreThread::feedItem() {
-  if (unsaid_count_ != 0) {
+  if (unreported_count_ != 0) {
     FeedItem gap;
     gap.kind = FeedItem::Kind::lost_in_queue;
-    gap.first = unsaid_first_;
-    gap.count = unsaid_count_;
-    if (feed_.push(gap)) unsaid_count_ = 0;
+    gap.first = unreported_first_;
+    gap.count = unreported_count_;
+    if (feed_.push(gap)) unreported_count_ = 0;
   }
-  const bool taken = unsaid_count_ == 0 && feed_.push(item_);
+  const bool taken = unreported_count_ == 0 && feed_.push(item_);
   if (!taken) {
-    if (unsaid_count_ == 0) unsaid_first_ = item_.first;
-    unsaid_count_ += item_.count;
+    if (unreported_count_ == 0) unreported_first_ = item_.first;
+    unreported_count_ += item_.count;
   }
   if (links_ != nullptr) links_->notify();
   return taken;

@@ -68,8 +68,8 @@ class CoreThread : private box::Outputs {
   Counters& counters_;
   Feed feed_{64};
   FeedItem item_;
-  SampleIndex unsaid_first_{};
-  std::uint64_t unsaid_count_{};  // samples lost to a full feed and not yet reported to the links
+  SampleIndex unreported_first_{};
+  std::uint64_t unreported_count_{};  // samples lost to a full feed and not yet reported to the links
   std::vector<std::unique_ptr<StateBuffer>> readers_;
   std::unique_ptr<EventQueue> journal_;
   Worker* worker_{};

@@ -71,8 +71,9 @@ std::string sentence(const UpdateStatus::Answer& now) {
 
 }  // namespace
 
-UpdateDesk::UpdateDesk(const std::filesystem::path& folder, const std::filesystem::path& reports, Colleagues colleagues)
-    : with_{std::move(colleagues)}, handed_over_{Clock::now()} {
+UpdateDesk::UpdateDesk(const std::filesystem::path& folder, const std::filesystem::path& reports,
+                       Dependencies dependencies)
+    : deps_{std::move(dependencies)}, handed_over_{Clock::now()} {
   if (reports.empty()) return;
   parts_.emplace(Parts{.updater = {reports, folder}, .file = BundleFile{folder}});
   report_ = parts_->updater.report();
@@ -96,8 +97,8 @@ Reply UpdateDesk::answer(Operation operation, std::span<const std::byte> body, c
 
 std::optional<Error> UpdateDesk::whyNotNow() const {
   if (!parts_) return Error{kNoUpdater};
-  if (!with_.confirmed()) return Error{kNotConfirmed};
-  return whyNotAtRest(with_.activity());
+  if (!deps_.confirmed()) return Error{kNotConfirmed};
+  return whyNotAtRest(deps_.activity());
 }
 
 Reply UpdateDesk::offer(std::span<const std::byte> body, Clock::time_point now) {
@@ -176,7 +177,7 @@ Reply UpdateDesk::install(std::span<const std::byte> body) {
   }
   checking_ = Asked{.installation = randomNumber(), .although_not_newer = request->although_not_newer};
   file.beginCheck();
-  with_.look_again();
+  deps_.look_again();
   return ok(InstallUpdate::Answer{.installation = checking_->installation});
 }
 
@@ -244,7 +245,7 @@ void UpdateDesk::check(Clock::time_point now) {
   auto& file = parts_->file;
   const auto checked = file.check();
   if (!checked) return end(checked.error().what);
-  if (*checked == BundleFile::Check::going_on) return with_.look_again();
+  if (*checked == BundleFile::Check::going_on) return deps_.look_again();
   if (*checked == BundleFile::Check::bad) {
     file.drop();
     return end(
@@ -278,7 +279,7 @@ void UpdateDesk::follow(Clock::time_point now) {
     why_failed_ =
         "updater-silent: the updater of this box reports nothing about the bundle: restart the box and try again.";
     logError(why_failed_);
-  } else if (report_->state == UpdateState::installed && !restart_asked_ && !whyNotAtRest(with_.activity())) {
+  } else if (report_->state == UpdateState::installed && !restart_asked_ && !whyNotAtRest(deps_.activity())) {
     const auto why = updater.askRestart();
     if (why) logError(why->what);
     restart_asked_ = !why;

@@ -23,7 +23,7 @@ namespace probebox::app {
 class UpdateDesk {
  public:
   using Clock = std::chrono::steady_clock;
-  struct Colleagues {
+  struct Dependencies {
     std::function<Activity()> activity;
     std::function<void()> look_again;  // calls look() soon
     std::function<bool()> confirmed;   // true once the running version has been found healthy
@@ -34,7 +34,7 @@ class UpdateDesk {
   static constexpr std::chrono::minutes kUnreported{40};
 
   // folder: for the bundle. reports: folder of the updater; empty where the box has none, and nothing is touched then.
-  UpdateDesk(const std::filesystem::path& folder, const std::filesystem::path& reports, Colleagues colleagues);
+  UpdateDesk(const std::filesystem::path& folder, const std::filesystem::path& reports, Dependencies dependencies);
 
   static bool answers(messages::Operation operation);
   Reply answer(messages::Operation operation, std::span<const std::byte> body, const Caller& caller,
@@ -68,7 +68,7 @@ class UpdateDesk {
   void end(const std::string& why);
   void tellWords();
 
-  Colleagues with_;
+  Dependencies deps_;
   std::optional<Parts> parts_;
   std::uint32_t offer_{};  // 0: none since the start, or it has ended
   std::uint32_t last_offer_{};

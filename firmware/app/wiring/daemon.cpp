@@ -73,7 +73,7 @@ struct Daemon::Parts {
               earlier.start},
         served{(state / "served-last").string(), boxConfig(descriptions).corrections.limits},
         standing{(state / "served").string(), boxConfig(descriptions).corrections.limits,
-                 [this](const Event& bounds) { insist(bounds); }, earlier.start},
+                 [this](const Event& bounds) { postBlocking(bounds); }, earlier.start},
         boots{countBoot((state / kBootsFile).string(), earlier.files)},
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal() : nullptr},
@@ -118,7 +118,7 @@ struct Daemon::Parts {
   }
 
   // The core empties its queue within milliseconds, and the worker may wait.
-  void insist(const Event& command) {
+  void postBlocking(const Event& command) {
     while (!tellCore(command)) std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }
 
@@ -138,8 +138,7 @@ struct Daemon::Parts {
   // Activity of the machine that an update has to wait for. For the worker's thread.
   Activity activity() {
     const auto& now = core_view.newest();
-    return {.cut_is_on = doors.anyInhibits() || now.snapshot.inhibited,
-            .run_is_on = inProgress(now.procedure.state)};
+    return {.cut_is_on = doors.anyInhibits() || now.snapshot.inhibited, .run_is_on = inProgress(now.procedure.state)};
   }
 
   void writeJournal() {
@@ -276,8 +275,8 @@ Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts,
       if (const auto why = whyOpenToMasters(text, listener.address(), service.doorAt(text))) return *why;
       return listener;
     };
-    const CncColleagues colleagues{desk, links, doors, served, calibrations, boots.count, firmwareVersion()};
-    TRY(auto face, openCncFace(options, service.accessAt(text), core.addStateReader(), colleagues, listen));
+    const CncDependencies dependencies{desk, links, doors, served, calibrations, boots.count, firmwareVersion()};
+    TRY(auto face, openCncFace(options, service.accessAt(text), core.addStateReader(), dependencies, listen));
     cnc_lines.push_back(std::move(face));
   }
   for (const auto& unused : passed_for_cnc)

@@ -51,11 +51,11 @@ struct Residuals {
 
 // The worst-determined combination of the promised values: its coefficients for values in units of their sd. Its own sd
 // is 1 for uncorrelated values, at most the square root of their number.
-struct Weakest {
+struct WorstDetermined {
   std::vector<std::string> components;
   std::vector<double> coefficients;  // unit length
   double sd{};
-  friend bool operator==(const Weakest&, const Weakest&) = default;
+  friend bool operator==(const WorstDetermined&, const WorstDetermined&) = default;
 };
 
 // Result of every method.
@@ -73,7 +73,7 @@ struct Result {
   std::vector<Dropped> dropped;
   std::string design_per;                 // the reading whose sigma the design figures are per: "one coordinate, mm"
   std::vector<std::string> unobservable;  // quantities that such readings cannot determine, or that these do not
-  std::optional<Weakest> weakest;
+  std::optional<WorstDetermined> weakest;
   std::vector<Contribution> budget;
   Residuals residuals;
   std::vector<Condition> conditions;  // stated conditions of the measurement

@@ -68,12 +68,12 @@ std::optional<Refusal> speedOfDriveDiffers(const TouchPlan& plan, double speed_m
                                       " is stated; set the feed override to 100 %, or correct the time stamps"};
 }
 
-constexpr double kMissing = 1.5;      // periods between samples of the contact
-constexpr double kApexShare = 0.05;   // of the depth, that counts as the apex
-constexpr double kFlatShare = 0.20;   // of the contact, that a rest may take
-constexpr double kMostKink = 0.125;   // of the contact, to either side of the apex
-constexpr double kSettling_s = 0.02;  // a stylus that bounced at contact is quiet after this
-constexpr double kUneasy = 1.3;       // residuals that much above the noise: it did bounce
+constexpr double kMissing = 1.5;              // periods between samples of the contact
+constexpr double kApexShare = 0.05;           // of the depth, that counts as the apex
+constexpr double kFlatShare = 0.20;           // of the contact, that a rest may take
+constexpr double kMostKink = 0.125;           // of the contact, to either side of the apex
+constexpr double kSettling_s = 0.02;          // a stylus that bounced at contact is quiet after this
+constexpr double kBounceResidualRatio = 1.3;  // residuals that much above the noise: it did bounce
 // Where ringing is fitted to what a bounce leaves: of 4000 simulated drives with bounces of 0.2 mm, 14 of the 33 with
 // 10 and fewer were off by 20 sd and more, and none of those with more.
 constexpr std::size_t kLeastFreedom = 11;
@@ -321,7 +321,8 @@ std::optional<RoundedMotion> roundedIn(const Touch& touch, const Contact& contac
 
 bool isCalm(const Match& match) {
   // Without noise, what is left are the kinks of the motion.
-  return match.rms_mm <= kCaseDigits || (match.rms_mm <= kUneasy * match.expected_mm && match.dropped.empty());
+  return match.rms_mm <= kCaseDigits ||
+         (match.rms_mm <= kBounceResidualRatio * match.expected_mm && match.dropped.empty());
 }
 
 // Over the whole contact; where that does not fit, without the time that the stylus took to settle.

@@ -70,7 +70,7 @@ Vector3d shiftOf(const Kinematics& machine, const JointPath& path, double t, con
   return machine.tip(path.at(now + later)) - machine.tip(path.at(now));
 }
 
-Eigen::Matrix3Xd carriedBy(const Kinematics& machine, const JointPath& path, double t, const VectorXd& later) {
+Eigen::Matrix3Xd dPointPerDelay(const Kinematics& machine, const JointPath& path, double t, const VectorXd& later) {
   const VectorXd times = VectorXd::Constant(machine.size(), t) + later;
   return machine.jacobian(path.at(times)) * path.rates(times).asDiagonal();
 }

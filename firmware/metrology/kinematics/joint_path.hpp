@@ -28,6 +28,7 @@ JointPath fitJointPath(std::span<const double> times, const Eigen::MatrixXd& joi
 // the mean displace the point off the line.
 Eigen::Vector3d shiftOf(const Kinematics& machine, const JointPath& path, double t, const Eigen::VectorXd& later);
 // Derivative of the tip position by each joint's delay, mm/s, one column per joint.
-Eigen::Matrix3Xd carriedBy(const Kinematics& machine, const JointPath& path, double t, const Eigen::VectorXd& later);
+Eigen::Matrix3Xd dPointPerDelay(const Kinematics& machine, const JointPath& path, double t,
+                                const Eigen::VectorXd& later);
 
 }  // namespace probebox::metrology

@@ -16,7 +16,7 @@ double square(double value) {
 }
 
 // Variance of a residual along the motion.
-double residualVariance(const Line& line, const Rounding& rounding, double noise) {
+double residualVariance(const Line& line, const QuantisationError& rounding, double noise) {
   const Eigen::Vector3d u = line.slope.normalized();
   double variance = 0.0;
   for (Index axis = 0; axis < 3; ++axis) {
@@ -27,7 +27,8 @@ double residualVariance(const Line& line, const Rounding& rounding, double noise
 
 }  // namespace
 
-Rounding::Rounding(std::span<const double> times, const Line& line, const Eigen::Vector3d& steps) : steps_{steps} {
+QuantisationError::QuantisationError(std::span<const double> times, const Line& line, const Eigen::Vector3d& steps)
+    : steps_{steps} {
   const auto n = static_cast<double>(line.n);
   for (Index axis = 0; axis < 3; ++axis) {
     if (steps[axis] <= 0.0) continue;
@@ -52,12 +53,12 @@ Rounding::Rounding(std::span<const double> times, const Line& line, const Eigen:
 }
 
 // Mean square of a harmonic of the sawtooth; normal noise leaves the exponential of it.
-double Rounding::power(Index axis, std::size_t harmonic, double noise) const {
+double QuantisationError::power(Index axis, std::size_t harmonic, double noise) const {
   const double turns = kTurn * static_cast<double>(harmonic + 1) / steps_[axis];
   return 2.0 / square(turns) * std::exp(-square(turns * noise));
 }
 
-Rounding::Share Rounding::shareOf(Index axis, double noise) const {
+QuantisationError::Share QuantisationError::shareOf(Index axis, double noise) const {
   Share all;
   if (steps_[axis] <= 0.0) return all;
   for (std::size_t k = 0; k < kHarmonics; ++k) {
@@ -71,17 +72,17 @@ Rounding::Share Rounding::shareOf(Index axis, double noise) const {
   return all;
 }
 
-double Rounding::ownVariance(Index axis, double noise) const {
+double QuantisationError::ownVariance(Index axis, double noise) const {
   return square(noise) + square(steps_[axis]) / 12.0 - commonVariance(axis, noise);
 }
 
-double Rounding::commonVariance(Index axis, double noise) const {
+double QuantisationError::commonVariance(Index axis, double noise) const {
   double variance = 0.0;
   for (std::size_t k = 0; steps_[axis] > 0.0 && k < kHarmonics; ++k) variance += power(axis, k, noise);
   return variance;
 }
 
-double noiseBeforeRounding(std::span<const Line> lines, std::span<const Rounding> roundings) {
+double noiseBeforeRounding(std::span<const Line> lines, std::span<const QuantisationError> roundings) {
   double found = 0.0;
   double dof = 0.0;
   for (const Line& line : lines) {

@@ -11,7 +11,7 @@ namespace probebox::metrology {
 // of time at constant speed. When a sample period is close to a whole number of steps, many samples have the same
 // error, which shifts the line but hardly shows in its residuals. Noise before the quantisation smooths the sawtooth.
 // Uses its harmonics with unit amplitude and unknown phase.
-class Rounding {
+class QuantisationError {
  public:
   // Variances for one axis, mm^2 and s: of the line's mean and slope, of their common part, and of a residual averaged
   // over the degrees of freedom.
@@ -22,9 +22,9 @@ class Rounding {
     double residual{};
   };
 
-  Rounding() = default;
+  QuantisationError() = default;
   // times: of the line's samples. steps: resolution of each axis, mm, 0 if there is none.
-  Rounding(std::span<const double> times, const Line& line, const Eigen::Vector3d& steps);
+  QuantisationError(std::span<const double> times, const Line& line, const Eigen::Vector3d& steps);
 
   // Variances for noise of this sd (mm, one axis, before quantisation).
   Share shareOf(Eigen::Index axis, double noise) const;
@@ -44,6 +44,6 @@ class Rounding {
 
 // sd of the noise before quantisation, mm, that explains the residuals of these lines along their motions. lines and
 // roundings: one per line.
-double noiseBeforeRounding(std::span<const Line> lines, std::span<const Rounding> roundings);
+double noiseBeforeRounding(std::span<const Line> lines, std::span<const QuantisationError> roundings);
 
 }  // namespace probebox::metrology

@@ -26,7 +26,7 @@ namespace probebox::metrology {
 namespace {
 
 // One stream of a touch under analysis. Touch and stream must outlive it.
-struct Seen {
+struct AnalysedStream {
   const Touch& touch;
   const Stream& stream;
   std::string name;
@@ -43,7 +43,7 @@ struct Window {
 
 struct Steady {
   Line line;
-  Rounding rounding;
+  QuantisationError rounding;
   Run used;
   std::vector<std::string> spikes;
   Eigen::Matrix3d neighbours = Eigen::Matrix3d::Zero();  // neighbourProducts of the line
@@ -80,12 +80,12 @@ double speedChange(std::span<const double> times, std::span<const double> values
 }
 
 // The line through a run without its spikes.
-Steady lineOf(const Seen& seen, const SteadyRun& steady, std::size_t from) {
+Steady lineOf(const AnalysedStream& seen, const SteadyRun& steady, std::size_t from) {
   const auto& stream = seen.stream;
   Steady result{{}, {}, {from + steady.run.begin, from + steady.run.end}, {}, Eigen::Matrix3d::Zero()};
   if (steady.spikes.empty()) {
     result.line = fitLine(stream.timesOf(result.used), stream.valuesOf(result.used));
-    result.rounding = Rounding{stream.timesOf(result.used), result.line, seen.steps};
+    result.rounding = QuantisationError{stream.timesOf(result.used), result.line, seen.steps};
     result.neighbours = neighbourProducts(stream.timesOf(result.used), stream.valuesOf(result.used), result.line);
     return result;
   }
@@ -101,13 +101,13 @@ Steady lineOf(const Seen& seen, const SteadyRun& steady, std::size_t from) {
   }
   const Rows3 values = stream.values(rows, Eigen::all);
   result.line = fitLine(times, values);
-  result.rounding = Rounding{times, result.line, seen.steps};
+  result.rounding = QuantisationError{times, result.line, seen.steps};
   result.neighbours = neighbourProducts(times, values, result.line);
   return result;
 }
 
 // Slip and bounce make the residuals larger than the record's own noise, or many of the samples spikes.
-std::optional<Refusal> tooRough(const Seen& seen, const Steady& steady) {
+std::optional<Refusal> tooRough(const AnalysedStream& seen, const Steady& steady) {
   const auto dof = static_cast<double>(steady.line.n - 2);
   const double rms = std::sqrt(steady.line.scatterAlong(seen.direction) / dof);
   const double sigma = std::max(
@@ -131,7 +131,7 @@ Refusal aboutTouch(const Touch& touch, std::string name, const std::string& what
 }
 
 // Refuses too-few-samples (fewer than three) and gap (more than 40 % of the run, and more than two samples lost).
-std::optional<Refusal> tooSparse(const Seen& seen, Run run) {
+std::optional<Refusal> tooSparse(const AnalysedStream& seen, Run run) {
   const auto times = seen.stream.timesOf(run);
   if (times.size() < kLeastOfWindow) {
     return aboutTouch(
@@ -151,7 +151,7 @@ std::optional<Refusal> tooSparse(const Seen& seen, Run run) {
 
 // Fits a line to the window without ramps at its ends and without spikes. Also refuses speed-not-constant (2 %) and
 // residual-too-large (slip or bounce: rms above three sd of a sample, or many spikes).
-Outcome<Steady, Refusal> fitWindow(const Seen& seen, Window window) {
+Outcome<Steady, Refusal> fitWindow(const AnalysedStream& seen, Window window) {
   if (auto bad = tooSparse(seen, window.trusted)) return *bad;
   const auto& stream = seen.stream;
   const std::size_t from = window.offered.begin;
@@ -263,7 +263,7 @@ Run between(const std::vector<double>& times, double from, double until) {
 }
 
 // The probe's line over all that falls, ramp included: to find windows with.
-Outcome<Line, Refusal> roughLine(const Seen& probe, const Deflected& contact) {
+Outcome<Line, Refusal> roughLine(const AnalysedStream& probe, const Deflected& contact) {
   const Touch& touch = probe.touch;
   Run falling{contact.last + 1, contact.parted};
   // The last near rest may still rest; where few fall it is better than none.
@@ -288,7 +288,8 @@ bool interrupted(const Stream& probe, Run window, Run used) {
 
 // The window lies between shares of the deflection as a line tells them, not the samples: noise must not choose which
 // belong.
-Outcome<Steady, Refusal> fitProbe(const Seen& probe, const Deflected& contact, const Line& rough, double highest) {
+Outcome<Steady, Refusal> fitProbe(const AnalysedStream& probe, const Deflected& contact, const Line& rough,
+                                  double highest) {
   const auto& times = probe.stream.times;
   const auto timeAt = [&](double share) {
     return rough.t_mean +
@@ -315,7 +316,8 @@ std::vector<double> travelOf(const Touch& touch, std::size_t apex) {
 
 // Travel at which the machine has reached its speed, mm, at the latest. It starts after its last sample at rest, and a
 // ramp is as long before the time at which the line of constant speed leaves the place of rest as after it.
-double rampOf(const Seen& machine, std::size_t apex, const std::vector<double>& travel, const Steady& steady) {
+double rampOf(const AnalysedStream& machine, std::size_t apex, const std::vector<double>& travel,
+              const Steady& steady) {
   const double latest = travel[steady.used.begin];
   const double hidden = std::max(4.0 * machine.noise, kCaseDigits);
   const auto place = [&](std::size_t k) { return travel[k] - hidden; };  // the apex is the lowest of the noise
@@ -338,7 +340,7 @@ struct Retreat {
   double ramp_mm{};
 };
 
-Outcome<Retreat, Refusal> fitMachine(const Seen& machine, std::size_t apex, const std::vector<double>& travel,
+Outcome<Retreat, Refusal> fitMachine(const AnalysedStream& machine, std::size_t apex, const std::vector<double>& travel,
                                      double overtravel_mm) {
   const Touch& touch = machine.touch;
   if (*std::max_element(travel.begin() + static_cast<std::ptrdiff_t>(apex), travel.end()) < overtravel_mm) {
@@ -390,8 +392,8 @@ struct Lines {
 };
 
 // Windows as a first line of the probe has them.
-Outcome<Lines, Refusal> linesWithin(const Seen& machine, const Seen& probe, const Deflected& contact,
-                                    const Line& first) {
+Outcome<Lines, Refusal> linesWithin(const AnalysedStream& machine, const AnalysedStream& probe,
+                                    const Deflected& contact, const Line& first) {
   const Touch& touch = machine.touch;
   const std::vector<double> along = touch.machine.along(touch.plan.retract, {0, touch.machine.times.size()});
   const auto apex = static_cast<std::size_t>(std::ranges::min_element(along) - along.begin());
@@ -415,15 +417,15 @@ Outcome<Lines, Refusal> linesWithin(const Seen& machine, const Seen& probe, cons
 // The retract's lines from streams without spikes.
 Outcome<Retract, Refusal> linesOf(const Touch& touch, const StampJitter& jitter) {
   TRY(const auto contact, findContact(touch));
-  Seen probe{.touch = touch,
-             .stream = touch.probe,
-             .name = "probe",
-             .direction = contact.apex.normalized(),
-             .steps = stepsOf(touch.probe),
-             .usual_s = usualPeriod(touch.probe)};
+  AnalysedStream probe{.touch = touch,
+                       .stream = touch.probe,
+                       .name = "probe",
+                       .direction = contact.apex.normalized(),
+                       .steps = stepsOf(touch.probe),
+                       .usual_s = usualPeriod(touch.probe)};
   TRY(const auto rough, roughLine(probe, contact));
   probe.noise = std::hypot(noiseOf(touch.probe, probe.direction), jitter.probe_s * rough.slope.norm());
-  const Seen machine{
+  const AnalysedStream machine{
       .touch = touch,
       .stream = touch.machine,
       .name = "machine",

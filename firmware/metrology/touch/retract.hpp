@@ -22,9 +22,9 @@ struct Retract {
   // Rests at the apex in each stream, for the check of full deflection.
   Eigen::Vector3d machine_apex;
   Eigen::Vector3d probe_apex;
-  std::vector<std::string> spikes;  // samples in the windows that the lines do not use
-  Rounding rounding{};              // of the machine's line
-  Rounding probe_rounding{};        // of the probe's
+  std::vector<std::string> spikes;     // samples in the windows that the lines do not use
+  QuantisationError rounding{};        // of the machine's line
+  QuantisationError probe_rounding{};  // of the probe's
   // Sums of e_k e_{k+1}' over the residuals of either line: see sampleCorrelation.
   Eigen::Matrix3d machine_neighbours = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d probe_neighbours = Eigen::Matrix3d::Zero();

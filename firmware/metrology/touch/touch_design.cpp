@@ -22,7 +22,7 @@ MatrixXd rowsOf(std::span<const Retract> retracts, const TouchFit& fit, const To
     if (question.delays == Delays::common) {
       rows(i, n) = fit.normal_speed[i];
     } else {
-      const Eigen::Matrix3Xd carried = carriedBy(touch, question, separationTime(touch.probe), fit.tau_s);
+      const Eigen::Matrix3Xd carried = dPointPerDelay(touch, question, separationTime(touch.probe), fit.tau_s);
       rows.row(i).segment(n, delays) = touch.plan.normal.transpose() * carried;
     }
     if (!question.size_mm) rows(i, n + delays) = -1.0;

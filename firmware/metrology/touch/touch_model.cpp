@@ -36,16 +36,17 @@ MatrixXd spanOf(const MatrixXd& rows, double flat) {
   return axes.right.leftCols(rank);
 }
 
-Eigen::Matrix3Xd carriedBy(const Retract& touch, const TouchQuestion& question, double t, const VectorXd& tau) {
+Eigen::Matrix3Xd dPointPerDelay(const Retract& touch, const TouchQuestion& question, double t, const VectorXd& tau) {
   const Vector3d& slope = touch.machine.slope;
   if (question.delays == Delays::common) return slope;
   if (question.delays == Delays::each_axis) return Matrix3d{slope.asDiagonal()};
   const double common = tau.mean();
   const VectorXd apart = tau.array() - common;
-  Eigen::Matrix3Xd carried = carriedBy(*question.kinematics, touch.joints, t + common, apart);
+  Eigen::Matrix3Xd carried = dPointPerDelay(*question.kinematics, touch.joints, t + common, apart);
   // Of the common part, which goes along the line.
   const Vector3d off_line =
-      slope - carriedBy(*question.kinematics, touch.joints, t + common, VectorXd::Zero(tau.size())).rowwise().sum();
+      slope -
+      dPointPerDelay(*question.kinematics, touch.joints, t + common, VectorXd::Zero(tau.size())).rowwise().sum();
   carried.colwise() += off_line / static_cast<double>(tau.size());
   return carried;
 }
@@ -149,7 +150,7 @@ MatrixXd TouchModel::carriedOutwards() const {
     const TouchPlan& plan = touch(i).plan;
     if (question_.delays == Delays::each_joint) {
       const VectorXd none = VectorXd::Zero(question_.delayCount());
-      carried.row(i) = plan.normal.transpose() * carriedBy(touch(i), question_, pointTime(i), none) / fastest;
+      carried.row(i) = plan.normal.transpose() * dPointPerDelay(touch(i), question_, pointTime(i), none) / fastest;
     } else {
       carried.row(i) = plan.speed_mm_s / fastest * plan.normal.cwiseProduct(plan.retract).transpose();
     }
@@ -276,7 +277,7 @@ Linearised TouchModel::operator()(const VectorXd& at) const {
     jacobian.row(3).head(dimensions()) = -from_centre.normalized().transpose();
     if (!question_.size_mm) jacobian(3, dimensions()) = -1.0;
     jacobian.row(3).segment(tauAt(), question_.delayCount()) =
-        n.transpose() * carriedBy(touch(i), question_, pointTime(i), delays(at));
+        n.transpose() * dPointPerDelay(touch(i), question_, pointTime(i), delays(at));
     if (question_.gain == Gain::common) {
       residual.head<3>() = reach(i, probe.slope, at) + machine.slope;
       for (Index k = 0; k < channels_.cols(); ++k) {

@@ -33,7 +33,8 @@ struct TouchQuestion {
 };
 
 // d point / d tau, one column per delay, for a point of a touch at a time (s) of its machine line, with these delays.
-Eigen::Matrix3Xd carriedBy(const Retract& touch, const TouchQuestion& question, double t, const Eigen::VectorXd& tau);
+Eigen::Matrix3Xd dPointPerDelay(const Retract& touch, const TouchQuestion& question, double t,
+                                const Eigen::VectorXd& tau);
 
 // Orthonormal basis of the span of the rows (unit vectors). flat: singular value, relative to the largest, below which
 // a direction is ignored; 0.05 merges directions closer than about three degrees.

@@ -72,9 +72,9 @@ struct Rounded {
   std::vector<LineNoise> lines;
 };
 
-Rounded roundedOf(std::span<const Retract> retracts, Line Retract::*member, Rounding Retract::*rounding) {
+Rounded roundedOf(std::span<const Retract> retracts, Line Retract::*member, QuantisationError Retract::*rounding) {
   std::vector<Line> lines;
-  std::vector<Rounding> roundings;
+  std::vector<QuantisationError> roundings;
   for (const auto& touch : retracts) {
     lines.push_back(touch.*member);
     roundings.push_back(touch.*rounding);
@@ -86,7 +86,7 @@ Rounded roundedOf(std::span<const Retract> retracts, Line Retract::*member, Roun
     double residual = 0.0;
     LineNoise line;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const Rounding::Share share = (touch.*rounding).shareOf(axis, noise);
+      const QuantisationError::Share share = (touch.*rounding).shareOf(axis, noise);
       line.mean[axis] = share.mean;
       line.slope[axis] = share.slope;
       line.both[axis] = share.both;
@@ -134,7 +134,7 @@ SampleCorrelation correlationOf(std::span<const Retract> retracts, Line Retract:
   for (const auto& touch : retracts) {
     const Line& line = touch.*member;
     const Scatter own = scatterOf(line);
-    const Rounding& rounding = member == &Retract::machine ? touch.rounding : touch.probe_rounding;
+    const QuantisationError& rounding = member == &Retract::machine ? touch.rounding : touch.probe_rounding;
     const double of_steps = std::pow(rounding.coarsest(), 2) * own.dof;
     if (own.along < of_steps || own.dof < 1.0) continue;
     lines.push_back({line.n, own.along, own.across, (touch.*neighbours).trace()});
@@ -225,7 +225,7 @@ std::vector<Dropped> noisyTouches(std::span<const Retract> retracts) {
       // Of few residuals the squares are larger by chance, and so few tell no slip.
       const double usual = 9.0 * (1.0 + 12.0 / own.dof) * usualVariance(retracts, touch, line);
       // Samples that are rounded alike have next to no residuals, up to where half of them are rounded otherwise.
-      const Rounding& rounding = line == &Retract::machine ? touch.rounding : touch.probe_rounding;
+      const QuantisationError& rounding = line == &Retract::machine ? touch.rounding : touch.probe_rounding;
       const double of_steps = kMostOfSteps * std::pow(rounding.coarsest(), 2);
       if (own.dof < 2.5 || own.variance().along <= std::max(usual, of_steps)) continue;
       noisy.push_back({touch.plan.name, std::string{"residual-too-large: the "} + stream +

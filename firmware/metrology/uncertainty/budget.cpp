@@ -230,7 +230,7 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   result.budget.insert(result.budget.end(), type_b.begin(), type_b.end());
   addCombined(result);
   combineAlso(result, of_also);
-  if (result.covariance) result.weakest = weakestOf(*result.covariance);
+  if (result.covariance) result.weakest = worstDeterminedOf(*result.covariance);
   addUnobservable(result, dataset, method);
   result.conditions = conditionsOf(dataset);
   return solved;

@@ -37,7 +37,7 @@ Covariance withoutCopies(const Covariance& all) {
 
 }  // namespace
 
-std::optional<Weakest> weakestOf(const Covariance& all) {
+std::optional<WorstDetermined> worstDeterminedOf(const Covariance& all) {
   const Covariance covariance = withoutCopies(all);
   const auto n = static_cast<Eigen::Index>(covariance.components.size());
   if (n < 2) return std::nullopt;
@@ -53,7 +53,7 @@ std::optional<Weakest> weakestOf(const Covariance& all) {
   Eigen::Index largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);
   if (direction[largest] < 0.0) direction = -direction;
-  Weakest weakest;
+  WorstDetermined weakest;
   weakest.sd = std::sqrt(axes.values[n - 1]);
   for (Eigen::Index k = 0; k < n; ++k) {
     if (std::abs(direction[k]) < kSmallShare) continue;

@@ -45,14 +45,14 @@ class ByRegisters : public testing::Test {
 
   // Makes a request and returns its outcome: 2 done, 3 refused.
   unsigned ask(std::uint16_t what, std::uint32_t of = 0) {
-    const auto commit = controller_.value(address::wish_commit) + 1;
-    EXPECT_TRUE(controller_.write(address::wish_of, {of * 1.0, what * 1.0, commit}));
+    const auto commit = controller_.value(address::request_commit) + 1;
+    EXPECT_TRUE(controller_.write(address::request_of, {of * 1.0, what * 1.0, commit}));
     boot_.run(200ms);
-    EXPECT_EQ(controller_.value(address::wish_answered), commit);
-    return number(address::wish_outcome);
+    EXPECT_EQ(controller_.value(address::request_answered), commit);
+    return number(address::request_outcome);
   }
   unsigned start(std::uint16_t method) {
-    EXPECT_TRUE(controller_.write(address::wish_method, {method * 1.0, 0}));
+    EXPECT_TRUE(controller_.write(address::request_method, {method * 1.0, 0}));
     return ask(kStart);
   }
   unsigned number(std::uint16_t at) { return static_cast<unsigned>(controller_.value(at)); }
@@ -69,11 +69,11 @@ class ByRegisters : public testing::Test {
     return number(address::calibration_result);
   }
   void calibrate(std::uint16_t method) {
-    ASSERT_EQ(start(method), 2U) << "refusal " << number(address::wish_refusal);
+    ASSERT_EQ(start(method), 2U) << "refusal " << number(address::request_refusal);
     const auto id = result();
     ASSERT_NE(id, 0U);
     EXPECT_EQ(number(address::calibration_state), 2U);
-    ASSERT_EQ(ask(kAccept, id), 2U) << "refusal " << number(address::wish_refusal);
+    ASSERT_EQ(ask(kAccept, id), 2U) << "refusal " << number(address::request_refusal);
     EXPECT_EQ(number(address::calibration_state), 3U) << "in force, and said so";
   }
 
@@ -128,7 +128,7 @@ TEST_F(WithAStaleOffset, AToolIsSetByTheMeasuredOffsetOfTheStylus) {
   const auto stylus = boot_.newestProposed();
   ASSERT_TRUE(stylus);
   ASSERT_EQ(ask(kAccept, static_cast<std::uint32_t>(stylus->id)), 2U);
-  EXPECT_TRUE(controller_.write(address::wish_tool, {4}));
+  EXPECT_TRUE(controller_.write(address::request_tool, {4}));
   calibrate(kToolSetter);
   const auto set = boot_.calibrations().find(number(address::calibration_result));
   ASSERT_TRUE(set && set->result() != nullptr);
@@ -163,7 +163,7 @@ TEST_F(ByRegisters, ScansAreDoneAcceptedAndFollowed) {
 // So are the angles and the speed of C of a turn until contact.
 TEST_F(ByRegisters, TurnsUntilContactAreDoneAndAccepted) {
   calibrate(kDelayMultiSpeed);
-  EXPECT_TRUE(controller_.write(address::wish_contacts, {1}));
+  EXPECT_TRUE(controller_.write(address::request_contacts, {1}));
   calibrate(kCentrelineBySteps);
   const auto result = boot_.calibrations().find(number(address::calibration_result));
   ASSERT_TRUE(result && result->result() != nullptr);
@@ -174,26 +174,26 @@ TEST_F(ByRegisters, TurnsUntilContactAreDoneAndAccepted) {
 
 TEST_F(ByRegisters, ARequestIsDoneOnceHoweverOftenItIsWritten) {
   ASSERT_EQ(start(kDelayMultiSpeed), 2U);
-  const auto run = number(address::wish_number);
-  const auto commit = controller_.value(address::wish_commit);
+  const auto run = number(address::request_number);
+  const auto commit = controller_.value(address::request_commit);
   EXPECT_EQ(number(address::step_run), run);
-  EXPECT_TRUE(controller_.write(address::wish_of, {0, 1, commit}));
+  EXPECT_TRUE(controller_.write(address::request_of, {0, 1, commit}));
   boot_.run(1s);
-  EXPECT_EQ(number(address::wish_number), run);
-  EXPECT_EQ(number(address::wish_outcome), 2U);
+  EXPECT_EQ(number(address::request_number), run);
+  EXPECT_EQ(number(address::request_outcome), 2U);
   EXPECT_EQ(start(kDelayMultiSpeed), 3U) << "another request: the run is in progress";
-  EXPECT_EQ(number(address::wish_refusal), 4U) << "busy";
+  EXPECT_EQ(number(address::request_refusal), 4U) << "busy";
   EXPECT_EQ(ask(kAbort, run), 2U);
   EXPECT_EQ(number(address::step_state), 6U);
 }
 
 TEST_F(ByRegisters, RefusalsHaveTheirCode) {
   EXPECT_EQ(start(999), 3U);
-  EXPECT_EQ(number(address::wish_refusal), 5U) << "no such method";
+  EXPECT_EQ(number(address::request_refusal), 5U) << "no such method";
   EXPECT_EQ(start(kCentreline), 3U);
-  EXPECT_EQ(number(address::wish_refusal), 7U) << "no delay is in force";
+  EXPECT_EQ(number(address::request_refusal), 7U) << "no delay is in force";
   EXPECT_EQ(ask(kAccept, 12345), 3U);
-  EXPECT_NE(number(address::wish_refusal), 0U);
+  EXPECT_NE(number(address::request_refusal), 0U);
   EXPECT_EQ(ask(kAbort), 3U) << "no run is in progress";
 }
 

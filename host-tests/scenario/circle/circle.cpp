@@ -132,20 +132,20 @@ Circle::Circle(std::uint64_t seed)
 }
 
 unsigned Circle::ask(std::uint16_t what, std::uint32_t of) {
-  const auto commit = line_.value(address::wish_commit) + 1;
-  EXPECT_TRUE(line_.write(address::wish_of, {of * 1.0, what * 1.0, commit}));
+  const auto commit = line_.value(address::request_commit) + 1;
+  EXPECT_TRUE(line_.write(address::request_of, {of * 1.0, what * 1.0, commit}));
   boot_.run(200ms);
-  EXPECT_EQ(line_.value(address::wish_answered), commit);
-  return number(address::wish_outcome);
+  EXPECT_EQ(line_.value(address::request_answered), commit);
+  return number(address::request_outcome);
 }
 
-// wishes: registers from 816 on.
-void Circle::calibrate(std::uint16_t method, const std::vector<double>& wishes) {
-  ASSERT_TRUE(line_.write(address::wish_method, {method * 1.0, 0}));
-  auto of_axis_on = wishes;
+// requests: registers from 816 on.
+void Circle::calibrate(std::uint16_t method, const std::vector<double>& requests) {
+  ASSERT_TRUE(line_.write(address::request_method, {method * 1.0, 0}));
+  auto of_axis_on = requests;
   of_axis_on.resize(6);
   ASSERT_TRUE(line_.write(816, of_axis_on));
-  ASSERT_EQ(ask(kStart, 0), 2U) << "method " << method << ", refusal " << number(address::wish_refusal);
+  ASSERT_EQ(ask(kStart, 0), 2U) << "method " << method << ", refusal " << number(address::request_refusal);
   for (int second = 0; second < 1800 && number(address::step_state) < 4; ++second) {
     boot_.run(1s);
     boot_.solve();
@@ -155,7 +155,7 @@ void Circle::calibrate(std::uint16_t method, const std::vector<double>& wishes) 
       << "method " << method << ", refusal " << number(address::calibration_refusal) << ": "
       << boot_.calibrations().lastRefusal();
   const auto id = number(address::calibration_result);
-  ASSERT_EQ(ask(kAccept, id), 2U) << "method " << method << ", refusal " << number(address::wish_refusal);
+  ASSERT_EQ(ask(kAccept, id), 2U) << "method " << method << ", refusal " << number(address::request_refusal);
 }
 
 Vector3 Circle::triple(std::uint16_t at) {

@@ -36,7 +36,7 @@ class Circle {
 
  private:
   void errorsOfMachine();
-  void calibrate(std::uint16_t method, const std::vector<double>& wishes = {});
+  void calibrate(std::uint16_t method, const std::vector<double>& requests = {});
   unsigned ask(std::uint16_t what, std::uint32_t of);
   unsigned number(std::uint16_t at) { return static_cast<unsigned>(line_.value(at)); }
   world::Vector3 triple(std::uint16_t at);

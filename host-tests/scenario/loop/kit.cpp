@@ -212,7 +212,7 @@ double Kit::mark(int phase) {
   return 0;
 }
 
-double Kit::wish(double what, double of, const std::vector<double>& chosen) {
+double Kit::controller_request(double what, double of, const std::vector<double>& chosen) {
   auto& box = control_.registers();
   if (what == 1) {
     const auto at = [&](std::size_t i) { return i < chosen.size() ? chosen[i] : 0.0; };
@@ -222,16 +222,17 @@ double Kit::wish(double what, double of, const std::vector<double>& chosen) {
     options[18] = at(3);
     options[19] = at(4);
     options[21] = at(5);
-    if (!box.write(address::wish_method, options) || !box.write(address::wish_contacts, {at(6)})) return kRefusedWrite;
+    if (!box.write(address::request_method, options) || !box.write(address::request_contacts, {at(6)}))
+      return kRefusedWrite;
   }
-  const auto commit = box.value(address::wish_commit) + 1;
-  if (!box.write(address::wish_of, {of, what, commit})) return kRefusedWrite;
+  const auto commit = box.value(address::request_commit) + 1;
+  if (!box.write(address::request_of, {of, what, commit})) return kRefusedWrite;
   for (int tries = 0; tries < 200; ++tries) {
     control_.wait(0.05);
-    const auto outcome = box.value(address::wish_outcome);
-    if (box.value(address::wish_answered) != commit || outcome < 2) continue;
-    variables["probebox.result-1"] = box.value(address::wish_number);
-    return outcome == 3 ? box.value(address::wish_refusal) : 0;
+    const auto outcome = box.value(address::request_outcome);
+    if (box.value(address::request_answered) != commit || outcome < 2) continue;
+    variables["probebox.result-1"] = box.value(address::request_number);
+    return outcome == 3 ? box.value(address::request_refusal) : 0;
   }
   return 2000;
 }
@@ -255,12 +256,12 @@ double Kit::ask(const std::vector<double>& what) {
                  : kRefusedWrite;
     }
     case 3:
-      return wish(1, 0, what);
+      return controller_request(1, 0, what);
     case 7:
       if (box.value(address::calibration_result) == 0) return 0;
-      return wish(at(1) == 1 ? 4 : 3, box.value(address::calibration_result), {});
+      return controller_request(at(1) == 1 ? 4 : 3, box.value(address::calibration_result), {});
     case 8:
-      return wish(2, 0, {});
+      return controller_request(2, 0, {});
     case 12:
       look();
       return 0;

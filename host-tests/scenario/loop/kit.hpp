@@ -35,7 +35,7 @@ class Kit {
   double ask(const std::vector<double>& what);
   double mark(int phase);
   // chosen: as a program asks for a start.
-  double wish(double what, double of, const std::vector<double>& chosen);
+  double controller_request(double what, double of, const std::vector<double>& chosen);
   void look();
 
   Control& control_;

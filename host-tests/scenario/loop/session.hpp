@@ -40,8 +40,8 @@ class Session {
   std::string why() {
     auto& box = control.registers();
     std::ostringstream text;
-    text << "refusal of the run " << box.value(address::calibration_refusal) << ", of the wish "
-         << box.value(address::wish_refusal) << ", state " << box.value(address::step_state) << ", step "
+    text << "refusal of the run " << box.value(address::calibration_refusal) << ", of the controller_request "
+         << box.value(address::request_refusal) << ", state " << box.value(address::step_state) << ", step "
          << box.value(address::step_number) << ", fault " << box.value(address::step_fault);
     return text.str();
   }

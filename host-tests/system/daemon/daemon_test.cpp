@@ -125,9 +125,9 @@ TEST_F(RunningDaemon, StreamsEveryTriggerWithThePositionThatTheRegistersHave) {
   auto host = connect(&triggers);
   ASSERT_TRUE(host->waitForLock());
   ASSERT_TRUE(host->eventually([&] { return host->ask<messages::ProcedureStatus>().referenced; }));
-  messages::Start wish;
-  wish.triggers = true;
-  host->client().start(wish);
+  messages::Start start;
+  start.triggers = true;
+  host->client().start(start);
   ASSERT_EQ(host->calibrate().state, ProcedureState::proposed);
   const auto last = host->ask<messages::Corrections>().last_trigger;
   ASSERT_GT(last.number, 20U);

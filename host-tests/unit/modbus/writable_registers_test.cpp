@@ -83,24 +83,24 @@ TEST(WritableRegisters, RefuseAValueOutOfItsRangeWhenItIsWritten) {
   EXPECT_EQ(refusalOf(registers, 248, {0x7FFF, 0xFFFF}), ExceptionCode::illegal_value);
 }
 
-TEST(WritableRegisters, MakeAWishOfWhatWasWrittenBeforeItsCommit) {
+TEST(WritableRegisters, MakeARequestOfWhatWasWrittenBeforeItsCommit) {
   WritableRegisters registers;
   // delay-multi-speed at 5 and 20 mm/s, 0.5 mm of overtravel
   ASSERT_TRUE(registers.write(800, Words{1, 2, 50, 200}).ok());
   ASSERT_TRUE(registers.write(810, Words{500}).ok());
-  EXPECT_EQ(registers.wish().commit, 0);
+  EXPECT_EQ(registers.controllerRequest().commit, 0);
   ASSERT_TRUE(registers.write(834, Words{0, 0, 1, 7}).ok());
-  const auto wish = registers.wish();
-  EXPECT_EQ(wish.commit, 7);
-  EXPECT_EQ(wish.what, Wish::What::start);
-  EXPECT_EQ(wish.method, 1);
-  EXPECT_EQ(wish.options.speed_count, 2);
-  EXPECT_DOUBLE_EQ(wish.options.speeds_mm_s[1], 20.0);
-  EXPECT_DOUBLE_EQ(wish.options.overtravel_mm, 0.5);
-  EXPECT_EQ(wish.options.clearance_mm, 0) << "the method's own";
+  const auto controller_request = registers.controllerRequest();
+  EXPECT_EQ(controller_request.commit, 7);
+  EXPECT_EQ(controller_request.what, ControllerRequest::What::start);
+  EXPECT_EQ(controller_request.method, 1);
+  EXPECT_EQ(controller_request.options.speed_count, 2);
+  EXPECT_DOUBLE_EQ(controller_request.options.speeds_mm_s[1], 20.0);
+  EXPECT_DOUBLE_EQ(controller_request.options.overtravel_mm, 0.5);
+  EXPECT_EQ(controller_request.options.clearance_mm, 0) << "the method's own";
 }
 
-TEST(WritableRegisters, RefuseAWishThatIsNone) {
+TEST(WritableRegisters, RefuseARequestThatIsNone) {
   WritableRegisters registers;
   EXPECT_EQ(refusalOf(registers, 837, {1}), ExceptionCode::illegal_value) << "it says not what";
   ASSERT_TRUE(registers.write(836, Words{3}).ok());
@@ -158,16 +158,16 @@ TEST(WritableRegisters, TellWhenACutBeginsAndEnds) {
   EXPECT_TRUE(registers.write(136, Words{0}).value().empty()) << "not of register 138";
 }
 
-TEST(WritableRegisters, RefuseAWishThatNoRunCouldHaveAtOnce) {
+TEST(WritableRegisters, RefuseARequestThatNoRunCouldHaveAtOnce) {
   WritableRegisters registers;
-  EXPECT_EQ(refusalOf(registers, address::wish_speeds, {9}), ExceptionCode::illegal_value);
-  EXPECT_EQ(refusalOf(registers, address::wish_speeds, {255}), ExceptionCode::illegal_value);
-  EXPECT_EQ(refusalOf(registers, address::wish_read_by, {3}), ExceptionCode::illegal_value);
-  EXPECT_EQ(refusalOf(registers, address::wish_axis, {7}), ExceptionCode::illegal_value);
-  EXPECT_EQ(refusalOf(registers, address::wish_mounts, {256}), ExceptionCode::illegal_value);
-  EXPECT_EQ(registers.wish().options.speed_count, 0);
-  EXPECT_TRUE(registers.write(address::wish_speeds, Words{8}).ok());
-  EXPECT_EQ(registers.wish().options.speed_count, 8);
+  EXPECT_EQ(refusalOf(registers, address::request_speeds, {9}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, address::request_speeds, {255}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, address::request_read_by, {3}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, address::request_axis, {7}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, address::request_mounts, {256}), ExceptionCode::illegal_value);
+  EXPECT_EQ(registers.controllerRequest().options.speed_count, 0);
+  EXPECT_TRUE(registers.write(address::request_speeds, Words{8}).ok());
+  EXPECT_EQ(registers.controllerRequest().options.speed_count, 8);
 }
 
 RC_GTEST_PROP(WritableRegisters, ShowWhatWasTakenAndNothingElse, (std::uint16_t first, Words values)) {
@@ -175,7 +175,7 @@ RC_GTEST_PROP(WritableRegisters, ShowWhatWasTakenAndNothingElse, (std::uint16_t 
   const auto from = static_cast<std::uint16_t>(first % 2 == 0 ? first % 260 : 800 + first % 40);
   const auto before = shownBy(registers);
   const auto outcome = registers.write(from, values);
-  RC_ASSERT(registers.wish().options.speed_count <= kMostSpeeds);
+  RC_ASSERT(registers.controllerRequest().options.speed_count <= kMostSpeeds);
   const auto after = shownBy(registers);
   for (std::size_t i = 0; i < after.size(); ++i) {
     const bool written = outcome.ok() && i >= from && i < from + values.size();

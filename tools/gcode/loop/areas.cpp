@@ -20,16 +20,16 @@ constexpr std::array kRead = std::to_array<Area>({
     {.first = address::calibration_state, .count = 9, .word = 14},
     {.first = address::home_position, .count = 28, .word = 24},
     {.first = address::pose_angle, .count = 11, .word = 52},
-    {.first = address::wish_of, .count = 106, .word = 64},
+    {.first = address::request_of, .count = 106, .word = 64},
 });
 constexpr std::array kWrittenAreas = std::to_array<Area>({
     {.first = address::home_position, .count = 8, .word = kWritten, .commit = address::home_commit},
     {.first = address::inhibit, .count = 1, .word = kWritten + 8, .commit = address::inhibit},
     {.first = address::marker_run, .count = 14, .word = kWritten + 10, .commit = address::marker_commit},
     {.first = address::pose_angle, .count = 11, .word = kWritten + 24, .commit = address::pose_commit},
-    {.first = address::wish_method, .count = 22, .word = kWritten + 36, .commit = address::wish_commit},
-    {.first = address::wish_contacts, .count = 1, .word = kWritten + 58, .commit = address::wish_commit},
-    {.first = address::wish_of, .count = 4, .word = kWritten + 60, .commit = address::wish_commit},
+    {.first = address::request_method, .count = 22, .word = kWritten + 36, .commit = address::request_commit},
+    {.first = address::request_contacts, .count = 1, .word = kWritten + 58, .commit = address::request_commit},
+    {.first = address::request_of, .count = 4, .word = kWritten + 60, .commit = address::request_commit},
 });
 
 const modbus::Register* entryOf(std::string_view pin) {

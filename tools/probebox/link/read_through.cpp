@@ -6,10 +6,10 @@
 namespace probebox::command {
 
 Outcome<link::RecordingEnd, Trouble> readThrough(const std::string& path, link::StreamListener& listener,
-                                                 Console& console, const ReadingWishes& wishes) {
+                                                 Console& console, const ReadingOptions& options) {
   const auto draw = [&](std::uint64_t done, std::uint64_t all) { console.progress(progressBar(done, all)); };
-  const auto progress = wishes.shows_progress ? link::ReadingProgress{draw} : link::ReadingProgress{};
-  const auto enough = [&] { return console.interrupted() || (wishes.enough && wishes.enough()); };
+  const auto progress = options.shows_progress ? link::ReadingProgress{draw} : link::ReadingProgress{};
+  const auto enough = [&] { return console.interrupted() || (options.enough && options.enough()); };
   const auto end = path == "-" ? link::readRecording(console.in(), listener, progress, enough)
                                : link::readRecording(path, listener, progress, enough);
   if (console.interrupted()) return interruption();

@@ -11,7 +11,7 @@
 
 namespace probebox::command {
 
-struct ReadingWishes {
+struct ReadingOptions {
   bool shows_progress{};
   link::EnoughRead enough{};
 };
@@ -19,7 +19,7 @@ struct ReadingWishes {
 // Reads a recording for a command; "-" is the standard input. Trouble: it cannot be read, or Ctrl-C has ended the
 // reading; the listener has received what came before.
 Outcome<link::RecordingEnd, Trouble> readThrough(const std::string& path, link::StreamListener& listener,
-                                                 Console& console, const ReadingWishes& wishes = {});
+                                                 Console& console, const ReadingOptions& options = {});
 
 // Reports a failure and returns its exit status; an interruption by Ctrl-C is not reported.
 ExitStatus conclude(const Trouble& trouble, Console& console);

@@ -93,8 +93,10 @@ TEST(DeskOfAController, AcknowledgesARepeatedInhibitWhenItIsTaken) {
 TEST(DeskOfAController, TakesNoRequestThatItsLineMayNotMake) {
   auto faces = facesOfAnybody();
   int made = 0;
-  faces.wish = [&](const modbus::Wish&) { ++made; };
-  faces.may_wish = [](const modbus::Wish& wish) { return wish.what != modbus::Wish::What::start; };
+  faces.controller_request = [&](const modbus::ControllerRequest&) { ++made; };
+  faces.may_request = [](const modbus::ControllerRequest& controller_request) {
+    return controller_request.what != modbus::ControllerRequest::What::start;
+  };
   RegisterDesk desk{1, "1.2.3", std::move(faces)};
   desk.answer(writeRequest(836, 1));
   EXPECT_EQ(desk.answer(writeRequest(837, 7)).kind, RegisterDesk::Answer::Kind::refused);

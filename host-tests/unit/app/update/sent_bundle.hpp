@@ -48,8 +48,8 @@ class SentBundle {
   void restart() {
     desk.reset();
     desk.emplace(requests(), has_updater_ ? reports() : std::filesystem::path{},
-                 UpdateDesk::Colleagues{[this] { return machine; }, [this] { look_again = true; },
-                                        [this] { return confirmed; }});
+                 UpdateDesk::Dependencies{[this] { return machine; }, [this] { look_again = true; },
+                                          [this] { return confirmed; }});
   }
 
   template <class Operation>

@@ -116,12 +116,12 @@ TEST(JointChain, MovesTheTipByItsJacobianButForTheCurvature) {
   path.coefficients.col(1) = Vector3d{0.05, -0.06, 0.0};  // rad/s: some 20 mm/s
   const Vector3d late{0.0042, 0.0031, 0.0};
   const Vector3d exact = shiftOf(chain, path, 0.0, late);
-  const Vector3d linear = carriedBy(chain, path, 0.0, Vector3d::Zero()) * late;
+  const Vector3d linear = dPointPerDelay(chain, path, 0.0, Vector3d::Zero()) * late;
   EXPECT_GT(exact.norm(), 0.03);
   EXPECT_LT((exact - linear).norm(), 2e-5);
   EXPECT_GT((exact - linear).norm(), 1e-6) << "there is a curvature";
   // The derivative there is that of the exact shift.
-  const Eigen::Matrix3Xd carried = carriedBy(chain, path, 0.0, late);
+  const Eigen::Matrix3Xd carried = dPointPerDelay(chain, path, 0.0, late);
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Vector3d by = 1e-4 * Vector3d::Unit(k);
     const Vector3d numeric = (shiftOf(chain, path, 0.0, late + by) - shiftOf(chain, path, 0.0, late - by)) / 2e-4;

@@ -63,7 +63,7 @@ Found foundOver(const Axis& axis, std::mt19937_64& random) {
 }
 
 // Whole steps a period, nearly so, and nothing of the kind; noise from a fiftieth of a step to a third.
-TEST(Rounding, MovesALineByAsMuchAsItSays) {
+TEST(QuantisationError, MovesALineByAsMuchAsItSays) {
   std::mt19937_64 random{1};
   for (const Axis& axis : {Axis{}, Axis{.speed_mm_s = 25.05}, Axis{.speed_mm_s = 18.3}, Axis{.noise_mm = 0.0001},
                            Axis{.speed_mm_s = 25.03, .noise_mm = 0.0017}, Axis{.speed_mm_s = 1.01, .samples = 25}}) {
@@ -71,7 +71,7 @@ TEST(Rounding, MovesALineByAsMuchAsItSays) {
     const Line line = roundedLine(axis, 0.0, random);
     Line exact = line;
     exact.slope = {axis.speed_mm_s, 0, 0};
-    const Rounding rounding{stampsOf(axis), exact, {axis.step_mm, 0, 0}};
+    const QuantisationError rounding{stampsOf(axis), exact, {axis.step_mm, 0, 0}};
     const auto share = rounding.shareOf(0, axis.noise_mm);
     const double own = rounding.ownVariance(0, axis.noise_mm);
     const double mean = share.mean + own / static_cast<double>(line.n);
@@ -83,20 +83,20 @@ TEST(Rounding, MovesALineByAsMuchAsItSays) {
   }
 }
 
-TEST(Rounding, IsNothingWithoutSteps) {
+TEST(QuantisationError, IsNothingWithoutSteps) {
   std::mt19937_64 random{2};
   const Line line = roundedLine({.step_mm = 1e-7}, 0.0, random);
-  const Rounding rounding{stampsOf({}), line, {0, 0, 0}};
+  const QuantisationError rounding{stampsOf({}), line, {0, 0, 0}};
   EXPECT_EQ(rounding.shareOf(0, 1e-4).mean, 0.0);
   EXPECT_EQ(rounding.ownVariance(0, 1e-4), 1e-8);
 }
 
-TEST(Rounding, TellsTheNoiseBeforeItFromTheResiduals) {
+TEST(QuantisationError, TellsTheNoiseBeforeItFromTheResiduals) {
   std::mt19937_64 random{3};
   for (const double speed : {25.0, 25.05, 18.3}) {
     const Axis axis{.speed_mm_s = speed, .noise_mm = 0.0008};
     std::vector<Line> lines;
-    std::vector<Rounding> roundings;
+    std::vector<QuantisationError> roundings;
     for (int k = 0; k < 400; ++k) {
       lines.push_back(roundedLine(axis, uniform(random, 0.0, axis.step_mm), random));
       roundings.emplace_back(stampsOf(axis), lines.back(), Eigen::Vector3d{axis.step_mm, 0, 0});
@@ -106,7 +106,7 @@ TEST(Rounding, TellsTheNoiseBeforeItFromTheResiduals) {
 }
 
 // At 25 mm/s and 500 samples/s a period takes ten steps of 5 um: all samples of a retract are rounded alike.
-TEST(Rounding, LeavesADelayAsUncertainAsItSays) {
+TEST(QuantisationError, LeavesADelayAsUncertainAsItSays) {
   std::mt19937_64 random{4};
   for (const double step_mm : {0.001, 0.002, 0.005}) {
     for (const double speed : {25.0, 18.2765}) {
@@ -133,7 +133,7 @@ void roundProbe(Dataset& dataset, double step) {
 
 // The deflections of a converter with steps: rounded alike where a period takes whole steps, and no spikes, however few
 // of them are rounded otherwise.
-TEST(Rounding, OfTheProbeLeavesADelayAsUncertainAsItSays) {
+TEST(QuantisationError, OfTheProbeLeavesADelayAsUncertainAsItSays) {
   std::mt19937_64 random{7};
   for (const double step : {0.001, 0.002, 0.005, 0.025}) {
     for (const double speed : {25.0, 18.2765}) {
@@ -160,7 +160,7 @@ TEST(Rounding, OfTheProbeLeavesADelayAsUncertainAsItSays) {
 }
 
 // In and out are rounded each in a way of their own, which looks like a delay.
-TEST(Rounding, LeavesADriveInAndOutAsUncertainAsItSays) {
+TEST(QuantisationError, LeavesADriveInAndOutAsUncertainAsItSays) {
   std::mt19937_64 random{6};
   for (const double step_mm : {0.002, 0.005}) {
     for (const double speed : {25.0, 18.2765}) {
@@ -187,7 +187,7 @@ TEST(Rounding, LeavesADriveInAndOutAsUncertainAsItSays) {
   }
 }
 
-TEST(Rounding, LeavesTheDelayOfSeveralSpeedsAsUncertainAsItSays) {
+TEST(QuantisationError, LeavesTheDelayOfSeveralSpeedsAsUncertainAsItSays) {
   std::mt19937_64 random{5};
   Moments tau;
   for (int trial = 0; trial < 120; ++trial) {

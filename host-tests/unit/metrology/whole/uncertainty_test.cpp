@@ -296,7 +296,7 @@ TEST(Unobservable, NamesWhatSpindleAndCTurnedTogetherHide) {
 }
 
 // Touches at speeds that hardly differ tell delay and size apart badly, and the answer says in which combination.
-TEST(Weakest, IsTheCombinationThatTheReadingsDetermineWorst) {
+TEST(WorstDetermined, IsTheCombinationThatTheReadingsDetermineWorst) {
   const Result result = solved(touches({}, {30.0, 40.0}));
   ASSERT_TRUE(result.weakest.has_value());
   EXPECT_EQ(result.weakest->components, (std::vector<std::string>{"tau_s", "effective_diameter_mm"}));
@@ -306,9 +306,9 @@ TEST(Weakest, IsTheCombinationThatTheReadingsDetermineWorst) {
   EXPECT_FALSE(solved(centreline(1, 8, 1e-3)).weakest.has_value());
 }
 
-TEST(Weakest, IsNotToldBesideAComponentThatIsExact) {
-  EXPECT_FALSE(weakestOf({{"a", "b", "c"}, {4.0, 1.9, 0.0, 1.9, 1.0, 0.0, 0.0, 0.0, 0.0}}).has_value());
-  EXPECT_NEAR(weakestOf({{"a", "b"}, {4.0, 1.9, 1.9, 1.0}}).value().sd, std::sqrt(1.95), 1e-9);
+TEST(WorstDetermined, IsNotToldBesideAComponentThatIsExact) {
+  EXPECT_FALSE(worstDeterminedOf({{"a", "b", "c"}, {4.0, 1.9, 0.0, 1.9, 1.0, 0.0, 0.0, 0.0, 0.0}}).has_value());
+  EXPECT_NEAR(worstDeterminedOf({{"a", "b"}, {4.0, 1.9, 1.9, 1.0}}).value().sd, std::sqrt(1.95), 1e-9);
 }
 
 TEST(Residuals, StandAtTheirReadings) {

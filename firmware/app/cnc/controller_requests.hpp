@@ -16,7 +16,7 @@ namespace probebox::app {
 
 // Converts a controller's requests about runs and results to requests as from a host, and keeps the answer for its
 // registers. Any thread.
-class Wishes {
+class ControllerRequests {
  public:
   using Ask = std::function<void(messages::Operation, std::vector<std::byte> body, std::function<void(Reply)> then)>;
 
@@ -24,11 +24,12 @@ class Wishes {
   using Waits = std::function<bool(std::uint64_t result)>;
 
   // by: the name under which results are accepted.
-  Wishes(std::string by, Ask ask, Waits waits) : by_{std::move(by)}, ask_{std::move(ask)}, waits_{std::move(waits)} {}
+  ControllerRequests(std::string by, Ask ask, Waits waits)
+      : by_{std::move(by)}, ask_{std::move(ask)}, waits_{std::move(waits)} {}
 
-  void make(const modbus::Wish& wish);
+  void make(const modbus::ControllerRequest& controller_request);
   // State for the registers. A start counts as done once the box shows the run, an abort once it shows its end.
-  published::WishState state(const published::Snapshot& shown) const;
+  published::ControllerRequestState state(const published::Snapshot& shown) const;
   // Why requests were refused since the last call, in the words of `probebox calibrate`.
   std::vector<std::string> newRefusals();
 
@@ -36,9 +37,9 @@ class Wishes {
   // Shared with pending answers, so it may outlive this object.
   struct Present {
     std::mutex mutex;
-    published::WishState state;
+    published::ControllerRequestState state;
     std::uint16_t commit{};  // of the request in hand
-    modbus::Wish::What what{};
+    modbus::ControllerRequest::What what{};
     std::vector<std::string> refusals;  // not told yet
   };
 

@@ -1,4 +1,4 @@
-#include "firmware/app/cnc/wishes.hpp"
+#include "firmware/app/cnc/controller_requests.hpp"
 
 #include <optional>
 #include <string>
@@ -14,7 +14,7 @@ namespace {
 
 using messages::ErrorCode;
 using messages::Operation;
-using What = modbus::Wish::What;
+using What = modbus::ControllerRequest::What;
 
 enum : std::uint16_t { kInHand = 1, kDone = 2, kRefused = 3 };
 
@@ -24,37 +24,39 @@ struct Asked {
 };
 
 // Nothing for a method that the box does not have.
-std::optional<Asked> askedOf(const modbus::Wish& wish, const std::string& by) {
-  switch (wish.what) {
+std::optional<Asked> askedOf(const modbus::ControllerRequest& controller_request, const std::string& by) {
+  switch (controller_request.what) {
     case What::start: {
-      const auto* method = procedure::methodNumbered(procedure::liveMethods(), wish.method);
+      const auto* method = procedure::methodNumbered(procedure::liveMethods(), controller_request.method);
       if (method == nullptr) return std::nullopt;
-      return Asked{Operation::start_procedure,
-                   messages::encoded(messages::StartProcedure::Request{std::string{method->name()}, wish.options})};
+      return Asked{Operation::start_procedure, messages::encoded(messages::StartProcedure::Request{
+                                                   std::string{method->name()}, controller_request.options})};
     }
     case What::abort:
-      return Asked{Operation::abort_procedure, messages::encoded(messages::AbortProcedure::Request{.run = wish.of})};
+      return Asked{Operation::abort_procedure,
+                   messages::encoded(messages::AbortProcedure::Request{.run = controller_request.of})};
     case What::accept:
     case What::accept_although_it_differs:
       break;
   }
   messages::AcceptResult::Request request;
-  request.id = wish.of;
+  request.id = controller_request.of;
   request.by = by;
-  request.although_it_differs = wish.what == What::accept_although_it_differs;
+  request.although_it_differs = controller_request.what == What::accept_although_it_differs;
   return Asked{Operation::accept_result, messages::encoded(request)};
 }
 
 // Translates a reply into the registers about a request.
-void read(const Reply& reply, const modbus::Wish& wish, published::WishState& state) {
+void read(const Reply& reply, const modbus::ControllerRequest& controller_request,
+          published::ControllerRequestState& state) {
   state.outcome = reply.code == ErrorCode::ok ? kDone : kRefused;
   state.refusal = static_cast<std::uint16_t>(reply.code);
-  state.number = wish.of;
+  state.number = controller_request.of;
   if (reply.code != ErrorCode::ok) return;
-  if (wish.what == What::start) {
+  if (controller_request.what == What::start) {
     const auto answer = messages::decode<messages::StartProcedure::Answer>(reply.body);
     if (answer) state.number = answer->run;
-  } else if (wish.what != What::abort) {
+  } else if (controller_request.what != What::abort) {
     const auto answer = messages::decode<messages::AcceptResult::Answer>(reply.body);
     state.waits = answer && answer->waiting_for_cut;
   }
@@ -62,36 +64,38 @@ void read(const Reply& reply, const modbus::Wish& wish, published::WishState& st
 
 }  // namespace
 
-void Wishes::make(const modbus::Wish& wish) {
-  const auto asked = askedOf(wish, by_);
+void ControllerRequests::make(const modbus::ControllerRequest& controller_request) {
+  const auto asked = askedOf(controller_request, by_);
   {
     const std::lock_guard lock{present_->mutex};
-    present_->commit = wish.commit;
-    present_->what = wish.what;
+    present_->commit = controller_request.commit;
+    present_->what = controller_request.what;
     present_->state = {.answered = present_->state.answered, .outcome = kInHand};
     if (!asked) {
-      present_->state = {
-          .answered = wish.commit, .outcome = kRefused, .refusal = static_cast<std::uint16_t>(ErrorCode::not_found)};
-      present_->refusals.push_back("This box has no method with the number " + std::to_string(wish.method) + ".");
+      present_->state = {.answered = controller_request.commit,
+                         .outcome = kRefused,
+                         .refusal = static_cast<std::uint16_t>(ErrorCode::not_found)};
+      present_->refusals.push_back("This box has no method with the number " +
+                                   std::to_string(controller_request.method) + ".");
       return;
     }
   }
-  ask_(asked->operation, asked->body, [present = present_, wish](const Reply& reply) {
+  ask_(asked->operation, asked->body, [present = present_, controller_request](const Reply& reply) {
     const std::lock_guard lock{present->mutex};
     if (reply.code != ErrorCode::ok) present->refusals.push_back(reply.text);
-    if (present->commit != wish.commit) return;  // another request has taken its place
-    published::WishState state{.answered = wish.commit};
-    read(reply, wish, state);
+    if (present->commit != controller_request.commit) return;  // another request has taken its place
+    published::ControllerRequestState state{.answered = controller_request.commit};
+    read(reply, controller_request, state);
     present->state = state;
   });
 }
 
-std::vector<std::string> Wishes::newRefusals() {
+std::vector<std::string> ControllerRequests::newRefusals() {
   const std::lock_guard lock{present_->mutex};
   return std::exchange(present_->refusals, {});
 }
 
-published::WishState Wishes::state(const published::Snapshot& shown) const {
+published::ControllerRequestState ControllerRequests::state(const published::Snapshot& shown) const {
   auto [state, what] = [&] {
     const std::lock_guard lock{present_->mutex};
     return std::pair{present_->state, present_->what};
