@@ -92,7 +92,7 @@ std::optional<probebox::board::Descriptions> accepted(const probebox::app::Optio
   if (!descriptions) {
     refused = descriptions.error();
   } else if (!options.usb_identity) {
-    refused = probebox::app::whyRefused(options, *descriptions);
+    refused = probebox::app::validate(options, *descriptions);
   }
   if (!refused) return std::move(descriptions).value();
   probebox::app::logError(refused->what);

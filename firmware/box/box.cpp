@@ -68,22 +68,22 @@ messages::ReceiverStatus receiverOf(const ProbeClock& clock) {
 
 }  // namespace
 
-std::optional<Error> whyUnfit(const BoxConfig& config, std::span<const Event> result) {
+std::optional<Error> validateActivation(const BoxConfig& config, std::span<const Event> result) {
   const auto* delay = result.empty() ? nullptr : std::get_if<DelayActivated>(&result.front());
-  if (delay == nullptr) return corrections::whyUnfit(config.corrections, result);
+  if (delay == nullptr) return corrections::validateActivation(config.corrections, result);
   latch::LatchConfig with_delay = config.latch;
   with_delay.tau = tauOf(*delay);
-  const auto refused = latch::whyRefused(with_delay);
+  const auto refused = latch::validate(with_delay);
   if (!refused) return std::nullopt;
   return Error{"The box cannot move its samples by this delay: " + refused->what};
 }
 
-std::optional<Error> whyRefused(const BoxConfig& config) {
-  if (auto error = clock::whyRefused(config.clock)) return error;
-  if (auto error = clock::whyRefused(config.probe_clock)) return error;
-  if (auto error = clock::whyRefused(config.control_clock)) return error;
-  if (auto error = latch::whyRefused(config.latch)) return error;
-  if (auto error = corrections::whyRefused(config.corrections)) return error;
+std::optional<Error> validate(const BoxConfig& config) {
+  if (auto error = clock::validate(config.clock)) return error;
+  if (auto error = clock::validate(config.probe_clock)) return error;
+  if (auto error = clock::validate(config.control_clock)) return error;
+  if (auto error = latch::validate(config.latch)) return error;
+  if (auto error = corrections::validate(config.corrections)) return error;
   if (config.block_samples == 0 || config.block_samples > BlockBuilder::kMostSamples) {
     return Error{"A block has 1 to " + std::to_string(BlockBuilder::kMostSamples) + " samples, not " +
                  std::to_string(config.block_samples) + ": change block_samples in service.toml."};

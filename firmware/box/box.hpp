@@ -43,16 +43,16 @@ struct BoxConfig {
 };
 
 // Names the first value that is out of range and its valid range; nullopt when the configuration is valid.
-std::optional<Error> whyRefused(const BoxConfig& config);
+std::optional<Error> validate(const BoxConfig& config);
 
 // Explains why a box with this configuration cannot apply the result that `result` activates; nullopt when it can.
-std::optional<Error> whyUnfit(const BoxConfig& config, std::span<const Event> result);
+std::optional<Error> validateActivation(const BoxConfig& config, std::span<const Event> result);
 
 // Runs the whole core as a function of stamped events. It reads no clock, makes no system call and allocates nothing
 // after construction, so equal events give equal bytes.
 class Box {
  public:
-  // config: must pass whyRefused(). `outputs` must outlive the box.
+  // config: must pass validate(). `outputs` must outlive the box.
   Box(const BoxConfig& config, Outputs& outputs);
 
   void push(const Event& event);

@@ -62,7 +62,7 @@ ArrivalLine::Line ArrivalLine::fit() {
   return line;
 }
 
-std::optional<Error> whyRefused(const CounterClockConfig& config) {
+std::optional<Error> validate(const CounterClockConfig& config) {
   if (!isWithin(config.rate_hz, 10, 1e6)) {
     return Error{"sample rate " + std::to_string(config.rate_hz) +
                  " Hz of the receiver is outside 10 to 1000000 Hz: change rate_hz in probe.toml"};

@@ -59,7 +59,7 @@ struct CounterClockConfig {
 };
 
 // Names the first value that is out of range and its valid range; nullopt when the configuration is valid.
-std::optional<Error> whyRefused(const CounterClockConfig& config);
+std::optional<Error> validate(const CounterClockConfig& config);
 
 // Every sample is counted once: samples = stamped + unstamped.
 struct CounterClockCounters {
@@ -98,7 +98,7 @@ struct CounterReading {
 // samples get no stamp. Stamps increase.
 class CounterClock {
  public:
-  // config: must pass whyRefused().
+  // config: must pass validate().
   explicit CounterClock(const CounterClockConfig& config);
 
   // Takes one sample in order of arrival. Returns its stamp; nullopt when its time is not certain enough.

@@ -18,7 +18,7 @@ constexpr double kBlindSpreads = 3;          // a phase less certain than this i
 
 }  // namespace
 
-std::optional<Error> whyRefused(const ClockConfig& config) {
+std::optional<Error> validate(const ClockConfig& config) {
   const auto period_ns = config.nominal_period.count();
   if (period_ns < 100'000 || period_ns > 10'000'000) {
     return Error{"nominal period " + std::to_string(period_ns) +

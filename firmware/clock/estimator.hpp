@@ -28,7 +28,7 @@ struct ClockConfig {
 };
 
 // Names the first value that is out of range and its valid range; nullopt when the configuration is valid.
-std::optional<Error> whyRefused(const ClockConfig& config);
+std::optional<Error> validate(const ClockConfig& config);
 
 enum class EdgeFlag : std::uint8_t {
   accepted = 0,   // edge of `tick`
@@ -82,7 +82,7 @@ struct MasterStamp {
 // The constant part of the stamp delay cannot be observed and remains in the estimate.
 class ClockEstimator {
  public:
-  // config: must pass whyRefused().
+  // config: must pass validate().
   explicit ClockEstimator(const ClockConfig& config);
 
   // Takes one edge of the sync line. Edges to Level::active are ticks; the others only continue the line sequence.

@@ -41,10 +41,10 @@ struct CorrectionsConfig {
 };
 
 // Names the first value that is out of range and its valid range; nullopt when the configuration is valid.
-std::optional<Error> whyRefused(const CorrectionsConfig& config);
+std::optional<Error> validate(const CorrectionsConfig& config);
 
 // Explains why a result cannot come into force under this configuration; nullopt when it can.
-std::optional<Error> whyUnfit(const CorrectionsConfig& config, std::span<const Event> result);
+std::optional<Error> validateActivation(const CorrectionsConfig& config, std::span<const Event> result);
 
 // Computes what the CNC reads from the results in force and the events. Starts with valid = 0. A source without its
 // inputs is invalid, never zero. A doubtful source keeps its last value for T_hold, then the output is frozen and not
@@ -58,7 +58,7 @@ class Corrections {
   // Counts take the place of samples that did not come for this long: the probe is silent in every cut.
   static constexpr Nanoseconds kSamplesMissing = std::chrono::milliseconds{50};
 
-  // config: must pass whyRefused().
+  // config: must pass validate().
   explicit Corrections(const CorrectionsConfig& config);
 
   void push(const Count& count);

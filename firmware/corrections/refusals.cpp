@@ -9,7 +9,7 @@
 
 namespace probebox::corrections {
 
-std::optional<Error> whyRefused(const CorrectionsConfig& config) {
+std::optional<Error> validate(const CorrectionsConfig& config) {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const std::string name{"XYZ"[axis]};
     const auto& screw = config.screws[axis];
@@ -35,13 +35,13 @@ std::optional<Error> whyRefused(const CorrectionsConfig& config) {
   return std::nullopt;
 }
 
-std::optional<Error> whyUnfit(const CorrectionsConfig& config, std::span<const Event> result) {
+std::optional<Error> validateActivation(const CorrectionsConfig& config, std::span<const Event> result) {
   if (result.empty()) return std::nullopt;
   const auto rows = result.subspan(1);
   if (const auto* swivel = std::get_if<SwivelActivated>(&result.front()))
-    return SwivelSource::whyUnfit(config.swivel, *swivel, rows);
+    return SwivelSource::validateActivation(config.swivel, *swivel, rows);
   if (const auto* rotary = std::get_if<RotaryActivated>(&result.front()))
-    return RotarySource::whyUnfit(config.rotary, *rotary, rows);
+    return RotarySource::validateActivation(config.rotary, *rotary, rows);
   return std::nullopt;
 }
 

@@ -22,8 +22,8 @@ RotarySource::RotarySource(const RotaryConfig& config) : config_{config}, held_{
   if (config.fitted()) held_.invalid();
 }
 
-std::optional<Error> RotarySource::whyUnfit(const RotaryConfig& config, const RotaryActivated& activated,
-                                            std::span<const Event> rows) {
+std::optional<Error> RotarySource::validateActivation(const RotaryConfig& config, const RotaryActivated& activated,
+                                                      std::span<const Event> rows) {
   if (!config.fitted()) return std::nullopt;
   if (!config.turnsBy(activated.axis)) {
     return Error{std::string{"The result is for the axis "} + "ABC"[static_cast<std::size_t>(activated.axis)] +
@@ -50,7 +50,7 @@ void RotarySource::push(const ErrorsAtAngle& row) {
   if (row.of != ErrorsOf::rotary || !config_.turnsBy(row.axis)) return;
   auto& axis = axes_[static_cast<std::size_t>(row.axis)];
   if (!axis.table.add(row)) return;
-  // whyUnfit() has tried the same before.
+  // validateActivation() has tried the same before.
   const auto errors = axis.table.table(config_.between);
   if (!errors) return;
   axis.in_force = axis.coming;

@@ -34,8 +34,8 @@ class RotarySource {
   explicit RotarySource(const RotaryConfig& config);
 
   // Explains why a result cannot come into force; nullopt when it can.
-  static std::optional<Error> whyUnfit(const RotaryConfig& config, const RotaryActivated& activated,
-                                       std::span<const Event> rows);
+  static std::optional<Error> validateActivation(const RotaryConfig& config, const RotaryActivated& activated,
+                                                 std::span<const Event> rows);
 
   void push(const RotaryActivated& activated);
   void push(const ErrorsAtAngle& row);

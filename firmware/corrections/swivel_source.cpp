@@ -20,8 +20,8 @@ SwivelSource::SwivelSource(const SwivelConfig& config) : config_{config}, held_{
   if (config.fitted) held_.invalid();
 }
 
-std::optional<Error> SwivelSource::whyUnfit(const SwivelConfig& config, const SwivelActivated& activated,
-                                            std::span<const Event> rows) {
+std::optional<Error> SwivelSource::validateActivation(const SwivelConfig& config, const SwivelActivated& activated,
+                                                      std::span<const Event> rows) {
   if (!config.fitted) return std::nullopt;
   if (activated.axis != config.axis) {
     const auto letter = [](RotaryAxis axis) { return std::string{"ABC"[static_cast<std::size_t>(axis)]}; };
@@ -51,7 +51,7 @@ void SwivelSource::push(const SwivelActivated& activated) {
 void SwivelSource::push(const ErrorsAtAngle& row) {
   if (!config_.fitted || !config_.by_angle || row.of != ErrorsOf::swivel || row.axis != config_.axis) return;
   if (!table_.add(row)) return;
-  // whyUnfit() has tried the same before.
+  // validateActivation() has tried the same before.
   if (const auto left = table_.table(metrology::Between::linear)) bringIntoForce(*left);
 }
 

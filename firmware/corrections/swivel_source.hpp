@@ -26,8 +26,8 @@ class SwivelSource {
   explicit SwivelSource(const SwivelConfig& config);
 
   // Explains why a result cannot come into force; nullopt when it can.
-  static std::optional<Error> whyUnfit(const SwivelConfig& config, const SwivelActivated& activated,
-                                       std::span<const Event> rows);
+  static std::optional<Error> validateActivation(const SwivelConfig& config, const SwivelActivated& activated,
+                                                 std::span<const Event> rows);
 
   void push(const SwivelActivated& activated);
   void push(const ErrorsAtAngle& row);

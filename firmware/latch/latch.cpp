@@ -17,7 +17,7 @@ Nanoseconds longestDelay(const LatchConfig& config) {
   return std::max({Nanoseconds{0}, *largest, -*smallest});
 }
 
-std::optional<Error> whyRefused(const SourceConfig& source, const std::string& name) {
+std::optional<Error> validate(const SourceConfig& source, const std::string& name) {
   if (source.interval.count() < 0) return Error{name + ": the interval between stamps cannot be negative"};
   if (source.interval.count() > 0 && source.interval < kShortestInterval)
     return Error{name + ": more than a million stamps per second cannot be stored"};
@@ -26,7 +26,7 @@ std::optional<Error> whyRefused(const SourceConfig& source, const std::string& n
 
 }  // namespace
 
-std::optional<Error> whyRefused(const LatchConfig& config) {
+std::optional<Error> validate(const LatchConfig& config) {
   if (config.samples_per_tick < 1 || config.samples_per_tick > 100) {
     return Error{"samples_per_tick " + std::to_string(config.samples_per_tick) + " is outside 1 to 100"};
   }
@@ -36,9 +36,9 @@ std::optional<Error> whyRefused(const LatchConfig& config) {
     return Error{"a delay beyond " + std::to_string(kLongestDelay.count() / 1'000'000) +
                  " ms is outside the range of a probe's delay: samples would have to wait for it"};
   }
-  if (auto refused = whyRefused(config.probe, "probe")) return refused;
+  if (auto refused = validate(config.probe, "probe")) return refused;
   for (const SourceConfig& axis : config.axes) {
-    if (auto refused = whyRefused(axis, "axis")) return refused;
+    if (auto refused = validate(axis, "axis")) return refused;
   }
   return std::nullopt;
 }
@@ -54,7 +54,7 @@ Latch::Latch(const LatchConfig& config)
 bool Latch::setTau(const std::array<Nanoseconds, kLinearAxes>& tau) {
   LatchConfig wanted = config_;
   wanted.tau = tau;
-  if (whyRefused(wanted)) return false;
+  if (validate(wanted)) return false;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) axes_[axis].shift(config_.tau[axis] - tau[axis]);
   config_ = wanted;
   patience_ = config_.maximum_wait + longestDelay(config_);

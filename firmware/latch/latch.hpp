@@ -26,7 +26,7 @@ struct LatchConfig {
 };
 
 // Names the first value that is out of range and its valid range; nullopt when the configuration is valid.
-std::optional<Error> whyRefused(const LatchConfig& config);
+std::optional<Error> validate(const LatchConfig& config);
 
 // produced = records + lost holds at every moment.
 struct LatchCounters {
@@ -45,7 +45,7 @@ struct LatchCounters {
 //   latch.push(event); latch.setClock(estimator.map()); while (const auto decision = latch.next()) ...
 class Latch {
  public:
-  // config: must pass whyRefused().
+  // config: must pass validate().
   explicit Latch(const LatchConfig& config);
 
   void push(const Event& event);  // unknown events are ignored; TimeAdvanced drives the maximum wait

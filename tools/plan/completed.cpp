@@ -44,7 +44,7 @@ Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedu
   const auto described = procedure::described(*method, options, facts, by);
   if (!described) return badOption(described.error().what);
   options = *described;
-  if (const auto why = procedure::whyRefused(*method, options, deflection_limit_mm)) return badOption(why->what);
+  if (const auto why = procedure::validate(*method, options, deflection_limit_mm)) return badOption(why->what);
   return options;
 }
 

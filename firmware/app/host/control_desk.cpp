@@ -169,7 +169,7 @@ std::optional<Error> ControlDesk::whyNot(const Event& said, const box::State& st
   if (const auto* marker = std::get_if<Marker>(&said)) return whyStray(*marker, state);
   const auto* homed = std::get_if<AxisHomed>(&said);
   if (homed == nullptr) return std::nullopt;
-  if (auto error = whyOutside(*homed, deps_.travel)) return error;
+  if (auto error = validateRange(*homed, deps_.travel)) return error;
   return whyNotHomed(*homed, state);
 }
 
@@ -218,7 +218,7 @@ Reply ControlDesk::homeAxes(const board::Access& may, std::span<const std::byte>
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if ((unsigned{request->axes} >> axis & 1U) == 0) continue;
     const AxisHomed one{.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}};
-    if (const auto error = whyOutside(one, deps_.travel)) return refused(ErrorCode::refused, error->what);
+    if (const auto error = validateRange(one, deps_.travel)) return refused(ErrorCode::refused, error->what);
     homed.emplace_back(one);
     names.append(" ").append(1, "XYZ"[axis]);
   }
@@ -254,7 +254,7 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   }
   const auto facts = deps_.calibrations.factsNow();
   TRY(const auto options, plannedOptions(*method, *request, facts, state));
-  if (const auto error = procedure::whyRefused(*method, options, deps_.deflection_limit_mm))
+  if (const auto error = procedure::validate(*method, options, deps_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
   const bool has_delay = state.snapshot.delay.calibrated;
   if (const auto why =

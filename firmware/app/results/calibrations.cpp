@@ -118,12 +118,13 @@ bool isOfSolver(const metrology::Solved& solved) {
 }  // namespace
 
 Calibrations::Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
-                           ResultsInForce::WhyUnfit why_unfit, TellCore tell_core, std::filesystem::path solver)
+                           ResultsInForce::ValidateActivation validate_activation, TellCore tell_core,
+                           std::filesystem::path solver)
     : store_{std::move(store)},
       facts_{facts},
       now_{std::move(now)},
       tell_core_{std::move(tell_core)},
-      in_force_{store_, std::move(mounting), now_, std::move(why_unfit),
+      in_force_{store_, std::move(mounting), now_, std::move(validate_activation),
                 [this](const Event& event) { postBlocking(event); }},
       solver_{std::move(solver)} {}
 
@@ -198,7 +199,7 @@ void Calibrations::pollSolver() {
     auto answer = solver_.poll();
     if (!answer) return;
     if (*answer) {
-      if (const auto outside = in_force_.whyOutside(answer->value()))
+      if (const auto outside = in_force_.validateRange(answer->value()))
         *answer = metrology::Refusal{"outside-machine", outside->what};
     }
     if (isOfSolver(*answer))

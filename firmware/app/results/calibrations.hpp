@@ -30,7 +30,8 @@ class Calibrations {
   // (SolverProcess).
   using TellCore = std::function<bool(const Event&)>;
   Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
-               ResultsInForce::WhyUnfit why_unfit, TellCore tell_core, std::filesystem::path solver = {});
+               ResultsInForce::ValidateActivation validate_activation, TellCore tell_core,
+               std::filesystem::path solver = {});
 
   // Events that the core must get before any others: the results in force.
   std::vector<Event> restore() { return in_force_.restore(); }

@@ -72,7 +72,7 @@ MachineTravel travelOf(const board::Machine& machine) {
   return travel;
 }
 
-std::optional<Error> whyOutside(const AxisHomed& homed, const MachineTravel& travel) {
+std::optional<Error> validateRange(const AxisHomed& homed, const MachineTravel& travel) {
   const auto axis = static_cast<std::size_t>(homed.axis);
   const auto& [min_mm, max_mm] = travel[axis];
   if (std::isfinite(homed.position_mm) && (!travel[axis].isDescribed() || travel[axis].reaches(homed.position_mm)))
@@ -82,7 +82,7 @@ std::optional<Error> whyOutside(const AxisHomed& homed, const MachineTravel& tra
                " in machine.toml; give a position inside, or mend the travel."};
 }
 
-std::optional<Error> whyOutside(const metrology::Result& result, const MachineTravel& travel) {
+std::optional<Error> validateRange(const metrology::Result& result, const MachineTravel& travel) {
   const auto* method = metrology::methodNamed(result.method);
   const metrology::Method unknown{};
   if (const auto refusal = metrology::refuseImplausible(result, method == nullptr ? unknown : *method))

@@ -45,11 +45,11 @@ std::optional<metrology::Result> sumOf(const Record& from_tip, const Record& off
 }  // namespace
 
 ResultsInForce::ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now,
-                               WhyUnfit why_unfit, std::function<void(const Event&)> post)
+                               ValidateActivation validate_activation, std::function<void(const Event&)> post)
     : store_{store},
       mounting_{std::move(mounting)},
       now_{std::move(now)},
-      why_unfit_{std::move(why_unfit)},
+      validate_activation_{std::move(validate_activation)},
       post_{std::move(post)},
       values_{values()} {}
 
@@ -73,11 +73,11 @@ std::shared_ptr<const Record> ResultsInForce::recordOf(Id id) const {
 
 Outcome<std::vector<Event>> ResultsInForce::fitActivation(const Record& record) const {
   if (record.result() != nullptr) {
-    if (auto outside = whyOutside(*record.result())) return *outside;
+    if (auto outside = validateRange(*record.result())) return *outside;
   }
   auto events = activationOf(record, now_());
   if (events) {
-    if (auto unfit = why_unfit_(*events)) return *unfit;
+    if (auto unfit = validate_activation_(*events)) return *unfit;
   }
   return events;
 }
@@ -89,8 +89,8 @@ store::Binding ResultsInForce::bindingFor(const std::string& subject) const {
           .mounting = mounting_.mounting};
 }
 
-std::optional<Error> ResultsInForce::whyOutside(const metrology::Result& result) const {
-  return app::whyOutside(result, mounting_.travel);
+std::optional<Error> ResultsInForce::validateRange(const metrology::Result& result) const {
+  return app::validateRange(result, mounting_.travel);
 }
 
 std::vector<Event> ResultsInForce::restore() {

@@ -45,7 +45,7 @@ struct Acceptance : store::Record {
 // about(), measuredFacts(), served(), storageProblems() and sensorHead(): any thread may call these.
 class ResultsInForce {
  public:
-  using WhyUnfit = std::function<std::optional<Error>(std::span<const Event>)>;
+  using ValidateActivation = std::function<std::optional<Error>(std::span<const Event>)>;
   using Accepted = Outcome<Acceptance, store::Failure>;
   struct Return {
     std::optional<store::Record> retired;  // was in force until now, or waited
@@ -54,16 +54,16 @@ class ResultsInForce {
   };
   using RolledBack = Outcome<Return, store::Failure>;
 
-  // why_unfit: explains why the core cannot apply the events of a result. post: passes an event to the core and waits
-  // until it is taken. `store` outlives this.
-  ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now, WhyUnfit why_unfit,
-                 std::function<void(const Event&)> post);
+  // validate_activation: explains why the core cannot apply the events of a result. post: passes an event to the core
+  // and waits until it is taken. `store` outlives this.
+  ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now,
+                 ValidateActivation validate_activation, std::function<void(const Event&)> post);
   ResultsInForce(const ResultsInForce&) = delete;
   ResultsInForce& operator=(const ResultsInForce&) = delete;
 
   store::Binding bindingFor(const std::string& subject) const;
   // Explains why such a result may not come into force on this machine (machine_range.hpp); nothing when it may.
-  std::optional<Error> whyOutside(const metrology::Result& result) const;
+  std::optional<Error> validateRange(const metrology::Result& result) const;
 
   // Events for the start of the core: all results in force from earlier runs of the daemon.
   std::vector<Event> restore();
@@ -153,7 +153,7 @@ class ResultsInForce {
   store::Store& store_;
   Mounting mounting_;
   std::function<MonoTime()> now_;
-  WhyUnfit why_unfit_;
+  ValidateActivation validate_activation_;
   std::function<void(const Event&)> post_;
   results::Ledger ledger_;
   results::Values values_;

@@ -12,13 +12,13 @@ Outcome<board::Descriptions> loadDescriptions(const Options& options) {
                                 : board::loadDirectory(options.board, options.config);
 }
 
-std::optional<Error> whyRefused(const Options& options, const board::Descriptions& descriptions) {
+std::optional<Error> validate(const Options& options, const board::Descriptions& descriptions) {
   std::optional<Error> refused;
   const auto add = [&](const std::optional<Error>& error) {
     if (error) refused = Error{refused ? refused->what + "\n" + error->what : error->what};
   };
   add(whyUnsupported(descriptions));
-  add(box::whyRefused(boxConfig(descriptions)));
+  add(box::validate(boxConfig(descriptions)));
   add(whyNoAddresses(options, descriptions.service));
   if (options.time_scale != 1.0 && !isEmulated(descriptions))
     add(Error{"--time-scale is for the emulated machine only: real edges are stamped in real time."});

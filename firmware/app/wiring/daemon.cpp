@@ -60,14 +60,15 @@ struct Daemon::Parts {
       : descriptions{std::move(described)},
         time{options.time_scale},
         core{boxConfig(descriptions), events, commands, core_wake_up, counters},
-        calibrations{
-            std::move(store),
-            mountingOf(descriptions),
-            procedure::factsOf(descriptions),
-            [this] { return time.now(); },
-            [config = boxConfig(descriptions)](std::span<const Event> told) { return box::whyUnfit(config, told); },
-            [this](const Event& command) { return tellCore(command); },
-            options.solver},
+        calibrations{std::move(store),
+                     mountingOf(descriptions),
+                     procedure::factsOf(descriptions),
+                     [this] { return time.now(); },
+                     [config = boxConfig(descriptions)](std::span<const Event> told) {
+                       return box::validateActivation(config, told);
+                     },
+                     [this](const Event& command) { return tellCore(command); },
+                     options.solver},
         doors{(state / "doors").string(),
               [this](bool inhibited) { return tellCore(CutInhibit{.active = inhibited, .at = time.now()}); },
               earlier.start},
@@ -368,7 +369,7 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   // Before anything is written that has a date; the number of the start is not counted yet.
   const bool is_kept_right = isEmulated(descriptions) || kernelKeepsClockRight();
   setWallClock({.is_kept_right = is_kept_right, .start = 0});
-  if (const auto refused = whyRefused(options, descriptions)) return *refused;
+  if (const auto refused = validate(options, descriptions)) return *refused;
   TRY(auto state, takeStateDirectory(options.state));
   if (!state.notice.empty()) logWarning(state.notice);
   // Samples and the CNC need no store: what is wrong with it stands in the log and in status.

@@ -18,7 +18,7 @@ std::string firmwareVersion();
 Outcome<board::Descriptions> loadDescriptions(const Options& options);
 
 // Names the first option or description that this build cannot run, with the remedy; nullopt when there is none.
-std::optional<Error> whyRefused(const Options& options, const board::Descriptions& descriptions);
+std::optional<Error> validate(const Options& options, const board::Descriptions& descriptions);
 
 // The running box: all threads, from construction to destruction.
 class Daemon {

@@ -135,7 +135,7 @@ std::optional<Error> outside(const char* what, double value, double from, double
   return Error{text.data()};
 }
 
-std::optional<Error> whyRefused(const LiveMethod& method, const ProcedureOptions& options, double deflection_limit_mm) {
+std::optional<Error> validate(const LiveMethod& method, const ProcedureOptions& options, double deflection_limit_mm) {
   if (auto error = unused(method, options)) return error;
   if (options.has_temperature) {
     if (auto error = outside("A temperature", options.temperature_c, kColdest_c, kWarmest_c, "degrees C")) return error;

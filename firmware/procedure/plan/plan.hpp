@@ -11,12 +11,12 @@ namespace probebox::procedure {
 
 // Names the first invalid option and its valid range; nullopt when the run can be planned. deflection_limit_mm: of the
 // probe.
-std::optional<Error> whyRefused(const LiveMethod& method, const ProcedureOptions& options, double deflection_limit_mm);
+std::optional<Error> validate(const LiveMethod& method, const ProcedureOptions& options, double deflection_limit_mm);
 
 // Names a value outside of its range, and the range; nullopt when it lies within.
 std::optional<Error> outside(const char* what, double value, double from, double to, const char* unit);
 
-// Fills in the steps of a run, for options that pass whyRefused(). Does not allocate. Later loops append steps; without
+// Fills in the steps of a run, for options that pass validate(). Does not allocate. Later loops append steps; without
 // a state, those of the first loop.
 void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options, const LoopState& loops);
 void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options);

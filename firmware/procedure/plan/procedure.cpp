@@ -116,7 +116,7 @@ void Procedure::start(const ProcedureStarted& started, const DelayActivated& del
   const LiveMethod* method = methodNumbered(methods_, started.method);
   if (method == nullptr) return;
   // Whoever starts a run has looked at the probe's limit.
-  if (whyRefused(*method, started.options, std::numeric_limits<double>::infinity())) return;
+  if (validate(*method, started.options, std::numeric_limits<double>::infinity())) return;
   options_ = started.options;
   fill(plan_, *method, options_);
   takeReadings(plan_, probe_);

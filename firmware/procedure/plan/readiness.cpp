@@ -70,7 +70,7 @@ std::optional<Error> whyTooShort(const ProcedureOptions& asked) {
 
 // Options that no plan can be made of are refused elsewhere.
 std::optional<NotReady> whyNoWay(const LiveMethod& method, const ProcedureOptions& options, const Facts& facts) {
-  if (!method.of_plate || whyRefused(method, options, std::numeric_limits<double>::infinity())) return std::nullopt;
+  if (!method.of_plate || validate(method, options, std::numeric_limits<double>::infinity())) return std::nullopt;
   const auto plan = std::make_unique<Plan>();
   fill(*plan, method, options);
   const auto error = whyThroughBall(*plan, facts);

@@ -189,7 +189,7 @@ TEST(Delay, ThatNoBufferSpansIsNotTakenForApplied) {
   scenario.activateDelay({5.0, 5.0, 5.0});
   EXPECT_FALSE(scenario.state().delay_applied);
   const std::array<Event, 1> five_seconds{DelayActivated{.result_id = 3, .tau_s = {5, 5, 5}, .sd_s = {}, .at = {}}};
-  const auto unfit = box::whyUnfit(usualBox(usualWorld()), five_seconds);
+  const auto unfit = box::validateActivation(usualBox(usualWorld()), five_seconds);
   ASSERT_TRUE(unfit);
   EXPECT_NE(unfit->what.find("cannot move its samples"), std::string::npos);
 }

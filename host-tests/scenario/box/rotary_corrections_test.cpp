@@ -90,7 +90,7 @@ class TurningTable : public testing::Test {
     record.content = *solved;
     const auto events = app::activationOf(record, scenario.now());
     ASSERT_TRUE(events && events->size() == kAngles + 1);
-    ASSERT_FALSE(box::whyUnfit(usualBox(config), *events));
+    ASSERT_FALSE(box::validateActivation(usualBox(config), *events));
     for (const auto& event : *events) scenario.push(event);
     scenario.push(SourcesEnabled{.mask = published::bitOf(published::SourceKind::rotary), .at = scenario.now()});
   }

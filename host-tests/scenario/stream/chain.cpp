@@ -83,7 +83,7 @@ Chain::Chain(messages::Profile profile)
       history_{2U << 20U, 2048, {messages::Profile::fast}},
       transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples},
       box_{std::make_unique<box::Box>(config(), static_cast<box::Outputs&>(*this))} {
-  if (const auto refused = box::whyRefused(config())) throw std::runtime_error{refused->what};
+  if (const auto refused = box::validate(config())) throw std::runtime_error{refused->what};
   history_.setDescriptor(messages::encoded(scenario::streamedDescriptor("chain", kSamplesPerTick)));
   auto [box_end, host_end] = connection();
   stream::SessionOptions session;

@@ -83,7 +83,7 @@ TEST_F(RunningDaemon, LetsOtherComputersInOnlyToLook) {
   ASSERT_TRUE(loaded);
   for (const auto* address : {"tcp:0.0.0.0:0", "tcp:[::]:0", "tcp:10.0.0.7:7627", "tcp:mill-3:7627"}) {
     options.links = {address};
-    const auto refused = whyRefused(options, *loaded);
+    const auto refused = validate(options, *loaded);
     ASSERT_TRUE(refused) << address;
     EXPECT_THAT(refused->what, testing::AllOf(testing::HasSubstr("ssh -L"), testing::HasSubstr("read_only = true")));
   }

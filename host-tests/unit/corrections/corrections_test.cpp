@@ -200,7 +200,7 @@ TEST(Corrections, FollowARotaryAxisWhoseCountsBeginAgainWithEachTurn) {
 TEST(Corrections, AreRefusedASourceThatTheMachineDoesNotHave) {
   CorrectionsConfig config;
   config.mask = bitOf(SourceKind::screw);
-  const auto refused = whyRefused(config);
+  const auto refused = validate(config);
   ASSERT_TRUE(refused);
   EXPECT_NE(refused->what.find("[screw.X]"), std::string::npos);
 }

@@ -230,9 +230,9 @@ TEST_F(TableOnTable, TakesNoMemoryFromResultToTick) {
   EXPECT_TRUE(machine.snapshot().valid);
 }
 
-TEST(WhyUnfit, NamesWhatTheMachineDoesNotHaveAndTablesThatCannotBeRead) {
+TEST(ValidateActivation, NamesWhatTheMachineDoesNotHaveAndTablesThatCannotBeRead) {
   const auto reason = [](const CorrectionsConfig& config, const std::vector<Event>& result) {
-    const auto error = whyUnfit(config, result);
+    const auto error = validateActivation(config, result);
     return error ? error->what : std::string{};
   };
   auto config = turning(0);
@@ -260,11 +260,11 @@ TEST(WhyRefused, NamesTheSectionThatASummedSourceNeeds) {
   for (const auto& [kind, section] :
        {std::pair{SourceKind::swivel, "[swivel]"}, {SourceKind::rotary, "[rotary_table]"}}) {
     auto config = turning(bitOf(kind));
-    EXPECT_FALSE(whyRefused(config));
+    EXPECT_FALSE(validate(config));
     config.swivel = {};
     config.rotary = {};
-    ASSERT_TRUE(whyRefused(config));
-    EXPECT_THAT(whyRefused(config)->what, testing::HasSubstr(section));
+    ASSERT_TRUE(validate(config));
+    EXPECT_THAT(validate(config)->what, testing::HasSubstr(section));
   }
 }
 

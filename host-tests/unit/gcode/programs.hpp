@@ -64,7 +64,7 @@ inline std::vector<Case> cases() {
 
 inline procedure::Plan planOf(const Case& c) {
   procedure::Plan plan;
-  EXPECT_FALSE(whyRefused(*c.method, c.options, 2)) << whyRefused(*c.method, c.options, 2)->what;
+  EXPECT_FALSE(validate(*c.method, c.options, 2)) << validate(*c.method, c.options, 2)->what;
   fill(plan, *c.method, c.options);
   EXPECT_GT(plan.step_count, 0U);
   return plan;

@@ -243,15 +243,15 @@ TEST(Latch, NeverAllocatesAfterConstruction) {
 }
 
 TEST(Config, RefusesWhatCannotWorkByName) {
-  EXPECT_FALSE(whyRefused(rigConfig()));
-  EXPECT_THAT(whyRefused(rigConfig(0))->what, testing::HasSubstr("samples_per_tick"));
-  EXPECT_THAT(whyRefused(rigConfig(101))->what, testing::HasSubstr("samples_per_tick"));
+  EXPECT_FALSE(validate(rigConfig()));
+  EXPECT_THAT(validate(rigConfig(0))->what, testing::HasSubstr("samples_per_tick"));
+  EXPECT_THAT(validate(rigConfig(101))->what, testing::HasSubstr("samples_per_tick"));
   LatchConfig fast = rigConfig();
   fast.probe.interval = Nanoseconds{900};
-  EXPECT_THAT(whyRefused(fast)->what, testing::HasSubstr("probe"));
+  EXPECT_THAT(validate(fast)->what, testing::HasSubstr("probe"));
   LatchConfig slow = rigConfig();
   slow.tau[1] = Nanoseconds{3'000'000'000};
-  EXPECT_THAT(whyRefused(slow)->what, testing::HasSubstr("delay"));
+  EXPECT_THAT(validate(slow)->what, testing::HasSubstr("delay"));
 }
 
 // At any rate that a probe may have, a sample can wait for the slowest machine.
@@ -263,7 +263,7 @@ TEST(Config, TheLongestDelayIsSpannedAtEveryRate) {
     config.probe.interpolation = Interpolation::linear;
     for (auto& axis : config.axes) axis.interval = Nanoseconds{1'000'000};
     config.tau.fill(kLongestDelay);
-    ASSERT_FALSE(whyRefused(config));
+    ASSERT_FALSE(validate(config));
     Latch latch{config};
     // The probe tells its time in ns; the machine's data of a moment come that delay later.
     const std::int64_t end = kStartNs + 300'000'000;

@@ -134,7 +134,7 @@ TEST(TiltPlans, AreOfTiltsThatTellAnAxisAndNameThemInTheirPrompts) {
 
 Plan planOf(const LiveMethod& method, const ProcedureOptions& options = {}) {
   Plan plan;
-  EXPECT_FALSE(whyRefused(method, options, std::numeric_limits<double>::infinity()));
+  EXPECT_FALSE(validate(method, options, std::numeric_limits<double>::infinity()));
   fill(plan, method, options);
   return plan;
 }

@@ -169,14 +169,14 @@ class Planned : public testing::Test {
  protected:
   static constexpr ProcedureOptions kSweep{.speed_count = 1, .speeds_mm_s = {0.5}, .axis = 2, .travel_mm = 40};
   static Plan of(const LiveMethod& method, const ProcedureOptions& options = {}) {
-    EXPECT_FALSE(whyRefused(method, options, 1.0)) << method.name();
+    EXPECT_FALSE(validate(method, options, 1.0)) << method.name();
     Plan plan;
     fill(plan, method, options);
     EXPECT_EQ(plan.method, &method);
     return plan;
   }
   static std::string refusal(const LiveMethod& method, const ProcedureOptions& options) {
-    const auto error = whyRefused(method, options, 1.0);
+    const auto error = validate(method, options, 1.0);
     return error ? error->what : "";
   }
 };

@@ -20,14 +20,14 @@ class ScanPlan : public testing::TestWithParam<const LiveMethod*> {
  protected:
   std::unique_ptr<Plan> planned(ProcedureOptions options = {}) {
     options.reach_mm = kReach_mm;
-    EXPECT_FALSE(whyRefused(*GetParam(), options, 1.0));
+    EXPECT_FALSE(validate(*GetParam(), options, 1.0));
     auto plan = std::make_unique<Plan>();
     fill(*plan, *GetParam(), options);
     return plan;
   }
   std::string refusal(ProcedureOptions options, double reach_mm = kReach_mm) {
     options.reach_mm = reach_mm;
-    const auto error = whyRefused(*GetParam(), options, 1.0);
+    const auto error = validate(*GetParam(), options, 1.0);
     return error ? error->what : "";
   }
 };

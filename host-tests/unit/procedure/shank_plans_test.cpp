@@ -34,7 +34,7 @@ Facts factsWithShank() {
 std::unique_ptr<Plan> planned(const LiveMethod& method) {
   auto plan = std::make_unique<Plan>();
   const auto options = described(method, {}, factsWithShank(), ReadBy::shank).value();
-  EXPECT_FALSE(whyRefused(method, options, 1));
+  EXPECT_FALSE(validate(method, options, 1));
   fill(*plan, method, options);
   return plan;
 }
@@ -83,7 +83,7 @@ TEST(ShankPlan, NeedsAShankThatIsDescribedAndNoSecondTool) {
   }
   EXPECT_THAT(whyNoShank(kHeadPivot, factsWithShank())->what, HasSubstr("head-pivot does not use a shank"));
   const auto options = described(kAAxisAlignment, {}, factsWithShank(), ReadBy::shank).value();
-  EXPECT_THAT(whyRefused(kHeadPivot, {.shank_height_mm = 50}, 1)->what, HasSubstr("does not use a shank"));
+  EXPECT_THAT(validate(kHeadPivot, {.shank_height_mm = 50}, 1)->what, HasSubstr("does not use a shank"));
   EXPECT_EQ(options.tool_count, 2);
   EXPECT_EQ(described(kAAxisAlignment, {}, factsWithShank()).value().shank_height_mm, 0);
   Facts no_head = factsWithShank();

@@ -95,7 +95,7 @@ TEST(TemperatureOfARun, IsInThePlanOfItsOptionsAndRefusedInOtherUnits) {
   for (const double wrong : {297.0, -31.0, std::numeric_limits<double>::quiet_NaN()}) {
     options.temperature_c = wrong;
     options.axis = 0;
-    const auto why = whyRefused(kDelayKnownSphere, options, 10);
+    const auto why = validate(kDelayKnownSphere, options, 10);
     ASSERT_TRUE(why) << wrong;
     EXPECT_THAT(why->what, HasSubstr("give -30 to 70 degrees C"));
   }

@@ -163,7 +163,7 @@ Json summary(const Clock& options, const clock::ClockEstimator& estimator) {
 ExitStatus run(const Clock& options, const std::string&, Console& console) {
   clock::ClockConfig config;
   config.nominal_period = Nanoseconds{options.period_ns};
-  if (const auto refused = clock::whyRefused(config)) return console.fail(usage(refused->what));
+  if (const auto refused = clock::validate(config)) return console.fail(usage(refused->what));
   for (const auto& path : {options.output, options.ticks}) {
     if (path.empty()) continue;
     if (const auto objection = Output::objectionTo(path, options.force)) return console.fail(usage(*objection));

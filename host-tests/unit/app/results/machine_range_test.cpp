@@ -25,7 +25,7 @@ Result resultOf(std::string method, Estimate estimate) {
 
 TEST(MachineRange, TakesHomingWithinTheTravelAlone) {
   const auto homed = [](Axis axis, double mm) {
-    return whyOutside(AxisHomed{.axis = axis, .position_mm = mm, .at = {}}, kTravel);
+    return validateRange(AxisHomed{.axis = axis, .position_mm = mm, .at = {}}, kTravel);
   };
   EXPECT_FALSE(homed(Axis::x, -50));
   EXPECT_FALSE(homed(Axis::x, 450));
@@ -37,14 +37,14 @@ TEST(MachineRange, TakesHomingWithinTheTravelAlone) {
     EXPECT_THAT(error->what, AllOf(HasSubstr("axis X"), HasSubstr("-50 mm to 450 mm"), HasSubstr("machine.toml")));
   }
   EXPECT_TRUE(homed(Axis::z, 100)) << "its own travel counts";
-  EXPECT_FALSE(whyOutside(AxisHomed{.axis = Axis::x, .position_mm = 1e6, .at = {}}, MachineTravel{}))
+  EXPECT_FALSE(validateRange(AxisHomed{.axis = Axis::x, .position_mm = 1e6, .at = {}}, MachineTravel{}))
       << "where none is described";
-  EXPECT_TRUE(whyOutside(AxisHomed{.axis = Axis::x, .position_mm = std::nan(""), .at = {}}, MachineTravel{}));
+  EXPECT_TRUE(validateRange(AxisHomed{.axis = Axis::x, .position_mm = std::nan(""), .at = {}}, MachineTravel{}));
 }
 
 TEST(MachineRange, TakesNoTurningAxisThatTheMachineCannotHave) {
   const auto centre = [](double x_mm, double y_mm) {
-    return whyOutside(resultOf("centreline", Estimate::vector("centre_mm", {x_mm, y_mm}, {1e-3, 1e-3})), kTravel);
+    return validateRange(resultOf("centreline", Estimate::vector("centre_mm", {x_mm, y_mm}, {1e-3, 1e-3})), kTravel);
   };
   EXPECT_FALSE(centre(200, 100));
   EXPECT_FALSE(centre(-500, 100)) << "beside the travel: a chuck whose middle the axis does not reach";
@@ -55,7 +55,7 @@ TEST(MachineRange, TakesNoTurningAxisThatTheMachineCannotHave) {
 
 TEST(MachineRange, TakesNoLengthThatNothingOnTheMachineHas) {
   const auto length = [](double mm) {
-    return whyOutside(resultOf("tool-assembly", Estimate::scalar("assembled_length_mm", mm, 1e-3)), kTravel);
+    return validateRange(resultOf("tool-assembly", Estimate::scalar("assembled_length_mm", mm, 1e-3)), kTravel);
   };
   EXPECT_FALSE(length(200));
   EXPECT_FALSE(length(2900));
@@ -66,10 +66,10 @@ TEST(MachineRange, TakesNoLengthThatNothingOnTheMachineHas) {
 
 TEST(MachineRange, TakesNoNumberThatIsNone) {
   const double inf = std::numeric_limits<double>::infinity();
-  EXPECT_TRUE(whyOutside(resultOf("delay-multi-speed", Estimate::scalar("tau_s", std::nan(""), 1e-6)), kTravel));
-  EXPECT_TRUE(whyOutside(resultOf("delay-multi-speed", Estimate::scalar("tau_s", 1e-3, inf)), kTravel));
-  EXPECT_TRUE(whyOutside(resultOf("delay-multi-speed", Estimate::scalar("tau_s", 1e6, 1e-6)), kTravel));
-  EXPECT_FALSE(whyOutside(resultOf("delay-multi-speed", Estimate::scalar("tau_s", 5e-3, 1e-6)), kTravel));
+  EXPECT_TRUE(validateRange(resultOf("delay-multi-speed", Estimate::scalar("tau_s", std::nan(""), 1e-6)), kTravel));
+  EXPECT_TRUE(validateRange(resultOf("delay-multi-speed", Estimate::scalar("tau_s", 1e-3, inf)), kTravel));
+  EXPECT_TRUE(validateRange(resultOf("delay-multi-speed", Estimate::scalar("tau_s", 1e6, 1e-6)), kTravel));
+  EXPECT_FALSE(validateRange(resultOf("delay-multi-speed", Estimate::scalar("tau_s", 5e-3, 1e-6)), kTravel));
 }
 
 }  // namespace

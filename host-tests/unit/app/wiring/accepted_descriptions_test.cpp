@@ -58,7 +58,7 @@ TEST(AcceptedDescriptions, AreOnesThatTheCoreTakes) {
         const auto all = accepted(*sim, file, text);
         if (!all) return;
         ++taken;
-        const auto refused = whyRefused(Options{}, *all);
+        const auto refused = validate(Options{}, *all);
         EXPECT_FALSE(refused) << file << ": " << line << " with " << value << ": " << refused->what;
         EXPECT_EQ(wireDescriptor(*all, "0").channels.size(), 7U);
         EXPECT_EQ(procedure::factsOf(*all).probe_tools.count, all->machine.probe_tools.size());

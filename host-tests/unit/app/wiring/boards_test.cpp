@@ -14,7 +14,7 @@ TEST(Boards, OfThisTreePassTheCheck) {
     if (!std::filesystem::exists(entry.path() / "box.toml")) continue;
     const auto board = board::loadDirectory(entry.path());
     ASSERT_TRUE(board.ok()) << board.error().what;
-    const auto refused = whyRefused(Options{}, *board);
+    const auto refused = validate(Options{}, *board);
     EXPECT_FALSE(refused) << entry.path() << ": " << refused->what;
     ++boards;
   }

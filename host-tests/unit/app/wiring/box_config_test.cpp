@@ -13,7 +13,7 @@ namespace {
 TEST(BoxConfig, OfTheEmulatedBoardIsOneThatTheCoreTakes) {
   const auto sim = board::simDescriptions();
   ASSERT_TRUE(sim);
-  EXPECT_FALSE(whyRefused(Options{}, *sim));
+  EXPECT_FALSE(validate(Options{}, *sim));
   const auto config = boxConfig(*sim);
   EXPECT_EQ(config.clock.nominal_period, sim->box.sync_period);
   EXPECT_EQ(config.mm_per_count[1], sim->machine.axes[1].sense / sim->machine.axes[1].counts_per_mm);
@@ -32,7 +32,7 @@ TEST(BoxConfig, OfTheFastestSourcesThatMayBeDescribedIsTaken) {
   auto sim = *board::simDescriptions();
   sim.probe.rate_hz = 1e6;
   sim.box.devices.encoder_rate_hz = 1e6;
-  EXPECT_FALSE(box::whyRefused(boxConfig(sim)));
+  EXPECT_FALSE(box::validate(boxConfig(sim)));
 }
 
 TEST(BoxConfig, HasTheInhibitLinesThatGiveALevel) {
@@ -55,19 +55,19 @@ TEST(BoxConfig, IsRefusedBeforeTheStartWithARemedy) {
   const auto sim = *board::simDescriptions();
   Options options;
   options.links = {"can:0"};
-  EXPECT_NE(whyRefused(options, sim)->what.find("tcp:HOST:PORT"), std::string::npos);
+  EXPECT_NE(validate(options, sim)->what.find("tcp:HOST:PORT"), std::string::npos);
   options.links = {};
   options.cnc = {"heidenhain:/dev/ttyS0"};
-  EXPECT_NE(whyRefused(options, sim)->what.find("modbus:DEVICE"), std::string::npos);
+  EXPECT_NE(validate(options, sim)->what.find("modbus:DEVICE"), std::string::npos);
   auto lines_only = sim;
   lines_only.box.devices.encoders = lines_only.box.devices.probe = "none";
   options = {};
-  EXPECT_FALSE(whyRefused(options, lines_only));
+  EXPECT_FALSE(validate(options, lines_only));
   options.time_scale = 2;
-  EXPECT_NE(whyRefused(options, lines_only)->what.find("--time-scale"), std::string::npos);
+  EXPECT_NE(validate(options, lines_only)->what.find("--time-scale"), std::string::npos);
   auto unknown = sim;
   unknown.box.devices.probe = "psychic";
-  EXPECT_NE(whyRefused(Options{}, unknown)->what.find("psychic"), std::string::npos);
+  EXPECT_NE(validate(Options{}, unknown)->what.find("psychic"), std::string::npos);
 }
 
 TEST(BoxConfig, TakesAReceiverOnUsbWhereTheEncodersAreNone) {
@@ -75,19 +75,19 @@ TEST(BoxConfig, TakesAReceiverOnUsbWhereTheEncodersAreNone) {
   box.box.devices.encoders = "none";
   for (const auto* const probe : {"usb", "usb:RX-7"}) {
     box.box.devices.probe = probe;
-    EXPECT_FALSE(whyRefused(Options{}, box)) << probe;
+    EXPECT_FALSE(validate(Options{}, box)) << probe;
   }
   EXPECT_EQ(receiverOf(box.box.devices), "RX-7");
   box.probe.rate_hz = 4000;
   EXPECT_EQ(boxConfig(box).probe_clock.rate_hz, 4000);
   EXPECT_EQ(boxConfig(box).latch.probe.interval, Nanoseconds{250'000});
   box.probe.rate_hz = 5;
-  EXPECT_NE(whyRefused(Options{}, box)->what.find("rate_hz in probe.toml"), std::string::npos);
+  EXPECT_NE(validate(Options{}, box)->what.find("rate_hz in probe.toml"), std::string::npos);
   box.probe.rate_hz = 2000;
   box.box.devices.probe = "usb:";
-  EXPECT_NE(whyRefused(Options{}, box)->what.find("usb:SERIAL"), std::string::npos);
+  EXPECT_NE(validate(Options{}, box)->what.find("usb:SERIAL"), std::string::npos);
   box.box.devices = {.encoders = "sim", .encoder_rate_hz = 1000, .probe = "usb"};
-  EXPECT_NE(whyRefused(Options{}, box)->what.find("is not in this build"), std::string::npos);
+  EXPECT_NE(validate(Options{}, box)->what.find("is not in this build"), std::string::npos);
 }
 
 // Each axis has the rate of its own encoder, and one without an encoder keeps no sample waiting.
@@ -116,7 +116,7 @@ TEST(BoxConfig, ReadsAxesOfAReceiverWithItsSamplesAndThoseOfTheControllerOnItsCo
   encoders[0] =
       board::EncoderDescription{.by = board::ReceiverEncoder{.channel = 2, .has_index = true}, .rate_hz = 1000};
   encoders[1] = board::EncoderDescription{.by = board::ControlEncoder{.counter_rate_hz = 1e6}, .rate_hz = 250};
-  EXPECT_FALSE(whyRefused(Options{}, box));
+  EXPECT_FALSE(validate(Options{}, box));
   const auto config = boxConfig(box);
   EXPECT_EQ(config.latch.axes[0].interval, Nanoseconds{250'000});
   EXPECT_EQ(config.latch.axes[1].interval, Nanoseconds{4'000'000});
@@ -162,7 +162,7 @@ TEST(BoxConfig, CountsTheFramesOfAConverter) {
   auto box = *board::simDescriptions();
   box.box.devices = {.encoders = "none", .encoder_rate_hz = 1000, .probe = "iio"};
   box.probe.rate_hz = 1000;
-  EXPECT_FALSE(whyRefused(Options{}, box));
+  EXPECT_FALSE(validate(Options{}, box));
   EXPECT_EQ(boxConfig(box).probe_clock.rate_hz, 1000);
   EXPECT_EQ(boxConfig(box).latch.probe.interval, Nanoseconds{1'000'000});
 }
@@ -170,7 +170,7 @@ TEST(BoxConfig, CountsTheFramesOfAConverter) {
 TEST(BoxConfig, OfTheBoardWithAReceiverIsOneThatTheBoxTakes) {
   const auto board = board::loadDirectory(PROBEBOX_BOARDS "/receiver");
   ASSERT_TRUE(board.ok()) << board.error().what;
-  const auto refused = whyRefused(Options{}, *board);
+  const auto refused = validate(Options{}, *board);
   EXPECT_FALSE(refused) << refused->what;
 }
 

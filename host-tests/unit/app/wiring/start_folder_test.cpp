@@ -32,7 +32,7 @@ TEST_F(StartFolder, HoldsDescriptionsThatTheDaemonTakes) {
   ASSERT_FALSE(writeStartingDescriptions(folder));
   const auto descriptions = board::loadDirectory(folder);
   ASSERT_TRUE(descriptions) << descriptions.error().what;
-  const auto refused = whyRefused(Options{}, *descriptions);
+  const auto refused = validate(Options{}, *descriptions);
   EXPECT_FALSE(refused) << refused->what;
   // A real box: nothing in it is emulated.
   EXPECT_FALSE(descriptions->world);
