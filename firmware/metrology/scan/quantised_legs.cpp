@@ -20,7 +20,7 @@ constexpr double kLeastShare = 0.05;  // of the residuals' variance, that the st
 struct Leg {
   Run run;  // of all samples; the line is without spikes
   Line line;
-  Rounding rounding;
+  QuantisationError rounding;
 };
 
 Run runBetween(const std::vector<double>& times, double from, double until) {
@@ -38,7 +38,7 @@ std::vector<Leg> legsOf(const Stream& machine, const std::array<std::pair<double
     const Run run = runBetween(clean.times, from, until);
     if (run.size() < kLeastOfRun) return {};
     const Line line = fitLine(clean.timesOf(run), clean.valuesOf(run));
-    legs.push_back({runBetween(machine.times, from, until), line, Rounding{clean.timesOf(run), line, steps}});
+    legs.push_back({runBetween(machine.times, from, until), line, QuantisationError{clean.timesOf(run), line, steps}});
   }
   return legs;
 }
