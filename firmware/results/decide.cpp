@@ -231,12 +231,6 @@ const Entry* presentBeside(const Ledger& ledger, const Entry& entry) {
 
 // --- Changes.
 
-void bringIntoForce(const Ledger& ledger, const Entry& entry, const std::string& by, std::vector<Change>& changes) {
-  if (const auto* present = ledger.inForce(entry.binding))
-    changes.push_back({present->id, State::active, State::retired, by});
-  changes.push_back({entry.id, State::accepted, State::active, by});
-}
-
 // Results that wait for the same place give way.
 void accept(const Ledger& ledger, const Entry& entry, const std::string& by, const char* remark, const Cut& cut,
             std::vector<Change>& changes) {
@@ -301,18 +295,9 @@ void addSum(const Ledger& ledger, const Values& values, const std::string& by, c
     auto derived = tip && offset ? values.sum(*tip, *offset) : std::nullopt;
     if (!derived) return;
     const auto id = ledger.nextId();
-    Record proposed{.id = id,
-                    .state = State::proposed,
-                    .method = derived->method,
-                    .binding = spindle,
-                    .content = *derived,
-                    .proposed_utc = {},
-                    .accepted_utc = {},
-                    .accepted_by = {},
-                    .retired_utc = {}};
-    record = std::make_shared<const Record>(std::move(proposed));
     decision.proposal = store::Proposal{
         .binding = spindle, .result = *std::move(derived), .origin = {.rests_on = basisOf(*parts), .remark = sum}};
+    record = std::make_shared<const Record>(proposedRecord(id, *decision.proposal));
     with_sum.add(id, spindle, decision.proposal->origin.rests_on);
     entry = with_sum.find(id);
   }
@@ -406,7 +391,9 @@ Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, c
     return notNow("result " + std::to_string(entry->id) + " is " + std::string{name(entry->state)} +
                   " and does not wait to come into force");
   if (cut.on) return decision;
-  bringIntoForce(ledger, *entry, entry->accepted_by, decision.changes);
+  if (const auto* present = ledger.inForce(entry->binding))
+    decision.changes.push_back({present->id, State::active, State::retired, entry->accepted_by});
+  decision.changes.push_back({entry->id, State::accepted, State::active, entry->accepted_by});
   if (isPartOfSum(*entry)) addSum(after(ledger, decision), values, entry->accepted_by, cut, decision);
   return decision;
 }
@@ -480,6 +467,18 @@ std::vector<Change> undoneByCut(const Decision& decision) {
   for (auto change = decision.changes.rbegin(); change != decision.changes.rend(); ++change)
     if (change->to == State::active || change->from == State::active) undone.push_back(*change);
   return undone;
+}
+
+Record proposedRecord(Id id, const store::Proposal& proposal) {
+  return {.id = id,
+          .state = State::proposed,
+          .method = proposal.result.method,
+          .binding = proposal.binding,
+          .content = proposal.result,
+          .proposed_utc = {},
+          .accepted_utc = {},
+          .accepted_by = {},
+          .retired_utc = {}};
 }
 
 Ledger after(Ledger ledger, const Decision& decision) {

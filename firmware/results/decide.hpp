@@ -92,6 +92,9 @@ Outcome<Decision, Failure> compareOnly(const Ledger& ledger, const Values& value
 // first: what came into force waits again, or is retired again, and what left it is in force.
 std::vector<Change> undoneByCut(const Decision& decision);
 
+// The record of a result that is proposed under this number.
+Record proposedRecord(Id id, const store::Proposal& proposal);
+
 // The ledger once the decision is stored.
 Ledger after(Ledger ledger, const Decision& decision);
 

@@ -115,7 +115,7 @@ std::optional<store::Record> Boot::newestProposed() {
 
 bool Boot::solve() {
   auto& scenario = office_.scenario();
-  const auto run = std::exchange(scenario.recorder().run_to_solve);
+  const auto run = std::exchange(scenario.recorder().run_to_solve, std::nullopt);
   if (!run) return false;
   const auto& box = scenario.box();
   calibrations_.solve(*run, box.plan(), box.recording(), box.scales());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
@@ -64,11 +65,12 @@ results::Values ResultsInForce::values() const {
           .probe_tool = [](const Record& from_tip) { return probeToolOf(*from_tip.result()); }};
 }
 
+// One that cannot be read is so for all who ask until the next command: what is shown is what the core has.
 std::shared_ptr<const Record> ResultsInForce::recordOf(Id id) const {
   if (const auto read = records_.find(id); read != records_.end()) return read->second;
   auto found = store_.find(id);
-  if (!found) return nullptr;
-  return records_[id] = std::make_shared<const Record>(std::move(*found));
+  if (!found && found.error().reason == store::Reason::unavailable) found = store_.find(id);
+  return records_[id] = found ? std::make_shared<const Record>(std::move(*found)) : nullptr;
 }
 
 Outcome<std::vector<Event>> ResultsInForce::fitActivation(const Record& record) const {
@@ -131,8 +133,11 @@ Outcome<ResultsInForce::Done, Failure> ResultsInForce::perform(const results::Co
     if (!before) before = ledger_;
     const auto appended = store_.append(done.decision.changes, done.decision.proposal, utcNow());
     if (appended) {
-      if (const auto& sum = done.decision.proposal)
-        ledger_.add(appended->front().result, sum->binding, sum->origin.rests_on);
+      if (const auto& sum = done.decision.proposal) {
+        const auto id = appended->front().result;
+        ledger_.add(id, sum->binding, sum->origin.rests_on);
+        records_[id] = std::make_shared<const Record>(results::proposedRecord(id, *sum));
+      }
       ledger_.apply(*appended);
       break;
     }
@@ -182,13 +187,13 @@ void ResultsInForce::publishAndPost(const Ledger& before) {
 void ResultsInForce::reload() {
   auto contents = store_.load();
   if (!contents) return logError("The results in force could not be read: " + contents.error().what);
-  records_.clear();
   ledger_ = {};
   ledger_.add(*contents);
 }
 
 // Solvers and hosts propose results meanwhile.
 std::optional<Failure> ResultsInForce::readNewer() {
+  std::erase_if(records_, [](const auto& each) { return each.second == nullptr; });
   const auto newer = store_.load(ledger_.lastId());
   if (!newer) return newer.error();
   ledger_.add(*newer);
@@ -317,99 +322,52 @@ std::optional<ResultsInForce::StylusOffset> ResultsInForce::stylusOffset(std::ui
 
 // Shows the ledger to other threads.
 void ResultsInForce::publish() {
-  std::vector<std::uint64_t> active, waiting;
-  std::vector<procedure::CalibratedHead> sensor_heads;
-  std::vector<InForceAbout> about;
-  std::vector<std::string> to_repeat;
-  MeasuredFacts facts;
+  auto shown = std::make_shared<Shown>();
   std::set<Id> unfit;
-  auto served = std::make_shared<published::ServedResults>();
   for (const auto* entry : ledger_.all(State::accepted, values_.here)) {
-    waiting.push_back(entry->id);
+    shown->waiting.insert(entry->id);
     const auto record = recordOf(entry->id);
     const auto fits = record ? fitActivation(*record) : std::vector<Event>{};
     if (fits) continue;
-    to_repeat.push_back(waitsUnfit(*entry, fits.error().what));
-    if (!waiting_unfit_.contains(entry->id)) logError(to_repeat.back());
+    shown->to_repeat.push_back(waitsUnfit(*entry, fits.error().what));
+    if (!waiting_unfit_.contains(entry->id)) logError(shown->to_repeat.back());
     unfit.insert(entry->id);
   }
+  waiting_unfit_ = std::move(unfit);
   for (const auto* entry : ledger_.all(State::active, values_.here)) {
     const auto record = recordOf(entry->id);
     if (!record) continue;
-    if (auto doubt = results::whyNotConforming(*record)) to_repeat.push_back(*std::move(doubt));
+    if (auto doubt = results::whyNotConforming(*record)) shown->to_repeat.push_back(*std::move(doubt));
     auto sentences = onRetired(ledger_, values_, *entry);
     if (fitActivation(*record)) {
-      active.push_back(entry->id);
-      about.push_back({entry->binding.subject, entry->id});
-      addFacts(*record, facts);
+      shown->active.push_back(entry->id);
+      shown->about.push_back({entry->binding.subject, entry->id});
+      addFacts(*record, shown->facts);
       if (isAbout(entry->binding.subject, SubjectKind::sensor_head))
-        sensor_heads.push_back(calibratedHeadOf(*record).value());
-      served->in_force.push_back(servedOf(*record, !sentences.empty()));
+        shown->sensor_heads.push_back(calibratedHeadOf(*record).value());
+      shown->served->in_force.push_back(servedOf(*record, !sentences.empty()));
     }
-    for (auto& sentence : sentences) to_repeat.push_back(std::move(sentence));
+    std::ranges::move(sentences, std::back_inserter(shown->to_repeat));
   }
-  waiting_unfit_ = std::move(unfit);
   std::erase_if(records_, [&](const auto& each) {
     const auto* entry = ledger_.find(each.first);
     return entry == nullptr || !(entry->isInForce() || entry->isWaiting());
   });
-  auto problems = store_.damage();
-  if (!store_.notice().empty()) problems.insert(problems.begin(), store_.notice());
+  shown->storage_problems = store_.damage();
+  if (!store_.notice().empty()) shown->storage_problems.insert(shown->storage_problems.begin(), store_.notice());
   const std::lock_guard lock{mutex_};
-  to_repeat_ = std::move(to_repeat);
-  about_ = std::move(about);
-  served_ = std::move(served);
-  measured_facts_ = facts;
-  storage_problems_ = std::move(problems);
-  active_ = std::move(active);
-  waiting_ = std::move(waiting);
-  sensor_heads_ = std::move(sensor_heads);
-}
-
-std::vector<std::uint64_t> ResultsInForce::active() const {
-  const std::lock_guard lock{mutex_};
-  return active_;
-}
-
-std::vector<InForceAbout> ResultsInForce::about() const {
-  const std::lock_guard lock{mutex_};
-  return about_;
-}
-
-std::shared_ptr<const published::ServedResults> ResultsInForce::served() const {
-  const std::lock_guard lock{mutex_};
-  return served_;
-}
-
-MeasuredFacts ResultsInForce::measuredFacts() const {
-  const std::lock_guard lock{mutex_};
-  return measured_facts_;
-}
-
-std::vector<std::string> ResultsInForce::toRepeat() const {
-  const std::lock_guard lock{mutex_};
-  return to_repeat_;
-}
-
-std::vector<std::string> ResultsInForce::storageProblems() const {
-  const std::lock_guard lock{mutex_};
-  return storage_problems_;
+  shown_ = std::move(shown);
 }
 
 std::optional<procedure::CalibratedHead> ResultsInForce::sensorHead(std::uint32_t tool) const {
-  const std::lock_guard lock{mutex_};
-  const auto found = std::ranges::find(sensor_heads_, tool, &procedure::CalibratedHead::tool);
-  return found == sensor_heads_.end() ? std::nullopt : std::optional{*found};
+  const auto now = shown();
+  const auto found = std::ranges::find(now->sensor_heads, tool, &procedure::CalibratedHead::tool);
+  return found == now->sensor_heads.end() ? std::nullopt : std::optional{*found};
 }
 
 bool ResultsInForce::wasAccepted(Id id) const {
   const std::lock_guard lock{mutex_};
   return once_accepted_.contains(id);
-}
-
-bool ResultsInForce::isWaiting(Id id) const {
-  const std::lock_guard lock{mutex_};
-  return std::ranges::find(waiting_, id) != waiting_.end();
 }
 
 }  // namespace probebox::app

@@ -98,8 +98,8 @@ class ResultsInForce {
   bool isToRepeat(store::Id rested_on) const;
 
   // Results in force that the core applies, without those that no longer fit the configuration.
-  std::vector<std::uint64_t> active() const;
-  bool isWaiting(store::Id id) const;
+  std::vector<std::uint64_t> active() const { return shown()->active; }
+  bool isWaiting(store::Id id) const { return shown()->waiting.contains(id); }
   // True once somebody has accepted the result, since this process began. Any thread.
   bool wasAccepted(store::Id id) const;
   // The offset in force of the stylus that this tool carries. For the worker's thread.
@@ -109,19 +109,34 @@ class ResultsInForce {
   };
   std::optional<StylusOffset> stylusOffset(std::uint32_t probe_tool) const;
   // Results in force that the core applies or procedures use, by rising number. Any thread.
-  std::vector<InForceAbout> about() const;
-  MeasuredFacts measuredFacts() const;
+  std::vector<InForceAbout> about() const { return shown()->about; }
+  MeasuredFacts measuredFacts() const { return shown()->facts; }
   // Their values, for registers; a new object after each change. Any thread.
-  std::shared_ptr<const published::ServedResults> served() const;
+  std::shared_ptr<const published::ServedResults> served() const { return shown()->served; }
   // One sentence for each result in force that rests on a retired one, or fails a limit, and for each that waits and no
   // longer fits.
-  std::vector<std::string> toRepeat() const;
+  std::vector<std::string> toRepeat() const { return shown()->to_repeat; }
   // Problems of storing, and losses, with remedies; empty without any.
-  std::vector<std::string> storageProblems() const;
+  std::vector<std::string> storageProblems() const { return shown()->storage_problems; }
   // The calibration in force of the sensor head with that tool number; nothing without one.
   std::optional<procedure::CalibratedHead> sensorHead(std::uint32_t tool) const;
 
  private:
+  // What other threads see of the ledger; never changed once it is shown.
+  struct Shown {
+    std::vector<std::uint64_t> active;
+    std::set<store::Id> waiting;
+    std::vector<procedure::CalibratedHead> sensor_heads;
+    std::vector<std::string> storage_problems;
+    std::vector<std::string> to_repeat;
+    std::vector<InForceAbout> about;
+    MeasuredFacts facts;
+    std::shared_ptr<published::ServedResults> served{std::make_shared<published::ServedResults>()};
+  };
+  std::shared_ptr<const Shown> shown() const {
+    const std::lock_guard lock{mutex_};
+    return shown_;
+  }
   // A command that was decided, and stored where it changes anything.
   struct Done {
     results::Decision decision;
@@ -157,7 +172,7 @@ class ResultsInForce {
   std::function<void(const Event&)> post_;
   results::Ledger ledger_;
   results::Values values_;
-  mutable std::map<store::Id, std::shared_ptr<const store::Record>> records_;  // read since the last change
+  mutable std::map<store::Id, std::shared_ptr<const store::Record>> records_;  // null: unreadable
   std::optional<MonoTime> first_state_at_;
   MonoTime state_at_{};
   MonoTime retry_not_before_{};  // after a failure of the store
@@ -167,15 +182,8 @@ class ResultsInForce {
   bool sum_looked_for_{};              // since the start
   std::set<store::Id> waiting_unfit_;  // of those that wait
   mutable std::mutex mutex_;
-  std::vector<std::uint64_t> active_;
-  std::vector<std::uint64_t> waiting_;
   std::set<store::Id> once_accepted_;
-  std::vector<procedure::CalibratedHead> sensor_heads_;
-  std::vector<std::string> storage_problems_;
-  std::vector<std::string> to_repeat_;
-  std::vector<InForceAbout> about_;
-  MeasuredFacts measured_facts_;
-  std::shared_ptr<const published::ServedResults> served_{std::make_shared<published::ServedResults>()};
+  std::shared_ptr<const Shown> shown_{std::make_shared<const Shown>()};
 };
 
 }  // namespace probebox::app
