@@ -30,7 +30,7 @@ procedure::Zeros zerosOf(const corrections::Corrections& corrections) {
   return zeros;
 }
 
-messages::EdgeCounters edgesOf(const clock::ClockCounters& counters) {
+published::EdgeCounters edgesOf(const clock::ClockCounters& counters) {
   return {.accepted = counters.accepted + counters.clipped,
           .missing = counters.missing,
           .doubled = counters.doubled,
@@ -51,7 +51,7 @@ ProbeClock clockOf(const clock::CounterClock& clock) {
           .counters = clock.counters()};
 }
 
-messages::ReceiverStatus receiverOf(const ProbeClock& clock) {
+published::ReceiverStatus receiverOf(const ProbeClock& clock) {
   const auto& counters = clock.counters;
   const bool is_good = clock.state == ClockState::locked || clock.state == ClockState::holdover;
   return {.state = clock.state,
@@ -380,14 +380,14 @@ void Box::closeBlock() {
 void Box::showBeforeStart(MonoTime now) {
   corrections_.awaitInhibitLines();
   state_.at = now;
-  state_.snapshot = {corrections_.state(),
-                     calibrationOf(procedure_.progress(), procedure_.plan(), corrections_.state().delay)};
+  state_.snapshot = {
+      corrections_.state(), calibrationOf(procedure_.progress(), procedure_.plan(), corrections_.state().delay), {}};
   outputs_.state(state_);
 }
 
 void Box::publish(MonoTime now) {
   const auto& latch = latch_.counters();
-  const messages::Ledger ledger{
+  const published::Ledger ledger{
       .produced = static_cast<std::uint64_t>(latch.produced),
       .lost_at_source = static_cast<std::uint64_t>(latch.lost) + unencodable_samples_ - source_losses_untold_,
       .lost_in_queue = lost_in_queue_samples_};
@@ -395,28 +395,30 @@ void Box::publish(MonoTime now) {
   corrections_.advance(now, map, ledger);
   const auto& progress = procedure_.progress();
   state_.at = now;
-  state_.snapshot = {corrections_.state(), calibrationOf(progress, procedure_.plan(), corrections_.state().delay)};
   state_.map = map;
   state_.probe_clock = clockOf(probe_clock_);
   state_.control_clock = clockOf(control_clock_);
   const auto& lost = state_.lost;
-  state_.core = {.clock = {.state = map.state,
-                           .sigma_ns = map.sigma_ns,
-                           .frequency_ppb = frequency_ppb(clock_.offsetPpm()),
-                           .tick = map.tick,
-                           .edges = edgesOf(clock_.counters())},
-                 .receiver = receiverOf(state_.probe_clock),
-                 .ledger = ledger,
-                 .events = {.received = state_.events,
-                            .lost = lost.sync_edges + lost.line_edges + lost.counts + lost.deflections,
-                            .lost_in_queue = lost.queue_events,
-                            .late = latch.late,
-                            .disordered = latch.disordered,
-                            .overwritten = latch.overwritten,
-                            .incomplete_rows = procedure_.incompleteRows() + common_stamps_.incomplete(),
-                            .stray_markers = procedure_.strayMarkers(),
-                            .lost_in_journal = 0,
-                            .sources_gone = lost.sources_gone}};
+  const published::CoreStatus core{
+      .clock = {.state = map.state,
+                .sigma_ns = map.sigma_ns,
+                .frequency_ppb = frequency_ppb(clock_.offsetPpm()),
+                .tick = map.tick,
+                .edges = edgesOf(clock_.counters())},
+      .receiver = receiverOf(state_.probe_clock),
+      .ledger = ledger,
+      .events = {.received = state_.events,
+                 .lost = lost.sync_edges + lost.line_edges + lost.counts + lost.deflections,
+                 .lost_in_queue = lost.queue_events,
+                 .late = latch.late,
+                 .disordered = latch.disordered,
+                 .overwritten = latch.overwritten,
+                 .incomplete_rows = procedure_.incompleteRows() + common_stamps_.incomplete(),
+                 .stray_markers = procedure_.strayMarkers(),
+                 .lost_in_journal = 0,
+                 .sources_gone = lost.sources_gone}};
+  state_.snapshot = {corrections_.state(), calibrationOf(progress, procedure_.plan(), corrections_.state().delay),
+                     core};
   state_.procedure = progress;
   state_.rates = rate_meter_.rates();
   outputs_.state(state_);

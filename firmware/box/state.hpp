@@ -7,7 +7,6 @@
 #include "firmware/clock/counter_clock.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
 #include "firmware/procedure/plan/rates.hpp"
-#include "protocol/messages/status.hpp"
 #include "protocol/state/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
@@ -50,7 +49,6 @@ struct State {
   MonoTime at{};
   published::Snapshot snapshot;
   TickMap map;
-  messages::CoreStatus core;  // as hosts get it
   ProbeClock probe_clock;
   ProbeClock control_clock;  // of positions that the controller sends
   procedure::Progress procedure;

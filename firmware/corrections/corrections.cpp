@@ -291,10 +291,7 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
   state_.at = now;
   state_.last_trigger = triggers_.newest();
   state_.unplaced_triggers = triggers_.unplaced();
-  state_.clock_state = map.state;
-  state_.clock_sigma_ns = map.sigma_ns;
   state_.clock_locked = map.state == ClockState::locked;
-  state_.ledger = ledger;
   state_.loss_seen = ledger.lost_at_source != 0 || ledger.lost_in_queue != 0;
 }
 

@@ -4,9 +4,12 @@
 
 #include "protocol/messages/fields.hpp"
 #include "protocol/messages/types.hpp"
+#include "protocol/state/core_status.hpp"
 
 // Frames of the stream other than SAMPLES, whose payload is a block of protocol/codec.
 namespace probebox::messages {
+
+using published::EdgeCounters;
 
 // Declares missing samples, box to host, at their place in the stream.
 struct Gap {
@@ -96,24 +99,6 @@ struct LinkCounters {
     field("oversize", self.oversize, "frames beyond what the box takes");
     field("discarded_bytes", self.discarded_bytes, "bytes of everything that was no good frame");
     field("unexpected_frames", self.unexpected, "good frames of unknown type, or that made no sense in their place");
-  }
-};
-
-// Counts the edges of the master clock by their use.
-struct EdgeCounters {
-  std::uint64_t accepted{};
-  std::uint64_t missing{};
-  std::uint64_t doubled{};
-  std::uint64_t spurious{};
-  std::uint64_t lost{};
-  std::uint64_t unlocked{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("accepted_edges", self.accepted, "edges that became a tick");
-    field("missing_edges", self.missing, "ticks without an edge");
-    field("doubled_edges", self.doubled, "second edges of one tick");
-    field("spurious_edges", self.spurious, "edges that fit no tick");
-    field("lost_edges", self.lost, "edges that the kernel dropped, by its line sequence number");
-    field("unlocked_edges", self.unlocked, "edges that came while no clock could give them a tick");
   }
 };
 

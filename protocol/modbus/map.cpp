@@ -187,9 +187,10 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::calibration_refusal, "calibration refusal", u16, 1, "", read,
      "why the last run was refused, a code of the list below; 0 when it was not", of<&LineState::calibration_refusal>},
 
-    {112, "clock state", u16, 1, "", read, "0 unlocked, 1 locked, 2 holdover, 3 ambiguous", of<&Snapshot::clock_state>},
+    {112, "clock state", u16, 1, "", read, "0 unlocked, 1 locked, 2 holdover, 3 ambiguous",
+     of<&Snapshot::clock, &ClockStatus::state>},
     {114, "clock sigma", u32, 1, "ns", read, "standard deviation (k = 1) of the master clock's ticks",
-     of<&Snapshot::clock_sigma_ns>},
+     of<&Snapshot::clock, &ClockStatus::sigma_ns>},
     {address::samples_produced, "samples produced", u32, 1, "", read, "modulo 2^32",
      wraps32<&Snapshot::ledger, &Ledger::produced>},
     {address::samples_lost_at_source, "samples lost at the source", u32, 1, "", read, "modulo 2^32",

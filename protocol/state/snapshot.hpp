@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "protocol/events/event.hpp"
+#include "protocol/state/core_status.hpp"
 #include "protocol/state/shown_when.hpp"
 #include "protocol/step/step.hpp"
 #include "protocol/units/time.hpp"
@@ -254,19 +255,6 @@ enum class CalibrationState : std::uint16_t {
   aborted = 5
 };
 
-// What became of every sample: each index that the latch has decided is recorded or declared lost, once.
-struct Ledger {
-  std::uint64_t produced{};
-  std::uint64_t lost_at_source{};
-  std::uint64_t lost_in_queue{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("produced_samples", self.produced, "samples since the box started, lost ones included");
-    field("lost_at_source_samples", self.lost_at_source, "samples that no source delivered");
-    field("lost_in_queue_samples", self.lost_in_queue,
-          "samples dropped between core and links; each link tells its own drops in its heartbeats");
-  }
-};
-
 // The corrections and the state that they depend on. Corrections are in machine axes, radius, mm, to be ADDED to the
 // commanded position.
 struct CorrectionsState {
@@ -295,9 +283,6 @@ struct CorrectionsState {
   TriggerStamp last_trigger{};
   std::uint32_t unplaced_triggers{};
   std::uint32_t refused_homings{};
-  ClockState clock_state{};
-  std::uint32_t clock_sigma_ns{};
-  Ledger ledger{};
   MonoTime at{};
   static constexpr void fields(auto& self, auto&& field) {
     field("valid", self.valid, "1 when the values may be used");
@@ -352,7 +337,7 @@ struct CalibrationProgress {
 
 // Everything that a CNC may read, as of one instant. Published whole: a reader never sees half of one and half of
 // another.
-struct Snapshot : CorrectionsState, CalibrationProgress {};
+struct Snapshot : CorrectionsState, CalibrationProgress, CoreStatus {};
 
 // The status word: a bit for each of these, as register 2 has them.
 constexpr std::uint16_t statusOf(const Snapshot& s) {

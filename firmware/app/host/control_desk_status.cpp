@@ -58,7 +58,7 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   answer.from_hosts = vitals.from_hosts;
   answer.usb_ports = vitals.usb_ports;
   answer.not_let_in = vitals.not_let_in;
-  static_cast<messages::CoreStatus&>(answer) = state.core;
+  static_cast<messages::CoreStatus&>(answer) = state.snapshot;
   answer.receiver.bad_packets = deps_.counters.receiver_bad_packets;
   answer.events.lost_in_journal = deps_.counters.journal_lost_events;
   answer.queue_high_water = deps_.counters.queue_high_water;

@@ -299,7 +299,7 @@ void LinkService::advance() {
                               .clock_state = state.map.state,
                               .clock_sigma_ns = state.map.sigma_ns,
                               .deadline_misses = counters_.deadline_misses,
-                              .edges = state.core.clock.edges};
+                              .edges = state.snapshot.clock.edges};
   for (const auto& link : links_) {
     link->host.session().advance(now, of_box);
     flush(*link);

@@ -70,7 +70,7 @@ std::optional<RoundedMotion> roundedLegs(const Stream& machine, const Eigen::Vec
   const std::vector<Leg> found = legsOf(machine, legs);
   if (found.empty()) return std::nullopt;
   const std::array<Line, 2> lines{found[0].line, found[1].line};
-  const std::array<Rounding, 2> roundings{found[0].rounding, found[1].rounding};
+  const std::array<QuantisationError, 2> roundings{found[0].rounding, found[1].rounding};
   const double noise = noiseBeforeRounding(lines, roundings);
   const double coarsest = roundings[0].coarsest();
   if (coarsest * coarsest < 12.0 * kLeastShare * noise * noise) return std::nullopt;

@@ -32,10 +32,10 @@ TEST_P(EncoderKind, GivesEverySampleAndThePositionsOfTheMachine) {
   Scenario scenario{scales(), 1, ProbeIs::stamped, GetParam()};
   scenario.run(10s);
   EXPECT_TRUE(scenario.recorded().contiguous);
-  EXPECT_EQ(scenario.state().core.events.disordered, 0U);
-  EXPECT_EQ(scenario.state().core.events.late, 0U);
+  EXPECT_EQ(scenario.state().snapshot.events.disordered, 0U);
+  EXPECT_EQ(scenario.state().snapshot.events.late, 0U);
   EXPECT_TRUE(scenario.state().snapshot.referenced);
-  EXPECT_EQ(scenario.state().core.events.incomplete_rows, 0U);
+  EXPECT_EQ(scenario.state().snapshot.events.incomplete_rows, 0U);
   const auto lost = scenario.state().snapshot.ledger.lost_at_source;
   scenario.run(5s);
   EXPECT_EQ(scenario.state().snapshot.ledger.lost_at_source, lost);

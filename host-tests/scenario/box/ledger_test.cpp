@@ -63,13 +63,13 @@ TEST(Ledger, HoldsOverASilentSyncLineWithoutLoss) {
 TEST(Ledger, TellsEdgesThatTheKernelLostFromEdgesThatNeverCame) {
   Scenario scenario;
   scenario.run(3s);
-  const auto before = scenario.state().core.clock.edges;
+  const auto before = scenario.state().snapshot.clock.edges;
   scenario.inject(FaultKind::lose_edges, 100ms, 20ms);
   scenario.run(3s);
   expectExactLedger(scenario);
   EXPECT_EQ(scenario.state().lost.sync_edges, scenario.truth().ledger.lost_edges);
   EXPECT_EQ(scenario.state().lines[0][0].lost, scenario.truth().ledger.lost_edges);
-  EXPECT_GT(scenario.state().core.clock.edges.lost, before.lost + 10);
+  EXPECT_GT(scenario.state().snapshot.clock.edges.lost, before.lost + 10);
 }
 
 TEST(Ledger, KeepsTheIndexThroughDoubledEdges) {
@@ -81,7 +81,7 @@ TEST(Ledger, KeepsTheIndexThroughDoubledEdges) {
   expectExactLedger(scenario);
   EXPECT_EQ(scenario.recorded().lost_samples, 0U);
   EXPECT_NEAR(static_cast<double>(scenario.state().map.tick - before), 3000, 3);
-  EXPECT_GT(scenario.state().core.clock.edges.doubled, 900U);
+  EXPECT_GT(scenario.state().snapshot.clock.edges.doubled, 900U);
 }
 
 TEST(Ledger, GivesEverySampleOneFateWhenTheLinksHaveNoRoom) {

@@ -32,8 +32,8 @@ TEST(Receiver, LosesOnlyWhatCameBeforeItsClockWasGoodEnough) {
   EXPECT_NEAR(probe.offset_ppm, 60, 1);
   EXPECT_TRUE(scenario.recorded().contiguous);
   EXPECT_EQ(scenario.recorded().lost_samples, lostToProbe(scenario));
-  EXPECT_EQ(scenario.state().core.events.disordered, 0U);
-  EXPECT_EQ(scenario.state().core.events.late, 0U);
+  EXPECT_EQ(scenario.state().snapshot.events.disordered, 0U);
+  EXPECT_EQ(scenario.state().snapshot.events.late, 0U);
   EXPECT_EQ(scenario.state().lost.deflections, 0U);
 }
 

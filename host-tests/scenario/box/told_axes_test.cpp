@@ -16,7 +16,7 @@ TEST(ToldAxes, AreMappedByTheControllersOwnCounter) {
   EXPECT_NEAR(clock.offset_ppm, 0, 20);
   EXPECT_LT(clock.sigma_ns, 50'000);
   EXPECT_EQ(clock.counters.relocks, 0U);
-  EXPECT_EQ(scenario.state().core.events.disordered, 0U);
+  EXPECT_EQ(scenario.state().snapshot.events.disordered, 0U);
   EXPECT_TRUE(scenario.recorded().contiguous);
   const auto received = scenario.recorded().received;
   scenario.run(1s);

@@ -94,7 +94,7 @@ TEST(RegisterMap, FindsAnEntryByEachOfItsAddressesAndNothingBetween) {
 }
 
 TEST(RegisterMap, KeepsWhatWasReleasedWhereItIs) {
-  // A master of an earlier version reads these; written from the page of version 3.
+  // Written from the page, not from the map.
   EXPECT_EQ(find(64)->name, "X system delay");
   EXPECT_EQ(find(128)->name, "word order");
   EXPECT_EQ(find(157)->name, "marker: commit");
