@@ -78,7 +78,8 @@ Stopped showCentreline(Stage& stage) {
   std::puts(
       "\n3. The axis that turns the part: a ball on its spindle is touched at three angles, with the delay taken out.");
   TRY(auto client, meet(stage.box, nullptr));
-  TRY(const auto result, measure(*client, {.method = "centreline", .speeds_mm_s = {25}, .angles = 3}));
+  TRY(const auto result,
+      measure(*client, {.method = "centreline", .options = {.speed_count = 1, .speeds_mm_s = {25}, .angles = 3}}));
   for (const std::size_t i : {0U, 1U}) {
     const auto* centre = valueOf(result, std::string{quantity::kCentre.key} + "[" + std::to_string(i) + "]");
     if (centre == nullptr) return Error{"The result does not name centre_mm."};

@@ -106,7 +106,7 @@ Stopped showRegisters(Stage& stage, const std::filesystem::path& port) {
   const auto status = static_cast<unsigned>(first[2]);
   bool same = first[0] == modbus::kMagic && (status & kWanted) == kWanted && formatsAgree(block);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double tau_s = in_force->tau_s[axis];
+    const double tau_s = in_force->delay.tau_s[axis];
     same = same && std::abs(delay_ms[axis] - tau_s * 1e3) < 1e-5 && std::abs(delay_ns[axis] - tau_s * 1e9) < 1;
     // Some seconds later: a screw moves by less than this meanwhile.
     same = same && std::abs(i32[axis] * 1e-6 - in_force->correction_mm[axis]) < 2e-3;

@@ -28,17 +28,17 @@ TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
   EXPECT_LT(tau.sd, 5e-5);
   EXPECT_LT(std::abs(tau.value - truth), 5 * tau.sd);
 
-  EXPECT_FALSE(host->ask<messages::Corrections>().delay_calibrated);  // a result changes nothing by itself
+  EXPECT_FALSE(host->ask<messages::Corrections>().delay.calibrated);  // a result changes nothing by itself
   host->ask<messages::AcceptResult>({.id = status.result_id, .by = "somebody"});
-  ASSERT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().delay_calibrated; }));
-  EXPECT_EQ(host->ask<messages::Corrections>().tau_s[2], tau.value);
+  ASSERT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().delay.calibrated; }));
+  EXPECT_EQ(host->ask<messages::Corrections>().delay.tau_s[2], tau.value);
 
   host.reset();
   daemon.reset();
   start();
   host = connect();
-  ASSERT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().delay_calibrated; }));
-  EXPECT_EQ(host->ask<messages::Corrections>().tau_s[0], tau.value);
+  ASSERT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().delay.calibrated; }));
+  EXPECT_EQ(host->ask<messages::Corrections>().delay.tau_s[0], tau.value);
 }
 
 TEST_F(RunningDaemon, LetsAnAcceptedResultWaitForTheEndOfACut) {
@@ -47,7 +47,7 @@ TEST_F(RunningDaemon, LetsAnAcceptedResultWaitForTheEndOfACut) {
   ASSERT_TRUE(host->waitForLock());
   const auto status = host->calibrate();
   ASSERT_EQ(status.state, ProcedureState::proposed) << status.refusal;
-  const auto calibrated = [&] { return host->ask<messages::Corrections>().delay_calibrated; };
+  const auto calibrated = [&] { return host->ask<messages::Corrections>().delay.calibrated; };
 
   host->ask<messages::SetInhibit>({.active = true});
   ASSERT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().inhibited; }));
@@ -139,8 +139,9 @@ TEST_F(RunningDaemon, StreamsEveryTriggerWithThePositionThatTheRegistersHave) {
     EXPECT_EQ(trigger.has_position, 7U);
     if (trigger.number != last.number) continue;
     EXPECT_EQ(trigger.position_mm, last.position_mm);
-    EXPECT_EQ(trigger.correction_mm, last.correction_mm);
-    EXPECT_EQ(trigger.sequence, last.sequence);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_EQ(trigger.correction_mm[axis], last.served.correction_nm[axis] * 1e-6);
+    EXPECT_EQ(trigger.sequence, last.served.sequence);
   }
   host->finish();
   EXPECT_TRUE(host->client().reader().triggers().exact());

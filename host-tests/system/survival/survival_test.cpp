@@ -75,7 +75,7 @@ TEST_F(Survival, AnAcceptedResultOutlivesAKilledDaemon) {
     const auto active = host->ask<messages::Status>().active_results;
     return active.size() == 1 && active[0] == id;
   }));
-  EXPECT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().delay_calibrated; }));
+  EXPECT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().delay.calibrated; }));
 }
 
 TEST_F(Survival, KilledCommandsDoNotDisturbTheOthers) {
