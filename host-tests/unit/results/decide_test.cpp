@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <utility>
 
 #include "box_of_results.hpp"
 
@@ -127,6 +128,17 @@ TEST_F(Deciding, ATipAndItsOffsetComeTogetherWithTheirSum) {
   EXPECT_TRUE(box_.perform(MakeMissingSum{})->isEmpty()) << "a person wanted none";
 }
 
+TEST_F(Deciding, NoSumIsMadeWhereAPersonHasDecidedAboutTheTurningAxisSince) {
+  const auto sum = std::exchange(box_.values().sum, [](const Record&, const Record&) { return std::nullopt; });
+  ASSERT_TRUE(box_.accept(box_.propose("centreline-stylus", 10)));
+  ASSERT_TRUE(box_.accept(box_.propose("stylus-offset-1", 3)));
+  box_.values().sum = sum;
+  EXPECT_TRUE(box_.perform(MakeMissingSum{}, true)->isEmpty()) << "not during a cut";
+  ASSERT_TRUE(box_.accept(box_.propose("centreline", 1)));
+  ASSERT_TRUE(box_.rollBack("centreline"));
+  EXPECT_TRUE(box_.perform(MakeMissingSum{})->isEmpty());
+}
+
 TEST_F(Deciding, ASumIsOnlyProposedBesideATurningAxisInForce) {
   const auto direct = box_.propose("centreline", 1);
   ASSERT_TRUE(box_.accept(direct));
@@ -174,7 +186,13 @@ TEST_F(Deciding, DelaysAreComposedByAxis) {
     event.sd_s.fill(0.1);
     return std::vector<Event>{event};
   };
-  ASSERT_TRUE(box_.accept(box_.propose("delay-x", 1)));
+  const auto proposed_first = box_.propose("delay-x", 1);
+  const auto first_accepted = box_.propose("delay", 5);
+  ASSERT_TRUE(box_.accept(first_accepted));
+  ASSERT_TRUE(box_.accept(proposed_first));
+  EXPECT_EQ(delayByAxis(box_.ledger(), box_.values())->tau_s, (std::array{1.0, 5.0, 5.0}))
+      << "by the acceptances, not by the numbers of the results";
+  ASSERT_TRUE(box_.rollBack("delay"));
   EXPECT_EQ(delayByAxis(box_.ledger(), box_.values())->tau_s, (std::array{1.0, 0.0, 0.0}));
   ASSERT_TRUE(box_.accept(box_.propose("delay", 2)));
   EXPECT_EQ(delayByAxis(box_.ledger(), box_.values())->tau_s, (std::array{2.0, 2.0, 2.0}));
@@ -188,8 +206,6 @@ TEST_F(Deciding, DelaysAreComposedByAxis) {
   box_.revert(*decision);
   EXPECT_EQ(delayByAxis(box_.ledger(), box_.values())->tau_s, (std::array{2.0, 2.0, 2.0}))
       << "a change that nobody was told of has never been made";
-  ASSERT_TRUE(box_.rollBack("delay"));
-  EXPECT_EQ(delayByAxis(box_.ledger(), box_.values())->tau_s, (std::array{1.0, 0.0, 0.0}));
 }
 
 }  // namespace
