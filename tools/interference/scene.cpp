@@ -15,7 +15,6 @@
 #include "tools/interference/program.hpp"
 
 namespace probebox::interference {
-namespace {
 
 // A ball around something that an axis carries, mm.
 struct Around {
@@ -130,6 +129,8 @@ double Turning::far(const Angles& from_deg, const Angles& to_deg) const {
   for (const auto& axis : axes_) all += std::abs(to_deg[axis.letter] - from_deg[axis.letter]) * kDegree * axis.arm_mm;
   return all;
 }
+
+namespace {
 
 using Object = fcl::CollisionObject<double>;
 

@@ -270,8 +270,9 @@ bool CncLine::take(std::span<const Event> said) {
 }
 
 bool CncLine::mayRequest(const modbus::ControllerRequest& controller_request) {
-  using What = modbus::ControllerRequest::What;
-  const bool runs = controller_request.what == What::start || controller_request.what == What::abort;
+  using modbus::ControllerRequest;
+  const bool runs = controller_request.what == ControllerRequest::What::start ||
+                    controller_request.what == ControllerRequest::What::abort;
   if (runs ? may_.allow_calibrate : may_.allow_accept) return true;
   refused_.warn(time_.now(), "What " + name_ + " asked for was refused: service.toml does not allow it: set " +
                                  (runs ? "allow_calibrate" : "allow_accept") + " = true for this line.");

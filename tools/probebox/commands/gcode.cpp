@@ -53,6 +53,12 @@ Eigen::Vector3d pointOf(const std::string& text) {
   return point;
 }
 
+// Axis about which B turns right-handed.
+Eigen::Vector3d bAxisOf(const Gcode& options) {
+  const double sign = options.b_axis.starts_with('-') ? -1 : 1;
+  return sign * (options.b_axis.ends_with('Y') ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX());
+}
+
 // ISO 841: a table or head that turns about X is named A, about Y B.
 Outcome<gcode::Words, Trouble> wordsOf(const Gcode& options) {
   gcode::Words words{"", bAxisOf(options).x() != 0 ? "A" : "B", "C"};
@@ -99,12 +105,6 @@ struct Uses {
     }
   }
 };
-
-// Axis about which B turns right-handed.
-Eigen::Vector3d bAxisOf(const Gcode& options) {
-  const double sign = options.b_axis.starts_with('-') ? -1 : 1;
-  return sign * (options.b_axis.ends_with('Y') ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX());
-}
 
 // Trouble: two axes with one word, or a word that the dialect does not have.
 Outcome<gcode::Setting, Trouble> settingOf(const Gcode& options) {
