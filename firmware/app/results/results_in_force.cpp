@@ -131,7 +131,7 @@ Outcome<ResultsInForce::Done, Failure> ResultsInForce::perform(const results::Co
     TRY(done.decision, decide(ledger_, values_, command, {.on = done.cut_was_on}));
     if (done.decision.isEmpty()) return done;
     if (!before) before = ledger_;
-    const auto appended = store_.append(done.decision.changes, done.decision.proposal, utcNow());
+    const auto appended = store_.append(done.decision.changes, done.decision.proposal, ledger_.nextId(), utcNow());
     if (appended) {
       if (const auto& sum = done.decision.proposal) {
         const auto id = appended->front().result;
