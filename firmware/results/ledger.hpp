@@ -1,11 +1,8 @@
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <map>
-#include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "firmware/metrology/dataset/subject.hpp"

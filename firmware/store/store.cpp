@@ -318,7 +318,7 @@ Outcome<std::vector<Transition>, Failure> Store::history(const HistoryRange& ran
 
 Outcome<std::vector<Dependence>, Failure> Store::restsOn(Id id) {
   Statement statement{*database_,
-                      "SELECT d.rests_on, coalesce(r.subject, ''), coalesce(r.state, 3) = 2 FROM dependences d "
+                      "SELECT d.rests_on, coalesce(r.subject, '') FROM dependences d "
                       "LEFT JOIN results r ON r.id = d.rests_on WHERE d.result_id = ? "
                       "AND d.checksum = row_sum(d.id, d.result_id, d.rests_on) ORDER BY d.rests_on"};
   statement.bind(stored(id));
@@ -326,9 +326,7 @@ Outcome<std::vector<Dependence>, Failure> Store::restsOn(Id id) {
   while (true) {
     TRY(const auto row, statement.step());
     if (!row) return all;
-    all.push_back({.id = static_cast<Id>(statement.number(0)),
-                   .subject = statement.text(1),
-                   .in_force = statement.number(2) == 1});
+    all.push_back({.id = static_cast<Id>(statement.number(0)), .subject = statement.text(1)});
   }
 }
 
