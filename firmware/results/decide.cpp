@@ -158,7 +158,8 @@ std::optional<std::string> aboutEffect(const Values& values, const Record& recor
       return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in "
              "force about 'delay'.";
     case SubjectKind::delay:
-      if (result->find(metrology::quantity::kGainMatrix.key) == nullptr || result->find(metrology::kGainTakenAt) != nullptr)
+      if (result->find(metrology::quantity::kGainMatrix.key) == nullptr ||
+          result->find(metrology::kGainTakenAt) != nullptr)
         return std::nullopt;
       return "The case does not state at which angle of the spindle the probe touched (config key A_rad), and the "
              "probe's gain turns with it: its gain_matrix is not used, and samples keep the gain of probe.toml.";

@@ -170,8 +170,9 @@ TEST_F(ResultsLife, NoChangeBeginsWithAnotherStateThanTheOneOfTheResult) {
   EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
   EXPECT_EQ(stateOf(second), State::proposed) << "all of them or none";
   EXPECT_EQ(store_.append({}, std::nullopt, 0, "").error().reason, Reason::bad_argument);
-  EXPECT_EQ(store_.append(std::array{Change{99, State::proposed, State::accepted}}, std::nullopt, 0, "t").error().reason,
-            Reason::unknown_result);
+  EXPECT_EQ(
+      store_.append(std::array{Change{99, State::proposed, State::accepted}}, std::nullopt, 0, "t").error().reason,
+      Reason::unknown_result);
 }
 
 TEST_F(ResultsLife, AProposalIsStoredWithTheChangesThatFollowFromIt) {
