@@ -75,7 +75,6 @@ TEST_F(BesideTheStore, ARollbackPassesOverADamagedResult) {
   ASSERT_TRUE(back) << back.error().what;
   EXPECT_EQ(back->active.value_or(store::Record{}).id, first);
   EXPECT_EQ(std::get<DelayActivated>(told_.back()).tau_s[0], 0.004);
-  EXPECT_THAT(results_.storageProblems(), SizeIs(1));
 }
 
 TEST_F(BesideTheStore, DamageIsShownAlsoWhereNothingChanges) {
@@ -135,7 +134,7 @@ TEST_F(BesideTheStore, CoreAndShownAndAFreshStartAgreeWhateverHappens) {
   for (int step = 0; step < 200 && !HasFailure(); ++step) {
     const bool is_refusing = random() % 4 == 0;
     if (!is_refusing) {
-      const double value = 1 + static_cast<double>(random() % 5) / 100;
+      const double value = static_cast<double>(1 + random() % 5) / 50;
       const std::array next{std::pair{"centreline-stylus", centreAt(value, 0)},
                             std::pair{"stylus-offset-1", offsetOf(value, 0)},
                             std::pair{"centreline", centreAt(value, 1, "centreline-by-steps")}};
