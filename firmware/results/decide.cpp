@@ -34,6 +34,11 @@ Failure unknown(Id id) {
           "there is no result " + std::to_string(id) + "; `probebox history` names those that there are"};
 }
 
+// A result that comes into force has to be read first. One that is damaged is set aside when results are loaded again.
+Failure unreadable(const Entry& entry) {
+  return {Reason::unavailable, about(entry) + " cannot be read; check the disk, and repeat the request"};
+}
+
 std::optional<Failure> whyNoName(std::string_view what, const std::string& by) {
   if (!by.empty()) return std::nullopt;
   return Failure{Reason::bad_argument, std::string{what} + " needs the name of the person who does it"};
@@ -153,7 +158,8 @@ std::optional<std::string> aboutEffect(const Values& values, const Record& recor
       return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in "
              "force about 'delay'.";
     case SubjectKind::delay:
-      if (result->find(metrology::quantity::kGainMatrix.key) == nullptr || result->find(metrology::kGainTakenAt) != nullptr)
+      if (result->find(metrology::quantity::kGainMatrix.key) == nullptr ||
+          result->find(metrology::kGainTakenAt) != nullptr)
         return std::nullopt;
       return "The case does not state at which angle of the spindle the probe touched (config key A_rad), and the "
              "probe's gain turns with it: its gain_matrix is not used, and samples keep the gain of probe.toml.";
@@ -272,7 +278,8 @@ std::vector<Id> basisOf(const SumParts& parts) {
 
 // Adds the sum to a decision whose changes `ledger` has. It comes into force by itself where there is no turning axis
 // yet; otherwise it is proposed. Each pair has one sum, and none where a person has changed what is in force about the
-// turning axis since the pair came together.
+// turning axis since the pair came together. Where a cut lets the part of this decision wait, the sum is none until the
+// part comes into force.
 void addSum(const Ledger& ledger, const Values& values, const std::string& by, const Cut& cut, Decision& decision) {
   const auto parts = sumParts(ledger, values);
   if (!parts) return;
@@ -282,6 +289,7 @@ void addSum(const Ledger& ledger, const Values& values, const std::string& by, c
   const bool is_free = ledger.inForce(spindle) == nullptr && !whyBeside(ledger, values, spindle.subject);
   const auto sum = "result " + std::to_string(parts->from_tip->id) + " plus the stylus offset of result " +
                    std::to_string(parts->offset->id);
+  const bool is_with_part = !decision.changes.empty();
   auto with_sum = ledger;
   const Entry* entry = ledger.restingOn(spindle, parts->from_tip->id, parts->offset->id);
   std::shared_ptr<const Record> record;
@@ -302,17 +310,17 @@ void addSum(const Ledger& ledger, const Values& values, const std::string& by, c
     entry = with_sum.find(id);
   }
   const auto what = about(*entry) + ", " + sum + ", ";
-  const auto say = [&](const std::string& now, const std::string& if_it_waits) {
-    decision.notes.push_back(what + now);
-    decision.notes_if_it_waits.push_back(what + if_it_waits);
+  const auto sayBoth = [&](const std::string& both) {
+    decision.notes.push_back(what + both);
+    decision.notes_if_it_waits.push_back(what + both);
   };
-  const auto sayBoth = [&](const std::string& both) { say(both, both); };
   if (!is_free) return sayBoth("is proposed: accept it to put it in the place of the one in force.");
   if (const auto fits = values.activation(*record); !fits)
     return sayBoth("is proposed and cannot come into force: " + fits.error().what);
   accept(with_sum, *entry, by, "", cut, decision.changes);
   constexpr const char* kWaits = "waits for the end of the cut.";
-  say(cut.on ? kWaits : "is in force.", kWaits);
+  decision.notes.push_back(what + (cut.on ? kWaits : "is in force."));
+  if (!is_with_part) decision.notes_if_it_waits.push_back(what + kWaits);
 }
 
 bool isPartOfSum(const Entry& entry) {
@@ -332,8 +340,9 @@ struct Compared {
 
 Outcome<Compared, Failure> compared(const Ledger& ledger, const Values& values, Id id) {
   const auto* entry = ledger.find(id);
-  auto record = recordOf(values, entry);
-  if (!record) return unknown(id);
+  if (entry == nullptr) return unknown(id);
+  auto record = values.record(id);
+  if (!record) return unreadable(*entry);
   if (auto objection = objectionTo(ledger, values, *entry, *record)) return *std::move(objection);
   Compared all{.entry = entry, .record = record, .difference = {}, .decision = {}};
   auto& notes = all.decision.notes;
@@ -391,6 +400,7 @@ Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, c
     return notNow("result " + std::to_string(entry->id) + " is " + std::string{name(entry->state)} +
                   " and does not wait to come into force");
   if (cut.on) return decision;
+  if (!values.record(entry->id)) return unreadable(*entry);
   if (const auto* present = ledger.inForce(entry->binding))
     decision.changes.push_back({present->id, State::active, State::retired, entry->accepted_by});
   decision.changes.push_back({entry->id, State::accepted, State::active, entry->accepted_by});
@@ -408,7 +418,9 @@ Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, c
     if (auto beside = whyBeside(ledger, values, command.binding.subject)) return *std::move(beside);
   }
   const auto* before = ledger.retiredLast(command.binding);
-  if (const auto record = recordOf(values, before)) {
+  const auto record = recordOf(values, before);
+  if (before != nullptr) {
+    if (!record) return unreadable(*before);
     if (const auto fits = values.activation(*record); !fits)
       return notNow(about(*before) +
                     ", which was in force before, cannot come back into force, and nothing was changed (correct the "
@@ -422,8 +434,7 @@ Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, c
   if (present != nullptr) decision.changes.push_back({present->id, State::active, State::retired, command.by});
   if (before != nullptr) decision.changes.push_back({before->id, State::retired, State::active, command.by});
   const auto now = after(ledger, decision);
-  if (const auto record = recordOf(values, before))
-    decision.notes = notesOn(now, values, *now.find(before->id), *record);
+  if (before != nullptr) decision.notes = notesOn(now, values, *now.find(before->id), *record);
   if (present != nullptr)
     std::ranges::move(dependantsOn(now, values, present->binding), std::back_inserter(decision.notes));
   return decision;
@@ -464,8 +475,12 @@ Outcome<Decision, Failure> compareOnly(const Ledger& ledger, const Values& value
 
 std::vector<Change> undoneByCut(const Decision& decision) {
   std::vector<Change> undone;
-  for (auto change = decision.changes.rbegin(); change != decision.changes.rend(); ++change)
-    if (change->to == State::active || change->from == State::active) undone.push_back(*change);
+  bool is_of_the_sum = false;  // which follows from the part that comes into force before it
+  for (const auto& change : decision.changes) {
+    if (is_of_the_sum || change.to == State::active || change.from == State::active) undone.push_back(change);
+    is_of_the_sum |= change.to == State::active;
+  }
+  std::ranges::reverse(undone);
   return undone;
 }
 

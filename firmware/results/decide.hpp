@@ -89,7 +89,8 @@ Outcome<Decision, Failure> decide(const Ledger& ledger, const Values& values, co
 Outcome<Decision, Failure> compareOnly(const Ledger& ledger, const Values& values, Id id);
 
 // The changes of a decision that are undone where a cut begins before anybody has been told of them, the last one
-// first: what came into force waits again, or is retired again, and what left it is in force.
+// first: what came into force waits again, or is retired again, and what left it is in force. A sum whose part waits
+// again is only proposed.
 std::vector<Change> undoneByCut(const Decision& decision);
 
 // The record of a result that is proposed under this number.

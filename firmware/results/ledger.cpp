@@ -14,36 +14,57 @@ auto partsOf(const Entry& entry) {
 
 }  // namespace
 
+void Ledger::put(Entry entry) {
+  const auto id = entry.id;
+  remove(id);
+  idsIn(entry.state).insert(id);
+  entries_[id] = std::move(entry);
+}
+
+void Ledger::remove(Id id) {
+  const auto found = entries_.find(id);
+  if (found == entries_.end()) return;
+  idsIn(found->second.state).erase(id);
+  entries_.erase(found);
+}
+
+void Ledger::setState(Entry& entry, State state) {
+  idsIn(entry.state).erase(entry.id);
+  idsIn(state).insert(entry.id);
+  entry.state = state;
+}
+
 void Ledger::add(const store::Contents& contents) {
   for (const auto& head : contents.heads)
-    entries_.try_emplace(head.id, Entry{.id = head.id,
-                                        .state = head.state,
-                                        .binding = head.binding,
-                                        .accepted_by = head.accepted_by,
-                                        .rests_on = {},
-                                        .activated_by = {}});
+    put({.id = head.id,
+         .state = head.state,
+         .binding = head.binding,
+         .accepted_by = head.accepted_by,
+         .rests_on = {},
+         .activated_by = {}});
   for (const auto& [id, other] : contents.dependences) {
     const auto found = entries_.find(id);
     if (found != entries_.end()) found->second.rests_on.push_back(other);
   }
-  for (auto& [id, entry] : entries_) std::ranges::sort(entry.rests_on);
-  // The states are those of the results themselves: an entry of the history may be lost.
-  std::map<Id, State> states;
-  for (const auto& head : contents.heads) states[head.id] = head.state;
   apply(contents.transitions);
-  for (const auto& [id, state] : states) entries_[id].state = state;
+  for (const auto& head : contents.heads) {
+    auto& entry = entries_.at(head.id);
+    std::ranges::sort(entry.rests_on);
+    // The state is that of the result itself: an entry of the history may be lost.
+    setState(entry, head.state);
+  }
   next_id_ = std::max({next_id_, contents.next_id, lastId() + 1});
 }
 
 void Ledger::add(Id id, const Binding& binding, std::vector<Id> rests_on) {
   std::ranges::sort(rests_on);
   next_id_ = std::max(next_id_, id + 1);
-  entries_[id] = {.id = id,
-                  .state = State::proposed,
-                  .binding = binding,
-                  .accepted_by = {},
-                  .rests_on = std::move(rests_on),
-                  .activated_by = {}};
+  put({.id = id,
+       .state = State::proposed,
+       .binding = binding,
+       .accepted_by = {},
+       .rests_on = std::move(rests_on),
+       .activated_by = {}});
 }
 
 void Ledger::apply(std::span<const Transition> transitions) {
@@ -52,7 +73,7 @@ void Ledger::apply(std::span<const Transition> transitions) {
     const auto found = entries_.find(each.result);
     if (found == entries_.end()) continue;  // the result is lost
     auto& entry = found->second;
-    entry.state = each.to;
+    setState(entry, each.to);
     entry.changed = each.number;
     if (each.to == State::proposed) entry.proposed = each.number;
     if (each.to == State::accepted) entry.accepted_by = each.by;
@@ -66,8 +87,9 @@ const Entry* Ledger::find(Id id) const {
 }
 
 const Entry* Ledger::newestOf(const Binding& binding, State state) const {
-  for (auto entry = entries_.rbegin(); entry != entries_.rend(); ++entry)
-    if (entry->second.state == state && entry->second.binding == binding) return &entry->second;
+  const auto& ids = idsIn(state);
+  for (auto id = ids.rbegin(); id != ids.rend(); ++id)
+    if (const auto& entry = entries_.at(*id); entry.binding == binding) return &entry;
   return nullptr;
 }
 
@@ -81,8 +103,9 @@ const Entry* Ledger::waiting(const Binding& binding) const {
 
 const Entry* Ledger::retiredLast(const Binding& binding) const {
   const Entry* last = nullptr;
-  for (const auto& [id, entry] : entries_) {
-    if (entry.state != State::retired || entry.activated == 0 || entry.binding != binding) continue;
+  for (const auto id : idsIn(State::retired)) {
+    const auto& entry = entries_.at(id);
+    if (entry.activated == 0 || entry.binding != binding) continue;
     if (last == nullptr || entry.changed > last->changed) last = &entry;
   }
   return last;
@@ -90,8 +113,8 @@ const Entry* Ledger::retiredLast(const Binding& binding) const {
 
 std::vector<const Entry*> Ledger::all(State state, const Binding& here) const {
   std::vector<const Entry*> found;
-  for (const auto& [id, entry] : entries_)
-    if (entry.state == state && isOfOnePlace(entry.binding, here)) found.push_back(&entry);
+  for (const auto id : idsIn(state))
+    if (const auto& entry = entries_.at(id); isOfOnePlace(entry.binding, here)) found.push_back(&entry);
   return found;
 }
 

@@ -1,11 +1,10 @@
 #pragma once
+#include <array>
 #include <cstdint>
-#include <functional>
 #include <map>
-#include <optional>
+#include <set>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "firmware/metrology/dataset/subject.hpp"
@@ -43,6 +42,8 @@ class Ledger {
   // Takes a new result, whose proposal is among the next transitions.
   void add(Id id, const Binding& binding, std::vector<Id> rests_on);
   void apply(std::span<const Transition> transitions);
+  // Forgets a result.
+  void remove(Id id);
 
   const Entry* find(Id id) const;
   const Entry* inForce(const Binding& binding) const;
@@ -64,8 +65,13 @@ class Ledger {
 
  private:
   const Entry* newestOf(const Binding& binding, State state) const;
+  void put(Entry entry);
+  void setState(Entry& entry, State state);
+  std::set<Id>& idsIn(State state) { return ids_.at(static_cast<std::size_t>(state)); }
+  const std::set<Id>& idsIn(State state) const { return ids_.at(static_cast<std::size_t>(state)); }
 
   std::map<Id, Entry> entries_;
+  std::array<std::set<Id>, 5> ids_;  // by state: few are in force or wait, and these are asked for all the time
   Id next_id_{1};
   std::uint64_t last_number_{};
 };

@@ -51,11 +51,6 @@ void rowSum(sqlite3_context* context, int count, sqlite3_value** values) {
   for (int i = 0; i < count; ++i) {
     const auto type = static_cast<std::uint8_t>(sqlite3_value_type(values[i]));
     add(&type, sizeof type);
-    if (type == SQLITE_FLOAT) {
-      const double value = sqlite3_value_double(values[i]);
-      add(&value, sizeof value);
-      continue;
-    }
     const auto* text = sqlite3_value_text(values[i]);
     const auto size = static_cast<std::uint32_t>(sqlite3_value_bytes(values[i]));
     add(&size, sizeof size);
@@ -137,11 +132,6 @@ Statement& Statement::bind(std::string_view value) {
     const char* bytes = value.empty() ? "" : value.data();
     code_ = sqlite3_bind_text64(handle_.get(), ++bound_, bytes, value.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
   }
-  return *this;
-}
-
-Statement& Statement::bind(double value) {
-  if (code_ == SQLITE_OK) code_ = sqlite3_bind_double(handle_.get(), ++bound_, value);
   return *this;
 }
 

@@ -64,7 +64,6 @@ class Statement {
 
   Statement& bind(std::int64_t value);
   Statement& bind(std::string_view value);
-  Statement& bind(double value);
 
   // Returns true when a row is available, false after the last row.
   Outcome<bool, Failure> step();
@@ -76,7 +75,6 @@ class Statement {
   Statement& again();
 
   std::int64_t number(int column) const { return sqlite3_column_int64(handle_.get(), column); }
-  double real(int column) const { return sqlite3_column_double(handle_.get(), column); }
   std::string text(int column) const;
   // Binds this row's value in the column to the next place of `other`.
   void copyTo(Statement& other, int column) const;

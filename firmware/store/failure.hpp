@@ -13,7 +13,7 @@ enum class Reason {
   bad_argument,      // an acceptance without a name, a stamp that is empty
   unavailable,       // locked, full, read-only, no permission: nothing was changed
   damaged,           // the file's content contradicts itself
-  newer_schema,      // written by a newer version of this program
+  other_schema,      // written by another version of this program
   foreign_file,      // a database, but not one of ours
 };
 

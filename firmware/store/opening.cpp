@@ -118,7 +118,7 @@ struct Readable {
 
 // Reads what it can from a file that cannot be used itself, with a sentence about it.
 Readable readableOf(const std::string& path, const Failure& why) {
-  if (whyNotOrdinary(path) || why.reason == Reason::newer_schema) return {why, "Nothing of it can be read"};
+  if (whyNotOrdinary(path) || why.reason == Reason::other_schema) return {why, "Nothing of it can be read"};
   auto whole = copyOf(waitsForItsName(path) ? nameOfNew(path) : path);
   if (whole) return {std::move(whole), "What it has can be read"};
   auto part = salvagedInMemory(path);

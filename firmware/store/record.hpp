@@ -83,7 +83,6 @@ struct Proposal {
 struct Dependence {
   Id id{};
   std::string subject;  // empty: the store has lost that result
-  bool in_force{};
 };
 
 // All results, or the later ones, without their values.

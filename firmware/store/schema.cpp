@@ -76,11 +76,10 @@ Failure foreign(const Database& database) {
   return {Reason::foreign_file, database.path() + " is a database of another program"};
 }
 
-Failure newer(const Database& database, std::int64_t schema) {
-  return {Reason::newer_schema,
-          database.path() + " has schema " + std::to_string(schema) + " and this program knows schema " +
-              std::to_string(kSchema) +
-              ": it was written by a newer version: install that version again (probebox update, or its package)"};
+Failure ofAnotherVersion(const Database& database, std::int64_t schema) {
+  return {Reason::other_schema, database.path() + " has another schema (" + std::to_string(schema) +
+                                    "): it was written by another version of probebox; install that version again, or "
+                                    "move the file away and calibrate again"};
 }
 
 Outcome<void, Failure> checkPages(Database& database) {
@@ -105,7 +104,7 @@ Outcome<void, Failure> inspect(Database& database) {
   TRY(const auto schema, database.number("PRAGMA user_version"));
   TRY(const auto shape, database.text(kShape));
   const bool as_ours = shape == ownShape();
-  if (schema > kSchema && !as_ours) return newer(database, schema);
+  if (schema > kSchema && !as_ours) return ofAnotherVersion(database, schema);
   // A number that its own tables belie is damage, and so are tables that nobody has made so.
   if (!empty && (schema != kSchema || !as_ours))
     return Failure{Reason::damaged, database.path() + " is damaged (its tables are not those of its schema)"};

@@ -182,7 +182,8 @@ Outcome<Transition, Failure> Store::change(const Change& change, std::string_vie
 }
 
 Outcome<std::vector<Transition>, Failure> Store::append(std::span<const Change> changes,
-                                                        const std::optional<Proposal>& proposal, std::string_view utc) {
+                                                        const std::optional<Proposal>& proposal, Id next_id,
+                                                        std::string_view utc) {
   if (utc.empty()) return Failure{Reason::bad_argument, "a change needs its time (UTC)"};
   const auto appended = [&]() -> Outcome<std::vector<Transition>, Failure> {
     TRY(auto transaction, Transaction::begin(*database_));
@@ -191,6 +192,9 @@ Outcome<std::vector<Transition>, Failure> Store::append(std::span<const Change> 
       const auto& [binding, result, origin] = *proposal;
       const auto json = json::toJson(result);
       TRY(auto proposed, insert(binding, {State::proposed, result.method, json, {}}, utc, origin));
+      if (proposed.result != next_id)
+        return Failure{Reason::not_possible_now, "result " + std::to_string(next_id) +
+                                                     " was proposed by somebody else meanwhile: repeat the request"};
       transitions.push_back(std::move(proposed));
     }
     for (const auto& each : changes) {
@@ -215,10 +219,12 @@ Outcome<void, Failure> Store::undo(std::span<const Change> changes) {
     Statement newest{*database_,
                      "DELETE FROM transitions WHERE id = (SELECT max(id) FROM transitions WHERE result_id = ?)"};
     TRY(newest.bind(stored(now.id)).run());
-    // One that is retired again was so since its last retirement.
+    // One that is retired again was so since its last retirement; one that is only proposed again was never accepted.
     Statement row{*database_,
                   "UPDATE results SET state = ?2, retired_utc = CASE WHEN ?2 = 3 THEN (SELECT utc FROM transitions "
-                  "WHERE result_id = ?1 AND state = 3 ORDER BY id DESC LIMIT 1) ELSE '' END WHERE id = ?1"};
+                  "WHERE result_id = ?1 AND state = 3 ORDER BY id DESC LIMIT 1) ELSE '' END, "
+                  "accepted_utc = CASE WHEN ?2 = 0 THEN '' ELSE accepted_utc END, "
+                  "accepted_by = CASE WHEN ?2 = 0 THEN '' ELSE accepted_by END WHERE id = ?1"};
     TRY(row.bind(stored(now.id)).bind(stored(change.from)).run());
     TRY(seal(*database_, now.id));
   }
@@ -312,7 +318,7 @@ Outcome<std::vector<Transition>, Failure> Store::history(const HistoryRange& ran
 
 Outcome<std::vector<Dependence>, Failure> Store::restsOn(Id id) {
   Statement statement{*database_,
-                      "SELECT d.rests_on, coalesce(r.subject, ''), coalesce(r.state, 3) = 2 FROM dependences d "
+                      "SELECT d.rests_on, coalesce(r.subject, '') FROM dependences d "
                       "LEFT JOIN results r ON r.id = d.rests_on WHERE d.result_id = ? "
                       "AND d.checksum = row_sum(d.id, d.result_id, d.rests_on) ORDER BY d.rests_on"};
   statement.bind(stored(id));
@@ -320,9 +326,7 @@ Outcome<std::vector<Dependence>, Failure> Store::restsOn(Id id) {
   while (true) {
     TRY(const auto row, statement.step());
     if (!row) return all;
-    all.push_back({.id = static_cast<Id>(statement.number(0)),
-                   .subject = statement.text(1),
-                   .in_force = statement.number(2) == 1});
+    all.push_back({.id = static_cast<Id>(statement.number(0)), .subject = statement.text(1)});
   }
 }
 

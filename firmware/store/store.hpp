@@ -57,10 +57,11 @@ class Store {
                               std::string_view dataset, std::string_view utc);
 
   // Stores these changes of state in their order, and before them the proposal if there is one, in one transaction.
-  // Returns them with their numbers. Refuses where a result is not in the state that a change begins with, or where
-  // another result has the number that a change gives to the proposal (Contents::next_id).
+  // Returns them with their numbers. next_id: the number that the changes give to the proposal (Contents::next_id).
+  // Refuses where a result is not in the state that a change begins with, or where the proposal gets another number.
   Outcome<std::vector<Transition>, Failure> append(std::span<const Change> changes,
-                                                   const std::optional<Proposal>& proposal, std::string_view utc);
+                                                   const std::optional<Proposal>& proposal, Id next_id,
+                                                   std::string_view utc);
 
   // Deletes the newest transition of each of these results, which is that of the change, in one transaction: as though
   // it had never been made. For changes that nobody has been told of. The one that came into force comes first.

@@ -20,7 +20,7 @@ Outcome<results::Decision, Failure> perform(Store& store, const store::Binding& 
     ledger.add(contents);
     TRY(auto decision, decide(ledger, values, command, {.on = cut_is_on}));
     if (decision.isEmpty()) return decision;
-    const auto appended = store.append(decision.changes, decision.proposal, utc);
+    const auto appended = store.append(decision.changes, decision.proposal, contents.next_id, utc);
     if (appended) return decision;
     if (appended.error().reason != store::Reason::damaged || again) return appended.error();
   }

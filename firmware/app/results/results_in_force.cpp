@@ -38,9 +38,20 @@ results::Difference differenceBetween(const Record& next, const Record& present)
               comparison.values.empty() || comparison.omitted > 0 || std::ranges::any_of(comparison.values, exceeds)};
 }
 
+std::vector<std::string> problemsOf(store::Store& store) {
+  auto problems = store.damage();
+  if (!store.notice().empty()) problems.insert(problems.begin(), store.notice());
+  return problems;
+}
+
 std::optional<metrology::Result> sumOf(const Record& from_tip, const Record& offset) {
   const auto value = stylusOffsetOf(*offset.result());
   return value ? relativeToSpindle(*from_tip.result(), *value, offset.id) : std::nullopt;
+}
+
+// What comes into force without a person's word.
+bool comesByItself(const results::Command& command) {
+  return std::holds_alternative<results::Activate>(command) || std::holds_alternative<results::MakeMissingSum>(command);
 }
 
 }  // namespace
@@ -73,6 +84,29 @@ std::shared_ptr<const Record> ResultsInForce::recordOf(Id id) const {
   return records_[id] = found ? std::make_shared<const Record>(std::move(*found)) : nullptr;
 }
 
+// Keeps what is in force or waits.
+void ResultsInForce::forgetOthers() const {
+  std::erase_if(records_, [&](const auto& each) {
+    const auto* entry = ledger_.find(each.first);
+    return entry == nullptr || !(entry->isInForce() || entry->isWaiting());
+  });
+}
+
+std::vector<Id> ResultsInForce::unread() const {
+  std::vector<Id> ids;
+  for (const auto& [id, record] : records_)
+    if (!record) ids.push_back(id);
+  return ids;
+}
+
+// During a cut the core is not told of results in force that can be read again.
+void ResultsInForce::forgetUnread(bool cut_is_on) {
+  for (const auto id : unread()) {
+    const auto* entry = ledger_.find(id);
+    if (!cut_is_on || entry == nullptr || !entry->isInForce()) records_.erase(id);
+  }
+}
+
 Outcome<std::vector<Event>> ResultsInForce::fitActivation(const Record& record) const {
   if (record.result() != nullptr) {
     if (auto outside = validateRange(*record.result())) return *outside;
@@ -102,6 +136,7 @@ std::vector<Event> ResultsInForce::restore() {
   std::vector<std::string> errors;
   auto events = eventsBetween(Ledger{}, ledger_, values_, errors);
   for (const auto& error : errors) logError(error);
+  forgetOthers();
   return events;
 }
 
@@ -122,62 +157,99 @@ std::optional<CutLock> ResultsInForce::tryLockOutCuts() const {
   return cutSeen() ? std::nullopt : std::move(cut_lock);
 }
 
-// Lock out cuts, decide, append, post.
+// Lock out cuts, read what is new, decide, append, post. The core has what is shown on every way out.
 Outcome<ResultsInForce::Done, Failure> ResultsInForce::perform(const results::Command& command) {
   const auto cut_lock = tryLockOutCuts();
-  std::optional<Ledger> before;
-  Done done{.decision = {}, .cut_was_on = !cut_lock};
+  if (!cut_lock && comesByItself(command)) return Done{.decision = {}, .cut_was_on = true};
+  if (auto why = readNewer()) return *std::move(why);
+  auto before = ledger_;
+  // Where results in force can be read again, the core is told of them, too.
+  if (cut_lock)
+    for (const auto id : unread()) before.remove(id);
+  auto done = decideAndStore(command, !cut_lock);
+  publishAndPost(before);
+  forgetOthers();
+  return done;
+}
+
+// A result that is damaged, or cannot be read, stands in the way once: it is set aside when all are loaded again.
+Outcome<ResultsInForce::Done, Failure> ResultsInForce::decideAndStore(const results::Command& command, bool cut_is_on) {
+  Done done{.decision = {}, .cut_was_on = cut_is_on};
   for (bool again = false;; again = true) {
-    TRY(done.decision, decide(ledger_, values_, command, {.on = done.cut_was_on}));
+    forgetUnread(cut_is_on);
+    auto decision = decide(ledger_, values_, command, {.on = cut_is_on});
+    if (!decision) {
+      if (again || decision.error().reason != store::Reason::unavailable) return decision.error();
+      reload();
+      continue;
+    }
+    done.decision = *std::move(decision);
     if (done.decision.isEmpty()) return done;
-    if (!before) before = ledger_;
-    const auto appended = store_.append(done.decision.changes, done.decision.proposal, utcNow());
+    const auto before = ledger_;
+    auto appended = store_.append(done.decision.changes, done.decision.proposal, before.nextId(), utcNow());
     if (appended) {
-      if (const auto& sum = done.decision.proposal) {
-        const auto id = appended->front().result;
-        ledger_.add(id, sum->binding, sum->origin.rests_on);
-        records_[id] = std::make_shared<const Record>(results::proposedRecord(id, *sum));
-      }
-      ledger_.apply(*appended);
-      break;
+      take(before, done.decision.proposal, *appended);
+      done.reverted = revertWhereCutBegan(before, done.decision, *std::move(appended));
+      return done;
     }
     // Whether it is stored is known by the disk alone: one that fails behind the last write refuses a change, and has
     // it.
     reload();
-    // A result that was found damaged is set aside by now: decide without it.
-    if (appended.error().reason == store::Reason::damaged && !again) continue;
-    publishAndPost(*before);
-    return failed(appended.error(), *before, done.decision);
+    if (again || appended.error().reason != store::Reason::damaged)
+      return failed(appended.error(), before, done.decision);
   }
-  done.reverted = revertWhereCutBegan(done.decision);
-  publishAndPost(*before);
-  return done;
+}
+
+// The ledger of before with what was stored.
+void ResultsInForce::take(const Ledger& before, const std::optional<store::Proposal>& proposal,
+                          std::span<const store::Transition> stored) {
+  ledger_ = before;
+  if (proposal) ledger_.add(before.nextId(), proposal->binding, proposal->origin.rests_on);
+  ledger_.apply(stored);
 }
 
 // Reverts the changes that a cut forbids where a line rose while they were stored, before the core or anybody else has
 // been told. False where there is nothing to revert, or the disk refuses it: then the change holds, and the core
 // applies it behind the cut. A box that ends between the two commits has the change in force when it is started again.
-bool ResultsInForce::revertWhereCutBegan(const Decision& decision) {
+bool ResultsInForce::revertWhereCutBegan(const Ledger& before, const Decision& decision,
+                                         std::vector<store::Transition> stored) {
   const auto undone = undoneByCut(decision);
   if (undone.empty() || !cutSeen()) return false;
-  const auto id = undone.front().result;
-  if (const auto done = store_.undo(undone); !done)
-    logError(results::named(id) +
+  if (const auto done = store_.undo(undone); !done) {
+    logError(results::named(undone.front().result) +
              " changed its state while a cut began, which could not be reverted: " + done.error().what);
-  reload();
-  const auto* entry = ledger_.find(id);
-  return entry != nullptr && entry->state == undone.front().from;
+    reload();
+    return hasStates(undone, &store::Change::from);
+  }
+  for (const auto& change : undone) {
+    const auto last = std::ranges::find(stored.rbegin(), stored.rend(), change.result, &store::Transition::result);
+    stored.erase(std::next(last).base());
+  }
+  take(before, decision.proposal, stored);
+  return true;
+}
+
+// Whether the ledger has each result in the state of its last change in this list.
+bool ResultsInForce::hasStates(std::span<const store::Change> changes, State store::Change::*state) const {
+  std::map<Id, State> states;
+  for (const auto& change : changes) states[change.result] = change.*state;
+  return std::ranges::all_of(states, [&](const auto& each) {
+    const auto* entry = ledger_.find(each.first);
+    return entry != nullptr && entry->state == each.second;
+  });
 }
 
 Failure ResultsInForce::failed(const Failure& failure, const Ledger& before, const Decision& decision) const {
-  if (ledger_.lastNumber() <= before.lastNumber()) return failure;
-  const auto& last = decision.changes.back();
-  const std::string what = last.to == State::active ? results::named(last.result) + " is in force" : "It is stored";
+  const bool is_proposed = !decision.proposal || ledger_.find(before.nextId()) != nullptr;
+  if (!is_proposed || !hasStates(decision.changes, &store::Change::to)) return failure;
+  const bool is_in_force = !decision.changes.empty() && decision.changes.back().to == State::active;
+  const std::string what =
+      is_in_force ? results::named(decision.changes.back().result) + " is in force" : "It is stored";
   return {failure.reason, what + ", and the disk failed behind it: " + failure.what};
 }
 
 void ResultsInForce::publishAndPost(const Ledger& before) {
-  if (ledger_ == before) return;
+  if (ledger_ == before && problemsOf(store_) == storageProblems()) return;
   publish();
   std::vector<std::string> errors;
   for (const auto& event : eventsBetween(before, ledger_, values_, errors)) post_(event);
@@ -193,7 +265,6 @@ void ResultsInForce::reload() {
 
 // Solvers and hosts propose results meanwhile.
 std::optional<Failure> ResultsInForce::readNewer() {
-  std::erase_if(records_, [](const auto& each) { return each.second == nullptr; });
   const auto newer = store_.load(ledger_.lastId());
   if (!newer) return newer.error();
   ledger_.add(*newer);
@@ -203,23 +274,22 @@ std::optional<Failure> ResultsInForce::readNewer() {
 ResultsInForce::Accepted ResultsInForce::compareOnly(Id id) {
   TRY(auto record, store_.find(id));
   if (auto why = readNewer()) return *std::move(why);
+  forgetUnread(true);
   TRY(const auto decision, results::compareOnly(ledger_, values_, id));
-  return acceptance(std::move(record), decision);
+  auto compared = acceptance(std::move(record), decision);
+  forgetOthers();
+  return compared;
 }
 
 ResultsInForce::Accepted ResultsInForce::accept(Id id, const std::string& by, bool although_it_differs) {
-  TRY(auto record, store_.find(id));
-  if (auto why = readNewer()) return *std::move(why);
+  TRY(store_.find(id));
   TRY(auto done, perform(results::Accept{id, by, although_it_differs}));
   if (done.reverted) done.decision.notes = std::move(done.decision.notes_if_it_waits);
-  const auto& entry = *ledger_.find(id);
-  record.state = entry.state;
-  record.accepted_by = entry.accepted_by;
   {
     const std::lock_guard lock{mutex_};
     once_accepted_.insert(id);
   }
-  return acceptance(std::move(record), done.decision);
+  return acceptance(asStored(id), done.decision);
 }
 
 Acceptance ResultsInForce::acceptance(Record record, const Decision& decision) const {
@@ -238,16 +308,17 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(Id id, const std::string& by
 }
 
 ResultsInForce::RolledBack ResultsInForce::rolledBack(const results::Command& command) {
-  if (auto why = readNewer()) return *std::move(why);
   TRY(auto done, perform(command));
   if (done.reverted) return results::cutIsOn();
   Return back{.retired = {}, .active = {}, .notes = std::move(done.decision.notes)};
   for (const auto& change : done.decision.changes)
-    (change.to == State::active ? back.active : back.retired) = asLedgerHas(change.result);
+    (change.to == State::active ? back.active : back.retired) = asStored(change.result);
   return back;
 }
 
-Record ResultsInForce::asLedgerHas(Id id) const {
+// On a disk that fails behind the change, as it was read before, in the state that the ledger has.
+Record ResultsInForce::asStored(Id id) const {
+  if (auto stored = store_.find(id)) return *std::move(stored);
   const auto& entry = *ledger_.find(id);
   const auto read = recordOf(id);
   auto record = read ? *read
@@ -309,7 +380,9 @@ std::optional<std::string> ResultsInForce::whyNotInForce(const Record& record) c
 }
 
 bool ResultsInForce::isToRepeat(Id rested_on) const {
-  return results::isToRepeat(ledger_, values_, rested_on);
+  const bool is_to_repeat = results::isToRepeat(ledger_, values_, rested_on);
+  forgetOthers();
+  return is_to_repeat;
 }
 
 std::optional<ResultsInForce::StylusOffset> ResultsInForce::stylusOffset(std::uint32_t probe_tool) const {
@@ -349,12 +422,7 @@ void ResultsInForce::publish() {
     }
     std::ranges::move(sentences, std::back_inserter(shown->to_repeat));
   }
-  std::erase_if(records_, [&](const auto& each) {
-    const auto* entry = ledger_.find(each.first);
-    return entry == nullptr || !(entry->isInForce() || entry->isWaiting());
-  });
-  shown->storage_problems = store_.damage();
-  if (!store_.notice().empty()) shown->storage_problems.insert(shown->storage_problems.begin(), store_.notice());
+  shown->storage_problems = problemsOf(store_);
   const std::lock_guard lock{mutex_};
   shown_ = std::move(shown);
 }

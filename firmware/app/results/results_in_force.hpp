@@ -144,7 +144,12 @@ class ResultsInForce {
     bool reverted{};  // a cut began before anybody was told
   };
   Outcome<Done, store::Failure> perform(const results::Command& command);
-  bool revertWhereCutBegan(const results::Decision& decision);
+  Outcome<Done, store::Failure> decideAndStore(const results::Command& command, bool cut_is_on);
+  void take(const results::Ledger& before, const std::optional<store::Proposal>& proposal,
+            std::span<const store::Transition> stored);
+  bool revertWhereCutBegan(const results::Ledger& before, const results::Decision& decision,
+                           std::vector<store::Transition> stored);
+  bool hasStates(std::span<const store::Change> changes, store::State store::Change::*state) const;
   store::Failure failed(const store::Failure& failure, const results::Ledger& before,
                         const results::Decision& decision) const;
   void publishAndPost(const results::Ledger& before);
@@ -154,9 +159,12 @@ class ResultsInForce {
 
   results::Values values() const;
   std::shared_ptr<const store::Record> recordOf(store::Id id) const;
+  std::vector<store::Id> unread() const;
+  void forgetUnread(bool cut_is_on);
+  void forgetOthers() const;
   Outcome<std::vector<Event>> fitActivation(const store::Record& record) const;
   Acceptance acceptance(store::Record record, const results::Decision& decision) const;
-  store::Record asLedgerHas(store::Id id) const;
+  store::Record asStored(store::Id id) const;
   RolledBack rolledBack(const results::Command& command);
 
   std::optional<CutLock> tryLockOutCuts() const;

@@ -356,12 +356,12 @@ TEST_F(Damage, ThatCannotBeMendedForWantOfRoomLeavesTheFileAndServesItsRows) {
   EXPECT_EQ(decided::inState(store, State::active)->size(), kSubjects.size());
 }
 
-TEST_F(Damage, ANewerStoreIsLeftAloneAndTheBoxStarts) {
+TEST_F(Damage, AStoreOfAnotherVersionIsLeftAloneAndTheBoxStarts) {
   fill();
   ASSERT_EQ(sql("ALTER TABLE results ADD COLUMN later TEXT; PRAGMA user_version = 70"), "");
   const auto before = contentOf(scratch_.file());
   auto store = Store::openAnyhow(scratch_.file());
-  EXPECT_THAT(store.whyNotWritable(), HasSubstr("newer version"));
+  EXPECT_THAT(store.whyNotWritable(), HasSubstr("another schema"));
   EXPECT_EQ(contentOf(scratch_.file()), before);
 }
 

@@ -165,13 +165,14 @@ TEST_F(ResultsLife, NoChangeBeginsWithAnotherStateThanTheOneOfTheResult) {
   const auto first = accepted(1e-3), second = propose(2e-3);
   const std::array changes{Change{second, State::proposed, State::accepted, "Ada"},
                            Change{first, State::accepted, State::active, "Ada"}};
-  const auto refused = store_.append(changes, std::nullopt, "t3");
+  const auto refused = store_.append(changes, std::nullopt, 0, "t3");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
   EXPECT_EQ(stateOf(second), State::proposed) << "all of them or none";
-  EXPECT_EQ(store_.append({}, std::nullopt, "").error().reason, Reason::bad_argument);
-  EXPECT_EQ(store_.append(std::array{Change{99, State::proposed, State::accepted}}, std::nullopt, "t").error().reason,
-            Reason::unknown_result);
+  EXPECT_EQ(store_.append({}, std::nullopt, 0, "").error().reason, Reason::bad_argument);
+  EXPECT_EQ(
+      store_.append(std::array{Change{99, State::proposed, State::accepted}}, std::nullopt, 0, "t").error().reason,
+      Reason::unknown_result);
 }
 
 TEST_F(ResultsLife, AProposalIsStoredWithTheChangesThatFollowFromIt) {
@@ -179,7 +180,7 @@ TEST_F(ResultsLife, AProposalIsStoredWithTheChangesThatFollowFromIt) {
   const auto next = store_.load()->next_id;
   const std::array changes{Change{next, State::proposed, State::accepted, "Ada"}};
   const Proposal sum{kBinding, delayOf(3e-3), {.rests_on = {before}, .remark = "a sum"}};
-  const auto transitions = store_.append(changes, sum, "t2");
+  const auto transitions = store_.append(changes, sum, next, "t2");
   ASSERT_TRUE(transitions) << transitions.error().what;
   ASSERT_EQ(transitions->size(), 2U);
   EXPECT_EQ(transitions->front().result, next);
@@ -191,6 +192,31 @@ TEST_F(ResultsLife, AProposalIsStoredWithTheChangesThatFollowFromIt) {
   EXPECT_EQ(later.transitions.size(), 2U);
   EXPECT_EQ(later.dependences.size(), 1U);
   EXPECT_EQ(later.next_id, next + 1);
+}
+
+// Whoever decided before another result was proposed.
+TEST_F(ResultsLife, AProposalIsNotStoredUnderAnotherNumberThanTheOneThatTheChangesGiveIt) {
+  const auto next = store_.load()->next_id;
+  const auto unrelated = propose(1e-3);
+  ASSERT_EQ(unrelated, next);
+  const std::array changes{Change{next, State::proposed, State::accepted, "Ada"}};
+  const auto refused = store_.append(changes, Proposal{kBinding, delayOf(3e-3), {}}, next, "t2");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
+  EXPECT_EQ(stateOf(unrelated), State::proposed) << "nobody accepted it";
+  EXPECT_EQ(store_.load()->next_id, next + 1) << "all of it or nothing";
+}
+
+// As a sum whose part waits again.
+TEST_F(ResultsLife, AnAcceptanceThatIsUndoneHasNeverBeenMade) {
+  const auto id = propose(1e-3);
+  ASSERT_TRUE(decided::accept(store_, id, "Ada", "t1", true));
+  ASSERT_TRUE(store_.undo(std::array{Change{id, State::proposed, State::accepted}}));
+  const auto record = store_.find(id).value();
+  EXPECT_EQ(record.state, State::proposed);
+  EXPECT_EQ(record.accepted_by, "");
+  EXPECT_EQ(record.accepted_utc, "");
+  EXPECT_THAT(states(id), ElementsAre(State::proposed));
 }
 
 TEST_F(ResultsLife, ARollbackOfAnotherMountingTouchesNothingHere) {

@@ -97,15 +97,15 @@ TEST(StoreOpening, NeverSilentlyReplacesAFileOfGarbageOrACutOne) {
   }
 }
 
-TEST(StoreOpening, RefusesANewerSchemaByNameAndLeavesItAlone) {
+TEST(StoreOpening, RefusesAnotherSchemaByNameAndLeavesItAlone) {
   const Scratch scratch;
   filledStore(scratch);
   Hand{scratch.file()}.run("ALTER TABLE results ADD COLUMN later TEXT; PRAGMA user_version = 99");
   const auto before = contentOf(scratch.file());
   const auto store = Store::open(scratch.file());
   ASSERT_FALSE(store);
-  EXPECT_EQ(store.error().reason, Reason::newer_schema);
-  EXPECT_THAT(store.error().what, HasSubstr("schema 99"));
+  EXPECT_EQ(store.error().reason, Reason::other_schema);
+  EXPECT_THAT(store.error().what, HasSubstr("another schema (99)"));
   EXPECT_EQ(contentOf(scratch.file()), before);
 }
 

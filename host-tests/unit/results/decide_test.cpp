@@ -149,7 +149,7 @@ TEST_F(Deciding, ASumIsOnlyProposedBesideATurningAxisInForce) {
   EXPECT_EQ(box_.stateOf(box_.ledger().lastId()), State::proposed);
 }
 
-TEST_F(Deciding, ACutThatBeginsMeanwhileLetsResultAndSumWait) {
+TEST_F(Deciding, ACutThatBeginsMeanwhileLetsThePartWaitAndTheSumComeWithIt) {
   ASSERT_TRUE(box_.accept(box_.propose("centreline-stylus", 10)));
   const auto offset = box_.propose("stylus-offset-1", 3);
   const auto decision = box_.accept(offset);
@@ -157,11 +157,47 @@ TEST_F(Deciding, ACutThatBeginsMeanwhileLetsResultAndSumWait) {
   box_.revert(*decision);
   EXPECT_EQ(box_.stateOf(offset), State::accepted);
   EXPECT_EQ(box_.inForce("centreline"), 0U);
-  const auto waiting = box_.ledger().all(State::accepted, BoxOfResults::about(""));
-  ASSERT_THAT(waiting, SizeIs(2));
-  for (const auto id : {waiting[0]->id, waiting[1]->id}) ASSERT_TRUE(box_.perform(Activate{id}));
+  EXPECT_THAT(decision->notes_if_it_waits, IsEmpty()) << "nothing of a sum that is none yet";
+  EXPECT_THAT(box_.ledger().all(State::accepted, BoxOfResults::about("")), SizeIs(1));
+  ASSERT_TRUE(box_.perform(Activate{offset}));
   EXPECT_NE(box_.inForce("centreline"), 0U);
   EXPECT_EQ(box_.ledger().lastId(), 3U) << "the same sum";
+}
+
+TEST_F(Deciding, NoSumComesIntoForceOfAPartThatAPersonWithdrawsInTheCut) {
+  ASSERT_TRUE(box_.accept(box_.propose("centreline-stylus", 10)));
+  const auto offset = box_.propose("stylus-offset-1", 3);
+  box_.revert(*box_.accept(offset));
+  ASSERT_TRUE(box_.perform(RollBack{offset, "Ada"}, true));
+  EXPECT_THAT(box_.ledger().all(State::accepted, BoxOfResults::about("")), IsEmpty());
+  EXPECT_TRUE(box_.perform(MakeMissingSum{})->isEmpty());
+  EXPECT_EQ(box_.inForce("centreline"), 0U);
+}
+
+TEST_F(Deciding, ASumOfPartsInForceWaitsByItselfWhereACutBegins) {
+  const auto tip = box_.propose("centreline-stylus", 10), offset = box_.propose("stylus-offset-1", 3);
+  const auto sum = std::exchange(box_.values().sum, [](const Record&, const Record&) { return std::nullopt; });
+  for (const auto part : {tip, offset}) ASSERT_TRUE(box_.accept(part));
+  box_.values().sum = sum;
+  const auto decision = box_.perform(MakeMissingSum{});
+  ASSERT_TRUE(decision);
+  EXPECT_THAT(decision->notes_if_it_waits, SizeIs(1));
+  box_.revert(*decision);
+  EXPECT_EQ(box_.stateOf(3), State::accepted);
+}
+
+TEST_F(Deciding, NothingComesIntoForceThatCannotBeRead) {
+  const auto first = box_.propose("delay", 1), second = box_.propose("delay", 2), third = box_.propose("delay", 3);
+  ASSERT_TRUE(box_.accept(first));
+  ASSERT_TRUE(box_.accept(second));
+  ASSERT_TRUE(box_.accept(third, true, true));
+  const auto readable = std::exchange(box_.values().record, [](Id) { return nullptr; });
+  EXPECT_EQ(reasonOf(box_.rollBack("delay")), Reason::unavailable);
+  EXPECT_EQ(reasonOf(box_.perform(Activate{third})), Reason::unavailable);
+  EXPECT_EQ(reasonOf(box_.accept(box_.propose("check", 1))), Reason::unavailable);
+  EXPECT_EQ(box_.inForce("delay"), second);
+  box_.values().record = readable;
+  EXPECT_TRUE(box_.rollBack("delay"));
 }
 
 TEST_F(Deciding, WhatRestsOnARetiredResultIsNamedWhereTheNextOneMovesIt) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <optional>
+#include <sqlite3.h>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,6 +61,27 @@ class Accepting : public testing::Test {
     EXPECT_TRUE(accepted) << accepted.error().what;
     return accepted ? *accepted : Acceptance{};
   }
+  store::Id proposeDelay(double tau_s) {
+    return propose("delay", resultOf("delay-plates", {metrology::Estimate::scalar("tau_s", tau_s, 4e-6)}));
+  }
+  store::Id proposeLength(double length_mm = 120) {
+    return propose(
+        "assembly-4",
+        resultOf("tool-assembly", {metrology::Estimate::scalar("gauge_length_mm", length_mm, std::optional{1e-3})}));
+  }
+  // The file of the store, by another program's hand.
+  void changeStore(const std::string& sql) const {
+    sqlite3* hand{};
+    sqlite3_open(folder_.file("results.db").c_str(), &hand);
+    EXPECT_EQ(sqlite3_exec(hand, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(hand);
+    sqlite3_close(hand);
+  }
+  // From now on the store takes no change.
+  void letStoreRefuse() const {
+    changeStore("CREATE TRIGGER refuse BEFORE INSERT ON transitions BEGIN SELECT RAISE(ABORT, 'refused'); END");
+  }
+  void letStoreTakeChanges() const { changeStore("DROP TRIGGER refuse"); }
+
   std::optional<store::Record> inForce(const std::string& subject) {
     return decided::active(store_, results_.bindingFor(subject)).value();
   }
@@ -71,6 +93,14 @@ class Accepting : public testing::Test {
       return centreline->result_id == 0 ? std::nullopt : std::optional{centreline->centre_mm};
     }
     return std::nullopt;
+  }
+
+  // What a box that is started anew has in force.
+  std::vector<std::uint64_t> afterRestart() {
+    ResultsInForce anew{store_, kMounting, [] { return MonoTime{std::chrono::seconds{5}}; },
+                        [](std::span<const Event>) { return std::optional<Error>{}; }, [](const Event&) {}};
+    anew.restore();
+    return anew.active();
   }
 
   support::TemporaryFolder folder_{support::inMemory()};

@@ -26,26 +26,12 @@ class BesideALine : public Accepting {
     told_.clear();
     letCut(false);
   }
-  store::Id proposeDelay(double tau_s) {
-    return propose("delay", resultOf("delay-plates", {Estimate::scalar("tau_s", tau_s, 4e-6)}));
-  }
-  store::Id proposeLength() {
-    return propose("assembly-4",
-                   resultOf("tool-assembly", {Estimate::scalar("gauge_length_mm", 120, std::optional{1e-3})}));
-  }
   store::Id acceptedLater(store::Id id) {
     letCut(true);
     const auto accepted = results_.accept(id, "Ada", true);
     EXPECT_TRUE(accepted) << accepted.error().what;
     EXPECT_TRUE(results_.isWaiting(id));
     return id;
-  }
-  // What a box that is started anew has in force.
-  std::vector<std::uint64_t> afterRestart() {
-    ResultsInForce anew{store_, kMounting, [] { return MonoTime{std::chrono::seconds{5}}; },
-                        [](std::span<const Event>) { return std::optional<Error>{}; }, [](const Event&) {}};
-    anew.restore();
-    return anew.active();
   }
 
   std::function<bool()> line_is_up_ = [] { return false; };
@@ -97,11 +83,29 @@ TEST_F(BesideALine, AnAcceptanceSaysThatItWaits) {
   EXPECT_EQ(inForce("delay")->accepted_by, "Grace");
 }
 
+TEST_F(BesideALine, WaitsAgainAlsoWhereTheStoreCannotBeReadBehindIt) {
+  const auto before = acceptedAs("delay", resultOf("delay-plates", {Estimate::scalar("tau_s", 0.004, 4e-6)})).id;
+  const auto next = proposeDelay(0.005), unrelated = proposeLength();
+  told_.clear();
+  changeStore("CREATE TRIGGER spoil AFTER DELETE ON transitions BEGIN UPDATE results SET method = 'x' WHERE id = " +
+              std::to_string(unrelated) +
+              "; END; CREATE TRIGGER keep BEFORE UPDATE ON results WHEN NEW.state = 5 BEGIN SELECT RAISE(ABORT, "
+              "'refused'); END");
+  letLineRiseInsideTheStore();
+  const auto accepted = results_.accept(next, "Grace", true);
+  ASSERT_TRUE(accepted) << accepted.error().what;
+  EXPECT_EQ(accepted->state, store::State::accepted);
+  EXPECT_THAT(told_, IsEmpty());
+  EXPECT_THAT(results_.active(), ElementsAre(before));
+  EXPECT_TRUE(results_.isWaiting(next));
+}
+
 TEST_F(BesideALine, ASumWaitsAsWell) {
-  acceptedAs("centreline-stylus", centreAt(0.174, -0.1233));
+  const auto tip = acceptedAs("centreline-stylus", centreAt(0.174, -0.1233)).id;
   line_is_up_ = [this] { return inForce("centreline").has_value(); };
   const auto offset = acceptedAs("stylus-offset-1", offsetOf(0.020, -0.013));
-  EXPECT_THAT(offset.notes, ElementsAre(HasSubstr("waits for the end of the cut")));
+  EXPECT_THAT(offset.notes, IsEmpty()) << "the sum is none before its part is in force";
+  EXPECT_THAT(afterRestart(), ElementsAre(tip));
   EXPECT_FALSE(inForce("centreline"));
   EXPECT_FALSE(servedCentre());
   line_is_up_ = [] { return false; };

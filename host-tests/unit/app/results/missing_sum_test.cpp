@@ -64,6 +64,29 @@ TEST_F(MissingSum, WaitsForTheEndOfACut) {
   EXPECT_TRUE(inForce("centreline"));
 }
 
+TEST_F(MissingSum, HasANumberOfItsOwnWhereAHostProposesBehindTheStart) {
+  letBoxEndBeforeTheSum();
+  restart(true);
+  const auto unrelated = proposeLength();
+  look(3, false);
+  EXPECT_EQ(store_.find(unrelated)->state, store::State::proposed) << "nobody accepted it";
+  EXPECT_EQ(inForce("centreline").value_or(store::Record{}).id, unrelated + 1);
+}
+
+TEST_F(MissingSum, ThatIsOnlyProposedComesLaterWhereTheStoreRefusesIt) {
+  const auto direct = inForceAlready("centreline", centreAt(0.154, -0.110, "centreline-by-steps"), "Ada");
+  letBoxEndBeforeTheSum();
+  restart(true);
+  proposeLength();
+  letStoreRefuse();
+  look(3, false);
+  EXPECT_EQ(results(), 4U);
+  letStoreTakeChanges();
+  ASSERT_TRUE(anew_->accept(offset_, "Ada"));
+  EXPECT_EQ(results(), 5U);
+  EXPECT_EQ(inForce("centreline")->id, direct);
+}
+
 TEST_F(MissingSum, OfWhichTheProposalWasStoredComesIntoForce) {
   letBoxEndBeforeTheSum();
   const auto sum = propose("centreline", centreAt(0.194, -0.1363), {.rests_on = {tip_, offset_}});
