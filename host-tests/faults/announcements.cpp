@@ -106,7 +106,8 @@ void Acknowledged::see(std::string_view states) {
   before_ = kept_;
   may_be_undone_ = true;
   apply(failed_, kept_);
-  if (seen != kept_.states) broken_ = "after '" + failed_ + "' was refused the box has" + told(seen);
+  if (seen != kept_.states)
+    broken_ = "after '" + failed_ + "' was refused the box has" + told(seen) + ", not" + told(kept_.states);
 }
 
 // Results in this state, one at most, are replaced.

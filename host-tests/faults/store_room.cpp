@@ -138,7 +138,8 @@ class StoreRoom {
   }
 
   store::Id nextId() {
-    const auto newest = decided::newest(store_, 1);
+    auto newest = decided::newest(store_, 1);
+    if (!newest) newest = decided::newest(store_, 1);  // the reading itself may be the call that fails
     return newest && !newest->empty() ? newest->front().id + 1 : 1;
   }
 
