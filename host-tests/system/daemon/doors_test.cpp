@@ -64,20 +64,6 @@ TEST_F(RunningDaemon, EndsTheCutOfNoOtherAddress) {
   EXPECT_TRUE(other->ask<messages::Status>().inhibits.empty()) << "hosts of one address share one";
 }
 
-TEST_F(RunningDaemon, LetsAHostEndTheCutThatAnEarlierVersionKeptForAllOfTcp) {
-  std::filesystem::create_directories(options.state);
-  ASSERT_FALSE((DoorBook{options.state / "doors", [](bool) { return true; }}.setInhibit("network", true, "")));
-  start();
-  const auto host = connect();
-  const auto held = host->ask<messages::Status>().inhibits;
-  ASSERT_EQ(held.size(), 1U);
-  EXPECT_EQ(held.front().door, "tcp:127.0.0.1:0");
-  EXPECT_TRUE(host->ask<messages::Corrections>().inhibited);
-  host->ask<messages::SetInhibit>({.active = false});
-  EXPECT_TRUE(host->ask<messages::Status>().inhibits.empty());
-  EXPECT_TRUE(host->eventually([&] { return !host->ask<messages::Corrections>().inhibited; }));
-}
-
 TEST_F(RunningDaemon, LetsOtherComputersInOnlyToLook) {
   const auto loaded = loadDescriptions(options);
   ASSERT_TRUE(loaded);
