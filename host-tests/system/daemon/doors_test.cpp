@@ -11,7 +11,6 @@
 
 #include "drivers/serial/emulator.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
-#include "firmware/app/results/door_book.hpp"
 #include "running_daemon.hpp"
 
 namespace probebox::app {
