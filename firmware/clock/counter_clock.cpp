@@ -71,16 +71,7 @@ std::optional<Error> validate(const CounterClockConfig& config) {
     return Error{"jitter of arrivals must be 1 ns to 100 ms"};
   }
   if (config.max_sigma.count() < 1) return Error{"max_sigma must be at least 1 ns"};
-  if (!isWithin(config.phase_wander_ns_per_sqrt_s, 0, 1e6) ||
-      !isWithin(config.frequency_wander_ppb_per_sqrt_s, 0, 1e5)) {
-    return Error{"wander must be 0 to 1e6 ns/sqrt(s) of phase and 0 to 1e5 ppb/sqrt(s) of frequency"};
-  }
-  if (!isWithin(config.max_ppm, 1, 200)) return Error{"max_ppm must be 1 to 200"};
-  if (!isWithin(config.holdover_ppm, 0, 200)) return Error{"holdover_ppm must be 0 to 200"};
-  if (config.delivery_latency.count() < 0 || config.delivery_latency.count() > 1'000'000'000) {
-    return Error{"delivery latency must be 0 to 1 s"};
-  }
-  return std::nullopt;
+  return validateTracking(config);
 }
 
 CounterClock::CounterClock(const CounterClockConfig& config)

@@ -1,10 +1,13 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 
 #include "firmware/clock/jitter.hpp"
 #include "firmware/clock/jump_test.hpp"
 #include "firmware/clock/phase_filter.hpp"
+#include "firmware/clock/statistics.hpp"
 #include "firmware/clock/wander.hpp"
+#include "protocol/units/outcome.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::clock {
@@ -91,5 +94,16 @@ class TrackedPhase {
   PhaseFilter predicted_;   // of the stamp that is being tested
   std::int64_t settled_{};  // stamps taken since start()
 };
+
+// Names the first setting that is out of range of those that every clock with such a line has.
+std::optional<Error> validateTracking(const auto& config) {
+  if (!isWithin(config.phase_wander_ns_per_sqrt_s, 0, 1e6) || !isWithin(config.frequency_wander_ppb_per_sqrt_s, 0, 1e5))
+    return Error{"wander must be 0 to 1e6 ns/sqrt(s) of phase and 0 to 1e5 ppb/sqrt(s) of frequency"};
+  if (!isWithin(config.max_ppm, 1, 200)) return Error{"max_ppm must be 1 to 200"};
+  if (!isWithin(config.holdover_ppm, 0, 200)) return Error{"holdover_ppm must be 0 to 200"};
+  if (config.delivery_latency.count() < 0 || config.delivery_latency.count() > 1'000'000'000)
+    return Error{"delivery latency must be 0 to 1 s"};
+  return std::nullopt;
+}
 
 }  // namespace probebox::clock

@@ -85,7 +85,7 @@ constexpr auto kMethods = std::to_array<const Method*>({
 // clang-format on
 
 // Nothing where the case does not say which, and the subject has no name of its own.
-std::optional<std::string> nameOf(const Subject& subject, const Dataset& dataset) {
+std::optional<std::string> nameOf(const MethodSubject& subject, const Dataset& dataset) {
   if (subject.of != nullptr) {
     if (auto name = subject.of(dataset)) return name;
   }
@@ -127,10 +127,6 @@ std::vector<NamedSubject> subjectsOf(const Dataset& dataset) {
   if (method->also_about == nullptr) return subjects;
   for (auto& also : method->also_about(dataset)) subjects.push_back(std::move(also));
   return subjects;
-}
-
-bool isSubject(std::string_view name) {
-  return std::ranges::any_of(kMethods, [name](const Method* method) { return method->subject.name == name; });
 }
 
 }  // namespace probebox::metrology

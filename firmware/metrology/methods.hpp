@@ -27,7 +27,4 @@ std::string subjectOf(const Dataset& dataset);
 // All subjects that a result of the case may answer, subjectOf() first.
 std::vector<NamedSubject> subjectsOf(const Dataset& dataset);
 
-// True if a method has this as its first subject, apart from numbers and letters of axes.
-bool isSubject(std::string_view name);
-
 }  // namespace probebox::metrology

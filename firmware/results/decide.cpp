@@ -276,6 +276,19 @@ std::vector<Id> basisOf(const SumParts& parts) {
   return {basis.begin(), basis.end()};
 }
 
+// The record of a result that is proposed under this number.
+Record proposedRecord(Id id, const store::Proposal& proposal) {
+  return {.id = id,
+          .state = State::proposed,
+          .method = proposal.result.method,
+          .binding = proposal.binding,
+          .content = proposal.result,
+          .proposed_utc = {},
+          .accepted_utc = {},
+          .accepted_by = {},
+          .retired_utc = {}};
+}
+
 // Adds the sum to a decision whose changes `ledger` has. It comes into force by itself where there is no turning axis
 // yet; otherwise it is proposed. Each pair has one sum, and none where a person has changed what is in force about the
 // turning axis since the pair came together. Where a cut lets the part of this decision wait, the sum is none until the
@@ -286,7 +299,11 @@ void addSum(const Ledger& ledger, const Values& values, const std::string& by, c
   const auto spindle = withSubject(values.here, {SubjectKind::centreline});
   const auto slide = withSubject(values.here, {SubjectKind::centreline_slide});
   const auto decided = std::max(ledger.decided(spindle), ledger.decided(slide));
-  const bool is_free = ledger.inForce(spindle) == nullptr && !whyBeside(ledger, values, spindle.subject);
+  // One that waits was accepted by a person, unless it is itself a sum with this tip.
+  const auto* waiting = ledger.waiting(spindle);
+  const bool is_free = ledger.inForce(spindle) == nullptr &&
+                       (waiting == nullptr || std::ranges::binary_search(waiting->rests_on, parts->from_tip->id)) &&
+                       !whyBeside(ledger, values, spindle.subject);
   const auto sum = "result " + std::to_string(parts->from_tip->id) + " plus the stylus offset of result " +
                    std::to_string(parts->offset->id);
   const bool is_with_part = !decision.changes.empty();
@@ -314,7 +331,7 @@ void addSum(const Ledger& ledger, const Values& values, const std::string& by, c
     decision.notes.push_back(what + both);
     decision.notes_if_it_waits.push_back(what + both);
   };
-  if (!is_free) return sayBoth("is proposed: accept it to put it in the place of the one in force.");
+  if (!is_free) return sayBoth("is proposed: accept it to put it in the place of the one in force, or that waits.");
   if (const auto fits = values.activation(*record); !fits)
     return sayBoth("is proposed and cannot come into force: " + fits.error().what);
   accept(with_sum, *entry, by, "", cut, decision.changes);
@@ -416,6 +433,7 @@ Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, c
   if (present == nullptr) {
     // It would bring one back.
     if (auto beside = whyBeside(ledger, values, command.binding.subject)) return *std::move(beside);
+    if (auto full = whyNoPlace(ledger, values, command.binding.subject)) return *std::move(full);
   }
   const auto* before = ledger.retiredLast(command.binding);
   const auto record = recordOf(values, before);
@@ -482,18 +500,6 @@ std::vector<Change> undoneByCut(const Decision& decision) {
   }
   std::ranges::reverse(undone);
   return undone;
-}
-
-Record proposedRecord(Id id, const store::Proposal& proposal) {
-  return {.id = id,
-          .state = State::proposed,
-          .method = proposal.result.method,
-          .binding = proposal.binding,
-          .content = proposal.result,
-          .proposed_utc = {},
-          .accepted_utc = {},
-          .accepted_by = {},
-          .retired_utc = {}};
 }
 
 Ledger after(Ledger ledger, const Decision& decision) {

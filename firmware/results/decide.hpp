@@ -93,9 +93,6 @@ Outcome<Decision, Failure> compareOnly(const Ledger& ledger, const Values& value
 // again is only proposed.
 std::vector<Change> undoneByCut(const Decision& decision);
 
-// The record of a result that is proposed under this number.
-Record proposedRecord(Id id, const store::Proposal& proposal);
-
 // The ledger once the decision is stored.
 Ledger after(Ledger ledger, const Decision& decision);
 

@@ -7,6 +7,11 @@
 namespace probebox::results {
 namespace {
 
+// True for the same probe, machine and mounting.
+bool isOfOnePlace(const Binding& a, const Binding& b) {
+  return a.probe_serial_number == b.probe_serial_number && a.machine == b.machine && a.mounting == b.mounting;
+}
+
 auto partsOf(const Entry& entry) {
   return std::tie(entry.id, entry.state, entry.accepted_by, entry.rests_on, entry.proposed, entry.activated,
                   entry.activated_by, entry.changed);
@@ -70,6 +75,8 @@ void Ledger::add(Id id, const Binding& binding, std::vector<Id> rests_on) {
 void Ledger::apply(std::span<const Transition> transitions) {
   for (const auto& each : transitions) {
     last_number_ = std::max(last_number_, each.number);
+    if (each.to != State::proposed && each.to != State::refused)
+      decided_[each.binding] = std::max(decided_[each.binding], each.number);
     const auto found = entries_.find(each.result);
     if (found == entries_.end()) continue;  // the result is lost
     auto& entry = found->second;
@@ -119,12 +126,8 @@ std::vector<const Entry*> Ledger::all(State state, const Binding& here) const {
 }
 
 std::uint64_t Ledger::decided(const Binding& binding) const {
-  std::uint64_t number = 0;
-  for (const auto& [id, entry] : entries_) {
-    const bool is_decided = entry.state != State::proposed && entry.state != State::refused;
-    if (is_decided && entry.binding == binding) number = std::max(number, entry.changed);
-  }
-  return number;
+  const auto found = decided_.find(binding);
+  return found == decided_.end() ? 0 : found->second;
 }
 
 const Entry* Ledger::restingOn(const Binding& binding, Id one, Id other) const {
@@ -146,10 +149,6 @@ bool operator==(const Ledger& a, const Ledger& b) {
 Binding withSubject(Binding binding, const Subject& subject) {
   binding.subject = text(subject);
   return binding;
-}
-
-bool isOfOnePlace(const Binding& a, const Binding& b) {
-  return a.probe_serial_number == b.probe_serial_number && a.machine == b.machine && a.mounting == b.mounting;
 }
 
 }  // namespace probebox::results

@@ -72,13 +72,12 @@ class Ledger {
 
   std::map<Id, Entry> entries_;
   std::array<std::set<Id>, 5> ids_;  // by state: few are in force or wait, and these are asked for all the time
+  std::map<Binding, std::uint64_t> decided_;  // of lost results, too
   Id next_id_{1};
   std::uint64_t last_number_{};
 };
 
 // The binding of another subject with the same probe, machine and mounting.
 Binding withSubject(Binding binding, const Subject& subject);
-// True for the same probe, machine and mounting.
-bool isOfOnePlace(const Binding& a, const Binding& b);
 
 }  // namespace probebox::results

@@ -1,4 +1,5 @@
 #pragma once
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -26,7 +27,7 @@ struct Binding {
   std::string machine;
   std::string mounting;
 
-  friend bool operator==(const Binding&, const Binding&) = default;
+  friend auto operator<=>(const Binding&, const Binding&) = default;
 };
 
 struct Record {

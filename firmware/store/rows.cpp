@@ -15,7 +15,9 @@ constexpr int kWhole = 12;  // the column that says so
 
 Failure damagedRow(Id id) {
   return {Reason::damaged,
-          "result " + std::to_string(id) + " is damaged: what the disk has does not match its checksum"};
+          "result " + std::to_string(id) +
+              " is damaged: what the disk has does not match its checksum; calibrate again, or go back by its subject "
+              "(probebox rollback SUBJECT --by NAME)"};
 }
 
 }  // namespace
@@ -125,7 +127,7 @@ Outcome<void, Failure> markDamaged(Database& database) {
 
 namespace {
 
-constexpr const char* kRemedy = ": calibrate again, or go back with `probebox rollback ID --by NAME`";
+constexpr const char* kRemedy = ": calibrate again, or go back with `probebox rollback SUBJECT --by NAME`";
 
 Outcome<void, Failure> addDamagedResults(Database& database, std::vector<std::string>& all) {
   Statement rows{database,

@@ -8,7 +8,6 @@ namespace probebox::support {
 namespace {
 
 using namespace std::chrono_literals;
-using messages::ProcedureState;
 
 }  // namespace
 
@@ -56,7 +55,7 @@ messages::ProcedureStatus::Answer TestHost::calibrate() {
   messages::ProcedureStatus::Answer status;
   EXPECT_TRUE(eventually([&] {
     status = ask<messages::ProcedureStatus>();
-    return status.run == run && status.state >= ProcedureState::proposed;
+    return status.run == run && status.state >= RunState::proposed;
   })) << "state "
       << messages::nameOf(status.state) << ", " << status.prompt;
   return status;
@@ -64,7 +63,7 @@ messages::ProcedureStatus::Answer TestHost::calibrate() {
 
 std::uint64_t TestHost::calibrateAndAccept() {
   const auto status = calibrate();
-  EXPECT_EQ(status.state, ProcedureState::proposed) << status.refusal;
+  EXPECT_EQ(status.state, RunState::proposed) << status.refusal;
   ask<messages::AcceptResult>({.id = status.result_id, .by = "somebody"});
   return status.result_id;
 }

@@ -82,8 +82,7 @@ struct ProcedureStatus {
       field("result_id", self.result_id, "the proposed result, 0 for none");
       field("referenced", self.referenced, "1 when the box knows where the axes stand");
       Step::fields(self, field);
-      field("has_temperature", self.has_temperature,
-            "1 when the run was started with a temperature; 0 also from a box that does not know of it");
+      field("has_temperature", self.has_temperature, "1 when the run was started with a temperature");
       field("temperature_c", self.temperature_c, "degrees C, as stated when the run was started",
             published::NullUnless{self.has_temperature});
     }

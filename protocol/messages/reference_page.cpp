@@ -312,7 +312,7 @@ std::string structures() {
 std::string numbers() {
   return "## Numbers\n\n" + names<ErrorCode>("error codes", 0, 11) + names<GapReason>("gap reasons", 0, 6) +
          names<Profile>("profiles", 0, 3) + names<Policy>("policies", 0, 2) + names<ClockState>("clock states", 0, 4) +
-         names<ProcedureState>("procedure states", 0, 7) + names<ResultState>("result states", 0, 5) +
+         names<RunState>("procedure states", 0, 7) + names<ResultState>("result states", 0, 5) +
          names<StepPhase>("step phases", 0, 3) + names<UpdateState>("update states", 0, 10);
 }
 

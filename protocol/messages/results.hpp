@@ -100,7 +100,7 @@ struct ResultSummary {
     field("why_not_in_force", self.why_not_in_force,
           "why this box, as it is described now, cannot have it in force, whatever its state; empty where it can, and "
           "for one that is retired");
-    field("rms_unit", self.rms_unit, "unit of rms: mm, um, rad; empty from a box that does not say");
+    field("rms_unit", self.rms_unit, "unit of rms: mm, um, rad");
   }
 };
 
@@ -196,9 +196,8 @@ struct AcceptResult {
       field("compare_only", self.compare_only, "1: change nothing and answer what accepting it would answer");
     }
   };
-  // A box of protocol 1.1 answers nothing, and has put the result into force.
   struct Answer {
-    ResultState state{ResultState::active};
+    ResultState state{};
     bool waiting_for_cut{};
     std::string subject{};
     bool first_of_subject{};
@@ -222,6 +221,8 @@ struct AcceptResult {
     }
   };
 };
+
+// Goes back to the result that was in force before.
 struct RollbackResult {
   static constexpr Operation kOperation = Operation::rollback_result;
   struct Request {
@@ -249,6 +250,8 @@ struct RollbackResult {
     }
   };
 };
+
+// One change of a result's state.
 struct ResultTransition {
   std::uint64_t number{};
   std::uint64_t result_id{};
@@ -275,6 +278,8 @@ struct ResultTransition {
     field("remark", self.remark, "what was said with it, such as that it was accepted although it differs; or empty");
   }
 };
+
+// What happened to results, and who did it.
 struct ResultHistory {
   static constexpr Operation kOperation = Operation::result_history;
   struct Request {

@@ -96,8 +96,6 @@ constexpr bool isSourceLoss(GapReason reason) {
   return reason <= GapReason::source_encoders;
 }
 
-using ProcedureState = RunState;
-
 enum class ResultState : std::uint8_t { proposed = 0, accepted = 1, active = 2, retired = 3, refused = 4 };
 
 enum class StepPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };

@@ -22,12 +22,6 @@ using Vector = std::array<double, kLinearAxes>;
 
 using Nanometres = std::array<std::int32_t, kLinearAxes>;
 
-template <class Enum>
-constexpr std::string_view nameIn(const auto& names, Enum number) {
-  const auto index = static_cast<std::size_t>(number);
-  return index < names.size() ? names[index] : "unknown";
-}
-
 enum class Health : std::uint8_t {
   off = 0,
   good = 1,
@@ -35,7 +29,7 @@ enum class Health : std::uint8_t {
   invalid = 3,  // without an input that it needs, or doubtful for too long: no value
 };
 constexpr std::string_view nameOf(Health health) {
-  return nameIn(std::array<std::string_view, 4>{"not configured", "good", "held", "invalid"}, health);
+  return probebox::detail::nameIn({"not configured", "good", "held", "invalid"}, health);
 }
 
 // Reason why an axis last lost its reference.
@@ -46,8 +40,7 @@ enum class ReferenceFault : std::uint8_t {
   encoder_lost = 3,      // the encoder went away
 };
 constexpr std::string_view nameOf(ReferenceFault fault) {
-  return nameIn(std::array<std::string_view, 4>{"none", "impossible speed", "index at the wrong count", "encoder lost"},
-                fault);
+  return probebox::detail::nameIn({"none", "impossible speed", "index at the wrong count", "encoder lost"}, fault);
 }
 
 // Whether an axis can be homed now, or why not.
@@ -61,13 +54,13 @@ enum class Homing : std::uint8_t {
 // Why a screw's sensor is not believed.
 enum class SensorFault : std::uint8_t { none = 0, silent = 1, out_of_range = 2, lost = 3 };
 constexpr std::string_view nameOf(SensorFault fault) {
-  return nameIn(std::array<std::string_view, 4>{"none", "silent", "out of range", "unplugged"}, fault);
+  return probebox::detail::nameIn({"none", "silent", "out of range", "unplugged"}, fault);
 }
 
 // Where a value in use comes from.
 enum class ValueSource : std::uint8_t { unknown = 0, description = 1, result = 2, controller = 3 };
 constexpr std::string_view nameOf(ValueSource source) {
-  return nameIn(std::array<std::string_view, 4>{"unknown", "description", "result", "controller"}, source);
+  return probebox::detail::nameIn({"unknown", "description", "result", "controller"}, source);
 }
 
 // A correction served to the CNC, and the time from which it was served.

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <optional>
 
+#include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "firmware/metrology/subject_values.hpp"
@@ -21,7 +22,7 @@ namespace quantity = metrology::quantity;
 using metrology::Estimate;
 using metrology::Shape;
 
-constexpr std::size_t kErrorsOfAnAngle = 6;
+constexpr std::size_t kErrorsOfAnAngle = quantity::kSixErrors.columns.size();
 constexpr std::string_view kDeviation = quantity::kDeviation.key, kAt = "_at_", kDegrees = "_deg_";
 
 bool isDeviation(std::string_view key) {
@@ -148,10 +149,8 @@ std::vector<Quantity> quantitiesAbout(const metrology::Result& result, std::stri
 }
 
 std::string rotaryAxisOf(std::string_view subject) {
-  constexpr std::string_view kRotary = "rotary-";
-  if (!subject.starts_with(kRotary) || subject.size() != kRotary.size() + 1) return {};
-  const char letter = subject.back();
-  return letter >= 'a' && letter <= 'c' ? std::string{static_cast<char>(letter - 'a' + 'A')} : std::string{};
+  const auto rotary = parseSubject(subject, SubjectKind::rotary);
+  return rotary ? std::string{"ABC"[rotary->axis()]} : "";
 }
 
 std::string axisNamesInWords(const metrology::Result& result, std::string_view axis) {

@@ -42,7 +42,7 @@ std::string shareText(const Label& label, double share, double whole);
 std::string ofAReading(double value, const std::string& unit);
 
 // "reduced chi-square 1.4 at 20 degrees of freedom (99.9 % of honest readings: 0.27 to 2.4)"; without degrees of
-// freedom (a result of an older version) the number alone. Only for a result that has one.
+// freedom the number alone. Only for a result that has one.
 std::string chiSquareText(const metrology::Result& result);
 
 // "tau is 20 us per um of one touch": sensitivity of a value to the sigma of one reading. design_per: the reading, with

@@ -19,7 +19,7 @@ std::string dofText(double dof);
 double coverageProbability(double k, double dof);
 
 // Probability that the true value lies within +- k uncertainties of value `at`. An sd by residuals is that of Student's
-// t (metrology/fit/student.hpp), wider by sqrt(n/(n - 2)) than the s that t counts in.
+// t (metrology/fit/chi_square.hpp), wider by sqrt(n/(n - 2)) than the s that t counts in.
 double coverageOf(const metrology::Result& result, const metrology::Estimate& estimate, std::size_t at, double k);
 
 // Effective degrees of freedom of the combined uncertainty of value `at`, Welch-Satterthwaite (G.2b): type A with those

@@ -10,7 +10,6 @@ namespace {
 namespace quantity = metrology::quantity;
 
 using namespace std::chrono_literals;
-using messages::ProcedureState;
 
 // Follows the run to its end, a line a touch.
 Outcome<messages::ProcedureStatus::Answer> follow(link::Client& client, std::uint32_t run) {
@@ -18,7 +17,7 @@ Outcome<messages::ProcedureStatus::Answer> follow(link::Client& client, std::uin
   while (true) {
     auto status = client.request<messages::ProcedureStatus>({}, link::patience(5s));
     if (!status) return Error{status.error().what};
-    if (status->run == run && status->state > ProcedureState::solving) return std::move(*status);
+    if (status->run == run && status->state > RunState::solving) return std::move(*status);
     if (status->run == run && status->step != shown && status->step < status->steps) {
       shown = status->step;
       std::printf("   %s\n", status->prompt.c_str());
@@ -49,7 +48,7 @@ Outcome<messages::ResultSummary> measure(link::Client& client, const messages::S
   const auto started = client.request<messages::StartProcedure>(method, link::patience(5s));
   if (!started) return Error{started.error().what};
   TRY(const auto end, follow(client, started->run));
-  if (end.state != ProcedureState::proposed) return Error{"The calibration was refused: " + end.refusal};
+  if (end.state != RunState::proposed) return Error{"The calibration was refused: " + end.refusal};
   return resultOf(client, end.result_id);
 }
 

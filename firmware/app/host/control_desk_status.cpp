@@ -142,7 +142,7 @@ Reply ControlDesk::describeProcedure(const box::State& state) const {
   if (last_run_ > progress.run) {
     // Started, and the core has not published it yet: nobody may take the run before for this one.
     answer.run = last_run_;
-    answer.state = messages::ProcedureState::waiting;
+    answer.state = RunState::waiting;
     answer.prompt = "starting";
     return ok(answer);
   }

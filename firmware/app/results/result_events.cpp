@@ -195,6 +195,10 @@ std::optional<Error> whyNoOffset(const metrology::Result& result) {
   return std::nullopt;
 }
 
+std::string named(const store::Record& record) {
+  return "Result " + std::to_string(record.id);
+}
+
 // Why a result whose case does not name its subject cannot be in force; nothing where it can.
 std::optional<Error> whyNameless(const store::Record& record, const metrology::Result& result) {
   const auto& subject = record.binding.subject;
@@ -203,8 +207,7 @@ std::optional<Error> whyNameless(const store::Record& record, const metrology::R
         "The spindle stood still while the slide carried the chuck, so the result of " + result.method +
         " relates neither to the spindle axis nor to one tip: measure again with the spindle at 0 and 180 degrees."};
   if (subject == "sensor-head-calibration")
-    return Error{"Result " + std::to_string(record.id) +
-                 " does not name its sensor head: give its case the config key 'tool'."};
+    return Error{named(record) + " does not name its sensor head: give its case the config key 'tool'."};
   return std::nullopt;
 }
 
@@ -248,10 +251,6 @@ double typeBCovarianceOf(const metrology::Result& result, std::string_view key, 
     if (line.type_b && *first + std::max(i, k) < line.sd.size()) sum += line.sd[*first + i] * line.sd[*first + k];
   }
   return sum;
-}
-
-std::string named(const store::Record& record) {
-  return "Result " + std::to_string(record.id);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "firmware/app/results/result_summary.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <string_view>
 #include <utility>

@@ -38,7 +38,7 @@ void appendValues(const Estimate& estimate, std::vector<messages::NamedValue>& v
 // Six deviations an angle: deviation_XC_at_60_deg_mm. EXC of ISO 230-7 is the error motion alone.
 void appendSixErrors(const Estimate& six, const Estimate& angles_rad, const std::string& subject,
                      std::vector<messages::NamedValue>& values) {
-  constexpr std::size_t kErrors = 6;
+  constexpr std::size_t kErrors = quantity::kSixErrors.columns.size();
   const auto axis = parseSubject(subject, SubjectKind::rotary);  // nothing where a case names none
   const std::string letter = axis ? std::string{"ABC"[axis->axis()]} : "";
   for (std::size_t i = 0; i < six.values.size(); ++i)

@@ -240,6 +240,7 @@ bool ResultsInForce::hasStates(std::span<const store::Change> changes, State sto
 }
 
 Failure ResultsInForce::failed(const Failure& failure, const Ledger& before, const Decision& decision) const {
+  if (failure.reason == store::Reason::not_possible_now) return failure;  // nothing was stored
   const bool is_proposed = !decision.proposal || ledger_.find(before.nextId()) != nullptr;
   if (!is_proposed || !hasStates(decision.changes, &store::Change::to)) return failure;
   const bool is_in_force = !decision.changes.empty() && decision.changes.back().to == State::active;
@@ -271,6 +272,13 @@ std::optional<Failure> ResultsInForce::readNewer() {
   return std::nullopt;
 }
 
+// A result that is set aside, because it is damaged, is unknown to the ledger; the store says what has become of it.
+Failure ResultsInForce::asTheStoreKnows(Id id, const Failure& failure) {
+  if (failure.reason != store::Reason::unknown_result) return failure;
+  const auto found = store_.find(id);
+  return found ? failure : found.error();
+}
+
 ResultsInForce::Accepted ResultsInForce::compareOnly(Id id) {
   TRY(auto record, store_.find(id));
   if (auto why = readNewer()) return *std::move(why);
@@ -282,8 +290,9 @@ ResultsInForce::Accepted ResultsInForce::compareOnly(Id id) {
 }
 
 ResultsInForce::Accepted ResultsInForce::accept(Id id, const std::string& by, bool although_it_differs) {
-  TRY(store_.find(id));
-  TRY(auto done, perform(results::Accept{id, by, although_it_differs}));
+  auto performed = perform(results::Accept{id, by, although_it_differs});
+  if (!performed) return asTheStoreKnows(id, performed.error());
+  auto& done = *performed;
   if (done.reverted) done.decision.notes = std::move(done.decision.notes_if_it_waits);
   {
     const std::lock_guard lock{mutex_};
@@ -303,8 +312,9 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(const std::string& subject, 
 }
 
 ResultsInForce::RolledBack ResultsInForce::rollBack(Id id, const std::string& by) {
-  TRY(store_.find(id));
-  return rolledBack(results::RollBack{id, by});
+  auto back = rolledBack(results::RollBack{id, by});
+  if (!back) return asTheStoreKnows(id, back.error());
+  return back;
 }
 
 ResultsInForce::RolledBack ResultsInForce::rolledBack(const results::Command& command) {

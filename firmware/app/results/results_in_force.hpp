@@ -150,6 +150,7 @@ class ResultsInForce {
   bool revertWhereCutBegan(const results::Ledger& before, const results::Decision& decision,
                            std::vector<store::Transition> stored);
   bool hasStates(std::span<const store::Change> changes, store::State store::Change::*state) const;
+  store::Failure asTheStoreKnows(store::Id id, const store::Failure& failure);
   store::Failure failed(const store::Failure& failure, const results::Ledger& before,
                         const results::Decision& decision) const;
   void publishAndPost(const results::Ledger& before);

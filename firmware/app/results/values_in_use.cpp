@@ -69,7 +69,7 @@ std::optional<procedure::AcceptedValue> acceptedXAt90(const metrology::Result& r
 void addFacts(const store::Record& record, MeasuredFacts& facts) {
   const auto* result = record.result();
   if (result == nullptr) return;
-  if (record.binding.subject == "check") {
+  if (isAbout(record.binding.subject, SubjectKind::check)) {
     facts.check_result = record.id;
     facts.ball_x = acceptedOf(*result, metrology::kXAtLevel.key);
     facts.ball_y = acceptedOf(*result, metrology::kYAtLevel.key);
@@ -83,7 +83,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     facts.screw_faces[screw->axis()] = faceOf(record);
   if (const auto length = measuredLengthOf(record)) facts.tool_lengths.push_back(*length);
   if (const auto tip = measuredTipOf(record)) facts.tool_tips.push_back(*tip);
-  if (record.binding.subject == "spindle-tilt") {
+  if (isAbout(record.binding.subject, SubjectKind::spindle_tilt)) {
     const auto* tilt = result->find(quantity::kSpindleTilt.key);
     if (tilt != nullptr && tilt->values.size() == 2) {
       facts.spindle_tilt_rad = {tilt->values[0], tilt->values[1]};
@@ -101,7 +101,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
   if (isAbout(record.binding.subject, SubjectKind::pre_travel)) {
     if (const auto found = preTravelOf(record)) facts.pre_travels.push_back(*found);
   }
-  if (record.binding.subject != "setter") return;
+  if (!isAbout(record.binding.subject, SubjectKind::setter)) return;
   const auto* setter = result->find(quantity::kSetter.key);
   if (setter == nullptr || setter->values.size() < 3) return;
   facts.setter_result = record.id;
@@ -126,9 +126,10 @@ std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span
     unlessMeasured(text(aboutAxis(SubjectKind::screw, axis)), ValueSource::description);
     unlessMeasured(text(aboutAxis(SubjectKind::screw_reference, axis)), ValueSource::description);
   }
-  if (described.checked_ball) unlessMeasured("check", ValueSource::description);
+  if (described.checked_ball) unlessMeasured(text(Subject{SubjectKind::check}), ValueSource::description);
   if (described.tool_setter)
-    unlessMeasured("setter", described.tool_setter->accepted_mm ? ValueSource::description : ValueSource::unknown);
+    unlessMeasured(text(Subject{SubjectKind::setter}),
+                   described.tool_setter->accepted_mm ? ValueSource::description : ValueSource::unknown);
   const auto& carriers = described.probe_tools;
   for (std::size_t i = 0; i < carriers.count; ++i)
     unlessMeasured(text(Subject{SubjectKind::assembly, carriers.numbers.at(i)}), ValueSource::description);

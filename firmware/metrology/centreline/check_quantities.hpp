@@ -2,6 +2,8 @@
 #include <array>
 #include <string_view>
 
+#include "protocol/units/result_keys.hpp"
+
 // Quantities of the periodic check: the mean values that it measures and compares with accepted ones.
 namespace probebox::metrology {
 
@@ -18,7 +20,7 @@ struct CheckQuantity {
 
 // Run-outs of ball and stylus at B = 0; the check asks for a new calibration when they have changed.
 inline constexpr std::array<std::string_view, 4> kCheckRunOuts{"ball_offset_x_mm", "ball_offset_y_mm",
-                                                               "stylus_offset_x_mm", "stylus_offset_y_mm"};
+                                                               result_key::kStylusOffsetX, result_key::kStylusOffsetY};
 
 inline constexpr CheckQuantity kXAtLevel{"Xcen_B0_mm", "centres", "x_mm", 0.0, true, true};
 inline constexpr CheckQuantity kYAtLevel{"Ycen_B0_mm", "centres", "y_mm", 0.0, true, true};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -60,9 +61,9 @@ constexpr auto kNamed = std::to_array<Unit>({
     {"sigma_C_rad", {-0.1, 0.1, "rad", kLeastSigma}},
     {"sigma_angle_rad", {-0.1, 0.1, "rad", kLeastSigma}},
     {"sigma_contact_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"previous_tau_s", {-1, 1, "s", kLeastSigma}},  // no control loop lags by a second
-    {"previous_tau_axis_s", {-1, 1, "s", kLeastSigma}},
-    {"previous_tau_joint_s", {-1, 1, "s", kLeastSigma}},
+    {"previous_tau_s", {-quantity::kMostDelay_s, quantity::kMostDelay_s, "s", kLeastSigma}},
+    {"previous_tau_axis_s", {-quantity::kMostDelay_s, quantity::kMostDelay_s, "s", kLeastSigma}},
+    {"previous_tau_joint_s", {-quantity::kMostDelay_s, quantity::kMostDelay_s, "s", kLeastSigma}},
 });
 // Seconds since some epoch, 300 years at most.
 constexpr PlausibleRange kStamp{-1e10, 1e10, "s", kLeastSigma};

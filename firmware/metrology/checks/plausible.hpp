@@ -17,7 +17,7 @@ struct PlausibleRange {
   double least_sigma{0.0};  // of a standard deviation that is not 0: below it a weight overflows
 };
 
-// Looks up the limits of a column, a key or an estimate by its name: "x_mm", "sd_gap_mm", "speed_mm_s", "tau_axis_s".
+// Looks up the limits of a column or a key by its name: "x_mm", "sd_gap_mm", "speed_mm_s".
 // Names without a unit have the limits of raw counts and ratios.
 PlausibleRange plausibleRange(std::string_view name);
 

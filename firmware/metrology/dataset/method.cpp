@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
 
 #include "firmware/metrology/dataset/conditions.hpp"
 
@@ -11,10 +14,11 @@ namespace probebox::metrology {
 namespace {
 
 // From 1 on.
-std::optional<long long> statedNumber(const Dataset& dataset, std::string_view key) {
+std::optional<std::uint32_t> statedNumber(const Dataset& dataset, std::string_view key) {
   const auto found = dataset.config.find(key);
   const auto* number = found == dataset.config.end() ? nullptr : std::get_if<double>(&found->second);
-  return number != nullptr && *number >= 1 ? std::optional{std::llround(*number)} : std::nullopt;
+  const bool is_one = number != nullptr && *number >= 1 && *number < std::numeric_limits<std::uint32_t>::max();
+  return is_one ? std::optional{static_cast<std::uint32_t>(std::llround(*number))} : std::nullopt;
 }
 
 }  // namespace
@@ -59,26 +63,26 @@ std::string_view subjectNamedBy(std::string_view key, const Method& method) {
   return own != method.keys.end() ? own->names : subjectNamedByCondition(key);
 }
 
-std::optional<std::string> numberedSubject(const Dataset& dataset, std::string_view prefix, std::string_view key) {
+std::optional<std::string> numberedSubject(const Dataset& dataset, SubjectKind kind, std::string_view key) {
   const auto number = statedNumber(dataset, key);
-  return number ? std::optional{std::string{prefix} + std::to_string(*number)} : std::nullopt;
+  return number ? std::optional{text(Subject{kind, *number})} : std::nullopt;
 }
 
 std::uint32_t probeToolOf(const Dataset& dataset) {
-  return static_cast<std::uint32_t>(statedNumber(dataset, "probe_tool").value_or(1));
+  return statedNumber(dataset, "probe_tool").value_or(1);
 }
 
 std::string stylusOffsetSubject(std::uint32_t tool) {
-  return "stylus-offset-" + std::to_string(tool);
+  return text(Subject{SubjectKind::stylus_offset, tool});
 }
 
-std::optional<std::string> letteredSubject(const Dataset& dataset, std::string_view prefix, std::string_view letters) {
+std::optional<std::string> letteredSubject(const Dataset& dataset, SubjectKind kind) {
   const auto found = dataset.config.find("axis");
   const auto* axis = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
   if (axis == nullptr || axis->size() != 1) return std::nullopt;
-  const char letter = static_cast<char>(std::tolower(static_cast<unsigned char>(axis->front())));
-  if (letters.find(letter) == std::string_view::npos) return std::nullopt;
-  return std::string{prefix} + letter;
+  auto name = text(aboutAxis(kind, 0));
+  name.back() = static_cast<char>(std::tolower(static_cast<unsigned char>(axis->front())));
+  return parseSubject(name, kind) ? std::optional{std::move(name)} : std::nullopt;
 }
 
 }  // namespace probebox::metrology

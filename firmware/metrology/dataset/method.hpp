@@ -9,6 +9,7 @@
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 
 // The descriptor of a method. Each method defines one `Method` beside its solver and has one line in
 // firmware/metrology/methods.cpp. Checks of keys, type B inputs, `probebox solve --methods`, reports, subjects of
@@ -58,7 +59,7 @@ struct KnownQuantity {
 };
 
 // The quantity that a result answers. A new result replaces the one in force about the same subject.
-struct Subject {
+struct MethodSubject {
   std::string_view name;                                              // "delay"; empty: the method's own name
   std::optional<std::string> (*of)(const Dataset& dataset){nullptr};  // "screw-x"; nothing where the case does not say
   std::span<const MethodKey> independent_of{};  // keys "..._result" that name results without an effect on it
@@ -69,7 +70,7 @@ struct NamedSubject {
   std::string name;                             // "stylus-offset-3"
   std::string needs{};                          // key of a value without which a result does not answer it; empty: none
   std::string kept_as{};                        // key of that value in the result about this subject; empty: the same
-  std::span<const MethodKey> independent_of{};  // as that of a Subject
+  std::span<const MethodKey> independent_of{};  // as that of a MethodSubject
 };
 
 struct Method {
@@ -87,7 +88,7 @@ struct Method {
   std::span<const Quantity> further{};               // others that a result may have, as far as anybody knows their key
   std::span<const std::string_view> unobservable{};  // by any readings of this kind
   Remark undetermined{};                             // quantities that the readings of a case leave undetermined
-  Subject subject{};
+  MethodSubject subject{};
   std::vector<NamedSubject> (*also_about)(const Dataset&){nullptr};  // quantities that the same readings determine
 };
 
@@ -109,8 +110,8 @@ std::string unusedKey(std::string_view key, std::string_view method);
 // Prefix of the subject of the result that this key of a case names by number; empty if any subject is allowed.
 std::string_view subjectNamedBy(std::string_view key, const Method& method);
 
-// "tool-4" of the prefix "tool-" and the number that the key states; nothing without one.
-std::optional<std::string> numberedSubject(const Dataset& dataset, std::string_view prefix, std::string_view key);
+// "tool-4" of the kind and the number that the key states; nothing without one.
+std::optional<std::string> numberedSubject(const Dataset& dataset, SubjectKind kind, std::string_view key);
 
 // Number of the tool that carries the probe, by the key `probe_tool`; 1 without it.
 std::uint32_t probeToolOf(const Dataset& dataset);
@@ -118,8 +119,7 @@ std::uint32_t probeToolOf(const Dataset& dataset);
 // Subject of the offset from the spindle axis of the stylus that this tool carries: "stylus-offset-3".
 std::string stylusOffsetSubject(std::uint32_t tool);
 
-// "rotary-c" of the prefix "rotary-" and the letter of key `axis`, in lower case; nothing where it is none of these
-// letters.
-std::optional<std::string> letteredSubject(const Dataset& dataset, std::string_view prefix, std::string_view letters);
+// "rotary-c" of the kind and the letter of key `axis`, of either case; nothing where the kind has no such axis.
+std::optional<std::string> letteredSubject(const Dataset& dataset, SubjectKind kind);
 
 }  // namespace probebox::metrology

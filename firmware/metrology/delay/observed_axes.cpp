@@ -89,11 +89,11 @@ std::optional<std::string> subjectOfDelay(const Dataset& dataset) {
   auto rows = shiftsOfTouches(dataset);
   if (rows.rows() == 0) rows = waysOfScans(dataset);
   if (rows.rows() == 0 || !rows.allFinite()) return std::nullopt;
-  std::string letters;
+  Subject observed{SubjectKind::delay};
   for (Eigen::Index axis = 0; axis < 3; ++axis)
-    if (standsAlone(rows, axis)) letters += "xyz"[axis];
-  if (letters == "xyz") return std::nullopt;
-  return "delay-" + (letters.empty() ? "oblique" : letters);
+    if (standsAlone(rows, axis)) observed.of |= 1U << axis;
+  if (observed.of == kAllAxes) return std::nullopt;
+  return text(observed.of == 0 ? Subject{SubjectKind::delay_oblique} : observed);
 }
 
 }  // namespace probebox::metrology

@@ -15,7 +15,7 @@ namespace probebox::metrology {
 
 // Turns a fit into a Result: quality figures and any number of quantities derived from its parameters, with propagated
 // sd. The sd follows from the stated sigma and is widened, with a warning, where chi-square contradicts it
-// (noise_check.hpp); without one it follows from the residuals (student.hpp); where those are too few it is missing,
+// (noise_check.hpp); without one it follows from the residuals (chi_square.hpp); where those are too few it is missing,
 // with a warning.
 class Answer {
  public:

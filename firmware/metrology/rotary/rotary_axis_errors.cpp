@@ -367,7 +367,7 @@ constexpr std::string_view kAxisErrorsUnobservable[]{
     "any error at the reference angle, and errors of the linear axes that all angles share"};
 
 std::optional<std::string> subjectOfAxis(const Dataset& dataset) {
-  return letteredSubject(dataset, "rotary-", "abcdefghijklmnopqrstuvwxyz");
+  return letteredSubject(dataset, SubjectKind::rotary);
 }
 
 }  // namespace

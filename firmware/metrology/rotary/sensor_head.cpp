@@ -199,7 +199,7 @@ constexpr std::string_view kSensorHeadUnobservable[]{
     "the position of the ball separately from that of the head's reference: only moves relative to it"};
 
 std::optional<std::string> subjectOfHead(const Dataset& dataset) {
-  return numberedSubject(dataset, "sensor-head-", "tool");
+  return numberedSubject(dataset, SubjectKind::sensor_head, "tool");
 }
 
 }  // namespace

@@ -387,7 +387,7 @@ constexpr std::string_view kCalibrationUnobservable[]{
     kEvenHeat, "the mean height of the face separately from the zero of the sensor: the table sums to 0"};
 
 std::optional<std::string> subjectOfScrew(const Dataset& dataset) {
-  return letteredSubject(dataset, "screw-", "xyz");
+  return letteredSubject(dataset, SubjectKind::screw);
 }
 
 }  // namespace

@@ -202,7 +202,7 @@ constexpr std::string_view kReferenceUnobservable[]{
     "a drift of the sensor itself, which looks like an extension"};
 
 std::optional<std::string> subjectOfReference(const Dataset& dataset) {
-  return letteredSubject(dataset, "screw-reference-", "xyz");
+  return letteredSubject(dataset, SubjectKind::screw_reference);
 }
 
 }  // namespace

@@ -324,7 +324,7 @@ constexpr std::string_view kUnobservable[]{
 std::optional<std::string> swivelSubject(const Dataset& dataset) {
   const auto plane = swivelPlane(dataset, "swivel_axis");
   if (!plane) return std::nullopt;
-  return std::string{"swivel-"} + "abc"[plane->axis];
+  return text(aboutAxis(SubjectKind::swivel, static_cast<std::size_t>(plane->axis)));
 }
 
 }  // namespace

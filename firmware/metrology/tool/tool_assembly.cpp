@@ -218,7 +218,7 @@ std::optional<std::string> oneEdged(const Dataset& dataset) {
 }
 
 std::optional<std::string> subjectOfAssembly(const Dataset& dataset) {
-  return numberedSubject(dataset, "assembly-", "tool_id");
+  return numberedSubject(dataset, SubjectKind::assembly, "tool_id");
 }
 
 }  // namespace

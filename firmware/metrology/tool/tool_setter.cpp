@@ -514,7 +514,7 @@ std::optional<std::string> oneFaced(const Dataset& dataset) {
 constexpr MethodKey kNotOfTool[]{kCentrelineResult};
 
 std::optional<std::string> subjectOfTool(const Dataset& dataset) {
-  return numberedSubject(dataset, "tool-", "tool");
+  return numberedSubject(dataset, SubjectKind::tool, "tool");
 }
 
 std::vector<NamedSubject> alsoSetter(const Dataset&) {

@@ -195,7 +195,7 @@ constexpr std::string_view kUnobservable[]{
     "times"};
 
 std::optional<std::string> preTravelSubject(const Dataset& dataset) {
-  return numberedSubject(dataset, "pre-travel-", "probe_tool");
+  return numberedSubject(dataset, SubjectKind::pre_travel, "probe_tool");
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -87,7 +86,6 @@ Vector3d scanCentre(const metrology::Table& machine, const capture::Recording& r
   return centre;
 }
 
-using Eigen::Vector3d;
 using metrology::Table;
 
 constexpr double kSearchWindow_s = 0.05;  // no chain of encoders and control is later than that

@@ -45,13 +45,15 @@ class ResultsLife : public testing::Test {
 TEST_F(ResultsLife, AnAcceptedResultWaitsUntilItIsActivated) {
   const auto old = accepted(1e-3);
   const auto next = propose(2e-3);
-  const auto waiting = decided::accept(store_, next, "Grace", "t2", true).value();
+  ASSERT_TRUE(decided::accept(store_, next, "Grace", "t2", true));
+  const auto waiting = store_.find(next).value();
   EXPECT_EQ(waiting.state, State::accepted);
   EXPECT_EQ(waiting.accepted_by, "Grace");
   EXPECT_EQ(waiting.accepted_utc, "t2");
   EXPECT_EQ(activeId(), old);
 
-  const auto active = decided::activate(store_, next, "t3").value();
+  ASSERT_TRUE(decided::activate(store_, next, "t3"));
+  const auto active = store_.find(next).value();
   EXPECT_EQ(active.state, State::active);
   EXPECT_EQ(active.accepted_utc, "t2");
   EXPECT_EQ(activeId(), next);

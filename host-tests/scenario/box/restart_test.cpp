@@ -12,7 +12,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using messages::ErrorCode;
-using messages::ProcedureState;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -107,7 +106,7 @@ TEST_F(Restart, InMidCalibrationLosesTheRunAndTheReferencesAndNothingElse) {
 
   // The run is gone, and who asks is told so; the script's next word is refused by name, at once.
   EXPECT_EQ(boot_->procedure().run, 0U);
-  EXPECT_EQ(boot_->procedure().state, ProcedureState::idle);
+  EXPECT_EQ(boot_->procedure().state, RunState::idle);
   const auto refusal = endOf(run, 3);
   EXPECT_EQ(refusal.code, ErrorCode::wrong_state);
   EXPECT_THAT(refusal.text, StartsWith("No procedure is running: start one"));

@@ -158,20 +158,20 @@ Reply FakeAnswers::procedure() {
   p.method = "delay-multi-speed";
   p.steps = kSteps;
   p.step = std::min(asked_ / 2, kSteps);
-  p.state = asked_ % 2 == 0 ? messages::ProcedureState::waiting : messages::ProcedureState::running;
+  p.state = asked_ % 2 == 0 ? RunState::waiting : RunState::running;
   p.prompt = "touch " + std::to_string(p.step + 1) + " of 3: +X side of the sphere";
   if (p.step == kSteps) {
-    p.state = messages::ProcedureState::solving;
+    p.state = RunState::solving;
     p.prompt = "";
   }
   const bool waits = options_.by_hand && asked_ < 2 * kSteps;
   if (!waits && asked_++ > 2 * kSteps) {
-    p.state = options_.refuses_run ? messages::ProcedureState::refused : messages::ProcedureState::proposed;
+    p.state = options_.refuses_run ? RunState::refused : RunState::proposed;
     if (options_.refuses_run) p.refusal = "single-speed: all touches have one speed; measure at two or more";
     p.result_id = options_.refuses_run || options_.only_looks ? 0 : FakeBox::kResultId;
     proposed_ = !options_.refuses_run;
   }
-  if (!running_) p.state = messages::ProcedureState::idle;
+  if (!running_) p.state = RunState::idle;
   return ok(p);
 }
 

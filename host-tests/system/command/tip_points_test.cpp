@@ -190,7 +190,7 @@ TEST(TipPoints, GiveNoNumberWhereSomethingIsMissingAndSayWhat) {
   EXPECT_THAT(lacking([](D& d) { d.tip.screws_unknown = 4; }), HasSubstr("tip: the sensor on the screw of Z"));
   EXPECT_THAT(lacking([](D& d) { d.tip.turned = true; }), HasSubstr("tip: the probe was turned"));
   EXPECT_THAT(lacking([](D& d) { d.tip.has_deflection = false; }), HasSubstr("tip: the channels are no deflections"));
-  EXPECT_THAT(lacking([](D& d) { d.tip = {}; }), HasSubstr("older version"));
+  EXPECT_THAT(lacking([](D& d) { d.tip = {}; }), HasSubstr("pack"));
   EXPECT_THAT(lacking([](D& d) { d.channels[4].name = "y"; }),
               HasSubstr("tip: the recording has no channel position_y"));
   EXPECT_THAT(lacking([](D&) {}, 16), HasSubstr("tip: the probe stood at the end of its range"));

@@ -14,7 +14,7 @@ TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
   auto host = connect();
   ASSERT_TRUE(host->waitForLock());
   const auto status = host->calibrate();
-  ASSERT_EQ(status.state, ProcedureState::proposed) << status.refusal;
+  ASSERT_EQ(status.state, RunState::proposed) << status.refusal;
 
   const auto results = host->ask<messages::ListResults>().results;
   ASSERT_EQ(results.size(), 1U);
@@ -46,7 +46,7 @@ TEST_F(RunningDaemon, LetsAnAcceptedResultWaitForTheEndOfACut) {
   auto host = connect();
   ASSERT_TRUE(host->waitForLock());
   const auto status = host->calibrate();
-  ASSERT_EQ(status.state, ProcedureState::proposed) << status.refusal;
+  ASSERT_EQ(status.state, RunState::proposed) << status.refusal;
   const auto calibrated = [&] { return host->ask<messages::Corrections>().delay.calibrated; };
 
   host->ask<messages::SetInhibit>({.active = true});
@@ -128,7 +128,7 @@ TEST_F(RunningDaemon, StreamsEveryTriggerWithThePositionThatTheRegistersHave) {
   messages::Start start;
   start.triggers = true;
   host->client().start(start);
-  ASSERT_EQ(host->calibrate().state, ProcedureState::proposed);
+  ASSERT_EQ(host->calibrate().state, RunState::proposed);
   const auto last = host->ask<messages::Corrections>().last_trigger;
   ASSERT_GT(last.number, 20U);
   ASSERT_TRUE(host->eventually([&] { return !triggers.all.empty() && triggers.all.back().number >= last.number; }));

@@ -16,7 +16,6 @@
 namespace probebox::app {
 
 using namespace std::chrono_literals;
-using messages::ProcedureState;
 using support::Balances;
 using support::TestHost;
 

@@ -24,7 +24,6 @@ namespace probebox {
 namespace {
 
 using namespace std::chrono_literals;
-using messages::ProcedureState;
 using support::Balances;
 using support::TestHost;
 using tour::Process;
@@ -145,7 +144,7 @@ TEST_F(Survival, GarbageOnAllPortsIsCountedAndDisturbsNobody) {
   EXPECT_GT(on_serial_line.discarded_bytes, 100'000U);
   EXPECT_GT(status.not_let_in.strangers, 20U);
   EXPECT_EQ(host->ask<messages::ListResults>().results.size(), 0U);
-  EXPECT_EQ(host->ask<messages::ProcedureStatus>().state, ProcedureState::idle);
+  EXPECT_EQ(host->ask<messages::ProcedureStatus>().state, RunState::idle);
 }
 
 TEST_F(Survival, MuteConnectionsDoNotLockOthersOut) {

@@ -256,7 +256,7 @@ TEST_F(UpdateOverTcp, NothingIsTakenDuringACutOrARun) {
   host_->ask<messages::StartProcedure>({.method = "delay-multi-speed"});
   ASSERT_TRUE(host_->eventually([&] {
     const auto state = host_->ask<messages::ProcedureStatus>().state;
-    return state == messages::ProcedureState::waiting || state == messages::ProcedureState::running;
+    return state == RunState::waiting || state == RunState::running;
   }));
   auto in_a_run = update();
   EXPECT_EQ(in_a_run.status(), 4);

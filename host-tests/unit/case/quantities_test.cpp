@@ -67,6 +67,11 @@ TEST(Quantities, AreTheSameInAllMethods) {
         EXPECT_EQ(first->kind, quantity.kind) << method->name << ": " << quantity.key;
         EXPECT_EQ(first->axes, quantity.axes) << method->name << ": " << quantity.key;
         EXPECT_EQ(first->compared, quantity.compared) << method->name << ": " << quantity.key;
+        EXPECT_EQ(first->name, quantity.name) << method->name << ": " << quantity.key;
+        EXPECT_EQ(first->title, quantity.title) << method->name << ": " << quantity.key;
+        EXPECT_EQ(first->of_axis, quantity.of_axis) << method->name << ": " << quantity.key;
+        EXPECT_EQ(first->part_name, quantity.part_name) << method->name << ": " << quantity.key;
+        EXPECT_EQ(first->columns.size(), quantity.columns.size()) << method->name << ": " << quantity.key;
       }
     }
     for (const auto& quantity : method->results) EXPECT_FALSE(quantity.about.empty()) << quantity.key;

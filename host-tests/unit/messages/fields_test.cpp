@@ -101,7 +101,7 @@ TEST(Names, AreThereForEveryNumberAndUnknownBeyond) {
   EXPECT_EQ(nameOf(ErrorCode::version_mismatch), "version_mismatch");
   EXPECT_EQ(nameOf(Operation::get_dataset), "get_dataset");
   EXPECT_EQ(nameOf(GapReason::resume_too_old), "resume_too_old");
-  EXPECT_EQ(nameOf(ProcedureState::aborted), "aborted");
+  EXPECT_EQ(nameOf(RunState::aborted), "aborted");
   EXPECT_EQ(nameOf(static_cast<MessageType>(0)), "unknown");
   EXPECT_EQ(nameOf(static_cast<ErrorCode>(999)), "unknown");
 }

@@ -63,10 +63,11 @@ class BoxOfResults {
   State stateOf(Id id) const { return ledger_.find(id)->state; }
   double valueOf(Id id) const { return records_.at(id)->result()->find("value")->value(); }
 
-  // The ledger that a start reads.
-  Ledger replayed() const {
+  // The ledger that a start reads, but for a result that is lost.
+  Ledger replayed(Id lost = 0) const {
     store::Contents contents{.heads = {}, .dependences = {}, .transitions = history_, .next_id = records_.size() + 1};
     for (const auto& [id, record] : records_) {
+      if (id == lost) continue;
       store::Contents::Head head{.id = id, .state = State::proposed, .binding = record->binding, .accepted_by = {}};
       for (const auto& each : history_) {
         if (each.result != id) continue;

@@ -128,6 +128,32 @@ TEST_F(Deciding, ATipAndItsOffsetComeTogetherWithTheirSum) {
   EXPECT_TRUE(box_.perform(MakeMissingSum{})->isEmpty()) << "a person wanted none";
 }
 
+TEST_F(Deciding, ASumThatAPersonWentBackFromIsNotMadeAgainWhereItIsLost) {
+  ASSERT_TRUE(box_.accept(box_.propose("centreline-stylus", 10)));
+  ASSERT_TRUE(box_.accept(box_.propose("stylus-offset-1", 3)));
+  const auto sum = box_.inForce("centreline");
+  ASSERT_TRUE(box_.rollBack("centreline"));
+  EXPECT_TRUE(decide(box_.replayed(sum), box_.values(), MakeMissingSum{}, Cut{})->isEmpty());
+}
+
+TEST_F(Deciding, NoSumTakesThePlaceOfATurningAxisThatAPersonLetsWait) {
+  ASSERT_TRUE(box_.accept(box_.propose("centreline-stylus", 10)));
+  const auto offset = box_.propose("stylus-offset-1", 3), direct = box_.propose("centreline", 1);
+  for (const auto id : {offset, direct}) ASSERT_TRUE(box_.perform(Accept{id, "Ada", true}, true));
+  ASSERT_TRUE(box_.perform(Activate{offset}));
+  ASSERT_EQ(box_.stateOf(direct), State::accepted);
+  ASSERT_TRUE(box_.perform(Activate{direct}));
+  EXPECT_EQ(box_.inForce("centreline"), direct);
+}
+
+TEST_F(Deciding, ARollbackBringsNoLengthBackThatTheBoxHasNoPlaceFor) {
+  box_.values().most_tool_lengths = 1;
+  ASSERT_TRUE(box_.accept(box_.propose("assembly-1", 1)));
+  ASSERT_TRUE(box_.rollBack("assembly-1"));
+  ASSERT_TRUE(box_.accept(box_.propose("assembly-2", 1)));
+  EXPECT_EQ(reasonOf(box_.rollBack("assembly-1")), Reason::not_possible_now);
+}
+
 TEST_F(Deciding, NoSumIsMadeWhereAPersonHasDecidedAboutTheTurningAxisSince) {
   const auto sum = std::exchange(box_.values().sum, [](const Record&, const Record&) { return std::nullopt; });
   ASSERT_TRUE(box_.accept(box_.propose("centreline-stylus", 10)));

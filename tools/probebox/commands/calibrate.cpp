@@ -17,8 +17,6 @@
 namespace probebox::command {
 namespace {
 
-using messages::ProcedureState;
-
 constexpr std::size_t kMostOfOneRun = 3;  // results: no method has more subjects
 
 Outcome<messages::StartProcedure::Request, Trouble> requestOf(const Calibrate& choices) {
@@ -52,10 +50,10 @@ class Run {
 
  private:
   ExitStatus conclude(const FollowedRun::Progress& last) {
-    if (last.state == ProcedureState::refused) {
+    if (last.state == RunState::refused) {
       return console_.fail({ExitStatus::failed, "refused", "the calibration was refused: " + last.refusal});
     }
-    if (last.state == ProcedureState::aborted) {
+    if (last.state == RunState::aborted) {
       return console_.fail({ExitStatus::failed, "aborted", "the calibration was aborted; start it again"});
     }
     if (last.result_id == 0) return tellDone(last.method);

@@ -245,9 +245,8 @@ void addProcess(const messages::ProcessStatus& process, Sheet& sheet) {
 // A cut or a run would be measured too, and would suffer.
 std::optional<Trouble> whyNotAtRest(link::Client& box, const Console& console) {
   TRY(const auto run, ask<messages::ProcedureStatus>(box, console));
-  using messages::ProcedureState;
-  const bool measures = run.state == ProcedureState::waiting || run.state == ProcedureState::running ||
-                        run.state == ProcedureState::solving;
+  const bool measures =
+      run.state == RunState::waiting || run.state == RunState::running || run.state == RunState::solving;
   TRY(const auto corrections, ask<messages::Corrections>(box, console));
   if (!measures && !corrections.inhibited) return std::nullopt;
   return Trouble{ExitStatus::box_refused, "wrong_state",

@@ -1,6 +1,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/probebox/cli/json_of.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/text/report.hpp"
@@ -31,7 +32,7 @@ ExitStatus run(const Inhibit& options, const std::string& uri, Console& console)
   const auto corrections = ask<messages::Corrections>(**box, console);
   if (!corrections) return console.fail(corrections.error());
   if (console.json()) {
-    console.object({{"inhibits", inhibitsOf(status->inhibits)}, {"cut_in_progress", corrections->inhibited}});
+    console.object({{"inhibits", jsonOf(status->inhibits)}, {"cut_in_progress", corrections->inhibited}});
     return ExitStatus::ok;
   }
   sayWhoseIsLeft(options, status->inhibits, console);

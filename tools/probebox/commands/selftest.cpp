@@ -137,7 +137,7 @@ ExitStatus run(const Selftest&, const std::string& given, Console& console) {
   FollowedRun walk{*uri, console};
   const auto last = walk.go({.method = "selftest"});
   if (!last) return conclude(last.error(), console);
-  if (last->state == messages::ProcedureState::aborted)
+  if (last->state == RunState::aborted)
     return console.fail({ExitStatus::failed, "aborted", "the selftest was aborted; start it again"});
   if (last->step < last->steps) return console.fail({ExitStatus::failed, "refused", last->refusal});
   const auto seen = measured(walk);

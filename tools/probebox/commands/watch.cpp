@@ -121,7 +121,7 @@ void tellOfTriggers(Latest& latest, Console& console) {
 
 std::string inWords(const messages::ProcedureStatus::Answer& p) {
   std::string all{messages::nameOf(p.state)};
-  if (p.state == messages::ProcedureState::waiting || p.state == messages::ProcedureState::running) {
+  if (p.state == RunState::waiting || p.state == RunState::running) {
     all += " step " + std::to_string(p.step + 1) + " of " + std::to_string(p.steps);
   }
   return all;

@@ -8,15 +8,14 @@
 namespace probebox::command {
 namespace {
 
-using messages::ProcedureState;
 using messages::StepPhase;
 
 constexpr milliseconds kPeriod{200};
 constexpr milliseconds kReconnectPatience{10'000};
 constexpr milliseconds kBeginPatience{3000};  // between the answer to "start" and the first word about the run
 
-bool isOver(ProcedureState state) {
-  return state == ProcedureState::proposed || state == ProcedureState::refused || state == ProcedureState::aborted;
+bool isOver(RunState state) {
+  return state == RunState::proposed || state == RunState::refused || state == RunState::aborted;
 }
 
 }  // namespace
@@ -78,8 +77,8 @@ Outcome<FollowedRun::Progress, Trouble> FollowedRun::askAgain() {
 
 // The person at the keyboard says that the step begins, or that it is done.
 void FollowedRun::markByHand(const Progress& progress) {
-  const bool begins = progress.state == ProcedureState::waiting;
-  if (!begins && progress.state != ProcedureState::running) return;
+  const bool begins = progress.state == RunState::waiting;
+  if (!begins && progress.state != RunState::running) return;
   const auto marked = ask<messages::PostMarker>(*box_, console_,
                                                 {.procedure = run_,
                                                  .step = progress.step,
@@ -101,7 +100,7 @@ Trouble FollowedRun::replaced(std::uint32_t other) {
 void FollowedRun::show(const Progress& progress) {
   if (console_.json()) return console_.object(describe(progress));
   switch (progress.state) {
-    case ProcedureState::waiting:
+    case RunState::waiting:
       if (progress.steps == 0) return console_.progress(progress.prompt);
       console_.line(progress.prompt);
       if (!told_of_keys_ && console_.hasKeys())
@@ -110,10 +109,10 @@ void FollowedRun::show(const Progress& progress) {
             "press Enter.");
       told_of_keys_ = true;
       return;
-    case ProcedureState::running:
+    case RunState::running:
       return console_.progress(printed("step %u of %u: measuring%s", progress.step + 1, progress.steps,
                                        console_.hasKeys() ? "; press Enter when it is done" : ""));
-    case ProcedureState::solving:
+    case RunState::solving:
       return console_.line("solving");
     default:
       return;

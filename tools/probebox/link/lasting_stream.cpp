@@ -56,23 +56,11 @@ void LastingStream::start() {
 
 // A stream can be resumed only once the next sample exists, which is a moment after the old link broke.
 bool LastingStream::startAgain() {
-  if (fallBack()) return true;
   if (!tally_.begun() || ++refusals_ > kMostRefusals) {
     trouble_ = troubleOf(*box_->failure(), console_);
     return false;
   }
   std::this_thread::sleep_for(kResumePause);
-  start();
-  return true;
-}
-
-// A box of an earlier version.
-bool LastingStream::fallBack() {
-  const bool refused = box_->failure() && box_->failure()->code == messages::ErrorCode::refused;
-  if (!refused || options_.profile == messages::Profile::raw) return false;
-  console_.note("probebox: the box does not send profile " + std::string{messages::nameOf(options_.profile)} +
-                "; continuing with raw");
-  options_.profile = messages::Profile::raw;
   start();
   return true;
 }

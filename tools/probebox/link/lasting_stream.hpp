@@ -15,9 +15,9 @@ class LastingStream : private link::StreamListener {
  public:
   struct Options {
     messages::Policy policy{};
-    messages::Profile profile{};  // a box that does not send this one sends raw
-    milliseconds patience{};      // how long to wait for a box that has gone
-    bool triggers{};              // also ask for triggers
+    messages::Profile profile{};
+    milliseconds patience{};  // how long to wait for a box that has gone
+    bool triggers{};          // also ask for triggers
   };
 
   // `listener` receives what comes over every link; it and `console` outlive the stream.
@@ -53,7 +53,6 @@ class LastingStream : private link::StreamListener {
   std::optional<Trouble> connect(milliseconds limit);
   void start();
   bool startAgain();
-  bool fallBack();
   void lose();
   bool search();
 

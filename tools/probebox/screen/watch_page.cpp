@@ -225,7 +225,7 @@ void deflections(Page& page, const WatchState& state) {
 std::string inWords(const messages::ProcedureStatus::Answer& p) {
   std::string all{messages::nameOf(p.state)};
   if (!p.method.empty()) all = p.method + "  " + all;
-  if (p.state == messages::ProcedureState::waiting || p.state == messages::ProcedureState::running)
+  if (p.state == RunState::waiting || p.state == RunState::running)
     all += printed("  step %u of %u  ", p.step + 1, p.steps) + p.prompt;
   return p.refusal.empty() ? all : all + "  " + p.refusal;
 }

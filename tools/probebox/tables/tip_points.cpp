@@ -68,7 +68,8 @@ std::array<double, kPointColumns.size()> valuesOf(const TipPoint& point) {
 std::optional<std::string> whyNoTip(const messages::Descriptor& descriptor) {
   const auto& tip = descriptor.tip;
   if (!tip.has_deflection && tip.ball_radius_mm == 0 && tip.noise_nm == 0)
-    return "the box does not say how samples become positions of the tip: it has an older version; update it";
+    return "the recording does not say how samples become positions of the tip: record them from a box (pack makes "
+           "none)";
   if (!tip.has_deflection)
     return "the channels are no deflections of a stylus (a touch-trigger probe, or a sensor head in the spindle)";
   for (std::size_t i = 0; i + 1 < kChannels.size(); ++i) {

@@ -19,7 +19,6 @@ Json describe(const messages::Status::Answer& status);
 Json describe(const messages::Corrections::Answer& corrections);
 Json describe(const messages::ProcedureStatus::Answer& procedure);
 Json describe(const messages::ResultSummary& result);
-Json describe(const messages::EdgeCounters& edges);
 Json describe(const messages::ResultTransition& transition);
 Json describe(const messages::Trigger& trigger);
 
@@ -48,7 +47,6 @@ bool isVerdict(std::string_view key);
 std::string rmsUnitOf(const messages::ResultSummary& result);
 // "17  proposed  delay-multi-speed  tau 5447.1 +/- 5.0 us"
 std::string line(const messages::ResultSummary& result);
-Json inhibitsOf(const std::vector<messages::InhibitHolder>& holders);
 std::string line(const messages::InhibitHolder& holder);
 std::string line(const messages::Corrections::Answer& corrections);
 std::string page(const messages::Corrections::Answer& corrections);

@@ -178,10 +178,6 @@ std::string readableNs(double ns) {
   return printed("%.1f s", ns * 1e-9);
 }
 
-Json describe(const messages::EdgeCounters& edges) {
-  return jsonOf(edges);
-}
-
 Json describe(const messages::Descriptor& d) {
   return {{"board", d.board},
           {"serial_number", d.serial_number},

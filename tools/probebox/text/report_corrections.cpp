@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
@@ -129,8 +130,8 @@ std::string line(const messages::Corrections::Answer& c) {
   std::string all = state +
                     printed("  X %+.4f  Y %+.4f  Z %+.4f mm to be added (", c.correction_mm[0], c.correction_mm[1],
                             c.correction_mm[2]) +
-                    maskOf(c.mask) +
-                    printed(")  age %u ms  heartbeat %u", c.age_ms, static_cast<unsigned>(c.heartbeat));
+                    maskOf(c.mask) + ")  age " + std::to_string(c.age_ms) + " ms  heartbeat " +
+                    std::to_string(c.heartbeat);
   const auto is_known = [](double sd_s) { return sd_s > 0; };
   if (std::ranges::none_of(c.delay.sd_s, is_known)) return all + "  delay not calibrated";
   all += "  tau";

@@ -67,6 +67,18 @@ TEST_F(BesideTheStore, TheCoreLeavesADamagedResultThatAPersonGoesBackFrom) {
   EXPECT_THAT(results_.storageProblems(), SizeIs(1));
 }
 
+TEST_F(BesideTheStore, ADamagedResultThatIsNamedByItsNumberIsSaidToBeDamagedAndLeft) {
+  const auto id = acceptedDelay(0.004);
+  damage(id);
+  told_.clear();
+  const auto back = results_.rollBack(id, "Ada");
+  ASSERT_FALSE(back);
+  EXPECT_EQ(back.error().reason, store::Reason::damaged);
+  EXPECT_THAT(results_.active(), IsEmpty());
+  EXPECT_THAT(told_, SizeIs(1));
+  EXPECT_THAT(results_.storageProblems(), SizeIs(1));
+}
+
 TEST_F(BesideTheStore, ARollbackPassesOverADamagedResult) {
   const auto first = acceptedDelay(0.004), second = acceptedDelay(0.005);
   acceptedDelay(0.006);
