@@ -18,7 +18,7 @@ constexpr app::StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.05}, {0.5, 0
 
 Boot::Boot(Office& office, const std::filesystem::path& file, const procedure::Facts& facts)
     : office_{office},
-      core_{states_},
+      core_{states_, commands_},
       calibrations_{store::Store::openAnyhow(file.string()),
                     {.probe_serial_number = "1", .machine = "mill", .mounting = "spindle", .travel = usualTravel()},
                     facts,

@@ -18,8 +18,8 @@ constexpr Nanoseconds kDeadline = std::chrono::milliseconds{50};
 
 }  // namespace
 
-CaptureThread::CaptureThread(std::vector<std::unique_ptr<io::EventSource>> sources, const TimeSource& time,
-                             EventQueue& queue, WakeUp& core, Counters& counters, SourceTable& table)
+CaptureThread::CaptureThread(std::vector<std::unique_ptr<io::EventSource>> sources, TimeSource& time, EventQueue& queue,
+                             WakeUp& core, Counters& counters, SourceTable& table)
     : sources_{std::move(sources)},
       time_{time},
       queue_{queue},
@@ -44,7 +44,7 @@ void CaptureThread::run() {
   while (!stopping_) {
     waitForSources();
     // Read before the sources are: all they hold is at or before what is said next about time.
-    const MonoTime now = time_.now();
+    const MonoTime now = time_.advance(queue_.isHalfFull());
     for (const auto& source : sources_) drain(*source, now);
     tellProblems();
     if (now - last_said >= kTimeAdvances) {

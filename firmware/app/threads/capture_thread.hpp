@@ -24,7 +24,7 @@ class CaptureThread {
   static constexpr Nanoseconds kTimeAdvances = std::chrono::milliseconds{10};
 
   // `table` gets one row per source.
-  CaptureThread(std::vector<std::unique_ptr<io::EventSource>> sources, const TimeSource& time, EventQueue& queue,
+  CaptureThread(std::vector<std::unique_ptr<io::EventSource>> sources, TimeSource& time, EventQueue& queue,
                 WakeUp& core, Counters& counters, SourceTable& table);
   ~CaptureThread();
   CaptureThread(const CaptureThread&) = delete;
@@ -38,7 +38,7 @@ class CaptureThread {
   void tellProblems();
 
   std::vector<std::unique_ptr<io::EventSource>> sources_;
-  const TimeSource& time_;
+  TimeSource& time_;
   EventQueue& queue_;
   WakeUp& core_;
   Counters& counters_;

@@ -58,7 +58,10 @@ void CoreThread::run() {
       take(event);
       ++counters_.progress.core;
     }
-    while (commands_.pop(event)) take(event);
+    while (commands_.pop(event)) {
+      take(event);
+      commands_.setApplied();
+    }
   }
 }
 
@@ -116,6 +119,7 @@ bool CoreThread::feedItem() {
 
 void CoreThread::state(const box::State& state) {
   for (const auto& reader : readers_) reader->publish(state);
+  commands_.setPublished();
   ++counters_.progress.state;
   if (journal_ && worker_ != nullptr) worker_->notify();
 }

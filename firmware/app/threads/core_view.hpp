@@ -10,7 +10,7 @@ namespace probebox::app {
 class CoreView {
  public:
   // `states` is the worker's own reader.
-  explicit CoreView(StateBuffer& states) : states_{states} {}
+  CoreView(StateBuffer& states, const CommandQueue& commands) : states_{states}, commands_{commands} {}
 
   // Holds until the next call.
   const box::State& newest() { return states_.newest(); }
@@ -18,21 +18,18 @@ class CoreView {
   // Waits until the core has published a state that includes all earlier commands. False when the core makes no
   // progress. Only for threads that may wait.
   bool seesWhatWasTold() {
-    // Not the next state but the one after it: the next may have been made while the event still waited.
-    constexpr int kStates = 2;
     constexpr int kPatience_ms = 2000;
-    auto seen = newest().at;
-    for (int waited_ms = 0, states = 0; waited_ms < kPatience_ms; ++waited_ms) {
+    const auto told = commands_.pushed();
+    for (int waited_ms = 0; waited_ms < kPatience_ms; ++waited_ms) {
+      if (commands_.published() >= told) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds{1});
-      if (newest().at == seen) continue;
-      seen = newest().at;
-      if (++states == kStates) return true;
     }
     return false;
   }
 
  private:
   StateBuffer& states_;
+  const CommandQueue& commands_;
 };
 
 }  // namespace probebox::app

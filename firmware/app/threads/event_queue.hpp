@@ -19,6 +19,10 @@ class EventQueue {
   // Replaces `event` by the oldest one. Returns false when there is none.
   bool pop(Event& event);
 
+  // For the pushing thread.
+  bool isHalfFull() const {
+    return tail_.load(std::memory_order_relaxed) - head_.load(std::memory_order_acquire) > capacity_ / 2;
+  }
   // Momentary number of events, for high-water marks.
   std::size_t size() const;
 

@@ -186,7 +186,7 @@ struct Daemon::Parts {
   WakeUp links_wake_up;
   CoreThread core;
   StateBuffer& state_for_watch{core.addStateReader()};
-  CoreView core_view{core.addStateReader()};
+  CoreView core_view{core.addStateReader(), commands};
   Calibrations calibrations;
   DoorBook doors;
   ServedRecord served;

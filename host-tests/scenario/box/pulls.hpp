@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -10,8 +9,8 @@ namespace probebox::scenario {
 // Errors in the unit of the standard deviation that was stated with each.
 class Pulls {
  public:
-  // Lower limit for what two sets of noise gave 0.4 to 0.7 for: an sd about 1.4 times too large.
-  static constexpr double kCautious = 0.35;
+  // For what two sets of noise gave 0.4 to 0.7 for: an sd about 1.4 times too large.
+  static constexpr double kCautious = 0.5;
 
   void add(double value, double truth, double sd) {
     ASSERT_GT(sd, 0);
@@ -20,12 +19,14 @@ class Pulls {
     squares_ += pull * pull;
     ++count_;
   }
-  // The mean square of 20 and more independent errors leaves 0.5 to 1.6 about once in twenty; the seeds are fixed. A
-  // third of the runs has wider limits. least: smaller where the stated sd is known to be too large.
-  void expectHonest(double least = 0.5) const {
+  // Limits of the mean square of so many independent errors (Wilson and Hilferty's approximation of chi-square): twice
+  // the standard deviation of its cube root, and three times it where a test sees a third of its runs; the seeds are
+  // fixed. least: smaller than 1 where the stated sd is known to be too large.
+  void expectHonest(double least = 1) const {
     ASSERT_GE(count_, 8);
-    EXPECT_GT(squares_ / count_, runsAreComplete() ? least : std::min(least, kCautious));
-    EXPECT_LT(squares_ / count_, runsAreComplete() ? 1.6 : 2.1);
+    const double variance = 2.0 / (9.0 * count_), width = (runsAreComplete() ? 2 : 3) * std::sqrt(variance);
+    EXPECT_GT(squares_ / count_, least * std::pow(1 - variance - width, 3));
+    EXPECT_LT(squares_ / count_, std::pow(1 - variance + width, 3));
     ::testing::Test::RecordProperty("mean_square", std::to_string(squares_ / count_));
   }
 

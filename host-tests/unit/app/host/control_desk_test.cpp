@@ -36,7 +36,7 @@ class Desk : public testing::Test {
   SourceTable sources_;
   CommandQueue commands_;
   StateBuffer states_;
-  CoreView core_{states_};
+  CoreView core_{states_, commands_};
   Calibrations calibrations_{store::Store::openAnyhow(folder_.file("results.db")),
                              {.probe_serial_number = "1", .machine = "mill", .mounting = "spindle", .travel = {}},
                              {},

@@ -1,4 +1,5 @@
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <gtest/gtest.h>
 #include <thread>
@@ -6,6 +7,7 @@
 #include "firmware/app/threads/command_queue.hpp"
 #include "firmware/app/threads/event_queue.hpp"
 #include "firmware/app/threads/spsc_queue.hpp"
+#include "firmware/app/threads/time_source.hpp"
 #include "firmware/app/threads/triple_buffer.hpp"
 
 namespace probebox::app {
@@ -155,6 +157,50 @@ TEST(CommandQueue, TakesCommandsOfManyThreads) {
   }
   first.join();
   second.join();
+}
+
+TEST(EventQueue, IsHalfFullBeforeItRefuses) {
+  EventQueue queue{4096};
+  EXPECT_FALSE(queue.isHalfFull());
+  int pushed = 0;
+  while (!queue.isHalfFull()) ASSERT_TRUE(queue.push(TimeAdvanced{})) << ++pushed;
+  EXPECT_TRUE(queue.push(TimeAdvanced{}));
+  Event event;
+  while (queue.pop(event)) {
+  }
+  EXPECT_FALSE(queue.isHalfFull());
+}
+
+// The second command is seen by nobody before a state is published behind it.
+TEST(CommandQueue, SaysWhichCommandsEachReaderOfTheStateCanSee) {
+  CommandQueue commands;
+  ASSERT_TRUE(commands.push(TimeAdvanced{}));
+  ASSERT_TRUE(commands.push(TimeAdvanced{}));
+  EXPECT_EQ(commands.pushed(), 2U);
+  Event event;
+  ASSERT_TRUE(commands.pop(event));
+  commands.setPublished();
+  EXPECT_EQ(commands.published(), 0U) << "published while it was applied";
+  commands.setApplied();
+  commands.setPublished();
+  EXPECT_EQ(commands.published(), 1U);
+  ASSERT_TRUE(commands.pop(event));
+  commands.setApplied();
+  EXPECT_EQ(commands.published(), 1U);
+  commands.setPublished();
+  EXPECT_EQ(commands.published(), commands.pushed());
+}
+
+TEST(TimeSource, LeadsTheEmulatedMachineNoFasterThanItIsFollowed) {
+  using namespace std::chrono_literals;
+  TimeSource time{10};
+  const auto start = time.now();
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(time.now(), start) << "goes on in advance() alone";
+  EXPECT_EQ(time.advance(true), start) << "held";
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(time.advance(false) - start, 50ms) << "5 ms at a time";
+  EXPECT_LT(TimeSource{}.now(), TimeSource{}.now());
 }
 
 }  // namespace
