@@ -34,14 +34,18 @@ class OnTheMachine : public testing::Test {
     auto daemon = app::Daemon::start(options, descriptions_);
     ASSERT_TRUE(daemon) << daemon.error().what;
     daemon_ = std::move(*daemon);
-    for (int attempt = 0; attempt < 600 && !locked(); ++attempt) std::this_thread::sleep_for(50ms);
-    EXPECT_TRUE(locked());
+    for (int attempt = 0; attempt < 600 && !isReady(); ++attempt) std::this_thread::sleep_for(50ms);
+    EXPECT_TRUE(isReady());
   }
   Finished box(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"-u", daemon_->uris().front()});
     return probebox(arguments);
   }
-  bool locked() { return box({"status", "--json"}).out.find("\"locked\"") != std::string::npos; }
+  // The clock is locked, and the control has homed its axes: a run in which they are homed ends.
+  bool isReady() {
+    return box({"status", "--json"}).out.find("\"locked\"") != std::string::npos &&
+           box({"corrections", "--json"}).object()["referenced"] == true;
+  }
 
   double time_scale_;
   RuntimeDirectory directory_;

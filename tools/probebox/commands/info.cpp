@@ -50,8 +50,8 @@ ExitStatus ofRecording(const std::string& path, Console& console) {
 
 // The descriptor names the delay in the samples, which follows a change of the delay in force with the next block.
 bool isUpToDate(const messages::Descriptor& descriptor, const messages::Corrections::Answer& now) {
-  const bool applied = now.delay.calibrated && now.delay_applied;
-  return descriptor.delay.calibrated == applied && (!applied || descriptor.delay.tau_s == now.delay.tau_s);
+  using Delays = decltype(now.delay.tau_s);
+  return descriptor.delay.tau_s == (now.delay_applied ? now.delay.tau_s : Delays{});
 }
 
 }  // namespace

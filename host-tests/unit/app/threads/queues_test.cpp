@@ -200,7 +200,6 @@ TEST(TimeSource, LeadsTheEmulatedMachineNoFasterThanItIsFollowed) {
   EXPECT_EQ(time.advance(true), start) << "held";
   std::this_thread::sleep_for(20ms);
   EXPECT_EQ(time.advance(false) - start, 50ms) << "5 ms at a time";
-  EXPECT_LT(TimeSource{}.now(), TimeSource{}.now());
 }
 
 }  // namespace
