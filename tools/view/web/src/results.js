@@ -5,7 +5,7 @@ import { acceptance, beside, name, quantities } from "./verdict.js";
 const ORDER = ["active", "accepted", "proposed", "refused", "retired"];
 const day = (utc) => (utc ? utc.replace("T", " ").replace(/(\.\d+)?Z$/, "") : "");
 
-// The first value of the results about one subject, one after the other, with bars of U: u is absent from an older box, then of 2 sd.
+// The first value of the results about one subject, one after the other, with bars of U, or of 2 sd where nobody knows u.
 function trend(all, id) {
   const same = all.filter((one) => one.subject === all.find((other) => other.id === id)?.subject && Object.keys(one.result).length > 0).slice(-10);
   const key = Object.keys(same.at(-1)?.result ?? {})[0];

@@ -14,7 +14,7 @@ async function assemblies() {
   const newest = new Map();
   for (const one of some) if (one.state === "active" || !newest.has(one.subject)) newest.set(one.subject, one);
   return [...newest.values()].map((one) => {
-    const of = (key) => ({ value: one.result[key] ?? null, u: one.u?.[key] ?? one.sd[key] ?? null }); // an older box has no u
+    const of = (key) => ({ value: one.result[key] ?? null, u: one.u?.[key] ?? one.sd[key] ?? null });
     return { tool: Number(one.subject.slice(9)), state: one.state, id: one.id, L3: of("assembled_length_mm"), W: [of("compensation_mm[0]"), of("compensation_mm[1]")], L4: of("compensation_mm[2]") };
   });
 }
