@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <iterator>
 
+#include "host-tests/support/runs.hpp"
 #include "on_the_machine.hpp"
 #include "tools/probebox/link/box.hpp"
 
@@ -123,10 +124,11 @@ TEST_F(WithADelay, FindsWhatAHeadThatSwivelsIsOff) {
   ASSERT_FALSE(pivot.is_null());
   const auto& head = *descriptions_.world->swivel_head;
   EXPECT_NEAR(pivot["result"]["pivot_xz_mm[0]"].get<double>(), head.pivot_mm[0], 2e-3);
-  const auto lean = proposedBy("a-axis-alignment", "A_tilt_rad");
-  ASSERT_FALSE(lean.is_null());
-  EXPECT_NEAR(lean["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle->tilt[1], 5e-5);
-
+  if (runsAreComplete()) {
+    const auto lean = proposedBy("a-axis-alignment", "A_tilt_rad");
+    ASSERT_FALSE(lean.is_null());
+    EXPECT_NEAR(lean["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle->tilt[1], 5e-5);
+  }
   const auto by_shank = proposedBy("a-axis-alignment", "A_tilt_rad", {"--shank"});
   ASSERT_FALSE(by_shank.is_null());
   EXPECT_NEAR(by_shank["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle->tilt[1], 5e-5);
