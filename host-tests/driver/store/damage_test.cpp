@@ -17,6 +17,7 @@
 #include "host-tests/decided/decided.hpp"
 #include "host-tests/support/file_content.hpp"
 #include "host-tests/support/in_child.hpp"
+#include "host-tests/support/runs.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 #include "scratch.hpp"
 
@@ -164,7 +165,7 @@ TEST_F(Damage, OfTheHeaderIsNotTakenForAFileWithoutTheRightToWrite) {
 // Any bit of the file, one at a time: a result that is in force is the one that was, to the last digit; one that is not
 // any more is named; and the store takes new ones.
 TEST_F(Damage, OfAnyOneBitNeverPutsAnotherNumberIntoForceInSilence) {
-  constexpr int kTrials = 3000;
+  const auto trials = static_cast<int>(runs(3000));
   fill();
   const auto sound = contentOf(scratch_.file());
   std::map<std::string, metrology::Result> truth;
@@ -175,7 +176,7 @@ TEST_F(Damage, OfAnyOneBitNeverPutsAnotherNumberIntoForceInSilence) {
   const support::TemporaryFolder folder{support::inMemory()};
   std::mt19937_64 random{20261122};
   int harmless = 0, worst = 0, took_several = 0;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < trials; ++trial) {
     const auto file = folder.file("results-" + std::to_string(trial) + ".db");
     auto damaged = sound;
     const auto bit = random() % (8 * sound.size());
@@ -207,8 +208,8 @@ TEST_F(Damage, OfAnyOneBitNeverPutsAnotherNumberIntoForceInSilence) {
     ASSERT_TRUE(decided::accept(store, *fresh, "Ada", "t4")) << when;
     for (const auto& entry : std::filesystem::directory_iterator{folder.path()}) std::filesystem::remove(entry);
   }
-  EXPECT_LT(took_several, kTrials / 25) << "a bit takes one result with it, seldom a page or the table of contents";
-  EXPECT_GT(harmless, kTrials / 2);
+  EXPECT_LT(took_several, trials / 25) << "a bit takes one result with it, seldom a page or the table of contents";
+  EXPECT_GT(harmless, trials / 2);
   RecordProperty("harmless", harmless);
   RecordProperty("worst", worst);
   RecordProperty("took_several", took_several);

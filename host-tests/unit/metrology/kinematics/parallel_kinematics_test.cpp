@@ -10,6 +10,7 @@
 
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/support/runs.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -224,7 +225,7 @@ TEST(DelayJoints, OfADeltaAreAsUncertainAsItSays) {
   const Machine machine = slides();
   std::mt19937_64 random{4};
   Moments pulls;
-  for (int trial = 0; trial < 60; ++trial) {
+  for (std::uint64_t trial = 0; trial < runs(60); ++trial) {
     simulation::Scene simulated = scene(machine);
     simulated.speeds_mm_s = {10.0, 30.0};
     for (double& more : simulated.more_delay_s) more = uniform(random, -0.001, 0.003);
