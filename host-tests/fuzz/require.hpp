@@ -40,10 +40,10 @@ inline void require(bool condition, std::string_view what = {},
 }
 
 // How often a test feeds something else: PROBEBOX_ROUNDS, or all where PROBEBOX_RUNS is set (tools/test --all), or a
-// third.
+// quarter.
 inline int rounds(int all) {
   if (const char* text = std::getenv("PROBEBOX_ROUNDS")) return std::atoi(text);
-  return std::getenv("PROBEBOX_RUNS") != nullptr ? all : all / 3;
+  return std::getenv("PROBEBOX_RUNS") != nullptr ? all : all / 4;
 }
 
 }  // namespace probebox::fuzz

@@ -9,6 +9,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/sweep.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "pulls.hpp"
 #include "watched_twin.hpp"
 
@@ -74,7 +75,7 @@ void activate(Scenario& scenario, const metrology::Result& result) {
 
 TEST(ScrewSweep, FindsTheFaceWithTheUncertaintyThatItStates) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(6); ++seed) {
     const auto axis = static_cast<std::size_t>(seed % 3);
     Scenario scenario{warm(1 + 0.5 * static_cast<double>(seed), 0.2 * static_cast<double>(seed)), seed};
     scenario.recorder().keeps_bytes = false;

@@ -27,7 +27,7 @@ using Eigen::Vector3d;
 using procedure::LiveMethod;
 using testing::HasSubstr;
 
-constexpr std::uint64_t kHeadSeeds = 10;
+const std::uint64_t kHeadSeeds = runs(10);
 
 world::ToolConfig& headIn(world::Config& config) {
   auto& tools = config.probe_spindle.further_tools;

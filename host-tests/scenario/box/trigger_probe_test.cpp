@@ -114,7 +114,7 @@ TEST(TriggerProbe, FindsAxesAsWellAsItSays) {
 // What the sensor head measures without touching, and what such a box does in its place.
 TEST(TriggerProbe, FindsTheErrorsOfARotaryAxisByTouchingItsBalls) {
   Pulls translations, rotations;
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(8); ++seed) {
     auto config = turningWorld(500 + seed);
     world::Random random{seed, 95};
     config.touch_trigger = someSwitch(random);

@@ -73,7 +73,7 @@ TEST(TriggerProbe, FindsTheErrorOfTheHeadAsWellAsItSays) {
 // radii, and the lobes cancel over half a turn of A.
 TEST(TriggerProbe, FindsTheErrorOfTheHeadByTipAndShank) {
   Pulls across, along;
-  for (std::uint64_t seed = 1; seed <= 2 * kSwitchSwivelSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(40); ++seed) {
     const auto config = withSwitch(shankWorld(600 + seed), seed);
     Scenario scenario{config, seed};
     ASSERT_TRUE(qualified(scenario, 1));

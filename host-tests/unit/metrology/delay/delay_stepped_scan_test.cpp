@@ -27,7 +27,7 @@ using testing::Gt;
 using testing::Lt;
 
 const std::uint64_t kScanTrials = support::kSanitized ? 20 : runs(80);
-const double kWider = runsAreComplete() ? 1 : 1.5;  // limits of what scatters by more than the square root tells
+const double kWider = runsAreComplete() ? 1 : 2;  // limits of what scatters by more than the square root tells
 
 struct ScanSetting {
   std::string name;

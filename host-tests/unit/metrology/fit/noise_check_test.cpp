@@ -186,7 +186,7 @@ TEST(NoiseCheck, KnowsHowWellTheNoiseOfTouchesIsLearned) {
   }
   EXPECT_LE(warned, 5);
   if (kSlower == 1) {
-    EXPECT_THAT(outside, runsAreComplete() ? AllOf(Ge(30), Le(95)) : AllOf(Ge(6), Le(38))) << "a tenth is expected";
+    EXPECT_THAT(outside, runsAreComplete() ? AllOf(Ge(30), Le(95)) : AllOf(Ge(4), Le(30))) << "a tenth is expected";
   }
 }
 
