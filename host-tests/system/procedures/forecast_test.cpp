@@ -112,9 +112,8 @@ TEST_F(Forecasts, SayForWhichMachineTheyAre) {
   using testing::HasSubstr;
   using testing::Not;
   const auto of_box = box({"plan", "centreline"});
-  EXPECT_THAT(of_box.out, AllOf(HasSubstr("for emulated three-axis mill with SIM-PROBE-1, as the box tcp:127.0.0.1:"),
-                                HasSubstr("the run would be refused: centreline needs the system delay"),
-                                HasSubstr("of the box: "), Not(HasSubstr("stylus ball of"))))
+  EXPECT_THAT(of_box.out, AllOf(HasSubstr("SIM-PROBE-1"), HasSubstr("tcp:127.0.0.1"), HasSubstr("refused: centreline"),
+                                HasSubstr("box: "), Not(HasSubstr("stylus ball of"))))
       << of_box.err;
   const auto machine = forecast({"centreline"})["machine"];
   EXPECT_NEAR(machine["deflections_hz"].get<double>(), 2000, 20);
