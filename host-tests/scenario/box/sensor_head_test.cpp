@@ -209,7 +209,7 @@ TEST(LiveBallPlateByHead, NeedsTheHeadsCalibration) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   EXPECT_THAT(procedure::whyNoHead(procedure::kRotaryAxisErrors, scenario.facts)->what,
-              HasSubstr("probebox calibrate sensor-head-calibration"));
+              HasSubstr("calibrate sensor-head-calibration"));
   const auto solved = readByHead(scenario, {.angles = 4});
   ASSERT_TRUE(solved && !solved->ok()) << "its calibration may have been rolled back meanwhile";
   EXPECT_EQ(solved->error().name, "no-sensor-head");
