@@ -189,13 +189,13 @@ TEST(Safety, GuardsNothingWhereTheControlCannot) {
     for (const auto& part : read.parts) {
       for (const auto& move : part.moves) EXPECT_FALSE(move.guarded) << name;
     }
-    EXPECT_THAT(text, HasSubstr("NOTHING STOPS WHEN THE PROBE TOUCHES")) << name;
+    EXPECT_THAT(text, HasSubstr("NOTHING STOPS")) << name;
   }
 }
 
 TEST(Safety, SaysThatTheProbeIsToBeSwitchedOn) {
   for (const auto name : dialectNames())
-    EXPECT_THAT(written(cases()[0], *dialectNamed(name)), HasSubstr("HAS TO BE SWITCHED ON")) << name;
+    EXPECT_THAT(written(cases()[0], *dialectNamed(name)), HasSubstr("SWITCHED ON")) << name;
 }
 
 TEST(Safety, HasNoFeedAboveTheLimit) {
@@ -251,7 +251,7 @@ TEST(Safety, RefusesAWayThroughAnotherBall) {
   const auto refused = unroll(planOf(tilted), plate);
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().what,
-              testing::AllOf(HasSubstr("step 5"), HasSubstr("B -90 and C 0"), HasSubstr("come to ball 3")));
+              testing::AllOf(HasSubstr("step 5"), HasSubstr("B -90"), HasSubstr("C 0"), HasSubstr("ball 3")));
   plate.balls_mm = {{60, 0, 0}, {-20, 52, 10}, {20, -52, 20}};
   EXPECT_TRUE(unroll(planOf(tilted), plate));
 }
@@ -283,10 +283,10 @@ TEST(Safety, KeepsTheStylusOffTheOppositePlate) {
     const auto blocks = unroll(planOf({&procedure::kDelayPlates, options}), with);
     return blocks ? std::string{} : blocks.error().what;
   };
-  EXPECT_THAT(whyNot(5), testing::AllOf(HasSubstr("A gap of 5 mm is too narrow for a stylus ball of 6 mm"),
-                                        HasSubstr("use a wider gap"), Not(HasSubstr("--clearance"))));
-  EXPECT_THAT(whyNot(7), HasSubstr("2.1 mm off the plate"));
-  EXPECT_THAT(whyNot(8), HasSubstr("less clearance (--clearance), below 0.5 mm"));
+  EXPECT_THAT(whyNot(5), testing::AllOf(HasSubstr("5 mm"), HasSubstr("6 mm"), HasSubstr("wider gap"),
+                                        Not(HasSubstr("--clearance"))));
+  EXPECT_THAT(whyNot(7), HasSubstr("2.1 mm"));
+  EXPECT_THAT(whyNot(8), testing::AllOf(HasSubstr("(--clearance)"), HasSubstr("0.5 mm")));
   EXPECT_THAT(whyNot(8.2), IsEmpty());
   ProcedureOptions close;
   close.clearance_mm = 0.4;
@@ -329,7 +329,7 @@ TEST(Safety, OrientsTheSpindleByItsOwnWord) {
     const auto text = written(aligned, *dialectNamed(name));
     EXPECT_GE(interpret(text).orientations, 4) << name;
     EXPECT_THAT(text, HasSubstr(name == "siemens" ? "\nSPOS=180.000\n" : "\nM19 R180.000")) << name;
-    EXPECT_THAT(text, HasSubstr("ORIENTATION OF THE SPINDLE")) << name;
+    EXPECT_THAT(text, HasSubstr("ORIENTATION")) << name;
   }
   Setting named = setting();
   named.words = {"C", "A", "C2="};
@@ -381,10 +381,9 @@ TEST(Safety, TakesNoOtherLengthOffsetThanG43) {
 TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
   for (const auto name : dialectNames()) {
     const auto text = written(cases()[9], *dialectNamed(name));
-    EXPECT_THAT(inOneLine(text),
-                HasSubstr("ARCS OF THE SCAN IN THE DRY RUN. NO SKIP INPUT ENDS AN ARC. THEY RUN AT Z 90.000 OR HIGHER"))
+    EXPECT_THAT(inOneLine(text), testing::AllOf(HasSubstr("ARCS OF"), HasSubstr("SKIP INPUT"), HasSubstr("Z 90.000")))
         << name;
-    EXPECT_THAT(inOneLine(text), HasSubstr("ENDS EACH STRAIGHT MOVE THAT IS TO MEET NOTHING")) << name;
+    EXPECT_THAT(inOneLine(text), HasSubstr("STRAIGHT MOVE")) << name;
     EXPECT_THAT(inOneLine(written(cases()[0], *dialectNamed(name))), Not(HasSubstr("ARCS OF THE SCAN"))) << name;
     const auto read = interpret(text);
     int arcs = 0;
@@ -400,7 +399,7 @@ TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
 TEST(Safety, SaysThatItIsForMachiningCentres) {
   for (const auto name : dialectNames()) {
     const auto text = inOneLine(written(cases()[0], *dialectNamed(name)));
-    EXPECT_THAT(text, testing::AllOf(HasSubstr("FOR MACHINING CENTRES, NOT FOR LATHES"), HasSubstr("TURRET"))) << name;
+    EXPECT_THAT(text, testing::AllOf(HasSubstr("LATHES"), HasSubstr("TURRET"))) << name;
     EXPECT_EQ(text.find("SYSTEM A") != std::string::npos, name == "fanuc") << name;
     EXPECT_EQ(text.find("DIAMOF") != std::string::npos, name == "siemens") << name;
   }
