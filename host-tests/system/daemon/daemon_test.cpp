@@ -10,7 +10,7 @@ namespace probebox::app {
 namespace {
 
 TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
-  start();
+  startForRuns();
   auto host = connect();
   ASSERT_TRUE(host->waitForLock());
   const auto status = host->calibrate();
@@ -42,7 +42,7 @@ TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
 }
 
 TEST_F(RunningDaemon, LetsAnAcceptedResultWaitForTheEndOfACut) {
-  start();
+  startForRuns();
   auto host = connect();
   ASSERT_TRUE(host->waitForLock());
   const auto status = host->calibrate();
@@ -121,7 +121,7 @@ TEST_F(RunningDaemon, StreamsEveryTriggerWithThePositionThatTheRegistersHave) {
     std::vector<messages::Trigger> all;
     std::uint64_t lost{};
   } triggers;
-  start();
+  startForRuns();
   auto host = connect(&triggers);
   ASSERT_TRUE(host->waitForLock());
   ASSERT_TRUE(host->eventually([&] { return host->ask<messages::ProcedureStatus>().referenced; }));
