@@ -39,10 +39,11 @@ inline void require(bool condition, std::string_view what = {},
   std::abort();
 }
 
-// How often a test feeds something else: PROBEBOX_ROUNDS, for a longer look, or the usual number.
-inline int rounds(int usual) {
-  const char* text = std::getenv("PROBEBOX_ROUNDS");
-  return text != nullptr ? std::atoi(text) : usual;
+// How often a test feeds something else: PROBEBOX_ROUNDS, or all where PROBEBOX_RUNS is set (tools/test --all), or a
+// quarter.
+inline int rounds(int all) {
+  if (const char* text = std::getenv("PROBEBOX_ROUNDS")) return std::atoi(text);
+  return std::getenv("PROBEBOX_RUNS") != nullptr ? all : all / 4;
 }
 
 }  // namespace probebox::fuzz

@@ -151,7 +151,9 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas, b
     means.columns.push_back(parameters);
     parameters += 1 + (quantity.ball ? 1 : 0) + (quantity.stylus ? 1 : 0);
   }
-  if (rows.empty()) return Refusal{"missing-orientation", "no reading is at the angle for which its table is named"};
+  if (rows.empty())
+    return Refusal{"missing-orientation",
+                   "no reading is at the angle for which its table is named: read the ball there"};
   Eigen::MatrixXd design = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), parameters);
   Eigen::VectorXd values{design.rows()};
   for (Eigen::Index k = 0; k < design.rows(); ++k) {

@@ -24,7 +24,7 @@ struct Config {
 
 Outcome<Config, Refusal> readConfig(const Dataset& dataset) {
   TRY(const auto sigma, configNumber(dataset, "sigma_mm"));
-  if (sigma && *sigma < 0.0) return Refusal{"bad-config", "config key 'sigma_mm' is negative"};
+  if (sigma && *sigma < 0.0) return Refusal{"bad-config", "config key 'sigma_mm' must not be negative"};
   TRY(const auto radius, configPositive(dataset, "radius_mm"));
   TRY(const auto least, configPositive(dataset, "radius_min_mm"));
   TRY(const auto greatest, configPositive(dataset, "radius_max_mm"));

@@ -18,7 +18,7 @@ Outcome<ScrewModel, Refusal> readScrew(const Dataset& dataset) {
   TRY(auto screw, screwOf(dataset));
   TRY(const auto gain, requiredNumber(dataset, "K"));
   TRY(const auto threshold, requiredNumber(dataset, "threshold_rpm"));
-  if (threshold < 0.0) return Refusal{"bad-config", "config key 'threshold_rpm' is negative"};
+  if (threshold < 0.0) return Refusal{"bad-config", "config key 'threshold_rpm' must not be negative"};
   TRY(const auto reference, configNumber(dataset, "reference_um"));
   TRY(const auto table, checkedTable(dataset, "sector_table", kSectorColumns));
   screw.gain = gain;

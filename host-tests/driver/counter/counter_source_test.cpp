@@ -170,7 +170,7 @@ TEST_F(CounterSourceTest, SaysThatNothingLatches) {
   run(900ms);
   EXPECT_EQ(source->problem(), "");
   run(200ms);
-  EXPECT_THAT(std::string{source->problem()}, HasSubstr("check that the sync line is wired to its input"));
+  EXPECT_THAT(std::string{source->problem()}, HasSubstr("sync line"));
   latches = true;
   run(5ms);
   EXPECT_EQ(source->problem(), "");
@@ -260,8 +260,7 @@ TEST_F(CounterSourceTest, IsGoneAloneAndComesBack) {
 
 TEST_F(CounterSourceTest, RefusesBitsThatTheDeviceContradicts) {
   open({.ceiling = 9999}, {.bits = 16});
-  EXPECT_THAT(std::string{source->problem()},
-              HasSubstr("wraps after its ceiling of 9999, and box.toml says 'bits' = 16"));
+  EXPECT_THAT(std::string{source->problem()}, testing::AllOf(HasSubstr("9999"), HasSubstr("'bits' = 16")));
   for (const auto& [ceiling, bits] : {std::pair{std::uint64_t{99'999}, std::uint8_t{16}},
                                       {std::uint64_t{0x2FFFF}, std::uint8_t{17}},
                                       {std::uint64_t{0xFFFF'FFFF}, std::uint8_t{64}}}) {
@@ -274,7 +273,7 @@ TEST_F(CounterSourceTest, RefusesBitsThatTheDeviceContradicts) {
     EXPECT_EQ(source->problem(), "") << "turns of 24 bits fit into its range";
   }
   open({.ceiling = std::nullopt}, {});
-  EXPECT_THAT(std::string{source->problem()}, HasSubstr("does not say where its count wraps"));
+  EXPECT_THAT(std::string{source->problem()}, HasSubstr("wraps"));
 }
 
 }  // namespace

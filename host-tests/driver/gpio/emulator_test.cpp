@@ -96,7 +96,7 @@ TEST(LinuxGpio, RefusesADeviceThatIsNoGpioChip) {
   lines.chip = "/dev/null";
   const auto acquired = LinuxGpio{lines}.acquire();
   ASSERT_FALSE(acquired.ok());
-  EXPECT_THAT(acquired.error().what, ::testing::HasSubstr("no such gpio chip; gpiodetect"));
+  EXPECT_THAT(acquired.error().what, ::testing::HasSubstr("gpiodetect"));
 }
 
 }  // namespace

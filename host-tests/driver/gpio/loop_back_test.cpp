@@ -78,9 +78,8 @@ TEST(StampLateness, IsRefusedWhenMoreThanHalfIsLostAndNamesTheJumper) {
   EXPECT_TRUE(stampLateness(pulsesOf({5, -1}), lines()));
   const auto refused = stampLateness(pulsesOf({5, -1, -1}), lines());
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().what,
-            "2 of 3 pulses of the loop-back never came back: is the jumper from gpiochip7 line 0 (loop-back output) to "
-            "gpiochip7 line 1 (loop-back input) in place?");
+  EXPECT_THAT(refused.error().what,
+              AllOf(HasSubstr("2 of 3"), HasSubstr("gpiochip7 line 0"), HasSubstr("gpiochip7 line 1")));
   EXPECT_FALSE(stampLateness({}, lines()));
 }
 
@@ -179,13 +178,12 @@ TEST_F(LoopBackOnAChip, NeverDrivesWhatTheBoxWatchesUnderAnotherName) {
     return std::vector<ChipLines>{{chip, {{"sync", line, {}}}}};
   };
   for (const auto* chip : {"gpiochip7", MockChip::kNode, MockChip::kLabel}) {
-    EXPECT_THAT(refusal(lines(), watched(chip, "OUT")),
-                HasSubstr("line 0 (loop-back output) is the line of 'sync': give each a line of its own"));
-    EXPECT_THAT(refusal(lines(), watched(chip, 1U)), HasSubstr("(loop-back input) is the line of 'sync'"));
+    EXPECT_THAT(refusal(lines(), watched(chip, "OUT")), testing::AllOf(HasSubstr("line 0"), HasSubstr("'sync'")));
+    EXPECT_THAT(refusal(lines(), watched(chip, 1U)), testing::AllOf(HasSubstr("loop-back"), HasSubstr("'sync'")));
   }
   auto same = lines();
   same.input.line = "OUT";
-  EXPECT_THAT(refusal(same), HasSubstr("(loop-back output) is the line of 'loop-back input'"));
+  EXPECT_THAT(refusal(same), testing::AllOf(HasSubstr("loop-back"), HasSubstr("'loop-back input'")));
   EXPECT_EQ(chip_->risesDriven(), 0);
   // One that is not there is nobody's.
   chip_->join([] { return 1000; });
@@ -196,11 +194,10 @@ TEST_F(LoopBackOnAChip, NeverDrivesWhatTheBoxWatchesUnderAnotherName) {
 TEST_F(LoopBackOnAChip, NamesWhatCannotBeHad) {
   auto elsewhere = lines();
   elsewhere.input.chip = "gpiochip9";
-  EXPECT_THAT(refusal(elsewhere), HasSubstr("gpiochip9: there is no such gpio chip"));
-  EXPECT_THAT(refusal(lines(5, 1)), HasSubstr("gpiochip7 has no line 5 (loop-back output)"));
+  EXPECT_THAT(refusal(elsewhere), testing::AllOf(HasSubstr("gpiochip9"), HasSubstr("no such")));
+  EXPECT_THAT(refusal(lines(5, 1)), testing::AllOf(HasSubstr("gpiochip7"), HasSubstr("line 5")));
   plug({{"OUT", false, ""}, {"BACK", false, "spindle-monitor"}});
-  EXPECT_THAT(refusal(lines()), AllOf(HasSubstr("line 1 (loop-back input) is held by 'spindle-monitor'"),
-                                      HasSubstr("give the box another line")));
+  EXPECT_THAT(refusal(lines()), AllOf(HasSubstr("line 1"), HasSubstr("'spindle-monitor'"), HasSubstr("another line")));
 }
 
 }  // namespace

@@ -146,7 +146,7 @@ TEST_F(Quadrature, RefusesARateBeyondItsLimitAndSaysSo) {
   turn(190, 200ms);  // 950 edges/s
   EXPECT_EQ(source->problem(), "");
   turn(500, 200ms);  // 1550
-  EXPECT_THAT(std::string{source->problem()}, HasSubstr("faster than 1000 a second"));
+  EXPECT_THAT(std::string{source->problem()}, HasSubstr("1000"));
   const auto refused = all<SourceLost>();
   ASSERT_EQ(refused.size(), 1U);
   EXPECT_EQ(refused[0].reason, LossReason::overrun);

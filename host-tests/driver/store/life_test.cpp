@@ -235,7 +235,7 @@ TEST_F(ResultsLife, ARollbackOfAnotherMountingTouchesNothingHere) {
 TEST_F(ResultsLife, ARetiredResultComesBackByItsSubjectAndTheRefusalSaysSo) {
   const auto id = accepted(1e-3);
   ASSERT_TRUE(decided::rollBack(store_, kBinding, "Ada", "t3"));
-  EXPECT_THAT(decided::accept(store_, id, "Ada", "t4").error().what, HasSubstr("probebox rollback delay --by NAME"));
+  EXPECT_THAT(decided::accept(store_, id, "Ada", "t4").error().what, HasSubstr("rollback delay"));
   ASSERT_TRUE(decided::rollBack(store_, kBinding, "Ada", "t5"));
   EXPECT_EQ(activeId(), id);
 }

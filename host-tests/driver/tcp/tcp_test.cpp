@@ -105,11 +105,11 @@ TEST_F(TcpConnection, GivesNothingWhenNobodyWaits) {
 }
 
 TEST_F(TcpConnection, IsRefusedWithARemedy) {
-  EXPECT_THAT(Listener::open(listener_->address()).error().what, HasSubstr("another process listens there"));
-  EXPECT_THAT(Listener::open({"203.0.113.1", 0}).error().what, HasSubstr("does not have that address"));
+  EXPECT_THAT(Listener::open(listener_->address()).error().what, HasSubstr("another process"));
+  EXPECT_THAT(Listener::open({"203.0.113.1", 0}).error().what, HasSubstr("that address"));
   const auto gone = listener_->address();
   listener_.reset();
-  EXPECT_THAT(connectTcp(gone, kConnectPatience).error().what, HasSubstr("nothing listens there"));
+  EXPECT_THAT(connectTcp(gone, kConnectPatience).error().what, HasSubstr("nothing listens"));
 }
 
 TEST_F(TcpConnection, GetsItsPortBackAtOnceAfterARestart) {

@@ -98,15 +98,17 @@ TEST_F(Finding, TakesTheOnlyOneOrTheOneThatIsNamed) {
 
 TEST_F(Finding, NamesWhatIsThereWhenTheChoiceIsNotClear) {
   EXPECT_EQ(openError().kind, Kind::absent);
-  EXPECT_THAT(openError("PB-0009").what, AllOf(HasSubstr("no probebox PB-0009"), HasSubstr("lsusb")));
+  EXPECT_THAT(openError("PB-0009").what, AllOf(HasSubstr("PB-0009"), HasSubstr("lsusb")));
   bus_->plug(kFirst);
   bus_->plug(kSecond);
   const auto absent = openError("PB-0009");
   EXPECT_EQ(absent.kind, Kind::absent);
-  EXPECT_THAT(absent.what, AllOf(HasSubstr("PB-0009"), HasSubstr("PB-0001 (at 1-1), PB-0002 (at 1-2.4)")));
+  EXPECT_THAT(absent.what, AllOf(HasSubstr("PB-0009"), HasSubstr("PB-0001"), HasSubstr("1-1"), HasSubstr("PB-0002"),
+                                 HasSubstr("1-2.4")));
   const auto several = openError();
   EXPECT_EQ(several.kind, Kind::ambiguous);
-  EXPECT_THAT(several.what, AllOf(HasSubstr("several"), HasSubstr("PB-0001 (at 1-1), PB-0002 (at 1-2.4)")));
+  EXPECT_THAT(several.what, AllOf(HasSubstr("several"), HasSubstr("PB-0001"), HasSubstr("1-1"), HasSubstr("PB-0002"),
+                                  HasSubstr("1-2.4")));
 }
 
 TEST_F(Finding, TellsTwinsApartByTheirPlace) {
@@ -144,8 +146,8 @@ TEST_F(Finding, NamesWhoHasTheInterface) {
   bus_->claimElsewhere("1-2.4", "cdc_acm");
   const auto program = openError("PB-0001");
   EXPECT_EQ(program.kind, Kind::busy);
-  EXPECT_THAT(program.what, AllOf(HasSubstr("usb:PB-0001: in use by another program"), HasSubstr("end that program")));
-  EXPECT_THAT(openError("PB-0002").what, HasSubstr("in use by the kernel's driver cdc_acm"));
+  EXPECT_THAT(program.what, AllOf(HasSubstr("usb:PB-0001"), HasSubstr("in use"), HasSubstr("that program")));
+  EXPECT_THAT(openError("PB-0002").what, testing::AllOf(HasSubstr("kernel's"), HasSubstr("cdc_acm")));
   for (const auto& box : find(usb::kLink)) EXPECT_EQ(accessTo(box), Access::busy) << box.path;
 }
 

@@ -72,8 +72,8 @@ TEST_F(ReceiverWithCounters, NamesAnAxisWhoseCounterItDoesNotSend) {
   read(source);
   send(packets(1));
   read(source);
-  EXPECT_THAT(source.problem(), AllOf(HasSubstr("it sends 3 axis counters, and [encoder.Y] of box.toml reads number 5"),
-                                      HasSubstr("correct 'channel'")));
+  EXPECT_THAT(source.problem(), AllOf(HasSubstr("3 axis"), HasSubstr("[encoder.Y]"), HasSubstr("box.toml"),
+                                      HasSubstr("number 5"), HasSubstr("correct 'channel'")));
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ TEST_F(Receiver, GivesEverythingInOrderWhateverRoomThereIs) {
 TEST_F(Receiver, NeedNotBeThereAndIsFoundWhenItComes) {
   LinuxReceiver source{""};
   EXPECT_TRUE(read(source).empty());
-  EXPECT_THAT(source.problem(), AllOf(HasSubstr("no probe receiver is on USB"), HasSubstr("plug it in")));
+  EXPECT_THAT(source.problem(), AllOf(HasSubstr("no probe"), HasSubstr("plug")));
   EXPECT_GE(source.descriptor(), 0) << "plugging in must wake the reader";
   bus_->plug(kReceiver);
   waitUntil(source, [&] { return connected(); });
@@ -150,7 +150,7 @@ TEST_F(Receiver, IsChosenByItsSerialNumber) {
   EXPECT_EQ(ours.name(), "probe receiver usb:RX-9");
   LinuxReceiver absent{"RX-1"};
   read(absent);
-  EXPECT_THAT(absent.problem(), AllOf(HasSubstr("no probe receiver RX-1"), HasSubstr("there is RX-7")));
+  EXPECT_THAT(absent.problem(), AllOf(HasSubstr("RX-1"), HasSubstr("RX-7")));
 }
 
 TEST_F(Receiver, ThatAnotherProgramHasIsNamedWithTheRemedyAndTriedAgain) {
@@ -158,7 +158,7 @@ TEST_F(Receiver, ThatAnotherProgramHasIsNamedWithTheRemedyAndTriedAgain) {
   bus_->claimElsewhere("1-3", "usbfs");
   LinuxReceiver source{""};
   read(source);
-  EXPECT_THAT(source.problem(), AllOf(HasSubstr("usb:RX-7: in use by another program"), HasSubstr("end that program")));
+  EXPECT_THAT(source.problem(), AllOf(HasSubstr("usb:RX-7"), HasSubstr("in use"), HasSubstr("that program")));
   bus_->unplug("1-3");
   auto again = kReceiver;
   again.address = 8;
@@ -183,8 +183,8 @@ TEST_F(Receiver, ThatMayNotBeOpenedIsNamedWithTheRemedyForADaemon) {
   {
     const AsNobody nobody;
     read(source);
-    EXPECT_THAT(source.problem(), AllOf(HasSubstr("usb:RX-7: no permission to open /dev/bus/usb/001/007"),
-                                        HasSubstr("60-probeboxd.rules")));
+    EXPECT_THAT(source.problem(),
+                AllOf(HasSubstr("permission"), HasSubstr("/dev/bus/usb/001/007"), HasSubstr("60-probeboxd.rules")));
   }
   now_ += LinuxReceiver::kRetry;
   read(source);

@@ -7,6 +7,7 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
 #include "pulls.hpp"
@@ -22,7 +23,7 @@ const ProcedureOptions kFiveAngles{.angles = 5};
 
 TEST(LiveBallPlate, TellsTheErrorsOfTheAxisAtEveryAngle) {
   Pulls translations, rotations;
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(8); ++seed) {
     const auto config = turningWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kRotaryAxisErrors, kFiveAngles);
@@ -45,7 +46,7 @@ TEST(LiveBallPlate, TellsTheErrorsOfTheAxisAtEveryAngle) {
 
 TEST(LiveBallPlate, FindsWhereTheAxisIs) {
   Pulls pulls;
-  for (std::uint64_t seed = 11; seed <= 16; ++seed) {
+  for (std::uint64_t seed = 11; seed <= 10 + runs(6); ++seed) {
     const auto config = usualWorld();
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kRotaryAxisErrors, kFiveAngles);

@@ -99,14 +99,11 @@ std::array<double, 6> errorsOnTheScales(const Scenario& scenario, const world::C
     scales.col(k) = onTheScales(scenario, config, at_zero);
     turned.col(k) = shown(config, scenario.machine().partPoint(at_zero, {.c_rad = phi_rad}));
   }
-  const Eigen::Isometry3d seen{Eigen::umeyama(straight, scales, false)};
+  const Eigen::Isometry3d seen = motionBetween(straight, scales);
   const Eigen::AngleAxisd turn{phi_rad, Vector3d::UnitZ()};
   const Eigen::Matrix3Xd ideal = turn.toRotationMatrix() * ((seen * straight).colwise() - kTableAxis);
   const Eigen::Matrix3Xd real = (seen * turned).colwise() - kTableAxis;
-  const Eigen::Isometry3d motion{Eigen::umeyama(ideal, real, false)};
-  const Eigen::AngleAxisd rotation{motion.linear()};
-  const Vector3d eps = rotation.angle() * rotation.axis(), shift = motion.translation();
-  return {shift.x(), shift.y(), shift.z(), eps.x(), eps.y(), eps.z()};
+  return sixErrorsOf(motionBetween(ideal, real));
 }
 
 void addErrors(Pulls& translations, Pulls& rotations, const metrology::Result& result, const world::Config& config,
@@ -195,7 +192,7 @@ TEST(LiveStations, CostNothingOnAStraightMachine) {
 TEST(LiveMounts, TellTheErrorsOfCFromTwoMountsOfThePlate) {
   Pulls translations, rotations;
   double sd_in_one = 0, sd_in_two = 0;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(6); ++seed) {
     auto config = turningWorld(seed);
     config.part_spindle.further_mounts[0] = {.turn_rad = {0.01, -0.02, 0.4}, .shift_mm = {3, -2, 25}};
     config.part_spindle.further_mount_count = 1;

@@ -10,6 +10,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
 #include "pulls.hpp"
@@ -44,10 +45,7 @@ std::array<double, 6> trueErrorsOfB(const world::Config& config, const world::Ma
     ideal.col(k) = turn * (shown(config, at_zero) - kAxisPoint);
     real.col(k) = shown(config, machine.partPoint(at_zero, {.tilt_rad = tilt_rad})) - kAxisPoint;
   }
-  const Eigen::Isometry3d motion{Eigen::umeyama(ideal, real, false)};
-  const Eigen::AngleAxisd rotation{motion.linear()};
-  const Vector3d eps = rotation.angle() * rotation.axis(), shift = motion.translation();
-  return {shift.x(), shift.y(), shift.z(), eps.x(), eps.y(), eps.z()};
+  return sixErrorsOf(motionBetween(ideal, real));
 }
 
 ProcedureOptions aboutB(Scenario& scenario, std::span<const double> tilts_deg, std::uint8_t mounts = 0) {
@@ -62,7 +60,7 @@ ProcedureOptions aboutB(Scenario& scenario, std::span<const double> tilts_deg, s
 
 TEST(LivePlateOnB, TellsTheErrorsOfTheTableAtEveryTilt) {
   Pulls translations, rotations;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(6); ++seed) {
     const auto config = tiltingWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kRotaryAxisErrors, aboutB(scenario, kTilts_deg));
@@ -87,7 +85,7 @@ TEST(LivePlateOnB, TellsTheErrorsOfTheTableAtEveryTilt) {
 TEST(LivePlateOnB, TellsTheErrorsOfTheTableFromTwoMounts) {
   constexpr std::array<double, 3> kFew_deg{-60, -30, 0};
   Pulls pulls;
-  for (std::uint64_t seed = 21; seed <= 28; ++seed) {
+  for (std::uint64_t seed = 21; seed <= 20 + runs(8); ++seed) {
     auto config = tiltingWorld(seed);
     config.part_spindle.further_mounts[0] = {.turn_rad = {0, 0, 0.3}, .shift_mm = {40, 0, 0}};
     config.part_spindle.further_mount_count = 1;

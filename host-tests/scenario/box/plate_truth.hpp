@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <random>
 
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "host-tests/emulation/scenario.hpp"
 
 // The balls that C of the emulated machine carries, and what C really does.
@@ -22,6 +23,27 @@ inline Eigen::Vector3d shown(const world::Config& config, const world::Vector3& 
   return vector(at) - Eigen::Vector3d{spindle.stylus_offset_mm[0], spindle.stylus_offset_mm[1], 0};
 }
 
+// The rigid motion that leads `from` nearest to `to`, column by column (Kabsch).
+inline Eigen::Isometry3d motionBetween(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
+  const Eigen::Vector3d middle = from.rowwise().mean(), moved = to.rowwise().mean();
+  const auto svd = metrology::singularSystem((to.colwise() - moved) * (from.colwise() - middle).transpose());
+  Eigen::Matrix3d left = svd.left;
+  const Eigen::Matrix3d right = svd.right;
+  const auto handedness = [](const Eigen::Matrix3d& m) { return m.col(0).cross(m.col(1)).dot(m.col(2)); };
+  if (handedness(left) * handedness(right) < 0) left.col(2) = -left.col(2);  // no reflection
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  motion.linear() = left * right.transpose();
+  motion.translation() = moved - motion.linear() * middle;
+  return motion;
+}
+
+// Translation in mm and rotation vector in rad of a motion.
+inline std::array<double, 6> sixErrorsOf(const Eigen::Isometry3d& motion) {
+  const Eigen::AngleAxisd rotation{motion.linear()};
+  const Eigen::Vector3d eps = rotation.angle() * rotation.axis(), shift = motion.translation();
+  return {shift.x(), shift.y(), shift.z(), eps.x(), eps.y(), eps.z()};
+}
+
 // The motion of three balls beside the nominal turn, exactly: translation at the nominal axis point, and rotation.
 inline std::array<double, 6> trueErrors(const world::Config& config, const world::Machine& machine, double phi_rad) {
   const Eigen::Vector3d point{330, 200, -300};
@@ -34,10 +56,7 @@ inline std::array<double, 6> trueErrors(const world::Config& config, const world
     ideal.col(k) = turn * (shown(config, at_zero) - point);
     real.col(k) = shown(config, machine.partPoint(at_zero, {.c_rad = phi_rad})) - point;
   }
-  const Eigen::Matrix4d motion = Eigen::umeyama(ideal, real, false);
-  const Eigen::AngleAxisd rotation{motion.topLeftCorner<3, 3>()};
-  const Eigen::Vector3d eps = rotation.angle() * rotation.axis();
-  return {motion(0, 3), motion(1, 3), motion(2, 3), eps.x(), eps.y(), eps.z()};
+  return sixErrorsOf(motionBetween(ideal, real));
 }
 
 inline world::Config turningWorld(std::uint64_t seed) {

@@ -13,7 +13,6 @@ namespace {
 using namespace std::chrono_literals;
 using messages::ErrorCode;
 using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 world::Config warmingSlowly() {
   auto config = warmingWorld();
@@ -109,7 +108,6 @@ TEST_F(Restart, InMidCalibrationLosesTheRunAndTheReferencesAndNothingElse) {
   EXPECT_EQ(boot_->procedure().state, RunState::idle);
   const auto refusal = endOf(run, 3);
   EXPECT_EQ(refusal.code, ErrorCode::wrong_state);
-  EXPECT_THAT(refusal.text, StartsWith("No procedure is running: start one"));
 
   // No axis has a reference; what is served stands where the machine stands, and says that it is not valid.
   scenario().run(20ms);

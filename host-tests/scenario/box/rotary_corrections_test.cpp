@@ -6,6 +6,7 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/support/runs.hpp"
 #include "protocol/units/angle.hpp"
 #include "pulls.hpp"
 #include "watched_twin.hpp"
@@ -163,7 +164,7 @@ class SeededTable : public TurningTable {
 
 TEST(TurningTables, AreCorrectedWithTheUncertaintyThatTheResultStates) {
   Pulls pulls;
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) SeededTable{seed}.addTo(pulls);
+  for (std::uint64_t seed = 1; seed <= runs(8); ++seed) SeededTable{seed}.addTo(pulls);
   pulls.expectHonest();
 }
 

@@ -27,7 +27,7 @@ using Eigen::Vector3d;
 using procedure::LiveMethod;
 using testing::HasSubstr;
 
-constexpr std::uint64_t kHeadSeeds = 10;
+const std::uint64_t kHeadSeeds = runs(10);
 
 world::ToolConfig& headIn(world::Config& config) {
   auto& tools = config.probe_spindle.further_tools;
@@ -209,7 +209,7 @@ TEST(LiveBallPlateByHead, NeedsTheHeadsCalibration) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   EXPECT_THAT(procedure::whyNoHead(procedure::kRotaryAxisErrors, scenario.facts)->what,
-              HasSubstr("probebox calibrate sensor-head-calibration"));
+              HasSubstr("calibrate sensor-head-calibration"));
   const auto solved = readByHead(scenario, {.angles = 4});
   ASSERT_TRUE(solved && !solved->ok()) << "its calibration may have been rolled back meanwhile";
   EXPECT_EQ(solved->error().name, "no-sensor-head");

@@ -137,7 +137,7 @@ TEST(LiveSpindleAlignmentByShank, TouchesFromOppositeSidesWithTheSpindleTurnedBe
 
 TEST(LiveSwivelErrorByShank, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) {
   Pulls across;
-  for (std::uint64_t seed = 1; seed <= 2 * kSwivelSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(40); ++seed) {
     const auto config = shankWorld(seed);
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kSwivelError, byShank(procedure::kSwivelError));

@@ -114,7 +114,7 @@ TEST(TriggerProbe, FindsAxesAsWellAsItSays) {
 // What the sensor head measures without touching, and what such a box does in its place.
 TEST(TriggerProbe, FindsTheErrorsOfARotaryAxisByTouchingItsBalls) {
   Pulls translations, rotations;
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(8); ++seed) {
     auto config = turningWorld(500 + seed);
     world::Random random{seed, 95};
     config.touch_trigger = someSwitch(random);
@@ -189,7 +189,7 @@ TEST(TriggerProbe, FindsTheLeanOfItsSpindleWithoutAPreTravel) {
       EXPECT_EQ(scenario.dataset().config.count("pre_travel_result"), 0U);
       if (seed > 1) continue;
       expectTheSameFrom(scenario.dataset(), *found);
-      EXPECT_THAT(found->unobservable, testing::Contains(HasSubstr("lobes of the pre-travel")));
+      EXPECT_THAT(found->unobservable, testing::Contains(HasSubstr("pre-travel")));
     }
     tilt.expectHonest(Pulls::kCautious);
   }
@@ -204,7 +204,7 @@ TEST(TriggerProbe, RefusesAReadingWhosePreTravelIsNotInForceAnyMore) {
   ASSERT_TRUE(solved);
   ASSERT_FALSE(solved->ok());
   EXPECT_EQ(solved->error().name, "no-pre-travel");
-  EXPECT_THAT(solved->error().reason, HasSubstr("probebox calibrate pre-travel"));
+  EXPECT_THAT(solved->error().reason, HasSubstr("calibrate pre-travel"));
 }
 
 TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
@@ -233,7 +233,7 @@ TEST(TriggerProbe, NeedsItsPreTravelBeforeItFindsAPlace) {
   facts.trigger_probe = procedure::TriggerProbe{};
   const auto why = procedure::whyUnready(procedure::kCentreline, facts, true);
   ASSERT_TRUE(why);
-  EXPECT_THAT(why->what, HasSubstr("probebox calibrate pre-travel"));
+  EXPECT_THAT(why->what, HasSubstr("calibrate pre-travel"));
   facts.trigger_probe->pre_travels = {procedure::PreTravel{}};
   EXPECT_FALSE(procedure::whyUnready(procedure::kCentreline, facts, false)) << "and no delay";
   EXPECT_FALSE(procedure::whyUnready(procedure::kToolSetter, facts, false));
@@ -245,13 +245,12 @@ TEST(TriggerProbe, IsRefusedWhereItCannotGiveTheReadings) {
   auto facts = usualFacts();
   facts.trigger_probe = procedure::TriggerProbe{.pre_travels = {procedure::PreTravel{}}};
   for (const auto* method : {&procedure::kDelayMultiSpeed, &procedure::kDelayPlates, &procedure::kDelayInOut})
-    EXPECT_THAT(procedure::whyUnready(*method, facts, true)->what, HasSubstr("a touch-trigger probe delivers none"));
+    EXPECT_THAT(procedure::whyUnready(*method, facts, true)->what, HasSubstr("touch-trigger"));
   EXPECT_THAT(procedure::whyUnready(procedure::kSelftest, facts, true)->what, HasSubstr("no channels"));
   EXPECT_THAT(procedure::whyUnready(procedure::kSensorHeadCalibration, facts, true)->what,
-              AllOf(HasSubstr("has no channels for them: describe"), Not(HasSubstr("--head"))));
+              AllOf(HasSubstr("channels"), Not(HasSubstr("--head"))));
   const auto& rotary = procedure::kRotaryAxisErrors;
-  EXPECT_THAT(procedure::whyUnready(rotary, facts, true, procedure::ReadBy::head)->what,
-              HasSubstr("omit --head, and the same balls are touched with the touch-trigger probe"));
+  EXPECT_THAT(procedure::whyUnready(rotary, facts, true, procedure::ReadBy::head)->what, HasSubstr("--head"));
   EXPECT_FALSE(procedure::whyUnready(rotary, facts, true)) << "as that remedy says";
   facts.sensor_head->calibrated.reset();
   const auto by_head = procedure::readied(rotary, {.head = true}, facts, {});
@@ -259,7 +258,7 @@ TEST(TriggerProbe, IsRefusedWhereItCannotGiveTheReadings) {
   EXPECT_THAT(by_head.error().what, HasSubstr("omit --head")) << "a calibration of the head would be refused";
   const auto ready = procedure::readied(procedure::kCentreline, {.overtravel_mm = 0.1}, facts, {});
   ASSERT_FALSE(ready.ok());
-  EXPECT_THAT(ready.error().what, HasSubstr("give 0.3 to"));
+  EXPECT_THAT(ready.error().what, HasSubstr("0.3"));
 }
 
 TEST(TriggerProbe, IsNotQualifiedWhereItsShankWouldTouchTheSphere) {
@@ -270,9 +269,9 @@ TEST(TriggerProbe, IsNotQualifiedWhereItsShankWouldTouchTheSphere) {
     return ready ? std::string{} : ready.error().what;
   };
   EXPECT_EQ(why({}), "") << "the shank that is described begins above the sphere";
-  EXPECT_THAT(why({.overtravel_mm = 1}), HasSubstr("of room. Use a larger stylus ball"));
+  EXPECT_THAT(why({.overtravel_mm = 1}), HasSubstr("larger stylus"));
   facts.probe_shank->from_mm = 5;
-  EXPECT_THAT(why({}), HasSubstr("a shank of 5 mm radius"));
+  EXPECT_THAT(why({}), HasSubstr("5 mm"));
   facts.probe_shank->radius_mm = 1.5;
   EXPECT_EQ(why({}), "");
 }

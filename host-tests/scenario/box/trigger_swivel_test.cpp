@@ -73,7 +73,7 @@ TEST(TriggerProbe, FindsTheErrorOfTheHeadAsWellAsItSays) {
 // radii, and the lobes cancel over half a turn of A.
 TEST(TriggerProbe, FindsTheErrorOfTheHeadByTipAndShank) {
   Pulls across, along;
-  for (std::uint64_t seed = 1; seed <= 2 * kSwitchSwivelSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= runs(40); ++seed) {
     const auto config = withSwitch(shankWorld(600 + seed), seed);
     Scenario scenario{config, seed};
     ASSERT_TRUE(qualified(scenario, 1));
@@ -95,13 +95,13 @@ TEST(TriggerProbe, NeedsThePreTravelOfEveryToolThatItSwivels) {
     const auto error = procedure::whyUnready(procedure::kSwivelError, facts, true, by);
     return error ? error->what : std::string{};
   };
-  EXPECT_THAT(why(procedure::ReadBy::tip), HasSubstr("in tool 2"));
-  EXPECT_THAT(why(procedure::ReadBy::tip), HasSubstr("probebox calibrate pre-travel --tool 2)"));
+  EXPECT_THAT(why(procedure::ReadBy::tip), HasSubstr("tool 2"));
+  EXPECT_THAT(why(procedure::ReadBy::tip), testing::AllOf(HasSubstr("calibrate pre-travel"), HasSubstr("--tool 2")));
   EXPECT_EQ(why(procedure::ReadBy::shank), "") << "of tool 1";
   facts.trigger_probe->pre_travels.push_back({.result_id = 2, .tool = 2});
   EXPECT_EQ(why(procedure::ReadBy::tip), "");
   facts.trigger_probe->pre_travels = {{}};
-  EXPECT_THAT(why(procedure::ReadBy::shank), HasSubstr("in tool 1"));
+  EXPECT_THAT(why(procedure::ReadBy::shank), HasSubstr("tool 1"));
   facts.probe_tools = {};
   EXPECT_EQ(why(procedure::ReadBy::shank), "") << "no other tool carries the probe";
 }
@@ -115,7 +115,7 @@ TEST(TriggerProbe, RefusesATipWhosePreTravelIsNotInForceAnyMore) {
   ASSERT_TRUE(solved);
   ASSERT_FALSE(solved->ok());
   EXPECT_EQ(solved->error().name, "no-pre-travel");
-  EXPECT_THAT(solved->error().reason, HasSubstr("probebox calibrate pre-travel --tool 2"));
+  EXPECT_THAT(solved->error().reason, testing::AllOf(HasSubstr("calibrate pre-travel"), HasSubstr("--tool 2")));
 }
 
 TEST(TriggerProbe, IsQualifiedInToolsThatCarryItAlone) {
@@ -126,7 +126,7 @@ TEST(TriggerProbe, IsQualifiedInToolsThatCarryItAlone) {
     return ready ? std::string{} : ready.error().what;
   };
   EXPECT_EQ(why(2), "");
-  EXPECT_THAT(why(4), HasSubstr("tool 4 does not carry the probe: measure with one of 1, 2"));
+  EXPECT_THAT(why(4), testing::AllOf(HasSubstr("tool 4"), HasSubstr("1, 2")));
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ TEST_P(Repair, OfAStoreLosesNothingHoweverItEnds) {
           ASSERT_THAT(store.damage(), IsEmpty());
           told += store.notice();
         }
-        ASSERT_THAT(told, HasSubstr("results.db.damaged-1, and a new store was begun with the 3 results"));
+        ASSERT_THAT(told, testing::AllOf(HasSubstr("results.db.damaged-1"), HasSubstr("3 results")));
         ASSERT_EQ(support::contentOf(path + ".damaged-1"), damaged);
         const auto again = store::Store::openAnyhow(path);
         ASSERT_THAT(again.notice(), IsEmpty());

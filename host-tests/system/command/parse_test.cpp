@@ -77,15 +77,15 @@ TEST(CommandLine, CalibratesTheDelayUnlessAnotherMethodIsNamed) {
 }
 
 TEST(CommandLine, SuggestsWhatWasMeant) {
-  EXPECT_THAT(complaint("stauts"), AllOf(HasSubstr("stauts"), HasSubstr("did you mean status?")));
-  EXPECT_THAT(complaint("rec -o a"), HasSubstr("did you mean record?"));
-  EXPECT_THAT(complaint("status --jsno"), HasSubstr("did you mean --json?"));
-  EXPECT_THAT(complaint("record -o a --polciy=live"), HasSubstr("did you mean --policy?"));
+  EXPECT_THAT(complaint("stauts"), AllOf(HasSubstr("stauts"), HasSubstr("status?")));
+  EXPECT_THAT(complaint("rec -o a"), HasSubstr("record?"));
+  EXPECT_THAT(complaint("status --jsno"), HasSubstr("--json?"));
+  EXPECT_THAT(complaint("record -o a --polciy=live"), HasSubstr("--policy?"));
   EXPECT_THAT(complaint("xyzzyplugh"), testing::Not(HasSubstr("did you mean")));
 }
 
 TEST(CommandLine, NamesWhatIsMissing) {
-  EXPECT_THAT(complaint(""), HasSubstr("name a command"));
+  EXPECT_THAT(complaint(""), HasSubstr("a command"));
   EXPECT_THAT(complaint("record"), HasSubstr("--output"));
   EXPECT_THAT(complaint("accept 3"), HasSubstr("--by"));
   EXPECT_THAT(complaint("rollback delay"), HasSubstr("--by"));
@@ -120,13 +120,13 @@ TEST(CommandLine, RefusesAnEmptyName) {
         Words{"gcode", "delay-multi-speed", "--dialect", "haas", "-o", "a", "--picture", ""},
         Words{"view", "--cell", ""}, Words{"interference", "--cell", "", "--tool", "1", "--gcode", "a"},
         Words{"interference", "--cell", "a", "--tool", "1", "--gcode", ""}})
-    EXPECT_THAT(refusal(words), HasSubstr("the name of the file is empty")) << words.back();
+    EXPECT_THAT(refusal(words), HasSubstr("is empty")) << words.back();
   for (const auto& words :
        {Words{"solve", ""}, Words{"report", "", "-o", "a"}, Words{"propose", ""}, Words{"verify", ""},
         Words{"export", "", "-o", "a"}, Words{"replay", ""}, Words{"pack", "", "a"}, Words{"provision", ""},
         Words{"update", ""}, Words{"calibrate", ""}, Words{"calibrate", "--save", ""}, Words{"results", ""},
         Words{"history", ""}, Words{"inhibit", "off", "--by", "Ada", "--door", ""}})
-    EXPECT_THAT(refusal(words), HasSubstr("the name is empty")) << words.front();
+    EXPECT_THAT(refusal(words), HasSubstr("is empty")) << words.front();
 }
 
 TEST(CommandLine, TakesACaseOfNoMachineOnSomebodysWord) {
@@ -140,7 +140,7 @@ TEST(CommandLine, HomesAxesAtPositions) {
   EXPECT_EQ(std::get<Home>(std::get<Request>(parsed("home X=0 z=-12.5")).job).axes.size(), 2U);
   for (const auto* line : {"home", "home X", "home W=1", "home X=", "home X=nan", "home X=1mm"})
     EXPECT_THAT(complaint(line), testing::Not("accepted")) << line;
-  EXPECT_THAT(complaint("home X"), HasSubstr("such as X=120.5"));
+  EXPECT_THAT(complaint("home X"), HasSubstr("X=120.5"));
 }
 
 // A program with such a number would move a machine there.
@@ -153,39 +153,38 @@ TEST(CommandLine, WritesNoProgramWithWhatIsNoNumberOrPlace) {
     EXPECT_THAT(complaint(gcode + option), AllOf(HasSubstr(name), HasSubstr("is not"))) << option;
   }
   for (const std::string device : {"ttyS1", "/dev/tty(S1)", "/dev/x;M3"})
-    EXPECT_THAT(complaint(gcode + "--tape " + device), HasSubstr("is not the path of a device")) << device;
+    EXPECT_THAT(complaint(gcode + "--tape " + device), HasSubstr("path")) << device;
 }
 
 TEST(CommandLine, WritesALoopProgramForAllMethodsAlone) {
   const std::string loop = "gcode --loop --dialect fanuc -o a.nc ";
   EXPECT_EQ(complaint(loop + "--axes XYZBC --number 8000 --force"), "accepted");
-  EXPECT_THAT(complaint(loop + "delay-multi-speed"), HasSubstr("omit the method"));
-  EXPECT_THAT(complaint(loop + "--speed 10"), AllOf(HasSubstr("--speed"), HasSubstr("is not for --loop")));
+  EXPECT_THAT(complaint(loop + "delay-multi-speed"), HasSubstr("omit"));
+  EXPECT_THAT(complaint(loop + "--speed 10"), AllOf(HasSubstr("--speed"), HasSubstr("--loop")));
   for (const char* axes : {"XZC", "XYZZ", "XYZU"})
     EXPECT_THAT(complaint(loop + "--axes " + axes), HasSubstr("are XYZ")) << axes;
   EXPECT_THAT(complaint("gcode --dialect fanuc -o a.nc"), HasSubstr("is missing"));
-  EXPECT_THAT(complaint("gcode delay-multi-speed --dialect fanuc -o a.nc --axes XYZ"), HasSubstr("is for --loop"));
+  EXPECT_THAT(complaint("gcode delay-multi-speed --dialect fanuc -o a.nc --axes XYZ"), HasSubstr("--loop"));
 }
 
 // A step that is no number would pass over every hit.
 TEST(CommandLine, NamesTheRangeOfANumber) {
   const std::string check = "interference --cell cell.toml --gcode part.ngc ";
   for (const auto* step : {"nan", "0", "inf", "11"})
-    EXPECT_THAT(complaint(check + "--tool 4 --step " + step), HasSubstr("from 0.01 to 10")) << step;
+    EXPECT_THAT(complaint(check + "--tool 4 --step " + step), HasSubstr("0.01")) << step;
   for (const auto* tool : {"0", "100", "4.5", "-1"})
-    EXPECT_THAT(complaint(check + "--tool " + tool), HasSubstr("a whole number from 1 to 99")) << tool;
+    EXPECT_THAT(complaint(check + "--tool " + tool), HasSubstr("to 99")) << tool;
   for (const auto* port : {"70000", "abc", "-1"})
-    EXPECT_THAT(complaint(std::string{"view --port "} + port), HasSubstr("a whole number from 0 to 65535")) << port;
+    EXPECT_THAT(complaint(std::string{"view --port "} + port), HasSubstr("65535")) << port;
   for (const auto* seconds : {"nan", "601", "-1"})
-    EXPECT_THAT(complaint(std::string{"record -o a --on-trigger --before "} + seconds), HasSubstr("from 0 to 600"));
+    EXPECT_THAT(complaint(std::string{"record -o a --on-trigger --before "} + seconds), HasSubstr("600"));
 }
 
 TEST(CommandLine, NamesTheRangeOfACount) {
   for (const std::string wrong : {"--angles 1000000", "--angles 2.5", "--heights 0", "--turns -1"})
-    EXPECT_THAT(complaint("calibrate centreline " + wrong), HasSubstr("is not a whole number from 1 to 65535"))
-        << wrong;
-  EXPECT_THAT(complaint("calibrate tool-setter --tool -1"), HasSubstr("is not a whole number from 1 to"));
-  EXPECT_THAT(complaint("export a.pbx -o b --points --friction nan"), HasSubstr("is not a number from 0 to 1"));
+    EXPECT_THAT(complaint("calibrate centreline " + wrong), AllOf(HasSubstr("1 to"), HasSubstr("65535"))) << wrong;
+  EXPECT_THAT(complaint("calibrate tool-setter --tool -1"), HasSubstr("from 1"));
+  EXPECT_THAT(complaint("export a.pbx -o b --points --friction nan"), HasSubstr("0 to"));
 }
 
 TEST(CommandLine, TakesNoNameThatForgesAHistory) {
@@ -196,7 +195,7 @@ TEST(CommandLine, TakesNoNameThatForgesAHistory) {
       all.insert(all.end(), {"--by", name});
       const auto refused = probebox(all);
       EXPECT_EQ(refused.status, 2) << name;
-      EXPECT_THAT(refused.err, HasSubstr("The name of the person"));
+      EXPECT_THAT(refused.err, HasSubstr("person"));
     }
   }
   messages::ResultTransition forged;

@@ -49,7 +49,7 @@ TEST(PlainInput, IsNoPipeWithANameAndNoDevice) {
   }
   EXPECT_THAT(probebox({"verify", pipe}).err, HasSubstr(pipe + ": cannot be read (it is a pipe, not a file)"));
   EXPECT_THAT(probebox({"report", "/dev/zero", "-o", folder.file("out")}).err,
-              HasSubstr("/dev/zero: cannot be read (it is a device, not a file)"));
+              AllOf(HasSubstr("/dev/zero"), HasSubstr("a device")));
 }
 
 TEST(PlainInput, IsAPipeThatTheShellHasOpened) {

@@ -70,13 +70,13 @@ TEST(Packing, LeavesItsInputAsItIs) {
   std::ofstream{edges} << "edge_ns\n1000000\n2000000\n";
   const auto packed = probebox({"pack", table, table, "--force"});
   EXPECT_EQ(packed.status, 2);
-  EXPECT_THAT(packed.err, HasSubstr("s.csv is the table itself; name another file"));
+  EXPECT_THAT(packed.err, AllOf(HasSubstr("s.csv"), HasSubstr("itself")));
   EXPECT_EQ(content(table), "sample,x\n5,1\n6,1\n");
   const auto judged = probebox({"clock", "--period-ns", "1000000", edges, edges, "--force"});
   EXPECT_EQ(judged.status, 2);
-  EXPECT_THAT(judged.err, HasSubstr("e.csv has the edges themselves; name another file"));
+  EXPECT_THAT(judged.err, AllOf(HasSubstr("e.csv"), HasSubstr("themselves")));
   EXPECT_EQ(content(edges), "edge_ns\n1000000\n2000000\n");
-  EXPECT_THAT(probebox({"pack", table, ""}).err, HasSubstr("the name of the file to write is empty"));
+  EXPECT_THAT(probebox({"pack", table, ""}).err, HasSubstr("is empty"));
 }
 
 TEST(Exporting, WritesNoTableUnderTheNameOfAnotherFormat) {
@@ -115,16 +115,16 @@ TEST(Packing, NamesLineAndColumnOfWhatItCannotTake) {
   EXPECT_THAT(complaint(""), HasSubstr("empty"));
   EXPECT_THAT(complaint("x,y\n1,2\n"), AllOf(HasSubstr("line 1"), HasSubstr("sample")));
   EXPECT_THAT(complaint("sample\n1\n"), HasSubstr("beside sample"));
-  EXPECT_THAT(complaint("sample,x,x\n1,2,3\n"), HasSubstr("two columns are called x"));
-  EXPECT_THAT(complaint("sample,,x\n1,2,3\n"), HasSubstr("column 2 has no name"));
+  EXPECT_THAT(complaint("sample,x,x\n1,2,3\n"), HasSubstr("called x"));
+  EXPECT_THAT(complaint("sample,,x\n1,2,3\n"), HasSubstr("column 2"));
   EXPECT_THAT(complaint("sample,x\n"), HasSubstr("no row"));
   EXPECT_THAT(complaint("sample,x\n1,2\n2,1.5\n"), AllOf(HasSubstr("line 3"), HasSubstr("column x"), HasSubstr("1.5")));
   EXPECT_THAT(complaint("sample,x\n1,2\n2,\n"), AllOf(HasSubstr("line 3"), HasSubstr("column x")));
   EXPECT_THAT(complaint("sample,x\n1,9223372036854775808\n"), HasSubstr("64 bits"));
   EXPECT_THAT(complaint("sample,x\n1,2,3\n"), HasSubstr("3 values"));
-  EXPECT_THAT(complaint("sample,x\n1,2"), HasSubstr("the last line has no end, so the file may be cut off"));
-  EXPECT_THAT(complaint("sample,x\n1,2\n2,"), HasSubstr("the last line has no end"));
-  EXPECT_THAT(complaint("sample,x\n1,2\n1,2\n"), AllOf(HasSubstr("line 3"), HasSubstr("does not come after")));
+  EXPECT_THAT(complaint("sample,x\n1,2"), HasSubstr("last line"));
+  EXPECT_THAT(complaint("sample,x\n1,2\n2,"), HasSubstr("last line"));
+  EXPECT_THAT(complaint("sample,x\n1,2\n1,2\n"), AllOf(HasSubstr("line 3"), HasSubstr("come after")));
 }
 
 TEST(Packing, TakesTheByteOrderMarkOfASpreadsheet) {
@@ -143,8 +143,8 @@ TEST(Packing, RefusesNamesThatNoRecordingHolds) {
     return refused.err;
   };
   EXPECT_THAT(complaint("sample," + std::string(70'000, 'x')), AllOf(HasSubstr("column 2"), HasSubstr("70000")));
-  EXPECT_THAT(complaint("sample,a\x1b[2J"), AllOf(HasSubstr("column 2"), HasSubstr("a control character")));
-  EXPECT_THAT(complaint("sample,a\u202Eb"), HasSubstr("direction of writing"));
+  EXPECT_THAT(complaint("sample,a\x1b[2J"), AllOf(HasSubstr("column 2"), HasSubstr("control character")));
+  EXPECT_THAT(complaint("sample,a\u202Eb"), HasSubstr("direction"));
   std::string many = "sample";
   for (int k = 0; k < 200; ++k) many += "," + std::to_string(k) + std::string(95, 'x');
   EXPECT_THAT(complaint(many), AllOf(HasSubstr("16384"), HasSubstr("shorten")));
@@ -220,8 +220,9 @@ TEST(ClockCommand, NamesWhatItCannotUse) {
     EXPECT_TRUE(refused.out.empty());
     return refused.err;
   };
-  EXPECT_THAT(complaint("edge_ns,line_seqno\n"), HasSubstr("has no row"));
-  EXPECT_THAT(complaint("edge_ns\n1\n5\n5\n4\n"), AllOf(HasSubstr("line 5: edge_ns 4 is before 5"), HasSubstr("sort")));
+  EXPECT_THAT(complaint("edge_ns,line_seqno\n"), HasSubstr("no row"));
+  EXPECT_THAT(complaint("edge_ns\n1\n5\n5\n4\n"),
+              AllOf(HasSubstr("line 5"), HasSubstr("edge_ns 4"), HasSubstr("sort")));
   for (const std::string number : {"-5", "4294967296", "99999999999999"})
     EXPECT_THAT(complaint("edge_ns,line_seqno\n1,4294967295\n2," + number + "\n"),
                 HasSubstr("line 3: line_seqno " + number + " is not a number from 0 to 4294967295"));

@@ -185,18 +185,21 @@ TEST(TipPoints, GiveNoNumberWhereSomethingIsMissingAndSayWhat) {
     return std::string{missing.what} + ": " + why;
   };
   using D = messages::Descriptor;
-  EXPECT_THAT(lacking([](D& d) { d.delay = {}; }), HasSubstr("tip: no system delay is in force"));
-  EXPECT_THAT(lacking([](D& d) { d.tip.referenced = 5; }), HasSubstr("tip: the machine position of Y is not known"));
-  EXPECT_THAT(lacking([](D& d) { d.tip.screws_unknown = 4; }), HasSubstr("tip: the sensor on the screw of Z"));
-  EXPECT_THAT(lacking([](D& d) { d.tip.turned = true; }), HasSubstr("tip: the probe was turned"));
-  EXPECT_THAT(lacking([](D& d) { d.tip.has_deflection = false; }), HasSubstr("tip: the channels are no deflections"));
+  EXPECT_THAT(lacking([](D& d) { d.delay = {}; }), testing::AllOf(HasSubstr("tip: "), HasSubstr("delay")));
+  EXPECT_THAT(lacking([](D& d) { d.tip.referenced = 5; }), testing::AllOf(HasSubstr("tip: "), HasSubstr("of Y")));
+  EXPECT_THAT(lacking([](D& d) { d.tip.screws_unknown = 4; }), testing::AllOf(HasSubstr("tip: "), HasSubstr("of Z")));
+  EXPECT_THAT(lacking([](D& d) { d.tip.turned = true; }), testing::AllOf(HasSubstr("tip: "), HasSubstr("turned")));
+  EXPECT_THAT(lacking([](D& d) { d.tip.has_deflection = false; }),
+              testing::AllOf(HasSubstr("tip: "), HasSubstr("deflections")));
   EXPECT_THAT(lacking([](D& d) { d.tip = {}; }), HasSubstr("pack"));
   EXPECT_THAT(lacking([](D& d) { d.channels[4].name = "y"; }),
-              HasSubstr("tip: the recording has no channel position_y"));
-  EXPECT_THAT(lacking([](D&) {}, 16), HasSubstr("tip: the probe stood at the end of its range"));
-  EXPECT_THAT(lacking([](D& d) { d.tip.gain_result_id = 0; }), HasSubstr("sd: the gain is that of probe.toml"));
-  EXPECT_THAT(lacking([](D& d) { d.tip.noise_nm = 0; }), HasSubstr("sd: probe.toml states no noise"));
-  EXPECT_THAT(lacking([](D& d) { d.tip.ball_radius_mm = 0; }), HasSubstr("surface: the radius of the stylus' ball"));
+              testing::AllOf(HasSubstr("tip: "), HasSubstr("position_y")));
+  EXPECT_THAT(lacking([](D&) {}, 16), testing::AllOf(HasSubstr("tip: "), HasSubstr("range")));
+  EXPECT_THAT(lacking([](D& d) { d.tip.gain_result_id = 0; }),
+              testing::AllOf(HasSubstr("sd: "), HasSubstr("gain"), HasSubstr("probe.toml")));
+  EXPECT_THAT(lacking([](D& d) { d.tip.noise_nm = 0; }), testing::AllOf(HasSubstr("sd: "), HasSubstr("noise")));
+  EXPECT_THAT(lacking([](D& d) { d.tip.ball_radius_mm = 0; }),
+              testing::AllOf(HasSubstr("surface: "), HasSubstr("radius")));
 }
 
 // What a warm screw adds is between the encoder and the tool.

@@ -10,7 +10,7 @@ namespace probebox::app {
 namespace {
 
 TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
-  start();
+  startForRuns();
   auto host = connect();
   ASSERT_TRUE(host->waitForLock());
   const auto status = host->calibrate();
@@ -42,7 +42,7 @@ TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
 }
 
 TEST_F(RunningDaemon, LetsAnAcceptedResultWaitForTheEndOfACut) {
-  start();
+  startForRuns();
   auto host = connect();
   ASSERT_TRUE(host->waitForLock());
   const auto status = host->calibrate();
@@ -121,7 +121,7 @@ TEST_F(RunningDaemon, StreamsEveryTriggerWithThePositionThatTheRegistersHave) {
     std::vector<messages::Trigger> all;
     std::uint64_t lost{};
   } triggers;
-  start();
+  startForRuns();
   auto host = connect(&triggers);
   ASSERT_TRUE(host->waitForLock());
   ASSERT_TRUE(host->eventually([&] { return host->ask<messages::ProcedureStatus>().referenced; }));
@@ -161,7 +161,8 @@ TEST_F(RunningDaemon, MeasuresHowLateItStampsItsOwnPulses) {
   EXPECT_GE(late.largest_ns, late.p99_ns);
   EXPECT_NE(host->ask<messages::LoopBack>().median_ns, late.median_ns) << "measured anew, 500 pulses";
 
-  EXPECT_THAT(host->refusal<messages::LoopBack>({.pulses = 2001}).what, testing::HasSubstr("ask for 10 to 2000"));
+  EXPECT_THAT(host->refusal<messages::LoopBack>({.pulses = 2001}).what,
+              testing::AllOf(testing::HasSubstr("10 to"), testing::HasSubstr("2000")));
   EXPECT_EQ(host->refusal<messages::LoopBack>({.pulses = 9}).code, messages::ErrorCode::refused);
 }
 
@@ -170,7 +171,7 @@ TEST_F(RunningDaemon, SaysWhyItCannotMeasureItsOwnPulses) {
   start();
   const auto none = connect()->refusal<messages::LoopBack>();
   EXPECT_EQ(none.code, messages::ErrorCode::not_found);
-  EXPECT_THAT(none.what, testing::HasSubstr("name both in [loop_back] of box.toml"));
+  EXPECT_THAT(none.what, testing::AllOf(testing::HasSubstr("[loop_back]"), testing::HasSubstr("box.toml")));
   daemon.reset();
 
   overrule("service.toml", "allow_calibrate = true", "allow_calibrate = false");
@@ -197,7 +198,7 @@ TEST_F(RunningDaemon, TakesNoNameThatIsNone) {
        {std::string{}, std::string{"  "}, std::string{"Ada\n9 active by Bob"}, std::string{"\x1b[2J"}}) {
     EXPECT_EQ(host->refusal<messages::AcceptResult>({.id = 1, .by = by}).code, messages::ErrorCode::malformed) << by;
     EXPECT_THAT(host->refusal<messages::RollbackResult>({.id = 0, .subject = "delay", .by = by}).what,
-                testing::HasSubstr("name of the person"));
+                testing::HasSubstr("person"));
   }
 }
 

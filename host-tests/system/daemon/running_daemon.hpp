@@ -12,6 +12,7 @@
 #include "board/describe/sim_files.hpp"
 #include "firmware/app/wiring/daemon.hpp"
 #include "host-tests/host/test_host.hpp"
+#include "host-tests/support/sanitized.hpp"
 
 namespace probebox::app {
 
@@ -41,6 +42,11 @@ class RunningDaemon : public testing::Test {
     auto started = Daemon::start(options, descriptions, std::move(passed));
     ASSERT_TRUE(started) << started.error().what;
     daemon = std::move(*started);
+  }
+  // For runs, which wait for the machine: four times as fast as the others where the computer can follow.
+  void startForRuns() {
+    if (!support::kSanitized) options.time_scale *= 4;
+    start();
   }
   // The emulated board with one text exchanged for another.
   void overrule(const char* file, const std::string& from, const std::string& to) {

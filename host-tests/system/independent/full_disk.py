@@ -29,7 +29,7 @@ def limited(size):
 class Daemon:
     def __init__(self, probeboxd, folder, file_size=None):
         self.log = open(os.path.join(folder, "log"), "a")
-        command = [probeboxd, "--board", "sim", "--time-scale", "6", "--state", os.path.join(folder, "state")]
+        command = [probeboxd, "--board", "sim", "--time-scale", "20", "--state", os.path.join(folder, "state")]
         self.process = subprocess.Popen(
             command + ["--link", "tcp:127.0.0.1:0"],
             stdout=self.log,

@@ -40,7 +40,7 @@ def delay_in_force(box):
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory(prefix="probebox-newer-") as scratch:
-        box = Box(sys.argv[1], sys.argv[2], scratch, options=["--time-scale", "6"])
+        box = Box(sys.argv[1], sys.argv[2], scratch, options=["--time-scale", "20"])
         store = os.path.join(scratch, "state", "results.db")
         try:
             box.start()

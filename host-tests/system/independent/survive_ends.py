@@ -89,7 +89,7 @@ def served_survives(box, seed, is_cut):
     rng = random.Random(seed)
     follower = Follower(box.master)
     last, moved = None, 0
-    for number in range(8):
+    for number in range(8 if "PROBEBOX_RUNS" in os.environ else 3):
         box.start()
         _, first = follower.read()
         if last and not is_cut:

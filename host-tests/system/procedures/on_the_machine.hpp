@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "firmware/app/wiring/daemon.hpp"
+#include "host-tests/support/sanitized.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
 
@@ -16,7 +17,7 @@ using namespace std::chrono_literals;
 // A daemon with the emulated machine, faster than real time, and the command that speaks to it.
 class OnTheMachine : public testing::Test {
  protected:
-  explicit OnTheMachine(double time_scale = 10) : time_scale_{time_scale} {
+  explicit OnTheMachine(double time_scale = support::kSanitized ? 10 : 20) : time_scale_{time_scale} {
     start([](board::Descriptions&) {});
   }
   // Anew, with descriptions that somebody has changed.

@@ -87,11 +87,11 @@ TEST_F(Proposals, ThatNameNoMachineNeedAPersonWhoSaysThatItIsThisOne) {
   auto nameless = lastPieceOf(sphereCase(40), 7, false);
   nameless.as_this_machine = false;
   EXPECT_THAT(host->refusal<ProposeCase>(nameless).what,
-              testing::AllOf(HasSubstr("does not say with which"), HasSubstr("--as-this-machine")));
+              testing::AllOf(HasSubstr("with which"), HasSubstr("--as-this-machine")));
   for (const char* nobody : {"", "  "}) {
     auto blank = lastPieceOf(sphereCase(40), 8, false);
     blank.by = nobody;
-    EXPECT_THAT(host->refusal<ProposeCase>(blank).what, HasSubstr("name of the person"));
+    EXPECT_THAT(host->refusal<ProposeCase>(blank).what, HasSubstr("person"));
   }
   EXPECT_EQ(kept(), 0U);
   const auto id = host->ask<ProposeCase>(lastPieceOf(sphereCase(40), 9, false)).result_id;
@@ -108,13 +108,12 @@ TEST_F(Proposals, ThatNameResultsOfAnotherStoreAreRefused) {
   auto piece = lastPieceOf(sphereCase(40), 7, false);
   piece.config = {{.key = "delay_result", .kind = messages::CaseValue::number, .numbers = {9999}}};
   EXPECT_THAT(host->refusal<ProposeCase>(piece).what,
-              testing::AllOf(HasSubstr("unknown-result: The case was measured with result 9999"),
-                             HasSubstr("which this box does not keep")));
+              testing::AllOf(HasSubstr("unknown-result: "), HasSubstr("9999"), HasSubstr("not keep")));
   const auto sphere = host->ask<ProposeCase>(lastPieceOf(sphereCase(40), 8, false)).result_id;
   piece = lastPieceOf(sphereCase(40), 9, false);
   piece.config = {
       {.key = "delay_result", .kind = messages::CaseValue::number, .numbers = {static_cast<double>(sphere)}}};
-  EXPECT_THAT(host->refusal<ProposeCase>(piece).what, HasSubstr("which is about"));
+  EXPECT_THAT(host->refusal<ProposeCase>(piece).what, HasSubstr("is about"));
   EXPECT_EQ(kept(), 1U);
 }
 
@@ -126,7 +125,7 @@ TEST_F(Proposals, OfAWiderLimitThanTheMachinesAreRefused) {
   auto piece = lastPieceOf(check, 7, false);
   piece.config = {{.key = "limit_mm", .kind = messages::CaseValue::number, .numbers = {1}}};
   EXPECT_THAT(host->refusal<ProposeCase>(piece).what,
-              testing::AllOf(HasSubstr("other-limit: The case states limit_mm = 1"), HasSubstr("0.02")));
+              testing::AllOf(HasSubstr("other-limit: "), HasSubstr("limit_mm = 1"), HasSubstr("0.02")));
 }
 
 TEST_F(Proposals, AreAnsweredAtOnceToHostsThatDoNotFollow) {

@@ -218,7 +218,7 @@ TEST_F(TextOnCable, BadInputIsRefusedByNameAndWhatFollowsIsTaken) {
   const auto heard = heardUntil("OK");
   EXPECT_THAT(heard, HasSubstr("ERR bad-number: "));
   EXPECT_THAT(heard, HasSubstr("ERR unknown-line: "));
-  EXPECT_THAT(reports(), HasSubstr("'HELLO' was refused (unknown-line)"));
+  EXPECT_THAT(reports(), testing::AllOf(HasSubstr("'HELLO'"), HasSubstr("unknown-line")));
   EXPECT_EQ(server_->counters().refused, 2U);
 }
 
@@ -260,7 +260,7 @@ TEST_F(TextOnCable, WhatTheBoxDoesNotTakeIsRefused) {
   serve("records:");
   refuses_ = true;
   print("BEGIN3\r\n");
-  EXPECT_THAT(heardUntil("\n"), HasSubstr("ERR not-now: no run waits for it"));
+  EXPECT_THAT(heardUntil("\n"), HasSubstr("ERR not-now"));
 }
 
 TEST_F(TextOnCable, NothingIsSentWhileTheControlHoldsItBack) {

@@ -33,7 +33,7 @@ TEST(TextOptions, AreRefusedByName) {
 TEST(TextOptions, KnowHowFastALineIs) {
   const auto slow = *parseTextOptions("records:/dev/ttyS1,every=20");
   ASSERT_FALSE(slow.ok());
-  EXPECT_THAT(slow.error().what, HasSubstr("at 19200 8E1: write every=35 or more"));
+  EXPECT_THAT(slow.error().what, testing::AllOf(HasSubstr("19200"), HasSubstr("8E1"), HasSubstr("every=35")));
   EXPECT_TRUE(parseTextOptions("records:/dev/ttyS1,every=35")->ok());
   EXPECT_TRUE(parseTextOptions("records:/dev/ttyS1,every=20,baud=38400")->ok());
 }

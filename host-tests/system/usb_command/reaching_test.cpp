@@ -41,14 +41,14 @@ TEST_F(Reaching, NamesWhatIsThereInsteadOfAnAbsentBox) {
   const auto failed = probebox({"-u", "usb:PB-0009", "status", "--json"});
   EXPECT_EQ(failed.status, 3);
   EXPECT_EQ(failed.object()["error"], "no-box");
-  EXPECT_THAT(failed.err, AllOf(HasSubstr("PB-0009"), HasSubstr("PB-0001 (at 1-1)")));
+  EXPECT_THAT(failed.err, AllOf(HasSubstr("PB-0009"), HasSubstr("PB-0001"), HasSubstr("1-1")));
 }
 
 TEST_F(Reaching, AsksWhichOfSeveralIsMeant) {
   bus_->plug(kOther);
   const auto failed = probebox({"-u", "usb", "status", "--json"});
   EXPECT_EQ(failed.status, 2);
-  EXPECT_THAT(failed.err, AllOf(HasSubstr("PB-0001 (at 1-1)"), HasSubstr("PB-0002 (at 1-2)")));
+  EXPECT_THAT(failed.err, AllOf(HasSubstr("PB-0001"), HasSubstr("1-1"), HasSubstr("PB-0002"), HasSubstr("1-2")));
   EXPECT_EQ(probebox({"-u", "usb:PB-0001", "status"}).status, 0);
 }
 
@@ -78,7 +78,7 @@ TEST_P(Withheld, WhileBusyNamesWhoHasIt) {
   const auto failed = run();
   EXPECT_EQ(failed.status, 3);
   EXPECT_EQ(failed.object()["error"], "busy");
-  EXPECT_THAT(failed.err, AllOf(HasSubstr("usb:PB-0001"), HasSubstr("in use by another program")));
+  EXPECT_THAT(failed.err, AllOf(HasSubstr("usb:PB-0001"), HasSubstr("another program")));
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryCommand, Withheld,
@@ -112,9 +112,9 @@ TEST_F(Listing, ShowsFreeBusyAndForbiddenBoxesWithTheRemedy) {
   EXPECT_THAT(table.out, testing::ContainsRegex("usb:PB-0001 .*F-0001 .*test mill.* locked +free"));
   EXPECT_THAT(table.out, testing::ContainsRegex("usb:PB-0002 +probebox +PB-0002 .*busy"));
   EXPECT_THAT(table.out, testing::ContainsRegex("usb:PB-0003 +probebox +PB-0003 .*no permission"));
-  EXPECT_THAT(table.err, AllOf(HasSubstr("usb:PB-0002: in use by another program; end that program"),
-                               HasSubstr("usb:PB-0003: no permission to open /dev/bus/usb/001/010"),
-                               HasSubstr("70-probebox.rules"), Not(HasSubstr("PB-0001"))));
+  EXPECT_THAT(table.err,
+              AllOf(HasSubstr("usb:PB-0002"), HasSubstr("in use"), HasSubstr("permission"),
+                    HasSubstr("/dev/bus/usb/001/010"), HasSubstr("70-probebox.rules"), Not(HasSubstr("PB-0001"))));
 
   const auto list = probebox({"list", "--json"}).object();
   EXPECT_EQ(entry(list, "usb:PB-0001")["state"], "free");
@@ -128,7 +128,7 @@ TEST_F(Listing, ShowsABoxThatDoesNotAnswer) {
   bus_->plug(kOther);  // nobody plays its firmware
   const auto table = probebox({"list", "--timeout", "0.1"});
   EXPECT_THAT(table.out, testing::ContainsRegex("usb:PB-0002 .*silent"));
-  EXPECT_THAT(table.err, HasSubstr("usb:PB-0002: does not answer"));
+  EXPECT_THAT(table.err, AllOf(HasSubstr("usb:PB-0002"), HasSubstr("not answer")));
 }
 
 }  // namespace

@@ -22,11 +22,11 @@ TEST(FrozenChannel, IsRefusedByNameWithItsPlaceAndTheRemedy) {
     return solved ? "" : solved.error().name + ": " + solved.error().reason;
   };
   EXPECT_THAT(frozen("screw-calibration", "sector_cal", "sensor_um", 31.41592),
-              AllOf(HasSubstr("frozen-channel: "), HasSubstr("column 'sensor_um' of table 'sector_cal'"),
+              AllOf(HasSubstr("frozen-channel: "), HasSubstr("'sensor_um'"), HasSubstr("'sector_cal'"),
                     HasSubstr("measure again")));
   EXPECT_THAT(frozen("screw-calibration", "sector_cal", "sensor_um", 31), HasSubstr("frozen-channel"));
   EXPECT_THAT(frozen("spindle-offset-2x2", "readings", "x_mm", 19.31855437),
-              HasSubstr("frozen-channel: all 4 readings"));
+              AllOf(HasSubstr("frozen-channel: "), HasSubstr("all 4")));
   EXPECT_THAT(frozen("c-axis-alignment", "readings", "y_mm", 19.31855437), HasSubstr("frozen-channel"));
   EXPECT_THAT(frozen("periodic-check", "centres", "y_mm", 1.382864618), HasSubstr("frozen-channel"));
   EXPECT_THAT(frozen("tool-setter", "readings", "z_mm", -193.7679019), HasSubstr("frozen-channel"));

@@ -17,14 +17,14 @@ TEST(Methods, AreListedOneALine) {
   EXPECT_EQ(explainMethods({}, false, out, err), 0);
   const std::string text = out.str();
   EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(text, '\n')), metrology::allMethods().size());
-  EXPECT_THAT(text, HasSubstr("delay-plates                System delay from parallel faces\n"));
+  EXPECT_THAT(text, HasSubstr("delay-plates"));
 }
 
 TEST(Methods, ExplainTheirTablesAndKeys) {
   std::ostringstream out, err;
   EXPECT_EQ(explainMethods(std::vector<std::string>{"delay-plates"}, false, out, err), 0);
   EXPECT_THAT(out.str(), HasSubstr("touch,nx,ny,nz,ux,uy,uz,speed_mm_s"));
-  EXPECT_THAT(out.str(), HasSubstr("distance of the faces (needed)"));
+  EXPECT_THAT(out.str(), HasSubstr("(needed)"));
   EXPECT_THAT(out.str(), HasSubstr("sd_gap_mm"));
 }
 
@@ -41,7 +41,7 @@ TEST(Methods, ExplainThemselvesToPrograms) {
 TEST(Methods, AreNotGuessed) {
   std::ostringstream out, err;
   EXPECT_EQ(explainMethods(std::vector<std::string>{"delay-plate"}, true, out, err), 2);
-  EXPECT_THAT(err.str(), HasSubstr("there is no method 'delay-plate'"));
+  EXPECT_THAT(err.str(), HasSubstr("'delay-plate'"));
   EXPECT_EQ(out.str(), "");
 }
 
@@ -73,7 +73,7 @@ TEST(Methods, NeedNothingButADescriptor) {
       .method = "rod", .config = {{"length_mm", 100.0}, {"lenght_mm", 1.0}, {"sd_length_mm", 0.002}}, .tables = {}};
   const auto solved = metrology::solve(dataset, rod);
   ASSERT_TRUE(solved) << solved.error().reason;
-  EXPECT_THAT(solved->warnings, testing::ElementsAre("config key 'lenght_mm' is not used by method rod"));
+  EXPECT_THAT(solved->warnings, testing::ElementsAre(testing::AllOf(HasSubstr("'lenght_mm'"), HasSubstr("rod"))));
   EXPECT_THAT(solved->unobservable, testing::ElementsAre("its bend"));
   EXPECT_NEAR(solved->estimates[0].uncertainty[0], 0.005, 1e-12) << "root of 0.003^2 and (2 x 0.002)^2";
 }

@@ -93,7 +93,7 @@ TEST_P(SlippedReadings, ACopiedRowIsNoReadingOfItsOwn) {
     }
     const auto all = metrology::solve(dataset);
     if (all) {
-      EXPECT_THAT(all->warnings, Contains(HasSubstr("equal in every digit")));
+      EXPECT_THAT(all->warnings, Contains(HasSubstr("every digit")));
     }
     *table = before;
   }
@@ -224,22 +224,21 @@ std::string saidOf(const std::string& name, const std::string& table, const std:
 
 TEST(WrongUnit, IsToldWithItsPlaceAndTheRightOne) {
   EXPECT_EQ(saidOf("screw-calibration", "gain_cal", "ext_um", 1), "");
-  EXPECT_THAT(
-      saidOf("screw-calibration", "gain_cal", "ext_um", 1e3),
-      AllOf(HasSubstr("implausible: table 'gain_cal', column 'ext_um', row 1 "), HasSubstr("give the column in um")));
+  EXPECT_THAT(saidOf("screw-calibration", "gain_cal", "ext_um", 1e3),
+              AllOf(HasSubstr("implausible: "), HasSubstr("'gain_cal'"), HasSubstr("'ext_um'"), HasSubstr("row 1"),
+                    HasSubstr("in um")));
   EXPECT_THAT(saidOf("screw-calibration", "gain_cal", "error_um", 1e-3),
-              AllOf(HasSubstr("column 'error_um' of table 'gain_cal'"), HasSubstr("are these millimetres?")));
+              AllOf(HasSubstr("'error_um'"), HasSubstr("'gain_cal'"), HasSubstr("millimetres?")));
   EXPECT_THAT(saidOf("screw-calibration", "sector_cal", "t_s", 1e3),
-              AllOf(HasSubstr("column 't_s' of table 'sector_cal'"), HasSubstr("are these milliseconds?")))
+              AllOf(HasSubstr("'t_s'"), HasSubstr("'sector_cal'"), HasSubstr("milliseconds?")))
       << "the limit of the drift would let through a thousand times as much";
   EXPECT_THAT(saidOf("rotary-axis-errors", "first", "phi_rad", 1e3),
-              AllOf(HasSubstr("errors-too-large: "), HasSubstr("of phi_rad, their unit")));
+              AllOf(HasSubstr("errors-too-large: "), HasSubstr("phi_rad")));
   EXPECT_THAT(saidOf("screw-calibration", "", "screw_length_mm", 1e-3),
-              AllOf(HasSubstr("implausible: config key 'screw_length_mm'"), HasSubstr("in mm")));
+              AllOf(HasSubstr("'screw_length_mm'"), HasSubstr("in mm")));
   EXPECT_THAT(saidOf("bore-fit", "", "stylus_ball_radius_mm", 1e3),
-              AllOf(HasSubstr("implausible: config key 'stylus_ball_radius_mm'"), HasSubstr("in mm")));
-  EXPECT_THAT(saidOf("periodic-check", "z_touch", "z_mm", 1e3),
-              HasSubstr("implausible: the answer 'z_offset_error_mm'"));
+              AllOf(HasSubstr("'stylus_ball_radius_mm'"), HasSubstr("in mm")));
+  EXPECT_THAT(saidOf("periodic-check", "z_touch", "z_mm", 1e3), HasSubstr("'z_offset_error_mm'"));
 }
 
 // Position over pitch: 16 turns where the axis is 160 mm from the fixed bearing.
@@ -251,16 +250,16 @@ TEST(WrongUnit, IsNotSaidOfAScrewThatTurnsFarFromItsZero) {
   const auto solved = metrology::solve(dataset);
   ASSERT_TRUE(solved) << solved.error().reason;
   EXPECT_THAT(solved->warnings, testing::IsEmpty());
-  EXPECT_THAT(saidOf("screw-calibration", "sector_cal", "phi_rad", 180 / std::numbers::pi),
-              HasSubstr("angles are in radians"));
+  EXPECT_THAT(saidOf("screw-calibration", "sector_cal", "phi_rad", 180 / std::numbers::pi), HasSubstr("radians"));
 }
 
 TEST(Limits, OfWhatAMachineHasAreKept) {
   EXPECT_THAT(saidOf("head-pivot", "readings", "B_deg", 180 / std::numbers::pi),
-              AllOf(HasSubstr("implausible: table 'readings', column 'B_deg'"), HasSubstr("degrees")));
+              AllOf(HasSubstr("'readings'"), HasSubstr("'B_deg'"), HasSubstr("degrees")));
   EXPECT_THAT(saidOf("table-pivot", "readings", "tilt_deg", 180 / std::numbers::pi), HasSubstr("implausible"));
   EXPECT_THAT(saidOf("table-pivot", "readings", "C_deg", 180 / std::numbers::pi), HasSubstr("turns"));
-  EXPECT_THAT(saidOf("screw-calibration", "gain_cal", "x_mm", 25.4), HasSubstr("outside-screw: table 'gain_cal', row"));
+  EXPECT_THAT(saidOf("screw-calibration", "gain_cal", "x_mm", 25.4),
+              AllOf(HasSubstr("outside-screw: "), HasSubstr("'gain_cal'")));
   EXPECT_THAT(saidOf("screw-calibration", "", "orgoff_mm", 25.4), HasSubstr("outside-screw"));
   EXPECT_THAT(saidOf("rotary-axis-errors", "first", "phi_rad", -1),
               AllOf(HasSubstr("errors-too-large"), HasSubstr("axis_direction")));

@@ -24,8 +24,8 @@ TEST(UnusedKeys, AreNamedUpToTwenty) {
   EXPECT_EQ(warningsWith(20).size(), 20U);
   const auto many = warningsWith(50'000);
   EXPECT_EQ(many.size(), 21U);
-  EXPECT_THAT(many.front(), HasSubstr("config key 'k0' is not used"));
-  EXPECT_THAT(many.back(), HasSubstr("and 49980 more config keys are not used"));
+  EXPECT_THAT(many.front(), HasSubstr("'k0'"));
+  EXPECT_THAT(many.back(), testing::AllOf(HasSubstr("49980 more"), HasSubstr("not used")));
 }
 
 class ManyKeys : public ScratchFolder {

@@ -352,7 +352,7 @@ TEST(CounterClock, NeverAllocates) {
 TEST(CounterConfig, RefusesWhatCannotWorkByName) {
   EXPECT_FALSE(clock::validate(clock::CounterClockConfig{}));
   EXPECT_THAT(clock::validate(clock::CounterClockConfig{.rate_hz = 1})->what,
-              AllOf(HasSubstr("1.0"), HasSubstr("rate_hz in probe.toml")));
+              AllOf(HasSubstr("1.0"), HasSubstr("rate_hz"), HasSubstr("probe.toml")));
   EXPECT_THAT(clock::validate(clock::CounterClockConfig{.jitter = 0ns})->what, HasSubstr("jitter"));
   EXPECT_THAT(clock::validate(clock::CounterClockConfig{.max_sigma = 0ns})->what, HasSubstr("max_sigma"));
   EXPECT_THAT(clock::validate(clock::CounterClockConfig{.phase_wander_ns_per_sqrt_s = NAN})->what, HasSubstr("wander"));

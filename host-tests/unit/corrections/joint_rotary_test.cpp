@@ -239,7 +239,7 @@ TEST(ValidateActivation, NamesWhatTheMachineDoesNotHaveAndTablesThatCannotBeRead
   const auto c = RealAxis::random(RotaryAxis::c, {}, Vector3d::UnitZ(), 1);
   const auto a = RealAxis::random(RotaryAxis::a, {}, Vector3d::UnitX(), 1);
   EXPECT_EQ(reason(config, c.result(1)), "");
-  EXPECT_THAT(reason(config, a.result(1)), testing::HasSubstr("does not name"));
+  EXPECT_THAT(reason(config, a.result(1)), testing::HasSubstr("not name"));
   EXPECT_THAT(reason(config, c.result(1, 11)), testing::HasSubstr("two angles"));
   auto twice = c.result(1);
   std::get<ErrorsAtAngle>(twice[3]).angle_rad = 0;
@@ -250,7 +250,7 @@ TEST(ValidateActivation, NamesWhatTheMachineDoesNotHaveAndTablesThatCannotBeRead
   auto swivels = Head{}.result(2);
   EXPECT_EQ(reason(config, {swivels}), "");
   swivels.axis = RotaryAxis::a;
-  EXPECT_THAT(reason(config, {swivels}), testing::HasSubstr("swivels by A"));
+  EXPECT_THAT(reason(config, {swivels}), testing::HasSubstr("by A"));
   config.swivel.by_angle = true;
   EXPECT_THAT(reason(config, {Head{}.result(2)}), testing::HasSubstr("by_angle"));
   EXPECT_EQ(reason({}, a.result(1)), "") << "a machine without a table keeps the result and does nothing with it";

@@ -188,7 +188,7 @@ TEST(Program, SaysWhetherItsDialectWasRunOnAControl) {
   for (const auto name : dialectNames()) {
     const std::string text = written(cases()[0], *dialectNamed(name));
     EXPECT_THAT(text, testing::HasSubstr(name == "linuxcnc" ? "RS274" : "NOT RUN ON A CONTROL"));
-    EXPECT_THAT(text, testing::HasSubstr("THE BOX ONLY ADVISES"));
+    EXPECT_THAT(text, testing::HasSubstr("ONLY ADVISES"));
     std::istringstream lines{text};
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 96U) << line;
   }
@@ -210,7 +210,7 @@ TEST(Unroll, RefusesASafeHeightThatAStepReaches) {
   low.safe_z_mm = low.at_mm.z() + 1;  // holds are up to 2 mm above the ball's middle
   const auto blocks = unroll(planOf(headCalibration()), low);
   ASSERT_FALSE(blocks);
-  EXPECT_THAT(blocks.error().what, testing::HasSubstr("--safe-z has to be above 5 mm"));
+  EXPECT_THAT(blocks.error().what, testing::AllOf(testing::HasSubstr("--safe-z"), testing::HasSubstr("5 mm")));
 }
 
 TEST(Dialect, PutsNothingIntoATextThatWouldEndIt) {
@@ -233,8 +233,7 @@ TEST(Unroll, RefusesByNameWhatTheProgramWouldHaveToKnow) {
   EXPECT_THAT(whyNot(cases()[0], low), testing::HasSubstr("larger"));
   EXPECT_THAT(whyNot(cases()[0], slow), testing::HasSubstr("--most-feed"));
   EXPECT_THAT(whyNot(cases()[4], no_ball), testing::HasSubstr("--ball"));
-  EXPECT_THAT(whyNot({&procedure::kCentrelineBySteps, {}}, setting()),
-              testing::HasSubstr("read its steps from the box"));
+  EXPECT_THAT(whyNot({&procedure::kCentrelineBySteps, {}}, setting()), testing::HasSubstr("its steps"));
 }
 
 }  // namespace

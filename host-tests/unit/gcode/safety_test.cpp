@@ -56,13 +56,6 @@ const std::vector<Program>& everyProgram() {
   return all;
 }
 
-void forEveryProgram(const auto& check) {
-  for (const auto& [dialect, what, plan, read] : everyProgram()) {
-    SCOPED_TRACE(what);
-    check(dialect, plan, read);
-  }
-}
-
 TEST(Safety, KnowsEveryMethodThatHasAProgram) {
   std::set<std::string_view> known;
   for (const auto& c : allCases()) known.insert(c.method->name());
@@ -74,63 +67,58 @@ TEST(Safety, KnowsEveryMethodThatHasAProgram) {
 
 // No move of Z without a length offset, no rapid of a linear axis but Z up in machine coordinates, no G49 alone, no
 // rapid under tip control, no tool before Z is up, no probe that turns, units and absolute positions set.
-TEST(Safety, FindsNoDangerInAnyProgram) {
-  forEveryProgram([](auto, const auto&, const Interpreted& read) {
-    EXPECT_THAT(read.dangers, IsEmpty());
-    EXPECT_THAT(read.unknown, IsEmpty());
-    EXPECT_TRUE(read.ended);
-  });
+void expectNoDanger(const Interpreted& read) {
+  EXPECT_THAT(read.dangers, IsEmpty());
+  EXPECT_THAT(read.unknown, IsEmpty());
+  EXPECT_TRUE(read.ended);
 }
 
-TEST(Safety, MakesTheDryRunThePathOfTheRunLiftedByOneHeight) {
-  forEveryProgram([](auto, const auto&, const Interpreted& read) {
-    const Part &dry = read.parts[1], &run = read.parts.back();
-    if (read.parts.size() != 3) return;  // plates that are put into another mount stop the run
-    ASSERT_EQ(dry.moves.size(), run.moves.size());
-    ASSERT_EQ(dry.turns.size(), run.turns.size());
-    EXPECT_EQ(dry.retracts, run.retracts);
-    EXPECT_EQ(dry.tools, run.tools);
-    EXPECT_THAT(dry.marks, IsEmpty());
-    double lowest_mm = kSafe_mm;
-    for (const auto& move : run.moves) lowest_mm = std::min(lowest_mm, move.placed ? move.at_mm[2] : kSafe_mm);
-    const double lift_mm = kSafe_mm - lowest_mm;
-    for (std::size_t i = 0; i < dry.moves.size(); ++i) {
-      if (dry.moves[i].at_machine_height) continue;
-      EXPECT_NEAR(dry.moves[i].at_mm[2], run.moves[i].at_mm[2] + lift_mm, 2 * kRounding_mm) << i;
-      if (i < 2) continue;  // from where the operator has left it
-      for (std::size_t axis = 0; axis < 2; ++axis)
-        EXPECT_NEAR(dry.moves[i].at_mm[axis], run.moves[i].at_mm[axis], 2 * kRounding_mm) << i;
-      EXPECT_EQ(dry.moves[i].angles_deg, run.moves[i].angles_deg) << i;
-    }
-    for (std::size_t i = 0; i < dry.turns.size(); ++i) {
-      EXPECT_EQ(dry.turns[i].after, run.turns[i].after);
-      EXPECT_EQ(dry.turns[i].angles_deg, run.turns[i].angles_deg);
-      EXPECT_GE(run.turns[i].at_z_mm, kSafe_mm - kRounding_mm) << "nothing turns below the safe height";
-    }
-  });
+void expectDryRunToBeTheRunLifted(const Interpreted& read) {
+  const Part &dry = read.parts[1], &run = read.parts.back();
+  if (read.parts.size() != 3) return;  // plates that are put into another mount stop the run
+  ASSERT_EQ(dry.moves.size(), run.moves.size());
+  ASSERT_EQ(dry.turns.size(), run.turns.size());
+  EXPECT_EQ(dry.retracts, run.retracts);
+  EXPECT_EQ(dry.tools, run.tools);
+  EXPECT_THAT(dry.marks, IsEmpty());
+  double lowest_mm = kSafe_mm;
+  for (const auto& move : run.moves) lowest_mm = std::min(lowest_mm, move.placed ? move.at_mm[2] : kSafe_mm);
+  const double lift_mm = kSafe_mm - lowest_mm;
+  for (std::size_t i = 0; i < dry.moves.size(); ++i) {
+    if (dry.moves[i].at_machine_height) continue;
+    EXPECT_NEAR(dry.moves[i].at_mm[2], run.moves[i].at_mm[2] + lift_mm, 2 * kRounding_mm) << i;
+    if (i < 2) continue;  // from where the operator has left it
+    for (std::size_t axis = 0; axis < 2; ++axis)
+      EXPECT_NEAR(dry.moves[i].at_mm[axis], run.moves[i].at_mm[axis], 2 * kRounding_mm) << i;
+    EXPECT_EQ(dry.moves[i].angles_deg, run.moves[i].angles_deg) << i;
+  }
+  for (std::size_t i = 0; i < dry.turns.size(); ++i) {
+    EXPECT_EQ(dry.turns[i].after, run.turns[i].after);
+    EXPECT_EQ(dry.turns[i].angles_deg, run.turns[i].angles_deg);
+    EXPECT_GE(run.turns[i].at_z_mm, kSafe_mm - kRounding_mm) << "nothing turns below the safe height";
+  }
 }
 
 // From the end of a step to the begin of the next one, but for the moves that put a stylus onto a scan and off it.
-TEST(Safety, GuardsEachMoveThatIsToMeetNothing) {
-  forEveryProgram([](std::string_view name, const procedure::Plan& plan, const Interpreted& read) {
-    const bool can = !swivels(plan) || name == "siemens";
-    const Part& run = read.parts.back();
-    std::set<std::size_t> open{0, 1};
-    for (const std::size_t after : run.retracts) open.insert({after, after + 1, after + 2});
-    for (std::size_t i = 0; i < run.marks.size(); i += 2) {
-      const std::size_t scans = plan.steps[i / 2].kind == procedure::Kind::scan ? 1 : 0;
-      const bool first = run.marks[i].after < scans;
-      for (std::size_t move = first ? 0 : run.marks[i].after - scans; move < run.marks[i + 1].after + scans; ++move) {
-        EXPECT_FALSE(run.moves[move].guarded) << "a measurement that the control stops";
-        open.insert(move);
-      }
+void expectGuardOnMovesThatAreToMeetNothing(std::string_view name, const procedure::Plan& plan,
+                                            const Interpreted& read) {
+  const bool can = !swivels(plan) || name == "siemens";
+  const Part& run = read.parts.back();
+  std::set<std::size_t> open{0, 1};
+  for (const std::size_t after : run.retracts) open.insert({after, after + 1, after + 2});
+  for (std::size_t i = 0; i < run.marks.size(); i += 2) {
+    const std::size_t scans = plan.steps[i / 2].kind == procedure::Kind::scan ? 1 : 0;
+    const bool first = run.marks[i].after < scans;
+    for (std::size_t move = first ? 0 : run.marks[i].after - scans; move < run.marks[i + 1].after + scans; ++move) {
+      EXPECT_FALSE(run.moves[move].guarded) << "a measurement that the control stops";
+      open.insert(move);
     }
-    if (read.parts.size() != 3) return;
-    for (std::size_t i = 0; i < run.moves.size(); ++i) {
-      if (open.contains(i)) continue;
-      EXPECT_EQ(run.moves[i].guarded, can) << i;
-    }
-  });
+  }
+  if (read.parts.size() != 3) return;
+  for (std::size_t i = 0; i < run.moves.size(); ++i) {
+    if (open.contains(i)) continue;
+    EXPECT_EQ(run.moves[i].guarded, can) << i;
+  }
 }
 
 bool pressesTheProbe(const procedure::Step& step) {
@@ -139,16 +127,14 @@ bool pressesTheProbe(const procedure::Step& step) {
 }
 
 // A place that is off is found by the probe at a slow feed, and pressed from there.
-TEST(Safety, SeeksEachSurfaceBeforeItPressesTheProbe) {
-  forEveryProgram([](std::string_view name, const procedure::Plan& plan, const Interpreted& read) {
-    const bool can = !swivels(plan) || name == "siemens";
-    const auto touches = std::ranges::count_if(std::span{plan.steps}.first(plan.step_count),
-                                               [](const auto& step) { return pressesTheProbe(step); });
-    std::size_t seeks = 0;
-    for (const auto& part : read.parts) seeks += part.seeks;
-    EXPECT_EQ(seeks, can ? static_cast<std::size_t>(touches) : 0U);
-    EXPECT_EQ(read.parts[1].seeks, 0U) << "nothing is touched in the dry run";
-  });
+void expectSurfacesToBeSought(std::string_view name, const procedure::Plan& plan, const Interpreted& read) {
+  const bool can = !swivels(plan) || name == "siemens";
+  const auto touches = std::ranges::count_if(std::span{plan.steps}.first(plan.step_count),
+                                             [](const auto& step) { return pressesTheProbe(step); });
+  std::size_t seeks = 0;
+  for (const auto& part : read.parts) seeks += part.seeks;
+  EXPECT_EQ(seeks, can ? static_cast<std::size_t>(touches) : 0U);
+  EXPECT_EQ(read.parts[1].seeks, 0U) << "nothing is touched in the dry run";
 }
 
 TEST(Safety, OrientsTheSpindleWhereTheMethodDoesNot) {
@@ -189,24 +175,22 @@ TEST(Safety, GuardsNothingWhereTheControlCannot) {
     for (const auto& part : read.parts) {
       for (const auto& move : part.moves) EXPECT_FALSE(move.guarded) << name;
     }
-    EXPECT_THAT(text, HasSubstr("NOTHING STOPS WHEN THE PROBE TOUCHES")) << name;
+    EXPECT_THAT(text, HasSubstr("NOTHING STOPS")) << name;
   }
 }
 
 TEST(Safety, SaysThatTheProbeIsToBeSwitchedOn) {
   for (const auto name : dialectNames())
-    EXPECT_THAT(written(cases()[0], *dialectNamed(name)), HasSubstr("HAS TO BE SWITCHED ON")) << name;
+    EXPECT_THAT(written(cases()[0], *dialectNamed(name)), HasSubstr("SWITCHED ON")) << name;
 }
 
-TEST(Safety, HasNoFeedAboveTheLimit) {
-  forEveryProgram([](auto, const auto&, const Interpreted& read) {
-    for (const auto& part : read.parts) {
-      for (const auto& move : part.moves) {
-        EXPECT_GT(move.feed_mm_min, 0);
-        EXPECT_LE(move.feed_mm_min, setting().most_mm_min);
-      }
+void expectFeedsWithinTheLimit(const Interpreted& read) {
+  for (const auto& part : read.parts) {
+    for (const auto& move : part.moves) {
+      EXPECT_GT(move.feed_mm_min, 0);
+      EXPECT_LE(move.feed_mm_min, setting().most_mm_min);
     }
-  });
+  }
 }
 
 // Nearest to a point on the moves that are to meet nothing.
@@ -251,17 +235,28 @@ TEST(Safety, RefusesAWayThroughAnotherBall) {
   const auto refused = unroll(planOf(tilted), plate);
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().what,
-              testing::AllOf(HasSubstr("step 5"), HasSubstr("B -90 and C 0"), HasSubstr("come to ball 3")));
+              testing::AllOf(HasSubstr("step 5"), HasSubstr("B -90"), HasSubstr("C 0"), HasSubstr("ball 3")));
   plate.balls_mm = {{60, 0, 0}, {-20, 52, 10}, {20, -52, 20}};
   EXPECT_TRUE(unroll(planOf(tilted), plate));
 }
 
-TEST(Safety, SaysAtEachStopWhy) {
-  forEveryProgram([](std::string_view name, const auto&, const Interpreted& read) {
-    ASSERT_GE(read.messages.size(), 2U);
-    const std::size_t most = name == "fanuc" || name == "haas" ? 26 : 100;
-    for (const auto& message : read.messages) EXPECT_LE(message.size(), most) << message;
-  });
+void expectStopsToSayWhy(std::string_view name, const Interpreted& read) {
+  ASSERT_GE(read.messages.size(), 2U);
+  const std::size_t most = name == "fanuc" || name == "haas" ? 26 : 100;
+  for (const auto& message : read.messages) EXPECT_LE(message.size(), most) << message;
+}
+
+// In one test, as each program is written and read once.
+TEST(Safety, HoldsInEveryProgram) {
+  for (const auto& [dialect, what, plan, read] : everyProgram()) {
+    SCOPED_TRACE(what);
+    expectNoDanger(read);
+    expectDryRunToBeTheRunLifted(read);
+    expectGuardOnMovesThatAreToMeetNothing(dialect, plan, read);
+    expectSurfacesToBeSought(dialect, plan, read);
+    expectFeedsWithinTheLimit(read);
+    expectStopsToSayWhy(dialect, read);
+  }
 }
 
 TEST(Safety, PressesTheProbeNoFurtherThanItMayBe) {
@@ -283,10 +278,10 @@ TEST(Safety, KeepsTheStylusOffTheOppositePlate) {
     const auto blocks = unroll(planOf({&procedure::kDelayPlates, options}), with);
     return blocks ? std::string{} : blocks.error().what;
   };
-  EXPECT_THAT(whyNot(5), testing::AllOf(HasSubstr("A gap of 5 mm is too narrow for a stylus ball of 6 mm"),
-                                        HasSubstr("use a wider gap"), Not(HasSubstr("--clearance"))));
-  EXPECT_THAT(whyNot(7), HasSubstr("2.1 mm off the plate"));
-  EXPECT_THAT(whyNot(8), HasSubstr("less clearance (--clearance), below 0.5 mm"));
+  EXPECT_THAT(whyNot(5), testing::AllOf(HasSubstr("5 mm"), HasSubstr("6 mm"), HasSubstr("wider gap"),
+                                        Not(HasSubstr("--clearance"))));
+  EXPECT_THAT(whyNot(7), HasSubstr("2.1 mm"));
+  EXPECT_THAT(whyNot(8), testing::AllOf(HasSubstr("(--clearance)"), HasSubstr("0.5 mm")));
   EXPECT_THAT(whyNot(8.2), IsEmpty());
   ProcedureOptions close;
   close.clearance_mm = 0.4;
@@ -329,7 +324,7 @@ TEST(Safety, OrientsTheSpindleByItsOwnWord) {
     const auto text = written(aligned, *dialectNamed(name));
     EXPECT_GE(interpret(text).orientations, 4) << name;
     EXPECT_THAT(text, HasSubstr(name == "siemens" ? "\nSPOS=180.000\n" : "\nM19 R180.000")) << name;
-    EXPECT_THAT(text, HasSubstr("ORIENTATION OF THE SPINDLE")) << name;
+    EXPECT_THAT(text, HasSubstr("ORIENTATION")) << name;
   }
   Setting named = setting();
   named.words = {"C", "A", "C2="};
@@ -381,10 +376,9 @@ TEST(Safety, TakesNoOtherLengthOffsetThanG43) {
 TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
   for (const auto name : dialectNames()) {
     const auto text = written(cases()[9], *dialectNamed(name));
-    EXPECT_THAT(inOneLine(text),
-                HasSubstr("ARCS OF THE SCAN IN THE DRY RUN. NO SKIP INPUT ENDS AN ARC. THEY RUN AT Z 90.000 OR HIGHER"))
+    EXPECT_THAT(inOneLine(text), testing::AllOf(HasSubstr("ARCS OF"), HasSubstr("SKIP INPUT"), HasSubstr("Z 90.000")))
         << name;
-    EXPECT_THAT(inOneLine(text), HasSubstr("ENDS EACH STRAIGHT MOVE THAT IS TO MEET NOTHING")) << name;
+    EXPECT_THAT(inOneLine(text), HasSubstr("STRAIGHT MOVE")) << name;
     EXPECT_THAT(inOneLine(written(cases()[0], *dialectNamed(name))), Not(HasSubstr("ARCS OF THE SCAN"))) << name;
     const auto read = interpret(text);
     int arcs = 0;
@@ -400,7 +394,7 @@ TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
 TEST(Safety, SaysThatItIsForMachiningCentres) {
   for (const auto name : dialectNames()) {
     const auto text = inOneLine(written(cases()[0], *dialectNamed(name)));
-    EXPECT_THAT(text, testing::AllOf(HasSubstr("FOR MACHINING CENTRES, NOT FOR LATHES"), HasSubstr("TURRET"))) << name;
+    EXPECT_THAT(text, testing::AllOf(HasSubstr("LATHES"), HasSubstr("TURRET"))) << name;
     EXPECT_EQ(text.find("SYSTEM A") != std::string::npos, name == "fanuc") << name;
     EXPECT_EQ(text.find("DIAMOF") != std::string::npos, name == "siemens") << name;
   }

@@ -53,7 +53,7 @@ TEST(DatasetJson, OfAnotherVersionIsRefusedWithARemedy) {
   for (const auto& text : {std::string{}, std::string{"{}"}, whole.substr(0, whole.size() / 2)}) {
     const auto got = datasetFromJson(text);
     ASSERT_FALSE(got) << text;
-    EXPECT_THAT(got.error().what, testing::HasSubstr("update the older of the two"));
+    EXPECT_THAT(got.error().what, testing::HasSubstr("older"));
   }
 }
 
@@ -63,8 +63,7 @@ TEST(DatasetJson, TakesNoNameThatLeadsOutOfItsFolder) {
     Dataset sent = metrology::touchDataset("delay-multi-speed");
     sent.tables[0].name = name;
     ASSERT_FALSE(datasetFromJson(toJson(sent))) << name;
-    EXPECT_THAT(datasetFromJson(toJson(sent)).error().what,
-                testing::HasSubstr("use letters, digits, underscores and hyphens"));
+    EXPECT_THAT(datasetFromJson(toJson(sent)).error().what, testing::HasSubstr("letters, digits"));
     sent = metrology::touchDataset("delay-multi-speed");
     sent.tables[0].columns[1].name = name;
     EXPECT_FALSE(datasetFromJson(toJson(sent))) << name;

@@ -51,7 +51,7 @@ TEST(ResultJson, RefusesListsThatDoNotGoTogether) {
     json[Json::json_pointer{where}] = value;
     const auto refused = resultFromJson(json.dump());
     ASSERT_FALSE(refused) << where << " " << value;
-    EXPECT_THAT(refused.error().what, testing::HasSubstr("cannot be read")) << where;
+    EXPECT_THAT(refused.error().what, testing::HasSubstr("cannot")) << where;
   }
 }
 

@@ -154,6 +154,44 @@ TEST(RefusalCodes, HaveANumberAndALineForEveryNameThatASolverGives) {
   EXPECT_EQ(codeOfRefusal(""), refusal::none);
 }
 
+// Literals of a refusal's sentence: from behind its name to the brace that ends it.
+std::string literalsFrom(std::string_view source) {
+  std::string literals;
+  int depth = 1;
+  for (std::size_t at = 0; at < source.size() && depth > 0; ++at) {
+    if (source[at] == '{') ++depth;
+    if (source[at] == '}') --depth;
+    if (source[at] != '"') continue;
+    for (++at; at < source.size() && source[at] != '"'; ++at) {
+      if (source[at] == '\\') ++at;
+      literals += source[at];
+    }
+  }
+  return literals;
+}
+
+// The cause comes first; what to do follows behind a colon or a semicolon, or is what must be or is needed.
+TEST(RefusalCodes, StandBesideACauseAndARemedy) {
+  const std::regex begun{R"re((?:Refusal|Objection)\{\s*"([a-z0-9-]+)")re"};
+  const std::regex remedy{"[:;]| must | needs "};
+  std::size_t sentences = 0;
+  for (const auto* room : {"/firmware/metrology", "/firmware/procedure"}) {
+    for (const auto& file : std::filesystem::recursive_directory_iterator{PROBEBOX_SOURCE_DIR + std::string{room}}) {
+      if (file.path().extension() != ".cpp") continue;
+      std::ifstream source{file.path()};
+      const std::string text{std::istreambuf_iterator<char>{source}, {}};
+      for (std::sregex_iterator each{text.begin(), text.end(), begun}, end; each != end; ++each) {
+        const auto said = literalsFrom(std::string_view{text}.substr(static_cast<std::size_t>(each->position()) +
+                                                                     static_cast<std::size_t>(each->length())));
+        if (said.starts_with("is ")) continue;  // of one value: what it is of, and the remedy, are put around it
+        ++sentences;
+        EXPECT_TRUE(std::regex_search(said, remedy)) << file.path() << ": " << (*each)[1] << ": " << said;
+      }
+    }
+  }
+  EXPECT_GT(sentences, 100U);
+}
+
 TEST(RegisterMap, PutsTheHighWordFirstUnlessToldOtherwise) {
   Image image{};
   encode(*find(32), 0x12345678, WordOrder::high_first, image);

@@ -35,7 +35,7 @@ std::optional<Error> refusalOf(const ProcedureOptions& options, const procedure:
 TEST(Capacity, RefusesAtItsStartARunThatNoRecordingHolds) {
   const auto slow = refusalOf(optionsOf({1, 2, 3, 4}));
   ASSERT_TRUE(slow);
-  EXPECT_EQ(slow->what, "the run exceeds the recording capacity of the box: choose fewer or faster touches");
+  EXPECT_EQ(slow->what, procedure::kExceedsCapacity);
   EXPECT_FALSE(refusalOf(optionsOf({2, 3, 4, 5})));
   EXPECT_TRUE(refusalOf(optionsOf({2, 3, 4, 5}), {{4000, 4000, 4000}, 2000})) << "more positions in the same time";
   EXPECT_TRUE(refusalOf(optionsOf({2, 3, 4, 5}), {{1000, 1000, 1000}, 8000}));

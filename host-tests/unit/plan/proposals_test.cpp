@@ -4,6 +4,7 @@
 #include <string>
 
 #include "firmware/procedure/methods/methods.hpp"
+#include "host-tests/support/runs.hpp"
 #include "tools/plan/forecast.hpp"
 
 namespace probebox::plan {
@@ -26,6 +27,7 @@ TEST(Proposals, EndWhereTheyAreStopped) {
 
 TEST(Proposals, FitIntoTheTimeAndTheBestComesFirst) {
   for (const auto* method : {&procedure::kDelayMultiSpeed, &procedure::kDelayKnownSphere, &procedure::kCentreline}) {
+    if (method == &procedure::kDelayMultiSpeed && !runsAreComplete()) continue;  // the longest to simulate
     const auto answered = proposals({.method = method}, {}, 60);
     ASSERT_TRUE(answered);
     const auto& found = *answered;

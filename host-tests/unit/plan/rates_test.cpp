@@ -96,9 +96,8 @@ TEST(TooSlow, NamesTheSourceBothRatesAndASpeedThatWillDo) {
   slow.positions_hz[1] = 100;
   const auto why = procedure::whyTooSlow(run->plan, run->facts, slow);
   ASSERT_TRUE(why);
-  EXPECT_EQ(why->what,
-            "The encoder of Y delivers 100 positions a second, and a touch at 40 mm/s needs 174: move at 23 mm/s or "
-            "less (--speed), or let it deliver more (rate_hz of its encoder in box.toml).");
+  EXPECT_THAT(why->what, AllOf(HasSubstr("of Y"), HasSubstr("100 positions"), HasSubstr("40 mm/s"), HasSubstr("174"),
+                               HasSubstr("23 mm/s"), HasSubstr("--speed"), HasSubstr("rate_hz")));
   // The speed that is named will do.
   const auto slower = std::make_unique<RunOf>(procedure::kDelayKnownSphere, 23);
   EXPECT_FALSE(procedure::whyTooSlow(slower->plan, slower->facts, slow));
@@ -106,20 +105,19 @@ TEST(TooSlow, NamesTheSourceBothRatesAndASpeedThatWillDo) {
   EXPECT_THAT(procedure::whyTooSlow(run->plan, run->facts, slow)->what, Not(HasSubstr("--speed")))
       << "no touch is that slow";
   slow.positions_hz[1] = 0;
-  EXPECT_THAT(procedure::whyTooSlow(run->plan, run->facts, slow)->what, HasSubstr("No positions of axis Y arrive"));
+  EXPECT_THAT(procedure::whyTooSlow(run->plan, run->facts, slow)->what, HasSubstr("axis Y"));
   slow = good;
   slow.deflections_hz = 300;
   EXPECT_THAT(procedure::whyTooSlow(run->plan, run->facts, slow)->what,
-              AllOf(HasSubstr("The probe delivers 300 deflections a second"), HasSubstr("needs 572")));
+              AllOf(HasSubstr("300"), HasSubstr("needs 572")));
 }
 
 TEST(TooSlow, PrintsRatesWithoutPowersOfTen) {
   const auto run = std::make_unique<RunOf>(procedure::kDelayMultiSpeed);
-  EXPECT_THAT(procedure::whyTooSlow(run->plan, run->facts, {{12000, 12000, 12000}, 99.96})->what,
-              HasSubstr("delivers 100 deflections"));
+  EXPECT_THAT(procedure::whyTooSlow(run->plan, run->facts, {{12000, 12000, 12000}, 99.96})->what, HasSubstr("100"));
   for (std::size_t i = 0; i < run->plan.step_count; ++i) run->plan.steps[i].overtravel_mm = 0.01;
   EXPECT_THAT(procedure::whyTooSlow(run->plan, run->facts, {{1000, 1000, 1000}, 2000})->what,
-              HasSubstr("The encoder of X delivers 1000 positions a second"));
+              AllOf(HasSubstr("of X"), HasSubstr("1000")));
 }
 
 // Where a switch tells the contact no deflections are awaited.

@@ -65,10 +65,9 @@ TEST(HoldPlan, MovesEveryAxisAloneToEitherSideOfTheMiddle) {
   EXPECT_EQ(places.size(), 13U);
   for (const double mean : sum) EXPECT_NEAR(mean, 0, 1e-12);
   EXPECT_THAT(promptFor(*plan, 0),
-              HasSubstr("step 1 of 13: A at 0 and C at 0 deg; with tool 5 in the spindle, hold its "
-                        "centre still in the middle of the sphere"));
-  EXPECT_THAT(promptFor(*plan, 1), HasSubstr("hold its centre still 0.2 mm to +X of the middle of the sphere"));
-  EXPECT_THAT(promptFor(*plan, 4), HasSubstr("0.2 mm to -X of"));
+              testing::AllOf(HasSubstr("step 1"), HasSubstr("0 deg"), HasSubstr("tool 5"), HasSubstr("sphere")));
+  EXPECT_THAT(promptFor(*plan, 1), testing::AllOf(HasSubstr("0.2 mm"), HasSubstr("to +X")));
+  EXPECT_THAT(promptFor(*plan, 4), testing::AllOf(HasSubstr("0.2 mm"), HasSubstr("to -X")));
 }
 
 TEST(HoldPlan, ReadsAPlateWithOneHoldWhereTheProbeTouchesFiveTimes) {
@@ -85,22 +84,22 @@ TEST(HoldPlan, ReadsAPlateWithOneHoldWhereTheProbeTouchesFiveTimes) {
     const double stop = k / 3 < 12 ? static_cast<double>(k / 3) : 0;
     EXPECT_NEAR(touch.rotary_angles_rad[2], stop * std::numbers::pi / 6, 1e-12);
   }
-  EXPECT_THAT(promptFor(*plan, 4), HasSubstr("C at 30 deg; with tool 5 in the spindle, hold its centre still in the "
-                                             "middle of ball 2"));
+  EXPECT_THAT(promptFor(*plan, 4), testing::AllOf(HasSubstr("30 deg"), HasSubstr("tool 5"), HasSubstr("ball 2")));
 }
 
 TEST(HoldPlan, RefusesWhatAHeadCannotUse) {
-  EXPECT_THAT(refusal(kSensorHeadCalibration, {}, kProbeLimit_mm), HasSubstr("give [sensor_head] tool and range_mm"));
+  EXPECT_THAT(refusal(kSensorHeadCalibration, {}, kProbeLimit_mm),
+              testing::AllOf(HasSubstr("[sensor_head]"), HasSubstr("range_mm")));
   EXPECT_EQ(refusal(kSensorHeadCalibration, kHead, kProbeLimit_mm), "");
   auto touching = kHead;
   touching.overtravel_mm = 0.3;
-  EXPECT_THAT(refusal(kRotaryAxisErrors, touching, kProbeLimit_mm), HasSubstr("takes no overtravel and clearance"));
+  EXPECT_THAT(refusal(kRotaryAxisErrors, touching, kProbeLimit_mm),
+              testing::AllOf(HasSubstr("overtravel"), HasSubstr("clearance")));
   auto fast = kHead;
   fast.speed_count = 1;
   fast.speeds_mm_s[0] = 5;
-  EXPECT_THAT(refusal(kRotaryAxisErrors, fast, kProbeLimit_mm),
-              HasSubstr("takes no speeds when a sensor head measures"));
-  EXPECT_THAT(refusal(kCentreline, kHead, kProbeLimit_mm), HasSubstr("does not use a sensor head"));
+  EXPECT_THAT(refusal(kRotaryAxisErrors, fast, kProbeLimit_mm), HasSubstr("no speeds"));
+  EXPECT_THAT(refusal(kCentreline, kHead, kProbeLimit_mm), HasSubstr("sensor head"));
   auto many = kHead;
   many.angles = 30;
   many.balls = 7;
@@ -110,17 +109,17 @@ TEST(HoldPlan, RefusesWhatAHeadCannotUse) {
 TEST(HoldPlan, NeedsAHeadThatIsDescribedAndCalibratedAndNoDelay) {
   Facts facts = factsWithHead();
   EXPECT_FALSE(whyUnready(kSensorHeadCalibration, facts, false)) << "nothing moves while it reads";
-  EXPECT_THAT(whyUnready(kSensorHeadCalibration, {}, true)->what, HasSubstr("[sensor_head] tool, range_mm"));
+  EXPECT_THAT(whyUnready(kSensorHeadCalibration, {}, true)->what,
+              testing::AllOf(HasSubstr("[sensor_head]"), HasSubstr("range_mm")));
   EXPECT_FALSE(whyUnready(kRotaryAxisErrors, facts, false, ReadBy::head));
   EXPECT_TRUE(whyUnready(kRotaryAxisErrors, facts, false)) << "the probe needs one";
 
   EXPECT_FALSE(whyNoHead(kSensorHeadCalibration, facts));
-  EXPECT_THAT(whyNoHead(kRotaryAxisErrors, facts)->what,
-              HasSubstr("calibrate it first (probebox calibrate sensor-head-calibration) and accept it"));
+  EXPECT_THAT(whyNoHead(kRotaryAxisErrors, facts)->what, HasSubstr("calibrate sensor-head-calibration"));
   facts.sensor_head->calibrated = CalibratedHead{};
   EXPECT_FALSE(whyNoHead(kRotaryAxisErrors, facts));
   EXPECT_THAT(whyNoHead(kRotaryAxisErrors, {})->what, HasSubstr("[sensor_head]"));
-  EXPECT_THAT(whyNoHead(kCentreline, facts)->what, HasSubstr("does not use a sensor head"));
+  EXPECT_THAT(whyNoHead(kCentreline, facts)->what, HasSubstr("sensor head"));
 
   EXPECT_EQ(described(kSensorHeadCalibration, {}, facts).value().head_tool, 5U);
   EXPECT_EQ(described(kRotaryAxisErrors, {}, facts).value().head_tool, 0U) << "the probe, unless the head is asked for";
@@ -173,7 +172,7 @@ TEST_F(HoldRun, AsksAgainWhereTheMachineMoved) {
   begin(), hold(21'000), end();
   EXPECT_EQ(progress().step, 0U);
   EXPECT_EQ(progress().last_fault, TouchFault::moved);
-  EXPECT_THAT(capture::explain(TouchFault::moved), HasSubstr("begin the step when it has stopped"));
+  EXPECT_THAT(capture::explain(TouchFault::moved), HasSubstr("stopped"));
   begin(5, false);
   EXPECT_EQ(progress().state, State::waiting) << "it says itself that it moves";
   EXPECT_EQ(progress().last_fault, TouchFault::moved);

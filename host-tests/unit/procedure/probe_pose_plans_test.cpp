@@ -28,7 +28,7 @@ TEST(RunsThatMeasureTheProbe, AskForItsPoseInEveryStepThatTouches) {
       if (step.kind == Kind::jog) continue;
       EXPECT_TRUE(step.turns) << method->name();
       EXPECT_EQ(step.touch.rotary_angles_rad, (std::array<double, 3>{})) << method->name();
-      EXPECT_THAT(promptFor(*plan, i), HasSubstr(": A, B and C at 0 deg; ")) << method->name();
+      EXPECT_THAT(promptFor(*plan, i), HasSubstr("0 deg")) << method->name();
     }
   }
 }

@@ -292,9 +292,8 @@ TEST_F(Planned, ASweepMovesOneAxisAndTouchesNothing) {
   const Plan plan = of(kScrewCalibration, kSweep);
   ASSERT_EQ(plan.step_count, 1U);
   EXPECT_EQ(plan.steps[0].kind, Kind::sweep);
-  EXPECT_EQ(promptFor(plan, 0),
-            "step 1 of 1: when the temperature of the screw of Y is stable and its travel is clear, move Y alone by "
-            "+40 mm at 0.5 mm/s without stopping");
+  EXPECT_THAT(promptFor(plan, 0), testing::AllOf(testing::StartsWith("step 1 of 1"), testing::HasSubstr("Y alone"),
+                                                 testing::HasSubstr("+40 mm"), testing::HasSubstr("0.5 mm/s")));
 }
 
 TEST_F(Planned, ARestMovesNothingAndSaysForHowLong) {
@@ -302,33 +301,33 @@ TEST_F(Planned, ARestMovesNothingAndSaysForHowLong) {
   ASSERT_EQ(plan.step_count, 1U);
   EXPECT_EQ(plan.steps[0].kind, Kind::rest);
   EXPECT_EQ(plan.steps[0].touch.travel_mm, 0);
-  EXPECT_EQ(promptFor(plan, 0),
-            "step 1 of 1: with the screw of Y cold (the machine has stood since the temperature of its room was "
-            "reached), stand still for 60 s");
+  EXPECT_THAT(promptFor(plan, 0), testing::AllOf(testing::StartsWith("step 1 of 1"), testing::HasSubstr("Y cold"),
+                                                 testing::HasSubstr("60 s")));
 }
 
 TEST_F(Planned, RefusesOptionsThatCannotBeUsedAndSaysWhatCould) {
   using testing::HasSubstr;
-  EXPECT_THAT(refusal(kScrewCalibration, {}), HasSubstr("1 to 3 (X, Y, Z)"));
+  EXPECT_THAT(refusal(kScrewCalibration, {}), testing::AllOf(HasSubstr("1 to"), HasSubstr("(X, Y, Z)")));
   auto faster = kSweep;
   faster.speeds_mm_s[0] = 60;
   EXPECT_THAT(refusal(kScrewCalibration, faster), HasSubstr("0.01 to 50 mm/s"));
   auto deeper = kSweep;
   deeper.overtravel_mm = 0.5;
-  EXPECT_THAT(refusal(kScrewCalibration, deeper), HasSubstr("takes no overtravel"));
-  EXPECT_THAT(refusal(kDelayPlates, {.axis = 1}), HasSubstr("has no options axis"));
+  EXPECT_THAT(refusal(kScrewCalibration, deeper), HasSubstr("overtravel"));
+  EXPECT_THAT(refusal(kDelayPlates, {.axis = 1}), HasSubstr("options axis"));
   EXPECT_THAT(refusal(kCentreline, {.speed_count = 2, .speeds_mm_s = {5, 500}}), HasSubstr("0.5 to 100 mm/s"));
   EXPECT_THAT(refusal(kCentreline, {.overtravel_mm = 1.5}), HasSubstr("0.05 to 1 mm"));
   EXPECT_THAT(refusal(kCentreline, {.clearance_mm = std::nan("")}), HasSubstr("0.1 to 10 mm"));
-  EXPECT_THAT(refusal(kCentreline, {.angles = 1}), HasSubstr("2 to 30 angles"));
-  EXPECT_THAT(refusal(kCentreline, {.arc_rad = 7}), HasSubstr("1 to 360 degrees"));
-  EXPECT_THAT(refusal(kDelayNonNormal, {.approach_rad = 1.2}), HasSubstr("0 to 60 degrees"));
-  EXPECT_THAT(refusal(kCAxisAlignment, {.balls = 1}), HasSubstr("2 to 7 balls"));
+  EXPECT_THAT(refusal(kCentreline, {.angles = 1}), testing::AllOf(HasSubstr("2 to"), HasSubstr("30 angles")));
+  EXPECT_THAT(refusal(kCentreline, {.arc_rad = 7}), testing::AllOf(HasSubstr("1 to"), HasSubstr("360 degrees")));
+  EXPECT_THAT(refusal(kDelayNonNormal, {.approach_rad = 1.2}),
+              testing::AllOf(HasSubstr("0 to"), HasSubstr("60 degrees")));
+  EXPECT_THAT(refusal(kCAxisAlignment, {.balls = 1}), testing::AllOf(HasSubstr("2 to"), HasSubstr("7 balls")));
   EXPECT_THAT(refusal(kCentreline, {.speed_count = 3, .speeds_mm_s = {5, 10, 15}, .angles = 12}),
               HasSubstr("180 touches"));
-  EXPECT_THAT(refusal(kDelayPlates, {.angles = 4}), HasSubstr("takes no rotary angles"));
-  EXPECT_THAT(refusal(kCentreline, {.balls = 3}), HasSubstr("takes no number of balls"));
-  EXPECT_THAT(refusal(kDelayInOut, {.approach_rad = 0.1}), HasSubstr("takes no approach angle"));
+  EXPECT_THAT(refusal(kDelayPlates, {.angles = 4}), HasSubstr("rotary angles"));
+  EXPECT_THAT(refusal(kCentreline, {.balls = 3}), HasSubstr("balls"));
+  EXPECT_THAT(refusal(kDelayInOut, {.approach_rad = 0.1}), HasSubstr("approach angle"));
 }
 
 TEST(Facts, AMethodIsRefusedWithTheRemedyWhereWhatItNeedsIsNotKnown) {
@@ -337,7 +336,7 @@ TEST(Facts, AMethodIsRefusedWithTheRemedyWhereWhatItNeedsIsNotKnown) {
   EXPECT_FALSE(whyUnready(kDelayMultiSpeed, none, false));
   EXPECT_THAT(whyUnready(kDelayKnownSphere, none, true)->what, HasSubstr("[datum_sphere] diameter_mm"));
   EXPECT_THAT(whyUnready(kDelayPlates, none, true)->what, HasSubstr("[datum_plates] gap_mm"));
-  EXPECT_THAT(whyUnready(kCentreline, none, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_THAT(whyUnready(kCentreline, none, false)->what, HasSubstr("calibrate"));
   EXPECT_FALSE(whyUnready(kCentreline, none, true));
   EXPECT_TRUE(kCentreline.finds_a_place);
   EXPECT_FALSE(kDelayMultiSpeed.finds_a_place) << "a delay is the same wherever the axes are";
@@ -358,7 +357,7 @@ TEST(Facts, AGapIsRefusedWhereTheWayOutOfATouchEndsInTheOppositePlate) {
   const auto refused = ready(5, 0);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().because, Obstacle::option);
-  EXPECT_THAT(refused.error().what, testing::HasSubstr("use a wider gap or a smaller stylus ball"));
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("wider gap"));
   EXPECT_FALSE(ready(7.9, 0));
   EXPECT_TRUE(ready(7.9, 0.3));
   EXPECT_TRUE(ready(8.2, 0));

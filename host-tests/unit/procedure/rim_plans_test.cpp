@@ -66,17 +66,19 @@ TEST(RimPlan, HasRoomForAllLoops) {
   auto options = kOptions;
   options.speed_count = 3;
   options.speeds_mm_s = {10, 20, 30};
-  EXPECT_THAT(refusal(kCentrelineBySteps, options, 1), HasSubstr("would be 195 touches"));
-  EXPECT_THAT(refusal(kCentrelineBySteps, {.arc_rad = 0.4}, 1), HasSubstr("30 to 360 degrees"));
-  EXPECT_THAT(refusal(kCentrelineBySteps, {.angles = 5}, 1), HasSubstr("takes no rotary angles"));
+  EXPECT_THAT(refusal(kCentrelineBySteps, options, 1), HasSubstr("195 touches"));
+  EXPECT_THAT(refusal(kCentrelineBySteps, {.arc_rad = 0.4}, 1),
+              testing::AllOf(HasSubstr("30 to"), HasSubstr("360 degrees")));
+  EXPECT_THAT(refusal(kCentrelineBySteps, {.angles = 5}, 1), HasSubstr("rotary angles"));
 }
 
 TEST(RimPlan, NeedsToKnowWhereTheLineIs) {
   Facts facts;
-  EXPECT_THAT(whyUnready(kCentrelineBySteps, facts, true)->what, HasSubstr("give [rim_ball] c_deg"));
+  EXPECT_THAT(whyUnready(kCentrelineBySteps, facts, true)->what,
+              testing::AllOf(HasSubstr("[rim_ball]"), HasSubstr("c_deg")));
   facts.rim_ball = RimBall{.c_on_line_rad = 1.5, .level_limit_mm = {}};
   EXPECT_FALSE(whyUnready(kCentrelineBySteps, facts, true));
-  EXPECT_THAT(whyUnready(kCentrelineBySteps, facts, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_THAT(whyUnready(kCentrelineBySteps, facts, false)->what, HasSubstr("calibrate"));
   EXPECT_EQ(described(kCentrelineBySteps, {}, facts).value().c_on_line_rad, 1.5);
   EXPECT_EQ(described(kCentreline, {}, facts).value().c_on_line_rad, 0);
 }
@@ -132,15 +134,16 @@ TEST(RimPlan, SaysWhatContactsLack) {
     const auto options = described(kCentrelineBySteps, {.contacts = true}, facts);
     return options ? std::string{} : options.error().what;
   };
-  EXPECT_THAT(lacks(), HasSubstr("give [rim_ball] beside_mm and radius_mm in machine.toml"));
+  EXPECT_THAT(lacks(), testing::AllOf(HasSubstr("[rim_ball]"), HasSubstr("beside_mm"), HasSubstr("radius_mm"),
+                                      HasSubstr("machine.toml")));
   facts.rim_ball->beside_mm = 30;
   facts.rim_ball->radius_mm = 600;
-  EXPECT_THAT(lacks(), HasSubstr("[rotary_axis.C] angle_from = \"encoder\""));
+  EXPECT_THAT(lacks(), testing::AllOf(HasSubstr("[rotary_axis.C]"), HasSubstr("angle_from = \"encoder\"")));
   facts.rim_ball->c_has_encoder = true;
   EXPECT_EQ(lacks(), "");
   EXPECT_EQ(described(kCentrelineBySteps, {}, facts)->contact_beside_mm, 0) << "nobody asked for them";
   EXPECT_EQ(described(kCentrelineBySteps, {.contacts = true}, facts)->contact_beside_mm, 30);
-  EXPECT_THAT(readied(kCentreline, {.contacts = true}, facts, {}).error().what, HasSubstr("takes no contacts"));
+  EXPECT_THAT(readied(kCentreline, {.contacts = true}, facts, {}).error().what, HasSubstr("contacts"));
   EXPECT_THAT(refusal(kCentrelineBySteps, {.contact_beside_mm = 30, .rim_radius_mm = 31}, 1),
               HasSubstr("1 to 24.8 mm"));
 }

@@ -40,30 +40,31 @@ TEST(SetterPlan, TouchesTheSameFacesWithTheProbeAndThenWithTheTool) {
     EXPECT_EQ(of_tool.touch.reading, k / 6 + 3);
     EXPECT_NE(of_tool.touch.outward_normal[2], -1) << "it stands on that face";
   }
-  EXPECT_THAT(promptFor(*plan, 0), HasSubstr("with the probe in the spindle, +X face of the tool-setting device"));
-  EXPECT_THAT(promptFor(*plan, 18), HasSubstr("with tool 7 in the spindle"));
-  EXPECT_THAT(promptFor(*plan, 18), HasSubstr("0.5 mm deep, in, pause, and back at 5 mm/s until"));
+  EXPECT_THAT(promptFor(*plan, 0), HasSubstr("+X face"));
+  EXPECT_THAT(promptFor(*plan, 18), HasSubstr("tool 7"));
+  EXPECT_THAT(promptFor(*plan, 18), testing::AllOf(HasSubstr("0.5 mm"), HasSubstr("5 mm/s")));
 }
 
 TEST(SetterPlan, NeedsANumberAndWayAboutTheEdges) {
   EXPECT_THAT(refusal(kToolSetter, {}), HasSubstr("--tool"));
   EXPECT_THAT(refusal(kToolSetter, {.overtravel_mm = 0.2, .tool = 7}), HasSubstr("0.3 to 100 mm"));
   EXPECT_THAT(refusal(kToolSetter, {.clearance_mm = 0.2, .tool = 7}), HasSubstr("0.3 to 10 mm"));
-  EXPECT_THAT(refusal(kToolSetter, {.balls = 2, .tool = 7}), HasSubstr("takes no number of balls"));
-  EXPECT_THAT(refusal(kCentreline, {.tool = 7}), HasSubstr("takes no tool"));
+  EXPECT_THAT(refusal(kToolSetter, {.balls = 2, .tool = 7}), HasSubstr("balls"));
+  EXPECT_THAT(refusal(kCentreline, {.tool = 7}), HasSubstr("no tool"));
   EXPECT_EQ(refusal(kToolSetter, {.tool = 7}), "");
 }
 
 TEST(SetterPlan, NeedsADeviceADelayAndAKnownTool) {
   Facts facts;
-  EXPECT_THAT(whyUnready(kToolSetter, facts, true)->what, HasSubstr("[tool_setter] in machine.toml"));
+  EXPECT_THAT(whyUnready(kToolSetter, facts, true)->what,
+              testing::AllOf(HasSubstr("[tool_setter]"), HasSubstr("machine.toml")));
   facts.tool_setter.emplace();
   facts.tools = {{.number = 4}, {.number = 9}};
-  EXPECT_THAT(whyUnready(kToolSetter, facts, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_THAT(whyUnready(kToolSetter, facts, false)->what, HasSubstr("calibrate"));
   EXPECT_FALSE(whyUnready(kToolSetter, facts, true));
   EXPECT_TRUE(kToolSetter.finds_a_place);
   EXPECT_THAT(kToolSetter.why_unfit({.tool = 7}, facts)->what,
-              HasSubstr("no [[tool]] with number 7: add it, or measure one of 4, 9"));
+              testing::AllOf(HasSubstr("[[tool]]"), HasSubstr("number 7"), HasSubstr("of 4, 9")));
   EXPECT_FALSE(kToolSetter.why_unfit({.tool = 9}, facts));
   EXPECT_EQ(kCentreline.why_unfit, nullptr) << "the method measures no tool";
 }
@@ -83,11 +84,12 @@ TEST(AssemblyPlan, NeedsAUnitWithAKnownPlaceAndAHolder) {
   Facts facts;
   facts.tool_setter.emplace();
   facts.tools = {{.number = 4, .holder = HolderFacts{.number = 2, .length_mm = 60, .sd_mm = 0}}, {.number = 9}};
-  EXPECT_THAT(whyUnready(kToolAssembly, facts, true)->what, HasSubstr("accepted_mm in machine.toml"));
+  EXPECT_THAT(whyUnready(kToolAssembly, facts, true)->what,
+              testing::AllOf(HasSubstr("accepted_mm"), HasSubstr("machine.toml")));
   facts.tool_setter->accepted_mm = {0, 0, 0};
   EXPECT_FALSE(whyUnready(kToolAssembly, facts, true));
   EXPECT_FALSE(kToolAssembly.why_unfit({.tool = 4}, facts));
-  EXPECT_THAT(kToolAssembly.why_unfit({.tool = 9}, facts)->what, HasSubstr("a [[holder]] with its length"));
+  EXPECT_THAT(kToolAssembly.why_unfit({.tool = 9}, facts)->what, HasSubstr("[[holder]]"));
   EXPECT_FALSE(kToolSetter.why_unfit({.tool = 9}, facts)) << "its length does not matter there";
 }
 

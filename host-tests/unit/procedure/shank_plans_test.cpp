@@ -50,8 +50,8 @@ TEST(ShankPlan, ReadsTheBallWithTheTipAndThenTouchesItWithTheShankOfTheSameTool)
     EXPECT_TRUE(k < 20 || touch.outward_normal[2] == 0) << "along the tool a shank tells nothing";
   }
   EXPECT_THAT(promptFor(*plan, 19), testing::Not(HasSubstr("shank")));
-  EXPECT_THAT(promptFor(*plan, 20), HasSubstr("touch 21 of 36: tool 3, A, B and C at 0 deg; +X side of ball 1 with "
-                                              "the shank, 50 mm above the centre of the stylus ball, 0.5 mm deep"));
+  EXPECT_THAT(promptFor(*plan, 20), testing::AllOf(HasSubstr("touch 21"), HasSubstr("tool 3"), HasSubstr("+X side"),
+                                                   HasSubstr("ball 1"), HasSubstr("50 mm"), HasSubstr("0.5 mm")));
 }
 
 // The stem holds a ball from below; what hangs on a shank that touches a side which looks down would cross it.
@@ -76,14 +76,14 @@ TEST(ShankPlan, NeedsAShankThatIsDescribedAndNoSecondTool) {
     Facts facts = factsWithShank();
     EXPECT_FALSE(whyNoShank(*method, facts));
     EXPECT_FALSE(whyUnready(*method, facts, true, ReadBy::shank));
-    EXPECT_THAT(whyUnready(*method, facts, false, ReadBy::shank)->what, HasSubstr("calibrate it first"));
+    EXPECT_THAT(whyUnready(*method, facts, false, ReadBy::shank)->what, HasSubstr("calibrate"));
     EXPECT_THAT(whyUnready(*method, facts, true)->what, HasSubstr("[probe_tools]"));
     facts.probe_shank.reset();
-    EXPECT_THAT(whyNoShank(*method, facts)->what, HasSubstr("give [probe_shank] tool, radius_mm"));
+    EXPECT_THAT(whyNoShank(*method, facts)->what, testing::AllOf(HasSubstr("[probe_shank]"), HasSubstr("radius_mm")));
   }
-  EXPECT_THAT(whyNoShank(kHeadPivot, factsWithShank())->what, HasSubstr("head-pivot does not use a shank"));
+  EXPECT_THAT(whyNoShank(kHeadPivot, factsWithShank())->what, HasSubstr("head-pivot"));
   const auto options = described(kAAxisAlignment, {}, factsWithShank(), ReadBy::shank).value();
-  EXPECT_THAT(validate(kHeadPivot, {.shank_height_mm = 50}, 1)->what, HasSubstr("does not use a shank"));
+  EXPECT_THAT(validate(kHeadPivot, {.shank_height_mm = 50}, 1)->what, HasSubstr("shank"));
   EXPECT_EQ(options.tool_count, 2);
   EXPECT_EQ(described(kAAxisAlignment, {}, factsWithShank()).value().shank_height_mm, 0);
   Facts no_head = factsWithShank();
@@ -94,7 +94,8 @@ TEST(ShankPlan, NeedsAShankThatIsDescribedAndNoSecondTool) {
 TEST(ShankPlan, IsRefusedWhereTheStylusBallWouldComeToTheBallAsWell) {
   Facts facts = factsWithShank();
   facts.probe_shank->height_mm = 15.4;
-  EXPECT_THAT(whyNoShank(kSwivelError, facts)->what, HasSubstr("choose [probe_shank] height_mm above 15.5"));
+  EXPECT_THAT(whyNoShank(kSwivelError, facts)->what,
+              testing::AllOf(HasSubstr("[probe_shank]"), HasSubstr("height_mm"), HasSubstr("15.5")));
   EXPECT_FALSE(whyNoShank(kAAxisAlignment, facts)) << "nobody says how large the ball of the part is";
   facts.checked_ball = CheckedBall{.diameter_mm = 26};
   EXPECT_THAT(whyNoShank(kAAxisAlignment, facts)->what, HasSubstr("above 16"));

@@ -36,7 +36,8 @@ constexpr ProcedureOptions kAboutB{.axis = kAxisB};
 
 TEST(Ways, AreRefusedWhereATiltPutsOneBallAboveAnother) {
   EXPECT_THAT(whyNot(shipped({-60, 0, 60}), kAboutB),
-              testing::AllOf(testing::HasSubstr("with B 60 and C 0"), testing::HasSubstr("ball 2 of [ball_plate]")));
+              testing::AllOf(testing::HasSubstr("B 60"), testing::HasSubstr("C 0"), testing::HasSubstr("ball 2"),
+                             testing::HasSubstr("[ball_plate]")));
   EXPECT_EQ(whyNot(shipped({-90, 0}), kAboutB), "") << "as shipped";
   EXPECT_EQ(whyNot(shipped({-90, -60, -30, 0, 20}), kAboutB), "");
   EXPECT_EQ(whyNot(shipped({}), {}), "") << "C turns them about a line that is upright";
@@ -51,7 +52,8 @@ TEST(Ways, AreNotJudgedWithoutTheSizeOfTheBalls) {
 TEST(Ways, HaveRoomForTheStylus) {
   auto facts = shipped({0});
   facts.ball_plate->balls_mm = {{30, 0, 100}, {38, 0, 60}, {-30, 0, 100}};
-  EXPECT_THAT(whyNot(facts, {}), testing::HasSubstr("ball 1 of [ball_plate]")) << "a ball under another one";
+  EXPECT_THAT(whyNot(facts, {}), testing::AllOf(testing::HasSubstr("ball 1"), testing::HasSubstr("[ball_plate]")))
+      << "a ball under another one";
   facts.ball_plate->balls_mm[1] = {60, 0, 60};
   EXPECT_EQ(whyNot(facts, {}), "");
 }

@@ -30,14 +30,15 @@ TEST(FactorySheet, PassesOnlyWhereNoLineFails) {
   EXPECT_THAT(good, HasSubstr("<div class=\"verdict pass\"><p>PASSED</p>"));
   EXPECT_THAT(good, Not(HasSubstr("FAILED")));
   const auto bad = sheetPage(sheet(Verdict::failed), "1.2.3");
-  EXPECT_THAT(bad, HasSubstr("FAILED: 1 of 3 lines"));
+  EXPECT_THAT(bad, testing::AllOf(HasSubstr("FAILED: 1"), HasSubstr("3 lines")));
   EXPECT_THAT(bad, HasSubstr("<td>3 lost</td><td>none</td><td><strong>FAILED</strong></td>"));
 }
 
 TEST(FactorySheet, IsADocumentThatNamesTheBoxAndWhatItDoesNotTell) {
   const auto page = sheetPage(sheet(Verdict::no_limit), "1.2.3");
   EXPECT_EQ(WellFormed::objectionTo(page), "");
-  EXPECT_THAT(page, HasSubstr("sim &lt;PB-1&gt;, 2026-11-26T08:00:00Z, Ada, over usb:PB-1"));
+  EXPECT_THAT(page, testing::AllOf(HasSubstr("sim &lt;PB-1&gt;"), HasSubstr("2026-11-26T08:00:00Z"), HasSubstr("Ada"),
+                                   HasSubstr("usb:PB-1")));
   EXPECT_THAT(page, HasSubstr("<td>not told by this box</td>"));
   EXPECT_THAT(page, HasSubstr("<td>no limit</td>"));
 }

@@ -74,9 +74,9 @@ TEST_F(Desk, SaysWhatAHomingLacks) {
     state_.snapshot.axes[1].homing = homing;
     return take({AxisHomed{Axis::y, 20, {}}}).value_or(Error{}).what;
   };
-  EXPECT_THAT(why(published::Homing::silent), HasSubstr("The axis Y is not counted"));
-  EXPECT_THAT(why(published::Homing::moving), HasSubstr("The axis Y has not been seen to stand still for 0.1 s"));
-  EXPECT_THAT(why(published::Homing::absolute), HasSubstr("leave it out"));
+  EXPECT_THAT(why(published::Homing::silent), HasSubstr("axis Y"));
+  EXPECT_THAT(why(published::Homing::moving), testing::AllOf(HasSubstr("axis Y"), HasSubstr("0.1 s")));
+  EXPECT_THAT(why(published::Homing::absolute), HasSubstr("leave"));
   EXPECT_EQ(taken(), 0U);
 }
 
@@ -128,8 +128,8 @@ TEST_F(Desk, SumsNoSourceThatMachineTomlDoesNotDescribe) {
   };
   EXPECT_THAT(ask(0b0001), HasSubstr("no screw"));
   EXPECT_THAT(ask(0b0011), HasSubstr("no screw"));
-  EXPECT_THAT(ask(0b0010), HasSubstr("no swivelling head"));
-  EXPECT_THAT(ask(0b0100), HasSubstr("no rotary table"));
+  EXPECT_THAT(ask(0b0010), HasSubstr("swivelling head"));
+  EXPECT_THAT(ask(0b0100), HasSubstr("rotary table"));
   EXPECT_EQ(taken(), 0U);
   state_.snapshot.health[0] = published::Health::invalid;  // no reading yet
   EXPECT_EQ(ask(0b0001), "");
@@ -168,14 +168,14 @@ TEST_F(Desk, HomesTheAxesThatAreNamedAndSaysWhich) {
     const auto reply = ask(axes);
     ASSERT_TRUE(reply);
     EXPECT_EQ(reply->code, messages::ErrorCode::malformed) << int{axes};
-    EXPECT_THAT(reply->text, HasSubstr("bits 0 to 2 (X Y Z)"));
+    EXPECT_THAT(reply->text, testing::AllOf(HasSubstr("bits 0"), HasSubstr("(X Y")));
   }
   EXPECT_EQ(taken(), 0U);
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
   testing::internal::CaptureStderr();
   EXPECT_EQ(ask(0b101)->code, messages::ErrorCode::ok);
   EXPECT_EQ(taken(), 2U);
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("axes X Z homed by Ada"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::AllOf(HasSubstr("X Z"), HasSubstr("Ada")));
 }
 
 TEST_F(Desk, TakesNoPoseThatHasNothing) {
@@ -209,9 +209,9 @@ TEST_F(Desk, LogsHowFarHomingAgainMovesAReference) {
   x.position_mm = 100;
   EXPECT_EQ(logged(99.5), "") << "nothing was referenced";
   x.referenced = true;
-  EXPECT_THAT(logged(99.5), HasSubstr("The reference of axis X moved by 0.5000 mm (old - new position): homed again by "
-                                      "modbus:/dev/ttyS1"));
-  EXPECT_THAT(logged(100.25), HasSubstr("by -0.2500 mm"));
+  EXPECT_THAT(logged(99.5),
+              testing::AllOf(HasSubstr("axis X"), HasSubstr("0.5000 mm"), HasSubstr("modbus:/dev/ttyS1")));
+  EXPECT_THAT(logged(100.25), HasSubstr("-0.2500 mm"));
   EXPECT_EQ(logged(100.0009), "");
 }
 
@@ -260,7 +260,7 @@ TEST_F(Desk, NamesTheInhibitLineWhoseLevelIsUnknown) {
   };
   EXPECT_EQ(problems()[0], "gpiochip0 cannot be found; check its connection");
   state_.snapshot.unknown_inhibit_lines = 2;
-  EXPECT_THAT(problems()[0], testing::AllOf(StartsWith("gpiochip0 cannot be found"), HasSubstr("counts as a cut")));
+  EXPECT_THAT(problems()[0], testing::AllOf(StartsWith("gpiochip0 cannot be found"), HasSubstr("a cut")));
   EXPECT_EQ(problems()[1], "");
 }
 

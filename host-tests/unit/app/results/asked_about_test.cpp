@@ -25,22 +25,22 @@ TEST_F(Accepting, ACheckThatFailsIsAskedAboutAndNamedWhileItIsInForce) {
   acceptedAs("check", check(0));
   const auto doubtful = results_.accept(propose("check", check(1)), "Ada");
   ASSERT_FALSE(doubtful);
-  EXPECT_THAT(doubtful.error().what, HasSubstr("about check is NOT PROVEN: Xcen_B0_mm is 0.01 mm off"));
+  EXPECT_THAT(doubtful.error().what, AllOf(HasSubstr("NOT PROVEN"), HasSubstr("Xcen_B0_mm"), HasSubstr("0.01 mm")));
   auto moved = check(2);
   moved.estimates[0].values[0] = 331;
   EXPECT_THAT(results_.accept(propose("check", moved), "Ada").error().what,
-              AllOf(HasSubstr("about check FAILED"), HasSubstr("differs from result")));
+              AllOf(HasSubstr("check FAILED"), HasSubstr("differs")));
   const auto id = propose("check", check(2));
   const auto refused = results_.accept(id, "Ada");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().reason, store::Reason::differs);
-  EXPECT_THAT(refused.error().what, AllOf(HasSubstr("about check FAILED: Xcen_B0_mm is 0.05 mm off"),
-                                          HasSubstr("becomes what the next check is held against")));
+  EXPECT_THAT(refused.error().what,
+              AllOf(HasSubstr("FAILED"), HasSubstr("Xcen_B0_mm"), HasSubstr("0.05 mm"), HasSubstr("next check")));
   EXPECT_THAT(results_.toRepeat(), IsEmpty());
   const auto accepted = results_.accept(id, "Ada", /*although_it_differs=*/true);
   ASSERT_TRUE(accepted) << accepted.error().what;
   EXPECT_THAT(accepted->notes, testing::Contains(HasSubstr("FAILED")));
-  EXPECT_THAT(results_.toRepeat(), ElementsAre(HasSubstr("about check FAILED")));
+  EXPECT_THAT(results_.toRepeat(), ElementsAre(HasSubstr("check FAILED")));
   EXPECT_THAT(*store_.history(id),
               testing::Contains(testing::Field(&store::Transition::remark, "although it is not proven to conform")));
 }
@@ -90,11 +90,11 @@ TEST_F(Accepting, ADelayWithAnotherGainOfTheProbeIsAskedAbout) {
   const auto refused = results_.accept(id, "Ada");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().reason, store::Reason::differs);
-  EXPECT_THAT(refused.error().what, HasSubstr("gain_matrix[0] -0.012 instead of 0.98"));
+  EXPECT_THAT(refused.error().what, AllOf(HasSubstr("gain_matrix[0]"), HasSubstr("-0.012"), HasSubstr("0.98")));
   EXPECT_TRUE(results_.accept(id, "Ada", /*although_it_differs=*/true));
 
   const auto unknown = acceptedAs("delay", delay(upright, /*angle_stated=*/false));
-  EXPECT_THAT(unknown.notes, testing::Contains(HasSubstr("its gain_matrix is not used")));
+  EXPECT_THAT(unknown.notes, testing::Contains(AllOf(HasSubstr("gain_matrix"), HasSubstr("not used"))));
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ TEST_F(MissingSum, ComesWhenOneOfItsPartsIsAcceptedAgain) {
   letBoxEndBeforeTheSum();
   const auto again = results_.accept(offset_, "Ada");
   ASSERT_TRUE(again) << again.error().what;
-  EXPECT_THAT(again->notes, ElementsAre(HasSubstr("is in force")));
+  EXPECT_THAT(again->notes, ElementsAre(HasSubstr("in force")));
   EXPECT_TRUE(inForce("centreline"));
   EXPECT_THAT(results_.accept(offset_, "Ada")->notes, IsEmpty());
 }

@@ -252,7 +252,7 @@ TEST_F(InForce, NoSumOfTwoResultsIsThatDoesNotFitTheBox) {
   };
   accept("centreline-stylus", "centreline", "centre_mm");
   EXPECT_THAT(accept("stylus-offset-1", "spindle-offset-2x2", "stylus_offset_mm"),
-              testing::Contains(testing::AllOf(HasSubstr("too far away"), testing::Not(HasSubstr("is in force")))));
+              testing::Contains(testing::AllOf(HasSubstr("too far"), testing::Not(HasSubstr("is in force")))));
   EXPECT_THAT(told_, IsEmpty());
   EXPECT_FALSE(decided::active(store_, results.bindingFor("centreline")).value());
 }
@@ -327,7 +327,7 @@ TEST_F(HeadInForce, CannotBeOfNobody) {
   const auto results = started();
   const auto refused = results->accept(proposeHead({1, 0, 0, 0, 1, 0, 0, 0, 1}, "sensor-head-calibration"), "Ada");
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().what, testing::HasSubstr("does not name its sensor head"));
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("sensor head"));
 }
 
 TEST_F(HeadInForce, CannotBeWhatHasNoMatrix) {
@@ -335,7 +335,8 @@ TEST_F(HeadInForce, CannotBeWhatHasNoMatrix) {
   const auto refused = results->accept(proposeHead({1, 0, 0, 0, 1, 0}), "Ada");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().reason, store::Reason::not_possible_now);
-  EXPECT_THAT(refused.error().what, testing::HasSubstr("6 values of sensor_matrix, not 9"));
+  EXPECT_THAT(refused.error().what,
+              testing::AllOf(testing::HasSubstr("6 values"), testing::HasSubstr("sensor_matrix")));
   EXPECT_FALSE(results->sensorHead(5));
 }
 

@@ -24,7 +24,7 @@ TEST_F(ToolLengths, AreRefusedWhereTheCoreHoldsNoMore) {
   const auto one_more = propose(subject(500), lengthOf(90));
   const auto refused = results_.accept(one_more, "Ada");
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().what, HasSubstr("lengths of 99 tools are in force"));
+  EXPECT_THAT(refused.error().what, HasSubstr("99 tools"));
   acceptedAs(subject(7), lengthOf(120.001));  // of a tool that has its place
   const auto none = results_.rollBack(inForce(subject(1))->id, "Ada");
   ASSERT_TRUE(none) << none.error().what;

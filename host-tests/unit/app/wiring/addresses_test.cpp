@@ -42,7 +42,7 @@ TEST_F(Addresses, OfSerialLinesNeverLeadToFiles) {
       "service.toml:3: 'cnc': " +
           folder_.file("ttyS1") +
           ": this is an ordinary file, no serial line; name a terminal device such as /dev/ttyS1");
-  EXPECT_THAT(problemOf("links = [\"serial:ttyS1\"]"), HasSubstr("'ttyS1' is no full path: write it as /dev/ttyS1"));
+  EXPECT_THAT(problemOf("links = [\"serial:ttyS1\"]"), AllOf(HasSubstr("'ttyS1'"), HasSubstr("/dev/ttyS1")));
   EXPECT_EQ(problemOf("links = [\"serial:" + folder_.file("not there yet") + "\"]"), "");
 }
 
@@ -53,7 +53,7 @@ TEST_F(Addresses, OfSerialLinesAreShortEnoughToKeepAnInhibitUnder) {
     EXPECT_THAT(
         problemOf("cnc = [\"" + kind + ":" + by_id + "\"]"),
         AllOf(HasSubstr("service.toml:1: 'cnc': '" + by_id), HasSubstr("up to " + std::to_string(79 - kind.size())),
-              HasSubstr("this one has 123"), HasSubstr("SYMLINK")));
+              HasSubstr("has 123"), HasSubstr("SYMLINK")));
   EXPECT_THAT(problemOf("\nlinks = [\"serial:" + by_id + "\"]"), HasSubstr("service.toml:2: 'links': '" + by_id));
   EXPECT_EQ(problemOf("cnc = [\"modbus:/dev/" + std::string(68, 'x') + ",baud=9600,parity=none\"]"), "");
   EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/" + std::string(69, 'x') + "\"]"), HasSubstr("SYMLINK"));
@@ -67,15 +67,15 @@ TEST_F(Addresses, NameEachDeviceOnce) {
   ASSERT_TRUE(cable) << cable.error().what;
   std::filesystem::create_symlink(folder_.file("a"), folder_.file("also a"));
   EXPECT_EQ(problemOf("cnc = [\"modbus:" + folder_.file("a") + "\", \"modbus:" + folder_.file("b") + "\"]"), "");
-  EXPECT_EQ(problemOf("links = [\"serial:" + folder_.file("a") + "\"]\ncnc = [\"modbus:" + folder_.file("also a") +
-                      ",unit=2\"]\n"),
-            "service.toml:2: 'cnc': " + folder_.file("also a") +
-                " is in use by service.toml:1: 'links' already: give each a device of its own");
+  EXPECT_THAT(
+      problemOf("links = [\"serial:" + folder_.file("a") + "\"]\ncnc = [\"modbus:" + folder_.file("also a") +
+                ",unit=2\"]\n"),
+      AllOf(HasSubstr("service.toml:2: 'cnc': " + folder_.file("also a")), HasSubstr("service.toml:1: 'links'")));
   EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/ttyS71,unit=1\", \"modbus:/dev/ttyS71,unit=2\"]"),
-              HasSubstr("/dev/ttyS71 is in use by service.toml:1: 'cnc' already"));
+              AllOf(HasSubstr("/dev/ttyS71"), HasSubstr("service.toml:1"), HasSubstr("'cnc'")));
   EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:7627\", \"tcp::7627\"]"),
-              HasSubstr("tcp:127.0.0.1:7627 is in use by"));
-  EXPECT_THAT(problemOf("links = [\"usb\", \"usb:controller=dummy\"]"), HasSubstr("the USB port is in use by"));
+              AllOf(HasSubstr("tcp:127.0.0.1:7627"), HasSubstr("in use")));
+  EXPECT_THAT(problemOf("links = [\"usb\", \"usb:controller=dummy\"]"), HasSubstr("USB port"));
 }
 
 // Two listeners of which the second cannot bind: the start failed for ever, and blamed another process.
@@ -84,30 +84,32 @@ TEST_F(Addresses, OfOnePortDoNotOverlap) {
     const std::string address = "\"tcp:" + std::string{second} + ":7627\"";
     EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:7627\", " + address + "]\n[[door]]\naddress = " + address +
                           "\nread_only = true\n"),
-                HasSubstr(std::string{second} + ":7627 is in use by service.toml:1: 'links' already"))
+                AllOf(HasSubstr(std::string{second} + ":7627"), HasSubstr("service.toml:1: 'links'")))
         << second;
   }
   EXPECT_THAT(problemOf("links = [\"tcp:localhost:502\"]\ncnc = [\"modbus-tcp:127.0.0.1:502\"]"),
-              HasSubstr("tcp:127.0.0.1:502 is in use by service.toml:1: 'links' already"));
+              AllOf(HasSubstr("tcp:127.0.0.1:502"), HasSubstr("service.toml:1"), HasSubstr("'links'")));
   EXPECT_EQ(problemOf("links = [\"tcp:127.0.0.1:7627\", \"tcp:127.0.0.2:7627\", \"tcp:localhost:7628\"]"), "");
 }
 
 TEST_F(Addresses, HaveEachSettingOnce) {
-  EXPECT_EQ(
-      problemOf("cnc = [\"modbus:/dev/ttyS71,unit=1,baud=9600,unit=2\"]"),
-      "service.toml:1: 'cnc': 'modbus:/dev/ttyS71,unit=1,baud=9600,unit=2' has 'unit=' twice: remove one of them");
-  EXPECT_THAT(problemOf("links = [\"serial:/dev/ttyS71,baud=9600,baud=19200\"]"), HasSubstr("has 'baud=' twice"));
-  EXPECT_THAT(problemOf("cnc = [\"tape:/dev/ttyS71,dialect=nv,dialect=g10\"]"), HasSubstr("has 'dialect=' twice"));
+  EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/ttyS71,unit=1,baud=9600,unit=2\"]"),
+              AllOf(HasSubstr("service.toml:1: 'cnc': 'modbus:/dev/ttyS71,unit=1,baud=9600,unit=2'"),
+                    HasSubstr("'unit='"), HasSubstr("twice")));
+  EXPECT_THAT(problemOf("links = [\"serial:/dev/ttyS71,baud=9600,baud=19200\"]"),
+              AllOf(HasSubstr("'baud='"), HasSubstr("twice")));
+  EXPECT_THAT(problemOf("cnc = [\"tape:/dev/ttyS71,dialect=nv,dialect=g10\"]"),
+              AllOf(HasSubstr("'dialect='"), HasSubstr("twice")));
   EXPECT_THAT(problemOf("cnc = [\"modbus-tcp:127.0.0.1:502,words=low-first,words=high-first\"]"),
-              HasSubstr("has 'words=' twice"));
+              AllOf(HasSubstr("'words='"), HasSubstr("twice")));
 }
 
 TEST_F(Addresses, HaveSettingsThatLinesHave) {
-  EXPECT_THAT(
-      problemOf("cnc = [\"modbus:/dev/ttyS1,baud=19201\"]"),
-      HasSubstr("service.toml:1: 'cnc': /dev/ttyS1: 19201 baud is not a standard rate: did you mean baud=19200?"));
-  EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/ttyS1,unit=248\"]"), HasSubstr("write unit=1 to unit=247"));
-  EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:70000\"]"), HasSubstr("is not a TCP address"));
+  EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/ttyS1,baud=19201\"]"),
+              AllOf(HasSubstr("service.toml:1"), HasSubstr("'cnc'"), HasSubstr("/dev/ttyS1"), HasSubstr("19201"),
+                    HasSubstr("baud=19200?")));
+  EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/ttyS1,unit=248\"]"), AllOf(HasSubstr("unit=1"), HasSubstr("unit=247")));
+  EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:70000\"]"), HasSubstr("TCP address"));
 }
 
 TEST_F(Addresses, LetNobodyFromElsewhereDoMoreThanRead) {
@@ -125,20 +127,20 @@ TEST_F(Addresses, LetNobodyFromElsewhereDoMoreThanRead) {
         << host;
   Options options;
   options.links = {"tcp:0.0.0.0:7627"};
-  EXPECT_THAT(problemOf("", options), HasSubstr("--link: The link tcp:0.0.0.0:7627 can be reached"));
+  EXPECT_THAT(problemOf("", options), AllOf(HasSubstr("--link"), HasSubstr("tcp:0.0.0.0:7627")));
 }
 
 TEST_F(Addresses, OfACncOnTheNetworkAreForReadingWhereOthersReachThem) {
   EXPECT_EQ(problemOf("cnc = [\"modbus-tcp:127.0.0.1:502,words=low-first\"]"), "");
   EXPECT_THAT(problemOf("cnc = [\"modbus-tcp:0.0.0.0:502\"]"),
-              AllOf(HasSubstr("service.toml:1: 'cnc': The CNC line modbus-tcp:0.0.0.0:502 can be reached"),
-                    HasSubstr("address = \"modbus-tcp:0.0.0.0:502\", read_only = true")));
+              AllOf(HasSubstr("service.toml:1"), HasSubstr("'cnc'"), HasSubstr("modbus-tcp:0.0.0.0:502"),
+                    HasSubstr("\"modbus-tcp:0.0.0.0:502\""), HasSubstr("read_only = true")));
   EXPECT_EQ(problemOf("cnc = [\"modbus-tcp:0.0.0.0:502\"]\n"
                       "[[door]]\naddress = \"modbus-tcp:0.0.0.0:502\"\nread_only = true\n"),
             "");
   EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:502\"]\ncnc = [\"modbus-tcp:127.0.0.1:502\"]"),
-              HasSubstr("tcp:127.0.0.1:502 is in use by service.toml:1: 'links' already"));
-  EXPECT_THAT(problemOf("cnc = [\"modbus-tcp:127.0.0.1:502,words=big\"]"), HasSubstr("write words=high-first or"));
+              AllOf(HasSubstr("tcp:127.0.0.1:502"), HasSubstr("service.toml:1"), HasSubstr("'links'")));
+  EXPECT_THAT(problemOf("cnc = [\"modbus-tcp:127.0.0.1:502,words=big\"]"), HasSubstr("words=high-first"));
 }
 
 TEST(DoorOfAListener, HasTheNameOfItsLinkAtEveryStart) {
@@ -155,10 +157,9 @@ TEST_F(Addresses, OfTheCommandLineStandInForThoseOfTheFile) {
   options.links = {"tcp:127.0.0.1:1"};
   options.cnc = {"modbus:/dev/null", "punch:/dev/ttyS1", "tape:/dev/ttyS2,dialect=iso"};
   const auto problem = problemOf("links = [\"serial:/etc/passwd\"]", options);
-  EXPECT_THAT(problem, AllOf(HasSubstr("--cnc: /dev/null: this is another device, no serial line"),
-                             HasSubstr("\n--cnc: The CNC line 'punch:/dev/ttyS1' is not modbus:DEVICE"),
-                             HasSubstr("'dialect=iso' is not a setting: known are dialect=g10|macro|nv"),
-                             Not(HasSubstr("passwd"))));
+  EXPECT_THAT(problem, AllOf(HasSubstr("--cnc"), HasSubstr("/dev/null"), HasSubstr("another device"),
+                             HasSubstr("\n--cnc"), HasSubstr("'punch:/dev/ttyS1'"), HasSubstr("'dialect=iso'"),
+                             HasSubstr("dialect=g10|macro|nv"), Not(HasSubstr("passwd"))));
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ TEST_F(StartFolder, OverwritesNothing) {
   std::ofstream{folder / "probe.toml"} << "mine";
   const auto refused = writeStartingDescriptions(folder);
   ASSERT_TRUE(refused);
-  EXPECT_THAT(refused->what, HasSubstr("probe.toml is there already: remove it, or name another folder"));
+  EXPECT_THAT(refused->what, testing::AllOf(HasSubstr("probe.toml"), HasSubstr("already")));
   EXPECT_EQ(textOf(folder / "probe.toml"), "mine");
   EXPECT_FALSE(std::filesystem::exists(folder / "box.toml"));
 }
@@ -62,7 +62,7 @@ TEST_F(StartFolder, IsNamedWhereItCannotBeMade) {
   EXPECT_THAT(refused->what, HasSubstr((folder / "below").string()));
   const auto too_long = writeStartingDescriptions(std::string(300, 'a'));
   ASSERT_TRUE(too_long);
-  EXPECT_THAT(too_long->what, HasSubstr("box.toml cannot be written: File name too long"));
+  EXPECT_THAT(too_long->what, testing::AllOf(HasSubstr("box.toml"), HasSubstr("too long")));
 }
 
 }  // namespace

@@ -55,8 +55,8 @@ TEST(CheckVerdict, ProvesNothingWhereUIsUnknown) {
   ASSERT_TRUE(solved->find("deviation_Xcen_B0_mm")->sd.empty());
   EXPECT_EQ(solved->find("verdict")->value(), 1.0);
   EXPECT_EQ(solved->find("worst_ratio"), nullptr) << "it has U in it";
-  EXPECT_THAT(solved->warnings, testing::Contains(AllOf(HasSubstr("not proven: Xcen_B0_mm"), HasSubstr("U is unknown"),
-                                                        HasSubstr("state sigma_mm"))));
+  EXPECT_THAT(solved->warnings, testing::Contains(AllOf(HasSubstr("not proven"), HasSubstr("Xcen_B0_mm"),
+                                                        HasSubstr("U is"), HasSubstr("state sigma_mm"))));
   dataset.config["accepted_Xcen_B0_mm"] = 0.1;
   EXPECT_EQ(solve(dataset)->find("verdict")->value(), 1.0) << "beyond the limit, and not proven to be";
 }
@@ -66,8 +66,9 @@ TEST(CheckVerdict, DoesNotPassWhatHasALimitAndIsComparedWithNothing) {
   Dataset dataset = checkOf({}, 1e-4, random);
   dataset.config["limit_Xcen_B0_mm"] = 0.010;
   EXPECT_EQ(solve(dataset)->find("verdict")->value(), 1.0);
-  EXPECT_THAT(solve(dataset)->warnings, testing::Contains(AllOf(HasSubstr("not proven: Xcen_B0_mm has a limit"),
-                                                                HasSubstr("state accepted_Xcen_B0_mm"))));
+  EXPECT_THAT(solve(dataset)->warnings,
+              testing::Contains(AllOf(HasSubstr("not proven"), HasSubstr("Xcen_B0_mm"), HasSubstr("a limit"),
+                                      HasSubstr("state accepted_Xcen_B0_mm"))));
   dataset.config["accepted_Xcen_B0_mm"] = 0.020;
   EXPECT_EQ(solve(dataset)->find("verdict")->value(), 0.0);
   dataset.config["limit_stylus_offset_x_mm"] = 0.010;
@@ -79,7 +80,7 @@ TEST(CheckVerdict, DoesNotPassWhatHasALimitAndIsComparedWithNothing) {
   const auto swivels = columnNamed(dataset, "centres", "B_deg");
   keepRows(tableNamed(dataset, "centres"), [&](std::size_t row) { return swivels[row] != 45.0; });
   EXPECT_EQ(solve(dataset)->find("verdict")->value(), 1.0);
-  EXPECT_THAT(solve(dataset)->warnings, testing::Contains(HasSubstr("Ycen_B45_mm has a limit and was not measured")));
+  EXPECT_THAT(solve(dataset)->warnings, testing::Contains(AllOf(HasSubstr("Ycen_B45_mm"), HasSubstr("not measured"))));
 }
 
 // What was accepted was measured too.

@@ -25,7 +25,8 @@ TEST(FarStylus, IsRefusedWhereTheAnglesAreExchanged) {
     const auto solved = solve(ballDataset(method, lever, rows, 1e-3));
     ASSERT_FALSE(solved) << method;
     EXPECT_EQ(solved.error().name, "implausible");
-    EXPECT_THAT(solved.error().reason, testing::HasSubstr("A_rad and C_rad are not exchanged"));
+    EXPECT_THAT(solved.error().reason, testing::AllOf(testing::HasSubstr("A_rad"), testing::HasSubstr("C_rad"),
+                                                      testing::HasSubstr("exchanged")));
   }
 }
 

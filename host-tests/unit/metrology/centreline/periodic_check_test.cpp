@@ -108,7 +108,7 @@ TEST(PeriodicCheck, SaysThatAStopOfCIsNotUsedWhereTheBallIsUnknown) {
   std::erase_if(dataset.tables, [](const Table& table) { return table.name != "centres"; });
   const auto solved = solve(dataset);
   ASSERT_TRUE(solved.ok()) << solved.error().reason;
-  EXPECT_THAT(solved->warnings, testing::Contains(HasSubstr("sigma_C_rad is not used")));
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::AllOf(HasSubstr("sigma_C_rad"), HasSubstr("not used"))));
 }
 
 TEST(PeriodicCheck, IsExactWithoutNoiseAndWithADropOut) {
@@ -209,7 +209,7 @@ TEST(PeriodicCheck, ComparesItsTouchesWithTheCentres) {
     Dataset z = good;
     columnNamed(z, "z_touch", "z_mm")[0] += 0.1;
     EXPECT_THAT(solve(good)->warnings, testing::Not(testing::Contains(HasSubstr("by table z_touch"))));
-    EXPECT_THAT(solve(z)->warnings, testing::Contains(HasSubstr("by table z_touch the ball's centre is at Z")));
+    EXPECT_THAT(solve(z)->warnings, testing::Contains(HasSubstr("z_touch")));
     for (Dataset* each : {&x, &z}) each->config["sigma_mm"] = 0.1;
     EXPECT_EQ(refusalOf(x), "") << "within the noise";
     EXPECT_THAT(solve(z)->warnings, testing::Not(testing::Contains(HasSubstr("by table z_touch"))));
@@ -226,7 +226,7 @@ TEST(PeriodicCheck, ComparesRunOutsAlongTheAxisOfTheHead) {
       y[first] = y[first + beside] + 1e-4;
       ASSERT_FALSE(solve(copied)) << first << ", " << beside;
       EXPECT_EQ(solve(copied).error().name, "readings-contradict");
-      EXPECT_THAT(solve(copied).error().reason, HasSubstr("run-out in Y"));
+      EXPECT_THAT(solve(copied).error().reason, HasSubstr("in Y"));
       copied.config["sigma_mm"] = 1.0;
       EXPECT_EQ(refusalOf(copied), "") << "within the noise";
     }
@@ -269,10 +269,11 @@ TEST(PeriodicCheck, RefusesByName) {
   Dataset partial = checkOf({}, 0.001, random);
   keepRows(tableNamed(partial, "centres"), [](std::size_t row) { return row < 8; });
   EXPECT_EQ(solve(partial)->find("Ycen_B45_mm"), nullptr);
-  EXPECT_THAT(solve(partial)->unobservable, testing::Contains(HasSubstr("Ycen_B45_mm: no reading")));
+  EXPECT_THAT(solve(partial)->unobservable,
+              testing::Contains(testing::AllOf(HasSubstr("Ycen_B45_mm"), HasSubstr("no reading"))));
   EXPECT_THAT(solve(partial)->warnings, testing::Not(testing::Contains(HasSubstr("Ycen_B45_mm"))));
   partial.config["accepted_Ycen_B45_mm"] = 1.0;
-  EXPECT_THAT(solve(partial)->warnings, testing::Contains(HasSubstr("Ycen_B45_mm was accepted once")));
+  EXPECT_THAT(solve(partial)->warnings, testing::Contains(testing::AllOf(HasSubstr("Ycen_B45_mm"), HasSubstr("once"))));
 }
 
 }  // namespace

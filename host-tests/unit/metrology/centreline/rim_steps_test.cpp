@@ -218,7 +218,7 @@ TEST(CentrelineBySteps, RefusesWhenTheAnglesOfCAreNotWhatTheySay) {
   dataset.config["trust_C_angles"] = false;
   const auto solved = solve(dataset);
   ASSERT_TRUE(solved.ok()) << solved.error().reason;
-  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("so the steps count")));
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("steps count")));
   for (std::size_t k = 0; k < 2; ++k) {
     EXPECT_NEAR(solved->find("centre_mm")->values[k], chuck.centre[static_cast<Eigen::Index>(k)],
                 5.0 * solved->find("centre_mm")->sd[k]);
@@ -249,7 +249,7 @@ TEST(CentrelineBySteps, SaysThatItDoesNotCompareWithoutSigma) {
     dataset.config["trust_C_angles"] = trust;
     const auto solved = solve(dataset);
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
-    EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("not compared with the fit")));
+    EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("not compared")));
     EXPECT_EQ(solved->find("centre_mm")->sd.empty(), !trust);
   }
 }

@@ -10,6 +10,7 @@
 #include "firmware/metrology/kinematics/joint_path.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/support/runs.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -149,7 +150,7 @@ TEST(DelayJoints, FindsTheDelayOfEveryJointOfAnArm) {
 TEST(DelayJoints, StatesItsUncertainty) {
   std::mt19937_64 random{4};
   std::array<Moments, 3> pulls;
-  for (int trial = 0; trial < 300; ++trial) {
+  for (std::uint64_t trial = 0; trial < runs(300); ++trial) {
     const Arm arm{.base = {uniform(random, -500, 500), uniform(random, -500, 500), uniform(random, -500, 500)}};
     simulation::Scene simulated = scene(arm);
     simulated.centre_mm += Vector3d{uniform(random, -60, 60), uniform(random, -60, 60), uniform(random, -60, 60)};

@@ -119,7 +119,7 @@ TEST(FeatureAnswer, TakesSizesToTheTemperatureAtWhichTheyWereTouched) {
 }
 
 TEST(FeatureAnswer, SaysWhatOneSpeedCannotTell) {
-  EXPECT_THAT(on(kSphere, {}).unobservable, Contains(HasSubstr("1 um of size is 20 us")));
+  EXPECT_THAT(on(kSphere, {}).unobservable, Contains(testing::AllOf(HasSubstr("1 um"), HasSubstr("20 us"))));
   const Result several = answerOf(touched(fiveSides({10.0, 30.0}), kSphere));
   EXPECT_THAT(several.unobservable, testing::Not(Contains(HasSubstr("1 um of size"))));
 }
@@ -146,7 +146,7 @@ TEST(FeatureAnswer, LeavesOutTouchesWhoseDeflectionWasLimited) {
     ASSERT_EQ(result.dropped.size(), 1U);
     EXPECT_EQ(result.dropped[0].name, "touch 2");
     EXPECT_EQ(result.dropped[0].reason, "clipped");
-    EXPECT_THAT(result.warnings, Contains(HasSubstr("reduce the overtravel")));
+    EXPECT_THAT(result.warnings, Contains(HasSubstr("overtravel")));
     EXPECT_NEAR(result.find("tau_s")->value(), scene.tau(), 4.5 * result.find("tau_s")->sd[0]);
     clip(dataset, [](double touch) { return touch <= 2.0; });
     EXPECT_EQ(refusalOf(dataset), "clipped");

@@ -11,6 +11,7 @@
 #include "firmware/metrology/solve.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/support/runs.hpp"
 #include "host-tests/support/sanitized.hpp"
 
 namespace probebox::metrology {
@@ -146,7 +147,7 @@ TEST(NoiseCheck, WarnsOfOneHonestCaseInAThousand) {
     std::mt19937_64 random{8};
     int above = 0;
     int below = 0;
-    for (int trial = 0; trial < 20000 / kSlower; ++trial) {
+    for (std::uint64_t trial = 0; trial < runs(20000) / kSlower; ++trial) {
       const auto solved = solve(measure(0.001, 0.001, random));
       if (!solved) continue;  // a point further off than a sphere allows
       for (const auto& warning : solved->warnings) {
@@ -154,10 +155,13 @@ TEST(NoiseCheck, WarnsOfOneHonestCaseInAThousand) {
         above += isNoiseWarning(warning) && !warning.starts_with(kResidualsBelowNoise) ? 1 : 0;
       }
     }
-    // Ten expected on each side, give or take three.
+    // Of 20000, ten are expected on each side, give or take three.
+    const int most = runsAreComplete() ? 23 : 12;
     if (kSlower == 1) {
-      EXPECT_THAT(below, AllOf(Ge(1), Le(23)));
-      EXPECT_THAT(above, AllOf(Ge(1), Le(23)));
+      EXPECT_LE(below, most);
+      EXPECT_LE(above, most);
+      EXPECT_GE(std::min(below, above), runsAreComplete() ? 1 : 0);
+      EXPECT_GE(below + above, 1);
     }
     EXPECT_LE(below + above, 40);
   }
@@ -168,8 +172,8 @@ TEST(NoiseCheck, KnowsHowWellTheNoiseOfTouchesIsLearned) {
   std::mt19937_64 random{9};
   int outside = 0;
   int warned = 0;
-  constexpr int kTrials = 600 / kSlower;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  const std::uint64_t trials = runs(600) / kSlower;
+  for (std::uint64_t trial = 0; trial < trials; ++trial) {
     const auto scene = simulation::shuffled({}, random);
     const auto solved = solve(simulation::measure(scene, random));
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
@@ -182,7 +186,7 @@ TEST(NoiseCheck, KnowsHowWellTheNoiseOfTouchesIsLearned) {
   }
   EXPECT_LE(warned, 5);
   if (kSlower == 1) {
-    EXPECT_THAT(outside, AllOf(Ge(30), Le(95))) << "60 of 600 expected";
+    EXPECT_THAT(outside, runsAreComplete() ? AllOf(Ge(30), Le(95)) : AllOf(Ge(4), Le(30))) << "a tenth is expected";
   }
 }
 
@@ -193,7 +197,7 @@ TEST(NoiseCheck, FindsAWrongSigmaOnBothSides) {
     EXPECT_THAT(noisy.warnings, Contains(AllOf(StartsWith("residuals-exceed-noise: "), HasSubstr("sigma"))));
     EXPECT_NEAR(noisy.estimates[0].sd[0], 0.001 / std::sqrt(12.0) * std::sqrt(*noisy.chi2_reduced), 1e-9);
     const auto still = solve(turn(0.01, 0.001, random)).value();
-    EXPECT_THAT(still.warnings, Contains(AllOf(StartsWith("residuals-below-noise: "), HasSubstr("state the sigma"))));
+    EXPECT_THAT(still.warnings, Contains(AllOf(StartsWith("residuals-below-noise: "), HasSubstr("sigma"))));
     EXPECT_NEAR(still.estimates[0].sd[0], 0.01 / std::sqrt(12.0), 1e-9);
   }
 }

@@ -10,6 +10,7 @@
 
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/support/runs.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -224,7 +225,7 @@ TEST(DelayJoints, OfADeltaAreAsUncertainAsItSays) {
   const Machine machine = slides();
   std::mt19937_64 random{4};
   Moments pulls;
-  for (int trial = 0; trial < 60; ++trial) {
+  for (std::uint64_t trial = 0; trial < runs(60); ++trial) {
     simulation::Scene simulated = scene(machine);
     simulated.speeds_mm_s = {10.0, 30.0};
     for (double& more : simulated.more_delay_s) more = uniform(random, -0.001, 0.003);
@@ -275,22 +276,22 @@ TEST(DelayJoints, RefusesLegsThatCarryNoPlatform) {
   EXPECT_EQ(refusal(dataset), "");
   Dataset few = dataset;
   for (auto& column : tableNamed(few, "legs").columns) column.values.pop_back();
-  EXPECT_THAT(refusal(few), testing::AllOf(HasSubstr("bad-legs"), HasSubstr("has 2 rows: give three")));
+  EXPECT_THAT(refusal(few), testing::AllOf(HasSubstr("bad-legs"), HasSubstr("2 rows")));
   Dataset flat = dataset;  // three arms in the plane of the platform
   for (double& z : columnNamed(flat, "legs", "lz_mm")) z = 0.0;
-  EXPECT_THAT(refusal(flat), HasSubstr("do not constrain the platform"));
+  EXPECT_THAT(refusal(flat), HasSubstr("constrain"));
   Dataset strange = dataset;
   columnNamed(strange, "legs", "kind")[1] = 4.0;
-  EXPECT_THAT(refusal(strange), HasSubstr("bad-flag: table 'legs', row 2"));
+  EXPECT_THAT(refusal(strange), testing::AllOf(HasSubstr("bad-flag: "), HasSubstr("'legs'"), HasSubstr("row 2")));
   Dataset slanted = dataset;
   columnNamed(slanted, "legs", "uz")[2] = -0.9;
-  EXPECT_THAT(refusal(slanted), HasSubstr("bad-direction: table 'legs', row 3"));
+  EXPECT_THAT(refusal(slanted), testing::AllOf(HasSubstr("bad-direction: "), HasSubstr("'legs'"), HasSubstr("row 3")));
   Dataset far = dataset;
   columnNamed(far, "machine", "q2_mm")[7] += 1500.0;
-  EXPECT_THAT(refusal(far), HasSubstr("not-reachable: table 'machine', row 8"));
+  EXPECT_THAT(refusal(far), testing::AllOf(HasSubstr("not-reachable: "), HasSubstr("'machine'"), HasSubstr("row 8")));
   Dataset both = dataset;
   addTable(both, "chain", {"revolute"}).append({1.0});
-  EXPECT_THAT(refusal(both), HasSubstr("keep the one that describes"));
+  EXPECT_THAT(refusal(both), HasSubstr("keep"));
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ TEST(LargeTranslations, OfOneAngleAreRefused) {
     const auto solved = solve(movedTable(moved_mm, {0, 0, 0}, random));
     ASSERT_FALSE(solved) << moved_mm;
     EXPECT_EQ(solved.error().name, "errors-too-large");
-    EXPECT_THAT(solved.error().reason, AllOf(HasSubstr("at 60 degrees the table is moved by"), HasSubstr("signs")));
+    EXPECT_THAT(solved.error().reason, AllOf(HasSubstr("60 degrees"), HasSubstr("signs")));
   }
 }
 
@@ -66,7 +66,7 @@ TEST(LargeTranslations, OfAPointBesideTheAxisAreRefused) {
   const auto solved = solve(movedTable({0, 0, 0}, {100, 0, 0}, random));
   ASSERT_FALSE(solved);
   EXPECT_EQ(solved.error().name, "errors-too-large");
-  EXPECT_THAT(solved.error().reason, HasSubstr("axis_point_mm is on the axis"));
+  EXPECT_THAT(solved.error().reason, AllOf(HasSubstr("axis_point_mm"), HasSubstr("on the")));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "firmware/metrology/live/screw_model.hpp"
 #include "host-tests/metrology/cases.hpp"
+#include "host-tests/support/runs.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
@@ -177,7 +178,7 @@ TEST(ScrewCalibration, TakesOutADriftThatSlackens) {
 
 TEST(ScrewCalibration, IsExactWithoutNoise) {
   std::mt19937_64 random{2};
-  for (int trial = 0; trial < 20; ++trial) {
+  for (std::uint64_t trial = 0; trial < runs(20); ++trial) {
     const Screw screw = randomScrew(random);
     const auto solved = solve(calibration(screw, {.rate_hz = 200.0, .sigma_um = 0.0}, 0.0, random));
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
@@ -221,6 +222,7 @@ TEST(ScrewCalibration, KnowsThatReadingsOfASlowSensorAreNotIndependent) {
   for (const auto& [white_um, slow_um, keeps] :
        {SlowNoise{0, 0.2, 0.846}, SlowNoise{0.2, 0.1, 0.85}, SlowNoise{0.2, 0.16, 0.95}, SlowNoise{0.2, 0.1, 0.98},
         SlowNoise{0.2, 0, 0}}) {
+    if (!runsAreComplete() && keeps != 0.95 && slow_um > 0) continue;  // one sensor that is slow, one that is not
     SCOPED_TRACE(testing::Message() << slow_um << " um, " << keeps);
     std::mt19937_64 random{13};
     Moments table, drift;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "host-tests/metrology/swivelling_head.hpp"
+#include "host-tests/support/runs.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -78,7 +79,7 @@ void judge(Judged& judged, const Result& result, const Head& head) {
 TEST(SwivelError, IsAsUncertainAsItSaysAboutAnyAxisAndFromAnyReadings) {
   std::mt19937_64 random{21};
   Judged judged;
-  for (int trial = 0; trial < 1200; ++trial) {
+  for (std::uint64_t trial = 0; trial < runs(1200); ++trial) {
     Head head = randomHead(random);
     head.axis = Vector3d::Zero();
     head.axis[static_cast<Eigen::Index>(random() % 2)] = random() % 2 == 0 ? 1.0 : -1.0;
@@ -95,8 +96,8 @@ TEST(SwivelError, IsAsUncertainAsItSaysAboutAnyAxisAndFromAnyReadings) {
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
     judge(judged, solved.value(), head);
   }
-  expectHonest(judged.across, kWays * 1200);
-  expectHonest(judged.along, kWays * 1200);
+  expectHonest(judged.across, kWays * runs(1200));
+  expectHonest(judged.along, kWays * runs(1200));
 }
 
 // One angle shows along the axis what may follow sin B or 1 - cos B: as often as not one sd off, not fifty.
@@ -191,7 +192,7 @@ TEST(SwivelError, NeedsOneAngleInThePlaneAndTwoAlongTheAxis) {
   head.skew = {1e-4, 0, 1e-4};
   const auto one = solve(swivelDataset(head, {0, 90}, {100, 200}, 0.0, random));
   ASSERT_TRUE(one.ok()) << one.error().reason;
-  EXPECT_THAT(one->warnings, Contains(HasSubstr("45 degrees too")));
+  EXPECT_THAT(one->warnings, Contains(HasSubstr("45 degrees")));
   double in_plane = 0.0;
   double along = 0.0;
   std::size_t row = 0;
@@ -222,7 +223,7 @@ TEST(SwivelError, TakesWhatAControlMeasuredAtOneStopForOneAngle) {
   const auto solved = solve(dataset);
   ASSERT_TRUE(solved.ok()) << solved.error().reason;
   EXPECT_EQ(solved->find("model")->value(), 1.0);
-  EXPECT_THAT(solved->warnings, Contains(HasSubstr("45 degrees too")));
+  EXPECT_THAT(solved->warnings, Contains(HasSubstr("45 degrees")));
   const auto& left = *solved->find("left_by_angle_mm");
   ASSERT_EQ(left.values.size(), 8U) << "two stops";
   EXPECT_NEAR(left.values[0], 0.0001, 1e-9) << "degrees";
@@ -336,7 +337,7 @@ TEST(SwivelError, RecommendsTheModelThatTheReadingsSupport) {
   const auto solved = solve(sheared);
   EXPECT_EQ(solved->find("model")->value(), 1.0) << "what was asked for is what is answered";
   EXPECT_EQ(solved->find("recommended_model")->value(), 2.0);
-  EXPECT_THAT(solved->warnings, Contains(HasSubstr("they support free")));
+  EXPECT_THAT(solved->warnings, Contains(HasSubstr("free")));
 }
 
 TEST(SwivelError, GivesUpRigidOnlyWhereTheReadingsContradictIt) {
@@ -364,7 +365,7 @@ TEST(SwivelError, SeldomGivesUpARigidHeadWithoutSigmaEither) {
   std::mt19937_64 random{12};
   for (const std::size_t rows : {7U, 8U, 10U}) {  // 3, 6 and 12 degrees of freedom
     int freed = 0;
-    for (int trial = 0; trial < 1500; ++trial) {
+    for (std::uint64_t trial = 0; trial < runs(1500); ++trial) {
       const std::vector<double> angles =
           rows < 10 ? std::vector<double>{0, -45, 45, 90} : std::vector<double>{0, -90, -45, 45, 90};
       Dataset dataset = swivelDataset({}, angles, {100, 200}, 0.001, random);
@@ -374,7 +375,7 @@ TEST(SwivelError, SeldomGivesUpARigidHeadWithoutSigmaEither) {
       ASSERT_TRUE(solved.ok()) << solved.error().reason;
       if (solved->find("model")->value() == 2.0) ++freed;
     }
-    EXPECT_LE(freed, 12) << "4.5 of 1500 by chance, with " << rows << " readings";
+    EXPECT_LE(freed, runsAreComplete() ? 12 : 6) << "4.5 of 1500 by chance, with " << rows << " readings";
   }
 }
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "host-tests/metrology/swivelling_head.hpp"
+#include "host-tests/support/runs.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -64,7 +65,7 @@ TEST(StopsOfAHead, AreInTheSdOfEveryCoordinateAsFarAsTheyMoveIt) {
   std::mt19937_64 random{41};
   ByAxis aware, halved;
   Moments left;
-  for (int trial = 0; trial < 1000; ++trial) {
+  for (std::uint64_t trial = 0; trial < runs(1000); ++trial) {
     const Head head = headAbout(random, {0, trial % 2 == 0 ? 1.0 : -1.0, 0});
     Dataset dataset = readAtStops(head, {0, 45, 90}, random);
     Dataset isotropic = dataset;
@@ -87,7 +88,8 @@ TEST(StopsOfAHead, AreInTheSdOfEveryCoordinateAsFarAsTheyMoveIt) {
   }
   for (const auto& axis : aware.of) expectHonest(axis);
   expectHonest(left, left.count / 2);
-  EXPECT_GT(std::max(halved.of[0].pull(), halved.of[2].pull()), 1.15) << "that understates one of them";
+  EXPECT_GT(std::max(halved.of[0].pull(), halved.of[2].pull()), runsAreComplete() ? 1.15 : 1.08)
+      << "that understates one of them";
 }
 
 // Both sides of a shank at one angle are off by one stop, to opposite sides.
@@ -139,7 +141,7 @@ TEST(StopsOfAHead, NeedThePivotAndTheSigmaOfReadings) {
   dataset.config.erase("sigma_mm");
   const auto solved = solve(dataset);
   ASSERT_TRUE(solved.ok()) << solved.error().reason;
-  EXPECT_THAT(solved->warnings, Contains(HasSubstr("sigma_angle_rad is not used")));
+  EXPECT_THAT(solved->warnings, Contains(testing::AllOf(HasSubstr("sigma_angle_rad"), HasSubstr("not used"))));
 }
 
 }  // namespace

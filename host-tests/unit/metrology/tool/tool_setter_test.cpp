@@ -127,7 +127,7 @@ TEST(ToolSetter, IsNoMoreCertainThanItsReadoutShows) {
   ASSERT_TRUE(solved.ok()) << solved.error().reason;
   for (const double sd : solved->find("setter_mm")->sd) EXPECT_NEAR(sd, 0.001 / std::sqrt(12.0), 1e-6);
   for (const double sd : solved->find("tool_offset_mm")->sd) EXPECT_NEAR(sd, 0.001 / std::sqrt(6.0), 1e-6);
-  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("digits of 0.001 mm")));
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("0.001 mm")));
 }
 
 // As people write them.

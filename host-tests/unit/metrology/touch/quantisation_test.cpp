@@ -7,6 +7,7 @@
 
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/support/runs.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -111,7 +112,7 @@ TEST(QuantisationError, LeavesADelayAsUncertainAsItSays) {
   for (const double step_mm : {0.001, 0.002, 0.005}) {
     for (const double speed : {25.0, 18.2765}) {
       Moments tau;
-      for (int trial = 0; trial < 150; ++trial) {
+      for (std::uint64_t trial = 0; trial < runs(150); ++trial) {
         Scene scene = simulation::shuffled(trial % 2 == 0 ? simulation::knownSphere() : simulation::plates(), random);
         scene.machine_resolution_mm = step_mm;
         scene.speeds_mm_s = {speed};
@@ -138,7 +139,7 @@ TEST(QuantisationError, OfTheProbeLeavesADelayAsUncertainAsItSays) {
   for (const double step : {0.001, 0.002, 0.005, 0.025}) {
     for (const double speed : {25.0, 18.2765}) {
       Moments tau;
-      for (int trial = 0; trial < 150; ++trial) {
+      for (std::uint64_t trial = 0; trial < runs(150); ++trial) {
         Scene scene = simulation::shuffled(trial % 2 == 0 ? simulation::knownSphere() : simulation::plates(), random);
         scene.speeds_mm_s = {speed};
         Dataset dataset = measure(scene, random);
@@ -190,7 +191,7 @@ TEST(QuantisationError, LeavesADriveInAndOutAsUncertainAsItSays) {
 TEST(QuantisationError, LeavesTheDelayOfSeveralSpeedsAsUncertainAsItSays) {
   std::mt19937_64 random{5};
   Moments tau;
-  for (int trial = 0; trial < 120; ++trial) {
+  for (std::uint64_t trial = 0; trial < runs(120); ++trial) {
     Scene scene = simulation::shuffled({}, random);
     scene.machine_resolution_mm = 0.005;
     const auto solved = solve(measure(scene, random));

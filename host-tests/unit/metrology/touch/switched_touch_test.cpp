@@ -123,11 +123,12 @@ TEST(SwitchedTouch, StatesTheUncertaintyOfItsPlaceAtUnequalSpeeds) {
 }
 
 TEST(SwitchedTouch, RefusesByTheNameOfTheTouchWhatIsNoTouchAtConstantSpeed) {
-  EXPECT_THAT(refusalOf({.bend_mm_s2 = 6}), HasSubstr("speed-not-constant: touch 0, way in"));
+  EXPECT_THAT(refusalOf({.bend_mm_s2 = 6}),
+              testing::AllOf(HasSubstr("speed-not-constant: "), HasSubstr("touch 0"), HasSubstr("way in")));
   EXPECT_THAT(refusalOf({.overtravel_mm = 0.1}), HasSubstr("speed-"));
   EXPECT_THAT(refusalOf({.in_mm_s = 3.9, .out_mm_s = 3.9}), HasSubstr("speed-differs"));
   EXPECT_THAT(refusalOf({.normal = {0, 1, 0}, .switch_late_s = -1}), HasSubstr("too-few-samples"));
-  EXPECT_THAT(refusalOf({.rate_hz = 100}), HasSubstr("latch more often"));
+  EXPECT_THAT(refusalOf({.rate_hz = 100}), HasSubstr("more often"));
 }
 
 // One sample in eighty, in any coordinate: also across the motion, where the speed does not show it.
@@ -142,7 +143,7 @@ TEST(SwitchedTouch, RefusesAPositionThatIsOffTheLineOfTheOthers) {
       values[static_cast<std::size_t>(after - times.begin())] += off_mm;
       const auto found = switchedTouches(dataset, {0, 0, 0});
       ASSERT_FALSE(found) << channel << " " << off_mm;
-      EXPECT_THAT(found.error().reason, HasSubstr("touch 0, way in"));
+      EXPECT_THAT(found.error().reason, testing::AllOf(HasSubstr("touch 0"), HasSubstr("way in")));
       if (channel != std::string{"x_mm"}) {
         EXPECT_EQ(found.error().name, "off-the-line");
       }
