@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,9 +27,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 5> kColumns{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
+constexpr MethodColumn kHeight = column::kZ.orBe(MayBe::missing);
+constexpr MethodColumn kColumns[]{column::number("loop"), column::kCClockwise, column::kX, column::kY, kHeight};
+constexpr MethodColumn kStylusColumns[]{column::kA, column::kX, column::kY, kHeight};
 constexpr double kDisagree = 4.0;  // sd
 
 using Loop = std::vector<RimReading>;  // angles from the zero in force
@@ -45,8 +46,8 @@ struct StylusOffset {
 // another one where it lies in the x-y plane.
 std::vector<std::size_t> acrossSpindle(const Table& stylus) {
   std::vector<std::size_t> across;
-  for (std::size_t k = 0; k < kCoordinates.size(); ++k) {
-    if (stylus.column(kCoordinates[k])) across.push_back(k);
+  for (std::size_t k = 0; k < std::size(column::kPosition); ++k) {
+    if (stylus.column(column::kPosition[k])) across.push_back(k);
   }
   return across.size() == 2 ? across : std::vector<std::size_t>{0, 1};
 }
@@ -56,7 +57,7 @@ Outcome<StylusOffset, Refusal> stylusOffset(const Dataset& dataset) {
   const Table* offered = dataset.table("stylus");
   if (!offered) return StylusOffset{};
   const auto across = acrossSpindle(*offered);
-  const std::array<std::string_view, 3> columns{"A_rad", kCoordinates[across[0]], kCoordinates[across[1]]};
+  const ColumnNames columns{column::kA, column::kPosition[across[0]], column::kPosition[across[1]]};
   TRY(checkedTable(dataset, "stylus", columns));
   const auto notOpposite = [](const std::string& where) {
     return Refusal{"not-opposite", where + " needs readings with the spindle at 0 and at 180 degrees"};
@@ -200,7 +201,7 @@ struct ContactShift {
 Outcome<ContactShift, Refusal> contactShift(const Dataset& dataset) {
   if (!dataset.table("contacts")) return ContactShift{};
   TRY(const auto sigma, configSigma(dataset, "sigma_contact_rad"));
-  TRY(const auto table, checkedTable(dataset, "contacts", kContactColumns));
+  TRY(const auto table, checkedTable(dataset, "contacts", column::kContacts));
   Dataset alone{.method = std::string{kCZeroShift.name}, .config = {}, .tables = {*table}};
   if (sigma.stated) alone.config["sigma_C_rad"] = sigma.value;
   TRY(const auto solved, solveCZeroShift(alone));
@@ -225,7 +226,7 @@ Outcome<Measured, Refusal> measuredOf(const Dataset& dataset) {
   const bool trust = trusted || !dataset.config.contains("trust_C_angles");
   const Table* offered = dataset.table("readings");
   const std::span columns{kColumns};
-  const bool heights = offered && offered->column("z_mm");
+  const bool heights = offered && offered->column(column::kZ);
   TRY(const auto table, checkedTable(dataset, "readings", heights ? columns : columns.first(4)));
   TRY(const auto stylus, stylusOffset(dataset));
   TRY(const auto contact, contactShift(dataset));
@@ -317,7 +318,7 @@ void addStylus(std::vector<Estimate>& also, const Table& readings, const StylusO
   std::vector<double> sds;
   if (noise.stated) sds.assign(sd.data(), sd.data() + parts);
   also.push_back(Estimate::vector("stylus_offset_mm", {stylus.offset.data(), stylus.offset.data() + parts}, sds));
-  const auto* heights = readings.column("z_mm");
+  const auto* heights = readings.column(column::kZ);
   if (heights == nullptr) return;
   const auto count = static_cast<double>(heights->size());
   const double mean = std::accumulate(heights->begin(), heights->end(), 0.0) / count;
@@ -372,22 +373,19 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kRimStepsColumns[]{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
-constexpr std::string_view kStylusColumns[]{"A_rad", "x_mm", "y_mm"};
-constexpr std::string_view kRimStepsContactColumns[]{"C1_rad", "C2_rad"};
 constexpr MethodTable kRimStepsTables[]{
-    {"readings", kRimStepsColumns,
-     "the ball at an angle of C from the zero in force in that loop; z_mm too where wanted", true},
+    {"readings", kColumns, "the ball at an angle of C from the zero in force in that loop; z_mm too where wanted",
+     true},
     {"stylus", kStylusColumns,
      "optional: tip of the stylus with the spindle at 0 and 180 degrees; of x_mm, y_mm, z_mm give the two across the "
      "spindle",
      true},
-    {"contacts", kRimStepsContactColumns, "optional: angles of C at which the ball touches the stylus on either side",
-     true}};
+    {"contacts", column::kContacts, "optional: angles of C at which the ball touches the stylus on either side", true}};
 constexpr MethodKey kRimStepsKeys[]{
     key::kSigma,
     key::kSigmaC,
-    {"sigma_contact_rad", "", "sd of an angle of C at a contact (k = 1), for the sd of contact_shift_rad"},
+    MethodKey{"sigma_contact_rad", "", "sd of an angle of C at a contact (k = 1), for the sd of contact_shift_rad"}
+        .upTo(quantity::kMostLean_rad),
     {"level_limit_mm", "0.01", "largest difference of y at +theta and -theta that counts as level"},
     {"trust_C_angles", "true", "false if the angles of C are wrong: the result then follows from the steps"},
     key::kMeanHeight,

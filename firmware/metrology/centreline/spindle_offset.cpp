@@ -1,6 +1,7 @@
 #include "firmware/metrology/centreline/spindle_offset.hpp"
 
 #include <array>
+#include <span>
 #include <utility>
 
 #include "firmware/metrology/centreline/ball_readings.hpp"
@@ -32,7 +33,7 @@ Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
                    "0 and 180 degrees"};
   }
   Answer answer{dataset, ball.fit, noise.sigma()};
-  answer.readings(*dataset.table("readings"), kBallParts, "C_rad");
+  answer.readings(*dataset.table("readings"), kBallParts, column::kC);
   const auto& parameters = ball.fit.parameters;
   answer.promiseVector("offset_C_minus_A_mm", parameters.head(2), pick(0, 2, parameters.size()));
   for (const auto& warnings : {noise.warnings, table.warnings}) {
@@ -67,7 +68,7 @@ Outcome<Result, Refusal> solveSpindleOffset2x2(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kSpindleOffsetColumns[]{"A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr MethodColumn kSpindleOffsetColumns[]{column::kA, column::kC, column::kX, column::kY, kStop};
 constexpr MethodTable kSpindleOffsetTables[]{
     {"readings", kSpindleOffsetColumns, "the ball at angles of spindle (A) and C; column stop as for c-axis-alignment",
      true}};

@@ -27,6 +27,18 @@ bool hasSize(const Method& method) {
   return std::ranges::any_of(method.known, [](const KnownQuantity& known) { return known.kind == KnownKind::size; });
 }
 
+MethodColumn columnOf(const Method& method, std::string_view table, std::string_view column) {
+  MethodColumn elsewhere{column};
+  for (const auto& described : method.tables) {
+    const auto found = std::ranges::find(described.columns, column, &MethodColumn::name);
+    if (found == described.columns.end()) continue;
+    if (described.name == table) return *found;
+    elsewhere = *found;
+  }
+  const bool is_described = std::ranges::find(method.tables, table, &MethodTable::name) != method.tables.end();
+  return is_described ? MethodColumn{column} : elsewhere;
+}
+
 std::vector<std::string_view> typeBKeys(const Method& method) {
   std::vector<std::string_view> keys;
   for (const auto& known : method.known) {

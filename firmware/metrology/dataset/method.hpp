@@ -27,9 +27,9 @@ using MovedBy = std::vector<Table> (*)(const Dataset&, std::string_view sd_key);
 
 struct MethodTable {
   std::string_view name;
-  std::span<const std::string_view> columns;  // units are in the names
-  std::string_view about;                     // one row; and when it may be missing
-  bool readings{};  // a row is a reading with noise in several coordinates: two that are equal are copies
+  std::span<const MethodColumn> columns;
+  std::string_view about;  // one row; and when it, or a column, may be missing
+  bool readings{};         // a row is a reading with noise in several coordinates: two that are equal are copies
 };
 
 inline constexpr std::string_view kNeeded = "needed";
@@ -39,6 +39,12 @@ struct MethodKey {
   std::string_view fallback;  // the value without it; kNeeded; empty: it is optional and has none
   std::string_view about;
   std::string_view names{};  // of a key "..._result": what the subject of the result that it names begins with
+  double least{}, most{};    // plausible values of it, in its unit; both 0: what the unit allows
+
+  constexpr MethodKey within(double at_least, double at_most) const {
+    return {name, fallback, about, names, at_least, at_most};
+  }
+  constexpr MethodKey upTo(double size) const { return within(-size, size); }
 };
 
 // Kind of a known quantity, which decides how its uncertainty is applied.
@@ -96,6 +102,10 @@ struct Method {
 bool hasSize(const Method& method);
 
 inline constexpr std::string_view kTemperatureKeys[]{"expansion_per_k", "sd_expansion_per_k", "sd_temperature_k"};
+
+// Description of a column of the case; of a table that the method does not describe, as its other tables have the name.
+// Role none where it has no such column.
+MethodColumn columnOf(const Method& method, std::string_view table, std::string_view column);
 
 // Keys sd_<known quantity> of the method, and of the temperature: see docs/metrology.md, "Uncertainty".
 std::vector<std::string_view> typeBKeys(const Method& method);

@@ -478,11 +478,10 @@ Outcome<Result, Refusal> solveDelayFeature(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kArticleColumns[]{"touch", "t_s", "x_mm", "y_mm", "z_mm"};
 constexpr MethodTable kFeatureTables[]{of_delay::kMachine,
                                        of_delay::kProbe,
                                        of_delay::kTouches,
-                                       {"article", kArticleColumns, "position of the workpiece, where it moves"}};
+                                       {"article", kMachineColumns, "position of the workpiece, where it moves"}};
 constexpr MethodKey kFeatureKeys[]{
     {"shape", kNeeded, "sphere, cylinder, plane-pair, box or plane"},
     {"axis_direction", "", "axis of a cylinder; needed for this shape"},
@@ -492,8 +491,9 @@ constexpr MethodKey kFeatureKeys[]{
     {"article_has_own_delay", "false", "true if the stamps of table article have a delay of their own"},
     {"threshold_mm", "", "points are taken where the deflection |A d| falls below it, instead of where it is zero"},
     of_delay::kGain,
-    {"previous_tau_s", "0", "delay already subtracted from the stamps, with delays common"},
-    {"previous_tau_axis_s", "[0,0,0]", "delays already subtracted from the stamps, with delays each-axis"}};
+    of_delay::previousTau("previous_tau_s", "0", "delay already subtracted from the stamps, with delays common"),
+    of_delay::previousTau("previous_tau_axis_s", "[0,0,0]",
+                          "delays already subtracted from the stamps, with delays each-axis")};
 constexpr KnownQuantity kFeatureKnown[]{{"sd_size_mm", "size_mm"}, {"sd_size_axis_mm", "size_axis_mm"}};
 constexpr Quantity kFeatureResults[]{quantity::kTau.as("delay, with delays common"),
                                      quantity::kTauAxis.as("delay of each axis, with delays each-axis"),

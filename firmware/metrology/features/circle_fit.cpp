@@ -13,7 +13,6 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kCircleFitColumns{"x_mm", "y_mm", "z_mm"};
 constexpr double kStraightArc = 0.01;  // thickness of an arc against its width
 
 enum class Side { outside, inside };
@@ -60,7 +59,7 @@ std::optional<Refusal> badRadius(double radius, const CircleConfig& config) {
 
 Outcome<Result, Refusal> solveCircle(const Dataset& dataset, Side side) {
   TRY(const auto config, configOf(dataset));
-  TRY(const auto table, checkedTable(dataset, "points", kCircleFitColumns));
+  TRY(const auto table, checkedTable(dataset, "points", column::kPosition));
   const Rows3 points = pointRows(*table);
   if (auto refusal = equalPoints(points)) return *refusal;
   Eigen::MatrixX2d projected{points.rows(), 2};
@@ -115,7 +114,7 @@ Outcome<Result, Refusal> solveBoreFit(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kCircleFitTables[]{{"points", kCircleFitColumns, "a stylus-ball centre at contact"}};
+constexpr MethodTable kCircleFitTables[]{{"points", column::kPosition, "a stylus-ball centre at contact"}};
 constexpr MethodKey kCircleFitKeys[]{key::kFeatureAxis, key::kSigma,          key::kStylusRadius,
                                      key::kLeastRadius, key::kGreatestRadius, key::kRobust};
 constexpr Quantity kCircleFitResults[]{{"centre_xy_mm", "centre across Z; centre_yz_mm or centre_xz_mm across X or Y"},

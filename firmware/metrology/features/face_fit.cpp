@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,8 +25,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 4> kPointColumns{"face", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 4> kFaceColumns{"face", "nx", "ny", "nz"};
+constexpr MethodColumn kFace{"face", ColumnRole::number};
+constexpr MethodColumn kPointColumns[]{kFace, column::kX, column::kY, column::kZ};
+constexpr MethodColumn kFaceColumns[]{kFace, column::kNormalX, column::kNormalY, column::kNormalZ};
 constexpr double kNominal = 0.866;    // cosine of 30 degrees
 constexpr double kLeastVolume = 0.1;  // of the normals: 6 degrees between two
 // Thickness of a face's points against their width, width against their distance.
@@ -75,7 +77,7 @@ Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
   TRY(const auto stylus, configPositive(dataset, "stylus_ball_radius_mm"));
   TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
   TRY(const auto table, checkedTable(dataset, "points", kPointColumns));
-  const auto& faces = *table->column("face");
+  const auto& faces = *table->column(kFace);
   if (auto refusal = badFaces(faces)) return *refusal;
   const Rows3 points = pointRows(*table);
   if (auto refusal = equalPoints(points)) return *refusal;
@@ -149,12 +151,13 @@ Outcome<Corner, Refusal> cornerOf(const Table& points, const Table& faces, const
   }
   MatrixXd into = MatrixXd::Identity(3, 3);
   if (faces.rows() == 2) into = (MatrixXd{3, 2} << into.col(plane.low()), into.col(plane.high())).finished();
-  const auto& names = *faces.column("face");
-  const auto& of_point = *points.column("face");
+  const auto& names = *faces.column(kFace);
+  const auto& of_point = *points.column(kFace);
   const Rows3 all = pointRows(points);
   Corner corner;
   for (std::size_t row = 0; row < faces.rows(); ++row) {
-    const Eigen::Vector3d normal{(*faces.column("nx"))[row], (*faces.column("ny"))[row], (*faces.column("nz"))[row]};
+    const Eigen::Vector3d normal{(*faces.column(column::kNormalX))[row], (*faces.column(column::kNormalY))[row],
+                                 (*faces.column(column::kNormalZ))[row]};
     const VectorXd seen = into.transpose() * normal;
     if (std::abs(normal.norm() - 1.0) > kUnitLength || seen.norm() < kNominal) {
       return Refusal{"bad-direction",
@@ -308,9 +311,9 @@ constexpr std::string_view kWidthUnobservable[]{
 constexpr MethodTable kCornerTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with that face"},
                                       {"faces", kFaceColumns, "outward normal of a face, within 30 degrees"}};
 constexpr MethodKey kCornerKeys[]{
-    {"stylus_ball_radius_mm", kNeeded, "radius of the stylus ball: each face is moved inwards by it"},
-    key::kSigma,
-    key::kFeatureAxis};
+    MethodKey{key::kStylusRadius.name, kNeeded, "radius of the stylus ball: each face is moved inwards by it"}.within(
+        key::kStylusRadius.least, key::kStylusRadius.most),
+    key::kSigma, key::kFeatureAxis};
 constexpr Quantity kCornerResults[]{
     {"corner_xy_mm", "corner of two faces across Z; corner_yz_mm or corner_xz_mm across X or Y"},
     {"corner_mm", "corner of three faces"}};

@@ -14,7 +14,6 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kSphereFitColumns{"x_mm", "y_mm", "z_mm"};
 struct Config {
   SphereQuestion question;
   bool sigma_stated{};
@@ -81,7 +80,7 @@ void addReadings(Result& result, const Fit& fit, double sigma) {
 
 Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
   TRY(const auto config, readConfig(dataset));
-  TRY(const auto table, checkedTable(dataset, "points", kSphereFitColumns));
+  TRY(const auto table, checkedTable(dataset, "points", column::kPosition));
   const SphereQuestion& question = config.question;
   TRY(const auto fit, fitSphere(pointRows(*table), question));
   const bool radius_known = question.radius.has_value();
@@ -118,7 +117,7 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kSphereFitTables[]{{"points", kSphereFitColumns, "a stylus-ball centre at contact"}};
+constexpr MethodTable kSphereFitTables[]{{"points", column::kPosition, "a stylus-ball centre at contact"}};
 constexpr MethodKey kSphereFitKeys[]{
     key::kSigma,
     {"radius_mm", "", "known effective radius; without it the radius is fitted"},

@@ -137,8 +137,7 @@ void Answer::warn(std::string sentence) {
   result_.warnings.push_back(std::move(sentence));
 }
 
-void Answer::readings(const Table& table, std::span<const std::string_view> parts, std::string_view against,
-                      double sense) {
+void Answer::readings(const Table& table, const ColumnNames& parts, std::string_view against, double sense) {
   Residuals& residuals = result_.residuals;
   residuals.against = against;
   const auto& places = *table.column(against);

@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,8 +34,7 @@ class Answer {
 
   // Assigns `parts` rows of the fit to each row of the table, in its order, for a plot of residuals over column
   // `against`. sense: +1 if the fit's residual is measured minus fitted, -1 (linear fits) if it is the opposite.
-  void readings(const Table& table, std::span<const std::string_view> parts, std::string_view against,
-                double sense = -1.0);
+  void readings(const Table& table, const ColumnNames& parts, std::string_view against, double sense = -1.0);
   // Assigns rows of a linear fit that come from several tables.
   void readings(const std::vector<std::string>& names, const std::vector<double>& at, std::string_view against);
   // Name and unit of one reading, if it is not one coordinate in mm.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -20,12 +21,19 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 6> kMoveColumns{"ux_mm", "uy_mm", "uz_mm", "s1", "s2", "s3"};
-constexpr std::array<std::string_view, 6> kReadingColumns{"x_mm", "y_mm", "z_mm", "s1", "s2", "s3"};
+constexpr double kNest_mm = 20.0;  // a ball inside the nest of a head moves less
+constexpr MethodColumn kSensor1{"s1", ColumnRole::deflection}, kSensor2{"s2", ColumnRole::deflection},
+    kSensor3{"s3", ColumnRole::deflection};
+constexpr MethodColumn kMoveColumns[]{column::given("ux_mm", kNest_mm),
+                                      column::given("uy_mm", kNest_mm),
+                                      column::given("uz_mm", kNest_mm),
+                                      kSensor1,
+                                      kSensor2,
+                                      kSensor3};
+constexpr MethodColumn kReadingColumns[]{column::kX, column::kY, column::kZ, kSensor1, kSensor2, kSensor3};
 constexpr double kWorstHead = 50.0;  // condition of K
 constexpr double kLeastMove = 5.0;   // of a sensor's noise
 constexpr double kReach = 1.5;       // of the largest move: sensors may not be linear beyond
-constexpr double kNest_mm = 20.0;    // as of a move
 constexpr Index kParameters = 12;    // K row by row, each followed by its zero
 
 Outcome<Fit, Refusal> fitHead(const MatrixXd& moves, double sigma) {
@@ -174,7 +182,7 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   answer.result().convention =
       "sensors = zero + matrix * position of the ball relative to the head's reference; rms in the unit of the sensors";
-  answer.readings(*table, std::span{kMoveColumns}.last(3), "ux_mm");
+  answer.readings(*table, std::span{kMoveColumns}.last(3), kMoveColumns[0]);
   Result result = std::move(answer).take(true);
   if (dataset.table("readings")) addReadingNoise(result, inverse(head.matrix) * noise);
   return result;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -430,7 +431,7 @@ void addResiduals(Match& match, const std::vector<ResampledPair>& grids) {
   Index points = 0;
   for (const auto& grid : grids) points += grid.residuals().size();
   const Index step = 1 + points / kMostShown;
-  match.residuals = {.unit = "mm", .against = "t_s", .names = {}, .at = {}, .values = {}};
+  match.residuals = {.unit = "mm", .against = std::string{column::kTime}, .names = {}, .at = {}, .values = {}};
   for (const auto& grid : grids) {
     for (Index k = 0; k < grid.residuals().size(); k += step) {
       if (!grid.used(k)) continue;

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <numbers>
 #include <optional>
+#include <span>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
@@ -41,13 +42,13 @@ struct Step {
   Vector3d left_mm;  // deflection at its end less that at its beginning
 };
 
-using Columns = std::array<std::string_view, 3>;
-constexpr Columns kPositions{"x_mm", "y_mm", "z_mm"}, kChannels{"a", "b", "c"};
+using Columns = std::span<const MethodColumn, 3>;
+constexpr Columns kPositions{column::kPosition}, kChannels{column::kChannels};
 
 // The place to which each column is given; one that never changes, and shows no digits, has those of the others.
 // Positions are commanded, so round ones say nothing of places above the usual.
-Vector3d digitsOf(const Table& table, const Columns& columns) {
-  const bool commanded = columns == kPositions;
+Vector3d digitsOf(const Table& table, Columns columns) {
+  const bool commanded = columns[0].role == ColumnRole::coordinate;
   std::array<ShownDigit, 3> shown;
   double finest = kUsualDigit;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -100,9 +101,9 @@ struct Rows {
   }
 };
 
-Rows rowsOf(const Table& table, double touch, const Columns& columns, const Vector3d& digits) {
+Rows rowsOf(const Table& table, double touch, Columns columns, const Vector3d& digits) {
   Rows rows{digits, {}};
-  const auto& numbers = *table.column("touch");
+  const auto& numbers = *table.column(column::kTouch);
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (numbers[i] != touch) continue;
     rows.values.emplace_back((*table.column(columns[0]))[i], (*table.column(columns[1]))[i],
@@ -127,8 +128,8 @@ Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
   std::vector<Step> steps;
   const auto& normal_of = *touches;
   for (std::size_t i = 0; i < normal_of.rows(); ++i) {
-    const double number = (*normal_of.column("touch"))[i];
-    const auto& numbers = *kinds->column("touch");
+    const double number = (*normal_of.column(column::kTouch))[i];
+    const auto& numbers = *kinds->column(column::kTouch);
     const auto kind = std::ranges::find(numbers, number);
     const Rows positions = rowsOf(*machine, number, kPositions, of_positions);
     const Rows channels = rowsOf(*probe, number, kChannels, of_channels);
@@ -140,8 +141,9 @@ Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
     const auto rest = channels.before(), deep = channels.deepest(), end = channels.last();
     steps.push_back(
         {.number = number,
-         .towards = {(*normal_of.column("nx"))[i], (*normal_of.column("ny"))[i], (*normal_of.column("nz"))[i]},
-         .travel_mm = (*kinds->column("travel_mm"))[static_cast<std::size_t>(kind - numbers.begin())],
+         .towards = {(*normal_of.column(column::kNormalX))[i], (*normal_of.column(column::kNormalY))[i],
+                     (*normal_of.column(column::kNormalZ))[i]},
+         .travel_mm = (*kinds->column(kSelftestColumns[1]))[static_cast<std::size_t>(kind - numbers.begin())],
          .moved_mm = to.value - from.value,
          .moved_sd_mm = (from.sd.cwiseAbs2() + to.sd.cwiseAbs2()).cwiseSqrt(),
          .deflected_mm = gain * (deep.value - rest.value),

@@ -158,7 +158,7 @@ Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltRead
   Answer answer{dataset, fit, noise.position};
   for (const auto& warning : noise.warnings) answer.warn(warning);
   const Table& table = *dataset.table("readings");
-  answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
+  answer.readings(table, kParts, table.column(column::kB) ? column::kB : kTilt);
   Vector2d pivot = fit.parameters.head<2>();
   Eigen::MatrixXd rows = pick(0, 2, fit.parameters.size());
   if (!plane.alphabetical()) {

@@ -124,7 +124,7 @@ Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& 
   if (const auto warning = anglesApart(tilts)) answer.warn(*warning);
   constexpr std::array<std::string_view, 3> kParts{"first of the plane", "second of the plane", "along the axis"};
   const Table& table = *dataset.table("readings");
-  answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
+  answer.readings(table, kParts, table.column(column::kB) ? column::kB : kTilt);
   const auto promise = [&](const std::string& key, Index from) {
     Eigen::Vector2d values = fit.parameters.segment<2>(from);
     Eigen::MatrixXd rows = pick(from, 2, fit.parameters.size());

@@ -20,8 +20,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kParts{"x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
+constexpr MethodColumn kQueryColumns[]{column::kB, column::kToolLength};
 // How rarely chance alone may make rigid look wrong: four deviations of chi-square with 4 degrees of freedom.
 constexpr double kChance = 0.003;
 // What rounding leaves of a variance that is nothing, as a share.
@@ -209,7 +208,7 @@ void tellResiduals(Answer& answer, const SwivelReadings& readings, Eigen::Index 
   std::vector<std::string> names;
   std::vector<double> at;
   for (std::size_t k = 0; k < readings.tips.size(); ++k) {
-    for (const auto part : kParts) {
+    for (const auto part : column::kPosition) {
       names.push_back("readings " + std::to_string(k + 1) + ", " + std::string{part});
       at.push_back(readings.tips[k].swivel_deg);
     }
@@ -218,7 +217,7 @@ void tellResiduals(Answer& answer, const SwivelReadings& readings, Eigen::Index 
     names.push_back("shank " + std::to_string(k + 1));
     at.push_back(readings.shank[k].reading.swivel_deg);
   }
-  answer.readings(names, at, "B_deg");
+  answer.readings(names, at, column::kB);
   auto& values = answer.result().residuals.values;
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (k >= 3 * readings.tips.size())
@@ -261,7 +260,7 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   for (Eigen::Index k = 0; k < rows; ++k) {
     const auto row = static_cast<std::size_t>(k);
     jacobian.block(3 * k, 0, 3, chosen.model.parameters()) =
-        chosen.model.terms((*queries->column("B_deg"))[row], (*queries->column("L_mm"))[row]);
+        chosen.model.terms((*queries->column(column::kB))[row], (*queries->column(column::kToolLength))[row]);
   }
   Answer answer{dataset, chosen.fit, sigma};
   tellResiduals(answer, readings, plane.axis);
@@ -285,10 +284,8 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kReadingColumns[]{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"};
-constexpr std::string_view kShankColumns[]{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
 constexpr MethodTable kTables[]{
-    {"readings", kReadingColumns, "reported centre of the ball at B, read with a tool of length L", true},
+    {"readings", kSwivelColumns, "reported centre of the ball at B, read with a tool of length L", true},
     {"shank", kShankColumns, "where a shank touched: the mean of two touches from the side (ux,uy,uz) (B16)", true},
     {"queries", kQueryColumns, "where the error is wanted"}};
 constexpr MethodKey kMethodKeys[]{

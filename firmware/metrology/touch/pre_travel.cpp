@@ -150,7 +150,7 @@ Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
       leastSquares([&](const VectorXd& parameters) { return modelAt(sphere, parameters, sigma.value); }, start);
   if (!fit) return fit.error();
   Answer answer{dataset, *fit, sigma};
-  answer.readings(*dataset.table("touches"), std::array<std::string_view, 1>{"distance_mm"}, "touch", 1);
+  answer.readings(*dataset.table("touches"), {column::kDistance}, column::kTouch, 1);
   answer.readingIs("one distance from the centre, mm", "mm");
   const Index size = sphere.unknowns();
   answer.promiseVector("pre_travel_mm", fit->parameters.segment(kCentre, sphere.parts),
@@ -179,11 +179,13 @@ constexpr MethodTable kTables[]{
     {"machine", kMachineColumns, "position of the moving reference at its stamp"},
     {"touches", kTouchesColumns, "a touch: outward normal n, direction u of the retract, speed in and out"},
     {"edges", kEdgesColumns, "when the switch opened on the way in, and closed on the way out"}};
-constexpr MethodKey kKeys[]{{"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"},
-                            {"previous_tau_axis_s", "[0,0,0]", "delays in force, taken out of the positions"},
-                            key::kSigma,
-                            kProbeAtZero,
-                            kProbeB};
+constexpr MethodKey kKeys[]{
+    {"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"},
+    MethodKey{"previous_tau_axis_s", "[0,0,0]", "delays in force, taken out of the positions"}.upTo(
+        quantity::kMostDelay_s),
+    key::kSigma,
+    kProbeAtZero,
+    kProbeB};
 constexpr KnownQuantity kKnown[]{{"sd_effective_diameter_mm", "effective_diameter_mm"},
                                  {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value}};
 constexpr Quantity kResults[]{quantity::kPreTravel, quantity::kCentre};

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,7 +37,7 @@ std::string delayKey(const TouchQuestion& question) {
 
 // The table of touches may tell that the speeds do not suffice before any sample is looked at.
 std::optional<Refusal> refuseStatedSpeeds(const Table& touches) {
-  const auto [slowest, fastest] = std::ranges::minmax(*touches.column("speed_mm_s"));
+  const auto [slowest, fastest] = std::ranges::minmax(*touches.column(column::kSpeed));
   return slowest > 0.0 ? refuseSpeeds(slowest, fastest) : std::nullopt;
 }
 
