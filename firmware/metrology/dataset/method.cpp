@@ -39,6 +39,15 @@ MethodColumn columnOf(const Method& method, std::string_view table, std::string_
   return is_described ? MethodColumn{column} : elsewhere;
 }
 
+Table emptyTable(const Method& method, std::string_view table, const ColumnNames& also) {
+  std::vector<std::string_view> names;
+  for (const auto& column : std::ranges::find(method.tables, table, &MethodTable::name)->columns) {
+    const bool is_wanted = std::ranges::find(also, column.name) != also.end();
+    if (column.may_be != MayBe::missing || is_wanted) names.push_back(column.name);
+  }
+  return Table::withColumns(std::string{table}, names);
+}
+
 std::vector<std::string_view> typeBKeys(const Method& method) {
   std::vector<std::string_view> keys;
   for (const auto& known : method.known) {

@@ -107,6 +107,10 @@ inline constexpr std::string_view kTemperatureKeys[]{"expansion_per_k", "sd_expa
 // Role none where it has no such column.
 MethodColumn columnOf(const Method& method, std::string_view table, std::string_view column);
 
+// A table without rows, with the columns that the method describes: those that may be missing only if they are in
+// `also`.
+Table emptyTable(const Method& method, std::string_view table, const ColumnNames& also = {});
+
 // Keys sd_<known quantity> of the method, and of the temperature: see docs/metrology.md, "Uncertainty".
 std::vector<std::string_view> typeBKeys(const Method& method);
 
