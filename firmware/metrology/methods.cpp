@@ -105,10 +105,7 @@ const Method* methodNamed(std::string_view name) {
 
 const Quantity* quantityOf(std::string_view key) {
   for (const Method* method : kMethods) {
-    for (const auto& listed : {method->results, method->further}) {
-      const auto found = std::ranges::find_if(listed, [key](const Quantity& each) { return each.names(key); });
-      if (found != listed.end()) return &*found;
-    }
+    if (const auto* quantity = quantityOf(*method, key)) return quantity;
   }
   return nullptr;
 }

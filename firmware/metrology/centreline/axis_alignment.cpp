@@ -28,6 +28,11 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kAMinusC{.key = "A_minus_C_rad",
+                            .about = "A_tilt_rad minus C_tilt_rad; only if C_tilt_rad is given",
+                            .kind = QuantityKind::lean,
+                            .compared = Compared::never,
+                            .most = quantity::kMostLean_rad};
 constexpr MethodColumn kTipLength{"tip_length_mm", ColumnRole::given};
 
 // Readings of one ball or of two on one holder, with tips of several lengths or a shank, converted to the first ball
@@ -282,9 +287,9 @@ Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
   const auto& parameters = ball->fit.parameters;
   const Eigen::MatrixXd rows = pick(2, 2, parameters.size());
   const bool by_slide = heights.value_or("rotating") == "slide";
-  answer.promiseVector(by_slide ? "Z_slide_rad" : "C_tilt_rad", parameters.segment<2>(2), rows);
-  answer.promiseVector("centre_mm", parameters.head(2), pick(0, 2, parameters.size()));
-  answer.result().also.push_back(Estimate::scalar("mean_z_mm", table.mean_lever, std::nullopt));
+  answer.promiseVector(by_slide ? quantity::kZSlide : quantity::kCTilt, parameters.segment<2>(2), rows);
+  answer.promiseVector(quantity::kCentre, parameters.head(2), pick(0, 2, parameters.size()));
+  answer.result().also.push_back(Estimate::scalar(quantity::kMeanHeight, table.mean_lever, std::nullopt));
   if (!by_slide) answer.alsoVector("taper_on_diameter", 2.0 * parameters.segment<2>(2), 2.0 * rows);
   if (ball->turned == Turned::c_only) {
     answer.warn(
@@ -316,10 +321,10 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
   const double sign = -direction;
   const Eigen::MatrixXd rows = sign * pick(2, 2, parameters.size());
   const Eigen::Vector2d tilt = sign * parameters.segment<2>(2);
-  answer.promiseVector("A_tilt_rad", tilt, rows);
+  answer.promiseVector(quantity::kSpindleTilt, tilt, rows);
   if (c_tilt) {
     const Eigen::Vector2d c{c_tilt->data()};
-    answer.promiseVector("A_minus_C_rad", tilt - c, rows);
+    answer.promiseVector(kAMinusC, tilt - c, rows);
   }
   promiseStyli(answer, *ball, read);
   answer.result().convention = "x and y of the spindle axis per mm of Z, relative to Z";
@@ -383,11 +388,7 @@ constexpr MethodKey kAKeys[]{
 constexpr KnownQuantity kAKnown[]{{"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value},
                                   {"sd_ball_offset_mm", "ball_offset_mm", KnownKind::value}};
 constexpr Quantity kAResults[]{quantity::kSpindleTilt,
-                               {.key = "A_minus_C_rad",
-                                .about = "A_tilt_rad minus C_tilt_rad; only if C_tilt_rad is given",
-                                .kind = QuantityKind::lean,
-                                .compared = Compared::never,
-                                .most = quantity::kMostLean_rad},
+                               kAMinusC,
                                {.key = "stylus_offset_of_tool_N_mm",
                                 .about = "tip of that tool from the spindle axis, x and y at A = 0; with column tool"}};
 constexpr Quantity kAFurther[]{

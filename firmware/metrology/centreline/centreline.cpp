@@ -141,7 +141,7 @@ std::vector<double> stopsByAngle(std::span<const double> angles_rad) {
 
 std::optional<Refusal> addMeanHeight(const Dataset& dataset, Result& result) {
   TRY(const auto height_mm, configNumber(dataset, "mean_z_mm"));
-  if (height_mm) result.also.push_back(Estimate::scalar("mean_z_mm", *height_mm, std::nullopt));
+  if (height_mm) result.also.push_back(Estimate::scalar(quantity::kMeanHeight, *height_mm, std::nullopt));
   return std::nullopt;
 }
 
@@ -186,7 +186,7 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
 
   Answer answer{dataset, fit, noise.sigma()};
   answer.readings(*table, residualParts(noise.noise), column::kC, residualSense(noise.noise));
-  answer.promiseVector("centre_mm", fit.parameters.head(2), pick(0, 2, 4));
+  answer.promiseVector(quantity::kCentre, fit.parameters.head(2), pick(0, 2, 4));
   answer.alsoVector("arm_mm", fit.parameters.tail(2), pick(2, 2, 4));
   if (spread(readings) < kWarnHalfSine * kWarnHalfSine) {
     answer.warn("the angles lie close together: the centre is more than four times less certain than a reading");

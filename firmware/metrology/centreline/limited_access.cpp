@@ -22,6 +22,8 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kPsiAtZero{"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"};
+
 constexpr MethodColumn kLimitedAccessColumns[]{column::kCClockwise, column::kX, column::kY};
 constexpr double kMostApart_rad = kTurn / 3.0;  // contacts on either side of a stylus (chosen)
 constexpr double kLeastStep_rad = 1e-9;         // a whole turn on or off leaves less (chosen)
@@ -201,9 +203,9 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
   const double radius = arm.norm();
   Answer answer{dataset, fit, noise.sigma()};
   answer.readings(*table, residualParts(noise.noise), kLimitedAccessColumns[0], residualSense(noise.noise));
-  answer.promiseVector("centre_mm", fit.parameters.head(2), pick(0, 2, 4));
-  answer.promiseScalar("radius_mm", radius, Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / radius);
-  answer.promiseScalar("psi0_rad", std::atan2(arm.x(), arm.y()),
+  answer.promiseVector(quantity::kCentre, fit.parameters.head(2), pick(0, 2, 4));
+  answer.promiseScalar(quantity::kRadius, radius, Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / radius);
+  answer.promiseScalar(kPsiAtZero, std::atan2(arm.x(), arm.y()),
                        Eigen::RowVector4d{0.0, 0.0, arm.y(), -arm.x()} / (radius * radius));
   compareWithSource(answer, rim, fit.parameters.head<2>(), noise);
   for (const auto& warning : noise.warnings) answer.warn(warning);
@@ -226,7 +228,7 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
   Answer answer{dataset, fit.value(), of_middle};
   answer.readingIs("the middle of one pair of contacts", "rad");
   answer.readings(*table, {"middle"}, column::kContacts[0]);
-  answer.promiseScalar("C_shift_rad", fit->parameters[0], pick(0, 1, 1).row(0));
+  answer.promiseScalar(quantity::kCShift, fit->parameters[0], pick(0, 1, 1).row(0));
   answer.result().convention = "new zero of C in the old count; rms in rad";
   const double scatter = answer.readingSd().value_or(0.0);
   Result result = std::move(answer).take(true);
@@ -239,13 +241,12 @@ namespace {
 
 constexpr MethodTable kLimitedAccessTables[]{{"readings", kLimitedAccessColumns, "the ball at an angle of C", true}};
 constexpr MethodKey kLimitedAccessKeys[]{key::kSigma, key::kSigmaC, key::kMeanHeight, key::kTauForTheRecord};
-constexpr Quantity kLimitedAccessResults[]{quantity::kCentre.as("centre of rotation, x y"),
-                                           quantity::kRadius,
-                                           {"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"}};
+constexpr Quantity kLimitedAccessResults[]{quantity::kCentre.as("centre of rotation, x y"), quantity::kRadius,
+                                           kPsiAtZero};
 constexpr MethodTable kContactTables[]{
     {"contacts", column::kContacts, "signed angles of C at which the ball touches the stylus on either side", true}};
 constexpr MethodKey kContactKeys[]{key::kSigmaC};
-constexpr Quantity kContactResults[]{{"C_shift_rad", "new zero of C in the old count"}};
+constexpr Quantity kContactResults[]{quantity::kCShift};
 constexpr std::string_view kContactUnobservable[]{
     "the offset of the stylus from the spindle, except for the part that two opposite contacts cancel"};
 

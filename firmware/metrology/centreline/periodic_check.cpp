@@ -242,7 +242,7 @@ std::optional<Refusal> addRunOuts(Answer& answer, const Means& means, const Ball
   const Eigen::Index touched = means.columns[static_cast<std::size_t>(z - means.quantities.begin())];
   centre[2] = parameters[touched] - ball.radius;
   rows.row(2) = one(touched);
-  answer.alsoVector("ball_centre_mm", centre, rows);
+  answer.alsoVector(quantity::kBallCentre, centre, rows);
   return std::nullopt;
 }
 

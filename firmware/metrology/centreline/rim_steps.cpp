@@ -205,7 +205,7 @@ Outcome<ContactShift, Refusal> contactShift(const Dataset& dataset) {
   Dataset alone{.method = std::string{kCZeroShift.name}, .config = {}, .tables = {*table}};
   if (sigma.stated) alone.config["sigma_C_rad"] = sigma.value;
   TRY(const auto solved, solveCZeroShift(alone));
-  const auto& shift = *solved.find("C_shift_rad");
+  const auto& shift = *solved.find(quantity::kCShift);
   return ContactShift{shift.value(), sigma.stated ? std::optional{shift.sd.front()} : std::nullopt};
 }
 
@@ -271,8 +271,8 @@ Result resultOfFit(const Dataset& dataset, const Measured& measured, const Fit& 
   const Vector2d arm = fit.parameters.tail<2>();
   Answer answer{dataset, fit, {measured.noise.noise.position, measured.noise.stated}};
   answer.result().residuals = residualsOf(measured, fit);
-  answer.promiseVector("centre_mm", fit.parameters.head<2>(), pick(0, 2, 4));
-  answer.promiseScalar("radius_mm", arm.norm(), Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / arm.norm());
+  answer.promiseVector(quantity::kCentre, fit.parameters.head<2>(), pick(0, 2, 4));
+  answer.promiseScalar(quantity::kRadius, arm.norm(), Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / arm.norm());
   return std::move(answer).take(true);
 }
 
@@ -285,9 +285,9 @@ Result resultOfSteps(const Dataset& dataset, const Measured& measured, const Rim
   const Eigen::Vector3d sd = covariance.diagonal().cwiseSqrt();
   Result result;
   result.method = dataset.method;
-  result.estimates = {Estimate::vector("centre_mm", {found.centre.x(), found.centre.y()},
+  result.estimates = {Estimate::vector(quantity::kCentre, {found.centre.x(), found.centre.y()},
                                        stated ? std::vector{sd[0], sd[1]} : std::vector<double>{}),
-                      Estimate::scalar("radius_mm", found.radius, stated ? std::optional{sd[2]} : std::nullopt)};
+                      Estimate::scalar(quantity::kRadius, found.radius, stated ? std::optional{sd[2]} : std::nullopt)};
   result.residuals = {
       .unit = "mm", .against = "reading", .names = {"+theta", "-theta", "zero"}, .at = {}, .values = {}};
   double squares = 0.0;
@@ -302,7 +302,9 @@ Result resultOfSteps(const Dataset& dataset, const Measured& measured, const Rim
   result.condition = scaledCondition(inverse(covariance));  // of a Jacobian that would have this covariance
   if (stated) {
     const auto entries = covariance.reshaped();
-    result.covariance = Covariance{{"centre_mm[0]", "centre_mm[1]", "radius_mm"}, {entries.begin(), entries.end()}};
+    const std::string centre{quantity::kCentre};
+    result.covariance =
+        Covariance{{centre + "[0]", centre + "[1]", std::string{quantity::kRadius}}, {entries.begin(), entries.end()}};
   } else {
     result.warnings.emplace_back("no sd: the uncertainty of the steps needs sigma_mm, which is not stated");
   }
@@ -317,7 +319,7 @@ void addStylus(std::vector<Estimate>& also, const Table& readings, const StylusO
   const std::size_t parts = stylus.flat ? 2 : 3;
   std::vector<double> sds;
   if (noise.stated) sds.assign(sd.data(), sd.data() + parts);
-  also.push_back(Estimate::vector("stylus_offset_mm", {stylus.offset.data(), stylus.offset.data() + parts}, sds));
+  also.push_back(Estimate::vector(quantity::kStylusOffset, {stylus.offset.data(), stylus.offset.data() + parts}, sds));
   const auto* heights = readings.column(column::kZ);
   if (heights == nullptr) return;
   const auto count = static_cast<double>(heights->size());
@@ -363,7 +365,8 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   also.push_back(Estimate::vector("fit_centre_mm", {fitted.x(), fitted.y()}, {}));
   also.push_back(Estimate::vector("steps_centre_mm", {plain->centre.x(), plain->centre.y()}, {}));
   also.push_back(Estimate::scalar("steps_radius_mm", plain->radius, std::nullopt));
-  also.push_back(Estimate::scalar("C_shift_rad", measured.contact.rad + measured.settled.zeros.back(), std::nullopt));
+  also.push_back(
+      Estimate::scalar(quantity::kCShift, measured.contact.rad + measured.settled.zeros.back(), std::nullopt));
   if (dataset.table("contacts") != nullptr)
     also.push_back(Estimate::scalar("contact_shift_rad", measured.contact.rad, measured.contact.sd));
   addStylus(also, *dataset.table("readings"), measured.stylus, measured.noise);

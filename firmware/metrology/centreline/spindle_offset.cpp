@@ -35,7 +35,7 @@ Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
   Answer answer{dataset, ball.fit, noise.sigma()};
   answer.readings(*dataset.table("readings"), kBallParts, column::kC);
   const auto& parameters = ball.fit.parameters;
-  answer.promiseVector("offset_C_minus_A_mm", parameters.head(2), pick(0, 2, parameters.size()));
+  answer.promiseVector(quantity::kOffsetCMinusA, parameters.head(2), pick(0, 2, parameters.size()));
   for (const auto& warnings : {noise.warnings, table.warnings}) {
     for (const auto& warning : warnings) answer.warn(warning);
   }
@@ -60,7 +60,7 @@ Outcome<Result, Refusal> solveSpindleOffset2x2(const Dataset& dataset) {
   const auto& parameters = ball.fit.parameters;
   const auto rows = [&](Eigen::Index first) { return pick(first, 2, parameters.size()); };
   Answer& answer = offset.answer;
-  answer.promiseVector("stylus_offset_mm", parameters.segment<2>(ball.styli), rows(ball.styli));
+  answer.promiseVector(quantity::kStylusOffset, parameters.segment<2>(ball.styli), rows(ball.styli));
   answer.alsoVector("ball_offset_mm", parameters.segment<2>(ball.arms), rows(ball.arms));
   answer.alsoVector("tip_to_C_mm", parameters.head(2) - parameters.segment<2>(ball.styli), rows(0) - rows(ball.styli));
   return std::move(answer).take(true);

@@ -125,11 +125,8 @@ std::optional<Refusal> refuse(const Method& method, const std::string& key, cons
 
 PlausibleRange rangeOf(const Estimate& estimate, const Method& method) {
   auto range = rangeOfUnit(estimate.key);
-  for (const auto& listed : {method.results, method.further}) {
-    for (const auto& quantity : listed) {
-      if (quantity.most > 0 && quantity.names(estimate.key)) range.least = -(range.most = quantity.most);
-    }
-  }
+  const auto* quantity = quantityOf(method, estimate.key);
+  if (quantity != nullptr && quantity->most > 0) range.least = -(range.most = quantity->most);
   return range;
 }
 

@@ -487,9 +487,10 @@ double wayOf_mm(const Dataset& dataset, const Method& method, const Result& resu
 }
 
 std::optional<std::string> unusualLength(const Dataset& dataset, const Method& method, const Result& result,
-                                         const Estimate& estimate, const Quantity& quantity) {
-  const auto& usual = quantity.usual;
-  if (usual.most_mm == 0 || estimate.values.empty() || !quantity.names(estimate.key)) return std::nullopt;
+                                         const Estimate& estimate) {
+  const auto* quantity = quantityOf(method, estimate.key);
+  if (quantity == nullptr || quantity->usual.most_mm == 0 || estimate.values.empty()) return std::nullopt;
+  const auto& usual = quantity->usual;
   if (usual.of_readings)
     return unusual("the places that were read are apart by", wayOf_mm(dataset, method, result), usual);
   const auto size = [](double value) { return std::abs(value); };
@@ -550,13 +551,8 @@ std::optional<Refusal> warnOfNoRedundancy(const Dataset&, const Method&, Result&
 
 std::optional<Refusal> warnOfUnusualLengths(const Dataset& dataset, const Method& method, Result& result) {
   for (const auto& estimate : result.estimates) {
-    std::optional<std::string> sentence;
-    for (const auto& listed : {method.results, method.further}) {
-      for (const auto& quantity : listed) {
-        if (!sentence) sentence = unusualLength(dataset, method, result, estimate, quantity);
-      }
-    }
-    if (sentence) result.warnings.push_back(*std::move(sentence));
+    if (auto sentence = unusualLength(dataset, method, result, estimate))
+      result.warnings.push_back(*std::move(sentence));
   }
   return std::nullopt;
 }

@@ -39,6 +39,14 @@ MethodColumn columnOf(const Method& method, std::string_view table, std::string_
   return is_described ? MethodColumn{column} : elsewhere;
 }
 
+const Quantity* quantityOf(const Method& method, std::string_view key) {
+  for (const auto& listed : {method.results, method.further}) {
+    const auto found = std::ranges::find_if(listed, [key](const Quantity& each) { return each.names(key); });
+    if (found != listed.end()) return &*found;
+  }
+  return nullptr;
+}
+
 Table emptyTable(const Method& method, std::string_view table, const ColumnNames& also) {
   std::vector<std::string_view> names;
   for (const auto& column : std::ranges::find(method.tables, table, &MethodTable::name)->columns) {

@@ -107,6 +107,9 @@ inline constexpr std::string_view kTemperatureKeys[]{"expansion_per_k", "sd_expa
 // Role none where it has no such column.
 MethodColumn columnOf(const Method& method, std::string_view table, std::string_view column);
 
+// Description of the value of this key; null if the method describes none.
+const Quantity* quantityOf(const Method& method, std::string_view key);
+
 // A table without rows, with the columns that the method describes: those that may be missing only if they are in
 // `also`.
 Table emptyTable(const Method& method, std::string_view table, const ColumnNames& also = {});

@@ -21,6 +21,11 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kMiddle{"middle_mm", "along width_direction"};
+constexpr Quantity kEffectiveWidth{"effective_width_mm", "between stylus-ball centres"};
+constexpr Quantity kWidth{"width_mm", "the feature's own, with stylus_ball_radius_mm"};
+constexpr Quantity kSquareError{.key = "square_error_rad", .kind = QuantityKind::error};
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -100,9 +105,9 @@ Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
   Answer answer{dataset, fit, sigma};
   answer.result().design_per = kOnePoint;
   answer.result().residuals = pointResiduals(fit, sigma.value, -1.0);
-  answer.promiseScalar("middle_mm", fit.parameters.mean(), Eigen::RowVector2d{0.5, 0.5});
-  answer.promiseScalar("effective_width_mm", std::abs(apart), across);
-  if (stylus) answer.promiseScalar("width_mm", width, across);
+  answer.promiseScalar(kMiddle, fit.parameters.mean(), Eigen::RowVector2d{0.5, 0.5});
+  answer.promiseScalar(kEffectiveWidth, std::abs(apart), across);
+  if (stylus) answer.promiseScalar(kWidth, width, across);
   answer.result().convention = "middle along width_direction; effective width: between stylus-ball centres";
   const auto rounding = roundingOfMeans(
       *table, {std::span{kPointColumns}.last(3), scatterOnFaces(points, design), along.cwiseAbs()}, sigma, answer);
@@ -292,7 +297,7 @@ Outcome<Result, Refusal> solveCornerFit(const Dataset& dataset) {
   answer.result().residuals = pointResiduals(fit, sigma.value);
   const std::string key = corner.dimensions() == 2 ? "corner_" + plane.name() + "_mm" : "corner_mm";
   answer.promiseVector(key, meeting.corner, meeting.slopes);
-  answer.alsoScalar("square_error_rad", meeting.square, meeting.square_slopes);
+  answer.alsoScalar(kSquareError, meeting.square, meeting.square_slopes);
   answer.result().convention =
       "square error: angle between the outward normals of the first two faces minus 90 degrees";
   return std::move(answer).take(true);
@@ -303,9 +308,7 @@ namespace {
 constexpr MethodTable kWidthTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with face 1 or 2"}};
 constexpr MethodKey kWidthKeys[]{
     {"width_direction", kNeeded, "unit vector across the faces"}, key::kSigma, key::kStylusRadius};
-constexpr Quantity kWidthResults[]{{"middle_mm", "along width_direction"},
-                                   {"effective_width_mm", "between stylus-ball centres"},
-                                   {"width_mm", "the feature's own, with stylus_ball_radius_mm"}};
+constexpr Quantity kWidthResults[]{kMiddle, kEffectiveWidth, kWidth};
 constexpr std::string_view kWidthUnobservable[]{
     "anything across the stated width_direction, and how far the faces are from parallel"};
 constexpr MethodTable kCornerTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with that face"},
@@ -317,7 +320,7 @@ constexpr MethodKey kCornerKeys[]{
 constexpr Quantity kCornerResults[]{
     {"corner_xy_mm", "corner of two faces across Z; corner_yz_mm or corner_xz_mm across X or Y"},
     {"corner_mm", "corner of three faces"}};
-constexpr Quantity kCornerFurther[]{{.key = "square_error_rad", .kind = QuantityKind::error}};
+constexpr Quantity kCornerFurther[]{kSquareError};
 constexpr std::string_view kCornerUnobservable[]{"form of the faces separately from the noise of the readings"};
 
 }  // namespace

@@ -57,10 +57,11 @@ void addUncertainty(Result& result, const Fit& fit, double scale, bool radius_kn
   std::vector<double> sd;
   for (Eigen::Index k = 0; k < covariance.rows(); ++k) sd.push_back(std::sqrt(covariance(k, k)) * scale);
   result.estimates[0].sd.assign(sd.begin(), sd.begin() + 3);
-  result.covariance = Covariance{{"centre_mm[0]", "centre_mm[1]", "centre_mm[2]"}, {}};
+  const std::string centre{quantity::kCentre};
+  result.covariance = Covariance{{centre + "[0]", centre + "[1]", centre + "[2]"}, {}};
   if (!radius_known) {
     result.estimates[1].sd = {sd[3]};
-    result.covariance->components.emplace_back("radius_mm");
+    result.covariance->components.emplace_back(quantity::kRadius);
   }
   for (const double entry : covariance.reshaped<Eigen::RowMajor>()) {
     result.covariance->values.push_back(entry * scale * scale);
@@ -93,8 +94,8 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
   Result result;
   result.method = dataset.method;
   const auto& c = fit.parameters;
-  result.estimates.push_back(Estimate::vector("centre_mm", {c[0], c[1], c[2]}, {}));
-  if (!radius_known) result.estimates.push_back(Estimate::scalar("radius_mm", radius, std::nullopt));
+  result.estimates.push_back(Estimate::vector(quantity::kCentre, {c[0], c[1], c[2]}, {}));
+  if (!radius_known) result.estimates.push_back(Estimate::scalar(quantity::kRadius, radius, std::nullopt));
   addReadings(result, fit, question.sigma);
   const auto dof = static_cast<double>(fit.dof);
   result.rms = std::sqrt(fit.sumOfSquares() / (dof + static_cast<double>(c.size()))) * question.sigma;

@@ -22,14 +22,15 @@ class Answer {
   Answer(const Dataset& dataset, const Fit& fit, const Sigma& sigma);
 
   // values: promised; jacobian: d values / d parameters, one row per value.
-  void promiseScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian);
-  void promiseVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
-  void promiseMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values,
+  void promiseScalar(std::string_view key, double value, const Eigen::RowVectorXd& jacobian);
+  void promiseVector(std::string_view key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
+  void promiseMatrix(std::string_view key, std::size_t columns, const Eigen::VectorXd& values,
                      const Eigen::MatrixXd& jacobian);
   // Adds a derived quantity that is not promised.
-  void alsoScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian);
-  void alsoVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
-  void alsoMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
+  void alsoScalar(std::string_view key, double value, const Eigen::RowVectorXd& jacobian);
+  void alsoVector(std::string_view key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
+  void alsoMatrix(std::string_view key, std::size_t columns, const Eigen::VectorXd& values,
+                  const Eigen::MatrixXd& jacobian);
   void warn(std::string sentence);
 
   // Assigns `parts` rows of the fit to each row of the table, in its order, for a plot of residuals over column
@@ -53,7 +54,7 @@ class Answer {
  private:
   std::vector<double> sdsOf(const Eigen::MatrixXd& jacobian) const;
   Estimate with(Estimate estimate, const Eigen::MatrixXd& jacobian) const;
-  void remember(const std::string& key, Shape shape, std::size_t columns, const Eigen::MatrixXd& jacobian);
+  void remember(std::string_view key, Shape shape, std::size_t columns, const Eigen::MatrixXd& jacobian);
 
   Result result_;
   Eigen::MatrixXd covariance_;  // of the parameters; empty if unknown

@@ -16,6 +16,9 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kBallOfReading{
+    .key = "ball_mm", .about = "centre of the ball, a row a reading", .compared = Compared::never};
+
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
@@ -158,8 +161,8 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   answer.readingIs("one sensor", "units of the sensors");
   if (auto refusal = badHead(head.matrix, moves, answer.readingSd().value_or(0.0))) return *refusal;
   const double noise = sdOfFurtherReading(answer, fit, sigma).value_or(0.0);
-  answer.promiseMatrix("sensor_matrix", 3, pick_matrix * fit.parameters, pick_matrix);
-  answer.promiseVector("sensor_zero", head.zero, pick_zero);
+  answer.promiseMatrix(quantity::kSensorMatrix, 3, pick_matrix * fit.parameters, pick_matrix);
+  answer.promiseVector(quantity::kSensorZero, head.zero, pick_zero);
   const Vector3d sensitivity = head.matrix.rowwise().norm();
   answer.result().also.push_back(Estimate::vector("sensitivity", {sensitivity.begin(), sensitivity.end()}, {}));
   if (reference) {
@@ -177,7 +180,7 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
       answer.warn(beyond->what + "; beyond 1.5 times that the matrix is extrapolated: read nearer, or move further");
     }
     const ReadBalls balls = readBalls(*readings, head, vector);
-    answer.promiseMatrix("ball_mm", 3, balls.values, balls.slopes);
+    answer.promiseMatrix(kBallOfReading, 3, balls.values, balls.slopes);
   }
   for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   answer.result().convention =
@@ -199,10 +202,7 @@ constexpr MethodKey kSensorHeadKeys[]{
     {"tool_vector_mm", "[0,0,0]", "from the machine's position to the head's reference"},
     {"reference_mm", "", "the machine's position at the reference, u = 0; gives centred_mm"},
     {"tool", "", "number of the sensor head as a tool; needed by the box"}};
-constexpr Quantity kSensorHeadResults[]{
-    quantity::kSensorMatrix,
-    quantity::kSensorZero,
-    {.key = "ball_mm", .about = "centre of the ball, a row a reading", .compared = Compared::never}};
+constexpr Quantity kSensorHeadResults[]{quantity::kSensorMatrix, quantity::kSensorZero, kBallOfReading};
 constexpr std::string_view kSensorHeadUnobservable[]{
     "the position of the ball separately from that of the head's reference: only moves relative to it"};
 

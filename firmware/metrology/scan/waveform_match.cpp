@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
@@ -519,7 +520,7 @@ Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::Vect
   }
   for (const auto& name : match.dropped)
     result.dropped.push_back({name, "more than 4.5 deviations from the other samples"});
-  Estimate delay = Estimate::scalar("tau_s", previous[0] + match.tau_s, sd);
+  Estimate delay = Estimate::scalar(quantity::kTau, previous[0] + match.tau_s, sd);
   if (match.expected_mm > 0.0) delay.design = {match.sd_s / match.expected_mm};
   result.design_per = "one comparison of machine and probe, mm";
   result.residuals = match.residuals;

@@ -316,7 +316,7 @@ Covariance apart(const Covariance& first, const Covariance& second) {
 void addGain(Result& result, const Dataset& dataset, const ScrewModel& screw, const Fit& gain) {
   Answer of_gain{dataset, gain, {}};
   of_gain.readingIs("one true error of table gain_cal", "um");
-  of_gain.promiseScalar("K", gain.parameters[0], pick(0, 1, 1).row(0));
+  of_gain.promiseScalar(quantity::kScrewGain, gain.parameters[0], pick(0, 1, 1).row(0));
   const Result gain_result = std::move(of_gain).take(true);
   if (gain_result.covariance && result.covariance) {
     result.covariance = apart(*gain_result.covariance, *result.covariance);
@@ -353,8 +353,8 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   answer.readings(*face_table, {column::kSensor}, column::kPhi);
   Eigen::MatrixXd about_mean = pick(0, sectors, fit.parameters.size());
   about_mean.leftCols(sectors).array() -= 1.0 / static_cast<double>(sectors);
-  answer.promiseVector("sector_table_um", about_mean * fit.parameters, about_mean);
-  answer.promiseScalar("drift_um_s", drift, pick(sectors, 1, fit.parameters.size()).row(0));
+  answer.promiseVector(quantity::kSectorTable, about_mean * fit.parameters, about_mean);
+  answer.promiseScalar(quantity::kSensorDrift, drift, pick(sectors, 1, fit.parameters.size()).row(0));
 
   Result result = std::move(answer).take(true);
   widen(result, of_face, face);

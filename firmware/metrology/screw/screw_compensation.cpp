@@ -69,7 +69,7 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
     design.push_back(std::abs(compensationUm(screw, positions[row], 1.0)));
     if (sigma.stated) sd.push_back(std::abs(compensationUm(screw, positions[row], sigma.value)));
   }
-  result.estimates.push_back(Estimate::vector("comp_um", std::move(compensation), std::move(sd)));
+  result.estimates.push_back(Estimate::vector(quantity::kScrewCorrections, std::move(compensation), std::move(sd)));
   result.estimates.back().design = std::move(design);
   result.design_per = "one reading of the sensor, um";
   result.condition = 1.0;

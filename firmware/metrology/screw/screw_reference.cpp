@@ -168,8 +168,8 @@ Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
 
   answer.readingIs("one reading of the sensor", "um");
   answer.readings(*table, {column::kSensor}, column::kTime);
-  answer.promiseScalar("reference_um", rest.fit.parameters[0], all.row(0));
-  answer.promiseScalar("drift_um_s", rest.fit.parameters[1], all.row(1));
+  answer.promiseScalar(quantity::kColdReading, rest.fit.parameters[0], all.row(0));
+  answer.promiseScalar(quantity::kSensorDrift, rest.fit.parameters[1], all.row(1));
   Result result = std::move(answer).take(true);
   const double added = std::hypot(rest.face_sd_um, roundingSd(sd_reading, *step));
   for (const auto* key : {"reference_um", "drift_um_s"}) inflate(result, key, inflation);

@@ -17,6 +17,9 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kMoved{"moved_mm", "one row per step, x y z"};
+constexpr Quantity kDeflected{"deflected_mm", "one row per step, x y z"};
+
 using Eigen::Vector3d;
 
 constexpr double kFewestMoved_mm = 0.5;  // less is an axis that stood, or one without an encoder
@@ -267,8 +270,8 @@ Outcome<Result, Refusal> solveSelftest(const Dataset& dataset) {
     append(deflected, step.deflected_mm);
     append(deflected_sd, step.deflected_sd_mm);
   }
-  result.estimates.push_back(Estimate::matrix("moved_mm", 3, std::move(moved), std::move(moved_sd)));
-  result.estimates.push_back(Estimate::matrix("deflected_mm", 3, std::move(deflected), std::move(deflected_sd)));
+  result.estimates.push_back(Estimate::matrix(kMoved, 3, std::move(moved), std::move(moved_sd)));
+  result.estimates.push_back(Estimate::matrix(kDeflected, 3, std::move(deflected), std::move(deflected_sd)));
   result.convention =
       "one row per step, columns X Y Z of the machine; deflection of the stylus ball relative to the probe body";
   return result;
@@ -282,7 +285,7 @@ constexpr MethodTable kTables[]{{"machine", kMachineColumns, "position of the mo
                                 {"steps", kSelftestColumns, "a step: travel of its jog, 0 of a push"}};
 constexpr MethodKey kKeys[]{
     {"gain", kNeeded, "3 x 3, the probe's matrix as it is described (A3)"}, kProbeAtZero, kProbeB};
-constexpr Quantity kResults[]{{"moved_mm", "one row per step, x y z"}, {"deflected_mm", "one row per step, x y z"}};
+constexpr Quantity kResults[]{kMoved, kDeflected};
 constexpr std::string_view kUnobservable[]{
     "errors below its limits, 2 % of a travel and 30 degrees of a push: calibrations find these"};
 

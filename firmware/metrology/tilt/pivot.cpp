@@ -166,7 +166,7 @@ Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltRead
     rows = rows.colwise().reverse().eval();
   }
   answer.promiseVector("pivot_" + plane.name() + "_mm", pivot, rows);
-  answer.result().also.push_back(Estimate::scalar("along_mm", tilts.centre_along, std::nullopt));
+  answer.result().also.push_back(Estimate::scalar(quantity::kAlong, tilts.centre_along, std::nullopt));
   if (const auto warning = anglesApart(tilts)) answer.warn(*warning);
   return std::move(answer).take(true);
 }

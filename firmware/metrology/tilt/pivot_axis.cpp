@@ -136,7 +136,7 @@ Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& 
   };
   promise("pivot_" + plane.name() + "_mm", 0);
   promise("lean_" + plane.name() + "_rad", 2);
-  answer.result().also.push_back(Estimate::scalar("along_mm", tilts.centre_along, std::nullopt));
+  answer.result().also.push_back(Estimate::scalar(quantity::kAlong, tilts.centre_along, std::nullopt));
   answer.result().convention = "where the axis passes along_mm, and its lateral change per mm along the machine axis";
   return std::move(answer).take(true);
 }

@@ -20,6 +20,8 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kToolDirection{.key = "tool_direction_rad", .kind = QuantityKind::lean};
+
 constexpr MethodColumn kQueryColumns[]{column::kB, column::kToolLength};
 // How rarely chance alone may make rigid look wrong: four deviations of chi-square with 4 degrees of freedom.
 constexpr double kChance = 0.003;
@@ -166,7 +168,7 @@ Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, doubl
     }
   }
   if (!reading_sd) sds.clear();
-  return Estimate::matrix("left_by_angle_mm", 4, std::move(values), std::move(sds));
+  return Estimate::matrix(quantity::kLeftByAngle, 4, std::move(values), std::move(sds));
 }
 
 // Adds the chosen model, how well each candidate fits, and the values that live corrections need.
@@ -185,14 +187,14 @@ void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates
     answer.alsoVector("gauge_line_mm", parameters.head(2), pick(0, 2, parameters.size()));
     Eigen::MatrixXd direction = Eigen::MatrixXd::Zero(2, parameters.size());
     direction.leftCols(chosen.model.parameters()) = chosen.model.direction();
-    answer.alsoVector("tool_direction_rad", direction * parameters, direction);
+    answer.alsoVector(kToolDirection, direction * parameters, direction);
   }
   if (readings.byShank()) {
     const Eigen::Index last = parameters.size() - 1;
     answer.alsoScalar("shank_effective_radius_mm", parameters[last], pick(last, 1, parameters.size()).row(0));
   }
   const Eigen::MatrixXd terms = chosen.model.map() * pick(0, chosen.model.parameters(), parameters.size());
-  answer.alsoMatrix("swivel_terms_mm", 4, terms * parameters, terms);
+  answer.alsoMatrix(quantity::kSwivelTerms, 4, terms * parameters, terms);
   also.push_back(leftByAngle(readings, chosen, sigma.value, sdOfFurtherReading(answer, chosen.fit, sigma)));
 }
 
@@ -264,7 +266,7 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   }
   Answer answer{dataset, chosen.fit, sigma};
   tellResiduals(answer, readings, plane.axis);
-  answer.promiseMatrix("error_at_queries_mm", 3, jacobian * parameters, jacobian);
+  answer.promiseMatrix(quantity::kErrorAtQueries, 3, jacobian * parameters, jacobian);
   for (const auto column : kQueryColumns) {
     answer.result().also.push_back(Estimate::vector("query_" + std::string{column}, *queries->column(column), {}));
   }
@@ -308,11 +310,8 @@ constexpr MethodKey kMethodKeys[]{
     key::kPreTravelResults[3],
     key::kTauForTheRecord};
 constexpr Quantity kResults[]{quantity::kErrorAtQueries};
-constexpr Quantity kFurther[]{quantity::kQueryB,
-                              quantity::kQueryLength,
-                              quantity::kSwivelTerms,
-                              quantity::kLeftByAngle,
-                              {.key = "tool_direction_rad", .kind = QuantityKind::lean}};
+constexpr Quantity kFurther[]{quantity::kQueryB, quantity::kQueryLength, quantity::kSwivelTerms, quantity::kLeftByAngle,
+                              kToolDirection};
 constexpr std::string_view kUnobservable[]{
     "any error at B = 0: all results are relative to B = 0",
     "errors between the measured angles that the model does not contain",

@@ -153,10 +153,10 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
 
   Answer answer{dataset, fit, sigma};
   answer.readings(*table, std::span{kAssemblyColumns}.last(3), kRepetition);
-  answer.promiseScalar("assembled_length_mm", touched.z() - lengths.holder, pick(2, 1, 3).row(0));
-  answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths.tool}, pick(0, 3, 3));
+  answer.promiseScalar(quantity::kAssembledLength, touched.z() - lengths.holder, pick(2, 1, 3).row(0));
+  answer.promiseVector(quantity::kCompensation, touched - Vector3d{0.0, 0.0, lengths.tool}, pick(0, 3, 3));
   // From the holder's reference, as [[tool]] of machine.toml counts it; L3 counts from the holder's end face.
-  answer.alsoScalar(std::string{quantity::kGaugeLength.key}, touched.z(), pick(2, 1, 3).row(0));
+  answer.alsoScalar(quantity::kGaugeLength, touched.z(), pick(2, 1, 3).row(0));
   const Eigen::MatrixX3d along = Eigen::Matrix3d::Identity().replicate(plain.rows(), 1);
   const auto rounding =
       roundingOfMeans(*table, {std::span{kAssemblyColumns}.last(3), scatterAlong(fit, along, sigma)}, sigma, answer);

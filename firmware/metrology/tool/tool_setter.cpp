@@ -383,7 +383,7 @@ std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const
   return compare(found.link->values, *link, ", seen from the turning axis");
 }
 
-void promise(Answer& answer, const Device& device, const char* key, const ByOrientation& quantity) {
+void promise(Answer& answer, const Device& device, std::string_view key, const ByOrientation& quantity) {
   const VectorXd values = quantity.values.reshaped<Eigen::RowMajor>();
   if (device.angles_deg.empty()) {
     answer.promiseVector(key, values, quantity.by_readings);
@@ -408,16 +408,16 @@ Result report(const Device& device, const Found& found, const std::optional<Turn
               const Measured& measured, const Sigma& sigma, Answer answer) {
   const auto parts = device.by_face ? std::span{kTouchColumns}.subspan(4, 1) : std::span{kCentreColumns}.subspan(1, 3);
   answer.readings(*device.table, parts, kIsTool);
-  promise(answer, device, "tool_offset_mm", found.tool);
-  promise(answer, device, "setter_mm", found.setter);
-  if (found.link) promise(answer, device, "link_mm", *found.link);
+  promise(answer, device, quantity::kToolOffset, found.tool);
+  promise(answer, device, quantity::kSetter, found.setter);
+  if (found.link) promise(answer, device, quantity::kLink, *found.link);
   const auto rounding = roundingOfMeans(
       *device.table, {std::span{kTouchColumns}.subspan(6, 3), scatterAlong(measured.fit, measured.along, sigma)}, sigma,
       answer);
   Result result = std::move(answer).take(true);
   result.convention = "tool tip from the head's reference at the B of both measurements, at the place of the device";
   if (axis) result.convention += "; link: the device from the turning axis, in x and y, at the device's Z";
-  if (!device.angles_deg.empty()) result.also.push_back(Estimate::vector("B_deg", device.angles_deg, {}));
+  if (!device.angles_deg.empty()) result.also.push_back(Estimate::vector(quantity::kEachB, device.angles_deg, {}));
 
   const Index inputs = found.tool.by_inputs.cols();
   const RoundedPlaces& places = measured.places;

@@ -90,8 +90,8 @@ std::optional<StoredLength> storedLength(const Dataset& dataset, std::string_vie
 
 void addStoreRecords(Result& result, const Dataset& dataset) {
   if (!hasStores(dataset)) return;
-  const Estimate length = *result.find("assembled_length_mm");
-  const Estimate compensation = *result.find("compensation_mm");
+  const Estimate length = *result.find(quantity::kAssembledLength);
+  const Estimate compensation = *result.find(quantity::kCompensation);
   // (C3): in X and Y both records hold the same.
   Estimate motion = Estimate::vector("motion_control_mm", compensation.values, compensation.sd);
   Estimate simulation = Estimate::vector("simulation_mm", compensation.values, compensation.sd);

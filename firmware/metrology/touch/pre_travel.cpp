@@ -22,6 +22,8 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kRadiusError{.key = "radius_error_mm", .kind = QuantityKind::error};
+
 using Eigen::Index;
 using Eigen::RowVectorXd;
 using Eigen::Vector3d;
@@ -153,12 +155,12 @@ Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
   answer.readings(*dataset.table("touches"), {column::kDistance}, column::kTouch, 1);
   answer.readingIs("one distance from the centre, mm", "mm");
   const Index size = sphere.unknowns();
-  answer.promiseVector("pre_travel_mm", fit->parameters.segment(kCentre, sphere.parts),
+  answer.promiseVector(quantity::kPreTravel, fit->parameters.segment(kCentre, sphere.parts),
                        pick(kCentre, sphere.parts, size));
-  answer.promiseVector("centre_mm", fit->parameters.head<3>(), pick(0, kCentre, size));
+  answer.promiseVector(quantity::kCentre, fit->parameters.head<3>(), pick(0, kCentre, size));
   if (auto refusal = whyNegative(sphere, *fit, answer)) return *refusal;
   if (sphere.size_free) {
-    answer.alsoScalar("radius_error_mm", -fit->parameters[size - 1], pick(size - 1, 1, size).row(0));
+    answer.alsoScalar(kRadiusError, -fit->parameters[size - 1], pick(size - 1, 1, size).row(0));
   } else {
     answer.result().unobservable.emplace_back(
         "an error of effective_diameter_mm, and a part of the pre-travel that is the same in all directions: touch at "
@@ -189,7 +191,7 @@ constexpr MethodKey kKeys[]{
 constexpr KnownQuantity kKnown[]{{"sd_effective_diameter_mm", "effective_diameter_mm"},
                                  {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value}};
 constexpr Quantity kResults[]{quantity::kPreTravel, quantity::kCentre};
-constexpr Quantity kFurther[]{{.key = "radius_error_mm", .kind = QuantityKind::error}};
+constexpr Quantity kFurther[]{kRadiusError};
 constexpr std::string_view kUnobservable[]{
     "a pre-travel that differs between opposite sides once around: it displaces the stylus ball, and every centre "
     "alike",
