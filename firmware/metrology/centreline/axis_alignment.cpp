@@ -353,12 +353,12 @@ constexpr std::string_view kAxisAlignmentUnobservable[]{
     "the axis separately from the straightness and squareness of the Z slide: the tilt is relative to Z"};
 
 // A spindle that stood still leaves the tip, not its axis; a tip against a chuck on the slide is of no use to the box.
-std::optional<std::string> subjectOfAlignment(const Dataset& dataset) {
+std::optional<Subject> subjectOfAlignment(const Dataset& dataset) {
   const bool of_tip = spindleStoodStill(dataset);
   const auto heights = configWord(dataset, "heights", kHeights);
   if (heights && heights->value_or("rotating") == "slide")
-    return of_tip ? dataset.method : std::string{kTurningAxisOfSlide};
-  return std::string{of_tip ? kTurningAxisFromTip : kTurningAxis};
+    return of_tip ? std::nullopt : std::optional{Subject{SubjectKind::centreline_slide}};
+  return Subject{of_tip ? SubjectKind::centreline_tip : SubjectKind::centreline};
 }
 
 constexpr MethodColumn kAColumns[]{kTipLength, column::kA, column::kC, column::kX, column::kY, kTool, kBall, kStop};
@@ -428,7 +428,7 @@ const Method kCAxisAlignment{.name = "c-axis-alignment",
                              .further = kCFurther,
                              .unobservable = kAxisAlignmentUnobservable,
                              .undetermined = undeterminedByAngles,
-                             .subject = {.name = kTurningAxis, .of = subjectOfAlignment}};
+                             .subject = {.about = Subject{SubjectKind::centreline}, .of = subjectOfAlignment}};
 
 const Method kAAxisAlignment{.name = "a-axis-alignment",
                              .title = "Direction of the tool spindle",
@@ -442,7 +442,7 @@ const Method kAAxisAlignment{.name = "a-axis-alignment",
                              .further = kAFurther,
                              .unobservable = kAUnobservable,
                              .undetermined = undeterminedOfA,
-                             .subject = {.name = "spindle-tilt"},
+                             .subject = {.about = Subject{SubjectKind::spindle_tilt}},
                              .also_about = styliOfAlignment};
 
 }  // namespace probebox::metrology

@@ -222,6 +222,6 @@ const Method kCentreline{.name = "centreline",
                          .keys = kCentrelineKeys,
                          .results = kCentrelineResults,
                          .unobservable = kCentrelineUnobservable,
-                         .subject = {.name = kTurningAxisFromTip}};
+                         .subject = {.about = Subject{SubjectKind::centreline_tip}}};
 
 }  // namespace probebox::metrology

@@ -261,7 +261,7 @@ const Method kCentrelineLimitedAccess{.name = "centreline-limited-access",
                                       .keys = kLimitedAccessKeys,
                                       .results = kLimitedAccessResults,
                                       .unobservable = kCentrelineUnobservable,
-                                      .subject = {.name = kTurningAxisFromTip}};
+                                      .subject = {.about = Subject{SubjectKind::centreline_tip}}};
 
 const Method kCZeroShift{.name = "c-zero-shift",
                          .title = "Zero of the C axis",

@@ -503,7 +503,7 @@ const Method kPeriodicCheck{.name = "periodic-check",
                             .results = kPeriodicCheckResults,
                             .further = kPeriodicCheckFurther,
                             .unobservable = kPeriodicCheckUnobservable,
-                            .subject = {.name = kCheckSubject},
+                            .subject = {.about = Subject{SubjectKind::check}},
                             .also_about = stylusOfCheck};
 
 }  // namespace probebox::metrology

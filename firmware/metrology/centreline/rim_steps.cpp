@@ -394,8 +394,8 @@ constexpr MethodKey kRimStepsKeys[]{
     key::kMeanHeight,
     key::kTauForTheRecord};
 // Only half a turn of the spindle relates the tip to the spindle axis.
-std::optional<std::string> subjectOfSteps(const Dataset& dataset) {
-  return std::string{dataset.table("stylus") != nullptr ? kTurningAxis : kTurningAxisFromTip};
+std::optional<Subject> subjectOfSteps(const Dataset& dataset) {
+  return Subject{dataset.table("stylus") != nullptr ? SubjectKind::centreline : SubjectKind::centreline_tip};
 }
 
 constexpr Quantity kRimStepsResults[]{quantity::kCentre.as("centre of rotation, x y"), quantity::kRadius};
@@ -411,6 +411,6 @@ const Method kCentrelineBySteps{.name = "centreline-by-steps",
                                 .keys = kRimStepsKeys,
                                 .results = kRimStepsResults,
                                 .unobservable = kCentrelineUnobservable,
-                                .subject = {.name = kTurningAxis, .of = subjectOfSteps}};
+                                .subject = {.about = Subject{SubjectKind::centreline}, .of = subjectOfSteps}};
 
 }  // namespace probebox::metrology

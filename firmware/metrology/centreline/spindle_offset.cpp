@@ -74,7 +74,7 @@ constexpr MethodTable kSpindleOffsetTables[]{
      true}};
 constexpr MethodKey kSpindleOffsetKeys[]{key::kSigma, key::kSigmaC, key::kASense, key::kCSense, key::kTauForTheRecord};
 constexpr Quantity kSpindleOffsetResults[]{quantity::kOffsetCMinusA, quantity::kStylusOffset};
-constexpr MethodSubject kSpindleOffset{.name = "spindle-offset"};
+constexpr MethodSubject kSpindleOffset{.about = Subject{SubjectKind::spindle_offset}};
 constexpr std::string_view kSpindleOffsetUnobservable[]{
     "first harmonics of C and of the spindle separately from the offsets of ball and stylus"};
 

@@ -87,14 +87,14 @@ std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method
   return sentences;
 }
 
-std::string_view subjectNamedBy(std::string_view key, const Method& method) {
+std::optional<SubjectKind> subjectNamedBy(std::string_view key, const Method& method) {
   const auto own = std::ranges::find(method.keys, key, &MethodKey::name);
   return own != method.keys.end() ? own->names : subjectNamedByCondition(key);
 }
 
-std::optional<std::string> numberedSubject(const Dataset& dataset, SubjectKind kind, std::string_view key) {
+std::optional<Subject> numberedSubject(const Dataset& dataset, SubjectKind kind, std::string_view key) {
   const auto number = statedNumber(dataset, key);
-  return number ? std::optional{text(Subject{kind, *number})} : std::nullopt;
+  return number ? std::optional{Subject{kind, *number}} : std::nullopt;
 }
 
 std::uint32_t probeToolOf(const Dataset& dataset) {
@@ -105,13 +105,13 @@ std::string stylusOffsetSubject(std::uint32_t tool) {
   return text(Subject{SubjectKind::stylus_offset, tool});
 }
 
-std::optional<std::string> letteredSubject(const Dataset& dataset, SubjectKind kind) {
+std::optional<Subject> letteredSubject(const Dataset& dataset, SubjectKind kind) {
   const auto found = dataset.config.find("axis");
   const auto* axis = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
   if (axis == nullptr || axis->size() != 1) return std::nullopt;
   auto name = text(aboutAxis(kind, 0));
   name.back() = static_cast<char>(std::tolower(static_cast<unsigned char>(axis->front())));
-  return parseSubject(name, kind) ? std::optional{std::move(name)} : std::nullopt;
+  return parseSubject(name, kind);
 }
 
 }  // namespace probebox::metrology

@@ -3,7 +3,6 @@
 #include <string_view>
 
 #include "firmware/metrology/dataset/method.hpp"
-#include "firmware/metrology/dataset/subject_names.hpp"
 
 // Parts that the descriptors of several methods share: sources, keys, known quantities.
 namespace probebox::metrology {
@@ -42,17 +41,18 @@ inline constexpr MethodKey kSwivelAxis{"swivel_axis", kNeeded, "unit vector of t
 // Results with the lengths of the tools that carry the probe, in the order in which the tools were read.
 inline constexpr std::array<MethodKey, 4> kLengthResults{
     {{"length_1_result", "", "number of the assembly result that states the length of the first tool; for the record",
-      subject::kAssembly},
-     {"length_2_result", "", "the same for the second tool", subject::kAssembly},
-     {"length_3_result", "", "the same for the third tool", subject::kAssembly},
-     {"length_4_result", "", "the same for the fourth tool", subject::kAssembly}}};
+      SubjectKind::assembly},
+     {"length_2_result", "", "the same for the second tool", SubjectKind::assembly},
+     {"length_3_result", "", "the same for the third tool", SubjectKind::assembly},
+     {"length_4_result", "", "the same for the fourth tool", SubjectKind::assembly}}};
 // Results with the pre-travels of a touch-trigger probe, in the same order.
 inline constexpr std::array<MethodKey, 4> kPreTravelResults{
     {{"pre_travel_1_result", "",
-      "number of the pre-travel result that was subtracted for the first tool; for the record", subject::kPreTravel},
-     {"pre_travel_2_result", "", "the same for the second tool", subject::kPreTravel},
-     {"pre_travel_3_result", "", "the same for the third tool", subject::kPreTravel},
-     {"pre_travel_4_result", "", "the same for the fourth tool", subject::kPreTravel}}};
+      "number of the pre-travel result that was subtracted for the first tool; for the record",
+      SubjectKind::pre_travel},
+     {"pre_travel_2_result", "", "the same for the second tool", SubjectKind::pre_travel},
+     {"pre_travel_3_result", "", "the same for the third tool", SubjectKind::pre_travel},
+     {"pre_travel_4_result", "", "the same for the fourth tool", SubjectKind::pre_travel}}};
 }  // namespace key
 
 inline constexpr KnownQuantity kStylusRadiusKnown[]{

@@ -51,11 +51,11 @@ namespace {
 constexpr MethodColumn kJointColumns[]{
     column::kTouch, column::kTime, {"q1_rad", ColumnRole::angle}, column::given("q2_mm"), column::given("..")};
 // A delay of each joint is no delay of an axis.
-std::optional<std::string> subjectOfJoints(const Dataset& dataset) {
+std::optional<Subject> subjectOfJoints(const Dataset& dataset) {
   const auto found = dataset.config.find("delays");
   const auto* delays = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
-  if (delays == nullptr || *delays != "each-joint") return std::nullopt;
-  return "delay-joints";
+  if (delays == nullptr || *delays != "each-joint") return Subject{SubjectKind::delay, kAllAxes};
+  return Subject{SubjectKind::delay_joints};
 }
 
 constexpr MethodTable kJointsTables[]{
@@ -94,6 +94,6 @@ const Method kDelayJoints{.name = "delay-joints",
                           .results = kJointsResults,
                           .unobservable = kJointsUnobservable,
                           .undetermined = sizeBiasAtOneSpeed,
-                          .subject = {.name = "delay", .of = subjectOfJoints}};
+                          .subject = {.about = Subject{SubjectKind::delay, kAllAxes}, .of = subjectOfJoints}};
 
 }  // namespace probebox::metrology

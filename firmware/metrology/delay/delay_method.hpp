@@ -9,7 +9,7 @@
 // Parts that the descriptors of the delay methods share.
 namespace probebox::metrology::of_delay {
 
-inline constexpr MethodSubject kSubject{.name = "delay", .of = subjectOfDelay};
+inline constexpr MethodSubject kSubject{.about = Subject{SubjectKind::delay, kAllAxes}, .of = subjectOfDelay};
 
 inline constexpr std::string_view kApart =
     "tau_machine and tau_probe separately: only tau = tau_machine - tau_probe (A1)";

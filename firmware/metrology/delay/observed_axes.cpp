@@ -85,15 +85,15 @@ bool standsAlone(const Eigen::MatrixX3d& rows, Eigen::Index axis) {
 
 }  // namespace
 
-std::optional<std::string> subjectOfDelay(const Dataset& dataset) {
+std::optional<Subject> subjectOfDelay(const Dataset& dataset) {
+  constexpr Subject kOfAllAxes{SubjectKind::delay, kAllAxes};
   auto rows = shiftsOfTouches(dataset);
   if (rows.rows() == 0) rows = waysOfScans(dataset);
-  if (rows.rows() == 0 || !rows.allFinite()) return std::nullopt;
+  if (rows.rows() == 0 || !rows.allFinite()) return kOfAllAxes;
   Subject observed{SubjectKind::delay};
   for (Eigen::Index axis = 0; axis < 3; ++axis)
     if (standsAlone(rows, axis)) observed.of |= 1U << axis;
-  if (observed.of == kAllAxes) return std::nullopt;
-  return text(observed.of == 0 ? Subject{SubjectKind::delay_oblique} : observed);
+  return observed.of == 0 ? Subject{SubjectKind::delay_oblique} : observed;
 }
 
 }  // namespace probebox::metrology

@@ -354,7 +354,7 @@ constexpr MethodKey kAxisErrorsKeys[]{
     key::kTauForTheRecord,
     {"tool_vector_mm", "", "from the machine's position to the reference of the sensor head; for the record"},
     {"sensor_matrix", "", "units of the sensors per mm, one row per sensor; for the record"},
-    {"sensor_head_result", "", "number of the sensor head's calibration; for the record", "sensor-head-"}};
+    {"sensor_head_result", "", "number of the sensor head's calibration; for the record", SubjectKind::sensor_head}};
 constexpr KnownQuantity kKnown[]{{"sd_certificate_mm", "third", KnownKind::table}};
 constexpr Quantity kAxisErrorsResults[]{quantity::kSixErrors, quantity::kLocation, quantity::kTilt};
 constexpr Quantity kAxisErrorsFurther[]{
@@ -365,7 +365,7 @@ constexpr std::string_view kAxisErrorsUnobservable[]{
     "XOC and YOC separately from position-dependent first harmonics (EXC, EYC)",
     "any error at the reference angle, and errors of the linear axes that all angles share"};
 
-std::optional<std::string> subjectOfAxis(const Dataset& dataset) {
+std::optional<Subject> subjectOfAxis(const Dataset& dataset) {
   return letteredSubject(dataset, SubjectKind::rotary);
 }
 
@@ -389,6 +389,6 @@ const Method kRotaryAxisErrors{.name = "rotary-axis-errors",
                                .results = kAxisErrorsResults,
                                .further = kAxisErrorsFurther,
                                .unobservable = kAxisErrorsUnobservable,
-                               .subject = {.name = {}, .of = subjectOfAxis}};
+                               .subject = {.of = subjectOfAxis}};
 
 }  // namespace probebox::metrology

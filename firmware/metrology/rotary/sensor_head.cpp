@@ -206,7 +206,7 @@ constexpr Quantity kSensorHeadResults[]{quantity::kSensorMatrix, quantity::kSens
 constexpr std::string_view kSensorHeadUnobservable[]{
     "the position of the ball separately from that of the head's reference: only moves relative to it"};
 
-std::optional<std::string> subjectOfHead(const Dataset& dataset) {
+std::optional<Subject> subjectOfHead(const Dataset& dataset) {
   return numberedSubject(dataset, SubjectKind::sensor_head, "tool");
 }
 
@@ -221,6 +221,6 @@ const Method kSensorHeadCalibration{.name = "sensor-head-calibration",
                                     .keys = kSensorHeadKeys,
                                     .results = kSensorHeadResults,
                                     .unobservable = kSensorHeadUnobservable,
-                                    .subject = {.name = {}, .of = subjectOfHead}};
+                                    .subject = {.of = subjectOfHead}};
 
 }  // namespace probebox::metrology

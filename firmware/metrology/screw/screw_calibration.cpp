@@ -387,7 +387,7 @@ constexpr Quantity kCalibrationResults[]{quantity::kScrewGain, quantity::kSector
 constexpr std::string_view kCalibrationUnobservable[]{
     kEvenHeat, "the mean height of the face separately from the zero of the sensor: the table sums to 0"};
 
-std::optional<std::string> subjectOfScrew(const Dataset& dataset) {
+std::optional<Subject> subjectOfScrew(const Dataset& dataset) {
   return letteredSubject(dataset, SubjectKind::screw);
 }
 
@@ -403,6 +403,6 @@ const Method kScrewCalibration{.name = "screw-calibration",
                                .known = kCalibrationKnown,
                                .results = kCalibrationResults,
                                .unobservable = kCalibrationUnobservable,
-                               .subject = {.name = {}, .of = subjectOfScrew}};
+                               .subject = {.of = subjectOfScrew}};
 
 }  // namespace probebox::metrology

@@ -194,14 +194,14 @@ constexpr MethodKey kReferenceKeys[]{
     {"drift_limit_um_s", "0.002", "more drift is refused"},
     {"resolution_um", "", "of a reading; without it the smallest difference between two"},
     {"axis", "", "axis of the screw, X, Y or Z; needed by the box"},
-    {"screw_result", "", "number of the face table's result; for the record", "screw-"}};
+    {"screw_result", "", "number of the face table's result; for the record", SubjectKind::screw}};
 constexpr Quantity kReferenceResults[]{quantity::kColdReading,
                                        quantity::kSensorDrift.as("drift of the sensor during at_rest")};
 constexpr std::string_view kReferenceUnobservable[]{
     "whether the screw is at the temperature at which the machine is right: a screw that is evenly warm is as steady",
     "a drift of the sensor itself, which looks like an extension"};
 
-std::optional<std::string> subjectOfReference(const Dataset& dataset) {
+std::optional<Subject> subjectOfReference(const Dataset& dataset) {
   return letteredSubject(dataset, SubjectKind::screw_reference);
 }
 
@@ -216,6 +216,6 @@ const Method kScrewReference{.name = "screw-reference",
                              .keys = kReferenceKeys,
                              .results = kReferenceResults,
                              .unobservable = kReferenceUnobservable,
-                             .subject = {.name = {}, .of = subjectOfReference}};
+                             .subject = {.of = subjectOfReference}};
 
 }  // namespace probebox::metrology

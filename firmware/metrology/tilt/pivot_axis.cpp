@@ -186,7 +186,7 @@ const Method kTablePivot3d{.name = "table-pivot-3d",
                            .results = kPivotAxisTableResults,
                            .further = kPivotAxisFurther,
                            .unobservable = kTableTiltUnobservable,
-                           .subject = {.name = "table-pivot"}};
+                           .subject = {.about = Subject{SubjectKind::table_pivot}}};
 
 const Method kHeadPivot3d{.name = "head-pivot-3d",
                           .title = "Axis of a swivelling head in space",
@@ -199,6 +199,6 @@ const Method kHeadPivot3d{.name = "head-pivot-3d",
                           .results = kPivotAxisHeadResults,
                           .further = kPivotAxisFurther,
                           .unobservable = kHeadTiltUnobservable,
-                          .subject = {.name = "head-pivot"}};
+                          .subject = {.about = Subject{SubjectKind::head_pivot}}};
 
 }  // namespace probebox::metrology

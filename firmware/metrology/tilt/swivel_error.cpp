@@ -317,10 +317,10 @@ constexpr std::string_view kUnobservable[]{
     "errors between the measured angles that the model does not contain",
     "an error of a tool's length L_mm: the readings move as by the head's own error; sd_length_N_mm states it"};
 
-std::optional<std::string> swivelSubject(const Dataset& dataset) {
+std::optional<Subject> swivelSubject(const Dataset& dataset) {
   const auto plane = swivelPlane(dataset, "swivel_axis");
   if (!plane) return std::nullopt;
-  return text(aboutAxis(SubjectKind::swivel, static_cast<std::size_t>(plane->axis)));
+  return aboutAxis(SubjectKind::swivel, static_cast<std::size_t>(plane->axis));
 }
 
 }  // namespace
@@ -337,6 +337,6 @@ const Method kSwivelError{.name = "swivel-error",
                           .results = kResults,
                           .further = kFurther,
                           .unobservable = kUnobservable,
-                          .subject = {.name = {}, .of = swivelSubject}};
+                          .subject = {.of = swivelSubject}};
 
 }  // namespace probebox::metrology

@@ -221,7 +221,7 @@ std::optional<std::string> oneEdged(const Dataset& dataset) {
          "sensitivity; the radius of the tool's nose, as the compensation is that of the edge that touched";
 }
 
-std::optional<std::string> subjectOfAssembly(const Dataset& dataset) {
+std::optional<Subject> subjectOfAssembly(const Dataset& dataset) {
   return numberedSubject(dataset, SubjectKind::assembly, "tool_id");
 }
 
@@ -239,6 +239,6 @@ const Method kToolAssembly{.name = "tool-assembly",
                            .further = kAssemblyFurther,
                            .unobservable = kAssemblyUnobservable,
                            .undetermined = oneEdged,
-                           .subject = {.name = {}, .of = subjectOfAssembly}};
+                           .subject = {.of = subjectOfAssembly}};
 
 }  // namespace probebox::metrology

@@ -455,10 +455,10 @@ constexpr MethodTable kSetterTables[]{
     {"probe_offsets", kOffsetColumns,
      "for several B, instead of key probe_offset_mm: the probe's tip from the head's reference"}};
 constexpr MethodKey kCentrelineResult{"centreline_result", "", "number of the centreline's result; for the record",
-                                      "centreline"};
+                                      SubjectKind::centreline};
 constexpr MethodKey kStylusOffsetResult{"stylus_offset_result", "",
                                         "number of the result that X and Y of probe_offset_mm are of; for the record",
-                                        "stylus-offset-"};
+                                        SubjectKind::stylus_offset};
 constexpr MethodKey kSetterKeys[]{
     {"probe_offset_mm", "",
      "the probe's tip from the head's reference, x y z; needed unless table probe_offsets is given"},
@@ -513,12 +513,12 @@ std::optional<std::string> oneFaced(const Dataset& dataset) {
 // link_mm alone is relative to it.
 constexpr MethodKey kNotOfTool[]{kCentrelineResult};
 
-std::optional<std::string> subjectOfTool(const Dataset& dataset) {
+std::optional<Subject> subjectOfTool(const Dataset& dataset) {
   return numberedSubject(dataset, SubjectKind::tool, "tool");
 }
 
 std::vector<NamedSubject> alsoSetter(const Dataset&) {
-  return {{.name = "setter", .needs = "setter_mm"}};
+  return {{.name = text(Subject{SubjectKind::setter}), .needs = "setter_mm"}};
 }
 
 }  // namespace
@@ -535,7 +535,7 @@ const Method kToolSetter{.name = "tool-setter",
                          .further = kSetterFurther,
                          .unobservable = kSetterUnobservable,
                          .undetermined = oneFaced,
-                         .subject = {.name = {}, .of = subjectOfTool, .independent_of = kNotOfTool},
+                         .subject = {.of = subjectOfTool, .independent_of = kNotOfTool},
                          .also_about = alsoSetter};
 
 }  // namespace probebox::metrology

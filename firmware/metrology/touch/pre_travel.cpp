@@ -198,8 +198,8 @@ constexpr std::string_view kUnobservable[]{
     "a pre-travel from below that differs from the one from above: it goes into the part along the stylus by 1.5 "
     "times"};
 
-std::optional<std::string> preTravelSubject(const Dataset& dataset) {
-  return numberedSubject(dataset, SubjectKind::pre_travel, "probe_tool");
+std::optional<Subject> preTravelSubject(const Dataset& dataset) {
+  return numberedSubject(dataset, SubjectKind::pre_travel, "probe_tool").value_or(Subject{SubjectKind::pre_travel});
 }
 
 }  // namespace
@@ -215,6 +215,6 @@ const Method kPreTravel{.name = "pre-travel",
                         .results = kResults,
                         .further = kFurther,
                         .unobservable = kUnobservable,
-                        .subject = {.name = "pre-travel", .of = preTravelSubject}};
+                        .subject = {.about = Subject{SubjectKind::pre_travel}, .of = preTravelSubject}};
 
 }  // namespace probebox::metrology
