@@ -84,14 +84,6 @@ constexpr auto kMethods = std::to_array<const Method*>({
 });
 // clang-format on
 
-// Nothing where the case does not say which, and the subject has no name of its own.
-std::optional<std::string> nameOf(const MethodSubject& subject, const Dataset& dataset) {
-  if (subject.of != nullptr) {
-    if (auto name = subject.of(dataset)) return name;
-  }
-  return subject.name.empty() ? std::nullopt : std::optional{std::string{subject.name}};
-}
-
 }  // namespace
 
 std::span<const Method* const> allMethods() {
@@ -105,10 +97,7 @@ const Method* methodNamed(std::string_view name) {
 
 const Quantity* quantityOf(std::string_view key) {
   for (const Method* method : kMethods) {
-    for (const auto& listed : {method->results, method->further}) {
-      const auto found = std::ranges::find_if(listed, [key](const Quantity& each) { return each.names(key); });
-      if (found != listed.end()) return &*found;
-    }
+    if (const auto* quantity = quantityOf(*method, key)) return quantity;
   }
   return nullptr;
 }
@@ -116,7 +105,9 @@ const Quantity* quantityOf(std::string_view key) {
 std::string subjectOf(const Dataset& dataset) {
   const Method* method = methodNamed(dataset.method);
   if (method == nullptr) return dataset.method;
-  return nameOf(method->subject, dataset).value_or(std::string{method->name});
+  const auto& [about, of, independent_of] = method->subject;
+  const auto subject = of == nullptr ? about : of(dataset);
+  return subject ? text(*subject) : std::string{method->name};
 }
 
 std::vector<NamedSubject> subjectsOf(const Dataset& dataset) {

@@ -15,7 +15,7 @@ namespace probebox::metrology {
 Solved solve(const Dataset& dataset, const Method& method) {
   for (const auto& check : checks()) {
     if (check.before == nullptr) continue;
-    if (auto refusal = check.before(dataset)) return *std::move(refusal);
+    if (auto refusal = check.before(dataset, method)) return *std::move(refusal);
   }
   auto solved = withUncertainty(dataset, method, storedLength);
   if (!solved) return withLikelyCause(dataset, method, std::move(solved).error());

@@ -14,17 +14,17 @@
 namespace probebox::metrology {
 namespace {
 
-// What counts for subjects whose names begin so, in the order in which it is told.
+// What counts for subjects of a kind and its variants, in the order in which it is told.
 struct ValuesOfSubject {
-  std::string_view stem;
+  SubjectKind kind;
   std::array<const Quantity*, 3> values{};
 };
 constexpr ValuesOfSubject kAbout[]{
-    {kTurningAxis, {&quantity::kCentre, &quantity::kCTilt, &quantity::kZSlide}},
-    {"spindle-offset", {&quantity::kOffsetCMinusA}},
-    {"stylus-offset-", {&quantity::kStylusOffset, &quantity::kStylusOffsetX, &quantity::kStylusOffsetY}},
-    {"tool-", {&quantity::kToolOffset}},
-    {"setter", {&quantity::kSetter, &quantity::kLink}},
+    {SubjectKind::centreline, {&quantity::kCentre, &quantity::kCTilt, &quantity::kZSlide}},
+    {SubjectKind::spindle_offset, {&quantity::kOffsetCMinusA}},
+    {SubjectKind::stylus_offset, {&quantity::kStylusOffset, &quantity::kStylusOffsetX, &quantity::kStylusOffsetY}},
+    {SubjectKind::tool, {&quantity::kToolOffset}},
+    {SubjectKind::setter, {&quantity::kSetter, &quantity::kLink}},
 };
 
 Compared comparedOf(const Estimate& estimate) {
@@ -36,7 +36,7 @@ Compared comparedOf(const Estimate& estimate) {
 
 std::vector<Estimate> valuesAbout(const Result& result, std::string_view subject) {
   const auto* about =
-      std::ranges::find_if(kAbout, [&](const ValuesOfSubject& each) { return subject.starts_with(each.stem); });
+      std::ranges::find_if(kAbout, [&](const ValuesOfSubject& each) { return isAboutKindOf(subject, each.kind); });
   if (about == std::end(kAbout)) return result.estimates;
   std::vector<Estimate> found;
   for (const auto* value : about->values) {

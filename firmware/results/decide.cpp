@@ -1,16 +1,11 @@
 #include "firmware/results/decide.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <set>
 #include <utility>
 
-#include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/probe_pose.hpp"
-#include "firmware/metrology/dataset/quantity.hpp"
-#include "firmware/metrology/dataset/verdict.hpp"
-#include "protocol/units/result_keys.hpp"
+#include "firmware/results/notes.hpp"
 
 namespace probebox::results {
 namespace {
@@ -21,14 +16,6 @@ Failure notNow(std::string what) {
   return {Reason::not_possible_now, std::move(what)};
 }
 
-std::string about(const Entry& entry) {
-  return named(entry.id) + " about " + entry.binding.subject;
-}
-
-std::shared_ptr<const Record> recordOf(const Values& values, const Entry* entry) {
-  return entry == nullptr ? nullptr : values.record(entry->id);
-}
-
 Failure unknown(Id id) {
   return {Reason::unknown_result,
           "there is no result " + std::to_string(id) + "; `probebox history` names those that there are"};
@@ -36,7 +23,7 @@ Failure unknown(Id id) {
 
 // A result that comes into force has to be read first. One that is damaged is set aside when results are loaded again.
 Failure unreadable(const Entry& entry) {
-  return {Reason::unavailable, about(entry) + " cannot be read; check the disk, and repeat the request"};
+  return {Reason::unavailable, named(entry) + " cannot be read; check the disk, and repeat the request"};
 }
 
 std::optional<Failure> whyNoName(std::string_view what, const std::string& by) {
@@ -116,7 +103,7 @@ Failure hasASuccessor(const Entry& active, const Entry& next) {
 
 Failure tooFarApart(const Entry& entry, const Difference& difference, Id with,
                     const std::optional<std::string>& doubt) {
-  return {Reason::differs, (doubt ? *doubt + " " : "") + about(entry) + " differs from result " + std::to_string(with) +
+  return {Reason::differs, (doubt ? *doubt + " " : "") + named(entry) + " differs from result " + std::to_string(with) +
                                ", which is in force: " + difference.in_words +
                                ". Look for what has changed, or measure again; to accept it all the same say so "
                                "(--although-it-differs)."};
@@ -126,105 +113,6 @@ Failure notConforming(const Entry& entry, const std::string& why) {
   return {Reason::differs, why + " In force, " + named(entry.id) +
                                " becomes what the next check is held against. Look for what has changed and calibrate "
                                "or measure again; to accept it all the same say so (--although-it-differs)."};
-}
-
-// --- What a person should know.
-
-std::vector<std::string> warningsOf(const Record& record) {
-  constexpr std::size_t kMost = 8;  // what an answer of a link holds besides
-  std::vector<std::string> sentences;
-  const auto* result = record.result();
-  if (result == nullptr) return sentences;
-  for (const auto& warning : result->warnings) {
-    if (sentences.size() == kMost) break;
-    if (!warning.starts_with(metrology::kFailWarning) && !warning.starts_with(metrology::kNotProvenWarning))
-      sentences.push_back("Warning: " + warning + ".");
-  }
-  if (result->warnings.size() > kMost)
-    sentences.push_back("There are more warnings: probebox show " + std::to_string(record.id) + ".");
-  return sentences;
-}
-
-// Warns of an effect that a person may not expect of a result about this subject.
-std::optional<std::string> aboutEffect(const Values& values, const Record& record) {
-  const auto subject = parseSubject(record.binding.subject);
-  const auto* result = record.result();
-  if (!subject || result == nullptr) return std::nullopt;
-  switch (subject->kind) {
-    case SubjectKind::delay_oblique:
-      return "The probe was driven along none of the axes, so what was measured is of several axes together: it is "
-             "kept and shown, and the samples keep the delay in force.";
-    case SubjectKind::delay_joints:
-      return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in "
-             "force about 'delay'.";
-    case SubjectKind::delay:
-      if (result->find(metrology::quantity::kGainMatrix.key) == nullptr ||
-          result->find(metrology::kGainTakenAt) != nullptr)
-        return std::nullopt;
-      return "The case does not state at which angle of the spindle the probe touched (config key A_rad), and the "
-             "probe's gain turns with it: its gain_matrix is not used, and samples keep the gain of probe.toml.";
-    case SubjectKind::centreline_slide:
-      return "The slope is that of the slide which carries the chuck, not the direction of C: registers 160 to 179 "
-             "have it as measured.";
-    case SubjectKind::centreline_tip: {
-      const auto tool = values.probe_tool(record);
-      return "The turning axis is known from the tip of probe tool " + std::to_string(tool) +
-             " alone, and becomes a centreline with an offset of that stylus in force (" +
-             text(Subject{SubjectKind::stylus_offset, tool}) + ", from spindle-offset-2x2).";
-    }
-    default:
-      return std::nullopt;
-  }
-}
-
-// Says what becomes of axes whose delay a result does not observe.
-std::optional<std::string> aboutOtherAxes(const Ledger& ledger, const Values& values, const Entry& entry) {
-  const auto observed = parseSubject(entry.binding.subject, SubjectKind::delay);
-  if (!observed || observed->of == kAllAxes) return std::nullopt;
-  const auto in_force = delayByAxis(ledger, values);
-  std::string of, kept, never;
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    const bool is_known = in_force && in_force->sd_s[axis] > 0;
-    auto& list = observed->has(axis) ? of : is_known ? kept : never;
-    list += (list.empty() ? "" : ", ") + std::string{"XYZ"[axis]};
-  }
-  return "It is the delay of " + of + " alone." + (kept.empty() ? "" : " " + kept + " keeps the one in force.") +
-         (never.empty() ? "" : " That of " + never + " was never measured: its positions stay late by it.");
-}
-
-std::vector<std::string> notesOn(const Ledger& ledger, const Values& values, const Entry& entry, const Record& record) {
-  auto notes = onRetired(ledger, values, entry);
-  if (auto doubt = whyNotConforming(record)) notes.insert(notes.begin(), *std::move(doubt));
-  if (auto effect = aboutEffect(values, record)) notes.push_back(*std::move(effect));
-  if (auto others = aboutOtherAxes(ledger, values, entry)) notes.push_back(*std::move(others));
-  std::ranges::move(warningsOf(record), std::back_inserter(notes));
-  return notes;
-}
-
-// Says that a result of a screw has no gain and takes the place of one with a measured gain; nothing for others.
-std::optional<std::string> onReplacedGain(const Record& next, const Record& in_force) {
-  const auto *result = next.result(), *present = in_force.result();
-  if (!isAbout(next.binding.subject, SubjectKind::screw) || result == nullptr || present == nullptr)
-    return std::nullopt;
-  const auto* gain = present->find(result_key::kScrewGain);
-  if (gain == nullptr || result->find(result_key::kScrewGain) != nullptr) return std::nullopt;
-  return named(next.id) + " about " + next.binding.subject +
-         " has no gain. With it in force the gain is that of machine.toml again, and no more the measured K " +
-         metrology::text(gain->value()) + " of result " + std::to_string(in_force.id) +
-         ": to have a measured one, calibrate with table gain_cal.";
-}
-
-// One sentence for each result in force that rests on one about the binding which is retired now.
-std::vector<std::string> dependantsOn(const Ledger& now, const Values& values, const Binding& binding) {
-  const auto isOfIt = [&](Id id) {
-    const auto* entry = now.find(id);
-    return entry != nullptr && entry->binding == binding;
-  };
-  std::vector<std::string> sentences;
-  for (const auto* each : now.all(State::active, values.here))
-    if (std::ranges::any_of(each->rests_on, isOfIt))
-      std::ranges::move(onRetired(now, values, *each), std::back_inserter(sentences));
-  return sentences;
 }
 
 // The result that one about the binding is compared with: one of some axes takes their place in one of all.
@@ -261,7 +149,7 @@ struct SumParts {
 
 std::optional<SumParts> sumParts(const Ledger& ledger, const Values& values) {
   const auto* from_tip = ledger.inForce(withSubject(values.here, {SubjectKind::centreline_tip}));
-  const auto record = recordOf(values, from_tip);
+  const auto record = values.recordOf(from_tip);
   if (!record) return std::nullopt;
   const auto* offset = stylusOffset(ledger, values, values.probe_tool(*record));
   if (offset == nullptr) return std::nullopt;
@@ -326,7 +214,7 @@ void addSum(const Ledger& ledger, const Values& values, const std::string& by, c
     with_sum.add(id, spindle, decision.proposal->origin.rests_on);
     entry = with_sum.find(id);
   }
-  const auto what = about(*entry) + ", " + sum + ", ";
+  const auto what = named(*entry) + ", " + sum + ", ";
   const auto sayBoth = [&](const std::string& both) {
     decision.notes.push_back(what + both);
     decision.notes_if_it_waits.push_back(what + both);
@@ -365,11 +253,11 @@ Outcome<Compared, Failure> compared(const Ledger& ledger, const Values& values, 
   auto& notes = all.decision.notes;
   notes = notesOn(ledger, values, *entry, *record);
   const auto* present = presentBeside(ledger, *entry);
-  if (const auto before = recordOf(values, present)) {
+  if (const auto before = values.recordOf(present)) {
     all.decision.compared_with = present->id;
     all.difference = values.difference(*record, *before);
     if (const auto& grown = all.difference->less_certain)
-      notes.push_back(about(*entry) + " is less certain than result " + std::to_string(present->id) +
+      notes.push_back(named(*entry) + " is less certain than result " + std::to_string(present->id) +
                       ", which is in force: the standard uncertainty u grows, of " + *grown +
                       ". Measure again, or accept that.");
     if (auto replaced = onReplacedGain(*record, *before)) notes.push_back(*std::move(replaced));
@@ -436,11 +324,11 @@ Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, c
     if (auto full = whyNoPlace(ledger, values, command.binding.subject)) return *std::move(full);
   }
   const auto* before = ledger.retiredLast(command.binding);
-  const auto record = recordOf(values, before);
+  const auto record = values.recordOf(before);
   if (before != nullptr) {
     if (!record) return unreadable(*before);
     if (const auto fits = values.activation(*record); !fits)
-      return notNow(about(*before) +
+      return notNow(named(*before) +
                     ", which was in force before, cannot come back into force, and nothing was changed (correct the "
                     "descriptions, or calibrate again): " +
                     fits.error().what);
@@ -526,72 +414,6 @@ Ledger after(Ledger ledger, const Decision& decision) {
   return ledger;
 }
 
-std::vector<Event> eventsBetween(const Ledger& before, const Ledger& now, const Values& values,
-                                 std::vector<std::string>& errors) {
-  std::vector<Event> events;
-  bool is_delay_changed = false;
-  const auto addNone = [&](const std::string& subject) {
-    if (isAbout(subject, SubjectKind::delay))
-      is_delay_changed = true;
-    else if (const auto none = values.none(subject))
-      events.push_back(*none);
-  };
-  for (const auto* left : before.all(State::active, values.here))
-    if (now.inForce(left->binding) == nullptr) addNone(left->binding.subject);
-  auto present = now.all(State::active, values.here);
-  std::ranges::sort(present, {}, &Entry::activated);
-  for (const auto* entry : present) {
-    const auto* was = before.inForce(entry->binding);
-    if (was != nullptr && was->id == entry->id) continue;
-    const auto record = values.record(entry->id);
-    const auto own =
-        record ? values.activation(*record) : Outcome<std::vector<Event>>{Error{"the store cannot read it any more"}};
-    if (!own) {
-      errors.push_back(named(entry->id) + " is not in force: " + own.error().what);
-      if (was != nullptr) addNone(entry->binding.subject);
-    } else if (isAbout(entry->binding.subject, SubjectKind::delay)) {
-      is_delay_changed = true;
-    } else {
-      events.insert(events.end(), own->begin(), own->end());
-    }
-  }
-  if (!is_delay_changed) return events;
-  // An axis whose delay is no longer of one result may have one of another.
-  if (const auto delay = delayByAxis(now, values))
-    events.emplace_back(*delay);
-  else if (const auto none = values.none(text(Subject{SubjectKind::delay, kAllAxes})))
-    events.push_back(*none);
-  return events;
-}
-
-std::optional<DelayActivated> delayByAxis(const Ledger& ledger, const Values& values) {
-  std::optional<DelayActivated> by_axis;
-  std::array<std::uint64_t, kLinearAxes> since{};
-  std::uint64_t newest = 0, newest_gain = 0;
-  for (const auto* entry : ledger.all(State::active, values.here)) {
-    const auto observed = parseSubject(entry->binding.subject, SubjectKind::delay);
-    const auto record = observed ? values.record(entry->id) : nullptr;
-    const auto events = record ? values.activation(*record) : std::vector<Event>{};
-    const auto* own = events && !events->empty() ? std::get_if<DelayActivated>(&events->front()) : nullptr;
-    if (own == nullptr) continue;
-    if (!by_axis) by_axis.emplace().at = own->at;
-    const auto number = entry->activated;
-    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-      if (!observed->has(axis) || number < since[axis]) continue;
-      since[axis] = number;
-      by_axis->tau_s[axis] = own->tau_s[axis];
-      by_axis->sd_s[axis] = own->sd_s[axis];
-    }
-    if (number >= newest) newest = number, by_axis->result_id = own->result_id;
-    if (!own->has_gain || number < newest_gain) continue;
-    newest_gain = number;
-    by_axis->has_gain = true;
-    by_axis->gain_ppm = own->gain_ppm;
-    by_axis->sd_gain_ppm = own->sd_gain_ppm;
-  }
-  return by_axis;
-}
-
 std::optional<std::string> whyNotHere(const Values& values, const Record& record) {
   if (record.state == State::retired) return std::nullopt;
   if (auto other = otherBinding(values, record.id, record.binding)) return std::move(other->what);
@@ -600,55 +422,12 @@ std::optional<std::string> whyNotHere(const Values& values, const Record& record
   return fits ? std::nullopt : std::optional{fits.error().what};
 }
 
-bool isToRepeat(const Ledger& ledger, const Values& values, Id rested_on) {
-  const auto* entry = ledger.find(rested_on);
-  if (entry == nullptr) return true;
-  if (entry->isInForce()) return false;
-  const auto retired = values.record(rested_on);
-  const auto present = recordOf(values, ledger.inForce(entry->binding));
-  return !retired || !present || values.difference(*present, *retired).exceeds_u;
-}
-
-std::vector<std::string> onRetired(const Ledger& ledger, const Values& values, const Entry& entry) {
-  std::vector<std::string> sentences;
-  for (const auto id : entry.rests_on) {
-    if (!isToRepeat(ledger, values, id)) continue;
-    const auto* other = ledger.find(id);
-    sentences.push_back(about(entry) + " rests on a retired result, " + std::to_string(id) + " about " +
-                        (other == nullptr ? std::string{} : other->binding.subject) + ": measure it again.");
-  }
-  return sentences;
-}
-
 const Entry* stylusOffset(const Ledger& ledger, const Values& values, std::uint32_t probe_tool) {
   return ledger.inForce(withSubject(values.here, {SubjectKind::stylus_offset, probe_tool}));
 }
 
 Failure cutIsOn() {
   return {Reason::cut_is_on, "A cut is in progress, and results cannot change: repeat the rollback when it is over."};
-}
-
-std::string named(Id id) {
-  return "Result " + std::to_string(id);
-}
-
-std::string waitsUnfit(const Entry& entry, const std::string& why_unfit) {
-  return about(entry) +
-         " waits and cannot come into force (correct the descriptions, or withdraw it: probebox rollback " +
-         std::to_string(entry.id) + " --by NAME): " + why_unfit;
-}
-
-std::optional<std::string> whyNotConforming(const Record& record) {
-  const auto* result = record.result();
-  if (result == nullptr) return std::nullopt;
-  const auto proof = metrology::proofAbout(*result, record.binding.subject).value_or(metrology::Proof::conforms);
-  if (proof == metrology::Proof::conforms) return std::nullopt;
-  const bool fails = proof == metrology::Proof::fails;
-  const auto of_verdict = fails ? metrology::kFailWarning : metrology::kNotProvenWarning;
-  std::string why;
-  for (const auto& warning : result->warnings)
-    if (warning.starts_with(of_verdict)) why += (why.empty() ? "" : "; ") + warning.substr(of_verdict.size());
-  return named(record.id) + " about " + record.binding.subject + (fails ? " FAILED: " : " is NOT PROVEN: ") + why + ".";
 }
 
 }  // namespace probebox::results

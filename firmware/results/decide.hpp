@@ -1,14 +1,11 @@
 #pragma once
-#include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "firmware/results/ledger.hpp"
+#include "firmware/results/values.hpp"
 #include "firmware/store/failure.hpp"
-#include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 
 // Which results come into force, wait, are retired or refused: pure functions of the ledger and of the values of
@@ -16,32 +13,6 @@
 namespace probebox::results {
 
 using store::Failure;
-using store::Record;
-
-// How a result differs from another one about the same subject.
-struct Difference {
-  bool differs{};                           // by more than a person accepts unasked
-  std::string in_words;                     // the values that differ
-  std::optional<std::string> less_certain;  // the value whose uncertainty grows most
-  bool exceeds_u{};                         // some value has moved by more than its standard uncertainty
-};
-
-// What decisions ask about values. Each gives the same answer for the same results.
-struct Values {
-  Binding here;  // probe, machine and mounting that this box describes; any subject
-  std::size_t most_tool_lengths{};
-  // Null for a result that is damaged, or that there is not. State and persons are those of the ledger.
-  std::function<std::shared_ptr<const Record>(Id)> record;
-  // The events that bring a result into force; an error where this box, as it is described, cannot have it.
-  std::function<Outcome<std::vector<Event>>(const Record&)> activation;
-  // The event by which nothing about the subject is in force; nothing where the core does not follow it.
-  std::function<std::optional<Event>(const std::string& subject)> none;
-  std::function<Difference(const Record& next, const Record& present)> difference;
-  // The turning axis from the spindle's, of one from a tip and the offset of that tip; nothing where they give none.
-  std::function<std::optional<metrology::Result>(const Record& from_tip, const Record& offset)> sum;
-  // Number of the tool that carries the probe of a centreline from a tip.
-  std::function<std::uint32_t(const Record& from_tip)> probe_tool;
-};
 
 // Whether a cut is on, or may be: then nothing comes into force or out of it.
 struct Cut {
@@ -96,36 +67,13 @@ std::vector<Change> undoneByCut(const Decision& decision);
 // The ledger once the decision is stored.
 Ledger after(Ledger ledger, const Decision& decision);
 
-// Events that bring the core from one ledger to the other, in the order of the changes. `errors` gets a sentence for
-// each result that does not fit this box, so that none of its subject is in force.
-std::vector<Event> eventsBetween(const Ledger& before, const Ledger& now, const Values& values,
-                                 std::vector<std::string>& errors);
-
-// The delay of each axis: that of the result which observed it and came into force last. Nothing without any.
-std::optional<DelayActivated> delayByAxis(const Ledger& ledger, const Values& values);
-
 // Why this box, as it is described now, cannot have the result in force; nothing for one that is retired.
 std::optional<std::string> whyNotHere(const Values& values, const Record& record);
-
-// Whether what rests on a result is to be measured again: it is retired, and the one in its place differs by more than
-// its standard uncertainty in some value. A smaller change moves what rests on it by less than its share of that
-// uncertainty, which is in the budget.
-bool isToRepeat(const Ledger& ledger, const Values& values, Id rested_on);
-// One sentence for each result that this one rests on and that isToRepeat() is about.
-std::vector<std::string> onRetired(const Ledger& ledger, const Values& values, const Entry& entry);
 
 // The offset in force of the stylus that this tool carries; null without one.
 const Entry* stylusOffset(const Ledger& ledger, const Values& values, std::uint32_t probe_tool);
 
 // The refusal of a change that a cut forbids.
 Failure cutIsOn();
-
-// "Result 5".
-std::string named(Id id);
-// "Result 5 about delay waits and ..." of one that does not fit what the box describes now.
-std::string waitsUnfit(const Entry& entry, const std::string& why_unfit);
-// "Result 5 about check FAILED: ..." or "... is NOT PROVEN: ..." of one that is not proven to be within its limits,
-// which a person has to want in force all the same; nothing for others.
-std::optional<std::string> whyNotConforming(const Record& record);
 
 }  // namespace probebox::results

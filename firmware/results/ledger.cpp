@@ -151,4 +151,12 @@ Binding withSubject(Binding binding, const Subject& subject) {
   return binding;
 }
 
+std::string named(Id id) {
+  return "Result " + std::to_string(id);
+}
+
+std::string named(const Entry& entry) {
+  return named(entry.id) + " about " + entry.binding.subject;
+}
+
 }  // namespace probebox::results

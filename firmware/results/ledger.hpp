@@ -77,6 +77,10 @@ class Ledger {
   std::uint64_t last_number_{};
 };
 
+// "Result 5", and "Result 5 about delay".
+std::string named(Id id);
+std::string named(const Entry& entry);
+
 // The binding of another subject with the same probe, machine and mounting.
 Binding withSubject(Binding binding, const Subject& subject);
 

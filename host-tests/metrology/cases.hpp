@@ -31,7 +31,7 @@ inline Eigen::Vector3d anywhere(std::mt19937_64& random, double size) {
 }
 
 inline Table& addTable(Dataset& dataset, std::string name, std::initializer_list<std::string_view> columns) {
-  dataset.tables.push_back(Table::withColumns(std::move(name), {columns.begin(), columns.size()}));
+  dataset.tables.push_back(Table::withColumns(std::move(name), columns));
   return dataset.tables.back();
 }
 

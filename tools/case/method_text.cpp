@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <span>
 #include <vector>
 
 #include "firmware/metrology/checks/checks.hpp"
@@ -24,9 +25,17 @@ std::string padded(std::string_view name) {
   return text;
 }
 
+// Those that every case has: what is said about the table tells of others.
+std::vector<std::string_view> namesOf(const metrology::MethodTable& table) {
+  std::vector<std::string_view> names;
+  for (const auto& column : table.columns)
+    if (column.may_be != metrology::MayBe::missing) names.push_back(column.name);
+  return names;
+}
+
 std::string columnsOf(const metrology::MethodTable& table) {
   std::string text;
-  for (const auto column : table.columns) text += (text.empty() ? "" : ",") + std::string{column};
+  for (const auto name : namesOf(table)) text += (text.empty() ? "" : ",") + std::string{name};
   return text;
 }
 
@@ -81,7 +90,7 @@ nlohmann::ordered_json describedAsJson(const Method& method) {
                               {"results", nlohmann::ordered_json::array()},
                               {"unobservable", nlohmann::ordered_json::array()}};
   for (const auto& table : method.tables) {
-    json["tables"].push_back({{"name", table.name}, {"columns", table.columns}, {"about", table.about}});
+    json["tables"].push_back({{"name", table.name}, {"columns", namesOf(table)}, {"about", table.about}});
   }
   for (const auto& key : method.keys) {
     nlohmann::ordered_json entry{{"name", key.name}, {"needed", key.fallback == metrology::kNeeded}};

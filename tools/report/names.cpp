@@ -29,7 +29,7 @@ std::string angleText(double angle_rad) {
   return shortly(std::round(degrees(angle_rad) * 1e4) / 1e4, 6) + " deg";
 }
 
-const std::vector<double>* columnOf(const Subject& subject, const char* table, const char* column) {
+const std::vector<double>* columnOf(const Subject& subject, const char* table, std::string_view column) {
   const auto* found = subject.dataset ? subject.dataset->table(table) : nullptr;
   return found == nullptr ? nullptr : found->column(column);
 }
@@ -69,8 +69,8 @@ std::string rowName(const Subject& subject, const Estimate& estimate, std::size_
     const auto* angles = subject.result()->find(quantity::kErrorAngles.key);
     if (angles != nullptr && row < angles->values.size()) return angleText(angles->values[row]);
   }
-  const auto* swivel = columnOf(subject, "queries", "B_deg");
-  const auto* length = columnOf(subject, "queries", "L_mm");
+  const auto* swivel = columnOf(subject, "queries", metrology::column::kB);
+  const auto* length = columnOf(subject, "queries", metrology::column::kToolLength);
   if (estimate.key == quantity::kErrorAtQueries.key && swivel != nullptr && length != nullptr && row < swivel->size() &&
       row < length->size()) {
     return "B = " + shortly((*swivel)[row], 6) + " deg, L = " + shortly((*length)[row], 6) + " mm";

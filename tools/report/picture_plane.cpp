@@ -22,12 +22,11 @@ const metrology::Table* placesOf(const metrology::Dataset& dataset) {
 // One view: two columns against each other; with a sphere's outline where the answer has one.
 Plot view(const metrology::Table& table, const metrology::Result* result, const metrology::Dataset& dataset,
           std::size_t across, std::size_t up) {
-  constexpr const char* kColumns[]{"x_mm", "y_mm", "z_mm"};
   constexpr const char* kLabels[]{"x (mm)", "y (mm)", "z (mm)"};
   Plot plot{std::string{"Where it was read, "} + kLabels[across][0] + " and " + kLabels[up][0], kLabels[across],
             kLabels[up]};
-  const auto* x = table.column(kColumns[across]);
-  const auto* y = table.column(kColumns[up]);
+  const auto* x = table.column(metrology::column::kPosition[across]);
+  const auto* y = table.column(metrology::column::kPosition[up]);
   if (x == nullptr || y == nullptr) return plot;
   plot.keepProportions();
   std::vector<Point> points;
@@ -46,7 +45,7 @@ Plot view(const metrology::Table& table, const metrology::Result* result, const 
   }
   // The pivot of a swivelling head is relative to the moving reference, so it has no place among the readings.
   const auto* readings = dataset.table("readings");
-  const bool swivels = readings != nullptr && readings->column("B_deg") != nullptr;
+  const bool swivels = readings != nullptr && readings->column(metrology::column::kB) != nullptr;
   for (const auto key : {quantity::kPivotXz.key, quantity::kPivotYz.key, quantity::kPivotXy.key}) {
     const auto* pivot = result == nullptr || swivels ? nullptr : result->find(key);
     const std::string seen{kLabels[across][0], kLabels[up][0]};
@@ -66,7 +65,7 @@ std::vector<Plot> planePictures(const metrology::Dataset& dataset, const metrolo
   // Readings around one centre have a picture of their own; those of a swivelling head are all of one place.
   if (dataset.table("queries") != nullptr) return {};
   if (result != nullptr && !turnPictures(dataset, *result).empty()) return {};
-  if (table->column("z_mm") == nullptr) return {view(*table, result, dataset, 0, 1)};
+  if (table->column(metrology::column::kZ) == nullptr) return {view(*table, result, dataset, 0, 1)};
   const bool about_x = result != nullptr && result->find(quantity::kPivotYz.key) != nullptr;
   if (about_x) return {view(*table, result, dataset, 1, 2)};
   return {view(*table, result, dataset, 0, 1), view(*table, result, dataset, 0, 2)};

@@ -3,6 +3,7 @@
 
 #include "firmware/metrology/screw/screw_calibration.hpp"
 #include "firmware/metrology/screw/screw_compensation.hpp"
+#include "firmware/metrology/screw/screw_config.hpp"
 #include "tools/report/names.hpp"
 #include "tools/report/pictures.hpp"
 
@@ -10,10 +11,11 @@ namespace probebox::report {
 namespace {
 
 namespace quantity = metrology::quantity;
+namespace column = metrology::column;
 
 using metrology::Dataset;
 
-const std::vector<double>* columnOf(const Dataset& dataset, const char* table, const char* column) {
+const std::vector<double>* columnOf(const Dataset& dataset, const char* table, std::string_view column) {
   const auto* found = dataset.table(table);
   return found == nullptr || !found->rectangular() ? nullptr : found->column(column);
 }
@@ -27,8 +29,8 @@ std::vector<Point> pairs(const std::vector<double>& x, const std::vector<double>
 // The sensor over time with its drift, in a slow rotation or at rest.
 void addSensor(std::vector<Plot>& all, const Dataset& dataset, const char* table, const char* title,
                const metrology::Result& result) {
-  const auto* time = columnOf(dataset, table, "t_s");
-  const auto* sensor = columnOf(dataset, table, "sensor_um");
+  const auto* time = columnOf(dataset, table, column::kTime);
+  const auto* sensor = columnOf(dataset, table, column::kSensor);
   if (time != nullptr && sensor != nullptr && !time->empty()) {
     Plot plot{title, "time (s)", "sensor (um)"};
     plot.add(pairs(*time, *sensor), Look::solid, "sensor: extension and face");
@@ -62,9 +64,9 @@ void addSectors(std::vector<Plot>& all, const metrology::Result& result) {
 }
 
 void addGain(std::vector<Plot>& all, const Dataset& dataset, const metrology::Result& result) {
-  const auto* extension = columnOf(dataset, "gain_cal", "ext_um");
-  const auto* error = columnOf(dataset, "gain_cal", "error_um");
-  const auto* position = columnOf(dataset, "gain_cal", "x_mm");
+  const auto* extension = columnOf(dataset, "gain_cal", metrology::kExtension);
+  const auto* error = columnOf(dataset, "gain_cal", metrology::kNutError);
+  const auto* position = columnOf(dataset, "gain_cal", column::kX);
   const auto* gain = result.find(quantity::kScrewGain.key);
   const auto length = dataset.config.find("screw_length_mm");
   const auto offset = dataset.config.find("orgoff_mm");
@@ -88,7 +90,7 @@ void addGain(std::vector<Plot>& all, const Dataset& dataset, const metrology::Re
 }
 
 void addCompensation(std::vector<Plot>& all, const Dataset& dataset, const metrology::Result& result) {
-  const auto* sensor = columnOf(dataset, "cycle", "sensor_um");
+  const auto* sensor = columnOf(dataset, "cycle", column::kSensor);
   const auto* compensation = result.find(quantity::kScrewCorrections.key);
   if (compensation == nullptr) return;
   Plot plot{"Compensation over the cycle", "row of the cycle, in the order of time", "um"};

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -26,6 +28,7 @@ struct TwoStreams {
   bool whole_contact{};       // a touch, whose contact begins and ends within the data
 };
 
+namespace column = metrology::column;
 using metrology::Dataset;
 using metrology::Table;
 using Vector = std::array<double, 3>;
@@ -37,10 +40,11 @@ struct Samples {
   std::vector<Vector> values;
 };
 
-Samples samplesOf(const Table& table, const char* id_column, double id, const std::array<const char*, 3>& columns) {
+Samples samplesOf(const Table& table, std::string_view id_column, double id,
+                  std::span<const metrology::MethodColumn, 3> columns) {
   Samples samples;
   const auto* ids = table.column(id_column);
-  const auto* times = table.column("t_s");
+  const auto* times = table.column(column::kTime);
   std::array<const std::vector<double>*, 3> parts{};
   for (std::size_t k = 0; k < 3; ++k) parts[k] = table.column(columns[k]);
   if (ids == nullptr || times == nullptr || !table.rectangular()) return samples;
@@ -98,15 +102,16 @@ Vector throughGain(const Dataset& dataset, const Vector& d) {
 std::optional<TwoStreams> ofTouch(const Dataset& dataset, const Table& machine, const Table& probe) {
   const Table* touches = dataset.table("touches");
   if (touches == nullptr || !touches->rectangular() || touches->rows() == 0) return std::nullopt;
-  for (const auto column : metrology::kTouchesColumns) {
-    if (touches->column(column) == nullptr) return std::nullopt;
+  for (const auto& needed : metrology::kTouchesColumns) {
+    if (touches->column(needed) == nullptr) return std::nullopt;
   }
-  const auto& speeds = *touches->column("speed_mm_s");
+  const auto& speeds = *touches->column(column::kSpeed);
   const auto row = static_cast<std::size_t>(std::ranges::max_element(speeds) - speeds.begin());
-  const double id = (*touches->column("touch"))[row];
-  const Vector along{(*touches->column("ux"))[row], (*touches->column("uy"))[row], (*touches->column("uz"))[row]};
-  const Samples body = samplesOf(machine, "touch", id, {"x_mm", "y_mm", "z_mm"});
-  const Samples stylus = samplesOf(probe, "touch", id, {"a", "b", "c"});
+  const double id = (*touches->column(column::kTouch))[row];
+  const Vector along{(*touches->column(column::kAlongX))[row], (*touches->column(column::kAlongY))[row],
+                     (*touches->column(column::kAlongZ))[row]};
+  const Samples body = samplesOf(machine, column::kTouch, id, column::kPosition);
+  const Samples stylus = samplesOf(probe, column::kTouch, id, column::kChannels);
   if (body.times.size() < kLeast || stylus.times.size() < kLeast) return std::nullopt;
   TwoStreams streams{.name = "touch " + std::to_string(static_cast<long long>(id)),
                      .machine_s = body.times,
@@ -135,11 +140,11 @@ std::optional<metrology::FeatureDistance> scannedFeature(const Dataset& dataset)
 
 std::optional<TwoStreams> ofScan(const Dataset& dataset, const Table& machine, const Table& probe) {
   const auto feature = scannedFeature(dataset);
-  const auto* ids = machine.column("scan");
+  const auto* ids = machine.column(column::kScan);
   if (!feature || ids == nullptr || ids->empty()) return std::nullopt;
   const double id = ids->front();
-  const Samples body = samplesOf(machine, "scan", id, {"x_mm", "y_mm", "z_mm"});
-  const Samples stylus = samplesOf(probe, "scan", id, {"a", "b", "c"});
+  const Samples body = samplesOf(machine, column::kScan, id, column::kPosition);
+  const Samples stylus = samplesOf(probe, column::kScan, id, column::kChannels);
   if (body.times.size() < kLeast || stylus.times.size() < kLeast) return std::nullopt;
   TwoStreams streams{.name = "scan " + std::to_string(static_cast<long long>(id)),
                      .machine_s = body.times,

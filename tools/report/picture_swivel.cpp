@@ -10,7 +10,7 @@ namespace probebox::report {
 std::vector<Plot> swivelPictures(const metrology::Dataset& dataset, const metrology::Result& result) {
   const auto* error = result.find(metrology::quantity::kErrorAtQueries.key);
   const auto* queries = dataset.table("queries");
-  const auto* swivel = queries == nullptr ? nullptr : queries->column("B_deg");
+  const auto* swivel = queries == nullptr ? nullptr : queries->column(metrology::column::kB);
   if (error == nullptr || swivel == nullptr || error->columns != 3 || swivel->size() * 3 != error->values.size())
     return {};
   constexpr Look kLooks[]{Look::dots, Look::squares, Look::triangles};

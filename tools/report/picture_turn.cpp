@@ -32,9 +32,9 @@ std::vector<Plot> turnPictures(const metrology::Dataset& dataset, const metrolog
   const auto* centre = result.find(quantity::kCentre.key);
   const auto* table = dataset.table("readings");
   if (centre == nullptr || centre->values.size() != 2 || table == nullptr || !table->rectangular()) return {};
-  const auto* x = table->column("x_mm");
-  const auto* y = table->column("y_mm");
-  if (x == nullptr || y == nullptr || x->empty() || table->column("z_mm") != nullptr) return {};
+  const auto* x = table->column(metrology::column::kX);
+  const auto* y = table->column(metrology::column::kY);
+  if (x == nullptr || y == nullptr || x->empty() || table->column(metrology::column::kZ) != nullptr) return {};
   std::vector<Point> readings;
   for (std::size_t k = 0; k < x->size(); ++k)
     readings.push_back({(*x)[k] - centre->values[0], (*y)[k] - centre->values[1]});

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/metrology/dataset/column.hpp"
 #include "protocol/units/angle.hpp"
 #include "tools/case/readable.hpp"
 
 namespace probebox::report {
 
 AxisUnit axisUnitOf(std::string_view key) {
-  if (key == "t_s") return {"time (s)", 1.0};
+  if (key == metrology::column::kTime.name) return {"time (s)", 1.0};
   const std::string name{key};
   if (name.ends_with("_rad")) return {name.substr(0, name.size() - 4) + " (deg)", 1.0 / kDegree};
   if (name.ends_with("_deg")) return {name.substr(0, name.size() - 4) + " (deg)", 1.0};

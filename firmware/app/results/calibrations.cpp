@@ -48,7 +48,7 @@ void addProbeTool(metrology::Dataset& dataset, const procedure::Facts& facts) {
   if (method == nullptr || facts.probe_tools.count != 1) return;
   constexpr std::array kOfItsStylus{SubjectKind::centreline, SubjectKind::centreline_tip, SubjectKind::spindle_offset,
                                     SubjectKind::check};
-  const auto subject = parseSubject(method->subject.name);
+  const auto& subject = method->subject.about;
   if (subject && std::ranges::find(kOfItsStylus, subject->kind) != kOfItsStylus.end())
     dataset.config.try_emplace("probe_tool", static_cast<double>(facts.probe_tools.numbers[0]));
 }
@@ -87,7 +87,7 @@ std::optional<Error> whyElsewhere(const metrology::Dataset& dataset, const store
 // A check is held against the limit of this machine, whoever proposes it.
 std::optional<Error> whyOtherLimit(const metrology::Dataset& dataset, const procedure::Facts& facts) {
   const auto& ball = facts.checked_ball;
-  if (metrology::subjectOf(dataset) != metrology::kCheckSubject || !ball || !ball->limit_mm) return std::nullopt;
+  if (!isAbout(metrology::subjectOf(dataset), SubjectKind::check) || !ball || !ball->limit_mm) return std::nullopt;
   for (const auto& [key, value] : dataset.config) {
     const auto* limit_mm = std::get_if<double>(&value);
     if (!key.starts_with("limit_") || limit_mm == nullptr || *limit_mm <= *ball->limit_mm) continue;
@@ -335,11 +335,11 @@ store::Proposal Calibrations::proposalAbout(const metrology::NamedSubject& about
       origin.rests_on.push_back(id);
   }
   const auto offset =
-      subject == metrology::kTurningAxisFromTip ? in_force_.stylusOffset(probeToolOf(result)) : std::nullopt;
+      isAbout(subject, SubjectKind::centreline_tip) ? in_force_.stylusOffset(probeToolOf(result)) : std::nullopt;
   auto whole = offset ? relativeToSpindle(result, offset->value, offset->id) : std::nullopt;
   if (!whole) return {in_force_.bindingFor(subject), result, std::move(origin)};
   origin.rests_on.push_back(offset->id);
-  return {in_force_.bindingFor(std::string{metrology::kTurningAxis}), *std::move(whole), std::move(origin)};
+  return {in_force_.bindingFor(text(Subject{SubjectKind::centreline})), *std::move(whole), std::move(origin)};
 }
 
 // A case that names a result which the box does not keep, or one about something else, was measured with another store.
@@ -348,7 +348,8 @@ std::optional<Error> Calibrations::whyNotOfThisStore(const metrology::Dataset& d
   if (method == nullptr) return std::nullopt;
   for (const auto& [key, id] : namedIn(dataset)) {
     const auto record = store_.find(id);
-    const bool fits = record && record->binding.subject.starts_with(metrology::subjectNamedBy(key, *method));
+    const auto kind = metrology::subjectNamedBy(key, *method);
+    const bool fits = record && (!kind || isAboutKindOf(record->binding.subject, *kind));
     if (fits) continue;
     return Error{"unknown-result: The case was measured with result " + std::to_string(id) + " (its key " + key +
                  "), " +

@@ -21,8 +21,8 @@ namespace quantity = metrology::quantity;
 bool findsATurningAxis(const metrology::Result& result) {
   const auto* method = metrology::methodNamed(result.method);
   if (method == nullptr) return false;
-  const auto& subject = method->subject.name;
-  return isAbout(subject, SubjectKind::centreline) || isAbout(subject, SubjectKind::centreline_tip);
+  const auto& subject = method->subject.about;
+  return subject && (subject->kind == SubjectKind::centreline || subject->kind == SubjectKind::centreline_tip);
 }
 
 std::string millimetres(double value) {

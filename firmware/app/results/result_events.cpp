@@ -320,8 +320,8 @@ std::optional<procedure::MeasuredTip> measuredTipOf(const store::Record& record)
 std::string subjectNamed(std::string_view subject_or_method) {
   if (parseSubject(subject_or_method)) return std::string{subject_or_method};  // a method may be called so, too
   const metrology::Method* method = metrology::methodNamed(subject_or_method);
-  const bool shared = method != nullptr && !method->subject.name.empty();
-  return std::string{shared ? method->subject.name : subject_or_method};
+  const bool shared = method != nullptr && method->subject.about;
+  return shared ? text(*method->subject.about) : std::string{subject_or_method};
 }
 
 Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now) {

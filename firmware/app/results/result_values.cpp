@@ -153,7 +153,7 @@ std::optional<metrology::Result> relativeToSpindle(metrology::Result from_tip, c
   auto tip = *centre;
   tip.key = "tip_centre_mm";
   auto added = offset;
-  added.key = "stylus_offset_in_force_mm";
+  added.key = quantity::kStylusOffsetInForce.key;
   for (std::size_t i = 0; i < 2; ++i) centre->values[i] += offset.values[i];
   const auto& of_offset = offset.uncertainty.size() >= 2 ? offset.uncertainty : offset.sd;
   centre->uncertainty = combined(tip.uncertainty, of_offset, 2);

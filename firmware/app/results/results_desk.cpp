@@ -8,6 +8,7 @@
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "firmware/json/result_json.hpp"
+#include "firmware/results/notes.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/units/wording.hpp"
 

@@ -12,6 +12,8 @@
 #include "firmware/app/results/served_results.hpp"
 #include "firmware/corrections/tool_in_spindle.hpp"
 #include "firmware/metrology/dataset/subject.hpp"
+#include "firmware/results/core_events.hpp"
+#include "firmware/results/notes.hpp"
 
 namespace probebox::app {
 namespace {

@@ -77,7 +77,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     facts.ball_y90 = acceptedOf(*result, metrology::kYAt90.key);
     facts.ball_x90 = acceptedXAt90(*result);
     facts.ball_z90 = acceptedOf(*result, metrology::kZAt90.key);
-    facts.ball_z = acceptedOf(*result, "ball_centre_mm", 2);
+    facts.ball_z = acceptedOf(*result, metrology::quantity::kBallCentre, 2);
   }
   if (const auto screw = parseSubject(record.binding.subject, SubjectKind::screw))
     facts.screw_faces[screw->axis()] = faceOf(record);

@@ -28,7 +28,12 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::string_view kTipLength = "tip_length_mm";
+constexpr Quantity kAMinusC{.key = "A_minus_C_rad",
+                            .about = "A_tilt_rad minus C_tilt_rad; only if C_tilt_rad is given",
+                            .kind = QuantityKind::lean,
+                            .compared = Compared::never,
+                            .most = quantity::kMostLean_rad};
+constexpr MethodColumn kTipLength{"tip_length_mm", ColumnRole::given};
 
 // Readings of one ball or of two on one holder, with tips of several lengths or a shank, converted to the first ball
 // (CN101976057, docs/metrology.md B.7, (B15), (B16)).
@@ -42,7 +47,7 @@ struct SpindleReadings {
   std::map<std::uint32_t, std::size_t> tip_of_tool;
 };
 
-constexpr std::string_view kTool = "tool";
+constexpr MethodColumn kTool = column::kTool.orBe(MayBe::missing), kBall = column::kBall.orBe(MayBe::missing);
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -75,7 +80,7 @@ Outcome<std::optional<SecondBall>, Refusal> secondBall(const Dataset& dataset) {
 
 // Takes the place of the second ball out of its readings.
 std::optional<Refusal> toFirstBall(BallTable& balls, const Table& table, const SecondBall& second) {
-  const auto& which = *table.column("ball");
+  const auto& which = *table.column(kBall);
   for (std::size_t row = 0; row < which.size(); ++row) {
     if (which[row] == 1.0) continue;
     if (which[row] != 2.0) {
@@ -91,12 +96,12 @@ std::optional<Refusal> toFirstBall(BallTable& balls, const Table& table, const S
 
 Outcome<BallTable, Refusal> readTable(const Dataset& dataset, std::string_view name,
                                       std::vector<std::string_view> further, const std::optional<SecondBall>& second) {
-  if (second) further.push_back("ball");
+  if (second) further.push_back(kBall);
   const bool by_tool = name == kTips && dataset.table(name) != nullptr && dataset.table(name)->column(kTool) != nullptr;
   auto balls = readBallTable(dataset, {.table = name,
                                        .lever = kTipLength,
                                        .further = std::move(further),
-                                       .parted_by = by_tool ? kTool : std::string_view{}});
+                                       .parted_by = by_tool ? kTool.name : std::string_view{}});
   if (!balls || !second) return balls;
   if (auto refusal = toFirstBall(*balls, *dataset.table(name), *second)) return *refusal;
   return balls;
@@ -122,8 +127,8 @@ std::optional<Refusal> refuseOneSided(const BallTable& shank) {
 }
 
 std::optional<Refusal> takeSides(BallTable& shank, const Table& table) {
-  const auto& ux = *table.column("ux");
-  const auto& uy = *table.column("uy");
+  const auto& ux = *table.column(column::kAlongX);
+  const auto& uy = *table.column(column::kAlongY);
   for (std::size_t row = 0; row < shank.readings.size(); ++row) {
     const Vector2d side{ux[row], uy[row]};
     if (std::abs(side.norm() - 1.0) > kUnitLength) {
@@ -224,7 +229,7 @@ Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset, do
   const std::size_t count = tips.readings.size();
   if (const auto* table = dataset.table("shank")) {
     const bool numbered = dataset.table(kTips)->column(kStop) != nullptr;
-    std::vector<std::string_view> further{"ux", "uy"};
+    std::vector<std::string_view> further{column::kAlongX, column::kAlongY};
     if (numbered) further.push_back(kStop);
     TRY(auto shank, readTable(dataset, "shank", std::move(further), second));
     if (auto refusal = takeSides(shank, *table)) return *refusal;
@@ -272,19 +277,19 @@ void promiseStyli(Answer& answer, const BallFit& ball, const SpindleReadings& re
 Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
   TRY(const auto noise, statedNoise(dataset));
   TRY(const auto heights, configWord(dataset, "heights", kHeights));
-  TRY(const auto table, readBallTable(dataset, {.lever = "z_mm", .same_lever_mm = kSameHeight_mm}));
-  if (auto refusal = refuseSpan(table, "z_mm")) return *refusal;
+  TRY(const auto table, readBallTable(dataset, {.lever = column::kZ, .same_lever_mm = kSameHeight_mm}));
+  if (auto refusal = refuseSpan(table, column::kZ)) return *refusal;
   const auto ball =
       fitBall(table.readings, {.sloped = true, .arm_per_set = true, .stylus_per_set = false}, noise.noise);
   if (!ball) return ball.error();
   Answer answer = answerOf(dataset, table, *ball, noise);
-  answer.readings(*dataset.table("readings"), kBallParts, "z_mm");
+  answer.readings(*dataset.table("readings"), kBallParts, column::kZ);
   const auto& parameters = ball->fit.parameters;
   const Eigen::MatrixXd rows = pick(2, 2, parameters.size());
   const bool by_slide = heights.value_or("rotating") == "slide";
-  answer.promiseVector(by_slide ? "Z_slide_rad" : "C_tilt_rad", parameters.segment<2>(2), rows);
-  answer.promiseVector("centre_mm", parameters.head(2), pick(0, 2, parameters.size()));
-  answer.result().also.push_back(Estimate::scalar("mean_z_mm", table.mean_lever, std::nullopt));
+  answer.promiseVector(by_slide ? quantity::kZSlide : quantity::kCTilt, parameters.segment<2>(2), rows);
+  answer.promiseVector(quantity::kCentre, parameters.head(2), pick(0, 2, parameters.size()));
+  answer.result().also.push_back(Estimate::scalar(quantity::kMeanHeight, table.mean_lever, std::nullopt));
   if (!by_slide) answer.alsoVector("taper_on_diameter", 2.0 * parameters.segment<2>(2), 2.0 * rows);
   if (ball->turned == Turned::c_only) {
     answer.warn(
@@ -316,10 +321,10 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
   const double sign = -direction;
   const Eigen::MatrixXd rows = sign * pick(2, 2, parameters.size());
   const Eigen::Vector2d tilt = sign * parameters.segment<2>(2);
-  answer.promiseVector("A_tilt_rad", tilt, rows);
+  answer.promiseVector(quantity::kSpindleTilt, tilt, rows);
   if (c_tilt) {
     const Eigen::Vector2d c{c_tilt->data()};
-    answer.promiseVector("A_minus_C_rad", tilt - c, rows);
+    answer.promiseVector(kAMinusC, tilt - c, rows);
   }
   promiseStyli(answer, *ball, read);
   answer.result().convention = "x and y of the spindle axis per mm of Z, relative to Z";
@@ -328,7 +333,7 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kCColumns[]{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr MethodColumn kCColumns[]{column::kZ.orBe(MayBe::set), column::kA, column::kC, column::kX, column::kY, kStop};
 constexpr MethodTable kCTables[]{{"readings", kCColumns,
                                   "a ball at the height z_mm, at angles of spindle (A) and C; column stop, the number "
                                   "of the stop of C, where rows of "
@@ -348,44 +353,42 @@ constexpr std::string_view kAxisAlignmentUnobservable[]{
     "the axis separately from the straightness and squareness of the Z slide: the tilt is relative to Z"};
 
 // A spindle that stood still leaves the tip, not its axis; a tip against a chuck on the slide is of no use to the box.
-std::optional<std::string> subjectOfAlignment(const Dataset& dataset) {
+std::optional<Subject> subjectOfAlignment(const Dataset& dataset) {
   const bool of_tip = spindleStoodStill(dataset);
   const auto heights = configWord(dataset, "heights", kHeights);
   if (heights && heights->value_or("rotating") == "slide")
-    return of_tip ? dataset.method : std::string{kTurningAxisOfSlide};
-  return std::string{of_tip ? kTurningAxisFromTip : kTurningAxis};
+    return of_tip ? std::nullopt : std::optional{Subject{SubjectKind::centreline_slide}};
+  return Subject{of_tip ? SubjectKind::centreline_tip : SubjectKind::centreline};
 }
 
-constexpr std::string_view kAColumns[]{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
-constexpr std::string_view kShankColumns[]{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm", "ux", "uy"};
+constexpr MethodColumn kAColumns[]{kTipLength, column::kA, column::kC, column::kX, column::kY, kTool, kBall, kStop};
+constexpr MethodColumn kSideColumns[]{kTipLength,      column::kA,      column::kC, column::kSetX, column::kSetY,
+                                      column::kAlongX, column::kAlongY, kBall,      kStop};
 constexpr MethodTable kATables[]{
     {"readings", kAColumns,
      "the ball, read with a tip of that length; column tool where the number of its tool is known, column ball where "
      "ball_offset_mm is stated, column stop as for c-axis-alignment",
      true},
-    {"shank", kShankColumns, "where a shank touched: from the side (ux,uy); columns ball and stop as in readings",
+    {"shank", kSideColumns, "where a shank touched: from the side (ux,uy); columns ball and stop as in readings",
      true}};
-constexpr MethodKey kAKeys[]{key::kSigma,
-                             key::kSigmaC,
-                             key::kLengthResults[0],
-                             key::kLengthResults[1],
-                             key::kLengthResults[2],
-                             key::kLengthResults[3],
-                             {"sigma_shank_mm", "sigma_mm", "standard deviation of one touch with the shank (k = 1)"},
-                             key::kASense,
-                             key::kCSense,
-                             key::kTauForTheRecord,
-                             {"tool_direction", "1", "1 where tools point along +Z from the spindle, -1 along -Z"},
-                             {"ball_offset_mm", "", "second ball of the holder from the first at C = 0, x y z"},
-                             {"C_tilt_rad", "", "tilt of the C axis, x y, from the alignment of C"}};
+constexpr MethodKey kAKeys[]{
+    key::kSigma,
+    key::kSigmaC,
+    key::kLengthResults[0],
+    key::kLengthResults[1],
+    key::kLengthResults[2],
+    key::kLengthResults[3],
+    {"sigma_shank_mm", "sigma_mm", "standard deviation of one touch with the shank (k = 1)"},
+    key::kASense,
+    key::kCSense,
+    key::kTauForTheRecord,
+    {"tool_direction", "1", "1 where tools point along +Z from the spindle, -1 along -Z"},
+    {"ball_offset_mm", "", "second ball of the holder from the first at C = 0, x y z"},
+    MethodKey{"C_tilt_rad", "", "tilt of the C axis, x y, from the alignment of C"}.upTo(quantity::kMostLean_rad)};
 constexpr KnownQuantity kAKnown[]{{"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value},
                                   {"sd_ball_offset_mm", "ball_offset_mm", KnownKind::value}};
 constexpr Quantity kAResults[]{quantity::kSpindleTilt,
-                               {.key = "A_minus_C_rad",
-                                .about = "A_tilt_rad minus C_tilt_rad; only if C_tilt_rad is given",
-                                .kind = QuantityKind::lean,
-                                .compared = Compared::never,
-                                .most = quantity::kMostLean_rad},
+                               kAMinusC,
                                {.key = "stylus_offset_of_tool_N_mm",
                                 .about = "tip of that tool from the spindle axis, x and y at A = 0; with column tool"}};
 constexpr Quantity kAFurther[]{
@@ -425,7 +428,7 @@ const Method kCAxisAlignment{.name = "c-axis-alignment",
                              .further = kCFurther,
                              .unobservable = kAxisAlignmentUnobservable,
                              .undetermined = undeterminedByAngles,
-                             .subject = {.name = kTurningAxis, .of = subjectOfAlignment}};
+                             .subject = {.about = Subject{SubjectKind::centreline}, .of = subjectOfAlignment}};
 
 const Method kAAxisAlignment{.name = "a-axis-alignment",
                              .title = "Direction of the tool spindle",
@@ -439,7 +442,7 @@ const Method kAAxisAlignment{.name = "a-axis-alignment",
                              .further = kAFurther,
                              .unobservable = kAUnobservable,
                              .undetermined = undeterminedOfA,
-                             .subject = {.name = "spindle-tilt"},
+                             .subject = {.about = Subject{SubjectKind::spindle_tilt}},
                              .also_about = styliOfAlignment};
 
 }  // namespace probebox::metrology

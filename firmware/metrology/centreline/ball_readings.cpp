@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
@@ -188,7 +189,7 @@ Outcome<Fit, Refusal> fitWithStops(Rows rows, const Columns& columns, const Eige
 // The stop of C of every row.
 std::vector<double> stopsOf(const Table& table) {
   if (const auto* numbers = table.column(kStop)) return *numbers;
-  return stopsByAngle(*table.column("C_rad"));
+  return stopsByAngle(*table.column(column::kC));
 }
 
 // Sets of readings at one lever.
@@ -276,13 +277,13 @@ void BallTable::centreLevers() {
 
 Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColumns& named) {
   const double no_lever = 0.0;
-  std::vector<std::string_view> columns{"A_rad", "C_rad", "x_mm", "y_mm"};
+  std::vector<std::string_view> columns{column::kA, column::kC, column::kX, column::kY};
   if (!named.lever.empty()) columns.push_back(named.lever);
   columns.insert(columns.end(), named.further.begin(), named.further.end());
   if (!named.parted_by.empty()) columns.push_back(named.parted_by);
   const Table* given = dataset.table(named.table);
   const bool numbered = given != nullptr && given->column(kStop) != nullptr;
-  if (numbered && std::ranges::find(columns, kStop) == columns.end()) columns.push_back(kStop);
+  if (numbered && std::ranges::find(columns, kStop.name) == columns.end()) columns.push_back(kStop);
   TRY(const auto table, checkedTable(dataset, named.table, columns));
   TRY(const auto spindle_sense, configSense(dataset, "A_sense"));
   TRY(const auto c_sense, configSense(dataset, "C_sense"));
@@ -297,9 +298,9 @@ Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColu
   for (std::size_t row = 0; row < rows; ++row) {
     const double lever = value(named.lever, row);
     const auto set = sets.of(lever, value(named.parted_by, row));
-    ball.readings.push_back({.at = {value("x_mm", row), value("y_mm", row)},
-                             .spindle = spindle_sense * value("A_rad", row),
-                             .c = c_sense * value("C_rad", row),
+    ball.readings.push_back({.at = {value(column::kX, row), value(column::kY, row)},
+                             .spindle = spindle_sense * value(column::kA, row),
+                             .c = c_sense * value(column::kC, row),
                              .set = set,
                              .lever = lever,
                              .stop = stops[row]});

@@ -47,7 +47,7 @@ enum class Turned {
 };
 
 // The rows of one reading in the fit.
-inline constexpr std::array<std::string_view, 2> kBallParts{"x_mm", "y_mm"};
+inline constexpr MethodColumn kBallParts[]{column::kX, column::kY};
 
 struct BallFit {
   Fit fit;  // parameters: o (0, 1), k (2, 3) when sloped, then the arms and styli that are in the model
@@ -73,7 +73,7 @@ struct BallColumns {
 
 // Column that numbers the stops of C, where a method has it: rows with one number were read without C turning in
 // between.
-inline constexpr std::string_view kStop = "stop";
+inline constexpr MethodColumn kStop = column::kStop.orBe(MayBe::missing);
 
 // Table{<lever>,A_rad,C_rad,x_mm,y_mm} and further columns. Config: A_sense, C_sense. Rows with the same lever form a
 // set, unless `parted_by` parts them, and have the mean of its levers; levers are relative to their mean, `mean_lever`.

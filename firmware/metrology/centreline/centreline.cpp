@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,7 +19,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kCentrelineColumns{"C_rad", "x_mm", "y_mm"};
+constexpr MethodColumn kCentrelineColumns[]{column::kC, column::kX, column::kY};
 // The readings have been corrected by the previous delay; it stands in the case for the record.
 constexpr double kFarthestMean = 0.999;  // |w|^2 of three and more angles
 constexpr double kLeastHalfSine = 0.05;  // |sin(alpha/2)| of two
@@ -140,12 +141,12 @@ std::vector<double> stopsByAngle(std::span<const double> angles_rad) {
 
 std::optional<Refusal> addMeanHeight(const Dataset& dataset, Result& result) {
   TRY(const auto height_mm, configNumber(dataset, "mean_z_mm"));
-  if (height_mm) result.also.push_back(Estimate::scalar("mean_z_mm", *height_mm, std::nullopt));
+  if (height_mm) result.also.push_back(Estimate::scalar(quantity::kMeanHeight, *height_mm, std::nullopt));
   return std::nullopt;
 }
 
 std::span<const std::string_view> residualParts(const RotationNoise& noise) {
-  static constexpr std::array<std::string_view, 2> kPlain{"x_mm", "y_mm"};
+  static constexpr std::array<std::string_view, 2> kPlain{column::kX, column::kY};
   static constexpr std::array<std::string_view, 2> kByArm{"along the arm", "across the arm, scaled to sigma_mm"};
   return noise.angle > 0.0 ? kByArm : kPlain;
 }
@@ -184,8 +185,8 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
   TRY(const auto fit, fitRotation(readings, noise.noise));
 
   Answer answer{dataset, fit, noise.sigma()};
-  answer.readings(*table, residualParts(noise.noise), "C_rad", residualSense(noise.noise));
-  answer.promiseVector("centre_mm", fit.parameters.head(2), pick(0, 2, 4));
+  answer.readings(*table, residualParts(noise.noise), column::kC, residualSense(noise.noise));
+  answer.promiseVector(quantity::kCentre, fit.parameters.head(2), pick(0, 2, 4));
   answer.alsoVector("arm_mm", fit.parameters.tail(2), pick(2, 2, 4));
   if (spread(readings) < kWarnHalfSine * kWarnHalfSine) {
     answer.warn("the angles lie close together: the centre is more than four times less certain than a reading");
@@ -221,6 +222,6 @@ const Method kCentreline{.name = "centreline",
                          .keys = kCentrelineKeys,
                          .results = kCentrelineResults,
                          .unobservable = kCentrelineUnobservable,
-                         .subject = {.name = kTurningAxisFromTip}};
+                         .subject = {.about = Subject{SubjectKind::centreline_tip}}};
 
 }  // namespace probebox::metrology

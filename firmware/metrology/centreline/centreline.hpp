@@ -63,12 +63,6 @@ struct StatedNoise {
 };
 Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset);
 
-// Subjects of two different quantities: the turning axis relative to the spindle axis, and relative to the stylus tip.
-inline constexpr std::string_view kTurningAxis = "centreline";
-inline constexpr std::string_view kTurningAxisFromTip = "centreline-stylus";
-// The turning axis of a chuck on the Z slide, relative to the spindle axis, as a function of the slide's position.
-inline constexpr std::string_view kTurningAxisOfSlide = "centreline-slide";
-
 // Quantities that none of the three centreline methods can observe.
 extern const std::string_view kCentrelineUnobservable[2];
 

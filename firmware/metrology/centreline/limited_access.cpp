@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,8 +22,9 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kLimitedAccessColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
-constexpr std::array<std::string_view, 2> kLimitedAccessContactColumns{"C1_rad", "C2_rad"};
+constexpr Quantity kPsiAtZero{"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"};
+
+constexpr MethodColumn kLimitedAccessColumns[]{column::kCClockwise, column::kX, column::kY};
 constexpr double kMostApart_rad = kTurn / 3.0;  // contacts on either side of a stylus (chosen)
 constexpr double kLeastStep_rad = 1e-9;         // a whole turn on or off leaves less (chosen)
 
@@ -201,9 +203,9 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
   const double radius = arm.norm();
   Answer answer{dataset, fit, noise.sigma()};
   answer.readings(*table, residualParts(noise.noise), kLimitedAccessColumns[0], residualSense(noise.noise));
-  answer.promiseVector("centre_mm", fit.parameters.head(2), pick(0, 2, 4));
-  answer.promiseScalar("radius_mm", radius, Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / radius);
-  answer.promiseScalar("psi0_rad", std::atan2(arm.x(), arm.y()),
+  answer.promiseVector(quantity::kCentre, fit.parameters.head(2), pick(0, 2, 4));
+  answer.promiseScalar(quantity::kRadius, radius, Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / radius);
+  answer.promiseScalar(kPsiAtZero, std::atan2(arm.x(), arm.y()),
                        Eigen::RowVector4d{0.0, 0.0, arm.y(), -arm.x()} / (radius * radius));
   compareWithSource(answer, rim, fit.parameters.head<2>(), noise);
   for (const auto& warning : noise.warnings) answer.warn(warning);
@@ -215,9 +217,9 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
 
 Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
   TRY(const auto sigma, configSigma(dataset, "sigma_C_rad"));
-  TRY(const auto table, checkedTable(dataset, "contacts", kLimitedAccessContactColumns));
-  const auto& clockwise = *table->column("C1_rad");
-  const auto& anticlockwise = *table->column("C2_rad");
+  TRY(const auto table, checkedTable(dataset, "contacts", column::kContacts));
+  const auto& clockwise = *table->column(column::kContacts[0]);
+  const auto& anticlockwise = *table->column(column::kContacts[1]);
   TRY(const auto middles, middlesOf(clockwise, anticlockwise));
   const Sigma of_middle{sigma.stated ? sigma.value / std::numbers::sqrt2 : 1.0, sigma.stated};
   const auto fit = linearLeastSquares(Eigen::MatrixXd::Constant(middles.size(), 1, 1.0 / of_middle.value),
@@ -225,8 +227,8 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
   if (!fit) return fit.error();
   Answer answer{dataset, fit.value(), of_middle};
   answer.readingIs("the middle of one pair of contacts", "rad");
-  answer.readings(*table, std::array<std::string_view, 1>{"middle"}, "C1_rad");
-  answer.promiseScalar("C_shift_rad", fit->parameters[0], pick(0, 1, 1).row(0));
+  answer.readings(*table, {"middle"}, column::kContacts[0]);
+  answer.promiseScalar(quantity::kCShift, fit->parameters[0], pick(0, 1, 1).row(0));
   answer.result().convention = "new zero of C in the old count; rms in rad";
   const double scatter = answer.readingSd().value_or(0.0);
   Result result = std::move(answer).take(true);
@@ -239,14 +241,12 @@ namespace {
 
 constexpr MethodTable kLimitedAccessTables[]{{"readings", kLimitedAccessColumns, "the ball at an angle of C", true}};
 constexpr MethodKey kLimitedAccessKeys[]{key::kSigma, key::kSigmaC, key::kMeanHeight, key::kTauForTheRecord};
-constexpr Quantity kLimitedAccessResults[]{quantity::kCentre.as("centre of rotation, x y"),
-                                           quantity::kRadius,
-                                           {"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"}};
-constexpr MethodTable kContactTables[]{{"contacts", kLimitedAccessContactColumns,
-                                        "signed angles of C at which the ball touches the stylus on either side",
-                                        true}};
+constexpr Quantity kLimitedAccessResults[]{quantity::kCentre.as("centre of rotation, x y"), quantity::kRadius,
+                                           kPsiAtZero};
+constexpr MethodTable kContactTables[]{
+    {"contacts", column::kContacts, "signed angles of C at which the ball touches the stylus on either side", true}};
 constexpr MethodKey kContactKeys[]{key::kSigmaC};
-constexpr Quantity kContactResults[]{{"C_shift_rad", "new zero of C in the old count"}};
+constexpr Quantity kContactResults[]{quantity::kCShift};
 constexpr std::string_view kContactUnobservable[]{
     "the offset of the stylus from the spindle, except for the part that two opposite contacts cancel"};
 
@@ -261,7 +261,7 @@ const Method kCentrelineLimitedAccess{.name = "centreline-limited-access",
                                       .keys = kLimitedAccessKeys,
                                       .results = kLimitedAccessResults,
                                       .unobservable = kCentrelineUnobservable,
-                                      .subject = {.name = kTurningAxisFromTip}};
+                                      .subject = {.about = Subject{SubjectKind::centreline_tip}}};
 
 const Method kCZeroShift{.name = "c-zero-shift",
                          .title = "Zero of the C axis",

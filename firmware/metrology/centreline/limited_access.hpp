@@ -61,6 +61,10 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset);
 // angle, or more than a third of a turn apart).
 Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset);
 
+namespace quantity {
+inline constexpr Quantity kCShift{.key = "C_shift_rad", .about = "new zero of C in the old count"};
+}
+
 extern const Method kCentrelineLimitedAccess;
 extern const Method kCZeroShift;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,9 +21,10 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 6> kCentreColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 4> kXColumns{"B_deg", "C_deg", "A_deg", "x_mm"};
-constexpr std::array<std::string_view, 4> kZColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
+constexpr MethodColumn kCentreColumns[]{column::kB, column::kCDegrees, column::kADegrees,
+                                        column::kX, column::kY,        column::kZ};
+constexpr MethodColumn kXColumns[]{column::kB, column::kCDegrees, column::kADegrees, column::kX};
+constexpr MethodColumn kZColumns[]{column::kB, column::kCDegrees, column::kADegrees, column::kZ};
 
 std::optional<Refusal> badAngles(const Table& table) {
   const auto wrong = [&](std::string_view column, std::size_t row, const char* allowed) {
@@ -30,14 +32,14 @@ std::optional<Refusal> badAngles(const Table& table) {
                                     std::to_string(row + 1) + ": the check is defined at " + allowed + " degrees"};
   };
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    for (const std::string_view column : {"C_deg", "A_deg"}) {
+    for (const std::string_view column : {column::kCDegrees, column::kADegrees}) {
       if (std::abs(std::remainder((*table.column(column))[row], 180.0)) > kSameAngle_deg) {
         return wrong(column, row, "0 and 180");
       }
     }
-    const double swivel = (*table.column("B_deg"))[row];
+    const double swivel = (*table.column(column::kB))[row];
     const auto same = [&](double angle) { return std::abs(swivel - angle) <= kSameAngle_deg; };
-    if (!same(0.0) && !same(45.0) && !same(90.0)) return wrong("B_deg", row, "0, 45 and 90");
+    if (!same(0.0) && !same(45.0) && !same(90.0)) return wrong(column::kB, row, "0, 45 and 90");
   }
   return std::nullopt;
 }
@@ -55,7 +57,7 @@ struct Sigmas {
 
   double of(const CheckQuantity& quantity) const {
     if (quantity.table != "centres") return touch;
-    return quantity.column == "z_mm" ? height90 : centre.noise.position;
+    return quantity.column == column::kZ.name ? height90 : centre.noise.position;
   }
 };
 
@@ -87,7 +89,8 @@ struct Means {
 // Number of the pose of a row. C comes to each pose anew.
 double poseOf(const Table& table, std::size_t row) {
   const auto turned = [&](std::string_view column) { return side((*table.column(column))[row]) < 0 ? 1.0 : 0.0; };
-  return 4 * std::round((*table.column("B_deg"))[row] / 45.0) + 2 * turned("C_deg") + turned("A_deg");
+  return 4 * std::round((*table.column(column::kB))[row] / 45.0) + 2 * turned(column::kCDegrees) +
+         turned(column::kADegrees);
 }
 
 struct Row {
@@ -113,16 +116,16 @@ std::optional<double> ballOffset(const Means& means, std::string_view column, bo
 // known.
 std::optional<Eigen::VectorXd> movedByC(const Means& means, std::span<const Row> rows, double sigma_rad,
                                         bool x_is_radius) {
-  const auto x = ballOffset(means, "x_mm", x_is_radius);
-  const auto y = ballOffset(means, "y_mm", x_is_radius);
+  const auto x = ballOffset(means, column::kX, x_is_radius);
+  const auto y = ballOffset(means, column::kY, x_is_radius);
   if (!x || !y) return std::nullopt;
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rows.size()));
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const CheckQuantity& quantity = *rows[k].quantity;
     const double in_sds = rows[k].ball * sigma_rad / means.sigmas[k];
     const double shown = quantity.table == "x_touch" && !x_is_radius ? 2.0 : 1.0;
-    if (quantity.column == "x_mm") moved[static_cast<Eigen::Index>(k)] = -shown * in_sds * *y;
-    if (quantity.column == "y_mm") moved[static_cast<Eigen::Index>(k)] = in_sds * *x;
+    if (quantity.column == column::kX.name) moved[static_cast<Eigen::Index>(k)] = -shown * in_sds * *y;
+    if (quantity.column == column::kY.name) moved[static_cast<Eigen::Index>(k)] = in_sds * *x;
   }
   return moved;
 }
@@ -137,14 +140,14 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas, b
     const Table& table = *dataset.table(quantity.table);
     const std::size_t before = rows.size();
     for (std::size_t row = 0; row < table.rows(); ++row) {
-      if (std::abs((*table.column("B_deg"))[row] - quantity.swivel) > kSameAngle_deg) continue;
+      if (std::abs((*table.column(column::kB))[row] - quantity.swivel) > kSameAngle_deg) continue;
       means.readings.push_back(table.name + " " + std::to_string(row + 1) + ", " + std::string{quantity.column});
       means.swivels.push_back(quantity.swivel);
       means.sigmas.push_back(sigmas.of(quantity));
       means.stops.push_back(poseOf(table, row));
       rows.push_back({(*table.column(quantity.column))[row], parameters,
-                      quantity.ball ? side((*table.column("C_deg"))[row]) : 0.0,
-                      quantity.stylus ? side((*table.column("A_deg"))[row]) : 0.0, &quantity});
+                      quantity.ball ? side((*table.column(column::kCDegrees))[row]) : 0.0,
+                      quantity.stylus ? side((*table.column(column::kADegrees))[row]) : 0.0, &quantity});
     }
     if (rows.size() == before) continue;
     means.quantities.push_back(&quantity);
@@ -241,12 +244,13 @@ std::optional<Refusal> addRunOuts(Answer& answer, const Means& means, const Ball
   const Eigen::Index touched = means.columns[static_cast<std::size_t>(z - means.quantities.begin())];
   centre[2] = parameters[touched] - ball.radius;
   rows.row(2) = one(touched);
-  answer.alsoVector("ball_centre_mm", centre, rows);
+  answer.alsoVector(quantity::kBallCentre, centre, rows);
   return std::nullopt;
 }
 
 bool hasSwivel(const Table& table, double swivel) {
-  return std::ranges::any_of(*table.column("B_deg"), [&](double b) { return std::abs(b - swivel) <= kSameAngle_deg; });
+  return std::ranges::any_of(*table.column(column::kB),
+                             [&](double b) { return std::abs(b - swivel) <= kSameAngle_deg; });
 }
 
 // X is touched at B = 90 and Z at 0, where the centres were read as well: a check without that angle needs no table.
@@ -255,7 +259,7 @@ std::optional<Refusal> badTables(const Dataset& dataset) {
   if (auto refusal = badAngles(*centres)) return refusal;
   struct Touches {
     std::string_view name;
-    std::span<const std::string_view> columns;
+    std::span<const MethodColumn> columns;
     double swivel{};  // degrees
   };
   for (const auto& touches : {Touches{"x_touch", kXColumns, 90.0}, Touches{"z_touch", kZColumns, 0.0}}) {
@@ -279,9 +283,9 @@ struct RunOutX {
 std::optional<RunOutX> runOutX(const Table& table) {
   std::array<double, 2> sums{}, counts{};
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    if (std::abs((*table.column("B_deg"))[row] - kXAt90.swivel) > kSameAngle_deg) continue;
-    const std::size_t at = side((*table.column("C_deg"))[row]) > 0 ? 0 : 1;
-    sums[at] += (*table.column("x_mm"))[row];
+    if (std::abs((*table.column(column::kB))[row] - kXAt90.swivel) > kSameAngle_deg) continue;
+    const std::size_t at = side((*table.column(column::kCDegrees))[row]) > 0 ? 0 : 1;
+    sums[at] += (*table.column(column::kX))[row];
     counts[at] += 1;
   }
   if (counts[0] == 0 || counts[1] == 0) return std::nullopt;
@@ -297,7 +301,7 @@ std::optional<Refusal> contradictionX(const Dataset& dataset, const Means& means
   if (!touched || !centred) return std::nullopt;
   const double shown = x_is_radius ? 1.0 : 2.0;
   const double differ_mm = std::abs(touched->mm / shown - centred->mm);
-  const double stop_mm = sigmas.centre.noise.angle * ballOffset(means, "y_mm", x_is_radius).value_or(0.0);
+  const double stop_mm = sigmas.centre.noise.angle * ballOffset(means, column::kY, x_is_radius).value_or(0.0);
   const double sd_mm = std::hypot(sigmas.touch / shown * std::sqrt(touched->variance),
                                   sigmas.centre.noise.position * std::sqrt(centred->variance), stop_mm);
   if (differ_mm <= std::max(kContradict * sd_mm, kLeastContradiction_mm)) return std::nullopt;
@@ -314,7 +318,7 @@ std::optional<Refusal> contradictionY(const Means& means, const Sigmas& sigmas) 
   const auto variance = [&](Eigen::Index at) { return means.fit.cofactor(at, at); };
   std::optional<std::size_t> first;
   for (std::size_t k = 0; k < means.quantities.size(); ++k) {
-    if (means.quantities[k]->column != "y_mm") continue;
+    if (means.quantities[k]->column != column::kY.name) continue;
     if (!first) first = k;
     for (const Eigen::Index part : {1, 2}) {  // ball, stylus
       const Eigen::Index here = means.columns[k] + part, there = means.columns[*first] + part;
@@ -337,7 +341,8 @@ std::optional<std::string> contradictionZ(const Dataset& dataset, const Sigmas& 
   const auto heights = [&](const Table& table) {
     std::vector<double> found;
     for (std::size_t row = 0; row < table.rows(); ++row)
-      if (std::abs((*table.column("B_deg"))[row]) <= kSameAngle_deg) found.push_back((*table.column("z_mm"))[row]);
+      if (std::abs((*table.column(column::kB))[row]) <= kSameAngle_deg)
+        found.push_back((*table.column(column::kZ))[row]);
     return found;
   };
   const auto tops = heights(*dataset.table("z_touch")), centres = heights(*dataset.table("centres"));
@@ -369,7 +374,7 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
     for (const auto& warning : warnings) answer.warn(warning);
   }
   if (auto warning = contradictionZ(dataset, sigmas, ball)) answer.warn(std::move(*warning));
-  answer.readings(means.readings, means.swivels, "B_deg");
+  answer.readings(means.readings, means.swivels, column::kB);
   auto& residuals = answer.result().residuals.values;
   for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= means.sigmas[k] / sigmas.centre.noise.position;
   for (std::size_t k = 0; k < means.quantities.size(); ++k) {
@@ -402,19 +407,16 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kPeriodicCheckCentreColumns[]{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::string_view kPeriodicCheckXColumns[]{"B_deg", "C_deg", "A_deg", "x_mm"};
-constexpr std::string_view kPeriodicCheckZColumns[]{"B_deg", "C_deg", "A_deg", "z_mm"};
 constexpr MethodTable kPeriodicCheckTables[]{
-    {"centres", kPeriodicCheckCentreColumns, "centre of the ball at B 0, 45 or 90, C and A 0 or 180", true},
-    {"x_touch", kPeriodicCheckXColumns, "a touch along X at B = 90; needed if table centres is given", true},
-    {"z_touch", kPeriodicCheckZColumns, "a touch along Z at B = 0; needed if table centres is given", true}};
+    {"centres", kCentreColumns, "centre of the ball at B 0, 45 or 90, C and A 0 or 180", true},
+    {"x_touch", kXColumns, "a touch along X at B = 90; needed if table centres is given", true},
+    {"z_touch", kZColumns, "a touch along Z at B = 0; needed if table centres is given", true}};
 constexpr std::string_view kAccepted = "the value in the accepted calibration";
 constexpr std::string_view kSdAccepted =
     "standard deviation of the accepted value (k = 1), included in U of the deviation; without it, taken as exact";
 constexpr std::string_view kLimit = "largest deviation from the accepted value that is allowed";
 constexpr MethodKey kPeriodicCheckKeys[]{
-    {"effective_ball_radius_mm", kNeeded, "of ball plus stylus ball"},
+    MethodKey{"effective_ball_radius_mm", kNeeded, "of ball plus stylus ball"}.within(0.05, 500),
     {"expected_ball_centre_z_mm", kNeeded, "Z of the ball's centre at B = 0"},
     {"x_is_radius", kNeeded, "false where X is programmed in diameters"},
     key::kSigma,
@@ -503,7 +505,7 @@ const Method kPeriodicCheck{.name = "periodic-check",
                             .results = kPeriodicCheckResults,
                             .further = kPeriodicCheckFurther,
                             .unobservable = kPeriodicCheckUnobservable,
-                            .subject = {.name = kCheckSubject},
+                            .subject = {.about = Subject{SubjectKind::check}},
                             .also_about = stylusOfCheck};
 
 }  // namespace probebox::metrology

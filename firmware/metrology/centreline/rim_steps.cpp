@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,9 +27,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 5> kColumns{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
+constexpr MethodColumn kHeight = column::kZ.orBe(MayBe::missing);
+constexpr MethodColumn kColumns[]{column::number("loop"), column::kCClockwise, column::kX, column::kY, kHeight};
+constexpr MethodColumn kStylusColumns[]{column::kA, column::kX, column::kY, kHeight};
 constexpr double kDisagree = 4.0;  // sd
 
 using Loop = std::vector<RimReading>;  // angles from the zero in force
@@ -45,8 +46,8 @@ struct StylusOffset {
 // another one where it lies in the x-y plane.
 std::vector<std::size_t> acrossSpindle(const Table& stylus) {
   std::vector<std::size_t> across;
-  for (std::size_t k = 0; k < kCoordinates.size(); ++k) {
-    if (stylus.column(kCoordinates[k])) across.push_back(k);
+  for (std::size_t k = 0; k < std::size(column::kPosition); ++k) {
+    if (stylus.column(column::kPosition[k])) across.push_back(k);
   }
   return across.size() == 2 ? across : std::vector<std::size_t>{0, 1};
 }
@@ -56,7 +57,7 @@ Outcome<StylusOffset, Refusal> stylusOffset(const Dataset& dataset) {
   const Table* offered = dataset.table("stylus");
   if (!offered) return StylusOffset{};
   const auto across = acrossSpindle(*offered);
-  const std::array<std::string_view, 3> columns{"A_rad", kCoordinates[across[0]], kCoordinates[across[1]]};
+  const ColumnNames columns{column::kA, column::kPosition[across[0]], column::kPosition[across[1]]};
   TRY(checkedTable(dataset, "stylus", columns));
   const auto notOpposite = [](const std::string& where) {
     return Refusal{"not-opposite", where + " needs readings with the spindle at 0 and at 180 degrees"};
@@ -200,11 +201,11 @@ struct ContactShift {
 Outcome<ContactShift, Refusal> contactShift(const Dataset& dataset) {
   if (!dataset.table("contacts")) return ContactShift{};
   TRY(const auto sigma, configSigma(dataset, "sigma_contact_rad"));
-  TRY(const auto table, checkedTable(dataset, "contacts", kContactColumns));
+  TRY(const auto table, checkedTable(dataset, "contacts", column::kContacts));
   Dataset alone{.method = std::string{kCZeroShift.name}, .config = {}, .tables = {*table}};
   if (sigma.stated) alone.config["sigma_C_rad"] = sigma.value;
   TRY(const auto solved, solveCZeroShift(alone));
-  const auto& shift = *solved.find("C_shift_rad");
+  const auto& shift = *solved.find(quantity::kCShift);
   return ContactShift{shift.value(), sigma.stated ? std::optional{shift.sd.front()} : std::nullopt};
 }
 
@@ -225,7 +226,7 @@ Outcome<Measured, Refusal> measuredOf(const Dataset& dataset) {
   const bool trust = trusted || !dataset.config.contains("trust_C_angles");
   const Table* offered = dataset.table("readings");
   const std::span columns{kColumns};
-  const bool heights = offered && offered->column("z_mm");
+  const bool heights = offered && offered->column(column::kZ);
   TRY(const auto table, checkedTable(dataset, "readings", heights ? columns : columns.first(4)));
   TRY(const auto stylus, stylusOffset(dataset));
   TRY(const auto contact, contactShift(dataset));
@@ -270,8 +271,8 @@ Result resultOfFit(const Dataset& dataset, const Measured& measured, const Fit& 
   const Vector2d arm = fit.parameters.tail<2>();
   Answer answer{dataset, fit, {measured.noise.noise.position, measured.noise.stated}};
   answer.result().residuals = residualsOf(measured, fit);
-  answer.promiseVector("centre_mm", fit.parameters.head<2>(), pick(0, 2, 4));
-  answer.promiseScalar("radius_mm", arm.norm(), Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / arm.norm());
+  answer.promiseVector(quantity::kCentre, fit.parameters.head<2>(), pick(0, 2, 4));
+  answer.promiseScalar(quantity::kRadius, arm.norm(), Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / arm.norm());
   return std::move(answer).take(true);
 }
 
@@ -284,9 +285,9 @@ Result resultOfSteps(const Dataset& dataset, const Measured& measured, const Rim
   const Eigen::Vector3d sd = covariance.diagonal().cwiseSqrt();
   Result result;
   result.method = dataset.method;
-  result.estimates = {Estimate::vector("centre_mm", {found.centre.x(), found.centre.y()},
+  result.estimates = {Estimate::vector(quantity::kCentre, {found.centre.x(), found.centre.y()},
                                        stated ? std::vector{sd[0], sd[1]} : std::vector<double>{}),
-                      Estimate::scalar("radius_mm", found.radius, stated ? std::optional{sd[2]} : std::nullopt)};
+                      Estimate::scalar(quantity::kRadius, found.radius, stated ? std::optional{sd[2]} : std::nullopt)};
   result.residuals = {
       .unit = "mm", .against = "reading", .names = {"+theta", "-theta", "zero"}, .at = {}, .values = {}};
   double squares = 0.0;
@@ -301,7 +302,9 @@ Result resultOfSteps(const Dataset& dataset, const Measured& measured, const Rim
   result.condition = scaledCondition(inverse(covariance));  // of a Jacobian that would have this covariance
   if (stated) {
     const auto entries = covariance.reshaped();
-    result.covariance = Covariance{{"centre_mm[0]", "centre_mm[1]", "radius_mm"}, {entries.begin(), entries.end()}};
+    const std::string centre{quantity::kCentre};
+    result.covariance =
+        Covariance{{centre + "[0]", centre + "[1]", std::string{quantity::kRadius}}, {entries.begin(), entries.end()}};
   } else {
     result.warnings.emplace_back("no sd: the uncertainty of the steps needs sigma_mm, which is not stated");
   }
@@ -316,8 +319,8 @@ void addStylus(std::vector<Estimate>& also, const Table& readings, const StylusO
   const std::size_t parts = stylus.flat ? 2 : 3;
   std::vector<double> sds;
   if (noise.stated) sds.assign(sd.data(), sd.data() + parts);
-  also.push_back(Estimate::vector("stylus_offset_mm", {stylus.offset.data(), stylus.offset.data() + parts}, sds));
-  const auto* heights = readings.column("z_mm");
+  also.push_back(Estimate::vector(quantity::kStylusOffset, {stylus.offset.data(), stylus.offset.data() + parts}, sds));
+  const auto* heights = readings.column(column::kZ);
   if (heights == nullptr) return;
   const auto count = static_cast<double>(heights->size());
   const double mean = std::accumulate(heights->begin(), heights->end(), 0.0) / count;
@@ -362,7 +365,8 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   also.push_back(Estimate::vector("fit_centre_mm", {fitted.x(), fitted.y()}, {}));
   also.push_back(Estimate::vector("steps_centre_mm", {plain->centre.x(), plain->centre.y()}, {}));
   also.push_back(Estimate::scalar("steps_radius_mm", plain->radius, std::nullopt));
-  also.push_back(Estimate::scalar("C_shift_rad", measured.contact.rad + measured.settled.zeros.back(), std::nullopt));
+  also.push_back(
+      Estimate::scalar(quantity::kCShift, measured.contact.rad + measured.settled.zeros.back(), std::nullopt));
   if (dataset.table("contacts") != nullptr)
     also.push_back(Estimate::scalar("contact_shift_rad", measured.contact.rad, measured.contact.sd));
   addStylus(also, *dataset.table("readings"), measured.stylus, measured.noise);
@@ -372,29 +376,26 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kRimStepsColumns[]{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
-constexpr std::string_view kStylusColumns[]{"A_rad", "x_mm", "y_mm"};
-constexpr std::string_view kRimStepsContactColumns[]{"C1_rad", "C2_rad"};
 constexpr MethodTable kRimStepsTables[]{
-    {"readings", kRimStepsColumns,
-     "the ball at an angle of C from the zero in force in that loop; z_mm too where wanted", true},
+    {"readings", kColumns, "the ball at an angle of C from the zero in force in that loop; z_mm too where wanted",
+     true},
     {"stylus", kStylusColumns,
      "optional: tip of the stylus with the spindle at 0 and 180 degrees; of x_mm, y_mm, z_mm give the two across the "
      "spindle",
      true},
-    {"contacts", kRimStepsContactColumns, "optional: angles of C at which the ball touches the stylus on either side",
-     true}};
+    {"contacts", column::kContacts, "optional: angles of C at which the ball touches the stylus on either side", true}};
 constexpr MethodKey kRimStepsKeys[]{
     key::kSigma,
     key::kSigmaC,
-    {"sigma_contact_rad", "", "sd of an angle of C at a contact (k = 1), for the sd of contact_shift_rad"},
+    MethodKey{"sigma_contact_rad", "", "sd of an angle of C at a contact (k = 1), for the sd of contact_shift_rad"}
+        .upTo(quantity::kMostLean_rad),
     {"level_limit_mm", "0.01", "largest difference of y at +theta and -theta that counts as level"},
     {"trust_C_angles", "true", "false if the angles of C are wrong: the result then follows from the steps"},
     key::kMeanHeight,
     key::kTauForTheRecord};
 // Only half a turn of the spindle relates the tip to the spindle axis.
-std::optional<std::string> subjectOfSteps(const Dataset& dataset) {
-  return std::string{dataset.table("stylus") != nullptr ? kTurningAxis : kTurningAxisFromTip};
+std::optional<Subject> subjectOfSteps(const Dataset& dataset) {
+  return Subject{dataset.table("stylus") != nullptr ? SubjectKind::centreline : SubjectKind::centreline_tip};
 }
 
 constexpr Quantity kRimStepsResults[]{quantity::kCentre.as("centre of rotation, x y"), quantity::kRadius};
@@ -410,6 +411,6 @@ const Method kCentrelineBySteps{.name = "centreline-by-steps",
                                 .keys = kRimStepsKeys,
                                 .results = kRimStepsResults,
                                 .unobservable = kCentrelineUnobservable,
-                                .subject = {.name = kTurningAxis, .of = subjectOfSteps}};
+                                .subject = {.about = Subject{SubjectKind::centreline}, .of = subjectOfSteps}};
 
 }  // namespace probebox::metrology

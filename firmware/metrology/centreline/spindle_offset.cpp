@@ -1,6 +1,7 @@
 #include "firmware/metrology/centreline/spindle_offset.hpp"
 
 #include <array>
+#include <span>
 #include <utility>
 
 #include "firmware/metrology/centreline/ball_readings.hpp"
@@ -32,9 +33,9 @@ Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
                    "0 and 180 degrees"};
   }
   Answer answer{dataset, ball.fit, noise.sigma()};
-  answer.readings(*dataset.table("readings"), kBallParts, "C_rad");
+  answer.readings(*dataset.table("readings"), kBallParts, column::kC);
   const auto& parameters = ball.fit.parameters;
-  answer.promiseVector("offset_C_minus_A_mm", parameters.head(2), pick(0, 2, parameters.size()));
+  answer.promiseVector(quantity::kOffsetCMinusA, parameters.head(2), pick(0, 2, parameters.size()));
   for (const auto& warnings : {noise.warnings, table.warnings}) {
     for (const auto& warning : warnings) answer.warn(warning);
   }
@@ -59,7 +60,7 @@ Outcome<Result, Refusal> solveSpindleOffset2x2(const Dataset& dataset) {
   const auto& parameters = ball.fit.parameters;
   const auto rows = [&](Eigen::Index first) { return pick(first, 2, parameters.size()); };
   Answer& answer = offset.answer;
-  answer.promiseVector("stylus_offset_mm", parameters.segment<2>(ball.styli), rows(ball.styli));
+  answer.promiseVector(quantity::kStylusOffset, parameters.segment<2>(ball.styli), rows(ball.styli));
   answer.alsoVector("ball_offset_mm", parameters.segment<2>(ball.arms), rows(ball.arms));
   answer.alsoVector("tip_to_C_mm", parameters.head(2) - parameters.segment<2>(ball.styli), rows(0) - rows(ball.styli));
   return std::move(answer).take(true);
@@ -67,13 +68,13 @@ Outcome<Result, Refusal> solveSpindleOffset2x2(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kSpindleOffsetColumns[]{"A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr MethodColumn kSpindleOffsetColumns[]{column::kA, column::kC, column::kX, column::kY, kStop};
 constexpr MethodTable kSpindleOffsetTables[]{
     {"readings", kSpindleOffsetColumns, "the ball at angles of spindle (A) and C; column stop as for c-axis-alignment",
      true}};
 constexpr MethodKey kSpindleOffsetKeys[]{key::kSigma, key::kSigmaC, key::kASense, key::kCSense, key::kTauForTheRecord};
 constexpr Quantity kSpindleOffsetResults[]{quantity::kOffsetCMinusA, quantity::kStylusOffset};
-constexpr MethodSubject kSpindleOffset{.name = "spindle-offset"};
+constexpr MethodSubject kSpindleOffset{.about = Subject{SubjectKind::spindle_offset}};
 constexpr std::string_view kSpindleOffsetUnobservable[]{
     "first harmonics of C and of the spindle separately from the offsets of ball and stylus"};
 

@@ -23,8 +23,8 @@ bool stoodStill(const Table& table, std::string_view column) {
 
 // Spindle and C turned by the same angles.
 bool turnedTogether(const Table& table) {
-  const auto* spindle = table.column("A_rad");
-  const auto* c = table.column("C_rad");
+  const auto* spindle = table.column(column::kA);
+  const auto* c = table.column(column::kC);
   if (spindle == nullptr || c == nullptr || spindle->size() != c->size()) return false;
   for (std::size_t k = 0; k < c->size(); ++k) {
     if (apart(((*spindle)[k] - (*c)[k]) - (spindle->front() - c->front()), 2 * kSameStop_rad)) return false;
@@ -36,16 +36,16 @@ bool turnedTogether(const Table& table) {
 
 bool spindleStoodStill(const Dataset& dataset) {
   const Table* table = dataset.table("readings");
-  return table != nullptr && stoodStill(*table, "A_rad");
+  return table != nullptr && stoodStill(*table, column::kA);
 }
 
 std::optional<std::string> undeterminedByAngles(const Dataset& dataset) {
   const Table* table = dataset.table("readings");
   if (table == nullptr) return std::nullopt;
-  if (stoodStill(*table, "A_rad")) {
+  if (stoodStill(*table, column::kA)) {
     return "the spindle axis: the spindle stood still, so its axis cannot be separated from the tip";
   }
-  if (stoodStill(*table, "C_rad")) return "the C axis: C stood still, so its axis cannot be separated from the ball";
+  if (stoodStill(*table, column::kC)) return "the C axis: C stood still, so its axis cannot be separated from the ball";
   if (turnedTogether(*table)) {
     return "offsets of ball and stylus separately: spindle and C turned together, so only ball minus stylus";
   }

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -18,6 +19,7 @@
 #include "firmware/metrology/checks/suspects.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -28,6 +30,8 @@ struct TableOfCase {
   const Method& method;
   const Table& table;
   bool readings{};
+
+  MethodColumn described(const Column& column) const { return columnOf(method, table.name, column.name); }
 };
 
 // Two turns: no method stops an axis further from its zero, and nobody who takes radians for degrees stays below.
@@ -44,43 +48,60 @@ constexpr double kLeastFace_um = 0.02;
 // Two hours, longer than any run; the same number of milliseconds is 7 s.
 constexpr double kLongestRun_s = 7200;
 
-// Names of columns with noisy readings; other columns hold set or chosen values.
-constexpr std::array<std::string_view, 10> kMeasured{"x_mm",    "y_mm",      "z_mm",     "W0_x_mm", "W0_y_mm",
-                                                     "L0_z_mm", "sensor_um", "error_um", "C1_rad",  "C2_rad"};
-// The least noise of a reading where none is stated: that of a good interferometer's position, of a sensor, and of a
-// contact (0.1 um at 100 mm).
-constexpr double kFinestNoise_mm = 1e-4, kFinestNoise_um = 0.1, kFinestNoise_rad = 1e-6;
+// Noise of the readings in columns of one role.
+struct NoiseOfReadings {
+  ColumnRole role;
+  std::array<std::string_view, 2> keys;  // of which the first that is stated is the sd of one reading
+  std::string_view unit;                 // " mm"
+  double finest{};                       // the least where none is stated; 0: such readings may be equal
+};
+// That of a good interferometer's position, of a sensor, and of a contact (0.1 um at 100 mm).
+constexpr NoiseOfReadings kNoises[]{
+    {ColumnRole::coordinate, {key::kSigma.name}, " mm", 1e-4},
+    {ColumnRole::sensor, {"sigma_um"}, " um", 0.1},
+    {ColumnRole::contact_angle, {"sigma_contact_rad", key::kSigmaC.name}, " rad", 1e-6},
+    {ColumnRole::deflection, {"sigma_sensor"}, "", 0},
+};
 // How improbable equal digits have to be.
 constexpr double kNoChance = 1e-4;
 
-bool isAngle(const std::string& column) {
-  return column.ends_with("_rad") || column.find("_rad_") != std::string::npos;
+const NoiseOfReadings* noiseOf(ColumnRole role) {
+  const auto* noise = std::ranges::find(kNoises, role, &NoiseOfReadings::role);
+  return noise == std::end(kNoises) ? nullptr : noise;
 }
 
-// sd of a reading, in the unit of its column.
-double noiseOf(const Dataset& dataset, const std::string& column) {
-  const auto stated = [&](std::string_view key, double otherwise) {
-    const auto number = configPositive(dataset, key);
-    return number && *number ? **number : otherwise;
-  };
-  if (isAngle(column)) return stated("sigma_contact_rad", stated("sigma_C_rad", kFinestNoise_rad));
-  return column.ends_with("_um") ? stated("sigma_um", kFinestNoise_um) : stated("sigma_mm", kFinestNoise_mm);
+// The sd that a case states for the readings of a column.
+struct StatedNoise {
+  std::string key;
+  std::string unit;
+  double sd{};
+};
+
+std::optional<StatedNoise> statedNoise(const Dataset& dataset, const NoiseOfReadings& noise) {
+  for (const auto key : noise.keys) {
+    if (key.empty()) break;
+    const auto stated = configPositive(dataset, key);
+    if (stated && *stated) return StatedNoise{std::string{key}, std::string{noise.unit}, **stated};
+  }
+  return std::nullopt;
 }
 
-double digitIn(const std::string& column, double value) {
-  return isAngle(column) ? digitOfAngle(value) : digitOf(value);
+double digitIn(std::string_view column, double value) {
+  return isInRadians(column) ? digitOfAngle(value) : digitOf(value);
 }
 
 // Probability that noise leaves a reading in the same digit as another.
-double chanceOfEqual(const Dataset& dataset, const std::string& column, double digit) {
+double chanceOfEqual(const Dataset& dataset, const MethodColumn& column, double digit) {
   constexpr double kDensity = 0.282;  // of the difference of two readings at 0, for unit sigma: 1 / (2 sqrt(pi))
-  return std::min(1.0, kDensity * digit / noiseOf(dataset, column));
+  const auto& noise = *noiseOf(column.role);
+  const auto stated = statedNoise(dataset, noise);
+  return std::min(1.0, kDensity * digit / (stated ? stated->sd : noise.finest));
 }
 
-bool isMeasured(const std::string& column, const Table& table) {
-  // There x_mm is where the axis was sent to; of a shank's touch only the direction in which it touched is measured.
-  if ((table.name == "gain_cal" && column == "x_mm") || table.name == "shank") return false;
-  return std::ranges::find(kMeasured, column) != kMeasured.end();
+// True of columns with noisy readings; others hold set or chosen values.
+bool isMeasured(const MethodColumn& column) {
+  const auto* noise = noiseOf(column.role);
+  return noise != nullptr && noise->finest > 0;
 }
 
 // The same pose a whole turn later has the same angle here.
@@ -90,41 +111,43 @@ double withinATurn(double angle, double turn) {
   return std::round(std::remainder(angle + kBeside, turn) / kSame);
 }
 
-std::vector<double> rowOf(const Table& table, std::size_t row) {
+std::vector<double> rowOf(const TableOfCase& of, std::size_t row) {
   std::vector<double> values;
-  for (const auto& column : table.columns) {
+  for (const auto& column : of.table.columns) {
     double value = column.values[row];
-    if (column.name.ends_with("_deg")) value = withinATurn(value, 360);
-    if (isAngle(column.name) && !isMeasured(column.name, table)) value = withinATurn(value, 2 * std::numbers::pi);
+    if (isInDegrees(column.name)) value = withinATurn(value, 360);
+    if (isInRadians(column.name) && !isMeasured(of.described(column))) value = withinATurn(value, 2 * std::numbers::pi);
     values.push_back(value);
   }
   return values;
 }
 
 // A single reading with few digits may equal another by chance, and so may angles, whose display is often coarse.
-bool tellsCopies(const Dataset& dataset, const Table& table, std::size_t row) {
+bool tellsCopies(const TableOfCase& of, std::size_t row) {
   double chance = 1;
   std::size_t measured = 0;
-  bool angles = false;
-  for (const auto& column : table.columns) {
-    if (!isMeasured(column.name, table)) continue;
+  bool angles = false, stamped = false;
+  for (const auto& column : of.table.columns) {
+    const auto described = of.described(column);
+    stamped = stamped || described.role == ColumnRole::stamp;
+    if (!isMeasured(described)) continue;
     ++measured;
-    angles = angles || isAngle(column.name);
-    chance *= chanceOfEqual(dataset, column.name, digitIn(column.name, column.values[row]));
+    angles = angles || isInRadians(column.name);
+    chance *= chanceOfEqual(of.dataset, described, digitIn(column.name, column.values[row]));
   }
   constexpr double kRare = 0.01;
-  return (measured != 1 && !angles) || table.column("t_s") != nullptr || chance < kRare;
+  return (measured != 1 && !angles) || stamped || chance < kRare;
 }
 
 std::optional<std::string> copiesIn(const TableOfCase& of) {
-  const auto& [dataset, method, table, readings] = of;
-  if (!readings) return std::nullopt;
+  const auto& table = of.table;
+  if (!of.readings) return std::nullopt;
   std::map<std::vector<double>, std::size_t> first;
   std::size_t copies = 0;
   std::string pair, but;
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const auto [place, is_new] = first.try_emplace(rowOf(table, row), row);
-    if (is_new || !tellsCopies(dataset, table, row)) continue;
+    const auto [place, is_new] = first.try_emplace(rowOf(of, row), row);
+    if (is_new || !tellsCopies(of, row)) continue;
     if (++copies > 1) continue;
     pair = std::to_string(place->second + 1) + " and " + std::to_string(row + 1);
     const auto same = [&](const Column& column) { return column.values[place->second] == column.values[row]; };
@@ -155,23 +178,20 @@ bool isConstant(const Column& column) {
 }
 
 // 0 shows no digits of its own: the finest of the other columns of its kind, or the finest of all where there are none.
-double digitOfConstant(const Table& table, const Column& constant) {
+double digitOfConstant(const TableOfCase& of, const Column& constant) {
   if (!isZero(constant)) return digitIn(constant.name, constant.values.front());
-  double finest = isAngle(constant.name) ? 1 : kFinestDigit;
-  for (const auto& column : table.columns) {
-    if (!isMeasured(column.name, table) || isZero(column) || isAngle(column.name) != isAngle(constant.name)) continue;
+  const bool is_angle = isInRadians(constant.name);
+  double finest = is_angle ? 1 : kFinestDigit;
+  for (const auto& column : of.table.columns) {
+    if (!isMeasured(of.described(column)) || isZero(column) || isInRadians(column.name) != is_angle) continue;
     for (const double value : column.values) finest = std::min(finest, digitIn(column.name, value));
   }
   return finest;
 }
 
-// An assembly may be measured along its length alone.
-bool mayBeOmitted(std::string_view column) {
-  return column == "W0_x_mm" || column == "W0_y_mm";
-}
-
 // Whether a promised value depends on a column; readings in a plane may omit a coordinate.
-bool isUsed(const Dataset& dataset, const Method& method, const Table& table, const Column& readings) {
+bool isUsed(const TableOfCase& of, const Column& readings) {
+  const auto& [dataset, method, table, is_of_readings] = of;
   constexpr double kStep = 1e-6;  // less than any noise, in mm or um
   Dataset moved = dataset;
   auto& values = std::ranges::find(std::ranges::find(moved.tables, table.name, &Table::name)->columns, readings.name,
@@ -190,16 +210,18 @@ std::optional<Refusal> frozenIn(const TableOfCase& of) {
   const auto& [dataset, method, table, readings] = of;
   if (!readings) return std::nullopt;
   std::set<std::vector<double>> rows;  // copies of one are another slip
-  for (std::size_t row = 0; row < table.rows(); ++row) rows.insert(rowOf(table, row));
+  for (std::size_t row = 0; row < table.rows(); ++row) rows.insert(rowOf(of, row));
   if (rows.size() < 2) return std::nullopt;
+  // The face of a turning screw changes any sensor, whatever its digits.
+  const bool turns = std::ranges::any_of(
+      table.columns, [&](const Column& column) { return of.described(column).role == ColumnRole::rotation; });
   for (const auto& column : table.columns) {
-    if (!isMeasured(column.name, table) || !isConstant(column)) continue;
-    const double digit = digitOfConstant(table, column);
-    // The face of a turning screw changes any sensor, whatever its digits.
-    const bool sampled = table.name == "sector_cal";
-    const double chance = std::pow(chanceOfEqual(dataset, column.name, digit), static_cast<double>(rows.size() - 1));
-    if (!sampled && chance >= kNoChance) continue;
-    if (isZero(column) && (mayBeOmitted(column.name) || !isUsed(dataset, method, table, column))) continue;
+    const auto described = of.described(column);
+    if (!isMeasured(described) || !isConstant(column)) continue;
+    const double digit = digitOfConstant(of, column);
+    const double chance = std::pow(chanceOfEqual(dataset, described, digit), static_cast<double>(rows.size() - 1));
+    if (!turns && chance >= kNoChance) continue;
+    if (isZero(column) && (described.may_be == MayBe::zero || !isUsed(of, column))) continue;
     return Refusal{"frozen-channel",
                    "all " + std::to_string(column.values.size()) + " readings in " + place(column.name, table) +
                        " are " + (isZero(column) ? "0" : text(column.values.front())) +
@@ -219,9 +241,10 @@ double spanOf(const std::vector<double>& values) {
 std::optional<std::string> degreesIn(const TableOfCase& of) {
   const auto& table = of.table;
   if (!of.readings) return std::nullopt;
-  for (const auto& [name, values] : table.columns) {
-    if (!isAngle(name) || values.empty()) continue;
-    const bool of_screw = table.name == "sector_cal";
+  for (const auto& column : table.columns) {
+    const auto& [name, values] = column;
+    if (!isInRadians(name) || values.empty()) continue;
+    const bool of_screw = of.described(column).role == ColumnRole::rotation;
     const double farthest = of_screw ? spanOf(values) : farthestOf(values);
     if (std::abs(farthest) <= (of_screw ? kLongestRotation_rad : kFarthestStop_rad)) continue;
     return place(name, table) + " reaches " + text(farthest) + " rad, " +
@@ -235,7 +258,7 @@ std::optional<std::string> turnsIn(const TableOfCase& of) {
   const auto& table = of.table;
   if (!of.readings) return std::nullopt;
   for (const auto& [name, values] : table.columns) {
-    if (!name.ends_with("_deg") || values.empty()) continue;
+    if (!isInDegrees(name) || values.empty()) continue;
     const double farthest = farthestOf(values);
     if (std::abs(farthest) <= kMostDegrees) continue;
     return place(name, table) + " reaches " + text(farthest) + " degrees, " + text(std::round(farthest / 360)) +
@@ -246,87 +269,71 @@ std::optional<std::string> turnsIn(const TableOfCase& of) {
 
 std::optional<std::string> millimetresIn(const TableOfCase& of) {
   const auto& table = of.table;
-  for (const auto& [name, values] : table.columns) {
+  for (const auto& column : table.columns) {
+    const auto& [name, values] = column;
     if (!name.ends_with("_um") || values.empty()) continue;
     const double farthest = std::abs(farthestOf(values));
-    if (farthest >= (name == "T_um" ? kLeastFace_um : kLeastReading_um) || farthest == 0) continue;
+    const bool is_face = of.described(column).role == ColumnRole::face;
+    if (farthest >= (is_face ? kLeastFace_um : kLeastReading_um) || farthest == 0) continue;
     return place(name, table) + " stays within " + text(farthest) +
            " um of zero: it is in micrometres; are these millimetres?";
   }
   return std::nullopt;
 }
 
-// The largest stated sigma of a coordinate; nothing where sigma_mm is not stated.
-std::optional<double> statedNoise_mm(const Dataset& dataset) {
-  const auto stated = configPositive(dataset, "sigma_mm");
-  if (!stated || !*stated) return std::nullopt;
-  double largest = **stated;
-  for (const auto& [key, value] : dataset.config) {
+// The sd that is stated for a column, of a coordinate the largest of several; nothing for columns that may be set.
+std::optional<StatedNoise> statedNoise(const TableOfCase& of, const MethodColumn& column) {
+  const auto* noise = noiseOf(column.role);
+  const bool of_position = column.role == ColumnRole::coordinate;
+  if (noise == nullptr || column.role == ColumnRole::contact_angle || (of_position && !of.readings))
+    return std::nullopt;
+  auto stated = statedNoise(of.dataset, *noise);
+  for (const auto& [key, value] : of.dataset.config) {
     const auto* number = std::get_if<double>(&value);
-    if (number != nullptr && key.starts_with("sigma_") && key.ends_with("_mm")) largest = std::max(largest, *number);
+    if (stated && of_position && number != nullptr && key.starts_with("sigma_") && key.ends_with("_mm"))
+      stated->sd = std::max(stated->sd, *number);
   }
-  return largest;
+  return stated;
 }
 
-// The sd that a case states for the readings of a column.
-struct StatedNoise {
-  std::string key;
-  std::string unit;  // " mm"
-  double sd{};
-};
-
-// Nothing for columns that may be set.
-std::optional<StatedNoise> statedNoise(const Dataset& dataset, const Table& table, const std::string& column,
-                                       bool readings) {
-  constexpr std::array<std::string_view, 3> kHeadSensors{"s1", "s2", "s3"};
-  const auto of = [&](const char* key, const char* unit) -> std::optional<StatedNoise> {
-    const auto stated = configPositive(dataset, key);
-    return stated && *stated ? std::optional{StatedNoise{key, unit, **stated}} : std::nullopt;
-  };
-  if (std::ranges::find(kHeadSensors, column) != kHeadSensors.end()) return of("sigma_sensor", "");
-  if (column == "sensor_um") return of("sigma_um", " um");
-  const bool measured = readings && column.ends_with("_mm") && isMeasured(column, table);
-  const auto sigma_mm = measured ? statedNoise_mm(dataset) : std::nullopt;
-  return sigma_mm ? std::optional{StatedNoise{"sigma_mm", " mm", *sigma_mm}} : std::nullopt;
-}
-
-// A height at which c-axis-alignment has its ball is set, and so may be whole numbers, as what no value depends on.
-bool isSet(const Dataset& dataset, const Method& method, const Table& table, const Column& column) {
-  return (column.name == "z_mm" && table.column("A_rad") != nullptr) ||
-         (isConstant(column) && mayBeOmitted(column.name)) || !isUsed(dataset, method, table, column);
+// What was set, and what no value depends on, may be whole numbers.
+bool isSet(const TableOfCase& of, const Column& column) {
+  const auto may_be = of.described(column).may_be;
+  return may_be == MayBe::set || (isConstant(column) && may_be == MayBe::zero) || !isUsed(of, column);
 }
 
 // Readings whose digits are coarser than the stated sigma: what rounding leaves is in no standard deviation.
 std::optional<std::string> coarserThanSigma(const TableOfCase& of) {
-  const auto& [dataset, method, table, readings] = of;
   std::string names;
   double coarsest = 0;
   double chance = 1;  // of all columns: two readings of each are few, those of three are not
   StatedNoise noise;
-  for (const auto& column : table.columns) {
-    const auto stated = statedNoise(dataset, table, column.name, readings);
+  for (const auto& column : of.table.columns) {
+    const auto stated = statedNoise(of, of.described(column));
     if (!stated) continue;
     const auto shown = shownDigit(column.values, std::sqrt(12.0) * stated->sd);
-    if (shown.chance >= 1 || isSet(dataset, method, table, column)) continue;
+    if (shown.chance >= 1 || isSet(of, column)) continue;
     chance *= shown.chance;
     names += (names.empty() ? "" : ", ") + column.name;
     coarsest = std::max(coarsest, shown.digit);
     noise = *stated;
   }
   if (chance >= kCoarseByChance) return std::nullopt;
-  return "the readings of " + names + " in table '" + table.name + "' have digits of " + text(coarsest) + noise.unit +
-         ": rounding alone is an sd of " + text(coarsest / std::sqrt(12.0)) + noise.unit + ", more than the sigma of " +
-         text(noise.sd) + noise.unit + " that is stated; read more digits, or state that sd as " + noise.key;
+  return "the readings of " + names + " in table '" + of.table.name + "' have digits of " + text(coarsest) +
+         noise.unit + ": rounding alone is an sd of " + text(coarsest / std::sqrt(12.0)) + noise.unit +
+         ", more than the sigma of " + text(noise.sd) + noise.unit +
+         " that is stated; read more digits, or state that sd as " + noise.key;
 }
 
 std::optional<std::string> millisecondsIn(const TableOfCase& of) {
-  const auto& table = of.table;
-  const auto* times = table.column("t_s");
-  if (times == nullptr || times->empty()) return std::nullopt;
-  const auto [least, most] = std::ranges::minmax(*times);
-  if (most - least <= kLongestRun_s) return std::nullopt;
-  return place("t_s", table) + " covers " + text(most - least) + " s, " + text(std::round((most - least) / 360) / 10) +
-         " hours: times are in seconds; are these milliseconds?";
+  for (const auto& column : of.table.columns) {
+    if (of.described(column).role != ColumnRole::stamp || column.values.empty()) continue;
+    const double covered_s = spanOf(column.values);
+    if (covered_s <= kLongestRun_s) continue;
+    return place(column.name, of.table) + " covers " + text(covered_s) + " s, " +
+           text(std::round(covered_s / 360) / 10) + " hours: times are in seconds; are these milliseconds?";
+  }
+  return std::nullopt;
 }
 
 // Looks at each table of the case that its method describes.
@@ -364,7 +371,7 @@ constexpr Check kChecks[]{
     {"unused key", "configuration", "warns of a key that the method does not take", nullptr, warnOfUnusedKeys},
     {"millimetres", "columns in um", "warns of values that stay within 0.1 um of zero", nullptr,
      inTables<millimetresIn>},
-    {"milliseconds", "column t_s", "warns of stamps that cover more than two hours", nullptr, inTables<millisecondsIn>},
+    {"milliseconds", "stamps", "warns of stamps that cover more than two hours", nullptr, inTables<millisecondsIn>},
     {"coarse digits", "readings with a stated sigma", "warns of digits whose rounding exceeds the sigma", nullptr,
      inTables<coarserThanSigma>},
     {"copies", "tables of readings", "warns of rows that are equal in every digit, whole turns aside", nullptr,

@@ -15,7 +15,7 @@ struct Check {
   std::string_view applies;  // to which part of a case
   std::string_view about;    // what shows it, and what follows
   // Before the case is solved: refuses it.
-  std::optional<Refusal> (*before)(const Dataset& dataset){};
+  std::optional<Refusal> (*before)(const Dataset& dataset, const Method& method){};
   // Refuses the result, or adds a warning to it.
   std::optional<Refusal> (*after)(const Dataset& dataset, const Method& method, Result& result){};
 };

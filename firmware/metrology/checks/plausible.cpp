@@ -30,7 +30,7 @@ constexpr auto kUnits = std::to_array<Unit>({
     {"_um_s", {-1e7, 1e7, "um/s", kLeastSigma}},
     {"_rad", {-1e6, 1e6, "rad", kLeastSigma}},  // 160 000 turns: a spindle whose angle is never reset
     {"_deg", {-6e7, 6e7, "degrees", kLeastSigma}},
-    {"_rpm", {-1e6, 1e6, "1/min", kLeastSigma}},
+    {"rpm", {-1e6, 1e6, "1/min", kLeastSigma}},
     {"_mm", {-1e5, 1e5, "mm", kLeastSigma}},  // 100 m: longer than the largest machine tool
     {"_um", {-5e3, 5e3, "um", kLeastSigma}},  // what a screw of 5 m stretches by in 80 K
     {"_ms", {-1e6, 1e6, "ms", kLeastSigma}},
@@ -40,34 +40,14 @@ constexpr auto kUnits = std::to_array<Unit>({
 });
 // Counts of a 32-bit converter, raw signals, ratios, numbers of things, components of a direction.
 constexpr PlausibleRange kPlain{-1e10, 1e10, "", kLeastSigma};
-// Quantities that cannot be as large, or as small, as others of their unit.
-constexpr auto kNamed = std::to_array<Unit>({
-    {"c", kPlain},                             // a channel of the probe, no temperature
-    {"K", {-10, 10, "", kLeastSigma}},         // about 1: the nut is off by what the screw stretches
-    {"T_um", {-500, 500, "um", kLeastSigma}},  // the worked face of a screw's end
-    {"screw_length_mm", {10, 1e5, "mm", kLeastSigma}},
-    {"ux_mm", {-20, 20, "mm", kLeastSigma}},  // a ball inside the nest of a sensor head
-    {"uy_mm", {-20, 20, "mm", kLeastSigma}},
-    {"uz_mm", {-20, 20, "mm", kLeastSigma}},
-    {"stylus_ball_radius_mm", {0.01, 50, "mm", kLeastSigma}},
-    {"effective_ball_radius_mm", {0.05, 500, "mm", kLeastSigma}},  // datum sphere and stylus ball
-    {"B_deg", {-720, 720, "degrees", kLeastSigma}},                // a head or a table that tilts has no two turns
-    {"tilt_deg", {-720, 720, "degrees", kLeastSigma}},
-    {"B_rad", {-13, 13, "rad", kLeastSigma}},  // the same
-    // Directions against their machine axis, and what a stop is off: 5.7 degrees, as degrees or milliradians are
-    // beyond.
-    {"C_tilt_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"sd_C_tilt_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"sigma_C_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"sigma_angle_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"sigma_contact_rad", {-0.1, 0.1, "rad", kLeastSigma}},
-    {"previous_tau_s", {-quantity::kMostDelay_s, quantity::kMostDelay_s, "s", kLeastSigma}},
-    {"previous_tau_axis_s", {-quantity::kMostDelay_s, quantity::kMostDelay_s, "s", kLeastSigma}},
-    {"previous_tau_joint_s", {-quantity::kMostDelay_s, quantity::kMostDelay_s, "s", kLeastSigma}},
-});
 // Seconds since some epoch, 300 years at most.
 constexpr PlausibleRange kStamp{-1e10, 1e10, "s", kLeastSigma};
-constexpr std::array<std::string_view, 4> kStamps{"t_s", "contact_s", "release_s", "measured_at_s"};
+
+PlausibleRange rangeOfUnit(std::string_view name) {
+  const auto unit = std::ranges::find_if(kUnits, [&](const Unit& each) { return name.ends_with(each.suffix); });
+  if (unit != kUnits.end()) return unit->range;
+  return isInRadians(name) ? rangeOfUnit("_rad") : kPlain;
+}
 
 bool isSigma(std::string_view name) {
   return name.starts_with("sd_") || name.starts_with("sigma_");
@@ -96,8 +76,8 @@ std::optional<Objection> objectionTo(double value, const PlausibleRange& range, 
                                       text(range.least_sigma) + unit + " that is not 0"};
 }
 
-std::optional<Refusal> refuse(const Table& table, const Column& column) {
-  const auto range = plausibleRange(column.name);
+std::optional<Refusal> refuse(const Method& method, const Table& table, const Column& column) {
+  const auto range = plausibleRange(method, table.name, column.name);
   const bool is_sigma = isSigma(column.name);
   std::optional<Refusal> first;
   for (std::size_t row = 0; row < column.values.size(); ++row) {
@@ -116,8 +96,8 @@ std::optional<Refusal> refuse(const Table& table, const Column& column) {
   return first;
 }
 
-std::optional<Refusal> refuse(const std::string& key, std::span<const double> values, bool several) {
-  const auto range = plausibleRange(key);
+std::optional<Refusal> refuse(const PlausibleRange& range, const std::string& key, std::span<const double> values,
+                              bool several) {
   const bool is_sigma = isSigma(key);
   for (std::size_t k = 0; k < values.size(); ++k) {
     const auto objection = objectionTo(values[k], range, is_sigma);
@@ -131,24 +111,22 @@ std::optional<Refusal> refuse(const std::string& key, std::span<const double> va
   return std::nullopt;
 }
 
-std::optional<Refusal> refuse(const std::string& key, const Value& value) {
-  if (const auto* number = std::get_if<double>(&value)) return refuse(key, {number, 1}, false);
-  if (const auto* list = std::get_if<std::vector<double>>(&value)) return refuse(key, *list, true);
+std::optional<Refusal> refuse(const Method& method, const std::string& key, const Value& value) {
+  const auto range = plausibleRange(method, key);
+  if (const auto* number = std::get_if<double>(&value)) return refuse(range, key, {number, 1}, false);
+  if (const auto* list = std::get_if<std::vector<double>>(&value)) return refuse(range, key, *list, true);
   if (const auto* rows = std::get_if<Matrix>(&value)) {
     for (const auto& row : *rows) {
-      if (auto refusal = refuse(key, row, true)) return refusal;
+      if (auto refusal = refuse(range, key, row, true)) return refusal;
     }
   }
   return std::nullopt;
 }
 
 PlausibleRange rangeOf(const Estimate& estimate, const Method& method) {
-  auto range = plausibleRange(estimate.key);
-  for (const auto& listed : {method.results, method.further}) {
-    for (const auto& quantity : listed) {
-      if (quantity.most > 0 && quantity.names(estimate.key)) range.least = -(range.most = quantity.most);
-    }
-  }
+  auto range = rangeOfUnit(estimate.key);
+  const auto* quantity = quantityOf(method, estimate.key);
+  if (quantity != nullptr && quantity->most > 0) range.least = -(range.most = quantity->most);
   return range;
 }
 
@@ -166,26 +144,35 @@ std::optional<Refusal> refuse(const Estimate& estimate, std::span<const double> 
 
 }  // namespace
 
-PlausibleRange plausibleRange(std::string_view name) {
-  if (std::ranges::find(kStamps, name) != kStamps.end()) return kStamp;
-  for (const auto& named : kNamed) {
-    if (name == named.suffix) return named.range;
-  }
-  for (const auto& unit : kUnits) {
-    if (name.ends_with(unit.suffix) || name == unit.suffix.substr(1)) return unit.range;
-  }
-  // "C_rad_clockwise_from_plus_y": words may follow the unit of an angle.
-  if (name.find("_rad_") != std::string_view::npos) return plausibleRange("angle_rad");
-  return kPlain;
+PlausibleRange plausibleRange(const Method& method, std::string_view table, std::string_view column) {
+  const auto described = columnOf(method, table, column);
+  auto range = rangeOfUnit(column);
+  // Whether others are durations or stamps nobody says.
+  const bool is_unknown_time = described.role == ColumnRole::none && range.unit == kStamp.unit;
+  if (described.role == ColumnRole::stamp || is_unknown_time) return kStamp;
+  if (described.most > 0) range.least = -(range.most = described.most);
+  return range;
 }
 
-std::optional<Refusal> refuseImplausible(const Dataset& dataset) {
+PlausibleRange plausibleRange(const Method& method, std::string_view key) {
+  auto range = rangeOfUnit(key);
+  // An sd is no larger than its quantity.
+  const auto known = std::ranges::find(method.known, key, &KnownQuantity::sd_key);
+  const bool is_sd = known != method.known.end();
+  const auto stated = std::ranges::find(method.keys, is_sd ? known->key : key, &MethodKey::name);
+  if (stated == method.keys.end() || stated->most == 0) return range;
+  range.most = stated->most;
+  range.least = is_sd ? -stated->most : stated->least;
+  return range;
+}
+
+std::optional<Refusal> refuseImplausible(const Dataset& dataset, const Method& method) {
   for (const auto& [key, value] : dataset.config) {
-    if (auto refusal = refuse(key, value)) return refusal;
+    if (auto refusal = refuse(method, key, value)) return refusal;
   }
   for (const auto& table : dataset.tables) {
     for (const auto& column : table.columns) {
-      if (auto refusal = refuse(table, column)) return refusal;
+      if (auto refusal = refuse(method, table, column)) return refusal;
     }
   }
   return std::nullopt;

@@ -17,13 +17,14 @@ struct PlausibleRange {
   double least_sigma{0.0};  // of a standard deviation that is not 0: below it a weight overflows
 };
 
-// Looks up the limits of a column or a key by its name: "x_mm", "sd_gap_mm", "speed_mm_s".
-// Names without a unit have the limits of raw counts and ratios.
-PlausibleRange plausibleRange(std::string_view name);
+// Limits of a column of a case and of a key of its configuration: those of the unit that the name ends with, or
+// narrower ones where the method states them. Names without a unit have the limits of raw counts and ratios.
+PlausibleRange plausibleRange(const Method& method, std::string_view table, std::string_view column);
+PlausibleRange plausibleRange(const Method& method, std::string_view key);
 
 // Checks every number of the case, whether the method reads it or not. Refuses: not-finite, implausible, and bad-config
 // for a number of the configuration that is not finite; each names table, row, column and value, or key and value.
-std::optional<Refusal> refuseImplausible(const Dataset& dataset);
+std::optional<Refusal> refuseImplausible(const Dataset& dataset, const Method& method);
 
 // Checks the promised values of a result, their sd and uncertainty. Limits of their own are in the method's
 // descriptor. Refuses: not-finite, implausible.

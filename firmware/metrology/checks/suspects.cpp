@@ -11,6 +11,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/chi_square.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
@@ -30,12 +31,6 @@ constexpr double kWrongByFar = 25;
 constexpr std::size_t kMostResiduals = 600;  // more are thinned, and a fit of so many takes long
 constexpr std::size_t kCandidates = 5;       // readings with the largest residuals: leverage hides the worst a little
 constexpr double kLeastNoise_mm = 1e-5;
-constexpr std::array<std::string_view, 6> kCoordinates{"x_mm", "y_mm", "z_mm", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
-
-bool isCoordinate(std::string_view column) {
-  return std::ranges::find(kCoordinates, column) != kCoordinates.end();
-}
-
 struct Row {
   std::string table;
   std::size_t row{};
@@ -62,11 +57,15 @@ std::optional<Row> rowOf(const Dataset& dataset, std::string_view name) {
 // Residuals of a case, as one of the hypotheses has them.
 struct Residue {
   Dataset dataset;
+  const Method* method{};
   Residuals residuals;
   std::size_t dof{};
 
   VectorXd values() const { return VectorXd::Map(residuals.values.data(), std::ssize(residuals.values)); }
   double squares() const { return values().squaredNorm(); }
+  bool isCoordinate(std::string_view table, std::string_view column) const {
+    return metrology::isCoordinate(columnOf(*method, table, column).role);
+  }
 };
 
 // Residuals of the readings in mm with degrees of freedom; nothing where there is no such thing to look at, or where
@@ -77,12 +76,12 @@ std::optional<Residue> residueOf(const Dataset& dataset, const Method& method) {
   const auto size = solved->residuals.values.size();
   if (size < solved->dof || size > kMostResiduals || solved->residuals.names.size() != size) return std::nullopt;
   const double rms = solved->rms;
-  Residue residue{dataset, std::move(solved->residuals), solved->dof};
+  Residue residue{dataset, &method, std::move(solved->residuals), solved->dof};
   const double told = std::sqrt(residue.squares() / static_cast<double>(size));
   return std::abs(told - rms) <= 0.01 * rms + kLeastNoise_mm / 10 ? std::optional{std::move(residue)} : std::nullopt;
 }
 
-std::vector<double>* columnOf(Dataset& dataset, std::string_view table, std::string_view column) {
+std::vector<double>* valuesOf(Dataset& dataset, std::string_view table, std::string_view column) {
   const auto found = std::ranges::find(dataset.tables, table, &Table::name);
   if (found == dataset.tables.end()) return nullptr;
   const auto values = std::ranges::find(found->columns, column, &Column::name);
@@ -118,16 +117,17 @@ ByPart byPart(const Residue& residue) {
 // tell no digits.
 double leastVariance(const Residue& residue) {
   const auto parts = byPart(residue);
-  const bool has_parts = std::ranges::any_of(parts, [](const auto& part) { return isCoordinate(part.first); });
+  const bool has_parts =
+      std::ranges::any_of(parts, [&](const auto& part) { return residue.isCoordinate({}, part.first); });
   double digit_mm = 0;
   for (const auto& table : residue.dataset.tables) {
     for (const auto& column : table.columns) {
-      if (!isCoordinate(column.name) || (has_parts && !parts.contains(column.name))) continue;
+      if (!residue.isCoordinate(table.name, column.name) || (has_parts && !parts.contains(column.name))) continue;
       const auto shown = shownDigit(column.values, 1);
       if (!shown.constant) digit_mm = std::max(digit_mm, shown.digit);
     }
   }
-  const auto sigma = configPositive(residue.dataset, "sigma_mm");
+  const auto sigma = configPositive(residue.dataset, key::kSigma.name);
   const double half_mm = sigma && *sigma ? **sigma / 2 : 0;
   return std::max({kLeastNoise_mm * kLeastNoise_mm, digit_mm * digit_mm / 12, half_mm * half_mm});
 }
@@ -175,11 +175,13 @@ bool holdsReadings(const Method& method, const Table& table) {
   return described != method.tables.end() && (described->readings || described == method.tables.begin());
 }
 
-void scaleColumns(Dataset& dataset, const Method& method, std::string_view ending, double factor) {
+// which: by the description of a column.
+template <class Which>
+void scaleColumns(Dataset& dataset, const Method& method, const Which& which, double factor) {
   for (auto& table : dataset.tables) {
     if (!holdsReadings(method, table)) continue;
     for (auto& [name, values] : table.columns) {
-      if (name != ending && !(ending == "x_mm" && name.ends_with("_x_mm"))) continue;
+      if (!which(columnOf(method, table.name, name))) continue;
       for (double& value : values) value *= factor;
     }
   }
@@ -191,13 +193,16 @@ std::vector<Transform> transformsOf(const Dataset& dataset, const Method& method
                    "the readings contradict each other, and agree where every X is halved: X was written in "
                    "diameters; give x_mm in radius, as the machine's axis moves",
                    dataset};
-  scaleColumns(halved.dataset, method, "x_mm", 0.5);
+  const auto isX = [](const MethodColumn& each) {
+    return isCoordinate(each.role) && each.name.ends_with(column::kX.name);
+  };
+  scaleColumns(halved.dataset, method, isX, 0.5);
   if (halved.dataset != dataset) transforms.push_back(std::move(halved));
   std::set<std::string> angles;
   for (const auto& table : dataset.tables) {
     if (!holdsReadings(method, table)) continue;
     for (const auto& column : table.columns) {
-      if (column.name.ends_with("_deg") || column.name.find("_rad") != std::string::npos) angles.insert(column.name);
+      if (isInDegrees(column.name) || isInRadians(column.name)) angles.insert(column.name);
     }
   }
   for (const auto& angle : angles) {
@@ -208,7 +213,8 @@ std::vector<Transform> transformsOf(const Dataset& dataset, const Method& method
                            " is reversed: the axis counts the other way than ISO 841 has it; change the sign of " +
                            angle + (takes_sense ? ", or state " + sense : ""),
                        dataset};
-    scaleColumns(reversed.dataset, method, angle, -1);
+    scaleColumns(
+        reversed.dataset, method, [&](const MethodColumn& each) { return each.name == angle; }, -1);
     transforms.push_back(std::move(reversed));
   }
   return transforms;
@@ -307,7 +313,7 @@ std::optional<Explanation> explainByRows(const Residue& before, const Method& me
 
 // Adds to a column what grows by `by` from the first reading to the last, and is nothing in the middle.
 void addDrift(Dataset& dataset, const std::string& table, std::string_view column, double by) {
-  auto& values = *columnOf(dataset, table, column);
+  auto& values = *valuesOf(dataset, table, column);
   for (std::size_t row = 0; row < values.size(); ++row)
     values[row] += by * (static_cast<double>(row) / static_cast<double>(values.size() - 1) - 0.5);
 }
@@ -323,8 +329,8 @@ DriftDesign driftDesign(const Residue& before, const Method& method, const std::
   constexpr double kSeen = 0.05;  // of the drift's own size, or the other unknowns hide it
   DriftDesign design{{}, MatrixXd{before.values().size(), 0}};
   const auto rows = static_cast<double>(before.dataset.table(table)->rows());
-  for (const auto column : kCoordinates) {
-    if (before.dataset.table(table)->column(column) == nullptr) continue;
+  for (const auto& [column, values] : before.dataset.table(table)->columns) {
+    if (!before.isCoordinate(table, column)) continue;
     Dataset moved = before.dataset;
     addDrift(moved, table, column, kStep_mm);
     const auto after = residueOf(moved, method);
@@ -370,7 +376,7 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   Explanation explanation{compare(before, *after, unknowns, least), *after, {}, {}, {}};
   if (explanation.found.chance > kByChance) return std::nullopt;
 
-  const auto sigma = configPositive(before.dataset, "sigma_mm");
+  const auto sigma = configPositive(before.dataset, key::kSigma.name);
   const auto dof = static_cast<double>(before.dof - unknowns);
   const double from_residuals = after->squares() / std::max(dof - 2, 1.0);
   const double stated = sigma && *sigma ? **sigma * **sigma : 0;
@@ -467,11 +473,12 @@ std::optional<std::string> unusual(const std::string& what, double size_mm, cons
 }
 
 // Longest way of the readings along a machine axis.
-double wayOf_mm(const Dataset& dataset, const Result& result) {
+double wayOf_mm(const Dataset& dataset, const Method& method, const Result& result) {
+  const Residue residue{dataset, &method, result.residuals, result.dof};
   double way_mm = 0;
-  for (const auto& table : tablesOf({dataset, result.residuals, result.dof})) {
+  for (const auto& table : tablesOf(residue)) {
     for (const auto& column : dataset.table(table)->columns) {
-      if (!isCoordinate(column.name)) continue;
+      if (!residue.isCoordinate(table, column.name)) continue;
       const auto [least, most] = std::ranges::minmax(column.values);
       way_mm = std::max(way_mm, most - least);
     }
@@ -479,11 +486,13 @@ double wayOf_mm(const Dataset& dataset, const Result& result) {
   return way_mm;
 }
 
-std::optional<std::string> unusualLength(const Dataset& dataset, const Result& result, const Estimate& estimate,
-                                         const Quantity& quantity) {
-  const auto& usual = quantity.usual;
-  if (usual.most_mm == 0 || estimate.values.empty() || !quantity.names(estimate.key)) return std::nullopt;
-  if (usual.of_readings) return unusual("the places that were read are apart by", wayOf_mm(dataset, result), usual);
+std::optional<std::string> unusualLength(const Dataset& dataset, const Method& method, const Result& result,
+                                         const Estimate& estimate) {
+  const auto* quantity = quantityOf(method, estimate.key);
+  if (quantity == nullptr || quantity->usual.most_mm == 0 || estimate.values.empty()) return std::nullopt;
+  const auto& usual = quantity->usual;
+  if (usual.of_readings)
+    return unusual("the places that were read are apart by", wayOf_mm(dataset, method, result), usual);
   const auto size = [](double value) { return std::abs(value); };
   return unusual(estimate.key + " is up to", size(std::ranges::max(estimate.values, {}, size)), usual);
 }
@@ -492,7 +501,7 @@ std::optional<std::string> unusualLength(const Dataset& dataset, const Result& r
 
 Outcome<Mended, Refusal> mendFaults(const Dataset& dataset, const Method& method, const Result& first) {
   Mended mended{dataset, {}, {}, {}, {}};
-  const auto is_stream = [](const Table& table) { return table.column("t_s") != nullptr; };
+  const auto is_stream = [](const Table& table) { return table.column(column::kTime) != nullptr; };
   if (first.dof < 2 || first.residuals.unit != "mm" || std::ranges::any_of(dataset.tables, is_stream)) return mended;
   auto before = residueOf(asSolved(dataset, method), method);
   if (!before) return mended;
@@ -542,13 +551,8 @@ std::optional<Refusal> warnOfNoRedundancy(const Dataset&, const Method&, Result&
 
 std::optional<Refusal> warnOfUnusualLengths(const Dataset& dataset, const Method& method, Result& result) {
   for (const auto& estimate : result.estimates) {
-    std::optional<std::string> sentence;
-    for (const auto& listed : {method.results, method.further}) {
-      for (const auto& quantity : listed) {
-        if (!sentence) sentence = unusualLength(dataset, result, estimate, quantity);
-      }
-    }
-    if (sentence) result.warnings.push_back(*std::move(sentence));
+    if (auto sentence = unusualLength(dataset, method, result, estimate))
+      result.warnings.push_back(*std::move(sentence));
   }
   return std::nullopt;
 }

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/subject_names.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -20,10 +19,10 @@ bool isCondition(std::string_view key) {
   return std::ranges::find(kConditions, key) != kConditions.end();
 }
 
-std::string_view subjectNamedByCondition(std::string_view key) {
-  if (key == "delay_result") return "delay";
-  if (key == "pre_travel_result") return subject::kPreTravel;
-  return {};
+std::optional<SubjectKind> subjectNamedByCondition(std::string_view key) {
+  if (key == "delay_result") return SubjectKind::delay;
+  if (key == "pre_travel_result") return SubjectKind::pre_travel;
+  return std::nullopt;
 }
 
 std::vector<Condition> conditionsOf(const Dataset& dataset) {

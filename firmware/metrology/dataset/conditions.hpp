@@ -1,9 +1,11 @@
 #pragma once
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 
 namespace probebox::metrology {
 
@@ -12,8 +14,8 @@ namespace probebox::metrology {
 // sphere_certificate, sphere_next_due, stylus_ball.
 bool isCondition(std::string_view key);
 
-// Prefix of the subject of the result that this key names by number; empty for a key that names no result.
-std::string_view subjectNamedByCondition(std::string_view key);
+// What the result is about that this key names by number; nothing for a key that names no result.
+std::optional<SubjectKind> subjectNamedByCondition(std::string_view key);
 
 // Diameter of the stylus ball that a case relies on, in words, with its standard deviation as stated; or it ends with
 // kAssumedExact.

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -14,7 +15,7 @@
 namespace probebox::metrology {
 namespace {
 
-std::string joined(std::span<const std::string_view> names) {
+std::string joined(const ColumnNames& names) {
   std::string all;
   for (const auto name : names) all += (all.empty() ? "" : ",") + std::string{name};
   return all;
@@ -29,7 +30,7 @@ std::string columnsOf(const Table& table) {
   return all.empty() ? "none" : all + (table.columns.size() > kMost ? " and more" : "");
 }
 
-std::optional<Refusal> wrongColumns(const Table& table, std::span<const std::string_view> columns) {
+std::optional<Refusal> wrongColumns(const Table& table, const ColumnNames& columns) {
   for (const auto wanted : columns) {
     if (!table.column(wanted)) {
       return Refusal{"missing-column", "table '" + table.name + "' has no column '" + std::string{wanted} + "': give " +
@@ -82,8 +83,7 @@ Refusal missing(const Dataset& dataset, std::string_view key) {
 
 }  // namespace
 
-Outcome<const Table*, Refusal> checkedTable(const Dataset& dataset, std::string_view name,
-                                            std::span<const std::string_view> columns) {
+Outcome<const Table*, Refusal> checkedTable(const Dataset& dataset, std::string_view name, const ColumnNames& columns) {
   const Table* table = dataset.table(name);
   if (!table) {
     return Refusal{"missing-table", "there is no table '" + std::string{name} + "': method " + dataset.method +

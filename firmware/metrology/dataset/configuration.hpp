@@ -16,8 +16,7 @@ namespace probebox::metrology {
 
 // Finds the table with exactly these columns (any order), all of one length, with at least one row and finite numbers
 // only. Refuses: missing-table, missing-column, unknown-column, ragged-table, empty-table, not-finite.
-Outcome<const Table*, Refusal> checkedTable(const Dataset& dataset, std::string_view name,
-                                            std::span<const std::string_view> columns);
+Outcome<const Table*, Refusal> checkedTable(const Dataset& dataset, std::string_view name, const ColumnNames& columns);
 
 // Reads a finite number; nullopt when the key is absent. Refuses: bad-config.
 Outcome<std::optional<double>, Refusal> configNumber(const Dataset& dataset, std::string_view key);

@@ -6,7 +6,7 @@
 
 namespace probebox::metrology {
 
-Table Table::withColumns(std::string name, std::span<const std::string_view> column_names) {
+Table Table::withColumns(std::string name, const ColumnNames& column_names) {
   Table table{.name = std::move(name), .columns = {}};
   for (const auto column_name : column_names) table.columns.push_back({.name = std::string{column_name}, .values = {}});
   return table;

@@ -2,11 +2,12 @@
 #include <cstddef>
 #include <initializer_list>
 #include <map>
-#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
+
+#include "firmware/metrology/dataset/column.hpp"
 
 namespace probebox::metrology {
 
@@ -26,7 +27,7 @@ struct Table {
   std::string name;
   std::vector<Column> columns;
 
-  static Table withColumns(std::string name, std::span<const std::string_view> column_names);
+  static Table withColumns(std::string name, const ColumnNames& column_names);
 
   // Length of the shortest column; 0 without columns.
   std::size_t rows() const;
@@ -49,13 +50,6 @@ struct Dataset {
 
   friend bool operator==(const Dataset&, const Dataset&) = default;
 };
-
-// Tables of every touch method. Streams keep their native rates, each with its own stamps on the master clock. machine:
-// position of the moving reference. probe: raw deflection channels. touches: outward normal n, unit direction u of the
-// retract, nominal speed.
-inline constexpr std::string_view kMachineColumns[]{"touch", "t_s", "x_mm", "y_mm", "z_mm"};
-inline constexpr std::string_view kProbeColumns[]{"touch", "t_s", "a", "b", "c"};
-inline constexpr std::string_view kTouchesColumns[]{"touch", "nx", "ny", "nz", "ux", "uy", "uz", "speed_mm_s"};
 
 // Makes a dataset with the empty tables "machine", "probe" and "touches".
 Dataset touchDataset(std::string method);

@@ -4,21 +4,22 @@
 
 namespace probebox::metrology {
 
-Estimate Estimate::scalar(std::string key, double value, std::optional<double> sd) {
-  return {.key = std::move(key),
+Estimate Estimate::scalar(std::string_view key, double value, std::optional<double> sd) {
+  return {.key = std::string{key},
           .shape = Shape::scalar,
           .values = {value},
           .sd = sd ? std::vector<double>{*sd} : std::vector<double>{},
           .columns = 1};
 }
 
-Estimate Estimate::vector(std::string key, std::vector<double> values, std::vector<double> sd) {
+Estimate Estimate::vector(std::string_view key, std::vector<double> values, std::vector<double> sd) {
   return {
-      .key = std::move(key), .shape = Shape::vector, .values = std::move(values), .sd = std::move(sd), .columns = 1};
+      .key = std::string{key}, .shape = Shape::vector, .values = std::move(values), .sd = std::move(sd), .columns = 1};
 }
 
-Estimate Estimate::matrix(std::string key, std::size_t columns, std::vector<double> values, std::vector<double> sd) {
-  return {.key = std::move(key),
+Estimate Estimate::matrix(std::string_view key, std::size_t columns, std::vector<double> values,
+                          std::vector<double> sd) {
+  return {.key = std::string{key},
           .shape = Shape::matrix,
           .values = std::move(values),
           .sd = std::move(sd),

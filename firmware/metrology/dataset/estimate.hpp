@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace probebox::metrology {
@@ -21,9 +22,9 @@ struct Estimate {
   // Combined standard uncertainty of each value, type A and B (k = 1); equal to sd without type B inputs. U = 2 * this.
   std::vector<double> uncertainty{};
 
-  static Estimate scalar(std::string key, double value, std::optional<double> sd);
-  static Estimate vector(std::string key, std::vector<double> values, std::vector<double> sd);
-  static Estimate matrix(std::string key, std::size_t columns, std::vector<double> values, std::vector<double> sd);
+  static Estimate scalar(std::string_view key, double value, std::optional<double> sd);
+  static Estimate vector(std::string_view key, std::vector<double> values, std::vector<double> sd);
+  static Estimate matrix(std::string_view key, std::size_t columns, std::vector<double> values, std::vector<double> sd);
 
   // Value and sd of a scalar.
   double value() const { return values.front(); }

@@ -12,8 +12,6 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::string_view kChannelNames[]{"a", "b", "c"};
-
 // Noise of one resolution leaves two samples equal with a probability of 0.28: so many with one of 3e-11.
 constexpr std::size_t kFewestSamples = 20;
 
@@ -69,7 +67,7 @@ bool hasClearNoise(const Samples& samples) {
 
 std::optional<Refusal> frozenSamples(const Table& probe, std::string_view by) {
   const auto& numbers = *probe.column(by);
-  for (const auto name : kChannelNames) {
+  for (const std::string_view name : column::kChannels) {
     const auto* values = probe.column(name);
     if (values == nullptr) continue;
     for (const double number : constantIn(numbers, *values)) {
@@ -77,7 +75,7 @@ std::optional<Refusal> frozenSamples(const Table& probe, std::string_view by) {
         const auto* channel = probe.column(other);
         return channel != nullptr && hasClearNoise(samplesOf(number, numbers, *channel));
       };
-      if (std::ranges::none_of(kChannelNames, hasNoise)) continue;
+      if (std::ranges::none_of(column::kChannels, hasNoise)) continue;
       const auto samples = samplesOf(number, numbers, *values);
       return Refusal{"frozen-channel",
                      "all " + std::to_string(samples.size()) + " samples of channel '" + std::string{name} + "' in " +

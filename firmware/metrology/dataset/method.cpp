@@ -27,6 +27,35 @@ bool hasSize(const Method& method) {
   return std::ranges::any_of(method.known, [](const KnownQuantity& known) { return known.kind == KnownKind::size; });
 }
 
+MethodColumn columnOf(const Method& method, std::string_view table, std::string_view column) {
+  MethodColumn elsewhere{column};
+  for (const auto& described : method.tables) {
+    const auto found = std::ranges::find(described.columns, column, &MethodColumn::name);
+    if (found == described.columns.end()) continue;
+    if (described.name == table) return *found;
+    elsewhere = *found;
+  }
+  const bool is_described = std::ranges::find(method.tables, table, &MethodTable::name) != method.tables.end();
+  return is_described ? MethodColumn{column} : elsewhere;
+}
+
+const Quantity* quantityOf(const Method& method, std::string_view key) {
+  for (const auto& listed : {method.results, method.further}) {
+    const auto found = std::ranges::find_if(listed, [key](const Quantity& each) { return each.names(key); });
+    if (found != listed.end()) return &*found;
+  }
+  return nullptr;
+}
+
+Table emptyTable(const Method& method, std::string_view table, const ColumnNames& also) {
+  std::vector<std::string_view> names;
+  for (const auto& column : std::ranges::find(method.tables, table, &MethodTable::name)->columns) {
+    const bool is_wanted = std::ranges::find(also, column.name) != also.end();
+    if (column.may_be != MayBe::missing || is_wanted) names.push_back(column.name);
+  }
+  return Table::withColumns(std::string{table}, names);
+}
+
 std::vector<std::string_view> typeBKeys(const Method& method) {
   std::vector<std::string_view> keys;
   for (const auto& known : method.known) {
@@ -58,14 +87,14 @@ std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method
   return sentences;
 }
 
-std::string_view subjectNamedBy(std::string_view key, const Method& method) {
+std::optional<SubjectKind> subjectNamedBy(std::string_view key, const Method& method) {
   const auto own = std::ranges::find(method.keys, key, &MethodKey::name);
   return own != method.keys.end() ? own->names : subjectNamedByCondition(key);
 }
 
-std::optional<std::string> numberedSubject(const Dataset& dataset, SubjectKind kind, std::string_view key) {
+std::optional<Subject> numberedSubject(const Dataset& dataset, SubjectKind kind, std::string_view key) {
   const auto number = statedNumber(dataset, key);
-  return number ? std::optional{text(Subject{kind, *number})} : std::nullopt;
+  return number ? std::optional{Subject{kind, *number}} : std::nullopt;
 }
 
 std::uint32_t probeToolOf(const Dataset& dataset) {
@@ -76,13 +105,13 @@ std::string stylusOffsetSubject(std::uint32_t tool) {
   return text(Subject{SubjectKind::stylus_offset, tool});
 }
 
-std::optional<std::string> letteredSubject(const Dataset& dataset, SubjectKind kind) {
+std::optional<Subject> letteredSubject(const Dataset& dataset, SubjectKind kind) {
   const auto found = dataset.config.find("axis");
   const auto* axis = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
   if (axis == nullptr || axis->size() != 1) return std::nullopt;
   auto name = text(aboutAxis(kind, 0));
   name.back() = static_cast<char>(std::tolower(static_cast<unsigned char>(axis->front())));
-  return parseSubject(name, kind) ? std::optional{std::move(name)} : std::nullopt;
+  return parseSubject(name, kind);
 }
 
 }  // namespace probebox::metrology

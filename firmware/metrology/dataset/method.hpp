@@ -27,9 +27,9 @@ using MovedBy = std::vector<Table> (*)(const Dataset&, std::string_view sd_key);
 
 struct MethodTable {
   std::string_view name;
-  std::span<const std::string_view> columns;  // units are in the names
-  std::string_view about;                     // one row; and when it may be missing
-  bool readings{};  // a row is a reading with noise in several coordinates: two that are equal are copies
+  std::span<const MethodColumn> columns;
+  std::string_view about;  // one row; and when it, or a column, may be missing
+  bool readings{};         // a row is a reading with noise in several coordinates: two that are equal are copies
 };
 
 inline constexpr std::string_view kNeeded = "needed";
@@ -38,7 +38,13 @@ struct MethodKey {
   std::string_view name;      // unit included
   std::string_view fallback;  // the value without it; kNeeded; empty: it is optional and has none
   std::string_view about;
-  std::string_view names{};  // of a key "..._result": what the subject of the result that it names begins with
+  std::optional<SubjectKind> names{};  // of a key "..._result": what the result that it names is about
+  double least{}, most{};              // plausible values of it, in its unit; both 0: what the unit allows
+
+  constexpr MethodKey within(double at_least, double at_most) const {
+    return {name, fallback, about, names, at_least, at_most};
+  }
+  constexpr MethodKey upTo(double size) const { return within(-size, size); }
 };
 
 // Kind of a known quantity, which decides how its uncertainty is applied.
@@ -60,8 +66,9 @@ struct KnownQuantity {
 
 // The quantity that a result answers. A new result replaces the one in force about the same subject.
 struct MethodSubject {
-  std::string_view name;                                              // "delay"; empty: the method's own name
-  std::optional<std::string> (*of)(const Dataset& dataset){nullptr};  // "screw-x"; nothing where the case does not say
+  std::optional<Subject> about{};  // what its results usually are about
+  // Where that depends on the case. Without any subject a result is about what its method is named.
+  std::optional<Subject> (*of)(const Dataset& dataset){nullptr};
   std::span<const MethodKey> independent_of{};  // keys "..._result" that name results without an effect on it
 };
 
@@ -97,6 +104,17 @@ bool hasSize(const Method& method);
 
 inline constexpr std::string_view kTemperatureKeys[]{"expansion_per_k", "sd_expansion_per_k", "sd_temperature_k"};
 
+// Description of a column of the case; of a table that the method does not describe, as its other tables have the name.
+// Role none where it has no such column.
+MethodColumn columnOf(const Method& method, std::string_view table, std::string_view column);
+
+// Description of the value of this key; null if the method describes none.
+const Quantity* quantityOf(const Method& method, std::string_view key);
+
+// A table without rows, with the columns that the method describes: those that may be missing only if they are in
+// `also`.
+Table emptyTable(const Method& method, std::string_view table, const ColumnNames& also = {});
+
 // Keys sd_<known quantity> of the method, and of the temperature: see docs/metrology.md, "Uncertainty".
 std::vector<std::string_view> typeBKeys(const Method& method);
 
@@ -107,11 +125,11 @@ std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method
 // The sentence about one key.
 std::string unusedKey(std::string_view key, std::string_view method);
 
-// Prefix of the subject of the result that this key of a case names by number; empty if any subject is allowed.
-std::string_view subjectNamedBy(std::string_view key, const Method& method);
+// What the result is about that this key of a case names by number; nothing if that may be anything.
+std::optional<SubjectKind> subjectNamedBy(std::string_view key, const Method& method);
 
-// "tool-4" of the kind and the number that the key states; nothing without one.
-std::optional<std::string> numberedSubject(const Dataset& dataset, SubjectKind kind, std::string_view key);
+// Of the kind and the number that the key states; nothing without one.
+std::optional<Subject> numberedSubject(const Dataset& dataset, SubjectKind kind, std::string_view key);
 
 // Number of the tool that carries the probe, by the key `probe_tool`; 1 without it.
 std::uint32_t probeToolOf(const Dataset& dataset);
@@ -119,7 +137,7 @@ std::uint32_t probeToolOf(const Dataset& dataset);
 // Subject of the offset from the spindle axis of the stylus that this tool carries: "stylus-offset-3".
 std::string stylusOffsetSubject(std::uint32_t tool);
 
-// "rotary-c" of the kind and the letter of key `axis`, of either case; nothing where the kind has no such axis.
-std::optional<std::string> letteredSubject(const Dataset& dataset, SubjectKind kind);
+// Of the kind and the letter of key `axis`, of either case; nothing where the kind has no such axis.
+std::optional<Subject> letteredSubject(const Dataset& dataset, SubjectKind kind);
 
 }  // namespace probebox::metrology

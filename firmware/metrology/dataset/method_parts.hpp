@@ -3,7 +3,6 @@
 #include <string_view>
 
 #include "firmware/metrology/dataset/method.hpp"
-#include "firmware/metrology/dataset/subject_names.hpp"
 
 // Parts that the descriptors of several methods share: sources, keys, known quantities.
 namespace probebox::metrology {
@@ -19,16 +18,21 @@ inline constexpr std::string_view kRotary = "CN112247668 (rotary axes)";
 namespace key {
 inline constexpr MethodKey kSigma{"sigma_mm", "",
                                   "standard deviation of one reading (k = 1); without it, from residuals"};
-inline constexpr MethodKey kSigmaC{"sigma_C_rad", "", "standard deviation of an angle of C (k = 1)"};
-inline constexpr MethodKey kSigmaAngle{"sigma_angle_rad", "0", "standard deviation of a stop of the axis (k = 1)"};
+inline constexpr MethodKey kSigmaC =
+    MethodKey{"sigma_C_rad", "", "standard deviation of an angle of C (k = 1)"}.upTo(quantity::kMostLean_rad);
+inline constexpr MethodKey kSigmaAngle =
+    MethodKey{"sigma_angle_rad", "0", "standard deviation of a stop of the axis (k = 1)"}.upTo(quantity::kMostLean_rad);
 inline constexpr MethodKey kASense{"A_sense", "1", "-1 where A of the spindle is left-handed about +Z"};
 inline constexpr MethodKey kCSense{"C_sense", "1", "-1 where C is left-handed about +Z"};
 inline constexpr MethodKey kMeanHeight{
     "mean_z_mm", "", "mean height at which the ball was read: centre_mm of a tilted axis holds at this height"};
-inline constexpr MethodKey kTauForTheRecord{"previous_tau_axis_s", "",
-                                            "delays of the axes already subtracted from the positions; for the record"};
-inline constexpr MethodKey kStylusRadius{
-    "stylus_ball_radius_mm", "", "radius of the stylus ball; if given, the size of the feature itself is answered too"};
+inline constexpr MethodKey kTauForTheRecord =
+    MethodKey{"previous_tau_axis_s", "", "delays of the axes already subtracted from the positions; for the record"}
+        .upTo(quantity::kMostDelay_s);
+inline constexpr MethodKey kStylusRadius =
+    MethodKey{"stylus_ball_radius_mm", "",
+              "radius of the stylus ball; if given, the size of the feature itself is answered too"}
+        .within(0.01, 50);
 inline constexpr MethodKey kLeastRadius{"radius_min_mm", "", "a smaller radius is refused"};
 inline constexpr MethodKey kGreatestRadius{"radius_max_mm", "", "a larger radius is refused"};
 inline constexpr MethodKey kRobust{"robust", "false", "true: drop outliers once instead of refusing the case"};
@@ -37,17 +41,18 @@ inline constexpr MethodKey kSwivelAxis{"swivel_axis", kNeeded, "unit vector of t
 // Results with the lengths of the tools that carry the probe, in the order in which the tools were read.
 inline constexpr std::array<MethodKey, 4> kLengthResults{
     {{"length_1_result", "", "number of the assembly result that states the length of the first tool; for the record",
-      subject::kAssembly},
-     {"length_2_result", "", "the same for the second tool", subject::kAssembly},
-     {"length_3_result", "", "the same for the third tool", subject::kAssembly},
-     {"length_4_result", "", "the same for the fourth tool", subject::kAssembly}}};
+      SubjectKind::assembly},
+     {"length_2_result", "", "the same for the second tool", SubjectKind::assembly},
+     {"length_3_result", "", "the same for the third tool", SubjectKind::assembly},
+     {"length_4_result", "", "the same for the fourth tool", SubjectKind::assembly}}};
 // Results with the pre-travels of a touch-trigger probe, in the same order.
 inline constexpr std::array<MethodKey, 4> kPreTravelResults{
     {{"pre_travel_1_result", "",
-      "number of the pre-travel result that was subtracted for the first tool; for the record", subject::kPreTravel},
-     {"pre_travel_2_result", "", "the same for the second tool", subject::kPreTravel},
-     {"pre_travel_3_result", "", "the same for the third tool", subject::kPreTravel},
-     {"pre_travel_4_result", "", "the same for the fourth tool", subject::kPreTravel}}};
+      "number of the pre-travel result that was subtracted for the first tool; for the record",
+      SubjectKind::pre_travel},
+     {"pre_travel_2_result", "", "the same for the second tool", SubjectKind::pre_travel},
+     {"pre_travel_3_result", "", "the same for the third tool", SubjectKind::pre_travel},
+     {"pre_travel_4_result", "", "the same for the fourth tool", SubjectKind::pre_travel}}};
 }  // namespace key
 
 inline constexpr KnownQuantity kStylusRadiusKnown[]{

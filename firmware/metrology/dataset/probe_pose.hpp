@@ -16,10 +16,12 @@ inline constexpr MethodKey kProbeAtZero{"A_rad", "0",
                                         "angle of the spindle while the probe measured: refused beyond 0"};
 inline constexpr MethodKey kProbeAForTheRecord{"A_rad", "",
                                                "angle of the spindle while the probe measured; for the record"};
-inline constexpr MethodKey kProbeBForTheRecord{"B_rad", "",
-                                               "angle of a swivelling head while the probe measured; for the record"};
-inline constexpr MethodKey kProbeB{"B_rad", "0",
-                                   "angle of a swivelling head while the probe measured: refused beyond 0"};
+inline constexpr double kMostTilt_rad = 13;  // a head that tilts has no two turns
+inline constexpr MethodKey kProbeBForTheRecord =
+    MethodKey{"B_rad", "", "angle of a swivelling head while the probe measured; for the record"}.upTo(kMostTilt_rad);
+inline constexpr MethodKey kProbeB =
+    MethodKey{"B_rad", "0", "angle of a swivelling head while the probe measured: refused beyond 0"}.upTo(
+        kMostTilt_rad);
 
 // Key of a result that has a gain_matrix: the stated angle of the spindle, from which it was turned back.
 inline constexpr std::string_view kGainTakenAt = "gain_taken_at_A_rad";

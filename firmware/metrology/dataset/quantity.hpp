@@ -64,6 +64,7 @@ struct Quantity {
     own.about = own_about;
     return own;
   }
+  constexpr operator std::string_view() const { return key; }
   bool names(std::string_view some_key) const {
     return key.ends_with('_') ? some_key.starts_with(key) : some_key == key;
   }
@@ -112,6 +113,8 @@ inline constexpr Quantity kStylusOffset{
     .about = "position of the stylus relative to the spindle axis with the spindle at 0, x y",
     .kind = QuantityKind::offset,
     .axes = "XY"};
+// The one that was added to a centre found from the tip: it marks the result as converted.
+inline constexpr Quantity kStylusOffsetInForce{.key = "stylus_offset_in_force_mm"};
 inline constexpr Quantity kStylusOffsetX{.key = result_key::kStylusOffsetX, .kind = QuantityKind::offset};
 inline constexpr Quantity kStylusOffsetY{.key = result_key::kStylusOffsetY, .kind = QuantityKind::offset};
 // Angles of a swivelling head, of which each has a row of the promised matrices.

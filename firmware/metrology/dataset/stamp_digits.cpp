@@ -39,7 +39,7 @@ std::vector<CoarseStamps> coarseStamps(const Dataset& dataset) {
   std::vector<StampTicks> ticks;
   for (const auto name : kStreams) {
     const Table* table = dataset.table(name);
-    const auto* times_s = table != nullptr ? table->column("t_s") : nullptr;
+    const auto* times_s = table != nullptr ? table->column(column::kTime) : nullptr;
     if (times_s == nullptr || times_s->empty()) continue;
     coarse.push_back({std::string{name}, digitOfTimes(*times_s)});
     ticks.push_back(ticksOf(*table));

@@ -31,7 +31,8 @@ struct Lengths {
 };
 
 Lengths lengthsOf(const Table& table, const std::vector<double>& times_s) {
-  const auto* touches = table.column("touch") != nullptr ? table.column("touch") : table.column("scan");
+  const auto* touches =
+      table.column(column::kTouch) != nullptr ? table.column(column::kTouch) : table.column(column::kScan);
   Lengths lengths;
   double first_s = times_s.front();
   for (std::size_t row = 1; row < times_s.size(); ++row) {
@@ -128,7 +129,7 @@ class CommonTick {
 }  // namespace
 
 StampTicks ticksOf(const Table& table) {
-  const auto* times_s = table.column("t_s");
+  const auto* times_s = table.column(column::kTime);
   if (times_s == nullptr || times_s->empty()) return {};
   // A table whose columns differ in length is refused by its method.
   const auto is_whole = [&](const Column& column) { return column.values.size() == times_s->size(); };

@@ -143,4 +143,19 @@ bool isAbout(std::string_view name, SubjectKind kind) {
   return parseSubject(name, kind).has_value();
 }
 
+bool isAboutKindOf(std::string_view name, SubjectKind kind) {
+  const auto subject = parseSubject(name);
+  if (!subject) return false;
+  switch (subject->kind) {
+    case SubjectKind::delay_oblique:
+    case SubjectKind::delay_joints:
+      return kind == SubjectKind::delay || kind == subject->kind;
+    case SubjectKind::centreline_slide:
+    case SubjectKind::centreline_tip:
+      return kind == SubjectKind::centreline || kind == subject->kind;
+    default:
+      return kind == subject->kind;
+  }
+}
+
 }  // namespace probebox

@@ -60,4 +60,8 @@ std::optional<Subject> parseSubject(std::string_view name, SubjectKind kind);
 // True for a name of this kind.
 bool isAbout(std::string_view name, SubjectKind kind);
 
+// True for a name of this kind, or of a variant of it: oblique and of joints for delays, of a slide and from a tip for
+// centrelines.
+bool isAboutKindOf(std::string_view name, SubjectKind kind);
+
 }  // namespace probebox

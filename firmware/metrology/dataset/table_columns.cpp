@@ -2,7 +2,7 @@
 
 namespace probebox::metrology {
 
-Eigen::MatrixXd columnsOf(const Table& table, std::span<const std::string_view> names) {
+Eigen::MatrixXd columnsOf(const Table& table, const ColumnNames& names) {
   Eigen::MatrixXd values{static_cast<Eigen::Index>(table.rows()), static_cast<Eigen::Index>(names.size())};
   for (std::size_t k = 0; k < names.size(); ++k) {
     values.col(static_cast<Eigen::Index>(k)) =

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "protocol/units/result_keys.hpp"
 
 namespace probebox::metrology {
@@ -41,13 +42,10 @@ inline std::optional<Proof> proofOf(const Result& result) {
   return proofNumbered(verdict->value());
 }
 
-// Subject of a result with a verdict: that of the periodic check.
-inline constexpr std::string_view kCheckSubject = "check";
-
-// The same of a result about one subject: other results of a check's case, such as the offset of the stylus, are no
-// verdicts.
+// The same of a result about one subject: that of the periodic check. Other results of a check's case, such as the
+// offset of the stylus, are no verdicts.
 inline std::optional<Proof> proofAbout(const Result& result, std::string_view subject) {
-  return subject == kCheckSubject ? proofOf(result) : std::nullopt;
+  return isAbout(subject, SubjectKind::check) ? proofOf(result) : std::nullopt;
 }
 
 // Prefixes of the warnings about values whose conformity is disproved or not proven.

@@ -32,6 +32,9 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kTauArticle{"tau_article_s", "delay of article, with article_has_own_delay"};
+
+constexpr Quantity kFittedSize{"size_mm", "effective size; only if size_mm is not given"};
 // Known properties of a touched feature, and the delays to estimate.
 struct FeatureQuestion {
   std::string shape;                               // sphere, cylinder, plane-pair, box, plane
@@ -410,12 +413,13 @@ double widening(const Fit& fit, std::size_t noise_dof, Result& result) {
 void promiseDelays(Promises& promises, Result& result, const FeatureQuestion& question, const FeatureModel& model,
                    const VectorXd& previous) {
   const bool axes = question.each_axis;
-  auto named = axes ? Estimate::vector("tau_axis_s", {}, {}) : Estimate::scalar("tau_s", 0.0, std::nullopt);
+  auto named =
+      axes ? Estimate::vector(quantity::kTauAxis, {}, {}) : Estimate::scalar(quantity::kTau, 0.0, std::nullopt);
   Estimate& delay = promises.promise(std::move(named), model.delaysAt(), axes ? 3 : 1);
   for (std::size_t k = 0; k < delay.values.size(); ++k) delay.values[k] += previous[static_cast<Index>(k)];
   addResidualDelay(result, delay, previous);
   if (!question.own_article) return;
-  promises.promise(Estimate::scalar("tau_article_s", 0.0, std::nullopt), model.parameters() - 1, 1);
+  promises.promise(Estimate::scalar(kTauArticle, 0.0, std::nullopt), model.parameters() - 1, 1);
 }
 
 void addResiduals(Result& result, const FeatureModel& model, const Fit& fit, std::span<const SurfacePoint> points) {
@@ -445,7 +449,7 @@ Result report(const Dataset& dataset, const FeatureQuestion& question, const Sur
   Promises promises{result, model, fit, wider};
   promiseDelays(promises, result, question, model, previous);
   if (question.sizeFree()) {
-    const auto& size = promises.promise(Estimate::scalar("size_mm", 0.0, std::nullopt), model.dimensions(), 1, 2.0);
+    const auto& size = promises.promise(Estimate::scalar(kFittedSize, 0.0, std::nullopt), model.dimensions(), 1, 2.0);
     if (question.threshold_mm) {
       Estimate at_threshold = size;
       at_threshold.key = "size_at_threshold_mm";
@@ -453,7 +457,8 @@ Result report(const Dataset& dataset, const FeatureQuestion& question, const Sur
       result.also.push_back(std::move(at_threshold));
     }
   }
-  if (model.dimensions() == 3) result.also.push_back(promises.estimate(Estimate::vector("centre_mm", {}, {}), 0, 3));
+  if (model.dimensions() == 3)
+    result.also.push_back(promises.estimate(Estimate::vector(quantity::kCentre, {}, {}), 0, 3));
   result.covariance = promises.covariance();
   return result;
 }
@@ -478,11 +483,10 @@ Outcome<Result, Refusal> solveDelayFeature(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kArticleColumns[]{"touch", "t_s", "x_mm", "y_mm", "z_mm"};
 constexpr MethodTable kFeatureTables[]{of_delay::kMachine,
                                        of_delay::kProbe,
                                        of_delay::kTouches,
-                                       {"article", kArticleColumns, "position of the workpiece, where it moves"}};
+                                       {"article", kMachineColumns, "position of the workpiece, where it moves"}};
 constexpr MethodKey kFeatureKeys[]{
     {"shape", kNeeded, "sphere, cylinder, plane-pair, box or plane"},
     {"axis_direction", "", "axis of a cylinder; needed for this shape"},
@@ -492,13 +496,13 @@ constexpr MethodKey kFeatureKeys[]{
     {"article_has_own_delay", "false", "true if the stamps of table article have a delay of their own"},
     {"threshold_mm", "", "points are taken where the deflection |A d| falls below it, instead of where it is zero"},
     of_delay::kGain,
-    {"previous_tau_s", "0", "delay already subtracted from the stamps, with delays common"},
-    {"previous_tau_axis_s", "[0,0,0]", "delays already subtracted from the stamps, with delays each-axis"}};
+    of_delay::previousTau("previous_tau_s", "0", "delay already subtracted from the stamps, with delays common"),
+    of_delay::previousTau("previous_tau_axis_s", "[0,0,0]",
+                          "delays already subtracted from the stamps, with delays each-axis")};
 constexpr KnownQuantity kFeatureKnown[]{{"sd_size_mm", "size_mm"}, {"sd_size_axis_mm", "size_axis_mm"}};
 constexpr Quantity kFeatureResults[]{quantity::kTau.as("delay, with delays common"),
-                                     quantity::kTauAxis.as("delay of each axis, with delays each-axis"),
-                                     {"tau_article_s", "delay of article, with article_has_own_delay"},
-                                     {"size_mm", "effective size; only if size_mm is not given"}};
+                                     quantity::kTauAxis.as("delay of each axis, with delays each-axis"), kTauArticle,
+                                     kFittedSize};
 constexpr std::string_view kFeatureUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
                                                   "delays that differ between the axes, where one is assumed for all",
                                                   of_delay::kExactFeature};

@@ -445,7 +445,7 @@ Outcome<Result, Refusal> solveDrives(const Dataset& dataset, ProbeZero zero) {
 Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
   TRY(const auto distances, readsDistances(dataset));
   if (!distances) return solveDrives(dataset, ProbeZero::known);
-  TRY(const auto converted, withDeflections(dataset, "touch", Undeflected::ends));
+  TRY(const auto converted, withDeflections(dataset, column::kTouch, Undeflected::ends));
   return solveDrives(converted, ProbeZero::of_record);
 }
 

@@ -48,16 +48,14 @@ Outcome<Result, Refusal> solveDelayJoints(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kJointColumns[]{"touch", "t_s", "q1_rad", "q2_mm", ".."};
-constexpr std::string_view kChainColumns[]{"revolute", "px_mm", "py_mm", "pz_mm", "ux", "uy", "uz"};
-constexpr std::string_view kLegColumns[]{"kind",  "q",  "lx_mm", "ly_mm", "lz_mm", "px_mm", "py_mm",
-                                         "pz_mm", "ux", "uy",    "uz",    "cx_mm", "cy_mm", "cz_mm"};
+constexpr MethodColumn kJointColumns[]{
+    column::kTouch, column::kTime, {"q1_rad", ColumnRole::angle}, column::given("q2_mm"), column::given("..")};
 // A delay of each joint is no delay of an axis.
-std::optional<std::string> subjectOfJoints(const Dataset& dataset) {
+std::optional<Subject> subjectOfJoints(const Dataset& dataset) {
   const auto found = dataset.config.find("delays");
   const auto* delays = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
-  if (delays == nullptr || *delays != "each-joint") return std::nullopt;
-  return "delay-joints";
+  if (delays == nullptr || *delays != "each-joint") return Subject{SubjectKind::delay, kAllAxes};
+  return Subject{SubjectKind::delay_joints};
 }
 
 constexpr MethodTable kJointsTables[]{
@@ -71,9 +69,11 @@ constexpr MethodKey kJointsKeys[]{
     {"delays", "common", "common or each-joint"},
     of_delay::kDiameter,
     of_delay::kFeature,
-    {"previous_tau_s", "0", "delay already subtracted from the stamps, with delays common; tau_s includes it"},
-    {"previous_tau_joint_s", "zeros",
-     "delays already subtracted from the stamps, with delays each-joint; tau_joint_s includes them"}};
+    of_delay::previousTau("previous_tau_s", "0",
+                          "delay already subtracted from the stamps, with delays common; tau_s includes it"),
+    of_delay::previousTau(
+        "previous_tau_joint_s", "zeros",
+        "delays already subtracted from the stamps, with delays each-joint; tau_joint_s includes them")};
 constexpr Quantity kJointsResults[]{quantity::kTau.as("delay of all joints, with delays common"), quantity::kTauJoint,
                                     quantity::kCentre.as("centre of the sphere in the frame of the machine's base")};
 constexpr std::string_view kJointsUnobservable[]{
@@ -94,6 +94,6 @@ const Method kDelayJoints{.name = "delay-joints",
                           .results = kJointsResults,
                           .unobservable = kJointsUnobservable,
                           .undetermined = sizeBiasAtOneSpeed,
-                          .subject = {.name = "delay", .of = subjectOfJoints}};
+                          .subject = {.about = Subject{SubjectKind::delay, kAllAxes}, .of = subjectOfJoints}};
 
 }  // namespace probebox::metrology

@@ -9,7 +9,7 @@
 // Parts that the descriptors of the delay methods share.
 namespace probebox::metrology::of_delay {
 
-inline constexpr MethodSubject kSubject{.name = "delay", .of = subjectOfDelay};
+inline constexpr MethodSubject kSubject{.about = Subject{SubjectKind::delay, kAllAxes}, .of = subjectOfDelay};
 
 inline constexpr std::string_view kApart =
     "tau_machine and tau_probe separately: only tau = tau_machine - tau_probe (A1)";
@@ -26,21 +26,21 @@ inline constexpr MethodTable kTouches{"touches", kTouchesColumns,
                                       "a touch: outward normal n, direction u of the retract, nominal speed"};
 inline constexpr MethodTable kTouchTables[]{kMachine, kProbe, kTouches};
 
-inline constexpr std::string_view kScanMachineColumns[]{"scan", "t_s", "x_mm", "y_mm", "z_mm"};
-inline constexpr std::string_view kScanProbeColumns[]{"scan", "t_s", "a", "b", "c"};
-inline constexpr std::string_view kScanDistanceColumns[]{"scan", "t_s", "distance_mm"};
-inline constexpr std::string_view kScansColumns[]{"scan", "speed_mm_s"};
-inline constexpr std::string_view kTouchDistanceColumns[]{"touch", "t_s", "distance_mm"};
+inline constexpr MethodColumn kScanDistanceColumns[]{column::kScan, column::kTime, column::kDistance};
+inline constexpr MethodColumn kTouchDistanceColumns[]{column::kTouch, column::kTime, column::kDistance};
 inline constexpr MethodTable kScanTables[]{
     {"machine", kScanMachineColumns, "position of the moving reference at its stamp"},
     {"probe", kScanProbeColumns, "raw deflection at its stamp"},
     {"probe", kScanDistanceColumns, "instead, with probe_kind distance: distance from the surface"},
     {"scans", kScansColumns, "a scan, and its speed"}};
 
-inline constexpr MethodKey kPreviousTau{"previous_tau_s", "0",
-                                        "delay already subtracted from the machine's stamps; tau includes it"};
-inline constexpr MethodKey kPreviousTauAxis{"previous_tau_axis_s", "[0,0,0]",
-                                            "delays already subtracted from the machine's stamps; tau includes them"};
+constexpr MethodKey previousTau(std::string_view name, std::string_view fallback, std::string_view about) {
+  return MethodKey{name, fallback, about}.upTo(quantity::kMostDelay_s);
+}
+inline constexpr MethodKey kPreviousTau =
+    previousTau("previous_tau_s", "0", "delay already subtracted from the machine's stamps; tau includes it");
+inline constexpr MethodKey kPreviousTauAxis = previousTau(
+    "previous_tau_axis_s", "[0,0,0]", "delays already subtracted from the machine's stamps; tau includes them");
 inline constexpr MethodKey kFeature{"feature", "", "external or internal; must not contradict the normals"};
 inline constexpr MethodKey kDiameter{"effective_diameter_mm", "", "of sphere plus stylus ball; needed at one speed"};
 inline constexpr MethodKey kProbeKind{"probe_kind", "deflection",

@@ -15,6 +15,10 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kStaticError{
+    .key = "static_error_mm",
+    .about = "the measured effective diameter minus the certified one; only if that is given",
+    .kind = QuantityKind::error};
 // Sizes at the nominal speeds, for a picture of the line of (A10).
 void addSizes(Result& result, const std::vector<Retract>& retracts, const TouchFit& fit) {
   std::map<double, std::vector<double>> sizes;
@@ -58,8 +62,7 @@ Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
   const Estimate size = measured.size();
   result.estimates = {measured.delay(), size};
   if (known_size) {
-    result.estimates.push_back(
-        Estimate::scalar("static_error_mm", size.value() - *known_size, size.standardDeviation()));
+    result.estimates.push_back(Estimate::scalar(kStaticError, size.value() - *known_size, size.standardDeviation()));
     result.estimates.back().design = size.design;
     TRY(const auto warning, whyNotAsCertified(dataset, result.estimates.back()));
     if (warning) result.warnings.push_back(*warning);
@@ -81,12 +84,7 @@ constexpr MethodKey kMultiSpeedKeys[]{
     kProbeA,
     key::kASense,
     kProbeB};
-constexpr Quantity kMultiSpeedResults[]{
-    quantity::kTau,
-    quantity::kEffectiveDiameter,
-    {.key = "static_error_mm",
-     .about = "the measured effective diameter minus the certified one; only if that is given",
-     .kind = QuantityKind::error}};
+constexpr Quantity kMultiSpeedResults[]{quantity::kTau, quantity::kEffectiveDiameter, kStaticError};
 constexpr std::string_view kMultiSpeedUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps, of_delay::kOneForAll,
     "the causes of the static error separately: size of the ball, threshold of the probe and form are one number"};

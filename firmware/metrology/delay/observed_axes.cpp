@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <span>
 #include <utility>
 
 namespace probebox::metrology {
@@ -16,7 +17,7 @@ constexpr double kAlong = 0.05;
 // What each touch shifts along its normal n, in units of its speed, by one second of delay of each axis: n_i u_i with u
 // the direction of the drive. No rows without a table of touches.
 Eigen::MatrixX3d shiftsOfTouches(const Dataset& dataset) {
-  constexpr std::array<std::string_view, 6> kColumns{"nx", "ny", "nz", "ux", "uy", "uz"};
+  constexpr auto kColumns = std::span{kTouchesColumns}.subspan<1, 6>();
   const Table* touches = dataset.table("touches");
   std::array<const std::vector<double>*, 6> columns{};
   for (std::size_t k = 0; k < kColumns.size(); ++k) {
@@ -35,11 +36,10 @@ Eigen::MatrixX3d shiftsOfTouches(const Dataset& dataset) {
 // How far each scan goes along each axis, as a share of its longest way, one axis a row.
 Eigen::MatrixX3d waysOfScans(const Dataset& dataset) {
   const Table* machine = dataset.table("machine");
-  const auto* scans = machine != nullptr ? machine->column("scan") : nullptr;
+  const auto* scans = machine != nullptr ? machine->column(column::kScan) : nullptr;
   std::array<const std::vector<double>*, 3> positions{};
-  constexpr std::array<std::string_view, 3> kColumns{"x_mm", "y_mm", "z_mm"};
   for (std::size_t k = 0; k < 3; ++k) {
-    if (scans != nullptr) positions[k] = machine->column(kColumns[k]);
+    if (scans != nullptr) positions[k] = machine->column(column::kPosition[k]);
     if (positions[k] == nullptr) return Eigen::MatrixX3d{0, 3};
   }
   std::map<double, std::array<std::pair<double, double>, 3>> extents;
@@ -85,15 +85,15 @@ bool standsAlone(const Eigen::MatrixX3d& rows, Eigen::Index axis) {
 
 }  // namespace
 
-std::optional<std::string> subjectOfDelay(const Dataset& dataset) {
+std::optional<Subject> subjectOfDelay(const Dataset& dataset) {
+  constexpr Subject kOfAllAxes{SubjectKind::delay, kAllAxes};
   auto rows = shiftsOfTouches(dataset);
   if (rows.rows() == 0) rows = waysOfScans(dataset);
-  if (rows.rows() == 0 || !rows.allFinite()) return std::nullopt;
+  if (rows.rows() == 0 || !rows.allFinite()) return kOfAllAxes;
   Subject observed{SubjectKind::delay};
   for (Eigen::Index axis = 0; axis < 3; ++axis)
     if (standsAlone(rows, axis)) observed.of |= 1U << axis;
-  if (observed.of == kAllAxes) return std::nullopt;
-  return text(observed.of == 0 ? Subject{SubjectKind::delay_oblique} : observed);
+  return observed.of == 0 ? Subject{SubjectKind::delay_oblique} : observed;
 }
 
 }  // namespace probebox::metrology

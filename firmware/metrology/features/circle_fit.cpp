@@ -13,7 +13,8 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kCircleFitColumns{"x_mm", "y_mm", "z_mm"};
+constexpr Quantity kEffectiveRadius{"effective_radius_mm", "of the path of stylus-ball centres"};
+
 constexpr double kStraightArc = 0.01;  // thickness of an arc against its width
 
 enum class Side { outside, inside };
@@ -60,7 +61,7 @@ std::optional<Refusal> badRadius(double radius, const CircleConfig& config) {
 
 Outcome<Result, Refusal> solveCircle(const Dataset& dataset, Side side) {
   TRY(const auto config, configOf(dataset));
-  TRY(const auto table, checkedTable(dataset, "points", kCircleFitColumns));
+  TRY(const auto table, checkedTable(dataset, "points", column::kPosition));
   const Rows3 points = pointRows(*table);
   if (auto refusal = equalPoints(points)) return *refusal;
   Eigen::MatrixX2d projected{points.rows(), 2};
@@ -77,8 +78,8 @@ Outcome<Result, Refusal> solveCircle(const Dataset& dataset, Side side) {
   answer.result().design_per = kOnePoint;
   answer.result().residuals = pointResiduals(fit, config.sigma.value);
   answer.promiseVector("centre_" + config.plane.name() + "_mm", fit.parameters.head(2), pick(0, 2, 3));
-  answer.promiseScalar("effective_radius_mm", effective, pick(2, 1, 3).row(0));
-  if (config.stylus) answer.promiseScalar("radius_mm", radius, pick(2, 1, 3).row(0));
+  answer.promiseScalar(kEffectiveRadius, effective, pick(2, 1, 3).row(0));
+  if (config.stylus) answer.promiseScalar(quantity::kRadius, radius, pick(2, 1, 3).row(0));
   for (const auto row : fit.dropped) {
     answer.result().dropped.push_back({"point " + std::to_string(row + 1), "residual above 4 robust deviations"});
   }
@@ -115,11 +116,11 @@ Outcome<Result, Refusal> solveBoreFit(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kCircleFitTables[]{{"points", kCircleFitColumns, "a stylus-ball centre at contact"}};
+constexpr MethodTable kCircleFitTables[]{{"points", column::kPosition, "a stylus-ball centre at contact"}};
 constexpr MethodKey kCircleFitKeys[]{key::kFeatureAxis, key::kSigma,          key::kStylusRadius,
                                      key::kLeastRadius, key::kGreatestRadius, key::kRobust};
 constexpr Quantity kCircleFitResults[]{{"centre_xy_mm", "centre across Z; centre_yz_mm or centre_xz_mm across X or Y"},
-                                       {"effective_radius_mm", "of the path of stylus-ball centres"},
+                                       kEffectiveRadius,
                                        quantity::kRadius.as("the feature's own, with stylus_ball_radius_mm")};
 constexpr std::string_view kBossUnobservable[]{"form of the boss separately from the noise of the readings"};
 constexpr std::string_view kBoreUnobservable[]{"form of the bore separately from the noise of the readings"};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,12 +21,18 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kMiddle{"middle_mm", "along width_direction"};
+constexpr Quantity kEffectiveWidth{"effective_width_mm", "between stylus-ball centres"};
+constexpr Quantity kWidth{"width_mm", "the feature's own, with stylus_ball_radius_mm"};
+constexpr Quantity kSquareError{.key = "square_error_rad", .kind = QuantityKind::error};
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 4> kPointColumns{"face", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 4> kFaceColumns{"face", "nx", "ny", "nz"};
+constexpr MethodColumn kFace{"face", ColumnRole::number};
+constexpr MethodColumn kPointColumns[]{kFace, column::kX, column::kY, column::kZ};
+constexpr MethodColumn kFaceColumns[]{kFace, column::kNormalX, column::kNormalY, column::kNormalZ};
 constexpr double kNominal = 0.866;    // cosine of 30 degrees
 constexpr double kLeastVolume = 0.1;  // of the normals: 6 degrees between two
 // Thickness of a face's points against their width, width against their distance.
@@ -75,7 +82,7 @@ Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
   TRY(const auto stylus, configPositive(dataset, "stylus_ball_radius_mm"));
   TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
   TRY(const auto table, checkedTable(dataset, "points", kPointColumns));
-  const auto& faces = *table->column("face");
+  const auto& faces = *table->column(kFace);
   if (auto refusal = badFaces(faces)) return *refusal;
   const Rows3 points = pointRows(*table);
   if (auto refusal = equalPoints(points)) return *refusal;
@@ -98,9 +105,9 @@ Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
   Answer answer{dataset, fit, sigma};
   answer.result().design_per = kOnePoint;
   answer.result().residuals = pointResiduals(fit, sigma.value, -1.0);
-  answer.promiseScalar("middle_mm", fit.parameters.mean(), Eigen::RowVector2d{0.5, 0.5});
-  answer.promiseScalar("effective_width_mm", std::abs(apart), across);
-  if (stylus) answer.promiseScalar("width_mm", width, across);
+  answer.promiseScalar(kMiddle, fit.parameters.mean(), Eigen::RowVector2d{0.5, 0.5});
+  answer.promiseScalar(kEffectiveWidth, std::abs(apart), across);
+  if (stylus) answer.promiseScalar(kWidth, width, across);
   answer.result().convention = "middle along width_direction; effective width: between stylus-ball centres";
   const auto rounding = roundingOfMeans(
       *table, {std::span{kPointColumns}.last(3), scatterOnFaces(points, design), along.cwiseAbs()}, sigma, answer);
@@ -149,12 +156,13 @@ Outcome<Corner, Refusal> cornerOf(const Table& points, const Table& faces, const
   }
   MatrixXd into = MatrixXd::Identity(3, 3);
   if (faces.rows() == 2) into = (MatrixXd{3, 2} << into.col(plane.low()), into.col(plane.high())).finished();
-  const auto& names = *faces.column("face");
-  const auto& of_point = *points.column("face");
+  const auto& names = *faces.column(kFace);
+  const auto& of_point = *points.column(kFace);
   const Rows3 all = pointRows(points);
   Corner corner;
   for (std::size_t row = 0; row < faces.rows(); ++row) {
-    const Eigen::Vector3d normal{(*faces.column("nx"))[row], (*faces.column("ny"))[row], (*faces.column("nz"))[row]};
+    const Eigen::Vector3d normal{(*faces.column(column::kNormalX))[row], (*faces.column(column::kNormalY))[row],
+                                 (*faces.column(column::kNormalZ))[row]};
     const VectorXd seen = into.transpose() * normal;
     if (std::abs(normal.norm() - 1.0) > kUnitLength || seen.norm() < kNominal) {
       return Refusal{"bad-direction",
@@ -289,7 +297,7 @@ Outcome<Result, Refusal> solveCornerFit(const Dataset& dataset) {
   answer.result().residuals = pointResiduals(fit, sigma.value);
   const std::string key = corner.dimensions() == 2 ? "corner_" + plane.name() + "_mm" : "corner_mm";
   answer.promiseVector(key, meeting.corner, meeting.slopes);
-  answer.alsoScalar("square_error_rad", meeting.square, meeting.square_slopes);
+  answer.alsoScalar(kSquareError, meeting.square, meeting.square_slopes);
   answer.result().convention =
       "square error: angle between the outward normals of the first two faces minus 90 degrees";
   return std::move(answer).take(true);
@@ -300,21 +308,19 @@ namespace {
 constexpr MethodTable kWidthTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with face 1 or 2"}};
 constexpr MethodKey kWidthKeys[]{
     {"width_direction", kNeeded, "unit vector across the faces"}, key::kSigma, key::kStylusRadius};
-constexpr Quantity kWidthResults[]{{"middle_mm", "along width_direction"},
-                                   {"effective_width_mm", "between stylus-ball centres"},
-                                   {"width_mm", "the feature's own, with stylus_ball_radius_mm"}};
+constexpr Quantity kWidthResults[]{kMiddle, kEffectiveWidth, kWidth};
 constexpr std::string_view kWidthUnobservable[]{
     "anything across the stated width_direction, and how far the faces are from parallel"};
 constexpr MethodTable kCornerTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with that face"},
                                       {"faces", kFaceColumns, "outward normal of a face, within 30 degrees"}};
 constexpr MethodKey kCornerKeys[]{
-    {"stylus_ball_radius_mm", kNeeded, "radius of the stylus ball: each face is moved inwards by it"},
-    key::kSigma,
-    key::kFeatureAxis};
+    MethodKey{key::kStylusRadius.name, kNeeded, "radius of the stylus ball: each face is moved inwards by it"}.within(
+        key::kStylusRadius.least, key::kStylusRadius.most),
+    key::kSigma, key::kFeatureAxis};
 constexpr Quantity kCornerResults[]{
     {"corner_xy_mm", "corner of two faces across Z; corner_yz_mm or corner_xz_mm across X or Y"},
     {"corner_mm", "corner of three faces"}};
-constexpr Quantity kCornerFurther[]{{.key = "square_error_rad", .kind = QuantityKind::error}};
+constexpr Quantity kCornerFurther[]{kSquareError};
 constexpr std::string_view kCornerUnobservable[]{"form of the faces separately from the noise of the readings"};
 
 }  // namespace

@@ -14,7 +14,6 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kSphereFitColumns{"x_mm", "y_mm", "z_mm"};
 struct Config {
   SphereQuestion question;
   bool sigma_stated{};
@@ -58,10 +57,11 @@ void addUncertainty(Result& result, const Fit& fit, double scale, bool radius_kn
   std::vector<double> sd;
   for (Eigen::Index k = 0; k < covariance.rows(); ++k) sd.push_back(std::sqrt(covariance(k, k)) * scale);
   result.estimates[0].sd.assign(sd.begin(), sd.begin() + 3);
-  result.covariance = Covariance{{"centre_mm[0]", "centre_mm[1]", "centre_mm[2]"}, {}};
+  const std::string centre{quantity::kCentre};
+  result.covariance = Covariance{{centre + "[0]", centre + "[1]", centre + "[2]"}, {}};
   if (!radius_known) {
     result.estimates[1].sd = {sd[3]};
-    result.covariance->components.emplace_back("radius_mm");
+    result.covariance->components.emplace_back(quantity::kRadius);
   }
   for (const double entry : covariance.reshaped<Eigen::RowMajor>()) {
     result.covariance->values.push_back(entry * scale * scale);
@@ -81,7 +81,7 @@ void addReadings(Result& result, const Fit& fit, double sigma) {
 
 Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
   TRY(const auto config, readConfig(dataset));
-  TRY(const auto table, checkedTable(dataset, "points", kSphereFitColumns));
+  TRY(const auto table, checkedTable(dataset, "points", column::kPosition));
   const SphereQuestion& question = config.question;
   TRY(const auto fit, fitSphere(pointRows(*table), question));
   const bool radius_known = question.radius.has_value();
@@ -94,8 +94,8 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
   Result result;
   result.method = dataset.method;
   const auto& c = fit.parameters;
-  result.estimates.push_back(Estimate::vector("centre_mm", {c[0], c[1], c[2]}, {}));
-  if (!radius_known) result.estimates.push_back(Estimate::scalar("radius_mm", radius, std::nullopt));
+  result.estimates.push_back(Estimate::vector(quantity::kCentre, {c[0], c[1], c[2]}, {}));
+  if (!radius_known) result.estimates.push_back(Estimate::scalar(quantity::kRadius, radius, std::nullopt));
   addReadings(result, fit, question.sigma);
   const auto dof = static_cast<double>(fit.dof);
   result.rms = std::sqrt(fit.sumOfSquares() / (dof + static_cast<double>(c.size()))) * question.sigma;
@@ -118,7 +118,7 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kSphereFitTables[]{{"points", kSphereFitColumns, "a stylus-ball centre at contact"}};
+constexpr MethodTable kSphereFitTables[]{{"points", column::kPosition, "a stylus-ball centre at contact"}};
 constexpr MethodKey kSphereFitKeys[]{
     key::kSigma,
     {"radius_mm", "", "known effective radius; without it the radius is fitted"},

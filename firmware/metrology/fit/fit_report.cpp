@@ -92,53 +92,52 @@ std::optional<double> Answer::sdOf(const Eigen::RowVectorXd& jacobian) const {
   return sds.empty() ? std::nullopt : std::optional<double>{sds.front()};
 }
 
-void Answer::remember(const std::string& key, Shape shape, std::size_t columns, const Eigen::MatrixXd& jacobian) {
+void Answer::remember(std::string_view key, Shape shape, std::size_t columns, const Eigen::MatrixXd& jacobian) {
   if (jacobian.rows() > kMostInCovariance) return;
   promised_.conservativeResize(promised_.rows() + jacobian.rows(), Eigen::NoChange);
   promised_.bottomRows(jacobian.rows()) = jacobian;
   for (std::size_t k = 0; k < static_cast<std::size_t>(jacobian.rows()); ++k) {
-    std::string name = key;
+    std::string name{key};
     if (shape == Shape::vector) name += "[" + std::to_string(k) + "]";
     if (shape == Shape::matrix) name += "[" + std::to_string(k / columns) + "][" + std::to_string(k % columns) + "]";
     components_.push_back(std::move(name));
   }
 }
 
-void Answer::promiseScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian) {
+void Answer::promiseScalar(std::string_view key, double value, const Eigen::RowVectorXd& jacobian) {
   remember(key, Shape::scalar, 1, jacobian);
-  result_.estimates.push_back(with(Estimate::scalar(std::move(key), value, std::nullopt), jacobian));
+  result_.estimates.push_back(with(Estimate::scalar(key, value, std::nullopt), jacobian));
 }
 
-void Answer::promiseVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian) {
+void Answer::promiseVector(std::string_view key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian) {
   remember(key, Shape::vector, 1, jacobian);
-  result_.estimates.push_back(with(Estimate::vector(std::move(key), listOf(values), {}), jacobian));
+  result_.estimates.push_back(with(Estimate::vector(key, listOf(values), {}), jacobian));
 }
 
-void Answer::promiseMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values,
+void Answer::promiseMatrix(std::string_view key, std::size_t columns, const Eigen::VectorXd& values,
                            const Eigen::MatrixXd& jacobian) {
   remember(key, Shape::matrix, columns, jacobian);
-  result_.estimates.push_back(with(Estimate::matrix(std::move(key), columns, listOf(values), {}), jacobian));
+  result_.estimates.push_back(with(Estimate::matrix(key, columns, listOf(values), {}), jacobian));
 }
 
-void Answer::alsoScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian) {
-  result_.also.push_back(with(Estimate::scalar(std::move(key), value, std::nullopt), jacobian));
+void Answer::alsoScalar(std::string_view key, double value, const Eigen::RowVectorXd& jacobian) {
+  result_.also.push_back(with(Estimate::scalar(key, value, std::nullopt), jacobian));
 }
 
-void Answer::alsoVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian) {
-  result_.also.push_back(with(Estimate::vector(std::move(key), listOf(values), {}), jacobian));
+void Answer::alsoVector(std::string_view key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian) {
+  result_.also.push_back(with(Estimate::vector(key, listOf(values), {}), jacobian));
 }
 
-void Answer::alsoMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values,
+void Answer::alsoMatrix(std::string_view key, std::size_t columns, const Eigen::VectorXd& values,
                         const Eigen::MatrixXd& jacobian) {
-  result_.also.push_back(with(Estimate::matrix(std::move(key), columns, listOf(values), {}), jacobian));
+  result_.also.push_back(with(Estimate::matrix(key, columns, listOf(values), {}), jacobian));
 }
 
 void Answer::warn(std::string sentence) {
   result_.warnings.push_back(std::move(sentence));
 }
 
-void Answer::readings(const Table& table, std::span<const std::string_view> parts, std::string_view against,
-                      double sense) {
+void Answer::readings(const Table& table, const ColumnNames& parts, std::string_view against, double sense) {
   Residuals& residuals = result_.residuals;
   residuals.against = against;
   const auto& places = *table.column(against);

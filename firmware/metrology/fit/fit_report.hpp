@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,20 +22,20 @@ class Answer {
   Answer(const Dataset& dataset, const Fit& fit, const Sigma& sigma);
 
   // values: promised; jacobian: d values / d parameters, one row per value.
-  void promiseScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian);
-  void promiseVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
-  void promiseMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values,
+  void promiseScalar(std::string_view key, double value, const Eigen::RowVectorXd& jacobian);
+  void promiseVector(std::string_view key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
+  void promiseMatrix(std::string_view key, std::size_t columns, const Eigen::VectorXd& values,
                      const Eigen::MatrixXd& jacobian);
   // Adds a derived quantity that is not promised.
-  void alsoScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian);
-  void alsoVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
-  void alsoMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
+  void alsoScalar(std::string_view key, double value, const Eigen::RowVectorXd& jacobian);
+  void alsoVector(std::string_view key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
+  void alsoMatrix(std::string_view key, std::size_t columns, const Eigen::VectorXd& values,
+                  const Eigen::MatrixXd& jacobian);
   void warn(std::string sentence);
 
   // Assigns `parts` rows of the fit to each row of the table, in its order, for a plot of residuals over column
   // `against`. sense: +1 if the fit's residual is measured minus fitted, -1 (linear fits) if it is the opposite.
-  void readings(const Table& table, std::span<const std::string_view> parts, std::string_view against,
-                double sense = -1.0);
+  void readings(const Table& table, const ColumnNames& parts, std::string_view against, double sense = -1.0);
   // Assigns rows of a linear fit that come from several tables.
   void readings(const std::vector<std::string>& names, const std::vector<double>& at, std::string_view against);
   // Name and unit of one reading, if it is not one coordinate in mm.
@@ -55,7 +54,7 @@ class Answer {
  private:
   std::vector<double> sdsOf(const Eigen::MatrixXd& jacobian) const;
   Estimate with(Estimate estimate, const Eigen::MatrixXd& jacobian) const;
-  void remember(const std::string& key, Shape shape, std::size_t columns, const Eigen::MatrixXd& jacobian);
+  void remember(std::string_view key, Shape shape, std::size_t columns, const Eigen::MatrixXd& jacobian);
 
   Result result_;
   Eigen::MatrixXd covariance_;  // of the parameters; empty if unknown

@@ -29,8 +29,7 @@ double farthestHonest(Eigen::Index points) {
 }  // namespace
 
 Rows3 pointRows(const Table& table) {
-  constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
-  return columnsOf(table, kCoordinates);
+  return columnsOf(table, column::kPosition);
 }
 
 std::optional<Refusal> equalPoints(const Eigen::MatrixXd& points) {

@@ -1,7 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <span>
-#include <string_view>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/dataset.hpp"
@@ -15,7 +13,7 @@ namespace probebox::metrology {
 
 // Three coordinates of the readings, as the answer depends on them.
 struct RoundedCoordinates {
-  std::span<const std::string_view> columns;              // of the table, mm
+  ColumnNames columns;                                    // of the table, mm
   Eigen::Vector3d scatter_mm;                             // of one reading about the mean of its place
   Eigen::Vector3d share{Eigen::Vector3d::Constant(1.0)};  // of each coordinate in what is measured
 };

@@ -15,8 +15,6 @@ using Eigen::Index;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 7> kChainColumns{"revolute", "px_mm", "py_mm", "pz_mm", "ux", "uy", "uz"};
-
 Vector3d turned(const Joint& joint, double angle, const Vector3d& at) {
   return joint.point + Eigen::AngleAxisd{angle, joint.direction} * (at - joint.point);
 }

@@ -13,6 +13,15 @@
 // Serial chain of joints, for machines without Cartesian axes (CN101622513, docs/metrology.md A.6c).
 namespace probebox::metrology {
 
+// Columns of table chain, one row per joint.
+inline constexpr MethodColumn kChainColumns[]{column::number("revolute"),
+                                              column::given("px_mm"),
+                                              column::given("py_mm"),
+                                              column::given("pz_mm"),
+                                              column::kAlongX,
+                                              column::kAlongY,
+                                              column::kAlongZ};
+
 // One joint in the zero pose of the chain.
 struct Joint {
   bool revolute{};            // else prismatic
@@ -26,7 +35,7 @@ class JointChain final : public Kinematics {
   // tip: mm, in the zero pose.
   JointChain(std::vector<Joint> joints, const Eigen::Vector3d& tip) : joints_{std::move(joints)}, tip_{tip} {}
 
-  // Reads table chain{revolute,px_mm,py_mm,pz_mm,ux,uy,uz}, one row per joint, and config tip_mm. Refuses what
+  // Reads table chain and config tip_mm. Refuses what
   // checkedTable refuses, and: missing-key, bad-config, bad-flag, bad-direction.
   static Outcome<JointChain, Refusal> read(const Dataset& dataset);
 

@@ -21,8 +21,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 14> kLegColumns{"kind",  "q",  "lx_mm", "ly_mm", "lz_mm", "px_mm", "py_mm",
-                                                       "pz_mm", "ux", "uy",    "uz",    "cx_mm", "cy_mm", "cz_mm"};
 constexpr std::size_t kDelta = 3, kHexapod = 6;
 constexpr double kClosed_mm = 1e-10;
 constexpr double kShare = 0.5;               // of the gaps may be left after a step

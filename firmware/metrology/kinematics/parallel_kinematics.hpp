@@ -12,6 +12,14 @@
 
 namespace probebox::metrology {
 
+// Columns of table legs, one row per leg: kind and position of its joint, lower and upper end, direction of a slide or
+// a crank's axis, a point of that axis.
+inline constexpr MethodColumn kLegColumns[]{column::number("kind"), column::given("q"),     column::given("lx_mm"),
+                                            column::given("ly_mm"), column::given("lz_mm"), column::given("px_mm"),
+                                            column::given("py_mm"), column::given("pz_mm"), column::kAlongX,
+                                            column::kAlongY,        column::kAlongZ,        column::given("cx_mm"),
+                                            column::given("cy_mm"), column::given("cz_mm")};
+
 // Effect of the joint of a leg: it changes the length of the strut, or moves the lower end of a strut of fixed length.
 enum class LegKind : std::uint8_t { strut, slide, crank };
 

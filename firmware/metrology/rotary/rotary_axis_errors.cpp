@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,8 +29,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Balls = std::map<double, Vector3d>;
 
-constexpr std::array<std::string_view, 5> kFirstColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 4> kBallColumns{"ball", "x_mm", "y_mm", "z_mm"};
+constexpr MethodColumn kFirstColumns[]{column::kPhi, column::kBall, column::kX, column::kY, column::kZ, kMount};
+constexpr MethodColumn kBallColumns[]{column::kBall, column::kX, column::kY, column::kZ, kMount};
+constexpr MethodColumn kCertifiedColumns[]{column::kBall, column::kSetX, column::kSetY, column::kSetZ};
 // Chi-square of six errors that the readings at phi = 0 may differ by from those with the linear axes only: 6 + 4
 // sqrt(12).
 constexpr double kSameState = 20.0;
@@ -128,7 +130,7 @@ std::optional<Refusal> badPlate(const Station& station, const RigidMotion& plate
 // Stations at the sorted distinct angles of first, for a plate at `plate` (its balls from the axis point at zero).
 Outcome<std::vector<Station>, Refusal> stationsOf(const Table& first, const Balls& third, const NominalAxis& axis,
                                                   const RigidMotion& plate) {
-  const std::vector<double> angles = distinctAngles(*first.column("phi_rad"));
+  const std::vector<double> angles = distinctAngles(*first.column(column::kPhi));
   std::vector<Station> stations(angles.size());
   for (std::size_t k = 0; k < angles.size(); ++k) stations[k].angle = angles[k];
   for (std::size_t row = 0; row < first.rows(); ++row) {
@@ -275,9 +277,9 @@ struct Bench {
 Outcome<Bench, Refusal> benchOf(const Dataset& dataset) {
   TRY(const auto axis, nominalAxis(dataset));
   TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
-  TRY(const auto first, checkedTable(dataset, "first", kFirstColumns));
-  TRY(const auto second_table, checkedTable(dataset, "second", kBallColumns));
-  TRY(const auto third_table, checkedTable(dataset, "third", kBallColumns));
+  TRY(const auto first, checkedTable(dataset, "first", std::span{kFirstColumns}.first(5)));
+  TRY(const auto second_table, checkedTable(dataset, "second", std::span{kBallColumns}.first(4)));
+  TRY(const auto third_table, checkedTable(dataset, "third", kCertifiedColumns));
   TRY(const auto second, ballsOf(*second_table));
   TRY(const auto third, ballsOf(*third_table));
   TRY(auto placed, plateStation(second, third, axis));
@@ -297,7 +299,7 @@ bool asksForStack(const Dataset& dataset) {
   const auto correct = dataset.config.find("station_correction");
   const bool corrected = correct != dataset.config.end() && correct->second != Value{false};
   const bool weighs = std::ranges::any_of(kOtherSigmas, [&](auto key) { return dataset.config.contains(key); });
-  return (first && first->column("mount")) || corrected || weighs;
+  return (first && first->column(kMount)) || corrected || weighs;
 }
 
 }  // namespace
@@ -312,7 +314,7 @@ Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
 
   Answer answer{dataset, fit, bench.sigma};
   answer.readingIs("one coordinate of one ball", "mm");
-  answer.result().residuals.against = "phi_rad";
+  answer.result().residuals.against = column::kPhi.name;
   std::vector<double> angles;
   for (std::size_t k = 0; k < stations.size(); ++k) {
     angles.push_back(stations[k].angle);
@@ -333,14 +335,11 @@ Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kAxisErrorsFirstColumns[]{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
-constexpr std::string_view kAxisErrorsBallColumns[]{"ball", "x_mm", "y_mm", "z_mm"};
 constexpr MethodTable kAxisErrorsTables[]{
-    {"first", kAxisErrorsFirstColumns,
-     "centre of a ball with the axis turned to phi; column mount where there are several", true},
-    {"second", kAxisErrorsBallColumns, "centre of a ball with the axis at zero; column mount where there are several",
+    {"first", kFirstColumns, "centre of a ball with the axis turned to phi; column mount where there are several",
      true},
-    {"third", kAxisErrorsBallColumns, "centre of a ball in the certificate, in the plate's own frame"}};
+    {"second", kBallColumns, "centre of a ball with the axis at zero; column mount where there are several", true},
+    {"third", kCertifiedColumns, "centre of a ball in the certificate, in the plate's own frame"}};
 constexpr MethodKey kAxisErrorsKeys[]{
     {"axis_point_mm", kNeeded, "a point of the nominal axis"},
     {"axis_direction", kNeeded, "unit vector along the nominal axis"},
@@ -355,7 +354,7 @@ constexpr MethodKey kAxisErrorsKeys[]{
     key::kTauForTheRecord,
     {"tool_vector_mm", "", "from the machine's position to the reference of the sensor head; for the record"},
     {"sensor_matrix", "", "units of the sensors per mm, one row per sensor; for the record"},
-    {"sensor_head_result", "", "number of the sensor head's calibration; for the record", "sensor-head-"}};
+    {"sensor_head_result", "", "number of the sensor head's calibration; for the record", SubjectKind::sensor_head}};
 constexpr KnownQuantity kKnown[]{{"sd_certificate_mm", "third", KnownKind::table}};
 constexpr Quantity kAxisErrorsResults[]{quantity::kSixErrors, quantity::kLocation, quantity::kTilt};
 constexpr Quantity kAxisErrorsFurther[]{
@@ -366,7 +365,7 @@ constexpr std::string_view kAxisErrorsUnobservable[]{
     "XOC and YOC separately from position-dependent first harmonics (EXC, EYC)",
     "any error at the reference angle, and errors of the linear axes that all angles share"};
 
-std::optional<std::string> subjectOfAxis(const Dataset& dataset) {
+std::optional<Subject> subjectOfAxis(const Dataset& dataset) {
   return letteredSubject(dataset, SubjectKind::rotary);
 }
 
@@ -390,6 +389,6 @@ const Method kRotaryAxisErrors{.name = "rotary-axis-errors",
                                .results = kAxisErrorsResults,
                                .further = kAxisErrorsFurther,
                                .unobservable = kAxisErrorsUnobservable,
-                               .subject = {.name = {}, .of = subjectOfAxis}};
+                               .subject = {.of = subjectOfAxis}};
 
 }  // namespace probebox::metrology

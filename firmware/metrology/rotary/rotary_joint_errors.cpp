@@ -56,19 +56,19 @@ struct Tables {
 };
 
 Outcome<Tables, Refusal> tablesOf(const Dataset& dataset) {
-  std::vector<std::string_view> ball{"ball", "x_mm", "y_mm", "z_mm"};
+  std::vector<std::string_view> ball{column::kBall, column::kX, column::kY, column::kZ};
   TRY(const auto third, checkedTable(dataset, "third", ball));
   const Table* first = dataset.table("first");
-  const bool mounts = first && first->column("mount");
-  if (mounts) ball.emplace_back("mount");
+  const bool mounts = first && first->column(kMount);
+  if (mounts) ball.emplace_back(kMount);
   TRY(const auto second, checkedTable(dataset, "second", ball));
-  ball.emplace_back("phi_rad");
+  ball.emplace_back(column::kPhi);
   TRY(const auto checked, checkedTable(dataset, "first", ball));
   return Tables{checked, second, third, mounts};
 }
 
 Vector3d placeOf(const Table& table, std::size_t row) {
-  return {(*table.column("x_mm"))[row], (*table.column("y_mm"))[row], (*table.column("z_mm"))[row]};
+  return {(*table.column(column::kX))[row], (*table.column(column::kY))[row], (*table.column(column::kZ))[row]};
 }
 
 // Reads the tables and puts the plate where the second coordinates have it, mount by mount.
@@ -87,7 +87,7 @@ class PlateReader {
  private:
   std::optional<Refusal> readThird() {
     for (std::size_t row = 0; row < tables_.third->rows(); ++row) {
-      const double name = (*tables_.third->column("ball"))[row];
+      const double name = (*tables_.third->column(column::kBall))[row];
       if (!balls_.try_emplace(name, stack_.certified.size()).second) return twice(name, "third");
       stack_.certified.push_back(placeOf(*tables_.third, row));
     }
@@ -100,7 +100,8 @@ class PlateReader {
       const double name = mountName(*tables_.second, row);
       const auto mount = mounts_.try_emplace(name, mounts_.size()).first->second;
       for (const auto& other : stack_.readings) {
-        if (other.mount == mount && other.ball == ball) return twice((*tables_.second->column("ball"))[row], "second");
+        if (other.mount == mount && other.ball == ball)
+          return twice((*tables_.second->column(column::kBall))[row], "second");
       }
       stack_.readings.push_back({mount, ball, placeOf(*tables_.second, row) - axis_.point, {}, {}});
     }
@@ -135,7 +136,7 @@ class PlateReader {
 
   std::optional<Refusal> readFirst() {
     const Table& first = *tables_.first;
-    stack_.angles = distinctAngles(*first.column("phi_rad"));
+    stack_.angles = distinctAngles(*first.column(column::kPhi));
     for (std::size_t row = 0; row < first.rows(); ++row) {
       TRY(const auto ball, ballOf(first, row));
       const auto mount = mounts_.find(mountName(first, row));
@@ -144,7 +145,7 @@ class PlateReader {
                                            text(mountName(first, row)) +
                                            " is not in table 'second': read the plate there with the axis at zero"};
       }
-      const double phi = (*first.column("phi_rad"))[row];
+      const double phi = (*first.column(column::kPhi))[row];
       const auto angle = std::ranges::lower_bound(stack_.angles, phi - kSameTableAngle_rad) - stack_.angles.begin();
       stack_.readings.push_back(
           {mount->second, ball, placeOf(first, row) - axis_.point, static_cast<std::size_t>(angle), {}});
@@ -153,14 +154,14 @@ class PlateReader {
   }
 
   double mountName(const Table& table, std::size_t row) const {
-    return tables_.mounts ? (*table.column("mount"))[row] : 1.0;
+    return tables_.mounts ? (*table.column(kMount))[row] : 1.0;
   }
   static Refusal twice(double ball, const char* table) {
     return {"duplicated-ball",
             "table '" + std::string{table} + "' has ball " + text(ball) + " twice: give every ball once a mount"};
   }
   Outcome<std::size_t, Refusal> ballOf(const Table& table, std::size_t row) const {
-    const double name = (*table.column("ball"))[row];
+    const double name = (*table.column(column::kBall))[row];
     const auto ball = balls_.find(name);
     if (ball != balls_.end()) return ball->second;
     return Refusal{"missing-ball", "ball " + text(name) + " of table '" + table.name +
@@ -402,7 +403,7 @@ std::optional<Refusal> badSecond(const PlateReadings& stack, const Fit& fit, con
 // Read minus fitted, one a coordinate.
 Residuals residualsOf(const PlateReadings& stack, const Fit& fit, const Keys& keys) {
   const Matrix3d sigma = inverse(weightOf(keys));
-  Residuals residuals{.unit = "mm", .against = "phi_rad", .names = {}, .at = {}, .values = {}};
+  Residuals residuals{.unit = "mm", .against = std::string{column::kPhi}, .names = {}, .at = {}, .values = {}};
   for (std::size_t k = 0; k < 3 * stack.readings.size(); ++k) {
     const PlateReading& reading = stack.readings[k / 3];
     const auto of_ball = static_cast<Index>(3 * (k / 3)), coordinate = static_cast<Index>(k % 3);

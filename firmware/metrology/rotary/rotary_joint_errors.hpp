@@ -7,6 +7,9 @@
 
 namespace probebox::metrology {
 
+// Number of the mounting of the plate, where there are several.
+inline constexpr MethodColumn kMount{"mount", ColumnRole::number, 0, MayBe::missing};
+
 // Largest distance of a ball of `first` from its station, mm. Without effect if stations are not corrected.
 inline constexpr const char* kStationRadiusKey = "station_radius_mm";
 // Keys of sigmas beside sigma_mm, which they need.

@@ -34,8 +34,8 @@ Outcome<NominalAxis, Refusal> nominalAxis(const Dataset& dataset) {
 }
 
 void addNominalAxis(Result& result, const NominalAxis& axis) {
-  result.also.push_back(Estimate::vector("axis_point_mm", {axis.point.begin(), axis.point.end()}, {}));
-  result.also.push_back(Estimate::vector("axis_direction", {axis.direction.begin(), axis.direction.end()}, {}));
+  result.also.push_back(Estimate::vector(quantity::kAxisPoint, {axis.point.begin(), axis.point.end()}, {}));
+  result.also.push_back(Estimate::vector(quantity::kAxisDirection, {axis.direction.begin(), axis.direction.end()}, {}));
 }
 
 Eigen::MatrixXd locationMap(std::span<const double> angles, const Vector3d& direction, Eigen::Index offset) {
@@ -103,8 +103,8 @@ std::optional<Refusal> tooLargeErrors(const std::vector<double>& angles, const E
 
 void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eigen::VectorXd& six,
                    const Eigen::MatrixXd& rows, const Vector3d& direction) {
-  answer.promiseMatrix("six_errors", 6, six, rows);
-  answer.result().also.push_back(Estimate::vector("angle_rad", angles, {}));
+  answer.promiseMatrix(quantity::kSixErrors, 6, six, rows);
+  answer.result().also.push_back(Estimate::vector(quantity::kErrorAngles, angles, {}));
   answer.result().convention =
       "EX EY EZ EA EB EC of the table at each angle, about axis_point_mm, relative to the axis at zero";
   if (!locationKnown(angles)) {
@@ -113,12 +113,12 @@ void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eige
   }
   const Eigen::MatrixXd location = locationMap(angles, direction, 0);
   const Eigen::MatrixXd tilt = locationMap(angles, direction, 3);
-  answer.promiseVector("location_mm", location * six, location * rows);
-  answer.promiseVector("tilt_rad", tilt * six, tilt * rows);
+  answer.promiseVector(quantity::kLocation, location * six, location * rows);
+  answer.promiseVector(quantity::kTilt, tilt * six, tilt * rows);
   const Eigen::MatrixXd translations = positionDependentMap(angles, direction, 0);
   const Eigen::MatrixXd rotations = positionDependentMap(angles, direction, 3);
-  answer.alsoMatrix("position_dependent_mm", 3, translations * six, translations * rows);
-  answer.alsoMatrix("position_dependent_rad", 3, rotations * six, rotations * rows);
+  answer.alsoMatrix(quantity::kErrorMotions, 3, translations * six, translations * rows);
+  answer.alsoMatrix(quantity::kTiltMotions, 3, rotations * six, rotations * rows);
 }
 
 }  // namespace probebox::metrology

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -15,17 +16,27 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kBallOfReading{
+    .key = "ball_mm", .about = "centre of the ball, a row a reading", .compared = Compared::never};
+
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 6> kMoveColumns{"ux_mm", "uy_mm", "uz_mm", "s1", "s2", "s3"};
-constexpr std::array<std::string_view, 6> kReadingColumns{"x_mm", "y_mm", "z_mm", "s1", "s2", "s3"};
+constexpr double kNest_mm = 20.0;  // a ball inside the nest of a head moves less
+constexpr MethodColumn kSensor1{"s1", ColumnRole::deflection}, kSensor2{"s2", ColumnRole::deflection},
+    kSensor3{"s3", ColumnRole::deflection};
+constexpr MethodColumn kMoveColumns[]{column::given("ux_mm", kNest_mm),
+                                      column::given("uy_mm", kNest_mm),
+                                      column::given("uz_mm", kNest_mm),
+                                      kSensor1,
+                                      kSensor2,
+                                      kSensor3};
+constexpr MethodColumn kReadingColumns[]{column::kX, column::kY, column::kZ, kSensor1, kSensor2, kSensor3};
 constexpr double kWorstHead = 50.0;  // condition of K
 constexpr double kLeastMove = 5.0;   // of a sensor's noise
 constexpr double kReach = 1.5;       // of the largest move: sensors may not be linear beyond
-constexpr double kNest_mm = 20.0;    // as of a move
 constexpr Index kParameters = 12;    // K row by row, each followed by its zero
 
 Outcome<Fit, Refusal> fitHead(const MatrixXd& moves, double sigma) {
@@ -150,8 +161,8 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   answer.readingIs("one sensor", "units of the sensors");
   if (auto refusal = badHead(head.matrix, moves, answer.readingSd().value_or(0.0))) return *refusal;
   const double noise = sdOfFurtherReading(answer, fit, sigma).value_or(0.0);
-  answer.promiseMatrix("sensor_matrix", 3, pick_matrix * fit.parameters, pick_matrix);
-  answer.promiseVector("sensor_zero", head.zero, pick_zero);
+  answer.promiseMatrix(quantity::kSensorMatrix, 3, pick_matrix * fit.parameters, pick_matrix);
+  answer.promiseVector(quantity::kSensorZero, head.zero, pick_zero);
   const Vector3d sensitivity = head.matrix.rowwise().norm();
   answer.result().also.push_back(Estimate::vector("sensitivity", {sensitivity.begin(), sensitivity.end()}, {}));
   if (reference) {
@@ -169,12 +180,12 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
       answer.warn(beyond->what + "; beyond 1.5 times that the matrix is extrapolated: read nearer, or move further");
     }
     const ReadBalls balls = readBalls(*readings, head, vector);
-    answer.promiseMatrix("ball_mm", 3, balls.values, balls.slopes);
+    answer.promiseMatrix(kBallOfReading, 3, balls.values, balls.slopes);
   }
   for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   answer.result().convention =
       "sensors = zero + matrix * position of the ball relative to the head's reference; rms in the unit of the sensors";
-  answer.readings(*table, std::span{kMoveColumns}.last(3), "ux_mm");
+  answer.readings(*table, std::span{kMoveColumns}.last(3), kMoveColumns[0]);
   Result result = std::move(answer).take(true);
   if (dataset.table("readings")) addReadingNoise(result, inverse(head.matrix) * noise);
   return result;
@@ -191,14 +202,11 @@ constexpr MethodKey kSensorHeadKeys[]{
     {"tool_vector_mm", "[0,0,0]", "from the machine's position to the head's reference"},
     {"reference_mm", "", "the machine's position at the reference, u = 0; gives centred_mm"},
     {"tool", "", "number of the sensor head as a tool; needed by the box"}};
-constexpr Quantity kSensorHeadResults[]{
-    quantity::kSensorMatrix,
-    quantity::kSensorZero,
-    {.key = "ball_mm", .about = "centre of the ball, a row a reading", .compared = Compared::never}};
+constexpr Quantity kSensorHeadResults[]{quantity::kSensorMatrix, quantity::kSensorZero, kBallOfReading};
 constexpr std::string_view kSensorHeadUnobservable[]{
     "the position of the ball separately from that of the head's reference: only moves relative to it"};
 
-std::optional<std::string> subjectOfHead(const Dataset& dataset) {
+std::optional<Subject> subjectOfHead(const Dataset& dataset) {
   return numberedSubject(dataset, SubjectKind::sensor_head, "tool");
 }
 
@@ -213,6 +221,6 @@ const Method kSensorHeadCalibration{.name = "sensor-head-calibration",
                                     .keys = kSensorHeadKeys,
                                     .results = kSensorHeadResults,
                                     .unobservable = kSensorHeadUnobservable,
-                                    .subject = {.name = {}, .of = subjectOfHead}};
+                                    .subject = {.of = subjectOfHead}};
 
 }  // namespace probebox::metrology

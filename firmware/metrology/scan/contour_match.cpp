@@ -151,7 +151,7 @@ Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& 
   TRY(const auto distances, readsDistances(dataset));
   Dataset converted;
   if (distances) {
-    TRY(auto deflections, withDeflections(dataset, "scan", Undeflected::farthest));
+    TRY(auto deflections, withDeflections(dataset, column::kScan, Undeflected::farthest));
     converted = std::move(deflections);
   }
   TRY(const auto scans, readScans(distances ? converted : dataset, question));

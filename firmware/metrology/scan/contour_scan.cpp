@@ -20,9 +20,6 @@ using Eigen::Index;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 5> kMachineScan{"scan", "t_s", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 5> kProbeScan{"scan", "t_s", "a", "b", "c"};
-constexpr std::array<std::string_view, 2> kScans{"scan", "speed_mm_s"};
 constexpr double kTransition_s = 0.020;  // of a step of the distance
 constexpr double kLeastRate = 10.0;      // squares of the rate against those of its noise
 constexpr double kLeastSquare = 1e-8;    // mm^2/s^2, of the rate: the digits of a case file
@@ -171,7 +168,7 @@ std::optional<Refusal> unusable(const ContourScan& scan, const ScanQuestion& que
 
 std::optional<Refusal> unlisted(const Table& table, const std::vector<double>& ids) {
   double known = std::nan("");
-  for (const double id : *table.column("scan")) {
+  for (const double id : *table.column(column::kScan)) {
     if (id == known) continue;
     if (std::ranges::count(ids, id) != 1) {
       return Refusal{"unknown-scan", "scan " + text(id) + " of table '" + table.name +
@@ -255,21 +252,21 @@ Outcome<double, Refusal> searchWindow(const Dataset& dataset) {
 }
 
 Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, const ScanQuestion& question) {
-  TRY(const auto listed, checkedTable(dataset, "scans", kScans));
-  TRY(const auto machine, checkedTable(dataset, "machine", kMachineScan));
-  TRY(const auto probe, checkedTable(dataset, "probe", kProbeScan));
-  if (auto refusal = frozenSamples(*probe, "scan")) return *refusal;
-  const auto& ids = *listed->column("scan");
+  TRY(const auto listed, checkedTable(dataset, "scans", kScansColumns));
+  TRY(const auto machine, checkedTable(dataset, "machine", kScanMachineColumns));
+  TRY(const auto probe, checkedTable(dataset, "probe", kScanProbeColumns));
+  if (auto refusal = frozenSamples(*probe, column::kScan)) return *refusal;
+  const auto& ids = *listed->column(column::kScan);
   for (const auto* table : {machine, probe}) {
     if (auto refusal = unlisted(*table, ids)) return *refusal;
   }
   std::vector<ContourScan> scans;
   for (std::size_t row = 0; row < ids.size(); ++row) {
     const std::string name = "scan " + text(ids[row]);
-    const double speed = (*listed->column("speed_mm_s"))[row];
+    const double speed = (*listed->column(column::kSpeed))[row];
     if (speed <= 0.0) return Refusal{"bad-speed", name + ": speed_mm_s must be greater than zero"};
-    TRY(auto of_machine, scanPoints(*machine, kMachineScan, ids[row], name));
-    TRY(auto of_probe, scanPoints(*probe, kProbeScan, ids[row], name));
+    TRY(auto of_machine, scanPoints(*machine, kScanMachineColumns, ids[row], name));
+    TRY(auto of_probe, scanPoints(*probe, kScanProbeColumns, ids[row], name));
     if (auto refusal = speedDiffers(of_machine, name, speed, question.in_circles)) return *refusal;
     std::vector<std::string> spikes = std::move(of_machine.spikes);
     std::ranges::move(of_probe.spikes, std::back_inserter(spikes));

@@ -30,11 +30,10 @@ double undeflectedOf(const Span& span, Undeflected undeflected) {
 }  // namespace
 
 Outcome<Dataset, Refusal> withDeflections(const Dataset& dataset, std::string_view group, Undeflected undeflected) {
-  const std::array<std::string_view, 3> columns{group, "t_s", "distance_mm"};
-  TRY(const auto read, checkedTable(dataset, "probe", columns));
+  TRY(const auto read, checkedTable(dataset, "probe", {group, column::kTime, column::kDistance}));
   const auto& ids = *read->column(group);
-  const auto& times = *read->column("t_s");
-  const auto& distances = *read->column("distance_mm");
+  const auto& times = *read->column(column::kTime);
+  const auto& distances = *read->column(column::kDistance);
   std::map<double, Span> spans;
   for (std::size_t row = 0; row < ids.size(); ++row) {
     const double at = distances[row];
@@ -42,8 +41,8 @@ Outcome<Dataset, Refusal> withDeflections(const Dataset& dataset, std::string_vi
     span.last = at;
     span.largest = std::max(span.largest, at);
   }
-  const std::array<std::string_view, 5> deflections{group, "t_s", "a", "b", "c"};
-  Table probe = Table::withColumns("probe", deflections);
+  const auto& channels = column::kChannels;
+  Table probe = Table::withColumns("probe", {group, column::kTime, channels[0], channels[1], channels[2]});
   for (std::size_t row = 0; row < ids.size(); ++row) {
     probe.append({ids[row], times[row], undeflectedOf(spans[ids[row]], undeflected) - distances[row], 0.0, 0.0});
   }

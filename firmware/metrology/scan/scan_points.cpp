@@ -66,7 +66,7 @@ double speedOf(const ScanPoints& points) {
 
 }  // namespace
 
-Outcome<ScanPoints, Refusal> scanPoints(const Table& table, std::span<const std::string_view> columns, double id,
+Outcome<ScanPoints, Refusal> scanPoints(const Table& table, const ColumnNames& columns, double id,
                                         const std::string& scan) {
   const Stream stream = streamOf(table, columns, rowsOf(*table.column(columns[0]), id));
   if (auto refusal = wrongStamps(stream.times, scan, table.name)) return *refusal;

@@ -24,7 +24,7 @@ struct ScanPoints {
 
 // columns: scan, t_s and three values. Refuses: too-few-samples (fifty), time-not-rising, gap (a span of ten times what
 // the samples cover).
-Outcome<ScanPoints, Refusal> scanPoints(const Table& table, std::span<const std::string_view> columns, double id,
+Outcome<ScanPoints, Refusal> scanPoints(const Table& table, const ColumnNames& columns, double id,
                                         const std::string& scan);
 
 // Refuses speed-differs: both streams by a clock of another rate show the same motion, and its speed alone tells.

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
@@ -430,7 +432,7 @@ void addResiduals(Match& match, const std::vector<ResampledPair>& grids) {
   Index points = 0;
   for (const auto& grid : grids) points += grid.residuals().size();
   const Index step = 1 + points / kMostShown;
-  match.residuals = {.unit = "mm", .against = "t_s", .names = {}, .at = {}, .values = {}};
+  match.residuals = {.unit = "mm", .against = std::string{column::kTime}, .names = {}, .at = {}, .values = {}};
   for (const auto& grid : grids) {
     for (Index k = 0; k < grid.residuals().size(); k += step) {
       if (!grid.used(k)) continue;
@@ -518,7 +520,7 @@ Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::Vect
   }
   for (const auto& name : match.dropped)
     result.dropped.push_back({name, "more than 4.5 deviations from the other samples"});
-  Estimate delay = Estimate::scalar("tau_s", previous[0] + match.tau_s, sd);
+  Estimate delay = Estimate::scalar(quantity::kTau, previous[0] + match.tau_s, sd);
   if (match.expected_mm > 0.0) delay.design = {match.sd_s / match.expected_mm};
   result.design_per = "one comparison of machine and probe, mm";
   result.residuals = match.residuals;

@@ -4,6 +4,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/chi_square.hpp"
+#include "firmware/metrology/screw/screw_config.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -27,7 +28,8 @@ struct Wider {
 };
 
 Wider widerFit(const Table& table, const ScrewModel& screw, const Fit& gain) {
-  const VectorXd x = columnOf(table, "x_mm"), ext = columnOf(table, "ext_um"), errors = columnOf(table, "error_um");
+  const VectorXd x = columnOf(table, column::kX), ext = columnOf(table, kExtension),
+                 errors = columnOf(table, kNutError);
   Eigen::MatrixXd design{x.size(), 1};
   for (Index k = 0; k < x.size(); ++k) design(k, 0) = leverOf(screw, x[k]) * ext[k];
   Wider wider{gain, 0};

@@ -95,8 +95,8 @@ Outcome<SpikeFreeFit, Refusal> fitWithoutSpikes(const Eigen::MatrixXd& design, c
   }
 }
 
-constexpr std::array<std::string_view, 3> kGainColumns{"x_mm", "ext_um", "error_um"};
-constexpr std::array<std::string_view, 3> kFaceColumns{"t_s", "phi_rad", "sensor_um"};
+constexpr MethodColumn kGainColumns[]{column::kSetX, kExtension, kNutError};
+constexpr MethodColumn kFaceColumns[]{column::kTime, column::kPhi.as(ColumnRole::rotation), column::kSensor};
 constexpr const char* kStandingGain = "K";
 constexpr double kLeastSpanUm = 5.0;
 constexpr std::size_t kLeastSamples = 10;
@@ -108,9 +108,9 @@ constexpr double kOnePlace = 0.1;
 constexpr double kEnoughForCurves = 30.0;  // samples a sector
 
 Outcome<Fit, Refusal> fitGain(const Table& table, const ScrewModel& screw) {
-  const auto& positions = *table.column("x_mm");
-  const auto& extensions = *table.column("ext_um");
-  const auto& errors = *table.column("error_um");
+  const auto& positions = *table.column(column::kX);
+  const auto& extensions = *table.column(kExtension);
+  const auto& errors = *table.column(kNutError);
   const auto [least, greatest] = std::ranges::minmax(extensions);
   if (greatest - least < kLeastSpanUm) {
     return Refusal{"extension-span-too-small", "the extensions span " + text(greatest - least) +
@@ -135,8 +135,8 @@ struct Face {
 };
 
 Face faceOf(const Table& table, std::size_t sectors) {
-  Face face{.sectors = sectors, .sector = {}, .place = {}, .time = *table.column("t_s"), .sensor = nullptr};
-  for (const double angle : *table.column("phi_rad")) {
+  Face face{.sectors = sectors, .sector = {}, .place = {}, .time = *table.column(column::kTime), .sensor = nullptr};
+  for (const double angle : *table.column(column::kPhi)) {
     const std::size_t sector = sectorAt(angle, sectors);
     const double turns = angle / kTurn;
     face.sector.push_back(sector);
@@ -146,7 +146,7 @@ Face faceOf(const Table& table, std::size_t sectors) {
   double mean = 0.0;
   for (const double t : face.time) mean += t / static_cast<double>(face.time.size());
   for (double& t : face.time) t -= mean;
-  face.sensor = table.column("sensor_um");
+  face.sensor = table.column(column::kSensor);
   return face;
 }
 
@@ -316,7 +316,7 @@ Covariance apart(const Covariance& first, const Covariance& second) {
 void addGain(Result& result, const Dataset& dataset, const ScrewModel& screw, const Fit& gain) {
   Answer of_gain{dataset, gain, {}};
   of_gain.readingIs("one true error of table gain_cal", "um");
-  of_gain.promiseScalar("K", gain.parameters[0], pick(0, 1, 1).row(0));
+  of_gain.promiseScalar(quantity::kScrewGain, gain.parameters[0], pick(0, 1, 1).row(0));
   const Result gain_result = std::move(of_gain).take(true);
   if (gain_result.covariance && result.covariance) {
     result.covariance = apart(*gain_result.covariance, *result.covariance);
@@ -337,7 +337,7 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   TRY(const auto face_table, checkedTable(dataset, "sector_cal", kFaceColumns));
 
   const Face face = faceOf(*face_table, config.sectors);
-  if (auto refusal = tooLittle(face, *face_table->column("phi_rad"))) return *refusal;
+  if (auto refusal = tooLittle(face, *face_table->column(column::kPhi))) return *refusal;
   TRY(const auto of_face, fitFace(face));
   const Fit& fit = of_face.fit;
 
@@ -350,11 +350,11 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   }
   Answer answer{dataset, fit, {}};
   answer.readingIs(gain ? "one reading: of the sensor, for K one true error" : "one reading of the sensor", "um");
-  answer.readings(*face_table, std::array<std::string_view, 1>{"sensor_um"}, "phi_rad");
+  answer.readings(*face_table, {column::kSensor}, column::kPhi);
   Eigen::MatrixXd about_mean = pick(0, sectors, fit.parameters.size());
   about_mean.leftCols(sectors).array() -= 1.0 / static_cast<double>(sectors);
-  answer.promiseVector("sector_table_um", about_mean * fit.parameters, about_mean);
-  answer.promiseScalar("drift_um_s", drift, pick(sectors, 1, fit.parameters.size()).row(0));
+  answer.promiseVector(quantity::kSectorTable, about_mean * fit.parameters, about_mean);
+  answer.promiseScalar(quantity::kSensorDrift, drift, pick(sectors, 1, fit.parameters.size()).row(0));
 
   Result result = std::move(answer).take(true);
   widen(result, of_face, face);
@@ -380,13 +380,14 @@ constexpr MethodKey kCalibrationKeys[]{
     kAxisReversed,
     {"drift_limit_um_s", "0.1", "more drift is refused"},
     {"axis", "", "axis of the screw, X, Y or Z; needed by the box"},
-    {kStandingGain, "", "gain K that is kept, instead of table gain_cal: only the face table is measured"}};
+    MethodKey{kStandingGain, "", "gain K that is kept, instead of table gain_cal: only the face table is measured"}
+        .upTo(quantity::kScrewGain.most)};
 constexpr KnownQuantity kCalibrationKnown[]{kScrewLengthKnown, kScrewOffsetKnown};
 constexpr Quantity kCalibrationResults[]{quantity::kScrewGain, quantity::kSectorTable, quantity::kSensorDrift};
 constexpr std::string_view kCalibrationUnobservable[]{
     kEvenHeat, "the mean height of the face separately from the zero of the sensor: the table sums to 0"};
 
-std::optional<std::string> subjectOfScrew(const Dataset& dataset) {
+std::optional<Subject> subjectOfScrew(const Dataset& dataset) {
   return letteredSubject(dataset, SubjectKind::screw);
 }
 
@@ -402,6 +403,6 @@ const Method kScrewCalibration{.name = "screw-calibration",
                                .known = kCalibrationKnown,
                                .results = kCalibrationResults,
                                .unobservable = kCalibrationUnobservable,
-                               .subject = {.name = {}, .of = subjectOfScrew}};
+                               .subject = {.of = subjectOfScrew}};
 
 }  // namespace probebox::metrology

@@ -24,7 +24,9 @@ inline std::string sectorPart(std::size_t component) {
   return "sector " + std::to_string(component);
 }
 
-inline constexpr Quantity kScrewGain{.key = result_key::kScrewGain, .about = "gain (D2), unless it is stated"};
+// About 1: the nut is off by what the screw stretches.
+inline constexpr Quantity kScrewGain{
+    .key = result_key::kScrewGain, .about = "gain (D2), unless it is stated", .most = 10};
 inline constexpr Quantity kSectorTable{
     .key = "sector_table_um", .about = "face table (D3), sum 0", .part_name = sectorPart};
 inline constexpr Quantity kSensorDrift{

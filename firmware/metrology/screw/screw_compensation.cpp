@@ -7,12 +7,14 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
+#include "firmware/metrology/screw/screw_calibration.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 4> kCycleColumns{"x_mm", "phi_rad", "rpm", "sensor_um"};
+constexpr MethodColumn kTurns{"rpm", ColumnRole::given};
+constexpr MethodColumn kCycleColumns[]{column::kSetX, column::kPhi, kTurns, column::kSensor};
 
 Outcome<ScrewModel, Refusal> readScrew(const Dataset& dataset) {
   TRY(auto screw, screwOf(dataset));
@@ -50,10 +52,10 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
   TRY(const auto sigma, configSigma(dataset, "sigma_um"));
   TRY(const auto table, checkedTable(dataset, "cycle", kCycleColumns));
   if (auto refusal = refuseOutside(screw, *table)) return *refusal;
-  const auto& positions = *table->column("x_mm");
-  const auto& angles = *table->column("phi_rad");
-  const auto& speeds = *table->column("rpm");
-  const auto& sensor = *table->column("sensor_um");
+  const auto& positions = *table->column(column::kX);
+  const auto& angles = *table->column(column::kPhi);
+  const auto& speeds = *table->column(kTurns);
+  const auto& sensor = *table->column(column::kSensor);
   if (auto refusal = outOfLimits(dataset, screw, sensor)) return *refusal;
 
   Result result;
@@ -67,7 +69,7 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
     design.push_back(std::abs(compensationUm(screw, positions[row], 1.0)));
     if (sigma.stated) sd.push_back(std::abs(compensationUm(screw, positions[row], sigma.value)));
   }
-  result.estimates.push_back(Estimate::vector("comp_um", std::move(compensation), std::move(sd)));
+  result.estimates.push_back(Estimate::vector(quantity::kScrewCorrections, std::move(compensation), std::move(sd)));
   result.estimates.back().design = std::move(design);
   result.design_per = "one reading of the sensor, um";
   result.condition = 1.0;
@@ -84,7 +86,7 @@ constexpr MethodTable kCompensationTables[]{
 constexpr MethodKey kCompensationKeys[]{
     kScrewLength,
     kScrewOffset,
-    {"K", kNeeded, "calibrated gain"},
+    MethodKey{"K", kNeeded, "calibrated gain"}.upTo(quantity::kScrewGain.most),
     {"threshold_rpm", kNeeded, "at this speed and above the face table is not subtracted (D5)"},
     kAxisReversed,
     {"reference_um", "0", "the sensor's reading of the cold screw"},

@@ -43,7 +43,7 @@ Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset) {
 std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table) {
   // Bearings, nut and stated lengths take a little of it at both ends.
   constexpr double kBeyond = 0.05;
-  const auto& positions = *table.column("x_mm");
+  const auto& positions = *table.column(column::kX);
   for (std::size_t row = 0; row < positions.size(); ++row) {
     const double signed_lever = leverOf(screw, positions[row]);
     const double lever = screw.reversed ? -signed_lever : signed_lever;
@@ -58,7 +58,7 @@ std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table
 
 std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table, double sd_sector_um) {
   const auto& numbers = *table.column("sector");
-  const auto& values = *table.column("T_um");
+  const auto& values = *table.column(kSectorColumns[1]);
   const Refusal bad{"bad-sectors", "table 'sector_table' must name the sectors 0 to n - 1, each once, at least " +
                                        std::to_string(kLeastSectors) + " and at most " + std::to_string(kMostSectors) +
                                        ": take the table of screw-calibration"};

@@ -12,7 +12,8 @@
 
 namespace probebox::metrology {
 
-inline constexpr MethodKey kScrewLength{"screw_length_mm", kNeeded, "from the fixed bearing to the sensor"};
+inline constexpr MethodKey kScrewLength{
+    "screw_length_mm", kNeeded, "from the fixed bearing to the sensor", {}, 10, 1e5};
 inline constexpr MethodKey kScrewOffset{"orgoff_mm", kNeeded, "from the fixed bearing to the axis zero"};
 inline constexpr MethodKey kAxisReversed{"axis_reversed", "false",
                                          "true if the axis counts upwards towards the fixed bearing"};
@@ -29,7 +30,10 @@ Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset);
 std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table);
 
 // Columns of table sector_table: the face table of screw-calibration.
-inline constexpr std::array<std::string_view, 2> kSectorColumns{"sector", "T_um"};
+inline constexpr MethodColumn kSectorColumns[]{column::number("sector"), {"T_um", ColumnRole::face, 500}};
+// Columns of the samples of the sensor while the screw turns or rests.
+inline constexpr MethodColumn kExtension{"ext_um", ColumnRole::given};
+inline constexpr MethodColumn kNutError{"error_um", ColumnRole::sensor};
 inline constexpr std::size_t kLeastSectors = 2;
 // Takes the sectors of a screw from that table. sd_sector_um: of a value; 0: not stated. Refuses: bad-sectors (not each
 // of 0 to n - 1 once, or a sum that is not 0).

@@ -19,7 +19,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kRestColumns{"t_s", "phi_rad", "sensor_um"};
+constexpr MethodColumn kRestColumns[]{column::kTime, column::kPhi, column::kSensor};
 constexpr std::size_t kFewestReadings = 10;
 // A screw that is still off by e returns to its room's temperature with a time constant of a quarter of an hour or
 // more: at this drift at most 2 um are left.
@@ -105,9 +105,9 @@ struct RestFit {
 };
 
 Outcome<RestFit, Refusal> fitRest(const Table& table, const FaceUnderSensor& face) {
-  const auto& times = *table.column("t_s");
-  const auto& angles = *table.column("phi_rad");
-  const auto& sensor = *table.column("sensor_um");
+  const auto& times = *table.column(column::kTime);
+  const auto& angles = *table.column(column::kPhi);
+  const auto& sensor = *table.column(column::kSensor);
   const auto rows = static_cast<Eigen::Index>(table.rows());
   double mean_s = 0.0;
   for (const double t : times) mean_s += t / static_cast<double>(times.size());
@@ -147,12 +147,12 @@ Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
     return Refusal{"too-few-samples", "table 'at_rest' has " + std::to_string(table->rows()) +
                                           " readings, fewer than 10: stand still for longer"};
   }
-  const auto& times = *table->column("t_s");
+  const auto& times = *table->column(column::kTime);
   if (const auto back = std::ranges::adjacent_find(times, std::ranges::greater_equal{}); back != times.end()) {
     return Refusal{"time-not-rising", "table 'at_rest', row " + std::to_string(back - times.begin() + 2) +
                                           ": t_s does not rise, as of a copied row: remove it"};
   }
-  const auto step = resolution ? resolution : smallestStep(*table->column("sensor_um"));
+  const auto step = resolution ? resolution : smallestStep(*table->column(column::kSensor));
   if (!step) {
     return Refusal{"constant-sensor",
                    "all readings of the sensor are equal: it is frozen, or its resolution hides the noise; check it, "
@@ -167,9 +167,9 @@ Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
   if (auto refusal = notAtRest(rest.fit.parameters[1], sd_drift, limit.value_or(kRestDriftLimitUmS))) return *refusal;
 
   answer.readingIs("one reading of the sensor", "um");
-  answer.readings(*table, std::array<std::string_view, 1>{"sensor_um"}, "t_s");
-  answer.promiseScalar("reference_um", rest.fit.parameters[0], all.row(0));
-  answer.promiseScalar("drift_um_s", rest.fit.parameters[1], all.row(1));
+  answer.readings(*table, {column::kSensor}, column::kTime);
+  answer.promiseScalar(quantity::kColdReading, rest.fit.parameters[0], all.row(0));
+  answer.promiseScalar(quantity::kSensorDrift, rest.fit.parameters[1], all.row(1));
   Result result = std::move(answer).take(true);
   const double added = std::hypot(rest.face_sd_um, roundingSd(sd_reading, *step));
   for (const auto* key : {"reference_um", "drift_um_s"}) inflate(result, key, inflation);
@@ -194,14 +194,14 @@ constexpr MethodKey kReferenceKeys[]{
     {"drift_limit_um_s", "0.002", "more drift is refused"},
     {"resolution_um", "", "of a reading; without it the smallest difference between two"},
     {"axis", "", "axis of the screw, X, Y or Z; needed by the box"},
-    {"screw_result", "", "number of the face table's result; for the record", "screw-"}};
+    {"screw_result", "", "number of the face table's result; for the record", SubjectKind::screw}};
 constexpr Quantity kReferenceResults[]{quantity::kColdReading,
                                        quantity::kSensorDrift.as("drift of the sensor during at_rest")};
 constexpr std::string_view kReferenceUnobservable[]{
     "whether the screw is at the temperature at which the machine is right: a screw that is evenly warm is as steady",
     "a drift of the sensor itself, which looks like an extension"};
 
-std::optional<std::string> subjectOfReference(const Dataset& dataset) {
+std::optional<Subject> subjectOfReference(const Dataset& dataset) {
   return letteredSubject(dataset, SubjectKind::screw_reference);
 }
 
@@ -216,6 +216,6 @@ const Method kScrewReference{.name = "screw-reference",
                              .keys = kReferenceKeys,
                              .results = kReferenceResults,
                              .unobservable = kReferenceUnobservable,
-                             .subject = {.name = {}, .of = subjectOfReference}};
+                             .subject = {.of = subjectOfReference}};
 
 }  // namespace probebox::metrology

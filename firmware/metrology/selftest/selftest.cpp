@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <numbers>
 #include <optional>
+#include <span>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
@@ -15,6 +16,9 @@
 
 namespace probebox::metrology {
 namespace {
+
+constexpr Quantity kMoved{"moved_mm", "one row per step, x y z"};
+constexpr Quantity kDeflected{"deflected_mm", "one row per step, x y z"};
 
 using Eigen::Vector3d;
 
@@ -41,13 +45,13 @@ struct Step {
   Vector3d left_mm;  // deflection at its end less that at its beginning
 };
 
-using Columns = std::array<std::string_view, 3>;
-constexpr Columns kPositions{"x_mm", "y_mm", "z_mm"}, kChannels{"a", "b", "c"};
+using Columns = std::span<const MethodColumn, 3>;
+constexpr Columns kPositions{column::kPosition}, kChannels{column::kChannels};
 
 // The place to which each column is given; one that never changes, and shows no digits, has those of the others.
 // Positions are commanded, so round ones say nothing of places above the usual.
-Vector3d digitsOf(const Table& table, const Columns& columns) {
-  const bool commanded = columns == kPositions;
+Vector3d digitsOf(const Table& table, Columns columns) {
+  const bool commanded = columns[0].role == ColumnRole::coordinate;
   std::array<ShownDigit, 3> shown;
   double finest = kUsualDigit;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -100,9 +104,9 @@ struct Rows {
   }
 };
 
-Rows rowsOf(const Table& table, double touch, const Columns& columns, const Vector3d& digits) {
+Rows rowsOf(const Table& table, double touch, Columns columns, const Vector3d& digits) {
   Rows rows{digits, {}};
-  const auto& numbers = *table.column("touch");
+  const auto& numbers = *table.column(column::kTouch);
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (numbers[i] != touch) continue;
     rows.values.emplace_back((*table.column(columns[0]))[i], (*table.column(columns[1]))[i],
@@ -127,8 +131,8 @@ Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
   std::vector<Step> steps;
   const auto& normal_of = *touches;
   for (std::size_t i = 0; i < normal_of.rows(); ++i) {
-    const double number = (*normal_of.column("touch"))[i];
-    const auto& numbers = *kinds->column("touch");
+    const double number = (*normal_of.column(column::kTouch))[i];
+    const auto& numbers = *kinds->column(column::kTouch);
     const auto kind = std::ranges::find(numbers, number);
     const Rows positions = rowsOf(*machine, number, kPositions, of_positions);
     const Rows channels = rowsOf(*probe, number, kChannels, of_channels);
@@ -140,8 +144,9 @@ Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
     const auto rest = channels.before(), deep = channels.deepest(), end = channels.last();
     steps.push_back(
         {.number = number,
-         .towards = {(*normal_of.column("nx"))[i], (*normal_of.column("ny"))[i], (*normal_of.column("nz"))[i]},
-         .travel_mm = (*kinds->column("travel_mm"))[static_cast<std::size_t>(kind - numbers.begin())],
+         .towards = {(*normal_of.column(column::kNormalX))[i], (*normal_of.column(column::kNormalY))[i],
+                     (*normal_of.column(column::kNormalZ))[i]},
+         .travel_mm = (*kinds->column(kSelftestColumns[1]))[static_cast<std::size_t>(kind - numbers.begin())],
          .moved_mm = to.value - from.value,
          .moved_sd_mm = (from.sd.cwiseAbs2() + to.sd.cwiseAbs2()).cwiseSqrt(),
          .deflected_mm = gain * (deep.value - rest.value),
@@ -265,8 +270,8 @@ Outcome<Result, Refusal> solveSelftest(const Dataset& dataset) {
     append(deflected, step.deflected_mm);
     append(deflected_sd, step.deflected_sd_mm);
   }
-  result.estimates.push_back(Estimate::matrix("moved_mm", 3, std::move(moved), std::move(moved_sd)));
-  result.estimates.push_back(Estimate::matrix("deflected_mm", 3, std::move(deflected), std::move(deflected_sd)));
+  result.estimates.push_back(Estimate::matrix(kMoved, 3, std::move(moved), std::move(moved_sd)));
+  result.estimates.push_back(Estimate::matrix(kDeflected, 3, std::move(deflected), std::move(deflected_sd)));
   result.convention =
       "one row per step, columns X Y Z of the machine; deflection of the stylus ball relative to the probe body";
   return result;
@@ -280,7 +285,7 @@ constexpr MethodTable kTables[]{{"machine", kMachineColumns, "position of the mo
                                 {"steps", kSelftestColumns, "a step: travel of its jog, 0 of a push"}};
 constexpr MethodKey kKeys[]{
     {"gain", kNeeded, "3 x 3, the probe's matrix as it is described (A3)"}, kProbeAtZero, kProbeB};
-constexpr Quantity kResults[]{{"moved_mm", "one row per step, x y z"}, {"deflected_mm", "one row per step, x y z"}};
+constexpr Quantity kResults[]{kMoved, kDeflected};
 constexpr std::string_view kUnobservable[]{
     "errors below its limits, 2 % of a travel and 30 degrees of a push: calibrations find these"};
 

@@ -16,7 +16,7 @@ namespace probebox::metrology {
 
 // One row per step, with the tables of touches. travel_mm: of a jog of one axis along the row's normal (nx ny nz); 0: a
 // push of the stylus along it.
-inline constexpr std::string_view kSelftestColumns[]{"touch", "travel_mm"};
+inline constexpr MethodColumn kSelftestColumns[]{column::kTouch, column::given("travel_mm")};
 
 // A push has at least so many rows of the free probe before it and after it, a jog so many at rest. A machine may start
 // at once, so no more of the first are known to be at rest.

@@ -158,7 +158,7 @@ Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltRead
   Answer answer{dataset, fit, noise.position};
   for (const auto& warning : noise.warnings) answer.warn(warning);
   const Table& table = *dataset.table("readings");
-  answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
+  answer.readings(table, kParts, table.column(column::kB) ? column::kB : kTilt);
   Vector2d pivot = fit.parameters.head<2>();
   Eigen::MatrixXd rows = pick(0, 2, fit.parameters.size());
   if (!plane.alphabetical()) {
@@ -166,7 +166,7 @@ Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltRead
     rows = rows.colwise().reverse().eval();
   }
   answer.promiseVector("pivot_" + plane.name() + "_mm", pivot, rows);
-  answer.result().also.push_back(Estimate::scalar("along_mm", tilts.centre_along, std::nullopt));
+  answer.result().also.push_back(Estimate::scalar(quantity::kAlong, tilts.centre_along, std::nullopt));
   if (const auto warning = anglesApart(tilts)) answer.warn(*warning);
   return std::move(answer).take(true);
 }

@@ -29,7 +29,7 @@ namespace quantity {
 inline constexpr UsualSize kUsualWay{.least_mm = 12, .most_mm = 20000, .of_readings = true};
 inline constexpr Quantity kPivotXz{.key = result_key::kPivotXz, .axes = "XZ", .name = "pivot", .usual = kUsualWay};
 inline constexpr Quantity kPivotYz{.key = result_key::kPivotYz, .axes = "YZ", .name = "pivot", .usual = kUsualWay};
-inline constexpr Quantity kPivotXy{.key = result_key::kPivotXy, .usual = kUsualWay};
+inline constexpr Quantity kPivotXy{.key = result_key::kPivotXy, .axes = "XY", .name = "pivot", .usual = kUsualWay};
 // Where the pivot is along the axis itself.
 inline constexpr Quantity kAlong{.key = result_key::kAlong};
 inline constexpr Quantity kPivots[]{kPivotXz, kPivotYz, kPivotXy, kAlong};

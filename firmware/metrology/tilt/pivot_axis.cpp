@@ -124,7 +124,7 @@ Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& 
   if (const auto warning = anglesApart(tilts)) answer.warn(*warning);
   constexpr std::array<std::string_view, 3> kParts{"first of the plane", "second of the plane", "along the axis"};
   const Table& table = *dataset.table("readings");
-  answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
+  answer.readings(table, kParts, table.column(column::kB) ? column::kB : kTilt);
   const auto promise = [&](const std::string& key, Index from) {
     Eigen::Vector2d values = fit.parameters.segment<2>(from);
     Eigen::MatrixXd rows = pick(from, 2, fit.parameters.size());
@@ -136,7 +136,7 @@ Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& 
   };
   promise("pivot_" + plane.name() + "_mm", 0);
   promise("lean_" + plane.name() + "_rad", 2);
-  answer.result().also.push_back(Estimate::scalar("along_mm", tilts.centre_along, std::nullopt));
+  answer.result().also.push_back(Estimate::scalar(quantity::kAlong, tilts.centre_along, std::nullopt));
   answer.result().convention = "where the axis passes along_mm, and its lateral change per mm along the machine axis";
   return std::move(answer).take(true);
 }
@@ -186,7 +186,7 @@ const Method kTablePivot3d{.name = "table-pivot-3d",
                            .results = kPivotAxisTableResults,
                            .further = kPivotAxisFurther,
                            .unobservable = kTableTiltUnobservable,
-                           .subject = {.name = "table-pivot"}};
+                           .subject = {.about = Subject{SubjectKind::table_pivot}}};
 
 const Method kHeadPivot3d{.name = "head-pivot-3d",
                           .title = "Axis of a swivelling head in space",
@@ -199,6 +199,6 @@ const Method kHeadPivot3d{.name = "head-pivot-3d",
                           .results = kPivotAxisHeadResults,
                           .further = kPivotAxisFurther,
                           .unobservable = kHeadTiltUnobservable,
-                          .subject = {.name = "head-pivot"}};
+                          .subject = {.about = Subject{SubjectKind::head_pivot}}};
 
 }  // namespace probebox::metrology

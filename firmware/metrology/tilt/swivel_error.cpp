@@ -20,8 +20,9 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kParts{"x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
+constexpr Quantity kToolDirection{.key = "tool_direction_rad", .kind = QuantityKind::lean};
+
+constexpr MethodColumn kQueryColumns[]{column::kB, column::kToolLength};
 // How rarely chance alone may make rigid look wrong: four deviations of chi-square with 4 degrees of freedom.
 constexpr double kChance = 0.003;
 // What rounding leaves of a variance that is nothing, as a share.
@@ -167,7 +168,7 @@ Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, doubl
     }
   }
   if (!reading_sd) sds.clear();
-  return Estimate::matrix("left_by_angle_mm", 4, std::move(values), std::move(sds));
+  return Estimate::matrix(quantity::kLeftByAngle, 4, std::move(values), std::move(sds));
 }
 
 // Adds the chosen model, how well each candidate fits, and the values that live corrections need.
@@ -186,14 +187,14 @@ void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates
     answer.alsoVector("gauge_line_mm", parameters.head(2), pick(0, 2, parameters.size()));
     Eigen::MatrixXd direction = Eigen::MatrixXd::Zero(2, parameters.size());
     direction.leftCols(chosen.model.parameters()) = chosen.model.direction();
-    answer.alsoVector("tool_direction_rad", direction * parameters, direction);
+    answer.alsoVector(kToolDirection, direction * parameters, direction);
   }
   if (readings.byShank()) {
     const Eigen::Index last = parameters.size() - 1;
     answer.alsoScalar("shank_effective_radius_mm", parameters[last], pick(last, 1, parameters.size()).row(0));
   }
   const Eigen::MatrixXd terms = chosen.model.map() * pick(0, chosen.model.parameters(), parameters.size());
-  answer.alsoMatrix("swivel_terms_mm", 4, terms * parameters, terms);
+  answer.alsoMatrix(quantity::kSwivelTerms, 4, terms * parameters, terms);
   also.push_back(leftByAngle(readings, chosen, sigma.value, sdOfFurtherReading(answer, chosen.fit, sigma)));
 }
 
@@ -209,7 +210,7 @@ void tellResiduals(Answer& answer, const SwivelReadings& readings, Eigen::Index 
   std::vector<std::string> names;
   std::vector<double> at;
   for (std::size_t k = 0; k < readings.tips.size(); ++k) {
-    for (const auto part : kParts) {
+    for (const auto part : column::kPosition) {
       names.push_back("readings " + std::to_string(k + 1) + ", " + std::string{part});
       at.push_back(readings.tips[k].swivel_deg);
     }
@@ -218,7 +219,7 @@ void tellResiduals(Answer& answer, const SwivelReadings& readings, Eigen::Index 
     names.push_back("shank " + std::to_string(k + 1));
     at.push_back(readings.shank[k].reading.swivel_deg);
   }
-  answer.readings(names, at, "B_deg");
+  answer.readings(names, at, column::kB);
   auto& values = answer.result().residuals.values;
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (k >= 3 * readings.tips.size())
@@ -261,11 +262,11 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   for (Eigen::Index k = 0; k < rows; ++k) {
     const auto row = static_cast<std::size_t>(k);
     jacobian.block(3 * k, 0, 3, chosen.model.parameters()) =
-        chosen.model.terms((*queries->column("B_deg"))[row], (*queries->column("L_mm"))[row]);
+        chosen.model.terms((*queries->column(column::kB))[row], (*queries->column(column::kToolLength))[row]);
   }
   Answer answer{dataset, chosen.fit, sigma};
   tellResiduals(answer, readings, plane.axis);
-  answer.promiseMatrix("error_at_queries_mm", 3, jacobian * parameters, jacobian);
+  answer.promiseMatrix(quantity::kErrorAtQueries, 3, jacobian * parameters, jacobian);
   for (const auto column : kQueryColumns) {
     answer.result().also.push_back(Estimate::vector("query_" + std::string{column}, *queries->column(column), {}));
   }
@@ -285,10 +286,8 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kReadingColumns[]{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"};
-constexpr std::string_view kShankColumns[]{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
 constexpr MethodTable kTables[]{
-    {"readings", kReadingColumns, "reported centre of the ball at B, read with a tool of length L", true},
+    {"readings", kSwivelColumns, "reported centre of the ball at B, read with a tool of length L", true},
     {"shank", kShankColumns, "where a shank touched: the mean of two touches from the side (ux,uy,uz) (B16)", true},
     {"queries", kQueryColumns, "where the error is wanted"}};
 constexpr MethodKey kMethodKeys[]{
@@ -311,20 +310,17 @@ constexpr MethodKey kMethodKeys[]{
     key::kPreTravelResults[3],
     key::kTauForTheRecord};
 constexpr Quantity kResults[]{quantity::kErrorAtQueries};
-constexpr Quantity kFurther[]{quantity::kQueryB,
-                              quantity::kQueryLength,
-                              quantity::kSwivelTerms,
-                              quantity::kLeftByAngle,
-                              {.key = "tool_direction_rad", .kind = QuantityKind::lean}};
+constexpr Quantity kFurther[]{quantity::kQueryB, quantity::kQueryLength, quantity::kSwivelTerms, quantity::kLeftByAngle,
+                              kToolDirection};
 constexpr std::string_view kUnobservable[]{
     "any error at B = 0: all results are relative to B = 0",
     "errors between the measured angles that the model does not contain",
     "an error of a tool's length L_mm: the readings move as by the head's own error; sd_length_N_mm states it"};
 
-std::optional<std::string> swivelSubject(const Dataset& dataset) {
+std::optional<Subject> swivelSubject(const Dataset& dataset) {
   const auto plane = swivelPlane(dataset, "swivel_axis");
   if (!plane) return std::nullopt;
-  return text(aboutAxis(SubjectKind::swivel, static_cast<std::size_t>(plane->axis)));
+  return aboutAxis(SubjectKind::swivel, static_cast<std::size_t>(plane->axis));
 }
 
 }  // namespace
@@ -341,6 +337,6 @@ const Method kSwivelError{.name = "swivel-error",
                           .results = kResults,
                           .further = kFurther,
                           .unobservable = kUnobservable,
-                          .subject = {.name = {}, .of = swivelSubject}};
+                          .subject = {.of = swivelSubject}};
 
 }  // namespace probebox::metrology

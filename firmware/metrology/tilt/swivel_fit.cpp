@@ -21,14 +21,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 8> kColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
 constexpr double kLeastSine = 0.2;
 constexpr double kAcross = 0.1;  // sine: how far along the tool it may be
 constexpr Index kTool = 2;       // along Z while the head is level
 
 std::vector<SwivelReading> readingsOf(const Table& table) {
   std::vector<SwivelReading> readings;
-  const auto value = [&](std::size_t column, std::size_t row) { return (*table.column(kColumns[column]))[row]; };
+  const auto value = [&](std::size_t column, std::size_t row) { return (*table.column(kShankColumns[column]))[row]; };
   for (std::size_t row = 0; row < table.rows(); ++row) {
     readings.push_back({value(0, row), value(1, row), {value(2, row), value(3, row), value(4, row)}});
   }
@@ -36,11 +35,11 @@ std::vector<SwivelReading> readingsOf(const Table& table) {
 }
 
 Outcome<std::vector<ShankTouch>, Refusal> touchesOf(const Dataset& dataset, const SwivelPlane& plane) {
-  TRY(const auto table, checkedTable(dataset, "shank", kColumns));
+  TRY(const auto table, checkedTable(dataset, "shank", kShankColumns));
   std::vector<ShankTouch> touches;
   for (const auto& reading : readingsOf(*table)) {
     const std::size_t row = touches.size();
-    const auto part = [&](std::size_t column) { return (*table->column(kColumns[column]))[row]; };
+    const auto part = [&](std::size_t column) { return (*table->column(kShankColumns[column]))[row]; };
     const Vector3d side{part(5), part(6), part(7)};
     const Vector3d tool =
         Eigen::AngleAxisd{plane.sense * reading.swivel_deg * kDegree, Vector3d::Unit(plane.axis)} * Vector3d::UnitZ();
@@ -170,7 +169,7 @@ MatrixXd SwivelModel::direction() const {
 }
 
 Outcome<SwivelReadings, Refusal> readSwivelReadings(const Dataset& dataset, const SwivelPlane& plane) {
-  TRY(const auto table, checkedTable(dataset, "readings", std::span{kColumns}.first(5)));
+  TRY(const auto table, checkedTable(dataset, "readings", kSwivelColumns));
   SwivelReadings readings{.tips = readingsOf(*table), .shank = {}};
   if (dataset.table("shank")) {
     TRY(auto touches, touchesOf(dataset, plane));

@@ -14,6 +14,11 @@
 // Linear model of the ball positions that a swivelling head produces, and its fit (docs/metrology.md B.8).
 namespace probebox::metrology {
 
+// Columns of the tables readings and shank of swivel-error.
+inline constexpr MethodColumn kSwivelColumns[]{column::kB, column::kToolLength, column::kX, column::kY, column::kZ};
+inline constexpr MethodColumn kShankColumns[]{column::kB,    column::kToolLength, column::kSetX,   column::kSetY,
+                                              column::kSetZ, column::kAlongX,     column::kAlongY, column::kAlongZ};
+
 enum class SwivelKind { sine, rigid, free };
 
 // E = terms(B, L) * p.

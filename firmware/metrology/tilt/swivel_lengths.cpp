@@ -14,14 +14,14 @@ using Eigen::Vector3d;
 
 std::vector<double> lengthsIn(const Table& readings) {
   std::vector<double> lengths;
-  for (const double length : *readings.column("L_mm")) {
+  for (const double length : *readings.column(column::kToolLength)) {
     if (std::ranges::find(lengths, length) == lengths.end()) lengths.push_back(length);
   }
   return lengths;
 }
 
 bool hasAngles(const Table* table) {
-  return table != nullptr && table->column("B_deg") != nullptr && table->column("L_mm") != nullptr;
+  return table != nullptr && table->column(column::kB) != nullptr && table->column(column::kToolLength) != nullptr;
 }
 
 }  // namespace
@@ -39,11 +39,10 @@ std::vector<Table> movedByLength(const Dataset& dataset, std::string_view sd_key
   std::vector<Table> moves;
   for (const Table* table : {readings, dataset.table("shank")}) {
     if (!hasAngles(table)) continue;
-    const auto& angles = *table->column("B_deg");
-    auto& move =
-        moves.emplace_back(Table::withColumns(table->name, std::array<std::string_view, 3>{"x_mm", "y_mm", "z_mm"}));
+    const auto& angles = *table->column(column::kB);
+    auto& move = moves.emplace_back(Table::withColumns(table->name, column::kPosition));
     for (std::size_t row = 0; row < angles.size(); ++row) {
-      const bool of_tool = table == readings ? (*table->column("L_mm"))[row] == lengths[tool] : tool == 0;
+      const bool of_tool = table == readings ? (*table->column(column::kToolLength))[row] == lengths[tool] : tool == 0;
       const Vector3d by = level - Eigen::AngleAxisd{angles[row] * kDegree, axis} * level;
       const double share = of_tool ? 1.0 : 0.0;
       move.append({share * by.x(), share * by.y(), share * by.z()});

@@ -58,12 +58,13 @@ TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Ei
   std::vector<double> angles_deg;           // of each, of the other axis: that of its first reading
   double apart_deg = 0.0;
   const bool head = ball != nullptr;
-  const auto& tilt = *table.column(head ? "B_deg" : "tilt_deg");
-  const auto& other = *table.column(head ? "A_deg" : "C_deg");
+  const auto& tilt = *table.column(head ? column::kB : kTilt);
+  const auto& other = *table.column(head ? column::kADegrees : column::kCDegrees);
   std::size_t stop = 0;
   double stop_deg = table.rows() > 0 ? tilt.front() : 0.0;
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const Eigen::Vector3d at{(*table.column("x_mm"))[row], (*table.column("y_mm"))[row], (*table.column("z_mm"))[row]};
+    const Eigen::Vector3d at{(*table.column(column::kX))[row], (*table.column(column::kY))[row],
+                             (*table.column(column::kZ))[row]};
     const double turned = std::remainder(other[row], 360.0);
     const std::size_t point = pointAt(angles_deg, turned);
     if (point == angles_deg.size()) {

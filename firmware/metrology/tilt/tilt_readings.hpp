@@ -44,8 +44,9 @@ TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Ei
 std::optional<std::string> anglesApart(const TiltReadings& tilts);
 
 // Columns of the tables "readings", and keys, of a tilting table and of a swivelling head.
-inline constexpr std::array<std::string_view, 5> kTableTiltColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
-inline constexpr std::array<std::string_view, 5> kHeadTiltColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
+inline constexpr MethodColumn kTilt{"tilt_deg", ColumnRole::angle, column::kMostTilt_deg};
+inline constexpr MethodColumn kTableTiltColumns[]{kTilt, column::kCDegrees, column::kX, column::kY, column::kZ};
+inline constexpr MethodColumn kHeadTiltColumns[]{column::kB, column::kADegrees, column::kX, column::kY, column::kZ};
 
 // Parts of the descriptors of both pairs of methods.
 inline constexpr MethodTable kTableTiltTables[]{

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -19,8 +20,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 5> kAssemblyColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
-constexpr std::array<std::string_view, 3> kFaceColumns{"axis", "touched", "configured"};
+constexpr MethodColumn kVariant{"workpiece_variant", ColumnRole::number}, kRepetition{"rep", ColumnRole::number};
+constexpr MethodColumn kAssemblyColumns[]{kVariant,
+                                          kRepetition,
+                                          {"W0_x_mm", ColumnRole::coordinate, 0, MayBe::zero},
+                                          {"W0_y_mm", ColumnRole::coordinate, 0, MayBe::zero},
+                                          {"L0_z_mm", ColumnRole::coordinate}};
+constexpr MethodColumn kFaceColumns[]{column::number("axis"), column::number("touched"), column::number("configured")};
 constexpr double kSpreadLimit = 0.2;        // mm
 constexpr double kCompensationLimit = 5.0;  // mm
 
@@ -82,9 +88,9 @@ Outcome<Lengths, Refusal> lengthsOf(const Dataset& dataset, bool part_needed) {
 std::optional<Refusal> wrongFace(const Dataset& dataset) {
   if (!dataset.table("faces")) return std::nullopt;
   TRY(const auto table, checkedTable(dataset, "faces", kFaceColumns));
-  const auto& axes = *table->column("axis");
-  const auto& touched = *table->column("touched");
-  const auto& configured = *table->column("configured");
+  const auto& axes = *table->column(kFaceColumns[0]);
+  const auto& touched = *table->column(kFaceColumns[1]);
+  const auto& configured = *table->column(kFaceColumns[2]);
   for (std::size_t row = 0; row < axes.size(); ++row) {
     if (axes[row] != 0.0 && axes[row] != 1.0 && axes[row] != 2.0) {
       return Refusal{"bad-face", "table 'faces', row " + std::to_string(row + 1) +
@@ -128,8 +134,8 @@ std::optional<Refusal> badAssembly(const Lengths& lengths, const Eigen::MatrixX3
 
 Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   TRY(const auto table, checkedTable(dataset, "readings", kAssemblyColumns));
-  const auto& variants = *table->column("workpiece_variant");
-  TRY(const auto with_part, anySet(variants, "workpiece_variant", "bad-variant"));
+  const auto& variants = *table->column(kVariant);
+  TRY(const auto with_part, anySet(variants, kVariant, "bad-variant"));
   TRY(const auto side, configSense(dataset, "approach_side"));
   if (auto refusal = wrongFace(dataset)) return *refusal;
   TRY(const auto stored, withStoredLengths(dataset));
@@ -146,11 +152,11 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   if (auto refusal = badAssembly(lengths, plain, touched.z())) return *refusal;
 
   Answer answer{dataset, fit, sigma};
-  answer.readings(*table, std::span{kAssemblyColumns}.last(3), "rep");
-  answer.promiseScalar("assembled_length_mm", touched.z() - lengths.holder, pick(2, 1, 3).row(0));
-  answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths.tool}, pick(0, 3, 3));
+  answer.readings(*table, std::span{kAssemblyColumns}.last(3), kRepetition);
+  answer.promiseScalar(quantity::kAssembledLength, touched.z() - lengths.holder, pick(2, 1, 3).row(0));
+  answer.promiseVector(quantity::kCompensation, touched - Vector3d{0.0, 0.0, lengths.tool}, pick(0, 3, 3));
   // From the holder's reference, as [[tool]] of machine.toml counts it; L3 counts from the holder's end face.
-  answer.alsoScalar(std::string{quantity::kGaugeLength.key}, touched.z(), pick(2, 1, 3).row(0));
+  answer.alsoScalar(quantity::kGaugeLength, touched.z(), pick(2, 1, 3).row(0));
   const Eigen::MatrixX3d along = Eigen::Matrix3d::Identity().replicate(plain.rows(), 1);
   const auto rounding =
       roundingOfMeans(*table, {std::span{kAssemblyColumns}.last(3), scatterAlong(fit, along, sigma)}, sigma, answer);
@@ -179,8 +185,6 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kHolderColumns[]{"holder_id", "L1_mm", "sd_mm"};
-constexpr std::string_view kToolColumns[]{"tool_id", "L2_mm", "sd_mm"};
 constexpr MethodTable kAssemblyTables[]{
     {"readings", kAssemblyColumns,
      "machine coordinates at contact; workpiece_variant 1 touches a workpiece, 0 the unit", true},
@@ -193,7 +197,7 @@ constexpr MethodKey kAssemblyKeys[]{{"L1_mm", "", "length of the holder; needed 
                                     {"approach_side", "1", "-1 where the machine counts Z against the tool"},
                                     {"holder_id", "", "id of the holder in holder_store; needed with that table"},
                                     {"tool_id", "", "id of the tool in tool_store; needed with that table"},
-                                    {"measured_at_s", "", "seconds since 1970; needed with stores"},
+                                    MethodKey{"measured_at_s", "", "seconds since 1970; needed with stores"}.upTo(1e10),
                                     key::kSigma,
                                     {"sd_L1_mm", "", "standard uncertainty of L1_mm (k = 1)"},
                                     {"sd_L2_mm", "", "standard uncertainty of L2_mm (k = 1)"},
@@ -217,7 +221,7 @@ std::optional<std::string> oneEdged(const Dataset& dataset) {
          "sensitivity; the radius of the tool's nose, as the compensation is that of the edge that touched";
 }
 
-std::optional<std::string> subjectOfAssembly(const Dataset& dataset) {
+std::optional<Subject> subjectOfAssembly(const Dataset& dataset) {
   return numberedSubject(dataset, SubjectKind::assembly, "tool_id");
 }
 
@@ -235,6 +239,6 @@ const Method kToolAssembly{.name = "tool-assembly",
                            .further = kAssemblyFurther,
                            .unobservable = kAssemblyUnobservable,
                            .undetermined = oneEdged,
-                           .subject = {.name = {}, .of = subjectOfAssembly}};
+                           .subject = {.of = subjectOfAssembly}};
 
 }  // namespace probebox::metrology

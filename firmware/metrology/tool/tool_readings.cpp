@@ -4,10 +4,10 @@
 
 namespace probebox::metrology {
 
-Outcome<bool, Refusal> anySet(const std::vector<double>& flags, const std::string& column, const char* name) {
+Outcome<bool, Refusal> anySet(const std::vector<double>& flags, std::string_view column, const char* name) {
   for (std::size_t row = 0; row < flags.size(); ++row) {
     if (flags[row] != 0.0 && flags[row] != 1.0) {
-      return Refusal{name, "column '" + column + "', row " + std::to_string(row + 1) + ": must be 0 or 1"};
+      return Refusal{name, "column '" + std::string{column} + "', row " + std::to_string(row + 1) + ": must be 0 or 1"};
     }
   }
   return std::ranges::find(flags, 1.0) != flags.end();

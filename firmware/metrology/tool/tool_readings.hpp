@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
@@ -13,7 +13,7 @@
 namespace probebox::metrology {
 
 // True if any flag of the column is set. Refuses, under `name`, a flag that is neither 0 nor 1.
-Outcome<bool, Refusal> anySet(const std::vector<double>& flags, const std::string& column, const char* name);
+Outcome<bool, Refusal> anySet(const std::vector<double>& flags, std::string_view column, const char* name);
 
 // Means of three coordinates of each of `groups` kinds of rows, mm, with one pooled sigma.
 Outcome<Fit, Refusal> fitMeans(const Eigen::MatrixX3d& positions, const std::vector<std::size_t>& group,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -75,10 +76,13 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 5> kCentreColumns{"is_tool", "x_mm", "y_mm", "z_mm", "B_deg"};
-constexpr std::array<std::string_view, 10> kTouchColumns{"is_tool",   "nx",   "ny",   "nz",   "half_width_mm",
-                                                         "radius_mm", "x_mm", "y_mm", "z_mm", "B_deg"};
-constexpr std::array<std::string_view, 4> kOffsetColumns{"B_deg", "x_mm", "y_mm", "z_mm"};
+constexpr MethodColumn kIsTool{"is_tool", ColumnRole::number}, kHalfWidth{"half_width_mm", ColumnRole::given};
+constexpr MethodColumn kBOfSeveral = column::kB.orBe(MayBe::missing);
+constexpr MethodColumn kCentreColumns[]{kIsTool, column::kX, column::kY, column::kZ, kBOfSeveral};
+constexpr MethodColumn kTouchColumns[]{
+    kIsTool,    column::kNormalX, column::kNormalY, column::kNormalZ, kHalfWidth, column::given("radius_mm"),
+    column::kX, column::kY,       column::kZ,       kBOfSeveral};
+constexpr MethodColumn kOffsetColumns[]{column::kB, column::kSetX, column::kSetY, column::kSetZ};
 constexpr std::size_t kMostAngles = 20;  // more do not fit into one covariance
 
 // The readings, and at which B each was made.
@@ -105,15 +109,15 @@ Outcome<Device, Refusal> readDevice(const Dataset& dataset) {
   Device device;
   device.by_face = dataset.table("touches") && !dataset.table("readings");
   const std::string_view name = device.by_face ? "touches" : "readings";
-  std::span<const std::string_view> columns{kCentreColumns};
+  std::span<const MethodColumn> columns{kCentreColumns};
   if (device.by_face) columns = kTouchColumns;
   const Table* offered = dataset.table(name);
-  const bool swivels = offered && offered->column("B_deg");
+  const bool swivels = offered && offered->column(column::kB);
   TRY(const auto table, checkedTable(dataset, name, swivels ? columns : columns.first(columns.size() - 1)));
   device.table = table;
   device.angle.resize(device.table->rows());
   if (!swivels) return device;
-  const auto& b = *device.table->column("B_deg");
+  const auto& b = *device.table->column(column::kB);
   for (const double angle : b) {
     if (angleAt(device.angles_deg, angle) == device.angles_deg.size()) device.angles_deg.push_back(angle);
   }
@@ -128,8 +132,8 @@ Outcome<Device, Refusal> readDevice(const Dataset& dataset) {
 }
 
 std::optional<Refusal> notMeasured(const Device& device) {
-  const auto& flags = *device.table->column("is_tool");
-  TRY(anySet(flags, "is_tool", "bad-flag"));
+  const auto& flags = *device.table->column(kIsTool);
+  TRY(anySet(flags, kIsTool, "bad-flag"));
   for (std::size_t k = 0; k < device.angles(); ++k) {
     std::array<bool, 2> measured{};
     for (std::size_t row = 0; row < flags.size(); ++row) {
@@ -159,7 +163,7 @@ Outcome<MatrixX3d, Refusal> probeOffsets(const Dataset& dataset, const Device& d
                    "not as probe_offset_mm"};
   }
   TRY(const auto table, checkedTable(dataset, "probe_offsets", kOffsetColumns));
-  const auto& b = *table->column("B_deg");
+  const auto& b = *table->column(column::kB);
   for (std::size_t row = 0; row < b.size(); ++row) {
     if (angleAt(b, b[row]) == row) continue;
     return Refusal{"duplicated-angle", "table 'probe_offsets' has B = " + text(b[row]) + " degrees twice: remove one"};
@@ -275,7 +279,7 @@ Outcome<Measured, Refusal> fitFaces(const Device& device, const std::vector<std:
 }
 
 Outcome<Measured, Refusal> fitDevice(const Device& device, double sigma, double stylus_mm) {
-  const auto& flags = *device.table->column("is_tool");
+  const auto& flags = *device.table->column(kIsTool);
   std::vector<std::size_t> group;
   for (std::size_t row = 0; row < flags.size(); ++row) {
     group.push_back(2 * device.angle[row] + (flags[row] == 1.0 ? 1 : 0));
@@ -379,7 +383,7 @@ std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const
   return compare(found.link->values, *link, ", seen from the turning axis");
 }
 
-void promise(Answer& answer, const Device& device, const char* key, const ByOrientation& quantity) {
+void promise(Answer& answer, const Device& device, std::string_view key, const ByOrientation& quantity) {
   const VectorXd values = quantity.values.reshaped<Eigen::RowMajor>();
   if (device.angles_deg.empty()) {
     answer.promiseVector(key, values, quantity.by_readings);
@@ -403,17 +407,17 @@ MatrixXd slopesOf(const Found& found, const MatrixXd& by_rounding) {
 Result report(const Device& device, const Found& found, const std::optional<TurningAxis>& axis, double offset_sd,
               const Measured& measured, const Sigma& sigma, Answer answer) {
   const auto parts = device.by_face ? std::span{kTouchColumns}.subspan(4, 1) : std::span{kCentreColumns}.subspan(1, 3);
-  answer.readings(*device.table, parts, "is_tool");
-  promise(answer, device, "tool_offset_mm", found.tool);
-  promise(answer, device, "setter_mm", found.setter);
-  if (found.link) promise(answer, device, "link_mm", *found.link);
+  answer.readings(*device.table, parts, kIsTool);
+  promise(answer, device, quantity::kToolOffset, found.tool);
+  promise(answer, device, quantity::kSetter, found.setter);
+  if (found.link) promise(answer, device, quantity::kLink, *found.link);
   const auto rounding = roundingOfMeans(
       *device.table, {std::span{kTouchColumns}.subspan(6, 3), scatterAlong(measured.fit, measured.along, sigma)}, sigma,
       answer);
   Result result = std::move(answer).take(true);
   result.convention = "tool tip from the head's reference at the B of both measurements, at the place of the device";
   if (axis) result.convention += "; link: the device from the turning axis, in x and y, at the device's Z";
-  if (!device.angles_deg.empty()) result.also.push_back(Estimate::vector("B_deg", device.angles_deg, {}));
+  if (!device.angles_deg.empty()) result.also.push_back(Estimate::vector(quantity::kEachB, device.angles_deg, {}));
 
   const Index inputs = found.tool.by_inputs.cols();
   const RoundedPlaces& places = measured.places;
@@ -443,37 +447,33 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
 
 namespace {
 
-constexpr std::string_view kSetterCentreColumns[]{"is_tool", "x_mm", "y_mm", "z_mm"};
-constexpr std::string_view kSetterTouchColumns[]{"is_tool",   "nx",   "ny",   "nz",  "half_width_mm",
-                                                 "radius_mm", "x_mm", "y_mm", "z_mm"};
-constexpr std::string_view kSetterOffsetColumns[]{"B_deg", "x_mm", "y_mm", "z_mm"};
 constexpr MethodTable kSetterTables[]{
-    {"readings", kSetterCentreColumns,
+    {"readings", kCentreColumns,
      "machine position at the device's centre, of the probe above it by stylus_ball_radius_mm; B_deg too for several B",
      true},
-    {"touches", kSetterTouchColumns,
-     "instead of readings: machine position at contact with a face; B_deg too for several B"},
-    {"probe_offsets", kSetterOffsetColumns,
+    {"touches", kTouchColumns, "instead of readings: machine position at contact with a face; B_deg too for several B"},
+    {"probe_offsets", kOffsetColumns,
      "for several B, instead of key probe_offset_mm: the probe's tip from the head's reference"}};
 constexpr MethodKey kCentrelineResult{"centreline_result", "", "number of the centreline's result; for the record",
-                                      "centreline"};
+                                      SubjectKind::centreline};
 constexpr MethodKey kStylusOffsetResult{"stylus_offset_result", "",
                                         "number of the result that X and Y of probe_offset_mm are of; for the record",
-                                        "stylus-offset-"};
+                                        SubjectKind::stylus_offset};
 constexpr MethodKey kSetterKeys[]{
     {"probe_offset_mm", "",
      "the probe's tip from the head's reference, x y z; needed unless table probe_offsets is given"},
     {"sd_probe_offset_mm", "", "standard uncertainty of its coordinates (k = 1)"},
     key::kSigma,
-    {"stylus_ball_radius_mm", "0",
-     "radius of the probe's stylus ball, added to radius_mm of its touches, or taken off z_mm of its readings"},
+    MethodKey{"stylus_ball_radius_mm", "0",
+              "radius of the probe's stylus ball, added to radius_mm of its touches, or taken off z_mm of its readings"}
+        .within(key::kStylusRadius.least, key::kStylusRadius.most),
     {"sd_half_width_mm", "", "standard uncertainty of column half_width_mm (k = 1)"},
     {"accepted_setter_mm", "",
      "accepted position of the device, x y z; for several B one row per B, or one row for the first B"},
     {"setter_limit_mm", "", "largest distance of the device from its accepted position that is allowed"},
     {"centreline_mm", "", "x and y of the turning axis at centreline_z_mm; gives link_mm"},
     {"centreline_z_mm", "0", "Z of centreline_mm"},
-    {"C_tilt_rad", "[0,0]", "tilt of the turning axis, x y per mm of Z"},
+    MethodKey{"C_tilt_rad", "[0,0]", "tilt of the turning axis, x y per mm of Z"}.upTo(quantity::kMostLean_rad),
     {"sd_centreline_mm", "", "standard uncertainty of its coordinates (k = 1)"},
     {"sd_C_tilt_rad", "", "standard uncertainty of its components (k = 1)"},
     {"accepted_link_mm", "", "accepted link_mm, x y; one row per B"},
@@ -484,7 +484,7 @@ constexpr MethodKey kSetterKeys[]{
 constexpr KnownQuantity kSetterKnown[]{{"sd_probe_offset_mm", "probe_offset_mm", KnownKind::value, true},
                                        {"sd_probe_offset_mm", "probe_offsets", KnownKind::table, true},
                                        {"sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", KnownKind::value},
-                                       {"sd_half_width_mm", "half_width_mm", KnownKind::column},
+                                       {"sd_half_width_mm", kHalfWidth.name, KnownKind::column},
                                        {"sd_centreline_mm", "centreline_mm", KnownKind::value, true},
                                        {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, true}};
 constexpr Quantity kSetterResults[]{quantity::kToolOffset, quantity::kSetter, quantity::kLink};
@@ -497,12 +497,12 @@ std::optional<std::string> oneFaced(const Dataset& dataset) {
   const Table* touches = dataset.table("touches");
   if (touches == nullptr || dataset.table("readings") != nullptr) return std::nullopt;
   std::string axes;
-  for (const std::string_view column : {"nx", "ny"}) {
+  for (const auto& [column, axis] : {std::pair{column::kNormalX, "X"}, std::pair{column::kNormalY, "Y"}}) {
     const auto* normals = touches->column(column);
     if (normals == nullptr) return std::nullopt;
     const auto [least, most] = std::ranges::minmax(*normals);
     if (least < -0.1 && most > 0.1) continue;
-    axes += (axes.empty() ? "" : " and ") + std::string{column == "nx" ? "X" : "Y"};
+    axes.append(axes.empty() ? "" : " and ").append(axis);
   }
   if (axes.empty()) return std::nullopt;
   return "along " + axes +
@@ -513,12 +513,12 @@ std::optional<std::string> oneFaced(const Dataset& dataset) {
 // link_mm alone is relative to it.
 constexpr MethodKey kNotOfTool[]{kCentrelineResult};
 
-std::optional<std::string> subjectOfTool(const Dataset& dataset) {
+std::optional<Subject> subjectOfTool(const Dataset& dataset) {
   return numberedSubject(dataset, SubjectKind::tool, "tool");
 }
 
 std::vector<NamedSubject> alsoSetter(const Dataset&) {
-  return {{.name = "setter", .needs = "setter_mm"}};
+  return {{.name = text(Subject{SubjectKind::setter}), .needs = "setter_mm"}};
 }
 
 }  // namespace
@@ -535,7 +535,7 @@ const Method kToolSetter{.name = "tool-setter",
                          .further = kSetterFurther,
                          .unobservable = kSetterUnobservable,
                          .undetermined = oneFaced,
-                         .subject = {.name = {}, .of = subjectOfTool, .independent_of = kNotOfTool},
+                         .subject = {.of = subjectOfTool, .independent_of = kNotOfTool},
                          .also_about = alsoSetter};
 
 }  // namespace probebox::metrology

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "firmware/metrology/dataset/configuration.hpp"
@@ -12,12 +13,14 @@ namespace {
 
 struct Store {
   std::string_view table;
-  std::string_view id;
-  std::string_view length;
-  std::string_view sd;  // key that the row's sd_mm stands for
+  std::span<const MethodColumn, 3> columns;  // id, length and sd
+  std::string_view sd;                       // key that the row's sd_mm stands for
+
+  std::string_view id() const { return columns[0]; }
+  std::string_view length() const { return columns[1]; }
 };
 constexpr std::array<Store, 2> kStores{
-    {{"holder_store", "holder_id", "L1_mm", "sd_L1_mm"}, {"tool_store", "tool_id", "L2_mm", "sd_L2_mm"}}};
+    {{"holder_store", kHolderColumns, "sd_L1_mm"}, {"tool_store", kToolColumns, "sd_L2_mm"}}};
 
 bool hasStores(const Dataset& dataset) {
   return dataset.table(kStores[0].table) || dataset.table(kStores[1].table);
@@ -25,39 +28,38 @@ bool hasStores(const Dataset& dataset) {
 
 // The row of an id. Refuses: missing-id, duplicated-id.
 Outcome<std::size_t, Refusal> rowOf(const Table& table, const Store& store, double id) {
-  const auto& ids = *table.column(store.id);
+  const auto& ids = *table.column(store.id());
   std::optional<std::size_t> found;
   for (std::size_t row = 0; row < ids.size(); ++row) {
     if (ids[row] != id) continue;
     if (found) {
-      return Refusal{"duplicated-id", "table '" + table.name + "' has " + std::string{store.id} + " " + text(id) +
+      return Refusal{"duplicated-id", "table '" + table.name + "' has " + std::string{store.id()} + " " + text(id) +
                                           " twice: keep the row with the right length"};
     }
     found = row;
   }
   if (found) return *found;
-  return Refusal{"missing-id", "table '" + table.name + "' has no " + std::string{store.id} + " " + text(id) +
+  return Refusal{"missing-id", "table '" + table.name + "' has no " + std::string{store.id()} + " " + text(id) +
                                    ": measure it and store its length first"};
 }
 
 std::optional<Refusal> fillFrom(const Store& store, const Dataset& dataset, Dataset& filled) {
   if (!dataset.table(store.table)) return std::nullopt;
-  TRY(const auto table,
-      checkedTable(dataset, store.table, std::array{store.id, store.length, std::string_view{"sd_mm"}}));
-  TRY(const auto id, configNumber(dataset, store.id));
+  TRY(const auto table, checkedTable(dataset, store.table, store.columns));
+  TRY(const auto id, configNumber(dataset, store.id()));
   if (!id) {
-    return Refusal{"missing-id", "config.json has no key '" + std::string{store.id} + "': name the row of table '" +
+    return Refusal{"missing-id", "config.json has no key '" + std::string{store.id()} + "': name the row of table '" +
                                      std::string{store.table} + "', a number"};
   }
-  for (const auto key : {store.length, store.sd}) {
+  for (const auto key : {store.length(), store.sd}) {
     if (dataset.config.contains(key)) {
       return Refusal{"bad-config", "config key '" + std::string{key} + "' is given together with table '" +
                                        std::string{store.table} + "': keep only one of the two"};
     }
   }
   TRY(const auto row, rowOf(*table, store, *id));
-  filled.config[std::string{store.length}] = (*table->column(store.length))[row];
-  const double sd = (*table->column("sd_mm"))[row];
+  filled.config[std::string{store.length()}] = (*table->column(store.length()))[row];
+  const double sd = (*table->column(kStoredSd))[row];
   if (sd != 0.0) filled.config[std::string{store.sd}] = sd;
   return std::nullopt;
 }
@@ -80,16 +82,16 @@ std::optional<StoredLength> storedLength(const Dataset& dataset, std::string_vie
   const auto store = std::ranges::find(kStores, key, &Store::length);
   if (store == kStores.end() || !dataset.table(store->table) || !withStoredLengths(dataset)) return std::nullopt;
   const Table& table = *dataset.table(store->table);
-  const auto row = rowOf(table, *store, *configNumber(dataset, store->id).value());
-  const double sd = (*table.column("sd_mm"))[*row];
+  const auto row = rowOf(table, *store, *configNumber(dataset, store->id()).value());
+  const double sd = (*table.column(kStoredSd))[*row];
   if (!(sd > 0.0)) return std::nullopt;
-  return StoredLength{store->table, store->length, *row, sd};
+  return StoredLength{store->table, store->length(), *row, sd};
 }
 
 void addStoreRecords(Result& result, const Dataset& dataset) {
   if (!hasStores(dataset)) return;
-  const Estimate length = *result.find("assembled_length_mm");
-  const Estimate compensation = *result.find("compensation_mm");
+  const Estimate length = *result.find(quantity::kAssembledLength);
+  const Estimate compensation = *result.find(quantity::kCompensation);
   // (C3): in X and Y both records hold the same.
   Estimate motion = Estimate::vector("motion_control_mm", compensation.values, compensation.sd);
   Estimate simulation = Estimate::vector("simulation_mm", compensation.values, compensation.sd);

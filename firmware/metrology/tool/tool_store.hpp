@@ -10,7 +10,12 @@
 
 namespace probebox::metrology {
 
-// Takes stored lengths from the tables holder_store{holder_id,L1_mm,sd_mm} and tool_store{tool_id,L2_mm,sd_mm}
+// Columns of the tables holder_store and tool_store.
+inline constexpr MethodColumn kStoredSd{"sd_mm", ColumnRole::given};
+inline constexpr MethodColumn kHolderColumns[]{column::number("holder_id"), column::given("L1_mm"), kStoredSd};
+inline constexpr MethodColumn kToolColumns[]{column::number("tool_id"), column::given("L2_mm"), kStoredSd};
+
+// Takes stored lengths from the tables holder_store and tool_store
 // (CN103801980, docs/metrology.md (C4)). The keys holder_id and tool_id, numbers, select a row of each, which gives
 // L1_mm and L2_mm and their sd. Returns a case without these tables unchanged. Refuses: missing-id (none stated, or not
 // in the store), duplicated-id, bad-config (a length in the case and in the store), missing-key (measured_at_s, seconds

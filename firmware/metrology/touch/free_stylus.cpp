@@ -61,7 +61,6 @@ FreeLevel freeLevelOf(const std::vector<double>& values) {
 }  // namespace
 
 std::optional<Refusal> notAtZero(const Touch& touch, const Parting& parting) {
-  constexpr std::array kChannels{"a", "b", "c"};
   const Run run = freeOf(touch.probe, parting);
   if (run.size() == 0) return std::nullopt;
   const Eigen::Vector3d steps = stepsOf(touch.probe);
@@ -74,8 +73,8 @@ std::optional<Refusal> notAtZero(const Touch& touch, const Parting& parting) {
     const double least = std::max(kLeastZero_mm * parting.units_per_mm, steps[k] + kCaseDigits);
     if (std::abs(level.value) <= std::max(least, deviations * level.sd)) continue;
     return Refusal{"probe-not-at-zero",
-                   touch.plan.name + ": channel '" + kChannels[static_cast<std::size_t>(k)] + "' reads " +
-                       text(level.value) +
+                   touch.plan.name + ": channel '" + std::string{column::kChannels[static_cast<std::size_t>(k)]} +
+                       "' reads " + text(level.value) +
                        " while the stylus is free; let the probe rest free before the touch and subtract its zero"};
   }
   return std::nullopt;

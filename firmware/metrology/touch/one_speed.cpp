@@ -9,7 +9,7 @@ namespace probebox::metrology {
 std::optional<std::string> sizeBiasAtOneSpeed(const Dataset& dataset) {
   if (dataset.table("article")) return std::nullopt;
   const Table* touches = dataset.table("touches");
-  const auto* speeds = touches == nullptr ? nullptr : touches->column("speed_mm_s");
+  const auto* speeds = touches == nullptr ? nullptr : touches->column(column::kSpeed);
   if (speeds == nullptr || speeds->empty()) return std::nullopt;
   const auto [slowest, fastest] = std::ranges::minmax(*speeds);
   if (slowest < fastest || !(slowest > 0.0)) return std::nullopt;

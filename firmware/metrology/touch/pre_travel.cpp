@@ -22,6 +22,8 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr Quantity kRadiusError{.key = "radius_error_mm", .kind = QuantityKind::error};
+
 using Eigen::Index;
 using Eigen::RowVectorXd;
 using Eigen::Vector3d;
@@ -150,15 +152,15 @@ Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
       leastSquares([&](const VectorXd& parameters) { return modelAt(sphere, parameters, sigma.value); }, start);
   if (!fit) return fit.error();
   Answer answer{dataset, *fit, sigma};
-  answer.readings(*dataset.table("touches"), std::array<std::string_view, 1>{"distance_mm"}, "touch", 1);
+  answer.readings(*dataset.table("touches"), {column::kDistance}, column::kTouch, 1);
   answer.readingIs("one distance from the centre, mm", "mm");
   const Index size = sphere.unknowns();
-  answer.promiseVector("pre_travel_mm", fit->parameters.segment(kCentre, sphere.parts),
+  answer.promiseVector(quantity::kPreTravel, fit->parameters.segment(kCentre, sphere.parts),
                        pick(kCentre, sphere.parts, size));
-  answer.promiseVector("centre_mm", fit->parameters.head<3>(), pick(0, kCentre, size));
+  answer.promiseVector(quantity::kCentre, fit->parameters.head<3>(), pick(0, kCentre, size));
   if (auto refusal = whyNegative(sphere, *fit, answer)) return *refusal;
   if (sphere.size_free) {
-    answer.alsoScalar("radius_error_mm", -fit->parameters[size - 1], pick(size - 1, 1, size).row(0));
+    answer.alsoScalar(kRadiusError, -fit->parameters[size - 1], pick(size - 1, 1, size).row(0));
   } else {
     answer.result().unobservable.emplace_back(
         "an error of effective_diameter_mm, and a part of the pre-travel that is the same in all directions: touch at "
@@ -179,23 +181,25 @@ constexpr MethodTable kTables[]{
     {"machine", kMachineColumns, "position of the moving reference at its stamp"},
     {"touches", kTouchesColumns, "a touch: outward normal n, direction u of the retract, speed in and out"},
     {"edges", kEdgesColumns, "when the switch opened on the way in, and closed on the way out"}};
-constexpr MethodKey kKeys[]{{"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"},
-                            {"previous_tau_axis_s", "[0,0,0]", "delays in force, taken out of the positions"},
-                            key::kSigma,
-                            kProbeAtZero,
-                            kProbeB};
+constexpr MethodKey kKeys[]{
+    {"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"},
+    MethodKey{"previous_tau_axis_s", "[0,0,0]", "delays in force, taken out of the positions"}.upTo(
+        quantity::kMostDelay_s),
+    key::kSigma,
+    kProbeAtZero,
+    kProbeB};
 constexpr KnownQuantity kKnown[]{{"sd_effective_diameter_mm", "effective_diameter_mm"},
                                  {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value}};
 constexpr Quantity kResults[]{quantity::kPreTravel, quantity::kCentre};
-constexpr Quantity kFurther[]{{.key = "radius_error_mm", .kind = QuantityKind::error}};
+constexpr Quantity kFurther[]{kRadiusError};
 constexpr std::string_view kUnobservable[]{
     "a pre-travel that differs between opposite sides once around: it displaces the stylus ball, and every centre "
     "alike",
     "a pre-travel from below that differs from the one from above: it goes into the part along the stylus by 1.5 "
     "times"};
 
-std::optional<std::string> preTravelSubject(const Dataset& dataset) {
-  return numberedSubject(dataset, SubjectKind::pre_travel, "probe_tool");
+std::optional<Subject> preTravelSubject(const Dataset& dataset) {
+  return numberedSubject(dataset, SubjectKind::pre_travel, "probe_tool").value_or(Subject{SubjectKind::pre_travel});
 }
 
 }  // namespace
@@ -211,6 +215,6 @@ const Method kPreTravel{.name = "pre-travel",
                         .results = kResults,
                         .further = kFurther,
                         .unobservable = kUnobservable,
-                        .subject = {.name = "pre-travel", .of = preTravelSubject}};
+                        .subject = {.about = Subject{SubjectKind::pre_travel}, .of = preTravelSubject}};
 
 }  // namespace probebox::metrology

@@ -132,9 +132,10 @@ SwitchedTouch between(const Edge& in, const Edge& out, const Planned& planned) {
 
 // Edges of one touch or two may end in a coarse place by chance.
 std::optional<Refusal> refuseRounded(const Table& edges, const Table& touches) {
-  const auto& speeds = *touches.column("speed_mm_s");
+  const auto& speeds = *touches.column(column::kSpeed);
   if (edges.rows() < 3 || speeds.empty()) return std::nullopt;
-  const double digit_s = std::max(digitOfTimes(*edges.column("contact_s")), digitOfTimes(*edges.column("release_s")));
+  const double digit_s =
+      std::max(digitOfTimes(*edges.column(kEdgesColumns[1])), digitOfTimes(*edges.column(kEdgesColumns[2])));
   const double way_mm = digit_s * std::ranges::max(speeds);
   if (way_mm <= kRounded_mm) return std::nullopt;
   return Refusal{"coarse-stamps", "the edges in table 'edges' have digits of " + text(digit_s) + " s, in which " +
@@ -152,7 +153,7 @@ Outcome<std::vector<SwitchedTouch>, Refusal> switchedTouches(const Dataset& data
   const auto cell = [](const Table& table, std::string_view column, std::size_t row) {
     return (*table.column(column))[row];
   };
-  const auto& of_touch = *machine->column("touch");
+  const auto& of_touch = *machine->column(column::kTouch);
   const auto part = [&](std::string_view column, std::size_t begin, std::size_t size) {
     return std::span{*machine->column(column)}.subspan(begin, size);
   };
@@ -160,24 +161,26 @@ Outcome<std::vector<SwitchedTouch>, Refusal> switchedTouches(const Dataset& data
   std::vector<SwitchedTouch> found;
   std::size_t begin = 0;
   for (std::size_t row = 0; row < touches->rows(); ++row) {
-    const double number = cell(*touches, "touch", row);
+    const double number = cell(*touches, column::kTouch, row);
     std::size_t end = begin;
     while (end < of_touch.size() && of_touch[end] == number) ++end;
     const std::string name = "touch " + text(number);
-    if (end == begin || row >= edges->rows() || cell(*edges, "touch", row) != number)
+    if (end == begin || row >= edges->rows() || cell(*edges, column::kTouch, row) != number)
       return Refusal{"missing-touch", name + " has no positions or no edges: measure it again"};
     const auto size = static_cast<Eigen::Index>(end - begin);
     const auto vectorOf = [&](std::string_view column) {
       return Eigen::Map<const Eigen::VectorXd>{part(column, begin, end - begin).data(), size};
     };
-    const Positions positions{part("t_s", begin, end - begin), vectorOf("x_mm"), vectorOf("y_mm"), vectorOf("z_mm")};
-    const auto direction = [&](const char* x, const char* y, const char* z) {
+    const Positions positions{part(column::kTime, begin, end - begin), vectorOf(column::kX), vectorOf(column::kY),
+                              vectorOf(column::kZ)};
+    const auto direction = [&](std::string_view x, std::string_view y, std::string_view z) {
       return Vector3d{cell(*touches, x, row), cell(*touches, y, row), cell(*touches, z, row)};
     };
-    const Planned planned{name, direction("nx", "ny", "nz"), direction("ux", "uy", "uz"),
-                          cell(*touches, "speed_mm_s", row)};
-    TRY(const auto in, placeAt(cell(*edges, "contact_s", row), -1, positions, planned, tau));
-    TRY(const auto out, placeAt(cell(*edges, "release_s", row), 1, positions, planned, tau));
+    const Planned planned{name, direction(column::kNormalX, column::kNormalY, column::kNormalZ),
+                          direction(column::kAlongX, column::kAlongY, column::kAlongZ),
+                          cell(*touches, column::kSpeed, row)};
+    TRY(const auto in, placeAt(cell(*edges, kEdgesColumns[1], row), -1, positions, planned, tau));
+    TRY(const auto out, placeAt(cell(*edges, kEdgesColumns[2], row), 1, positions, planned, tau));
     found.push_back(between(in, out, planned));
     begin = end;
   }

@@ -11,7 +11,8 @@
 namespace probebox::metrology {
 
 // Times of contact on the way in and release on the way out of a switched device, on the stamps of table machine.
-inline constexpr std::string_view kEdgesColumns[]{"touch", "contact_s", "release_s"};
+inline constexpr MethodColumn kEdgesColumns[]{
+    column::kTouch, {"contact_s", ColumnRole::stamp}, {"release_s", ColumnRole::stamp}};
 
 // Positions that each side of an edge needs, and the way on which they are looked for.
 inline constexpr std::size_t kFewestAtAnEdge = 5;

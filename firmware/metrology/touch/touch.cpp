@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <span>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/frozen_samples.hpp"
@@ -22,8 +23,8 @@ std::string nameOf(double id) {
 }
 
 // A table of samples by touch. `streams` comes with an empty stream for every touch that there is.
-std::optional<Refusal> group(const Table& table, std::span<const std::string_view> columns, Grouped& streams) {
-  const auto& ids = *table.column("touch");
+std::optional<Refusal> group(const Table& table, const ColumnNames& columns, Grouped& streams) {
+  const auto& ids = *table.column(column::kTouch);
   std::map<double, std::vector<std::size_t>> rows;
   for (std::size_t row = 0; row < ids.size(); ++row) {
     if (!streams.contains(ids[row])) {
@@ -113,9 +114,11 @@ Outcome<Eigen::Vector3d, Refusal> unitVector(const Eigen::Vector3d& vector, cons
 Outcome<TouchPlan, Refusal> describe(const Table& touches, std::size_t row) {
   const auto cell = [&](std::string_view column) { return (*touches.column(column))[row]; };
   TouchPlan touch;
-  touch.name = nameOf(cell("touch"));
-  TRY(const auto normal, unitVector({cell("nx"), cell("ny"), cell("nz")}, touch.name, "nx,ny,nz"));
-  TRY(const auto retract, unitVector({cell("ux"), cell("uy"), cell("uz")}, touch.name, "ux,uy,uz"));
+  touch.name = nameOf(cell(column::kTouch));
+  TRY(const auto normal,
+      unitVector({cell(column::kNormalX), cell(column::kNormalY), cell(column::kNormalZ)}, touch.name, "nx,ny,nz"));
+  TRY(const auto retract,
+      unitVector({cell(column::kAlongX), cell(column::kAlongY), cell(column::kAlongZ)}, touch.name, "ux,uy,uz"));
   touch.normal = normal;
   touch.retract = retract;
   if (touch.normal.dot(touch.retract) < 0.5) {
@@ -123,7 +126,7 @@ Outcome<TouchPlan, Refusal> describe(const Table& touches, std::size_t row) {
                                         ": the retract (ux,uy,uz) is more than 60 degrees off the outward normal "
                                         "(nx,ny,nz); touch along the normal"};
   }
-  touch.speed_mm_s = cell("speed_mm_s");
+  touch.speed_mm_s = cell(column::kSpeed);
   if (touch.speed_mm_s <= 0.0) {
     return Refusal{"bad-speed", touch.name + ": speed_mm_s is " + text(touch.speed_mm_s) +
                                     "; give the speed of the retract, greater than zero"};
@@ -142,7 +145,7 @@ std::vector<double> Stream::along(const Eigen::Vector3d& direction, Run run) con
   return {projected.begin(), projected.end()};
 }
 
-Stream streamOf(const Table& table, std::span<const std::string_view> columns, std::span<const std::size_t> rows) {
+Stream streamOf(const Table& table, const ColumnNames& columns, std::span<const std::size_t> rows) {
   Stream stream;
   const auto& times = *table.column(columns[1]);
   for (const auto row : rows) stream.times.push_back(times[row]);
@@ -158,10 +161,10 @@ Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset) {
   TRY(const auto listed, checkedTable(dataset, "touches", kTouchesColumns));
   TRY(const auto machine, checkedTable(dataset, "machine", kMachineColumns));
   TRY(const auto probe, checkedTable(dataset, "probe", kProbeColumns));
-  if (auto refusal = frozenSamples(*probe, "touch")) return *refusal;
+  if (auto refusal = frozenSamples(*probe, column::kTouch)) return *refusal;
 
   Grouped machine_streams;
-  const auto& ids = *listed->column("touch");
+  const auto& ids = *listed->column(column::kTouch);
   for (const double id : ids) {
     if (!machine_streams.try_emplace(id).second) {
       return Refusal{"duplicated-touch", nameOf(id) + " is listed twice in table 'touches': number every touch once"};
@@ -193,7 +196,7 @@ Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, co
   TRY(const auto recorded, checkedTable(dataset, "machine", columns));
   const auto& ids = *recorded->column(kMachineColumns[0]);
   const auto& times = *recorded->column(kMachineColumns[1]);
-  const Eigen::MatrixXd joints = columnsOf(*recorded, std::span{columns}.subspan(2));
+  const Eigen::MatrixXd joints = columnsOf(*recorded, names);
   Table tips = Table::withColumns("machine", kMachineColumns);
   std::map<std::string, std::vector<Eigen::Index>> rows;  // of each touch
   for (std::size_t row = 0; row < ids.size(); ++row) {

@@ -30,7 +30,7 @@ struct Stream {
 };
 
 // Some rows of a table, in their order. columns: what the rows are by, t_s, and three values.
-Stream streamOf(const Table& table, std::span<const std::string_view> columns, std::span<const std::size_t> rows);
+Stream streamOf(const Table& table, const ColumnNames& columns, std::span<const std::size_t> rows);
 
 // The planned touch.
 struct TouchPlan {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,7 +37,7 @@ std::string delayKey(const TouchQuestion& question) {
 
 // The table of touches may tell that the speeds do not suffice before any sample is looked at.
 std::optional<Refusal> refuseStatedSpeeds(const Table& touches) {
-  const auto [slowest, fastest] = std::ranges::minmax(*touches.column("speed_mm_s"));
+  const auto [slowest, fastest] = std::ranges::minmax(*touches.column(column::kSpeed));
   return slowest > 0.0 ? refuseSpeeds(slowest, fastest) : std::nullopt;
 }
 
@@ -119,7 +120,7 @@ Estimate TouchDelay::delay() const {
   const Eigen::VectorXd tau = previous_ + touches_.fit.tau_s;
   const Eigen::VectorXd sd = (touches_.fit.covariance.diagonal().head(tau.size()) * widening()).cwiseSqrt();
   Estimate estimate = question_.delays == Delays::common
-                          ? Estimate::scalar("tau_s", tau[0], sd[0])
+                          ? Estimate::scalar(quantity::kTau, tau[0], sd[0])
                           : Estimate::vector(delayKey(question_), {tau.begin(), tau.end()}, {sd.begin(), sd.end()});
   estimate.design = design_.tau_s_mm;
   return estimate;
@@ -129,7 +130,7 @@ std::optional<Estimate> TouchDelay::centre() const {
   const auto& fit = touches_.fit;
   if (fit.centre.size() != 3) return std::nullopt;
   const Eigen::VectorXd sd = fit.centre_sd * std::sqrt(widening());
-  auto estimate = Estimate::vector("centre_mm", {fit.centre.begin(), fit.centre.end()}, {sd.begin(), sd.end()});
+  auto estimate = Estimate::vector(quantity::kCentre, {fit.centre.begin(), fit.centre.end()}, {sd.begin(), sd.end()});
   estimate.design = design_.centre;
   return estimate;
 }
@@ -139,7 +140,7 @@ std::optional<Estimate> TouchDelay::gainMatrix() const {
   const auto estimate = [&](const Eigen::Matrix3d& gain, std::vector<double> sd) {
     const Eigen::Matrix3d at_zero = back * gain;
     const auto entries = at_zero.reshaped<Eigen::RowMajor>();
-    return Estimate::matrix("gain_matrix", 3, {entries.begin(), entries.end()}, std::move(sd));
+    return Estimate::matrix(quantity::kGainMatrix, 3, {entries.begin(), entries.end()}, std::move(sd));
   };
   if (touches_.fit.gain) {
     const Eigen::Matrix3d sd_at_zero = (back.cwiseAbs2() * touches_.fit.gain_sd.cwiseAbs2()).cwiseSqrt();
@@ -208,7 +209,7 @@ Result TouchDelay::report() const {
 
 Estimate TouchDelay::size() const {
   const auto variance = touches_.fit.covariance.diagonal().tail<1>()[0] * widening();
-  auto estimate = Estimate::scalar("effective_diameter_mm", touches_.fit.size_mm, std::sqrt(variance));
+  auto estimate = Estimate::scalar(quantity::kEffectiveDiameter, touches_.fit.size_mm, std::sqrt(variance));
   estimate.design = design_.size;
   return estimate;
 }
@@ -218,9 +219,9 @@ Covariance TouchDelay::covarianceOf(std::span<const Estimate> estimates) const {
   Covariance covariance;
   std::vector<Eigen::Index> rows;
   for (const auto& estimate : estimates) {
-    const Eigen::Index first = estimate.key.starts_with("tau_") ? 0
-                               : estimate.key == "centre_mm"    ? question_.delayCount()
-                                                                : whole.rows() - 1;
+    const Eigen::Index first = estimate.key.starts_with("tau_")        ? 0
+                               : estimate.key == quantity::kCentre.key ? question_.delayCount()
+                                                                       : whole.rows() - 1;
     for (std::size_t k = 0; k < estimate.values.size(); ++k) {
       const bool scalar = estimate.shape == Shape::scalar;
       covariance.components.push_back(scalar ? estimate.key : estimate.key + "[" + std::to_string(k) + "]");

@@ -20,8 +20,6 @@ namespace {
 constexpr double kReference_c = 20.0;       // ISO 1
 constexpr double kLargestExpansion = 1e-3;  // per K; zinc has 3e-5
 
-constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
-
 double* numberIn(Dataset& dataset, std::string_view key, std::size_t part) {
   const auto entry = dataset.config.find(key);
   if (entry == dataset.config.end()) return nullptr;
@@ -103,7 +101,7 @@ TypeBInput cellInput(std::string_view sd_key, std::string_view table, std::strin
 void addTable(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset, double sd) {
   const Table* table = dataset.table(known.key);
   for (std::size_t row = 0; table != nullptr && row < table->rows(); ++row) {
-    for (const auto coordinate : kCoordinates) {
+    for (const auto coordinate : column::kPosition) {
       inputs.push_back(cellInput(known.sd_key, known.key, coordinate, row, sd));
       inputs.back().in_sd = known.in_sd;
     }
@@ -239,7 +237,8 @@ void addStampDigits(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
     const double sd_s = stamps.sd_s();
     const auto move = [table = stamps.table, sd_s](Dataset& moved, double by) {
       const auto changed = std::ranges::find(moved.tables, table, &Table::name);
-      for (double& time_s : std::ranges::find(changed->columns, "t_s", &Column::name)->values) time_s += by * sd_s;
+      for (double& time_s : std::ranges::find(changed->columns, column::kTime.name, &Column::name)->values)
+        time_s += by * sd_s;
     };
     inputs.push_back({.name = std::string{kStampDigitsBudget},
                       .sd = sd_s,

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/tilt/pivot.hpp"
+#include "firmware/metrology/tilt/swivel_error.hpp"
 #include "firmware/metrology/tilt/swivel_lengths.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -16,11 +18,6 @@ namespace probebox::procedure {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr std::array<std::string_view, 5> kTiltColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 5> kHeadColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 5> kSwivelColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
 
 std::vector<double> listOf(const std::array<double, 3>& v) {
   return {v.begin(), v.end()};
@@ -35,11 +32,11 @@ double sigmaAcross(const std::vector<Reading>& readings, const Vector3d& axis) {
 
 // `other`: the angle that tells points apart.
 void addPoints(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BFacts& b,
-               double Reading::*other, std::span<const std::string_view> columns) {
+               double Reading::*other, const metrology::Method& method) {
   const Vector3d axis = vectorOf(b.axis);
   dataset.config["sigma_mm"] = sigmaAcross(readings, axis);
   if (b.sigma_rad > 0) dataset.config["sigma_angle_rad"] = b.sigma_rad;
-  auto rows = metrology::Table::withColumns("readings", columns);
+  auto rows = metrology::emptyTable(method, "readings");
   for (const auto& reading : readings) {
     const auto& at = reading.centre.centre_mm;
     rows.append({degrees(reading.b_rad), halfTurns_deg(reading.*other), at.x(), at.y(), at.z()});
@@ -110,12 +107,12 @@ Vector3d nominalTip(const HeadFacts& head, double b_rad, double length_mm) {
 }
 
 void addTilts(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BFacts& table) {
-  addPoints(dataset, readings, table, &Reading::c_rad, kTiltColumns);
+  addPoints(dataset, readings, table, &Reading::c_rad, metrology::kTablePivot);
   dataset.config["tilt_axis"] = listOf(table.axis);
 }
 
 void addSwivels(metrology::Dataset& dataset, const std::vector<Reading>& readings, const HeadFacts& head) {
-  addPoints(dataset, readings, head.b, &Reading::a_rad, kHeadColumns);
+  addPoints(dataset, readings, head.b, &Reading::a_rad, metrology::kHeadPivot);
   dataset.config["swivel_axis"] = listOf(head.b.axis);
   if (!head.ball_mm) return;
   dataset.config["ball_mm"] = listOf(*head.ball_mm);
@@ -150,8 +147,8 @@ void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& re
   }
   addLengthResults(dataset, facts, toolsOf(readings));
   addLengthSds(dataset, stops, facts);
-  auto rows = metrology::Table::withColumns("readings", kSwivelColumns);
-  auto queries = metrology::Table::withColumns("queries", kQueryColumns);
+  auto rows = metrology::emptyTable(metrology::kSwivelError, "readings");
+  auto queries = metrology::emptyTable(metrology::kSwivelError, "queries");
   for (const auto& stop : stops) {
     const Vector3d at = stop.meanOf(&metrology::BallCentre::centre_mm) + nominalTip(head, stop.b_rad, stop.length_mm);
     rows.append({degrees(stop.b_rad), stop.length_mm, at.x(), at.y(), at.z()});

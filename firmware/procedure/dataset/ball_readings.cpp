@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "firmware/metrology/centreline/spindle_offset.hpp"
 #include "firmware/metrology/dataset/pre_travel_shifts.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
 #include "firmware/metrology/touch/ball_centre.hpp"
@@ -19,7 +20,6 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 5> kOffsetColumns{"A_rad", "C_rad", "x_mm", "y_mm", "stop"};
 constexpr std::array<std::string_view, 12> kCentresColumns{
     "reading", "ball", "A_rad", "B_rad", "C_rad", "x_mm", "y_mm", "z_mm", "sd_x_mm", "sd_y_mm", "sd_z_mm", "radius_mm"};
 constexpr std::array<std::string_view, 6> kPosesColumns{"touch", "reading", "ball", "A_rad", "B_rad", "C_rad"};
@@ -246,10 +246,10 @@ void addMeanHeight(metrology::Dataset& dataset, const std::vector<Reading>& read
 }
 
 void addCentreline(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts,
-                   std::span<const std::string_view> columns, double sense) {
+                   const metrology::Method& method, double sense) {
   addSigmas(dataset, readings, facts);
   addMeanHeight(dataset, readings);
-  auto table = metrology::Table::withColumns("readings", columns);
+  auto table = metrology::emptyTable(method, "readings");
   for (const auto& reading : readings)
     table.append({sense * reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y()});
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
@@ -258,7 +258,7 @@ void addCentreline(metrology::Dataset& dataset, const std::vector<Reading>& read
 void addSpindleOffset(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
   const auto& readings = found.readings;
   addSigmas(dataset, readings, run.facts);
-  auto table = metrology::Table::withColumns("readings", kOffsetColumns);
+  auto table = metrology::emptyTable(metrology::kSpindleOffsetFour, "readings", {metrology::column::kStop});
   for (const auto& reading : readings)
     table.append(
         {reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y(), reading.stop});

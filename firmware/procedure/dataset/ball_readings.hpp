@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/procedure/dataset/ball_reading.hpp"
 #include "firmware/procedure/plan/finished_run.hpp"
 
@@ -32,10 +33,10 @@ void addSigmas(metrology::Dataset& dataset, const std::vector<Reading>& readings
 // Key mean_z_mm.
 void addMeanHeight(metrology::Dataset& dataset, const std::vector<Reading>& readings);
 
-// Table readings and keys of one ball at several angles of C. sense: 1 where the first of the columns counts
+// Table readings and keys of one ball at several angles of C. sense: 1 where the angle of the method's readings counts
 // right-handed about +Z, -1 clockwise.
 void addCentreline(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts,
-                   std::span<const std::string_view> columns, double sense);
+                   const metrology::Method& method, double sense);
 
 // Table readings and keys of the spindle-offset methods.
 void addSpindleOffset(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run);

@@ -93,10 +93,6 @@ constexpr double kSearchWindow_s = 0.05;  // no chain of encoders and control is
 // Travel from the ends of the path that is left out: the stylus still sticks there.
 constexpr double kEnds_mm = 0.5;
 
-constexpr std::array<std::string_view, 5> kMachineScan{"scan", "t_s", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 5> kProbeScan{"scan", "t_s", "a", "b", "c"};
-constexpr std::array<std::string_view, 2> kScans{"scan", "speed_mm_s"};
-
 struct Rows {
   std::vector<double> times;
   std::vector<Vector3d> values;
@@ -150,8 +146,9 @@ metrology::Matrix matrixOf(const Eigen::Matrix3d& matrix) {
 
 RunDataset scanDataset(const FinishedRun& run) {
   const auto all = capture::touchDataset(run.recording, run.scales, std::string{run.method.name()});
-  auto machine = Table::withColumns("machine", kMachineScan), probe = Table::withColumns("probe", kProbeScan),
-       scans = Table::withColumns("scans", kScans);
+  auto machine = Table::withColumns("machine", metrology::kScanMachineColumns),
+       probe = Table::withColumns("probe", metrology::kScanProbeColumns),
+       scans = Table::withColumns("scans", metrology::kScansColumns);
   for (const auto& scan : run.recording.touches()) {
     const double number = scan.request.step;
     const Rows positions = rowsOf(all.tables[0], number);

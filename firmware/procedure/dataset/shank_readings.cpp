@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "firmware/metrology/centreline/axis_alignment.hpp"
+#include "firmware/metrology/tilt/swivel_error.hpp"
 #include "firmware/procedure/dataset/b_tables.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -16,9 +18,6 @@ namespace {
 using Eigen::Vector3d;
 using metrology::Table;
 
-constexpr std::array<std::string_view, 8> kAlignmentColumns{"tip_length_mm", "A_rad", "C_rad", "x_mm",
-                                                            "y_mm",          "ux",    "uy",    "stop"};
-constexpr std::array<std::string_view, 8> kShankColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
 // More than any shank is off its nominal radius.
 constexpr double kRadiusTolerance_mm = 0.1;
 constexpr double kSameSide = 0.99;  // cosine
@@ -116,7 +115,7 @@ std::optional<metrology::Refusal> centreTouches(std::vector<ShankReading>& touch
 }
 
 void addShankOfAlignment(metrology::Dataset& dataset, const std::vector<ShankReading>& touches, const Facts& facts) {
-  auto table = Table::withColumns("shank", kAlignmentColumns);
+  auto table = metrology::emptyTable(metrology::kAAxisAlignment, "shank", {metrology::column::kStop});
   for (const auto& touch : touches) {
     table.append({facts.probe_shank->length_mm(), touch.a_rad, touch.c_rad, touch.at_mm.x(), touch.at_mm.y(),
                   touch.side.x(), touch.side.y(), touch.stop});
@@ -128,7 +127,7 @@ void addShankOfAlignment(metrology::Dataset& dataset, const std::vector<ShankRea
 void addShankOfSwivel(metrology::Dataset& dataset, const std::vector<ShankReading>& touches, const Facts& facts) {
   const double length_mm = facts.probe_shank->length_mm();
   const HeadFacts head = facts.swivel_head.value_or(HeadFacts{});
-  auto table = Table::withColumns("shank", kShankColumns);
+  auto table = metrology::emptyTable(metrology::kSwivelError, "shank");
   auto& queries = *std::ranges::find(dataset.tables, "queries", &Table::name);
   double queried_rad = 0;
   for (const auto& stop : stopsOf(touches)) {

@@ -141,12 +141,12 @@ std::vector<StylusMove> movedByStops(const FinishedRun& run, const Vector3d& bal
 }
 
 std::vector<std::string> addStopOfHead(metrology::Dataset& dataset, const FinishedRun& run) {
-  constexpr std::array<std::string_view, 3> kColumns{"x_mm", "y_mm", "z_mm"};
   const std::uint32_t tool = run.recording.touches().empty() ? 0 : run.recording.touches().front().request.tool;
   Standing standing = standingIn(run, lengthOfProbe(run.facts, tool) > 0);
   if (!standing.head) return std::move(standing.warnings);
   const Vector3d machine_mm = -movedByHead(run.facts, levelTip(run.facts, tool));
-  auto shift = metrology::Table::withColumns("machine" + std::string{metrology::kHeadStands.suffix}, kColumns);
+  auto shift = metrology::Table::withColumns("machine" + std::string{metrology::kHeadStands.suffix},
+                                             metrology::column::kPosition);
   shift.append({machine_mm.x(), machine_mm.y(), machine_mm.z()});
   dataset.tables.push_back(std::move(shift));
   return std::move(standing.warnings);

@@ -13,9 +13,6 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 6> kColumnsOfAAxisAlignment{"tip_length_mm", "A_rad", "C_rad",
-                                                                   "x_mm",          "y_mm",  "stop"};
-
 constexpr std::array kNeedsOfAAxisAlignment{&kProbeLengths};
 
 constexpr Poses kTwoByTwoByLength{
@@ -33,7 +30,7 @@ void addSpindleAlignment(metrology::Dataset& dataset, const BallReadings& found,
   addSigmas(dataset, readings, facts);
   addLengthResults(dataset, facts, toolsOf(readings));
   dataset.config["tool_direction"] = -1.0;  // a spindle that holds its tool downwards
-  auto table = metrology::Table::withColumns("readings", kColumnsOfAAxisAlignment);
+  auto table = metrology::emptyTable(metrology::kAAxisAlignment, "readings", {metrology::column::kStop});
   metrology::Column tools{.name = "tool", .values = {}};
   for (const auto& reading : readings) {
     table.append({facts.lengthOf(reading.tool), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),

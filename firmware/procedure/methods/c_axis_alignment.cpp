@@ -10,8 +10,6 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 6> kColumnsOfCAxisAlignment{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm", "stop"};
-
 // The part turns as seldom as possible: C is outermost, then A, then the balls.
 constexpr Poses kHeights{
     .count = [](const ProcedureOptions& options, const LoopState&) { return std::size_t{4} * options.balls; },
@@ -37,7 +35,7 @@ void addAlignment(metrology::Dataset& dataset, const BallReadings& found, const 
   auto readings = found.readings;
   addSigmas(dataset, readings, run.facts);
   std::ranges::stable_sort(readings, {}, [](const Reading& r) { return std::array{r.ball, r.c_rad, r.a_rad}; });
-  auto table = metrology::Table::withColumns("readings", kColumnsOfCAxisAlignment);
+  auto table = metrology::emptyTable(metrology::kCAxisAlignment, "readings", {metrology::column::kStop});
   for (const auto& reading : readings) {
     table.append({heightOf(readings, reading.ball), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
                   reading.centre.centre_mm.y(), reading.stop});

@@ -6,8 +6,6 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 3> kColumnsOfCentreline{"C_rad", "x_mm", "y_mm"};
-
 constexpr Poses kAroundC{
     .count = [](const ProcedureOptions& options, const LoopState&) { return std::size_t{options.angles}; },
     .at =
@@ -32,7 +30,7 @@ constinit const LiveMethod kCentreline{
                   }),
     .dataset = [](const FinishedRun& run) {
       return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {
-        addCentreline(dataset, found.readings, of.facts, kColumnsOfCentreline, 1);
+        addCentreline(dataset, found.readings, of.facts, metrology::kCentreline, 1);
       });
     }};
 

@@ -22,11 +22,6 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 4> kReadingsColumnsOfCentrelineBySteps{"loop", "C_rad_clockwise_from_plus_y",
-                                                                              "x_mm", "y_mm"};
-constexpr std::array<std::string_view, 3> kStylusColumns{"A_rad", "x_mm", "y_mm"};
-constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
-
 // Measured angle of C, clockwise from the zero of the loop.
 double angleOf(const Reading& reading, double c_on_line_rad) {
   const RimStep rim = rimStep(reading.note);
@@ -49,8 +44,8 @@ RimLoops loopsOf(const capture::Recording& recording) {
 // Tables readings and stylus, and the keys.
 void addRimSteps(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
   const RimBall ball = run.facts.rim_ball.value_or(RimBall{});
-  auto table = metrology::Table::withColumns("readings", kReadingsColumnsOfCentrelineBySteps);
-  auto stylus = metrology::Table::withColumns("stylus", kStylusColumns);
+  auto table = metrology::emptyTable(metrology::kCentrelineBySteps, "readings");
+  auto stylus = metrology::emptyTable(metrology::kCentrelineBySteps, "stylus");
   for (const auto& reading : found.readings) {
     const auto& at = reading.centre.centre_mm;
     const RimStep rim = rimStep(reading.note);
@@ -70,13 +65,13 @@ void addRimSteps(metrology::Dataset& dataset, const BallReadings& found, const F
 // Adds the contacts of (B25).
 std::optional<metrology::Refusal> addContacts(metrology::Dataset& dataset, const FinishedRun& run) {
   TRY(const auto contacts, rimContacts(run));
-  auto table = metrology::Table::withColumns("contacts", kContactColumns);
+  auto table = metrology::emptyTable(metrology::kCentrelineBySteps, "contacts");
   table.append({contacts.clockwise_rad, contacts.anticlockwise_rad});
   dataset.config["sigma_contact_rad"] = contacts.sd_rad;
   dataset.tables.push_back(std::move(table));
   if (run.recording.touches().empty()) return std::nullopt;
   for (const auto& [axis, stylus_mm] : movedByStops(run, contacts.stylus_mm, contacts.tool)) {
-    auto shift = metrology::Table::withColumns("contacts" + std::string{axis.suffix}, kContactColumns);
+    auto shift = metrology::Table::withColumns("contacts" + std::string{axis.suffix}, metrology::column::kContacts);
     shift.append(
         {contacts.clockwise_per_mm * stylus_mm.head<2>(), contacts.anticlockwise_per_mm * stylus_mm.head<2>()});
     dataset.tables.push_back(std::move(shift));
@@ -107,8 +102,9 @@ Solved answerOf(const RimLoops& loops) {
 std::optional<Solved> firstLoop(const RunDataset& measured) {
   const auto* contacts = measured.dataset.table("contacts");
   if (contacts == nullptr) return std::nullopt;
-  const double middle_rad =
-      (contacts->column(kContactColumns[0])->front() + contacts->column(kContactColumns[1])->front()) / 2;
+  const double middle_rad = (contacts->column(metrology::column::kContacts[0])->front() +
+                             contacts->column(metrology::column::kContacts[1])->front()) /
+                            2;
   return answerOf({.count = 1, .zeros_rad = {middle_rad}, .contacted = true});
 }
 
@@ -121,7 +117,7 @@ std::optional<Solved> nextLoop(const FinishedRun& run, const RunDataset& measure
   if (loops.closes || table == nullptr || table->rows() < 2) return std::nullopt;
   const auto row = [&](std::size_t k) {
     return metrology::RimReading{.at = {table->column("x_mm")->at(k), table->column("y_mm")->at(k)},
-                                 .c = table->column(kReadingsColumnsOfCentrelineBySteps[1])->at(k)};
+                                 .c = table->column(metrology::column::kCClockwise)->at(k)};
   };
   const std::array both{row(table->rows() - 2), row(table->rows() - 1)};
   const auto steps = metrology::rimStepsOf(both);

@@ -6,9 +6,6 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 3> kColumnsOfCentrelineLimitedAccess{"C_rad_clockwise_from_plus_y", "x_mm",
-                                                                            "y_mm"};
-
 // On both sides of 0 as far as the probe reaches.
 constexpr Poses kWithinReach{
     .count = [](const ProcedureOptions& options, const LoopState&) { return std::size_t{options.angles}; },
@@ -35,7 +32,7 @@ constinit const LiveMethod kCentrelineLimitedAccess{
     .least_arc_deg = 30,  // (B27)
     .dataset = [](const FinishedRun& run) {
       return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {
-        addCentreline(dataset, found.readings, of.facts, kColumnsOfCentrelineLimitedAccess, -1);
+        addCentreline(dataset, found.readings, of.facts, metrology::kCentrelineLimitedAccess, -1);
       });
     }};
 

@@ -20,10 +20,6 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 6> kCheckColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 4> kTopColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
-constexpr std::array<std::string_view, 4> kSideColumns{"B_deg", "C_deg", "A_deg", "x_mm"};
-
 constexpr Fact kCheckedBall{
     .place = "`[periodic_check]`",
     .known = [](const Facts& facts) { return facts.checked_ball.has_value(); },
@@ -60,9 +56,9 @@ double checkAngle_deg(double b_rad) {
 }
 
 struct CheckTables {
-  metrology::Table centres{metrology::Table::withColumns("centres", kCheckColumns)};
-  metrology::Table x_touch{metrology::Table::withColumns("x_touch", kSideColumns)};
-  metrology::Table z_touch{metrology::Table::withColumns("z_touch", kTopColumns)};
+  metrology::Table centres{metrology::emptyTable(metrology::kPeriodicCheck, "centres")};
+  metrology::Table x_touch{metrology::emptyTable(metrology::kPeriodicCheck, "x_touch")};
+  metrology::Table z_touch{metrology::emptyTable(metrology::kPeriodicCheck, "z_touch")};
 };
 
 // Z is that of the ball's top at B = 0 and C = 0: on a leaning axis the ball stands at another height at 180. X is that

@@ -65,7 +65,7 @@ void addRest(Plan& plan, const ProcedureOptions& options) {
 constexpr OwnSteps kRest{.why_refused = whyNoRest, .fill = addRest};
 
 void addFace(metrology::Dataset& dataset, const ScrewFace& face) {
-  auto table = metrology::Table::withColumns("sector_table", std::array<std::string_view, 2>{"sector", "T_um"});
+  auto table = metrology::emptyTable(metrology::kScrewReference, "sector_table");
   for (std::size_t i = 0; i < face.sector_um.size(); ++i) table.append({static_cast<double>(i), face.sector_um[i]});
   if (face.sd_um > 0) dataset.config["sd_T_um"] = face.sd_um;
   dataset.config["screw_result"] = static_cast<double>(face.result_id);
@@ -74,7 +74,7 @@ void addFace(metrology::Dataset& dataset, const ScrewFace& face) {
 
 RunDataset restDataset(const FinishedRun& of) {
   RunDataset run{{.method = std::string{of.method.name()}, .config = {}, .tables = {}}, {}, {}};
-  auto readings = metrology::Table::withColumns("at_rest", kScrewColumns);
+  auto readings = metrology::emptyTable(metrology::kScrewReference, "at_rest");
   const auto& rest = of.recording.touches().back();
   const std::size_t axis = axisAlong(rest.request.outward_normal);
   run.dataset.config["axis"] = std::string{"XYZ"[axis]};

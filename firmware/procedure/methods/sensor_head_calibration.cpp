@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 6> kColumnsOfSensorHeadCalibration{"ux_mm", "uy_mm", "uz_mm", "s1", "s2", "s3"};
 constexpr std::array kNeedsOfSensorHeadCalibration{&kSensorHead};
 
 // As parts of the range of a sensor: the middle of the ball is found by hand to within the rest.
@@ -44,7 +43,7 @@ constexpr OwnSteps kMovesAroundTheMiddle{.why_refused = whyNoHolds,
 void addMoves(metrology::Dataset& dataset, const std::vector<Hold>& holds) {
   Vector3d reference = Vector3d::Zero();
   for (const auto& hold : holds) reference += hold.at_mm / static_cast<double>(holds.size());
-  auto moves = metrology::Table::withColumns("moves", kColumnsOfSensorHeadCalibration);
+  auto moves = metrology::emptyTable(metrology::kSensorHeadCalibration, "moves");
   for (const auto& hold : holds) {
     const Vector3d u = reference - hold.at_mm;
     moves.append({u.x(), u.y(), u.z(), hold.sensors[0], hold.sensors[1], hold.sensors[2]});

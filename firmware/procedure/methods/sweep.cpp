@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "firmware/capture/touch_capture.hpp"
+#include "firmware/metrology/screw/screw_calibration.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/wording.hpp"
 
@@ -165,7 +166,7 @@ RunDataset sweepDataset(const FinishedRun& of) {
   const auto& [method, recording, scales, facts] = of;
   RunDataset run{{.method = std::string{method.name()}, .config = {}, .tables = {}}, {}, {}};
   auto& config = run.dataset.config;
-  auto face = metrology::Table::withColumns("sector_cal", kScrewColumns);
+  auto face = metrology::emptyTable(metrology::kScrewCalibration, "sector_cal");
   std::size_t readings = 0, unplaced = 0;
   for (const auto& sweep : recording.touches()) {
     const std::size_t axis = axisAlong(sweep.request.outward_normal);

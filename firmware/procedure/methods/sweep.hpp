@@ -12,10 +12,8 @@
 // part of screw-calibration (docs/metrology.md D4).
 namespace probebox::procedure {
 
-// Readings of a screw's sensor over time and angle: table {t_s,phi_rad,sensor_um}. Angle 0 is the begin of sector 0.
-inline constexpr std::array<std::string_view, 3> kScrewColumns{"t_s", "phi_rad", "sensor_um"};
-
-// Appends the readings of one step that have positions before and after them; returns the number of the others.
+// Appends the readings of one step that have positions before and after them, over time and angle, where angle 0 is the
+// begin of sector 0; returns the number of the others.
 std::size_t appendScrewReadings(const FinishedRun& run, const capture::Touch& step, metrology::Table& table);
 // The warning about them; nothing for 0.
 std::optional<std::string> unplacedReadings(std::size_t unplaced, std::size_t readings);

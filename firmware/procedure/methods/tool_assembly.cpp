@@ -18,13 +18,10 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 5> kReadingsColumnsOfToolAssembly{"workpiece_variant", "rep", "W0_x_mm",
-                                                                         "W0_y_mm", "L0_z_mm"};
-constexpr std::array<std::string_view, 3> kHolderColumns{"holder_id", "L1_mm", "sd_mm"};
-constexpr std::array<std::string_view, 3> kToolColumns{"tool_id", "L2_mm", "sd_mm"};
+constexpr std::array<std::string_view, 3> kContactColumns{"W0_x_mm", "W0_y_mm", "L0_z_mm"};
 
 metrology::Table readingsOf(const std::vector<Round>& rounds, const std::array<double, 3>& reference_mm) {
-  auto readings = metrology::Table::withColumns("readings", kReadingsColumnsOfToolAssembly);
+  auto readings = metrology::emptyTable(metrology::kToolAssembly, "readings");
   double rep = 0;
   for (const auto& round : rounds) {
     readings.append({1, ++rep, round.at_mm(0) - reference_mm[0], round.at_mm(1) - reference_mm[1],
@@ -45,9 +42,9 @@ void addPart(metrology::Dataset& dataset, const Round& round, const ToolSetter& 
 }
 
 void addStores(metrology::Dataset& dataset, const ToolFacts& tool, const HolderFacts& holder) {
-  auto holders = metrology::Table::withColumns("holder_store", kHolderColumns);
+  auto holders = metrology::emptyTable(metrology::kToolAssembly, "holder_store");
   holders.append({static_cast<double>(holder.number), holder.length_mm, holder.sd_mm});
-  auto tools = metrology::Table::withColumns("tool_store", kToolColumns);
+  auto tools = metrology::emptyTable(metrology::kToolAssembly, "tool_store");
   tools.append({static_cast<double>(tool.number), tool.length_mm, tool.sd_mm});
   dataset.config["holder_id"] = static_cast<double>(holder.number);
   dataset.config["tool_id"] = static_cast<double>(tool.number);
@@ -70,7 +67,7 @@ RunDataset assemblyDataset(const FinishedRun& of) {
   auto& tables = run.dataset.tables;
   tables.insert(tables.begin(), readingsOf(rounds, *unit.accepted_mm));
   const std::vector<TouchingTip> tips{rounds.size(), {0, touchingTip(of.facts, tool->number)}};
-  addStopsOfHead(run.dataset, "readings", std::span{kReadingsColumnsOfToolAssembly}.last<3>(), tips, of.facts);
+  addStopsOfHead(run.dataset, "readings", kContactColumns, tips, of.facts);
   return std::move(run);
 }
 

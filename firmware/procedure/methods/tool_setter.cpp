@@ -24,10 +24,6 @@ namespace {
 
 using metrology::Refusal;
 
-constexpr std::array<std::string_view, 4> kReadingsColumnsOfToolSetter{"is_tool", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 10> kTouchColumns{"is_tool",   "nx",   "ny",   "nz",   "half_width_mm",
-                                                         "radius_mm", "x_mm", "y_mm", "z_mm", "B_deg"};
-constexpr std::array<std::string_view, 4> kOffsetColumns{"B_deg", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 3> kPlace{"x_mm", "y_mm", "z_mm"};
 // More than any device trips before or behind its faces: half_width_mm or the ball is another one.
 constexpr double kWidthTolerance_mm = 0.1;
@@ -50,7 +46,7 @@ std::optional<Refusal> wrongWidth(const std::vector<Round>& rounds, const ToolSe
 
 // A tool's length ends at its tip, the probe's at the centre of its ball: the solver subtracts its radius.
 metrology::Table readingsOf(const std::vector<Round>& rounds, const ToolSetter& setter) {
-  auto readings = metrology::Table::withColumns("readings", kReadingsColumnsOfToolSetter);
+  auto readings = metrology::emptyTable(metrology::kToolSetter, "readings");
   for (const auto& round : rounds) {
     const double z_mm = round.from_above_mm[2] - setter.half_width_mm[2];
     readings.append({round.tool != 0 ? 1.0 : 0.0, round.at_mm(0), round.at_mm(1), z_mm});
@@ -60,8 +56,9 @@ metrology::Table readingsOf(const std::vector<Round>& rounds, const ToolSetter& 
 
 // A tool's edge is what touched: no radius of it is taken off.
 metrology::Table facesOf(const std::vector<metrology::SwitchedTouch>& touches, const FinishedRun& of, bool several_b) {
-  const std::span columns{kTouchColumns};
-  auto table = metrology::Table::withColumns("touches", several_b ? columns : columns.first(columns.size() - 1));
+  using metrology::column::kB;
+  auto table = metrology::emptyTable(metrology::kToolSetter, "touches",
+                                     several_b ? metrology::ColumnNames{kB} : metrology::ColumnNames{});
   for (std::size_t i = 0; i < touches.size(); ++i) {
     const auto& request = of.recording.touches()[i].request;
     const auto& n = request.outward_normal;
@@ -98,7 +95,7 @@ std::vector<double> listOf(const auto& values) {
 
 // Where the probe's tip is with the head at each of the angles, by nominal kinematics.
 metrology::Table offsetsOf(const ToolSetter& setter, const HeadFacts& head) {
-  auto table = metrology::Table::withColumns("probe_offsets", kOffsetColumns);
+  auto table = metrology::emptyTable(metrology::kToolSetter, "probe_offsets");
   const Eigen::Vector3d pivot = vectorOf(head.pivot_mm), arm = vectorOf(setter.probe_offset_mm) - pivot;
   for (const double b_rad : setter.swivels_rad) {
     const Eigen::Vector3d tip = pivot + Eigen::AngleAxisd{b_rad, vectorOf(head.b.axis)} * arm;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "firmware/metrology/checks/plausible.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "tools/case/case_folder.hpp"
 
@@ -107,9 +108,14 @@ TEST_P(EveryMethod, RefusesNumbersThatNoMachineHasAndSaysWhereTheyAre) {
 // A zero, the least number there is, and the largest that the door lets in: answered by finite numbers, or refused.
 TEST_P(EveryMethod, AnswersExtremesInFiniteNumbersOrRefusesThem) {
   for (const auto& place : placesIn(dataset)) {
-    const auto range =
-        metrology::plausibleRange(place.named.size() == 3 ? place.named[1].substr(8, place.named[1].size() - 9)
-                                                          : place.named[0].substr(12, place.named[0].size() - 13));
+    const auto& method = *metrology::methodNamed(GetParam());
+    const auto quoted = [](const std::string& text) {
+      const auto begin = text.find('\'') + 1;
+      return text.substr(begin, text.rfind('\'') - begin);
+    };
+    const auto range = place.named.size() == 3
+                           ? metrology::plausibleRange(method, quoted(place.named[0]), quoted(place.named[1]))
+                           : metrology::plausibleRange(method, quoted(place.named[0]));
     const double before = place.number(dataset);
     for (const double extreme : {0.0, 1e-308, -1e-308, range.most, range.least}) {
       place.number(dataset) = extreme;

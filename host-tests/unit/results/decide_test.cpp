@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "box_of_results.hpp"
+#include "firmware/results/core_events.hpp"
+#include "firmware/results/notes.hpp"
 
 namespace probebox::results {
 namespace {

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "box_of_results.hpp"
+#include "firmware/results/core_events.hpp"
 
 // Whatever people do, in any order.
 namespace probebox::results {

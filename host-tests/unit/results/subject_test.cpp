@@ -39,6 +39,17 @@ TEST(Subjects, ArePrintedAsTheyAreParsed) {
   }
 }
 
+TEST(Subjects, HaveVariants) {
+  for (const auto* name : {"delay", "delay-xy", "delay-oblique", "delay-joints"})
+    EXPECT_TRUE(isAboutKindOf(name, SubjectKind::delay)) << name;
+  for (const auto* name : {"centreline", "centreline-slide", "centreline-stylus"})
+    EXPECT_TRUE(isAboutKindOf(name, SubjectKind::centreline)) << name;
+  EXPECT_TRUE(isAboutKindOf("delay-joints", SubjectKind::delay_joints));
+  EXPECT_FALSE(isAboutKindOf("delay", SubjectKind::delay_joints));
+  EXPECT_FALSE(isAboutKindOf("screw-reference-x", SubjectKind::screw));
+  EXPECT_FALSE(isAboutKindOf("centreline-by-steps", SubjectKind::centreline));
+}
+
 TEST(Subjects, AreNoMethodsAndHaveOneSpelling) {
   for (const auto* name : {"",
                            "delay-",

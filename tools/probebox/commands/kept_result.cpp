@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "firmware/json/result_json.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -44,7 +45,7 @@ Trouble unreadable(std::uint64_t id, const Error& error) {
 }  // namespace
 
 bool KeptResult::isSum() const {
-  return !dataset_kept && result() != nullptr && result()->find("stylus_offset_in_force_mm") != nullptr;
+  return !dataset_kept && result() != nullptr && result()->find(metrology::quantity::kStylusOffsetInForce) != nullptr;
 }
 
 Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std::uint64_t id) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "firmware/metrology/dataset/quantity.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -50,7 +51,7 @@ Json describe(const Change& change) {
 // Values that come into force. Of a delay also the probe's gain, which some methods give beside what they promise, and
 // not the place and size of what was touched.
 std::vector<Quantity> comparedOf(const metrology::Result& result, std::string_view subject) {
-  if (!subject.starts_with("delay") || result.find(quantity::kTauJoint.key) != nullptr)
+  if (!isAboutKindOf(subject, SubjectKind::delay) || result.find(quantity::kTauJoint.key) != nullptr)
     return casefolder::quantitiesAbout(result, subject);
   metrology::Result about;
   for (const auto key : {quantity::kTau.key, quantity::kTauAxis.key, quantity::kGainMatrix.key}) {

@@ -77,7 +77,7 @@ std::string verdictOf(const messages::ResultSummary& result) {
     const auto found = std::ranges::find(result.values, key, &messages::NamedValue::key);
     return found == result.values.end() ? std::nullopt : std::optional{found->value};
   };
-  const auto verdict = result.subject == metrology::kCheckSubject ? valueOf(metrology::kVerdict) : std::nullopt;
+  const auto verdict = isAbout(result.subject, SubjectKind::check) ? valueOf(metrology::kVerdict) : std::nullopt;
   if (!verdict) return {};
   std::string all = casefolder::proofInWords(metrology::proofNumbered(*verdict), !result.warnings.empty());
   if (const auto worst = valueOf(metrology::kWorstRatio))

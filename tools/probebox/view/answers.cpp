@@ -92,12 +92,13 @@ Answer changed(link::Client& box, Console& console, const typename Operation::Re
 std::string methods() {
   Json all = Json::array();
   for (const auto* method : procedure::liveMethods()) {
+    const auto& subject = method->solver->subject.about;
     Json finds = Json::array();
     for (const auto& result : method->solver->results)
       finds.push_back({{"key", std::string{result.key}}, {"about", std::string{result.about}}});
     all.push_back({{"name", std::string{method->name()}},
                    {"title", std::string{method->solver->title}},
-                   {"subject", std::string{method->solver->subject.name}},
+                   {"subject", subject ? text(*subject) : std::string{}},
                    {"steps", std::string{method->steps}},
                    {"finds", finds},
                    {"unobservable", list(method->solver->unobservable)},
