@@ -36,21 +36,20 @@ bool spansSpace(const std::array<std::array<double, 3>, 3>& m) {
   return std::abs(volume) >= kLeastVolume;
 }
 
-WorldSensorHead readEmulatedSensorHead(Section section, const World& world) {
-  WorldSensorHead head;
-  head.number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers));
-  head.offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)};
-  head.length_mm = section.number("length_mm", {0, kMostToolLength_mm});
-  head.sensors = section.matrix("sensors", {-1000, 1000});
-  head.range_mm = section.number("range_mm", kSensorRange_mm);
-  head.noise_um = section.number("noise_um", {0, 100});
-  if (section.good("number") && hasTool(world, head.number))
-    section.problem("number",
-                    "= " + std::to_string(head.number) + " is used twice: give each tool a number of its own");
-  if (section.good("sensors") && !spansSpace(head.sensors))
+WorldTool readEmulatedSensorHead(Section section, const World& world) {
+  const auto number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers));
+  const WorldTool tool{
+      .number = number,
+      .offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)},
+      .length_mm = section.number("length_mm", {0, kMostToolLength_mm}),
+      .head = WorldSensorHead{.sensors = section.matrix("sensors", {-1000, 1000}),
+                              .range_mm = section.number("range_mm", kSensorRange_mm),
+                              .noise_um = section.number("noise_um", {0, 100})}};
+  requireNewTool(section, world, number);
+  if (section.good("sensors") && !spansSpace(tool.head->sensors))
     section.problem("sensors", "looks along directions that lie nearly in one plane: turn one of the sensors");
   section.finish();
-  return head;
+  return tool;
 }
 
 }  // namespace
@@ -62,7 +61,7 @@ void readSensorHead(Section& root, Machine& machine) {
 
 void readWorldHead(Section& root, World& world) {
   if (auto section = root.sectionIfThere("sensor_head"))
-    world.sensor_head = readEmulatedSensorHead(std::move(*section), world);
+    world.further_tools.push_back(readEmulatedSensorHead(std::move(*section), world));
 }
 
 }  // namespace probebox::board

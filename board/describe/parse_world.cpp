@@ -163,88 +163,77 @@ WorldPlates readPlates(Section section) {
   return plates;
 }
 
-// Tilt of an axis that is nominally along Z; a larger tilt would be a machine of another type.
-std::array<double, 2> readTilt(Section& section) {
-  return {section.number("tilt_x_rad", {-0.01, 0.01}), section.number("tilt_y_rad", {-0.01, 0.01})};
+// Direction of an axis that is nominally along Z; a larger tilt would be a machine of another type.
+Vector3 readDirection(Section& section) {
+  return {section.number("tilt_x_rad", {-0.01, 0.01}), section.number("tilt_y_rad", {-0.01, 0.01}), 1};
 }
 
 WorldPartSpindle readPartSpindle(Section section) {
-  constexpr std::size_t kMostBalls = 8;
   WorldPartSpindle spindle;
   spindle.point_mm = section.vector("point_mm", kPosition_mm);
-  spindle.tilt = readTilt(section);
+  spindle.direction = readDirection(section);
   spindle.ball_radius_mm = section.number("ball_radius_mm", {0.1, 1000});
-  for (auto& ball : section.sections("ball", kMostBalls)) {
+  for (auto& ball : section.sections("ball", WorldPartSpindle::kMostBalls)) {
     spindle.balls_mm.push_back(ball.vector("at_mm", kPosition_mm));
     ball.finish();
   }
-  for (auto& mount : section.sections("further_mount", 3)) spindle.further_mounts.push_back(readWorldMount(mount));
+  for (auto& mount : section.sections("further_mount", WorldPartSpindle::kMostFurtherMounts))
+    spindle.further_mounts.push_back(readWorldMount(mount));
   spindle.errors = readAxisErrors(section);
   section.finish();
   return spindle;
 }
 
-// Axis that a table tilts about, or a head swivels about.
-struct Swing {
-  Vector3 axis{}, lean{};
-};
-
-Swing readSwing(Section& section) {
+// Direction of the axis that a table tilts about, or a head swivels about: nominally along X or Y.
+Vector3 readSwing(Section& section) {
   constexpr std::array<Vector3, 4> kAxes{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
   const std::size_t axis = section.choice("axis", {"X", "-X", "Y", "-Y"});
   const bool about_x = axis < 2;
-  Swing swing{.axis = kAxes[axis], .lean = {}};
-  swing.lean[about_x ? 1 : 0] = section.number(about_x ? "lean_y_rad" : "lean_x_rad", {-0.01, 0.01}, 0.0);
-  swing.lean[2] = section.number("lean_z_rad", {-0.01, 0.01}, 0.0);
-  return swing;
+  Vector3 direction = kAxes[axis];
+  direction[about_x ? 1 : 0] = section.number(about_x ? "lean_y_rad" : "lean_x_rad", {-0.01, 0.01}, 0.0);
+  direction[2] = section.number("lean_z_rad", {-0.01, 0.01}, 0.0);
+  return direction;
 }
 
 WorldTiltingTable readTiltingTable(Section section) {
-  const auto [axis, lean] = readSwing(section);
-  const WorldTiltingTable table{.axis = axis,
-                                .point_mm = section.vector("point_mm", kPosition_mm),
-                                .lean = lean,
-                                .errors = readAxisErrors(section)};
+  const auto direction = readSwing(section);
+  const WorldTiltingTable table{
+      .point_mm = section.vector("point_mm", kPosition_mm), .direction = direction, .errors = readAxisErrors(section)};
   section.finish();
   return table;
 }
 
 WorldSwivelHead readSwivelHead(Section section) {
-  const auto [axis, lean] = readSwing(section);
-  const WorldSwivelHead head{.axis = axis,
-                             .pivot_mm = section.vector("pivot_mm", {-1000, 1000}),
-                             .lean = lean,
+  const auto direction = readSwing(section);
+  const WorldSwivelHead head{.pivot_mm = section.vector("pivot_mm", {-1000, 1000}),
+                             .direction = direction,
                              .noise_rad = section.number("noise_rad", {0, 0.01}, 0.0)};
   section.finish();
   return head;
 }
 
 WorldTool readTool(Section& section, std::uint32_t number) {
-  return {.number = number,
-          .stylus_offset_mm = {section.number("stylus_offset_x_mm", {-10, 10}),
-                               section.number("stylus_offset_y_mm", {-10, 10})},
-          .stylus_length_mm = section.number("stylus_length_mm", {0, 1000})};
+  return {
+      .number = number,
+      .offset_mm = {section.number("stylus_offset_x_mm", {-10, 10}), section.number("stylus_offset_y_mm", {-10, 10})},
+      .length_mm = section.number("stylus_length_mm", {0, 1000})};
 }
 
-WorldProbeSpindle readProbeSpindle(Section section) {
-  WorldProbeSpindle spindle;
-  spindle.tilt = readTilt(section);
+void readProbeSpindle(Section section, World& world) {
+  auto& spindle = world.probe_spindle;
+  spindle.direction = readDirection(section);
   const auto first = readTool(section, static_cast<std::uint32_t>(section.integer("tool", kToolNumbers, 1)));
   spindle.tool = first.number;
-  spindle.stylus_offset_mm = first.stylus_offset_mm;
-  spindle.stylus_length_mm = first.stylus_length_mm;
+  spindle.stylus_offset_mm = first.offset_mm;
+  spindle.stylus_length_mm = first.length_mm;
   readWorldShank(section, spindle);
   for (auto& further : section.sections("further_tool", kMostTools)) {
     const auto number = static_cast<std::uint32_t>(further.integer("number", kToolNumbers));
-    const bool again = number == spindle.tool || std::ranges::find(spindle.further_tools, number, &WorldTool::number) !=
-                                                     spindle.further_tools.end();
-    if (again && further.good("number"))
-      further.problem("number", "= " + std::to_string(number) + " is used twice: give each tool a number of its own");
-    spindle.further_tools.push_back(readTool(further, number));
+    requireNewTool(further, world, number);
+    world.further_tools.push_back(readTool(further, number));
     further.finish();
   }
   section.finish();
-  return spindle;
 }
 
 WorldRotary readRotary(Section section) {
@@ -336,7 +325,7 @@ World readWorld(Section& root) {
   if (auto section = root.sectionIfThere("part_spindle")) world.part_spindle = readPartSpindle(std::move(*section));
   if (auto section = root.sectionIfThere("tilting_table")) world.tilting_table = readTiltingTable(std::move(*section));
   if (auto section = root.sectionIfThere("swivel_head")) world.swivel_head = readSwivelHead(std::move(*section));
-  if (auto section = root.sectionIfThere("probe_spindle")) world.probe_spindle = readProbeSpindle(std::move(*section));
+  if (auto section = root.sectionIfThere("probe_spindle")) readProbeSpindle(std::move(*section), world);
   if (auto section = root.sectionIfThere("rotary_axes")) world.rotary = readRotary(std::move(*section));
   readScrews(root.section("screw", false), world);
   readWorldTools(root, world);

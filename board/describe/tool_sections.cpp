@@ -151,26 +151,23 @@ void readToolSetter(Section& root, Machine& machine) {
     machine.tool_setter = readDescribedSetter(std::move(*section), machine);
 }
 
-bool hasTool(const World& world, std::uint32_t number) {
-  const auto is = [number](const auto& tool) { return tool.number == number; };
-  const auto& spindle = world.probe_spindle;
-  if (spindle && (spindle->tool == number || std::ranges::any_of(spindle->further_tools, is))) return true;
-  return std::ranges::any_of(world.cutters, is);
+void requireNewTool(Section& section, const World& world, std::uint32_t number) {
+  const bool used = world.probe_spindle.tool == number || isThere(world.further_tools, number);
+  if (used && section.good("number"))
+    section.problem("number", "= " + std::to_string(number) + " is used twice: give each tool a number of its own");
 }
 
 void readWorldTools(Section& root, World& world) {
   if (auto setter = root.sectionIfThere("tool_setter")) world.tool_setter = readEmulatedSetter(std::move(*setter));
   for (auto& section : root.sections("tool", kMostTools)) {
-    const WorldCutter tool{
+    const WorldTool tool{
         .number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
         .offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)},
         .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
         .radius_mm = section.number("radius_mm", {0.05, 100})};
-    if (section.good("number") && hasTool(world, tool.number))
-      section.problem("number",
-                      "= " + std::to_string(tool.number) + " is used twice: give each tool a number of its own");
+    requireNewTool(section, world, tool.number);
     section.finish();
-    world.cutters.push_back(tool);
+    world.further_tools.push_back(tool);
   }
 }
 

@@ -16,7 +16,7 @@ void readTools(Section& root, Machine& machine);
 void readToolSetter(Section& root, Machine& machine);
 // Sections [tool_setter] and [[tool]] of world.toml.
 void readWorldTools(Section& root, World& world);
-// Returns whether one of the tools read so far has that number.
-bool hasTool(const World& world, std::uint32_t number);
+// Notes the number of a tool that one of the tools read so far has already.
+void requireNewTool(Section& section, const World& world, std::uint32_t number);
 
 }  // namespace probebox::board

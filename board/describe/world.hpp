@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -53,13 +54,16 @@ struct WorldWave {
   double amplitude_mm{};
   double length_mm{100};
   double phase_rad{};  // at machine position 0
+  friend bool operator==(const WorldWave&, const WorldWave&) = default;
 };
 
-// Geometric errors of the linear axes, named as in ISO 230-1.
+// Geometric errors of the linear axes, named as in ISO 230-1; zero at machine position 0. They displace the body and
+// are not visible to the encoders.
 struct WorldLinearAxes {
   Vector3 scale{};                                  // of EXX, EYY, EZZ: error per travel
-  std::array<std::array<WorldWave, 3>, 3> waves{};  // by the axis that moves, then along X, Y, Z
+  std::array<std::array<WorldWave, 3>, 3> waves{};  // of the axis that moves, along X Y Z: EXX EYX EZX, EXY ...
   Vector3 squareness_rad{};                         // EA0Z of Z to Y, EB0Z of Z to X, EC0Y of Y to X
+  friend bool operator==(const WorldLinearAxes&, const WorldLinearAxes&) = default;
 };
 
 // Error motions of a rotary axis: a cosine (minus 1) and a sine of its angle, along (mm) and about (rad) X, Y, Z.
@@ -115,29 +119,30 @@ struct WorldMount {
 
 // The spindle of the part: rotary axis C, and balls that stand on it.
 struct WorldPartSpindle {
-  Vector3 point_mm{};            // of the axis
-  std::array<double, 2> tilt{};  // dx/dz and dy/dz of the axis
-  double ball_radius_mm{};
-  std::vector<Vector3> balls_mm;  // at C = 0, relative to the point
+  static constexpr std::size_t kMostBalls = 8;
+  static constexpr std::size_t kMostFurtherMounts = 3;
+  Vector3 point_mm{};          // of the axis
+  Vector3 direction{0, 0, 1};  // of the axis, of any length
+  double ball_radius_mm{6};
+  std::vector<Vector3> balls_mm{};  // at C = 0, relative to the point
   std::vector<WorldMount> further_mounts{};
-  WorldAxisErrors errors;
+  WorldAxisErrors errors{};
 };
 
 // A table that tilts the part's spindle and everything on it: B of the controller.
 struct WorldTiltingTable {
-  Vector3 axis{};      // nominally, unit vector along X or Y: a positive tilt is right-handed about it
-  Vector3 point_mm{};  // of the true axis
-  Vector3 lean{};      // of the true axis over the nominal one, across it
-  WorldAxisErrors errors;
+  Vector3 point_mm{};  // of the axis
+  Vector3 direction{1, 0,
+                    0};  // of the axis, of any length, nearly along X or Y: a positive tilt is right-handed about it
+  WorldAxisErrors errors{};
 };
 
 // A head that swivels the probe's spindle. Its angle is the controller's B in the steps of a run in which the head
 // moves; in the others B is the tilting table.
 struct WorldSwivelHead {
-  Vector3 axis{};      // nominally, unit vector along X or Y: a positive angle is right-handed about it
-  Vector3 pivot_mm{};  // a point of the true axis, from the machine's reference with the head level
-  Vector3 lean{};      // of the true axis over the nominal one, across it
-  double noise_rad{};  // of every stop (k = 1)
+  Vector3 pivot_mm{};          // a point of the axis, from the machine's reference with the head level
+  Vector3 direction{0, 1, 0};  // as that of the table
+  double noise_rad{};          // of every stop (k = 1)
 };
 
 // A cylinder with round ends above the stylus' ball. Heights are above the middle of that ball, along the spindle's
@@ -150,26 +155,37 @@ struct WorldShank {
   double lever{1};                    // displacement of the stylus' ball per displacement of the shank
 };
 
-// The probe in another tool than the first.
-struct WorldTool {
-  std::uint32_t number{};
-  std::array<double, 2> stylus_offset_mm{};  // of the stylus ball from the axis at A = 0, X Y
-  double stylus_length_mm{};                 // below the machine's reference
+// Three displacement sensors that measure one ball, instead of the probe's channels.
+struct WorldSensorHead {
+  Matrix3 sensors{};  // one row per sensor: its reading per mm of the ball along X, Y, Z of the head
+  double range_mm{};  // of a reading, to either side
+  double noise_um{};  // k = 1, one sensor
 };
 
-// The spindle of the probe: rotary axis A.
+// Another tool of the probe's spindle: the probe with another stylus, a cutting tool or a sensor head. It ends at the
+// centre of the stylus ball, at its tip, or where all sensors of the head read zero.
+struct WorldTool {
+  std::uint32_t number{};
+  std::array<double, 2> offset_mm{};  // of its end from the axis at A = 0, X Y
+  double length_mm{};                 // from the machine's reference down to its end
+  std::optional<double> radius_mm{};  // of a cutting tool, above its tip
+  bool nose{};                        // a turning tool: the radius is that of a ball about its tip
+  std::optional<WorldSensorHead> head{};
+  std::optional<WorldShank> shank{};
+};
+
+// The spindle of the probe: rotary axis A through the machine's moving reference.
 struct WorldProbeSpindle {
-  std::array<double, 2> tilt{};              // dx/dz and dy/dz of the axis
+  Vector3 direction{0, 0, 1};                // of the axis, of any length
   std::array<double, 2> stylus_offset_mm{};  // of the stylus ball from the axis at A = 0, X Y
-  double stylus_length_mm{};                 // below the machine's reference
-  std::optional<WorldShank> shank;
-  std::uint32_t tool{};  // number of the tool with this stylus
-  std::vector<WorldTool> further_tools;
+  double stylus_length_mm{150};              // below the machine's reference
+  std::optional<WorldShank> shank{};
+  std::uint32_t tool{1};  // number of the tool with this stylus, which is in the spindle at the start
 };
 
 struct WorldRotary {
-  double speed_rad_s{};
-  double noise_rad{};         // of every stop (k = 1)
+  double speed_rad_s{3};
+  double noise_rad{};         // of every stop (k = 1), of all axes but a head
   double c_counts_per_deg{};  // of an encoder of C; 0: it has none
 };
 
@@ -192,24 +208,6 @@ struct WorldToolSetter {
   double repeatability_um{};  // of the depth at which it switches (k = 1)
 };
 
-// A cutting tool in the magazine: its tip hangs below the machine's reference.
-struct WorldCutter {
-  std::uint32_t number{};
-  std::array<double, 2> offset_mm{};  // of its tip from the spindle's axis, X and Y at A = 0
-  double length_mm{};
-  double radius_mm{};
-};
-
-// A sensor head in the magazine: three displacement sensors that measure one ball.
-struct WorldSensorHead {
-  std::uint32_t number{};
-  std::array<double, 2> offset_mm{};  // of its centre, where all read zero, from the spindle's axis, X and Y at A = 0
-  double length_mm{};                 // from the machine's reference down to that centre
-  std::array<std::array<double, 3>, 3> sensors{};  // one row per sensor: its reading per mm of the ball along X, Y, Z
-  double range_mm{};                               // of a reading, to either side
-  double noise_um{};                               // k = 1, one sensor
-};
-
 // The measuring cycle that the emulated controller runs: five touches on the sphere at every speed.
 struct WorldCycle {
   std::vector<double> speeds_mm_s;
@@ -219,19 +217,19 @@ struct WorldCycle {
   std::uint32_t repeats{};  // of the whole list of speeds
 };
 
-// Faults of the emulated machine and its sensors, in the order of world::FaultKind.
+// Faults of the emulated machine and its sensors.
 enum class FaultKind : std::uint8_t {
-  probe_silent,
-  encoders_silent,
-  sync_silent,
-  edges_lost,
-  edges_doubled,
-  screw_sensors_silent,
-  encoders_stuck,
-  probe_frozen,
-  probe_noisy,
-  clock_jumps,
-  angles_silent,
+  probe_silent,          // no probe samples: their sequence numbers run on
+  encoders_silent,       // no encoder latches: their sequence numbers run on
+  sync_silent,           // the master clock's line is silent
+  edges_lost,            // the kernel's buffer overruns: edges are lost, and their sequence numbers are missing
+  edges_doubled,         // every tick makes two edges
+  screw_sensors_silent,  // no readings of the screws' sensors
+  encoders_stuck,        // the counts stay constant while the axes move
+  probe_frozen,          // every sample repeats the last one
+  probe_noisy,           // noise a hundred times as large
+  clock_jumps,           // once: the master clock's phase steps
+  angles_silent,         // no latches of the part spindle's encoder: their sequence numbers run on
 };
 
 struct WorldFault {
@@ -258,17 +256,16 @@ struct World {
   WorldProbe probe;
   std::optional<WorldTouchTrigger> touch_trigger;
   WorldSphere sphere;
-  // Parts without a description do not exist.
+  // Parts without a description do not exist; the spindles are there, without balls and with one tool.
   std::optional<WorldPlates> plates;
-  std::optional<WorldPartSpindle> part_spindle;
+  WorldPartSpindle part_spindle;
   std::optional<WorldTiltingTable> tilting_table;
   std::optional<WorldSwivelHead> swivel_head;
-  std::optional<WorldProbeSpindle> probe_spindle;
-  std::optional<WorldRotary> rotary;
+  WorldProbeSpindle probe_spindle;
+  std::vector<WorldTool> further_tools;  // in the magazine
+  WorldRotary rotary;
   std::array<std::optional<WorldScrew>, 3> screws;
   std::optional<WorldToolSetter> tool_setter;
-  std::vector<WorldCutter> cutters;
-  std::optional<WorldSensorHead> sensor_head;
   WorldCycle cycle;
   std::optional<WorldOutsideControl> outside_control;
   std::vector<WorldFault> faults;

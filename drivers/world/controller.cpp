@@ -125,7 +125,7 @@ void Controller::ask() {
   home();
   switch (status_->state) {
     case RunState::waiting:
-      if (canBeFollowed(*status_) && known(*status_)) follow(*status_);
+      if (canBeFollowed(*status_) && knows(*status_)) follow(*status_);
       return;
     case RunState::running:
       // A step has begun that nobody does: its end was lost, or the answer to its begin.
@@ -134,7 +134,7 @@ void Controller::ask() {
       ++abandoned_steps_;
       return post(MarkerPhase::abandon, Activity::abandoning);
     default:
-      if (machine_.commandedPosition() != config_.park_mm) park();
+      if (machine_.commandedPosition() != config_.park_mm()) park();
   }
 }
 
@@ -143,7 +143,7 @@ void Controller::follow(const Prompt& prompt) {
   if (step_.kind == StepKind::rest) return enter(Activity::settling);
   if (movesOneAxis(step_.kind)) {
     rise();
-    route_.add(config_.park_mm);
+    route_.add(config_.park_mm());
     return enter(Activity::travelling);
   }
   // A shank never goes round a ball: that hangs in its way from above.
@@ -156,26 +156,29 @@ void Controller::follow(const Prompt& prompt) {
 }
 
 // The features and axes that this controller has been shown.
-bool Controller::known(const Prompt& prompt) const {
-  if (prompt.b_moves == BMoves::table && !config_.table.tilts) return false;
-  if (prompt.b_moves == BMoves::head && !config_.head.swivels) return false;
-  if (prompt.mount > 1 + config_.part.further_mount_count) return false;
+bool Controller::knows(const Prompt& prompt) const {
+  const auto& known = config_.known;
+  if (prompt.b_moves == BMoves::table && !known.tilting_table) return false;
+  if (prompt.b_moves == BMoves::head && !known.swivel_head) return false;
+  if (prompt.mount > 1 + known.part_spindle.further_mounts.size()) return false;
+  const auto& first = known.probe_spindle;
   const bool has_tool =
-      std::ranges::find(config_.tools, prompt.tool, &ControllerConfig::Tool::number) != config_.tools.end();
+      prompt.tool == first.tool ||
+      std::ranges::find(known.further_tools, prompt.tool, &board::WorldTool::number) != known.further_tools.end();
   if (prompt.tool != 0 && !has_tool) return false;
   if (prompt.shank_height_mm != 0) {
     const bool ball = prompt.feature == StepFeature::datum_sphere || prompt.feature == StepFeature::part_ball;
-    if (!config_.shank.known || prompt.tool != config_.shank.tool || !ball) return false;
+    if (!first.shank || prompt.tool != first.tool || !ball) return false;
   }
   switch (prompt.feature) {
     case StepFeature::datum_sphere:
       return true;
     case StepFeature::plates:
-      return config_.plates.known;
+      return known.plates.has_value();
     case StepFeature::part_ball:
-      return prompt.ball >= 1 && prompt.ball <= config_.part.ball_count;
+      return prompt.ball >= 1 && prompt.ball <= known.part_spindle.balls_mm.size();
     case StepFeature::tool_setter:
-      return config_.setter.known;
+      return known.tool_setter.has_value();
   }
   return false;
 }
@@ -191,7 +194,7 @@ Pose Controller::pose() const {
 
 // A step that says nothing about it is done with the first.
 std::uint32_t Controller::tool() const {
-  return step_.tool != 0 ? step_.tool : config_.tools.front().number;
+  return step_.tool != 0 ? step_.tool : config_.known.probe_spindle.tool;
 }
 
 bool Controller::mustTurn() const {
@@ -308,7 +311,7 @@ void Controller::touch() {
     if (elapsed(config_.afterwards + rest)) post(MarkerPhase::end, Activity::ending);
     return;
   }
-  if (activity_ == Activity::dwelling && !elapsed(config_.dwell)) return;
+  if (activity_ == Activity::dwelling && !elapsed(config_.dwell())) return;
   if (step_.kind == StepKind::hold || step_.kind == StepKind::rest) return enter(Activity::recording);
   if (movesOneAxis(step_.kind)) {
     const Vector3 target = machine_.commandedPosition() + step_.travel_mm * step_.outward_normal;
@@ -327,7 +330,7 @@ void Controller::touch() {
 
 // The skip input stops C, as soon as its drive can.
 void Controller::turnUntilContact() {
-  const Vector3& ball = config_.part.balls_mm[step_.ball - 1U];
+  const Vector3& ball = config_.known.part_spindle.balls_mm.at(step_.ball - 1U);
   const double beyond_rad = step_.overtravel_mm / std::hypot(ball[0], ball[1]);
   machine_.turnUntilContact(step_.turn_to_rad, step_.turn_speed_rad_s, now_, beyond_rad);
   enter(Activity::approaching);
@@ -348,7 +351,7 @@ void Controller::withdraw() {
 void Controller::park() {
   pressing_ = false;
   rise();
-  const auto& [x, y, z] = config_.park_mm;
+  const auto& [x, y, z] = config_.park_mm();
   // High enough to level the head there, which lowers the tip.
   Pose level = machine_.commandedPose();
   level.head_rad = 0;
@@ -366,10 +369,10 @@ void Controller::level() {
   pose.table_rad = 0;
   if (pose != machine_.commandedPose()) {
     machine_.turnTo(pose, now_);
-  } else if (machine_.tool() != config_.tools.front().number) {
-    machine_.takeTool(config_.tools.front().number, now_);
-  } else if (machine_.commandedPosition() != config_.park_mm) {
-    machine_.traverseTo(config_.park_mm, now_);
+  } else if (machine_.tool() != config_.known.probe_spindle.tool) {
+    machine_.takeTool(config_.known.probe_spindle.tool, now_);
+  } else if (machine_.commandedPosition() != config_.park_mm()) {
+    machine_.traverseTo(config_.park_mm(), now_);
   } else {
     enter(Activity::asking);
   }
@@ -389,7 +392,7 @@ Vector3 Controller::surface() const {
     const auto& n = step_.outward_normal;
     return at.centre + Vector3{n[0] * at.half_mm[0], n[1] * at.half_mm[1], n[2] * at.half_mm[2]};
   }
-  if (at.shape == Place::Shape::gap) return at.centre - config_.plates.half_way_mm * step_.outward_normal;
+  if (at.shape == Place::Shape::gap) return at.centre - config_.half_way_mm() * step_.outward_normal;
   return at.centre + (at.keep_out_mm - config_.safe_distance_mm) * step_.outward_normal;
 }
 

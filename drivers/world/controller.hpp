@@ -58,7 +58,7 @@ class Controller {
   void home();
   void ask();
   void follow(const Prompt& prompt);
-  bool known(const Prompt& prompt) const;
+  bool knows(const Prompt& prompt) const;
   Pose pose() const;
   bool mustTurn() const;
   std::size_t mount() const;

@@ -31,7 +31,7 @@ void Controller::scan() {
     return askAnew();
   }
   if (activity_ == Activity::entering) {
-    if (elapsed(config_.dwell)) post(MarkerPhase::begin, Activity::beginning);
+    if (elapsed(config_.dwell())) post(MarkerPhase::begin, Activity::beginning);
     return;
   }
   if (!nextWay()) enter(Activity::recording);

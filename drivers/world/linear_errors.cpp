@@ -7,14 +7,15 @@
 namespace probebox::world {
 namespace {
 
-double waveAt(const WaveConfig& wave, double position_mm) {
+double waveAt(const board::WorldWave& wave, double position_mm) {
   if (wave.amplitude_mm == 0) return 0;
   return wave.amplitude_mm * std::sin(kTurn * position_mm / wave.length_mm + wave.phase_rad);
 }
 
 }  // namespace
 
-LinearErrors::LinearErrors(const LinearErrorsConfig& config) : config_{config}, none_{config == LinearErrorsConfig{}} {}
+LinearErrors::LinearErrors(const board::WorldLinearAxes& config)
+    : config_{config}, none_{config == board::WorldLinearAxes{}} {}
 
 Vector3 LinearErrors::at(const Vector3& position) const {
   if (none_) return {};

@@ -11,21 +11,22 @@ Machine::Machine(const Config& config, std::uint64_t seed)
       part_axis_{unit(config.part_spindle.direction)},
       rotary_{config.rotary},
       probe_spindle_{config.probe_spindle},
-      head_{config.swivel_head},
-      linear_errors_{config.linear_errors},
+      further_tools_{config.further_tools},
+      head_{config.swivel_head.value_or(board::WorldSwivelHead{})},
+      linear_errors_{config.linear_axes},
       motion_{config.axes.home_mm},
       commanded_mm_{config.axes.home_mm},
       solids_{config},
       stylus_{config.probe},
       random_{seed, RandomStream::machine},
-      mounts_{1 + config.part_spindle.further_mount_count} {
+      mounts_{1 + config.part_spindle.further_mounts.size()} {
   probe_spindle_.direction = unit(probe_spindle_.direction);
   head_.direction = unit(head_.direction);
   tool_ = toolOf(probe_spindle_.tool);
   stands_.a_rad = stopAt(0, rotary_.noise_rad);
   stands_.c_rad = stopAt(0, rotary_.noise_rad);
-  if (config.tilting_table.fitted) stands_.table_rad = stopAt(0, rotary_.noise_rad);
-  if (head_.fitted) stands_.head_rad = stopAt(0, head_.noise_rad);
+  if (config.tilting_table) stands_.table_rad = stopAt(0, rotary_.noise_rad);
+  if (config.swivel_head) stands_.head_rad = stopAt(0, head_.noise_rad);
   hold_ = holdAt(stands_, tool_);
   solids_.turnPart(stands_.part());
   standFrom(MonoTime::min());
@@ -298,7 +299,7 @@ bool Machine::takeTool(std::uint32_t number, MonoTime now) {
   return true;
 }
 
-void Machine::change(const ToolConfig& tool) {
+void Machine::change(const board::WorldTool& tool) {
   if (touching()) ++crashes_;
   tool_ = tool;
   hold_ = holdAt(stands_, tool_);
@@ -353,9 +354,9 @@ bool Machine::comesFromAside(const Move& move) const {
 }
 
 // The first one for a number that is not there.
-ToolConfig Machine::toolOf(std::uint32_t number) const {
-  const auto found = std::ranges::find(probe_spindle_.further_tools, number, &ToolConfig::number);
-  if (found != probe_spindle_.further_tools.end()) return *found;
+board::WorldTool Machine::toolOf(std::uint32_t number) const {
+  const auto found = std::ranges::find(further_tools_, number, &board::WorldTool::number);
+  if (found != further_tools_.end()) return *found;
   return {.number = probe_spindle_.tool,
           .offset_mm = probe_spindle_.stylus_offset_mm,
           .length_mm = probe_spindle_.stylus_length_mm,
@@ -386,7 +387,7 @@ const TurnOfPart* Machine::turnedInto() const {
 
 // The reference lies on the spindle's axis; the ball hangs below it. Positions count from where an ideal spindle in a
 // level head would hold the ball of the first tool.
-Hold Machine::holdAt(const Pose& pose, const ToolConfig& tool) const {
+Hold Machine::holdAt(const Pose& pose, const board::WorldTool& tool) const {
   const auto& [x, y] = tool.offset_mm;
   const Vector3 from_axis{x, y, -tool.length_mm};
   const Vector3 hanging = rotation(probe_spindle_.direction, pose.a_rad) * from_axis;

@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "drivers/world/config.hpp"
 #include "drivers/world/linear_errors.hpp"
@@ -110,9 +111,11 @@ class Machine {
   std::uint64_t crashes() const { return crashes_; }
 
  private:
+  static constexpr double kJerkTime_s = 0.001;  // rise and fall time of the acceleration
+
   double stopAt(double angle_rad, double noise_rad) { return angle_rad + noise_rad * random_.normal(); }
-  Hold holdAt(const Pose& pose, const ToolConfig& tool) const;
-  ToolConfig toolOf(std::uint32_t number) const;
+  Hold holdAt(const Pose& pose, const board::WorldTool& tool) const;
+  board::WorldTool toolOf(std::uint32_t number) const;
   bool strikesOnTheWayTo(const Pose& pose) const;
   const TurnOfPart* turnedInto() const;  // null where the stylus does not touch by a turn
   void strike(double c_rad, const Instant& at, double sense, double speed_rad_s);
@@ -126,19 +129,20 @@ class Machine {
   std::optional<double> shareUntilMet(const Vector3& reached_mm) const;
   bool comesFromAside(const Move& move) const;
   Move ofTheBody(const Move& move) const;
-  MotionLimits limits(double speed_mm_s) const { return {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}; }
+  MotionLimits limits(double speed_mm_s) const { return {speed_mm_s, axes_.acceleration_mm_s2, kJerkTime_s}; }
   void turn(const Pose& pose, MonoTime from, MonoTime until);
   void standAt(const Pose& pose, MonoTime from, MonoTime until);
-  void change(const ToolConfig& tool);
+  void change(const board::WorldTool& tool);
   void putInto(std::size_t mount);
   void standFrom(MonoTime since);
   void standStillFor(Nanoseconds duration, MonoTime now);
 
-  AxesConfig axes_;
+  board::WorldAxes axes_;
   Vector3 part_point_, part_axis_;  // with the table level
-  RotaryConfig rotary_;
-  ProbeSpindleConfig probe_spindle_;
-  SwivelHeadConfig head_;
+  board::WorldRotary rotary_;
+  board::WorldProbeSpindle probe_spindle_;
+  std::vector<board::WorldTool> further_tools_;
+  board::WorldSwivelHead head_;
   LinearErrors linear_errors_;
   MotionHistory motion_;
   Drives drives_;
@@ -150,7 +154,7 @@ class Machine {
   Hold hold_;
   Pose commanded_;
   Pose stands_;  // true angles
-  ToolConfig tool_;
+  board::WorldTool tool_;
   std::size_t mounts_;
   std::size_t mount_{1};
   TurnHistory part_;  // C by its encoder

@@ -1,14 +1,12 @@
 #pragma once
+#include "board/describe/world.hpp"
 #include "drivers/world/vector.hpp"
 
 namespace probebox::world {
 
-// Describes another mount of the ball plate on the part's spindle: turned about the spindle's point, then shifted.
-struct MountConfig {
-  Vector3 turn_rad{};  // rotation vector
-  Vector3 shift_mm{};
-
-  Vector3 place(const Vector3& ball) const { return rotation(unit(turn_rad), norm(turn_rad)) * ball + shift_mm; }
-};
+// Returns where a ball of the part stands in that mount, from the spindle's point at C = 0.
+inline Vector3 inMount(const board::WorldMount& mount, const Vector3& ball) {
+  return rotation(unit(mount.turn_rad), norm(mount.turn_rad)) * ball + mount.shift_mm;
+}
 
 }  // namespace probebox::world

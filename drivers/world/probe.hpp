@@ -24,7 +24,7 @@ class Probe {
   bool take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger);
 
  private:
-  ProbeConfig config_;
+  board::WorldProbe config_;
   bool samples_;
   double tau_s_;
   Matrix3 channels_of_displacement_;  // inverse of the gain

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "drivers/world/config.hpp"
+#include "board/describe/world.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::world {
@@ -40,7 +40,7 @@ bool canBeFollowed(const Prompt& prompt) {
   const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
                         (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);
   const bool is_part = prompt.feature == StepFeature::part_ball;
-  if (is_part && (prompt.ball < 1 || prompt.ball > PartSpindleConfig::kMostBalls)) return false;
+  if (is_part && (prompt.ball < 1 || prompt.ball > board::WorldPartSpindle::kMostBalls)) return false;
   if (prompt.kind == StepKind::turn) {
     const bool turned = std::isfinite(prompt.turn_line_rad) && std::isfinite(prompt.turn_to_rad);
     return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && isLength(prompt.overtravel_mm) &&

@@ -26,8 +26,8 @@ class SetterLine {
  private:
   Nanoseconds lateness(double sense, double speed_mm_s);
 
-  ToolSetterConfig setter_;
-  SyncConfig kernel_;
+  std::optional<board::WorldToolSetter> setter_;
+  board::WorldClock kernel_;
   Random random_;
   ContactEdges edges_{1};  // after the probe's trigger
   std::optional<MonoTime> next_;

@@ -22,7 +22,7 @@ struct SolidBlock {
 
 // The datum sphere first.
 struct BallCentres {
-  std::array<Vector3, 1 + PartSpindleConfig::kMostBalls> centres{};
+  std::array<Vector3, 1 + board::WorldPartSpindle::kMostBalls> centres{};
   std::size_t count{};
 };
 
@@ -58,15 +58,15 @@ class Solids {
   Vector3 ballAt(std::size_t ball, const PartPose& pose) const;
   std::optional<Meeting> metBy(const Move& way, const SolidBlock& setter) const;
 
-  PartSpindleConfig spindle_;
+  board::WorldPartSpindle spindle_;
   std::size_t mount_{1};
-  TiltingTableConfig table_;
+  board::WorldTiltingTable table_;
   double sphere_radius_mm_;
   SolidBall sphere_;
   std::array<SolidBlock, 2> plates_{};
   std::size_t plate_count_{};
-  std::array<SolidBall, PartSpindleConfig::kMostBalls> part_{};
-  ToolSetterConfig setter_;
+  std::array<SolidBall, board::WorldPartSpindle::kMostBalls> part_{};
+  std::optional<board::WorldToolSetter> setter_;
   SolidBlock setter_for_stylus_;
 };
 

@@ -6,15 +6,18 @@
 #include "protocol/units/angle.hpp"
 
 namespace probebox::world {
+namespace {
+constexpr double kStylusFrequency_hz = 120;  // of the free stylus
+}  // namespace
 
 MonoTime Instant::rounded() const {
   return base + Nanoseconds{std::llround(offset_s * 1e9)};
 }
 
-Stylus::Stylus(const ProbeConfig& probe)
+Stylus::Stylus(const board::WorldProbe& probe)
     : bounce_mm_{probe.bounce_mm},
       decay_s_{probe.bounce_decay_s},
-      angular_frequency_{kTurn * probe.stylus_frequency_hz},
+      angular_frequency_{kTurn * kStylusFrequency_hz},
       friction_rad_{std::atan(probe.friction)} {}
 
 void Stylus::follow(const Move& move, const Solids& solids, const Hold& hold) {

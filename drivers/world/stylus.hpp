@@ -76,7 +76,7 @@ class Stylus {
  public:
   static constexpr std::size_t kRemembered = 64;
 
-  explicit Stylus(const ProbeConfig& probe);
+  explicit Stylus(const board::WorldProbe& probe);
 
   // Finds the contacts that a move of the body makes and ends.
   void follow(const Move& move, const Solids& solids, const Hold& hold);

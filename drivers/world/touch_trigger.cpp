@@ -22,7 +22,9 @@ double timeOver(double way_mm, double speed_mm_s) {
 }  // namespace
 
 TouchTrigger::TouchTrigger(const Config& config, std::uint64_t seed)
-    : trigger_{config.touch_trigger}, kernel_{config.sync}, random_{seed, RandomStream::touch_trigger} {}
+    : trigger_{config.touch_trigger.value_or(board::WorldTouchTrigger{})},
+      kernel_{config.clock},
+      random_{seed, RandomStream::touch_trigger} {}
 
 MonoTime TouchTrigger::nextAt(const Machine& machine) {
   if (next_ == end_) prepare(machine);

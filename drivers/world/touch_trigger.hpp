@@ -12,8 +12,8 @@
 
 namespace probebox::world {
 
-// Emulates the switch of a touch-trigger probe (TouchTriggerConfig): it opens after the pre-travel, closes when the
-// stylus is seated again, and may chatter at both.
+// Emulates the switch of a touch-trigger probe (board::WorldTouchTrigger): it opens after the pre-travel, closes when
+// the stylus is seated again, and may chatter at both.
 class TouchTrigger {
  public:
   TouchTrigger(const Config& config, std::uint64_t seed);
@@ -35,8 +35,8 @@ class TouchTrigger {
   void addEdge(MonoTime at);
   void chatter(MonoTime at);
 
-  TouchTriggerConfig trigger_;
-  SyncConfig kernel_;
+  board::WorldTouchTrigger trigger_;
+  board::WorldClock kernel_;
   Random random_;
   std::array<MonoTime, kMostEdges> edges_{};  // levels alternate
   std::size_t next_{}, end_{};

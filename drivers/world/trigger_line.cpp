@@ -5,10 +5,10 @@
 namespace probebox::world {
 
 TriggerLine::TriggerLine(const Config& config, std::uint64_t seed)
-    : fitted_{config.probe.trigger_line},
-      is_switch_{config.touch_trigger.fitted},
+    : fitted_{config.trigger_line},
+      is_switch_{config.touch_trigger.has_value()},
       switch_{config, seed},
-      lateness_{std::llround(1e9 * config.delays.tau_probe_s + 1e3 * config.sync.bias_us)} {}
+      lateness_{std::llround(1e9 * config.delays.tau_probe_s + 1e3 * config.clock.bias_us)} {}
 
 MonoTime TriggerLine::nextAt(const Machine& machine) {
   if (is_switch_) return switch_.nextAt(machine);

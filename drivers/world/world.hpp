@@ -6,7 +6,6 @@
 
 #include "drivers/world/config.hpp"
 #include "drivers/world/encoders.hpp"
-#include "drivers/world/fault.hpp"
 #include "drivers/world/fault_schedule.hpp"
 #include "drivers/world/index_lines.hpp"
 #include "drivers/world/lead.hpp"

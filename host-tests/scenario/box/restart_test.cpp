@@ -17,7 +17,7 @@ using ::testing::StartsWith;
 
 world::Config warmingSlowly() {
   auto config = warmingWorld();
-  for (auto& screw : config.screws) screw.time_constant_s = 60;
+  for (auto& screw : config.screws) screw->time_constant_s = 60;
   return config;
 }
 
