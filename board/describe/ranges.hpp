@@ -11,6 +11,7 @@ struct Range {
 inline constexpr Range kProbability{0, 1};
 inline constexpr Range kPosition_mm{-50'000, 50'000};  // the largest gantries are shorter than 50 m
 inline constexpr Range kDuration_s{0, 3600};
+inline constexpr Range kToolNumbers{1, 65'535};
 
 // Between two plates beside the stylus ball: the least clearance of a touch and the run-out of its retract.
 inline constexpr double kLeastGapRoom_mm = 1.6;

@@ -18,11 +18,6 @@ constexpr Range kTouchingHeight_mm{10, kMostToolLength_mm};
 // A ball is set up by hand, so it is touched a little above or below the height.
 constexpr double kBeside_mm = 1;
 
-void checkEnds(Section& section, double from_mm, double to_mm) {
-  if (section.good("from_mm") && section.good("to_mm") && from_mm >= to_mm)
-    section.problem("to_mm", "is not above 'from_mm': exchange them");
-}
-
 void checkLength(Section& section, const ProbeShankDescription& shank, const Machine& machine) {
   const auto tool = std::ranges::find(machine.tools, shank.tool, &ToolDescription::number);
   if (tool == machine.tools.end()) {
@@ -51,19 +46,6 @@ ProbeShankDescription readDescribedShank(Section section, const Machine& machine
   return shank;
 }
 
-WorldShank readEmulatedShank(Section section) {
-  WorldShank shank;
-  shank.radius_mm = section.number("radius_mm", kRadius_mm);
-  shank.from_mm = section.number("from_mm", kHeight_mm);
-  shank.to_mm = section.number("to_mm", kHeight_mm);
-  shank.offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)};
-  shank.lean = {section.number("lean_x_rad", {-0.1, 0.1}, 0), section.number("lean_y_rad", {-0.1, 0.1}, 0)};
-  shank.lever = section.number("lever", {0.1, 10}, 1);
-  checkEnds(section, shank.from_mm, shank.to_mm);
-  section.finish();
-  return shank;
-}
-
 }  // namespace
 
 void readProbeShank(Section& root, Machine& machine) {
@@ -71,8 +53,9 @@ void readProbeShank(Section& root, Machine& machine) {
     machine.probe_shank = readDescribedShank(std::move(*section), machine);
 }
 
-void readWorldShank(Section& spindle, WorldProbeSpindle& described) {
-  if (auto section = spindle.sectionIfThere("shank")) described.shank = readEmulatedShank(std::move(*section));
+void checkEnds(Section& section, double from_mm, double to_mm) {
+  if (section.good("from_mm") && section.good("to_mm") && from_mm >= to_mm)
+    section.problem("to_mm", "is not above 'from_mm': exchange them");
 }
 
 }  // namespace probebox::board

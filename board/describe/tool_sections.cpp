@@ -129,16 +129,6 @@ ToolSetterDescription readDescribedSetter(Section section, const Machine& machin
   return setter;
 }
 
-WorldToolSetter readEmulatedSetter(Section section) {
-  WorldToolSetter setter;
-  setter.centre_mm = section.vector("centre_mm", kPosition_mm);
-  setter.half_width_mm = section.vector("half_width_mm", kHalfWidth_mm);
-  setter.late_s = section.number("late_s", {0, 0.02});
-  setter.repeatability_um = section.number("repeatability_um", {0, 100}, 0);
-  section.finish();
-  return setter;
-}
-
 }  // namespace
 
 void readTools(Section& root, Machine& machine) {
@@ -149,26 +139,6 @@ void readTools(Section& root, Machine& machine) {
 void readToolSetter(Section& root, Machine& machine) {
   if (auto section = root.sectionIfThere("tool_setter"))
     machine.tool_setter = readDescribedSetter(std::move(*section), machine);
-}
-
-void requireNewTool(Section& section, const World& world, std::uint32_t number) {
-  const bool used = world.probe_spindle.tool == number || isThere(world.further_tools, number);
-  if (used && section.good("number"))
-    section.problem("number", "= " + std::to_string(number) + " is used twice: give each tool a number of its own");
-}
-
-void readWorldTools(Section& root, World& world) {
-  if (auto setter = root.sectionIfThere("tool_setter")) world.tool_setter = readEmulatedSetter(std::move(*setter));
-  for (auto& section : root.sections("tool", kMostTools)) {
-    const WorldTool tool{
-        .number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
-        .offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)},
-        .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
-        .radius_mm = section.number("radius_mm", {0.05, 100})};
-    requireNewTool(section, world, tool.number);
-    section.finish();
-    world.further_tools.push_back(tool);
-  }
 }
 
 }  // namespace probebox::board
