@@ -9,14 +9,12 @@
 #include <vector>
 
 #include "board/describe/document.hpp"
-#include "board/describe/head_sections.hpp"
 #include "board/describe/machine.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/places.hpp"
 #include "board/describe/rotary_sections.hpp"
 #include "board/describe/secondary_axes.hpp"
 #include "board/describe/section.hpp"
-#include "board/describe/shank_sections.hpp"
 #include "board/describe/spelling.hpp"
 #include "board/describe/tool_sections.hpp"
 #include "protocol/units/tolerances.hpp"
@@ -44,34 +42,20 @@ void requireNutOnScrew(Section& section, const ScrewDescription& screw, const Ax
                                      "to the sensor, or correct 'offset_mm'");
 }
 
-// A nut is off by about what its screw extends, whatever the sign; beyond a factor of 10 a number is of something else.
-double readGain(Section& section) {
-  constexpr double kLeast = 0.1, kMost = 10;
-  const double gain = section.number("gain", {-kMost, kMost});
+void requireGain(Section& section, double gain) {
+  constexpr double kLeast = 0.1;
   if (section.good("gain") && std::abs(gain) < kLeast)
     section.problem("gain", "= " + plain(gain) +
                                 " leaves the screw uncorrected, and its source good: write K, about 1 or -1, or remove "
                                 "the screw");
-  return gain;
 }
 
 ScrewDescription readScrew(Section section, double hold_s, const AxisDescription& axis) {
   ScrewDescription screw;
-  screw.length_mm = section.number("length_mm", {50, 50'000});
-  screw.offset_mm = section.number("offset_mm", kPosition_mm);
-  screw.pitch_mm = section.number("pitch_mm", {0.1, 200});
-  screw.reversed = section.choice("fixed_bearing", {"low", "high"}) == 1;
+  screw.hold_s = hold_s;
+  readKeys(section, screw);
   requireNutOnScrew(section, screw, axis);
-  screw.gain = readGain(section);
-  screw.gain_is = static_cast<GainIs>(section.choice("gain_is", {"correction", "error"}));
-  screw.reference_um = section.number("reference_um", {-1e5, 1e5}, 0);
-  screw.extension_min_um = section.number("extension_min_um", {-1e4, 1e4}, -50);
-  screw.extension_max_um = section.number("extension_max_um", {-1e4, 1e4}, 300);
-  screw.rate_um_s = section.number("rate_um_s", {1e-4, 1e4}, 5);
-  screw.threshold_rpm = section.number("threshold_rpm", {0, 1e5}, 60);
-  screw.sector_zero_mm = section.number("sector_zero_mm", kPosition_mm, 0);
-  screw.stale_s = section.number("stale_s", {1e-3, 3600}, 1);
-  screw.hold_s = section.number("hold_s", kDuration_s, hold_s);
+  requireGain(section, screw.gain);
   if (screw.extension_min_um >= screw.extension_max_um) {
     const char* const key = section.good("extension_max_um") ? "extension_max_um" : "extension_min_um";
     section.problem(key, "leaves no room from " + plain(screw.extension_min_um) + " to " +
@@ -98,21 +82,13 @@ void readScrews(Section& root, double hold_s, Machine& machine) {
   screws.finish();
 }
 
-// The registers of the CNC end here.
-constexpr Range kCorrection_mm{0, 3.2767};
-
 // Marks and the speed at which counts are still believed. The axis' travel has been read.
 ReferenceDescription readReference(Section& axis) {
   ReferenceDescription reference;
-  reference.by = static_cast<ReferenceBy>(
-      axis.choice("reference", {"absolute", "index", "homing"}, static_cast<std::size_t>(reference.by)));
-  reference.maximum_speed_mm_s = axis.number("maximum_speed_mm_s", {1, 1e5}, reference.maximum_speed_mm_s);
+  readKeys(axis, reference);
   if (reference.by != ReferenceBy::index && !axis.has("index_mm")) return reference;
   reference.has_index = true;
-  reference.index_mm = axis.number("index_mm", kPosition_mm);
-  reference.index_width_mm = axis.number("index_width_mm", {0, 100}, 0);
-  reference.index_pitch_mm = axis.number("index_pitch_mm", {0, 1e4}, 0);
-  reference.index_tolerance_mm = axis.number("index_tolerance_mm", {1e-4, 10}, reference.index_tolerance_mm);
+  ReferenceDescription::markKeys(reference, KeyReader{axis});
   if (reference.by == ReferenceBy::index && reference.index_pitch_mm > 0)
     axis.problem("index_pitch_mm",
                  "says that marks repeat, and repeated marks do not tell which one was passed: write reference = "
@@ -120,28 +96,22 @@ ReferenceDescription readReference(Section& axis) {
   return reference;
 }
 
-// Of any linear axis.
-void readCounts(Section& section, double& counts_per_mm, int& sense) {
-  counts_per_mm = section.number("counts_per_mm", {1, 1e9});
-  sense = static_cast<int>(section.integer("sense", {-1, 1}));
+void requireSense(Section& section, int sense, const std::string& of) {
   if (section.good("sense") && sense == 0)
-    section.problem("sense", "= 0 is no direction: write 1 where counts rise with the position, else -1");
+    section.problem("sense", "= 0 is no direction: write 1 where counts rise with the " + of + ", else -1");
 }
 
 // `number`: 0 X, 1 Y, 2 Z.
 void readAxis(Section section, std::size_t number, Machine& machine) {
   auto& axis = machine.axes.at(number);
-  readCounts(section, axis.counts_per_mm, axis.sense);
-  axis.travel_min_mm = section.number("travel_min_mm", kPosition_mm);
-  axis.travel_max_mm = section.number("travel_max_mm", kPosition_mm);
+  readKeys(section, axis);
+  requireSense(section, axis.sense, "position");
   if (section.good("travel_min_mm") && section.good("travel_max_mm") && axis.travel_min_mm >= axis.travel_max_mm)
     section.problem("travel_max_mm", "is not above 'travel_min_mm': exchange them");
   axis.reference = readReference(section);
   // Marks that repeat are counted from one that need not be on the travel.
   if (axis.reference.has_index && axis.reference.index_pitch_mm == 0)
     requireReachable(section, "index_mm", axis.reference.index_mm, number, machine);
-  axis.correction_limit_mm = section.number("correction_limit_mm", kCorrection_mm);
-  axis.correction_rate_mm_s = section.number("correction_rate_mm_s", {1e-6, 1000});
   section.finish();
 }
 
@@ -152,8 +122,8 @@ void readSecondaryAxes(Section& axes, Machine& machine) {
     auto section = axes.sectionIfThere(name);
     if (!section) continue;
     auto& axis = machine.secondary_axes.at(number).emplace();
-    readCounts(*section, axis.counts_per_mm, axis.sense);
-    axis.maximum_speed_mm_s = section->number("maximum_speed_mm_s", {1, 1e5}, axis.maximum_speed_mm_s);
+    readKeys(*section, axis);
+    requireSense(*section, axis.sense, "position");
     section->finish();
     if (machine.axes.at(number).reference.has_index)
       axes.problem(name, "is added to " + primary +
@@ -162,17 +132,15 @@ void readSecondaryAxes(Section& axes, Machine& machine) {
   }
 }
 
-constexpr Range kSdOfSize_mm{1e-6, 1};  // k = 1
-
 void readDatumPlates(Section section, Machine& machine) {
   machine.datum_gap_mm = section.number("gap_mm", {0.1, 1000});
-  machine.datum_gap_sd_mm = section.numberIfThere("sd_gap_mm", kSdOfSize_mm);
+  machine.datum_gap_sd_mm = section.numberIfThere("sd_gap_mm", kSdOfSize.range);
   section.finish();
 }
 
 void readDatumSphere(Section section, Machine& machine) {
   machine.datum_sphere_diameter_mm = section.number("diameter_mm", {0.1, 1000});
-  machine.datum_sphere_sd_mm = section.numberIfThere("sd_diameter_mm", kSdOfSize_mm);
+  machine.datum_sphere_sd_mm = section.numberIfThere("sd_diameter_mm", kSdOfSize.range);
   if (section.has("temperature_c") || section.has("expansion_per_k") || section.has("sd_temperature_k"))
     machine.datum_sphere_temperature =
         SphereTemperature{.celsius = section.numberIfThere("temperature_c", {kColdest_c, kWarmest_c}),
@@ -202,15 +170,10 @@ std::vector<double> readCheckSwivels(Section& section, const Machine& machine) {
 
 PeriodicCheckDescription readPeriodicCheck(Section section, const Machine& machine) {
   PeriodicCheckDescription check;
-  check.ball_diameter_mm = section.number("ball_diameter_mm", {0.1, 1000});
-  check.sd_ball_diameter_mm = section.numberIfThere("sd_ball_diameter_mm", kSdOfSize_mm);
-  check.ball_centre_z_mm = section.number("ball_centre_z_mm", kPosition_mm);
+  readKeys(section, check);
   requireReachable(section, "ball_centre_z_mm", check.ball_centre_z_mm, 2, machine);
-  check.accepted_x_mm = section.numberIfThere("accepted_x_mm", kPosition_mm);
   if (check.accepted_x_mm) requireNear(section, "accepted_x_mm", *check.accepted_x_mm, 0, machine);
-  check.accepted_y_mm = section.numberIfThere("accepted_y_mm", kPosition_mm);
   if (check.accepted_y_mm) requireNear(section, "accepted_y_mm", *check.accepted_y_mm, 1, machine);
-  check.limit_mm = section.numberIfThere("limit_mm", {1e-6, 100});
   if (section.has("swivels_deg")) check.swivels_deg = readCheckSwivels(section, machine);
   section.finish();
   return check;
@@ -218,13 +181,10 @@ PeriodicCheckDescription readPeriodicCheck(Section section, const Machine& machi
 
 CentrelineDescription readCentreline(Section section, double hold_s, const Machine& machine) {
   CentrelineDescription centreline;
-  centreline.assumed_x_mm = section.number("assumed_x_mm", kPosition_mm, 0);
+  centreline.hold_s = hold_s;
+  readKeys(section, centreline);
   requireNear(section, "assumed_x_mm", centreline.assumed_x_mm, 0, machine);
-  centreline.assumed_y_mm = section.number("assumed_y_mm", kPosition_mm, 0);
   requireNear(section, "assumed_y_mm", centreline.assumed_y_mm, 1, machine);
-  centreline.correct_x = section.flag("correct_x", true);
-  centreline.correct_y = section.flag("correct_y", true);
-  centreline.hold_s = section.number("hold_s", kDuration_s, hold_s);
   section.finish();
   return centreline;
 }
@@ -279,18 +239,13 @@ void requireApart(Section& ball, const std::vector<std::array<double, 3>>& befor
 }
 
 BallPlateDescription readBallPlate(Section section, const Machine& machine) {
-  constexpr Range kBallPlace_mm{-10'000, 10'000};
   BallPlateDescription plate;
-  plate.axis_point_mm = section.vector("axis_point_mm", kBallPlace_mm);
+  readKeys(section, plate);
   for (const std::size_t axis : {0U, 1U})
     requireNear(section, "axis_point_mm", plate.axis_point_mm.at(axis), axis, machine);
-  plate.sd_mm = section.numberIfThere("sd_mm", {1e-6, 0.1});
-  plate.ball_diameter_mm = section.numberIfThere("ball_diameter_mm", {1, 200});
-  plate.b_axis_point_mm = section.vectorIfThere("b_axis_point_mm", kBallPlace_mm);
-  plate.station_correction = section.flag("station_correction", false);
   section.node("ball");
   for (auto& ball : section.sections("ball", kMostPlateBalls)) {
-    const auto at_mm = ball.vector("at_mm", kBallPlace_mm);
+    const auto at_mm = ball.vector("at_mm", BallPlateDescription::kPlace.range);
     if (ball.good("at_mm")) requireApart(ball, plate.balls_mm, at_mm);
     plate.balls_mm.push_back(at_mm);
     ball.finish();

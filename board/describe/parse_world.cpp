@@ -7,7 +7,7 @@
 #include "board/describe/machine.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/section.hpp"
-#include "board/describe/shank_sections.hpp"
+#include "board/describe/tool_sections.hpp"
 #include "board/describe/world.hpp"
 
 namespace probebox::board {

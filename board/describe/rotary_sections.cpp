@@ -26,14 +26,13 @@ RotaryAxisDescription readRotaryAxis(Section section) {
     section.finish();
     return axis;
   }
-  axis.counts_per_deg = section.number("counts_per_deg", {0.1, 1e9});
-  axis.sense = static_cast<int>(section.integer("sense", {-1, 1}));
+  axis.maximum_speed_deg_s = kUsualSpeed_deg_s;
+  axis.stale_s = kUsualStale_s;
+  RotaryAxisDescription::encoderKeys(axis, KeyReader{section});
   if (section.good("sense") && axis.sense == 0)
     section.problem("sense", "= 0 is no direction: write 1 where counts rise with the angle, else -1");
   axis.reference =
       section.choice("reference", {"absolute", "homing"}, 1) == 0 ? ReferenceBy::absolute : ReferenceBy::homing;
-  axis.maximum_speed_deg_s = section.number("maximum_speed_deg_s", {1, 1e6}, kUsualSpeed_deg_s);
-  axis.stale_s = section.number("stale_s", {1e-3, 3600}, kUsualStale_s);
   section.finish();
   return axis;
 }
@@ -49,10 +48,9 @@ void requireDescribed(Section& section, std::string_view key, RotaryLetter lette
 
 SwivelDescription readSwivel(Section section, double hold_s, const Machine& machine) {
   SwivelDescription swivel;
-  swivel.axis = static_cast<RotaryLetter>(section.choice("axis", {"A", "B", "C"}));
+  swivel.hold_s = hold_s;
+  readKeys(section, swivel);
   if (section.good("axis")) requireDescribed(section, "axis", swivel.axis, machine);
-  swivel.by_angle = section.flag("by_angle", false);
-  swivel.hold_s = section.number("hold_s", kDuration_s, hold_s);
   section.finish();
   return swivel;
 }
@@ -134,10 +132,9 @@ TiltDescription readTilt(Section& section, std::string_view angles) {
 }
 
 HeadDescription readHead(Section section, const Machine& machine) {
-  HeadDescription head{.swivel = readTilt(section, "angles_deg"),
-                       .pivot_mm = section.vector("pivot_mm", {-2000, 2000}),
-                       .ball_mm = section.vectorIfThere("ball_mm", kPosition_mm),
-                       .sd_ball_mm = section.numberIfThere("sd_ball_mm", {1e-6, 1})};
+  HeadDescription head;
+  head.swivel = readTilt(section, "angles_deg");
+  readKeys(section, head);
   if (head.ball_mm) requireReachable(section, "ball_mm", *head.ball_mm, machine);
   if (head.sd_ball_mm && !head.ball_mm)
     section.problem("sd_ball_mm", "says how exactly 'ball_mm' is known, which is missing: add it, or remove this");
@@ -165,10 +162,7 @@ void readProbeTools(Section section, Machine& machine) {
 
 RimBallDescription readRimBall(Section section) {
   RimBallDescription ball;
-  ball.c_deg = section.number("c_deg", {-360, 360});
-  ball.level_limit_mm = section.numberIfThere("level_limit_mm", {1e-4, 10});
-  ball.beside_mm = section.numberIfThere("beside_mm", {1, 1000});
-  ball.radius_mm = section.numberIfThere("radius_mm", {5, 20'000});
+  readKeys(section, ball);
   if (ball.beside_mm.has_value() != ball.radius_mm.has_value())
     section.problem(ball.beside_mm ? "radius_mm" : "beside_mm",
                     "is missing: contacts by turning C need beside_mm and radius_mm, give both or neither");

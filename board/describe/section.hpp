@@ -178,8 +178,8 @@ struct KeyReader {
     value = section.numbers(key, of.range, {1, of.most});
   }
   template <class Enum, std::size_t N>
-  requires std::is_enum_v<Enum>
-  void operator()(std::string_view key, Enum& value, OneOf<N> of, std::string_view) const {
+  requires(std::is_enum_v<Enum> || std::same_as<Enum, bool>) void operator()(std::string_view key, Enum& value,
+                                                                             OneOf<N> of, std::string_view) const {
     const auto place = static_cast<std::size_t>(value);
     value = static_cast<Enum>(section.choice(key, {of.names.begin(), of.names.end()},
                                              of.may_be_omitted ? std::optional{place} : std::nullopt));

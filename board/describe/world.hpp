@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "board/describe/keys.hpp"
+#include "board/describe/machine.hpp"
 #include "board/describe/probe.hpp"
 #include "protocol/units/angle.hpp"
-#include "protocol/units/tolerances.hpp"
 
 // Describes the emulated machine (world.toml). Only the emulation and tests read it; the box does not know it.
 namespace probebox::board {
@@ -261,10 +261,8 @@ struct WorldShank {
   double lever{1};
 
   static constexpr void keys(auto& self, auto&& key) {
-    constexpr Key kHeight = within(0.1, kMostToolLength_mm), kLean = within(-0.1, 0.1).orUsual();
-    key("radius_mm", self.radius_mm, within(0.1, 100), "of the cylinder");
-    key("from_mm", self.from_mm, kHeight, "height of its lower end above the centre of the stylus' ball");
-    key("to_mm", self.to_mm, kHeight, "height of its upper end");
+    constexpr Key kLean = within(-0.1, 0.1).orUsual();
+    ProbeShankDescription::ends(self, key);
     key("offset_x_mm", self.offset_mm[0], kOffset.orUsual(), "of its lower end from the spindle's axis, at A = 0");
     key("offset_y_mm", self.offset_mm[1], kOffset.orUsual(), "the same along Y");
     key("lean_x_rad", self.lean[0], kLean, "inclination of its axis to +X, at A = 0");
