@@ -6,6 +6,7 @@
 
 #include "board/describe/encoder.hpp"
 #include "board/describe/gpio_line.hpp"
+#include "board/describe/keys.hpp"
 #include "board/describe/sensors.hpp"
 #include "protocol/units/time.hpp"
 
@@ -50,6 +51,11 @@ struct UsbIdentity {
   std::uint16_t product_id{0x0001};
   std::string manufacturer{"probebox"};
   std::string product{"probebox"};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("vendor_id", self.vendor_id, within(1, 0xFFFF).orUsual(), "USB's number of the vendor");
+    key("product_id", self.product_id, within(0, 0xFFFF).orUsual(), "the vendor's number of the product");
+  }
 };
 
 struct Box {

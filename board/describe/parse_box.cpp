@@ -177,8 +177,7 @@ LoopBack loopBack(Section pair, TakenLines& taken) {
 
 UsbIdentity usbIdentity(Section section) {
   UsbIdentity usb;
-  usb.vendor_id = static_cast<std::uint16_t>(section.integer("vendor_id", {1, 0xFFFF}, usb.vendor_id));
-  usb.product_id = static_cast<std::uint16_t>(section.integer("product_id", {0, 0xFFFF}, usb.product_id));
+  readKeys(section, usb);
   usb.manufacturer = usbText(section, "manufacturer", usb.manufacturer);
   usb.product = usbText(section, "product", usb.product);
   section.finish();

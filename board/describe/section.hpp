@@ -160,6 +160,10 @@ struct KeyReader {
         static_cast<T>(factor * section.integer(key, of.range, usual(static_cast<std::int64_t>(value) / factor, of)));
   }
   void operator()(std::string_view key, bool& value, std::string_view) const { value = section.flag(key, value); }
+  void operator()(std::string_view key, std::optional<bool>& value, std::string_view) const {
+    const bool given = section.flag(key, false);
+    if (section.has(key)) value = given;
+  }
   void operator()(std::string_view key, std::string& value, Key of, std::string_view) const {
     value = section.text(key, usual(value, of));
   }
