@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "drivers/world/box_link.hpp"
-#include "drivers/world/controller_config.hpp"
 #include "drivers/world/machine.hpp"
+#include "drivers/world/places.hpp"
 #include "drivers/world/route.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/events/event.hpp"

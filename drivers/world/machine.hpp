@@ -1,23 +1,60 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "board/describe/world.hpp"
 #include "drivers/world/config.hpp"
-#include "drivers/world/linear_errors.hpp"
 #include "drivers/world/motion.hpp"
-#include "drivers/world/pose.hpp"
 #include "drivers/world/random.hpp"
 #include "drivers/world/sensor_head.hpp"
 #include "drivers/world/solids.hpp"
 #include "drivers/world/stylus.hpp"
-#include "drivers/world/turn_history.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::world {
+
+// Angles of the rotary axes: the probe's spindle, the head that holds it, the table under the part, the part's spindle.
+struct Pose {
+  double a_rad{};
+  double head_rad{};
+  double table_rad{};
+  double c_rad{};
+
+  PartPose part() const { return {c_rad, table_rad}; }
+  friend bool operator==(const Pose&, const Pose&) = default;
+};
+
+// The longest of the turns from one pose to another.
+inline double wayBetween(const Pose& from, const Pose& to) {
+  return std::max({std::abs(to.a_rad - from.a_rad), std::abs(to.head_rad - from.head_rad),
+                   std::abs(to.table_rad - from.table_rad), std::abs(to.c_rad - from.c_rad)});
+}
+
+inline Pose between(const Pose& from, const Pose& to, double share) {
+  const auto at = [share](double one, double other) { return one + share * (other - one); };
+  return {at(from.a_rad, to.a_rad), at(from.head_rad, to.head_rad), at(from.table_rad, to.table_rad),
+          at(from.c_rad, to.c_rad)};
+}
+
+// Computes the geometric errors of the linear axes (board::WorldLinearAxes).
+class LinearErrors {
+ public:
+  explicit LinearErrors(const board::WorldLinearAxes& config);
+
+  // Returns the position of the body minus the position on the scales, mm. Exactly zero for a machine without errors.
+  Vector3 at(const Vector3& position) const;
+  bool none() const { return none_; }
+
+ private:
+  board::WorldLinearAxes config_;
+  bool none_;
+};
 
 // Emulates a machine: three linear axes carry the probe or a tool in a spindle (rotary axis A) in a head that may
 // swivel; a part spindle (C) stands on a table that may tilt. A position is that of the moving reference: the centre of

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/world/mount.hpp"
+#include "drivers/world/solids.hpp"
 #include "drivers/world/vector.hpp"
 
 namespace probebox::world {

@@ -1,6 +1,9 @@
 #include "drivers/world/trigger_line.hpp"
 
+#include <algorithm>
 #include <cmath>
+
+#include "drivers/world/lateness.hpp"
 
 namespace probebox::world {
 
@@ -28,6 +31,81 @@ bool TriggerLine::take(Event& event, const Machine& machine, Ledger& ledger) {
   take(edge, machine, ledger);
   event = is_switch_ ? switch_.event(edge) : edges_.event(edge);
   return true;
+}
+
+namespace {
+
+constexpr int kChatters = 2;
+
+Nanoseconds ns(double seconds) {
+  return Nanoseconds{std::llround(1e9 * seconds)};
+}
+
+// The way over a speed.
+double timeOver(double way_mm, double speed_mm_s) {
+  return speed_mm_s > 0 ? way_mm / speed_mm_s : 0;
+}
+
+}  // namespace
+
+TouchTrigger::TouchTrigger(const Config& config, std::uint64_t seed)
+    : trigger_{config.touch_trigger.value_or(board::WorldTouchTrigger{})},
+      kernel_{config.clock},
+      random_{seed, RandomStream::touch_trigger} {}
+
+MonoTime TouchTrigger::nextAt(const Machine& machine) {
+  if (next_ == end_) prepare(machine);
+  return next_ < end_ ? edges_[next_] : MonoTime::max();
+}
+
+PhysicalEdge TouchTrigger::take(const Machine& machine) {
+  const MonoTime at = nextAt(machine);
+  ++next_;
+  ++taken_;
+  return {LineRole::trigger, 0, taken_ % 2 == 1 ? Level::active : Level::inactive, at, false};
+}
+
+// Both edges and their chatter, each as soon as the machine has been told to move there.
+void TouchTrigger::prepare(const Machine& machine) {
+  const Contact* contact = machine.stylus().contact(contact_);
+  while (contact != nullptr && contact->tool) contact = machine.stylus().contact(++contact_);
+  if (contact == nullptr || (pressed_ && !contact->end)) return;
+  next_ = end_ = 0;
+  const double way_mm = preTravel(*contact) + 1e-3 * trigger_.repeatability_um * random_.normal();
+  if (!pressed_) {
+    chatter(contact->begin.rounded() + ns(timeOver(way_mm, contact->speed_mm_s)) + lateness());
+  } else {
+    const double back_mm = way_mm - trigger_.hysteresis_mm;
+    chatter(contact->end->rounded() - ns(timeOver(back_mm, contact->release_mm_s)) + lateness());
+    ++contact_;
+  }
+  pressed_ = !pressed_;
+}
+
+// The stylus sits on three pairs of contacts, so its pre-travel has three lobes about its axis. A longer one gives way
+// further, and one that is touched nearer to the contacts less.
+double TouchTrigger::preTravel(const Contact& contact) {
+  const Vector3 n = transposed(contact.turned) * contact.normal;
+  const double across = std::hypot(n[0], n[1]), around_rad = std::atan2(n[1], n[0]);
+  return contact.pre_travel * (across * (trigger_.pre_travel_mm + trigger_.lobe_mm * std::cos(3 * around_rad)) +
+                               std::abs(n[2]) * trigger_.axial_mm);
+}
+
+Nanoseconds TouchTrigger::lateness() {
+  bool outlier = false;
+  return ns(trigger_.late_s) + Nanoseconds{std::llround(latenessNs(kernel_, random_, outlier))};
+}
+
+void TouchTrigger::addEdge(MonoTime at) {
+  edges_[end_] = end_ == 0 ? at : std::max(at, edges_[end_ - 1]);
+  ++end_;
+}
+
+void TouchTrigger::chatter(MonoTime at) {
+  addEdge(at);
+  if (!random_.happens(trigger_.chatter_probability)) return;
+  for (int i = 1; i <= 2 * kChatters; ++i)
+    addEdge(at + ns(trigger_.chatter_s * (i - random_.uniform(0, 0.5)) / (2 * kChatters)));
 }
 
 }  // namespace probebox::world

@@ -1,4 +1,4 @@
-#include "drivers/world/shank.hpp"
+#include "drivers/world/solids.hpp"
 
 #include <algorithm>
 #include <cmath>
