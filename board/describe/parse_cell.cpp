@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "board/describe/cell.hpp"
-#include "board/describe/document.hpp"
+#include "board/describe/section.hpp"
 
 namespace probebox::board {
 namespace {

@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
+#include "board/describe/section.hpp"
 
 namespace probebox::board {
 namespace {

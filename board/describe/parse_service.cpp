@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
+#include "board/describe/section.hpp"
 
 namespace probebox::board {
 namespace {

@@ -4,9 +4,8 @@
 #include <string_view>
 #include <utility>
 
-#include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
-#include "board/describe/usb_text.hpp"
+#include "board/describe/section.hpp"
 #include "protocol/units/calendar.hpp"
 
 namespace probebox::board {

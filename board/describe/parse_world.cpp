@@ -3,7 +3,6 @@
 #include <string>
 #include <utility>
 
-#include "board/describe/document.hpp"
 #include "board/describe/machine.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/section.hpp"
