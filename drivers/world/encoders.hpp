@@ -6,7 +6,6 @@
 #include "drivers/world/fault_schedule.hpp"
 #include "drivers/world/machine.hpp"
 #include "drivers/world/random.hpp"
-#include "drivers/world/sampling.hpp"
 #include "drivers/world/screws.hpp"
 #include "drivers/world/truth.hpp"
 #include "protocol/events/event.hpp"

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "drivers/world/config.hpp"
+#include "drivers/world/contact_lines.hpp"
 #include "drivers/world/encoders.hpp"
 #include "drivers/world/fault_schedule.hpp"
 #include "drivers/world/index_lines.hpp"
@@ -12,9 +13,7 @@
 #include "drivers/world/physical_edge.hpp"
 #include "drivers/world/probe.hpp"
 #include "drivers/world/screws.hpp"
-#include "drivers/world/setter_line.hpp"
 #include "drivers/world/sync_line.hpp"
-#include "drivers/world/trigger_line.hpp"
 #include "drivers/world/truth.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/events/event.hpp"
