@@ -1,16 +1,123 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <variant>
 #include <vector>
 
-#include "board/describe/encoder.hpp"
-#include "board/describe/gpio_line.hpp"
-#include "board/describe/sensors.hpp"
+#include "board/describe/keys.hpp"
 #include "protocol/units/time.hpp"
 
 // Describes the hardware of the box as its vendor built it (box.toml). Lines are named only here.
 namespace probebox::board {
+
+// A line by its offset on the chip, or by its name in the kernel.
+using LineAddress = std::variant<unsigned, std::string>;
+
+enum class ActiveLevel : std::uint8_t { high, low };
+
+// One digital line of the box: an input, except for the output of the loop-back.
+struct GpioLine {
+  std::string name;  // for messages to a person: "sync", "trigger 1"
+  std::string chip;  // "gpiochip0", a label, or a path such as "/dev/gpiochip0"
+  LineAddress line{0U};
+  ActiveLevel active{ActiveLevel::high};
+};
+
+// [encoder.AXIS] of box.toml: how the box reads the encoder of one axis. What a count means is in machine.toml.
+
+// Axes that may have an encoder, in this order. Linear axes first; the numbers are those of axisBit().
+inline constexpr std::string_view kEncoderAxes = "XYZABC";
+inline constexpr std::size_t kEncoderLetters = kEncoderAxes.size();
+inline constexpr std::size_t kLinearEncoders = 3;
+// Behind them the secondary axes (ISO 841): parallel to X, Y and Z, whose positions theirs are added to.
+inline constexpr std::string_view kAllEncoderAxes = "XYZABCUVW";
+inline constexpr std::string_view kSecondaryAxes = kAllEncoderAxes.substr(kEncoderLetters);
+
+// When the kernel's counter is read: by a timer, or at one of its events, which the sync line causes.
+enum class LatchedBy : std::uint8_t { polling, index, capture, change_of_state };
+// Value that is read at that event: the count itself, or the value that the device captured.
+enum class LatchedValue : std::uint8_t { count, capture };
+
+// One Count of a counter device of the kernel (/dev/counterN).
+struct CounterEncoder {
+  std::string device{};  // "counter0", a path, or the name in /sys/bus/counter/devices/counterN/name
+  std::uint8_t count{};  // countN of that device
+  std::uint8_t bits{};   // width of the count, which then wraps; 0: it wraps after its ceiling
+  LatchedBy latched_by{LatchedBy::polling};
+  std::uint8_t latch_channel{};
+  LatchedValue latched_value{LatchedValue::count};
+  bool has_index{};  // the device reports index pulses
+  std::uint8_t index_channel{};
+};
+
+// The signals A and B on two lines of one gpio chip.
+struct QuadratureEncoder {
+  GpioLine a;
+  GpioLine b;
+  double maximum_edge_rate_hz{};  // of both lines together; above it no counts are delivered
+};
+
+inline constexpr std::uint8_t kMostReceiverChannels = 8;
+
+// An axis counter of the probe's receiver, on the sample counter of the deflections: rate_hz of probe.toml is its rate.
+struct ReceiverEncoder {
+  std::uint8_t channel{};
+  bool has_index{};
+};
+
+// Positions that the controller sends.
+struct ControlEncoder {
+  double counter_rate_hz{};  // of the counter or time stamp that numbers them
+};
+
+struct EncoderDescription {
+  std::variant<CounterEncoder, QuadratureEncoder, ReceiverEncoder, ControlEncoder> by;
+  double rate_hz{};       // of its counts
+  bool is_absolute{};     // its counts give the position after a restart, too
+  std::uint32_t line{1};  // line of its `kind` in box.toml
+};
+
+// By axis, in the order of kEncoderAxes.
+using Encoders = std::array<std::optional<EncoderDescription>, kEncoderLetters>;
+using SecondaryEncoders = std::array<std::optional<EncoderDescription>, kLinearEncoders>;
+
+// "counter", "quadrature", "receiver", "control"
+std::string_view kindOf(const EncoderDescription& encoder);
+
+// True when the encoder itself gives an event at its index mark.
+bool tellsIndex(const EncoderDescription& encoder);
+
+// Sensors on devices of the kernel's industrial I/O (IIO), as box.toml names them. A value of the kernel's unit is
+// (raw + offset) x scale of sysfs: mV, mA, m.
+
+// Three channels of a converter that carry the probe's deflections. A trigger, such as the sync line, starts its
+// frames.
+struct ProbeAdc {
+  std::string device;                   // the driver's name, a label, or "iio:device0"
+  std::string trigger;                  // empty: the device keeps its present one
+  std::array<std::string, 3> channels;  // "voltage0"
+  std::array<double, 3> um_per_unit{};
+  std::array<double, 3> zero_unit{};  // value without a deflection
+};
+
+// The sensor at the free end of a ball screw.
+struct DriftSensor {
+  std::uint8_t axis{};  // 0 X, 1 Y, 2 Z
+  std::string device;
+  std::string channel;
+  double um_per_unit{};
+  bool buffered{};     // read through the kernel's buffer, with its stamps
+  double rate_hz{10};  // at which it is read; with a buffer: of its trigger
+};
+
+struct Sensors {
+  std::optional<ProbeAdc> probe;
+  std::vector<DriftSensor> drift;
+};
 
 // An index (reference mark) input belongs to one axis.
 struct IndexLine {
@@ -50,6 +157,11 @@ struct UsbIdentity {
   std::uint16_t product_id{0x0001};
   std::string manufacturer{"probebox"};
   std::string product{"probebox"};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("vendor_id", self.vendor_id, within(1, 0xFFFF).orUsual(), "USB's number of the vendor");
+    key("product_id", self.product_id, within(0, 0xFFFF).orUsual(), "the vendor's number of the product");
+  }
 };
 
 struct Box {

@@ -44,22 +44,38 @@ struct CellSolid {
 // A tool in its holder, rotationally symmetric about Z, with the spindle above.
 struct CellTool {
   std::uint32_t number{};
-  double holder_radius_mm{};
-  double holder_length_mm{};  // from the gauge line to its face, L1
-  double radius_mm{};
-  double length_mm{};                          // from the holder's face to the tip, as stored
-  double cutting_mm{};                         // of the edges, from the tip on: may touch the workpiece
-  std::optional<double> assembled_length_mm;   // length_mm as measured, L3
+  double holder_radius_mm{}, holder_length_mm{}, radius_mm{}, length_mm{};
+  double cutting_mm{};
+  std::optional<double> assembled_length_mm;
   std::optional<std::array<double, 2>> w1_mm;  // as measured: of the spindle axis from the tip (C3)
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("number", self.number, within(1, 99), "of the tool");
+    key("holder_radius_mm", self.holder_radius_mm, within(0.1, 500), "of the holder");
+    key("holder_length_mm", self.holder_length_mm, within(0.1, 1000), "from the gauge line to its face, L1");
+    key("radius_mm", self.radius_mm, within(0.01, 500), "of the tool");
+    key("length_mm", self.length_mm, within(0.1, 1000), "from the holder's face to the tip, as stored");
+    self.cutting_mm = self.length_mm;
+    key("cutting_mm", self.cutting_mm, within(0.01, 1000).orUsual(),
+        "of the edges, from the tip on, which may touch the workpiece; omitted: the length");
+    key("assembled_length_mm", self.assembled_length_mm, within(0.1, 1000), "the length as measured, L3");
+  }
 };
 
 struct Cell {
   std::string name;
-  std::array<double, 3> program_zero_mm{};  // machine coordinates of the program's zero
-  double least_mm{};                        // a smaller distance is a hit
-  std::vector<CellRotary> rotary;           // those of the table, and those of the head, each from the base outwards
+  std::array<double, 3> program_zero_mm{};
+  double least_mm{};
+  std::vector<CellRotary> rotary;  // those of the table, and those of the head, each from the base outwards
   std::vector<CellSolid> solids;
   std::vector<CellTool> tools;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("name", self.name, kAnyText, "of the cell");
+    key("program_zero_mm", self.program_zero_mm, within(kPosition_mm).orUsual(),
+        "machine coordinates of the program's zero");
+    key("least_mm", self.least_mm, within(0, 100).orUsual(), "a smaller distance is a hit");
+  }
 };
 
 // Reads strictly, as the other descriptions. file_name: for messages.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "board/describe/ranges.hpp"
+#include "board/describe/keys.hpp"
 
 namespace probebox::board {
 namespace {

@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "board/describe/document.hpp"
 #include "board/describe/encoder_checks.hpp"
 #include "board/describe/file_content.hpp"
+#include "board/describe/keys.hpp"
 #include "board/describe/parse.hpp"
-#include "board/describe/ranges.hpp"
+#include "board/describe/section.hpp"
 #include "board/describe/sim_files.hpp"
 #include "board/describe/spelling.hpp"
 

@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "board/describe/keys.hpp"
 #include "board/describe/unit.hpp"
 #include "protocol/units/ball_screw.hpp"
+#include "protocol/units/tolerances.hpp"
 
 // Describes the machine tool as its integrator knows it (machine.toml). Axes and signs as in ISO 841.
 namespace probebox::board {
@@ -16,33 +18,63 @@ namespace probebox::board {
 // after homing.
 enum class ReferenceBy { absolute, index, homing };
 
+inline constexpr Key kSdOfSize = within(1e-6, 1);  // k = 1
+inline constexpr Key kCountedSpeed = within(1, 1e5);
+
 struct ReferenceDescription {
   ReferenceBy by{ReferenceBy::homing};
-  bool has_index{};         // there is a mark
-  double index_mm{};        // machine position of its first edge for motion in the positive direction
-  double index_width_mm{};  // to its first edge for motion in the negative direction
-  double index_pitch_mm{};  // distance of repeated marks; 0: one mark
+  bool has_index{};  // there is a mark
+  double index_mm{}, index_width_mm{}, index_pitch_mm{};
   double index_tolerance_mm{0.02};
-  double maximum_speed_mm_s{1000};  // faster counts are taken for an encoder error
+  double maximum_speed_mm_s{1000};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("reference", self.by, oneOf("absolute", "index", "homing").orUsual(), "how the axis is referenced");
+    key("maximum_speed_mm_s", self.maximum_speed_mm_s, kCountedSpeed.orUsual(),
+        "faster counts are taken for an encoder error");
+  }
+  static constexpr void markKeys(auto& self, auto&& key) {
+    key("index_mm", self.index_mm, within(kPosition_mm),
+        "machine position of the mark's first edge for motion in the positive direction");
+    key("index_width_mm", self.index_width_mm, within(0, 100).orUsual(),
+        "to its first edge for motion in the negative direction");
+    key("index_pitch_mm", self.index_pitch_mm, within(0, 1e4).orUsual(), "distance of repeated marks; 0: one mark");
+    key("index_tolerance_mm", self.index_tolerance_mm, within(1e-4, 10).orUsual(), "by which a mark may be off");
+  }
 };
 
 struct AxisDescription {
-  double counts_per_mm{};  // of the encoder, positive
-  int sense{1};            // +1 when counts rise in the positive direction of the axis, else -1
-  double travel_min_mm{};
-  double travel_max_mm{};
+  double counts_per_mm{};
+  int sense{1};
+  double travel_min_mm{}, travel_max_mm{};
   ReferenceDescription reference;
+  double correction_limit_mm{}, correction_rate_mm_s{};
 
-  // Limits of a correction in size and in rate of change.
-  double correction_limit_mm{};
-  double correction_rate_mm_s{};
+  static constexpr void countKeys(auto& self, auto&& key) {
+    key("counts_per_mm", self.counts_per_mm, within(1, 1e9), "of the encoder");
+    key("sense", self.sense, within(-1, 1), "1 when counts rise in the positive direction of the axis, else -1");
+  }
+  static constexpr void keys(auto& self, auto&& key) {
+    countKeys(self, key);
+    key("travel_min_mm", self.travel_min_mm, within(kPosition_mm), "lower end of the travel");
+    key("travel_max_mm", self.travel_max_mm, within(kPosition_mm), "upper end of the travel");
+    key("correction_limit_mm", self.correction_limit_mm, within(0, 3.2767),  // where the registers of the CNC end
+        "of the size of a correction");
+    key("correction_rate_mm_s", self.correction_rate_mm_s, within(1e-6, 1000), "of its rate of change");
+  }
 };
 
 // U, V or W, such as a quill: its position is added to that of X, Y or Z, to which it is parallel.
 struct SecondaryAxisDescription {
   double counts_per_mm{};
   int sense{1};
-  double maximum_speed_mm_s{1000};  // faster counts are taken for an encoder error
+  double maximum_speed_mm_s{1000};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    AxisDescription::countKeys(self, key);
+    key("maximum_speed_mm_s", self.maximum_speed_mm_s, kCountedSpeed.orUsual(),
+        "faster counts are taken for an encoder error");
+  }
 };
 
 // Selects the meaning of the gain K of a screw, equation (D1): correction or error.
@@ -52,43 +84,81 @@ enum class GainIs { correction, error };
 struct ScrewDescription : BallScrew {
   double gain{};
   GainIs gain_is{GainIs::correction};
-  double reference_um{};  // reading of the sensor on the cold screw
-  double extension_min_um{};
-  double extension_max_um{};
-  double rate_um_s{};       // limit of the rate of change of the compensated extension
-  double threshold_rpm{};   // of the sector table
-  double sector_zero_mm{};  // axis position at which sector 0 begins
-  double stale_s{};
-  double hold_s{};
+  double reference_um{}, extension_min_um{-50}, extension_max_um{300};
+  double rate_um_s{5}, threshold_rpm{60}, sector_zero_mm{}, stale_s{1}, hold_s{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    constexpr Key kExtension = within(-1e4, 1e4).orUsual();
+    key("length_mm", self.length_mm, within(50, 50'000), "from the fixed bearing to the sensor's target face");
+    key("offset_mm", self.offset_mm, within(kPosition_mm), "from the fixed bearing to machine position 0");
+    key("pitch_mm", self.pitch_mm, within(0.1, 200), "travel of the nut per turn of the screw");
+    key("fixed_bearing", self.reversed, oneOf("low", "high"), "end of the axis that it is at");
+    // A nut is off by about what its screw extends, whatever the sign; beyond, a number is of something else.
+    key("gain", self.gain, within(-10, 10), "K of equation (D1)");
+    key("gain_is", self.gain_is, oneOf("correction", "error"), "what the gain gives");
+    key("reference_um", self.reference_um, within(-1e5, 1e5).orUsual(), "reading of the sensor on the cold screw");
+    key("extension_min_um", self.extension_min_um, kExtension, "below which a reading is a fault");
+    key("extension_max_um", self.extension_max_um, kExtension, "above which a reading is a fault");
+    key("rate_um_s", self.rate_um_s, within(1e-4, 1e4).orUsual(),
+        "limit of the rate of change of the compensated extension");
+    key("threshold_rpm", self.threshold_rpm, within(0, 1e5).orUsual(), "below which the sector table is used");
+    key("sector_zero_mm", self.sector_zero_mm, within(kPosition_mm).orUsual(), "axis position where sector 0 begins");
+    key("stale_s", self.stale_s, within(1e-3, 3600).orUsual(), "after which a reading is in doubt");
+    key("hold_s", self.hold_s, within(kDuration_s).orUsual(), "how long a doubtful value is held");
+  }
 };
 
 // The ball on the part that periodic-check reads, with its accepted position.
 struct PeriodicCheckDescription {
   double ball_diameter_mm{};
-  std::optional<double> sd_ball_diameter_mm;           // k = 1
-  double ball_centre_z_mm{};                           // machine position at C = 0
+  std::optional<double> sd_ball_diameter_mm;
+  double ball_centre_z_mm{};
   std::optional<double> accepted_x_mm, accepted_y_mm;  // C axis minus the axis of the probe's spindle
   std::optional<double> limit_mm;
   std::vector<double> swivels_deg;  // of the head, beside 0: 45 and 90
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("ball_diameter_mm", self.ball_diameter_mm, within(0.1, 1000), "of the ball on the part");
+    key("sd_ball_diameter_mm", self.sd_ball_diameter_mm, kSdOfSize, "of its diameter (k = 1)");
+    key("ball_centre_z_mm", self.ball_centre_z_mm, within(kPosition_mm), "machine position at C = 0");
+    key("accepted_x_mm", self.accepted_x_mm, within(kPosition_mm), "position that was accepted");
+    key("accepted_y_mm", self.accepted_y_mm, within(kPosition_mm), "the same along Y");
+    key("limit_mm", self.limit_mm, within(1e-6, 100), "by which it may have moved");
+  }
 };
 
 // The ball on the rim of a large part that centreline-by-steps reads.
 struct RimBallDescription {
-  double c_deg{};  // approximate C angle with the ball straight above the centre, along +Y
-  std::optional<double> level_limit_mm;
-  std::optional<double> beside_mm;  // of the stylus from the line, while C turns until the ball touches it
-  std::optional<double> radius_mm;  // about, of the ball from C; required with it
+  double c_deg{};
+  std::optional<double> level_limit_mm, beside_mm, radius_mm;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("c_deg", self.c_deg, within(-360, 360), "about, C with the ball straight above the centre, along +Y");
+    key("level_limit_mm", self.level_limit_mm, within(1e-4, 10), "of the levelling");
+    key("beside_mm", self.beside_mm, within(1, 1000),
+        "of the stylus from the line, while C turns until the ball touches it");
+    key("radius_mm", self.radius_mm, within(5, 20'000), "about, of the ball from C; required with beside_mm");
+  }
 };
 
 // A ball plate on the table that C turns: certified positions of its balls, in the plate's frame.
 struct BallPlateDescription {
-  std::array<double, 3> axis_point_mm{};                   // of the nominal C axis: machine position of the stylus ball
-  std::optional<double> sd_mm;                             // of a certified coordinate (k = 1)
-  std::optional<double> ball_diameter_mm{};                // to find ways that no ball stands in
-  std::optional<std::array<double, 3>> b_axis_point_mm{};  // of the nominal B axis, likewise
-  bool
-      station_correction{};  // the axis turns by multiples of the balls' pitch; errors of linear axes are removed (E11)
+  std::array<double, 3> axis_point_mm{};
+  std::optional<double> sd_mm;
+  std::optional<double> ball_diameter_mm{};
+  std::optional<std::array<double, 3>> b_axis_point_mm{};
+  bool station_correction{};
   std::vector<std::array<double, 3>> balls_mm;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("axis_point_mm", self.axis_point_mm, kPlace, "of the nominal C axis: machine position of the stylus ball");
+    key("sd_mm", self.sd_mm, within(1e-6, 0.1), "of a certified coordinate (k = 1)");
+    key("ball_diameter_mm", self.ball_diameter_mm, within(1, 200), "to find ways that no ball stands in");
+    key("b_axis_point_mm", self.b_axis_point_mm, kPlace, "of the nominal B axis: machine position of the stylus ball");
+    key("station_correction", self.station_correction,
+        "the axis turns by multiples of the balls' pitch; errors of linear axes are removed (E11)");
+  }
+  static constexpr Key kPlace = within(-10'000, 10'000);
 };
 inline constexpr std::size_t kMostPlateBalls = 7;
 
@@ -107,20 +177,34 @@ struct TiltDescription {
 // A head that swivels the probe's spindle, as it is measured.
 struct HeadDescription {
   TiltDescription swivel;
-  std::array<double, 3> pivot_mm{};              // nominal axis from the gauge line of the spindle, head level
-  std::optional<std::array<double, 3>> ball_mm;  // position of the datum sphere
-  std::optional<double> sd_ball_mm;              // k = 1, each coordinate
+  std::array<double, 3> pivot_mm{};
+  std::optional<std::array<double, 3>> ball_mm;
+  std::optional<double> sd_ball_mm;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("pivot_mm", self.pivot_mm, within(-2000, 2000),
+        "nominal axis from the gauge line of the spindle, with the head level");
+    key("ball_mm", self.ball_mm, within(kPosition_mm), "position of the datum sphere");
+    key("sd_ball_mm", self.sd_ball_mm, kSdOfSize, "of each coordinate (k = 1)");
+  }
 };
 
 // How the control programs the X axis of a lathe. Corrections are in radius in both cases.
 enum class Programming { radius, diameter };
 
 struct CentrelineDescription {
-  double assumed_x_mm{};  // position of the turning axis that the control assumes
-  double assumed_y_mm{};
-  bool correct_x{true};
-  bool correct_y{true};
+  double assumed_x_mm{}, assumed_y_mm{};
+  bool correct_x{true}, correct_y{true};
   double hold_s{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("assumed_x_mm", self.assumed_x_mm, within(kPosition_mm).orUsual(),
+        "position of the turning axis that the control assumes");
+    key("assumed_y_mm", self.assumed_y_mm, within(kPosition_mm).orUsual(), "the same along Y");
+    key("correct_x", self.correct_x, "whether X is corrected");
+    key("correct_y", self.correct_y, "whether Y is corrected");
+    key("hold_s", self.hold_s, within(kDuration_s).orUsual(), "how long a doubtful value is held");
+  }
 };
 
 // Rotary axes as in ISO 841: A turns about X, B about Y, C about Z. The values index arrays.
@@ -131,18 +215,33 @@ enum class AngleFrom { encoder, controller };
 
 struct RotaryAxisDescription {
   AngleFrom angle_from{AngleFrom::encoder};
-  double counts_per_deg{};                     // of the encoder, positive
-  int sense{1};                                // +1 when counts rise in the positive direction of the axis, else -1
+  double counts_per_deg{};
+  int sense{1};
   ReferenceBy reference{ReferenceBy::homing};  // absolute or homing
-  double maximum_speed_deg_s{};                // faster counts are taken for an encoder error
-  double stale_s{};                            // an older angle is in doubt; 0: an angle is valid until the next
+  double maximum_speed_deg_s{};
+  double stale_s{};  // 0: an angle is valid until the next
+
+  // Of an axis with an encoder.
+  static constexpr void encoderKeys(auto& self, auto&& key) {
+    key("counts_per_deg", self.counts_per_deg, within(0.1, 1e9), "of the encoder");
+    key("sense", self.sense, within(-1, 1), "1 when counts rise in the positive direction of the axis, else -1");
+    key("maximum_speed_deg_s", self.maximum_speed_deg_s, within(1, 1e6).orUsual(),
+        "faster counts are taken for an encoder error");
+    key("stale_s", self.stale_s, within(1e-3, 3600).orUsual(), "after which an angle is in doubt");
+  }
 };
 
 // A head that swivels the tool.
 struct SwivelDescription {
   RotaryLetter axis{RotaryLetter::b};
-  bool by_angle{};  // also correct the residual at each measured angle
+  bool by_angle{};
   double hold_s{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("axis", self.axis, oneOf("A", "B", "C"), "that swivels the head");
+    key("by_angle", self.by_angle, "also correct the residual at each measured angle");
+    key("hold_s", self.hold_s, within(kDuration_s).orUsual(), "how long a doubtful value is held");
+  }
 };
 
 // Interpolation of errors between the measured angles.
@@ -162,47 +261,84 @@ inline constexpr std::size_t kMostTools = 64;
 
 struct ToolDescription {
   std::uint32_t number{};
-  double length_mm{};
-  double sd_mm{};  // k = 1; 0: not stated
+  double length_mm{}, sd_mm{};
   std::optional<std::uint32_t> holder{};
   std::uint8_t faces{};  // of the setting device that it reaches: bit 0 +X, 1 -X, 2 +Y, 3 -Y, 4 +Z; 0: all
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("number", self.number, within(kToolNumbers), "of the tool or the holder");
+    key("length_mm", self.length_mm, within(0.1, kMostToolLength_mm),
+        "from the gauge line to the tip, or to the holder's end face");
+    key("sd_mm", self.sd_mm, within(0, 1).orUsual(), "of the length (k = 1); 0: not stated");
+  }
 };
 
 // A tool holder.
 struct HolderDescription {
   std::uint32_t number{};
-  double length_mm{};  // from the gauge line to its end face
-  double sd_mm{};      // k = 1; 0: not stated
+  double length_mm{}, sd_mm{};
+
+  static constexpr void keys(auto& self, auto&& key) { ToolDescription::keys(self, key); }
 };
+
+inline constexpr Key kToolOffset = within(-5000, 5000);
 
 // The tool-setting device. Positions and offsets refer to the head's reference.
 struct ToolSetterDescription {
-  std::string trigger;                    // the name of its [[trigger]] in box.toml
-  std::array<double, 3> half_width_mm{};  // from its centre to its faces
+  std::string trigger;
+  std::array<double, 3> half_width_mm{};
   std::optional<double> sd_half_width_mm;
-  std::array<double, 3> probe_offset_mm{};  // of the probe's tip from the head's reference, A at 0
+  std::array<double, 3> probe_offset_mm{};
   std::optional<double> sd_probe_offset_mm;
-  std::optional<std::array<double, 3>> accepted_mm;  // position that was accepted; with limit_mm, or neither
-  double limit_mm{};
-  double sd_accepted_mm{};          // k = 1, each coordinate; 0: not stated
+  std::optional<std::array<double, 3>> accepted_mm;  // with limit_mm, or neither
+  double limit_mm{}, sd_accepted_mm{};
   std::vector<double> swivels_deg;  // angles of the head at which it is measured, rising from 0; empty: 0 alone
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("trigger", self.trigger, kAnyText, "the name of its [[trigger]] in box.toml");
+    key("half_width_mm", self.half_width_mm, within(0.5, 500), "from its centre to its faces");
+    key("sd_half_width_mm", self.sd_half_width_mm, kSdOfSize, "of each (k = 1)");
+    key("probe_offset_mm", self.probe_offset_mm, kToolOffset, "of the probe's tip from the head's reference, A at 0");
+    key("sd_probe_offset_mm", self.sd_probe_offset_mm, kSdOfSize, "of each coordinate (k = 1)");
+    key("accepted_mm", self.accepted_mm, within(kPosition_mm), "position of the device that was accepted");
+    key("sd_accepted_mm", self.sd_accepted_mm, kSdOfSize.orUsual(), "of each coordinate (k = 1); 0: not stated");
+    key("limit_mm", self.limit_mm, within(1e-6, 100).orUsual(), "by which the device may have moved");
+  }
 };
 
 // The shank above the stylus' ball, used as a second, shorter tool. Heights count from the centre of the stylus' ball
 // along the tool.
 struct ProbeShankDescription {
-  std::uint32_t tool{};  // number of the tool that carries the probe
-  double radius_mm{};
-  double from_mm{}, to_mm{};  // its lower and upper end
-  double height_mm{};         // at which it touches
+  std::uint32_t tool{};
+  double radius_mm{}, from_mm{}, to_mm{}, height_mm{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("tool", self.tool, within(kToolNumbers), "number of the tool that carries the probe");
+    ends(self, key);
+    // Two lengths must differ by 10 mm to tell a direction.
+    key("height_mm", self.height_mm, within(10, kMostToolLength_mm), "at which it touches");
+  }
+  static constexpr void ends(auto& self, auto&& key) {
+    key("radius_mm", self.radius_mm, within(0.1, 100), "of the shank");
+    key("from_mm", self.from_mm, within(0.1, kMostToolLength_mm), "height of its lower end");
+    key("to_mm", self.to_mm, within(0.1, kMostToolLength_mm), "height of its upper end");
+  }
 };
 
 // A sensor head (R-test) in the spindle: three displacement sensors that locate one ball.
 struct SensorHeadDescription {
-  std::uint32_t tool{};                      // its number
-  double range_mm{};                         // of a reading, to either side
-  std::array<double, 3> centre_offset_mm{};  // where all of them read zero, from the centre of the probe's ball, A at 0
+  std::uint32_t tool{};
+  double range_mm{};
+  std::array<double, 3> centre_offset_mm{};
   std::optional<double> sd_centre_offset_mm;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("tool", self.tool, within(kToolNumbers), "its number");
+    key("range_mm", self.range_mm, within(0.01, 50), "of a reading, to either side");
+    key("centre_offset_mm", self.centre_offset_mm, kToolOffset,
+        "where all sensors read zero, from the centre of the probe's ball, A at 0");
+    key("sd_centre_offset_mm", self.sd_centre_offset_mm, within(1e-6, 10), "of each coordinate (k = 1)");
+  }
 };
 
 // Sources of corrections, by the bits of the mask that the CNC reads.

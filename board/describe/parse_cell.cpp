@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "board/describe/cell.hpp"
-#include "board/describe/document.hpp"
+#include "board/describe/section.hpp"
 
 namespace probebox::board {
 namespace {
@@ -78,16 +78,10 @@ CellSolid readSolid(Section& section, const std::vector<CellSolid>& before, cons
 
 CellTool readTool(Section& section, const std::vector<CellTool>& before) {
   CellTool tool;
-  tool.number = static_cast<std::uint32_t>(section.integer("number", {1, 99}));
+  readKeys(section, tool);
   if (section.good("number") && std::ranges::find(before, tool.number, &CellTool::number) != before.end())
     section.problem("number",
                     "= " + std::to_string(tool.number) + " is used twice: give each tool a number of its own");
-  tool.holder_radius_mm = section.number("holder_radius_mm", {0.1, 500});
-  tool.holder_length_mm = section.number("holder_length_mm", {0.1, 1000});
-  tool.radius_mm = section.number("radius_mm", {0.01, 500});
-  tool.length_mm = section.number("length_mm", {0.1, 1000});
-  tool.cutting_mm = section.number("cutting_mm", {0.01, 1000}, tool.length_mm);
-  tool.assembled_length_mm = section.numberIfThere("assembled_length_mm", {0.1, 1000});
   if (section.has("offset_mm"))
     section.problem("offset_mm",
                     "has become W1_mm, of the spindle axis from the tip: write it with the opposite signs");
@@ -103,12 +97,7 @@ CellTool readTool(Section& section, const std::vector<CellTool>& before) {
 }
 
 Cell readCell(Section& root) {
-  Cell cell;
-  auto section = root.section("cell");
-  cell.name = section.text("name");
-  cell.program_zero_mm = section.vectorIfThere("program_zero_mm", kPosition_mm).value_or(std::array<double, 3>{});
-  cell.least_mm = section.number("least_mm", {0, 100}, 0);
-  section.finish();
+  auto cell = read<Cell>(root.section("cell"));
   for (auto& axis : root.sections("rotary_axis", kRotaryNames.size()))
     cell.rotary.push_back(readCellRotary(axis, cell.rotary));
   for (auto& solid : root.sections("solid", kMostSolids))

@@ -8,21 +8,203 @@
 #include <utility>
 #include <vector>
 
-#include "board/describe/document.hpp"
-#include "board/describe/head_sections.hpp"
 #include "board/describe/machine.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/places.hpp"
-#include "board/describe/rotary_sections.hpp"
 #include "board/describe/secondary_axes.hpp"
 #include "board/describe/section.hpp"
-#include "board/describe/shank_sections.hpp"
 #include "board/describe/spelling.hpp"
 #include "board/describe/tool_sections.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::board {
 namespace {
+
+constexpr double kUsualStale_s = 0.25;
+constexpr double kUsualSpeed_deg_s = 36'000;  // 100 turns a second
+constexpr std::string_view kLetters = "ABC";
+
+void requireSense(Section& section, int sense, const std::string& of) {
+  if (section.good("sense") && sense == 0)
+    section.problem("sense", "= 0 is no direction: write 1 where counts rise with the " + of + ", else -1");
+}
+
+RotaryAxisDescription readRotaryAxis(Section section) {
+  RotaryAxisDescription axis;
+  axis.angle_from = static_cast<AngleFrom>(section.choice("angle_from", {"encoder", "controller"}));
+  if (axis.angle_from == AngleFrom::controller) {
+    axis.stale_s = section.number("stale_s", kDuration_s);
+    section.finish();
+    return axis;
+  }
+  axis.maximum_speed_deg_s = kUsualSpeed_deg_s;
+  axis.stale_s = kUsualStale_s;
+  RotaryAxisDescription::encoderKeys(axis, KeyReader{section});
+  requireSense(section, axis.sense, "angle");
+  axis.reference =
+      section.choice("reference", {"absolute", "homing"}, 1) == 0 ? ReferenceBy::absolute : ReferenceBy::homing;
+  section.finish();
+  return axis;
+}
+
+// Notes a rotary axis whose angle the box would not know.
+void requireDescribed(Section& section, std::string_view key, RotaryLetter letter, const Machine& machine) {
+  const auto index = static_cast<std::size_t>(letter);
+  if (machine.rotary_axes[index]) return;
+  const std::string name{kLetters[index]};
+  section.problem(key, "names the axis " + name + ", which is not described: add [rotary_axis." + name +
+                           "], which says where its angle comes from");
+}
+
+SwivelDescription readSwivel(Section section, double hold_s, const Machine& machine) {
+  SwivelDescription swivel;
+  swivel.hold_s = hold_s;
+  readKeys(section, swivel);
+  if (section.good("axis")) requireDescribed(section, "axis", swivel.axis, machine);
+  section.finish();
+  return swivel;
+}
+
+std::vector<RotaryLetter> readChain(Section& section, const Machine& machine) {
+  std::vector<RotaryLetter> chain;
+  section.node("chain");
+  for (const auto& [name, line] : section.texts("chain", kLetters.size())) {
+    const auto letter = name.size() == 1 ? kLetters.find(name) : std::string_view::npos;
+    if (letter == std::string_view::npos) {
+      section.problemAt(line, "chain",
+                        "names " + inQuotes(name) +
+                            ": write \"A\", \"B\" or \"C\" from the base outwards, such as "
+                            "[\"B\", \"C\"]");
+      continue;
+    }
+    const auto axis = static_cast<RotaryLetter>(letter);
+    if (std::ranges::find(chain, axis) != chain.end())
+      section.problemAt(line, "chain", "names the axis " + name + " twice: name it once");
+    requireDescribed(section, "chain", axis, machine);
+    if (machine.swivel && machine.swivel->axis == axis)
+      section.problemAt(line, "chain",
+                        "names the axis " + name +
+                            ", and [swivel] has it as that of the head: an axis turns the table or the head, so remove "
+                            "it from one of them");
+    chain.push_back(axis);
+  }
+  if (section.good("chain") && chain.empty())
+    section.problem("chain", "names no axis: write those that turn the table, such as [\"C\"]");
+  return chain;
+}
+
+RotaryTableDescription readTable(Section section, double hold_s, const Machine& machine) {
+  RotaryTableDescription table;
+  table.chain = readChain(section, machine);
+  table.between = static_cast<BetweenAngles>(section.choice("between", {"linear", "fourier"}, 0));
+  table.at_tip = section.choice("tool_point", {"position", "tip"}) == 1;
+  if (table.at_tip) {
+    const auto& d = table.tool_direction = section.vector("tool_direction", {-1, 1});
+    const double length = std::hypot(d[0], d[1], d[2]);
+    if (section.good("tool_direction") && std::abs(length - 1) > 1e-6)
+      section.problem("tool_direction",
+                      "has the length " + plain(length) + ": write one of length 1, such as [0, 0, -1]");
+    table.measured_length_mm = section.number("measured_length_mm", {0, 2000});
+  }
+  table.hold_s = section.number("hold_s", kDuration_s, hold_s);
+  section.finish();
+  return table;
+}
+
+constexpr double kTurn_deg = 360;
+
+// Of the shortest arc that has all angles, which rise: one turn without the widest gap between neighbours.
+double arc_deg(const std::vector<double>& angles_deg) {
+  double gap_deg = angles_deg.front() + kTurn_deg - angles_deg.back();
+  for (std::size_t i = 1; i < angles_deg.size(); ++i) gap_deg = std::max(gap_deg, angles_deg[i] - angles_deg[i - 1]);
+  return kTurn_deg - gap_deg;
+}
+
+// Notes angles whose readings differ too little to locate the axis. -180 and 180 degrees are one place.
+void checkAngles(Section& section, std::string_view key, std::vector<double> angles_deg) {
+  if (!section.good(key)) return;
+  std::ranges::sort(angles_deg);
+  if (std::ranges::adjacent_find(angles_deg) != angles_deg.end() || angles_deg.back() - angles_deg.front() >= kTurn_deg)
+    section.problem(key, "lists an angle twice: list each angle once");
+  if (arc_deg(angles_deg) < kLeastTiltSpan_deg)
+    section.problem(key,
+                    "spans less than 20 degrees, too little to locate an axis: spread the angles, such as [-90, 0]");
+}
+
+TiltDescription readTilt(Section& section, std::string_view angles) {
+  constexpr std::array<std::array<double, 3>, 4> kAxes{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
+  TiltDescription tilt;
+  tilt.axis = kAxes[section.choice("axis", {"X", "-X", "Y", "-Y"})];
+  tilt.angles_deg = section.numbers(angles, {-180, 180}, {2, kMostTilts});
+  checkAngles(section, angles, tilt.angles_deg);
+  tilt.sigma_rad = section.number("sigma_rad", {0, 0.01}, 0.0);
+  return tilt;
+}
+
+HeadDescription readHead(Section section, const Machine& machine) {
+  HeadDescription head;
+  head.swivel = readTilt(section, "angles_deg");
+  readKeys(section, head);
+  if (head.ball_mm) requireReachable(section, "ball_mm", *head.ball_mm, machine);
+  if (head.sd_ball_mm && !head.ball_mm)
+    section.problem("sd_ball_mm", "says how exactly 'ball_mm' is known, which is missing: add it, or remove this");
+  section.finish();
+  return head;
+}
+
+// Lengths are those of [[tool]].
+void readProbeTools(Section section, Machine& machine) {
+  for (const auto number : section.wholeNumbers("numbers", kToolNumbers, {1, kMostProbeTools})) {
+    const auto found = std::ranges::find(machine.tools, number, &ToolDescription::number);
+    if (found == machine.tools.end()) {
+      section.problem("numbers", "names tool " + std::to_string(number) +
+                                     ", whose length is not described: add a [[tool]] with this number");
+      continue;
+    }
+    if (std::ranges::find(machine.probe_tools, number, &ToolDescription::number) != machine.probe_tools.end()) {
+      section.problem("numbers", "names tool " + std::to_string(number) + " twice: name it once");
+      continue;
+    }
+    machine.probe_tools.push_back(*found);
+  }
+  section.finish();
+}
+
+RimBallDescription readRimBall(Section section) {
+  RimBallDescription ball;
+  readKeys(section, ball);
+  if (ball.beside_mm.has_value() != ball.radius_mm.has_value())
+    section.problem(ball.beside_mm ? "radius_mm" : "beside_mm",
+                    "is missing: contacts by turning C need beside_mm and radius_mm, give both or neither");
+  else if (ball.beside_mm && *ball.beside_mm > 0.8 * *ball.radius_mm)
+    section.problem("beside_mm", "is more than 0.8 of radius_mm: the stylus must stand nearer to the line");
+  section.finish();
+  return ball;
+}
+
+// Reads the sections about rotary axes, all optional. hold_s: the default for sources without one.
+void readRotary(Section& root, double hold_s, Machine& machine) {
+  auto axes = root.section("rotary_axis", false);
+  for (std::size_t axis = 0; axis < machine.rotary_axes.size(); ++axis) {
+    if (auto section = axes.sectionIfThere(std::string{kLetters[axis]}))
+      machine.rotary_axes.at(axis) = readRotaryAxis(std::move(*section));
+  }
+  refuseSecondaryAxes(axes);
+  axes.finish();
+  if (auto section = root.sectionIfThere("swivel")) machine.swivel = readSwivel(std::move(*section), hold_s, machine);
+  if (auto section = root.sectionIfThere("rotary_table"))
+    machine.rotary_table = readTable(std::move(*section), hold_s, machine);
+  if (auto section = root.sectionIfThere("rim_ball")) machine.rim_ball = readRimBall(std::move(*section));
+  if (auto section = root.sectionIfThere("tilting_table")) {
+    machine.tilting_table = readTilt(*section, "tilts_deg");
+    machine.tilting_table->point_mm = section->vectorIfThere("point_mm", kPosition_mm);
+    if (!machine.tilting_table->point_mm && machine.ball_plate)
+      machine.tilting_table->point_mm = machine.ball_plate->b_axis_point_mm;
+    section->finish();
+  }
+  if (auto section = root.sectionIfThere("swivel_head")) machine.swivel_head = readHead(std::move(*section), machine);
+  if (auto section = root.sectionIfThere("probe_tools")) readProbeTools(std::move(*section), machine);
+}
 
 // Reads the ball screws of machine.toml: [screw.X] to [screw.Z], all optional. Private to the room.
 
@@ -44,34 +226,20 @@ void requireNutOnScrew(Section& section, const ScrewDescription& screw, const Ax
                                      "to the sensor, or correct 'offset_mm'");
 }
 
-// A nut is off by about what its screw extends, whatever the sign; beyond a factor of 10 a number is of something else.
-double readGain(Section& section) {
-  constexpr double kLeast = 0.1, kMost = 10;
-  const double gain = section.number("gain", {-kMost, kMost});
+void requireGain(Section& section, double gain) {
+  constexpr double kLeast = 0.1;
   if (section.good("gain") && std::abs(gain) < kLeast)
     section.problem("gain", "= " + plain(gain) +
                                 " leaves the screw uncorrected, and its source good: write K, about 1 or -1, or remove "
                                 "the screw");
-  return gain;
 }
 
 ScrewDescription readScrew(Section section, double hold_s, const AxisDescription& axis) {
   ScrewDescription screw;
-  screw.length_mm = section.number("length_mm", {50, 50'000});
-  screw.offset_mm = section.number("offset_mm", kPosition_mm);
-  screw.pitch_mm = section.number("pitch_mm", {0.1, 200});
-  screw.reversed = section.choice("fixed_bearing", {"low", "high"}) == 1;
+  screw.hold_s = hold_s;
+  readKeys(section, screw);
   requireNutOnScrew(section, screw, axis);
-  screw.gain = readGain(section);
-  screw.gain_is = static_cast<GainIs>(section.choice("gain_is", {"correction", "error"}));
-  screw.reference_um = section.number("reference_um", {-1e5, 1e5}, 0);
-  screw.extension_min_um = section.number("extension_min_um", {-1e4, 1e4}, -50);
-  screw.extension_max_um = section.number("extension_max_um", {-1e4, 1e4}, 300);
-  screw.rate_um_s = section.number("rate_um_s", {1e-4, 1e4}, 5);
-  screw.threshold_rpm = section.number("threshold_rpm", {0, 1e5}, 60);
-  screw.sector_zero_mm = section.number("sector_zero_mm", kPosition_mm, 0);
-  screw.stale_s = section.number("stale_s", {1e-3, 3600}, 1);
-  screw.hold_s = section.number("hold_s", kDuration_s, hold_s);
+  requireGain(section, screw.gain);
   if (screw.extension_min_um >= screw.extension_max_um) {
     const char* const key = section.good("extension_max_um") ? "extension_max_um" : "extension_min_um";
     section.problem(key, "leaves no room from " + plain(screw.extension_min_um) + " to " +
@@ -98,21 +266,13 @@ void readScrews(Section& root, double hold_s, Machine& machine) {
   screws.finish();
 }
 
-// The registers of the CNC end here.
-constexpr Range kCorrection_mm{0, 3.2767};
-
 // Marks and the speed at which counts are still believed. The axis' travel has been read.
 ReferenceDescription readReference(Section& axis) {
   ReferenceDescription reference;
-  reference.by = static_cast<ReferenceBy>(
-      axis.choice("reference", {"absolute", "index", "homing"}, static_cast<std::size_t>(reference.by)));
-  reference.maximum_speed_mm_s = axis.number("maximum_speed_mm_s", {1, 1e5}, reference.maximum_speed_mm_s);
+  readKeys(axis, reference);
   if (reference.by != ReferenceBy::index && !axis.has("index_mm")) return reference;
   reference.has_index = true;
-  reference.index_mm = axis.number("index_mm", kPosition_mm);
-  reference.index_width_mm = axis.number("index_width_mm", {0, 100}, 0);
-  reference.index_pitch_mm = axis.number("index_pitch_mm", {0, 1e4}, 0);
-  reference.index_tolerance_mm = axis.number("index_tolerance_mm", {1e-4, 10}, reference.index_tolerance_mm);
+  ReferenceDescription::markKeys(reference, KeyReader{axis});
   if (reference.by == ReferenceBy::index && reference.index_pitch_mm > 0)
     axis.problem("index_pitch_mm",
                  "says that marks repeat, and repeated marks do not tell which one was passed: write reference = "
@@ -120,28 +280,17 @@ ReferenceDescription readReference(Section& axis) {
   return reference;
 }
 
-// Of any linear axis.
-void readCounts(Section& section, double& counts_per_mm, int& sense) {
-  counts_per_mm = section.number("counts_per_mm", {1, 1e9});
-  sense = static_cast<int>(section.integer("sense", {-1, 1}));
-  if (section.good("sense") && sense == 0)
-    section.problem("sense", "= 0 is no direction: write 1 where counts rise with the position, else -1");
-}
-
 // `number`: 0 X, 1 Y, 2 Z.
 void readAxis(Section section, std::size_t number, Machine& machine) {
   auto& axis = machine.axes.at(number);
-  readCounts(section, axis.counts_per_mm, axis.sense);
-  axis.travel_min_mm = section.number("travel_min_mm", kPosition_mm);
-  axis.travel_max_mm = section.number("travel_max_mm", kPosition_mm);
+  readKeys(section, axis);
+  requireSense(section, axis.sense, "position");
   if (section.good("travel_min_mm") && section.good("travel_max_mm") && axis.travel_min_mm >= axis.travel_max_mm)
     section.problem("travel_max_mm", "is not above 'travel_min_mm': exchange them");
   axis.reference = readReference(section);
   // Marks that repeat are counted from one that need not be on the travel.
   if (axis.reference.has_index && axis.reference.index_pitch_mm == 0)
     requireReachable(section, "index_mm", axis.reference.index_mm, number, machine);
-  axis.correction_limit_mm = section.number("correction_limit_mm", kCorrection_mm);
-  axis.correction_rate_mm_s = section.number("correction_rate_mm_s", {1e-6, 1000});
   section.finish();
 }
 
@@ -152,8 +301,8 @@ void readSecondaryAxes(Section& axes, Machine& machine) {
     auto section = axes.sectionIfThere(name);
     if (!section) continue;
     auto& axis = machine.secondary_axes.at(number).emplace();
-    readCounts(*section, axis.counts_per_mm, axis.sense);
-    axis.maximum_speed_mm_s = section->number("maximum_speed_mm_s", {1, 1e5}, axis.maximum_speed_mm_s);
+    readKeys(*section, axis);
+    requireSense(*section, axis.sense, "position");
     section->finish();
     if (machine.axes.at(number).reference.has_index)
       axes.problem(name, "is added to " + primary +
@@ -162,17 +311,15 @@ void readSecondaryAxes(Section& axes, Machine& machine) {
   }
 }
 
-constexpr Range kSdOfSize_mm{1e-6, 1};  // k = 1
-
 void readDatumPlates(Section section, Machine& machine) {
   machine.datum_gap_mm = section.number("gap_mm", {0.1, 1000});
-  machine.datum_gap_sd_mm = section.numberIfThere("sd_gap_mm", kSdOfSize_mm);
+  machine.datum_gap_sd_mm = section.numberIfThere("sd_gap_mm", kSdOfSize.range);
   section.finish();
 }
 
 void readDatumSphere(Section section, Machine& machine) {
   machine.datum_sphere_diameter_mm = section.number("diameter_mm", {0.1, 1000});
-  machine.datum_sphere_sd_mm = section.numberIfThere("sd_diameter_mm", kSdOfSize_mm);
+  machine.datum_sphere_sd_mm = section.numberIfThere("sd_diameter_mm", kSdOfSize.range);
   if (section.has("temperature_c") || section.has("expansion_per_k") || section.has("sd_temperature_k"))
     machine.datum_sphere_temperature =
         SphereTemperature{.celsius = section.numberIfThere("temperature_c", {kColdest_c, kWarmest_c}),
@@ -202,15 +349,10 @@ std::vector<double> readCheckSwivels(Section& section, const Machine& machine) {
 
 PeriodicCheckDescription readPeriodicCheck(Section section, const Machine& machine) {
   PeriodicCheckDescription check;
-  check.ball_diameter_mm = section.number("ball_diameter_mm", {0.1, 1000});
-  check.sd_ball_diameter_mm = section.numberIfThere("sd_ball_diameter_mm", kSdOfSize_mm);
-  check.ball_centre_z_mm = section.number("ball_centre_z_mm", kPosition_mm);
+  readKeys(section, check);
   requireReachable(section, "ball_centre_z_mm", check.ball_centre_z_mm, 2, machine);
-  check.accepted_x_mm = section.numberIfThere("accepted_x_mm", kPosition_mm);
   if (check.accepted_x_mm) requireNear(section, "accepted_x_mm", *check.accepted_x_mm, 0, machine);
-  check.accepted_y_mm = section.numberIfThere("accepted_y_mm", kPosition_mm);
   if (check.accepted_y_mm) requireNear(section, "accepted_y_mm", *check.accepted_y_mm, 1, machine);
-  check.limit_mm = section.numberIfThere("limit_mm", {1e-6, 100});
   if (section.has("swivels_deg")) check.swivels_deg = readCheckSwivels(section, machine);
   section.finish();
   return check;
@@ -218,13 +360,10 @@ PeriodicCheckDescription readPeriodicCheck(Section section, const Machine& machi
 
 CentrelineDescription readCentreline(Section section, double hold_s, const Machine& machine) {
   CentrelineDescription centreline;
-  centreline.assumed_x_mm = section.number("assumed_x_mm", kPosition_mm, 0);
+  centreline.hold_s = hold_s;
+  readKeys(section, centreline);
   requireNear(section, "assumed_x_mm", centreline.assumed_x_mm, 0, machine);
-  centreline.assumed_y_mm = section.number("assumed_y_mm", kPosition_mm, 0);
   requireNear(section, "assumed_y_mm", centreline.assumed_y_mm, 1, machine);
-  centreline.correct_x = section.flag("correct_x", true);
-  centreline.correct_y = section.flag("correct_y", true);
-  centreline.hold_s = section.number("hold_s", kDuration_s, hold_s);
   section.finish();
   return centreline;
 }
@@ -279,18 +418,13 @@ void requireApart(Section& ball, const std::vector<std::array<double, 3>>& befor
 }
 
 BallPlateDescription readBallPlate(Section section, const Machine& machine) {
-  constexpr Range kBallPlace_mm{-10'000, 10'000};
   BallPlateDescription plate;
-  plate.axis_point_mm = section.vector("axis_point_mm", kBallPlace_mm);
+  readKeys(section, plate);
   for (const std::size_t axis : {0U, 1U})
     requireNear(section, "axis_point_mm", plate.axis_point_mm.at(axis), axis, machine);
-  plate.sd_mm = section.numberIfThere("sd_mm", {1e-6, 0.1});
-  plate.ball_diameter_mm = section.numberIfThere("ball_diameter_mm", {1, 200});
-  plate.b_axis_point_mm = section.vectorIfThere("b_axis_point_mm", kBallPlace_mm);
-  plate.station_correction = section.flag("station_correction", false);
   section.node("ball");
   for (auto& ball : section.sections("ball", kMostPlateBalls)) {
-    const auto at_mm = ball.vector("at_mm", kBallPlace_mm);
+    const auto at_mm = ball.vector("at_mm", BallPlateDescription::kPlace.range);
     if (ball.good("at_mm")) requireApart(ball, plate.balls_mm, at_mm);
     plate.balls_mm.push_back(at_mm);
     ball.finish();

@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
+#include "board/describe/section.hpp"
 
 namespace probebox::board {
 namespace {
@@ -31,8 +31,7 @@ void readChannels(Section& section, Probe& probe) {
 void readSwitch(Section& section, Probe& probe) {
   probe.gain = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   probe.rate_hz = 1000;
-  probe.by_switch = ProbeSwitch{.trigger = section.text("trigger"),
-                                .repeatability_um = section.number("repeatability_um", {1e-4, 1000})};
+  readKeys(section, probe.by_switch.emplace());
   for (const auto* key : {"rate_hz", "noise_um", "gain"})
     if (section.has(key))
       section.problem(key, "is of a scanning probe: remove it, because a touch-trigger probe has no channels");
@@ -60,10 +59,7 @@ Probe readProbe(Section& root) {
   probe.sd_ball_diameter_mm = stylus.numberIfThere("sd_ball_diameter_mm", {1e-6, 1});
   stylus.finish();
 
-  auto certificate = root.section("certificate", false);
-  probe.certificate.number = certificate.text("number", "");
-  probe.certificate.date = certificate.text("date", "");
-  certificate.finish();
+  probe.certificate = read<Certificate>(root.section("certificate", false));
   return probe;
 }
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
+#include "board/describe/section.hpp"
 
 namespace probebox::board {
 namespace {
@@ -28,24 +28,13 @@ std::vector<std::string> addresses(Section& root, std::string_view key, const st
   return all;
 }
 
-Access readAccess(Section& section) {
-  Access access{.allow_marker = section.flag("allow_marker", false),
-                .allow_homing = section.flag("allow_homing", false),
-                .allow_inhibit = section.flag("allow_inhibit", false),
-                .allow_calibrate = section.flag("allow_calibrate", false),
-                .allow_accept = section.flag("allow_accept", false),
-                .allow_update = section.flag("allow_update", false)};
-  const bool provision = section.flag("allow_provision", false);
-  if (section.has("allow_provision")) access.allow_provision = provision;
-  return access;
-}
-
 // An address that nothing has would leave its link with the rights of [access], and nobody would notice.
 void readDoors(Section& root, Service& service) {
   for (auto& section : root.sections("door", 2 * kMostAddresses)) {
     Door door{.address = section.text("address", {}, kLongestAddress),
               .read_only = section.flag("read_only", false),
-              .access = readAccess(section)};
+              .access = {}};
+    readKeys(section, door.access);
     const auto named = [&](const std::vector<std::string>& all) { return std::ranges::count(all, door.address) > 0; };
     if (section.good("address") && !named(service.links) && !named(service.cnc))
       section.problem("address", "is neither in links nor in cnc: write it as it is written there");
@@ -65,17 +54,10 @@ Service readService(Section& root) {
   service.cnc = addresses(root, "cnc", {"modbus", "modbus-tcp", "records", "tape"}, "modbus:/dev/ttyS1,baud=19200",
                           service.cnc_places);
 
-  auto access = root.section("access", false);
-  service.access = readAccess(access);
-  access.finish();
+  service.access = read<Access>(root.section("access", false));
   readDoors(root, service);
 
-  auto stream = root.section("stream", false);
-  const StreamSettings usual;
-  service.stream.block_samples =
-      static_cast<std::uint32_t>(stream.integer("block_samples", {1, 256}, usual.block_samples));
-  service.stream.ring_blocks = static_cast<std::uint32_t>(stream.integer("ring_blocks", {2, 4096}, usual.ring_blocks));
-  stream.finish();
+  service.stream = read<StreamSettings>(root.section("stream", false));
   return service;
 }
 

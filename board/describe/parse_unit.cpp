@@ -4,9 +4,8 @@
 #include <string_view>
 #include <utility>
 
-#include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
-#include "board/describe/usb_text.hpp"
+#include "board/describe/section.hpp"
 #include "protocol/units/calendar.hpp"
 
 namespace probebox::board {
@@ -14,23 +13,16 @@ namespace {
 
 constexpr std::size_t kMostUpdateKeys = 8;
 
-std::string dayText(Section& section, std::string_view key) {
-  auto text = section.text(key);
+void requireDay(Section& section, std::string_view key, const std::string& text) {
   if (section.good(key) && !dayOf(text))
     section.problem(key, "= " + inQuotes(text) + " is no day: write year, month and day, such as \"2026-04-17\"");
-  return text;
 }
 
 CalibratedSphere calibratedSphere(Section section) {
   CalibratedSphere sphere;
-  sphere.serial_number = section.text("serial_number");
-  sphere.diameter_mm = section.number("diameter_mm", {0.1, 1000});
-  sphere.expanded_uncertainty_um = section.number("expanded_uncertainty_um", {1e-3, 100});
-  sphere.coverage_factor = section.number("coverage_factor", {1, 4});
-  sphere.certificate = section.text("certificate");
-  sphere.laboratory = section.text("laboratory");
-  sphere.date = dayText(section, "date");
-  sphere.next_due = dayText(section, "next_due");
+  readKeys(section, sphere);
+  requireDay(section, "date", sphere.date);
+  requireDay(section, "next_due", sphere.next_due);
   if (section.good("date") && section.good("next_due") && sphere.next_due <= sphere.date)
     section.problem("next_due", "is not after 'sphere.date': give the day on which the calibration has to be repeated");
   section.finish();

@@ -3,6 +3,8 @@
 #include <optional>
 #include <string>
 
+#include "board/describe/keys.hpp"
+
 // Describes the probe and its stylus, from the maker or from the last qualification (probe.toml).
 namespace probebox::board {
 
@@ -10,13 +12,23 @@ using Matrix3 = std::array<std::array<double, 3>, 3>;  // rows
 
 struct Certificate {
   std::string number;
-  std::string date;  // ISO 8601, metadata only
+  std::string date;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("number", self.number, kAnyText.orUsual(), "of the certificate");
+    key("date", self.date, kAnyText.orUsual(), "ISO 8601, metadata only");
+  }
 };
 
 // The switch of a touch-trigger probe.
 struct ProbeSwitch {
-  std::string trigger;        // name of its [[trigger]] in box.toml
-  double repeatability_um{};  // k = 1, of the depth at which it opens or closes
+  std::string trigger;
+  double repeatability_um{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("trigger", self.trigger, kAnyText, "name of its [[trigger]] in box.toml");
+    key("repeatability_um", self.repeatability_um, within(1e-4, 1000), "of the depth at which it opens (k = 1)");
+  }
 };
 
 struct Probe {

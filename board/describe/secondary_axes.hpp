@@ -1,7 +1,7 @@
 #pragma once
 #include <cstddef>
 
-#include "board/describe/encoder.hpp"
+#include "board/describe/box.hpp"
 #include "board/describe/section.hpp"
 
 // U, V, W are linear axes parallel to X, Y, Z (ISO 841), such as a quill. The box adds their positions up, and knows

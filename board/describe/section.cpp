@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 #include "board/describe/spelling.hpp"
 
@@ -310,6 +312,32 @@ void Section::finish() {
     if (absent_ || mistaken.contains(key)) continue;
     problems_->add(line_, "missing key " + path(key) + ": add it" + (name_.empty() ? "" : " to [" + name_ + "]"));
   }
+}
+std::string usbText(Section& section, std::string_view key, std::optional<std::string> usual) {
+  auto text = section.text(key, std::move(usual));
+  if (!std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; }))
+    section.problem(key, "= " + inQuotes(text) + " goes out over USB: write plain ASCII characters");
+  return text;
+}
+bool isParsable(std::string_view text, Problems& problems) {
+  // Every dot of a key is a level. The parser itself ends at 256 levels of brackets.
+  constexpr std::ptrdiff_t kMostDots = 50;
+  if (text.size() > kLongestFile) {
+    problems.add(1, "the file has " + std::to_string(text.size()) + " bytes or more, and a description has at most " +
+                        std::to_string(kLongestFile) + ": shorten it, or name the right file");
+    return false;
+  }
+  std::uint32_t number = 1;
+  for (auto rest = text; !rest.empty(); ++number) {
+    const auto line = rest.substr(0, rest.find('\n'));
+    rest.remove_prefix(std::min(rest.size(), line.size() + 1));
+    const auto first = line.find_first_not_of(" \t");
+    if (first == std::string_view::npos || line[first] == '#') continue;
+    if (std::ranges::count(line, '.') <= kMostDots) continue;
+    problems.add(number, "the line has more than " + std::to_string(kMostDots) + " dots: shorten it");
+    return false;
+  }
+  return true;
 }
 
 }  // namespace probebox::board

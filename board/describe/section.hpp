@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -8,10 +9,12 @@
 #include <string>
 #include <string_view>
 #include <toml++/toml.h>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "board/describe/ranges.hpp"
+#include "board/describe/file_content.hpp"
+#include "board/describe/keys.hpp"
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/wording.hpp"
 
@@ -139,5 +142,102 @@ class Section {
   std::set<std::string, std::less<>> wrong_;
   std::vector<std::string> missing_;
 };
+
+// Reads the keys of a list (keys.hpp) into the members of their structure.
+struct KeyReader {
+  Section& section;
+
+  void operator()(std::string_view key, double& value, Key of, std::string_view) const {
+    value = of.factor * section.number(key, of.range, usual(value / of.factor, of));
+  }
+  void operator()(std::string_view key, std::optional<double>& value, Key of, std::string_view) const {
+    value = section.numberIfThere(key, of.range);
+  }
+  template <std::integral T>
+  void operator()(std::string_view key, T& value, Key of, std::string_view) const {
+    const auto factor = static_cast<std::int64_t>(of.factor);
+    value =
+        static_cast<T>(factor * section.integer(key, of.range, usual(static_cast<std::int64_t>(value) / factor, of)));
+  }
+  void operator()(std::string_view key, bool& value, std::string_view) const { value = section.flag(key, value); }
+  void operator()(std::string_view key, std::optional<bool>& value, std::string_view) const {
+    const bool given = section.flag(key, false);
+    if (section.has(key)) value = given;
+  }
+  void operator()(std::string_view key, std::string& value, Key of, std::string_view) const {
+    value = section.text(key, usual(value, of));
+  }
+  void operator()(std::string_view key, std::array<double, 3>& value, Key of, std::string_view) const {
+    const auto given =
+        of.may_be_omitted ? section.vectorIfThere(key, of.range) : std::optional{section.vector(key, of.range)};
+    for (std::size_t i = 0; given && i < value.size(); ++i) value.at(i) = of.factor * given->at(i);
+  }
+  void operator()(std::string_view key, std::optional<std::array<double, 3>>& value, Key of, std::string_view) const {
+    value = section.vectorIfThere(key, of.range);
+  }
+  void operator()(std::string_view key, std::array<std::array<double, 3>, 3>& value, Key of, std::string_view) const {
+    value = section.matrix(key, of.range);
+  }
+  void operator()(std::string_view key, std::vector<double>& value, Key of, std::string_view) const {
+    value = section.numbers(key, of.range, {1, of.most});
+  }
+  template <class Enum, std::size_t N>
+  requires(std::is_enum_v<Enum> || std::same_as<Enum, bool>) void operator()(std::string_view key, Enum& value,
+                                                                             OneOf<N> of, std::string_view) const {
+    const auto place = static_cast<std::size_t>(value);
+    value = static_cast<Enum>(section.choice(key, {of.names.begin(), of.names.end()},
+                                             of.may_be_omitted ? std::optional{place} : std::nullopt));
+  }
+
+ private:
+  template <class T>
+  static std::optional<T> usual(T value, Key of) {
+    return of.may_be_omitted ? std::optional{std::move(value)} : std::nullopt;
+  }
+};
+
+template <class T>
+void readKeys(Section& section, T& into) {
+  T::keys(into, KeyReader{section});
+}
+
+// Reads a section that has the keys of its list alone.
+template <class T>
+T read(Section section) {
+  T value;
+  readKeys(section, value);
+  section.finish();
+  return value;
+}
+template <class T>
+std::optional<T> readIfThere(Section& whole, std::string_view key) {
+  auto section = whole.sectionIfThere(key);
+  return section ? std::optional{read<T>(std::move(*section))} : std::nullopt;
+}
+
+// Reads a text that goes into a USB string descriptor, and through the script that sets the gadget up: plain ASCII.
+std::string usbText(Section& section, std::string_view key, std::optional<std::string> usual = {});
+
+// Rejects input that is dangerous to parse: files that are too large, and keys nested so deep that the recursive parser
+// would overflow its stack.
+bool isParsable(std::string_view text, Problems& problems);
+
+// Parses `text` and reads it by `read` (Section& -> T). Returns all problems as one error.
+template <class T, class Read>
+Outcome<T> readDocument(std::string_view text, std::string_view file_name, Read read) {
+  Problems problems{file_name};
+  if (!isParsable(text, problems)) return problems.error();
+  try {
+    const auto table = toml::parse(text, file_name);
+    Section root{table, "", problems, 1};
+    T value = read(root);
+    root.finish();
+    if (problems.none()) return value;
+  } catch (const toml::parse_error& error) {
+    problems.add(static_cast<std::uint32_t>(error.source().begin.line),
+                 "not TOML: " + std::string{error.description()} + "; correct this line");
+  }
+  return problems.error();
+}
 
 }  // namespace probebox::board

@@ -5,21 +5,28 @@
 #include <string_view>
 #include <vector>
 
+#include "board/describe/keys.hpp"
+
 // Describes how the box is reached and what each link may do (service.toml).
 namespace probebox::board {
 
 // Lists the rights of a link or a line besides reading. Rights that are not named are not granted.
 struct Access {
-  bool allow_marker{false};     // begin and end steps, report the pose and the tool
-  bool allow_homing{false};     // report the position of a homed axis
-  bool allow_inhibit{false};    // declare that a cut begins or ends
-  bool allow_calibrate{false};  // start and abort procedures, propose cases
-  bool allow_accept{false};     // accept, roll back, switch sources
-  bool allow_update{false};     // hand over new firmware
+  bool allow_marker{}, allow_homing{}, allow_inhibit{}, allow_calibrate{}, allow_accept{}, allow_update{};
   // Write the identity of a box that has none. Not named: over USB alone.
   std::optional<bool> allow_provision{};
 
   friend bool operator==(const Access&, const Access&) = default;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("allow_marker", self.allow_marker, "begin and end steps, report the pose and the tool");
+    key("allow_homing", self.allow_homing, "report the position of a homed axis");
+    key("allow_inhibit", self.allow_inhibit, "declare that a cut begins or ends");
+    key("allow_calibrate", self.allow_calibrate, "start and abort procedures, propose cases");
+    key("allow_accept", self.allow_accept, "accept, roll back, switch sources");
+    key("allow_update", self.allow_update, "hand over new firmware");
+    key("allow_provision", self.allow_provision, "write the identity of a box that has none; omitted: over USB alone");
+  }
 };
 
 // Whether whoever has these rights may do anything but read.
@@ -37,8 +44,12 @@ struct Door {
 };
 
 struct StreamSettings {
-  std::uint32_t block_samples{256};  // samples in a frame
-  std::uint32_t ring_blocks{256};    // frames kept for a host that reads slowly
+  std::uint32_t block_samples{256}, ring_blocks{256};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("block_samples", self.block_samples, within(1, 256).orUsual(), "samples in a frame");
+    key("ring_blocks", self.ring_blocks, within(2, 4096).orUsual(), "frames kept for a host that reads slowly");
+  }
 };
 
 struct Service {

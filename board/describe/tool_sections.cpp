@@ -17,8 +17,6 @@
 namespace probebox::board {
 namespace {
 
-constexpr Range kHalfWidth_mm{0.5, 500};
-
 template <class Description>
 bool isThere(const std::vector<Description>& all, std::uint32_t number) {
   return std::ranges::find(all, number, &Description::number) != all.end();
@@ -33,9 +31,8 @@ void requireNew(Section& section, const std::vector<Description>& before, std::u
 
 void readHolders(std::vector<Section> sections, Machine& machine) {
   for (auto& section : sections) {
-    const HolderDescription holder{.number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
-                                   .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
-                                   .sd_mm = section.number("sd_mm", {0, 1}, 0)};
+    HolderDescription holder;
+    readKeys(section, holder);
     requireNew(section, machine.holders, holder.number);
     section.finish();
     machine.holders.push_back(holder);
@@ -85,11 +82,9 @@ void requireBeyondHolder(Section& section, const ToolDescription& tool, const Ma
 
 void readToolLengths(std::vector<Section> sections, Machine& machine) {
   for (auto& section : sections) {
-    ToolDescription tool{.number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
-                         .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
-                         .sd_mm = section.number("sd_mm", {0, 1}, 0),
-                         .holder = std::nullopt,
-                         .faces = readFaces(section)};
+    ToolDescription tool;
+    readKeys(section, tool);
+    tool.faces = readFaces(section);
     if (section.has("holder")) tool.holder = static_cast<std::uint32_t>(section.integer("holder", kToolNumbers));
     requireNew(section, machine.tools, tool.number);
     if (section.good("holder") && !isThere(machine.holders, *tool.holder))
@@ -102,41 +97,61 @@ void readToolLengths(std::vector<Section> sections, Machine& machine) {
 
 ToolSetterDescription readDescribedSetter(Section section, const Machine& machine) {
   ToolSetterDescription setter;
-  setter.trigger = section.text("trigger");
-  setter.half_width_mm = section.vector("half_width_mm", kHalfWidth_mm);
-  setter.sd_half_width_mm = section.numberIfThere("sd_half_width_mm", {1e-6, 1});
-  setter.probe_offset_mm = section.vector("probe_offset_mm", {-5000, 5000});
-  setter.sd_probe_offset_mm = section.numberIfThere("sd_probe_offset_mm", {1e-6, 1});
-  setter.accepted_mm = section.vectorIfThere("accepted_mm", kPosition_mm);
+  readKeys(section, setter);
   if (section.good("accepted_mm") && section.good("probe_offset_mm")) {
     auto probe_at_mm = *setter.accepted_mm;  // with the probe's tip in the middle of the device
     for (std::size_t i = 0; i < probe_at_mm.size(); ++i) probe_at_mm.at(i) -= setter.probe_offset_mm.at(i);
     requireReachable(section, "accepted_mm", probe_at_mm, machine);
   }
-  const auto sd_accepted_mm = section.numberIfThere("sd_accepted_mm", {1e-6, 1});
-  setter.sd_accepted_mm = sd_accepted_mm.value_or(0);
-  if (sd_accepted_mm && !setter.accepted_mm)
+  if (section.has("sd_accepted_mm") && !setter.accepted_mm)
     section.problem("sd_accepted_mm",
                     "says how exactly 'accepted_mm' is known, which is missing: add it, or remove this");
   setter.swivels_deg = readSwivels(section, machine);
-  const auto limit_mm = section.numberIfThere("limit_mm", {1e-6, 100});
-  setter.limit_mm = limit_mm.value_or(0);
-  if (setter.accepted_mm.has_value() != limit_mm.has_value())
-    section.problem(limit_mm ? "limit_mm" : "accepted_mm",
+  const bool has_limit = section.has("limit_mm");
+  if (setter.accepted_mm.has_value() != has_limit)
+    section.problem(has_limit ? "limit_mm" : "accepted_mm",
                     "needs its partner: 'accepted_mm' and 'limit_mm' say together how far the device may have moved; "
                     "give both or none");
   section.finish();
   return setter;
 }
 
-WorldToolSetter readEmulatedSetter(Section section) {
-  WorldToolSetter setter;
-  setter.centre_mm = section.vector("centre_mm", kPosition_mm);
-  setter.half_width_mm = section.vector("half_width_mm", kHalfWidth_mm);
-  setter.late_s = section.number("late_s", {0, 0.02});
-  setter.repeatability_um = section.number("repeatability_um", {0, 100}, 0);
+SensorHeadDescription readDescribedSensorHead(Section section, const Machine& machine) {
+  SensorHeadDescription head;
+  readKeys(section, head);
+  const auto carries = [&](const ToolDescription& tool) { return tool.number == head.tool; };
+  if (section.good("tool") && std::ranges::any_of(machine.probe_tools, carries))
+    section.problem("tool", "= " + std::to_string(head.tool) +
+                                " carries the probe ([probe_tools]): write the number of the sensor head");
   section.finish();
-  return setter;
+  return head;
+}
+
+// A ball is set up by hand, so it is touched a little above or below the height.
+constexpr double kBeside_mm = 1;
+
+void checkLength(Section& section, const ProbeShankDescription& shank, const Machine& machine) {
+  const auto tool = std::ranges::find(machine.tools, shank.tool, &ToolDescription::number);
+  if (tool == machine.tools.end()) {
+    section.problem("tool", "= " + std::to_string(shank.tool) +
+                                " is no [[tool]]: add it, with the length down to the stylus' ball");
+  } else if (section.good("to_mm") && shank.to_mm > tool->length_mm) {
+    section.problem("to_mm", "is above the gauge line of tool " + std::to_string(shank.tool) +
+                                 ": count heights from the middle of the stylus' ball");
+  }
+}
+
+ProbeShankDescription readDescribedShank(Section section, const Machine& machine) {
+  ProbeShankDescription shank;
+  readKeys(section, shank);
+  if (section.good("tool")) checkLength(section, shank, machine);
+  checkEnds(section, shank.from_mm, shank.to_mm);
+  const bool on_it = shank.height_mm >= shank.from_mm + kBeside_mm && shank.height_mm <= shank.to_mm - kBeside_mm;
+  if (section.good("height_mm") && section.good("from_mm") && section.good("to_mm") && !on_it)
+    section.problem("height_mm",
+                    "is not on the shank: choose a height between 'from_mm' and 'to_mm', 1 mm away from either");
+  section.finish();
+  return shank;
 }
 
 }  // namespace
@@ -151,27 +166,19 @@ void readToolSetter(Section& root, Machine& machine) {
     machine.tool_setter = readDescribedSetter(std::move(*section), machine);
 }
 
-bool hasTool(const World& world, std::uint32_t number) {
-  const auto is = [number](const auto& tool) { return tool.number == number; };
-  const auto& spindle = world.probe_spindle;
-  if (spindle && (spindle->tool == number || std::ranges::any_of(spindle->further_tools, is))) return true;
-  return std::ranges::any_of(world.cutters, is);
+void readSensorHead(Section& root, Machine& machine) {
+  if (auto section = root.sectionIfThere("sensor_head"))
+    machine.sensor_head = readDescribedSensorHead(std::move(*section), machine);
 }
 
-void readWorldTools(Section& root, World& world) {
-  if (auto setter = root.sectionIfThere("tool_setter")) world.tool_setter = readEmulatedSetter(std::move(*setter));
-  for (auto& section : root.sections("tool", kMostTools)) {
-    const WorldCutter tool{
-        .number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
-        .offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)},
-        .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
-        .radius_mm = section.number("radius_mm", {0.05, 100})};
-    if (section.good("number") && hasTool(world, tool.number))
-      section.problem("number",
-                      "= " + std::to_string(tool.number) + " is used twice: give each tool a number of its own");
-    section.finish();
-    world.cutters.push_back(tool);
-  }
+void readProbeShank(Section& root, Machine& machine) {
+  if (auto section = root.sectionIfThere("probe_shank"))
+    machine.probe_shank = readDescribedShank(std::move(*section), machine);
+}
+
+void checkEnds(Section& section, double from_mm, double to_mm) {
+  if (section.good("from_mm") && section.good("to_mm") && from_mm >= to_mm)
+    section.problem("to_mm", "is not above 'from_mm': exchange them");
 }
 
 }  // namespace probebox::board

@@ -1,22 +1,18 @@
 #pragma once
-#include <cstdint>
-
 #include "board/describe/machine.hpp"
 #include "board/describe/section.hpp"
-#include "board/describe/world.hpp"
 
 namespace probebox::board {
-
-// Checks the name of a tool or a holder.
-inline constexpr Range kToolNumbers{1, 65'535};
 
 // Sections [[holder]] and [[tool]] of machine.toml.
 void readTools(Section& root, Machine& machine);
 // Section [tool_setter] of machine.toml.
 void readToolSetter(Section& root, Machine& machine);
-// Sections [tool_setter] and [[tool]] of world.toml.
-void readWorldTools(Section& root, World& world);
-// Returns whether one of the tools read so far has that number.
-bool hasTool(const World& world, std::uint32_t number);
+// Section [sensor_head] of machine.toml, after the tools that carry the probe.
+void readSensorHead(Section& root, Machine& machine);
+// Section [probe_shank] of machine.toml, after the tools, one of which carries the shank.
+void readProbeShank(Section& root, Machine& machine);
+// Requires the upper end of a shank above its lower one.
+void checkEnds(Section& section, double from_mm, double to_mm);
 
 }  // namespace probebox::board

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "board/describe/keys.hpp"
+
 // Describes one box as its vendor ships it (unit.toml). It is written into a box once (docs/vendor.md).
 namespace probebox::board {
 
@@ -13,17 +15,23 @@ struct Descriptions;
 // A sphere with the certificate of a laboratory.
 struct CalibratedSphere {
   std::string serial_number;
-  double diameter_mm{};              // at 20 degrees C
-  double expanded_uncertainty_um{};  // U of the diameter
-  double coverage_factor{};          // k of U
-  std::string certificate;           // its number
-  std::string laboratory;            // who issued it
-  std::string date;                  // of the calibration, "2026-04-17"
-  std::string next_due;              // first day without a valid calibration
+  double diameter_mm{}, expanded_uncertainty_um{}, coverage_factor{};
+  std::string certificate, laboratory, date, next_due;
 
   double sd_mm() const { return 1e-3 * expanded_uncertainty_um / coverage_factor; }
   // For the record of a measurement: number, laboratory, sphere, diameter and U.
   std::string inWords() const;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("serial_number", self.serial_number, kAnyText, "of the sphere");
+    key("diameter_mm", self.diameter_mm, within(0.1, 1000), "at 20 degrees C");
+    key("expanded_uncertainty_um", self.expanded_uncertainty_um, within(1e-3, 100), "U of the diameter");
+    key("coverage_factor", self.coverage_factor, within(1, 4), "k of U");
+    key("certificate", self.certificate, kAnyText, "its number");
+    key("laboratory", self.laboratory, kAnyText, "who issued it");
+    key("date", self.date, kAnyText, "of the calibration, such as 2026-04-17");
+    key("next_due", self.next_due, kAnyText, "first day without a valid calibration");
+  }
 };
 
 struct Unit {

@@ -1,10 +1,14 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "board/describe/keys.hpp"
+#include "board/describe/machine.hpp"
 #include "board/describe/probe.hpp"
+#include "protocol/units/angle.hpp"
 
 // Describes the emulated machine (world.toml). Only the emulation and tests read it; the box does not know it.
 namespace probebox::board {
@@ -13,239 +17,431 @@ using Vector3 = std::array<double, 3>;
 
 // docs/metrology.md (A1): the machine's stream shows x(t - tau_machine), the probe's d(t - tau_probe).
 struct WorldDelays {
-  Vector3 tau_machine_s{};  // X, Y, Z
+  Vector3 tau_machine_s{};
   double tau_probe_s{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    constexpr Key kDelay = within(-0.5, 0.5);  // a larger one is milliseconds written as seconds
+    key("tau_machine_s", self.tau_machine_s, kDelay, "by which the encoders of X, Y, Z lag the motion");
+    key("tau_probe_s", self.tau_probe_s, kDelay, "by which the probe lags the motion");
+  }
 };
 
 enum class Jitter : std::uint8_t { none, gauss, lognormal };
 
-// Probabilities are per tick.
+// The master clock, and the kernel that stamps its edges.
 struct WorldClock {
-  std::int64_t period_ns{};  // nominal
-  double drift_ppm{};        // the clock's true period is longer than nominal by this
-  double wander_ppm{};       // random walk of the frequency, standard deviation after one second
-  double bias_us{};          // every stamp is late by this
+  std::int64_t period_ns{};
+  double drift_ppm{}, wander_ppm{}, bias_us{};
   Jitter jitter{Jitter::none};
-  double jitter_us{};  // standard deviation (gauss) or median (lognormal)
-  double outlier_probability{};
-  double outlier_us{};  // maximum delay of an outlier
-  double missing_probability{};
-  double doubled_probability{};
-  double spurious_probability{};
+  double jitter_us{}, outlier_probability{}, outlier_us{};
+  double missing_probability{}, doubled_probability{}, spurious_probability{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    constexpr Key kPerTick = within(kProbability).orUsual();
+    key("period_ns", self.period_ns, within(100'000, 10'000'000), "nominal period of a tick");
+    key("drift_ppm", self.drift_ppm, within(-1000, 1000), "by which the true period is longer than nominal");
+    key("wander_ppm", self.wander_ppm, within(0, 10).orUsual(),
+        "random walk of the frequency: its standard deviation after one second");
+    key("bias_us", self.bias_us, within(0, 1000).orUsual(), "by which every stamp is late");
+    key("jitter", self.jitter, oneOf("none", "gauss", "lognormal"), "distribution of a further delay of each stamp");
+    key("jitter_us", self.jitter_us, within(0, 1000).orUsual(), "its standard deviation (gauss) or median (lognormal)");
+    key("outlier_probability", self.outlier_probability, kPerTick, "of a stamp that is much later, per tick");
+    key("outlier_us", self.outlier_us, within(0, 10'000).orUsual(), "maximum delay of such a stamp");
+    key("missing_probability", self.missing_probability, kPerTick, "of a missing edge, per tick");
+    key("doubled_probability", self.doubled_probability, kPerTick, "of a doubled edge, per tick");
+    key("spurious_probability", self.spurious_probability, kPerTick, "of an edge that belongs to no tick, per tick");
+  }
 };
 
+inline constexpr Range kSampleRate_hz{1, 1e5};
+inline constexpr Range kNoise_um{0, 1000};
+
 struct WorldEncoders {
-  double rate_hz{};
-  double noise_um{};             // k = 1
-  double counts_per_mm{};        // the true scale of all three axes
-  double dropout_probability{};  // per reading
-  Vector3 power_up_mm{};         // what the counters show at machine position 0
+  double rate_hz{}, noise_um{}, counts_per_mm{}, dropout_probability{};
+  Vector3 power_up_mm{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("rate_hz", self.rate_hz, within(kSampleRate_hz), "of the readings of each axis");
+    key("noise_um", self.noise_um, within(kNoise_um), "of a reading (k = 1)");
+    key("counts_per_mm", self.counts_per_mm, within(1e-3, 1e9), "true scale of all three axes");
+    key("dropout_probability", self.dropout_probability, within(kProbability).orUsual(), "per reading");
+    key("power_up_mm", self.power_up_mm, within(kPosition_mm).orUsual(),
+        "what the counters show at machine position 0 after power-up");
+  }
 };
 
 struct WorldAxes {
-  double acceleration_mm_s2{};
-  double traverse_mm_s{};
-  Vector3 home_mm{};  // position of the stylus ball at the start
+  double acceleration_mm_s2{}, traverse_mm_s{};
+  Vector3 home_mm{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("acceleration_mm_s2", self.acceleration_mm_s2, within(1, 1e5), "of the linear axes");
+    key("traverse_mm_s", self.traverse_mm_s, within(0.1, 5000), "speed between features");
+    key("home_mm", self.home_mm, within(kPosition_mm), "position of the stylus ball at the start");
+  }
 };
 
 // A wave along the travel of an axis.
 struct WorldWave {
   double amplitude_mm{};
   double length_mm{100};
-  double phase_rad{};  // at machine position 0
+  double phase_rad{};
+  friend bool operator==(const WorldWave&, const WorldWave&) = default;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("wave_um", self.amplitude_mm, within(kNoise_um).times(1e-3).orUsual(), "amplitude");
+    key("wave_length_mm", self.length_mm, within(1, 10'000).orUsual(), "length of a period");
+    key("wave_phase_deg", self.phase_rad, within(-360, 360).times(kDegree).orUsual(), "at machine position 0");
+  }
 };
 
-// Geometric errors of the linear axes, named as in ISO 230-1.
+// Geometric errors of the linear axes, named as in ISO 230-1; zero at machine position 0. They displace the body and
+// are not visible to the encoders.
 struct WorldLinearAxes {
   Vector3 scale{};                                  // of EXX, EYY, EZZ: error per travel
-  std::array<std::array<WorldWave, 3>, 3> waves{};  // by the axis that moves, then along X, Y, Z
+  std::array<std::array<WorldWave, 3>, 3> waves{};  // of the axis that moves, along X Y Z: EXX EYX EZX, EXY ...
   Vector3 squareness_rad{};                         // EA0Z of Z to Y, EB0Z of Z to X, EC0Y of Y to X
+  friend bool operator==(const WorldLinearAxes&, const WorldLinearAxes&) = default;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    constexpr Key kSquareness = within(-0.01, 0.01).orUsual();
+    key("EA0Z_rad", self.squareness_rad[0], kSquareness, "squareness of Z to Y");
+    key("EB0Z_rad", self.squareness_rad[1], kSquareness, "squareness of Z to X");
+    key("EC0Y_rad", self.squareness_rad[2], kSquareness, "squareness of Y to X");
+  }
 };
 
 // Error motions of a rotary axis: a cosine (minus 1) and a sine of its angle, along (mm) and about (rad) X, Y, Z.
 struct WorldAxisErrors {
   Vector3 cosine_mm{}, sine_mm{};
   Vector3 cosine_rad{}, sine_rad{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    constexpr Key kShift = within(-1, 1).orUsual(), kTilt = within(-0.01, 0.01).orUsual();
+    key("error_cosine_mm", self.cosine_mm, kShift, "error motion of the axis along X, Y, Z: amplitudes of cos - 1");
+    key("error_sine_mm", self.sine_mm, kShift, "the same: amplitudes of sin");
+    key("error_cosine_rad", self.cosine_rad, kTilt, "error motion about X, Y, Z: amplitudes of cos - 1");
+    key("error_sine_rad", self.sine_rad, kTilt, "the same: amplitudes of sin");
+  }
 };
 
 struct WorldProbe {
-  double rate_hz{};
-  double noise_um{};   // k = 1, one channel
-  Matrix3 gain{};      // the truth behind probe.toml: (A3)
-  double range_mm{};   // channels clip here
-  double bounce_mm{};  // first amplitude of the stylus' bounce at contact and at release
-  double bounce_decay_s{};
-  double dropout_probability{};  // per sample
-  double friction{};             // coefficient, while the stylus slides
+  double rate_hz{}, noise_um{};
+  Matrix3 gain{};
+  double range_mm{}, bounce_mm{}, bounce_decay_s{0.005}, dropout_probability{}, friction{0.08};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("rate_hz", self.rate_hz, within(kSampleRate_hz), "of the samples");
+    key("noise_um", self.noise_um, within(kNoise_um), "of a sample of one channel (k = 1)");
+    key("gain", self.gain, within(-10, 10),
+        "the truth behind probe.toml: mm in machine axes per mm of each channel (A3)");
+    key("range_mm", self.range_mm, within(1e-3, 100), "where channels clip, to either side");
+    key("bounce_mm", self.bounce_mm, within(0, 10).orUsual(),
+        "first amplitude of the stylus' bounce at contact and at release, at most");
+    key("bounce_decay_s", self.bounce_decay_s, within(1e-5, 1).orUsual(), "time constant of the bounce");
+    key("dropout_probability", self.dropout_probability, within(kProbability).orUsual(), "per sample");
+    key("friction", self.friction, within(0, 0.5).orUsual(), "coefficient of the stylus ball while it slides");
+  }
 };
 
 // A touch-trigger probe instead of the scanning one. Pre-travel is the travel of the body from contact until the switch
 // opens.
 struct WorldTouchTrigger {
-  double pre_travel_mm{};        // across the stylus, mean
-  double lobe_mm{};              // its three lobes about the stylus' axis
-  double axial_mm{};             // along the stylus
-  double hysteresis_mm{};        // the switch closes nearer to the surface by this
-  double repeatability_um{};     // k = 1, of the depth
-  double late_s{};               // of its edges, before the kernel stamps them
-  double chatter_probability{};  // per opening or closing
-  double chatter_s{};            // how long it lasts
+  double pre_travel_mm{}, lobe_mm{}, axial_mm{}, hysteresis_mm{}, repeatability_um{}, late_s{}, chatter_probability{};
+  double chatter_s{0.0008};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("pre_travel_mm", self.pre_travel_mm, within(0, 1), "mean pre-travel across the stylus");
+    key("lobe_mm", self.lobe_mm, within(0, 1).orUsual(), "its three lobes about the stylus' axis");
+    key("axial_mm", self.axial_mm, within(0, 1).orUsual(), "pre-travel along the stylus");
+    key("hysteresis_mm", self.hysteresis_mm, within(0, 1).orUsual(),
+        "by which the switch closes nearer to the surface than it opens");
+    key("repeatability_um", self.repeatability_um, within(kNoise_um).orUsual(), "of the depth (k = 1)");
+    key("late_s", self.late_s, within(0, 0.5).orUsual(), "delay of its edges before the kernel stamps them");
+    key("chatter_probability", self.chatter_probability, within(kProbability).orUsual(), "per opening or closing");
+    key("chatter_s", self.chatter_s, within(0, 0.1).orUsual(), "duration of a chatter");
+  }
 };
 
 struct WorldSphere {
   Vector3 centre_mm{};
-  double radius_mm{};
-  double stylus_ball_radius_mm{};
+  double radius_mm{}, stylus_ball_radius_mm{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("centre_mm", self.centre_mm, within(kPosition_mm), "machine position of its centre");
+    key("radius_mm", self.radius_mm, within(0.1, 1000), "of the sphere");
+    key("stylus_ball_radius_mm", self.stylus_ball_radius_mm, within(0.005, 50), "of the stylus ball");
+  }
 };
 
 // Two parallel plates across X, each a block, with a gap between them.
 struct WorldPlates {
-  Vector3 middle_mm{};  // of the gap
-  double gap_mm{};
-  double width_mm{};      // along Y
-  double height_mm{};     // along Z
-  double thickness_mm{};  // along X
+  Vector3 middle_mm{};
+  double gap_mm{}, width_mm{}, height_mm{}, thickness_mm{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    constexpr Key kSize = within(1, 1000);
+    key("middle_mm", self.middle_mm, within(kPosition_mm), "middle of the gap");
+    key("gap_mm", self.gap_mm, kSize, "distance of the faces");
+    key("width_mm", self.width_mm, kSize, "of each plate along Y");
+    key("height_mm", self.height_mm, kSize, "of each plate along Z");
+    key("thickness_mm", self.thickness_mm, kSize, "of each plate along X");
+  }
 };
 
 // Another way to put the balls on the part's spindle: turned about the spindle's point, then shifted.
 struct WorldMount {
-  Vector3 turn_rad{};  // rotation vector
-  Vector3 shift_mm{};
+  Vector3 turn_rad{}, shift_mm{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("turn_deg", self.turn_rad, within(-180, 180).times(kDegree).orUsual(), "rotation vector");
+    key("shift_mm", self.shift_mm, within(-1000, 1000).orUsual(), "along X, Y, Z");
+  }
 };
+
+// Direction of an axis that is nominally along Z; a larger tilt would be a machine of another type.
+constexpr void tiltKeys(auto& direction, auto&& key) {
+  constexpr Key kTilt = within(-0.01, 0.01);
+  key("tilt_x_rad", direction[0], kTilt, "inclination of the axis to +X");
+  key("tilt_y_rad", direction[1], kTilt, "inclination of the axis to +Y");
+}
 
 // The spindle of the part: rotary axis C, and balls that stand on it.
 struct WorldPartSpindle {
-  Vector3 point_mm{};            // of the axis
-  std::array<double, 2> tilt{};  // dx/dz and dy/dz of the axis
-  double ball_radius_mm{};
-  std::vector<Vector3> balls_mm;  // at C = 0, relative to the point
+  static constexpr std::size_t kMostBalls = 8;
+  static constexpr std::size_t kMostFurtherMounts = 3;
+  Vector3 point_mm{};
+  Vector3 direction{0, 0, 1};  // of any length
+  double ball_radius_mm{6};
+  std::vector<Vector3> balls_mm{};  // at C = 0, relative to the point
   std::vector<WorldMount> further_mounts{};
-  WorldAxisErrors errors;
+  WorldAxisErrors errors{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("point_mm", self.point_mm, within(kPosition_mm), "a point of the axis");
+    tiltKeys(self.direction, key);
+    key("ball_radius_mm", self.ball_radius_mm, within(0.1, 1000), "of each ball");
+    WorldAxisErrors::keys(self.errors, key);
+  }
 };
 
 // A table that tilts the part's spindle and everything on it: B of the controller.
 struct WorldTiltingTable {
-  Vector3 axis{};      // nominally, unit vector along X or Y: a positive tilt is right-handed about it
-  Vector3 point_mm{};  // of the true axis
-  Vector3 lean{};      // of the true axis over the nominal one, across it
-  WorldAxisErrors errors;
+  Vector3 point_mm{};
+  Vector3 direction{1, 0, 0};  // of any length, nearly along X or Y: a positive tilt is right-handed about it
+  WorldAxisErrors errors{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("point_mm", self.point_mm, within(kPosition_mm), "a point of the true axis");
+    WorldAxisErrors::keys(self.errors, key);
+  }
 };
 
 // A head that swivels the probe's spindle. Its angle is the controller's B in the steps of a run in which the head
 // moves; in the others B is the tilting table.
 struct WorldSwivelHead {
-  Vector3 axis{};      // nominally, unit vector along X or Y: a positive angle is right-handed about it
-  Vector3 pivot_mm{};  // a point of the true axis, from the machine's reference with the head level
-  Vector3 lean{};      // of the true axis over the nominal one, across it
-  double noise_rad{};  // of every stop (k = 1)
+  Vector3 pivot_mm{};
+  Vector3 direction{0, 1, 0};  // as that of the table
+  double noise_rad{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("pivot_mm", self.pivot_mm, within(-1000, 1000),
+        "a point of the true axis, from the machine's reference with the head level");
+    key("noise_rad", self.noise_rad, within(0, 0.01).orUsual(), "of every stop (k = 1)");
+  }
 };
 
-// A cylinder with round ends above the stylus' ball. Heights are above the middle of that ball, along the spindle's
-// axis.
+inline constexpr Key kOffset = within(-10, 10);  // of a tool's end from the axis of its spindle
+
+// A cylinder with round ends above the stylus' ball.
 struct WorldShank {
-  double radius_mm{};
-  double from_mm{}, to_mm{};
-  std::array<double, 2> offset_mm{};  // of its axis from the spindle's where it begins, at A = 0, X Y
-  std::array<double, 2> lean{};       // of its axis, dx/dz and dy/dz, at A = 0
-  double lever{1};                    // displacement of the stylus' ball per displacement of the shank
+  double radius_mm{}, from_mm{}, to_mm{};
+  std::array<double, 2> offset_mm{}, lean{};
+  double lever{1};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    constexpr Key kLean = within(-0.1, 0.1).orUsual();
+    ProbeShankDescription::ends(self, key);
+    key("offset_x_mm", self.offset_mm[0], kOffset.orUsual(), "of its lower end from the spindle's axis, at A = 0");
+    key("offset_y_mm", self.offset_mm[1], kOffset.orUsual(), "the same along Y");
+    key("lean_x_rad", self.lean[0], kLean, "inclination of its axis to +X, at A = 0");
+    key("lean_y_rad", self.lean[1], kLean, "inclination of its axis to +Y, at A = 0");
+    key("lever", self.lever, within(0.1, 10).orUsual(),
+        "displacement of the stylus' ball per displacement of the shank where it is touched");
+  }
 };
 
-// The probe in another tool than the first.
+// Three displacement sensors that measure one ball, instead of the probe's channels.
+struct WorldSensorHead {
+  Matrix3 sensors{};
+  double range_mm{}, noise_um{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("sensors", self.sensors, within(-1000, 1000),
+        "one row per sensor: its reading per mm of the ball along X, Y, Z");
+    key("range_mm", self.range_mm, within(0.01, 50), "of a reading, to either side");
+    key("noise_um", self.noise_um, within(0, 100), "of one sensor (k = 1)");
+  }
+};
+
+// Another tool of the probe's spindle: the probe with another stylus, a cutting tool or a sensor head. It ends at the
+// centre of the stylus ball, at its tip, or where all sensors of the head read zero.
 struct WorldTool {
   std::uint32_t number{};
-  std::array<double, 2> stylus_offset_mm{};  // of the stylus ball from the axis at A = 0, X Y
-  double stylus_length_mm{};                 // below the machine's reference
+  std::array<double, 2> offset_mm{};  // of its end from the axis at A = 0, X Y
+  double length_mm{};                 // from the machine's reference down to its end
+  std::optional<double> radius_mm{};  // of a cutting tool, above its tip
+  bool nose{};                        // a turning tool: the radius is that of a ball about its tip
+  std::optional<WorldSensorHead> head{};
+  std::optional<WorldShank> shank{};
+
+  static constexpr void numberKey(auto& self, auto&& key) {
+    key("number", self.number, within(kToolNumbers), "of the tool");
+  }
+  static constexpr void offsetKeys(auto& self, auto&& key) {
+    key("offset_x_mm", self.offset_mm[0], kOffset.orUsual(), "of its end from the spindle's axis, at A = 0");
+    key("offset_y_mm", self.offset_mm[1], kOffset.orUsual(), "the same along Y");
+  }
+  // [probe_spindle] and [[probe_spindle.further_tool]]
+  static constexpr void stylusKeys(auto& offset_mm, auto& length_mm, auto&& key) {
+    key("stylus_offset_x_mm", offset_mm[0], kOffset, "of the stylus ball from the machine's reference, at A = 0");
+    key("stylus_offset_y_mm", offset_mm[1], kOffset, "the same along Y");
+    key("stylus_length_mm", length_mm, within(0, 1000), "from the machine's reference down to the stylus ball");
+  }
+  // [[tool]]
+  static constexpr void cutterKeys(auto& self, auto&& key) {
+    numberKey(self, key);
+    offsetKeys(self, key);
+    key("length_mm", self.length_mm, within(0.1, kMostToolLength_mm), "from the machine's reference to the tip");
+    key("radius_mm", self.radius_mm.emplace(), within(0.05, 100), "above the tip");
+  }
+  // [sensor_head]
+  static constexpr void sensorHeadKeys(auto& self, auto&& key) {
+    numberKey(self, key);
+    offsetKeys(self, key);
+    key("length_mm", self.length_mm, within(0, kMostToolLength_mm),
+        "from the machine's reference down to the point where all sensors read zero");
+    WorldSensorHead::keys(self.head.emplace(), key);
+  }
 };
 
-// The spindle of the probe: rotary axis A.
+// The spindle of the probe: rotary axis A through the machine's moving reference.
 struct WorldProbeSpindle {
-  std::array<double, 2> tilt{};              // dx/dz and dy/dz of the axis
+  Vector3 direction{0, 0, 1};                // of any length
   std::array<double, 2> stylus_offset_mm{};  // of the stylus ball from the axis at A = 0, X Y
-  double stylus_length_mm{};                 // below the machine's reference
-  std::optional<WorldShank> shank;
-  std::uint32_t tool{};  // number of the tool with this stylus
-  std::vector<WorldTool> further_tools;
+  double stylus_length_mm{150};
+  std::optional<WorldShank> shank{};
+  std::uint32_t tool{1};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    tiltKeys(self.direction, key);
+    key("tool", self.tool, within(kToolNumbers).orUsual(),
+        "number of the tool with this stylus, which is in the spindle at the start");
+    WorldTool::stylusKeys(self.stylus_offset_mm, self.stylus_length_mm, key);
+  }
 };
 
 struct WorldRotary {
-  double speed_rad_s{};
-  double noise_rad{};         // of every stop (k = 1)
-  double c_counts_per_deg{};  // of an encoder of C; 0: it has none
+  double speed_rad_s{3}, noise_rad{}, c_counts_per_deg{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("speed_rad_s", self.speed_rad_s, within(0.01, 1000), "of all rotary axes");
+    key("noise_rad", self.noise_rad, within(0, 0.01), "of every stop of all axes but a head (k = 1)");
+    key("c_counts_per_deg", self.c_counts_per_deg, within(0, 1e9).orUsual(), "of an encoder of C; 0: it has none");
+  }
 };
 
 // A ball screw that warms up from the start, with a sensor at its free end. Pitch, length and bearing are those of
 // machine.toml.
 struct WorldScrew {
-  double cold_um{};  // longer than the reference by this at the start, and by `warm_um` in the end
-  double warm_um{};
-  double time_constant_s{};
+  double cold_um{}, warm_um{}, time_constant_s{};
   std::array<double, 2> face_um{};  // deviation of the face from a plane, one and two periods per turn
-  double noise_um{};                // k = 1
-  double sensor_time_constant_s{};
+  double noise_um{}, sensor_time_constant_s{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    constexpr Key kFace = within(0, 100).orUsual();
+    key("cold_um", self.cold_um, within(-1000, 1000).orUsual(), "extension over the reference at the start");
+    key("warm_um", self.warm_um, within(-1000, 1000), "extension in the end");
+    key("time_constant_s", self.time_constant_s, within(0.1, 1e6), "of warming up");
+    key("face_once_um", self.face_um[0], kFace, "run-out of the face under the sensor, once a turn");
+    key("face_twice_um", self.face_um[1], kFace, "the same, twice a turn");
+    key("noise_um", self.noise_um, within(0, 100).orUsual(), "of one reading (k = 1)");
+    key("sensor_time_constant_s", self.sensor_time_constant_s, within(0, 10).orUsual(), "of the sensor");
+  }
 };
 
 // The tool-setting device: a block with a switch.
 struct WorldToolSetter {
-  Vector3 centre_mm{};
-  Vector3 half_width_mm{};
-  double late_s{};            // of its edges
-  double repeatability_um{};  // of the depth at which it switches (k = 1)
-};
+  Vector3 centre_mm{}, half_width_mm{};
+  double late_s{}, repeatability_um{};
 
-// A cutting tool in the magazine: its tip hangs below the machine's reference.
-struct WorldCutter {
-  std::uint32_t number{};
-  std::array<double, 2> offset_mm{};  // of its tip from the spindle's axis, X and Y at A = 0
-  double length_mm{};
-  double radius_mm{};
-};
-
-// A sensor head in the magazine: three displacement sensors that measure one ball.
-struct WorldSensorHead {
-  std::uint32_t number{};
-  std::array<double, 2> offset_mm{};  // of its centre, where all read zero, from the spindle's axis, X and Y at A = 0
-  double length_mm{};                 // from the machine's reference down to that centre
-  std::array<std::array<double, 3>, 3> sensors{};  // one row per sensor: its reading per mm of the ball along X, Y, Z
-  double range_mm{};                               // of a reading, to either side
-  double noise_um{};                               // k = 1, one sensor
+  static constexpr void keys(auto& self, auto&& key) {
+    key("centre_mm", self.centre_mm, within(kPosition_mm), "machine position of its centre");
+    key("half_width_mm", self.half_width_mm, within(0.5, 500), "from the centre to the faces");
+    key("late_s", self.late_s, within(0, 0.02), "delay of its edges before the kernel stamps them");
+    key("repeatability_um", self.repeatability_um, within(0, 100).orUsual(),
+        "of the depth at which it switches (k = 1)");
+  }
 };
 
 // The measuring cycle that the emulated controller runs: five touches on the sphere at every speed.
 struct WorldCycle {
   std::vector<double> speeds_mm_s;
-  double overtravel_mm{};
-  double clearance_mm{};
-  double dwell_s{};
-  std::uint32_t repeats{};  // of the whole list of speeds
+  double overtravel_mm{}, clearance_mm{}, dwell_s{};
+  std::uint32_t repeats{1};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("speeds_mm_s", self.speeds_mm_s, within(0.01, 1000).upTo(32), "of the touches");
+    key("overtravel_mm", self.overtravel_mm, within(1e-3, 100), "behind the contact");
+    key("clearance_mm", self.clearance_mm, within(1e-3, 1000), "before the contact");
+    key("dwell_s", self.dwell_s, within(0, 60), "at overtravel");
+    key("repeats", self.repeats, within(1, 1000).orUsual(), "of the whole list of speeds");
+  }
 };
 
-// Faults of the emulated machine and its sensors, in the order of world::FaultKind.
+// Faults of the emulated machine and its sensors.
 enum class FaultKind : std::uint8_t {
-  probe_silent,
-  encoders_silent,
-  sync_silent,
-  edges_lost,
-  edges_doubled,
-  screw_sensors_silent,
-  encoders_stuck,
-  probe_frozen,
-  probe_noisy,
-  clock_jumps,
-  angles_silent,
+  probe_silent,          // no probe samples: their sequence numbers run on
+  encoders_silent,       // no encoder latches: their sequence numbers run on
+  sync_silent,           // the master clock's line is silent
+  edges_lost,            // the kernel's buffer overruns: edges are lost, and their sequence numbers are missing
+  edges_doubled,         // every tick makes two edges
+  screw_sensors_silent,  // no readings of the screws' sensors
+  encoders_stuck,        // the counts stay constant while the axes move
+  probe_frozen,          // every sample repeats the last one
+  probe_noisy,           // noise a hundred times as large
+  clock_jumps,           // once: the master clock's phase steps
+  angles_silent,         // no latches of the part spindle's encoder: their sequence numbers run on
 };
 
 struct WorldFault {
   FaultKind kind{};
-  double at_s{};  // since the start of the box
-  double lasts_s{};
-  double jump_s{};  // of the master clock's phase
+  double at_s{}, lasts_s{}, jump_s{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("kind", self.kind,
+        oneOf("probe-silent", "encoders-silent", "sync-silent", "edges-lost", "edges-doubled", "screw-sensors-silent",
+              "encoders-stuck", "probe-frozen", "probe-noisy", "clock-jumps", "angles-silent"),
+        "what goes wrong");
+    key("at_s", self.at_s, within(0, 1e6), "since the start of the box");
+    if (self.kind == FaultKind::clock_jumps)
+      key("jump_s", self.jump_s, within(-1, 1), "by which the master clock's phase steps, in place of lasts_s");
+    else
+      key("lasts_s", self.lasts_s, within(0, 1e6), "duration");
+  }
 };
 
 // A control outside of the box that leads the machine cycle by cycle, in place of the emulated one.
 struct WorldOutsideControl {
-  std::uint16_t port{};  // of TCP on this computer
-  std::int64_t cycle_ns{};
+  std::uint16_t port{};
+  std::int64_t cycle_ns{1'000'000};
   bool b_swivels_head{};  // and tilts no table
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("port", self.port, within(1, 65535), "of TCP on this computer");
+    key("cycle_us", self.cycle_ns, within(100, 10'000).times(1000).orUsual(), "of the control");
+  }
 };
 
 struct World {
@@ -258,20 +454,23 @@ struct World {
   WorldProbe probe;
   std::optional<WorldTouchTrigger> touch_trigger;
   WorldSphere sphere;
-  // Parts without a description do not exist.
+  // Parts without a description do not exist; the spindles are there, without balls and with one tool.
   std::optional<WorldPlates> plates;
-  std::optional<WorldPartSpindle> part_spindle;
+  WorldPartSpindle part_spindle;
   std::optional<WorldTiltingTable> tilting_table;
   std::optional<WorldSwivelHead> swivel_head;
-  std::optional<WorldProbeSpindle> probe_spindle;
-  std::optional<WorldRotary> rotary;
+  WorldProbeSpindle probe_spindle;
+  std::vector<WorldTool> further_tools;  // in the magazine
+  WorldRotary rotary;
   std::array<std::optional<WorldScrew>, 3> screws;
   std::optional<WorldToolSetter> tool_setter;
-  std::vector<WorldCutter> cutters;
-  std::optional<WorldSensorHead> sensor_head;
   WorldCycle cycle;
   std::optional<WorldOutsideControl> outside_control;
   std::vector<WorldFault> faults;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("seed", self.seed, within(0, 1e15), "of everything random");  // TOML's integers are signed
+  }
 };
 
 }  // namespace probebox::board

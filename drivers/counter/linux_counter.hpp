@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "board/describe/encoder.hpp"
+#include "board/describe/box.hpp"
 #include "drivers/counter/port.hpp"
 #include "drivers/io/descriptor.hpp"
 

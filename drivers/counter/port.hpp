@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "board/describe/encoder.hpp"
+#include "board/describe/box.hpp"
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/time.hpp"
 

@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "board/describe/sensors.hpp"
+#include "board/describe/box.hpp"
 #include "drivers/iio/decode.hpp"
 
 namespace probebox::iio {

@@ -2,12 +2,65 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "board/describe/world.hpp"
 #include "drivers/world/places.hpp"
-#include "drivers/world/prompts.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::world {
 namespace {
+
+// Returns whether the step moves one axis alone without contact.
+bool movesOneAxis(StepKind kind) {
+  return kind == StepKind::jog || kind == StepKind::sweep;
+}
+
+// Returns whether the stylus or the tool touches a surface in the step.
+bool touches(StepKind kind) {
+  return kind == StepKind::touch || kind == StepKind::in_out;
+}
+
+bool isPath(const ScanPath& scan) {
+  const auto isArc = [](double rad) { return rad > 0 && rad < kTurn; };
+  const auto isDepth = [](double mm) { return mm > 0 && mm < 10; };
+  const auto arcs = std::span{scan.arcs_rad}.first(std::min<std::size_t>(scan.count, ScanPath::kMostArcs));
+  return scan.count >= 1 && scan.count <= ScanPath::kMostArcs && std::ranges::all_of(arcs, isArc) &&
+         std::ranges::all_of(scan.depths_mm, isDepth) && std::isfinite(scan.start_rad) && std::abs(scan.sense) == 1 &&
+         (scan.chords || isArc(scan.ramp_rad));
+}
+
+// Returns whether a machine can follow the prompt; it does not move for others.
+bool canBeFollowed(const Prompt& prompt) {
+  const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
+  const auto isLength = [](double mm) { return mm > 0 && mm < 100; };
+  const auto isTravel = [](double mm) { return mm > 0 && mm < 1000; };
+  const bool timed = prompt.nominal_speed_mm_s > 0 && std::isfinite(prompt.nominal_speed_mm_s);
+  if (prompt.kind == StepKind::rest) return prompt.rest_s > 0 && prompt.rest_s < 3600;
+  if (movesOneAxis(prompt.kind)) return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && timed;
+  const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
+                        (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);
+  const bool is_part = prompt.feature == StepFeature::part_ball;
+  if (is_part && (prompt.ball < 1 || prompt.ball > board::WorldPartSpindle::kMostBalls)) return false;
+  if (prompt.kind == StepKind::turn) {
+    const bool turned = std::isfinite(prompt.turn_line_rad) && std::isfinite(prompt.turn_to_rad);
+    return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && isLength(prompt.overtravel_mm) &&
+           turnable && turned && prompt.turn_speed_rad_s > 0 && is_part;
+  }
+  if (prompt.kind == StepKind::hold)
+    return isDirection(prompt.outward_normal) && prompt.travel_mm >= 0 && prompt.travel_mm < 10 && turnable && timed;
+  if (prompt.kind == StepKind::scan)
+    return prompt.feature == StepFeature::datum_sphere && isPath(prompt.scan) && isLength(prompt.clearance_mm) && timed;
+  const bool approaches =
+      prompt.approach_direction == Vector3{} ||
+      (isDirection(prompt.approach_direction) && dot(prompt.outward_normal, prompt.approach_direction) < 0);
+  const bool by_shank = prompt.shank_height_mm != 0;
+  if (by_shank && (!isTravel(prompt.shank_height_mm) || prompt.kind != StepKind::touch)) return false;
+  return isDirection(prompt.outward_normal) && isDirection(prompt.retract_direction) && approaches && turnable &&
+         prompt.run_out_mm >= 0 && prompt.run_out_mm < 100 &&
+         dot(prompt.outward_normal, prompt.retract_direction) > 0 && isLength(prompt.overtravel_mm) &&
+         isLength(prompt.clearance_mm) && timed;
+}
 
 // The box publishes its state a moment after it has answered a marker.
 constexpr Nanoseconds kPublishing = std::chrono::milliseconds{500};
@@ -125,7 +178,7 @@ void Controller::ask() {
   home();
   switch (status_->state) {
     case RunState::waiting:
-      if (canBeFollowed(*status_) && known(*status_)) follow(*status_);
+      if (canBeFollowed(*status_) && knows(*status_)) follow(*status_);
       return;
     case RunState::running:
       // A step has begun that nobody does: its end was lost, or the answer to its begin.
@@ -134,7 +187,7 @@ void Controller::ask() {
       ++abandoned_steps_;
       return post(MarkerPhase::abandon, Activity::abandoning);
     default:
-      if (machine_.commandedPosition() != config_.park_mm) park();
+      if (machine_.commandedPosition() != config_.park_mm()) park();
   }
 }
 
@@ -143,7 +196,7 @@ void Controller::follow(const Prompt& prompt) {
   if (step_.kind == StepKind::rest) return enter(Activity::settling);
   if (movesOneAxis(step_.kind)) {
     rise();
-    route_.add(config_.park_mm);
+    route_.add(config_.park_mm());
     return enter(Activity::travelling);
   }
   // A shank never goes round a ball: that hangs in its way from above.
@@ -156,26 +209,29 @@ void Controller::follow(const Prompt& prompt) {
 }
 
 // The features and axes that this controller has been shown.
-bool Controller::known(const Prompt& prompt) const {
-  if (prompt.b_moves == BMoves::table && !config_.table.tilts) return false;
-  if (prompt.b_moves == BMoves::head && !config_.head.swivels) return false;
-  if (prompt.mount > 1 + config_.part.further_mount_count) return false;
+bool Controller::knows(const Prompt& prompt) const {
+  const auto& known = config_.known;
+  if (prompt.b_moves == BMoves::table && !known.tilting_table) return false;
+  if (prompt.b_moves == BMoves::head && !known.swivel_head) return false;
+  if (prompt.mount > 1 + known.part_spindle.further_mounts.size()) return false;
+  const auto& first = known.probe_spindle;
   const bool has_tool =
-      std::ranges::find(config_.tools, prompt.tool, &ControllerConfig::Tool::number) != config_.tools.end();
+      prompt.tool == first.tool ||
+      std::ranges::find(known.further_tools, prompt.tool, &board::WorldTool::number) != known.further_tools.end();
   if (prompt.tool != 0 && !has_tool) return false;
   if (prompt.shank_height_mm != 0) {
     const bool ball = prompt.feature == StepFeature::datum_sphere || prompt.feature == StepFeature::part_ball;
-    if (!config_.shank.known || prompt.tool != config_.shank.tool || !ball) return false;
+    if (!first.shank || prompt.tool != first.tool || !ball) return false;
   }
   switch (prompt.feature) {
     case StepFeature::datum_sphere:
       return true;
     case StepFeature::plates:
-      return config_.plates.known;
+      return known.plates.has_value();
     case StepFeature::part_ball:
-      return prompt.ball >= 1 && prompt.ball <= config_.part.ball_count;
+      return prompt.ball >= 1 && prompt.ball <= known.part_spindle.balls_mm.size();
     case StepFeature::tool_setter:
-      return config_.setter.known;
+      return known.tool_setter.has_value();
   }
   return false;
 }
@@ -191,7 +247,7 @@ Pose Controller::pose() const {
 
 // A step that says nothing about it is done with the first.
 std::uint32_t Controller::tool() const {
-  return step_.tool != 0 ? step_.tool : config_.tools.front().number;
+  return step_.tool != 0 ? step_.tool : config_.known.probe_spindle.tool;
 }
 
 bool Controller::mustTurn() const {
@@ -308,7 +364,7 @@ void Controller::touch() {
     if (elapsed(config_.afterwards + rest)) post(MarkerPhase::end, Activity::ending);
     return;
   }
-  if (activity_ == Activity::dwelling && !elapsed(config_.dwell)) return;
+  if (activity_ == Activity::dwelling && !elapsed(config_.dwell())) return;
   if (step_.kind == StepKind::hold || step_.kind == StepKind::rest) return enter(Activity::recording);
   if (movesOneAxis(step_.kind)) {
     const Vector3 target = machine_.commandedPosition() + step_.travel_mm * step_.outward_normal;
@@ -327,7 +383,7 @@ void Controller::touch() {
 
 // The skip input stops C, as soon as its drive can.
 void Controller::turnUntilContact() {
-  const Vector3& ball = config_.part.balls_mm[step_.ball - 1U];
+  const Vector3& ball = config_.known.part_spindle.balls_mm.at(step_.ball - 1U);
   const double beyond_rad = step_.overtravel_mm / std::hypot(ball[0], ball[1]);
   machine_.turnUntilContact(step_.turn_to_rad, step_.turn_speed_rad_s, now_, beyond_rad);
   enter(Activity::approaching);
@@ -348,7 +404,7 @@ void Controller::withdraw() {
 void Controller::park() {
   pressing_ = false;
   rise();
-  const auto& [x, y, z] = config_.park_mm;
+  const auto& [x, y, z] = config_.park_mm();
   // High enough to level the head there, which lowers the tip.
   Pose level = machine_.commandedPose();
   level.head_rad = 0;
@@ -366,10 +422,10 @@ void Controller::level() {
   pose.table_rad = 0;
   if (pose != machine_.commandedPose()) {
     machine_.turnTo(pose, now_);
-  } else if (machine_.tool() != config_.tools.front().number) {
-    machine_.takeTool(config_.tools.front().number, now_);
-  } else if (machine_.commandedPosition() != config_.park_mm) {
-    machine_.traverseTo(config_.park_mm, now_);
+  } else if (machine_.tool() != config_.known.probe_spindle.tool) {
+    machine_.takeTool(config_.known.probe_spindle.tool, now_);
+  } else if (machine_.commandedPosition() != config_.park_mm()) {
+    machine_.traverseTo(config_.park_mm(), now_);
   } else {
     enter(Activity::asking);
   }
@@ -389,7 +445,7 @@ Vector3 Controller::surface() const {
     const auto& n = step_.outward_normal;
     return at.centre + Vector3{n[0] * at.half_mm[0], n[1] * at.half_mm[1], n[2] * at.half_mm[2]};
   }
-  if (at.shape == Place::Shape::gap) return at.centre - config_.plates.half_way_mm * step_.outward_normal;
+  if (at.shape == Place::Shape::gap) return at.centre - config_.half_way_mm() * step_.outward_normal;
   return at.centre + (at.keep_out_mm - config_.safe_distance_mm) * step_.outward_normal;
 }
 
@@ -397,6 +453,60 @@ Vector3 Controller::surface() const {
 Vector3 Controller::outOfSurface(double distance_mm) const {
   const bool told = step_.approach_direction != Vector3{};
   return surface() + distance_mm * (told ? -step_.approach_direction : step_.retract_direction);
+}
+// Scans: onto the surface, along it in contact, and off it.
+
+// Off the surface first.
+void Controller::finish() {
+  if (!pressing_) return askAnew();
+  machine_.moveTo(offSurface(), step_.nominal_speed_mm_s, now_);
+  enter(Activity::leaving);
+}
+
+void Controller::enterScan() {
+  way_ = 0;
+  scan_rad_ = step_.scan.start_rad;
+  pressing_ = true;
+  machine_.moveTo(onScan(step_.scan.depths_mm[0]), step_.nominal_speed_mm_s, now_);
+  enter(Activity::entering);
+}
+
+void Controller::scan() {
+  if (!machine_.atRest(now_)) {
+    entered_ = now_;
+    return;
+  }
+  if (activity_ == Activity::leaving) {
+    pressing_ = false;
+    return askAnew();
+  }
+  if (activity_ == Activity::entering) {
+    if (elapsed(config_.dwell())) post(MarkerPhase::begin, Activity::beginning);
+    return;
+  }
+  if (!nextWay()) enter(Activity::recording);
+}
+
+// Exact stops between the ways.
+bool Controller::nextWay() {
+  if (way_ >= waysOf(step_.scan)) return false;
+  const ScanWay way = wayOf(step_.scan, way_++);
+  scan_rad_ += way.turn_rad;
+  if (way.is_arc) return machine_.slideRound(place().centre, way.turn_rad, step_.nominal_speed_mm_s, now_);
+  return machine_.slideTo(onScan(way.to_depth_mm), step_.nominal_speed_mm_s, now_);
+}
+
+// Where the centre of the stylus ball is to be for a depth, from where the scan has come to.
+Vector3 Controller::onScan(double depth_mm) const {
+  const Place at = place();
+  const double radius_mm = at.keep_out_mm - config_.safe_distance_mm - depth_mm;
+  return at.centre + radius_mm * Vector3{std::cos(scan_rad_), std::sin(scan_rad_), 0};
+}
+
+Vector3 Controller::offSurface() const {
+  const Place at = place();
+  const double distance_mm = at.keep_out_mm - config_.safe_distance_mm + step_.clearance_mm;
+  return at.centre + distance_mm * unit(machine_.commandedPosition() - at.centre);
 }
 
 }  // namespace probebox::world

@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "drivers/world/box_link.hpp"
-#include "drivers/world/controller_config.hpp"
 #include "drivers/world/machine.hpp"
+#include "drivers/world/places.hpp"
 #include "drivers/world/route.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/events/event.hpp"
@@ -58,7 +58,7 @@ class Controller {
   void home();
   void ask();
   void follow(const Prompt& prompt);
-  bool known(const Prompt& prompt) const;
+  bool knows(const Prompt& prompt) const;
   Pose pose() const;
   bool mustTurn() const;
   std::size_t mount() const;

@@ -7,15 +7,19 @@
 namespace probebox::world {
 Encoders::Encoders(const Config& config, std::uint64_t seed)
     : config_{config.encoders},
+      c_counts_per_deg_{config.rotary.c_counts_per_deg},
+      c_power_up_deg_{config.c_power_up_deg},
       tau_s_{config.delays.tau_machine_s},
       random_{seed, RandomStream::encoders},
-      sampling_{config.start, config.encoders.rate_hz, random_} {}
+      sampling_{config.start, config.encoders.rate_hz, random_} {
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) sense_[axis] = config.machine.axes[axis].sense;
+}
 
 bool Encoders::take(Event& event, const Machine& machine, const Screws& screws, const FaultSchedule& faults,
                     Ledger& ledger) {
   const MonoTime at = nextAt();
   const bool is_linear = axis_ < kLinearAxes;
-  if (!faults.active(FaultKind::stick_encoders, at)) {
+  if (!faults.active(FaultKind::encoders_stuck, at)) {
     if (is_linear) {
       position_mm_[axis_] = screws.motorPosition_mm(axis_, machine.positionAt(at, tau_s_[axis_])[axis_], at);
     } else {
@@ -24,8 +28,8 @@ bool Encoders::take(Event& event, const Machine& machine, const Screws& screws, 
   }
   event = is_linear ? countOf(axis_, at) : Event{angleCount(at)};
   const bool missed = is_linear ? random_.happens(config_.dropout_probability)  // the same with an angle and without
-                                : faults.active(FaultKind::drop_angles, at);
-  const bool dropped = missed || faults.active(FaultKind::drop_encoders, at);
+                                : faults.active(FaultKind::angles_silent, at);
+  const bool dropped = missed || faults.active(FaultKind::encoders_silent, at);
   ++ledger.encoder_latches;
   if (dropped) ++ledger.dropped_encoders;
   if (++axis_ == axes()) axis_ = 0, ++latch_;
@@ -37,15 +41,15 @@ Event Encoders::countOf(std::size_t axis, MonoTime at) {
       position_mm_[axis] + config_.power_up_mm[axis] + 1e-3 * config_.noise_um * random_.normal();
   return Count{.axis = static_cast<Axis>(axis),
                .sequence = static_cast<std::uint32_t>(latch_),
-               .counts = config_.sense[axis] * std::llround(position_mm * config_.counts_per_mm),
+               .counts = sense_[axis] * std::llround(position_mm * config_.counts_per_mm),
                .at = at};
 }
 
 AngleCount Encoders::angleCount(MonoTime at) const {
-  const double angle_deg = degrees(angle_rad_) + config_.c_power_up_deg;
+  const double angle_deg = degrees(angle_rad_) + c_power_up_deg_;
   return {.axis = RotaryAxis::c,
           .sequence = static_cast<std::uint32_t>(latch_),
-          .counts = std::llround(angle_deg * config_.c_counts_per_deg),
+          .counts = std::llround(angle_deg * c_counts_per_deg_),
           .at = at};
 }
 

@@ -6,7 +6,6 @@
 #include "drivers/world/fault_schedule.hpp"
 #include "drivers/world/machine.hpp"
 #include "drivers/world/random.hpp"
-#include "drivers/world/sampling.hpp"
 #include "drivers/world/screws.hpp"
 #include "drivers/world/truth.hpp"
 #include "protocol/events/event.hpp"
@@ -26,11 +25,13 @@ class Encoders {
   void restart(std::size_t axis) { config_.power_up_mm.at(axis) = -position_mm_.at(axis); }
 
  private:
-  std::size_t axes() const { return config_.c_counts_per_deg > 0 ? kLinearAxes + 1 : kLinearAxes; }
+  std::size_t axes() const { return c_counts_per_deg_ > 0 ? kLinearAxes + 1 : kLinearAxes; }
   Event countOf(std::size_t axis, MonoTime at);
   AngleCount angleCount(MonoTime at) const;
 
-  EncoderConfig config_;
+  board::WorldEncoders config_;
+  std::array<int, kLinearAxes> sense_{};
+  double c_counts_per_deg_, c_power_up_deg_;
   Vector3 tau_s_;
   Random random_;
   Sampling sampling_;

@@ -3,7 +3,6 @@
 #include <optional>
 #include <string>
 
-#include "drivers/world/lead.hpp"
 #include "drivers/world/world.hpp"
 #include "protocol/units/time.hpp"
 

@@ -37,10 +37,10 @@ class Side {
 }  // namespace
 
 IndexLines::IndexLines(const Config& config)
-    : lateness_{std::llround(1e9 * config.delays.tau_probe_s + 1e3 * config.sync.bias_us)}, searched_{config.start} {
+    : lateness_{std::llround(1e9 * config.delays.tau_probe_s + 1e3 * config.clock.bias_us)}, searched_{config.start} {
   for (std::size_t axis = 0; axis < fitted_.size(); ++axis) {
-    fitted_[axis] = config.marks_mm[axis].has_value();
-    mark_mm_[axis] = config.marks_mm[axis].value_or(0);
+    fitted_[axis] = config.machine.axes[axis].reference.has_index;
+    mark_mm_[axis] = config.machine.axes[axis].reference.index_mm;
   }
 }
 

@@ -5,15 +5,19 @@
 
 namespace probebox::world {
 
-double latenessNs(const SyncConfig& config, Random& random, bool& outlier) {
-  double late_us = config.bias_us;
-  if (config.jitter == Jitter::gauss) {
-    late_us += config.jitter_us * std::clamp(random.normal(), -kLargestDeviate, kLargestDeviate);
-  } else if (config.jitter == Jitter::lognormal) {
-    late_us += config.jitter_us * std::exp(config.jitter_shape * random.normal());
+namespace {
+constexpr double kJitterShape = 0.5;  // standard deviation of the logarithm (lognormal)
+}  // namespace
+
+double latenessNs(const board::WorldClock& clock, Random& random, bool& outlier) {
+  double late_us = clock.bias_us;
+  if (clock.jitter == board::Jitter::gauss) {
+    late_us += clock.jitter_us * std::clamp(random.normal(), -kLargestDeviate, kLargestDeviate);
+  } else if (clock.jitter == board::Jitter::lognormal) {
+    late_us += clock.jitter_us * std::exp(kJitterShape * random.normal());
   }
-  outlier = random.happens(config.outlier_probability);
-  if (outlier) late_us += random.uniform() * config.outlier_us;
+  outlier = random.happens(clock.outlier_probability);
+  if (outlier) late_us += random.uniform() * clock.outlier_us;
   return 1e3 * late_us;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "drivers/world/config.hpp"
+#include "board/describe/world.hpp"
 #include "drivers/world/random.hpp"
 
 namespace probebox::world {
@@ -8,6 +8,6 @@ namespace probebox::world {
 inline constexpr double kLargestDeviate = 6;
 
 // Draws the delay of the stamp of an edge by the emulated kernel, ns; negative for a stamp that is too early.
-double latenessNs(const SyncConfig& config, Random& random, bool& outlier);
+double latenessNs(const board::WorldClock& clock, Random& random, bool& outlier);
 
 }  // namespace probebox::world

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <span>
 
+#include "protocol/units/angle.hpp"
+
 namespace probebox::world {
 Machine::Machine(const Config& config, std::uint64_t seed)
     : axes_{config.axes},
@@ -11,21 +13,22 @@ Machine::Machine(const Config& config, std::uint64_t seed)
       part_axis_{unit(config.part_spindle.direction)},
       rotary_{config.rotary},
       probe_spindle_{config.probe_spindle},
-      head_{config.swivel_head},
-      linear_errors_{config.linear_errors},
+      further_tools_{config.further_tools},
+      head_{config.swivel_head.value_or(board::WorldSwivelHead{})},
+      linear_errors_{config.linear_axes},
       motion_{config.axes.home_mm},
       commanded_mm_{config.axes.home_mm},
       solids_{config},
       stylus_{config.probe},
       random_{seed, RandomStream::machine},
-      mounts_{1 + config.part_spindle.further_mount_count} {
+      mounts_{1 + config.part_spindle.further_mounts.size()} {
   probe_spindle_.direction = unit(probe_spindle_.direction);
   head_.direction = unit(head_.direction);
   tool_ = toolOf(probe_spindle_.tool);
   stands_.a_rad = stopAt(0, rotary_.noise_rad);
   stands_.c_rad = stopAt(0, rotary_.noise_rad);
-  if (config.tilting_table.fitted) stands_.table_rad = stopAt(0, rotary_.noise_rad);
-  if (head_.fitted) stands_.head_rad = stopAt(0, head_.noise_rad);
+  if (config.tilting_table) stands_.table_rad = stopAt(0, rotary_.noise_rad);
+  if (config.swivel_head) stands_.head_rad = stopAt(0, head_.noise_rad);
   hold_ = holdAt(stands_, tool_);
   solids_.turnPart(stands_.part());
   standFrom(MonoTime::min());
@@ -298,7 +301,7 @@ bool Machine::takeTool(std::uint32_t number, MonoTime now) {
   return true;
 }
 
-void Machine::change(const ToolConfig& tool) {
+void Machine::change(const board::WorldTool& tool) {
   if (touching()) ++crashes_;
   tool_ = tool;
   hold_ = holdAt(stands_, tool_);
@@ -353,9 +356,9 @@ bool Machine::comesFromAside(const Move& move) const {
 }
 
 // The first one for a number that is not there.
-ToolConfig Machine::toolOf(std::uint32_t number) const {
-  const auto found = std::ranges::find(probe_spindle_.further_tools, number, &ToolConfig::number);
-  if (found != probe_spindle_.further_tools.end()) return *found;
+board::WorldTool Machine::toolOf(std::uint32_t number) const {
+  const auto found = std::ranges::find(further_tools_, number, &board::WorldTool::number);
+  if (found != further_tools_.end()) return *found;
   return {.number = probe_spindle_.tool,
           .offset_mm = probe_spindle_.stylus_offset_mm,
           .length_mm = probe_spindle_.stylus_length_mm,
@@ -386,7 +389,7 @@ const TurnOfPart* Machine::turnedInto() const {
 
 // The reference lies on the spindle's axis; the ball hangs below it. Positions count from where an ideal spindle in a
 // level head would hold the ball of the first tool.
-Hold Machine::holdAt(const Pose& pose, const ToolConfig& tool) const {
+Hold Machine::holdAt(const Pose& pose, const board::WorldTool& tool) const {
   const auto& [x, y] = tool.offset_mm;
   const Vector3 from_axis{x, y, -tool.length_mm};
   const Vector3 hanging = rotation(probe_spindle_.direction, pose.a_rad) * from_axis;
@@ -408,6 +411,32 @@ Hold Machine::holdAt(const Pose& pose, const ToolConfig& tool) const {
                        .lever = shank->lever};
   }
   return hold;
+}
+
+namespace {
+
+double waveAt(const board::WorldWave& wave, double position_mm) {
+  if (wave.amplitude_mm == 0) return 0;
+  return wave.amplitude_mm * std::sin(kTurn * position_mm / wave.length_mm + wave.phase_rad);
+}
+
+}  // namespace
+
+LinearErrors::LinearErrors(const board::WorldLinearAxes& config)
+    : config_{config}, none_{config == board::WorldLinearAxes{}} {}
+
+Vector3 LinearErrors::at(const Vector3& position) const {
+  if (none_) return {};
+  const auto& [x, y, z] = position;
+  const auto& [ea0z_rad, eb0z_rad, ec0y_rad] = config_.squareness_rad;
+  // Y is turned about Z, and Z about X and Y, against an X that is straight.
+  Vector3 error{eb0z_rad * z - ec0y_rad * y, -ea0z_rad * z, 0};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    error[axis] += config_.scale[axis] * position[axis];
+    for (std::size_t direction = 0; direction < 3; ++direction)
+      error[direction] += waveAt(config_.waves[axis][direction], position[axis]);
+  }
+  return error;
 }
 
 }  // namespace probebox::world

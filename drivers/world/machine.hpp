@@ -1,22 +1,60 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <utility>
+#include <vector>
 
+#include "board/describe/world.hpp"
 #include "drivers/world/config.hpp"
-#include "drivers/world/linear_errors.hpp"
 #include "drivers/world/motion.hpp"
-#include "drivers/world/pose.hpp"
 #include "drivers/world/random.hpp"
 #include "drivers/world/sensor_head.hpp"
 #include "drivers/world/solids.hpp"
 #include "drivers/world/stylus.hpp"
-#include "drivers/world/turn_history.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::world {
+
+// Angles of the rotary axes: the probe's spindle, the head that holds it, the table under the part, the part's spindle.
+struct Pose {
+  double a_rad{};
+  double head_rad{};
+  double table_rad{};
+  double c_rad{};
+
+  PartPose part() const { return {c_rad, table_rad}; }
+  friend bool operator==(const Pose&, const Pose&) = default;
+};
+
+// The longest of the turns from one pose to another.
+inline double wayBetween(const Pose& from, const Pose& to) {
+  return std::max({std::abs(to.a_rad - from.a_rad), std::abs(to.head_rad - from.head_rad),
+                   std::abs(to.table_rad - from.table_rad), std::abs(to.c_rad - from.c_rad)});
+}
+
+inline Pose between(const Pose& from, const Pose& to, double share) {
+  const auto at = [share](double one, double other) { return one + share * (other - one); };
+  return {at(from.a_rad, to.a_rad), at(from.head_rad, to.head_rad), at(from.table_rad, to.table_rad),
+          at(from.c_rad, to.c_rad)};
+}
+
+// Computes the geometric errors of the linear axes (board::WorldLinearAxes).
+class LinearErrors {
+ public:
+  explicit LinearErrors(const board::WorldLinearAxes& config);
+
+  // Returns the position of the body minus the position on the scales, mm. Exactly zero for a machine without errors.
+  Vector3 at(const Vector3& position) const;
+  bool none() const { return none_; }
+
+ private:
+  board::WorldLinearAxes config_;
+  bool none_;
+};
 
 // Emulates a machine: three linear axes carry the probe or a tool in a spindle (rotary axis A) in a head that may
 // swivel; a part spindle (C) stands on a table that may tilt. A position is that of the moving reference: the centre of
@@ -110,9 +148,11 @@ class Machine {
   std::uint64_t crashes() const { return crashes_; }
 
  private:
+  static constexpr double kJerkTime_s = 0.001;  // rise and fall time of the acceleration
+
   double stopAt(double angle_rad, double noise_rad) { return angle_rad + noise_rad * random_.normal(); }
-  Hold holdAt(const Pose& pose, const ToolConfig& tool) const;
-  ToolConfig toolOf(std::uint32_t number) const;
+  Hold holdAt(const Pose& pose, const board::WorldTool& tool) const;
+  board::WorldTool toolOf(std::uint32_t number) const;
   bool strikesOnTheWayTo(const Pose& pose) const;
   const TurnOfPart* turnedInto() const;  // null where the stylus does not touch by a turn
   void strike(double c_rad, const Instant& at, double sense, double speed_rad_s);
@@ -126,19 +166,20 @@ class Machine {
   std::optional<double> shareUntilMet(const Vector3& reached_mm) const;
   bool comesFromAside(const Move& move) const;
   Move ofTheBody(const Move& move) const;
-  MotionLimits limits(double speed_mm_s) const { return {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}; }
+  MotionLimits limits(double speed_mm_s) const { return {speed_mm_s, axes_.acceleration_mm_s2, kJerkTime_s}; }
   void turn(const Pose& pose, MonoTime from, MonoTime until);
   void standAt(const Pose& pose, MonoTime from, MonoTime until);
-  void change(const ToolConfig& tool);
+  void change(const board::WorldTool& tool);
   void putInto(std::size_t mount);
   void standFrom(MonoTime since);
   void standStillFor(Nanoseconds duration, MonoTime now);
 
-  AxesConfig axes_;
+  board::WorldAxes axes_;
   Vector3 part_point_, part_axis_;  // with the table level
-  RotaryConfig rotary_;
-  ProbeSpindleConfig probe_spindle_;
-  SwivelHeadConfig head_;
+  board::WorldRotary rotary_;
+  board::WorldProbeSpindle probe_spindle_;
+  std::vector<board::WorldTool> further_tools_;
+  board::WorldSwivelHead head_;
   LinearErrors linear_errors_;
   MotionHistory motion_;
   Drives drives_;
@@ -150,7 +191,7 @@ class Machine {
   Hold hold_;
   Pose commanded_;
   Pose stands_;  // true angles
-  ToolConfig tool_;
+  board::WorldTool tool_;
   std::size_t mounts_;
   std::size_t mount_{1};
   TurnHistory part_;  // C by its encoder

@@ -2,57 +2,72 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
+#include "drivers/world/solids.hpp"
 #include "drivers/world/vector.hpp"
 
 namespace probebox::world {
 namespace {
 
+// Takes an axis to be along that of the machine which it is nearly along.
+Vector3 nominal(const Vector3& direction) {
+  return {std::round(direction[0]), std::round(direction[1]), std::round(direction[2])};
+}
+
 // The first one for a number that is not there.
-const ControllerConfig::Tool& toolNumbered(const ControllerConfig& config, std::uint32_t number) {
-  const auto found = std::ranges::find(config.tools, number, &ControllerConfig::Tool::number);
-  return found != config.tools.end() ? *found : config.tools.front();
+board::WorldTool toolNumbered(const board::World& known, std::uint32_t number) {
+  const auto found = std::ranges::find(known.further_tools, number, &board::WorldTool::number);
+  if (found != known.further_tools.end()) return *found;
+  return {.number = known.probe_spindle.tool, .length_mm = known.probe_spindle.stylus_length_mm};
+}
+
+Matrix3 swivelled(const board::World& known, const Pose& pose) {
+  return rotation(nominal(known.swivel_head.value_or(board::WorldSwivelHead{}).direction), pose.head_rad);
 }
 
 // From where the machine says that it is to where the stylus ball, or the tip of a tool that cuts, ought to be.
-Vector3 tipIn(const ControllerConfig& config, std::uint32_t tool, const Pose& pose) {
-  const Vector3 hanging{0, 0, -toolNumbered(config, tool).length_mm}, arm = hanging - config.head.pivot_mm;
-  const Vector3 swung = rotation(config.head.axis, pose.head_rad) * arm - arm;  // exactly nothing while it is level
-  return hanging + swung + Vector3{0, 0, config.tools.front().length_mm};
+Vector3 tipIn(const board::World& known, std::uint32_t tool, const Pose& pose) {
+  const Vector3 pivot_mm = known.swivel_head ? known.swivel_head->pivot_mm : Vector3{};
+  const Vector3 hanging{0, 0, -toolNumbered(known, tool).length_mm}, arm = hanging - pivot_mm;
+  const Vector3 swung = swivelled(known, pose) * arm - arm;  // exactly nothing while it is level
+  return hanging + swung + Vector3{0, 0, known.probe_spindle.stylus_length_mm};
 }
 
-Vector3 ballOfThePart(const ControllerConfig& config, const Prompt& step, const Pose& pose) {
-  const auto& [part, table] = std::tie(config.part, config.table);
-  const Vector3& as_described = part.balls_mm[step.ball - 1U];
-  const Vector3 at = step.mount > 1 ? part.further_mounts.at(step.mount - 2U).place(as_described) : as_described;
+Vector3 ballOfThePart(const board::World& known, const Prompt& step, const Pose& pose) {
+  const auto& part = known.part_spindle;
+  const auto table = known.tilting_table.value_or(board::WorldTiltingTable{});
+  const Vector3& as_described = part.balls_mm.at(step.ball - 1U);
+  const Vector3 at = step.mount > 1 ? inMount(part.further_mounts.at(step.mount - 2U), as_described) : as_described;
   const Vector3 level = part.point_mm + rotation({0, 0, 1}, pose.c_rad) * at;
-  return table.point_mm + rotation(table.axis, pose.table_rad) * (level - table.point_mm);
+  return table.point_mm + rotation(nominal(table.direction), pose.table_rad) * (level - table.point_mm);
 }
 
 // touching: from where the machine says that it is to what touches.
 Place aroundBall(const ControllerConfig& config, const Prompt& step, const Pose& pose, const Vector3& touching) {
+  const auto& known = config.known;
   const bool of_part = step.feature == StepFeature::part_ball, by_shank = step.shank_height_mm != 0;
-  const Vector3 ball = of_part ? ballOfThePart(config, step, pose) : config.nominal_centre_mm;
+  const Vector3 ball = of_part ? ballOfThePart(known, step, pose) : known.sphere.centre_mm;
   // A sensor head comes over its ball from above.
   if (step.kind == StepKind::hold) return {Place::Shape::gap, ball - touching, 0, {}};
-  const double surface_mm = (of_part ? config.part.effective_radius_mm : config.nominal_effective_radius_mm) +
-                            (by_shank ? config.shank.further_out_mm : 0);
+  const auto& shank = known.probe_spindle.shank;
+  const double touching_radius_mm = by_shank && shank ? shank->radius_mm : known.sphere.stylus_ball_radius_mm;
+  const double surface_mm = (of_part ? known.part_spindle.ball_radius_mm : known.sphere.radius_mm) + touching_radius_mm;
   return {
       by_shank ? Place::Shape::beside : Place::Shape::round, ball - touching, surface_mm + config.safe_distance_mm, {}};
 }
 
 // Beside the line above the axis of C, at the height that the ball has there.
-Place besideLine(const ControllerConfig& config, const Prompt& step, const Vector3& tip) {
-  const auto& [x, y, z] = config.part.balls_mm[step.ball - 1U];
-  const Vector3 on_line = config.part.point_mm + Vector3{0, std::hypot(x, y), z};
+Place besideLine(const board::World& known, const Prompt& step, const Vector3& tip) {
+  const auto& [x, y, z] = known.part_spindle.balls_mm.at(step.ball - 1U);
+  const Vector3 on_line = known.part_spindle.point_mm + Vector3{0, std::hypot(x, y), z};
   return {Place::Shape::gap, on_line + step.travel_mm * step.outward_normal - tip, 0, {}};
 }
 
 Place aroundSetter(const ControllerConfig& config, std::uint32_t tool_number, const Vector3& tip) {
-  const auto& setter = config.setter;
-  const auto& tool = toolNumbered(config, tool_number);
-  const double around_mm = tool.radius_mm.value_or(setter.stylus_ball_radius_mm);
+  const auto setter = config.known.tool_setter.value_or(board::WorldToolSetter{});
+  const auto tool = toolNumbered(config.known, tool_number);
+  // The edge of a turning tool comes to the faces in the place of a radius.
+  const double around_mm = tool.nose ? 0 : tool.radius_mm.value_or(config.known.sphere.stylus_ball_radius_mm);
   const double above_mm = tool.radius_mm ? 0 : around_mm;
   const Vector3 half = setter.half_width_mm + Vector3{around_mm, around_mm, above_mm};
   return {Place::Shape::block, setter.centre_mm - tip, norm(half) + config.safe_distance_mm, half};
@@ -61,11 +76,12 @@ Place aroundSetter(const ControllerConfig& config, std::uint32_t tool_number, co
 }  // namespace
 
 Place placeOf(const ControllerConfig& config, const Prompt& step, std::uint32_t tool, const Pose& pose) {
-  const Vector3 tip = tipIn(config, tool, pose);
-  if (step.kind == StepKind::turn) return besideLine(config, step, tip);
+  const auto& known = config.known;
+  const Vector3 tip = tipIn(known, tool, pose);
+  if (step.kind == StepKind::turn) return besideLine(known, step, tip);
   switch (step.feature) {
     case StepFeature::plates:
-      return {Place::Shape::gap, config.plates.middle_mm - tip, 0, {}};
+      return {Place::Shape::gap, (known.plates ? known.plates->middle_mm : Vector3{}) - tip, 0, {}};
     case StepFeature::tool_setter:
       return aroundSetter(config, tool, tip);
     case StepFeature::datum_sphere:
@@ -73,12 +89,12 @@ Place placeOf(const ControllerConfig& config, const Prompt& step, std::uint32_t 
       break;
   }
   // The shank is above the tip along the tool.
-  const Vector3 above = rotation(config.head.axis, pose.head_rad) * Vector3{0, 0, step.shank_height_mm};
+  const Vector3 above = swivelled(known, pose) * Vector3{0, 0, step.shank_height_mm};
   return aroundBall(config, step, pose, tip + above);
 }
 
 double freeHeight(const ControllerConfig& config, std::uint32_t tool, const Pose& pose) {
-  return config.park_mm[2] + std::max(0.0, -tipIn(config, tool, pose)[2]);
+  return config.park_mm()[2] + std::max(0.0, -tipIn(config.known, tool, pose)[2]);
 }
 
 }  // namespace probebox::world

@@ -6,7 +6,7 @@
 namespace probebox::world {
 Probe::Probe(const Config& config, std::uint64_t seed)
     : config_{config.probe},
-      samples_{!config.touch_trigger.fitted},
+      samples_{!config.touch_trigger},
       tau_s_{config.delays.tau_probe_s},
       channels_of_displacement_{inverse(config.probe.gain)},
       random_{seed, RandomStream::probe},
@@ -21,19 +21,19 @@ bool Probe::take(Event& event, const Machine& machine, const FaultSchedule& faul
   const double range_mm = head ? head->range_mm : config_.range_mm;
   for (std::size_t i = 0; i < channels_mm.size(); ++i) {
     const double noise_um =
-        (head ? head->noise_um : config_.noise_um) * (faults.active(FaultKind::shake_probe, deflection.at) ? 100 : 1);
+        (head ? head->noise_um : config_.noise_um) * (faults.active(FaultKind::probe_noisy, deflection.at) ? 100 : 1);
     const double read_mm = channels_mm[i] + 1e-3 * noise_um * random_.normal();
     const double clipped_mm = std::clamp(read_mm, -range_mm, range_mm);
     deflection.clipped |= clipped_mm != read_mm;
     deflection.channels_nm[i] = static_cast<std::int32_t>(std::lround(1e6 * clipped_mm));
   }
-  if (faults.active(FaultKind::freeze_probe, deflection.at)) {
+  if (faults.active(FaultKind::probe_frozen, deflection.at)) {
     deflection.channels_nm = last_nm_;
   } else {
     last_nm_ = deflection.channels_nm;
   }
   const bool dropped =
-      random_.happens(config_.dropout_probability) || faults.active(FaultKind::drop_probe, deflection.at);
+      random_.happens(config_.dropout_probability) || faults.active(FaultKind::probe_silent, deflection.at);
   event = deflection;
   ++sample_;
   ++ledger.probe_samples;

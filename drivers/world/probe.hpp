@@ -6,7 +6,6 @@
 #include "drivers/world/fault_schedule.hpp"
 #include "drivers/world/machine.hpp"
 #include "drivers/world/random.hpp"
-#include "drivers/world/sampling.hpp"
 #include "drivers/world/truth.hpp"
 #include "protocol/events/event.hpp"
 
@@ -24,7 +23,7 @@ class Probe {
   bool take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger);
 
  private:
-  ProbeConfig config_;
+  board::WorldProbe config_;
   bool samples_;
   double tau_s_;
   Matrix3 channels_of_displacement_;  // inverse of the gain

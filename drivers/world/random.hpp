@@ -2,6 +2,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "protocol/units/time.hpp"
+
 namespace probebox::world {
 
 // Who draws in the emulated machine. A number stays with its owner: the same seed gives the same world.
@@ -55,6 +57,21 @@ class Random {
   std::uint64_t state_;
   double spare_{};
   bool has_spare_{};
+};
+
+// Computes the sampling instants of a device: its own rate and phase, no drift against the monotonic clock.
+class Sampling {
+ public:
+  Sampling(MonoTime start, double rate_hz, Random& random)
+      : interval_ns_{1e9 / rate_hz}, first_{start + Nanoseconds{std::llround(random.uniform() * interval_ns_)}} {}
+
+  MonoTime at(std::int64_t index) const {
+    return first_ + Nanoseconds{std::llround(static_cast<double>(index) * interval_ns_)};
+  }
+
+ private:
+  double interval_ns_;
+  MonoTime first_;
 };
 
 }  // namespace probebox::world

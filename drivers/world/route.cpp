@@ -1,5 +1,9 @@
 #include "drivers/world/route.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 namespace probebox::world {
 
 void Route::add(SafePath path) {
@@ -47,6 +51,51 @@ Route Route::down(const Place& place, const Vector3& from, const Vector3& to) {
     route.add(SafePath{above, to, place.centre, place.keep_out_mm});
   }
   return route;
+}
+
+namespace {
+
+constexpr double kLongestStep = std::numbers::pi / 3;
+constexpr double kOverTheTopFrom = 1.75;  // rad, a little more than a right angle
+constexpr Vector3 kTop{0, 0, 1};
+
+// The direction from the centre; the top for a place in the centre itself.
+Vector3 directionOf(const Vector3& place, const Vector3& centre) {
+  const Vector3 direction = unit(place - centre);
+  return direction == Vector3{} ? kTop : direction;
+}
+
+double angleBetween(const Vector3& a, const Vector3& b) {
+  return std::atan2(norm(cross(a, b)), dot(a, b));
+}
+
+}  // namespace
+
+SafePath::SafePath(const Vector3& start, const Vector3& target, const Vector3& centre, double keep_out_mm) {
+  if (start == target) return;
+  // The middle of the longest chord touches the sphere that is kept out of; a hundredth more is for rounding.
+  const double shell_mm = 1.01 * keep_out_mm / std::cos(kLongestStep / 2);
+  const Vector3 from = directionOf(start, centre), to = directionOf(target, centre);
+  add(centre + shell_mm * from);
+  if (angleBetween(from, to) > kOverTheTopFrom) {
+    addArc(from, kTop, centre, shell_mm);
+    addArc(kTop, to, centre, shell_mm);
+  } else {
+    addArc(from, to, centre, shell_mm);
+  }
+  add(target);
+}
+
+void SafePath::addArc(const Vector3& from, const Vector3& to, const Vector3& centre, double shell_mm) {
+  const double angle = angleBetween(from, to);
+  Vector3 aside = unit(to - dot(from, to) * from);
+  // Straight through the centre every way round is as long.
+  if (std::sin(angle) < 1e-6) aside = unit(cross(from, std::abs(from[0]) < 0.5 ? Vector3{1, 0, 0} : Vector3{0, 1, 0}));
+  const auto steps = static_cast<int>(std::ceil(angle / kLongestStep - 1e-9));
+  for (int i = 1; i <= steps; ++i) {
+    const double turned = angle * i / steps;
+    add(centre + shell_mm * (std::cos(turned) * from + std::sin(turned) * aside));
+  }
 }
 
 }  // namespace probebox::world

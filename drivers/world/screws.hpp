@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "drivers/world/config.hpp"
 #include "drivers/world/fault_schedule.hpp"
@@ -37,7 +38,13 @@ class Screws {
   double face_um(std::size_t axis, double motor_mm) const;
 
  private:
-  std::array<ScrewConfig, 3> screws_;
+  // A screw that both descriptions know.
+  struct Screw {
+    board::WorldScrew warming;
+    board::ScrewDescription described;
+  };
+
+  std::array<std::optional<Screw>, 3> screws_;
   MonoTime start_;
   Nanoseconds interval_;
   Random random_;

@@ -21,9 +21,9 @@ struct HeadReading {
 // Records the state of the machine from an instant on, as far as a sensor head depends on it.
 struct HeadStand {
   MonoTime since{};
-  std::optional<SensorHeadConfig> head;  // nothing while something else is in the spindle
-  Vector3 centre{};                      // of the head, against the body
-  Matrix3 turned{};                      // from the head's own axes into the machine's
+  std::optional<board::WorldSensorHead> head;  // nothing while something else is in the spindle
+  Vector3 centre{};                            // of the head, against the body
+  Matrix3 turned{};                            // from the head's own axes into the machine's
   BallCentres balls;
 };
 

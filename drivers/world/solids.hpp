@@ -3,14 +3,46 @@
 #include <cstddef>
 #include <optional>
 
+#include "board/describe/world.hpp"
 #include "drivers/world/config.hpp"
-#include "drivers/world/meeting.hpp"
 #include "drivers/world/motion.hpp"
-#include "drivers/world/shank.hpp"
-#include "drivers/world/solid_ball.hpp"
 #include "drivers/world/vector.hpp"
 
 namespace probebox::world {
+
+// Point at which a straight path of the stylus ball's centre meets a surface.
+struct Meeting {
+  double distance_mm{};  // along the way
+  Vector3 normal{};      // of the surface, outward
+  bool setter{};         // of the tool-setting device
+  double lever{1};       // displacement of the stylus' ball per displacement of the touching part
+};
+
+// Models a ball for the path of the stylus ball's centre.
+struct SolidBall {
+  Vector3 centre{};
+  double reach_mm{};  // radius of the ball and of the stylus ball
+
+  std::optional<Meeting> meet(const Move& way) const;
+};
+
+// Models the shank above the stylus' ball in its current orientation: a cylinder with round ends.
+struct Shank {
+  Vector3 low{}, high{};  // the ends of its axis, from the centre of the stylus' ball
+  double radius_mm{};
+  double lever{1};  // displacement of the ball per displacement of the shank
+
+  // Returns where on a straight path of the stylus ball's centre the shank touches a ball. For a path that begins
+  // inside, it is the point of entry before the beginning.
+  std::optional<Meeting> meet(const Move& way, const Vector3& ball, double ball_radius_mm) const;
+  // Returns whether shank and ball overlap with the centre of the stylus' ball at `tip`.
+  bool strikes(const Vector3& tip, const Vector3& ball, double ball_radius_mm) const;
+};
+
+// Returns where a ball of the part stands in that mount, from the spindle's point at C = 0.
+inline Vector3 inMount(const board::WorldMount& mount, const Vector3& ball) {
+  return rotation(unit(mount.turn_rad), norm(mount.turn_rad)) * ball + mount.shift_mm;
+}
 
 // Models a block with faces normal to the machine axes, grown by the stylus ball's radius; its edges are not
 // rounded.
@@ -22,7 +54,7 @@ struct SolidBlock {
 
 // The datum sphere first.
 struct BallCentres {
-  std::array<Vector3, 1 + PartSpindleConfig::kMostBalls> centres{};
+  std::array<Vector3, 1 + board::WorldPartSpindle::kMostBalls> centres{};
   std::size_t count{};
 };
 
@@ -58,15 +90,15 @@ class Solids {
   Vector3 ballAt(std::size_t ball, const PartPose& pose) const;
   std::optional<Meeting> metBy(const Move& way, const SolidBlock& setter) const;
 
-  PartSpindleConfig spindle_;
+  board::WorldPartSpindle spindle_;
   std::size_t mount_{1};
-  TiltingTableConfig table_;
+  board::WorldTiltingTable table_;
   double sphere_radius_mm_;
   SolidBall sphere_;
   std::array<SolidBlock, 2> plates_{};
   std::size_t plate_count_{};
-  std::array<SolidBall, PartSpindleConfig::kMostBalls> part_{};
-  ToolSetterConfig setter_;
+  std::array<SolidBall, board::WorldPartSpindle::kMostBalls> part_{};
+  std::optional<board::WorldToolSetter> setter_;
   SolidBlock setter_for_stylus_;
 };
 

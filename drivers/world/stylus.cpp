@@ -6,15 +6,18 @@
 #include "protocol/units/angle.hpp"
 
 namespace probebox::world {
+namespace {
+constexpr double kStylusFrequency_hz = 120;  // of the free stylus
+}  // namespace
 
 MonoTime Instant::rounded() const {
   return base + Nanoseconds{std::llround(offset_s * 1e9)};
 }
 
-Stylus::Stylus(const ProbeConfig& probe)
+Stylus::Stylus(const board::WorldProbe& probe)
     : bounce_mm_{probe.bounce_mm},
       decay_s_{probe.bounce_decay_s},
-      angular_frequency_{kTurn * probe.stylus_frequency_hz},
+      angular_frequency_{kTurn * kStylusFrequency_hz},
       friction_rad_{std::atan(probe.friction)} {}
 
 void Stylus::follow(const Move& move, const Solids& solids, const Hold& hold) {
@@ -170,6 +173,24 @@ Vector3 Stylus::inProbeAxes(const Vector3& body, double c_rad, MonoTime at, doub
 
 const Contact* Stylus::contact(std::uint64_t number) const {
   return number < count_ && count_ - number <= kRemembered ? &contacts_[number % kRemembered] : nullptr;
+}
+std::optional<Vector3> Slide::heldAt(const Vector3& unheld, double elapsed_s) const {
+  // No slide is so slow that its ball still sticks then.
+  constexpr double kSticking_s = 0.3;
+  const Vector3 from_centre = unheld - ball.centre;
+  const double distance_mm = norm(from_centre);
+  if (distance_mm >= ball.reach_mm) return std::nullopt;
+  double angle_rad = friction_rad;
+  if (elapsed_s < kSticking_s)
+    angle_rad = std::min(angle_rad, std::atan2(norm(unheld - from), ball.reach_mm - distance_mm));
+  // In the triangle of both centres and the unheld ball, the friction angle is at the held one.
+  const double aside_mm = ball.reach_mm * std::sin(angle_rad);
+  if (aside_mm >= distance_mm) return std::nullopt;
+  const double deflection_mm =
+      ball.reach_mm * std::cos(angle_rad) - std::sqrt(distance_mm * distance_mm - aside_mm * aside_mm);
+  const double behind_rad = std::asin(deflection_mm * std::sin(angle_rad) / distance_mm);
+  const Vector3 outwards = unit(from_centre), forwards = sense * unit(cross({0, 0, 1}, outwards));
+  return ball.centre + ball.reach_mm * (std::cos(behind_rad) * outwards - std::sin(behind_rad) * forwards);
 }
 
 }  // namespace probebox::world

@@ -6,13 +6,24 @@
 
 #include "drivers/world/config.hpp"
 #include "drivers/world/motion.hpp"
-#include "drivers/world/shank.hpp"
-#include "drivers/world/slide.hpp"
 #include "drivers/world/solids.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::world {
+
+// Emulates a stylus ball that slides around the equator of a ball with friction: its deflection deviates from the
+// normal by the friction angle, against the motion. Before that it sticks while the body moves on.
+struct Slide {
+  SolidBall ball{};
+  double sense{1};        // 1: from X to Y
+  double friction_rad{};  // arc tangent of the coefficient
+  Vector3 from{};         // free stylus ball as it begins
+
+  // Centre of the stylus ball for where it would be without contact, `elapsed_s` after the slide began. Nothing beyond
+  // the surface, where contact is lost.
+  std::optional<Vector3> heldAt(const Vector3& unheld, double elapsed_s) const;
+};
 
 // An instant finer than a nanosecond.
 struct Instant {
@@ -76,7 +87,7 @@ class Stylus {
  public:
   static constexpr std::size_t kRemembered = 64;
 
-  explicit Stylus(const ProbeConfig& probe);
+  explicit Stylus(const board::WorldProbe& probe);
 
   // Finds the contacts that a move of the body makes and ends.
   void follow(const Move& move, const Solids& solids, const Hold& hold);

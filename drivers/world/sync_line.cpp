@@ -19,10 +19,10 @@ Nanoseconds wholeNs(double ns) {
 }  // namespace
 
 SyncLine::SyncLine(const Config& config, std::uint64_t seed)
-    : config_{config.sync},
+    : config_{config.clock},
       random_{seed, RandomStream::sync_line},
       tick_at_{config.start},
-      period_ns_{static_cast<double>(config.sync.nominal_period.count()) * (1 + 1e-6 * config.sync.drift_ppm)},
+      period_ns_{static_cast<double>(config.clock.period_ns) * (1 + 1e-6 * config.clock.drift_ppm)},
       last_stamp_{config.start} {
   if (config_.jitter == Jitter::gauss) {
     earliness_ = wholeNs(std::max(0.0, 1e3 * (kLargestDeviate * config_.jitter_us - config_.bias_us)));
@@ -38,7 +38,7 @@ void SyncLine::prepare(MonoTime limit, FaultSchedule& faults, Ledger& ledger) {
 
 void SyncLine::decideTick(FaultSchedule& faults, Ledger& ledger) {
   true_ticks_[static_cast<std::size_t>(tick_.index) % kRemembered] = TrueTick{tick_, tick_at_, period_ns_};
-  if (faults.active(FaultKind::stop_sync, tick_at_)) {
+  if (faults.active(FaultKind::sync_silent, tick_at_)) {
     add(tick_at_, Fate::silent, faults);
   } else if (random_.happens(config_.missing_probability)) {
     add(tick_at_, Fate::missing, faults);
@@ -52,7 +52,7 @@ void SyncLine::decideTick(FaultSchedule& faults, Ledger& ledger) {
 }
 
 void SyncLine::decideExtraEdges(MonoTime edge_at, const FaultSchedule& faults) {
-  if (random_.happens(config_.doubled_probability) || faults.active(FaultKind::double_edges, tick_at_)) {
+  if (random_.happens(config_.doubled_probability) || faults.active(FaultKind::edges_doubled, tick_at_)) {
     add(edge_at + wholeNs(random_.uniform(kDoubledEarliestNs, kDoubledLatestNs)), Fate::doubled, faults);
   }
   if (random_.happens(config_.spurious_probability)) {
@@ -66,8 +66,8 @@ void SyncLine::advanceTick(FaultSchedule& faults, Ledger& ledger) {
   tick_fraction_ns_ = to_next_ns - whole_ns;
   tick_at_ += Nanoseconds{static_cast<std::int64_t>(whole_ns)};
   tick_ = tick_ + 1;
-  const double step = 1e-6 * config_.wander_ppm * std::sqrt(toSeconds(config_.nominal_period));
-  period_ns_ += static_cast<double>(config_.nominal_period.count()) * step * random_.normal();
+  const double step = 1e-6 * config_.wander_ppm * std::sqrt(toSeconds(Nanoseconds{config_.period_ns}));
+  period_ns_ += static_cast<double>(config_.period_ns) * step * random_.normal();
   while (const Fault* jump = faults.takeJump(tick_at_)) {
     tick_at_ += jump->jump;
     ++ledger.clock_jumps;
@@ -75,7 +75,7 @@ void SyncLine::advanceTick(FaultSchedule& faults, Ledger& ledger) {
 }
 
 void SyncLine::add(MonoTime at, Fate fate, const FaultSchedule& faults) {
-  pending_[pending_count_++] = Pending{at, fate, faults.active(FaultKind::lose_edges, at), tick_};
+  pending_[pending_count_++] = Pending{at, fate, faults.active(FaultKind::edges_lost, at), tick_};
 }
 
 std::size_t SyncLine::earliest() const {
@@ -123,7 +123,7 @@ bool SyncLine::take(Event& event, Ledger& ledger) {
 }
 
 double SyncLine::driftPpm() const {
-  return 1e6 * (period_ns_ / static_cast<double>(config_.nominal_period.count()) - 1);
+  return 1e6 * (period_ns_ / static_cast<double>(config_.period_ns) - 1);
 }
 
 std::optional<TrueTick> SyncLine::trueTick(Tick tick) const {

@@ -50,7 +50,7 @@ class SyncLine {
   void add(MonoTime at, Fate fate, const FaultSchedule& faults);
   std::size_t earliest() const;  // index of the pending edge with the smallest stamp
 
-  SyncConfig config_;
+  board::WorldClock config_;
   Random random_;
   Nanoseconds earliness_{};  // a stamp comes at most this much before its tick
   Tick tick_{};              // the next one to be decided

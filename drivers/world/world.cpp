@@ -81,17 +81,18 @@ std::size_t World::pollEdges(std::span<PhysicalEdge> into) {
 }
 
 Truth World::truth() const {
+  const auto table = config_.tilting_table.value_or(board::WorldTiltingTable{});
   const double tau_probe_s = config_.delays.tau_probe_s;
   return Truth{.tau_machine_s = config_.delays.tau_machine_s,
                .tau_probe_s = tau_probe_s,
                .tau_s = config_.delays.tau_machine_s - Vector3{tau_probe_s, tau_probe_s, tau_probe_s},
                .sphere_centre_mm = config_.sphere.centre_mm,
                .effective_radius_mm = config_.sphere.radius_mm + config_.sphere.stylus_ball_radius_mm,
-               .gap_mm = config_.plates.gap_mm,
+               .gap_mm = config_.plates ? config_.plates->gap_mm : 0,
                .part_axis_point_mm = config_.part_spindle.point_mm,
                .part_axis = unit(config_.part_spindle.direction),
-               .table_axis_point_mm = config_.tilting_table.point_mm,
-               .table_axis = unit(config_.tilting_table.direction),
+               .table_axis_point_mm = table.point_mm,
+               .table_axis = unit(table.direction),
                .gain = config_.probe.gain,
                .drift_ppm = sync_.driftPpm(),
                .ledger = ledger_};

@@ -5,25 +5,33 @@
 #include <span>
 
 #include "drivers/world/config.hpp"
+#include "drivers/world/contact_lines.hpp"
 #include "drivers/world/encoders.hpp"
-#include "drivers/world/fault.hpp"
 #include "drivers/world/fault_schedule.hpp"
 #include "drivers/world/index_lines.hpp"
-#include "drivers/world/lead.hpp"
 #include "drivers/world/machine.hpp"
 #include "drivers/world/physical_edge.hpp"
 #include "drivers/world/probe.hpp"
 #include "drivers/world/screws.hpp"
-#include "drivers/world/setter_line.hpp"
 #include "drivers/world/sync_line.hpp"
-#include "drivers/world/trigger_line.hpp"
 #include "drivers/world/truth.hpp"
+#include "drivers/world/vector.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
 
 // Emulates the machine tool on virtual time: three axes with encoders, a master clock, a scanning probe, a datum
 // sphere. The same config, seed and commands give the same bytes, independent of the steps of time and of polling.
 namespace probebox::world {
+
+// Command of an external control for one of its cycles: the encoder positions that X, Y and Z reach at its end, the
+// angles of the rotary axes, the tool in the spindle, and the mount that the balls of the part are in.
+struct Lead {
+  Vector3 motor_mm{};
+  Pose pose{};
+  std::uint32_t tool{};
+  std::size_t mount{1};
+  friend bool operator==(const Lead&, const Lead&) = default;
+};
 
 class World {
  public:

@@ -29,15 +29,15 @@ std::string_view methodOf(std::uint64_t number) {
 
 world::Config worldOf(const Play& play) {
   auto config = scenario::warmingWorld();
-  config.sync.nominal_period = play.tick;
+  config.clock.period_ns = play.tick.count();
   // Rates in proportion, so that a coarse clock makes a quick play.
   const double rate = 1e6 / static_cast<double>(play.tick.count());
   config.probe.rate_hz *= rate;
   config.encoders.rate_hz *= rate;
   if (play.absolute) config.encoders.power_up_mm = {};
   for (auto& screw : config.screws) {
-    screw.face_um = {};  // what the box would have to calibrate first
-    screw.cold_um = play.cold_um;
+    screw->face_um = {};  // what the box would have to calibrate first
+    screw->cold_um = play.cold_um;
   }
   return config;
 }

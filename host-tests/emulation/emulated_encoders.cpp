@@ -67,7 +67,7 @@ std::int64_t EmulatedEncoders::countsAt(std::size_t input, MonoTime at) {
   const double true_mm = std::as_const(world_).machine().positionAt(at, config_.delays.tau_machine_s[axis])[axis];
   const double seen_mm = world_.screws().motorPosition_mm(axis, true_mm, at) +
                          1e-3 * encoders.noise_um * std::normal_distribution{}(random_);
-  return turns_.at(input) * encoders.sense[axis] * std::llround(seen_mm * encoders.counts_per_mm);
+  return turns_.at(input) * config_.machine.axes[axis].sense * std::llround(seen_mm * encoders.counts_per_mm);
 }
 
 bool EmulatedEncoders::replaces(const Event& event) const {

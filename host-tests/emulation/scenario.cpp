@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "board/describe/parse.hpp"
-#include "drivers/world/from_description.hpp"
 #include "firmware/app/wiring/box_config.hpp"
 #include "firmware/app/wiring/corrections_config.hpp"
 #include "firmware/procedure/described/machine_facts.hpp"
@@ -28,7 +27,7 @@ Nanoseconds interval(double rate_hz) {
 }  // namespace
 
 world::Config warmingWorld() {
-  return world::fromDescription(*sim().world, sim().machine);
+  return {*sim().world, sim().machine};
 }
 
 world::Config usualWorld() {
@@ -40,7 +39,7 @@ world::Config usualWorld() {
 
 box::BoxConfig usualBox(const world::Config& config) {
   box::BoxConfig box;
-  box.clock.nominal_period = config.sync.nominal_period;
+  box.clock.nominal_period = Nanoseconds{config.clock.period_ns};
   box.latch.samples_per_tick = 2;
   box.latch.probe.interval = interval(config.probe.rate_hz);
   for (auto& axis : box.latch.axes)
@@ -48,10 +47,10 @@ box::BoxConfig usualBox(const world::Config& config) {
   // As described, which is not quite what the probe's oscillator does.
   box.probe_clock.rate_hz = config.probe.rate_hz * (1 + 60e-6);
   for (std::size_t i = 0; i < kLinearAxes; ++i)
-    box.mm_per_count[i] = config.encoders.sense[i] / config.encoders.counts_per_mm;
+    box.mm_per_count[i] = config.machine.axes[i].sense / config.encoders.counts_per_mm;
   box.corrections = app::correctionsConfig(sim().machine);
   box.tool_setter_line = board::lineOfToolSetter(sim().box, sim().machine);
-  if (config.touch_trigger.fitted) {
+  if (config.touch_trigger) {
     box.latch.probe.interval = {};
     box.probe_switch_line = std::uint8_t{0};
   }
@@ -60,10 +59,10 @@ box::BoxConfig usualBox(const world::Config& config) {
     reference.mm_per_count = box.mm_per_count[i];
     // Where nothing has to be found out, nothing is.
     if (config.encoders.power_up_mm == world::Vector3{}) reference.by = corrections::ReferenceBy::absolute;
-    box.corrections.screws[i].fitted = config.screws[i].fitted;
-    if (!config.screws[i].fitted) box.corrections.mask = 0;
+    box.corrections.screws[i].fitted = config.screws[i].has_value();
+    if (!config.screws[i]) box.corrections.mask = 0;
   }
-  if (config.encoders.c_power_up_deg != 0) box.corrections.angles[2].reference.by = corrections::ReferenceBy::homing;
+  if (config.c_power_up_deg != 0) box.corrections.angles[2].reference.by = corrections::ReferenceBy::homing;
   return box;
 }
 
@@ -123,16 +122,15 @@ box::BoxConfig boxWith(const world::Config& config, ProbeIs probe) {
 
 // Whoever set the part up told the controller which balls stand on it.
 world::ControllerConfig controllerOf(const world::Config& config) {
-  auto controller = world::controllerFromDescription(*sim().world);
-  controller.part.balls_mm = config.part_spindle.balls_mm;
-  controller.part.ball_count = config.part_spindle.ball_count;
-  controller.part.further_mounts = config.part_spindle.further_mounts;
-  // And that a tool is one for turning, which has an edge in the place of a radius.
-  for (const auto& tool : config.probe_spindle.further_tools) {
-    const auto known = std::ranges::find(controller.tools, tool.number, &world::ControllerConfig::Tool::number);
-    if (tool.nose && known != controller.tools.end()) known->radius_mm = 0;
+  auto controller = world::controllerFor(*sim().world);
+  auto& known = controller.known;
+  known.part_spindle.balls_mm = config.part_spindle.balls_mm;
+  known.part_spindle.further_mounts = config.part_spindle.further_mounts;
+  // And that a tool is one for turning.
+  for (const auto& tool : config.further_tools) {
+    const auto same = std::ranges::find(known.further_tools, tool.number, &board::WorldTool::number);
+    if (same != known.further_tools.end()) same->nose = tool.nose;
   }
-  controller.part.further_mount_count = config.part_spindle.further_mount_count;
   return controller;
 }
 
@@ -190,8 +188,8 @@ Scenario::Scenario(const world::Config& config, std::uint64_t seed, ProbeIs prob
       now_{config.start},
       said_{config.start} {
   box_ = std::make_unique<box::Box>(boxOf(), recorder_);
-  if (config.touch_trigger.fitted)
-    facts.trigger_probe = procedure::TriggerProbe{.repeatability_mm = 1e-3 * config.touch_trigger.repeatability_um};
+  if (config.touch_trigger)
+    facts.trigger_probe = procedure::TriggerProbe{.repeatability_mm = 1e-3 * config.touch_trigger->repeatability_um};
   if (probe == ProbeIs::counted) receiver_.emplace(seed);
   if (encoders != EncodersAre::stamped) encoders_ = std::make_unique<EmulatedEncoders>(encoders, world_, config);
   const auto counts = [this](MonoTime at) { return countsAt(at); };
@@ -207,7 +205,7 @@ std::array<std::int64_t, kLinearAxes> Scenario::countsAt(MonoTime at) {
     const double noise_mm = std::normal_distribution{0.0, 1e-3 * encoders.noise_um}(encoder_noise_);
     const double position_mm =
         machine().positionAt(at, config_.delays.tau_machine_s[axis])[axis] + encoders.power_up_mm[axis] + noise_mm;
-    counts[axis] = encoders.sense[axis] * std::llround(position_mm * encoders.counts_per_mm);
+    counts[axis] = config_.machine.axes[axis].sense * std::llround(position_mm * encoders.counts_per_mm);
   }
   return counts;
 }

@@ -55,9 +55,9 @@ std::string number(double value) {
 std::array<double, 2> centreOf(const board::World& world) {
   std::array<double, 2> centre{};
   for (std::size_t i = 0; i < 2; ++i) {
-    const auto& part = *world.part_spindle;
+    const auto& part = world.part_spindle;
     const double height_mm = part.balls_mm[0][2];
-    centre[i] = part.point_mm[i] + part.tilt[i] * height_mm - world.probe_spindle->stylus_offset_mm[i];
+    centre[i] = part.point_mm[i] + part.direction[i] * height_mm - world.probe_spindle.stylus_offset_mm[i];
   }
   return centre;
 }
@@ -83,8 +83,9 @@ Outcome<Truth> writeWorld(const std::filesystem::path& folder, std::uint64_t see
   std::ofstream{folder / "world.toml"} << description.toml();
 
   TRY(const auto world, board::parseWorld(description.toml(), (folder / "world.toml").string()));
-  if (!world.part_spindle || !world.probe_spindle || world.part_spindle->balls_mm.empty())
-    return Error{"The emulated board's world.toml has no spindles: this tour and probeboxd are of different versions."};
+  if (world.part_spindle.balls_mm.empty())
+    return Error{
+        "The emulated board's world.toml has no ball on the part: this tour and probeboxd are of different versions."};
   return Truth{
       .tau_s = world.delays.tau_machine_s[0] - world.delays.tau_probe_s,
       .effective_diameter_mm = 2 * (world.sphere.radius_mm + world.sphere.stylus_ball_radius_mm),

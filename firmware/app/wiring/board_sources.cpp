@@ -31,7 +31,6 @@
 #include "drivers/world/box_link.hpp"
 #include "drivers/world/controller.hpp"
 #include "drivers/world/following.hpp"
-#include "drivers/world/from_description.hpp"
 #include "drivers/world/lateness.hpp"
 #include "drivers/world/world.hpp"
 #include "firmware/app/threads/counters.hpp"
@@ -98,11 +97,6 @@ constexpr std::size_t kMostUnsent = 1U << 20U;  // a control that never reads it
 
 // A controller's servo cycle.
 constexpr Nanoseconds kCycle = std::chrono::milliseconds{1};
-
-world::Config startingAt(world::Config config, MonoTime start) {
-  config.start = start;
-  return config;
-}
 
 Outcome<std::unique_ptr<OutsideControl>> OutsideControl::open(const board::World& description, world::World& world) {
   TRY(auto listener, tcp::Listener::open({.host = "127.0.0.1", .port = description.outside_control->port}));
@@ -195,11 +189,11 @@ Outcome<std::unique_ptr<SimSource>> SimSource::open(const board::World& world, c
 
 SimSource::SimSource(const board::World& world, const board::Machine& machine, std::unique_ptr<world::BoxLink> link,
                      MonoTime start)
-    : world_{startingAt(world::fromDescription(world, machine), start), world.seed},
+    : world_{{world, machine, start}, world.seed},
       link_{std::move(link)},
-      controller_{world::controllerFromDescription(world), world_.machine(), *link_},
+      controller_{world::controllerFor(world), world_.machine(), *link_},
       reached_{start} {
-  for (const auto& fault : world::faultsFromDescription(world, start)) world_.inject(fault);
+  for (const auto& fault : world.faults) world_.inject(world::faultFrom(start, fault));
 }
 
 std::size_t SimSource::read(std::span<Event> into, MonoTime now) {
@@ -278,10 +272,9 @@ Sources openReal(const board::Descriptions& descriptions, Counters& counters) {
 // Stamps as late as those of the emulated machine's sync line are, of a stream of their own. A jumper loses nothing.
 gpio::EmulatedLoopBack::NextLateness emulatedLateness(const board::World& world) {
   constexpr std::uint64_t kStream = 17;
-  return [sync = world::fromDescription(world).sync,
-          random = world::Random{world.seed, kStream}]() mutable -> std::optional<Nanoseconds> {
+  return [clock = world.clock, random = world::Random{world.seed, kStream}]() mutable -> std::optional<Nanoseconds> {
     bool outlier = false;
-    return Nanoseconds{std::llround(world::latenessNs(sync, random, outlier))};
+    return Nanoseconds{std::llround(world::latenessNs(clock, random, outlier))};
   };
 }
 

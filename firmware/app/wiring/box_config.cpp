@@ -7,7 +7,7 @@
 #include <string>
 #include <variant>
 
-#include "board/describe/ranges.hpp"
+#include "board/describe/keys.hpp"
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/corrections_config.hpp"

@@ -7,8 +7,7 @@ namespace probebox::world::testing {
 inline Config withABall() {
   Config config = quiet();
   config.part_spindle.point_mm = {300, 50, -40};
-  config.part_spindle.ball_count = 1;
-  config.part_spindle.balls_mm[0] = {0, 60, 20};
+  config.part_spindle.balls_mm = {{0, 60, 20}};
   config.part_spindle.ball_radius_mm = 6;
   config.rotary.noise_rad = 0;
   config.axes.home_mm = {315, 110, 60};

@@ -133,7 +133,7 @@ TEST(Contact, IsDisplacedByTheDelayTimesTheVelocity) {
   Random random{1, 1};
   std::vector<double> error_um;
   for (std::uint64_t i = 0; i < 60; ++i) {
-    Config config;
+    Config config = testing::usual();
     config.axes.home_mm = {10, -20, 200};
     World world{config, i};
     Touch touch = prepare(config, random, random.uniform(5, 40));
@@ -260,7 +260,7 @@ TEST(Contact, ClipsAtTheEndOfTheRangeAndSaysSo) {
 
 TEST(Contact, SwitchesTheTriggerLineWhenOneIsFitted) {
   Config config = quiet();
-  config.probe.trigger_line = true;
+  config.trigger_line = true;
   World world{config, 1};
   Touch touch{.outward = {1, 0, 0}, .speed_mm_s = 20, .surface = {25.5, -20, 30}, .apex_s = 0, .end_s = 0};
   goTo(world, touch);

@@ -35,9 +35,9 @@ bool measuresNow(Activity activity) {
 class Cycle {
  public:
   explicit Cycle(double loss = 0, std::uint64_t seed = 1)
-      : world_{Config{}, seed},
+      : world_{testing::usual(), seed},
         box_{multiSpeed(), std::chrono::milliseconds{3}, loss, seed},
-        controller_{ControllerConfig{}, world_.machine(), box_} {}
+        controller_{controllerFor(testing::usual()), world_.machine(), box_} {}
 
   void step() {
     ms_ += 1;
@@ -75,7 +75,7 @@ class Cycle {
 
  private:
   void watch(MonoTime now) {
-    const double outside = norm(world_.machine().positionAt(now) - Config{}.sphere.centre_mm) - 15.5;
+    const double outside = norm(world_.machine().positionAt(now) - testing::usual().sphere.centre_mm) - 15.5;
     if (measuresNow(controller_.activity())) return;
     // The nominal centre is wrong by 0.17 mm.
     EXPECT_GT(outside, 0.6 - 0.2) << "at " << now_s() << " s";
@@ -90,7 +90,7 @@ class Cycle {
 TEST(Controller, DoesNothingUntilTheBoxAsks) {
   Cycle cycle;
   cycle.wait(2);
-  EXPECT_EQ(cycle.world().machine().commandedPosition(), Config{}.axes.home_mm);
+  EXPECT_EQ(cycle.world().machine().commandedPosition(), testing::usual().axes.home_mm);
   EXPECT_EQ(cycle.controller().activity(), Activity::asking);
 }
 
@@ -104,7 +104,7 @@ TEST(Controller, DoesAllStepsOfAMultiSpeedProcedure) {
   EXPECT_EQ(cycle.controller().finishedSteps(), 25U);
   EXPECT_EQ(cycle.controller().abandonedSteps(), 0U);
   EXPECT_EQ(cycle.controller().resentMarkers(), 0U);
-  EXPECT_EQ(cycle.world().machine().commandedPosition(), ControllerConfig{}.park_mm);
+  EXPECT_EQ(cycle.world().machine().commandedPosition(), testing::usual().axes.home_mm);
 }
 
 TEST(Controller, TouchesWhereAndHowItIsPrompted) {
@@ -135,11 +135,17 @@ TEST(Controller, TouchesWhereAndHowItIsPrompted) {
   }
 }
 
+TEST(Controller, KnowsThePlacesWithAnErrorOfItsOwn) {
+  const auto config = controllerFor(testing::usual(), {0.1, 0, -0.1});
+  EXPECT_EQ(config.known.sphere.centre_mm, (Vector3{10.1, -20, 29.9}));
+  EXPECT_EQ(config.park_mm(), (Vector3{10, -20, 110}));
+  EXPECT_EQ(config.dwell(), std::chrono::milliseconds{100});
+}
+
 // 0.55 mm off along +X: a move to the place itself would press the stylus by 1.05 mm there, and miss it at -X.
 TEST(Controller, PressesByTheOvertravelFromTheContactWhereThePlaceIsOff) {
-  ControllerConfig off;
-  off.nominal_centre_mm = Config{}.sphere.centre_mm - Vector3{0.55, 0, 0};
-  World world{Config{}, 1};
+  const auto off = controllerFor(testing::usual(), {-0.55, 0, 0});
+  World world{testing::usual(), 1};
   FakeBox box{multiSpeed(), std::chrono::milliseconds{1}, 0, 1};
   Controller controller{off, world.machine(), box};
   box.start(1);
@@ -230,7 +236,7 @@ TEST(Controller, LeavesTheSphereAndParksWhenTheProcedureIsAborted) {
     ASSERT_TRUE(cycle.until([&] { return cycle.controller().activity() == when; }, 5));
     cycle.box().abort();
     cycle.wait(4);
-    EXPECT_EQ(cycle.world().machine().commandedPosition(), ControllerConfig{}.park_mm);
+    EXPECT_EQ(cycle.world().machine().commandedPosition(), testing::usual().axes.home_mm);
     EXPECT_EQ(cycle.controller().activity(), Activity::asking);
     EXPECT_FALSE(cycle.touching());
 
@@ -243,15 +249,15 @@ TEST(Controller, DoesNotMoveForAPromptThatMakesNoSense) {
   const auto moves_for = [](auto spoil) {
     Prompt prompt = multiSpeed()[0];
     spoil(prompt);
-    World world{Config{}, 1};
+    World world{testing::usual(), 1};
     FakeBox box{{prompt}, std::chrono::milliseconds{1}, 0, 1};
-    Controller controller{ControllerConfig{}, world.machine(), box};
+    Controller controller{controllerFor(testing::usual()), world.machine(), box};
     box.start(1);
     for (int ms = 1; ms < 500; ++ms) {
       box.advance(seconds(1e-3 * ms));
       controller.advance(seconds(1e-3 * ms));
     }
-    return world.machine().commandedPosition() != Config{}.axes.home_mm;
+    return world.machine().commandedPosition() != testing::usual().axes.home_mm;
   };
   EXPECT_TRUE(moves_for([](Prompt&) {}));
   EXPECT_FALSE(moves_for([](Prompt& p) { p.outward_normal = {}; }));

@@ -164,9 +164,10 @@ TEST(Following, RefusesAJumpAndAToolThatIsNotThere) {
 
 TEST(Following, LeadsTheMotorsAndWarmScrewsPutTheNutsElsewhere) {
   Config config = aboveTheSphere();
-  config.screws[0].fitted = true;
-  config.screws[0].cold_um = config.screws[0].warm_um = 80;
-  const double lever = (config.axes.home_mm[0] + config.screws[0].screw.offset_mm) / config.screws[0].screw.length_mm;
+  config.screws[0] = board::WorldScrew{.cold_um = 80, .warm_um = 80, .time_constant_s = 600};
+  auto& described = config.machine.screws[0].emplace();
+  described.length_mm = 800, described.offset_mm = 100, described.pitch_mm = 10;
+  const double lever = (config.axes.home_mm[0] + described.offset_mm) / described.length_mm;
   Led led{config};
   led.stand(0.5);
   EXPECT_NEAR(led.world.machine().positionAt(led.world.now())[0] - config.axes.home_mm[0], 0.08 * lever, 1e-5);

@@ -13,9 +13,9 @@ using testing::seconds;
 
 Config askew() {
   Config config = quiet();
-  config.linear_errors.scale = {20e-6, 0, -10e-6};
-  config.linear_errors.squareness_rad = {3e-5, -4e-5, 5e-5};
-  config.linear_errors.waves[0][1] = {.amplitude_mm = 0.002, .length_mm = 80, .phase_rad = 0.5};
+  config.linear_axes.scale = {20e-6, 0, -10e-6};
+  config.linear_axes.squareness_rad = {3e-5, -4e-5, 5e-5};
+  config.linear_axes.waves[0][1] = {.amplitude_mm = 0.002, .length_mm = 80, .phase_rad = 0.5};
   return config;
 }
 

@@ -94,7 +94,7 @@ TEST(MotionHistory, RemembersWhereTheBodyWas) {
 }
 
 TEST(Machine, RefusesAMoveWhileOneIsUnderWay) {
-  Machine machine{Config{}};
+  Machine machine{testing::usual()};
   EXPECT_TRUE(machine.moveTo({0, 0, 100}, 50, seconds(1)));
   EXPECT_FALSE(machine.moveTo({0, 0, 90}, 50, seconds(1.01)));
   EXPECT_EQ(machine.commandedPosition(), (Vector3{0, 0, 100}));

@@ -11,9 +11,9 @@ namespace {
 using testing::seconds;
 
 TEST(World, TakesNoMemoryOnceItStands) {
-  Config config;
-  config.sync.missing_probability = config.sync.doubled_probability = config.sync.spurious_probability = 0.01;
-  config.probe.trigger_line = true;
+  Config config = testing::usual();
+  config.clock.missing_probability = config.clock.doubled_probability = config.clock.spurious_probability = 0.01;
+  config.trigger_line = true;
   config.axes.home_mm = {10, -20, 60};
   for (const bool as_events : {true, false}) {
     config.edges_as_events = as_events;
@@ -22,7 +22,7 @@ TEST(World, TakesNoMemoryOnceItStands) {
     std::array<PhysicalEdge, 64> edges;
     std::size_t handed_out = 0;
     const support::NoAlloc guard;
-    world.inject({.kind = FaultKind::double_edges, .at = seconds(1), .duration = std::chrono::seconds{1}});
+    world.inject({.kind = FaultKind::edges_doubled, .at = seconds(1), .duration = std::chrono::seconds{1}});
     for (int ms = 0; ms < 20'000; ms += 10) {
       const MonoTime now = seconds(1e-3 * ms);
       const bool down = ms % 2000 < 1000;

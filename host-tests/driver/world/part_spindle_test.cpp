@@ -25,8 +25,7 @@ std::optional<Vector3> topAt(Machine& machine, const Vector3& ball, double from_
 
 TEST(PartSpindle, HasItsBallsInTheMountThatTheyWerePutIn) {
   Config config = withABall();
-  config.part_spindle.further_mounts[0] = {.turn_rad = {0, 0, std::numbers::pi / 2}, .shift_mm = {0, 0, 5}};
-  config.part_spindle.further_mount_count = 1;
+  config.part_spindle.further_mounts = {{.turn_rad = {0, 0, std::numbers::pi / 2}, .shift_mm = {0, 0, 5}}};
   Machine machine{config};
   EXPECT_FALSE(machine.mountBalls(3, seconds(1))) << "there is no such mount";
   EXPECT_EQ(machine.mount(), 1U);

@@ -1,4 +1,4 @@
-#include "drivers/world/safe_path.hpp"
+#include "drivers/world/route.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -21,15 +21,13 @@ Config withHead() {
   Config config = quiet();
   config.sphere = {.centre_mm = {0, 0, 0}, .radius_mm = 12.5, .stylus_ball_radius_mm = 3};
   config.part_spindle.point_mm = {100, 0, 0};
-  config.part_spindle.balls_mm[0] = {20, 0, 0};
-  config.part_spindle.ball_count = 1;
+  config.part_spindle.balls_mm = {{20, 0, 0}};
   config.probe_spindle.stylus_length_mm = 150;
-  config.probe_spindle.further_tools = {
-      {.number = 5,
-       .offset_mm = {0.5, -0.25},
-       .length_mm = 180,
-       .radius_mm = {},
-       .head = SensorHeadConfig{.sensors = kSensors, .range_mm = 0.5, .noise_um = 0}}};
+  config.further_tools = {{.number = 5,
+                           .offset_mm = {0.5, -0.25},
+                           .length_mm = 180,
+                           .radius_mm = {},
+                           .head = board::WorldSensorHead{.sensors = kSensors, .range_mm = 0.5, .noise_um = 0}}};
   config.axes.home_mm = {0, 0, 100};
   return config;
 }

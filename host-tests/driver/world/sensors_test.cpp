@@ -39,7 +39,7 @@ TEST(Encoders, LatchAtTheirRateWithTheirOwnPhase) {
 TEST(Encoders, ReadPositionWithNoiseAndSense) {
   Config config = quiet();
   config.encoders.noise_um = 0.5;
-  config.encoders.sense = {1, -1, 1};
+  config.machine.axes[1].sense = -1;
   config.encoders.counts_per_mm = 50'000;
   config.axes.home_mm = {12.5, 7.25, -80};
   World world{config, 2};
@@ -48,7 +48,7 @@ TEST(Encoders, ReadPositionWithNoiseAndSense) {
     std::vector<double> mm;
     for (const Count& count : streams.counts[axis]) mm.push_back(static_cast<double>(count.counts) / 50'000);
     const auto [mean, sd] = testing::momentsOf(mm);
-    EXPECT_NEAR(mean, config.encoders.sense[axis] * config.axes.home_mm[axis], 4 * 0.5e-3 / 100);
+    EXPECT_NEAR(mean, config.machine.axes[axis].sense * config.axes.home_mm[axis], 4 * 0.5e-3 / 100);
     // Quantisation to counts adds a twelfth of a count squared.
     EXPECT_NEAR(1e3 * sd, std::hypot(0.5, 20 / std::sqrt(12) * 1e-3), 4 * 0.5 / std::sqrt(20'000));
   }
@@ -71,11 +71,11 @@ TEST(Encoders, AreStaleByTheDelayOfTheirAxis) {
 
 TEST(Encoders, FollowTheTurnOfThePartAndFallSilentAlone) {
   Config config = quiet();
-  config.encoders.c_counts_per_deg = 1000;
-  config.encoders.c_power_up_deg = 10;
+  config.rotary.c_counts_per_deg = 1000;
+  config.c_power_up_deg = 10;
   config.rotary.speed_rad_s = 1;
   World world{config, 3};
-  EXPECT_TRUE(world.inject({.kind = FaultKind::drop_angles, .at = seconds(2), .duration = std::chrono::seconds{1}}));
+  EXPECT_TRUE(world.inject({.kind = FaultKind::angles_silent, .at = seconds(2), .duration = std::chrono::seconds{1}}));
   ASSERT_TRUE(world.machine().turnTo({.c_rad = 1.0}, seconds(0.1)));
   const auto streams = run(world, 4);
   const double tau_s = config.delays.tau_machine_s[2];
@@ -109,8 +109,8 @@ TEST(Sensors, DropSamplesExactlyAsCounted) {
   config.probe.dropout_probability = 0.01;
   config.encoders.dropout_probability = 0.02;
   World world{config, 6};
-  world.inject({.kind = FaultKind::drop_probe, .at = seconds(3), .duration = std::chrono::milliseconds{500}});
-  world.inject({.kind = FaultKind::drop_encoders, .at = seconds(4), .duration = std::chrono::milliseconds{200}});
+  world.inject({.kind = FaultKind::probe_silent, .at = seconds(3), .duration = std::chrono::milliseconds{500}});
+  world.inject({.kind = FaultKind::encoders_silent, .at = seconds(4), .duration = std::chrono::milliseconds{200}});
   const auto streams = run(world, 10);
   const Ledger ledger = world.truth().ledger;
   EXPECT_EQ(ledger.probe_samples, 10'000U);

@@ -1,4 +1,4 @@
-#include "drivers/world/shank.hpp"
+#include "drivers/world/solids.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -26,12 +26,12 @@ Config withShank() {
   Config config = quiet();
   config.sphere = {.centre_mm = {0, 0, 0}, .radius_mm = kBall_mm, .stylus_ball_radius_mm = 3};
   config.probe_spindle.stylus_offset_mm = {0.021, -0.013};
-  config.probe_spindle.shank = ShankConfig{.radius_mm = 5,
-                                           .from_mm = 30,
-                                           .to_mm = 80,
-                                           .offset_mm = {0.034, 0.027},
-                                           .lean = {0.002, -0.001},
-                                           .lever = kLever};
+  config.probe_spindle.shank = board::WorldShank{.radius_mm = 5,
+                                                 .from_mm = 30,
+                                                 .to_mm = 80,
+                                                 .offset_mm = {0.034, 0.027},
+                                                 .lean = {0.002, -0.001},
+                                                 .lever = kLever};
   config.axes.home_mm = {0, 0, 100};
   return config;
 }

@@ -43,7 +43,7 @@ double frictionAngle(const World& world, const Config& config, double at_s) {
 class AroundTheSphere : public ::testing::TestWithParam<double> {};
 
 TEST_P(AroundTheSphere, TheBallStaysOnItAndTrailsByTheFrictionAngle) {
-  Config config;
+  Config config = testing::usual();
   config.probe.friction = 0.15;
   World world = inContact(config);
   const double sense = GetParam();
@@ -65,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(Senses, AroundTheSphere, ::testing::Values(1.0, -1.0));
 
 // A control outside leads the axes cycle by cycle.
 TEST_P(AroundTheSphere, ItDoesSoWhereAControlOutsideLeadsIt) {
-  Config config;
+  Config config = testing::usual();
   config.probe.friction = 0.15;
   World world = inContact(config);
   const double sense = GetParam(), cycle_s = 0.001;
@@ -90,7 +90,7 @@ TEST_P(AroundTheSphere, ItDoesSoWhereAControlOutsideLeadsIt) {
 }
 
 TEST(Slide, EndsWhereTheBodyWithdraws) {
-  const Config config;
+  const Config config = testing::usual();
   World world = inContact(config);
   ASSERT_TRUE(world.machine().slideRound(config.sphere.centre_mm, kTurn / 4, 20, seconds(12)));
   run(world, 15);
@@ -109,7 +109,7 @@ TEST(Slide, EndsWhereTheBodyWithdraws) {
 }
 
 TEST(Slide, BeyondTheSurfaceTheStylusIsFree) {
-  const Config config;
+  const Config config = testing::usual();
   World world = inContact(config);
   const Vector3 outside = config.sphere.centre_mm + Vector3{std::cos(0.5), std::sin(0.5), 0} + Vector3{15.4, 7.7, 0};
   ASSERT_TRUE(world.machine().slideTo(outside, 20, seconds(12)));

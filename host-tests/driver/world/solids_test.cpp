@@ -15,11 +15,11 @@ using testing::seconds;
 // A ball on a leaning part spindle, plates beside, and a stylus that is off its own spindle's axis.
 Config furnished() {
   Config config = testing::quiet();
-  config.plates = {.fitted = true, .middle_mm = {100, 0, 20}, .gap_mm = 20};
+  config.plates =
+      board::WorldPlates{.middle_mm = {100, 0, 20}, .gap_mm = 20, .width_mm = 30, .height_mm = 30, .thickness_mm = 8};
   config.part_spindle.point_mm = {300, 50, -40};
   config.part_spindle.direction = {0.002, -0.003, 1};
-  config.part_spindle.balls_mm[0] = {30, 0, 60};
-  config.part_spindle.ball_count = 1;
+  config.part_spindle.balls_mm = {{30, 0, 60}};
   config.probe_spindle.direction = {0.001, 0, 1};
   config.probe_spindle.stylus_offset_mm = {0.5, -0.25};
   config.probe_spindle.stylus_length_mm = 100;
@@ -77,14 +77,14 @@ TEST(Solids, ABallTurnsAboutItsLeaningAxis) {
 
 TEST(Solids, ATableTiltsTheSpindleWithAllThatStandsOnIt) {
   Config config = furnished();
-  config.tilting_table = {.fitted = true, .point_mm = {0, 60, -20}, .direction = {1, 0.001, -0.002}};
+  config.tilting_table = board::WorldTiltingTable{.point_mm = {0, 60, -20}, .direction = {1, 0.001, -0.002}};
   const Machine machine{config};
-  const Vector3 along = unit(config.tilting_table.direction);
+  const Vector3 along = unit(config.tilting_table->direction);
   const Vector3 ball = config.part_spindle.point_mm + config.part_spindle.balls_mm[0];
   for (const double c_rad : {0.0, 2.0}) {
     const Vector3 level = machine.partPoint(ball, {.c_rad = c_rad});
-    const Vector3 arm = level - config.tilting_table.point_mm;
-    const Vector3 tilted = machine.partPoint(ball, {.c_rad = c_rad, .tilt_rad = 0.5}) - config.tilting_table.point_mm;
+    const Vector3 arm = level - config.tilting_table->point_mm;
+    const Vector3 tilted = machine.partPoint(ball, {.c_rad = c_rad, .tilt_rad = 0.5}) - config.tilting_table->point_mm;
     EXPECT_NEAR(dot(tilted, along), dot(arm, along), 1e-9) << "as far along the axis";
     const Vector3 from = arm - dot(arm, along) * along, to = tilted - dot(tilted, along) * along;
     EXPECT_NEAR(norm(to), norm(from), 1e-9) << "and as far from it";
@@ -99,12 +99,12 @@ TEST(Solids, ATableTiltsTheSpindleWithAllThatStandsOnIt) {
 
 TEST(Solids, AHeadSwivelsTheStylusAboutItsAxisWhateverTheTool) {
   Config config = furnished();
-  config.swivel_head = {.fitted = true, .pivot_mm = {0.5, 0, 70}, .direction = {0, 1, 0.002}, .noise_rad = 0};
-  config.probe_spindle.further_tools = {{.number = 7, .offset_mm = {0, 0.1}, .length_mm = 160}};
+  config.swivel_head = board::WorldSwivelHead{.pivot_mm = {0.5, 0, 70}, .direction = {0, 1, 0.002}, .noise_rad = 0};
+  config.further_tools = {{.number = 7, .offset_mm = {0, 0.1}, .length_mm = 160}};
   Machine machine{config};
-  const Vector3 along = unit(config.swivel_head.direction);
+  const Vector3 along = unit(config.swivel_head->direction);
   // Positions are of the stylus ball of the first tool in an ideal spindle, 100 mm below the reference.
-  const Vector3 pivot = config.swivel_head.pivot_mm + Vector3{0, 0, 100};
+  const Vector3 pivot = config.swivel_head->pivot_mm + Vector3{0, 0, 100};
   for (const std::uint32_t tool : {1U, 7U}) {
     const Vector3 level = machine.tipIn({}, tool) - pivot;
     const Vector3 swung = machine.tipIn({.head_rad = 0.7}, tool) - pivot;

@@ -57,14 +57,41 @@ inline Streams run(World& world, double until_s) {
   return streams;
 }
 
-// A world in which nothing is random but what a test switches on.
-inline Config quiet() {
+// A machine with a datum sphere and a scanning probe, whose clock and sensors are a little noisy.
+inline Config usual() {
   Config config;
-  config.sync.drift_ppm = 0;
-  config.sync.wander_ppm = 0;
-  config.sync.bias_us = 0;
-  config.sync.jitter = Jitter::none;
-  config.sync.outlier_probability = 0;
+  config.delays = {.tau_machine_s = {0.0042, 0.0042, 0.0042}, .tau_probe_s = 0.00035};
+  config.clock = {.period_ns = 1'000'000,
+                  .drift_ppm = 12,
+                  .wander_ppm = 0.002,
+                  .bias_us = 15,
+                  .jitter = Jitter::lognormal,
+                  .jitter_us = 10,
+                  .outlier_probability = 0.005,
+                  .outlier_us = 80};
+  config.encoders = {.rate_hz = 500, .noise_um = 0.5, .counts_per_mm = 1e6};
+  config.axes = {.acceleration_mm_s2 = 10'000, .traverse_mm_s = 300, .home_mm = {10, -20, 110}};
+  config.probe = {.rate_hz = 1000,
+                  .noise_um = 0.4,
+                  .gain = {{{0.98, 0.01, -0.005}, {-0.012, 1.03, 0.004}, {0.006, -0.008, 1.01}}},
+                  .range_mm = 1.2,
+                  .bounce_mm = 0.02,
+                  .bounce_decay_s = 0.004,
+                  .friction = 0.08};
+  config.sphere = {.centre_mm = {10, -20, 30}, .radius_mm = 12.5, .stylus_ball_radius_mm = 3};
+  config.cycle.dwell_s = 0.1;
+  config.trigger_line = false;
+  return config;
+}
+
+// The same, in which nothing is random but what a test switches on.
+inline Config quiet() {
+  Config config = usual();
+  config.clock.drift_ppm = 0;
+  config.clock.wander_ppm = 0;
+  config.clock.bias_us = 0;
+  config.clock.jitter = Jitter::none;
+  config.clock.outlier_probability = 0;
   config.encoders.noise_um = 0;
   config.probe.noise_um = 0;
   config.probe.bounce_mm = 0;

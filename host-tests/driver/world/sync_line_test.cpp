@@ -38,7 +38,7 @@ std::vector<double> lateness(const World& world, const std::vector<Edge>& edges)
 TEST(SyncLine, TicksWithTheConfiguredDrift) {
   for (const double drift_ppm : {-150.0, 0.0, 37.5}) {
     Config config = quiet();
-    config.sync.drift_ppm = drift_ppm;
+    config.clock.drift_ppm = drift_ppm;
     World world{config, 7};
     const auto edges = run(world, 100).edges;
     const double length_ns = static_cast<double>((edges.back().at - edges.front().at).count());
@@ -52,7 +52,7 @@ TEST(SyncLine, FrequencyWandersAsMuchAsConfigured) {
   std::vector<double> after_4_s;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     Config config = quiet();
-    config.sync.wander_ppm = 0.5;
+    config.clock.wander_ppm = 0.5;
     World world{config, seed};
     run(world, 4);
     after_4_s.push_back(world.truth().drift_ppm);
@@ -64,9 +64,9 @@ TEST(SyncLine, FrequencyWandersAsMuchAsConfigured) {
 
 TEST(SyncLine, GaussianStampsAreLateByBiasAndJitter) {
   Config config = quiet();
-  config.sync.jitter = Jitter::gauss;
-  config.sync.bias_us = 20;
-  config.sync.jitter_us = 5;
+  config.clock.jitter = Jitter::gauss;
+  config.clock.bias_us = 20;
+  config.clock.jitter_us = 5;
   World world{config, 3};
   const auto late_us = lateness(world, run(world, 4).edges);
   ASSERT_GT(late_us.size(), 3900U);
@@ -77,10 +77,9 @@ TEST(SyncLine, GaussianStampsAreLateByBiasAndJitter) {
 
 TEST(SyncLine, LognormalStampsAreSkewedAroundTheirMedian) {
   Config config = quiet();
-  config.sync.jitter = Jitter::lognormal;
-  config.sync.bias_us = 10;
-  config.sync.jitter_us = 30;
-  config.sync.jitter_shape = 0.5;
+  config.clock.jitter = Jitter::lognormal;
+  config.clock.bias_us = 10;
+  config.clock.jitter_us = 30;
   World world{config, 3};
   auto late_us = lateness(world, run(world, 4).edges);
   std::sort(late_us.begin(), late_us.end());
@@ -92,11 +91,11 @@ TEST(SyncLine, LognormalStampsAreSkewedAroundTheirMedian) {
 }
 
 TEST(SyncLine, CountsEveryFaultExactly) {
-  Config config;
-  config.sync.missing_probability = 0.01;
-  config.sync.doubled_probability = 0.02;
-  config.sync.spurious_probability = 0.03;
-  config.sync.outlier_us = 3000;  // outliers overtake later edges
+  Config config = testing::usual();
+  config.clock.missing_probability = 0.01;
+  config.clock.doubled_probability = 0.02;
+  config.clock.spurious_probability = 0.03;
+  config.clock.outlier_us = 3000;  // outliers overtake later edges
   World world{config, 11};
   const auto edges = run(world, 60).edges;
   const Ledger ledger = world.truth().ledger;
@@ -113,9 +112,9 @@ TEST(SyncLine, CountsEveryFaultExactly) {
 TEST(SyncLine, ASilentLineLeavesNoSequenceGapAndALosingKernelDoes) {
   World world{quiet(), 5};
   ASSERT_TRUE(
-      world.inject({.kind = FaultKind::stop_sync, .at = seconds(1), .duration = std::chrono::milliseconds{250}}));
+      world.inject({.kind = FaultKind::sync_silent, .at = seconds(1), .duration = std::chrono::milliseconds{250}}));
   ASSERT_TRUE(
-      world.inject({.kind = FaultKind::lose_edges, .at = seconds(2), .duration = std::chrono::milliseconds{40}}));
+      world.inject({.kind = FaultKind::edges_lost, .at = seconds(2), .duration = std::chrono::milliseconds{40}}));
   const auto edges = run(world, 3).edges;
   const Ledger ledger = world.truth().ledger;
   EXPECT_EQ(ledger.silent_edges, 250U);
@@ -130,7 +129,7 @@ TEST(SyncLine, ASilentLineLeavesNoSequenceGapAndALosingKernelDoes) {
 TEST(SyncLine, DoublesEveryEdgeWhileTold) {
   World world{quiet(), 5};
   ASSERT_TRUE(
-      world.inject({.kind = FaultKind::double_edges, .at = seconds(1), .duration = std::chrono::milliseconds{100}}));
+      world.inject({.kind = FaultKind::edges_doubled, .at = seconds(1), .duration = std::chrono::milliseconds{100}}));
   const auto edges = run(world, 2).edges;
   EXPECT_EQ(world.truth().ledger.doubled_edges, 100U);
   const auto doubled = std::count_if(edges.begin(), edges.end(), [&](const Edge& edge) {
@@ -142,7 +141,7 @@ TEST(SyncLine, DoublesEveryEdgeWhileTold) {
 TEST(SyncLine, JumpsOnceByThePhaseThatIsAsked) {
   World world{quiet(), 5};
   const Nanoseconds jump{300'000};
-  ASSERT_TRUE(world.inject({.kind = FaultKind::jump_clock, .at = seconds(1), .duration = {}, .jump = jump}));
+  ASSERT_TRUE(world.inject({.kind = FaultKind::clock_jumps, .at = seconds(1), .duration = {}, .jump = jump}));
   const auto edges = run(world, 2).edges;
   std::vector<Nanoseconds> uncommon;
   for (std::size_t i = 1; i < edges.size(); ++i) {
@@ -157,7 +156,7 @@ TEST(SyncLine, JumpsOnceByThePhaseThatIsAsked) {
 TEST(SyncLine, StampsNeverGoBackThoughTheClockDoes) {
   World world{quiet(), 5};
   const Nanoseconds jump{-2'500'000};
-  ASSERT_TRUE(world.inject({.kind = FaultKind::jump_clock, .at = seconds(1), .duration = {}, .jump = jump}));
+  ASSERT_TRUE(world.inject({.kind = FaultKind::clock_jumps, .at = seconds(1), .duration = {}, .jump = jump}));
   const auto edges = run(world, 2).edges;
   for (std::size_t i = 1; i < edges.size(); ++i) ASSERT_LT(edges[i - 1].at, edges[i].at);
   EXPECT_EQ(edges.size(), world.truth().ledger.ticks);
@@ -170,14 +169,14 @@ TEST(SyncLine, RemembersNoMoreFaultsThanItSays) {
 }
 
 TEST(SyncLine, PhysicalEdgesAreTheEdgesThatEventsWouldBe) {
-  Config config;
-  config.sync.missing_probability = 0.01;
-  config.sync.doubled_probability = 0.01;
+  Config config = testing::usual();
+  config.clock.missing_probability = 0.01;
+  config.clock.doubled_probability = 0.01;
   World events{config, 9};
   config.edges_as_events = false;
   World physical{config, 9};
   for (World* world : {&events, &physical}) {
-    world->inject({.kind = FaultKind::lose_edges, .at = seconds(3), .duration = std::chrono::milliseconds{10}});
+    world->inject({.kind = FaultKind::edges_lost, .at = seconds(3), .duration = std::chrono::milliseconds{10}});
   }
   const auto edges = run(events, 5).edges;
   EXPECT_TRUE(run(physical, 5).edges.empty());

@@ -15,12 +15,12 @@ using testing::seconds;
 
 Config withSetter() {
   Config config = quiet();
-  config.probe.trigger_line = true;
+  config.trigger_line = true;
   config.sphere.stylus_ball_radius_mm = 3;
   config.probe_spindle.stylus_length_mm = 150;
-  config.tool_setter = {
-      .fitted = true, .centre_mm = {100, 50, 20}, .half_width_mm = {8, 7, 6}, .late_s = 0.0004, .repeatability_um = 0};
-  config.probe_spindle.further_tools = {{.number = 4, .offset_mm = {0.5, -0.25}, .length_mm = 120, .radius_mm = 5}};
+  config.tool_setter = board::WorldToolSetter{
+      .centre_mm = {100, 50, 20}, .half_width_mm = {8, 7, 6}, .late_s = 0.0004, .repeatability_um = 0};
+  config.further_tools = {{.number = 4, .offset_mm = {0.5, -0.25}, .length_mm = 120, .radius_mm = 5}};
   return config;
 }
 
@@ -50,7 +50,7 @@ class SetterWorld : public ::testing::Test {
   std::optional<World> world_;
   std::vector<Event> events_;
   double now_s_{1};
-  Vector3 from_{Config{}.axes.home_mm};
+  Vector3 from_{testing::usual().axes.home_mm};
 };
 
 TEST_F(SetterWorld, IsClosedFromContactToReleaseAndTheProbeFeelsIt) {
@@ -115,7 +115,7 @@ TEST_F(SetterWorld, SaysNothingOfOtherFeaturesOrWhereThereIsNone) {
 
 TEST_F(SetterWorld, SwitchesAsWellAsItIsSaidTo) {
   auto config = withSetter();
-  config.tool_setter.repeatability_um = 2;
+  config.tool_setter->repeatability_um = 2;
   start(config);
   goTo({130, 50, 110});
   goTo({130, 50, 20});

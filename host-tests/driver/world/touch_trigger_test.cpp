@@ -16,14 +16,14 @@ constexpr double kSpeed_mm_s = 10;
 
 Config triggering() {
   Config config = quiet();
-  config.probe.trigger_line = true;
-  config.touch_trigger = {.fitted = true,
-                          .pre_travel_mm = 0.010,
-                          .lobe_mm = 0.004,
-                          .axial_mm = 0.002,
-                          .hysteresis_mm = 0.001,
-                          .repeatability_um = 0,
-                          .late_s = 0.0005};
+  config.trigger_line = true;
+  config.touch_trigger = board::WorldTouchTrigger{.pre_travel_mm = 0.010,
+                                                  .lobe_mm = 0.004,
+                                                  .axial_mm = 0.002,
+                                                  .hysteresis_mm = 0.001,
+                                                  .repeatability_um = 0,
+                                                  .late_s = 0.0005,
+                                                  .chatter_s = 0.0008};
   return config;
 }
 
@@ -58,7 +58,7 @@ double late_s(const Edge& edge, const Instant& than) {
 
 TEST(TouchTrigger, OpensBehindContactByThePreTravelOfTheDirection) {
   const auto config = triggering();
-  const auto& trigger = config.touch_trigger;
+  const auto& trigger = *config.touch_trigger;
   const struct {
     Vector3 outward;
     double pre_travel_mm;
@@ -79,7 +79,7 @@ TEST(TouchTrigger, OpensBehindContactByThePreTravelOfTheDirection) {
 
 TEST(TouchTrigger, MayChatterAndEndsAtTheRightLevel) {
   auto config = triggering();
-  config.touch_trigger.chatter_probability = 1;
+  config.touch_trigger->chatter_probability = 1;
   const auto touched = touch(config, {1, 0, 0});
   ASSERT_EQ(touched.edges.size(), 10U);
   for (std::size_t i = 0; i < touched.edges.size(); ++i) {
@@ -87,19 +87,19 @@ TEST(TouchTrigger, MayChatterAndEndsAtTheRightLevel) {
     EXPECT_EQ(touched.edges[i].line_sequence, i + 1);
     EXPECT_GE(touched.edges[i].at, touched.edges[i > 0 ? i - 1 : 0].at);
   }
-  EXPECT_LT(toSeconds(touched.edges[4].at - touched.edges[0].at), config.touch_trigger.chatter_s);
+  EXPECT_LT(toSeconds(touched.edges[4].at - touched.edges[0].at), config.touch_trigger->chatter_s);
   EXPECT_GT(toSeconds(touched.edges[5].at - touched.edges[4].at), 0.1) << "the stylus is pressed in between";
 }
 
 TEST(TouchTrigger, RepeatsWithItsScatter) {
   auto config = triggering();
-  config.touch_trigger.repeatability_um = 1;
+  config.touch_trigger->repeatability_um = 1;
   double squares = 0;
   constexpr int kTouches = 200;
   for (int i = 0; i < kTouches; ++i) {
     const auto touched = touch(config, {0, 1, 0}, static_cast<std::uint64_t>(i + 1));
     const double off_mm =
-        kSpeed_mm_s * (late_s(touched.edges.at(0), touched.contact.begin) - config.touch_trigger.late_s) - 0.010;
+        kSpeed_mm_s * (late_s(touched.edges.at(0), touched.contact.begin) - config.touch_trigger->late_s) - 0.010;
     squares += off_mm * off_mm;
   }
   const double sd_um = 1e3 * std::sqrt(squares / kTouches);

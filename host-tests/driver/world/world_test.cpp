@@ -27,17 +27,17 @@ std::vector<std::byte> bytesOf(const std::vector<Event>& events) {
 }
 
 Config lively() {
-  Config config;
-  config.sync.missing_probability = config.sync.doubled_probability = config.sync.spurious_probability = 0.003;
+  Config config = testing::usual();
+  config.clock.missing_probability = config.clock.doubled_probability = config.clock.spurious_probability = 0.003;
   config.probe.dropout_probability = config.encoders.dropout_probability = 0.002;
-  config.probe.trigger_line = true;
+  config.trigger_line = true;
   return config;
 }
 
 // Three seconds with one touch and a fault, time advanced and events polled in steps of any size.
 std::vector<Event> history(const Config& config, std::uint64_t seed, int step_ms, std::size_t chunk) {
   World world{config, seed};
-  world.inject({.kind = FaultKind::stop_sync, .at = seconds(1.2), .duration = std::chrono::milliseconds{30}});
+  world.inject({.kind = FaultKind::sync_silent, .at = seconds(1.2), .duration = std::chrono::milliseconds{30}});
   std::vector<Event> events;
   for (int ms = 0; ms <= 3000; ms += step_ms) {
     if (ms == 600) world.machine().moveTo({10, -20, 45}, 100, seconds(0.6));
@@ -77,7 +77,7 @@ TEST(World, HandsEventsOutInTheOrderOfTheirStampsAndNeverEarly) {
 }
 
 TEST(World, BeginsWhenItIsTold) {
-  Config config;
+  Config config = testing::usual();
   config.start = seconds(86'400);
   World world{config, 1};
   std::vector<Event> events;
@@ -88,7 +88,7 @@ TEST(World, BeginsWhenItIsTold) {
 }
 
 TEST(World, TellsItsTruth) {
-  Config config;
+  Config config = testing::usual();
   config.delays = {{0.004, 0.005, 0.003}, 0.0005};
   const Truth truth = World{config, 1}.truth();
   EXPECT_DOUBLE_EQ(truth.tau_s[0], 0.0035);
@@ -101,7 +101,7 @@ TEST(World, TellsItsTruth) {
 
 TEST(World, KnowsWhenEveryRecentTickWas) {
   Config config = testing::quiet();
-  config.sync.drift_ppm = 50;
+  config.clock.drift_ppm = 50;
   World world{config, 1};
   std::vector<Event> events;
   world.advanceTo(seconds(10));
@@ -113,6 +113,16 @@ TEST(World, KnowsWhenEveryRecentTickWas) {
   ASSERT_TRUE(earlier && later);
   EXPECT_NEAR(static_cast<double>((later->at - earlier->at).count()), 2000 * 1'000'050.0, 1);
   EXPECT_DOUBLE_EQ(later->period_ns, 1'000'050);
+}
+
+TEST(World, CountsTheTimesOfDescribedFaultsFromItsStart) {
+  const MonoTime start{std::chrono::seconds{100}};
+  const auto silent = faultFrom(start, {.kind = FaultKind::sync_silent, .at_s = 4, .lasts_s = 2, .jump_s = 0});
+  EXPECT_EQ(silent.kind, FaultKind::sync_silent);
+  EXPECT_EQ(silent.at, start + std::chrono::seconds{4});
+  EXPECT_EQ(silent.duration, std::chrono::seconds{2});
+  const auto jump = faultFrom(start, {.kind = FaultKind::clock_jumps, .at_s = 5, .lasts_s = 0, .jump_s = -300e-6});
+  EXPECT_EQ(jump.jump, std::chrono::microseconds{-300});
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ TEST(Calibration, AsksAgainForATouchThatLostASource) {
   Scenario scenario;
   scenario.recorder().keeps_bytes = false;
   scenario.run(3s);
-  scenario.inject(world::FaultKind::stop_sync, 8s, 3s);
+  scenario.inject(world::FaultKind::sync_silent, 8s, 3s);
   const auto solved = scenario.calibrate();
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_LT(std::abs(solved->value().find("tau_s")->value() - scenario.truth().tau_s[0]), 2e-5);

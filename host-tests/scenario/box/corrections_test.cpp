@@ -17,8 +17,8 @@ world::Config warmingUp() {
   auto config = warmingWorld();
   // A plane face, so that what is left is the noise.
   for (auto& screw : config.screws) {
-    screw.face_um = {};
-    screw.time_constant_s = 60;
+    screw->face_um = {};
+    screw->time_constant_s = 60;
   }
   return config;
 }
@@ -61,7 +61,7 @@ TEST_F(Screws, FollowTheAxisThroughAMeasuringRun) {
 TEST_F(Screws, AreHeldThroughASilenceOfTheirSensors) {
   scenario.run(30s);
   ASSERT_TRUE(served().valid);
-  scenario.inject(FaultKind::drop_drift, 0s, 20s);
+  scenario.inject(FaultKind::screw_sensors_silent, 0s, 20s);
   scenario.run(3s);
   EXPECT_TRUE(served().valid);
   EXPECT_TRUE(served().degraded);
@@ -78,7 +78,7 @@ TEST_F(Screws, AreHeldThroughASilenceOfTheirSensors) {
 }
 
 TEST_F(Screws, AreCompensatedWithoutAProbeAsInEveryCut) {
-  scenario.inject(FaultKind::drop_probe, 0s, 200s);
+  scenario.inject(FaultKind::probe_silent, 0s, 200s);
   scenario.run(2s);
   ASSERT_TRUE(served().valid);
   const auto beats = served().heartbeat;
@@ -94,7 +94,7 @@ TEST_F(Screws, AreCompensatedWithoutAProbeAsInEveryCut) {
 TEST_F(Screws, WhoseSensorIsSilentLetNobodyMeasure) {
   scenario.run(30s);
   // Through T_hold it is known well enough where the tool is.
-  scenario.inject(FaultKind::drop_drift, 0s, 600s);
+  scenario.inject(FaultKind::screw_sensors_silent, 0s, 600s);
   scenario.run(3s);
   scenario.start(procedure::kDelayMultiSpeed);
   scenario.run(1s);
@@ -108,7 +108,7 @@ TEST_F(Screws, SayNothingWithoutAReference) {
   ASSERT_TRUE(served().valid);
   // The counts stand still while the machine measures: its marks then come where the counts know of none.
   scenario.start(procedure::kDelayMultiSpeed);
-  scenario.inject(FaultKind::stick_encoders, 0s, 30s);
+  scenario.inject(FaultKind::encoders_stuck, 0s, 30s);
   ASSERT_TRUE(scenario.runUntil([this] { return !served().valid; }, 60s));
   const auto& axes = served().axes;
   EXPECT_GT(axes[0].reference_losses + axes[1].reference_losses + axes[2].reference_losses, 0U);
@@ -170,7 +170,7 @@ TEST(Delay, InForceIsInTheCountsThatPlaceATriggerWithoutSamples) {
     scenario.run(2s);
     scenario.activateDelay(scenario.truth().tau_s);
     scenario.start(procedure::kDelayMultiSpeed);
-    if (silent) scenario.inject(FaultKind::drop_probe, 0s, 600s);
+    if (silent) scenario.inject(FaultKind::probe_silent, 0s, 600s);
     EXPECT_TRUE(scenario.runUntil([&] { return scenario.state().snapshot.last_trigger.number == 1; }, 120s));
     EXPECT_EQ(scenario.state().snapshot.unplaced_triggers, 0U);
     return scenario.state().snapshot.last_trigger;

@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 
 std::vector<std::byte> bytesOf(std::uint64_t seed) {
   Scenario scenario{usualWorld(), seed};
-  scenario.inject(world::FaultKind::drop_probe, 2s, 100ms);
+  scenario.inject(world::FaultKind::probe_silent, 2s, 100ms);
   scenario.run(5s);
   return scenario.recorded().bytes;
 }
@@ -26,7 +26,7 @@ TEST(Determinism, TheSameSeedGivesTheSameBytes) {
 TEST(Determinism, AReplayedJournalGivesTheSameBytes) {
   Scenario scenario;
   scenario.keepEvents(true);
-  scenario.inject(world::FaultKind::stop_sync, 2s, 500ms);
+  scenario.inject(world::FaultKind::sync_silent, 2s, 500ms);
   scenario.run(5s);
   std::vector<Event> journal;
   std::array<std::byte, 256> buffer;

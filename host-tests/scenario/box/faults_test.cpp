@@ -50,15 +50,15 @@ TEST_P(InMidCalibration, IsRefusedOrStillRight) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Faults, InMidCalibration,
-                         testing::Values(Trouble{"SilentProbe", FaultKind::drop_probe, 120ms},
-                                         Trouble{"FrozenProbe", FaultKind::freeze_probe, 60ms},
-                                         Trouble{"NoisyProbe", FaultKind::shake_probe, 300ms},
-                                         Trouble{"SilentEncoders", FaultKind::drop_encoders, 120ms},
-                                         Trouble{"StuckEncoders", FaultKind::stick_encoders, 150ms},
-                                         Trouble{"SilentSync", FaultKind::stop_sync, 2s},
-                                         Trouble{"LostEdges", FaultKind::lose_edges, 500ms},
-                                         Trouble{"DoubledEdges", FaultKind::double_edges, 500ms},
-                                         Trouble{"JumpingClock", FaultKind::jump_clock, 1s, 300us}),
+                         testing::Values(Trouble{"SilentProbe", FaultKind::probe_silent, 120ms},
+                                         Trouble{"FrozenProbe", FaultKind::probe_frozen, 60ms},
+                                         Trouble{"NoisyProbe", FaultKind::probe_noisy, 300ms},
+                                         Trouble{"SilentEncoders", FaultKind::encoders_silent, 120ms},
+                                         Trouble{"StuckEncoders", FaultKind::encoders_stuck, 150ms},
+                                         Trouble{"SilentSync", FaultKind::sync_silent, 2s},
+                                         Trouble{"LostEdges", FaultKind::edges_lost, 500ms},
+                                         Trouble{"DoubledEdges", FaultKind::edges_doubled, 500ms},
+                                         Trouble{"JumpingClock", FaultKind::clock_jumps, 1s, 300us}),
                          [](const auto& of_one) { return std::string{of_one.param.name}; });
 
 }  // namespace

@@ -78,8 +78,8 @@ TEST(Hosts, ThatStallAtTheSameTimeEachHaveTheirOwnAccount) {
   auto& record = office.add({Policy::record, Profile::raw});
   auto& live_fast = office.add({Policy::live, Profile::fast});
   auto& steady = office.add({Policy::record, Profile::fast});
-  office.scenario().inject(FaultKind::drop_probe, 5s, 400ms);
-  office.scenario().inject(FaultKind::drop_encoders, 9s, 200ms);
+  office.scenario().inject(FaultKind::probe_silent, 5s, 400ms);
+  office.scenario().inject(FaultKind::encoders_silent, 9s, 200ms);
   office.run(3s);
   for (auto* host : {&live, &record, &live_fast}) host->stopReading();
   office.run(15s);
@@ -119,7 +119,7 @@ TEST(Hosts, ThatWereAwayForTooLongAreToldWhatTheyMissed) {
   office.run(3s);
   raw.cutAfter(1000);
   office.run(10s);
-  office.scenario().inject(FaultKind::drop_probe, 0s, 100ms);
+  office.scenario().inject(FaultKind::probe_silent, 0s, 100ms);
   office.connect(raw);
   office.run(3s);
   expectExact(office, raw);
@@ -151,11 +151,11 @@ TEST_P(WithAFault, EveryHostBalances) {
 
 INSTANTIATE_TEST_SUITE_P(
     Sources, WithAFault,
-    testing::Values(std::pair{FaultKind::drop_probe, 500ms}, std::pair{FaultKind::freeze_probe, 500ms},
-                    std::pair{FaultKind::shake_probe, 500ms}, std::pair{FaultKind::drop_encoders, 500ms},
-                    std::pair{FaultKind::stick_encoders, 500ms}, std::pair{FaultKind::stop_sync, 2000ms},
-                    std::pair{FaultKind::lose_edges, 500ms}, std::pair{FaultKind::double_edges, 500ms},
-                    std::pair{FaultKind::jump_clock, 1000ms}));
+    testing::Values(std::pair{FaultKind::probe_silent, 500ms}, std::pair{FaultKind::probe_frozen, 500ms},
+                    std::pair{FaultKind::probe_noisy, 500ms}, std::pair{FaultKind::encoders_silent, 500ms},
+                    std::pair{FaultKind::encoders_stuck, 500ms}, std::pair{FaultKind::sync_silent, 2000ms},
+                    std::pair{FaultKind::edges_lost, 500ms}, std::pair{FaultKind::edges_doubled, 500ms},
+                    std::pair{FaultKind::clock_jumps, 1000ms}));
 
 // What every host hears of triggers is what the registers say, and it hears of each once, however its link fares.
 TEST(Hosts, HearOfEveryTriggerWhereTheMachineWasAndWhatWasServed) {

@@ -31,7 +31,7 @@ TEST(Ledger, LosesNothingOnAGoodMachine) {
 
 TEST(Ledger, DeclaresTheSamplesOfASilentProbe) {
   Scenario scenario;
-  scenario.inject(FaultKind::drop_probe, 3s, 500ms);
+  scenario.inject(FaultKind::probe_silent, 3s, 500ms);
   scenario.run(6s);
   expectExactLedger(scenario);
   EXPECT_NEAR(static_cast<double>(scenario.recorded().lost_samples), 1000, 10);
@@ -41,7 +41,7 @@ TEST(Ledger, DeclaresTheSamplesOfASilentProbe) {
 
 TEST(Ledger, DeclaresTheSamplesOfSilentEncoders) {
   Scenario scenario;
-  scenario.inject(FaultKind::drop_encoders, 3s, 250ms);
+  scenario.inject(FaultKind::encoders_silent, 3s, 250ms);
   scenario.run(6s);
   expectExactLedger(scenario);
   EXPECT_NEAR(static_cast<double>(scenario.recorded().lost_samples), 500, 10);
@@ -51,7 +51,7 @@ TEST(Ledger, DeclaresTheSamplesOfSilentEncoders) {
 TEST(Ledger, HoldsOverASilentSyncLineWithoutLoss) {
   Scenario scenario;
   scenario.run(5s);
-  scenario.inject(FaultKind::stop_sync, 0s, 2s);
+  scenario.inject(FaultKind::sync_silent, 0s, 2s);
   scenario.run(1s);
   EXPECT_EQ(scenario.state().map.state, ClockState::holdover);
   scenario.run(5s);
@@ -64,7 +64,7 @@ TEST(Ledger, TellsEdgesThatTheKernelLostFromEdgesThatNeverCame) {
   Scenario scenario;
   scenario.run(3s);
   const auto before = scenario.state().snapshot.clock.edges;
-  scenario.inject(FaultKind::lose_edges, 100ms, 20ms);
+  scenario.inject(FaultKind::edges_lost, 100ms, 20ms);
   scenario.run(3s);
   expectExactLedger(scenario);
   EXPECT_EQ(scenario.state().lost.sync_edges, scenario.truth().ledger.lost_edges);
@@ -76,7 +76,7 @@ TEST(Ledger, KeepsTheIndexThroughDoubledEdges) {
   Scenario scenario;
   scenario.run(3s);
   const auto before = scenario.state().map.tick;
-  scenario.inject(FaultKind::double_edges, 0s, 1s);
+  scenario.inject(FaultKind::edges_doubled, 0s, 1s);
   scenario.run(3s);
   expectExactLedger(scenario);
   EXPECT_EQ(scenario.recorded().lost_samples, 0U);
@@ -87,9 +87,9 @@ TEST(Ledger, KeepsTheIndexThroughDoubledEdges) {
 TEST(Ledger, GivesEverySampleOneFateWhenTheLinksHaveNoRoom) {
   Scenario scenario;
   scenario.recorder().refuses_every = 3;
-  scenario.inject(FaultKind::drop_probe, 2s, 50ms);
-  scenario.inject(FaultKind::drop_encoders, 3s, 50ms);
-  scenario.inject(FaultKind::drop_probe, 4s, 50ms);
+  scenario.inject(FaultKind::probe_silent, 2s, 50ms);
+  scenario.inject(FaultKind::encoders_silent, 3s, 50ms);
+  scenario.inject(FaultKind::probe_silent, 4s, 50ms);
   scenario.run(6s);
   const auto& recorded = scenario.recorded();
   const auto& snapshot = scenario.state().snapshot;
@@ -152,7 +152,7 @@ TEST(Lines, SpoilATouchThatMissesAnEdgeOfItsSwitch) {
 TEST(Heartbeat, StandsStillWhileTheChainDeliversNothing) {
   Scenario scenario;
   scenario.run(3s);
-  scenario.inject(FaultKind::drop_encoders, 0s, 2s);
+  scenario.inject(FaultKind::encoders_silent, 0s, 2s);
   scenario.run(500ms);
   const auto silent = scenario.state().snapshot.heartbeat;
   scenario.run(1s);

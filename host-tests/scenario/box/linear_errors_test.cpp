@@ -29,7 +29,7 @@ const Vector3d kTableAxis{330, 200, -300};
 world::Config plateWorld(std::uint64_t seed, bool straight = false) {
   auto config = turningWorld(seed);
   auto& part = config.part_spindle;
-  part.ball_count = kPlateBalls;
+  part.balls_mm.resize(kPlateBalls);
   for (std::size_t ball = 0; ball < kPlateBalls; ++ball) {
     const double at_rad = 2 * std::numbers::pi * static_cast<double>(ball) / kPlateBalls;
     part.balls_mm[ball] = {60 * std::cos(at_rad), 60 * std::sin(at_rad), 100};
@@ -37,7 +37,7 @@ world::Config plateWorld(std::uint64_t seed, bool straight = false) {
   if (straight) return config;
   std::mt19937_64 random{seed + 1000};
   std::uniform_real_distribution<double> either{-1, 1}, length_mm{70, 160}, phase{0, 6};
-  auto& errors = config.linear_errors;
+  auto& errors = config.linear_axes;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     errors.scale[axis] = 30e-6 * either(random);
     errors.squareness_rad[axis] = 4e-5 * either(random);
@@ -55,7 +55,7 @@ void describePlate(Scenario& scenario, const world::Config& config, bool by_stat
 // Every ball with the axis at zero, and so many at each angle, with a sensor head whose matrix is known.
 std::optional<metrology::Solved> run(Scenario& scenario, const world::Config& config, std::uint16_t stations = 0) {
   auto& head = scenario.facts.sensor_head.value();
-  const auto& tools = config.probe_spindle.further_tools;
+  const auto& tools = config.further_tools;
   const auto& tool = *std::ranges::find_if(tools, [](const auto& t) { return t.head.has_value(); });
   head.calibrated =
       procedure::CalibratedHead{.result_id = 7, .tool = head.tool, .matrix = tool.head->sensors, .sd = {}};
@@ -194,8 +194,7 @@ TEST(LiveMounts, TellTheErrorsOfCFromTwoMountsOfThePlate) {
   double sd_in_one = 0, sd_in_two = 0;
   for (std::uint64_t seed = 1; seed <= runs(6); ++seed) {
     auto config = turningWorld(seed);
-    config.part_spindle.further_mounts[0] = {.turn_rad = {0.01, -0.02, 0.4}, .shift_mm = {3, -2, 25}};
-    config.part_spindle.further_mount_count = 1;
+    config.part_spindle.further_mounts = {{.turn_rad = {0.01, -0.02, 0.4}, .shift_mm = {3, -2, 25}}};
     Scenario scenario{config, seed};
     const auto result =
         measured(scenario, procedure::kRotaryAxisErrors, {.angles = kStops, .balls = kBalls, .mounts = 2});

@@ -42,7 +42,7 @@ inline void add(Pulls& pulls, const metrology::Result& result, const char* key, 
 
 // The tool that has number 4, in whatever config.
 auto& toolFour(auto& config) {
-  return *std::ranges::find(config.probe_spindle.further_tools, 4U, &world::ToolConfig::number);
+  return *std::ranges::find(config.further_tools, 4U, &board::WorldTool::number);
 }
 
 // With the true delay in force. Nothing but the touches that were asked for may happen.

@@ -31,7 +31,7 @@ world::Config tiltingWorld(std::uint64_t seed) {
     return world::Vector3{uniform(random), uniform(random), uniform(random)};
   };
   auto config = usualWorld();
-  config.tilting_table.errors = {
+  config.tilting_table->errors = {
       .cosine_mm = anywhere(0.01), .sine_mm = anywhere(0.01), .cosine_rad = anywhere(4e-5), .sine_rad = anywhere(4e-5)};
   return config;
 }
@@ -87,8 +87,7 @@ TEST(LivePlateOnB, TellsTheErrorsOfTheTableFromTwoMounts) {
   Pulls pulls;
   for (std::uint64_t seed = 21; seed <= 20 + runs(8); ++seed) {
     auto config = tiltingWorld(seed);
-    config.part_spindle.further_mounts[0] = {.turn_rad = {0, 0, 0.3}, .shift_mm = {40, 0, 0}};
-    config.part_spindle.further_mount_count = 1;
+    config.part_spindle.further_mounts = {{.turn_rad = {0, 0, 0.3}, .shift_mm = {40, 0, 0}}};
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kRotaryAxisErrors, aboutB(scenario, kFew_deg, 2));
     ASSERT_TRUE(result);

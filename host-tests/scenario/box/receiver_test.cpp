@@ -41,7 +41,7 @@ TEST(Receiver, CountsExactlyWhatTheReceiverLeftOut) {
   Scenario scenario{usualWorld(), 2, ProbeIs::counted};
   scenario.run(5s);
   const auto lost = lostToProbe(scenario);
-  scenario.inject(world::FaultKind::drop_probe, 0s, 200ms);
+  scenario.inject(world::FaultKind::probe_silent, 0s, 200ms);
   scenario.run(5s);
   EXPECT_EQ(scenario.state().lost.deflections, scenario.truth().ledger.dropped_probe);
   EXPECT_GT(scenario.state().lost.deflections, 390U);

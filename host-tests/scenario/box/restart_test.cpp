@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 
 world::Config warmingSlowly() {
   auto config = warmingWorld();
-  for (auto& screw : config.screws) screw.time_constant_s = 60;
+  for (auto& screw : config.screws) screw->time_constant_s = 60;
   return config;
 }
 

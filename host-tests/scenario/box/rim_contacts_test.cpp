@@ -74,7 +74,7 @@ double contactAt(const world::Config& config, const world::Machine& machine, con
 
 // The middle of the angles at which the ball really meets the stylus, where the controller stands it.
 double trueMiddle_rad(const Scenario& scenario, const world::Config& config, double from_rad) {
-  const auto part = controllerOf(config).part;
+  const auto part = controllerOf(config).known.part_spindle;
   const auto& [x, y, z] = part.balls_mm[0];
   double sum_rad = 0;
   for (const double side : {1.0, -1.0}) {
@@ -176,7 +176,7 @@ TEST(RimContacts, AreRefusedWithoutAnEncoderOfC) {
 
 TEST(RimContacts, AreRefusedWhereCIsReferencedAnewBetweenThem) {
   auto config = rimWorld(5);
-  config.encoders.c_power_up_deg = 12;
+  config.c_power_up_deg = 12;
   Scenario scenario{config, 5};
   const auto chosen = options(scenario);
   const auto referenceC = [&] {

@@ -174,7 +174,7 @@ TEST_F(TurningTable, IsHeldThroughASilenceOfItsEncoderAndThenStandsStill) {
   turnTo(1);
   ASSERT_TRUE(served().valid);
   const auto held_mm = served().correction_mm;
-  scenario.inject(FaultKind::drop_angles, 0s, 12s);
+  scenario.inject(FaultKind::angles_silent, 0s, 12s);
   scenario.run(3s);
   EXPECT_TRUE(served().valid);
   EXPECT_TRUE(served().degraded);
@@ -190,7 +190,7 @@ TEST_F(TurningTable, IsHeldThroughASilenceOfItsEncoderAndThenStandsStill) {
 
 world::Config unknownAtPowerUp() {
   auto config = turningTableWorld();
-  config.encoders.c_power_up_deg = 123.4;
+  config.c_power_up_deg = 123.4;
   return config;
 }
 

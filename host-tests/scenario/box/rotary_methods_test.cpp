@@ -141,7 +141,7 @@ TEST(LiveProcedure, GoesOnAfterALossAndAfterTheBoxWasRestarted) {
   // A gap in the sync spoils the touches under way: they are asked for again.
   const auto run = scenario.start(procedure::kCentreline, {.angles = 3});
   ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.step == 4; }, 60s));
-  scenario.inject(world::FaultKind::stop_sync, 0s, 1500ms);
+  scenario.inject(world::FaultKind::sync_silent, 0s, 1500ms);
   const auto solved = scenario.finish(run);
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_GT(scenario.machine().stylus().contactCount(), 15U);

@@ -130,7 +130,7 @@ TEST_P(InTrouble, ScansOfNothingAtAllAreGivenUp) {
 }
 
 TEST_P(InTrouble, AHoleCostsOneScanAndNotTheRun) {
-  for (const auto kind : {FaultKind::drop_probe, FaultKind::drop_encoders}) {
+  for (const auto kind : {FaultKind::probe_silent, FaultKind::encoders_silent}) {
     Scenario scenario{usualWorld(), 4};
     scenario.recorder().keeps_bytes = false;
     scenario.run(2s);

@@ -27,11 +27,11 @@ using world::FaultKind;
 world::Config coldAt(double reading_um) {
   auto config = warmingWorld();
   config.encoders.power_up_mm = {};
+  for (auto& screw : config.machine.screws) screw->reference_um += reading_um;
   for (auto& screw : config.screws) {
-    screw.cold_um = screw.warm_um = 0;
-    screw.sensor_zero_um += reading_um;
-    screw.noise_um = 0.1;
-    screw.face_um = {3, 0.8};
+    screw->cold_um = screw->warm_um = 0;
+    screw->noise_um = 0.1;
+    screw->face_um = {3, 0.8};
   }
   return config;
 }
@@ -73,8 +73,8 @@ TEST(ScrewRest, FindsTheColdReadingWithTheUncertaintyThatItStates) {
     const double reading_um = random.uniform(-40, 40);
     const auto axis = static_cast<std::uint8_t>(1 + seed % 3);
     auto config = coldAt(reading_um);
-    for (auto& screw : config.screws) screw.face_um = {random.uniform(-4, 4), random.uniform(-1, 1)};
-    const double truth_um = config.screws[axis - 1U].sensor_zero_um;
+    for (auto& screw : config.screws) screw->face_um = {random.uniform(-4, 4), random.uniform(-1, 1)};
+    const double truth_um = config.machine.screws[axis - 1U]->reference_um;
     auto scenario = std::make_unique<Scenario>(config, seed);
     scenario->recorder().keeps_bytes = false;
     scenario->facts.screws[axis - 1U]->sector_zero_mm += random.uniform(0, 10);  // the sensor is over any part of one
@@ -115,7 +115,7 @@ TEST(ScrewRest, InForceTakesThePlaceOfTheStatedReadingAndLeavesGainAndFace) {
   EXPECT_NEAR(scenario->state().snapshot.axes[0].screw.reference_um, 25, 0.2);
   scenario->push(*app::noneInForce("screw-reference-x", scenario->now()));
   scenario->run(1s);
-  EXPECT_EQ(scenario->state().snapshot.axes[0].screw.reference_um, usualWorld().screws[0].sensor_zero_um);
+  EXPECT_EQ(scenario->state().snapshot.axes[0].screw.reference_um, usualWorld().machine.screws[0]->reference_um);
   const auto& axis = scenario->state().snapshot.axes[0];
   EXPECT_NEAR(axis.screw.slope * usualFacts().screws[0]->length_mm, -0.5e-3 * axis.screw.extension_um, 1e-9)
       << "the gain of the result";
@@ -124,8 +124,8 @@ TEST(ScrewRest, InForceTakesThePlaceOfTheStatedReadingAndLeavesGainAndFace) {
 TEST(ScrewRest, IsRefusedWhileTheScrewIsStillCooling) {
   auto config = coldAt(0);
   for (auto& screw : config.screws) {
-    screw.cold_um = 40;
-    screw.time_constant_s = 1800;  // from 0.02 um/s on
+    screw->cold_um = 40;
+    screw->time_constant_s = 1800;  // from 0.02 um/s on
   }
   const auto scenario = withFace(config, 4, 2);
   const auto solved = scenario->calibrate(procedure::kScrewReference, {.axis = 2});
@@ -166,7 +166,7 @@ TEST(ScrewRest, NeedsTheFaceTableAndTakesNoTurns) {
 TEST(ScrewRest, DoesNotNeedTheProbeAndTakesNoMemoryOnTheTickPath) {
   const auto config = coldAt(3);
   const auto scenario = withFace(config, 6, 3);
-  scenario->inject(FaultKind::drop_probe, 0s, 300s);
+  scenario->inject(FaultKind::probe_silent, 0s, 300s);
   WatchedTwin twin{*scenario, config};
   const auto solved = scenario->calibrate(procedure::kScrewReference, {.axis = 3});
   ASSERT_TRUE(solved && solved->ok());

@@ -29,10 +29,10 @@ world::Config warm(double once_um = 3, double twice_um = 0.8) {
   auto config = warmingWorld();
   config.encoders.power_up_mm = {};
   for (auto& screw : config.screws) {
-    screw.cold_um = kWarm_um;
-    screw.warm_um = kWarm_um;
-    screw.noise_um = 0.1;
-    screw.face_um = {once_um, twice_um};
+    screw->cold_um = kWarm_um;
+    screw->warm_um = kWarm_um;
+    screw->noise_um = 0.1;
+    screw->face_um = {once_um, twice_um};
   }
   return config;
 }
@@ -146,8 +146,8 @@ TEST(ScrewSweep, InForceTakesTheFaceOutOfWhatIsServedAndMeasured) {
 TEST(ScrewSweep, IsRefusedWhileTheScrewIsStillWarming) {
   auto config = warm();
   for (auto& screw : config.screws) {
-    screw.warm_um = 330;
-    screw.time_constant_s = 600;
+    screw->warm_um = 330;
+    screw->time_constant_s = 600;
   }
   Scenario scenario{config};
   scenario.recorder().keeps_bytes = false;
@@ -165,7 +165,7 @@ TEST(ScrewSweep, IsRefusedWhenTheAxisDoesNotTurnTheScrew) {
   scenario.start(procedure::kScrewCalibration, sweepOf(1, {1}));
   scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::running; }, 10s);
   // The counts stand still for the last half of four turns.
-  scenario.inject(FaultKind::stick_encoders, 20s, 30s);
+  scenario.inject(FaultKind::encoders_stuck, 20s, 30s);
   const auto solved = scenario.finish(1);
   ASSERT_TRUE(solved);
   ASSERT_FALSE(solved->ok());
@@ -177,7 +177,7 @@ TEST(ScrewSweep, IsAskedForAgainAndThenRefusedWhenTheSensorIsSilent) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   scenario.start(procedure::kScrewCalibration, sweepOf(3, {5}));
-  scenario.inject(FaultKind::drop_drift, 0s, 200s);
+  scenario.inject(FaultKind::screw_sensors_silent, 0s, 200s);
   ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::refused; }, 150s));
   EXPECT_EQ(scenario.state().procedure.last_fault, capture::TouchFault::no_drift_rows);
   EXPECT_FALSE(scenario.recorded().run_to_solve);
@@ -187,7 +187,7 @@ TEST(ScrewSweep, DoesNotNeedTheProbe) {
   Scenario scenario{warm()};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  scenario.inject(FaultKind::drop_probe, 0s, 200s);
+  scenario.inject(FaultKind::probe_silent, 0s, 200s);
   const auto solved = scenario.calibrate(procedure::kScrewCalibration, sweepOf(1, {2}));
   ASSERT_TRUE(solved);
   EXPECT_TRUE(solved->ok()) << solved->error().reason;

@@ -29,8 +29,8 @@ using testing::HasSubstr;
 
 const std::uint64_t kHeadSeeds = runs(10);
 
-world::ToolConfig& headIn(world::Config& config) {
-  auto& tools = config.probe_spindle.further_tools;
+board::WorldTool& headIn(world::Config& config) {
+  auto& tools = config.further_tools;
   return *std::ranges::find_if(tools, [](const auto& tool) { return tool.head.has_value(); });
 }
 
@@ -112,7 +112,7 @@ TEST(LiveSensorHead, TellsWhereItsCentreIsOnTheSphere) {
   Pulls centred;
   for (std::uint64_t seed = 1; seed <= runs(24); ++seed) {
     auto config = headWorld(seed, 0.02);
-    config.swivel_head.noise_rad = 0;  // it says where the centre is at this stop of the head
+    config.swivel_head->noise_rad = 0;  // it says where the centre is at this stop of the head
     Scenario scenario{config, seed};
     const auto solved = calibrated(scenario);
     ASSERT_TRUE(solved && solved->ok());

@@ -11,8 +11,8 @@
 #include "host-tests/emulation/boot.hpp"
 #include "host-tests/emulation/register_link.hpp"
 #include "host-tests/emulation/scenario.hpp"
-#include "host-tests/support/temporary_folder.hpp"
 #include "host-tests/support/runs.hpp"
+#include "host-tests/support/temporary_folder.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
 
@@ -35,7 +35,7 @@ world::Config styliWorld(std::uint64_t seed) {
   auto& spindle = config.probe_spindle;
   spindle.direction = {within(3e-4), within(3e-4), 1};
   for (double& offset : spindle.stylus_offset_mm) offset = within(0.05);
-  for (auto& tool : spindle.further_tools) {
+  for (auto& tool : config.further_tools) {
     for (double& offset : tool.offset_mm) offset = within(0.05);
   }
   return config;
@@ -46,7 +46,7 @@ std::vector<double> offsetOfTool(const world::Config& config, std::uint32_t numb
   const auto& spindle = config.probe_spindle;
   auto [x, y] = spindle.stylus_offset_mm;
   double length_mm = spindle.stylus_length_mm;
-  for (const auto& tool : spindle.further_tools) {
+  for (const auto& tool : config.further_tools) {
     if (tool.number == number) x = tool.offset_mm[0], y = tool.offset_mm[1], length_mm = tool.length_mm;
   }
   const world::Vector3 hanging{x, y, -length_mm}, axis = world::unit(spindle.direction);

@@ -79,7 +79,7 @@ TEST(LiveHeadPivot, FindsTheAxisOfTheHeadWithTheUncertaintyThatItStates) {
     const auto result = measured(scenario, procedure::kHeadPivot);
     ASSERT_TRUE(result);
     // Positions are those of the first tool's stylus ball, 150 mm below the reference.
-    const auto& pivot_mm = config.swivel_head.pivot_mm;
+    const auto& pivot_mm = config.swivel_head->pivot_mm;
     add(pulls, *result, "pivot_xz_mm", {pivot_mm[0], pivot_mm[2] + 150}, 1e-3);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
   }

@@ -17,13 +17,13 @@ inline world::Config swivelWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   std::mt19937_64 random{seed};
   const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
-  auto& head = config.swivel_head;
+  auto& head = *config.swivel_head;
   for (const std::size_t i : {0U, 2U}) head.pivot_mm[i] += within(0.05);
   head.direction = {within(3e-4), 1, within(3e-4)};
   auto& spindle = config.probe_spindle;
   spindle.direction = {within(3e-4), within(3e-4), 1};
   for (double& offset : spindle.stylus_offset_mm) offset = within(0.03);
-  for (auto& tool : spindle.further_tools) {
+  for (auto& tool : config.further_tools) {
     for (double& offset : tool.offset_mm) offset = within(0.03);
   }
   return config;
@@ -51,7 +51,7 @@ inline world::Vector3 errorOf(const world::Machine& machine, double b_rad, std::
 // The same of the shank: a tool as long as that is high up, in the same spindle, has its tip where the axis of the
 // spindle is.
 inline world::Vector3 errorOfShank(world::Config config, double b_rad, double length_mm) {
-  config.probe_spindle.further_tools = {{.number = 9, .length_mm = length_mm}};
+  config.further_tools = {{.number = 9, .length_mm = length_mm}};
   return errorOf(world::Machine{config}, b_rad, 9, length_mm);
 }
 

@@ -29,8 +29,8 @@ constexpr double kHalfTurn_rad = std::numbers::pi;
 world::Config checkWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   world::Random random{seed, 99};
-  for (const std::size_t i : {0U, 2U}) config.swivel_head.pivot_mm[i] += random.uniform(-0.02, 0.02);
-  config.swivel_head.direction = {random.uniform(-2e-4, 2e-4), 1, random.uniform(-2e-4, 2e-4)};
+  for (const std::size_t i : {0U, 2U}) config.swivel_head->pivot_mm[i] += random.uniform(-0.02, 0.02);
+  config.swivel_head->direction = {random.uniform(-2e-4, 2e-4), 1, random.uniform(-2e-4, 2e-4)};
   for (double& offset : config.probe_spindle.stylus_offset_mm) offset = random.uniform(-0.03, 0.03);
   return config;
 }
@@ -113,7 +113,7 @@ TEST(SwivelledCheck, HoldsTheDoubtOfTheCheckInForce) {
 
 TEST(SwivelledCheck, FailsWhereTheHeadHasMoved) {
   auto config = usualWorld();
-  config.swivel_head.pivot_mm[0] += 0.1;
+  config.swivel_head->pivot_mm[0] += 0.1;
   Scenario scenario{config, 3};
   scenario.facts.takeLength(1, scenario.facts.lengthOf(1), 42);
   scenario.facts.takeLength(2, scenario.facts.lengthOf(2), 43);
@@ -130,8 +130,8 @@ TEST(SwivelledCheck, FailsWhereTheHeadHasMoved) {
 // A head with an error that a person has accepted: the next check is held against that one, at every angle.
 TEST(SwivelledCheck, PassesWhereTheHeadIsAsItWasAccepted) {
   auto config = usualWorld();
-  config.swivel_head.pivot_mm[0] += 0.1;
-  config.swivel_head.direction = {1e-4, 1, 3e-4};
+  config.swivel_head->pivot_mm[0] += 0.1;
+  config.swivel_head->direction = {1e-4, 1, 3e-4};
   procedure::MeasuredPlaces accepted;
   for (const std::uint64_t seed : {3U, 4U}) {
     Scenario scenario{config, seed};

@@ -27,7 +27,7 @@ world::Config tiltWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   std::mt19937_64 random{seed};
   const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
-  auto& table = config.tilting_table;
+  auto& table = *config.tilting_table;
   for (double& at : table.point_mm) at += within(0.05);
   table.direction = {1, within(5e-4), within(5e-4)};
   config.part_spindle.point_mm[1] += within(0.05);
@@ -36,7 +36,7 @@ world::Config tiltWorld(std::uint64_t seed) {
 
 // Where the axis is in y and z, at that x, for positions of a stylus that hangs off its spindle's axis.
 std::array<double, 2> pivotOf(const world::Config& config, double x_mm) {
-  const auto& table = config.tilting_table;
+  const auto& table = *config.tilting_table;
   const auto& stylus = config.probe_spindle.stylus_offset_mm;
   const world::Vector3 off{stylus[0], stylus[1], 0};
   const double along_mm = x_mm + off[0] - table.point_mm[0];

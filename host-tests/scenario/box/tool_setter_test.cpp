@@ -32,7 +32,7 @@ constexpr ProcedureOptions kTool4{.tool = 4};
 world::Config setterWorld(std::uint64_t seed, double sd_probe_offset_mm) {
   world::Config config = usualWorld();
   world::Random random{seed, 90};
-  for (double& at : config.tool_setter.centre_mm) at += random.uniform(-0.03, 0.03);
+  for (double& at : config.tool_setter->centre_mm) at += random.uniform(-0.03, 0.03);
   auto& tool = toolFour(config);
   for (double& off : tool.offset_mm) off += random.uniform(-0.02, 0.02);
   tool.length_mm += random.uniform(-0.05, 0.05);
@@ -49,7 +49,7 @@ std::vector<double> toolOffset(const world::Config& config) {
 
 // Positions are those of the stylus ball under an ideal spindle, and the head's reference is the stylus' length above.
 std::vector<double> setterPlace(const world::Config& config) {
-  const auto at = config.tool_setter.centre_mm - world::Vector3{0, 0, config.probe_spindle.stylus_length_mm};
+  const auto at = config.tool_setter->centre_mm - world::Vector3{0, 0, config.probe_spindle.stylus_length_mm};
   return {at.begin(), at.end()};
 }
 
@@ -134,7 +134,7 @@ TEST(LiveToolSetter, DependsNeitherOnTheDelayNorOnHowLateTheDeviceIs) {
   std::vector<metrology::Result> results;
   for (const auto& lag : {Lag{0, 0}, Lag{0.003, 0}, Lag{0.0004, 800}}) {
     auto config = setterWorld(3, 0);
-    config.tool_setter.late_s = lag.of_device_s;
+    config.tool_setter->late_s = lag.of_device_s;
     Scenario scenario{config, 3};
     const auto solved = setOn(scenario, lag.wrong_delay_us);
     ASSERT_TRUE(solved && solved->ok());
@@ -164,14 +164,14 @@ TEST(LiveToolSetter, IsSavedWithEveryDigit) {
 
 TEST(LiveToolSetter, NoticesADeviceThatHasMovedOrIsAnotherOne) {
   auto moved = usualWorld();
-  moved.tool_setter.centre_mm[1] += 0.15;
+  moved.tool_setter->centre_mm[1] += 0.15;
   Scenario elsewhere{moved, 5};
   const auto far = setOn(elsewhere);
   ASSERT_TRUE(far && !far->ok());
   EXPECT_EQ(far->error().name, "setter-moved");
 
   auto wider = usualWorld();
-  wider.tool_setter.half_width_mm[0] += 0.1;
+  wider.tool_setter->half_width_mm[0] += 0.1;
   Scenario other{wider, 5};
   const auto wide = setOn(other);
   ASSERT_TRUE(wide && !wide->ok());
@@ -190,7 +190,7 @@ TEST(LiveToolSetter, IsRefusedWithoutADelay) {
 
 TEST(LiveToolSetter, AsksAgainWhereTheDeviceSaysNothing) {
   auto config = usualWorld();
-  config.tool_setter.centre_mm[2] -= 30;  // every way goes past it
+  config.tool_setter->centre_mm[2] -= 30;  // every way goes past it
   Scenario scenario{config, 6};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
@@ -220,8 +220,8 @@ TEST(LiveToolAssembly, FindsWhatTheToolIsOffAsWellAsItSays) {
   for (std::uint64_t seed = 1; seed <= kSetterSeeds; ++seed) {
     auto config = setterWorld(seed, 0);
     world::Random random{seed, 91};
-    config.tool_setter.centre_mm = usualWorld().tool_setter.centre_mm;
-    for (double& at : config.tool_setter.centre_mm) at += unit.sd_accepted_mm * random.normal();
+    config.tool_setter->centre_mm = usualWorld().tool_setter->centre_mm;
+    for (double& at : config.tool_setter->centre_mm) at += unit.sd_accepted_mm * random.normal();
     const double true_holder_mm = holder.length_mm + holder.sd_mm * random.normal();
     Scenario scenario{config, seed};
     const auto solved = setOn(scenario, 0, procedure::kToolAssembly);
@@ -239,7 +239,7 @@ TEST(LiveToolAssembly, FindsWhatTheToolIsOffAsWellAsItSays) {
 // What a simulation draws, and what a control has to add: the place of the world's tip decides both.
 TEST(LiveToolAssembly, PutsTheTipWhereItIsAndTheMotionWhereItBelongs) {
   auto config = setterWorld(4, 0);
-  config.tool_setter.centre_mm = usualWorld().tool_setter.centre_mm;
+  config.tool_setter->centre_mm = usualWorld().tool_setter->centre_mm;
   Scenario scenario{config, 4};
   const auto solved = setOn(scenario, 0, procedure::kToolAssembly);
   ASSERT_TRUE(solved && solved->ok());

@@ -16,9 +16,8 @@
 namespace probebox::scenario {
 
 // The switch of a touch-trigger probe with some pre-travel, late by some time, that chatters.
-inline world::TouchTriggerConfig someSwitch(world::Random& random) {
-  return {.fitted = true,
-          .pre_travel_mm = random.uniform(0.005, 0.015),
+inline board::WorldTouchTrigger someSwitch(world::Random& random) {
+  return {.pre_travel_mm = random.uniform(0.005, 0.015),
           .lobe_mm = random.uniform(-0.004, 0.004),
           .axial_mm = random.uniform(0.001, 0.006),
           .hysteresis_mm = 0.0002,

@@ -65,7 +65,7 @@ std::vector<double> offsetOf(const world::Config& config) {
 
 // Y and Z of the table's axis, for positions of a stylus that hangs off its spindle's axis.
 std::vector<double> pivotOf(const Scenario& scenario, const world::Config& config) {
-  const auto& table = config.tilting_table;
+  const auto& table = *config.tilting_table;
   const auto& x = *scenario.dataset().table("readings")->column("x_mm");
   double x_mm = 0;
   for (const double each : x) x_mm += each / static_cast<double>(x.size());
@@ -81,7 +81,7 @@ TEST(TriggerProbe, ShowsItsPreTravelByDirection) {
     Scenario scenario{config, seed};
     const auto result = qualified(scenario);
     ASSERT_TRUE(result);
-    const auto& trigger = config.touch_trigger;
+    const auto& trigger = *config.touch_trigger;
     add(pulls, *result, "pre_travel_mm", {trigger.pre_travel_mm, trigger.lobe_mm, 0, trigger.axial_mm}, 6e-4);
     // The switch closes nearer to the surface than it opens; a reading is the mean of both, in all directions.
     add(pulls, *result, "radius_error_mm", {trigger.hysteresis_mm / 2}, 6e-4);
@@ -156,12 +156,12 @@ TEST(TriggerProbe, TurnsItsLobesWithTheHead) {
   for (std::uint64_t seed = 1; seed <= kSwitchSeeds; ++seed) {
     auto config = switchWorld(300 + seed);
     world::Random random{seed, 92};
-    for (const std::size_t i : {0U, 2U}) config.swivel_head.pivot_mm[i] += random.uniform(-0.05, 0.05);
+    for (const std::size_t i : {0U, 2U}) config.swivel_head->pivot_mm[i] += random.uniform(-0.05, 0.05);
     Scenario scenario{config, seed};
     ASSERT_TRUE(qualified(scenario));
     const auto found = runWithSwitch(scenario, procedure::kHeadPivot);
     ASSERT_TRUE(found);
-    const auto& pivot_mm = config.swivel_head.pivot_mm;
+    const auto& pivot_mm = config.swivel_head->pivot_mm;
     // Positions are those of the first tool's stylus ball, 150 mm below the reference.
     addWhole(pivot, *found, "pivot_xz_mm", {pivot_mm[0], pivot_mm[2] + 150}, 2e-3);
   }

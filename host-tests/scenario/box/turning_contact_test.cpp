@@ -23,9 +23,8 @@ constexpr double kOff_rad = 0.9 * kDegree;
 world::Config turningRimWorld() {
   auto config = usualWorld();
   config.part_spindle.direction = {0, 0, 1};
-  config.part_spindle.ball_count = 1;
-  config.part_spindle.balls_mm[0] = {kRim_mm * std::sin(kOff_rad), kRim_mm * std::cos(kOff_rad), 20};
-  config.rotary.noise_rad = config.swivel_head.noise_rad = 0;
+  config.part_spindle.balls_mm = {{kRim_mm * std::sin(kOff_rad), kRim_mm * std::cos(kOff_rad), 20}};
+  config.rotary.noise_rad = config.swivel_head->noise_rad = 0;
   config.probe_spindle.direction = {0, 0, 1};
   config.probe_spindle.stylus_offset_mm = {0, 0};
   config.axes.home_mm = config.part_spindle.point_mm + Vector3{0, kRim_mm, 200};
@@ -99,7 +98,7 @@ TEST_P(TurnedUntilContact, HasTheAngleOfCAtItsStampAndTheBallOnTheLineInTheMiddl
     EXPECT_FALSE(stamp.has_angle[0]) << "no encoder says how A stands";
     EXPECT_TRUE(stamp.has_position[1]);
     // The encoder is late, and the trigger a little.
-    const double late_rad = kSpeed_rad_s * (world.truth().tau_s[2] - 1e-6 * config.sync.bias_us);
+    const double late_rad = kSpeed_rad_s * (world.truth().tau_s[2] - 1e-6 * config.clock.bias_us);
     EXPECT_GT(late_rad, 2e-4);
     EXPECT_NEAR(stamp.angle_rad[2], struck_rad + (beside_mm > 0 ? -late_rad : late_rad), 1e-6);
     sum_rad += stamp.angle_rad[2];

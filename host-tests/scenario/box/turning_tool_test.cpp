@@ -37,14 +37,14 @@ constexpr double kSdHalfWidth_mm = 4e-4, kSdBall_mm = 6e-4;
 world::Config turningToolWorld(std::uint64_t seed) {
   world::Config config = usualWorld();
   world::Random random{seed, 96};
-  for (double& at : config.tool_setter.centre_mm) at += random.uniform(-0.03, 0.03);
+  for (double& at : config.tool_setter->centre_mm) at += random.uniform(-0.03, 0.03);
   auto& tool = toolFour(config);
   for (double& off : tool.offset_mm) off += random.uniform(-0.05, 0.05);
   tool.length_mm += random.uniform(-0.05, 0.05);
   tool.radius_mm = random.uniform(0.1, 0.3);
   tool.nose = true;
   const double wider_mm = kSdHalfWidth_mm * random.normal();
-  for (double& half : config.tool_setter.half_width_mm) half += wider_mm;
+  for (double& half : config.tool_setter->half_width_mm) half += wider_mm;
   config.sphere.stylus_ball_radius_mm += kSdBall_mm / 2 * random.normal();
   return config;
 }
@@ -103,7 +103,7 @@ TEST(TurningTool, IsSetByTheFacesThatItReaches) {
     const Vector3 probe = tipOf(scenario, config, 1, 0), nominal = nominalTip(scenario.facts, 0);
     addWhole(tool, *result, "tool_offset_mm", 0, edge + (nominal - probe));
     addWhole(device, *result, "setter_mm", 0,
-             config.tool_setter.centre_mm + (nominal - probe) - Vector3{0, 0, config.probe_spindle.stylus_length_mm});
+             config.tool_setter->centre_mm + (nominal - probe) - Vector3{0, 0, config.probe_spindle.stylus_length_mm});
     EXPECT_THAT(result->unobservable, Contains(testing::AllOf(HasSubstr("X and"), HasSubstr("one face"))));
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
   }
@@ -118,8 +118,8 @@ TEST(TurningTool, IsSetAtEveryAngleOfTheHeadAndLinkedToTheTurningAxis) {
   for (std::uint64_t seed = 1; seed <= kTurningToolSeeds; ++seed) {
     auto config = turningToolWorld(seed);
     world::Random random{seed, 97};
-    for (const std::size_t i : {0U, 2U}) config.swivel_head.pivot_mm[i] += random.uniform(-0.03, 0.03);
-    config.swivel_head.noise_rad = 0;
+    for (const std::size_t i : {0U, 2U}) config.swivel_head->pivot_mm[i] += random.uniform(-0.03, 0.03);
+    config.swivel_head->noise_rad = 0;
     Scenario scenario{config, seed};
     scenario.facts = factsOf({kSwivels.begin(), kSwivels.end()});
     const Vector3 reference{0, 0, config.probe_spindle.stylus_length_mm};
@@ -138,7 +138,7 @@ TEST(TurningTool, IsSetAtEveryAngleOfTheHeadAndLinkedToTheTurningAxis) {
     for (std::size_t k = 0; k < kSwivels.size(); ++k) {
       const Vector3 probe = tipOf(scenario, config, 1, kSwivels[k]), nominal = nominalTip(scenario.facts, kSwivels[k]);
       const Vector3 edge = tipOf(scenario, config, 4, kSwivels[k]) - *toolFour(config).radius_mm * kNormals;
-      const Vector3 place = config.tool_setter.centre_mm + (nominal - probe) - reference;
+      const Vector3 place = config.tool_setter->centre_mm + (nominal - probe) - reference;
       addWhole(tool, *result, "tool_offset_mm", k, edge + (nominal - probe));
       addWhole(device, *result, "setter_mm", k, place);
       const double up_mm = place[2] + reference[2] + 160;
@@ -154,7 +154,7 @@ TEST(TurningTool, IsSetAtEveryAngleOfTheHeadAndLinkedToTheTurningAxis) {
 
 TEST(TurningTool, IsNotSetWhereTheDeviceHasMovedThoughTheHeadSwivels) {
   auto config = turningToolWorld(3);
-  config.tool_setter.centre_mm[0] += 0.2;
+  config.tool_setter->centre_mm[0] += 0.2;
   Scenario scenario{config, 3};
   scenario.facts = factsOf({0, 45 * kDegree});
   scenario.run(std::chrono::seconds{2});
@@ -175,8 +175,8 @@ TEST(TurningTool, IsAssembledByTheFacesThatItReaches) {
   for (std::uint64_t seed = 1; seed <= kTurningToolSeeds; ++seed) {
     auto config = turningToolWorld(seed);
     world::Random random{seed, 98};
-    config.tool_setter.centre_mm = usualWorld().tool_setter.centre_mm;
-    for (double& at : config.tool_setter.centre_mm) at += unit.sd_accepted_mm * random.normal();
+    config.tool_setter->centre_mm = usualWorld().tool_setter->centre_mm;
+    for (double& at : config.tool_setter->centre_mm) at += unit.sd_accepted_mm * random.normal();
     const double true_holder_mm = holder.length_mm + holder.sd_mm * random.normal();
     Scenario scenario{config, seed};
     scenario.facts = described;

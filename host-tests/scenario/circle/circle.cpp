@@ -45,8 +45,8 @@ Vector3 nominalTip(double b_rad) {
 
 // As the tool's drawing has it.
 Vector3 nominalOffset() {
-  const auto tools = warmingWorld().probe_spindle.further_tools;
-  const auto& tool = *std::ranges::find(tools, kTool, &world::ToolConfig::number);
+  const auto tools = warmingWorld().further_tools;
+  const auto& tool = *std::ranges::find(tools, kTool, &board::WorldTool::number);
   return {tool.offset_mm[0], tool.offset_mm[1], -tool.length_mm};
 }
 
@@ -93,7 +93,7 @@ world::Config hiddenWorld(std::uint64_t seed) {
   part.direction = {within(3e-4), within(3e-4), 1};
   auto& spindle = config.probe_spindle;
   spindle.direction = {within(2e-4), within(2e-4), 1};
-  auto& head = config.swivel_head;
+  auto& head = *config.swivel_head;
   for (const std::size_t i : {0U, 2U}) head.pivot_mm[i] += within(0.04);
   head.direction = {within(2e-4), 1, within(2e-4)};
   const double sd_mm = usualFacts().tool_setter->sd_probe_offset_mm.value();
@@ -101,20 +101,20 @@ world::Config hiddenWorld(std::uint64_t seed) {
   std::normal_distribution off{0.0, sd_mm};
   for (double& offset : spindle.stylus_offset_mm) offset += off(random);
   spindle.stylus_length_mm += off(random);
-  for (auto& tool : spindle.further_tools) {
+  for (auto& tool : config.further_tools) {
     if (tool.number != kTool) continue;
     for (double& offset : tool.offset_mm) offset += within(0.02);
     tool.length_mm += within(0.05);
     *tool.radius_mm += within(0.02);
   }
-  for (double& at : config.tool_setter.centre_mm) at += within(0.03);
+  for (double& at : config.tool_setter->centre_mm) at += within(0.03);
   config.drift_rate_hz = 500;  // while a screw turns before it, a reading belongs to where the screw is now
   for (auto& screw : config.screws) {
-    screw.warm_um = between(20, 55);
-    screw.time_constant_s = between(700, 1200);
-    screw.face_um = {between(0.2, 0.5), between(0.05, 0.1)};
-    screw.noise_um = 0.02;
-    screw.sensor_time_constant_s = kSensor_s;
+    screw->warm_um = between(20, 55);
+    screw->time_constant_s = between(700, 1200);
+    screw->face_um = {between(0.2, 0.5), between(0.05, 0.1)};
+    screw->noise_um = 0.02;
+    screw->sensor_time_constant_s = kSensor_s;
   }
   return config;
 }
@@ -175,7 +175,7 @@ void Circle::errorsOfMachine() {
     calibrate(kScrewCalibration, {static_cast<double>(axis + 1)});
     const auto* table = lastResult().find("sector_table_um");
     ASSERT_NE(table, nullptr);
-    sd_of_extension_mm_[axis] = 1e-3 * std::hypot(std::ranges::max(table->sd), config_.screws[axis].noise_um);
+    sd_of_extension_mm_[axis] = 1e-3 * std::hypot(std::ranges::max(table->sd), config_.screws[axis]->noise_um);
   }
   calibrate(kCAxisAlignment);
   calibrate(kToolSetter, {0, 0, kTool * 1.0});
@@ -208,14 +208,14 @@ double Circle::sdOfCentreline(std::size_t axis, double z_mm) {
 }
 
 double Circle::sdOfScrew(std::size_t axis, double position_mm) const {
-  const auto& screw = config_.screws[axis].screw;
+  const auto& screw = *config_.machine.screws[axis];
   return std::abs(position_mm + (screw.reversed ? -1 : 1) * screw.offset_mm) / screw.length_mm *
          sd_of_extension_mm_[axis];
 }
 
 // Where the head stopped when it was levelled after the calibration of its errors, at the tip of a tool.
 double Circle::sdOfLevel(std::size_t axis, double length_mm) const {
-  return axis == 0 ? (kPivot_mm + length_mm) * config_.swivel_head.noise_rad : 0;
+  return axis == 0 ? (kPivot_mm + length_mm) * config_.swivel_head->noise_rad : 0;
 }
 
 // The mean of both readings, A at 0 and 180 degrees, without the place of the stylus in the spindle.
@@ -278,14 +278,14 @@ void Circle::headAgain() {
     const double touched = i == 2 ? touches_.sdAlong() : touches_.sdAcross();  // twice, the mean of two each
     const double swung = i == 1 ? 0 : sdOfLevel(0, kStylusLength_mm) / std::numbers::sqrt2;
     const double stops = std::hypot(sdOfLevel(i, kStylusLength_mm), swung);
-    const double screw = sd_of_extension_mm_[i] * std::abs(to[i] - from[i]) / config_.screws[i].screw.length_mm;
+    const double screw = sd_of_extension_mm_[i] * std::abs(to[i] - from[i]) / config_.machine.screws[i]->length_mm;
     add("swivel", swivelled[i] - level[i], std::hypot(std::hypot(sd_of_swivel_mm_[i], touched), stops, screw));
   }
 }
 
 // The tool's tip, by the offset that the control took into its table, meets the faces of the setting device.
 void Circle::toolAgain() {
-  const auto& setter = config_.tool_setter;
+  const auto& setter = *config_.tool_setter;
   const Vector3 offset = correction_.adds() ? triple(kToolRow) : nominalOffset();
   const Vector3 gauge = setter.centre_mm - Vector3{0, 0, config_.probe_spindle.stylus_length_mm};
   const Vector3 shift = centrelineAdds(gauge[2] - offset[2]);

@@ -42,9 +42,8 @@ void describeMachine(box::BoxConfig& box) {
 // Two more mounts of the balls: turned about C, and shifted.
 world::Config worldOfTheLoop() {
   auto config = warmingWorld();
-  config.part_spindle.further_mounts[0] = {.turn_rad = {0, 0, 15 * kDegree}, .shift_mm = {0, 0, 30}};
-  config.part_spindle.further_mounts[1] = {.turn_rad = {0, 0, -20 * kDegree}, .shift_mm = {5, 0, 10}};
-  config.part_spindle.further_mount_count = 2;
+  config.part_spindle.further_mounts = {{.turn_rad = {0, 0, 15 * kDegree}, .shift_mm = {0, 0, 30}},
+                                        {.turn_rad = {0, 0, -20 * kDegree}, .shift_mm = {5, 0, 10}}};
   return config;
 }
 

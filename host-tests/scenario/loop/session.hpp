@@ -69,10 +69,10 @@ inline std::map<int, double> placesOfBalls() {
   std::map<int, double> places;
   const auto config = worldOfTheLoop();
   const auto& part = config.part_spindle;
-  for (std::size_t ball = 0; ball < part.ball_count; ++ball) {
-    for (std::size_t mount = 0; mount <= part.further_mount_count; ++mount) {
+  for (std::size_t ball = 0; ball < part.balls_mm.size(); ++ball) {
+    for (std::size_t mount = 0; mount <= part.further_mounts.size(); ++mount) {
       const auto& as_described = part.balls_mm[ball];
-      const auto at = mount == 0 ? as_described : part.further_mounts[mount - 1].place(as_described);
+      const auto at = mount == 0 ? as_described : world::inMount(part.further_mounts[mount - 1], as_described);
       const auto number = 1001 + 10 * (static_cast<int>(ball) + 1) + 3 * static_cast<int>(mount);
       for (std::size_t axis = 0; axis < 3; ++axis)
         places[number + static_cast<int>(axis)] = part.point_mm[axis] + at[axis];
@@ -82,7 +82,7 @@ inline std::map<int, double> placesOfBalls() {
 }
 inline std::map<std::string, double> placesOfAxes() {
   const auto config = worldOfTheLoop();
-  const auto &part = config.part_spindle.point_mm, &table = config.tilting_table.point_mm;
+  const auto &part = config.part_spindle.point_mm, &table = config.tilting_table->point_mm;
   return {{"_pb_axis_x", part[0]}, {"_pb_axis_y", part[1]}, {"_pb_table_y", table[1]}, {"_pb_table_z", table[2]}};
 }
 

@@ -48,12 +48,13 @@ constexpr const char* kSensors = "sensors = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n"
 
 TEST(WorldToml, MayHaveASensorHead) {
   const std::string head = "[sensor_head]\nnumber = 6\nlength_mm = 170\nrange_mm = 0.4\nnoise_um = 0.1\n";
-  EXPECT_FALSE(worldWithHead("")->sensor_head);
+  EXPECT_FALSE(worldWithHead("")->further_tools.back().head);
   const auto world = worldWithHead(head + kSensors);
   ASSERT_TRUE(world.ok()) << world.error().what;
-  EXPECT_EQ(world->sensor_head->number, 6U);
-  EXPECT_EQ(world->sensor_head->sensors[2][2], 1);
-  EXPECT_EQ(world->sensor_head->offset_mm[0], 0);
+  const auto& tool = world->further_tools.back();
+  EXPECT_EQ(tool.number, 6U);
+  EXPECT_EQ(tool.head.value().sensors[2][2], 1);
+  EXPECT_EQ(tool.offset_mm[0], 0);
   EXPECT_THAT(worldWithHead(head + "sensors = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]\n").error().what,
               HasSubstr("lie nearly in one plane"));
   EXPECT_THAT(worldWithHead(head).error().what, HasSubstr("missing key 'sensor_head.sensors'"));

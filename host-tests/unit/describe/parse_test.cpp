@@ -371,14 +371,15 @@ TEST(WorldToml, RefusesMillisecondsWrittenAsSeconds) {
               HasSubstr("'delays.tau_machine_s' = 5.45 is out of its range"));
 }
 
-TEST(WorldToml, HasNoSpindlesThatItDoesNotDescribe) {
+TEST(WorldToml, HasNoFeaturesThatItDoesNotDescribe) {
   const std::string world{simFile("world.toml")};
   const auto begin = world.find("# A gap of known width"), end = world.find("# Five touches");
   ASSERT_LT(begin, end);
   const auto bare = parseWorld(world.substr(0, begin) + world.substr(end), "world.toml");
   ASSERT_TRUE(bare.ok()) << bare.error().what;
-  EXPECT_FALSE(bare->plates || bare->part_spindle || bare->tilting_table || bare->swivel_head || bare->probe_spindle ||
-               bare->rotary);
+  EXPECT_FALSE(bare->plates || bare->tilting_table || bare->swivel_head);
+  EXPECT_TRUE(bare->part_spindle.balls_mm.empty() && bare->further_tools.empty());
+  EXPECT_FALSE(bare->probe_spindle.shank);
 }
 
 TEST(WorldToml, RefusesAHalfDescribedSpindle) {

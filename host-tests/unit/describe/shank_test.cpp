@@ -49,11 +49,11 @@ Outcome<World> worldWithShank(const std::string& shank) {
 }
 
 TEST(WorldToml, MayHaveAShank) {
-  EXPECT_FALSE(worldWithShank("")->probe_spindle->shank);
+  EXPECT_FALSE(worldWithShank("")->probe_spindle.shank);
   const auto world =
       worldWithShank("[probe_spindle.shank]\nradius_mm = 4\nfrom_mm = 20\nto_mm = 70\nlean_x_rad = 0.001\n");
   ASSERT_TRUE(world.ok()) << world.error().what;
-  const auto& shank = world->probe_spindle->shank.value();
+  const auto& shank = world->probe_spindle.shank.value();
   EXPECT_EQ(shank.radius_mm, 4);
   EXPECT_EQ(shank.lean[0], 0.001);
   EXPECT_EQ(shank.offset_mm[1], 0);

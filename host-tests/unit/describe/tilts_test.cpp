@@ -83,8 +83,7 @@ TEST(WorldToml, LeansATableAcrossTheAxisThatItTiltsAbout) {
   };
   const auto about_y = with("[tilting_table]\naxis = \"-Y\"\npoint_mm = [1, 2, 3]\nlean_x_rad = 1e-4\n");
   ASSERT_TRUE(about_y.ok()) << about_y.error().what;
-  EXPECT_THAT(about_y->tilting_table->axis, testing::ElementsAre(0, -1, 0));
-  EXPECT_THAT(about_y->tilting_table->lean, testing::ElementsAre(1e-4, 0, 0));
+  EXPECT_THAT(about_y->tilting_table->direction, testing::ElementsAre(1e-4, -1, 0));
   EXPECT_THAT(with("[tilting_table]\naxis = \"X\"\nlean_x_rad = 1e-4\n").error().what,
               AllOf(HasSubstr("lean_x_rad"), HasSubstr("point_mm")));
 }

@@ -78,12 +78,12 @@ TEST(WorldToml, RefusesWhatNoErrorOfALinearAxisIs) {
 }
 
 TEST(WorldToml, MayPutTheBallsOnTheTableInOtherWays) {
-  EXPECT_TRUE(worldWith("")->part_spindle->further_mounts.empty());
+  EXPECT_TRUE(worldWith("")->part_spindle.further_mounts.empty());
   const auto world = worldWith("[[part_spindle.further_mount]]\nturn_deg = [0, 0, 180]\nshift_mm = [0, 0, 80]\n");
   ASSERT_TRUE(world.ok()) << world.error().what;
-  ASSERT_EQ(world->part_spindle->further_mounts.size(), 1U);
-  EXPECT_NEAR(world->part_spindle->further_mounts[0].turn_rad[2], 3.14159265, 1e-8);
-  EXPECT_EQ(world->part_spindle->further_mounts[0].shift_mm[2], 80);
+  ASSERT_EQ(world->part_spindle.further_mounts.size(), 1U);
+  EXPECT_NEAR(world->part_spindle.further_mounts[0].turn_rad[2], 3.14159265, 1e-8);
+  EXPECT_EQ(world->part_spindle.further_mounts[0].shift_mm[2], 80);
   EXPECT_THAT(problemWith("[[part_spindle.further_mount]]\nturn_rad = [0, 0, 1]\n"), HasSubstr("turn_rad"));
 }
 

@@ -11,7 +11,6 @@
 
 #include "board/describe/parse.hpp"
 #include "drivers/tcp/address.hpp"
-#include "drivers/world/from_description.hpp"
 
 namespace probebox::vm {
 namespace {
@@ -34,7 +33,7 @@ tcp::Address addressOf(const std::string& box) {
 }
 
 world::ControllerConfig controllerThat(bool homes) {
-  auto config = world::controllerFromDescription(*emulated().world);
+  auto config = world::controllerFor(*emulated().world);
   config.homes = homes;
   return config;
 }
@@ -67,7 +66,7 @@ std::array<std::int32_t, 3> Truth::channels(const world::Machine& machine, MonoT
 }
 
 world::Config PlayedMachine::config() {
-  auto config = world::fromDescription(*emulated().world, emulated().machine);
+  world::Config config{*emulated().world, emulated().machine};
   config.start = kernelNow();
   config.screws = {};
   return config;

@@ -1,4 +1,4 @@
-#include "drivers/world/touch_trigger.hpp"
+#include "drivers/world/contact_lines.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,6 +6,33 @@
 #include "drivers/world/lateness.hpp"
 
 namespace probebox::world {
+
+TriggerLine::TriggerLine(const Config& config, std::uint64_t seed)
+    : fitted_{config.trigger_line},
+      is_switch_{config.touch_trigger.has_value()},
+      switch_{config, seed},
+      lateness_{std::llround(1e9 * config.delays.tau_probe_s + 1e3 * config.clock.bias_us)} {}
+
+MonoTime TriggerLine::nextAt(const Machine& machine) {
+  if (is_switch_) return switch_.nextAt(machine);
+  if (!fitted_) return MonoTime::max();
+  const auto next = edges_.next(machine.stylus(), [](const Contact& contact) { return !contact.tool; });
+  return next.contact != nullptr ? next.at.rounded() + lateness_ : MonoTime::max();
+}
+
+bool TriggerLine::take(PhysicalEdge& edge, const Machine& machine, Ledger& ledger) {
+  edge = is_switch_ ? switch_.take(machine) : edges_.take(nextAt(machine));
+  ++ledger.trigger_edges;
+  return true;
+}
+
+bool TriggerLine::take(Event& event, const Machine& machine, Ledger& ledger) {
+  PhysicalEdge edge;
+  take(edge, machine, ledger);
+  event = is_switch_ ? switch_.event(edge) : edges_.event(edge);
+  return true;
+}
+
 namespace {
 
 constexpr int kChatters = 2;
@@ -22,7 +49,9 @@ double timeOver(double way_mm, double speed_mm_s) {
 }  // namespace
 
 TouchTrigger::TouchTrigger(const Config& config, std::uint64_t seed)
-    : trigger_{config.touch_trigger}, kernel_{config.sync}, random_{seed, RandomStream::touch_trigger} {}
+    : trigger_{config.touch_trigger.value_or(board::WorldTouchTrigger{})},
+      kernel_{config.clock},
+      random_{seed, RandomStream::touch_trigger} {}
 
 MonoTime TouchTrigger::nextAt(const Machine& machine) {
   if (next_ == end_) prepare(machine);
@@ -77,6 +106,40 @@ void TouchTrigger::chatter(MonoTime at) {
   if (!random_.happens(trigger_.chatter_probability)) return;
   for (int i = 1; i <= 2 * kChatters; ++i)
     addEdge(at + ns(trigger_.chatter_s * (i - random_.uniform(0, 0.5)) / (2 * kChatters)));
+}
+
+SetterLine::SetterLine(const Config& config, std::uint64_t seed)
+    : setter_{config.tool_setter}, kernel_{config.clock}, random_{seed, RandomStream::setter} {}
+
+// Deeper is later on the way in (sense 1), and earlier on the way out (-1).
+Nanoseconds SetterLine::lateness(double sense, double speed_mm_s) {
+  const double deeper_mm = 1e-3 * setter_->repeatability_um * random_.normal();
+  bool outlier = false;
+  const double kernel_ns = latenessNs(kernel_, random_, outlier);
+  return Nanoseconds{std::llround(1e9 * (setter_->late_s + sense * deeper_mm / speed_mm_s) + kernel_ns)};
+}
+
+MonoTime SetterLine::nextAt(const Machine& machine) {
+  if (!setter_) return MonoTime::max();
+  if (next_) return *next_;
+  const auto next = edges_.next(machine.stylus(), [](const Contact& contact) { return contact.setter; });
+  if (next.contact == nullptr) return MonoTime::max();
+  next_ = next.at.rounded() + lateness(next.level == Level::active ? 1 : -1, next.contact->speed_mm_s);
+  return *next_;
+}
+
+bool SetterLine::take(PhysicalEdge& edge, const Machine& machine, Ledger& ledger) {
+  edge = edges_.take(nextAt(machine));
+  next_.reset();
+  ++ledger.setter_edges;
+  return true;
+}
+
+bool SetterLine::take(Event& event, const Machine& machine, Ledger& ledger) {
+  PhysicalEdge edge;
+  take(edge, machine, ledger);
+  event = edges_.event(edge);
+  return true;
 }
 
 }  // namespace probebox::world

@@ -1,4 +1,4 @@
-#include "board/describe/ranges.hpp"
+#include "board/describe/keys.hpp"
 
 #include <algorithm>
 #include <array>
