@@ -21,7 +21,10 @@ class CentrelineSource {
   void push(const CentrelineActivated& activated) { in_force_ = activated; }
   void tick(const MachineTick& tick);
 
+  static constexpr auto kKind = published::SourceKind::centreline;
   const HeldSource& held() const { return held_; }
+  static constexpr bool fitted() { return true; }
+  static constexpr SourceInputs inputs() { return {.positions = {false, false, true}, .angles = {}}; }
   bool calibrated() const { return in_force_.result_id != 0; }
   const CentrelineActivated& inForce() const { return in_force_; }
   // Centre at this Z; all in mm.

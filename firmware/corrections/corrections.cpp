@@ -29,11 +29,8 @@ Corrections::Corrections(const CorrectionsConfig& config)
       references_{AxisReference{config.references[0]}, AxisReference{config.references[1]},
                   AxisReference{config.references[2]}},
       screws_{ScrewSource{config.screws[0], 0}, ScrewSource{config.screws[1], 1}, ScrewSource{config.screws[2], 2}},
-      centreline_{config.centreline},
       angles_{RotaryAngle{config.angles[0]}, RotaryAngle{config.angles[1]}, RotaryAngle{config.angles[2]}},
       tool_{config.tools},
-      swivel_{config.swivel},
-      rotary_{config.rotary},
       output_{config.limits},
       mask_{config.mask},
       inhibit_lines_{config.inhibit_lines} {}
@@ -195,10 +192,7 @@ void Corrections::runSources(MachineTick& tick, const Vector& u_mm, double smoot
   u_mm_ = u_mm;
   tick.speed_mm_s = speed_mm_s_;
   ticked_at_ = tick.at;
-  for (auto& screw : screws_) screw.tick(tick);
-  centreline_.tick(tick);
-  swivel_.tick(tick);
-  rotary_.tick(tick);
+  forEachSource(*this, [&](auto& source) { source.tick(tick); });
   const bool nothing_to_serve = mask_ == 0 && !was_valid_;
   if (const Sum now = sum(); now.any_invalid || nothing_to_serve) {
     output_.freeze(tick.elapsed_s);
@@ -219,17 +213,14 @@ void Corrections::include(Sum& sum, SourceKind kind, const HeldSource& source) c
 
 Corrections::Sum Corrections::sum() const {
   Sum sum;
-  for (const auto& screw : screws_) {
-    if (screw.fitted()) include(sum, SourceKind::screw, screw.held());
-  }
-  include(sum, SourceKind::centreline, centreline_.held());
-  include(sum, SourceKind::swivel, swivel_.held());
-  include(sum, SourceKind::rotary, rotary_.held());
-  // Screws, a head or a table that machine.toml does not describe say nothing, so the sum is not known.
-  const bool any_screw = std::any_of(screws_.begin(), screws_.end(), [](const auto& screw) { return screw.fitted(); });
-  sum.any_invalid = sum.any_invalid || (sums(SourceKind::screw) && !any_screw) ||
-                    (sums(SourceKind::swivel) && !swivel_.fitted()) ||
-                    (sums(SourceKind::rotary) && !rotary_.config().fitted());
+  std::uint16_t fitted = 0;
+  forEachSource(*this, [&](const auto& source) {
+    if (!source.fitted()) return;
+    fitted |= bitOf(source.kKind);
+    include(sum, source.kKind, source.held());
+  });
+  // A source that machine.toml does not describe says nothing, so the sum is not known.
+  sum.any_invalid = sum.any_invalid || (mask_ & ~fitted) != 0;
   return sum;
 }
 

@@ -125,22 +125,28 @@ class Corrections {
   Sum sum() const;
   void include(Sum& sum, SourceKind kind, const HeldSource& source) const;
   bool sums(SourceKind kind) const { return (mask_ & bitOf(kind)) != 0; }
+  // All sources: whatever is done with each follows from this list.
+  static void forEachSource(auto& self, auto&& act) {
+    for (auto& screw : self.screws_) act(screw);
+    act(self.centreline_);
+    act(self.swivel_);
+    act(self.rotary_);
+  }
   void inhibit();
   void serve(MonoTime now, const Sum& sum);
   void beat(MonoTime now);
   void describeAxes(MonoTime now);
   void describeRotary(MonoTime now);
-  bool neededAxesReferenced() const;
-  bool neededAnglesKnown() const;
+  bool hasNeededReferences() const;
 
   CorrectionsConfig config_;
   std::array<AxisReference, kLinearAxes> references_;
   std::array<ScrewSource, kLinearAxes> screws_;
-  CentrelineSource centreline_;
+  CentrelineSource centreline_{config_.centreline};
   std::array<RotaryAngle, kRotaryAxes> angles_;
   ToolInSpindle tool_;
-  SwivelSource swivel_;
-  RotarySource rotary_;
+  SwivelSource swivel_{config_.swivel};
+  RotarySource rotary_{config_.rotary};
   Output output_;
   ServedHistory history_;
   TriggerLog triggers_;

@@ -1,4 +1,6 @@
 // What the corrections publish about axes and results in force.
+#include <algorithm>
+
 #include "firmware/corrections/corrections.hpp"
 
 namespace probebox::corrections {
@@ -24,7 +26,7 @@ void Corrections::describeAxes(MonoTime now) {
                                    .reference_um = screw.reference_um()}};
   }
   state_.screw_sensors_good = any_screw && all_good;
-  state_.referenced = neededAxesReferenced() && neededAnglesKnown();
+  state_.referenced = hasNeededReferences();
   state_.centreline_calibrated = centreline_.calibrated();
   const auto& z = references_[static_cast<std::size_t>(Axis::z)];
   const auto z_mm = z.position_mm();
@@ -63,29 +65,22 @@ void Corrections::describeRotary(MonoTime now) {
   tool_.describe(state_.swivel);
 }
 
-// Where no source needs any, all axes count.
-bool Corrections::neededAxesReferenced() const {
-  std::array<bool, kLinearAxes> needed{};
-  if (sums(SourceKind::screw)) {
-    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) needed[axis] = screws_[axis].fitted();
-  }
-  if (sums(SourceKind::rotary)) needed = {true, true, true};
-  if (sums(SourceKind::centreline)) needed[static_cast<std::size_t>(Axis::z)] = true;
-  const bool none = !sums(SourceKind::swivel) && !needed[0] && !needed[1] && !needed[2];
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    if ((needed[axis] || none) && !references_[axis].referenced()) return false;
-  }
-  return true;
-}
-
-bool Corrections::neededAnglesKnown() const {
-  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
-    const auto named = static_cast<RotaryAxis>(axis);
-    const bool swivels = sums(SourceKind::swivel) && swivel_.fitted() && swivel_.axis() == named;
-    const bool turns = sums(SourceKind::rotary) && rotary_.config().turnsBy(named);
-    if ((swivels || turns) && !angles_[axis].known()) return false;
-  }
-  return true;
+// Where no source that is summed needs any, all axes count.
+bool Corrections::hasNeededReferences() const {
+  bool any = false, all = true;
+  forEachSource(*this, [&](const auto& source) {
+    if (!sums(source.kKind)) return;
+    const auto inputs = source.inputs();
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+      any = any || inputs.positions[axis];
+      all = all && (!inputs.positions[axis] || references_[axis].referenced());
+    }
+    for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
+      any = any || inputs.angles[axis];
+      all = all && (!inputs.angles[axis] || angles_[axis].known());
+    }
+  });
+  return any ? all : std::ranges::all_of(references_, &AxisReference::referenced);
 }
 
 }  // namespace probebox::corrections

@@ -11,6 +11,12 @@ namespace probebox::corrections {
 using published::Health;
 using published::Vector;
 
+// What a source computes its value from: positions of linear axes and angles of rotary ones.
+struct SourceInputs {
+  std::array<bool, kLinearAxes> positions{};
+  std::array<bool, kRotaryAxes> angles{};
+};
+
 // Holds the value of one source: the last good one for T_hold while it is in doubt, nothing after that.
 class HeldSource {
  public:

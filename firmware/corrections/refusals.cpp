@@ -1,4 +1,5 @@
 // What corrections cannot be configured with, and what a configuration cannot follow.
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <span>
@@ -20,18 +21,13 @@ std::optional<Error> validate(const CorrectionsConfig& config) {
       return Error{"The correction limits of " + name + " cannot be negative: change [axis." + name +
                    "] in machine.toml."};
   }
-  const bool any_screw = config.screws[0].fitted || config.screws[1].fitted || config.screws[2].fitted;
-  if ((config.mask & bitOf(SourceKind::screw)) != 0 && !any_screw)
-    return Error{
-        "sources names \"screw\", but machine.toml describes no screw: add [screw.X], or remove it from sources."};
-  if ((config.mask & bitOf(SourceKind::swivel)) != 0 && !config.swivel.fitted)
-    return Error{
-        "sources names \"swivel\", but machine.toml describes no swivelling head: add [swivel], or remove it from "
-        "sources."};
-  if ((config.mask & bitOf(SourceKind::rotary)) != 0 && !config.rotary.fitted())
-    return Error{
-        "sources names \"rotary\", but machine.toml describes no rotary table: add [rotary_table], or remove it from "
-        "sources."};
+  const bool any_screw = std::ranges::any_of(config.screws, &ScrewConfig::fitted);
+  const std::array fitted{any_screw, config.swivel.fitted, config.rotary.fitted(), true};
+  for (std::size_t kind = 0; kind < fitted.size(); ++kind) {
+    if ((config.mask >> kind & 1U) != 0 && !fitted[kind])
+      return Error{"sources names \"" + std::string{published::kSourceNames[kind]} + "\", but machine.toml describes " +
+                   std::string{published::kLackingSections[kind]} + ", or remove it from sources."};
+  }
   return std::nullopt;
 }
 

@@ -102,4 +102,12 @@ std::optional<metrology::SixErrors> RotarySource::errorsAt(RotaryAxis axis, std:
   return errors.calibrated.errors.at(*angle_rad);
 }
 
+SourceInputs RotarySource::inputs() const {
+  if (!fitted()) return {};
+  SourceInputs inputs{.positions = {true, true, true}, .angles = {}};
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis)
+    inputs.angles[axis] = config_.turnsBy(static_cast<RotaryAxis>(axis));
+  return inputs;
+}
+
 }  // namespace probebox::corrections

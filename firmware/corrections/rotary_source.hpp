@@ -41,7 +41,10 @@ class RotarySource {
   void push(const ErrorsAtAngle& row);
   void tick(const MachineTick& tick);
 
+  static constexpr auto kKind = published::SourceKind::rotary;
   const HeldSource& held() const { return held_; }
+  bool fitted() const { return config_.fitted(); }
+  SourceInputs inputs() const;
   const RotaryConfig& config() const { return config_; }
   // The result in force about the axis; result_id 0: none.
   const RotaryActivated& inForce(RotaryAxis axis) const { return axes_[static_cast<std::size_t>(axis)].in_force; }

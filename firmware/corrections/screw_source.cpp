@@ -98,4 +98,10 @@ double ScrewSource::slope() const {
   return metrology::compensationUm(model_, 1, extension_um_) * 1e-3 - offset_mm();
 }
 
+SourceInputs ScrewSource::inputs() const {
+  SourceInputs inputs;
+  inputs.positions.at(axis_) = fitted();
+  return inputs;
+}
+
 }  // namespace probebox::corrections

@@ -35,8 +35,10 @@ class ScrewSource {
   void push(const ScrewReferenceActivated& activated);
   void tick(const MachineTick& tick);
 
+  static constexpr auto kKind = published::SourceKind::screw;
   const HeldSource& held() const { return held_; }
   bool fitted() const { return config_.fitted; }
+  SourceInputs inputs() const;
   SensorFault fault() const { return fault_; }
   bool sensorGood() const { return config_.fitted && fault_ == SensorFault::none && reading_um_.has_value(); }
   // Last valid extension without the face run-out, um; 0 before the first.

@@ -70,4 +70,10 @@ void SwivelSource::tick(const MachineTick& tick) {
   held_.good({error_mm->x(), error_mm->y(), error_mm->z()});
 }
 
+SourceInputs SwivelSource::inputs() const {
+  SourceInputs inputs;
+  inputs.angles.at(static_cast<std::size_t>(config_.axis)) = fitted();
+  return inputs;
+}
+
 }  // namespace probebox::corrections

@@ -33,9 +33,10 @@ class SwivelSource {
   void push(const ErrorsAtAngle& row);
   void tick(const MachineTick& tick);
 
+  static constexpr auto kKind = published::SourceKind::swivel;
   const HeldSource& held() const { return held_; }
   bool fitted() const { return config_.fitted; }
-  RotaryAxis axis() const { return config_.axis; }
+  SourceInputs inputs() const;
   std::uint64_t resultId() const { return result_id_; }  // result in force; 0: none
 
  private:

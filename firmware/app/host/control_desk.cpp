@@ -27,15 +27,11 @@ using messages::Operation;
 
 // A source that machine.toml does not describe can never be good.
 std::optional<Error> whyNotSummed(std::uint16_t mask, const box::State& state) {
-  using published::SourceKind;
-  constexpr auto kKnown = static_cast<std::uint16_t>((1U << published::kSourceKinds) - 1);
-  if ((mask & ~kKnown) != 0) return Error{"Sources are bit 0 screw, 1 swivel, 2 rotary, 3 centreline."};
-  const auto absent = [&](SourceKind kind) {
-    return (mask & bitOf(kind)) != 0 && state.snapshot.health[static_cast<std::size_t>(kind)] == published::Health::off;
-  };
-  if (absent(SourceKind::screw)) return Error{"machine.toml describes no screw: add [screw.X]."};
-  if (absent(SourceKind::swivel)) return Error{"machine.toml describes no swivelling head: add [swivel]."};
-  if (absent(SourceKind::rotary)) return Error{"machine.toml describes no rotary table: add [rotary_table]."};
+  if (mask >> published::kSourceKinds != 0) return Error{"Sources are bit 0 screw, 1 swivel, 2 rotary, 3 centreline."};
+  for (std::size_t kind = 0; kind < published::kSourceKinds; ++kind) {
+    if ((mask >> kind & 1U) != 0 && state.snapshot.health[kind] == published::Health::off)
+      return Error{"machine.toml describes " + std::string{published::kLackingSections[kind]} + "."};
+  }
   return std::nullopt;
 }
 
