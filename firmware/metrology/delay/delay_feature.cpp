@@ -32,9 +32,9 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr Quantity kTauArticle{"tau_article_s", "delay of article, with article_has_own_delay"};
+constexpr Quantity kTauArticle{.key = "tau_article_s", .about = "delay of article, with article_has_own_delay"};
 
-constexpr Quantity kFittedSize{"size_mm", "effective size; only if size_mm is not given"};
+constexpr Quantity kFittedSize{.key = "size_mm", .about = "effective size; only if size_mm is not given"};
 // Known properties of a touched feature, and the delays to estimate.
 struct FeatureQuestion {
   std::string shape;                               // sphere, cylinder, plane-pair, box, plane
