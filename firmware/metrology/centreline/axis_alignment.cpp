@@ -385,8 +385,9 @@ constexpr MethodKey kAKeys[]{
     {"tool_direction", "1", "1 where tools point along +Z from the spindle, -1 along -Z"},
     {"ball_offset_mm", "", "second ball of the holder from the first at C = 0, x y z"},
     MethodKey{"C_tilt_rad", "", "tilt of the C axis, x y, from the alignment of C"}.upTo(quantity::kMostLean_rad)};
-constexpr KnownQuantity kAKnown[]{{"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value},
-                                  {"sd_ball_offset_mm", "ball_offset_mm", KnownKind::value}};
+constexpr KnownQuantity kAKnown[]{
+    {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, false, "tilt of C"},
+    {"sd_ball_offset_mm", "ball_offset_mm", KnownKind::value, false, "second ball of the holder"}};
 constexpr Quantity kAResults[]{quantity::kSpindleTilt,
                                kAMinusC,
                                {.key = "stylus_offset_of_tool_N_mm",
