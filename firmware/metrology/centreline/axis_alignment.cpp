@@ -258,8 +258,11 @@ Answer answerOf(const Dataset& dataset, const BallTable& table, const BallFit& b
   return answer;
 }
 
+constexpr Quantity kStylusOfTool{
+    .key = "stylus_offset_of_tool_", .kind = QuantityKind::offset, .axes = "XY", .compared = Compared::never};
+
 std::string stylusKey(std::uint32_t tool) {
-  return "stylus_offset_of_tool_" + std::to_string(tool) + "_mm";
+  return std::string{kStylusOfTool} + std::to_string(tool) + "_mm";
 }
 
 // (B11) by tool. Spindle and C turned together leave the stylus in the place of the ball.
@@ -392,8 +395,7 @@ constexpr Quantity kAResults[]{quantity::kSpindleTilt,
                                kAMinusC,
                                {.key = "stylus_offset_of_tool_N_mm",
                                 .about = "tip of that tool from the spindle axis, x and y at A = 0; with column tool"}};
-constexpr Quantity kAFurther[]{
-    {.key = "stylus_offset_of_tool_", .kind = QuantityKind::offset, .axes = "XY", .compared = Compared::never}};
+constexpr Quantity kAFurther[]{kStylusOfTool};
 constexpr std::string_view kAUnobservable[]{kAxisAlignmentUnobservable[0],
                                             "first harmonic of the spindle separately from the offsets of its tips"};
 
@@ -411,7 +413,7 @@ std::vector<NamedSubject> styliOfAlignment(const Dataset& dataset) {
   for (const auto tool : toolsOfTips(dataset))
     subjects.push_back({.name = stylusOffsetSubject(tool),
                         .needs = stylusKey(tool),
-                        .kept_as = "stylus_offset_mm",
+                        .kept_as = std::string{quantity::kStylusOffset},
                         .independent_of = key::kLengthResults});
   return subjects;
 }

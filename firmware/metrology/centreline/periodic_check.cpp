@@ -487,7 +487,7 @@ constexpr std::string_view kPeriodicCheckUnobservable[]{
 
 std::vector<NamedSubject> stylusOfCheck(const Dataset& dataset) {
   return {{.name = stylusOffsetSubject(probeToolOf(dataset)),
-           .needs = "stylus_offset_x_mm",
+           .needs = std::string{quantity::kStylusOffsetX},
            .independent_of = key::kLengthResults}};
 }
 

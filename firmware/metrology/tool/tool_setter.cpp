@@ -519,7 +519,7 @@ std::optional<Subject> subjectOfTool(const Dataset& dataset) {
 }
 
 std::vector<NamedSubject> alsoSetter(const Dataset&) {
-  return {{.name = text(Subject{SubjectKind::setter}), .needs = "setter_mm"}};
+  return {{.name = text(Subject{SubjectKind::setter}), .needs = std::string{quantity::kSetter}}};
 }
 
 }  // namespace
