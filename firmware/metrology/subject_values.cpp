@@ -18,12 +18,13 @@ namespace {
 struct ValuesOfSubject {
   SubjectKind kind;
   std::array<const Quantity*, 3> values{};
+  const Method* method{};  // whose name is the subject where its case does not say the number
 };
 constexpr ValuesOfSubject kAbout[]{
     {SubjectKind::centreline, {&quantity::kCentre, &quantity::kCTilt, &quantity::kZSlide}},
     {SubjectKind::spindle_offset, {&quantity::kOffsetCMinusA}},
     {SubjectKind::stylus_offset, {&quantity::kStylusOffset, &quantity::kStylusOffsetX, &quantity::kStylusOffsetY}},
-    {SubjectKind::tool, {&quantity::kToolOffset}},
+    {SubjectKind::tool, {&quantity::kToolOffset}, &kToolSetter},
     {SubjectKind::setter, {&quantity::kSetter, &quantity::kLink}},
 };
 
@@ -35,8 +36,9 @@ Compared comparedOf(const Estimate& estimate) {
 }  // namespace
 
 std::vector<Estimate> valuesAbout(const Result& result, std::string_view subject) {
-  const auto* about =
-      std::ranges::find_if(kAbout, [&](const ValuesOfSubject& each) { return isAboutKindOf(subject, each.kind); });
+  const auto* about = std::ranges::find_if(kAbout, [&](const ValuesOfSubject& each) {
+    return isAboutKindOf(subject, each.kind) || (each.method != nullptr && subject == each.method->name);
+  });
   if (about == std::end(kAbout)) return result.estimates;
   std::vector<Estimate> found;
   for (const auto* value : about->values) {

@@ -1,8 +1,9 @@
 #pragma once
 #include <string_view>
 
-// Keys of those values of results that registers serve. Methods promise them (firmware/metrology), blocks of registers
-// show them (protocol/modbus); other keys stand beside the solver that gives them.
+// Keys of those values of results that registers serve, or that rooms below that of their solver read. Methods promise
+// them (firmware/metrology), blocks of registers show them (protocol/modbus); other keys stand beside the solver that
+// gives them.
 namespace probebox::result_key {
 
 inline constexpr std::string_view kCentre = "centre_mm";
@@ -17,6 +18,8 @@ inline constexpr std::string_view kVerdict = "verdict";
 inline constexpr std::string_view kWorstRatio = "worst_ratio";
 inline constexpr std::string_view kLocation = "location_mm";
 inline constexpr std::string_view kTilt = "tilt_rad";
+inline constexpr std::string_view kSixErrors = "six_errors";
+inline constexpr std::string_view kSwivelTerms = "swivel_terms_mm", kLeftByAngle = "left_by_angle_mm";
 inline constexpr std::string_view kScrewGain = "K";
 inline constexpr std::string_view kColdReading = "reference_um";
 inline constexpr std::string_view kPreTravel = "pre_travel_mm";

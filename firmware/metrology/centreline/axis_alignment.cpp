@@ -258,8 +258,11 @@ Answer answerOf(const Dataset& dataset, const BallTable& table, const BallFit& b
   return answer;
 }
 
+constexpr Quantity kStylusOfTool{
+    .key = "stylus_offset_of_tool_", .kind = QuantityKind::offset, .axes = "XY", .compared = Compared::never};
+
 std::string stylusKey(std::uint32_t tool) {
-  return "stylus_offset_of_tool_" + std::to_string(tool) + "_mm";
+  return std::string{kStylusOfTool} + std::to_string(tool) + "_mm";
 }
 
 // (B11) by tool. Spindle and C turned together leave the stylus in the place of the ball.
@@ -385,14 +388,14 @@ constexpr MethodKey kAKeys[]{
     {"tool_direction", "1", "1 where tools point along +Z from the spindle, -1 along -Z"},
     {"ball_offset_mm", "", "second ball of the holder from the first at C = 0, x y z"},
     MethodKey{"C_tilt_rad", "", "tilt of the C axis, x y, from the alignment of C"}.upTo(quantity::kMostLean_rad)};
-constexpr KnownQuantity kAKnown[]{{"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value},
-                                  {"sd_ball_offset_mm", "ball_offset_mm", KnownKind::value}};
+constexpr KnownQuantity kAKnown[]{
+    {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, false, "tilt of C"},
+    {"sd_ball_offset_mm", "ball_offset_mm", KnownKind::value, false, "second ball of the holder"}};
 constexpr Quantity kAResults[]{quantity::kSpindleTilt,
                                kAMinusC,
                                {.key = "stylus_offset_of_tool_N_mm",
                                 .about = "tip of that tool from the spindle axis, x and y at A = 0; with column tool"}};
-constexpr Quantity kAFurther[]{
-    {.key = "stylus_offset_of_tool_", .kind = QuantityKind::offset, .axes = "XY", .compared = Compared::never}};
+constexpr Quantity kAFurther[]{kStylusOfTool};
 constexpr std::string_view kAUnobservable[]{kAxisAlignmentUnobservable[0],
                                             "first harmonic of the spindle separately from the offsets of its tips"};
 
@@ -410,7 +413,7 @@ std::vector<NamedSubject> styliOfAlignment(const Dataset& dataset) {
   for (const auto tool : toolsOfTips(dataset))
     subjects.push_back({.name = stylusOffsetSubject(tool),
                         .needs = stylusKey(tool),
-                        .kept_as = "stylus_offset_mm",
+                        .kept_as = std::string{quantity::kStylusOffset},
                         .independent_of = key::kLengthResults});
   return subjects;
 }

@@ -22,7 +22,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr Quantity kPsiAtZero{"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"};
+constexpr Quantity kPsiAtZero{.key = "psi0_rad", .about = "where the ball stands at C = 0, clockwise from +Y"};
 
 constexpr MethodColumn kLimitedAccessColumns[]{column::kCClockwise, column::kX, column::kY};
 constexpr double kMostApart_rad = kTurn / 3.0;  // contacts on either side of a stylus (chosen)

@@ -463,8 +463,10 @@ constexpr MethodKey kPeriodicCheckKeys[]{
     {"accepted_x_offset_error_mm", "0", kAccepted},
     {"sd_accepted_x_offset_error_mm", "", kSdAccepted},
     {"limit_x_offset_error_mm", "limit_mm", kLimit}};
-constexpr KnownQuantity kKnown[]{{"sd_effective_ball_radius_mm", "effective_ball_radius_mm"},
-                                 {"sd_expected_ball_centre_z_mm", "expected_ball_centre_z_mm", KnownKind::value}};
+constexpr KnownQuantity kKnown[]{
+    {"sd_effective_ball_radius_mm", "effective_ball_radius_mm", KnownKind::size, false, "radius of the checked ball"},
+    {"sd_expected_ball_centre_z_mm", "expected_ball_centre_z_mm", KnownKind::value, false,
+     "accepted height of the checked ball"}};
 constexpr double kMostOffsetError_mm = 10;  // of a machine that still moves
 constexpr Quantity kPeriodicCheckResults[]{
     {.key = kXAtLevel.key, .about = "mean X of the ball at B = 0", .kind = QuantityKind::offset},
@@ -487,7 +489,7 @@ constexpr std::string_view kPeriodicCheckUnobservable[]{
 
 std::vector<NamedSubject> stylusOfCheck(const Dataset& dataset) {
   return {{.name = stylusOffsetSubject(probeToolOf(dataset)),
-           .needs = "stylus_offset_x_mm",
+           .needs = std::string{quantity::kStylusOffsetX},
            .independent_of = key::kLengthResults}};
 }
 

@@ -79,7 +79,7 @@ constexpr std::string_view kSpindleOffsetUnobservable[]{
     "first harmonics of C and of the spindle separately from the offsets of ball and stylus"};
 
 std::vector<NamedSubject> stylusOfFourPoses(const Dataset& dataset) {
-  return {{.name = stylusOffsetSubject(probeToolOf(dataset)), .needs = "stylus_offset_mm"}};
+  return {{.name = stylusOffsetSubject(probeToolOf(dataset)), .needs = std::string{quantity::kStylusOffset}}};
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "protocol/units/result_keys.hpp"
+
 namespace probebox::metrology {
 
 Estimate Estimate::scalar(std::string_view key, double value, std::optional<double> sd) {
@@ -28,7 +30,7 @@ Estimate Estimate::matrix(std::string_view key, std::size_t columns, std::vector
 
 std::vector<EstimatePart> partsOf(const Estimate& estimate) {
   constexpr std::size_t kErrors = 6;
-  const bool two_units = estimate.key == "six_errors" && estimate.columns == kErrors;
+  const bool two_units = estimate.key == result_key::kSixErrors && estimate.columns == kErrors;
   std::vector<EstimatePart> parts{{estimate.key, {}}};
   if (two_units) parts = {{"translations_mm", {}}, {"rotations_rad", {}}};
   for (std::size_t k = 0; k < estimate.values.size(); ++k) {

@@ -61,7 +61,8 @@ struct KnownQuantity {
   std::string_view sd_key;
   std::string_view key;
   KnownKind kind{KnownKind::size};
-  bool in_sd{};  // already included in the method's own sd
+  bool in_sd{};              // already included in the method's own sd
+  std::string_view words{};  // for a person, where the key is not its first description: "certificate of the sphere"
 };
 
 // The quantity that a result answers. A new result replaces the one in force about the same subject.

@@ -56,6 +56,6 @@ inline constexpr std::array<MethodKey, 4> kPreTravelResults{
 }  // namespace key
 
 inline constexpr KnownQuantity kStylusRadiusKnown[]{
-    {"sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", KnownKind::value}};
+    {"sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", KnownKind::value, false, "stylus ball"}};
 
 }  // namespace probebox::metrology

@@ -32,9 +32,9 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr Quantity kTauArticle{"tau_article_s", "delay of article, with article_has_own_delay"};
+constexpr Quantity kTauArticle{.key = "tau_article_s", .about = "delay of article, with article_has_own_delay"};
 
-constexpr Quantity kFittedSize{"size_mm", "effective size; only if size_mm is not given"};
+constexpr Quantity kFittedSize{.key = "size_mm", .about = "effective size; only if size_mm is not given"};
 // Known properties of a touched feature, and the delays to estimate.
 struct FeatureQuestion {
   std::string shape;                               // sphere, cylinder, plane-pair, box, plane
@@ -499,7 +499,9 @@ constexpr MethodKey kFeatureKeys[]{
     of_delay::previousTau("previous_tau_s", "0", "delay already subtracted from the stamps, with delays common"),
     of_delay::previousTau("previous_tau_axis_s", "[0,0,0]",
                           "delays already subtracted from the stamps, with delays each-axis")};
-constexpr KnownQuantity kFeatureKnown[]{{"sd_size_mm", "size_mm"}, {"sd_size_axis_mm", "size_axis_mm"}};
+constexpr KnownQuantity kFeatureKnown[]{
+    {"sd_size_mm", "size_mm", KnownKind::size, false, "certificate of the feature"},
+    {"sd_size_axis_mm", "size_axis_mm", KnownKind::size, false, "certificate of the feature"}};
 constexpr Quantity kFeatureResults[]{quantity::kTau.as("delay, with delays common"),
                                      quantity::kTauAxis.as("delay of each axis, with delays each-axis"), kTauArticle,
                                      kFittedSize};

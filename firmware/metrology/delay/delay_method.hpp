@@ -50,7 +50,7 @@ inline constexpr MethodKey kGain{"gain_matrix", "identity", "3 x 3, machine mm p
 
 // The first is the sd of the certified sphere. The second is that of the stylus ball alone, which has no certificate.
 inline constexpr KnownQuantity kDiameterKnown[]{
-    {"sd_effective_diameter_mm", "effective_diameter_mm"},
-    {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value}};
+    {"sd_effective_diameter_mm", "effective_diameter_mm", KnownKind::size, false, "certificate of the sphere"},
+    {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value, false, "stylus ball"}};
 
 }  // namespace probebox::metrology::of_delay

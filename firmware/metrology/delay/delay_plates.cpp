@@ -67,7 +67,7 @@ constexpr MethodKey kPlatesKeys[]{
     kProbeA,
     key::kASense,
     kProbeB};
-constexpr KnownQuantity kPlatesKnown[]{{"sd_gap_mm", "gap_mm"},
+constexpr KnownQuantity kPlatesKnown[]{{"sd_gap_mm", "gap_mm", KnownKind::size, false, "certificate of the gap"},
                                        {"sd_stylus_ball_diameter_mm", "stylus_ball_diameter_mm"}};
 constexpr Quantity kPlatesResults[]{quantity::kTau};
 constexpr std::string_view kPlatesUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,

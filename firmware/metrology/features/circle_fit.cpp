@@ -13,7 +13,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr Quantity kEffectiveRadius{"effective_radius_mm", "of the path of stylus-ball centres"};
+constexpr Quantity kEffectiveRadius{.key = "effective_radius_mm", .about = "of the path of stylus-ball centres"};
 
 constexpr double kStraightArc = 0.01;  // thickness of an arc against its width
 

@@ -21,9 +21,9 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr Quantity kMiddle{"middle_mm", "along width_direction"};
-constexpr Quantity kEffectiveWidth{"effective_width_mm", "between stylus-ball centres"};
-constexpr Quantity kWidth{"width_mm", "the feature's own, with stylus_ball_radius_mm"};
+constexpr Quantity kMiddle{.key = "middle_mm", .about = "along width_direction"};
+constexpr Quantity kEffectiveWidth{.key = "effective_width_mm", .about = "between stylus-ball centres"};
+constexpr Quantity kWidth{.key = "width_mm", .about = "the feature's own, with stylus_ball_radius_mm"};
 constexpr Quantity kSquareError{.key = "square_error_rad", .kind = QuantityKind::error};
 
 using Eigen::Index;

@@ -126,7 +126,7 @@ constexpr MethodKey kSphereFitKeys[]{
     key::kGreatestRadius,
     {"approximate_centre_mm", "", "shows on which side the sphere lies if all points are in one plane"},
     key::kRobust};
-constexpr KnownQuantity kKnown[]{{"sd_radius_mm", "radius_mm"}};
+constexpr KnownQuantity kKnown[]{{"sd_radius_mm", "radius_mm", KnownKind::size, false, "certificate of the sphere"}};
 constexpr Quantity kSphereFitResults[]{quantity::kCentre, quantity::kRadius.as("effective radius, unless it is known")};
 constexpr std::string_view kUnobservable[]{"radius of the sphere and of the stylus ball separately: only their sum",
                                            "form of the sphere separately from the noise of the readings"};

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "protocol/units/angle.hpp"
+#include "protocol/units/result_keys.hpp"
 
 namespace probebox::metrology {
 
@@ -13,8 +14,8 @@ Eigen::Vector3d SwivelTerms::at(double swivel_rad, double length_mm) const {
 }
 
 Outcome<SwivelCorrection, Refusal> SwivelCorrection::from(const Result& result, bool by_angle) {
-  const Estimate* terms = result.find("swivel_terms_mm");
-  const Estimate* left = result.find("left_by_angle_mm");
+  const Estimate* terms = result.find(result_key::kSwivelTerms);
+  const Estimate* left = result.find(result_key::kLeftByAngle);
   if (!terms || terms->values.size() != 12 || (by_angle && !left)) {
     return Refusal{"wrong-result",
                    "a swivel correction needs a result of the method swivel-error: calibrate that first"};

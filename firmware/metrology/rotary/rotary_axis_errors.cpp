@@ -355,7 +355,8 @@ constexpr MethodKey kAxisErrorsKeys[]{
     {"tool_vector_mm", "", "from the machine's position to the reference of the sensor head; for the record"},
     {"sensor_matrix", "", "units of the sensors per mm, one row per sensor; for the record"},
     {"sensor_head_result", "", "number of the sensor head's calibration; for the record", SubjectKind::sensor_head}};
-constexpr KnownQuantity kKnown[]{{"sd_certificate_mm", "third", KnownKind::table}};
+constexpr KnownQuantity kKnown[]{
+    {"sd_certificate_mm", "third", KnownKind::table, false, "certificate of the ball plate"}};
 constexpr Quantity kAxisErrorsResults[]{quantity::kSixErrors, quantity::kLocation, quantity::kTilt};
 constexpr Quantity kAxisErrorsFurther[]{
     quantity::kErrorMotions,  quantity::kTiltMotions,

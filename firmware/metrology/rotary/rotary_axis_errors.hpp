@@ -31,7 +31,7 @@ inline constexpr QuantityColumn kDeviationColumns[]{{"deviation X", "um", 1e3}, 
 inline constexpr QuantityColumn kMotionColumns[]{{"EX", "um", 1e3}, {"EY", "um", 1e3}, {"EZ", "um", 1e3}};
 inline constexpr QuantityColumn kTiltColumns[]{{"EA", "urad", 1e6}, {"EB", "urad", 1e6}, {"EC", "urad", 1e6}};
 
-inline constexpr Quantity kSixErrors{.key = "six_errors",
+inline constexpr Quantity kSixErrors{.key = result_key::kSixErrors,
                                      .about = "one row per angle: three translations in mm, three rotations in rad",
                                      .kind = QuantityKind::error,
                                      .title = "deviations of the axis: error motion and location together",

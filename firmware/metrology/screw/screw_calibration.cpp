@@ -260,8 +260,8 @@ void widen(Result& result, const FaceFit& of_face, const Face& face) {
   const FaceFit& kept = is_whole ? of_face : some;
   const SensorNoise noise{kept.fit, kept.design};
   const double of_drift = noise.ofAll(), of_sectors = noise.ofStretches(passagesOf(face, kept.fit.dropped), of_drift);
-  inflate(result, "sector_table_um", of_sectors);
-  inflate(result, "drift_um_s", of_drift);
+  inflate(result, quantity::kSectorTable, of_sectors);
+  inflate(result, quantity::kSensorDrift, of_drift);
   if (!(std::max(of_sectors, of_drift) > 1)) return;
   result.warnings.push_back("sector_cal: " + correlatedWarning(text(std::sqrt(of_sectors)) + " (face) and " +
                                                                text(std::sqrt(of_drift)) + " (drift)"));

@@ -93,10 +93,11 @@ constexpr MethodKey kCompensationKeys[]{
     {"extension_min_um", "", "a smaller extension is refused"},
     {"extension_max_um", "", "a larger extension is refused"},
     {"sigma_um", "", "standard deviation of one reading of the sensor (k = 1)"}};
-constexpr KnownQuantity kCompensationKnown[]{kScrewLengthKnown,
-                                             kScrewOffsetKnown,
-                                             {"sd_K", "K", KnownKind::value},
-                                             {"sd_reference_um", "reference_um", KnownKind::value}};
+constexpr KnownQuantity kCompensationKnown[]{
+    kScrewLengthKnown,
+    kScrewOffsetKnown,
+    {"sd_K", "K", KnownKind::value, false, "gain of the screw"},
+    {"sd_reference_um", "reference_um", KnownKind::value, false, "reading of the cold screw"}};
 constexpr Quantity kCompensationResults[]{quantity::kScrewCorrections};
 constexpr std::string_view kCompensationUnobservable[]{kEvenHeat};
 

@@ -17,8 +17,10 @@ inline constexpr MethodKey kScrewLength{
 inline constexpr MethodKey kScrewOffset{"orgoff_mm", kNeeded, "from the fixed bearing to the axis zero"};
 inline constexpr MethodKey kAxisReversed{"axis_reversed", "false",
                                          "true if the axis counts upwards towards the fixed bearing"};
-inline constexpr KnownQuantity kScrewLengthKnown{"sd_screw_length_mm", "screw_length_mm", KnownKind::value};
-inline constexpr KnownQuantity kScrewOffsetKnown{"sd_orgoff_mm", "orgoff_mm", KnownKind::value};
+inline constexpr KnownQuantity kScrewLengthKnown{"sd_screw_length_mm", "screw_length_mm", KnownKind::value, false,
+                                                 "length of the screw"};
+inline constexpr KnownQuantity kScrewOffsetKnown{"sd_orgoff_mm", "orgoff_mm", KnownKind::value, false,
+                                                 "distance of the fixed bearing"};
 inline constexpr std::string_view kEvenHeat =
     "a temperature that varies along the screw: the sensor measures the extension of its whole length";
 

@@ -172,7 +172,7 @@ Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
   answer.promiseScalar(quantity::kSensorDrift, rest.fit.parameters[1], all.row(1));
   Result result = std::move(answer).take(true);
   const double added = std::hypot(rest.face_sd_um, roundingSd(sd_reading, *step));
-  for (const auto* key : {"reference_um", "drift_um_s"}) inflate(result, key, inflation);
+  for (const auto key : {quantity::kColdReading.key, quantity::kSensorDrift.key}) inflate(result, key, inflation);
   for (double& sd : result.estimates.front().sd) sd = std::hypot(sd, added);
   if (result.covariance) result.covariance->values.front() += added * added;
   if (inflation > 1) result.warnings.push_back(correlatedWarning(text(std::sqrt(inflation))));

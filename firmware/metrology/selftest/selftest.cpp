@@ -17,8 +17,8 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr Quantity kMoved{"moved_mm", "one row per step, x y z"};
-constexpr Quantity kDeflected{"deflected_mm", "one row per step, x y z"};
+constexpr Quantity kMoved{.key = "moved_mm", .about = "one row per step, x y z"};
+constexpr Quantity kDeflected{.key = "deflected_mm", .about = "one row per step, x y z"};
 
 using Eigen::Vector3d;
 

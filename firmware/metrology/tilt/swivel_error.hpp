@@ -60,14 +60,14 @@ inline constexpr Quantity kErrorAtQueries{.key = "error_at_queries_mm",
                                           .compared = Compared::never};
 inline constexpr Quantity kQueryB{.key = "query_B_deg"};
 inline constexpr Quantity kQueryLength{.key = "query_L_mm"};
-inline constexpr Quantity kSwivelTerms{.key = "swivel_terms_mm",
+inline constexpr Quantity kSwivelTerms{.key = result_key::kSwivelTerms,
                                        .part_name = termPart,
                                        .title = "terms of the error of the head, L the length of the tool",
                                        .rows = kAxisRows,
                                        .columns = kTermColumns,
                                        .compared = Compared::always};
 inline constexpr Quantity kLeftByAngle{
-    .key = "left_by_angle_mm", .part_name = leftPart, .title = "left at each angle", .columns = kLeftColumns};
+    .key = result_key::kLeftByAngle, .part_name = leftPart, .title = "left at each angle", .columns = kLeftColumns};
 
 }  // namespace quantity
 

@@ -62,7 +62,8 @@ inline constexpr MethodKey kHeadTiltKeys[]{{"ball_mm", kNeeded, "where the ball 
                                            key::kSigma,
                                            key::kSigmaAngle,
                                            key::kTauForTheRecord};
-inline constexpr KnownQuantity kBallKnown[]{{"sd_ball_mm", "ball_mm", KnownKind::value}};
+inline constexpr KnownQuantity kBallKnown[]{
+    {"sd_ball_mm", "ball_mm", KnownKind::value, false, "position of the datum sphere"}};
 inline constexpr std::string_view kTableTiltUnobservable[]{
     "the position of the pivot along the tilt axis, and first harmonics of the tilt axis separately from its position"};
 inline constexpr std::string_view kHeadTiltUnobservable[]{

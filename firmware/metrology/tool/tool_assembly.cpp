@@ -206,9 +206,10 @@ constexpr MethodKey kAssemblyKeys[]{{"L1_mm", "", "length of the holder; needed 
                                     {"compensation_limit_mm", "5", "a larger compensation is refused"},
                                     {"assembled_max_mm", "", "a longer assembly is refused"},
                                     key::kTauForTheRecord};
-constexpr KnownQuantity kAssemblyKnown[]{{"sd_L1_mm", "L1_mm", KnownKind::value, true},
-                                         {"sd_L2_mm", "L2_mm", KnownKind::value, true},
-                                         {"sd_part_mm", "part_mm", KnownKind::value, true}};
+constexpr KnownQuantity kAssemblyKnown[]{
+    {"sd_L1_mm", "L1_mm", KnownKind::value, true, "stored length of the holder"},
+    {"sd_L2_mm", "L2_mm", KnownKind::value, true, "stored length of the tool"},
+    {"sd_part_mm", "part_mm", KnownKind::value, true, "position of the measuring unit"}};
 constexpr Quantity kAssemblyResults[]{quantity::kAssembledLength, quantity::kCompensation};
 constexpr Quantity kAssemblyFurther[]{quantity::kGaugeLength};
 constexpr std::string_view kAssemblyUnobservable[]{

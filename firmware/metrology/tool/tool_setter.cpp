@@ -481,12 +481,13 @@ constexpr MethodKey kSetterKeys[]{
     kCentrelineResult,
     kStylusOffsetResult,
     key::kTauForTheRecord};
-constexpr KnownQuantity kSetterKnown[]{{"sd_probe_offset_mm", "probe_offset_mm", KnownKind::value, true},
-                                       {"sd_probe_offset_mm", "probe_offsets", KnownKind::table, true},
-                                       {"sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", KnownKind::value},
-                                       {"sd_half_width_mm", kHalfWidth.name, KnownKind::column},
-                                       {"sd_centreline_mm", "centreline_mm", KnownKind::value, true},
-                                       {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, true}};
+constexpr KnownQuantity kSetterKnown[]{
+    {"sd_probe_offset_mm", "probe_offset_mm", KnownKind::value, true, "offset of the probe"},
+    {"sd_probe_offset_mm", "probe_offsets", KnownKind::table, true},
+    {"sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", KnownKind::value},
+    {"sd_half_width_mm", kHalfWidth.name, KnownKind::column, false, "half width of the setting device"},
+    {"sd_centreline_mm", "centreline_mm", KnownKind::value, true, "turning axis"},
+    {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, true}};
 constexpr Quantity kSetterResults[]{quantity::kToolOffset, quantity::kSetter, quantity::kLink};
 constexpr Quantity kSetterFurther[]{quantity::kEachB};
 constexpr std::string_view kSetterUnobservable[]{
@@ -518,7 +519,7 @@ std::optional<Subject> subjectOfTool(const Dataset& dataset) {
 }
 
 std::vector<NamedSubject> alsoSetter(const Dataset&) {
-  return {{.name = text(Subject{SubjectKind::setter}), .needs = "setter_mm"}};
+  return {{.name = text(Subject{SubjectKind::setter}), .needs = std::string{quantity::kSetter}}};
 }
 
 }  // namespace

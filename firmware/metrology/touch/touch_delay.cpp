@@ -26,11 +26,11 @@ constexpr std::array<std::string_view, 2> kFeatures{"external", "internal"};
 std::string delayKey(const TouchQuestion& question) {
   switch (question.delays) {
     case Delays::common:
-      return "tau_s";
+      return std::string{quantity::kTau};
     case Delays::each_axis:
-      return "tau_axis_s";
+      return std::string{quantity::kTauAxis};
     case Delays::each_joint:
-      return "tau_joint_s";
+      return std::string{quantity::kTauJoint};
   }
   return {};
 }
