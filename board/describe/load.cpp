@@ -43,26 +43,36 @@ Outcome<File> readFile(const std::filesystem::path& path) {
 
 using Reader = std::function<Outcome<File>(const std::string& file_name)>;
 
-template <class T>
-bool take(const Reader& reader, const std::string& file_name, Outcome<T> (*parse)(std::string_view, std::string_view),
-          T& into, Error& error) {
-  const auto file = reader(file_name);
-  auto parsed = file ? parse(file->text, file->name) : Outcome<T>{file.error()};
-  if (parsed) {
-    into = std::move(parsed).value();
-    return true;
-  }
-  error.what += (error.what.empty() ? "" : "\n") + parsed.error().what;
-  return false;
-}
+// Reads the files of one board, and collects what is wrong with them, alone and together.
+class Reading {
+ public:
+  explicit Reading(Reader reader) : reader_{std::move(reader)} {}
 
-std::string nameOf(const Reader& reader, const std::string& file_name) {
-  const auto file = reader(file_name);
-  return file ? file->name : file_name;
-}
+  template <class T>
+  void take(const std::string& file_name, Outcome<T> (*parse)(std::string_view, std::string_view), T& into) {
+    const auto file = reader_(file_name);
+    auto parsed = file ? parse(file->text, file->name) : Outcome<T>{file.error()};
+    if (parsed) {
+      into = std::move(parsed).value();
+    } else {
+      add(parsed.error().what);
+    }
+  }
+  void add(const std::string& problem) { error_.what += (good() ? "" : "\n") + problem; }
+  bool good() const { return error_.what.empty(); }
+  const Error& error() const { return error_; }
+  std::string nameOf(const std::string& file_name) const {
+    const auto file = reader_(file_name);
+    return file ? file->name : file_name;
+  }
+
+ private:
+  Reader reader_;
+  Error error_;
+};
 
 // Where the emulated machine has to stand, its axes have to go: two files that must agree.
-void checkTravel(const Reader& reader, const World& world, const Machine& machine, Error& error) {
+void checkTravel(const World& world, const Machine& machine, Reading& reading) {
   std::vector<std::pair<std::string, Vector3>> places{{"axes.home_mm", world.axes.home_mm},
                                                       {"datum_sphere.centre_mm", world.sphere.centre_mm}};
   if (world.plates) places.emplace_back("gauge_plates.middle_mm", world.plates->middle_mm);
@@ -71,10 +81,9 @@ void checkTravel(const Reader& reader, const World& world, const Machine& machin
     for (std::size_t i = 0; i < machine.axes.size(); ++i) {
       const auto& axis = machine.axes[i];
       if (place[i] >= axis.travel_min_mm && place[i] <= axis.travel_max_mm) continue;
-      error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "world.toml") + ": '" + key + "' has " +
-                    "XYZ"[i] + " = " + plain(place[i]) + ", and that axis travels " +
-                    inWords({axis.travel_min_mm, axis.travel_max_mm}) + " mm in " + nameOf(reader, "machine.toml") +
-                    ": move it inside, or correct the travel";
+      reading.add(reading.nameOf("world.toml") + ": '" + key + "' has " + "XYZ"[i] + " = " + plain(place[i]) +
+                  ", and that axis travels " + inWords({axis.travel_min_mm, axis.travel_max_mm}) + " mm in " +
+                  reading.nameOf("machine.toml") + ": move it inside, or correct the travel");
     }
   }
 }
@@ -86,25 +95,25 @@ std::string namesOf(const std::vector<GpioLine>& lines) {
 }
 
 // The device that tools are set on: its line is the vendor's, what it measures the integrator's.
-void checkToolSetter(const Reader& reader, const Box& box, const Machine& machine, Error& error) {
+void checkToolSetter(const Box& box, const Machine& machine, Reading& reading) {
   if (!machine.tool_setter || lineOfToolSetter(box, machine)) return;
   const auto names = namesOf(box.triggers);
-  error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "machine.toml") + ": 'tool_setter.trigger' is \"" +
-                machine.tool_setter->trigger + "\", and " + nameOf(reader, "box.toml") +
-                " has no [[trigger]] of that name" + (names.empty() ? ": add one" : "; it has " + names);
+  reading.add(reading.nameOf("machine.toml") + ": 'tool_setter.trigger' is \"" + machine.tool_setter->trigger +
+              "\", and " + reading.nameOf("box.toml") + " has no [[trigger]] of that name" +
+              (names.empty() ? ": add one" : "; it has " + names));
 }
 
 // A touch-trigger probe: kind and line stand in two files that must agree, and the emulated machine has to have it.
-void checkProbeSwitch(const Reader& reader, const Descriptions& all, Error& error) {
-  const auto problem = [&](const std::string& text) { error.what += (error.what.empty() ? "" : "\n") + text; };
-  const std::string box = nameOf(reader, "box.toml"), probe = nameOf(reader, "probe.toml");
+void checkProbeSwitch(const Descriptions& all, Reading& reading) {
+  const auto problem = [&](const std::string& text) { reading.add(text); };
+  const std::string box = reading.nameOf("box.toml"), probe = reading.nameOf("probe.toml");
   const auto& device = all.box.devices.probe;
   if (!all.probe.by_switch) {
     if (device == "trigger")
       problem(box + ": 'devices.probe' is \"trigger\", and " + probe +
               " describes a scanning probe: write kind = \"trigger\" there, or name the probe's receiver here");
     if (all.world && all.world->touch_trigger)
-      problem(nameOf(reader, "world.toml") + ": [touch_trigger] is fitted, and " + probe +
+      problem(reading.nameOf("world.toml") + ": [touch_trigger] is fitted, and " + probe +
               " describes a scanning probe: write kind = \"trigger\" there, or remove the section");
     return;
   }
@@ -118,19 +127,18 @@ void checkProbeSwitch(const Reader& reader, const Descriptions& all, Error& erro
 }
 
 // Between the plates the stylus ball needs room for its way out.
-void checkPlates(const Reader& reader, const Descriptions& all, Error& error) {
+void checkPlates(const Descriptions& all, Reading& reading) {
   if (!all.machine.datum_gap_mm || all.probe.by_switch) return;
   const double least_mm = all.probe.ball_diameter_mm + kLeastGapRoom_mm;
   if (*all.machine.datum_gap_mm > least_mm) return;
-  error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "machine.toml") + ": 'datum_plates.gap_mm' is " +
-                plain(*all.machine.datum_gap_mm) + ", and the stylus ball of " + nameOf(reader, "probe.toml") +
-                " has " + plain(all.probe.ball_diameter_mm) +
-                " mm: on its way out of a touch it would go into the opposite plate. Use plates more than " +
-                plain(least_mm) + " mm apart or a smaller ball, or remove [datum_plates] and with it delay-plates";
+  reading.add(reading.nameOf("machine.toml") + ": 'datum_plates.gap_mm' is " + plain(*all.machine.datum_gap_mm) +
+              ", and the stylus ball of " + reading.nameOf("probe.toml") + " has " + plain(all.probe.ball_diameter_mm) +
+              " mm: on its way out of a touch it would go into the opposite plate. Use plates more than " +
+              plain(least_mm) + " mm apart or a smaller ball, or remove [datum_plates] and with it delay-plates");
 }
 
 // A sensor without a screw would be read for nothing, and a screw without a sensor never corrected.
-void checkDrift(const Reader& reader, const Box& box, const Machine& machine, Error& error) {
+void checkDrift(const Box& box, const Machine& machine, Reading& reading) {
   const auto isRead = [&](std::size_t axis) {
     return box.devices.drift == "sim" ||
            std::ranges::any_of(box.sensors.drift, [&](const auto& sensor) { return sensor.axis == axis; });
@@ -138,16 +146,16 @@ void checkDrift(const Reader& reader, const Box& box, const Machine& machine, Er
   for (std::size_t axis = 0; axis < machine.screws.size(); ++axis) {
     if (!machine.screws[axis] || isRead(axis)) continue;
     const std::string name{"XYZ"[axis]};
-    error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "machine.toml") + ": [screw." + name + "] has no " +
-                  "sensor in " + nameOf(reader, "box.toml") + ": add a [[drift]] with axis = \"" + name +
-                  "\" and drift = \"iio\" there (docs/sensors.md), or remove the screw";
+    reading.add(reading.nameOf("machine.toml") + ": [screw." + name + "] has no " + "sensor in " +
+                reading.nameOf("box.toml") + ": add a [[drift]] with axis = \"" + name +
+                "\" and drift = \"iio\" there (docs/sensors.md), or remove the screw");
   }
   for (const auto& sensor : box.sensors.drift) {
     if (machine.screws.at(sensor.axis)) continue;
     const std::string axis{"XYZ"[sensor.axis]};
-    error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "box.toml") + ": [[drift]] has axis = \"" + axis +
-                  "\", and " + nameOf(reader, "machine.toml") + " has no [screw." + axis +
-                  "]: describe the screw there, or remove the sensor";
+    reading.add(reading.nameOf("box.toml") + ": [[drift]] has axis = \"" + axis + "\", and " +
+                reading.nameOf("machine.toml") + " has no [screw." + axis +
+                "]: describe the screw there, or remove the sensor");
   }
 }
 
@@ -165,28 +173,26 @@ WorldTouchTrigger usualTouchTrigger(const ProbeSwitch& described) {
 
 Outcome<Descriptions> load(const Reader& reader, bool emulated) {
   Descriptions all;
-  World world;
-  Error error;
-  bool good = take(reader, "box.toml", parseBox, all.box, error);
-  good &= take(reader, "machine.toml", parseMachine, all.machine, error);
-  good &= take(reader, "probe.toml", parseProbe, all.probe, error);
-  good &= take(reader, "service.toml", parseService, all.service, error);
-  if (emulated) {
-    good &= take(reader, "world.toml", parseWorld, world, error);
-    if (good) checkTravel(reader, world, all.machine, error);
-    if (good && all.probe.by_switch && !world.touch_trigger)
-      world.touch_trigger = usualTouchTrigger(*all.probe.by_switch);
-    all.world = std::move(world);
+  Reading reading{reader};
+  reading.take("box.toml", parseBox, all.box);
+  reading.take("machine.toml", parseMachine, all.machine);
+  reading.take("probe.toml", parseProbe, all.probe);
+  reading.take("service.toml", parseService, all.service);
+  if (emulated) reading.take("world.toml", parseWorld, all.world.emplace());
+  if (!reading.good()) return reading.error();
+  if (all.world) {
+    checkTravel(*all.world, all.machine, reading);
+    if (all.probe.by_switch && !all.world->touch_trigger)
+      all.world->touch_trigger = usualTouchTrigger(*all.probe.by_switch);
   }
-  if (good) checkProbeSwitch(reader, all, error);
-  if (good) checkToolSetter(reader, all.box, all.machine, error);
-  if (good) checkPlates(reader, all, error);
-  if (good) checkDrift(reader, all.box, all.machine, error);
-  if (good)
-    for (const auto& problem :
-         encoderProblems(all.box, nameOf(reader, "box.toml"), all.machine, nameOf(reader, "machine.toml")))
-      error.what += (error.what.empty() ? "" : "\n") + problem;
-  if (!error.what.empty()) return error;
+  checkProbeSwitch(all, reading);
+  checkToolSetter(all.box, all.machine, reading);
+  checkPlates(all, reading);
+  checkDrift(all.box, all.machine, reading);
+  for (const auto& problem :
+       encoderProblems(all.box, reading.nameOf("box.toml"), all.machine, reading.nameOf("machine.toml")))
+    reading.add(problem);
+  if (!reading.good()) return reading.error();
   return all;
 }
 
@@ -220,10 +226,6 @@ std::optional<Error> whyNoFolder(const std::filesystem::path& folder) {
   }
   return std::nullopt;
 }
-
-}  // namespace
-
-namespace {
 
 std::optional<std::uint8_t> triggerNamed(const Box& box, const std::string& name) {
   for (std::size_t i = 0; i < box.triggers.size(); ++i) {

@@ -251,10 +251,19 @@ enum class BetweenAngles { linear, fourier };
 struct RotaryTableDescription {
   std::vector<RotaryLetter> chain;  // from the base outwards
   BetweenAngles between{BetweenAngles::linear};
-  bool at_tip{};                           // the corrected point moves with the tool's length
-  std::array<double, 3> tool_direction{};  // from the spindle to the tip, length 1
-  double measured_length_mm{};             // length of the tool that the axes were measured with
-  double hold_s{};
+  bool at_tip{};  // the corrected point moves with the tool's length
+  std::array<double, 3> tool_direction{};
+  double measured_length_mm{}, hold_s{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("between", self.between, oneOf("linear", "fourier").orUsual(), "interpolation between the measured angles");
+    key("tool_point", self.at_tip, oneOf("position", "tip"), "the point that is corrected");
+    key("hold_s", self.hold_s, within(kDuration_s).orUsual(), "how long a doubtful value is held");
+  }
+  static constexpr void tipKeys(auto& self, auto&& key) {
+    key("tool_direction", self.tool_direction, within(-1, 1), "from the spindle to the tip, length 1");
+    key("measured_length_mm", self.measured_length_mm, within(0, 2000), "of the tool that the axes were measured with");
+  }
 };
 
 inline constexpr std::size_t kMostTools = 64;

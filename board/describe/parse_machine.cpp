@@ -96,17 +96,16 @@ std::vector<RotaryLetter> readChain(Section& section, const Machine& machine) {
 RotaryTableDescription readTable(Section section, double hold_s, const Machine& machine) {
   RotaryTableDescription table;
   table.chain = readChain(section, machine);
-  table.between = static_cast<BetweenAngles>(section.choice("between", {"linear", "fourier"}, 0));
-  table.at_tip = section.choice("tool_point", {"position", "tip"}) == 1;
+  table.hold_s = hold_s;
+  readKeys(section, table);
   if (table.at_tip) {
-    const auto& d = table.tool_direction = section.vector("tool_direction", {-1, 1});
+    RotaryTableDescription::tipKeys(table, KeyReader{section});
+    const auto& d = table.tool_direction;
     const double length = std::hypot(d[0], d[1], d[2]);
     if (section.good("tool_direction") && std::abs(length - 1) > 1e-6)
       section.problem("tool_direction",
                       "has the length " + plain(length) + ": write one of length 1, such as [0, 0, -1]");
-    table.measured_length_mm = section.number("measured_length_mm", {0, 2000});
   }
-  table.hold_s = section.number("hold_s", kDuration_s, hold_s);
   section.finish();
   return table;
 }

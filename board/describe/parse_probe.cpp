@@ -19,9 +19,7 @@ bool singular(const Matrix3& m) {
 }
 
 void readChannels(Section& section, Probe& probe) {
-  probe.rate_hz = section.number("rate_hz", {10, 1e6});
-  probe.noise_um = section.number("noise_um", {1e-4, 1000});
-  probe.gain = section.matrix("gain", {-1000, 1000});
+  Probe::channelKeys(probe, KeyReader{section});
   if (section.good("gain") && singular(probe.gain))
     section.problem("gain", "has no inverse, so the probe would not feel one direction: measure it again");
   for (const auto* key : {"trigger", "repeatability_um"})
@@ -46,7 +44,7 @@ Probe readProbe(Section& root) {
     readSwitch(section, probe);
   else
     readChannels(section, probe);
-  probe.deflection_limit_mm = section.number("deflection_limit_mm", {1e-3, 100});
+  Probe::limitKey(probe, KeyReader{section});
   if (is_trigger && section.good("deflection_limit_mm") && probe.deflection_limit_mm < kLeastOfSwitch_mm)
     section.problem("deflection_limit_mm",
                     "is below 0.3, and a touch with a switch needs an overtravel of 0.3 mm: give what the probe bears, "
@@ -54,9 +52,8 @@ Probe readProbe(Section& root) {
   section.finish();
 
   auto stylus = root.section("stylus");
-  probe.ball_diameter_mm = stylus.number("ball_diameter_mm", {0.01, 100});
+  Probe::stylusKeys(probe, KeyReader{stylus});
   if (stylus.has("name")) probe.stylus = stylus.text("name");
-  probe.sd_ball_diameter_mm = stylus.numberIfThere("sd_ball_diameter_mm", {1e-6, 1});
   stylus.finish();
 
   probe.certificate = read<Certificate>(root.section("certificate", false));

@@ -35,17 +35,28 @@ struct Probe {
   std::string serial_number;
   // For a touch-trigger probe, which has no channels: gain, rate and noise below then have no meaning.
   std::optional<ProbeSwitch> by_switch;
-  Matrix3 gain{};     // mm of deflection in machine axes per mm of channels a, b, c: (A3)
-  double rate_hz{};   // nominal sample rate
-  double noise_um{};  // standard deviation (k = 1) of one sample of one channel
-  double deflection_limit_mm{};
-  double ball_diameter_mm{};  // stylus ball
+  Matrix3 gain{};
+  double rate_hz{}, noise_um{}, deflection_limit_mm{}, ball_diameter_mm{};
   std::optional<double> sd_ball_diameter_mm;
   std::string stylus;       // its name, where styli are exchanged; empty: there is one
   Certificate certificate;  // empty when none is known
 
   // Results belong to probe and stylus together: those of one stylus do not hold for another.
   std::string name() const { return serial_number + (stylus.empty() ? "" : ", stylus " + stylus); }
+
+  static constexpr void channelKeys(auto& self, auto&& key) {
+    key("rate_hz", self.rate_hz, within(10, 1e6), "nominal rate of the samples");
+    key("noise_um", self.noise_um, within(1e-4, 1000), "of one sample of one channel (k = 1)");
+    key("gain", self.gain, within(-1000, 1000),
+        "mm of deflection in machine axes per mm of the channels a, b, c: (A3)");
+  }
+  static constexpr void limitKey(auto& self, auto&& key) {
+    key("deflection_limit_mm", self.deflection_limit_mm, within(1e-3, 100), "that the probe bears");
+  }
+  static constexpr void stylusKeys(auto& self, auto&& key) {
+    key("ball_diameter_mm", self.ball_diameter_mm, within(0.01, 100), "of the stylus ball");
+    key("sd_ball_diameter_mm", self.sd_ball_diameter_mm, within(1e-6, 1), "of its diameter (k = 1)");
+  }
 };
 
 }  // namespace probebox::board

@@ -143,6 +143,9 @@ class Section {
   std::vector<std::string> missing_;
 };
 
+template <class T>
+concept NamedValue = std::is_enum_v<T> || std::same_as<T, bool>;
+
 // Reads the keys of a list (keys.hpp) into the members of their structure.
 struct KeyReader {
   Section& section;
@@ -181,12 +184,11 @@ struct KeyReader {
   void operator()(std::string_view key, std::vector<double>& value, Key of, std::string_view) const {
     value = section.numbers(key, of.range, {1, of.most});
   }
-  template <class Enum, std::size_t N>
-  requires(std::is_enum_v<Enum> || std::same_as<Enum, bool>) void operator()(std::string_view key, Enum& value,
-                                                                             OneOf<N> of, std::string_view) const {
+  template <NamedValue T, std::size_t N>
+  void operator()(std::string_view key, T& value, OneOf<N> of, std::string_view) const {
     const auto place = static_cast<std::size_t>(value);
-    value = static_cast<Enum>(section.choice(key, {of.names.begin(), of.names.end()},
-                                             of.may_be_omitted ? std::optional{place} : std::nullopt));
+    value = static_cast<T>(section.choice(key, {of.names.begin(), of.names.end()},
+                                          of.may_be_omitted ? std::optional{place} : std::nullopt));
   }
 
  private:

@@ -41,9 +41,9 @@ TEST_F(OnTheMachine, CalibratesTheDelayThenTheAxisThatTurns) {
   EXPECT_EQ(step["ball"], 1);
   EXPECT_NEAR(step["rotary_angles_rad"][2].get<double>(), (step["step"].get<int>() / 5) * 2 * M_PI / 3, 1e-12);
 
-  const auto& spindle = *descriptions_.world->part_spindle;
-  const double x_mm = spindle.point_mm[0] + spindle.tilt[0] * spindle.balls_mm[0][2] -
-                      descriptions_.world->probe_spindle->stylus_offset_mm[0];
+  const auto& spindle = descriptions_.world->part_spindle;
+  const double x_mm = spindle.point_mm[0] + spindle.direction[0] * spindle.balls_mm[0][2] -
+                      descriptions_.world->probe_spindle.stylus_offset_mm[0];
   const auto found = proposed["result"]["centre_mm[0]"], sd = proposed["sd"]["centre_mm[0]"];
   EXPECT_LT(std::abs(found.get<double>() - x_mm), 5 * sd.get<double>());
 
@@ -108,7 +108,7 @@ TEST_F(WithADelay, FindsThePivotOfATableThatTilts) {
   EXPECT_EQ(b_moves_, "table");
   const auto& world = *descriptions_.world;
   // The axis leans by little, and the readings lie about its point.
-  const double y_mm = world.tilting_table->point_mm[1] - world.probe_spindle->stylus_offset_mm[1];
+  const double y_mm = world.tilting_table->point_mm[1] - world.probe_spindle.stylus_offset_mm[1];
   EXPECT_NEAR(proposed["result"]["pivot_yz_mm[0]"].get<double>(), y_mm, 2e-3);
 
   start([](board::Descriptions& changed) { changed.machine.tilting_table.reset(); });
@@ -128,11 +128,11 @@ TEST_F(WithADelay, FindsWhatAHeadThatSwivelsIsOff) {
   if (runsAreComplete()) {
     const auto lean = proposedBy("a-axis-alignment", "A_tilt_rad");
     ASSERT_FALSE(lean.is_null());
-    EXPECT_NEAR(lean["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle->tilt[1], 5e-5);
+    EXPECT_NEAR(lean["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle.direction[1], 5e-5);
   }
   const auto by_shank = proposedBy("a-axis-alignment", "A_tilt_rad", {"--shank"});
   ASSERT_FALSE(by_shank.is_null());
-  EXPECT_NEAR(by_shank["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle->tilt[1], 5e-5);
+  EXPECT_NEAR(by_shank["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle.direction[1], 5e-5);
   EXPECT_THAT(box({"calibrate", "head-pivot", "--shank"}).err, HasSubstr("shank"));
 
   start([](board::Descriptions& changed) { changed.machine.probe_shank.reset(); });
@@ -148,11 +148,11 @@ TEST_F(WithADelay, GoesRoundABallOnTheRimUntilItIsOnTheLine) {
   ASSERT_NO_FATAL_FAILURE(measureDelay());
   const auto proposed = proposedBy("centreline-by-steps", "centre_mm");
   ASSERT_FALSE(proposed.is_null());
-  const auto& spindle = *descriptions_.world->part_spindle;
-  const auto& probe = *descriptions_.world->probe_spindle;
+  const auto& spindle = descriptions_.world->part_spindle;
+  const auto& probe = descriptions_.world->probe_spindle;
   // Where the axes are: that of the part as high as the ball, that of the probe as low as the stylus.
   const double x_mm =
-      spindle.point_mm[0] + spindle.tilt[0] * spindle.balls_mm[0][2] + probe.tilt[0] * probe.stylus_length_mm;
+      spindle.point_mm[0] + spindle.direction[0] * spindle.balls_mm[0][2] + probe.direction[0] * probe.stylus_length_mm;
   EXPECT_LT(std::abs(proposed["result"]["centre_mm[0]"].get<double>() - x_mm),
             5 * proposed["sd"]["centre_mm[0]"].get<double>());
   const auto saved = directory_.file("centreline-by-steps0");
@@ -274,7 +274,7 @@ TEST_F(OnTheMachine, SetsAToolOnTheDeviceThatTheProbeHasMeasured) {
   EXPECT_EQ(with_tool["feature"], "tool_setter");
   EXPECT_THAT(with_tool["prompt"].get<std::string>(), HasSubstr("tool 4"));
 
-  const auto& tool = descriptions_.world->cutters.front();
+  const auto& tool = *std::ranges::find(descriptions_.world->further_tools, 4U, &board::WorldTool::number);
   const auto found = proposed["result"]["tool_offset_mm[2]"], sd = proposed["sd"]["tool_offset_mm[2]"];
   EXPECT_LT(std::abs(found.get<double>() + tool.length_mm), 5 * sd.get<double>());
   EXPECT_LT(sd.get<double>(), 1e-3);
@@ -327,7 +327,7 @@ TEST_F(OnTheMachine, CalibratesTheSensorHeadAndReadsThePlateWithIt) {
   const auto& world = *descriptions_.world;
   for (std::size_t i = 0; i < 9; ++i) {
     const auto component = "sensor_matrix[" + std::to_string(i) + "]";
-    const double off = head["result"][component].get<double>() - world.sensor_head->sensors[i / 3][i % 3];
+    const double off = head["result"][component].get<double>() - world.further_tools.back().head->sensors[i / 3][i % 3];
     EXPECT_LT(std::abs(off), 5 * head["sd"][component].get<double>());
   }
   EXPECT_THAT(box({"history", "sensor-head-5"}).out, HasSubstr("active"));
@@ -335,7 +335,7 @@ TEST_F(OnTheMachine, CalibratesTheSensorHeadAndReadsThePlateWithIt) {
   const auto axis = proposedBy({"rotary-axis-errors", "--head", "--angles", "4"}, "location_mm", step);
   EXPECT_EQ(step["kind"], "hold");
   EXPECT_EQ(step["steps"], 15) << "three balls at four stops, and once more where C began";
-  const double x_mm = world.part_spindle->point_mm[0] - world.probe_spindle->stylus_offset_mm[0] -
+  const double x_mm = world.part_spindle.point_mm[0] - world.probe_spindle.stylus_offset_mm[0] -
                       descriptions_.machine.ball_plate->axis_point_mm[0];
   EXPECT_NEAR(axis["result"]["location_mm[0]"].get<double>(), x_mm, 5 * axis["sd"]["location_mm[0]"].get<double>());
 

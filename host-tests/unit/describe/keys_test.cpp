@@ -59,8 +59,8 @@ TEST(Keys, HaveRangesThatTheirUnitsAllowAndAMeaning) {
                   WorldToolSetter, WorldCycle, WorldFault, WorldOutsideControl, World>();
   expectGoodLines<AxisDescription, ReferenceDescription, SecondaryAxisDescription, ScrewDescription,
                   PeriodicCheckDescription, RimBallDescription, BallPlateDescription, HeadDescription,
-                  CentrelineDescription, SwivelDescription, ToolDescription, HolderDescription, ToolSetterDescription,
-                  ProbeShankDescription, SensorHeadDescription>();
+                  CentrelineDescription, SwivelDescription, RotaryTableDescription, ToolDescription, HolderDescription,
+                  ToolSetterDescription, ProbeShankDescription, SensorHeadDescription>();
   expectGoodLines<Access, StreamSettings, CalibratedSphere, Certificate, ProbeSwitch, UsbIdentity, Cell, CellTool>();
 }
 
