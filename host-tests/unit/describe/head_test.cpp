@@ -29,11 +29,11 @@ TEST(MachineToml, MayDescribeASensorHead) {
 
 TEST(MachineToml, SaysWhatIsWrongWithASensorHead) {
   EXPECT_THAT(machineProblem("[sensor_head]\ntool = 0\nrange_mm = 100\ncentre_offset = [0, 0, 0]\n"),
-              AllOf(HasSubstr("'sensor_head.tool' = 0 is out of"), HasSubstr("'sensor_head.range_mm' = 100 is out of"),
-                    HasSubstr("unknown key 'sensor_head.centre_offset'")));
+              AllOf(HasSubstr("'sensor_head.tool' = 0"), HasSubstr("'sensor_head.range_mm' = 100"),
+                    HasSubstr("unknown"), HasSubstr("'sensor_head.centre_offset'")));
   const std::string probe_tools = "[probe_tools]\nnumbers = [5]\n[[tool]]\nnumber = 5\nlength_mm = 100\n";
   EXPECT_THAT(machineProblem(probe_tools + kHead),
-              HasSubstr("'sensor_head.tool' = 5 carries the probe ([probe_tools])"));
+              AllOf(HasSubstr("'sensor_head.tool' = 5"), HasSubstr("[probe_tools]")));
 }
 
 // The emulated board's world, its head described differently.
@@ -56,12 +56,11 @@ TEST(WorldToml, MayHaveASensorHead) {
   EXPECT_EQ(tool.head.value().sensors[2][2], 1);
   EXPECT_EQ(tool.offset_mm[0], 0);
   EXPECT_THAT(worldWithHead(head + "sensors = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]\n").error().what,
-              HasSubstr("lie nearly in one plane"));
-  EXPECT_THAT(worldWithHead(head).error().what, HasSubstr("missing key 'sensor_head.sensors'"));
+              HasSubstr("one plane"));
+  EXPECT_THAT(worldWithHead(head).error().what, AllOf(HasSubstr("missing"), HasSubstr("'sensor_head.sensors'")));
   for (const char* other : {"number = 1", "number = 2", "number = 4"}) {
     std::string twice = head + kSensors;
-    EXPECT_THAT(worldWithHead(twice.replace(twice.find("number = 6"), 10, other)).error().what,
-                HasSubstr("is used twice"));
+    EXPECT_THAT(worldWithHead(twice.replace(twice.find("number = 6"), 10, other)).error().what, HasSubstr("twice"));
   }
 }
 

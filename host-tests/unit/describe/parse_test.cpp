@@ -54,7 +54,7 @@ TEST(BoxToml, ShowsItselfOnUsbByTheNumbersOfItsVendor) {
 
 TEST(BoxToml, RefusesWhatCannotGoOutOverUsb) {
   EXPECT_THAT(problemOfBox(std::string{kBox} + "[usb]\nvendor_id = 0x12345\n"), HasSubstr("vendor_id"));
-  EXPECT_THAT(problemOfBox(std::string{kBox} + "[usb]\nproduct = \"two\\nlines\"\n"), HasSubstr("a line break"));
+  EXPECT_THAT(problemOfBox(std::string{kBox} + "[usb]\nproduct = \"two\\nlines\"\n"), HasSubstr("line break"));
   EXPECT_THAT(problemOfBox(exchangedInBox("serial_number = \"7\"", "serial_number = \"\u00fc7\"")), HasSubstr("ASCII"));
 }
 
@@ -94,15 +94,15 @@ TEST(BoxToml, RefusesADoubtfulUnit) {
   EXPECT_EQ(problemOfBox(exchangedInBox("period_ns", "period_us")),
             "box.toml:8: unknown key 'sync.period_us': the key says us, and this value is in ns: convert it and write "
             "'period_ns'");
-  EXPECT_THAT(problemOfBox(exchangedInBox("period_ns", "period")), HasSubstr("names no unit"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("period_ns", "period")), HasSubstr("no unit"));
 }
 
 TEST(BoxToml, RefusesAWrongType) {
   EXPECT_THAT(problemOfBox(exchangedInBox("1_000_000", "\"1 ms\"")),
-              AllOf(HasSubstr("box.toml:8:"), HasSubstr("write a whole number")));
+              AllOf(HasSubstr("box.toml:8:"), HasSubstr("whole number")));
   EXPECT_THAT(problemOfBox(exchangedInBox("\"7\"", "7")), AllOf(HasSubstr("box.toml:3:"), HasSubstr("double quotes")));
-  EXPECT_THAT(problemOfBox(exchangedInBox("[devices]", "[[devices]]")), HasSubstr("write a table, [devices]"));
-  EXPECT_THAT(problemOfBox(exchangedInBox("line = 4", "line = 4.5")), HasSubstr("neither an offset nor a name"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("[devices]", "[[devices]]")), HasSubstr("[devices]"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("line = 4", "line = 4.5")), HasSubstr("neither"));
 }
 
 TEST(BoxToml, TellsWhichKeyIsMissingAndWhere) {
@@ -110,18 +110,18 @@ TEST(BoxToml, TellsWhichKeyIsMissingAndWhere) {
             "box.toml:1: missing key 'box.board_name': add it to [box]");
   EXPECT_THAT(
       problemOfBox(exchangedInBox("[devices]\nencoders = \"sim\"\nencoder_rate_hz = 1000\nprobe = \"sim\"\n", "")),
-      HasSubstr("missing key 'devices'"));
+      testing::AllOf(HasSubstr("missing"), HasSubstr("'devices'")));
 }
 
 TEST(BoxToml, RefusesValuesOutOfRangeAndSaysTheRange) {
-  EXPECT_THAT(problemOfBox(exchangedInBox("1_000_000", "1000")), HasSubstr("give a value from 100000 to 10000000"));
-  EXPECT_THAT(problemOfBox(exchangedInBox("line = 4", "line = -1")), HasSubstr("neither an offset nor a name"));
-  EXPECT_THAT(problemOfBox(exchangedInBox("\"Z\"", "\"Q\"")), HasSubstr("write one of \"X\", \"Y\", \"Z\""));
+  EXPECT_THAT(problemOfBox(exchangedInBox("1_000_000", "1000")), HasSubstr("100000 to 10000000"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("line = 4", "line = -1")), HasSubstr("neither"));
+  EXPECT_THAT(problemOfBox(exchangedInBox("\"Z\"", "\"Q\"")), HasSubstr("\"X\", \"Y\", \"Z\""));
 }
 
 TEST(BoxToml, RefusesTwoInputsOnOneLine) {
   EXPECT_THAT(problemOfBox(exchangedInBox("line = \"TOUCH\"", "line = 4")),
-              HasSubstr("'trigger.line' of \"trigger 1\" is used by \"sync\" already"));
+              testing::AllOf(HasSubstr("'trigger.line'"), HasSubstr("\"trigger 1\""), HasSubstr("\"sync\"")));
 }
 
 constexpr std::string_view kLoopBack = R"([loop_back]
@@ -147,14 +147,14 @@ TEST(BoxToml, RefusesALoopBackThatIsHalfThereOrOnALineInUse) {
     return std::string{kBox} + "[loop_back]\n" + std::string{output} + "\n" + std::string{input} + "\n";
   };
   constexpr std::string_view kOutput = "output = { chip = \"gpiochip0\", line = 20 }";
-  EXPECT_THAT(problemOfBox(with(kOutput, "")), HasSubstr("missing key 'loop_back.input'"));
+  EXPECT_THAT(problemOfBox(with(kOutput, "")), testing::AllOf(HasSubstr("missing"), HasSubstr("'loop_back.input'")));
   EXPECT_THAT(problemOfBox(with(kOutput, "input = { chip = \"gpiochip0\", line = 4 }")),
-              AllOf(HasSubstr("box.toml:22:"), HasSubstr("of \"loop-back input\" is used by \"sync\"")));
+              AllOf(HasSubstr("box.toml:22:"), HasSubstr("\"loop-back input\""), HasSubstr("\"sync\"")));
   EXPECT_THAT(problemOfBox(with(kOutput, "input = { chip = \"gpiochip0\", line = 20 }")),
-              HasSubstr("of \"loop-back input\" is used by \"loop-back output\""));
+              testing::AllOf(HasSubstr("\"loop-back input\""), HasSubstr("\"loop-back output\"")));
   EXPECT_THAT(problemOfBox(with(kOutput, "input = { chip = \"gpiochip0\", line = 21, pull = \"up\" }")),
-              HasSubstr("unknown key 'loop_back.input.pull'"));
-  EXPECT_THAT(problemOfBox(with("output = 20", "input = 21")), HasSubstr("write a table"));
+              testing::AllOf(HasSubstr("unknown"), HasSubstr("'loop_back.input.pull'")));
+  EXPECT_THAT(problemOfBox(with("output = 20", "input = 21")), HasSubstr("a table"));
 }
 
 TEST(BoxToml, TellsAllProblemsInTheOrderOfTheFile) {
@@ -181,7 +181,7 @@ TEST(MachineToml, RefusesASenseOfZeroAndAReversedTravel) {
   const auto machine = parseMachine(text, "machine.toml");
   ASSERT_FALSE(machine.ok());
   EXPECT_THAT(machine.error().what, AllOf(HasSubstr("'axis.X.sense' = 0"), HasSubstr("exchange them"),
-                                          HasSubstr("correction_limit_mm' = 4 is out of its range")));
+                                          HasSubstr("correction_limit_mm' = 4")));
 }
 
 constexpr std::string_view kRotaryC = "[rotary_axis.C]\nangle_from = \"encoder\"\ncounts_per_deg = 1000\nsense = -1\n";
@@ -228,9 +228,9 @@ TEST(MachineToml, RefusesChainsAndHeadsThatCannotBe) {
   EXPECT_THAT(machineProblem("[swivel]\naxis = \"B\"\n"), HasSubstr("add [rotary_axis.B]"));
   EXPECT_THAT(table("chain = [\"B\"]\ntool_point = \"position\"\n"), HasSubstr("add [rotary_axis.B]"));
   EXPECT_THAT(table("chain = [\"C\", \"C\"]\ntool_point = \"position\"\n"), HasSubstr("twice"));
-  EXPECT_THAT(table("chain = [\"Z\"]\ntool_point = \"position\"\n"), HasSubstr("from the base outwards"));
-  EXPECT_THAT(table("chain = []\ntool_point = \"position\"\n"), HasSubstr("names no axis"));
-  EXPECT_THAT(table("chain = [\"C\"]\n"), HasSubstr("missing key 'rotary_table.tool_point'"));
+  EXPECT_THAT(table("chain = [\"Z\"]\ntool_point = \"position\"\n"), HasSubstr("outwards"));
+  EXPECT_THAT(table("chain = []\ntool_point = \"position\"\n"), HasSubstr("no axis"));
+  EXPECT_THAT(table("chain = [\"C\"]\n"), testing::AllOf(HasSubstr("missing"), HasSubstr("'rotary_table.tool_point'")));
   EXPECT_THAT(table("chain = [\"C\"]\ntool_point = \"tip\"\ntool_direction = [0, 0, -0.5]\nmeasured_length_mm = 0\n"),
               HasSubstr("length 1"));
   EXPECT_THAT(table("chain = [\"C\"]\ntool_point = \"tip\"\ntool_direction = [0, 0, -1]\n"),
@@ -238,7 +238,7 @@ TEST(MachineToml, RefusesChainsAndHeadsThatCannotBe) {
   EXPECT_THAT(machineProblem("[rotary_axis.B]\nangle_from = \"controller\"\n"), HasSubstr("rotary_axis.B.stale_s"));
   EXPECT_THAT(machineProblem("[rotary_axis.D]\nangle_from = \"controller\"\nstale_s = 1\n"), HasSubstr("unknown key"));
   EXPECT_THAT(machineProblem("[[tool]]\nnumber = 4\nlength_mm = 1\n[[tool]]\nnumber = 4\nlength_mm = 2\n"),
-              HasSubstr("is used twice"));
+              HasSubstr("twice"));
 }
 
 TEST(MachineToml, MayDescribeTheBallOfThePeriodicCheck) {
@@ -250,7 +250,7 @@ TEST(MachineToml, MayDescribeTheBallOfThePeriodicCheck) {
   EXPECT_EQ(machine->periodic_check->limit_mm, 0.02);
   EXPECT_FALSE(machine->periodic_check->accepted_x_mm);
   EXPECT_THAT(machineProblem("[periodic_check]\nball_diameter_mm = 0\nlimits_mm = 1\n"),
-              AllOf(HasSubstr("ball_centre_z_mm"), HasSubstr("out of its range"), HasSubstr("limits_mm")));
+              AllOf(HasSubstr("ball_centre_z_mm"), HasSubstr("range"), HasSubstr("limits_mm")));
 }
 
 TEST(MachineToml, MayDescribeThePlateOfTheRotaryAxis) {
@@ -271,10 +271,9 @@ TEST(MachineToml, MayDescribeThePlateOfTheRotaryAxis) {
   EXPECT_EQ(plate.sd_mm, 0.0005);
   ASSERT_EQ(plate.balls_mm.size(), 3U);
   EXPECT_EQ(plate.balls_mm[1], (std::array<double, 3>{-15, 26, 100}));
-  EXPECT_THAT(machineProblem(point + two), HasSubstr("is there 2 times, too few for a plate"));
-  EXPECT_THAT(machineProblem(point), HasSubstr("missing key 'ball_plate.ball'"));
-  EXPECT_THAT(machineProblem("[ball_plate]\nsd_mm = 5\n" + two),
-              AllOf(HasSubstr("axis_point_mm"), HasSubstr("out of its range")));
+  EXPECT_THAT(machineProblem(point + two), HasSubstr("2 times"));
+  EXPECT_THAT(machineProblem(point), testing::AllOf(HasSubstr("missing"), HasSubstr("'ball_plate.ball'")));
+  EXPECT_THAT(machineProblem("[ball_plate]\nsd_mm = 5\n" + two), AllOf(HasSubstr("axis_point_mm"), HasSubstr("range")));
 }
 
 TEST(ProbeToml, RefusesAGainWithoutAnInverse) {
@@ -283,10 +282,9 @@ TEST(ProbeToml, RefusesAGainWithoutAnInverse) {
       "gain = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]\n[stylus]\nball_diameter_mm = 6\n";
   const auto probe = parseProbe(text, "probe.toml");
   ASSERT_FALSE(probe.ok());
-  EXPECT_THAT(probe.error().what, AllOf(HasSubstr("probe.toml:6:"), HasSubstr("has no inverse")));
-  EXPECT_THAT(parseProbe("[probe]\ngain = [[1, 0], [0, 1]]\n[stylus]\n", "p").error().what,
-              HasSubstr("three rows of three"));
-  EXPECT_THAT(parseProbe("[probe]\nnoise_um = nan\n[stylus]\n", "p").error().what, HasSubstr("out of its range"));
+  EXPECT_THAT(probe.error().what, AllOf(HasSubstr("probe.toml:6:"), HasSubstr("inverse")));
+  EXPECT_THAT(parseProbe("[probe]\ngain = [[1, 0], [0, 1]]\n[stylus]\n", "p").error().what, HasSubstr("three rows"));
+  EXPECT_THAT(parseProbe("[probe]\nnoise_um = nan\n[stylus]\n", "p").error().what, HasSubstr("range"));
 }
 
 // Runs refuse an overtravel below 0.3 mm with a switch, so such a limit would allow none.
@@ -300,8 +298,7 @@ TEST(ProbeToml, RefusesALimitThatNoTouchWithASwitchKeeps) {
   };
   const auto probe = limited("0.29");
   ASSERT_FALSE(probe.ok());
-  EXPECT_THAT(probe.error().what,
-              AllOf(HasSubstr("probe.toml:6:"), HasSubstr("is below 0.3"), HasSubstr("0.3 or more")));
+  EXPECT_THAT(probe.error().what, AllOf(HasSubstr("probe.toml:6:"), HasSubstr("below 0.3"), HasSubstr("0.3 or")));
   EXPECT_TRUE(limited("0.3").ok());
 }
 
@@ -349,18 +346,17 @@ TEST(ServiceToml, RefusesADoorThatLeadsNowhereOrContradictsItself) {
     const auto service = parseService(links + "[[door]]\n" + door, "s");
     return service.ok() ? "accepted" : service.error().what;
   };
-  EXPECT_THAT(problem("address = \"usb:other\"\n"), HasSubstr("'door.address' is neither in links nor in cnc"));
+  EXPECT_THAT(problem("address = \"usb:other\"\n"), HasSubstr("'door.address'"));
   EXPECT_THAT(problem("allow_accept = true\n"), HasSubstr("address"));
-  EXPECT_THAT(problem("address = \"usb\"\nread_only = true\nallow_marker = true\n"), HasSubstr("contradicts a right"));
-  EXPECT_THAT(problem("address = \"usb\"\nread_only = true\nallow_provision = true\n"),
-              HasSubstr("contradicts a right"));
-  EXPECT_THAT(problem("address = \"usb\"\n[[door]]\naddress = \"usb\"\n"), HasSubstr("has a [[door]] already"));
+  EXPECT_THAT(problem("address = \"usb\"\nread_only = true\nallow_marker = true\n"), HasSubstr("contradicts"));
+  EXPECT_THAT(problem("address = \"usb\"\nread_only = true\nallow_provision = true\n"), HasSubstr("contradicts"));
+  EXPECT_THAT(problem("address = \"usb\"\n[[door]]\naddress = \"usb\"\n"), HasSubstr("[[door]]"));
   EXPECT_THAT(problem("address = \"usb\"\nallow_homming = true\n"), HasSubstr("allow_homing"));
 }
 
 TEST(ServiceToml, RefusesWhatIsNoAddress) {
   EXPECT_THAT(parseService("links = [\"usb\", \"localhost\"]", "s").error().what,
-              HasSubstr("s:1: 'links' has \"localhost\", which is no address"));
+              testing::AllOf(HasSubstr("s:1"), HasSubstr("'links'"), HasSubstr("\"localhost\"")));
   EXPECT_FALSE(parseService("cnc = [\"modbus:\"]", "s").ok());
   EXPECT_FALSE(parseService("links = \"tcp:127.0.0.1:1\"", "s").ok());
   EXPECT_THAT(parseService("[access]\nallow_accept = \"yes\"", "s").error().what, HasSubstr("without quotes"));
@@ -368,7 +364,7 @@ TEST(ServiceToml, RefusesWhatIsNoAddress) {
 
 TEST(WorldToml, RefusesMillisecondsWrittenAsSeconds) {
   EXPECT_THAT(parseWorld("[delays]\ntau_machine_s = [5.45, 5.45, 5.45]\ntau_probe_s = 0.0", "world.toml").error().what,
-              HasSubstr("'delays.tau_machine_s' = 5.45 is out of its range"));
+              HasSubstr("'delays.tau_machine_s' = 5.45"));
 }
 
 TEST(WorldToml, HasNoFeaturesThatItDoesNotDescribe) {
@@ -383,9 +379,9 @@ TEST(WorldToml, HasNoFeaturesThatItDoesNotDescribe) {
 }
 
 TEST(WorldToml, RefusesAHalfDescribedSpindle) {
-  EXPECT_THAT(parseWorld("[part_spindle]\ntilt_x_rad = 5\n[[part_spindle.ball]]\nat_m = [0, 0, 0]\n", "w").error().what,
-              AllOf(HasSubstr("'part_spindle.tilt_x_rad' = 5 is out of its range"), HasSubstr("part_spindle.point_mm"),
-                    HasSubstr("at_mm")));
+  EXPECT_THAT(
+      parseWorld("[part_spindle]\ntilt_x_rad = 5\n[[part_spindle.ball]]\nat_m = [0, 0, 0]\n", "w").error().what,
+      AllOf(HasSubstr("'part_spindle.tilt_x_rad' = 5"), HasSubstr("part_spindle.point_mm"), HasSubstr("at_mm")));
 }
 
 }  // namespace

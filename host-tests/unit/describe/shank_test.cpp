@@ -32,12 +32,12 @@ TEST(MachineToml, MayDescribeTheShankOfTheStylus) {
 
 TEST(MachineToml, SaysWhereThereIsNoShankToTouchWith) {
   for (const double height_mm : {29.0, 30.5, 89.5, 100.0})
-    EXPECT_THAT(machineProblem(shank("1", 30, 90, height_mm)),
-                HasSubstr("'probe_shank.height_mm' is not on the shank: choose"));
-  EXPECT_THAT(machineProblem(shank("1", 5, 90, 9)), HasSubstr("'probe_shank.height_mm' = 9 is out of"));
-  EXPECT_THAT(machineProblem(shank("1", 90, 30, 60)), HasSubstr("to_mm' is not above 'from_mm'"));
-  EXPECT_THAT(machineProblem(shank("1", 30, 151, 60)), HasSubstr("above the gauge line of tool 1"));
-  EXPECT_THAT(machineProblem(shank("3", 30, 90, 60)), HasSubstr("'probe_shank.tool' = 3 is no [[tool]]: add it"));
+    EXPECT_THAT(machineProblem(shank("1", 30, 90, height_mm)), HasSubstr("'probe_shank.height_mm'"));
+  EXPECT_THAT(machineProblem(shank("1", 5, 90, 9)), HasSubstr("'probe_shank.height_mm' = 9"));
+  EXPECT_THAT(machineProblem(shank("1", 90, 30, 60)), testing::AllOf(HasSubstr("to_mm'"), HasSubstr("'from_mm'")));
+  EXPECT_THAT(machineProblem(shank("1", 30, 151, 60)), HasSubstr("tool 1"));
+  EXPECT_THAT(machineProblem(shank("3", 30, 90, 60)),
+              testing::AllOf(HasSubstr("'probe_shank.tool' = 3"), HasSubstr("[[tool]]")));
 }
 
 // The emulated board's world, its shank described differently.
@@ -59,9 +59,9 @@ TEST(WorldToml, MayHaveAShank) {
   EXPECT_EQ(shank.offset_mm[1], 0);
   EXPECT_EQ(shank.lever, 1);
   EXPECT_THAT(worldWithShank("[probe_spindle.shank]\nradius_mm = 4\nfrom_mm = 70\nto_mm = 20\n").error().what,
-              HasSubstr("to_mm' is not above 'from_mm'"));
+              testing::AllOf(HasSubstr("to_mm'"), HasSubstr("'from_mm'")));
   EXPECT_THAT(worldWithShank("[probe_spindle.shank]\nradius_mm = 4\nfrom_mm = 20\n").error().what,
-              HasSubstr("missing key 'probe_spindle.shank.to_mm'"));
+              testing::AllOf(HasSubstr("missing"), HasSubstr("'probe_spindle.shank.to_mm'")));
 }
 
 }  // namespace

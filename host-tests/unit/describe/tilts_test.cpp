@@ -23,16 +23,14 @@ TEST(MachineToml, MayDescribeATableThatTilts) {
                   ->tilting_table->point_mm.value(),
               testing::ElementsAre(1, 2, 3));
   EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"Z\"\ntilts_deg = [0]\n"),
-              AllOf(HasSubstr("tilting_table.axis"), HasSubstr("give at least 2")));
-  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 15]\n"),
-              HasSubstr("spans less than 20 degrees"));
-  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 90, 0]\n"), HasSubstr("an angle twice"));
+              AllOf(HasSubstr("tilting_table.axis"), HasSubstr("least 2")));
+  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 15]\n"), HasSubstr("20 degrees"));
+  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 90, 0]\n"), HasSubstr("twice"));
   EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [-180, 90, 180]\n"), HasSubstr("angle twice"));
-  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [-175, 170]\n"),
-              HasSubstr("spans less than 20 degrees"));
+  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [-175, 170]\n"), HasSubstr("20 degrees"));
   EXPECT_TRUE(machineWith("[tilting_table]\naxis = \"X\"\ntilts_deg = [-175, 164]\nsigma_rad = 1e-5\n"));
   EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 1, 2, 3, 4, 5, 90]\n"),
-              HasSubstr("has 7 values: give at most 6"));
+              HasSubstr("7 values"));
 }
 
 TEST(MachineToml, MayDescribeHowWarmTheDatumSphereIs) {
@@ -66,13 +64,12 @@ TEST(MachineToml, MayDescribeAHeadThatSwivelsAndToolsThatCarryTheProbe) {
   ASSERT_EQ(machine->probe_tools.size(), 2U);
   EXPECT_EQ(machine->probe_tools[0].number, 5U);
   EXPECT_EQ(machine->probe_tools[0].length_mm, 180);
-  EXPECT_THAT(machineProblem(head + "sd_ball_mm = 0.002\n"),
-              HasSubstr("says how exactly 'ball_mm' is known, which is missing"));
+  EXPECT_THAT(machineProblem(head + "sd_ball_mm = 0.002\n"), HasSubstr("'ball_mm'"));
   EXPECT_THAT(machineProblem("[swivel_head]\naxis = \"Y\"\nangles_deg = [0, 10]\n"),
-              AllOf(HasSubstr("spans less than 20 degrees"), HasSubstr("swivel_head.pivot_mm")));
+              AllOf(HasSubstr("20 degrees"), HasSubstr("swivel_head.pivot_mm")));
   EXPECT_THAT(machineProblem(tools + "[probe_tools]\nnumbers = [3, 4]\n"),
-              HasSubstr("names tool 4, whose length is not described: add a [[tool]]"));
-  EXPECT_THAT(machineProblem(tools + "[probe_tools]\nnumbers = [3, 3]\n"), HasSubstr("names tool 3 twice"));
+              testing::AllOf(HasSubstr("tool 4"), HasSubstr("[[tool]]")));
+  EXPECT_THAT(machineProblem(tools + "[probe_tools]\nnumbers = [3, 3]\n"), HasSubstr("tool 3 twice"));
 }
 
 TEST(WorldToml, LeansATableAcrossTheAxisThatItTiltsAbout) {
@@ -94,7 +91,7 @@ TEST(WorldToml, HasEachToolOnce) {
                                     "[[probe_spindle.further_tool]]\nnumber = 2\nstylus_offset_x_mm = 0\n"
                                     "stylus_offset_y_mm = 0\nstylus_length_mm = 50\n",
                                 "world.toml");
-  EXPECT_THAT(twice.error().what, HasSubstr("'probe_spindle.further_tool.number' = 2 is used twice"));
+  EXPECT_THAT(twice.error().what, HasSubstr("'probe_spindle.further_tool.number' = 2"));
 }
 
 TEST(MachineToml, MayDescribeTheDeviceThatToolsAreSetOn) {
@@ -110,12 +107,11 @@ TEST(MachineToml, MayDescribeTheDeviceThatToolsAreSetOn) {
   EXPECT_FALSE(setter.sd_probe_offset_mm);
   EXPECT_EQ(setter.accepted_mm.value()[2], 3);
   EXPECT_EQ(setter.limit_mm, 0.05);
-  EXPECT_THAT(machineProblem(device + "limit_mm = 0.05\n"), HasSubstr("give both or none"));
-  EXPECT_THAT(machineProblem(device + "sd_accepted_mm = 0.001\n"),
-              HasSubstr("says how exactly 'accepted_mm' is known, which is missing"));
+  EXPECT_THAT(machineProblem(device + "limit_mm = 0.05\n"), HasSubstr("both or"));
+  EXPECT_THAT(machineProblem(device + "sd_accepted_mm = 0.001\n"), HasSubstr("'accepted_mm'"));
   EXPECT_THAT(machineProblem("[tool_setter]\nhalf_width_mm = [8, 0, 6]\nprobe_offset = [0, 0, 1]\n"),
-              AllOf(HasSubstr("missing key 'tool_setter.trigger'"),
-                    HasSubstr("'tool_setter.half_width_mm' = 0 is out of"), HasSubstr("'tool_setter.probe_offset'")));
+              AllOf(HasSubstr("missing"), HasSubstr("'tool_setter.trigger'"),
+                    HasSubstr("'tool_setter.half_width_mm' = 0"), HasSubstr("'tool_setter.probe_offset'")));
 }
 
 TEST(MachineToml, MayTellWhatToolsArePutTogetherWith) {
@@ -126,8 +122,8 @@ TEST(MachineToml, MayTellWhatToolsArePutTogetherWith) {
   EXPECT_EQ(machine->tools[0].holder, 2U);
   EXPECT_EQ(machine->tools[0].sd_mm, 0);
   EXPECT_THAT(machineProblem(holder + "[[tool]]\nnumber = 4\nlength_mm = 120\nholder = 3\n"),
-              HasSubstr("'tool.holder' = 3 is no [[holder]]: add it, or remove this key"));
-  EXPECT_THAT(machineProblem(holder + holder), HasSubstr("'holder.number' = 2 is used twice"));
+              testing::AllOf(HasSubstr("'tool.holder' = 3"), HasSubstr("[[holder]]")));
+  EXPECT_THAT(machineProblem(holder + holder), HasSubstr("'holder.number' = 2"));
 }
 
 TEST(MachineToml, MayDescribeTheBallOnTheRim) {
@@ -141,13 +137,12 @@ TEST(MachineToml, MayDescribeTheBallOnTheRim) {
   ASSERT_TRUE(contacts.ok()) << contacts.error().what;
   EXPECT_EQ(contacts->rim_ball->beside_mm.value(), 40);
   EXPECT_EQ(contacts->rim_ball->radius_mm.value(), 600);
-  EXPECT_THAT(machineProblem("[rim_ball]\nc_deg = 0\nbeside_mm = 40\n"),
-              testing::HasSubstr("'rim_ball.radius_mm' is missing: contacts by turning C need"));
+  EXPECT_THAT(machineProblem("[rim_ball]\nc_deg = 0\nbeside_mm = 40\n"), testing::HasSubstr("'rim_ball.radius_mm'"));
   EXPECT_THAT(machineProblem("[rim_ball]\nc_deg = 0\nbeside_mm = 40\nradius_mm = 45\n"),
-              testing::HasSubstr("more than 0.8 of radius_mm"));
+              testing::AllOf(testing::HasSubstr("0.8"), testing::HasSubstr("radius_mm")));
   EXPECT_THAT(machineProblem("[rim_ball]\nlevel_limit_mm = 0\n"),
-              testing::AllOf(testing::HasSubstr("missing key 'rim_ball.c_deg'"),
-                             testing::HasSubstr("'rim_ball.level_limit_mm' = 0 is out of")));
+              testing::AllOf(testing::HasSubstr("missing"), testing::HasSubstr("'rim_ball.c_deg'"),
+                             testing::HasSubstr("'rim_ball.level_limit_mm' = 0")));
 }
 
 TEST(TurningTools, NameTheFacesThatTheyReach) {
@@ -156,8 +151,8 @@ TEST(TurningTools, NameTheFacesThatTheyReach) {
   ASSERT_TRUE(machine) << machine.error().what;
   EXPECT_EQ(machine->tools.front().faces, 1 + 8 + 16);
   EXPECT_EQ(machineWith("[[tool]]\nnumber = 7\nlength_mm = 90\n")->tools.front().faces, 0) << "all of them";
-  EXPECT_THAT(machineProblem(tool + "[\"+X\", \"Z\"]\n"), HasSubstr("names \"Z\": choose from +X"));
-  EXPECT_THAT(machineProblem(tool + "[\"+X\", \"+Z\"]\n"), HasSubstr("leaves an axis out"));
+  EXPECT_THAT(machineProblem(tool + "[\"+X\", \"Z\"]\n"), testing::AllOf(HasSubstr("\"Z\""), HasSubstr("+X")));
+  EXPECT_THAT(machineProblem(tool + "[\"+X\", \"+Z\"]\n"), HasSubstr("leaves"));
 }
 
 TEST(SwivelledMeasurements, NeedAHeadThatSwivelsAndTheirOwnAngles) {
@@ -169,12 +164,12 @@ TEST(SwivelledMeasurements, NeedAHeadThatSwivelsAndTheirOwnAngles) {
   ASSERT_TRUE(machine) << machine.error().what;
   EXPECT_EQ(machine->tool_setter->swivels_deg, (std::vector<double>{0, 45, 90}));
   EXPECT_THAT(machineProblem(setter + "[0, 45]\n"), HasSubstr("describe [swivel_head]"));
-  EXPECT_THAT(machineProblem(head + setter + "[45, 90]\n"), HasSubstr("has to rise from 0"));
+  EXPECT_THAT(machineProblem(head + setter + "[45, 90]\n"), HasSubstr("rise from"));
   const std::string check = "[periodic_check]\nball_diameter_mm = 12\nball_centre_z_mm = -20\nswivels_deg = ";
   const auto checked = machineWith(head + check + "[90, 0, 45]\n");
   ASSERT_TRUE(checked) << checked.error().what;
   EXPECT_EQ(checked->periodic_check->swivels_deg, (std::vector<double>{45, 90}));
-  EXPECT_THAT(machineProblem(head + check + "[30]\n"), HasSubstr("0, 45 and 90 degrees"));
+  EXPECT_THAT(machineProblem(head + check + "[30]\n"), HasSubstr("0, 45 and 90"));
   EXPECT_THAT(machineProblem(check + "[90]\n"), HasSubstr("[swivel_head] axis = \"Y\""));
 }
 

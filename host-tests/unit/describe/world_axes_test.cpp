@@ -65,7 +65,8 @@ TEST(WorldToml, RefusesAControlOutsideThatTurnsWhatIsNotThere) {
   without.erase(begin, without.find("\n[", begin) - begin);
   const auto world = parseWorld(without + "[outside_control]\nport = 7630\nb_turns = \"table\"\n", "world.toml");
   ASSERT_FALSE(world.ok());
-  EXPECT_THAT(world.error().what, HasSubstr("'outside_control.b_turns' = \"table\", but there is no [tilting_table]"));
+  EXPECT_THAT(world.error().what,
+              testing::AllOf(HasSubstr("'outside_control.b_turns' = \"table\""), HasSubstr("[tilting_table]")));
   EXPECT_THAT(problemWith("[outside_control]\n"), HasSubstr("port"));
   EXPECT_THAT(problemWith("[outside_control]\nport = 70000\n"), HasSubstr("port"));
 }
@@ -109,8 +110,8 @@ TEST(WorldToml, SaysHowMuchASlidingStylusRubs) {
   EXPECT_EQ(with("friction = 0.2")->probe.friction, 0.2);
   EXPECT_EQ(with("friction = 0")->probe.friction, 0);
   EXPECT_EQ(with("")->probe.friction, 0.08) << "what steel on ruby has, where nothing is said";
-  EXPECT_THAT(with("friction = 0.8").error().what, HasSubstr("'probe.friction' = 0.8 is out of its range"));
-  EXPECT_THAT(with("friction = -0.1").error().what, HasSubstr("'probe.friction' = -0.1 is out of its range"));
+  EXPECT_THAT(with("friction = 0.8").error().what, HasSubstr("'probe.friction' = 0.8"));
+  EXPECT_THAT(with("friction = -0.1").error().what, HasSubstr("'probe.friction' = -0.1"));
 }
 
 TEST(WorldToml, SaysWhatGoesWrongAndWhen) {
