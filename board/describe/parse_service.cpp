@@ -29,22 +29,25 @@ std::vector<std::string> addresses(Section& root, std::string_view key, const st
 }
 
 // An address that nothing has would leave its link with the rights of [access], and nobody would notice.
-void readDoors(Section& root, Service& service) {
-  for (auto& section : root.sections("door", 2 * kMostAddresses)) {
-    Door door{.address = section.text("address", {}, kLongestAddress),
-              .read_only = section.flag("read_only", false),
-              .access = {}};
-    readKeys(section, door.access);
-    const auto named = [&](const std::vector<std::string>& all) { return std::ranges::count(all, door.address) > 0; };
+void readConnections(Section& root, Service& service) {
+  for (auto& section : root.sections("connection", 2 * kMostAddresses)) {
+    Connection connection{.address = section.text("address", {}, kLongestAddress),
+                          .read_only = section.flag("read_only", false),
+                          .access = {}};
+    readKeys(section, connection.access);
+    const auto named = [&](const std::vector<std::string>& all) {
+      return std::ranges::count(all, connection.address) > 0;
+    };
     if (section.good("address") && !named(service.links) && !named(service.cnc))
       section.problem("address", "is neither in links nor in cnc: write it as it is written there");
-    if (section.good("address") && service.doorAt(door.address) != nullptr)
-      section.problem("address", "has a [[door]] already: keep one [[door]] with all rights of this address");
-    if (door.read_only && givesARight(door.access))
-      section.problem("read_only", "contradicts a right that the door gives: remove one of them");
-    if (door.read_only) door.access.allow_provision = false;
+    if (section.good("address") && service.connectionAt(connection.address) != nullptr)
+      section.problem("address",
+                      "has a [[connection]] already: keep one [[connection]] with all rights of this address");
+    if (connection.read_only && givesARight(connection.access))
+      section.problem("read_only", "contradicts a right that the connection gives: remove one of them");
+    if (connection.read_only) connection.access.allow_provision = false;
     section.finish();
-    service.doors.push_back(std::move(door));
+    service.connections.push_back(std::move(connection));
   }
 }
 
@@ -55,7 +58,7 @@ Service readService(Section& root) {
                           service.cnc_places);
 
   service.access = read<Access>(root.section("access", false));
-  readDoors(root, service);
+  readConnections(root, service);
 
   service.stream = read<StreamSettings>(root.section("stream", false));
   return service;
@@ -73,14 +76,14 @@ Access onUsb(Access named) {
   return named;
 }
 
-const Door* Service::doorAt(std::string_view address) const {
-  const auto door = std::ranges::find(doors, address, &Door::address);
-  return door == doors.end() ? nullptr : &*door;
+const Connection* Service::connectionAt(std::string_view address) const {
+  const auto connection = std::ranges::find(connections, address, &Connection::address);
+  return connection == connections.end() ? nullptr : &*connection;
 }
 
 const Access& Service::accessAt(std::string_view address) const {
-  const auto* door = doorAt(address);
-  return door == nullptr ? access : door->access;
+  const auto* connection = connectionAt(address);
+  return connection == nullptr ? access : connection->access;
 }
 
 Outcome<Service> parseService(std::string_view text, std::string_view file_name) {

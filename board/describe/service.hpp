@@ -37,7 +37,7 @@ bool givesARight(Access access);
 Access onUsb(Access named);
 
 // Gives a link or a line rights of its own instead of those of [access].
-struct Door {
+struct Connection {
   std::string address;  // as in links or cnc
   bool read_only{};     // nothing but reading is allowed; required for a link that other computers can reach
   Access access;
@@ -57,12 +57,12 @@ struct Service {
   std::vector<std::string> cnc;    // "modbus:/dev/ttyS2,baud=19200,parity=even,unit=1"
   // Place of each in the file, for messages: "service.toml:3: 'links'".
   std::vector<std::string> link_places, cnc_places;
-  Access access;  // of all that have no door of their own
-  std::vector<Door> doors;
+  Access access;  // of all that have no connection of their own
+  std::vector<Connection> connections;
   StreamSettings stream;
 
   // Returns the entry of this address, or null.
-  const Door* doorAt(std::string_view address) const;
+  const Connection* connectionAt(std::string_view address) const;
   // Returns the rights of clients at this address.
   const Access& accessAt(std::string_view address) const;
 };

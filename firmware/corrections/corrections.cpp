@@ -163,11 +163,11 @@ void Corrections::inhibit() {
   state_.unknown_inhibit_lines = inhibit_lines_.unknown();
 }
 
-void Corrections::push(const StandingRestored& standing) {
-  output_.standAt(standing.correction_mm, standing.doubt_mm);
+void Corrections::push(const AppliedRestored& applied) {
+  output_.standAt(applied.correction_mm, applied.doubt_mm);
   const Nanometres value_nm = nanometres(output_.value_mm());
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) state_.correction_mm[axis] = value_nm[axis] * 1e-6;
-  history_.push({.from = standing.at, .correction_nm = value_nm, .mask = mask_});
+  history_.push({.from = applied.at, .correction_nm = value_nm, .mask = mask_});
 }
 
 void Corrections::push(const SourcesEnabled& enabled) {

@@ -83,7 +83,7 @@ class Corrections {
   // From now on an inhibit line whose level has not come counts as a cut; before the first advance() at the latest.
   void awaitInhibitLines();
   // Told before anything is served, it is in the first snapshot.
-  void push(const StandingRestored& standing);
+  void push(const AppliedRestored& applied);
   void push(const ServableWithin& bounds) { output_.keepWithin(bounds.least_mm, bounds.greatest_mm); }
   void push(const SourcesEnabled& enabled);
 

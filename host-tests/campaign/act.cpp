@@ -20,7 +20,7 @@ constexpr std::array<std::string_view, kKinds> kNames{
     "drop_probe",     "drop_encoders", "stop_sync",   "lose_edges",  "double_edges", "drop_drift",
     "stick_encoders", "freeze_probe",  "shake_probe", "jump_clock",  "drop_angles",  "replug_encoder",
     "overflow_queue", "stall_worker",  "fill_disk",   "unplug_line", "kill",         "cut_power",
-    "lose_standing",  "stop",          "connect",     "cut_link",    "stop_reading", "propose",
+    "lose_applied",   "stop",          "connect",     "cut_link",    "stop_reading", "propose",
     "start_run",      "abort_run",     "accept",      "roll_back",   "inhibit",      "end_inhibit",
     "home_outside",   "choose_sources"};
 
@@ -83,7 +83,7 @@ std::uint64_t numberOf(Kind kind, Dice& dice) {
     case Kind::roll_back:
       return dice.below(10);
     case Kind::cut_power:
-    case Kind::lose_standing:
+    case Kind::lose_applied:
       return dice.below(1U << 20U);
     default:
       return 0;
@@ -92,7 +92,7 @@ std::uint64_t numberOf(Kind kind, Dice& dice) {
 
 // What chance alone seldom brings together: the correction walks, the disk does not follow, and the box ends.
 void addScenes(Play& play, Dice& dice) {
-  constexpr std::array kEnds{Kind::cut_power, Kind::cut_power, Kind::lose_standing, Kind::kill};
+  constexpr std::array kEnds{Kind::cut_power, Kind::cut_power, Kind::lose_applied, Kind::kill};
   constexpr Nanoseconds kEach = 150s;
   if (dice.oneIn(2)) return;
   for (auto left = play.length / kEach; left > 0; --left) {

@@ -33,7 +33,7 @@ enum class Kind : std::uint8_t {
   unplug_line,     // the controller's, for `lasts`
   kill,            // the process dies at once
   cut_power,       // data that were not synced are lost; bit `number` of one copy of each small file is damaged
-  lose_standing,   // the same, and both copies of where the axes stand are damaged
+  lose_applied,    // the same, and both copies of where the axes stand are damaged
   stop,            // the daemon ends regularly
   // of hosts
   connect,
@@ -45,8 +45,8 @@ enum class Kind : std::uint8_t {
   abort_run,
   accept,        // the newest proposed result
   roll_back,     // one of the subjects in force
-  inhibit,       // by door `number`
-  end_inhibit,   // of that door
+  inhibit,       // by connection `number`
+  end_inhibit,   // of that connection
   home_outside,  // axis `number` at 10 m
   choose_sources,
 };

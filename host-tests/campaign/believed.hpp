@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/connection_inhibits.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/store/record.hpp"
 
@@ -27,8 +27,8 @@ class Believed {
     in_force_.erase(subject);
     if (changed.active) in_force_[subject] = changed.active->id;
   }
-  void inhibited(const std::string& door) { held_.insert(door); }
-  void ended(const std::string& door) { held_.erase(door); }
+  void inhibited(const std::string& connection) { held_.insert(connection); }
+  void ended(const std::string& connection) { held_.erase(connection); }
 
   bool cutIsOn() const { return !held_.empty(); }
   const std::map<std::string, store::Id>& inForce() const { return in_force_; }
@@ -37,10 +37,10 @@ class Believed {
     return found == in_force_.end() ? std::nullopt : std::optional{found->second};
   }
 
-  // Compares with the state of the box. Waiting results come into force when no door declares a cut any more.
-  std::optional<std::string> whyBroken(const app::ResultsInForce& results, const app::DoorBook& doors) {
-    for (const auto& door : held_) {
-      if (!doors.inhibits(door)) return "the inhibit of " + door + " is forgotten";
+  // Compares with the state of the box. Waiting results come into force when no connection declares a cut any more.
+  std::optional<std::string> whyBroken(const app::ResultsInForce& results, const app::ConnectionInhibits& connections) {
+    for (const auto& connection : held_) {
+      if (!connections.inhibits(connection)) return "the inhibit of " + connection + " is forgotten";
     }
     const auto active = results.active();
     const auto isActive = [&](store::Id id) { return std::ranges::find(active, id) != active.end(); };

@@ -49,8 +49,8 @@ std::array<double, 3> ratesOf(const Play& play, const Rules& rules) {
 
 // How long an axis may have walked since what the disk has of it (docs/corrections.md).
 double doubtAfter(Kind end, const Play& play) {
-  if (end == Kind::cut_power) return app::StandingKeeper::kAhead_s;
-  if (end != Kind::lose_standing) return 0;
+  if (end == Kind::cut_power) return app::AppliedCorrectionFile::kAhead_s;
+  if (end != Kind::lose_applied) return 0;
   const auto limits = scenario::usualBox(worldOf(play)).corrections.limits;
   return limits[0].size_mm / limits[0].rate_mm_s;
 }
@@ -77,10 +77,10 @@ Verdict Stage::run() {
     office_.run(kRound);
     if (now_ % kWorkerRound == 0ns && now_ >= worker_back_) {
       verdict_.tally.solved += boot_->solve() ? 1U : 0U;
-      boot_->look(served_record_->last());
-      standing_lost_ = standing_lost_ && (!served().valid || disk_back_ != kNever);
+      boot_->look(last_served_file_->last());
+      applied_lost_ = applied_lost_ && (!served().valid || disk_back_ != kNever);
       const auto before = believed_.inForce();
-      if (const auto broken = believed_.whyBroken(boot_->inForce(), boot_->doors())) fail(*broken);
+      if (const auto broken = believed_.whyBroken(boot_->inForce(), boot_->connections())) fail(*broken);
       if (believed_.inForce() != before) changed_ = now_;  // one that waited
     }
     if (now_ % play_.poll_interval == 0ns) follow();
@@ -161,30 +161,30 @@ void Stage::replugEncoder(std::size_t axis) {
 // The box ends in one of three ways, and comes back at once: whoever follows has the least time to forget.
 void Stage::restart(const Act& act) {
   ++verdict_.tally.restarts;
-  if (act.kind == Kind::stop) boot_->end(served_record_->last());
+  if (act.kind == Kind::stop) boot_->end(last_served_file_->last());
   boot_.reset();
-  served_record_.reset();
-  standing_lost_ = standing_lost_ || act.kind == Kind::lose_standing;
+  last_served_file_.reset();
+  applied_lost_ = applied_lost_ || act.kind == Kind::lose_applied;
   // What was lost stays lost until the worker has written it anew.
-  const bool from_disk = act.kind == Kind::cut_power || act.kind == Kind::lose_standing;
-  follower_.expectRestart(box().now(), doubtAfter(from_disk && standing_lost_ ? Kind::lose_standing : act.kind, play_));
+  const bool from_disk = act.kind == Kind::cut_power || act.kind == Kind::lose_applied;
+  follower_.expectRestart(box().now(), doubtAfter(from_disk && applied_lost_ ? Kind::lose_applied : act.kind, play_));
   if (from_disk) {
     std::error_code gone;
     std::filesystem::remove(folder_ / "served-last", gone);
     spoil(folder_ / "served", act.number);
-    spoil(folder_ / "doors", act.number);
+    spoil(folder_ / "connections", act.number);
     // Its file is two copies of one block.
-    if (act.kind == Kind::lose_standing) spoil(folder_ / "served", act.number + std::uint64_t{4096} * 8);
+    if (act.kind == Kind::lose_applied) spoil(folder_ / "served", act.number + std::uint64_t{4096} * 8);
   }
   begin();
 }
 
 void Stage::begin() {
-  served_record_.emplace((folder_ / "served-last").string(), scenario::usualBox(worldOf(play_)).corrections.limits);
+  last_served_file_.emplace((folder_ / "served-last").string(), scenario::usualBox(worldOf(play_)).corrections.limits);
   boot_.emplace(office_, folder_ / "results.db");
-  office_.restartBox(boot_->restored(served_record_->before()));
-  const auto& standing = boot_->standing();
-  served_record_->setOnDisk(standing.startOnDisk(), standing.countOnDisk(), standing.standingBefore());
+  office_.restartBox(boot_->restored(last_served_file_->before()));
+  const auto& applied = boot_->applied();
+  last_served_file_->setOnDisk(applied.startOnDisk(), applied.countOnDisk(), applied.appliedBefore());
   for (auto& each : hosts_) each.left = now_;
   hosts_.push_back({.host = &office_.add()});
   began_ = changed_ = now_;
@@ -310,16 +310,16 @@ void Stage::rollBack(std::uint64_t number) {
 
 void Stage::inhibit(const Act& act) {
   const bool on = act.kind == Kind::inhibit;
-  const std::string door = "modbus:/dev/ttyS" + std::to_string(act.number);
+  const std::string connection = "modbus:/dev/ttyS" + std::to_string(act.number);
   // A new inhibit that is not acknowledged may hold or not; one whose end is not acknowledged still holds.
-  if (boot_->doors().setInhibit(door, on, "").has_value()) {
+  if (boot_->connections().setInhibit(connection, on, "").has_value()) {
     changed_ = now_;
     return;
   }
   if (on)
-    believed_.inhibited(door);
+    believed_.inhibited(connection);
   else
-    believed_.ended(door);
+    believed_.ended(connection);
   changed_ = now_;
 }
 
@@ -327,8 +327,8 @@ void Stage::follow() {
   if (now_ < line_back_) return;
   const bool disk_is_full = disk_back_ != kNever;
   if (disk_is_full) setDiskFull(false);  // the record lies in memory
-  const auto shown = served_record_->shownTo("controller", served());
-  served_record_->note(shown, "controller");
+  const auto shown = last_served_file_->shownTo("controller", served());
+  last_served_file_->note(shown, "controller");
   if (disk_is_full) setDiskFull(true);
   if (const auto broken = follower_.read(shown, box().now())) fail(*broken);
 }

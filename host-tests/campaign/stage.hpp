@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/app/results/served_record.hpp"
+#include "firmware/app/results/last_served_file.hpp"
 #include "host-tests/campaign/act.hpp"
 #include "host-tests/campaign/believed.hpp"
 #include "host-tests/campaign/follower.hpp"
@@ -85,7 +85,7 @@ class Stage {
   Rules rules_;
   scenario::Office office_;
   std::optional<scenario::Boot> boot_;
-  std::optional<app::ServedRecord> served_record_;
+  std::optional<app::LastServedFile> last_served_file_;
   std::vector<Host> hosts_;
   Follower follower_;
   Believed believed_;
@@ -95,7 +95,7 @@ class Stage {
   Nanoseconds now_{};
   Nanoseconds began_{};    // the present boot
   Nanoseconds changed_{};  // the last command that changes what is in force
-  bool standing_lost_{};   // the disk does not know where the axes stand
+  bool applied_lost_{};    // the disk does not know where the axes stand
   Nanoseconds worker_back_{kNever};
   Nanoseconds disk_back_{kNever};
   Nanoseconds line_back_{kNever};

@@ -12,7 +12,7 @@ constexpr board::Access kAll{
     .allow_marker = true, .allow_homing = true, .allow_inhibit = true, .allow_calibrate = true, .allow_accept = true};
 
 // As the boxes of these scenarios have them.
-constexpr app::StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.05}, {0.5, 0.05}}};
+constexpr app::AppliedCorrectionFile::Limits kLimits{{{0.5, 0.05}, {0.5, 0.05}, {0.5, 0.05}}};
 
 }  // namespace
 
@@ -28,26 +28,26 @@ Boot::Boot(Office& office, const std::filesystem::path& file, const procedure::F
                       tell(event);
                       return true;
                     }},
-      doors_{(file.parent_path() / "doors").string(),
-             [this](bool inhibited) {
-               tell(CutInhibit{.active = inhibited, .at = {}});
-               return true;
-             }},
-      standing_{(file.parent_path() / "served").string(), kLimits, [this](const Event& bounds) { tell(bounds); }},
-      results_{calibrations_, core_, doors_},
+      connections_{(file.parent_path() / "connections").string(),
+                   [this](bool inhibited) {
+                     tell(CutInhibit{.active = inhibited, .at = {}});
+                     return true;
+                   }},
+      applied_{(file.parent_path() / "served").string(), kLimits, [this](const Event& bounds) { tell(bounds); }},
+      results_{calibrations_, core_, connections_},
       loop_back_{std::nullopt, nullptr},
       unit_{app::UnitRecord{(file.parent_path() / "unit").string()}, "office", {}},
       worker_{[] {}},
       desk_{{"office", "0", {}},
-            {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, doors_, standing_,
-             counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }, usualTravel()},
+            {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, connections_,
+             applied_, counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }, usualTravel()},
             [](const app::Reply&) {}} {}
 
-std::vector<Event> Boot::restored(const app::ServedBefore& served) {
-  auto events = standing_.restore(office_.scenario().now(), served);
+std::vector<Event> Boot::restored(const app::LastServedAtStart& served) {
+  auto events = applied_.restore(office_.scenario().now(), served);
   for (const auto& event : calibrations_.restore()) events.push_back(event);
   // After what was in force before: that is no change, and a cut does not keep it out.
-  if (doors_.anyInhibits()) events.emplace_back(CutInhibit{.active = true, .at = office_.scenario().now()});
+  if (connections_.anyInhibits()) events.emplace_back(CutInhibit{.active = true, .at = office_.scenario().now()});
   return events;
 }
 
@@ -67,11 +67,11 @@ void Boot::run(Nanoseconds duration) {
 
 void Boot::look(const std::optional<app::LastRead>& read) {
   calibrations_.look(office_.scenario().state());
-  standing_.look(office_.scenario().state().snapshot, read);
+  applied_.look(office_.scenario().state().snapshot, read);
 }
 
 app::Reply Boot::ask(messages::Operation operation, std::span<const std::byte> body) {
-  auto reply = desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},
+  auto reply = desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
                             {.ticket = 1, .operation = operation, .body = body}, office_.scenario().state(), {});
   for (Event event; commands_.pop(event);) tell(event);
   return reply.value_or(app::Reply{});

@@ -19,12 +19,12 @@ class Boot {
   Boot(Office& office, const std::filesystem::path& file, const procedure::Facts& facts = usualFacts());
 
   // Events that the core must get first. exactly: the correction that the CNC has read last, if it survived the end.
-  std::vector<Event> restored(const app::ServedBefore& served = {});
+  std::vector<Event> restored(const app::LastServedAtStart& served = {});
   // Ends the daemon regularly. read: what a CNC has read last.
   void end(const std::optional<app::LastRead>& read = {}) {
-    standing_.finish(office_.scenario().state().snapshot, read);
+    applied_.finish(office_.scenario().state().snapshot, read);
   }
-  const app::StandingKeeper& standing() const { return standing_; }
+  const app::AppliedCorrectionFile& applied() const { return applied_; }
 
   void run(Nanoseconds duration);
   // One round of the worker.
@@ -49,7 +49,7 @@ class Boot {
   bool solve();
   std::optional<store::Record> newestProposed();
   app::ResultsInForce& inForce() { return calibrations_.inForce(); }
-  app::DoorBook& doors() { return doors_; }
+  app::ConnectionInhibits& connections() { return connections_; }
   bool accept(store::Id id) { return calibrations_.inForce().accept(id, "Ada").ok(); }
 
  private:
@@ -63,8 +63,8 @@ class Boot {
   app::StateBuffer states_;
   app::CoreView core_;
   app::Calibrations calibrations_;
-  app::DoorBook doors_;
-  app::StandingKeeper standing_;
+  app::ConnectionInhibits connections_;
+  app::AppliedCorrectionFile applied_;
   app::ResultsDesk results_;
   app::LoopBackDesk loop_back_;
   app::UnitDesk unit_;

@@ -31,7 +31,7 @@ bool isOfTheUnit(std::string_view change) {
   return change.starts_with("unit ");
 }
 
-bool isOfADoor(std::string_view change) {
+bool isOfAConnection(std::string_view change) {
   return change.starts_with("hold ") || change.starts_with("end ") || change.starts_with("order ");
 }
 
@@ -51,7 +51,7 @@ std::string told(const std::map<store::Id, std::string>& states) {
 struct Acknowledged::Found {
   Kept kept;
   std::optional<Correction> before;
-  Correction standing{}, doubt{};
+  Correction applied{}, doubt{};
   std::string notice;
 };
 
@@ -60,7 +60,7 @@ void Acknowledged::hear(std::string_view line) {
   if (line.starts_with("doing ")) {
     doing_ = rest;
   } else if (line == "done") {
-    if (isOfADoor(doing_)) {
+    if (isOfAConnection(doing_)) {
       storeUncertain();
     } else if (!isOfTheUnit(doing_)) {
       before_ = kept_;
@@ -70,7 +70,7 @@ void Acknowledged::hear(std::string_view line) {
     doing_.clear();
     ++changes_;
   } else if (line.starts_with("failed ")) {
-    if (isOfADoor(doing_) || isOfTheUnit(doing_)) {
+    if (isOfAConnection(doing_) || isOfTheUnit(doing_)) {
       uncertain_.insert(doing_);
     } else if (refused_change_.empty()) {
       refused_change_ = doing_;
@@ -89,7 +89,7 @@ void Acknowledged::hear(std::string_view line) {
   }
 }
 
-// A cut that could not be stored is in the box's memory, and is stored with the next change of a door.
+// A cut that could not be stored is in the box's memory, and is stored with the next change of a connection.
 void Acknowledged::storeUncertain() {
   for (const auto& change : uncertain_)
     if (change.starts_with("hold ")) apply(change, kept_);
@@ -164,7 +164,7 @@ Acknowledged::Found Acknowledged::read(const std::vector<std::string>& lines) {
     if (words[1] == "held") found.kept.held.insert(words[2]);
     if (words[1] == "order") found.kept.orders[words[2]] = words.at(3);
     if (words[1] == "before") found.before = correctionFrom(words, 2);
-    if (words[1] == "standing") found.standing = correctionFrom(words, 2), found.doubt = correctionFrom(words, 5);
+    if (words[1] == "standing") found.applied = correctionFrom(words, 2), found.doubt = correctionFrom(words, 5);
     if (words[1] == "notice") found.notice = line;
   }
   return found;
@@ -185,13 +185,13 @@ std::optional<std::string> Acknowledged::whyBroken(const std::vector<std::string
       after.power_was_cut && (after.folder_failed || may_be_undone_) && found.kept.states == before_.states;
   if (found.kept.states != kept_.states && found.kept.states != then.states && !undone && !done_all_the_same)
     return "results:" + told(found.kept.states) + " where were acknowledged" + told(kept_.states);
-  if (auto doors = whyDoorsBroken(kept_, found, after)) return doors;
+  if (auto connections = whyConnectionsBroken(kept_, found, after)) return connections;
   if (auto unit = whyUnitBroken(found, after)) return unit;
   return whyCorrectionBroken(found, after);
 }
 
-std::optional<std::string> Acknowledged::whyDoorsBroken(const Kept& expected, const Found& found,
-                                                        const After& after) const {
+std::optional<std::string> Acknowledged::whyConnectionsBroken(const Kept& expected, const Found& found,
+                                                              const After& after) const {
   const auto fits = [&](const Kept& kept) { return found.kept.held == kept.held && found.kept.orders == kept.orders; };
   auto then = expected;
   apply(doing_, then);
@@ -206,11 +206,11 @@ std::optional<std::string> Acknowledged::whyDoorsBroken(const Kept& expected, co
     if (fits(with) || fits(with_then)) return std::nullopt;
   }
   std::string text = "inhibits and word orders:";
-  for (const auto& door : found.kept.held) text += " " + door;
-  for (const auto& [door, order] : found.kept.orders) text += " " + door + "=" + order;
+  for (const auto& connection : found.kept.held) text += " " + connection;
+  for (const auto& [connection, order] : found.kept.orders) text += " " + connection + "=" + order;
   text += " where were acknowledged";
-  for (const auto& door : expected.held) text += " " + door;
-  for (const auto& [door, order] : expected.orders) text += " " + door + "=" + order;
+  for (const auto& connection : expected.held) text += " " + connection;
+  for (const auto& [connection, order] : expected.orders) text += " " + connection + "=" + order;
   return text;
 }
 
@@ -227,11 +227,11 @@ std::optional<std::string> Acknowledged::whyCorrectionBroken(const Found& found,
   // A disk that could not be read at the start, and can be read again, has what a box before it knew.
   if (!served_ || (after.disk_died && !ready_)) return std::nullopt;
   const auto fits = [&](const Correction& value) {
-    if (after.power_was_cut) return alike(value, found.standing, found.doubt);
-    return found.before && alike(value, *found.before) && alike(value, found.standing);
+    if (after.power_was_cut) return alike(value, found.applied, found.doubt);
+    return found.before && alike(value, *found.before) && alike(value, found.applied);
   };
   if (fits(*served_) || (serving_ && fits(*serving_))) return std::nullopt;
-  return "served was " + um(*served_) + ", and the box sets out from " + um(found.standing) + " +/- " + um(found.doubt);
+  return "served was " + um(*served_) + ", and the box sets out from " + um(found.applied) + " +/- " + um(found.doubt);
 }
 
 }  // namespace probebox::faults

@@ -17,12 +17,12 @@ using Correction = std::array<double, 3>;
 // What a store room has to hold, as far as it has acknowledged.
 //
 //     doing WHAT      a change that is about to be made: propose ID, refuse ID, accept ID, await ID, activate ID, back,
-//                     hold DOOR, end DOOR, order DOOR NUMBER, unit SERIAL
+//                     hold CONNECTION, end CONNECTION, order CONNECTION NUMBER, unit SERIAL
 //     done            it is acknowledged
 //     failed WHY      it was refused
 //     sees ID STATE ...   all results as the box has them after a refusal: what its disk did not acknowledge may be
 //     done ready           the boot is over, and changes begin serving X Y Z   a correction that a CNC is about to
-//     read; served X Y Z: it has found ...       what a boot finds: state ID STATE, held DOOR, order DOOR NUMBER,
+//     read; served X Y Z: it has found ...       what a boot finds: state ID STATE, held CONNECTION, order CONNECTION NUMBER,
 //     before X Y Z (the correction that
 //                     was served last), standing X Y Z DX DY DZ (where the axes are, and the doubt), unit SERIAL,
 //                     notice WHY
@@ -56,7 +56,7 @@ class Acknowledged {
   void storeUncertain();
   void see(std::string_view states);
   static void retire(std::string_view state, Kept& kept);
-  std::optional<std::string> whyDoorsBroken(const Kept& expected, const Found& found, const After& after) const;
+  std::optional<std::string> whyConnectionsBroken(const Kept& expected, const Found& found, const After& after) const;
   std::optional<std::string> whyUnitBroken(const Found& found, const After& after) const;
   std::optional<std::string> whyCorrectionBroken(const Found& found, const After& after) const;
 
@@ -68,7 +68,7 @@ class Acknowledged {
   bool ready_{};
   std::optional<std::string> broken_;
   std::string refused_change_;       // of a result, when nothing could be seen after it
-  std::set<std::string> uncertain_;  // changes of doors that were refused
+  std::set<std::string> uncertain_;  // changes of connections that were refused
   std::optional<Correction> served_;
   std::optional<Correction> serving_;
   std::uint64_t changes_{};

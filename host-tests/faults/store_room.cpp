@@ -8,11 +8,11 @@
 #include <variant>
 #include <vector>
 
+#include "firmware/app/results/applied_correction_file.hpp"
 #include "firmware/app/results/boot_counter.hpp"
-#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/connection_inhibits.hpp"
+#include "firmware/app/results/last_served_file.hpp"
 #include "firmware/app/results/results_in_force.hpp"
-#include "firmware/app/results/served_record.hpp"
-#include "firmware/app/results/standing_keeper.hpp"
 #include "firmware/app/results/unit_record.hpp"
 #include "firmware/store/store.hpp"
 #include "host-tests/decided/decided.hpp"
@@ -25,7 +25,7 @@ using namespace std::chrono_literals;
 
 constexpr const char* kLine = "modbus:/dev/ttyS0";
 constexpr const char* kPerson = "person:Ada";
-constexpr app::StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.05}, {0.5, 0.05}}};
+constexpr app::AppliedCorrectionFile::Limits kLimits{{{0.5, 0.05}, {0.5, 0.05}, {0.5, 0.05}}};
 
 app::Mounting mounting() {
   app::Mounting here{.probe_serial_number = "1", .machine = "mill", .mounting = "spindle", .travel = {}};
@@ -51,35 +51,35 @@ class StoreRoom {
         store_{store::Store::openAnyhow((folder / "results.db").string())},
         results_{store_, mounting(), [this] { return now_; }, [](auto) { return std::optional<Error>{}; },
                  [](const Event&) {}},
-        doors_{(folder / "doors").string(), [](bool) { return true; }},
+        connections_{(folder / "connections").string(), [](bool) { return true; }},
         served_{(folder / "served-last").string()},
         boots_{app::countBoot((folder / "boots").string()).count},
         keeper_{(folder / "served").string(), kLimits, [this](const Event& bounds) { takeBounds(bounds); }},
         unit_{(folder / "unit").string()} {
-    results_.setCutGuards([this] { return doors_.tryLockOutCuts(); });
+    results_.setCutGuards([this] { return connections_.tryLockOutCuts(); });
     (void)results_.restore();
     if (const auto waiting = decided::inState(store_, store::State::accepted))
       for (const auto& record : *waiting) accepted_.push_back(record.id);
     before_ = served_.before().found_mm;
     for (const auto& event : keeper_.restore(now_, served_.before())) {
-      if (const auto* standing = std::get_if<StandingRestored>(&event)) standing_ = *standing;
+      if (const auto* applied = std::get_if<AppliedRestored>(&event)) applied_ = *applied;
       if (const auto* bounds = std::get_if<ServableWithin>(&event)) bounds_ = *bounds;
     }
-    served_.setOnDisk(keeper_.startOnDisk(), keeper_.countOnDisk(), keeper_.standingBefore());
-    snapshot_.correction_mm = standing_.correction_mm;
+    served_.setOnDisk(keeper_.startOnDisk(), keeper_.countOnDisk(), keeper_.appliedBefore());
+    snapshot_.correction_mm = applied_.correction_mm;
     look();
     now_ += 2s;
   }
 
   void performAll() {
     say_(keeper_.problem().empty() ? "ready" : "unready");
-    if (doors_.inhibits(kPerson)) inhibit(kPerson, false);
+    if (connections_.inhibits(kPerson)) inhibit(kPerson, false);
     serveAround({0.010, -0.005, 0.001});
     accept(propose(1e-3));
     serveAround({0.030, -0.005, 0.001});
     const auto second = propose(1.5e-3);
     inhibit(kLine, true);
-    keepOrder(doors_.wordOrder(kLine) == 0 ? 1 : 0);
+    keepOrder(connections_.wordOrder(kLine) == 0 ? 1 : 0);
     accept(second);
     serveAround({0.031, 0.04, -0.001});
     accept(propose(2e-3));
@@ -98,19 +98,20 @@ class StoreRoom {
     if (!records) return say_("found notice " + records.error().what);
     for (const auto& record : *records)
       say_("found state " + std::to_string(record.id) + " " + std::string{store::name(record.state)});
-    for (const auto& each : doors_.holders()) say_("found held " + each.door);
-    for (const auto* door : {kLine, kPerson})
-      if (const auto order = doors_.wordOrder(door); order != 0)
-        say_("found order " + std::string{door} + " " + std::to_string(order));
+    for (const auto& each : connections_.holders()) say_("found held " + each.connection);
+    for (const auto* connection : {kLine, kPerson})
+      if (const auto order = connections_.wordOrder(connection); order != 0)
+        say_("found order " + std::string{connection} + " " + std::to_string(order));
     if (before_) say_("found before " + text(*before_));
-    say_("found standing " + text(standing_.correction_mm) + " " + text(standing_.doubt_mm));
+    say_("found applied " + text(applied_.correction_mm) + " " + text(applied_.doubt_mm));
     if (unit_.inUse()) say_("found unit " + unit_.inUse()->serial_number);
     for (const auto& notice : {store_.notice(), store_.whyNotWritable(), keeper_.problem()})
       if (!notice.empty()) say_("found notice " + notice);
     for (const auto& damage : store_.damage()) say_("found notice " + damage);
-    // One of two copies is what a cut leaves; the doors themselves are compared.
+    // One of two copies is what a cut leaves; the connections themselves are compared.
     if (unit_.locked() != unit_.inUse().has_value()) say_("found notice a unit that is half there");
-    if (const auto problem = doors_.problem(); !problem.empty() && problem.find("one of the two") == std::string::npos)
+    if (const auto problem = connections_.problem();
+        !problem.empty() && problem.find("one of the two") == std::string::npos)
       say_("found notice " + problem);
   }
 
@@ -161,7 +162,7 @@ class StoreRoom {
 
   void accept(store::Id id) {
     look();
-    const std::string what = doors_.anyInhibits() ? "await " : "accept ";
+    const std::string what = connections_.anyInhibits() ? "await " : "accept ";
     accepted_.push_back(id);
     attempt(what + std::to_string(id), [&] { return whyNot(results_.accept(id, "Ada", true)); });
   }
@@ -171,9 +172,9 @@ class StoreRoom {
     attempt("back", [&] { return whyNot(results_.rollBack("delay", "Ada")); });
   }
 
-  void inhibit(const char* door, bool on) {
-    attempt((on ? "hold " : "end ") + std::string{door}, [&] {
-      const auto failed = doors_.setInhibit(door, on, "");
+  void inhibit(const char* connection, bool on) {
+    attempt((on ? "hold " : "end ") + std::string{connection}, [&] {
+      const auto failed = connections_.setInhibit(connection, on, "");
       return failed ? std::optional{failed->what} : std::nullopt;
     });
   }
@@ -189,7 +190,7 @@ class StoreRoom {
 
   void keepOrder(std::uint16_t order) {
     attempt("order " + std::string{kLine} + " " + std::to_string(order), [&] {
-      const auto failed = doors_.keepWordOrder(kLine, order);
+      const auto failed = connections_.keepWordOrder(kLine, order);
       return failed ? std::optional{failed->what} : std::nullopt;
     });
   }
@@ -197,12 +198,12 @@ class StoreRoom {
   // The state of the core as the worker sees it; a result that waits comes into force when it may.
   void look() {
     const auto waiting = std::ranges::find_if(accepted_, [&](store::Id id) { return results_.isWaiting(id); });
-    const bool activates = waiting != accepted_.end() && !doors_.anyInhibits() && now_ >= MonoTime{} + 1s;
+    const bool activates = waiting != accepted_.end() && !connections_.anyInhibits() && now_ >= MonoTime{} + 1s;
     const auto round = [&] {
       box::State state;
       state.at = now_;
       state.events = 1;
-      state.snapshot.inhibited = doors_.anyInhibits();
+      state.snapshot.inhibited = connections_.anyInhibits();
       results_.look(state);
     };
     if (!activates) return round();
@@ -243,15 +244,15 @@ class StoreRoom {
   store::Store store_;
   app::ResultsInForce results_;
   std::vector<store::Id> accepted_;  // may wait
-  app::DoorBook doors_;
-  app::ServedRecord served_;
+  app::ConnectionInhibits connections_;
+  app::LastServedFile served_;
   std::uint16_t boots_;
   ServableWithin bounds_;
   published::Snapshot snapshot_;
-  app::StandingKeeper keeper_;
+  app::AppliedCorrectionFile keeper_;
   app::UnitRecord unit_;
   std::optional<Correction> before_;
-  StandingRestored standing_;
+  AppliedRestored applied_;
 };
 
 }  // namespace

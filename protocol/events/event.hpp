@@ -203,7 +203,7 @@ struct CutInhibit {
 };
 
 // The last correction served before the box stopped; the machine's axes may still be displaced by it.
-struct StandingRestored {
+struct AppliedRestored {
   std::array<double, kLinearAxes> correction_mm{};
   MonoTime at{};
   std::array<double, kLinearAxes> doubt_mm{};
@@ -271,9 +271,9 @@ struct PoseTold {
 // The order defines the type numbers in the journal: append only.
 using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted,
                            ProcedureAborted, Solved, DelayActivated, CountedDeflection, CentrelineActivated,
-                           ScrewActivated, AxisHomed, CutInhibit, StandingRestored, SourcesEnabled, AngleCount,
-                           PoseTold, SwivelActivated, RotaryActivated, ErrorsAtAngle, ServableWithin,
-                           ToolLengthActivated, CountedAxes, CountedIndex, ControlPositions, ScrewReferenceActivated>;
+                           ScrewActivated, AxisHomed, CutInhibit, AppliedRestored, SourcesEnabled, AngleCount, PoseTold,
+                           SwivelActivated, RotaryActivated, ErrorsAtAngle, ServableWithin, ToolLengthActivated,
+                           CountedAxes, CountedIndex, ControlPositions, ScrewReferenceActivated>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {

@@ -217,7 +217,7 @@ it begins with 03 01 01. Whatever begins otherwise is closed without a word. On 
 | 8 requests that wait for an answer | `busy` |
 | 1.5 s without a frame from the host | the link is down; on TCP it is closed |
 
-What a host may do besides reading depends on the door that it came in by (docs/service.md); `not_permitted` names the key.
+What a host may do besides reading depends on the connection that it came in by (docs/service.md); `not_permitted` names the key.
 
 )";
 }

@@ -302,19 +302,19 @@ struct ResultHistory {
   };
 };
 
-// Declares that a cut is on or over. Each door has an inhibit of its own, which survives restarts.
+// Declares that a cut is on or over. Each connection has an inhibit of its own, which survives restarts.
 struct SetInhibit {
   static constexpr Operation kOperation = Operation::set_inhibit;
   struct Request {
     bool active{};
     std::string by{};
-    std::string door{};
+    std::string connection{};
     static constexpr void fields(auto& self, auto&& field) {
       field("active", self.active, "1 while a cut is on: no result comes into force; 0 when it is over");
       field("by", self.by, "the person whose inhibit it is; empty: the link's own");
-      field(
-          "door", self.door,
-          "with active 0: clears the inhibit of that door, as status names it, in the name of `by`; empty: one's own");
+      field("connection", self.connection,
+            "with active 0: clears the inhibit of that connection, as status names it, in the name of `by`; empty: "
+            "one's own");
     }
   };
   using Answer = Nothing;

@@ -93,13 +93,13 @@ struct UsbPortStatus {
   }
 };
 
-// A door that declares a cut.
+// A connection that declares a cut.
 struct InhibitHolder {
-  std::string door{};
+  std::string connection{};
   std::string by{};
   std::string since_utc{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("door", self.door, "a line of the controller, a link of hosts, or a person");
+    field("connection", self.connection, "a line of the controller, a link of hosts, or a person");
     field("by", self.by, "who said so; empty for a controller");
     field("since_utc", self.since_utc, "ISO 8601");
   }
@@ -173,7 +173,7 @@ struct Status {
       field("lines", self.lines, "the box's digital inputs");
       field("cnc_lines", self.cnc_lines, "the lines to the controller, one by one");
       field("usb_ports", self.usb_ports, "the box as a USB device");
-      field("inhibits", self.inhibits, "the doors that say that a cut is on");
+      field("inhibits", self.inhibits, "the connections that say that a cut is on");
       field("storage_problems", self.storage_problems,
             "what the box cannot store, or has lost, and what to do; empty when all is well");
       field("not_let_in", self.not_let_in, "connections that never became a link");

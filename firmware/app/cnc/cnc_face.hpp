@@ -4,8 +4,8 @@
 
 #include "firmware/app/host/control_desk.hpp"
 #include "firmware/app/host/link_service.hpp"
-#include "firmware/app/results/door_book.hpp"
-#include "firmware/app/results/served_record.hpp"
+#include "firmware/app/results/connection_inhibits.hpp"
+#include "firmware/app/results/last_served_file.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "protocol/messages/status.hpp"
 
@@ -28,8 +28,8 @@ class CncFace {
 struct CncDependencies {
   ControlDesk& desk;
   LinkService& links;
-  DoorBook& doors;
-  ServedRecord& served;
+  ConnectionInhibits& connections;
+  LastServedFile& served;
   const Calibrations& calibrations;
   std::uint16_t boots{};
   std::string revision{};  // of the firmware

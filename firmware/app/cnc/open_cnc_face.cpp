@@ -40,7 +40,7 @@ class TextLine final : public CncFace {
   StateBuffer& states_;
   CncDependencies deps_;
   std::string device_;
-  std::string door_;  // name in the DoorBook
+  std::string connection_;  // name in the ConnectionInhibits
   TimeSource time_;
   LimitedWarning warnings_{std::chrono::seconds{10}};
   LimitedWarning reached_{std::chrono::seconds{1}, logInfo};
@@ -54,25 +54,27 @@ TextLine::TextLine(const TextOptions& options, const board::Access& may, StateBu
       states_{states},
       deps_{dependencies},
       device_{options.line.path},
-      door_{(options.face == TextOptions::Face::tape ? "tape:" : "records:") + device_},
-      server_{options,
-              // A tape is read once and taken whole; records are followed.
-              {.snapshot =
-                   [this, follows = options.face != TextOptions::Face::tape] {
-                     const auto snapshot = states_.newest().snapshot;
-                     return follows ? deps_.served.shownTo(door_, snapshot) : snapshot;
-                   },
-               // Written down before it goes out.
-               .serves = [this](const published::Snapshot& snapshot) { deps_.served.note(snapshot, door_); },
-               .take = [this](const tape::Said& said) { return deps_.desk.take(said, door_, states_.newest(), may_); },
-               .run = [this] { return states_.newest().snapshot.calibration_run; },
-               .report = [this](const std::string& text) { warnings_.warn(time_.now(), text); },
-               .reached = [this](const tape::Positions& reached) { compare(reached); },
-               .round =
-                   [this] {
-                     warnings_.look(time_.now());
-                     reached_.look(time_.now());
-                   }}} {}
+      connection_{(options.face == TextOptions::Face::tape ? "tape:" : "records:") + device_},
+      server_{
+          options,
+          // A tape is read once and taken whole; records are followed.
+          {.snapshot =
+               [this, follows = options.face != TextOptions::Face::tape] {
+                 const auto snapshot = states_.newest().snapshot;
+                 return follows ? deps_.served.shownTo(connection_, snapshot) : snapshot;
+               },
+           // Written down before it goes out.
+           .serves = [this](const published::Snapshot& snapshot) { deps_.served.note(snapshot, connection_); },
+           .take =
+               [this](const tape::Said& said) { return deps_.desk.take(said, connection_, states_.newest(), may_); },
+           .run = [this] { return states_.newest().snapshot.calibration_run; },
+           .report = [this](const std::string& text) { warnings_.warn(time_.now(), text); },
+           .reached = [this](const tape::Positions& reached) { compare(reached); },
+           .round =
+               [this] {
+                 warnings_.look(time_.now());
+                 reached_.look(time_.now());
+               }}} {}
 
 TextLine::~TextLine() {
   server_.stop();
@@ -138,7 +140,7 @@ class CncLine final : public CncFace {
   StateBuffer& states_;
   CncDependencies deps_;
   std::string name_;
-  std::string door_;  // name in the DoorBook
+  std::string connection_;  // name in the ConnectionInhibits
   TimeSource time_;
   LimitedWarning refused_{std::chrono::seconds{10}};   // a master may repeat a refused write at every cycle
   LimitedWarning reported_{std::chrono::seconds{10}};  // anybody may knock at a port
@@ -169,10 +171,10 @@ CncLine::CncLine(const Way& way, StateBuffer& states, const CncDependencies& dep
       states_{states},
       deps_{dependencies},
       name_{way.name},
-      door_{way.kind + ":" + way.name},
+      connection_{way.kind + ":" + way.name},
       requests_{"controller at " + name_,
                 [this](messages::Operation operation, std::vector<std::byte> body, std::function<void(Reply)> then) {
-                  deps_.links.ask({door_, may_, operation, std::move(body), std::move(then)});
+                  deps_.links.ask({connection_, may_, operation, std::move(body), std::move(then)});
                 },
                 [this](std::uint64_t result) { return deps_.calibrations.inForce().isWaiting(result); }},
       server_{way.serve(faces(way.words))} {}
@@ -180,7 +182,7 @@ CncLine::CncLine(const Way& way, StateBuffer& states, const CncDependencies& dep
 RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
   // A computer that connects anew goes on as the same reader.
   const auto nameOf = [this](std::string_view reader) {
-    return door_ + (reader.empty() ? "" : " ") + std::string{reader};
+    return connection_ + (reader.empty() ? "" : " ") + std::string{reader};
   };
   RegisterDesk::Faces registers{
       .snapshot = [this] { return states_.newest().snapshot; },
@@ -190,8 +192,9 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
       .take = [this](std::span<const Event> said) { return take(said); },
       .kept =
           [this, words] {
-            return RegisterDesk::Kept{words.value_or(static_cast<modbus::WordOrder>(deps_.doors.wordOrder(door_))),
-                                      deps_.doors.inhibits(door_)};
+            return RegisterDesk::Kept{
+                words.value_or(static_cast<modbus::WordOrder>(deps_.connections.wordOrder(connection_))),
+                deps_.connections.inhibits(connection_)};
           },
       .line = [this](const published::Snapshot& snapshot) { return lineState(snapshot); },
       // Written down before the answer that has it goes out.
@@ -264,7 +267,7 @@ published::LineState CncLine::lineState(const published::Snapshot& snapshot) {
 }
 
 bool CncLine::take(std::span<const Event> said) {
-  const auto error = deps_.desk.take(said, door_, states_.newest(), may_);
+  const auto error = deps_.desk.take(said, connection_, states_.newest(), may_);
   if (error) refused_.warn(time_.now(), "What " + name_ + " wrote was refused: " + error->what);
   return !error;
 }
@@ -280,7 +283,7 @@ bool CncLine::mayRequest(const modbus::ControllerRequest& controller_request) {
 }
 
 bool CncLine::keep(modbus::WordOrder order) {
-  const auto error = deps_.doors.keepWordOrder(door_, static_cast<std::uint16_t>(order));
+  const auto error = deps_.connections.keepWordOrder(connection_, static_cast<std::uint16_t>(order));
   if (error) logWarning("The word order of " + name_ + " was refused: " + error->what);
   return !error;
 }

@@ -63,14 +63,15 @@ std::optional<Error> whyNotHomed(const AxisHomed& homed, const box::State& state
 }
 
 // A reference that was there already moves without anything else to show it.
-void logMovedReference(const AxisHomed& homed, const std::string& door, const published::AxisState& before) {
+void logMovedReference(const AxisHomed& homed, const std::string& connection, const published::AxisState& before) {
   constexpr double kLeast_mm = 1e-3;
   const double moved_mm = before.position_mm - homed.position_mm;
   if (!before.referenced || std::abs(moved_mm) <= kLeast_mm) return;
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.4f", moved_mm);
   logInfo(std::string{"The reference of axis "} + "XYZ"[static_cast<std::size_t>(homed.axis)] + " moved by " +
-          text.data() + " mm (old - new position): homed again by " + (door.empty() ? "a host" : door) + ".");
+          text.data() + " mm (old - new position): homed again by " + (connection.empty() ? "a host" : connection) +
+          ".");
 }
 
 // Otherwise the touches would show it, one by one, or the last of many.
@@ -176,10 +177,11 @@ std::optional<Error> ControlDesk::post(Event said, const box::State& state, cons
   return std::nullopt;
 }
 
-std::optional<Error> ControlDesk::take(std::span<const Event> said, const std::string& door, const box::State& state,
-                                       const board::Access& may) {
+std::optional<Error> ControlDesk::take(std::span<const Event> said, const std::string& connection,
+                                       const box::State& state, const board::Access& may) {
   for (const auto& event : said) {
-    if (const auto* cut = std::get_if<CutInhibit>(&event); cut != nullptr && deps_.doors.inhibits(door) == cut->active)
+    if (const auto* cut = std::get_if<CutInhibit>(&event);
+        cut != nullptr && deps_.connections.inhibits(connection) == cut->active)
       continue;  // it holds already
     if (auto error = whyNot(event, state, may)) return error;
   }
@@ -187,13 +189,13 @@ std::optional<Error> ControlDesk::take(std::span<const Event> said, const std::s
   for (const auto& event : said) {
     const auto* cut = std::get_if<CutInhibit>(&event);
     if (cut == nullptr) continue;
-    if (auto error = deps_.doors.setInhibit(door, cut->active, "")) return error;
+    if (auto error = deps_.connections.setInhibit(connection, cut->active, "")) return error;
   }
   for (const auto& event : said) {
     if (std::holds_alternative<CutInhibit>(event)) continue;
     if (auto error = post(event, state, may)) return error;
     if (const auto* homed = std::get_if<AxisHomed>(&event))
-      logMovedReference(*homed, door, state.snapshot.axes.at(static_cast<std::size_t>(homed->axis)));
+      logMovedReference(*homed, connection, state.snapshot.axes.at(static_cast<std::size_t>(homed->axis)));
   }
   return std::nullopt;
 }
@@ -309,7 +311,7 @@ Reply ControlDesk::abortProcedure(const board::Access& may, std::span<const std:
 // Whoever may not do it at all hears that first, from the desk itself.
 std::optional<Error> ControlDesk::whyNotProvision(const Caller& caller, const box::State& state) const {
   if (!caller.may.allow_provision.value_or(false)) return std::nullopt;
-  return whyNotAtRest({.cut_is_on = state.snapshot.inhibited || deps_.doors.anyInhibits(),
+  return whyNotAtRest({.cut_is_on = state.snapshot.inhibited || deps_.connections.anyInhibits(),
                        .run_is_on = last_run_ > state.procedure.run || inProgress(state.procedure.state)});
 }
 

@@ -9,13 +9,13 @@
 #include "firmware/app/host/loop_back_desk.hpp"
 #include "firmware/app/host/machine_description.hpp"
 #include "firmware/app/host/unit_desk.hpp"
+#include "firmware/app/results/applied_correction_file.hpp"
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/caller.hpp"
-#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/connection_inhibits.hpp"
 #include "firmware/app/results/machine_range.hpp"
 #include "firmware/app/results/reply.hpp"
 #include "firmware/app/results/results_desk.hpp"
-#include "firmware/app/results/standing_keeper.hpp"
 #include "firmware/app/threads/command_queue.hpp"
 #include "firmware/app/threads/counters.hpp"
 #include "firmware/app/threads/source_table.hpp"
@@ -61,8 +61,8 @@ class ControlDesk {
     LoopBackDesk& loop_back;
     UnitDesk& unit;
     UpdateDesk& updates;
-    DoorBook& doors;
-    const StandingKeeper& standing;
+    ConnectionInhibits& connections;
+    const AppliedCorrectionFile& applied;
     Counters& counters;
     const SourceTable& sources;
     std::function<std::vector<messages::CncLineStatus>()> cnc_lines;
@@ -77,9 +77,9 @@ class ControlDesk {
                               const LinkVitals& vitals);
 
   // Takes markers, homed axes, poses and cuts from the controller, on any thread: all of them or none. Sets the stamps.
-  // Waits for the disk when a cut begins or ends. door: the line that declares the cut. may: rights of the controller.
-  // Returns why they were refused; nullopt when they were taken.
-  std::optional<Error> take(std::span<const Event> said, const std::string& door, const box::State& state,
+  // Waits for the disk when a cut begins or ends. connection: the line that declares the cut. may: rights of the
+  // controller. Returns why they were refused; nullopt when they were taken.
+  std::optional<Error> take(std::span<const Event> said, const std::string& connection, const box::State& state,
                             const board::Access& may);
 
  private:

@@ -72,15 +72,16 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
     answer.modbus.bad_frames += line.bad_frames;
   }
   answer.sources = sourcesOf(deps_.sources.rows(), identity_.lines, state.snapshot);
-  for (auto& holder : deps_.doors.holders())
-    answer.inhibits.push_back(
-        {.door = std::move(holder.door), .by = std::move(holder.by), .since_utc = std::move(holder.since_utc)});
+  for (auto& holder : deps_.connections.holders())
+    answer.inhibits.push_back({.connection = std::move(holder.connection),
+                               .by = std::move(holder.by),
+                               .since_utc = std::move(holder.since_utc)});
   answer.storage_problems = deps_.calibrations.inForce().storageProblems();
   answer.rests_on_retired = deps_.calibrations.inForce().toRepeat();
   std::ranges::move(deps_.calibrations.placesThatDisagree(), std::back_inserter(answer.rests_on_retired));
   answer.update = deps_.updates.inWords();
-  for (auto problem : {deps_.doors.problem(), deps_.standing.notice(), deps_.standing.problem(), deps_.boots_problem,
-                       deps_.unit.problem()}) {
+  for (auto problem : {deps_.connections.problem(), deps_.applied.notice(), deps_.applied.problem(),
+                       deps_.boots_problem, deps_.unit.problem()}) {
     if (!problem.empty()) answer.storage_problems.push_back(std::move(problem));
   }
   answer.process = processStatus();

@@ -12,7 +12,7 @@ namespace probebox::app {
 
 // A request that comes in through a controller's line. It is handled as a host's, with the same rights and refusals.
 struct InsideRequest {
-  std::string door;  // as DoorBook names it
+  std::string connection;  // as ConnectionInhibits names it
   board::Access may;
   messages::Operation operation{};
   std::vector<std::byte> body;

@@ -54,7 +54,7 @@ LinkService::~LinkService() {
 
 void LinkService::listen(tcp::Listener listener, std::string name, const board::Access& may) {
   reception_.listen(std::move(listener));
-  tcp_doors_.push_back({std::move(name), may});
+  listener_access_.push_back({std::move(name), may});
 }
 void LinkService::serve(const serial::Address& line, const board::Access& may) {
   serial_lines_.push_back(std::make_unique<SerialLine>());
@@ -125,7 +125,7 @@ void LinkService::answerInside() {
     const std::uint64_t link = ++last_link_;
     const stream::PendingRequest pending{.ticket = 0, .operation = request.operation, .body = request.body};
     inside_.emplace(link, std::move(request.then));
-    const auto reply = desk_.handle({link, request.door, request.may}, pending, states_.newest(), vitals());
+    const auto reply = desk_.handle({link, request.connection, request.may}, pending, states_.newest(), vitals());
     if (reply) answeredInside(*reply);
   }
 }
@@ -139,23 +139,23 @@ bool LinkService::answeredInside(const Reply& reply) {
   return true;
 }
 
-bool LinkService::Door::mayTry(MonoTime now) {
+bool LinkService::Port::mayTry(MonoTime now) {
   if (now < next_try) return false;
   next_try = now + kRetry;
   return true;
 }
 
-void LinkService::Door::complain(const std::string& what) {
+void LinkService::Port::complain(const std::string& what) {
   if (problem != what) logWarning(what + " Trying again every second.");
   problem = what;
 }
 
-LinkService::Link& LinkService::adopt(io::Connection connection, const board::Access& may, Door* door) {
+LinkService::Link& LinkService::adopt(io::Connection connection, const board::Access& may, Port* port) {
   stream::SessionOptions session = options_.session;
   session.first_session_id = static_cast<std::uint32_t>(last_link_ * 1000 + 1);
   if (connection.control) session.heartbeat_period = kUsbHeartbeat;
   links_.push_back(std::make_unique<Link>(Link{.host = {++last_link_, std::move(connection), session, history_},
-                                               .door = door,
+                                               .port = port,
                                                .listener = 0,
                                                .may = may,
                                                .watch = {}}));
@@ -165,15 +165,15 @@ LinkService::Link& LinkService::adopt(io::Connection connection, const board::Ac
 
 std::optional<std::string> LinkService::whyFull(std::size_t listener) const {
   const auto open = std::ranges::count_if(
-      links_, [&](const auto& link) { return link->door == nullptr && link->listener == listener && !link->closed; });
+      links_, [&](const auto& link) { return link->port == nullptr && link->listener == listener && !link->closed; });
   if (static_cast<std::size_t>(open) < options_.most_links) return std::nullopt;
   return "all " + std::to_string(options_.most_links) +
          " links of this address are taken; end a command that holds one, or come over USB or a serial line";
 }
 
 void LinkService::enter(Reception::Guest guest) {
-  Link& link = adopt(std::move(guest.pipe), tcp_doors_.at(guest.door).may, nullptr);
-  link.listener = guest.door;
+  Link& link = adopt(std::move(guest.pipe), listener_access_.at(guest.listener).may, nullptr);
+  link.listener = guest.listener;
   link.host.session().receive(guest.gate.bytes(), time_.now());
   watch(link);
   answerRequests(link);
@@ -231,8 +231,8 @@ void LinkService::serve(Link& link) {
 
 void LinkService::answerRequests(Link& link) {
   while (const auto request = link.host.session().nextRequest()) {
-    const auto& door = link.door == nullptr ? tcp_doors_.at(link.listener).name : link.door->name;
-    const Caller caller{.link = link.host.id(), .door = door, .may = link.may};
+    const auto& name = link.port == nullptr ? listener_access_.at(link.listener).name : link.port->name;
+    const Caller caller{.link = link.host.id(), .connection = name, .may = link.may};
     const auto reply = desk_.handle(caller, *request, states_.newest(), vitals());
     if (reply) link.host.session().answer(reply->ticket, reply->code, reply->text, reply->body);
   }
@@ -304,7 +304,7 @@ void LinkService::advance() {
     link->host.session().advance(now, of_box);
     flush(*link);
     // A serial line stays, and so does USB: the next host says HELLO on it.
-    if (link->door == nullptr && link->host.session().state() == stream::SessionState::down) close(*link);
+    if (link->port == nullptr && link->host.session().state() == stream::SessionState::down) close(*link);
   }
   reception_.advance(now);
   dropClosed();
@@ -325,7 +325,7 @@ void LinkService::close(Link& link) {
   addTo(from_gone_hosts_, link.host.session().linkCounters());
   link.watch.pause();
   link.host.hangUp();
-  if (link.door != nullptr) link.door->link = nullptr;
+  if (link.port != nullptr) link.port->link = nullptr;
 }
 
 void LinkService::dropClosed() {

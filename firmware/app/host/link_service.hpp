@@ -49,7 +49,8 @@ class LinkService {
   LinkService(const LinkService&) = delete;
   LinkService& operator=(const LinkService&) = delete;
 
-  // Call before start(). may: rights of the hosts that connect there. name: of their common door, as DoorBook has it.
+  // Call before start(). may: rights of the hosts that connect there. name: of their common connection, as
+  // ConnectionInhibits has it.
   void listen(tcp::Listener listener, std::string name, const board::Access& may);
   void serve(const serial::Address& line, const board::Access& may);
   void serve(const usb_gadget::PortAddress& port, const board::Access& may);
@@ -64,22 +65,22 @@ class LinkService {
   void ask(InsideRequest request);
 
  private:
-  struct Door;
+  struct Port;
   struct Link {
     HostLink host;
-    Door* door{};            // null: from the network
+    Port* port{};            // null: from the network
     std::size_t listener{};  // index of the listener, if from the network
     board::Access may;
     EventLoop::Watch watch;  // not for USB, whose port reports events
     bool closed{};
   };
-  struct TcpDoor {
+  struct ListenerAccess {
     std::string name;
     board::Access may;
   };
   // A listener or port that is retried every second until it works.
-  struct Door {
-    std::string name;     // as DoorBook has it
+  struct Port {
+    std::string name;     // as ConnectionInhibits has it
     std::string problem;  // last reported problem; empty when there is none
     MonoTime next_try{};
     Link* link{};  // link of the host that connected here
@@ -87,16 +88,16 @@ class LinkService {
     bool mayTry(MonoTime now);
     void complain(const std::string& what);
   };
-  struct SerialLine : Door {
+  struct SerialLine : Port {
     serial::Address address;
   };
-  struct UsbPort : Door {
+  struct UsbPort : Port {
     usb_gadget::PortAddress address;
     std::unique_ptr<usb_gadget::GadgetPort> port;
     EventLoop::Watch watch;  // of the port, which also serves its link
   };
 
-  Link& adopt(io::Connection connection, const board::Access& may, Door* door);
+  Link& adopt(io::Connection connection, const board::Access& may, Port* port);
   void enter(Reception::Guest guest);
   std::optional<std::string> whyFull(std::size_t listener) const;
   void watch(Link& link);
@@ -131,7 +132,7 @@ class LinkService {
   FeedItem item_;
   EventLoop loop_;
   Reception reception_;
-  std::vector<TcpDoor> tcp_doors_;  // by listener
+  std::vector<ListenerAccess> listener_access_;  // by listener
   std::vector<std::unique_ptr<SerialLine>> serial_lines_;
   std::vector<std::unique_ptr<UsbPort>> usb_ports_;
   std::vector<std::unique_ptr<Link>> links_;

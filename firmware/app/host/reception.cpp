@@ -20,8 +20,8 @@ std::size_t Reception::listen(tcp::Listener listener) {
 }
 
 void Reception::open() {
-  for (std::size_t door = 0; door < listeners_.size(); ++door)
-    watches_.push_back(loop_.watch(listeners_[door].descriptor(), [this, door] { accept(door); }));
+  for (std::size_t listener = 0; listener < listeners_.size(); ++listener)
+    watches_.push_back(loop_.watch(listeners_[listener].descriptor(), [this, listener] { accept(listener); }));
 }
 
 void Reception::close() {
@@ -29,14 +29,14 @@ void Reception::close() {
   watches_.clear();
 }
 
-void Reception::accept(std::size_t door) {
+void Reception::accept(std::size_t listener) {
   for (int k = 0; k < kMostAccepted; ++k) {
-    auto pipe = listeners_[door].accept();
+    auto pipe = listeners_[listener].accept();
     if (!pipe) return;
     makeRoom();
     knocks_.push_back(std::make_unique<Knock>(Knock{.pipe = std::move(pipe),
                                                     .gate = {},
-                                                    .door = door,
+                                                    .listener = listener,
                                                     .until = now_ + kPatience,
                                                     .watch = {},
                                                     .refused = false,
@@ -94,11 +94,11 @@ void Reception::listenTo(Knock& knock) {
 
 void Reception::welcome(Knock& knock) {
   if (const auto& mismatch = knock.gate.refusal()) return refuse(knock, *mismatch);
-  if (const auto why = hall_.why_full(knock.door))
+  if (const auto why = hall_.why_full(knock.listener))
     return refuse(knock, {messages::ErrorCode::busy, messages::MessageType::hello, *why});
   knock.over = true;
   knock.watch.pause();
-  hall_.enter({.pipe = std::move(knock.pipe), .gate = knock.gate, .door = knock.door});
+  hall_.enter({.pipe = std::move(knock.pipe), .gate = knock.gate, .listener = knock.listener});
 }
 
 void Reception::refuse(Knock& knock, const messages::Refusal& refusal) {

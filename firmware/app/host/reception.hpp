@@ -31,15 +31,15 @@ class Reception {
   struct Guest {
     std::unique_ptr<io::BytePipe> pipe;
     stream::HelloGate gate;  // with the bytes received so far
-    std::size_t door{};      // index of the listener, in the order of listen()
+    std::size_t listener{};  // index of the listener, in the order of listen()
   };
   struct Hall {
-    std::function<std::optional<std::string>(std::size_t door)> why_full;  // nullopt: there is room for one more
+    std::function<std::optional<std::string>(std::size_t listener)> why_full;  // nullopt: there is room for one more
     std::function<void(Guest)> enter;
   };
   Reception(EventLoop& loop, Hall hall) : loop_{loop}, hall_{std::move(hall)} {}
 
-  // Call before open(). Returns the index of the door.
+  // Call before open(). Returns the index of the listener.
   std::size_t listen(tcp::Listener listener);
   // Begins to accept connections.
   void open();
@@ -54,14 +54,14 @@ class Reception {
   struct Knock {
     std::unique_ptr<io::BytePipe> pipe;
     stream::HelloGate gate;
-    std::size_t door{};
+    std::size_t listener{};
     MonoTime until{};
     EventLoop::Watch watch;
     bool refused{};
     bool over{};
   };
 
-  void accept(std::size_t door);
+  void accept(std::size_t listener);
   void makeRoom();
   void listenTo(Knock& knock);
   void welcome(Knock& knock);

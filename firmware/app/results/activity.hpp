@@ -7,7 +7,7 @@ namespace probebox::app {
 
 // Whether the machine uses the box now: while it does, the box may not be changed.
 struct Activity {
-  bool cut_is_on{};  // declared by a door or an input line
+  bool cut_is_on{};  // declared by a connection or an input line
   bool run_is_on{};
 };
 

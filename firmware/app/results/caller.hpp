@@ -8,8 +8,8 @@ namespace probebox::app {
 
 // The sender of a request.
 struct Caller {
-  std::uint64_t link{};  // gets the answer
-  std::string door;      // door of the link, as DoorBook names it
+  std::uint64_t link{};    // gets the answer
+  std::string connection;  // connection of the link, as ConnectionInhibits names it
   board::Access may;
 };
 

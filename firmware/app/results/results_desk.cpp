@@ -270,11 +270,11 @@ Reply ResultsDesk::setInhibit(std::span<const std::byte> body, const Caller& cal
   if (!caller.may.allow_inhibit) return notPermitted("allow_inhibit");
   if (const auto why = request->by.empty() ? std::nullopt : whyNoName(request->by))
     return refused(ErrorCode::malformed, why->what);
-  const std::string own = request->by.empty() ? caller.door : "person:" + request->by;
-  const bool of_another = !request->door.empty() && request->door != own;
+  const std::string own = request->by.empty() ? caller.connection : "person:" + request->by;
+  const bool of_another = !request->connection.empty() && request->connection != own;
   if (of_another) {
     if (auto refusal = clearForAnother(*request, caller.may)) return *refusal;
-  } else if (const auto error = doors_.setInhibit(own, request->active, request->by)) {
+  } else if (const auto error = connections_.setInhibit(own, request->active, request->by)) {
     return refused(ErrorCode::refused, error->what);
   }
   if (!core_.seesWhatWasTold()) return refused(ErrorCode::busy, "The box is busy: send it again.");
@@ -286,12 +286,14 @@ Reply ResultsDesk::setInhibit(std::span<const std::byte> body, const Caller& cal
 std::optional<Reply> ResultsDesk::clearForAnother(const messages::SetInhibit::Request& request,
                                                   const board::Access& may) {
   if (!may.allow_accept) return notPermitted("allow_accept");
-  if (request.active) return refused(ErrorCode::refused, "An inhibit is set in one's own name: leave the door out.");
+  if (request.active)
+    return refused(ErrorCode::refused, "An inhibit is set in one's own name: leave the connection out.");
   if (request.by.empty())
-    return refused(ErrorCode::refused, "To clear the inhibit of another door needs the name of who does it (by).");
-  if (const auto error = doors_.clearInhibit(request.door, request.by))
+    return refused(ErrorCode::refused,
+                   "To clear the inhibit of another connection needs the name of who does it (by).");
+  if (const auto error = connections_.clearInhibit(request.connection, request.by))
     return refused(ErrorCode::not_found, error->what);
-  logWarning("the inhibit of " + request.door + " was cleared by " + request.by);
+  logWarning("the inhibit of " + request.connection + " was cleared by " + request.by);
   return std::nullopt;
 }
 

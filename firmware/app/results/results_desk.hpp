@@ -6,7 +6,7 @@
 
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/caller.hpp"
-#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/connection_inhibits.hpp"
 #include "firmware/app/results/proposal_desk.hpp"
 #include "firmware/app/results/reply.hpp"
 #include "firmware/app/threads/core_view.hpp"
@@ -18,9 +18,9 @@ namespace probebox::app {
 // Answers requests that need the store or may wait for the core. For the worker's thread.
 class ResultsDesk {
  public:
-  ResultsDesk(Calibrations& calibrations, CoreView& core, DoorBook& doors)
-      : calibrations_{calibrations}, core_{core}, doors_{doors}, proposals_{calibrations} {
-    calibrations.inForce().setCutGuards([&doors] { return doors.tryLockOutCuts(); },
+  ResultsDesk(Calibrations& calibrations, CoreView& core, ConnectionInhibits& connections)
+      : calibrations_{calibrations}, core_{core}, connections_{connections}, proposals_{calibrations} {
+    calibrations.inForce().setCutGuards([&connections] { return connections.tryLockOutCuts(); },
                                         [&core] { return core.newest().snapshot.inhibited; });
   }
 
@@ -46,7 +46,7 @@ class ResultsDesk {
 
   Calibrations& calibrations_;
   CoreView& core_;
-  DoorBook& doors_;
+  ConnectionInhibits& connections_;
   ProposalDesk proposals_;
 
   // The document that a host reads piece by piece, kept so that megabytes are not read from the store for every piece.

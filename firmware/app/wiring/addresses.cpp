@@ -11,7 +11,7 @@
 
 #include "drivers/serial/linux_serial.hpp"
 #include "firmware/app/cnc/open_cnc_face.hpp"
-#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/connection_inhibits.hpp"
 
 namespace probebox::app {
 namespace {
@@ -19,14 +19,14 @@ namespace {
 // Collects the problems of all addresses, and which device each of them takes.
 class AddressCheck {
  public:
-  void look(const std::string& where, const LinkAddress& link, const board::Door* door) {
+  void look(const std::string& where, const LinkAddress& link, const board::Connection* connection) {
     if (const auto* line = std::get_if<serial::Address>(&link)) return lookAtLine(where, "serial", *line);
-    if (const auto* host = std::get_if<tcp::Address>(&link)) return lookAtHost(where, *host, door);
+    if (const auto* host = std::get_if<tcp::Address>(&link)) return lookAtHost(where, *host, connection);
     take(where, "usb", "the USB port");
   }
-  // kind: with it begins the name of its door.
+  // kind: with it begins the name of its connection.
   void lookAtLine(const std::string& where, const std::string& kind, const serial::Address& line) {
-    const auto most = DoorBook::kMostName - kind.size() - 1;
+    const auto most = ConnectionInhibits::kMostName - kind.size() - 1;
     if (line.path.size() > most)
       return refuse(where,
                     "'" + line.path + "' is too long to keep an inhibit under it: a path here has up to " +
@@ -40,10 +40,11 @@ class AddressCheck {
     const auto device = std::filesystem::weakly_canonical(line.path, error).string();
     take(where, error ? line.path : device, line.path);
   }
-  void lookAtCnc(const std::string& where, const std::string& text, const CncOptions& line, const board::Door* door) {
+  void lookAtCnc(const std::string& where, const std::string& text, const CncOptions& line,
+                 const board::Connection* connection) {
     if (const auto* serial = serialLineOf(line)) return lookAtLine(where, text.substr(0, text.find(':')), *serial);
     const auto& address = std::get<ModbusTcpOptions>(line).address;
-    if (const auto why = whyOpenToMasters(text, address, door)) return refuse(where, why->what);
+    if (const auto why = whyOpenToMasters(text, address, connection)) return refuse(where, why->what);
     takePort(where, address);
   }
   void refuse(const std::string& where, const std::string& why) {
@@ -55,8 +56,8 @@ class AddressCheck {
   }
 
  private:
-  void lookAtHost(const std::string& where, const tcp::Address& host, const board::Door* door) {
-    if (const auto why = whyOpenToAll(host, door)) return refuse(where, why->what);
+  void lookAtHost(const std::string& where, const tcp::Address& host, const board::Connection* connection) {
+    if (const auto why = whyOpenToAll(host, connection)) return refuse(where, why->what);
     takePort(where, host);
   }
   void takePort(const std::string& where, const tcp::Address& host) {
@@ -118,7 +119,7 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
     if (const auto twice = keyGivenTwice(links[k])) {
       check.refuse(where, sayTwice(links[k], *twice));
     } else if (const auto link = parseLink(links[k])) {
-      check.look(where, *link, service.doorAt(links[k]));
+      check.look(where, *link, service.connectionAt(links[k]));
     } else {
       check.refuse(where, link.error().what);
     }
@@ -129,7 +130,7 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
     if (const auto twice = keyGivenTwice(lines[k])) {
       check.refuse(where, sayTwice(lines[k], *twice));
     } else if (const auto line = parseCncLine(lines[k])) {
-      check.lookAtCnc(where, lines[k], *line, service.doorAt(lines[k]));
+      check.lookAtCnc(where, lines[k], *line, service.connectionAt(lines[k]));
     } else {
       check.refuse(where, line.error().what);
     }
@@ -137,13 +138,13 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
   return check.problems();
 }
 
-const board::Door* doorOf(const tcp::Address& address, const board::Service& service) {
-  const auto door = std::ranges::find_if(service.doors, [&](const board::Door& candidate) {
+const board::Connection* connectionOf(const tcp::Address& address, const board::Service& service) {
+  const auto connection = std::ranges::find_if(service.connections, [&](const board::Connection& candidate) {
     const auto link = parseLink(candidate.address);
     const auto* tcp = link ? std::get_if<tcp::Address>(&*link) : nullptr;
     return tcp != nullptr && tcp->port == address.port && tcp->host == address.host;
   });
-  return door == service.doors.end() ? nullptr : &*door;
+  return connection == service.connections.end() ? nullptr : &*connection;
 }
 
 tcp::Address linkAt(const tcp::Address& listener, const std::vector<std::string>& links) {
@@ -155,9 +156,9 @@ tcp::Address linkAt(const tcp::Address& listener, const std::vector<std::string>
   return listener;
 }
 
-std::string doorNameOf(const tcp::Address& named, const tcp::Address& listener) {
+std::string connectionNameOf(const tcp::Address& named, const tcp::Address& listener) {
   auto name = "tcp:" + tcp::describe(named);
-  return name.size() <= DoorBook::kMostName ? name : "tcp:" + tcp::describe(listener);
+  return name.size() <= ConnectionInhibits::kMostName ? name : "tcp:" + tcp::describe(listener);
 }
 
 bool isForCnc(const tcp::Address& listener, const std::vector<std::string>& cnc) {
@@ -168,24 +169,25 @@ bool isForCnc(const tcp::Address& listener, const std::vector<std::string>& cnc)
   });
 }
 
-std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Door* door) {
-  if (tcp::isLoopback(address) || (door != nullptr && door->read_only)) return std::nullopt;
+std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Connection* connection) {
+  if (tcp::isLoopback(address) || (connection != nullptr && connection->read_only)) return std::nullopt;
   const auto link = "tcp:" + tcp::describe(address);
   const auto port = std::to_string(address.port);
   return Error{"The link " + link +
                " can be reached from other computers, and whoever comes there could command the box. "
                "Listen at tcp:127.0.0.1:" +
                port + " and come through a tunnel (ssh -L " + port + ":127.0.0.1:" + port +
-               " BOX), or use USB, or let everybody look and nobody command: [[door]] address = \"" + link +
+               " BOX), or use USB, or let everybody look and nobody command: [[connection]] address = \"" + link +
                "\", read_only = true in service.toml."};
 }
 
-std::optional<Error> whyOpenToMasters(const std::string& line, const tcp::Address& address, const board::Door* door) {
-  if (tcp::isLoopback(address) || (door != nullptr && door->read_only)) return std::nullopt;
+std::optional<Error> whyOpenToMasters(const std::string& line, const tcp::Address& address,
+                                      const board::Connection* connection) {
+  if (tcp::isLoopback(address) || (connection != nullptr && connection->read_only)) return std::nullopt;
   return Error{
       "The CNC line " + line +
       " can be reached from other computers, and Modbus cannot tell who comes there: anybody could command the "
-      "box. Let everybody read and nobody command: [[door]] address = \"" +
+      "box. Let everybody read and nobody command: [[connection]] address = \"" +
       line + "\", read_only = true in service.toml. A controller that commands needs a serial line."};
 }
 

@@ -19,19 +19,20 @@ const std::vector<std::string>& cncLinesOf(const Options& options, const board::
 // read-only. Opens nothing, and accepts a device that is not there yet.
 std::optional<Error> whyNoAddresses(const Options& options, const board::Service& service);
 
-// The door of service.toml for a listening socket that somebody else opened, or null.
-const board::Door* doorOf(const tcp::Address& address, const board::Service& service);
+// The connection of service.toml for a listening socket that somebody else opened, or null.
+const board::Connection* connectionOf(const tcp::Address& address, const board::Service& service);
 // The first of these links that a listening socket serves which somebody else opened; its own address if there is none.
 tcp::Address linkAt(const tcp::Address& listener, const std::vector<std::string>& links);
-// Name of the door at a listener, as DoorBook has it. named: its address as service.toml has it.
-std::string doorNameOf(const tcp::Address& named, const tcp::Address& listener);
+// Name of the connection at a listener, as ConnectionInhibits has it. named: its address as service.toml has it.
+std::string connectionNameOf(const tcp::Address& named, const tcp::Address& listener);
 // Tests whether a CNC line on the network is to be served at a listener.
 bool isForCnc(const tcp::Address& listener, const std::vector<std::string>& cnc);
 
-// Explains why a listener is refused: other computers reach it, hosts on a network cannot be identified, and its door
-// (null if service.toml has none) is not `read_only`. See docs/decisions/0009-doors.md.
-std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Door* door);
+// Explains why a listener is refused: other computers reach it, hosts on a network cannot be identified, and its
+// connection (null if service.toml has none) is not `read_only`. See docs/decisions/0009-doors.md.
+std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Connection* connection);
 // The same of a CNC line on the network, whose listener is at `address`.
-std::optional<Error> whyOpenToMasters(const std::string& line, const tcp::Address& address, const board::Door* door);
+std::optional<Error> whyOpenToMasters(const std::string& line, const tcp::Address& address,
+                                      const board::Connection* connection);
 
 }  // namespace probebox::app

@@ -16,11 +16,11 @@
 #include "firmware/app/host/link_service.hpp"
 #include "firmware/app/log/journal.hpp"
 #include "firmware/app/log/log.hpp"
+#include "firmware/app/results/applied_correction_file.hpp"
 #include "firmware/app/results/boot_counter.hpp"
 #include "firmware/app/results/calibrations.hpp"
-#include "firmware/app/results/door_book.hpp"
-#include "firmware/app/results/served_record.hpp"
-#include "firmware/app/results/standing_keeper.hpp"
+#include "firmware/app/results/connection_inhibits.hpp"
+#include "firmware/app/results/last_served_file.hpp"
 #include "firmware/app/threads/capture_thread.hpp"
 #include "firmware/app/threads/chain_watch.hpp"
 #include "firmware/app/threads/core_thread.hpp"
@@ -69,16 +69,16 @@ struct Daemon::Parts {
                      },
                      [this](const Event& command) { return tellCore(command); },
                      options.solver},
-        doors{(state / "doors").string(),
-              [this](bool inhibited) { return tellCore(CutInhibit{.active = inhibited, .at = time.now()}); },
-              earlier.start},
+        connections{(state / "connections").string(),
+                    [this](bool inhibited) { return tellCore(CutInhibit{.active = inhibited, .at = time.now()}); },
+                    earlier.start},
         served{(state / "served-last").string(), boxConfig(descriptions).corrections.limits},
-        standing{(state / "served").string(), boxConfig(descriptions).corrections.limits,
-                 [this](const Event& bounds) { postBlocking(bounds); }, earlier.start},
+        applied{(state / "served").string(), boxConfig(descriptions).corrections.limits,
+                [this](const Event& bounds) { postBlocking(bounds); }, earlier.start},
         boots{countBoot((state / kBootsFile).string(), earlier.files)},
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal() : nullptr},
-        results_desk{calibrations, core_view, doors},
+        results_desk{calibrations, core_view, connections},
         loop_back_desk{descriptions.box.loop_back, loopBackOf(descriptions)},
         unit_desk{std::move(unit)},
         update_desk{state / "update",
@@ -89,7 +89,7 @@ struct Daemon::Parts {
         desk{
             {descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box), namesOf(descriptions)},
             {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk, loop_back_desk,
-             unit_desk, update_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); },
+             unit_desk, update_desk, connections, applied, counters, source_table, [this] { return cncLineStatus(); },
              travelOf(descriptions.machine), controlAxes(descriptions.box.devices), boots.problem},
             [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions, firmwareVersion()),
@@ -107,7 +107,7 @@ struct Daemon::Parts {
     worker.stop();  // while the core still takes what it has to say
     calibrations.finishSolving(std::chrono::seconds{4});
     core.stop();
-    standing.finish(core_view.newest().snapshot, served.last());
+    applied.finish(core_view.newest().snapshot, served.last());
     writeJournal();
     writeLogHere();
   }
@@ -129,7 +129,7 @@ struct Daemon::Parts {
     drainLog();
     calibrations.look(core_view.newest());
     // Not the state of before: results that come into force ask for a newer one.
-    standing.look(core_view.newest().snapshot, served.last());
+    applied.look(core_view.newest().snapshot, served.last());
     results_desk.look();
     update_desk.look();
     if (const auto run = core.takeRunToSolve()) calibrations.solve(*run, core.plan(), core.recording(), core.scales());
@@ -139,7 +139,8 @@ struct Daemon::Parts {
   // Activity of the machine that an update has to wait for. For the worker's thread.
   Activity activity() {
     const auto& now = core_view.newest();
-    return {.cut_is_on = doors.anyInhibits() || now.snapshot.inhibited, .run_is_on = inProgress(now.procedure.state)};
+    return {.cut_is_on = connections.anyInhibits() || now.snapshot.inhibited,
+            .run_is_on = inProgress(now.procedure.state)};
   }
 
   void writeJournal() {
@@ -169,7 +170,7 @@ struct Daemon::Parts {
   Outcome<tcp::Listener> listenForCnc(const tcp::Address& address);
   Outcome<void> openCncLines(const std::vector<std::string>& texts, const board::Service& service);
   Outcome<void> openMachine();
-  Outcome<void> serve(tcp::Listener listener, const tcp::Address& named, const board::Door* door);
+  Outcome<void> serve(tcp::Listener listener, const tcp::Address& named, const board::Connection* connection);
   void announce();
   std::vector<Event> fromBefore();
   void run();
@@ -188,9 +189,9 @@ struct Daemon::Parts {
   StateBuffer& state_for_watch{core.addStateReader()};
   CoreView core_view{core.addStateReader(), commands};
   Calibrations calibrations;
-  DoorBook doors;
-  ServedRecord served;
-  StandingKeeper standing;
+  ConnectionInhibits connections;
+  LastServedFile served;
+  AppliedCorrectionFile applied;
   Boots boots;  // the last of these files: where it is, a start has made all of them
   std::optional<JournalWriter> journal;
   EventQueue* journal_queue;
@@ -223,19 +224,20 @@ Outcome<void> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const Optio
     }
     const auto address = listener.address();
     const auto named = linkAt(address, linksOf(options, service));
-    if (auto opened = serve(std::move(listener), named, doorOf(address, service)); !opened) return opened;
+    if (auto opened = serve(std::move(listener), named, connectionOf(address, service)); !opened) return opened;
     passed_addresses.push_back(address);
   }
   return {};
 }
 
-// named: its address as service.toml has it. door: null where service.toml has none for it.
-Outcome<void> Daemon::Parts::serve(tcp::Listener listener, const tcp::Address& named, const board::Door* door) {
-  if (auto why = whyOpenToAll(listener.address(), door)) return *why;
+// named: its address as service.toml has it. connection: null where service.toml has none for it.
+Outcome<void> Daemon::Parts::serve(tcp::Listener listener, const tcp::Address& named,
+                                   const board::Connection* connection) {
+  if (auto why = whyOpenToAll(listener.address(), connection)) return *why;
   if (!reachable_at && tcp::isLoopback(listener.address())) reachable_at = listener.address();
   uris.push_back("tcp:" + tcp::describe(listener.address()));
-  const auto name = doorNameOf(named, listener.address());
-  links.listen(std::move(listener), name, door == nullptr ? descriptions.service.access : door->access);
+  const auto name = connectionNameOf(named, listener.address());
+  links.listen(std::move(listener), name, connection == nullptr ? descriptions.service.access : connection->access);
   return {};
 }
 
@@ -251,10 +253,11 @@ Outcome<void> Daemon::Parts::openLinks(const std::vector<std::string>& texts, co
       links.serve(*port, service.accessAt(text));
       continue;
     }
-    const auto& door = std::get<tcp::Address>(address);
-    if (std::ranges::any_of(passed_addresses, [&](const auto& passed) { return tcp::covers(passed, door); })) continue;
-    TRY(auto listener, tcp::Listener::open(door));
-    if (auto opened = serve(std::move(listener), door, service.doorAt(text)); !opened) return opened;
+    const auto& connection = std::get<tcp::Address>(address);
+    if (std::ranges::any_of(passed_addresses, [&](const auto& passed) { return tcp::covers(passed, connection); }))
+      continue;
+    TRY(auto listener, tcp::Listener::open(connection));
+    if (auto opened = serve(std::move(listener), connection, service.connectionAt(text)); !opened) return opened;
   }
   return {};
 }
@@ -273,10 +276,10 @@ Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts,
     TRY(const auto options, parseCncLine(text));
     const auto listen = [&](const tcp::Address& address) -> Outcome<tcp::Listener> {
       TRY(auto listener, listenForCnc(address));
-      if (const auto why = whyOpenToMasters(text, listener.address(), service.doorAt(text))) return *why;
+      if (const auto why = whyOpenToMasters(text, listener.address(), service.connectionAt(text))) return *why;
       return listener;
     };
-    const CncDependencies dependencies{desk, links, doors, served, calibrations, boots.count, firmwareVersion()};
+    const CncDependencies dependencies{desk, links, connections, served, calibrations, boots.count, firmwareVersion()};
     TRY(auto face, openCncFace(options, service.accessAt(text), core.addStateReader(), dependencies, listen));
     cnc_lines.push_back(std::move(face));
   }
@@ -288,7 +291,7 @@ Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts,
 
 Outcome<void> Daemon::Parts::openMachine() {
   if (!reachable_at && isEmulated(descriptions)) {
-    // The emulated controller is a host like any other and needs a door.
+    // The emulated controller is a host like any other and needs a connection.
     TRY(auto listener, tcp::Listener::open({.host = "127.0.0.1", .port = 0}));
     reachable_at = listener.address();
     links.listen(std::move(listener), "tcp:emulated-machine", descriptions.service.access);
@@ -306,11 +309,11 @@ void Daemon::Parts::announce() {
 
 // The last end may have been any: what was served, what is in force, and whether a cut is on.
 std::vector<Event> Daemon::Parts::fromBefore() {
-  auto restored = standing.restore(time.now(), served.before());
-  served.setOnDisk(standing.startOnDisk(), standing.countOnDisk(), standing.standingBefore());
+  auto restored = applied.restore(time.now(), served.before());
+  served.setOnDisk(applied.startOnDisk(), applied.countOnDisk(), applied.appliedBefore());
   for (const auto& event : calibrations.restore()) restored.push_back(event);
   // After what was in force before: that is no change, and a cut does not keep it out.
-  if (doors.anyInhibits()) restored.emplace_back(CutInhibit{.active = true, .at = time.now()});
+  if (connections.anyInhibits()) restored.emplace_back(CutInhibit{.active = true, .at = time.now()});
   return restored;
 }
 
@@ -388,7 +391,7 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
                                        std::move(unit_desk), earlier);
   setWallClock({.is_kept_right = is_kept_right, .start = parts->boots.count});
   parts->state_lock = std::move(state.lock);
-  for (const auto& problem : {parts->doors.problem(), parts->unit_desk.problem(), parts->boots.problem})
+  for (const auto& problem : {parts->connections.problem(), parts->unit_desk.problem(), parts->boots.problem})
     if (!problem.empty()) logWarning(problem);
   const auto& service = parts->descriptions.service;
   TRY(parts->adopt(std::move(passed), options, service));

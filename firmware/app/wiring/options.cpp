@@ -77,7 +77,7 @@ Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen) 
 Earlier earlierIn(const std::filesystem::path& state) {
   const auto has = [&](const char* file) { return store::isThere((state / file).string()); };
   const auto had = [](bool it) { return it ? store::Before::had_it : store::Before::perhaps; };
-  return {.start = had(has(kBootsFile)), .files = had(has("doors") || has("served") || has("results.db"))};
+  return {.start = had(has(kBootsFile)), .files = had(has("connections") || has("served") || has("results.db"))};
 }
 
 }  // namespace probebox::app

@@ -261,7 +261,7 @@ TEST_F(TwinFileTest, RefusesATextWhereItsFolderIsGone) {
   namespace fs = std::filesystem;
   const auto folder = scratch_.directory() / "state";
   fs::create_directory(folder);
-  auto file = TwinFile::open((folder / "doors").string(), kRoom, kIfLost);
+  auto file = TwinFile::open((folder / "connections").string(), kRoom, kIfLost);
   ASSERT_TRUE(file.write("one"));
   fs::rename(folder, scratch_.directory() / "elsewhere");
   const auto refused = file.write("two");
@@ -270,7 +270,7 @@ TEST_F(TwinFileTest, RefusesATextWhereItsFolderIsGone) {
   EXPECT_EQ(file.content(), "one");
   fs::create_directory(folder);
   ASSERT_TRUE(file.write("three"));
-  EXPECT_EQ(TwinFile::open((folder / "doors").string(), kRoom, kIfLost).content(), "three");
+  EXPECT_EQ(TwinFile::open((folder / "connections").string(), kRoom, kIfLost).content(), "three");
 }
 
 TEST_F(TwinFileTest, IsLostWhereAnEarlierStartHadIt) {

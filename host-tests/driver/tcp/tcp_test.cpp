@@ -152,8 +152,8 @@ TEST(TcpListener, IsNotMadeOfWhatIsNone) {
 }
 
 TEST(TcpListener, CoversTheAddressesThatItIsReachedBy) {
-  const auto covered = [](const char* listener, const char* door) {
-    return covers(*parseAddress(listener), *parseAddress(door));
+  const auto covered = [](const char* listener, const char* connection) {
+    return covers(*parseAddress(listener), *parseAddress(connection));
   };
   EXPECT_TRUE(covered("127.0.0.1:7627", ":7627"));
   for (const auto* const here : {":1", "127.0.0.1:1", "127.1.2.3:1", "localhost:1", "[::1]:1"})

@@ -120,16 +120,16 @@ TEST_F(Screws, SayNothingWithoutAReference) {
 
 TEST_F(Screws, GoOnFromWhereTheMachineStandsAfterARestart) {
   scenario.run(90s);
-  const auto standing_mm = served().correction_mm;
-  ASSERT_LT(standing_mm[0], -0.01);
+  const auto applied_mm = served().correction_mm;
+  ASSERT_LT(applied_mm[0], -0.01);
   scenario.restartBox();
-  scenario.push(StandingRestored{.correction_mm = standing_mm, .at = scenario.now()});
+  scenario.push(AppliedRestored{.correction_mm = applied_mm, .at = scenario.now()});
   double furthest_mm = 0;
   bool was_invalid = false;
   for (int i = 0; i < 500; ++i) {
     scenario.run(10ms);
     was_invalid = was_invalid || !served().valid;
-    furthest_mm = std::max(furthest_mm, std::abs(served().correction_mm[0] - standing_mm[0]));
+    furthest_mm = std::max(furthest_mm, std::abs(served().correction_mm[0] - applied_mm[0]));
   }
   EXPECT_TRUE(was_invalid) << "nothing is known right after a start";
   EXPECT_TRUE(served().valid) << "homed by the controller";

@@ -40,9 +40,9 @@ class Restart : public testing::Test {
   // What the store had of the correction that was served last.
   std::array<double, kLinearAxes> kept_mm() const {
     const auto found = std::ranges::find_if(
-        restored_, [](const Event& event) { return std::holds_alternative<StandingRestored>(event); });
+        restored_, [](const Event& event) { return std::holds_alternative<AppliedRestored>(event); });
     return found == restored_.end() ? std::array<double, kLinearAxes>{}
-                                    : std::get<StandingRestored>(*found).correction_mm;
+                                    : std::get<AppliedRestored>(*found).correction_mm;
   }
 
   // Until the touch of this step is under way.
@@ -96,8 +96,8 @@ TEST_F(Restart, InMidCalibrationLosesTheRunAndTheReferencesAndNothingElse) {
   ASSERT_NE(run, 0U);
   ASSERT_TRUE(comesTo(3));
   boot_->run(100ms);
-  const auto standing_mm = served().correction_mm;
-  ASSERT_LT(standing_mm[0], -0.01) << "there is something that stands";
+  const auto applied_mm = served().correction_mm;
+  ASSERT_LT(applied_mm[0], -0.01) << "there is something that stands";
   const auto abandoned = scenario().controller().abandonedSteps();
 
   dieAndComeBack();
@@ -114,7 +114,7 @@ TEST_F(Restart, InMidCalibrationLosesTheRunAndTheReferencesAndNothingElse) {
   for (const auto& axis : served().axes) EXPECT_FALSE(axis.referenced);
   EXPECT_FALSE(served().valid);
   EXPECT_EQ(served().correction_mm, kept_mm());
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(kept_mm()[i], standing_mm[i], 0.5e-3) << "XYZ"[i];
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(kept_mm()[i], applied_mm[i], 0.5e-3) << "XYZ"[i];
   EXPECT_EQ(served().delay.result_id, *first) << "accepted results are in force again";
 
   // The controller sees that its run has gone, drives off and homes; then all is well again.

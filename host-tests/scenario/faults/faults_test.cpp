@@ -131,21 +131,21 @@ TEST_F(Supervised, TheImageOfADiskIsWhatTheFolderHas) {
 // What a box could get wrong, told to the judge.
 TEST(Acknowledged, FindsWhatIsLostAndWhatIsHalf) {
   Acknowledged said;
-  for (const auto* line : {"ready", "doing propose 1", "done", "doing accept 1", "done", "doing hold door", "done",
-                           "serving 0.1 0 0", "served 0.1 0 0", "doing propose 2"})
+  for (const auto* line : {"ready", "doing propose 1", "done", "doing accept 1", "done", "doing hold connection",
+                           "done", "serving 0.1 0 0", "served 0.1 0 0", "doing propose 2"})
     said.hear(line);
   const auto judged = [&](std::vector<std::string> found, bool power_was_cut = false) {
     found.emplace_back(power_was_cut ? "found standing 0.1 0 0 0.05 0.05 0.05" : "found standing 0.1 0 0 0 0 0");
     if (!power_was_cut) found.emplace_back("found before 0.1 0 0");
     return said.whyBroken(found, {.power_was_cut = power_was_cut}).value_or("kept");
   };
-  EXPECT_EQ(judged({"found state 1 active", "found held door"}), "kept");
-  EXPECT_EQ(judged({"found state 1 active", "found state 2 proposed", "found held door"}, true), "kept");
-  EXPECT_THAT(judged({"found state 1 proposed", "found held door"}), HasSubstr("1 proposed"));
-  EXPECT_THAT(judged({"found state 1 active", "found state 2 active", "found held door"}), HasSubstr("2 active"));
+  EXPECT_EQ(judged({"found state 1 active", "found held connection"}), "kept");
+  EXPECT_EQ(judged({"found state 1 active", "found state 2 proposed", "found held connection"}, true), "kept");
+  EXPECT_THAT(judged({"found state 1 proposed", "found held connection"}), HasSubstr("1 proposed"));
+  EXPECT_THAT(judged({"found state 1 active", "found state 2 active", "found held connection"}), HasSubstr("2 active"));
   EXPECT_THAT(judged({"found state 1 active"}), HasSubstr("inhibits"));
-  EXPECT_THAT(judged({"found state 1 active", "found held door", "found notice damaged"}), HasSubstr("damaged"));
-  EXPECT_THAT(said.whyBroken({"found state 1 active", "found held door", "found standing 0.2 0 0 0.05 0.05 0.05"},
+  EXPECT_THAT(judged({"found state 1 active", "found held connection", "found notice damaged"}), HasSubstr("damaged"));
+  EXPECT_THAT(said.whyBroken({"found state 1 active", "found held connection", "found standing 0.2 0 0 0.05 0.05 0.05"},
                              {.power_was_cut = true})
                   .value_or("kept"),
               HasSubstr("200"));

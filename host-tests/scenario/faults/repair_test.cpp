@@ -167,7 +167,7 @@ TEST_P(Repair, OfASmallFileLeavesTheDamagedOneOrTheCautiousText) {
     say(file.lost() ? "lost" : "not lost");
   };
   const std::string garbage(8192, '\x5a');
-  atEveryNthCall(1, "doors", garbage, repair, [&](const std::string& path, const std::vector<std::string>& said) {
+  atEveryNthCall(1, "connections", garbage, repair, [&](const std::string& path, const std::vector<std::string>& said) {
     if (!said.empty()) {
       EXPECT_THAT(said, testing::ElementsAre("careful", "lost"));
     }

@@ -125,7 +125,7 @@ TEST(CommandLine, RefusesAnEmptyName) {
        {Words{"solve", ""}, Words{"report", "", "-o", "a"}, Words{"propose", ""}, Words{"verify", ""},
         Words{"export", "", "-o", "a"}, Words{"replay", ""}, Words{"pack", "", "a"}, Words{"provision", ""},
         Words{"update", ""}, Words{"calibrate", ""}, Words{"calibrate", "--save", ""}, Words{"results", ""},
-        Words{"history", ""}, Words{"inhibit", "off", "--by", "Ada", "--door", ""}})
+        Words{"history", ""}, Words{"inhibit", "off", "--by", "Ada", "--connection", ""}})
     EXPECT_THAT(refusal(words), HasSubstr("is empty")) << words.front();
 }
 

@@ -1,4 +1,4 @@
-// Doors, sockets and lines of a controller.
+// Connections, sockets and lines of a controller.
 #include <array>
 #include <chrono>
 #include <filesystem>
@@ -16,7 +16,7 @@
 namespace probebox::app {
 namespace {
 
-TEST_F(RunningDaemon, GivesEveryDoorItsOwnRights) {
+TEST_F(RunningDaemon, GivesEveryConnectionItsOwnRights) {
   auto cable = serial::EmulatedCable::open(folder / "box", folder / "host");
   ASSERT_TRUE(cable) << cable.error().what;
   std::jthread carrier{[&](const std::stop_token& stop) {
@@ -27,7 +27,8 @@ TEST_F(RunningDaemon, GivesEveryDoorItsOwnRights) {
   std::filesystem::create_directories(options.config);
   std::ofstream{options.config / "service.toml"} << "links = [\"tcp:127.0.0.1:0\", \"" << line << "\"]\n"
                                                  << "[access]\nallow_marker = true\nallow_inhibit = true\n"
-                                                 << "[[door]]\naddress = \"" << line << "\"\nallow_homing = true\n";
+                                                 << "[[connection]]\naddress = \"" << line
+                                                 << "\"\nallow_homing = true\n";
   options.links = {};
   start();
   const auto over_tcp = connect();
@@ -43,13 +44,13 @@ TEST_F(RunningDaemon, GivesEveryDoorItsOwnRights) {
   over_line->ask<messages::HomeAxes>(home);
 }
 
-// Both addresses are of TCP; the second one is another door.
+// Both addresses are of TCP; the second one is another connection.
 TEST_F(RunningDaemon, EndsTheCutOfNoOtherAddress) {
   options.config = folder / "config";
   std::filesystem::create_directories(options.config);
   std::ofstream{options.config / "service.toml"}
       << "links = [\"tcp:127.0.0.1:0\", \"tcp:127.0.0.2:0\"]\n[access]\nallow_inhibit = true\n"
-      << "[[door]]\naddress = \"tcp:127.0.0.2:0\"\nallow_inhibit = true\n";
+      << "[[connection]]\naddress = \"tcp:127.0.0.2:0\"\nallow_inhibit = true\n";
   options.links = {};
   start();
   const auto one = connect(), beside_it = connect(), other = TestHost::connect(daemon->uris().at(1));
@@ -58,7 +59,7 @@ TEST_F(RunningDaemon, EndsTheCutOfNoOtherAddress) {
   other->ask<messages::SetInhibit>({.active = false});
   const auto held = other->ask<messages::Status>().inhibits;
   ASSERT_EQ(held.size(), 1U) << "it ended the other's cut";
-  EXPECT_EQ(held.front().door, "tcp:127.0.0.1:0") << "as service.toml names it";
+  EXPECT_EQ(held.front().connection, "tcp:127.0.0.1:0") << "as service.toml names it";
   beside_it->ask<messages::SetInhibit>({.active = false});
   EXPECT_TRUE(other->ask<messages::Status>().inhibits.empty()) << "hosts of one address share one";
 }
@@ -75,7 +76,7 @@ TEST_F(RunningDaemon, LetsOtherComputersInOnlyToLook) {
   options.config = folder / "config";
   std::filesystem::create_directories(options.config);
   std::ofstream{options.config / "service.toml"} << "links = [\"tcp:0.0.0.0:0\"]\n[access]\nallow_inhibit = true\n"
-                                                 << "[[door]]\naddress = \"tcp:0.0.0.0:0\"\nread_only = true\n";
+                                                 << "[[connection]]\naddress = \"tcp:0.0.0.0:0\"\nread_only = true\n";
   options.links = {};
   start();
   const auto host =
@@ -100,7 +101,7 @@ TEST_F(RunningDaemon, ServesThroughASocketThatTheServiceManagerOpened) {
   const auto manager = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
   ASSERT_TRUE(manager) << manager.error().what;
   const auto uri = "tcp:" + tcp::describe(manager->address());
-  options.links = {uri};  // the same door, which must not be opened twice
+  options.links = {uri};  // the same connection, which must not be opened twice
   std::vector<PassedSocket> passed;
   passed.push_back({io::Descriptor{dup(manager->descriptor())}, "probeboxd.socket"});
   start(std::move(passed));

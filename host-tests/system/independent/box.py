@@ -7,7 +7,7 @@ import subprocess
 import time
 import tty
 
-from door import port_of
+from connection import port_of
 from master import Master
 
 PATIENCE_S = 120
@@ -48,7 +48,7 @@ class Box:
         self.options = [*(["--config", config] if config else []), *options]
         self.probeboxd, self.probebox, self.folder = probeboxd, probebox, folder
         self.device = os.path.join(folder, "line")
-        self.door = "modbus:" + self.device
+        self.connection = "modbus:" + self.device
         self.ends = None
         self.master = Master(None)
         self.plug_in()
@@ -70,7 +70,7 @@ class Box:
 
     def start(self):
         command = [self.probeboxd, "--board", "sim", "--state", os.path.join(self.folder, "state")]
-        command += ["--link", "tcp:127.0.0.1:0", "--cnc", self.door] + self.options
+        command += ["--link", "tcp:127.0.0.1:0", "--cnc", self.connection] + self.options
         with open(os.path.join(self.folder, "log"), "a") as log:
             environment = {**os.environ, "PROBEBOX_RENDEZVOUS": self.folder}
             self.daemon = subprocess.Popen(command, stdout=log, stderr=log, env=environment)

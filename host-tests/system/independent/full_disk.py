@@ -11,7 +11,7 @@ import sys
 import tempfile
 import time
 
-from door import port_of
+from connection import port_of
 
 PATIENCE_S = 240
 

@@ -1,4 +1,4 @@
-"""A box gets its identity, once, through a door that may, and keeps it through any end; and its factory sheet."""
+"""A box gets its identity, once, through a connection that may, and keeps it through any end; and its factory sheet."""
 import json
 import os
 import subprocess
@@ -6,7 +6,7 @@ import sys
 import tempfile
 
 from box import Box, config
-from door import port_of
+from connection import port_of
 
 BOARD = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "board")
 
@@ -87,7 +87,7 @@ def overdue_and_other_sphere(probeboxd, probebox, folder):
     box.stop()
 
 
-def door_without_the_right(probeboxd, probebox, folder):
+def connection_without_the_right(probeboxd, probebox, folder):
     for value, allowed in (("false", False), ("true", True)):
         here = os.path.join(folder, value)
         os.mkdir(here)
@@ -151,6 +151,6 @@ def factory_sheet(probeboxd, probebox, folder):
 
 
 if __name__ == "__main__":
-    for trial in (provisioned_once, overdue_and_other_sphere, door_without_the_right, factory_sheet):
+    for trial in (provisioned_once, overdue_and_other_sphere, connection_without_the_right, factory_sheet):
         with tempfile.TemporaryDirectory() as folder:
             trial(*sys.argv[1:], folder)

@@ -14,7 +14,7 @@ import time
 
 import frames
 from block import Block
-from door import port_of
+from connection import port_of
 from frames import Answer, Descriptor, Heartbeat, Trigger
 
 PATIENCE_S = 120

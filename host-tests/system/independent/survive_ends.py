@@ -30,7 +30,7 @@ def inhibit_survives(box):
     box.start()
     assert m.values(138, "H") == 1 and m.values(47, "H") == 1, "in the first answers"
     held = box.command("inhibit")["inhibits"]
-    assert [each["door"] for each in held] == [box.door], held
+    assert [each["connection"] for each in held] == [box.connection], held
     held = box.command("inhibit", "on", "--by", "Ada")["inhibits"]
     assert len(held) == 2 and held[1]["by"] == "Ada" and held[1]["since_utc"], held
     m.write(138, 0)
@@ -41,10 +41,10 @@ def inhibit_survives(box):
     m.write(138, 1)
     held = box.command("inhibit", "off", "--by", "Ada")["inhibits"]
     assert len(held) == 1, "nobody ends another one's cut by the way"
-    held = box.command("inhibit", "off", "--door", box.door, "--by", "Ada")["inhibits"]
+    held = box.command("inhibit", "off", "--connection", box.connection, "--by", "Ada")["inhibits"]
     assert not held and m.values(138, "H") == 0, held
     with open(os.path.join(box.folder, "log")) as log:
-        assert any(box.door in line and "cleared by Ada" in line for line in log)
+        assert any(box.connection in line and "cleared by Ada" in line for line in log)
 
 
 RATE_NM_S = 2000
@@ -115,7 +115,7 @@ if __name__ == "__main__":
             word_order_survives(the_box)
             print("the word order of a line survives a kill")
             inhibit_survives(the_box)
-            print("inhibits survive a kill, each of its door")
+            print("inhibits survive a kill, each of its connection")
         finally:
             if the_box.daemon:
                 the_box.daemon.send_signal(signal.SIGTERM)

@@ -244,14 +244,14 @@ TEST_F(UpdateOverTcp, SamplesOfAnotherHostLoseNothing) {
 
 TEST_F(UpdateOverTcp, NothingIsTakenDuringACutOrARun) {
   start();
-  host_->ask<messages::SetInhibit>({.active = true, .by = "Ada", .door = {}});
+  host_->ask<messages::SetInhibit>({.active = true, .by = "Ada", .connection = {}});
   auto in_a_cut = update();
   EXPECT_EQ(in_a_cut.status(), 4);
   EXPECT_THAT(in_a_cut.said(), HasSubstr("cut-on: "));
   // The command reads the whole bundle first, and the box drops a host that is silent for so long.
   host_ = TestHost::connect(uri());
   ASSERT_TRUE(host_);
-  host_->ask<messages::SetInhibit>({.active = false, .by = "Ada", .door = {}});
+  host_->ask<messages::SetInhibit>({.active = false, .by = "Ada", .connection = {}});
   ASSERT_TRUE(host_->waitForLock());
   host_->ask<messages::StartProcedure>({.method = "delay-multi-speed"});
   ASSERT_TRUE(host_->eventually([&] {

@@ -33,7 +33,7 @@ class Updating : public BoxOnUsb {
       look_again_ = false;
       desk_.look();
     } while (look_again_);
-    auto reply = desk_.answer(operation, body, {.link = 1, .door = "usb", .may = {.allow_update = true}});
+    auto reply = desk_.answer(operation, body, {.link = 1, .connection = "usb", .may = {.allow_update = true}});
     return FakeReply{reply.code, std::move(reply.text), std::move(reply.body)};
   }
   std::uint64_t received() {

@@ -88,7 +88,7 @@ export async function picture(page, name) {
   return page.screenshot({ path: join(screens, `${name}.png`), fullPage: true });
 }
 
-// axe-core runs in the page by the debugger's door: its own policy lets no other script in.
+// axe-core runs in the page by the debugger's connection: its own policy lets no other script in.
 export async function accessible(page, where) {
   await page.evaluate(readFileSync(require.resolve("axe-core/axe.min.js"), "utf8"));
   const found = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"] }));

@@ -217,7 +217,7 @@ TEST_F(Joint, SeesTheHeartbeatStopAndTheValueHeldWhereNeitherSamplesNorCountsCom
 TEST_F(Joint, IsTakenOverFromAStandingCorrection) {
   // The axes stand 0.1 mm off from before the restart.
   joint_mm[0] = -0.1;
-  machine.corrections.push(StandingRestored{.correction_mm = {-0.1, 0, 0}, .at = machine.now});
+  machine.corrections.push(AppliedRestored{.correction_mm = {-0.1, 0, 0}, .at = machine.now});
   run(0.5);
   EXPECT_FALSE(machine.snapshot().valid);
   EXPECT_NEAR(machine.snapshot().correction_mm[0], -0.1, 1e-9) << "a value of zero would move the joint";
@@ -234,8 +234,7 @@ TEST_F(Joint, IsTakenOverFromAStandingCorrection) {
 TEST_F(Joint, SeesNoStepWhereOnlyBoundsAreKnownOfWhatWasServed) {
   // It stands anywhere within 0.05 mm of what the disk has: a second at its limit of rate.
   joint_mm[0] = -0.07;
-  machine.corrections.push(
-      StandingRestored{.correction_mm = {-0.1, 0, 0}, .at = machine.now, .doubt_mm = {0.05, 0, 0}});
+  machine.corrections.push(AppliedRestored{.correction_mm = {-0.1, 0, 0}, .at = machine.now, .doubt_mm = {0.05, 0, 0}});
   EXPECT_NEAR(machine.snapshot().correction_mm[0], -0.1, 1e-9) << "in the first snapshot, before any time has passed";
   EXPECT_FALSE(machine.snapshot().valid);
   run(0.5);  // an axis is homed that has been seen to stand still

@@ -318,39 +318,39 @@ TEST(ServiceToml, LetsUsbProvisionUnlessItSaysOtherwise) {
   EXPECT_EQ(on_usb(""), true);
   EXPECT_EQ(on_usb("[access]\nallow_accept = true\n"), true);
   EXPECT_EQ(on_usb("[access]\nallow_provision = false\n"), false);
-  EXPECT_EQ(on_usb("[[door]]\naddress = \"usb\"\nallow_provision = false\n"), false);
-  EXPECT_EQ(on_usb("[[door]]\naddress = \"usb\"\nread_only = true\n"), false);
-  EXPECT_EQ(on_usb("[[door]]\naddress = \"usb\"\nread_only = true\nallow_provision = false\n"), false);
+  EXPECT_EQ(on_usb("[[connection]]\naddress = \"usb\"\nallow_provision = false\n"), false);
+  EXPECT_EQ(on_usb("[[connection]]\naddress = \"usb\"\nread_only = true\n"), false);
+  EXPECT_EQ(on_usb("[[connection]]\naddress = \"usb\"\nread_only = true\nallow_provision = false\n"), false);
   EXPECT_FALSE(parseService("links = []\ncnc = []\n", "service.toml")->access.allow_provision);
 }
 
-TEST(ServiceToml, GivesADoorRightsOfItsOwnInPlaceOfTheOthers) {
+TEST(ServiceToml, GivesAConnectionRightsOfItsOwnInPlaceOfTheOthers) {
   const auto service = parseService(
       "links = [\"usb\", \"tcp:0.0.0.0:7627\"]\ncnc = [\"modbus:/dev/ttyS2\"]\n"
       "[access]\nallow_accept = true\nallow_update = true\n"
-      "[[door]]\naddress = \"modbus:/dev/ttyS2\"\nallow_marker = true\nallow_inhibit = true\n"
-      "[[door]]\naddress = \"tcp:0.0.0.0:7627\"\nread_only = true\n",
+      "[[connection]]\naddress = \"modbus:/dev/ttyS2\"\nallow_marker = true\nallow_inhibit = true\n"
+      "[[connection]]\naddress = \"tcp:0.0.0.0:7627\"\nread_only = true\n",
       "service.toml");
   ASSERT_TRUE(service.ok()) << service.error().what;
   EXPECT_EQ(service->accessAt("usb"), (Access{.allow_accept = true, .allow_update = true}));
   EXPECT_EQ(service->accessAt("modbus:/dev/ttyS2"), (Access{.allow_marker = true, .allow_inhibit = true}));
   EXPECT_EQ(service->accessAt("tcp:0.0.0.0:7627"), Access{.allow_provision = false});
-  EXPECT_TRUE(service->doorAt("tcp:0.0.0.0:7627")->read_only);
-  EXPECT_FALSE(givesARight(service->doorAt("tcp:0.0.0.0:7627")->access));
-  EXPECT_EQ(service->doorAt("usb"), nullptr);
+  EXPECT_TRUE(service->connectionAt("tcp:0.0.0.0:7627")->read_only);
+  EXPECT_FALSE(givesARight(service->connectionAt("tcp:0.0.0.0:7627")->access));
+  EXPECT_EQ(service->connectionAt("usb"), nullptr);
 }
 
-TEST(ServiceToml, RefusesADoorThatLeadsNowhereOrContradictsItself) {
+TEST(ServiceToml, RefusesAConnectionThatLeadsNowhereOrContradictsItself) {
   const std::string links = "links = [\"usb\"]\n";
-  const auto problem = [&](const std::string& door) {
-    const auto service = parseService(links + "[[door]]\n" + door, "s");
+  const auto problem = [&](const std::string& connection) {
+    const auto service = parseService(links + "[[connection]]\n" + connection, "s");
     return service.ok() ? "accepted" : service.error().what;
   };
-  EXPECT_THAT(problem("address = \"usb:other\"\n"), HasSubstr("'door.address'"));
+  EXPECT_THAT(problem("address = \"usb:other\"\n"), HasSubstr("'connection.address'"));
   EXPECT_THAT(problem("allow_accept = true\n"), HasSubstr("address"));
   EXPECT_THAT(problem("address = \"usb\"\nread_only = true\nallow_marker = true\n"), HasSubstr("contradicts"));
   EXPECT_THAT(problem("address = \"usb\"\nread_only = true\nallow_provision = true\n"), HasSubstr("contradicts"));
-  EXPECT_THAT(problem("address = \"usb\"\n[[door]]\naddress = \"usb\"\n"), HasSubstr("[[door]]"));
+  EXPECT_THAT(problem("address = \"usb\"\n[[connection]]\naddress = \"usb\"\n"), HasSubstr("[[connection]]"));
   EXPECT_THAT(problem("address = \"usb\"\nallow_homming = true\n"), HasSubstr("allow_homing"));
 }
 

@@ -23,7 +23,7 @@ using testing::Not;
 TEST_F(Service, IsStartedByTheFirstHostThatKnocks) {
   shell("systemctl stop probeboxd.service");
   ASSERT_EQ(InstalledBox::property("ActiveState"), "inactive");
-  const auto host = TestHost::connect(kDoor);
+  const auto host = TestHost::connect(kConnection);
   ASSERT_TRUE(host);
   EXPECT_EQ(host->ask<messages::Status>().board, "vm");
   EXPECT_EQ(InstalledBox::property("ActiveState"), "active");
@@ -54,7 +54,7 @@ TEST_F(Service, HasRealTimeAndAllItsMemory) {
 }
 
 TEST_F(Service, ReadsItsLines) {
-  const auto host = TestHost::connect(kDoor);
+  const auto host = TestHost::connect(kConnection);
   ASSERT_TRUE(host);
   const auto sync = [&] {
     const auto lines = host->ask<messages::Status>().lines;
@@ -90,7 +90,7 @@ TEST_F(Service, AnswersTheControllerOverUsb) {
   std::string said;
   for (int tries = 0; tries < 10 && said.find("[2]:") == std::string::npos; ++tries) said = shell(poll);
   EXPECT_THAT(said, HasSubstr("[2]:"));
-  const auto host = TestHost::connect(kDoor);
+  const auto host = TestHost::connect(kConnection);
   ASSERT_TRUE(host);
   const auto lines = host->ask<messages::Status>().cnc_lines;
   ASSERT_EQ(lines.size(), 1U);
@@ -99,7 +99,7 @@ TEST_F(Service, AnswersTheControllerOverUsb) {
 }
 
 TEST_F(Service, ReadsAProbeReceiverThatIsPluggedInLater) {
-  const auto host = TestHost::connect(kDoor);
+  const auto host = TestHost::connect(kConnection);
   ASSERT_TRUE(host);
   ASSERT_EQ(host->ask<messages::Status>().receiver.samples, 0U);
   const ReceiverGadget gadget;
@@ -116,13 +116,13 @@ TEST_F(Service, KeepsWhatWasAcceptedWhenItIsKilled) {
   shell("systemctl stop probeboxd.service");
   const auto id = box.propose();
   shell("systemctl start probeboxd.service");
-  auto host = TestHost::connect(kDoor);
+  auto host = TestHost::connect(kConnection);
   ASSERT_TRUE(host);
   host->ask<messages::AcceptResult>({.id = id, .by = "somebody"});
   const auto killed = InstalledBox::pid();
   ASSERT_EQ(kill(killed, SIGKILL), 0);  // at once after the acknowledgement
   ASSERT_TRUE(replaced(killed));
-  host = TestHost::connect(kDoor);
+  host = TestHost::connect(kConnection);
   ASSERT_TRUE(host);
   // It waits until the box has seen that no cut is on.
   EXPECT_TRUE(host->eventually([&] { return host->ask<messages::Status>().active_results == std::vector{id}; }));

@@ -28,7 +28,7 @@ TEST_F(Service, IsStartedAgainWhenItIsStopped) {
   ASSERT_EQ(kill(stopped, SIGSTOP), 0);
   ASSERT_TRUE(replaced(stopped));
   EXPECT_EQ(InstalledBox::restarts(), restarts + 1);
-  EXPECT_TRUE(TestHost::connect(kDoor));
+  EXPECT_TRUE(TestHost::connect(kConnection));
 }
 
 TEST_F(Service, IsStartedAgainWhenOneOfItsStagesStandsStill) {
@@ -37,7 +37,7 @@ TEST_F(Service, IsStartedAgainWhenOneOfItsStagesStandsStill) {
   ASSERT_TRUE(held) << held.error().what;
   ASSERT_TRUE(replaced(stalled));
   EXPECT_THAT(InstalledBox::log(), HasSubstr("Stages not progressing, the first is the cause: core"));
-  EXPECT_TRUE(TestHost::connect(kDoor));
+  EXPECT_TRUE(TestHost::connect(kConnection));
 }
 
 TEST_F(Service, EndsInOrderAndLeavesNothing) {

@@ -12,8 +12,8 @@
 
 namespace probebox::vm {
 
-// Where hosts come in: the socket unit's door.
-inline constexpr const char* kDoor = "tcp:127.0.0.1:7627";
+// Where hosts come in: the socket unit's connection.
+inline constexpr const char* kConnection = "tcp:127.0.0.1:7627";
 
 // The installed service, running.
 class Service : public testing::Test {

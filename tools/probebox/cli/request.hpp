@@ -204,9 +204,9 @@ struct Corrections {
 };
 
 struct Inhibit {
-  std::string what;  // on, off, or empty: only show who holds one
-  std::string by;    // the person who holds it; empty: this link holds it
-  std::string door;  // with off: the door whose inhibit ends; empty: one's own
+  std::string what;        // on, off, or empty: only show who holds one
+  std::string by;          // the person who holds it; empty: this link holds it
+  std::string connection;  // with off: the connection whose inhibit ends; empty: one's own
 };
 
 // Writes the identity of a box, once.

@@ -90,8 +90,8 @@ class ResultCommands {
     inhibit->add_option("--by", inhibit_.by, "the person who holds the inhibit; default: this link")
         ->check(personsName());
     inhibit
-        ->add_option("--door", inhibit_.door,
-                     "with off: end the inhibit of this door, such as a controller that is gone")
+        ->add_option("--connection", inhibit_.connection,
+                     "with off: end the inhibit of this connection, such as a controller that is gone")
         ->check(anyName())
         ->needs("--by");
   }

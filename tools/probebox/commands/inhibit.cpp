@@ -13,8 +13,8 @@ namespace {
 void sayWhoseIsLeft(const Inhibit& options, const std::vector<messages::InhibitHolder>& holders, Console& console) {
   if (options.what != "off" || holders.empty()) return;
   console.note((options.by.empty() ? "this link" : options.by) +
-               " holds no inhibit now; to end another's: probebox inhibit off --door '" + holders.front().door +
-               "' --by NAME");
+               " holds no inhibit now; to end another's: probebox inhibit off --connection '" +
+               holders.front().connection + "' --by NAME");
 }
 
 }  // namespace
@@ -24,7 +24,7 @@ ExitStatus run(const Inhibit& options, const std::string& uri, Console& console)
   const auto box = openBox(uri, console);
   if (!box) return console.fail(box.error());
   if (!options.what.empty()) {
-    const auto done = ask<messages::SetInhibit>(**box, console, {options.what == "on", options.by, options.door});
+    const auto done = ask<messages::SetInhibit>(**box, console, {options.what == "on", options.by, options.connection});
     if (!done) return console.fail(done.error());
   }
   const auto status = ask<messages::Status>(**box, console);

@@ -24,7 +24,7 @@ Json describe(const messages::Trigger& trigger);
 
 std::string page(const messages::Descriptor& descriptor);
 std::string page(const messages::Status::Answer& status);
-// Line of the status and corrections pages while a cut is on that no door has declared.
+// Line of the status and corrections pages while a cut is on that no connection has declared.
 std::string cutLine();
 
 // State of the box at the end of a recording. Text and JSON omit what a recording does not hold.

@@ -8,7 +8,7 @@ std::string cutLine() {
 }
 
 std::string line(const messages::InhibitHolder& holder) {
-  return (holder.by.empty() ? holder.door : holder.by) + ", since " + holder.since_utc;
+  return (holder.by.empty() ? holder.connection : holder.by) + ", since " + holder.since_utc;
 }
 
 }  // namespace probebox::command

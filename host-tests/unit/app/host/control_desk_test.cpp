@@ -14,11 +14,11 @@ using testing::StartsWith;
 
 constexpr board::Access kAll{
     .allow_marker = true, .allow_homing = true, .allow_inhibit = true, .allow_calibrate = true, .allow_accept = true};
-constexpr const char* kDoor = "modbus:/dev/ttyS1";
+constexpr const char* kConnection = "modbus:/dev/ttyS1";
 
 class Desk : public testing::Test {
  protected:
-  std::optional<Error> take(const std::vector<Event>& said) { return desk_.take(said, kDoor, state_, kAll); }
+  std::optional<Error> take(const std::vector<Event>& said) { return desk_.take(said, kConnection, state_, kAll); }
   std::size_t taken() {
     std::size_t count = 0;
     for (Event event; commands_.pop(event);) ++count;
@@ -43,17 +43,17 @@ class Desk : public testing::Test {
                              [] { return MonoTime{}; },
                              [](std::span<const Event>) { return std::optional<Error>{}; },
                              [](const Event&) { return true; }};
-  DoorBook doors_{folder_.file("doors"), [](bool) { return true; }};
-  StandingKeeper standing_{folder_.file("served"), {}, [](const Event&) {}};
-  ResultsDesk results_{calibrations_, core_, doors_};
+  ConnectionInhibits connections_{folder_.file("connections"), [](bool) { return true; }};
+  AppliedCorrectionFile applied_{folder_.file("served"), {}, [](const Event&) {}};
+  ResultsDesk results_{calibrations_, core_, connections_};
   LoopBackDesk loop_back_{std::nullopt, nullptr};
   UnitDesk unit_{UnitRecord{folder_.file("unit")}, "board", {}};
   UpdateDesk updates_{folder_.file("update"), {}, {}};
   Worker worker_{[] {}};
   const messages::LineStatus cut_line_{.name = "cut", .role = 4, .line = 1, .edges = 0, .lost = 0};
   ControlDesk desk_{{"board", "0", {cut_line_}},
-                    {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, doors_,
-                     standing_, counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
+                    {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, connections_,
+                     applied_, counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
                     [](const Reply&) {}};
 };
 
@@ -82,20 +82,20 @@ TEST_F(Desk, SaysWhatAHomingLacks) {
 
 TEST_F(Desk, BeginsNoCutWithAMarkerThatBelongsToNoRun) {
   EXPECT_TRUE(take({CutInhibit{.active = true, .at = {}}, Marker{.procedure = 1}}));
-  EXPECT_FALSE(doors_.inhibits(kDoor));
+  EXPECT_FALSE(connections_.inhibits(kConnection));
   EXPECT_FALSE(take({CutInhibit{.active = true, .at = {}}}));
-  EXPECT_TRUE(doors_.inhibits(kDoor));
+  EXPECT_TRUE(connections_.inhibits(kConnection));
 }
 
 // A master may write the block around register 138 with what is there.
 TEST_F(Desk, NeedsNoRightToSayWhatHoldsAlready) {
   const board::Access marks{.allow_marker = true};
-  EXPECT_FALSE(desk_.take(std::vector<Event>{CutInhibit{.active = false, .at = {}}}, kDoor, state_, marks));
-  EXPECT_TRUE(desk_.take(std::vector<Event>{CutInhibit{.active = true, .at = {}}}, kDoor, state_, marks));
-  EXPECT_FALSE(doors_.inhibits(kDoor));
+  EXPECT_FALSE(desk_.take(std::vector<Event>{CutInhibit{.active = false, .at = {}}}, kConnection, state_, marks));
+  EXPECT_TRUE(desk_.take(std::vector<Event>{CutInhibit{.active = true, .at = {}}}, kConnection, state_, marks));
+  EXPECT_FALSE(connections_.inhibits(kConnection));
   ASSERT_FALSE(take({CutInhibit{.active = true, .at = {}}}));
-  EXPECT_TRUE(desk_.take(std::vector<Event>{CutInhibit{.active = false, .at = {}}}, kDoor, state_, marks));
-  EXPECT_TRUE(doors_.inhibits(kDoor));
+  EXPECT_TRUE(desk_.take(std::vector<Event>{CutInhibit{.active = false, .at = {}}}, kConnection, state_, marks));
+  EXPECT_TRUE(connections_.inhibits(kConnection));
 }
 
 // Codes 6 and 7 of register 840 are these: a controller may wait for another state, for another machine it cannot.
@@ -106,7 +106,7 @@ TEST_F(Desk, TellsWhatThisMachineCannotFromWhatItCannotNow) {
     request.options.tool = tool;
     const auto body = messages::encoded(request);
     const auto reply =
-        desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},
+        desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
                      {.ticket = 1, .operation = messages::Operation::start_procedure, .body = body}, state_, {});
     return reply ? reply->code : messages::ErrorCode::ok;
   };
@@ -122,7 +122,7 @@ TEST_F(Desk, SumsNoSourceThatMachineTomlDoesNotDescribe) {
   const auto ask = [&](std::uint16_t mask) {
     const auto body = messages::encoded(messages::EnableSources::Request{.mask = mask});
     const auto reply =
-        desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},
+        desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
                      {.ticket = 1, .operation = messages::Operation::enable_sources, .body = body}, state_, {});
     return reply ? reply->text : "";
   };
@@ -141,7 +141,7 @@ TEST_F(Desk, DescribesTheMachineToEverybody) {
   state_.rates = procedure::Rates{.positions_hz = {1000, 1000, 500}, .deflections_hz = 2000};
   state_.snapshot.delay = {.calibrated = true, .result_id = 7, .tau_s = {4e-3, 4e-3, 4e-3}, .sd_s = {1e-6, 1e-6, 2e-6}};
   const auto reply =
-      desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = {}},
+      desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = {}},
                    {.ticket = 9, .operation = messages::Operation::describe_machine, .body = {}}, state_, {});
   ASSERT_TRUE(reply);
   ASSERT_EQ(reply->code, messages::ErrorCode::ok) << reply->text;
@@ -160,7 +160,7 @@ TEST_F(Desk, HomesTheAxesThatAreNamedAndSaysWhich) {
   const auto ask = [&](std::uint8_t axes) {
     const auto body =
         messages::encoded(messages::HomeAxes::Request{.axes = axes, .position_mm = {1, 2, 3}, .by = "Ada"});
-    return desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},
+    return desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
                         {.ticket = 1, .operation = messages::Operation::home_axes, .body = body}, state_, {});
   };
   testing::internal::CaptureStderr();
@@ -185,7 +185,7 @@ TEST_F(Desk, TakesNoPoseThatHasNothing) {
     request.has_tool = has_tool;
     const auto body = messages::encoded(request);
     return desk_
-        .handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = kAll},
+        .handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
                 {.ticket = 1, .operation = messages::Operation::tell_pose, .body = body}, state_, {})
         ->code;
   };
@@ -223,7 +223,7 @@ constexpr const char* kUnit =
 TEST_F(Desk, ProvisionsOnlyWithTheRightToAndAtRest) {
   const auto ask = [&](std::optional<bool> may) {
     const auto body = messages::encoded(messages::Provision::Request{.text = kUnit});
-    return desk_.handle({.link = 1, .door = "tcp:127.0.0.1:7627", .may = {.allow_provision = may}},
+    return desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = {.allow_provision = may}},
                         {.ticket = 1, .operation = messages::Operation::provision, .body = body}, state_, {});
   };
   const auto refused = [&] {
@@ -236,9 +236,9 @@ TEST_F(Desk, ProvisionsOnlyWithTheRightToAndAtRest) {
   state_.snapshot.inhibited = true;
   EXPECT_THAT(refused(), StartsWith("cut-on"));
   state_.snapshot.inhibited = false;
-  ASSERT_FALSE(doors_.setInhibit(kDoor, true, "")) << "the core has not heard of it yet";
+  ASSERT_FALSE(connections_.setInhibit(kConnection, true, "")) << "the core has not heard of it yet";
   EXPECT_THAT(refused(), StartsWith("cut-on"));
-  ASSERT_FALSE(doors_.setInhibit(kDoor, false, ""));
+  ASSERT_FALSE(connections_.setInhibit(kConnection, false, ""));
   EXPECT_FALSE(ask(true)) << "the worker answers";
   for (const auto may : {std::optional<bool>{}, std::optional{false}}) {
     const auto body = messages::encoded(messages::Provision::Request{.text = kUnit});
@@ -252,7 +252,7 @@ TEST_F(Desk, NamesTheInhibitLineWhoseLevelIsUnknown) {
   for (const char* const source : {"gpiochip0 line 4 (cut)", "gpiochip0 line 5 (skip)"}) sources_.add(source);
   sources_.tell(0, "gpiochip0 cannot be found; check its connection");
   const auto problems = [&] {
-    const auto reply = desk_.handle({.link = 1, .door = "usb", .may = {}},
+    const auto reply = desk_.handle({.link = 1, .connection = "usb", .may = {}},
                                     {.ticket = 1, .operation = messages::Operation::status, .body = {}}, state_, {});
     const auto answer = messages::decode<messages::Status::Answer>(reply->body);
     EXPECT_EQ(answer->sources.size(), 2U);

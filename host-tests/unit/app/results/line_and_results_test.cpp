@@ -3,7 +3,7 @@
 
 #include "accepting.hpp"
 
-// An inhibit line rises when it likes, also while a result comes into force: nothing keeps it out as a door is.
+// An inhibit line rises when it likes, also while a result comes into force: nothing keeps it out as a connection is.
 namespace probebox::app {
 namespace {
 

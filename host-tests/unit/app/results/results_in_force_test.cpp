@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "firmware/app/results/calibrations.hpp"
-#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/connection_inhibits.hpp"
 #include "host-tests/decided/decided.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
@@ -69,8 +69,8 @@ class InForce : public testing::Test {
   std::vector<Event> told_;
 };
 
-// A door's inhibit is on the disk before the core has heard of it.
-TEST_F(InForce, WaitsForADoorThatHoldsACutWhichTheCoreDoesNotKnowOf) {
+// A connection's inhibit is on the disk before the core has heard of it.
+TEST_F(InForce, WaitsForAConnectionThatHoldsACutWhichTheCoreDoesNotKnowOf) {
   auto results = boxWith(1e9);
   letChange(results);
   bool held = true;
@@ -81,7 +81,7 @@ TEST_F(InForce, WaitsForADoorThatHoldsACutWhichTheCoreDoesNotKnowOf) {
   EXPECT_TRUE(results.isWaiting(id));
   EXPECT_TRUE(told_.empty());
   letChange(results);
-  EXPECT_TRUE(results.isWaiting(id)) << "the core knows of no cut, and the door holds one";
+  EXPECT_TRUE(results.isWaiting(id)) << "the core knows of no cut, and the connection holds one";
   held = false;
   letChange(results);
   EXPECT_FALSE(results.isWaiting(id));
@@ -362,27 +362,27 @@ TEST_F(HeadInForce, WaitsWhereACutBeginsBehindTheOneBeforeIt) {
   EXPECT_THAT(results->active(), ElementsAre(delay, head));
 }
 
-// A door that declares a cut in the midst of an acceptance, from a thread of its own.
+// A connection that declares a cut in the midst of an acceptance, from a thread of its own.
 TEST_F(InForce, IsWithTheCoreBeforeACutIsAcknowledged) {
   std::vector<Event> heard;  // by the core; both that tell it hold changing_
   std::atomic<bool> acknowledged{};
-  DoorBook doors{folder_.file("doors"), [&](bool inhibited) {
-                   heard.emplace_back(CutInhibit{.active = inhibited, .at = {}});
-                   return true;
-                 }};
+  ConnectionInhibits connections{folder_.file("connections"), [&](bool inhibited) {
+                                   heard.emplace_back(CutInhibit{.active = inhibited, .at = {}});
+                                   return true;
+                                 }};
   std::thread controller;
   ResultsInForce results{store_, kOnTheMill, [] { return MonoTime{5s}; },
                          [](std::span<const Event>) { return std::optional<Error>{}; },
                          [&](const Event& event) {
                            controller = std::thread{[&] {
-                             EXPECT_FALSE(doors.setInhibit("modbus:/dev/ttyS2", true, ""));
+                             EXPECT_FALSE(connections.setInhibit("modbus:/dev/ttyS2", true, ""));
                              acknowledged = true;
                            }};
                            std::this_thread::sleep_for(50ms);
                            EXPECT_FALSE(acknowledged) << "the store has the result already, and the core does not";
                            heard.push_back(event);
                          }};
-  results.setCutGuards([&doors] { return doors.tryLockOutCuts(); });
+  results.setCutGuards([&connections] { return connections.tryLockOutCuts(); });
   letChange(results);
   const auto accepted = results.accept(propose(0.004), "Ada");
   controller.join();
@@ -390,7 +390,7 @@ TEST_F(InForce, IsWithTheCoreBeforeACutIsAcknowledged) {
   EXPECT_EQ(accepted->state, store::State::active);
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_TRUE(std::holds_alternative<DelayActivated>(heard.front()));
-  EXPECT_TRUE(doors.anyInhibits());
+  EXPECT_TRUE(connections.anyInhibits());
 }
 
 }  // namespace

@@ -54,7 +54,8 @@ class SentBundle {
 
   template <class Operation>
   Reply ask(const typename Operation::Request& request) {
-    return desk->answer(Operation::kOperation, messages::encoded(request), {.link = 1, .door = "usb", .may = may}, now);
+    return desk->answer(Operation::kOperation, messages::encoded(request), {.link = 1, .connection = "usb", .may = may},
+                        now);
   }
   template <class Operation>
   typename Operation::Answer answered(const typename Operation::Request& request) {

@@ -189,7 +189,7 @@ TEST_F(UpdateDeskTest, NothingIsTakenBeforeTheRunningVersionIsConfirmed) {
   EXPECT_EQ(box_.offer(bytes), bytes.size()) << "what came before is kept";
 }
 
-TEST_F(UpdateDeskTest, ADoorWithoutTheRightMayOnlyLook) {
+TEST_F(UpdateDeskTest, AConnectionWithoutTheRightMayOnlyLook) {
   const auto bytes = bundleBytes(100);
   box_.offer(bytes);
   box_.may = {

@@ -82,7 +82,7 @@ TEST_F(Addresses, NameEachDeviceOnce) {
 TEST_F(Addresses, OfOnePortDoNotOverlap) {
   for (const char* const second : {"localhost", "0.0.0.0", "[::]"}) {
     const std::string address = "\"tcp:" + std::string{second} + ":7627\"";
-    EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:7627\", " + address + "]\n[[door]]\naddress = " + address +
+    EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:7627\", " + address + "]\n[[connection]]\naddress = " + address +
                           "\nread_only = true\n"),
                 AllOf(HasSubstr(std::string{second} + ":7627"), HasSubstr("service.toml:1: 'links'")))
         << second;
@@ -119,8 +119,8 @@ TEST_F(Addresses, LetNobodyFromElsewhereDoMoreThanRead) {
     EXPECT_THAT(problemOf(links), AllOf(HasSubstr("service.toml:1: 'links': The link tcp:" + std::string{host} +
                                                   ":7627 can be reached from other computers"),
                                         HasSubstr("ssh -L"), HasSubstr("read_only = true")));
-    EXPECT_THAT(problemOf(links + "[[door]]\naddress = " + address + "\n"), HasSubstr("read_only = true"));
-    EXPECT_EQ(problemOf(links + "[[door]]\naddress = " + address + "\nread_only = true\n"), "");
+    EXPECT_THAT(problemOf(links + "[[connection]]\naddress = " + address + "\n"), HasSubstr("read_only = true"));
+    EXPECT_EQ(problemOf(links + "[[connection]]\naddress = " + address + "\nread_only = true\n"), "");
   }
   for (const char* const host : {"127.0.0.1", "localhost", "[::1]", ""})
     EXPECT_EQ(problemOf("links = [\"tcp:" + std::string{host} + ":7627\"]\n[access]\nallow_accept = true\n"), "")
@@ -136,20 +136,20 @@ TEST_F(Addresses, OfACncOnTheNetworkAreForReadingWhereOthersReachThem) {
               AllOf(HasSubstr("service.toml:1"), HasSubstr("'cnc'"), HasSubstr("modbus-tcp:0.0.0.0:502"),
                     HasSubstr("\"modbus-tcp:0.0.0.0:502\""), HasSubstr("read_only = true")));
   EXPECT_EQ(problemOf("cnc = [\"modbus-tcp:0.0.0.0:502\"]\n"
-                      "[[door]]\naddress = \"modbus-tcp:0.0.0.0:502\"\nread_only = true\n"),
+                      "[[connection]]\naddress = \"modbus-tcp:0.0.0.0:502\"\nread_only = true\n"),
             "");
   EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:502\"]\ncnc = [\"modbus-tcp:127.0.0.1:502\"]"),
               AllOf(HasSubstr("tcp:127.0.0.1:502"), HasSubstr("service.toml:1"), HasSubstr("'links'")));
   EXPECT_THAT(problemOf("cnc = [\"modbus-tcp:127.0.0.1:502,words=big\"]"), HasSubstr("words=high-first"));
 }
 
-TEST(DoorOfAListener, HasTheNameOfItsLinkAtEveryStart) {
+TEST(ConnectionOfAListener, HasTheNameOfItsLinkAtEveryStart) {
   const tcp::Address everywhere{.host = "0.0.0.0", .port = 7627}, chosen{.host = "127.0.0.1", .port = 40123};
   const std::vector<std::string> links{"usb", "tcp:127.0.0.1:7627", "tcp:127.0.0.1:0"};
-  EXPECT_EQ(doorNameOf(linkAt(everywhere, links), everywhere), "tcp:127.0.0.1:7627") << "systemd opened it";
-  EXPECT_EQ(doorNameOf(linkAt(chosen, links), chosen), "tcp:127.0.0.1:40123") << "of the socket unit alone";
-  EXPECT_EQ(doorNameOf({.host = "127.0.0.1", .port = 0}, chosen), "tcp:127.0.0.1:0");
-  EXPECT_EQ(doorNameOf({.host = std::string(200, 'x'), .port = 7627}, chosen), "tcp:127.0.0.1:40123");
+  EXPECT_EQ(connectionNameOf(linkAt(everywhere, links), everywhere), "tcp:127.0.0.1:7627") << "systemd opened it";
+  EXPECT_EQ(connectionNameOf(linkAt(chosen, links), chosen), "tcp:127.0.0.1:40123") << "of the socket unit alone";
+  EXPECT_EQ(connectionNameOf({.host = "127.0.0.1", .port = 0}, chosen), "tcp:127.0.0.1:0");
+  EXPECT_EQ(connectionNameOf({.host = std::string(200, 'x'), .port = 7627}, chosen), "tcp:127.0.0.1:40123");
 }
 
 TEST_F(Addresses, OfTheCommandLineStandInForThoseOfTheFile) {

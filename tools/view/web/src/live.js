@@ -159,7 +159,7 @@ export function live(main) {
       const holders_ = one.status?.inhibits ?? [];
       say(tiles.cut.value, c.inhibited ? "on" : "none");
       tiles.cut.box.dataset.state = c.inhibited ? "warned" : "";
-      say(tiles.cut.note, holders_.map((holder) => `${holder.door} ${holder.by}`).join("; "));
+      say(tiles.cut.note, holders_.map((holder) => `${holder.connection} ${holder.by}`).join("; "));
     }
     say(tiles.result.value, String(one.active_results?.length ?? "–"));
     say(tiles.result.note, one.active_results?.length === 1 ? "result" : "results");

@@ -15,7 +15,7 @@
 namespace probebox::app {
 
 // What is known at a start of what a CNC has read last.
-struct ServedBefore {
+struct LastServedAtStart {
   std::uint64_t start{};  // number of this start, drawn by chance
   bool is_kept{};         // false: nothing can be written, and what was found stays there
   // What was found, the start by which it was written, and the one whose bounds the disk had then; nothing unless the
@@ -36,9 +36,9 @@ struct LastRead {
 // stand. A reader goes on from there at the limit of rate, however far the correction went while it did not read. The
 // values are kept in a file that is never synced, so that they survive a killed process in the kernel's page cache. The
 // answering thread writes each value before its answer, in microseconds. After a power failure they are lost and the
-// bounds of StandingKeeper apply. Each record has the number of the start that wrote it and its own number, by which
-// StandingKeeper tells one that others have outdated. Any thread.
-class ServedRecord {
+// bounds of AppliedCorrectionFile apply. Each record has the number of the start that wrote it and its own number, by
+// which AppliedCorrectionFile tells one that others have outdated. Any thread.
+class LastServedFile {
  public:
   using Correction = std::array<double, kLinearAxes>;
   using Limits = std::array<corrections::OutputLimits, kLinearAxes>;
@@ -53,13 +53,13 @@ class ServedRecord {
   static constexpr std::size_t kReaders = 16;
 
   // Uses the folder of `path`, or $RUNTIME_DIRECTORY (systemd) if it is set, which is in memory.
-  explicit ServedRecord(const std::string& path, const Limits& limits = kNoLimits);
+  explicit LastServedFile(const std::string& path, const Limits& limits = kNoLimits);
 
-  const ServedBefore& before() const { return before_; }
+  const LastServedAtStart& before() const { return before_; }
 
   // Tells what the disk has, before the first note(): the start that wrote it, the number of the last record then, and
   // where the axes stand, if there was an earlier start.
-  void setOnDisk(std::uint64_t start, std::uint64_t count = 0, const std::optional<Correction>& standing_mm = {});
+  void setOnDisk(std::uint64_t start, std::uint64_t count = 0, const std::optional<Correction>& applied_mm = {});
 
   // What was read last, by a reader of this start or of those before it.
   std::optional<LastRead> last();
@@ -102,11 +102,11 @@ class ServedRecord {
   std::string boot_id_;
   std::string place_;
   Limits limits_;
-  ServedBefore before_;
+  LastServedAtStart before_;
   std::uint64_t on_disk_{};
   std::mutex mutex_;
-  std::vector<Reader> readers_;            // the one that has read last is first
-  std::optional<Nanometres> standing_nm_;  // of whom nothing else is known
+  std::vector<Reader> readers_;           // the one that has read last is first
+  std::optional<Nanometres> applied_nm_;  // of whom nothing else is known
   std::uint64_t count_{};
   bool is_written_{};  // the file has what readers_ has
   bool failing_{};     // a failure was reported

@@ -1,4 +1,4 @@
-#include "firmware/app/results/standing_keeper.hpp"
+#include "firmware/app/results/applied_correction_file.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -16,29 +16,29 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using Correction = StandingKeeper::Correction;
+using Correction = AppliedCorrectionFile::Correction;
 
-constexpr StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.02}, {0.5, 0}}};
+constexpr AppliedCorrectionFile::Limits kLimits{{{0.5, 0.05}, {0.5, 0.02}, {0.5, 0}}};
 constexpr MonoTime kStart{1000s};
 
 class Standing : public testing::Test {
  protected:
-  StandingKeeper keeper() {
+  AppliedCorrectionFile keeper() {
     return {folder_.file("served"), kLimits,
             [this](const Event& event) { told_.push_back(std::get<ServableWithin>(event)); }};
   }
   struct Restored {
-    StandingRestored standing;
+    AppliedRestored standing;
     ServableWithin within;
   };
   // exactly: as the start before has recorded it.
-  Restored restored(StandingKeeper& keeper, const std::optional<Correction>& exactly = std::nullopt) {
+  Restored restored(AppliedCorrectionFile& keeper, const std::optional<Correction>& exactly = std::nullopt) {
     ++start_;
     return restored(keeper, {.start = start_, .is_kept = true, .found_start = start_ - 1, .found_mm = exactly});
   }
-  static Restored restored(StandingKeeper& keeper, const ServedBefore& served) {
+  static Restored restored(AppliedCorrectionFile& keeper, const LastServedAtStart& served) {
     const auto events = keeper.restore(kStart, served);
-    return {std::get<StandingRestored>(events.at(0)), std::get<ServableWithin>(events.at(1))};
+    return {std::get<AppliedRestored>(events.at(0)), std::get<ServableWithin>(events.at(1))};
   }
   Restored afterAnEnd(const std::optional<Correction>& exactly = std::nullopt) {
     auto next = keeper();
@@ -247,9 +247,9 @@ TEST_F(Standing, StaysWhereARecordSaysThatCannotBeReplaced) {
 }
 
 TEST_F(Standing, MayBeAnywhereWhereTheFileOfAnEarlierStartIsGone) {
-  StandingKeeper box{folder_.file("served"), kLimits, [](const Event&) {}, store::Before::had_it};
+  AppliedCorrectionFile box{folder_.file("served"), kLimits, [](const Event&) {}, store::Before::had_it};
   const auto found =
-      restored(box, ServedBefore{.start = 2, .is_kept = true, .found_start = 1, .found_mm = Correction{}});
+      restored(box, LastServedAtStart{.start = 2, .is_kept = true, .found_start = 1, .found_mm = Correction{}});
   EXPECT_EQ(found.standing.doubt_mm, (Correction{0.5, 0.5, 0.5}));
   EXPECT_THAT(box.notice(), HasSubstr("is gone"));
 }
@@ -326,8 +326,8 @@ TEST_F(Standing, MayBeAnywhereAfterAStartThatFoundTheDamageAndFailed) {
 }
 
 TEST_F(Standing, StaysWhereItIsOnADiskThatTakesNothing) {
-  StandingKeeper box{folder_.file("no such folder/served"), kLimits,
-                     [this](const Event& event) { told_.push_back(std::get<ServableWithin>(event)); }};
+  AppliedCorrectionFile box{folder_.file("no such folder/served"), kLimits,
+                            [this](const Event& event) { told_.push_back(std::get<ServableWithin>(event)); }};
   const auto within = restored(box).within;
   EXPECT_EQ(within.greatest_mm, Correction{});
   EXPECT_THAT(box.problem(), HasSubstr("served"));

@@ -1,4 +1,4 @@
-#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/connection_inhibits.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -24,25 +24,25 @@ using testing::IsEmpty;
 constexpr const char* kLathe = "modbus:/dev/ttyS2";
 constexpr const char* kRobot = "modbus:/dev/ttyS3";
 
-class DoorBookTest : public testing::Test {
+class ConnectionInhibitsTest : public testing::Test {
  protected:
-  DoorBookTest() { reopen(); }
+  ConnectionInhibitsTest() { reopen(); }
   void reopen() {
-    book_.emplace(folder_.file("doors"), [this](bool inhibited) {
+    book_.emplace(folder_.file("connections"), [this](bool inhibited) {
       told_.push_back(inhibited);
       return core_takes_;
     });
     told_.clear();
   }
-  DoorBook& book() { return *book_; }
+  ConnectionInhibits& book() { return *book_; }
 
   support::TemporaryFolder folder_{support::inMemory()};
   std::vector<bool> told_;
   bool core_takes_{true};
-  std::optional<DoorBook> book_;
+  std::optional<ConnectionInhibits> book_;
 };
 
-TEST_F(DoorBookTest, EachLineKeepsItsWordOrderOverARestart) {
+TEST_F(ConnectionInhibitsTest, EachLineKeepsItsWordOrderOverARestart) {
   EXPECT_EQ(book().wordOrder(kLathe), 0);
   ASSERT_FALSE(book().keepWordOrder(kLathe, 1));
   EXPECT_EQ(book().wordOrder(kRobot), 0);
@@ -54,11 +54,12 @@ TEST_F(DoorBookTest, EachLineKeepsItsWordOrderOverARestart) {
   EXPECT_EQ(book().wordOrder(kLathe), 0);
 }
 
-TEST_F(DoorBookTest, ACutIsOnWhileAnyDoorSaysSoAndEachEndsItsOwnAlone) {
+TEST_F(ConnectionInhibitsTest, ACutIsOnWhileAnyConnectionSaysSoAndEachEndsItsOwnAlone) {
   ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
   ASSERT_FALSE(book().setInhibit("person:Ada", true, "Ada"));
   ASSERT_FALSE(book().setInhibit(kRobot, false, "")) << "it holds none";
-  EXPECT_THAT(book().holders(), ElementsAre(Field(&DoorEntry::door, kLathe), Field(&DoorEntry::by, "Ada")));
+  EXPECT_THAT(book().holders(),
+              ElementsAre(Field(&ConnectionEntry::connection, kLathe), Field(&ConnectionEntry::by, "Ada")));
   ASSERT_FALSE(book().setInhibit("person:Ada", false, "Ada"));
   EXPECT_TRUE(book().inhibits(kLathe));
   EXPECT_FALSE(book().inhibits("person:Ada"));
@@ -68,7 +69,7 @@ TEST_F(DoorBookTest, ACutIsOnWhileAnyDoorSaysSoAndEachEndsItsOwnAlone) {
   EXPECT_THAT(told_, ElementsAre(true, true, true, false));
 }
 
-TEST_F(DoorBookTest, ACutOutlivesARestart) {
+TEST_F(ConnectionInhibitsTest, ACutOutlivesARestart) {
   ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
   reopen();
   EXPECT_TRUE(book().inhibits(kLathe));
@@ -76,7 +77,7 @@ TEST_F(DoorBookTest, ACutOutlivesARestart) {
   EXPECT_TRUE(book().anyInhibits());
 }
 
-TEST_F(DoorBookTest, APersonClearsWhatADoorThatIsGoneHolds) {
+TEST_F(ConnectionInhibitsTest, APersonClearsWhatAConnectionThatIsGoneHolds) {
   ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
   const auto wrong = book().clearInhibit(kRobot, "Ada");
   ASSERT_TRUE(wrong);
@@ -88,23 +89,23 @@ TEST_F(DoorBookTest, APersonClearsWhatADoorThatIsGoneHolds) {
   EXPECT_FALSE(book().anyInhibits());
 }
 
-TEST_F(DoorBookTest, HoldsUntilAPersonLooksWhereTheFileWasDamaged) {
+TEST_F(ConnectionInhibitsTest, HoldsUntilAPersonLooksWhereTheFileWasDamaged) {
   ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
   book_.reset();
-  std::ofstream{folder_.file("doors"), std::ios::trunc} << "garbage";
+  std::ofstream{folder_.file("connections"), std::ios::trunc} << "garbage";
   reopen();
   EXPECT_TRUE(book().anyInhibits()) << "nobody knows whether a cut is on";
   EXPECT_THAT(book().problem(), HasSubstr("damaged"));
   const auto holders = book().holders();
   ASSERT_EQ(holders.size(), 1U);
-  ASSERT_FALSE(book().clearInhibit(holders.front().door, "Ada"));
+  ASSERT_FALSE(book().clearInhibit(holders.front().connection, "Ada"));
   EXPECT_FALSE(book().anyInhibits());
 }
 
-TEST_F(DoorBookTest, HoldsAfterALossThatWasFoundOnAFullDisk) {
+TEST_F(ConnectionInhibitsTest, HoldsAfterALossThatWasFoundOnAFullDisk) {
   ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
   book_.reset();
-  std::ofstream{folder_.file("doors"), std::ios::trunc} << "garbage";
+  std::ofstream{folder_.file("connections"), std::ios::trunc} << "garbage";
   EXPECT_TRUE(support::holdsInChild([&] {
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit limit{1, 1};
@@ -118,13 +119,13 @@ TEST_F(DoorBookTest, HoldsAfterALossThatWasFoundOnAFullDisk) {
   EXPECT_TRUE(book().anyInhibits());
 }
 
-TEST_F(DoorBookTest, ACutThatCannotBeStoredIsOnAllTheSameAndSaidSo) {
+TEST_F(ConnectionInhibitsTest, ACutThatCannotBeStoredIsOnAllTheSameAndSaidSo) {
   support::TemporaryFolder gone;
-  DoorBook unwritable{gone.file("no such folder/doors"), [this](bool inhibited) {
-                        told_.push_back(inhibited);
-                        return true;
-                      }};
-  EXPECT_THAT(unwritable.problem(), HasSubstr("doors"));
+  ConnectionInhibits unwritable{gone.file("no such folder/connections"), [this](bool inhibited) {
+                                  told_.push_back(inhibited);
+                                  return true;
+                                }};
+  EXPECT_THAT(unwritable.problem(), HasSubstr("connections"));
   for (int i = 0; i < 2; ++i) {
     const auto error = unwritable.setInhibit(kLathe, true, "");
     ASSERT_TRUE(error) << "nobody is told that it lasts";
@@ -138,13 +139,13 @@ TEST_F(DoorBookTest, ACutThatCannotBeStoredIsOnAllTheSameAndSaidSo) {
   EXPECT_THAT(told_, ElementsAre(true, true));
 }
 
-TEST_F(DoorBookTest, SaysSoWhenTheCoreTakesNothing) {
+TEST_F(ConnectionInhibitsTest, SaysSoWhenTheCoreTakesNothing) {
   core_takes_ = false;
   ASSERT_TRUE(book().setInhibit(kLathe, true, ""));
   EXPECT_TRUE(book().inhibits(kLathe)) << "it will be in force, with the next word at the latest";
 }
 
-TEST_F(DoorBookTest, TellsTheCoreWhenItIsSaidAgain) {
+TEST_F(ConnectionInhibitsTest, TellsTheCoreWhenItIsSaidAgain) {
   core_takes_ = false;
   ASSERT_TRUE(book().setInhibit(kLathe, true, ""));
   ASSERT_TRUE(book().setInhibit(kLathe, true, "")) << "the core has not heard of it";
@@ -156,7 +157,7 @@ TEST_F(DoorBookTest, TellsTheCoreWhenItIsSaidAgain) {
   EXPECT_THAT(told_, ElementsAre(true)) << "it has heard of it";
 }
 
-TEST_F(DoorBookTest, TellsTheCoreThatACutIsOverWhenItIsSaidAgain) {
+TEST_F(ConnectionInhibitsTest, TellsTheCoreThatACutIsOverWhenItIsSaidAgain) {
   for (const bool by_a_person : {false, true}) {
     const auto end = [&] {
       return by_a_person ? book().clearInhibit(kLathe, "Ada") : book().setInhibit(kLathe, false, "");
@@ -179,7 +180,7 @@ void takeNothingOnDisks() {
 }
 
 // Of two lines on a disk that takes nothing any more.
-TEST_F(DoorBookTest, RefusesTheLineWhoseInhibitIsNotOnTheDiskAndNoOther) {
+TEST_F(ConnectionInhibitsTest, RefusesTheLineWhoseInhibitIsNotOnTheDiskAndNoOther) {
   ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
   book_.reset();
   EXPECT_TRUE(support::holdsInChild([this] {
@@ -194,7 +195,7 @@ TEST_F(DoorBookTest, RefusesTheLineWhoseInhibitIsNotOnTheDiskAndNoOther) {
   }));
 }
 
-TEST_F(DoorBookTest, WritesTheWordOrderOfBeforeAgainWhenTheDiskMayHaveAnother) {
+TEST_F(ConnectionInhibitsTest, WritesTheWordOrderOfBeforeAgainWhenTheDiskMayHaveAnother) {
   ASSERT_FALSE(book().keepWordOrder(kLathe, 1));
   book_.reset();
   EXPECT_TRUE(support::holdsInChild([this] {
@@ -205,7 +206,7 @@ TEST_F(DoorBookTest, WritesTheWordOrderOfBeforeAgainWhenTheDiskMayHaveAnother) {
   }));
 }
 
-TEST_F(DoorBookTest, DeclaresNoCutWhileAResultComesIntoForce) {
+TEST_F(ConnectionInhibitsTest, DeclaresNoCutWhileAResultComesIntoForce) {
   auto cut_lock = book().tryLockOutCuts();
   ASSERT_TRUE(cut_lock);
   std::atomic<bool> acknowledged{};
@@ -228,7 +229,7 @@ TEST_F(DoorBookTest, DeclaresNoCutWhileAResultComesIntoForce) {
   EXPECT_TRUE(book().tryLockOutCuts());
 }
 
-TEST_F(DoorBookTest, RefusesACutWhereAResultTakesTooLong) {
+TEST_F(ConnectionInhibitsTest, RefusesACutWhereAResultTakesTooLong) {
   auto cut_lock = book().tryLockOutCuts();
   std::optional<Error> refusal;
   std::thread{[&] { refusal = book().setInhibit(kLathe, true, ""); }}.join();
@@ -236,24 +237,25 @@ TEST_F(DoorBookTest, RefusesACutWhereAResultTakesTooLong) {
   EXPECT_THAT(refusal->what, HasSubstr("again"));
   EXPECT_FALSE(book().anyInhibits());
   cut_lock.reset();
-  EXPECT_TRUE(book().tryLockOutCuts()) << "the door waits no more";
+  EXPECT_TRUE(book().tryLockOutCuts()) << "the connection waits no more";
   EXPECT_FALSE(book().setInhibit(kLathe, true, ""));
 }
 
-TEST_F(DoorBookTest, HasRoomForSoManyNamesAndSaysSo) {
-  for (std::size_t i = 0; i < DoorBook::kMostDoors; ++i)
-    ASSERT_FALSE(book().setInhibit(std::string(DoorBook::kMostName - 2, 'x') + std::to_string(10 + i), true,
-                                   std::string(DoorBook::kMostName, 'y')));
+TEST_F(ConnectionInhibitsTest, HasRoomForSoManyNamesAndSaysSo) {
+  for (std::size_t i = 0; i < ConnectionInhibits::kMostConnections; ++i)
+    ASSERT_FALSE(book().setInhibit(std::string(ConnectionInhibits::kMostName - 2, 'x') + std::to_string(10 + i), true,
+                                   std::string(ConnectionInhibits::kMostName, 'y')));
   EXPECT_THAT(book().setInhibit("one more", true, "")->what, HasSubstr("already"));
-  ASSERT_FALSE(book().setInhibit(std::string(DoorBook::kMostName - 2, 'x') + "10", false, ""));
+  ASSERT_FALSE(book().setInhibit(std::string(ConnectionInhibits::kMostName - 2, 'x') + "10", false, ""));
   EXPECT_FALSE(book().setInhibit("one more", true, "")) << "what holds nothing gives way";
-  EXPECT_THAT(book().setInhibit(std::string(DoorBook::kMostName + 1, 'z'), true, "")->what, HasSubstr("bytes"));
+  EXPECT_THAT(book().setInhibit(std::string(ConnectionInhibits::kMostName + 1, 'z'), true, "")->what,
+              HasSubstr("bytes"));
 }
 
-TEST_F(DoorBookTest, KeepsPlacesForLinesHoweverManyNamesHold) {
+TEST_F(ConnectionInhibitsTest, KeepsPlacesForLinesHoweverManyNamesHold) {
   std::size_t persons = 0;
   while (persons < 100 && !book().setInhibit("person:job-" + std::to_string(persons), true, "job")) ++persons;
-  EXPECT_EQ(persons, DoorBook::kMostPersons);
+  EXPECT_EQ(persons, ConnectionInhibits::kMostPersons);
   EXPECT_THAT(book().setInhibit("person:one more", true, "")->what, HasSubstr("8 persons"));
   EXPECT_FALSE(book().setInhibit(kLathe, true, ""));
   EXPECT_FALSE(book().keepWordOrder(kRobot, 1));

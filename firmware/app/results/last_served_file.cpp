@@ -1,4 +1,4 @@
-#include "firmware/app/results/served_record.hpp"
+#include "firmware/app/results/last_served_file.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -27,7 +27,7 @@ namespace {
 constexpr std::uint64_t kMark = 0x3364657672657350;  // "Pserved3"
 constexpr std::size_t kBootIdBytes = 36;
 constexpr std::size_t kReaderBytes = 4 + 3 * 4;
-constexpr std::size_t kRecordBytes = 8 + kBootIdBytes + 4 * 8 + ServedRecord::kReaders * kReaderBytes + 4;
+constexpr std::size_t kRecordBytes = 8 + kBootIdBytes + 4 * 8 + LastServedFile::kReaders * kReaderBytes + 4;
 using Bytes = std::array<std::byte, kRecordBytes>;
 
 // Boot id of the running kernel; empty if a sandbox hides it.
@@ -48,7 +48,7 @@ std::int32_t inNanometres(double value_mm) {
   return static_cast<std::int32_t>(std::lround(value_mm * 1e6));
 }
 
-std::array<std::int32_t, kLinearAxes> inNanometres(const ServedRecord::Correction& value_mm) {
+std::array<std::int32_t, kLinearAxes> inNanometres(const LastServedFile::Correction& value_mm) {
   return {inNanometres(value_mm[0]), inNanometres(value_mm[1]), inNanometres(value_mm[2])};
 }
 
@@ -62,7 +62,7 @@ std::uint32_t crcOf(const Bytes& bytes) {
 
 }  // namespace
 
-ServedRecord::ServedRecord(const std::string& path, const Limits& limits)
+LastServedFile::LastServedFile(const std::string& path, const Limits& limits)
     : boot_id_{bootId()}, place_{placeOf(path)}, limits_{limits} {
   std::random_device chance;
   before_.start = std::uint64_t{chance()} << 32 | chance();
@@ -75,13 +75,13 @@ ServedRecord::ServedRecord(const std::string& path, const Limits& limits)
   if (file_) find();
 }
 
-bool ServedRecord::openToWrite() {
+bool LastServedFile::openToWrite() {
   file_ = io::Descriptor{::open(place_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
   writable_ = static_cast<bool>(file_);
   return writable_;
 }
 
-void ServedRecord::find() {
+void LastServedFile::find() {
   Bytes bytes{};
   const auto size = ::pread(file_.get(), bytes.data(), bytes.size(), 0);
   // Tried with what it has already.
@@ -113,14 +113,14 @@ void ServedRecord::find() {
   before_.found_mm = last()->newest_mm;
 }
 
-void ServedRecord::setOnDisk(std::uint64_t start, std::uint64_t count, const std::optional<Correction>& standing_mm) {
+void LastServedFile::setOnDisk(std::uint64_t start, std::uint64_t count, const std::optional<Correction>& applied_mm) {
   const std::lock_guard lock{mutex_};
   on_disk_ = start;
   count_ = std::max(count_, count);
-  if (standing_mm) standing_nm_ = inNanometres(*standing_mm);
+  if (applied_mm) applied_nm_ = inNanometres(*applied_mm);
 }
 
-std::optional<LastRead> ServedRecord::last() {
+std::optional<LastRead> LastServedFile::last() {
   const std::lock_guard lock{mutex_};
   if (readers_.empty()) return std::nullopt;
   LastRead all{.count = count_};
@@ -134,13 +134,13 @@ std::optional<LastRead> ServedRecord::last() {
   return all;
 }
 
-ServedRecord::Reader* ServedRecord::find(std::uint32_t key) {
+LastServedFile::Reader* LastServedFile::find(std::uint32_t key) {
   const auto found = std::ranges::find(readers_, key, &Reader::key);
   return found == readers_.end() ? nullptr : &*found;
 }
 
 // The entry of this reader, in the first place.
-ServedRecord::Reader& ServedRecord::entryFor(std::uint32_t key) {
+LastServedFile::Reader& LastServedFile::entryFor(std::uint32_t key) {
   auto found = std::ranges::find(readers_, key, &Reader::key);
   if (found == readers_.end()) {
     if (readers_.size() == kReaders) readers_.pop_back();
@@ -150,18 +150,18 @@ ServedRecord::Reader& ServedRecord::entryFor(std::uint32_t key) {
   return readers_.front();
 }
 
-Nanoseconds ServedRecord::forMotion(const Reader& reader, MonoTime now) const {
+Nanoseconds LastServedFile::forMotion(const Reader& reader, MonoTime now) const {
   const auto most = std::min(2 * reader.interval + kPublishing, kLongestStore);
   if (!reader.has_read) return most;
   return std::min(reader.stored + std::max(now - reader.at, Nanoseconds{0}), most);
 }
 
-published::Snapshot ServedRecord::shownTo(std::string_view reader, const published::Snapshot& snapshot) {
+published::Snapshot LastServedFile::shownTo(std::string_view reader, const published::Snapshot& snapshot) {
   auto shown = snapshot;
   const std::lock_guard lock{mutex_};
   auto* const last = find(keyOf(reader));
-  if (last == nullptr && !standing_nm_) return shown;
-  const auto& from_nm = last != nullptr ? last->value_nm : *standing_nm_;
+  if (last == nullptr && !applied_nm_) return shown;
+  const auto& from_nm = last != nullptr ? last->value_nm : *applied_nm_;
   const double for_motion_s =
       std::chrono::duration<double>{last != nullptr ? forMotion(*last, snapshot.at) : 2 * kUsualInterval + kPublishing}
           .count();
@@ -187,7 +187,7 @@ published::Snapshot ServedRecord::shownTo(std::string_view reader, const publish
 }
 
 // Takes the motion to a value out of the store.
-void ServedRecord::spend(Reader& reader, const Nanometres& value_nm, MonoTime now) const {
+void LastServedFile::spend(Reader& reader, const Nanometres& value_nm, MonoTime now) const {
   double longest_s = 0;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const double way_mm = std::abs(value_nm[axis] - reader.value_nm[axis]) * 1e-6;
@@ -199,7 +199,7 @@ void ServedRecord::spend(Reader& reader, const Nanometres& value_nm, MonoTime no
   if (reader.has_read && now > reader.at) reader.interval = std::min(now - reader.at, kLongestStore);
 }
 
-void ServedRecord::note(const published::Snapshot& snapshot, std::string_view reader) {
+void LastServedFile::note(const published::Snapshot& snapshot, std::string_view reader) {
   // No axis follows a value that is not valid: behind a start in doubt it is only where the box believes them to be.
   if (!snapshot.valid) return;
   const auto value_nm = inNanometres(snapshot.correction_mm);
@@ -235,7 +235,7 @@ void ServedRecord::note(const published::Snapshot& snapshot, std::string_view re
                "): after a kill the correction sets out from what the disk has; check the disk");
 }
 
-bool ServedRecord::put() const {
+bool LastServedFile::put() const {
   Bytes bytes{};
   frame::ByteWriter writer{bytes};
   writer.put(kMark);

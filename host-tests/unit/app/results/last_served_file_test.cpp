@@ -1,4 +1,4 @@
-#include "firmware/app/results/served_record.hpp"
+#include "firmware/app/results/last_served_file.hpp"
 
 #include <csignal>
 #include <filesystem>
@@ -36,14 +36,14 @@ class Served : public testing::Test {
 TEST_F(Served, IsKnownToTheLastDigitAfterAKill) {
   const auto child = ::fork();
   if (child == 0) {
-    ServedRecord record{path()};
+    LastServedFile record{path()};
     for (int k = 0; k <= 1000; ++k) record.note(snapshotOf({k * 1e-6, -k * 1e-6, 0.123456}, MonoTime{k * 1ms}));
     ::kill(::getpid(), SIGKILL);
   }
   int status = 0;
   ::waitpid(child, &status, 0);
   ASSERT_TRUE(WIFSIGNALED(status));
-  const auto before = ServedRecord{path()}.before().found_mm;
+  const auto before = LastServedFile{path()}.before().found_mm;
   ASSERT_TRUE(before);
   EXPECT_DOUBLE_EQ((*before)[0], 0.001);
   EXPECT_DOUBLE_EQ((*before)[1], -0.001);
@@ -51,17 +51,17 @@ TEST_F(Served, IsKnownToTheLastDigitAfterAKill) {
 }
 
 TEST_F(Served, IsTheNewestOfAllThatAnyLineRead) {
-  ServedRecord record{path()};
+  LastServedFile record{path()};
   EXPECT_FALSE(record.before().found_mm);
   record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   record.note(snapshotOf({0.001, 0, 0}, MonoTime{1s}));
-  EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before().found_mm)[0], 0.002);
+  EXPECT_DOUBLE_EQ((*LastServedFile{path()}.before().found_mm)[0], 0.002);
 }
 
 TEST_F(Served, IsWhatAnEarlierProcessServedUntilThisOneServes) {
-  EXPECT_FALSE(ServedRecord{path()}.last());
-  ServedRecord{path()}.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
-  ServedRecord record{path()};
+  EXPECT_FALSE(LastServedFile{path()}.last());
+  LastServedFile{path()}.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
+  LastServedFile record{path()};
   EXPECT_DOUBLE_EQ(record.last()->newest_mm[0], 0.002);
   record.note(snapshotOf({0.003, 0, 0}, MonoTime{3s}));
   EXPECT_DOUBLE_EQ(record.last()->newest_mm[0], 0.003);
@@ -70,11 +70,11 @@ TEST_F(Served, IsWhatAnEarlierProcessServedUntilThisOneServes) {
 
 // An orderly end writes it elsewhere.
 TEST_F(Served, KnowsWhatWasReadThoughItsFileTakesNothing) {
-  ServedRecord homeless{folder_.file("no such folder/served-last")};
+  LastServedFile homeless{folder_.file("no such folder/served-last")};
   homeless.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   EXPECT_DOUBLE_EQ(homeless.last()->newest_mm[0], 0.002);
 
-  ServedRecord record{path()};
+  LastServedFile record{path()};
   record.note(snapshotOf({0.001, 0, 0}, MonoTime{1s}));
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
@@ -84,24 +84,24 @@ TEST_F(Served, KnowsWhatWasReadThoughItsFileTakesNothing) {
   record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   ::setrlimit(RLIMIT_FSIZE, &before);
   EXPECT_DOUBLE_EQ(record.last()->newest_mm[0], 0.002);
-  EXPECT_FALSE(ServedRecord{path()}.before().found_mm) << "older than what was read last: not to be taken for it";
+  EXPECT_FALSE(LastServedFile{path()}.before().found_mm) << "older than what was read last: not to be taken for it";
 }
 
 TEST_F(Served, HoldsNoValueThatNobodyFollows) {
-  ServedRecord record{path()};
+  LastServedFile record{path()};
   auto in_doubt = snapshotOf({0.002, 0, 0}, MonoTime{1s});
   in_doubt.valid = false;
   record.note(in_doubt);
-  EXPECT_FALSE(ServedRecord{path()}.before().found_mm);
+  EXPECT_FALSE(LastServedFile{path()}.before().found_mm);
   record.note(snapshotOf({0.001, 0, 0}, MonoTime{2s}));
   in_doubt.at = MonoTime{3s};
   record.note(in_doubt);
-  EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before().found_mm)[0], 0.001);
+  EXPECT_DOUBLE_EQ((*LastServedFile{path()}.before().found_mm)[0], 0.001);
 }
 
 TEST_F(Served, IsNotBelievedOfAnotherRunOfTheComputerOrWhenDamaged) {
   {
-    ServedRecord record{path()};
+    LastServedFile record{path()};
     record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   }
   std::string sound;
@@ -113,16 +113,16 @@ TEST_F(Served, IsNotBelievedOfAnotherRunOfTheComputerOrWhenDamaged) {
     auto damaged = sound;
     damaged[i] = static_cast<char>(damaged[i] ^ 4);
     std::ofstream{path(), std::ios::binary | std::ios::trunc} << damaged;
-    EXPECT_FALSE(ServedRecord{path()}.before().found_mm) << "byte " << i;
+    EXPECT_FALSE(LastServedFile{path()}.before().found_mm) << "byte " << i;
   }
 }
 
 TEST_F(Served, IsWrittenAnewWhereItsFileWasRemoved) {
-  ServedRecord record{path()};
+  LastServedFile record{path()};
   record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   std::filesystem::remove(path());
   record.note(snapshotOf({0.003, 0, 0}, MonoTime{3s}));
-  const ServedRecord next{path()};
+  const LastServedFile next{path()};
   ASSERT_TRUE(next.before().found_mm);
   EXPECT_DOUBLE_EQ((*next.before().found_mm)[0], 0.003);
   EXPECT_EQ(next.before().found_start, record.before().start);
@@ -130,22 +130,22 @@ TEST_F(Served, IsWrittenAnewWhereItsFileWasRemoved) {
 }
 
 TEST_F(Served, IsReadWhereItCannotBeWrittenAndSaysSo) {
-  ServedRecord{path()}.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
+  LastServedFile{path()}.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   std::filesystem::permissions(folder_.path(), std::filesystem::perms{0755});
   std::filesystem::permissions(path(), std::filesystem::perms{0444});
   EXPECT_TRUE(support::holdsInChild([&] {
     constexpr uid_t kNobody = 65534;
     if (::geteuid() == 0 && ::seteuid(kNobody) != 0) return false;
-    const ServedRecord next{path()};
+    const LastServedFile next{path()};
     return next.before().found_mm && (*next.before().found_mm)[0] == 0.002 && !next.before().is_kept;
   }));
 }
 
-constexpr ServedRecord::Limits kTwentyUmPerS{{{0.5, 0.02}, {0.5, 0.02}, {0.5, 0.02}}};
+constexpr LastServedFile::Limits kTwentyUmPerS{{{0.5, 0.02}, {0.5, 0.02}, {0.5, 0.02}}};
 
 // The box goes on to 0.1 mm while a line is unplugged.
 TEST_F(Served, GoesOnFromWhatEachReaderReadLastAtTheLimitOfRate) {
-  ServedRecord record{path(), kTwentyUmPerS};
+  LastServedFile record{path(), kTwentyUmPerS};
   const auto read = [&](const char* reader, double wanted_mm, Nanoseconds at) {
     auto core = snapshotOf({wanted_mm, 0, 0}, MonoTime{at});
     core.settled = true;
@@ -177,15 +177,15 @@ TEST_F(Served, GoesOnFromWhatEachReaderReadLastAtTheLimitOfRate) {
 
 TEST_F(Served, KeepsWhereEachReaderStandsOverAKill) {
   {
-    ServedRecord record{path(), kTwentyUmPerS};
+    LastServedFile record{path(), kTwentyUmPerS};
     record.note(snapshotOf({0.01, 0, 0}, MonoTime{1s}), "line");
     record.note(snapshotOf({0.09, 0, 0}, MonoTime{5s}), "monitor");
     EXPECT_DOUBLE_EQ(record.last()->least_mm[0], 0.01);
     EXPECT_DOUBLE_EQ(record.last()->greatest_mm[0], 0.09);
   }
-  ServedRecord next{path(), kTwentyUmPerS};
+  LastServedFile next{path(), kTwentyUmPerS};
   EXPECT_DOUBLE_EQ((*next.before().found_mm)[0], 0.09);
-  next.setOnDisk(1, 0, ServedRecord::Correction{0.09, 0, 0});
+  next.setOnDisk(1, 0, LastServedFile::Correction{0.09, 0, 0});
   const auto shown = [&](const char* reader) {
     return next.shownTo(reader, snapshotOf({0.12, 0, 0}, MonoTime{20s})).correction_mm[0];
   };
@@ -197,7 +197,7 @@ TEST_F(Served, KeepsWhereEachReaderStandsOverAKill) {
 TEST_F(Served, NumbersItsRecordsOverAllStarts) {
   std::uint64_t count = 0;
   for (int start = 0; start < 3; ++start) {
-    ServedRecord record{path()};
+    LastServedFile record{path()};
     EXPECT_EQ(record.before().found_count, count);
     for (int k = 0; k < 5; ++k) record.note(snapshotOf({k * 0.001, 0, 0}, MonoTime{k * 1s}));
     EXPECT_GT(record.last()->count, count);
@@ -206,7 +206,7 @@ TEST_F(Served, NumbersItsRecordsOverAllStarts) {
 }
 
 TEST_F(Served, WithoutAFolderNothingIsKnownAndNothingFalls) {
-  ServedRecord record{folder_.file("no such folder/served-last")};
+  LastServedFile record{folder_.file("no such folder/served-last")};
   record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
   EXPECT_FALSE(record.before().found_mm);
 }
