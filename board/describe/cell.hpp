@@ -55,7 +55,6 @@ struct CellTool {
     key("holder_length_mm", self.holder_length_mm, within(0.1, 1000), "from the gauge line to its face, L1");
     key("radius_mm", self.radius_mm, within(0.01, 500), "of the tool");
     key("length_mm", self.length_mm, within(0.1, 1000), "from the holder's face to the tip, as stored");
-    self.cutting_mm = self.length_mm;
     key("cutting_mm", self.cutting_mm, within(0.01, 1000).orUsual(),
         "of the edges, from the tip on, which may touch the workpiece; omitted: the length");
     key("assembled_length_mm", self.assembled_length_mm, within(0.1, 1000), "the length as measured, L3");

@@ -79,12 +79,10 @@ CellSolid readSolid(Section& section, const std::vector<CellSolid>& before, cons
 CellTool readTool(Section& section, const std::vector<CellTool>& before) {
   CellTool tool;
   readKeys(section, tool);
+  if (!section.has("cutting_mm")) tool.cutting_mm = tool.length_mm;
   if (section.good("number") && std::ranges::find(before, tool.number, &CellTool::number) != before.end())
     section.problem("number",
                     "= " + std::to_string(tool.number) + " is used twice: give each tool a number of its own");
-  if (section.has("offset_mm"))
-    section.problem("offset_mm",
-                    "has become W1_mm, of the spindle axis from the tip: write it with the opposite signs");
   if (section.has("W1_mm")) {
     const auto across = section.numbers("W1_mm", {-10, 10}, {2, 2});
     if (across.size() == 2) tool.w1_mm = {across[0], across[1]};

@@ -62,7 +62,9 @@ void requireNewTool(Section& section, const World& world, std::uint32_t number) 
   const bool used = world.probe_spindle.tool == number ||
                     std::ranges::find(world.further_tools, number, &WorldTool::number) != world.further_tools.end();
   if (used && section.good("number"))
-    section.problem("number", "= " + std::to_string(number) + " is used twice: give each tool a number of its own");
+    section.problem("number", "= " + std::to_string(number) +
+                                  " is used twice: give each tool a number of its own (the spindle's first tool is " +
+                                  std::to_string(world.probe_spindle.tool) + ", see [probe_spindle] tool)");
 }
 
 // Reads a tool by one of the lists of WorldTool.

@@ -155,6 +155,7 @@ struct KeyReader {
   }
   void operator()(std::string_view key, std::optional<double>& value, Key of, std::string_view) const {
     value = section.numberIfThere(key, of.range);
+    if (value) *value *= of.factor;
   }
   template <std::integral T>
   void operator()(std::string_view key, T& value, Key of, std::string_view) const {
@@ -177,6 +178,7 @@ struct KeyReader {
   }
   void operator()(std::string_view key, std::optional<std::array<double, 3>>& value, Key of, std::string_view) const {
     value = section.vectorIfThere(key, of.range);
+    for (std::size_t i = 0; value && i < value->size(); ++i) value->at(i) *= of.factor;
   }
   void operator()(std::string_view key, std::array<std::array<double, 3>, 3>& value, Key of, std::string_view) const {
     value = section.matrix(key, of.range);
@@ -211,6 +213,7 @@ T read(Section section) {
   section.finish();
   return value;
 }
+
 template <class T>
 std::optional<T> readIfThere(Section& whole, std::string_view key) {
   auto section = whole.sectionIfThere(key);

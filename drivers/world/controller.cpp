@@ -454,6 +454,7 @@ Vector3 Controller::outOfSurface(double distance_mm) const {
   const bool told = step_.approach_direction != Vector3{};
   return surface() + distance_mm * (told ? -step_.approach_direction : step_.retract_direction);
 }
+
 // Scans: onto the surface, along it in contact, and off it.
 
 // Off the surface first.

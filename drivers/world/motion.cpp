@@ -127,6 +127,7 @@ const Move* MotionHistory::moveAt(MonoTime at, double delay_s) const {
   }
   return nullptr;
 }
+
 void TurnHistory::append(double to_rad, MonoTime from, MonoTime until) {
   turns_[count_++ % kRemembered] = {from, until, to_rad_, to_rad};
   to_rad_ = to_rad;

@@ -184,6 +184,7 @@ bool Shank::strikes(const Vector3& tip, const Vector3& ball, double ball_radius_
   const double share = std::clamp(dot(from, length) / dot(length, length), 0.0, 1.0);
   return norm(from - share * length) < ball_radius_mm + radius_mm;
 }
+
 std::optional<Meeting> SolidBall::meet(const Move& way) const {
   const Vector3 from_centre = way.from - centre;
   const double half = dot(from_centre, way.direction);

@@ -174,6 +174,7 @@ Vector3 Stylus::inProbeAxes(const Vector3& body, double c_rad, MonoTime at, doub
 const Contact* Stylus::contact(std::uint64_t number) const {
   return number < count_ && count_ - number <= kRemembered ? &contacts_[number % kRemembered] : nullptr;
 }
+
 std::optional<Vector3> Slide::heldAt(const Vector3& unheld, double elapsed_s) const {
   // No slide is so slow that its ball still sticks then.
   constexpr double kSticking_s = 0.3;

@@ -42,6 +42,7 @@ std::optional<Error> validate(const CorrectionsConfig& config) {
   }
   const bool any_screw = std::ranges::any_of(config.screws, &ScrewConfig::fitted);
   const std::array fitted{any_screw, config.swivel.fitted, config.rotary.fitted(), true};
+  static_assert(fitted.size() == kSourceKinds);
   for (std::size_t kind = 0; kind < fitted.size(); ++kind) {
     if ((config.mask >> kind & 1U) != 0 && !fitted[kind])
       return Error{"sources names \"" + std::string{published::kSourceNames[kind]} + "\", but machine.toml describes " +

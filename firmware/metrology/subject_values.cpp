@@ -18,7 +18,7 @@ namespace {
 struct ValuesOfSubject {
   SubjectKind kind;
   std::array<const Quantity*, 3> values{};
-  const Method* method{};  // whose name is the subject where its case does not say the number
+  const Method* method{};  // its name is the subject of a result whose case gives no number
 };
 constexpr ValuesOfSubject kAbout[]{
     {SubjectKind::centreline, {&quantity::kCentre, &quantity::kCTilt, &quantity::kZSlide}},

@@ -103,10 +103,10 @@ struct TriggerStamp {
 // Bits of the mask of sources. Never change them.
 enum class SourceKind : std::uint8_t { screw = 0, swivel = 1, rotary = 2, centreline = 3 };
 inline constexpr std::array<std::string_view, 4> kSourceNames{"screw", "swivel", "rotary", "centreline"};
-// What machine.toml lacks where a source can never be good; empty for one that needs no description.
-inline constexpr std::array<std::string_view, 4> kLackingSections{
-    "no screw: add [screw.X]", "no swivelling head: add [swivel]", "no rotary table: add [rotary_table]", ""};
 inline constexpr std::size_t kSourceKinds = kSourceNames.size();
+// What machine.toml lacks where a source can never be good; empty for one that needs no description.
+inline constexpr std::array<std::string_view, kSourceKinds> kLackingSections{
+    "no screw: add [screw.X]", "no swivelling head: add [swivel]", "no rotary table: add [rotary_table]", ""};
 constexpr std::uint16_t bitOf(SourceKind kind) {
   return static_cast<std::uint16_t>(1U << static_cast<unsigned>(kind));
 }

@@ -147,7 +147,7 @@ std::optional<Refusal> refuse(const Estimate& estimate, std::span<const double> 
 PlausibleRange plausibleRange(const Method& method, std::string_view table, std::string_view column) {
   const auto described = columnOf(method, table, column);
   auto range = rangeOfUnit(column);
-  // Whether others are durations or stamps nobody says.
+  // Seconds in a column that no method describes may be durations or stamps.
   const bool is_unknown_time = described.role == ColumnRole::none && range.unit == kStamp.unit;
   if (described.role == ColumnRole::stamp || is_unknown_time) return kStamp;
   if (described.most > 0) range.least = -(range.most = described.most);
@@ -160,7 +160,9 @@ PlausibleRange plausibleRange(const Method& method, std::string_view key) {
   const auto known = std::ranges::find(method.known, key, &KnownQuantity::sd_key);
   const bool is_sd = known != method.known.end();
   const auto stated = std::ranges::find(method.keys, is_sd ? known->key : key, &MethodKey::name);
-  if (stated == method.keys.end() || stated->most == 0) return range;
+  // Seconds of a key that the method does not use may be a stamp.
+  if (stated == method.keys.end()) return !is_sd && range.unit == kStamp.unit ? kStamp : range;
+  if (stated->most == 0) return range;
   range.most = stated->most;
   range.least = is_sd ? -stated->most : stated->least;
   return range;

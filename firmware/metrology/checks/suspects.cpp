@@ -175,7 +175,7 @@ bool holdsReadings(const Method& method, const Table& table) {
   return described != method.tables.end() && (described->readings || described == method.tables.begin());
 }
 
-// which: by the description of a column.
+// Multiplies the columns whose description `which` picks.
 template <class Which>
 void scaleColumns(Dataset& dataset, const Method& method, const Which& which, double factor) {
   for (auto& table : dataset.tables) {

@@ -49,7 +49,9 @@ const Quantity* quantityOf(const Method& method, std::string_view key) {
 
 Table emptyTable(const Method& method, std::string_view table, const ColumnNames& also) {
   std::vector<std::string_view> names;
-  for (const auto& column : std::ranges::find(method.tables, table, &MethodTable::name)->columns) {
+  const auto described = std::ranges::find(method.tables, table, &MethodTable::name);
+  if (described == method.tables.end()) return Table::withColumns(std::string{table}, also);
+  for (const auto& column : described->columns) {
     const bool is_wanted = std::ranges::find(also, column.name) != also.end();
     if (column.may_be != MayBe::missing || is_wanted) names.push_back(column.name);
   }

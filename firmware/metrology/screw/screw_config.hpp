@@ -33,9 +33,9 @@ std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table
 
 // Columns of table sector_table: the face table of screw-calibration.
 inline constexpr MethodColumn kSectorColumns[]{column::number("sector"), {"T_um", ColumnRole::face, 500}};
-// Columns of the samples of the sensor while the screw turns or rests.
+// Columns of table gain_cal: extensions of the screw's free end, and errors of the nut that go with them.
 inline constexpr MethodColumn kExtension{"ext_um", ColumnRole::given};
-inline constexpr MethodColumn kNutError{"error_um", ColumnRole::sensor};
+inline constexpr MethodColumn kNutError{"error_um", ColumnRole::given};
 inline constexpr std::size_t kLeastSectors = 2;
 // Takes the sectors of a screw from that table. sd_sector_um: of a value; 0: not stated. Refuses: bad-sectors (not each
 // of 0 to n - 1 once, or a sum that is not 0).

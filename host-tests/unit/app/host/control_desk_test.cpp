@@ -126,6 +126,7 @@ TEST_F(Desk, SumsNoSourceThatMachineTomlDoesNotDescribe) {
                      {.ticket = 1, .operation = messages::Operation::enable_sources, .body = body}, state_, {});
     return reply ? reply->text : "";
   };
+  EXPECT_EQ(ask(0b1000), "") << "the centreline needs no description";
   EXPECT_THAT(ask(0b0001), HasSubstr("no screw"));
   EXPECT_THAT(ask(0b0011), HasSubstr("no screw"));
   EXPECT_THAT(ask(0b0010), HasSubstr("swivelling head"));
