@@ -19,9 +19,7 @@ void readLinearAxes(Section section, WorldLinearAxes& axes) {
       auto error = section.sectionIfThere(std::string{"E"} + "XYZ"[along] + "XYZ"[axis]);
       if (!error) continue;
       // Straightness has no slope: that is squareness.
-      if (along == axis)
-        KeyReader{*error}("scale_um_m", axes.scale.at(axis), within(-10'000, 10'000).times(1e-6).orUsual(),
-                          "error per travel, of EXX, EYY and EZZ alone");
+      if (along == axis) WorldLinearAxes::scaleKey(axes.scale.at(axis), KeyReader{*error});
       readKeys(*error, axes.waves.at(axis).at(along));
       error->finish();
     }

@@ -110,6 +110,10 @@ struct WorldLinearAxes {
     key("EB0Z_rad", self.squareness_rad[1], kSquareness, "squareness of Z to X");
     key("EC0Y_rad", self.squareness_rad[2], kSquareness, "squareness of Y to X");
   }
+  static constexpr void scaleKey(auto& scale, auto&& key) {
+    key("scale_um_m", scale, within(-10'000, 10'000).times(1e-6).orUsual(),
+        "error per travel, of EXX, EYY and EZZ alone");
+  }
 };
 
 // Error motions of a rotary axis: a cosine (minus 1) and a sine of its angle, along (mm) and about (rad) X, Y, Z.

@@ -11,9 +11,9 @@ inline bool runsAreComplete() {
   return complete;
 }
 
-// Number of simulated runs, places of a disk and the like that a long test looks at: all, or a quarter, at least 5.
+// Number of simulated runs, places of a disk and the like that a long test looks at: all, or a quarter, at least 8.
 inline std::uint64_t runs(std::uint64_t all) {
-  return runsAreComplete() ? all : std::min(all, std::max<std::uint64_t>(5, all / 4));
+  return runsAreComplete() ? all : std::min(all, std::max<std::uint64_t>(8, all / 4));
 }
 
 }  // namespace probebox

@@ -29,7 +29,8 @@ constexpr MethodColumn kZColumns[]{column::kB, column::kCDegrees, column::kADegr
 std::optional<Refusal> badAngles(const Table& table) {
   const auto wrong = [&](std::string_view column, std::size_t row, const char* allowed) {
     return Refusal{"bad-angle", "table '" + table.name + "', column '" + std::string{column} + "', row " +
-                                    std::to_string(row + 1) + ": the check is defined at " + allowed + " degrees"};
+                                    std::to_string(row + 1) + ": the check is defined at " + allowed +
+                                    " degrees; read the ball there"};
   };
   for (std::size_t row = 0; row < table.rows(); ++row) {
     for (const std::string_view column : {column::kCDegrees, column::kADegrees}) {

@@ -96,7 +96,7 @@ Outcome<std::vector<Loop>, Refusal> loopsOf(const Table& table, const Vector2d& 
     const double loop = value(0);
     if (loop != std::floor(loop) || loop < 1.0 || loop > static_cast<double>(loops.size() + 1)) {
       return Refusal{"bad-loop", "table 'readings', row " + std::to_string(row + 1) +
-                                     ": loops are counted 1, 2, .. in the order in which they were measured"};
+                                     ": loops are counted 1, 2, .. as they were measured; number them so"};
     }
     if (loop > kMostRimLoops) {
       return Refusal{"too-many-loops",

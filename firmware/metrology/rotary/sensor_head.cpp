@@ -176,7 +176,7 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
     TRY(const auto readings, checkedTable(dataset, "readings", kReadingColumns));
     const Vector3d vector = tool ? Vector3d{tool->data()} : Vector3d{Vector3d::Zero()};
     if (const auto beyond = beyondMoves(*readings, head, moves)) {
-      if (beyond->implausible) return Refusal{"implausible", beyond->what + ": leave the reading out or read it again"};
+      if (beyond->implausible) return Refusal{"implausible", beyond->what + "; leave the reading out or read it again"};
       answer.warn(beyond->what + "; beyond 1.5 times that the matrix is extrapolated: read nearer, or move further");
     }
     const ReadBalls balls = readBalls(*readings, head, vector);

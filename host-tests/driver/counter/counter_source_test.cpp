@@ -273,7 +273,7 @@ TEST_F(CounterSourceTest, RefusesBitsThatTheDeviceContradicts) {
     EXPECT_EQ(source->problem(), "") << "turns of 24 bits fit into its range";
   }
   open({.ceiling = std::nullopt}, {});
-  EXPECT_THAT(std::string{source->problem()}, HasSubstr("wraps"));
+  EXPECT_THAT(std::string{source->problem()}, HasSubstr("(ceiling)"));
 }
 
 }  // namespace

@@ -20,11 +20,12 @@ class Pulls {
     ++count_;
   }
   // Limits of the mean square of so many independent errors (Wilson and Hilferty's approximation of chi-square): twice
-  // the standard deviation of its cube root, and four times it where a test sees a quarter of its runs, whose errors
-  // are not all independent; the seeds are fixed. least: smaller than 1 where the stated sd is known to be too large.
+  // the standard deviation of its cube root, and three times it where a test sees a quarter of its runs, whose
+  // errors are not all independent; the seeds are fixed. least: smaller than 1 where the stated sd is known to be too
+  // large.
   void expectHonest(double least = 1) const {
-    ASSERT_GE(count_, runsAreComplete() ? 8 : 5);
-    const double variance = 2.0 / (9.0 * count_), width = (runsAreComplete() ? 2 : 4) * std::sqrt(variance);
+    ASSERT_GE(count_, 8);
+    const double variance = 2.0 / (9.0 * count_), width = (runsAreComplete() ? 2 : 3) * std::sqrt(variance);
     EXPECT_GT(squares_ / count_, least * std::pow(1 - variance - width, 3));
     EXPECT_LT(squares_ / count_, std::pow(1 - variance + width, 3));
     ::testing::Test::RecordProperty("mean_square", std::to_string(squares_ / count_));

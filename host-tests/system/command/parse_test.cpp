@@ -77,7 +77,7 @@ TEST(CommandLine, CalibratesTheDelayUnlessAnotherMethodIsNamed) {
 }
 
 TEST(CommandLine, SuggestsWhatWasMeant) {
-  EXPECT_THAT(complaint("stauts"), AllOf(HasSubstr("stauts"), HasSubstr("status?")));
+  EXPECT_THAT(complaint("stauts"), AllOf(HasSubstr("stauts"), HasSubstr("did you mean status?")));
   EXPECT_THAT(complaint("rec -o a"), HasSubstr("record?"));
   EXPECT_THAT(complaint("status --jsno"), HasSubstr("--json?"));
   EXPECT_THAT(complaint("record -o a --polciy=live"), HasSubstr("--policy?"));

@@ -21,7 +21,7 @@ TEST(Digits, CoarserThanTheStatedSigmaAreWarnedOf) {
         metrology::solve(changed(name, table, what, [=](double& value) { value = std::round(value / digit) * digit; }));
     return solved ? solved->warnings : std::vector<std::string>{solved.error().name};
   };
-  const auto told = Contains(AllOf(HasSubstr("0.1 mm"), HasSubstr("sigma_mm")));
+  const auto told = Contains(AllOf(HasSubstr("digits of 0.1 mm"), HasSubstr("sigma_mm")));
   EXPECT_THAT(rounded("spindle-offset-2x2", "readings", "x_mm", 0.1), told);
   EXPECT_THAT(rounded("a-axis-alignment", "readings", "y_mm", 0.1), told);
   EXPECT_THAT(rounded("c-axis-alignment", "readings", "x_mm", 0.1), told);
@@ -49,7 +49,7 @@ TEST(Digits, OfWholeNumbersAreCoarseWhereTheyWereMeasured) {
         changed(name, "readings", what, [=](double& value) { value = std::round(value / digit) * digit; }));
     return solved ? solved->warnings : std::vector<std::string>{solved.error().name};
   };
-  const auto told = Contains(AllOf(HasSubstr("1 mm"), HasSubstr("sigma_mm")));
+  const auto told = Contains(AllOf(HasSubstr("digits of 1 mm"), HasSubstr("sigma_mm")));
   EXPECT_THAT(warned("c-axis-alignment", "y_mm"), told);
   EXPECT_THAT(warned("spindle-offset-2x2", "y_mm"), told);
   EXPECT_THAT(warned("a-axis-alignment", "x_mm"), told);

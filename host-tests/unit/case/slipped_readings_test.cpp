@@ -235,10 +235,11 @@ TEST(WrongUnit, IsToldWithItsPlaceAndTheRightOne) {
   EXPECT_THAT(saidOf("rotary-axis-errors", "first", "phi_rad", 1e3),
               AllOf(HasSubstr("errors-too-large: "), HasSubstr("phi_rad")));
   EXPECT_THAT(saidOf("screw-calibration", "", "screw_length_mm", 1e-3),
-              AllOf(HasSubstr("'screw_length_mm'"), HasSubstr("in mm")));
+              AllOf(HasSubstr("implausible: "), HasSubstr("'screw_length_mm'"), HasSubstr("in mm")));
   EXPECT_THAT(saidOf("bore-fit", "", "stylus_ball_radius_mm", 1e3),
-              AllOf(HasSubstr("'stylus_ball_radius_mm'"), HasSubstr("in mm")));
-  EXPECT_THAT(saidOf("periodic-check", "z_touch", "z_mm", 1e3), HasSubstr("'z_offset_error_mm'"));
+              AllOf(HasSubstr("implausible: "), HasSubstr("'stylus_ball_radius_mm'"), HasSubstr("in mm")));
+  EXPECT_THAT(saidOf("periodic-check", "z_touch", "z_mm", 1e3),
+              AllOf(HasSubstr("implausible: "), HasSubstr("'z_offset_error_mm'")));
 }
 
 // Position over pitch: 16 turns where the axis is 160 mm from the fixed bearing.
@@ -255,7 +256,7 @@ TEST(WrongUnit, IsNotSaidOfAScrewThatTurnsFarFromItsZero) {
 
 TEST(Limits, OfWhatAMachineHasAreKept) {
   EXPECT_THAT(saidOf("head-pivot", "readings", "B_deg", 180 / std::numbers::pi),
-              AllOf(HasSubstr("'readings'"), HasSubstr("'B_deg'"), HasSubstr("degrees")));
+              AllOf(HasSubstr("implausible: "), HasSubstr("'readings'"), HasSubstr("'B_deg'"), HasSubstr("degrees")));
   EXPECT_THAT(saidOf("table-pivot", "readings", "tilt_deg", 180 / std::numbers::pi), HasSubstr("implausible"));
   EXPECT_THAT(saidOf("table-pivot", "readings", "C_deg", 180 / std::numbers::pi), HasSubstr("turns"));
   EXPECT_THAT(saidOf("screw-calibration", "gain_cal", "x_mm", 25.4),

@@ -5,7 +5,8 @@
 #include <gtest/gtest.h>
 #include <set>
 #include <string>
-#include <vector>
+#include <string_view>
+#include <type_traits>
 
 #include "board/describe/cell.hpp"
 #include "board/describe/parse.hpp"
@@ -13,6 +14,23 @@
 // The lists of keys themselves: a slip in one of them would be a rule that no file can keep.
 namespace probebox::board {
 namespace {
+
+// True if the value is one of its enumeration: the compiler writes others as a number.
+template <auto value>
+constexpr bool isNamed() {
+  constexpr std::string_view function{__PRETTY_FUNCTION__}, before{"value = "};
+  const char first = function.at(function.find(before) + before.size());
+  return first != '(' && first != '-' && (first < '0' || first > '9');
+}
+
+// True if a type that a key names the values of has this many of them.
+template <class T, std::size_t count>
+constexpr bool hasValues() {
+  if constexpr (std::is_same_v<T, bool>)
+    return count == 2;
+  else
+    return isNamed<static_cast<T>(count - 1)>() && !isNamed<static_cast<T>(count)>();
+}
 
 // Notes what is wrong with the lines of a list.
 struct LineCheck {
@@ -34,22 +52,24 @@ struct LineCheck {
     named(key, meaning);
   }
   void operator()(std::string_view key, const auto&, std::string_view meaning) const { named(key, meaning); }
-  template <std::size_t N>
-  void operator()(std::string_view key, const auto& value, OneOf<N> of, std::string_view meaning) const {
+  template <class T, std::size_t N>
+  void operator()(std::string_view key, const T&, OneOf<N> of, std::string_view meaning) const {
     named(key, meaning);
-    EXPECT_LT(static_cast<std::size_t>(value), N) << key;
+    static_assert(hasValues<T, N>(), "each value has a name");
     EXPECT_EQ((std::set<std::string>{of.names.begin(), of.names.end()}.size()), N) << key;
   }
 };
 
+// keys: calls its argument for each line of a list.
+void expectGoodLinesOf(auto keys) {
+  std::set<std::string, std::less<>> seen;
+  keys(LineCheck{seen});
+  EXPECT_FALSE(seen.empty());
+}
+
 template <class... Lists>
 void expectGoodLines() {
-  const auto check = []<class List>(List list) {
-    std::set<std::string, std::less<>> seen;
-    List::keys(list, LineCheck{seen});
-    EXPECT_FALSE(seen.empty());
-  };
-  (check(Lists{}), ...);
+  (expectGoodLinesOf([list = Lists{}](auto key) mutable { Lists::keys(list, key); }), ...);
 }
 
 TEST(Keys, HaveRangesThatTheirUnitsAllowAndAMeaning) {
@@ -64,12 +84,27 @@ TEST(Keys, HaveRangesThatTheirUnitsAllowAndAMeaning) {
   expectGoodLines<Access, StreamSettings, CalibratedSphere, Certificate, ProbeSwitch, UsbIdentity, Cell, CellTool>();
 }
 
-TEST(Keys, OfTheWaysToDescribeAToolHaveRangesAndAMeaningToo) {
-  std::set<std::string, std::less<>> seen;
+TEST(Keys, OfAPartOfASectionHaveRangesAndAMeaningToo) {
+  WorldFault fault{.kind = FaultKind::clock_jumps};
+  expectGoodLinesOf([&](auto key) { WorldFault::keys(fault, key); });
   WorldTool tool;
-  WorldTool::cutterKeys(tool, LineCheck{seen});
-  seen.clear();
-  WorldTool::sensorHeadKeys(tool, LineCheck{seen});
+  expectGoodLinesOf([&](auto key) { WorldTool::cutterKeys(tool, key); });
+  expectGoodLinesOf([&](auto key) { WorldTool::sensorHeadKeys(tool, key); });
+  expectGoodLinesOf([&](auto key) { WorldTool::stylusKeys(tool.offset_mm, tool.length_mm, key); });
+  WorldLinearAxes linear;
+  expectGoodLinesOf([&](auto key) { WorldLinearAxes::scaleKey(linear.scale[0], key); });
+  ReferenceDescription reference;
+  expectGoodLinesOf([&](auto key) { ReferenceDescription::markKeys(reference, key); });
+  RotaryAxisDescription rotary;
+  expectGoodLinesOf([&](auto key) { RotaryAxisDescription::encoderKeys(rotary, key); });
+  RotaryTableDescription table;
+  expectGoodLinesOf([&](auto key) { RotaryTableDescription::tipKeys(table, key); });
+  Probe probe;
+  expectGoodLinesOf([&](auto key) {
+    Probe::channelKeys(probe, key);
+    Probe::limitKey(probe, key);
+  });
+  expectGoodLinesOf([&](auto key) { Probe::stylusKeys(probe, key); });
 }
 
 }  // namespace

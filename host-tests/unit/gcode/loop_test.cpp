@@ -144,7 +144,7 @@ TEST(LoopText, RefusesAHaasWithTheRemedy) {
 }
 
 TEST(LoopText, StopsWhereAStepTurnsAnAxisThatIsNotThere) {
-  EXPECT_THAT(*loopProgram("fanuc", "XYZBC"), HasSubstr("THERE: A"));
+  EXPECT_THAT(*loopProgram("fanuc", "XYZBC"), HasSubstr("THAT IS NOT THERE: A"));
   EXPECT_THAT(*loopProgram("fanuc", "XYZABC"), testing::Not(HasSubstr("THAT IS NOT THERE")));
   EXPECT_THAT(*loopProgram("fanuc", "XYZCB"), HasSubstr("#5024")) << "C is the fourth axis";
 }

@@ -376,7 +376,8 @@ TEST(Safety, TakesNoOtherLengthOffsetThanG43) {
 TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
   for (const auto name : dialectNames()) {
     const auto text = written(cases()[9], *dialectNamed(name));
-    EXPECT_THAT(inOneLine(text), testing::AllOf(HasSubstr("ARCS OF"), HasSubstr("SKIP INPUT"), HasSubstr("Z 90.000")))
+    EXPECT_THAT(inOneLine(text),
+                testing::AllOf(HasSubstr("ARCS OF THE SCAN"), HasSubstr("SKIP INPUT"), HasSubstr("Z 90.000")))
         << name;
     EXPECT_THAT(inOneLine(text), HasSubstr("STRAIGHT MOVE")) << name;
     EXPECT_THAT(inOneLine(written(cases()[0], *dialectNamed(name))), Not(HasSubstr("ARCS OF THE SCAN"))) << name;

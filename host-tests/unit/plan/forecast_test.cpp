@@ -43,29 +43,35 @@ ProcedureOptions atSpeeds(std::initializer_list<double> speeds_mm_s) {
   return options;
 }
 
-// By how much the root mean square of so many errors may differ from 1: 2.2 times its own scatter, 1 / sqrt(2 n), and
-// a tenth that a forecast may be off.
-double scatterOf(std::uint64_t all) {
-  return 0.1 + 2.2 / std::sqrt(2 * static_cast<double>(runs(all)));
+// Number of runs whose scatter is compared with a forecast. Of fewer than 15 the limits would be wide.
+std::uint64_t comparedRuns(std::uint64_t all) {
+  return std::max<std::uint64_t>(15, runs(all));
 }
 
-// Root mean square of the errors over its forecast, of runs that the forecast has not seen.
-double errorsOverForecast(const Wanted& wanted, const char* key, double truth, std::uint64_t count,
-                          const SetUp& set_up = {}) {
+// By how much the root mean square of so many errors may differ from 1: 2.2 times its own scatter, 1 / sqrt(2 n), and
+// a tenth that a forecast may be off; at most 0.4.
+double scatterOf(std::uint64_t errors) {
+  return std::min(0.4, 0.1 + 2.2 / std::sqrt(2 * static_cast<double>(errors)));
+}
+
+// Root mean square of the errors over its forecast: near 1 for runs that the forecast has not seen.
+void expectScatterAsForecast(const Wanted& wanted, const char* key, double truth, std::uint64_t all,
+                             const SetUp& set_up = {}) {
+  const std::uint64_t count = comparedRuns(all);
   const double sd = sdOf(forecastOf(wanted.method, wanted.options, set_up), key);
   double squares = 0;
   for (std::uint64_t run = 0; run < count; ++run) {
     const auto measured = simulatedRun(*wanted.method, wanted.options, set_up, 1000 + run);
-    EXPECT_TRUE(measured.solved) << measured.solved.error().reason;
+    ASSERT_TRUE(measured.solved) << measured.solved.error().reason;
     squares += std::pow((measured.solved->find(key)->values.front() - truth) / sd, 2);
   }
-  return std::sqrt(squares / static_cast<double>(count));
+  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(count)), 1, scatterOf(count));
 }
 
 TEST(Forecast, IsWhatRunsThenScatterBy) {
   const plan::SetUp set_up;
   for (const auto* method : {&procedure::kDelayMultiSpeed, &procedure::kDelayPlates, &procedure::kDelayInOut})
-    EXPECT_NEAR(errorsOverForecast({.method = method}, "tau_s", set_up.delay_s, runs(60)), 1, scatterOf(60));
+    expectScatterAsForecast({.method = method}, "tau_s", set_up.delay_s, 60);
 }
 
 TEST(Forecast, OfScansIsWhatRunsThenScatterBy) {
@@ -74,7 +80,7 @@ TEST(Forecast, OfScansIsWhatRunsThenScatterBy) {
   scan.options.reach_mm = 15.5;
   for (const auto* method : {&procedure::kDelaySteppedScan, &procedure::kDelayContour}) {
     scan.method = method;
-    EXPECT_NEAR(errorsOverForecast(scan, "tau_s", set_up.delay_s, runs(30)), 1, scatterOf(30));
+    expectScatterAsForecast(scan, "tau_s", set_up.delay_s, 30);
   }
 }
 
@@ -95,7 +101,7 @@ void expectForecastOfContacts(const SetUp& set_up) {
   const auto options = completed(rim, factsOf(set_up, 0));
   ASSERT_TRUE(options) << options.error().reason;
   const double shift_sd = alsoSdOf(expected.also, "contact_shift_rad");
-  const std::uint64_t count = runs(40);
+  const std::uint64_t count = comparedRuns(40);
   const auto n = static_cast<double>(count);
   std::vector<double> shifts;
   double centre_squares = 0;
@@ -110,9 +116,9 @@ void expectForecastOfContacts(const SetUp& set_up) {
   double mean = 0, shift_squares = 0;
   for (const double shift : shifts) mean += shift / n;
   for (const double shift : shifts) shift_squares += std::pow((shift - mean) / shift_sd, 2);
-  EXPECT_NEAR(std::sqrt(shift_squares / (n - 1)), 1, scatterOf(40));
+  EXPECT_NEAR(std::sqrt(shift_squares / (n - 1)), 1, scatterOf(count));
   EXPECT_NEAR(mean, kFoundBy_rad, 5 * shift_sd / std::sqrt(n));
-  EXPECT_NEAR(std::sqrt(centre_squares / n), 1, scatterOf(2 * 40)) << "of two coordinates";
+  EXPECT_NEAR(std::sqrt(centre_squares / n), 1, scatterOf(2 * count)) << "of two coordinates";
 }
 
 TEST(Forecast, OfContactsOfATouchTriggerProbeIsWhatRunsThenScatterBy) {
@@ -235,7 +241,7 @@ TEST(Forecast, OfAToolIsWhatRunsThenScatterBy) {
   set_up.sd_probe_offset_mm = 1e-9;
   Wanted tool{.method = &procedure::kToolSetter};
   tool.options.tool = 4;
-  EXPECT_NEAR(errorsOverForecast(tool, "tool_offset_mm", 0, runs(60), set_up), 1, scatterOf(60));
+  expectScatterAsForecast(tool, "tool_offset_mm", 0, 60, set_up);
 }
 
 void expectPrecise(const Wanted& wanted, std::string_view name) {

@@ -59,7 +59,8 @@ TEST(Pictures, OfARotaryAxisShowThePlaneThatItStandsOn) {
     subject.answer = turned(std::get<metrology::Result>(subject.answer), {x, y, z});
     return rotaryPictures(subject).front().svg();
   };
-  EXPECT_THAT(across(0, 0, 1), testing::AllOf(HasSubstr("XC (um)"), HasSubstr("YC (um)")));
+  EXPECT_THAT(across(0, 0, 1), testing::AllOf(HasSubstr("around the axis"), HasSubstr("deviation XC (um)"),
+                                              HasSubstr("deviation YC (um)")));
   EXPECT_THAT(across(0, 1, 0),
               testing::AllOf(HasSubstr("ZB (um)"), HasSubstr("XB (um)"), Not(HasSubstr("deviation YB (um)"))));
   EXPECT_THAT(across(0.999, 0.04, 0), testing::AllOf(HasSubstr("YA (um)"), HasSubstr("ZA (um)")));

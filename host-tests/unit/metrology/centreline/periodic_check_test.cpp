@@ -209,7 +209,7 @@ TEST(PeriodicCheck, ComparesItsTouchesWithTheCentres) {
     Dataset z = good;
     columnNamed(z, "z_touch", "z_mm")[0] += 0.1;
     EXPECT_THAT(solve(good)->warnings, testing::Not(testing::Contains(HasSubstr("by table z_touch"))));
-    EXPECT_THAT(solve(z)->warnings, testing::Contains(HasSubstr("z_touch")));
+    EXPECT_THAT(solve(z)->warnings, testing::Contains(HasSubstr("by table z_touch")));
     for (Dataset* each : {&x, &z}) each->config["sigma_mm"] = 0.1;
     EXPECT_EQ(refusalOf(x), "") << "within the noise";
     EXPECT_THAT(solve(z)->warnings, testing::Not(testing::Contains(HasSubstr("by table z_touch"))));

@@ -119,7 +119,7 @@ TEST(FeatureAnswer, TakesSizesToTheTemperatureAtWhichTheyWereTouched) {
 }
 
 TEST(FeatureAnswer, SaysWhatOneSpeedCannotTell) {
-  EXPECT_THAT(on(kSphere, {}).unobservable, Contains(testing::AllOf(HasSubstr("1 um"), HasSubstr("20 us"))));
+  EXPECT_THAT(on(kSphere, {}).unobservable, Contains(testing::AllOf(HasSubstr("1 um of size"), HasSubstr("20 us"))));
   const Result several = answerOf(touched(fiveSides({10.0, 30.0}), kSphere));
   EXPECT_THAT(several.unobservable, testing::Not(Contains(HasSubstr("1 um of size"))));
 }

@@ -73,8 +73,8 @@ TEST(SetterLink, LinksTheDeviceToTheTurningAxisAtItsHeight) {
   EXPECT_NEAR(solved->find("link_mm")->values[1], 23.0 + 0.1105 - 138.0 * 1.5e-4, 1e-9);
   EXPECT_NEAR(solved->find("link_mm")->sd[0], std::hypot(0.001, 0.002, 138.0 * 2e-5), 1e-9);
   // The readings of this test are in whole millimetres.
-  EXPECT_THAT(solved->warnings,
-              testing::Each(testing::AnyOf(testing::HasSubstr("1 mm"), testing::StartsWith("no-redundancy"))));
+  EXPECT_THAT(solved->warnings, testing::Each(testing::AnyOf(testing::HasSubstr("digits of 1 mm"),
+                                                             testing::StartsWith("no-redundancy"))));
   ASSERT_EQ(solved->budget.size(), 3U);
   EXPECT_NEAR(solved->budget[0].sd[6], 0.001, 1e-9) << "of the readings alone";
   // By budget and by the sd that holds it already.

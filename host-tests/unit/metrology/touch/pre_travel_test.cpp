@@ -122,7 +122,7 @@ TEST(PreTravel, TellsAnErrorOfTheSphereFromItsParts) {
   const auto open = solvePreTravel(touched(probe, few, Vector3d::Zero()));
   ASSERT_TRUE(open) << open.error().reason;
   EXPECT_EQ(open->find("radius_error_mm"), nullptr);
-  EXPECT_THAT(open->unobservable, testing::Contains(HasSubstr("effective_diameter_mm")));
+  EXPECT_THAT(open->unobservable, testing::Contains(HasSubstr("error of effective_diameter_mm")));
 }
 
 TEST(PreTravel, HasTheUncertaintyThatItStates) {

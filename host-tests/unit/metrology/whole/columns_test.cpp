@@ -5,6 +5,8 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "firmware/metrology/checks/plausible.hpp"
 #include "firmware/metrology/methods.hpp"
@@ -69,25 +71,75 @@ TEST(Columns, OfATableThatTheMethodDoesNotDescribeAreWhatItsOtherTablesHave) {
   EXPECT_EQ(columnOf(screw, "gain_cal", "sensor_um").role, ColumnRole::none);
 }
 
-TEST(PlausibleRanges, AreThoseOfTheUnitAndNarrowerWhereTheMethodSaysSo) {
-  const auto& setter = *methodNamed("tool-setter");
-  EXPECT_EQ(plausibleRange(setter, "readings", "x_mm").most, 1e5);
-  EXPECT_EQ(plausibleRange(setter, "readings", "B_deg").most, 720);
-  EXPECT_EQ(plausibleRange(setter, "C_tilt_rad").most, 0.1);
-  EXPECT_EQ(plausibleRange(setter, "sd_C_tilt_rad").least, -0.1);
-  EXPECT_EQ(plausibleRange(setter, "stylus_ball_radius_mm").least, 0.01);
-  EXPECT_EQ(plausibleRange(*methodNamed("screw-compensation"), "sector_table", "T_um").most, 500);
-  EXPECT_EQ(plausibleRange(*methodNamed("screw-compensation"), "K").most, 10);
+struct OwnRange {
+  std::string_view name;
+  double least, most;
+};
+
+// Columns and keys that cannot be as large, or as small, as others of their unit; and stamps, which reach any epoch.
+constexpr OwnRange kOwnRanges[]{{"t_s", -1e10, 1e10},
+                                {"contact_s", -1e10, 1e10},
+                                {"release_s", -1e10, 1e10},
+                                {"measured_at_s", -1e10, 1e10},
+                                {"c", -1e10, 1e10},  // a channel of the probe has no temperature
+                                {"K", -10, 10},
+                                {"T_um", -500, 500},
+                                {"screw_length_mm", 10, 1e5},
+                                {"ux_mm", -20, 20},
+                                {"uy_mm", -20, 20},
+                                {"uz_mm", -20, 20},
+                                {"stylus_ball_radius_mm", 0.01, 50},
+                                {"effective_ball_radius_mm", 0.05, 500},
+                                {"B_deg", -720, 720},
+                                {"tilt_deg", -720, 720},
+                                {"B_rad", -13, 13},
+                                {"C_tilt_rad", -0.1, 0.1},
+                                {"sd_C_tilt_rad", -0.1, 0.1},
+                                {"sigma_C_rad", -0.1, 0.1},
+                                {"sigma_angle_rad", -0.1, 0.1},
+                                {"sigma_contact_rad", -0.1, 0.1},
+                                {"previous_tau_s", -1, 1},
+                                {"previous_tau_axis_s", -1, 1},
+                                {"previous_tau_joint_s", -1, 1}};
+
+// Plausible ranges of this column or key in every method that describes it, with the place.
+std::vector<std::pair<std::string, PlausibleRange>> rangesOf(std::string_view name) {
+  std::vector<std::pair<std::string, PlausibleRange>> ranges;
+  const auto has = [name](const auto& described, auto member) {
+    return std::ranges::find(described, name, member) != described.end();
+  };
+  for (const Method* method : allMethods()) {
+    const std::string where = std::string{method->name} + ", " + std::string{name};
+    if (has(method->keys, &MethodKey::name) || has(method->known, &KnownQuantity::sd_key))
+      ranges.emplace_back(where, plausibleRange(*method, name));
+    for (const auto& table : method->tables) {
+      if (has(table.columns, &MethodColumn::name))
+        ranges.emplace_back(where + " of " + std::string{table.name}, plausibleRange(*method, table.name, name));
+    }
+  }
+  return ranges;
 }
 
-TEST(PlausibleRanges, OfStampsReachAnyEpochAndThoseOfDurationsDoNot) {
-  const auto& touches = *methodNamed("delay-multi-speed");
-  EXPECT_EQ(plausibleRange(touches, "machine", "t_s").most, 1e10);
-  EXPECT_EQ(plausibleRange(touches, "previous_tau_s").most, 1);
-  // A table for the record, such as the edges of a switch.
+TEST(PlausibleRanges, AreNarrowerThanThoseOfTheUnitInEveryMethodWhereTheNameSaysSo) {
+  for (const auto& own : kOwnRanges) {
+    const auto ranges = rangesOf(own.name);
+    EXPECT_FALSE(ranges.empty()) << own.name;
+    for (const auto& [where, range] : ranges) {
+      EXPECT_EQ(range.least, own.least) << where;
+      EXPECT_EQ(range.most, own.most) << where;
+    }
+  }
+}
+
+TEST(PlausibleRanges, OfOthersAreThoseOfTheUnit) {
+  EXPECT_EQ(plausibleRange(*methodNamed("tool-setter"), "readings", "x_mm").most, 1e5);
+  EXPECT_EQ(plausibleRange(*methodNamed("screw-calibration"), "gain_cal", "ext_um").most, 5e3);
+  EXPECT_EQ(plausibleRange(*methodNamed("delay-contour"), "search_window_s").most, 1e3) << "a duration, no stamp";
+}
+
+// Such as the edges of a switch.
+TEST(PlausibleRanges, OfTimesInATableForTheRecordAreThoseOfStamps) {
   EXPECT_EQ(plausibleRange(*methodNamed("centreline"), "edges", "contact_s").most, 1e10);
-  // A channel of the probe has no temperature.
-  EXPECT_EQ(plausibleRange(touches, "probe", "c").most, 1e10);
 }
 
 }  // namespace
