@@ -1,6 +1,7 @@
 """A recording of the emulated box with triggers in it."""
 import contextlib
 import csv
+import json
 import os
 import pathlib
 import signal
@@ -40,11 +41,19 @@ def box(probeboxd):
             daemon.wait(PATIENCE_S)
 
 
+def is_referenced(probebox, uri):
+    shown = subprocess.run([probebox, "--json", "-u", uri, "corrections"], capture_output=True, text=True, timeout=PATIENCE_S)
+    return shown.returncode == 0 and json.loads(shown.stdout)["referenced"]
+
+
 @contextlib.contextmanager
 def touching(probebox, uri):
-    """A calibration runs meanwhile, whose touches are triggers."""
+    """A calibration runs meanwhile, whose touches are triggers at known places."""
     command = [probebox, "-u", uri, "calibrate", "delay-multi-speed"]
     end = time.monotonic() + PATIENCE_S
+    while not is_referenced(probebox, uri):
+        assert time.monotonic() < end, "the axes were not homed"
+        time.sleep(0.1)
     while True:  # the box does not know at once when and where it is
         run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         time.sleep(1)
