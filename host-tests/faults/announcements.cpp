@@ -164,7 +164,7 @@ Acknowledged::Found Acknowledged::read(const std::vector<std::string>& lines) {
     if (words[1] == "held") found.kept.held.insert(words[2]);
     if (words[1] == "order") found.kept.orders[words[2]] = words.at(3);
     if (words[1] == "before") found.before = correctionFrom(words, 2);
-    if (words[1] == "standing") found.applied = correctionFrom(words, 2), found.doubt = correctionFrom(words, 5);
+    if (words[1] == "applied") found.applied = correctionFrom(words, 2), found.doubt = correctionFrom(words, 5);
     if (words[1] == "notice") found.notice = line;
   }
   return found;

@@ -24,7 +24,7 @@ using Correction = std::array<double, 3>;
 //     done ready           the boot is over, and changes begin serving X Y Z   a correction that a CNC is about to
 //     read; served X Y Z: it has found ...       what a boot finds: state ID STATE, held CONNECTION, order CONNECTION NUMBER,
 //     before X Y Z (the correction that
-//                     was served last), standing X Y Z DX DY DZ (where the axes are, and the doubt), unit SERIAL,
+//                     was served last), applied X Y Z DX DY DZ (where the axes are, and the doubt), unit SERIAL,
 //                     notice WHY
 class Acknowledged {
  public:
