@@ -135,7 +135,7 @@ TEST(Acknowledged, FindsWhatIsLostAndWhatIsHalf) {
                            "done", "serving 0.1 0 0", "served 0.1 0 0", "doing propose 2"})
     said.hear(line);
   const auto judged = [&](std::vector<std::string> found, bool power_was_cut = false) {
-    found.emplace_back(power_was_cut ? "found standing 0.1 0 0 0.05 0.05 0.05" : "found standing 0.1 0 0 0 0 0");
+    found.emplace_back(power_was_cut ? "found applied 0.1 0 0 0.05 0.05 0.05" : "found applied 0.1 0 0 0 0 0");
     if (!power_was_cut) found.emplace_back("found before 0.1 0 0");
     return said.whyBroken(found, {.power_was_cut = power_was_cut}).value_or("kept");
   };
@@ -145,7 +145,7 @@ TEST(Acknowledged, FindsWhatIsLostAndWhatIsHalf) {
   EXPECT_THAT(judged({"found state 1 active", "found state 2 active", "found held connection"}), HasSubstr("2 active"));
   EXPECT_THAT(judged({"found state 1 active"}), HasSubstr("inhibits"));
   EXPECT_THAT(judged({"found state 1 active", "found held connection", "found notice damaged"}), HasSubstr("damaged"));
-  EXPECT_THAT(said.whyBroken({"found state 1 active", "found held connection", "found standing 0.2 0 0 0.05 0.05 0.05"},
+  EXPECT_THAT(said.whyBroken({"found state 1 active", "found held connection", "found applied 0.2 0 0 0.05 0.05 0.05"},
                              {.power_was_cut = true})
                   .value_or("kept"),
               HasSubstr("200"));
