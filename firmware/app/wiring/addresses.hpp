@@ -29,7 +29,7 @@ std::string connectionNameOf(const tcp::Address& named, const tcp::Address& list
 bool isForCnc(const tcp::Address& listener, const std::vector<std::string>& cnc);
 
 // Explains why a listener is refused: other computers reach it, hosts on a network cannot be identified, and its
-// connection (null if service.toml has none) is not `read_only`. See docs/decisions/0009-doors.md.
+// connection (null if service.toml has none) is not `read_only`. See docs/decisions/0009-connections.md.
 std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Connection* connection);
 // The same of a CNC line on the network, whose listener is at `address`.
 std::optional<Error> whyOpenToMasters(const std::string& line, const tcp::Address& address,
