@@ -30,7 +30,7 @@ std::optional<Error> whyNotSummed(std::uint16_t mask, const box::State& state) {
   if (mask >> published::kSourceKinds != 0) return Error{"Sources are bit 0 screw, 1 swivel, 2 rotary, 3 centreline."};
   for (std::size_t kind = 0; kind < published::kSourceKinds; ++kind) {
     const std::string lacking{published::kLackingSections[kind]};
-    if ((mask >> kind & 1U) != 0 && !lacking.empty() && state.snapshot.health[kind] == published::Health::off)
+    if ((unsigned{mask} >> kind & 1U) != 0 && !lacking.empty() && state.snapshot.health[kind] == published::Health::off)
       return Error{"machine.toml describes " + lacking + "."};
   }
   return std::nullopt;
