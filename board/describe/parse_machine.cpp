@@ -15,6 +15,7 @@
 #include "board/describe/section.hpp"
 #include "board/describe/spelling.hpp"
 #include "board/describe/tool_sections.hpp"
+#include "protocol/units/correction_sources.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::board {
@@ -367,41 +368,35 @@ CentrelineDescription readCentreline(Section section, double hold_s, const Machi
   return centreline;
 }
 
-// By the bits of the mask.
-enum class Source { screw, swivel, rotary, centreline };
-
-// Notes a source that could never correct anything.
-void requireDescribed(Section& section, std::uint32_t line, Source source, const Machine& machine) {
-  const auto missing = [&](bool described, const std::string& name, const std::string& table) {
-    if (!described)
-      section.problemAt(line, "sources",
-                        "names \"" + name + "\", and no " + table + " is described: add it, or remove the name");
-  };
+// Whether a source is described without which it could never correct anything, by SourceKind.
+std::array<bool, kSourceKinds> describedSources(const Machine& machine) {
   const auto& [x, y, z] = machine.screws;
-  if (source == Source::screw) missing(x || y || z, "screw", "[screw.X], [screw.Y] or [screw.Z]");
-  if (source == Source::swivel) missing(machine.swivel.has_value(), "swivel", "[swivel]");
-  if (source == Source::rotary) missing(machine.rotary_table.has_value(), "rotary", "[rotary_table]");
+  return {x || y || z, machine.swivel.has_value(), machine.rotary_table.has_value(), true};
 }
 
 // After all that a source may need.
 std::uint16_t readSources(Section& section, const Machine& machine) {
-  const std::vector<std::string> sources{"screw", "swivel", "rotary", "centreline"};
+  const auto described = describedSources(machine);
+  std::vector<std::string> names;
+  for (const auto& source : kSources) names.emplace_back(source.name);
   std::uint16_t mask = 0;
-  for (const auto& [name, line] : section.texts("sources", sources.size())) {
-    const auto found = std::ranges::find(sources, name);
-    if (found == sources.end()) {
-      const auto meant = nearest(name, sources);
-      section.problemAt(line, "sources",
-                        "names " + inQuotes(name) + ", which is no source of corrections: " +
-                            (meant ? "did you mean \"" + *meant + "\"? There are " : std::string{"there are "}) +
-                            "\"screw\", \"swivel\", \"rotary\" and \"centreline\"");
+  for (const auto& [name, line] : section.texts("sources", names.size())) {
+    const auto problem = [&](const std::string& what) {
+      section.problemAt(line, "sources", "names " + inQuotes(name) + what);
+    };
+    const auto kind = static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+    if (kind == names.size()) {
+      const auto meant = nearest(name, names);
+      std::string known;
+      for (const auto& each : names) known += (known.empty() ? "\"" : ", \"") + each + "\"";
+      problem(", which is no source of corrections: " +
+              (meant ? "did you mean \"" + *meant + "\"? There are " : std::string{"there are "}) + known);
       continue;
     }
-    const auto number = found - sources.begin();
-    const auto bit = static_cast<std::uint16_t>(1U << static_cast<unsigned>(number));
-    if ((mask & bit) != 0) section.problemAt(line, "sources", "names " + inQuotes(name) + " twice: name it once");
-    requireDescribed(section, line, static_cast<Source>(number), machine);
-    mask = static_cast<std::uint16_t>(mask | bit);
+    if (hasSource(mask, kind)) problem(" twice: name it once");
+    if (!described[kind])
+      problem(", but machine.toml describes " + std::string{kSources[kind].lacking} + ", or remove the name");
+    mask = static_cast<std::uint16_t>(mask | bitOf(static_cast<SourceKind>(kind)));
   }
   return mask;
 }

@@ -57,7 +57,7 @@ struct Service {
   std::vector<std::string> cnc;    // "modbus:/dev/ttyS2,baud=19200,parity=even,unit=1"
   // Place of each in the file, for messages: "service.toml:3: 'links'".
   std::vector<std::string> link_places, cnc_places;
-  Access access;  // of all that have no connection of their own
+  Access access;  // of all that have no [[connection]]
   std::vector<Connection> connections;
   StreamSettings stream;
 

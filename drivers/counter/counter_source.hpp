@@ -93,7 +93,6 @@ class CounterSource final : public io::EventSource {
   std::optional<std::string> whyNotUnwrapped(const OpenedCount& opened, std::uint64_t range) const;
   void lose(MonoTime now);
   void collect(MonoTime now);
-  void takePolled();
   void take(const CounterEvent& event);
   void latched(const CounterEvent& event);
   void give(std::uint64_t raw, MonoTime at);

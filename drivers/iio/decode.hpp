@@ -66,8 +66,6 @@ class FrameDecoder {
   // Call when the device was opened: the numbers of its frames begin anew.
   void startRun(std::uint8_t run);
 
-  bool hasProbe() const { return has_probe_; }
-  bool hasScrew() const { return has_screw_; }
   const FrameCounter& counter() const { return counter_; }
   // Number of frames whose stamp is not later than that of the previous frame.
   std::uint64_t unusable() const { return unusable_; }

@@ -28,9 +28,9 @@ std::string describe(const Address& address) {
   return (v6 ? "[" + address.host + "]" : address.host) + ":" + std::to_string(address.port);
 }
 
-bool covers(const Address& listener, const Address& connection) {
+bool covers(const Address& listener, const Address& address) {
   const bool everywhere = listener.host == "0.0.0.0" || listener.host == "::";
-  return listener.port == connection.port && (everywhere || listener.host == connection.host);
+  return listener.port == address.port && (everywhere || listener.host == address.host);
 }
 
 bool overlap(const Address& one, const Address& other) {

@@ -15,9 +15,9 @@ struct Address {
 // "HOST:PORT", ":PORT" (this machine) or "[IPv6]:PORT".
 Outcome<Address> parseAddress(std::string_view text);
 std::string describe(const Address& address);
-// Tests whether a connection to `connection` reaches a listener at `listener`: the same address, or all addresses of
+// Tests whether a connection to `address` reaches a listener at `listener`: the same address, or all addresses of
 // the machine.
-bool covers(const Address& listener, const Address& connection);
+bool covers(const Address& listener, const Address& address);
 // Tests whether two listeners may want one port of one interface: the same address, all addresses beside one of them,
 // or the name localhost beside an address that it may stand for.
 bool overlap(const Address& one, const Address& other);

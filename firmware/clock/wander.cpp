@@ -50,10 +50,6 @@ void Wander::restart() {
   believed_ = best_;
 }
 
-double Wander::phaseNsPerSqrtS() const {
-  return best_.phase == 0 ? 0 : amplitude(kSmallestPhase, best_.phase - 1);
-}
-
 double Wander::frequencyPpbPerSqrtS() const {
   return amplitude(kSmallestFrequency, best_.frequency);
 }

@@ -17,7 +17,6 @@ class Wander {
   Wander(Nanoseconds nominal_period, double phase_ns_per_sqrt_s, double frequency_ppb_per_sqrt_s);
 
   PhaseFilter::Walk walk() const { return walkOf(best_); }
-  double phaseNsPerSqrtS() const;
   double frequencyPpbPerSqrtS() const;
 
   // Discards the blocks, but keeps the walks: the line has changed. Blocks may be missing in a gap.

@@ -21,7 +21,7 @@ class CentrelineSource {
   void push(const CentrelineActivated& activated) { in_force_ = activated; }
   void tick(const MachineTick& tick);
 
-  static constexpr auto kKind = published::SourceKind::centreline;
+  static constexpr auto kKind = SourceKind::centreline;
   const HeldSource& held() const { return held_; }
   static constexpr bool fitted() { return true; }
   static constexpr SourceInputs inputs() { return {.positions = {false, false, true}, .angles = {}}; }

@@ -44,9 +44,9 @@ std::optional<Error> validate(const CorrectionsConfig& config) {
   const std::array fitted{any_screw, config.swivel.fitted, config.rotary.fitted(), true};
   static_assert(fitted.size() == kSourceKinds);
   for (std::size_t kind = 0; kind < fitted.size(); ++kind) {
-    if ((unsigned{config.mask} >> kind & 1U) != 0 && !fitted[kind])
-      return Error{"sources names \"" + std::string{published::kSourceNames[kind]} + "\", but machine.toml describes " +
-                   std::string{published::kLackingSections[kind]} + ", or remove it from sources."};
+    if (hasSource(config.mask, kind) && !fitted[kind])
+      return Error{"sources names \"" + std::string{kSources[kind].name} + "\", but machine.toml describes " +
+                   std::string{kSources[kind].lacking} + ", or remove it from sources."};
   }
   return std::nullopt;
 }

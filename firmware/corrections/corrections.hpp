@@ -21,11 +21,8 @@
 
 namespace probebox::corrections {
 
-using published::bitOf;
 using published::CorrectionsState;
-using published::kSourceKinds;
 using published::Ledger;
-using published::SourceKind;
 
 struct CorrectionsConfig {
   std::array<ReferenceConfig, kLinearAxes> references{};

@@ -41,7 +41,7 @@ class RotarySource {
   void push(const ErrorsAtAngle& row);
   void tick(const MachineTick& tick);
 
-  static constexpr auto kKind = published::SourceKind::rotary;
+  static constexpr auto kKind = SourceKind::rotary;
   const HeldSource& held() const { return held_; }
   bool fitted() const { return config_.fitted(); }
   SourceInputs inputs() const;

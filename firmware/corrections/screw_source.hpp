@@ -35,7 +35,7 @@ class ScrewSource {
   void push(const ScrewReferenceActivated& activated);
   void tick(const MachineTick& tick);
 
-  static constexpr auto kKind = published::SourceKind::screw;
+  static constexpr auto kKind = SourceKind::screw;
   const HeldSource& held() const { return held_; }
   bool fitted() const { return config_.fitted; }
   SourceInputs inputs() const;

@@ -33,7 +33,7 @@ class SwivelSource {
   void push(const ErrorsAtAngle& row);
   void tick(const MachineTick& tick);
 
-  static constexpr auto kKind = published::SourceKind::swivel;
+  static constexpr auto kKind = SourceKind::swivel;
   const HeldSource& held() const { return held_; }
   bool fitted() const { return config_.fitted; }
   SourceInputs inputs() const;

@@ -22,9 +22,9 @@ std::uint16_t RegisterImage::serve(const published::Snapshot& snapshot) {
     if (std::isfinite(wanted)) {
       served_mm_[axis] = std::clamp(wanted, -kCorrectionLimitMm, kCorrectionLimitMm);
     } else {
-      status &= ~static_cast<unsigned>(kValid);
+      status &= ~static_cast<unsigned>(published::kValid);
     }
-    if (served_mm_[axis] != wanted) status |= kDegraded;
+    if (served_mm_[axis] != wanted) status |= published::kDegraded;
   }
   return static_cast<std::uint16_t>(status);
 }

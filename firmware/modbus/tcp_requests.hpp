@@ -9,8 +9,6 @@
 
 namespace probebox::modbus {
 
-// Transaction, protocol, length and unit, then function and data.
-inline constexpr std::size_t kTcpHeaderBytes = 7;
 inline constexpr std::size_t kMaxTcpFrameBytes = 260;
 
 // One received request of a master on the network.

@@ -36,7 +36,7 @@ std::optional<std::string> Follower::read(const published::Snapshot& snapshot, M
   image_.fill(snapshot, {}, nullptr, modbus::WordOrder::high_first);
   ++reads_;
   if (auto torn = whyTorn()) return torn;
-  const bool valid = (image_[address::status] & modbus::kValid) != 0;
+  const bool valid = (image_[address::status] & published::kValid) != 0;
   if (auto beats = whyBeatsWrong(valid, now)) return beats;
   if (!valid) return std::nullopt;
   ++valid_reads_;

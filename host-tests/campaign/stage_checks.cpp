@@ -22,7 +22,7 @@ void Stage::checkSources() {
   const auto& now = served();
   if (believed_.cutIsOn() && now_ - began_ > kGrace && now_ - changed_ > kGrace && !now.inhibited)
     fail("a cut is on that the registers do not show");
-  for (std::size_t kind = 0; kind < published::kSourceKinds; ++kind) {
+  for (std::size_t kind = 0; kind < kSourceKinds; ++kind) {
     const bool summed = (now.mask & 1U << kind) != 0;
     const auto health = now.health.at(kind);
     if (now.valid && summed && health != published::Health::good && health != published::Health::held)

@@ -67,7 +67,7 @@ std::optional<world::Prompt> RegisterLink::procedureStatus() {
   const auto number = [this](std::uint16_t at) { return static_cast<std::uint32_t>(value(at)); };
   world::Prompt prompt{
       {}, number(address::step_run), static_cast<RunState>(number(address::step_state)), number(address::step_number)};
-  prompt.referenced = (number(address::status) & modbus::kReferenced) != 0;
+  prompt.referenced = (number(address::status) & published::kReferenced) != 0;
   const auto bits = number(address::step_bits);
   if ((bits & 1U) == 0) return prompt;
   prompt.outward_normal = vector(address::step_normal);

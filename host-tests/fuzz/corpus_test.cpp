@@ -5,7 +5,7 @@
 
 #include PROBEBOX_ENTRY
 
-// Inputs of a input that a fuzzer found worth keeping (tools/fuzz), each of which reaches something that the others do
+// Inputs of a target that a fuzzer found worth keeping (tools/fuzz), each of which reaches something that the others do
 // not. One line of hexadecimal digits an input.
 namespace probebox {
 namespace {

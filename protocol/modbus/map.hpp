@@ -123,18 +123,6 @@ enum : std::uint16_t {
 };
 }  // namespace address
 
-// Bits of the status register.
-enum Status : std::uint16_t {
-  kValid = 1,
-  kClockLocked = 2,
-  kDelayCalibrated = 4,
-  kCentrelineCalibrated = 8,
-  kScrewSensorsGood = 16,
-  kDegraded = 32,
-  kLossSeen = 64,
-  kReferenced = 128,
-};
-
 // Corrections saturate here in every format, so that all three agree.
 inline constexpr double kCorrectionLimitMm = 3.2767;
 

@@ -9,6 +9,7 @@
 #include "protocol/state/core_status.hpp"
 #include "protocol/state/shown_when.hpp"
 #include "protocol/step/step.hpp"
+#include "protocol/units/correction_sources.hpp"
 #include "protocol/units/time.hpp"
 
 // State of the box, published at every tick as plain values that its servers read. Only Box writes a Snapshot.
@@ -99,17 +100,6 @@ struct TriggerStamp {
     field("served", self.served, "the correction at that time");
   }
 };
-
-// Bits of the mask of sources. Never change them.
-enum class SourceKind : std::uint8_t { screw = 0, swivel = 1, rotary = 2, centreline = 3 };
-inline constexpr std::array<std::string_view, 4> kSourceNames{"screw", "swivel", "rotary", "centreline"};
-inline constexpr std::size_t kSourceKinds = kSourceNames.size();
-// What machine.toml lacks where a source can never be good; empty for one that needs no description.
-inline constexpr std::array<std::string_view, kSourceKinds> kLackingSections{
-    "no screw: add [screw.X]", "no swivelling head: add [swivel]", "no rotary table: add [rotary_table]", ""};
-constexpr std::uint16_t bitOf(SourceKind kind) {
-  return static_cast<std::uint16_t>(1U << static_cast<unsigned>(kind));
-}
 
 // A gain of the probe that was measured (A3), row by row, with standard deviation (k = 1).
 struct MeasuredGain {
@@ -335,12 +325,28 @@ struct CalibrationProgress {
 // another.
 struct Snapshot : CorrectionsState, CalibrationProgress, CoreStatus {};
 
-// The status word: a bit for each of these, as register 2 has them.
+// Bits of the status word (register 2). Never change them.
+enum Status : std::uint16_t {
+  kValid = 1,
+  kClockLocked = 2,
+  kDelayCalibrated = 4,
+  kCentrelineCalibrated = 8,
+  kScrewSensorsGood = 16,
+  kDegraded = 32,
+  kLossSeen = 64,
+  kReferenced = 128,
+};
 constexpr std::uint16_t statusOf(const Snapshot& s) {
-  const std::array bits{s.valid,    s.clock_locked, s.delay.calibrated, s.centreline_calibrated, s.screw_sensors_good,
-                        s.degraded, s.loss_seen,    s.referenced};
   unsigned status = 0;
-  for (std::size_t bit = 0; bit < bits.size(); ++bit) status |= bits[bit] ? 1U << bit : 0U;
+  const auto set = [&](bool is_set, Status bit) { status |= is_set ? bit : 0U; };
+  set(s.valid, kValid);
+  set(s.clock_locked, kClockLocked);
+  set(s.delay.calibrated, kDelayCalibrated);
+  set(s.centreline_calibrated, kCentrelineCalibrated);
+  set(s.screw_sensors_good, kScrewSensorsGood);
+  set(s.degraded, kDegraded);
+  set(s.loss_seen, kLossSeen);
+  set(s.referenced, kReferenced);
   return static_cast<std::uint16_t>(status);
 }
 

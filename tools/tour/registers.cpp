@@ -101,8 +101,8 @@ Stopped showRegisters(Stage& stage, const std::filesystem::path& port) {
   const auto in_force = client->request<messages::Corrections>({}, link::patience(5s));
   if (!in_force) return Error{in_force.error().what};
   // Corrections valid, clock locked, delay calibrated, screw sensors good, axes referenced.
-  constexpr unsigned kWanted = modbus::kValid | modbus::kClockLocked | modbus::kDelayCalibrated |
-                               modbus::kScrewSensorsGood | modbus::kReferenced;
+  constexpr unsigned kWanted = published::kValid | published::kClockLocked | published::kDelayCalibrated |
+                               published::kScrewSensorsGood | published::kReferenced;
   const auto status = static_cast<unsigned>(first[2]);
   bool same = first[0] == modbus::kMagic && (status & kWanted) == kWanted && formatsAgree(block);
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -27,10 +27,10 @@ using messages::Operation;
 
 // A source that machine.toml does not describe can never be good.
 std::optional<Error> whyNotSummed(std::uint16_t mask, const box::State& state) {
-  if (mask >> published::kSourceKinds != 0) return Error{"Sources are bit 0 screw, 1 swivel, 2 rotary, 3 centreline."};
-  for (std::size_t kind = 0; kind < published::kSourceKinds; ++kind) {
-    const std::string lacking{published::kLackingSections[kind]};
-    if ((unsigned{mask} >> kind & 1U) != 0 && !lacking.empty() && state.snapshot.health[kind] == published::Health::off)
+  if (mask >> kSourceKinds != 0) return Error{"Sources are bit 0 screw, 1 swivel, 2 rotary, 3 centreline."};
+  for (std::size_t kind = 0; kind < kSourceKinds; ++kind) {
+    const std::string lacking{kSources[kind].lacking};
+    if (hasSource(mask, kind) && !lacking.empty() && state.snapshot.health[kind] == published::Health::off)
       return Error{"machine.toml describes " + lacking + "."};
   }
   return std::nullopt;

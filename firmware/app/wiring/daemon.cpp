@@ -291,7 +291,7 @@ Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts,
 
 Outcome<void> Daemon::Parts::openMachine() {
   if (!reachable_at && isEmulated(descriptions)) {
-    // The emulated controller is a host like any other and needs a connection.
+    // The emulated controller is a host like any other and needs a listener.
     TRY(auto listener, tcp::Listener::open({.host = "127.0.0.1", .port = 0}));
     reachable_at = listener.address();
     links.listen(std::move(listener), "tcp:emulated-machine", descriptions.service.access);

@@ -86,7 +86,7 @@ class ByRegisters : public testing::Test {
 
 TEST_F(ByRegisters, AWholeCalibrationIsRunAcceptedAndFollowed) {
   calibrate(kDelayMultiSpeed);
-  EXPECT_EQ(number(address::status) & modbus::kDelayCalibrated, unsigned{modbus::kDelayCalibrated});
+  EXPECT_EQ(number(address::status) & published::kDelayCalibrated, unsigned{published::kDelayCalibrated});
   const double tau_ms = controller_.value(address::delay_f32), sd_ms = controller_.value(address::delay_sd_f32);
   EXPECT_GT(sd_ms, 0);
   EXPECT_NEAR(tau_ms, 1e3 * office_.scenario().truth().tau_s[0], 5 * sd_ms);
@@ -101,10 +101,10 @@ TEST_F(ByRegisters, AWholeCalibrationIsRunAcceptedAndFollowed) {
   ASSERT_EQ(ask(kAccept, static_cast<std::uint32_t>(stylus->id)), 2U);
   EXPECT_EQ(number(5015) & 1U, 1U) << "stylus 1 is in force";
   calibrate(kCentreline);
-  EXPECT_EQ(number(address::status) & modbus::kCentrelineCalibrated, unsigned{modbus::kCentrelineCalibrated});
+  EXPECT_EQ(number(address::status) & published::kCentrelineCalibrated, unsigned{published::kCentrelineCalibrated});
   office_.scenario().push(SourcesEnabled{.mask = 8, .at = office_.scenario().now()});
   boot_.run(20s);
-  EXPECT_EQ(number(address::status) & modbus::kValid, unsigned{modbus::kValid});
+  EXPECT_EQ(number(address::status) & published::kValid, unsigned{published::kValid});
   const auto& assumed = office_.scenario().box().state().snapshot.centreline;
   ASSERT_TRUE(assumed.has_z);
   EXPECT_NE(controller_.value(address::correction_f32), 0) << "the correction follows the turning axis";
@@ -154,7 +154,7 @@ TEST_F(ByRegisters, ScansAreDoneAcceptedAndFollowed) {
     const double tau_ms = controller_.value(address::delay_f32), sd_ms = controller_.value(address::delay_sd_f32);
     EXPECT_GT(sd_ms, 0);
     EXPECT_EQ(controller_.value(address::delay_sd_f32 + 4), 0) << "a scan at one height tells nothing of Z";
-    EXPECT_EQ(number(address::status) & modbus::kDelayCalibrated, 0U) << "so not every axis has its delay";
+    EXPECT_EQ(number(address::status) & published::kDelayCalibrated, 0U) << "so not every axis has its delay";
     EXPECT_NEAR(tau_ms, 1e3 * office_.scenario().truth().tau_s[0], 5 * sd_ms);
     EXPECT_EQ(number(address::step_scan_arcs), 0U) << "no step is to be done any more";
   }

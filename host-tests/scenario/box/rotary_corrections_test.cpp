@@ -27,7 +27,7 @@ using world::operator*;
 constexpr int kAngles = 12;
 constexpr std::size_t kTableBalls = 8;
 constexpr double kSigma_mm = 0.0005;
-constexpr auto kRotary = static_cast<std::size_t>(published::SourceKind::rotary);
+constexpr auto kRotary = static_cast<std::size_t>(SourceKind::rotary);
 
 world::Config turningTableWorld() {
   auto config = usualWorld();
@@ -93,7 +93,7 @@ class TurningTable : public testing::Test {
     ASSERT_TRUE(events && events->size() == kAngles + 1);
     ASSERT_FALSE(box::validateActivation(usualBox(config), *events));
     for (const auto& event : *events) scenario.push(event);
-    scenario.push(SourcesEnabled{.mask = published::bitOf(published::SourceKind::rotary), .at = scenario.now()});
+    scenario.push(SourcesEnabled{.mask = bitOf(SourceKind::rotary), .at = scenario.now()});
   }
   void turnTo(double c_rad) {
     ASSERT_TRUE(scenario.world().machine().turnTo({.c_rad = c_rad}, scenario.now()));

@@ -316,7 +316,8 @@ void Circle::calibrateAll() {
   if (testing::Test::HasFatalFailure()) return;
   touches_.standHere();
   for (int second = 0; second < 120 && number(address::settled) != 1; ++second) boot_.run(1s);
-  EXPECT_EQ(number(address::status) & modbus::kValid, unsigned{modbus::kValid}) << number(address::sources_invalid);
+  EXPECT_EQ(number(address::status) & published::kValid, unsigned{published::kValid})
+      << number(address::sources_invalid);
 }
 
 std::vector<Residual> Circle::delayAgain() {

@@ -27,7 +27,7 @@ AddedCorrection::AddedCorrection(Scenario& scenario, RegisterLink& line) : scena
 Vector3 AddedCorrection::reached(const Vector3& commanded_mm, MonoTime now) {
   if (!adds_) correction_mm_ = {};
   const auto status = static_cast<unsigned>(line_.value(modbus::address::status));
-  if (adds_ && (status & modbus::kValid) != 0 && (status & modbus::kReferenced) != 0) {
+  if (adds_ && (status & published::kValid) != 0 && (status & published::kReferenced) != 0) {
     for (std::size_t i = 0; i < 3; ++i)
       correction_mm_[i] = line_.value(static_cast<std::uint16_t>(modbus::address::correction_f32 + 2 * i));
   }

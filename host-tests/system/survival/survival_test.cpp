@@ -153,7 +153,7 @@ TEST_F(Survival, MuteConnectionsDoNotLockOthersOut) {
   std::vector<std::unique_ptr<io::BytePipe>> mute;
   for (int i = 0; i < 100; ++i) {
     if (auto pipe = tcp::connectTcp(box, 5s)) mute.push_back(std::move(*pipe));
-    // At the first attempt, whatever stands at the connection.
+    // At the first attempt, however many are mute.
     if (i % 10 != 9) continue;
     EXPECT_TRUE(tour::outputOf({PROBEBOX, "-u", uri(), "status"})) << i;
   }

@@ -105,7 +105,7 @@ TEST_P(EveryMethod, RefusesNumbersThatNoMachineHasAndSaysWhereTheyAre) {
   }
 }
 
-// A zero, the least number there is, and the largest that the connection lets in: answered by finite numbers, or
+// A zero, the least number there is, and the largest that `solve` lets in: answered by finite numbers, or
 // refused.
 TEST_P(EveryMethod, AnswersExtremesInFiniteNumbersOrRefusesThem) {
   for (const auto& place : placesIn(dataset)) {

@@ -22,7 +22,7 @@ TEST(Corrections, StartInvalid) {
 
 TEST(Corrections, OfScrewsThatAreNotThereAreNotValid) {
   Corrections corrections{{}};
-  corrections.push(SourcesEnabled{.mask = bitOf(published::SourceKind::screw), .at = monoTime(0)});
+  corrections.push(SourcesEnabled{.mask = bitOf(SourceKind::screw), .at = monoTime(0)});
   for (int ms = 1; ms < 100; ++ms) corrections.advance(monoTime(ms * 1'000'000), kLocked, {});
   EXPECT_FALSE(corrections.state().valid);
   EXPECT_EQ(corrections.state().heartbeat, 0U);

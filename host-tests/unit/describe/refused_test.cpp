@@ -163,11 +163,9 @@ TEST(Refused, SourcesThatNothingFeeds) {
   EXPECT_THAT(simMachineProblem("sources = [\"screw\"] ", "sources = [\"screw\", \"swivel\", \"screw\"] "),
               AllOf(HasSubstr("\"swivel\""), HasSubstr("[swivel]"), HasSubstr("\"screw\" twice")));
   const auto bare = machineWith("", "sources = [\"screw\", \"rotary\", \"centreline\"]\n");
-  EXPECT_EQ(problemOf(bare),
-            "machine.toml:5: 'corrections.sources' names \"screw\", and no [screw.X], [screw.Y] or [screw.Z] is "
-            "described: add it, or remove the name\n"
-            "machine.toml:5: 'corrections.sources' names \"rotary\", and no [rotary_table] is described: add it, or "
-            "remove the name");
+  EXPECT_THAT(problemOf(bare),
+              AllOf(HasSubstr("machine.toml:5: 'corrections.sources'"), HasSubstr("\"screw\""), HasSubstr("[screw.X]"),
+                    HasSubstr("\"rotary\""), HasSubstr("[rotary_table]"), Not(HasSubstr("\"centreline\""))));
 }
 
 TEST(Refused, AddressesThatAreThereTwice) {

@@ -43,8 +43,8 @@ RC_GTEST_PROP(RegisterImage, SaysTheSameInAllFormatsToTheirResolutionAndNeverWra
     RC_ASSERT(std::abs(shown(image, address::correction_f32 + 2 * axis) - wanted) <= 2e-7);
     RC_ASSERT(std::abs(shown(image, address::correction_i32 + 2 * axis) * 1e-6 - wanted) <= 0.5001e-6);
   }
-  RC_ASSERT((image[address::status] & kValid) != 0);
-  RC_ASSERT(((image[address::status] & kDegraded) != 0) == beyond);
+  RC_ASSERT((image[address::status] & published::kValid) != 0);
+  RC_ASSERT(((image[address::status] & published::kDegraded) != 0) == beyond);
 }
 
 TEST(RegisterImage, HoldsTheServedValueAndDropsValidWhenACorrectionIsNotANumber) {
@@ -57,7 +57,7 @@ TEST(RegisterImage, HoldsTheServedValueAndDropsValidWhenACorrectionIsNotANumber)
     snapshot.correction_mm[1] = bad;
     image.fill(snapshot, {}, nullptr, WordOrder::high_first);
     EXPECT_EQ(image[6], 65536 - 2000);
-    EXPECT_EQ(image[address::status], kDegraded);
+    EXPECT_EQ(image[address::status], published::kDegraded);
   }
 }
 

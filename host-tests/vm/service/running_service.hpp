@@ -12,7 +12,7 @@
 
 namespace probebox::vm {
 
-// Where hosts come in: the socket unit's connection.
+// Where hosts come in: the listener of the socket unit.
 inline constexpr const char* kConnection = "tcp:127.0.0.1:7627";
 
 // The installed service, running.

@@ -63,10 +63,6 @@ std::span<const Area> areasWritten() {
   return kWrittenAreas;
 }
 
-std::size_t wordsOfAreas() {
-  return kWrittenAreas.back().word + std::size_t{kWrittenAreas.back().count};
-}
-
 std::optional<Place> placeRead(std::string_view pin) {
   return placeIn(kRead, pin);
 }

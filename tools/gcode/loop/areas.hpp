@@ -20,8 +20,6 @@ struct Area {
 };
 std::span<const Area> areasRead();
 std::span<const Area> areasWritten();
-// Number of words from the first area to the end of the last one.
-std::size_t wordsOfAreas();
 
 struct Place {
   const modbus::Register* entry{};

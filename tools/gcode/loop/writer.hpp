@@ -90,7 +90,6 @@ class Writer {
   void fail(const std::string& what);
   int newLabel() { return ++labels_; }
   std::string text(const Value& value);
-  const std::set<std::string>& stepPins() const { return step_pins_; }
   // Writes as comments what an integrator has to know and to do.
   void explain(std::string_view control, const std::vector<std::string>& needs);
   // Assigns the copies of the registers of the step.

@@ -181,7 +181,7 @@ class CommandLine {
         ->check(between(0, 1));
   }
 
-  // Off-line connections to what the box does: files in, files out.
+  // What the box does, off line: files in, files out.
   void addTables() {
     auto* verify =
         commands_.add("verify", "check a recording: frames, sequence numbers and the sample balance of every heartbeat",

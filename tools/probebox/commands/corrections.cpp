@@ -35,9 +35,9 @@ std::optional<std::uint16_t> maskOf(const std::string& names) {
   if (names == "none") return std::uint16_t{0};
   for (std::size_t at = 0; at <= names.size();) {
     const auto name = std::string_view{names}.substr(at, names.find(',', at) - at);
-    const auto found = std::ranges::find(published::kSourceNames, name);
-    if (found == published::kSourceNames.end()) return std::nullopt;
-    mask |= 1U << static_cast<unsigned>(found - published::kSourceNames.begin());
+    const auto found = std::ranges::find(kSources, name, &SourceDescription::name);
+    if (found == std::end(kSources)) return std::nullopt;
+    mask |= 1U << static_cast<unsigned>(found - std::begin(kSources));
     at += name.size() + 1;
   }
   return static_cast<std::uint16_t>(mask);

@@ -142,11 +142,11 @@ void corrections(Page& page, const WatchState& state) {
   const auto* words = !c.valid ? "invalid" : c.degraded ? "degraded" : "";
   page.put(9, kLabel, words, c.valid ? Style::warned : Style::bad);
   constexpr std::array<std::size_t, 4> kColumns{0, 15, 31, 47};
-  for (std::size_t bit = 0; bit < published::kSourceKinds; ++bit) {
+  for (std::size_t bit = 0; bit < kSourceKinds; ++bit) {
     const auto health = static_cast<std::size_t>(c.health[bit]);
     if (health >= kHealths.size()) continue;
     const auto column = kLabel + kColumns[bit];
-    const auto name = published::kSourceNames[bit];
+    const auto name = kSources[bit].name;
     const bool matters = (unsigned{c.mask} >> bit & 1U) != 0 || c.health[bit] == published::Health::good;
     page.put(8, column, std::string{name}, Style::soft);
     page.put(8, column + name.size() + 1, kHealths[health], matters ? kStyles[health] : Style::soft);

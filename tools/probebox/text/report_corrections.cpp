@@ -11,12 +11,10 @@
 namespace probebox::command {
 namespace {
 
-using published::kSourceNames;
-
 Json sourcesOf(const messages::Corrections::Answer& c) {
   Json all = Json::array();
   for (std::size_t bit = 0; bit < c.health.size(); ++bit)
-    all.push_back({{"source", kSourceNames[bit]},
+    all.push_back({{"source", kSources[bit].name},
                    {"health", nameOf(c.health[bit])},
                    {"summed", (unsigned{c.mask} >> bit & 1U) != 0}});
   return all;
@@ -109,8 +107,8 @@ std::string lineOf(const messages::ValueInUse& value) {
 
 std::string maskOf(std::uint16_t mask) {
   std::string all;
-  for (std::size_t bit = 0; bit < kSourceNames.size(); ++bit) {
-    if ((unsigned{mask} >> bit & 1U) != 0) all.append(all.empty() ? "" : "+").append(kSourceNames[bit]);
+  for (std::size_t bit = 0; bit < kSourceKinds; ++bit) {
+    if (hasSource(mask, bit)) all.append(all.empty() ? "" : "+").append(kSources[bit].name);
   }
   return all.empty() ? "no source" : all;
 }
@@ -150,7 +148,7 @@ std::string page(const messages::Corrections::Answer& c) {
   if (c.valid && !c.settled) all += "\n  changing: limited by the maximum rate";
   for (std::size_t bit = 0; bit < c.health.size(); ++bit) {
     if (c.health[bit] == published::Health::off) continue;
-    all += printed("\n  %-10s ", kSourceNames[bit].data()) + std::string{nameOf(c.health[bit])} +
+    all += printed("\n  %-10s ", kSources[bit].name.data()) + std::string{nameOf(c.health[bit])} +
            ((unsigned{c.mask} >> bit & 1U) != 0 ? "" : ", not summed");
   }
   for (std::size_t i = 0; i < c.axes.size(); ++i) all += "\n  " + lineOf("XYZ"[i % 3], c.axes[i]);

@@ -101,7 +101,7 @@ TEST_F(RunningDaemon, ServesThroughASocketThatTheServiceManagerOpened) {
   const auto manager = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
   ASSERT_TRUE(manager) << manager.error().what;
   const auto uri = "tcp:" + tcp::describe(manager->address());
-  options.links = {uri};  // the same connection, which must not be opened twice
+  options.links = {uri};  // the same address, which must not be opened twice
   std::vector<PassedSocket> passed;
   passed.push_back({io::Descriptor{dup(manager->descriptor())}, "probeboxd.socket"});
   start(std::move(passed));
