@@ -338,7 +338,7 @@ enum Status : std::uint16_t {
 };
 constexpr std::uint16_t statusOf(const Snapshot& s) {
   unsigned status = 0;
-  const auto set = [&](bool is_set, Status bit) { status |= is_set ? bit : 0U; };
+  const auto set = [&](bool is_set, Status bit) { status |= is_set ? unsigned{bit} : 0U; };
   set(s.valid, kValid);
   set(s.clock_locked, kClockLocked);
   set(s.delay.calibrated, kDelayCalibrated);
