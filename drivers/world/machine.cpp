@@ -227,11 +227,13 @@ bool Machine::leadsPart(const Pose& pose, MonoTime from, MonoTime until) {
   return true;
 }
 
-// A ball of the part, which stands at its contact, meets the free stylus.
-void Machine::strike(double c_rad, const Instant& at, double sense, double speed_rad_s) {
+// A ball of the part, which stands at its contact, meets the free stylus. Returns how much further it turns until the
+// stylus gives way, by the lobes of the probe.
+double Machine::strike(double c_rad, const Instant& at, double sense, double speed_rad_s) {
   const Vector3 tip = tipEnd(at.rounded());
   stylus_.struckAt(tip, normalAt(tip), at, hold_,
                    {.axis = part_axis_, .through = part_point_, .contact_rad = c_rad, .sense = sense}, speed_rad_s);
+  return turnedInto()->contact_rad - c_rad;
 }
 
 bool Machine::followTool(std::uint32_t number, MonoTime from) {
@@ -251,18 +253,18 @@ bool Machine::turnUntilContact(double c_rad, double speed_rad_s, MonoTime now, d
   const double contact_rad = share.value_or(1) * way_rad;
   const double on_rad = share ? std::copysign(std::min(beyond_rad, std::abs(way_rad - contact_rad)), way_rad) : 0;
   const double until_contact_s = std::abs(contact_rad) / speed_rad_s;
-  const double turning_s = std::abs(contact_rad + on_rad) / speed_rad_s;
   const double met_at_rad = commanded_.c_rad + contact_rad;
   stands_.c_rad += contact_rad;
   solids_.turnPart(stands_.part());
-  if (share)
-    strike(met_at_rad, {now + Nanoseconds{std::llround(1e9 * until_contact_s)}, 0}, std::copysign(1, way_rad),
-           speed_rad_s);
-  commanded_.c_rad = met_at_rad + on_rad;
-  turned_at_ = now + Nanoseconds{std::llround(1e9 * turning_s)};
+  const double late_rad = share ? strike(met_at_rad, {now + Nanoseconds{std::llround(1e9 * until_contact_s)}, 0},
+                                         std::copysign(1, way_rad), speed_rad_s)
+                                : 0;
+  const double further_rad = late_rad + on_rad;
+  commanded_.c_rad = met_at_rad + further_rad;
+  turned_at_ = now + Nanoseconds{std::llround(1e9 * std::abs(contact_rad + further_rad) / speed_rad_s)};
   part_.append(commanded_.c_rad, now, turned_at_);
   standFrom(now);
-  stands_.c_rad += on_rad;
+  stands_.c_rad += further_rad;
   return true;
 }
 

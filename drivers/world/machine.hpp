@@ -164,7 +164,7 @@ class Machine {
   const TurnOfPart* turnedInto() const;  // null where the stylus does not touch by a turn
   Vector3 bodyEnd(MonoTime at) const;
   Vector3 tipEnd(MonoTime at) const { return bodyEnd(at) + hold_.tip; }
-  void strike(double c_rad, const Instant& at, double sense, double speed_rad_s);
+  double strike(double c_rad, const Instant& at, double sense, double speed_rad_s);
   void turnTouching(const Pose& pose, double speed_rad_s, MonoTime from, MonoTime until);
   bool turnsByC(const Pose& pose) const;
   double armOf(const Vector3& point) const;

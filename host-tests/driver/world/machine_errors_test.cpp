@@ -188,6 +188,24 @@ TEST(Lobing, ShiftsWhatIsFoundByDirection) {
   }
 }
 
+TEST(Lobing, LetsAPartTurnFurtherUntilItIsFound) {
+  auto config = quiet();
+  config.part_spindle = {.point_mm = {300, 50, -100}, .ball_radius_mm = 6, .balls_mm = {{0, 60, 80}}};
+  const Vector3 stylus{315, 110, -20};
+  const auto gapAtContact = [&] {
+    Machine machine{config};
+    EXPECT_TRUE(machine.turnTo({.c_rad = 0.5}, seconds(1)));
+    EXPECT_TRUE(machine.moveTo(stylus, 50, seconds(10)));
+    EXPECT_TRUE(machine.turnUntilContact(-0.5, 0.1, seconds(30)));
+    const double c_rad = machine.commandedPose().c_rad;
+    EXPECT_NEAR(toSeconds(machine.stylus().contact(0)->begin.rounded() - seconds(30)), (0.5 - c_rad) / 0.1, 1e-6);
+    return norm(Vector3{300 - 60 * std::sin(c_rad), 50 + 60 * std::cos(c_rad), -20} - stylus) - 9;
+  };
+  EXPECT_NEAR(gapAtContact(), 0, 1e-7);
+  config.probe.lobe_mm = 0.003;
+  EXPECT_NEAR(gapAtContact(), -0.003, 1e-4) << "the ball comes nearly along X";
+}
+
 TEST(Lobing, FollowsTheBallThatSlidesRound) {
   auto config = quiet();
   config.probe.lobe_mm = 0.002;
