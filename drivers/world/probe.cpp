@@ -13,7 +13,7 @@ Probe::Probe(const Config& config, std::uint64_t seed)
       random_{seed, RandomStream::probe},
       sampling_{config.start, config.probe.rate_hz, random_} {}
 
-// Springs with friction let go of where they were only when the stylus is further away than the half of it.
+// Springs with friction rest until the stylus is half of the hysteresis away from what they show.
 Vector3 Probe::channels(const Vector3& displacement_mm, MonoTime at) {
   const Vector3 behind = displacement_mm - felt_;
   const double drag_mm = config_.hysteresis_mm / 2;
