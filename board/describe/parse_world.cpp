@@ -6,6 +6,7 @@
 #include "board/describe/machine.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/section.hpp"
+#include "board/describe/sim_files.hpp"
 #include "board/describe/tool_sections.hpp"
 #include "board/describe/world.hpp"
 
@@ -161,13 +162,29 @@ World readWorld(Section& root) {
   if (auto section = root.sectionIfThere("outside_control"))
     world.outside_control = readOutsideControl(std::move(*section), world);
   for (auto& fault : root.sections("fault", kMostFaults)) world.faults.push_back(read<WorldFault>(std::move(fault)));
+  for (auto& vibration : root.sections("vibration", WorldVibration::kMost))
+    world.vibrations.push_back(read<WorldVibration>(std::move(vibration)));
   return world;
+}
+
+// Adds the keys that are missing. Elements of [[tables]] are not told apart: a list is taken whole, or stays.
+void complete(toml::table& table, const toml::table& otherwise) {
+  for (const auto& [key, node] : otherwise) {
+    auto* const there = table.get(key);
+    if (there == nullptr) {
+      table.insert(key, node);
+    } else if (there->is_table() && node.is_table()) {
+      complete(*there->as_table(), *node.as_table());
+    }
+  }
 }
 
 }  // namespace
 
 Outcome<World> parseWorld(std::string_view text, std::string_view file_name) {
-  return readDocument<World>(text, file_name, readWorld);
+  return readDocument<World>(text, file_name, readWorld, [](toml::table& world) {
+    if (world["like_sim"].value_or(false)) complete(world, toml::parse(simFile("world.toml")));
+  });
 }
 
 }  // namespace probebox::board

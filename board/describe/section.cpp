@@ -174,9 +174,9 @@ const toml::array* Section::list(std::string_view key, bool required, Count coun
   return array->size() > count.most ? nullptr : array;
 }
 
-std::vector<double> Section::numbers(std::string_view key, Range range, Count count) {
+std::vector<double> Section::numbers(std::string_view key, Range range, Count count, bool required) {
   std::vector<double> values;
-  const auto* array = list(key, true, count, "[5, 10]");
+  const auto* array = list(key, required, count, "[5, 10]");
   if (array == nullptr) return values;
   for (const auto& element : *array) values.push_back(checked(key, element, overlap(range, plausible(key))));
   return values;

@@ -87,7 +87,7 @@ class Section {
   // Printable and not empty.
   std::string text(std::string_view key, std::optional<std::string> otherwise = {},
                    std::size_t most_characters = kLongestName);
-  std::vector<double> numbers(std::string_view key, Range range, Count count);
+  std::vector<double> numbers(std::string_view key, Range range, Count count, bool required = true);
   std::vector<std::uint32_t> wholeNumbers(std::string_view key, Range range, Count count);
   std::array<double, 3> vector(std::string_view key, Range range);
   std::optional<std::array<double, 3>> vectorIfThere(std::string_view key, Range range);
@@ -184,7 +184,8 @@ struct KeyReader {
     value = section.matrix(key, of.range);
   }
   void operator()(std::string_view key, std::vector<double>& value, Key of, std::string_view) const {
-    value = section.numbers(key, of.range, {1, of.most});
+    auto given = section.numbers(key, of.range, {1, of.most}, !of.may_be_omitted);
+    if (!of.may_be_omitted || section.has(key)) value = std::move(given);
   }
   template <NamedValue T, std::size_t N>
   void operator()(std::string_view key, T& value, OneOf<N> of, std::string_view) const {
@@ -227,13 +228,16 @@ std::string usbText(Section& section, std::string_view key, std::optional<std::s
 // would overflow its stack.
 bool isParsable(std::string_view text, Problems& problems);
 
-// Parses `text` and reads it by `read` (Section& -> T). Returns all problems as one error.
+// Parses `text` and reads it by `read` (Section& -> T) once it is completed. Returns all problems as one error.
 template <class T, class Read>
-Outcome<T> readDocument(std::string_view text, std::string_view file_name, Read read) {
+Outcome<T> readDocument(
+    std::string_view text, std::string_view file_name, Read read,
+    void (*complete)(toml::table&) = [](toml::table&) {}) {
   Problems problems{file_name};
   if (!isParsable(text, problems)) return problems.error();
   try {
-    const auto table = toml::parse(text, file_name);
+    auto table = toml::parse(text, file_name);
+    complete(table);
     Section root{table, "", problems, 1};
     T value = read(root);
     root.finish();

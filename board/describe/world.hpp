@@ -71,14 +71,33 @@ struct WorldEncoders {
   }
 };
 
+// A slow walk as something warms up: at this rate at the start, and by rate times time constant in the end.
+struct WorldDrift {
+  Vector3 rate_mm_min{};
+  double time_constant_s{};
+
+  static constexpr void keys(auto& self, auto&& key, const char* rate, const char* time_constant) {
+    key("drift_mm_min", self.rate_mm_min, within(-1, 1).orUsual(), rate);
+    key("drift_time_constant_s", self.time_constant_s, within(0, 1e6).orUsual(), time_constant);
+  }
+};
+
 struct WorldAxes {
   double acceleration_mm_s2{}, traverse_mm_s{};
   Vector3 home_mm{};
+  Vector3 lost_motion_mm{};
+  WorldDrift drift{};
 
   static constexpr void keys(auto& self, auto&& key) {
     key("acceleration_mm_s2", self.acceleration_mm_s2, within(1, 1e5), "of the linear axes");
     key("traverse_mm_s", self.traverse_mm_s, within(0.1, 5000), "speed between features");
     key("home_mm", self.home_mm, within(kPosition_mm), "position of the stylus ball at the start");
+    key("lost_motion_mm", self.lost_motion_mm, within(0, 1).orUsual(),
+        "play between encoder and slide of X, Y, Z: after a reversal the slide rests until the encoder has gone so far "
+        "(ISO 230-2: reversal value)");
+    WorldDrift::keys(self.drift, key,
+                     "by which X, Y, Z carry the probe away per minute at the start, unseen by the encoders",
+                     "of that drift; 0: it does not end");
   }
 };
 
@@ -134,8 +153,11 @@ struct WorldProbe {
   double rate_hz{}, noise_um{};
   Matrix3 gain{};
   double range_mm{}, bounce_mm{}, bounce_decay_s{0.005}, dropout_probability{}, friction{0.08};
+  double lobe_twice_mm{}, lobe_mm{}, lobe_along_mm{}, hysteresis_mm{}, curvature{};
+  WorldDrift drift{};
 
   static constexpr void keys(auto& self, auto&& key) {
+    constexpr Key kLobe = within(-0.1, 0.1).orUsual();
     key("rate_hz", self.rate_hz, within(kSampleRate_hz), "of the samples");
     key("noise_um", self.noise_um, within(kNoise_um), "of a sample of one channel (k = 1)");
     key("gain", self.gain, within(-10, 10),
@@ -146,6 +168,36 @@ struct WorldProbe {
     key("bounce_decay_s", self.bounce_decay_s, within(1e-5, 1).orUsual(), "time constant of the bounce");
     key("dropout_probability", self.dropout_probability, within(kProbability).orUsual(), "per sample");
     key("friction", self.friction, within(0, 0.5).orUsual(), "coefficient of the stylus ball while it slides");
+    key("lobe_twice_mm", self.lobe_twice_mm, kLobe,
+        "by which the scanning probe finds surfaces too deep in two directions about its stylus, and too high across "
+        "them (ISO 10360-5: form of probing)");
+    key("lobe_mm", self.lobe_mm, kLobe, "the same: three lobes");
+    key("lobe_along_mm", self.lobe_along_mm, kLobe, "the same along the stylus, against across it");
+    key("hysteresis_mm", self.hysteresis_mm, within(0, 1).orUsual(),
+        "by which readings lag behind the stylus when it turns round: their zero is half of it to the side of the last "
+        "deflection");
+    key("curvature", self.curvature, within(-0.5, 0.5).orUsual(),
+        "share by which a channel reads too much at range_mm, half of it at half of that");
+    WorldDrift::keys(self.drift, key, "of the zero along the probe's X, Y, Z per minute at the start",
+                     "of that drift; 0: it does not end");
+  }
+};
+
+// A line in the spectrum of what moves. It may lie above half the rate of samples.
+struct WorldVibration {
+  enum class Of : std::uint8_t { axes, body, probe };
+  static constexpr std::size_t kMost = 8;
+  Of of{Of::body};
+  double frequency_hz{}, amplitude_mm{};
+  Vector3 direction{1, 0, 0};  // of any length
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("of", self.of, oneOf("axes", "body", "probe"),
+        "what vibrates: the axes, which encoders see; what they carry, which a stylus in contact sees; or the zero of "
+        "the probe, which is seen without contact too");
+    key("frequency_hz", self.frequency_hz, within(kSampleRate_hz), "of the line; a sine from the start on");
+    key("amplitude_um", self.amplitude_mm, within(kNoise_um).times(1e-3), "half of what is between its ends");
+    key("direction", self.direction, within(-1, 1), "of X, Y, Z, or of the probe's own axes; of any length");
   }
 };
 
@@ -362,6 +414,7 @@ struct WorldScrew {
   double cold_um{}, warm_um{}, time_constant_s{};
   std::array<double, 2> face_um{};  // deviation of the face from a plane, one and two periods per turn
   double noise_um{}, sensor_time_constant_s{};
+  std::vector<double> heat_shares{1};
 
   static constexpr void keys(auto& self, auto&& key) {
     constexpr Key kFace = within(0, 100).orUsual();
@@ -372,6 +425,9 @@ struct WorldScrew {
     key("face_twice_um", self.face_um[1], kFace, "the same, twice a turn");
     key("noise_um", self.noise_um, within(0, 100).orUsual(), "of one reading (k = 1)");
     key("sensor_time_constant_s", self.sensor_time_constant_s, within(0, 10).orUsual(), "of the sensor");
+    key("heat_shares", self.heat_shares, within(0.01, 100).upTo(16).orUsual(),
+        "warmth of equal parts of the screw from its bearing on, against each other: nuts are off by the parts before "
+        "them, the sensor by all");
   }
 };
 
@@ -471,8 +527,11 @@ struct World {
   WorldCycle cycle;
   std::optional<WorldOutsideControl> outside_control;
   std::vector<WorldFault> faults;
+  std::vector<WorldVibration> vibrations;
+  bool like_sim{};
 
   static constexpr void keys(auto& self, auto&& key) {
+    key("like_sim", self.like_sim, "what this file does not say is as in board/sim");
     key("seed", self.seed, within(0, 1e15), "of everything random");  // TOML's integers are signed
   }
 };

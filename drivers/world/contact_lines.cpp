@@ -82,13 +82,10 @@ void TouchTrigger::prepare(const Machine& machine) {
   pressed_ = !pressed_;
 }
 
-// The stylus sits on three pairs of contacts, so its pre-travel has three lobes about its axis. A longer one gives way
-// further, and one that is touched nearer to the contacts less.
+// A longer stylus gives way further, and one that is touched nearer to its contacts less.
 double TouchTrigger::preTravel(const Contact& contact) {
-  const Vector3 n = transposed(contact.turned) * contact.normal;
-  const double across = std::hypot(n[0], n[1]), around_rad = std::atan2(n[1], n[0]);
-  return contact.pre_travel * (across * (trigger_.pre_travel_mm + trigger_.lobe_mm * std::cos(3 * around_rad)) +
-                               std::abs(n[2]) * trigger_.axial_mm);
+  const Lobes lobes{.mean_mm = trigger_.pre_travel_mm, .thrice_mm = trigger_.lobe_mm, .along_mm = trigger_.axial_mm};
+  return contact.pre_travel * lobes.at(transposed(contact.turned) * contact.normal);
 }
 
 Nanoseconds TouchTrigger::lateness() {

@@ -16,10 +16,12 @@ Machine::Machine(const Config& config, std::uint64_t seed)
       further_tools_{config.further_tools},
       head_{config.swivel_head.value_or(board::WorldSwivelHead{})},
       linear_errors_{config.linear_axes},
-      motion_{config.axes.home_mm},
+      axes_sway_{config, Vibrates::axes},
+      body_sway_{config, Vibrates::body, config.axes.drift},
+      motion_{config.axes.home_mm, config.axes.lost_motion_mm},
       commanded_mm_{config.axes.home_mm},
       solids_{config},
-      stylus_{config.probe},
+      stylus_{config, body_sway_},
       random_{seed, RandomStream::machine},
       mounts_{1 + config.part_spindle.further_mounts.size()} {
   probe_spindle_.direction = unit(probe_spindle_.direction);
@@ -34,41 +36,59 @@ Machine::Machine(const Config& config, std::uint64_t seed)
   standFrom(MonoTime::min());
 }
 
+// The part of a straight move after which something is met.
+std::optional<double> Machine::shareUntilMet(const Move& move) const {
+  if (hold_.is_head || move.length_mm == 0) return std::nullopt;
+  if (touching()) return 0;
+  std::optional<double> share;
+  forEachWay(move, [&](const Move& way) {
+    const auto found = share ? std::nullopt : stylus_.meeting(way, 0, solids_, hold_);
+    if (found) share = (way.profile_from_mm + found->distance_mm * way.profile_per_mm) / move.length_mm;
+  });
+  return share;
+}
+
+// Calls take() for the straight ways that the body makes in a straight move, in order: one, or more while slides rest
+// until play is taken up. Over the way of a touch geometric errors have no curvature to speak of.
+template <class Take>
+void Machine::forEachWay(const Move& move, Take take) const {
+  if (linear_errors_.none() && motion_.isRigid()) return take(move);
+  motion_.forEachPart(move, [&](double from_mm, double to_mm) {
+    const Vector3 from = bodyFor(motion_.slideOn(move, from_mm)), way = bodyFor(motion_.slideOn(move, to_mm)) - from;
+    Move real = move;
+    real.from = from;
+    real.direction = unit(way);
+    real.length_mm = norm(way);
+    real.profile_from_mm = from_mm;
+    real.profile_per_mm = (to_mm - from_mm) / real.length_mm;
+    if (real.length_mm > 0) take(real);
+  });
+}
+
+void Machine::carry(const Move& move) {
+  forEachWay(move, [this](const Move& way) {
+    if (hold_.is_head && comesFromAside(way)) ++crashes_;
+    stylus_.follow(way, solids_, hold_);
+  });
+}
+
 bool Machine::moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) {
   if (!atRest(now)) return false;
   commanded_mm_ = target_mm;
   const Vector3 reached_mm = drives_ ? drives_(target_mm, now) : target_mm;
   if (reached_mm == motion_.target()) return true;
-  const Move move = ofTheBody(motion_.append(reached_mm, limits(speed_mm_s), now));
-  if (hold_.is_head && comesFromAside(move)) ++crashes_;
-  stylus_.follow(move, solids_, hold_);
+  carry(motion_.append(reached_mm, limits(speed_mm_s), now));
   return true;
 }
 
 std::optional<Vector3> Machine::moveUntilContact(const Vector3& target_mm, double speed_mm_s, MonoTime now,
                                                  double beyond_mm) {
   const Vector3 from_mm = commanded_mm_, way_mm = target_mm - from_mm;
-  const auto share = shareUntilMet(drives_ ? drives_(target_mm, now) : target_mm);
+  const auto share =
+      shareUntilMet(motion_.moveTo(drives_ ? drives_(target_mm, now) : target_mm, limits(speed_mm_s), now));
   const double until = share ? std::min(1.0, *share + beyond_mm / norm(way_mm)) : 1;
   if (!moveTo(from_mm + until * way_mm, speed_mm_s, now) || !share) return std::nullopt;
   return from_mm + *share * way_mm;
-}
-
-// The part of a straight way to there after which something is met.
-std::optional<double> Machine::shareUntilMet(const Vector3& reached_mm) const {
-  const Vector3 from_mm = motion_.target();
-  if (hold_.is_head || reached_mm == from_mm) return std::nullopt;
-  if (touching()) return 0;
-  Move way = ofTheBody({.start = {},
-                        .from = from_mm,
-                        .direction = unit(reached_mm - from_mm),
-                        .length_mm = norm(reached_mm - from_mm),
-                        .profile = {}});
-  way.from = way.from + hold_.tip;
-  const auto meeting = hold_.tool_radius_mm ? solids_.meetTool(way, 0, *hold_.tool_radius_mm, hold_.nose)
-                                            : solids_.meet(way, 0, hold_.shank);
-  if (!meeting) return std::nullopt;
-  return meeting->distance_mm / way.length_mm;
 }
 
 bool Machine::slideTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) {
@@ -76,7 +96,7 @@ bool Machine::slideTo(const Vector3& target_mm, double speed_mm_s, MonoTime now)
   commanded_mm_ = target_mm;
   const Vector3 reached_mm = drives_ ? drives_(target_mm, now) : target_mm;
   if (reached_mm == motion_.target()) return true;
-  const Vector3 body = bodyFor(motion_.target());
+  const Vector3 body = bodyEnd(now);
   const double turns = cross(body + hold_.tip - solids_.sphere().centre, reached_mm - motion_.target())[2];
   motion_.append(reached_mm, limits(speed_mm_s), now);
   stylus_.slide({now, 0}, body, solids_.sphere(), std::copysign(1, turns));
@@ -86,24 +106,12 @@ bool Machine::slideTo(const Vector3& target_mm, double speed_mm_s, MonoTime now)
 // The drives are off by as much all along it.
 bool Machine::slideRound(const Vector3& centre_mm, double turn_rad, double speed_mm_s, MonoTime now) {
   if (!atRest(now)) return false;
-  const Vector3 off_mm = motion_.target() - commanded_mm_, body = bodyFor(motion_.target());
+  const Vector3 off_mm = motion_.target() - commanded_mm_, body = bodyEnd(now);
   const Arc commanded = arcFrom(commanded_mm_, centre_mm, turn_rad);
   commanded_mm_ = commanded.at(commanded.length_mm());
   motion_.appendArc(arcFrom(motion_.target(), centre_mm + off_mm, turn_rad), limits(speed_mm_s), now);
   stylus_.slide({now, 0}, body, solids_.sphere(), std::copysign(1, turn_rad));
   return true;
-}
-
-// Straight between where it really begins and ends: over the way of a touch errors have no curvature to speak of.
-Move Machine::ofTheBody(const Move& move) const {
-  if (linear_errors_.none()) return move;
-  const Vector3 from = bodyFor(move.from), way = bodyFor(move.at(move.length_mm)) - from;
-  Move real = move;
-  real.from = from;
-  real.direction = unit(way);
-  real.length_mm = norm(way);
-  real.profile_per_mm = move.length_mm / real.length_mm;
-  return real;
 }
 
 bool Machine::turnTo(const Pose& pose, double speed_rad_s, MonoTime now) {
@@ -114,7 +122,7 @@ bool Machine::turnTo(const Pose& pose, double speed_rad_s, MonoTime now) {
     turnTouching(pose, speed_rad_s, now, until);
     return true;
   }
-  if (touching() || strikesOnTheWayTo(pose)) ++crashes_;
+  if (touching() || strikesOnTheWayTo(pose, now)) ++crashes_;
   turn(pose, now, until);
   return true;
 }
@@ -124,7 +132,7 @@ void Machine::turnTouching(const Pose& pose, double speed_rad_s, MonoTime from, 
   constexpr double kMost_mm = 3;  // that the stylus gives way
   const auto& into = *turnedInto();
   const double before_rad = into.beyond(commanded_.c_rad), after_rad = into.beyond(pose.c_rad);
-  const double arm_mm = armOf(bodyFor(motion_.target()) + hold_.tip);
+  const double arm_mm = armOf(tipEnd(from));
   if (!turnsByC(pose) || arm_mm * after_rad > kMost_mm) ++crashes_;
   if (after_rad <= 0) stylus_.partedAt({from, before_rad / speed_rad_s}, before_rad > 0 ? speed_rad_s : 0);
   if (!turnsByC(pose)) return turn(pose, from, until);
@@ -169,9 +177,7 @@ void Machine::follow(const Vector3& position_mm, MonoTime from, MonoTime until) 
     motion_.append(position_mm, steady(speed_mm_s), from);
     return;
   }
-  const Move move = ofTheBody(motion_.append(position_mm, steady(speed_mm_s), from));
-  if (hold_.is_head && comesFromAside(move)) ++crashes_;
-  stylus_.follow(move, solids_, hold_);
+  carry(motion_.append(position_mm, steady(speed_mm_s), from));
 }
 
 // A way along the datum sphere, within its surface, is a scan; a touch goes into it. What is slower is a correction,
@@ -180,7 +186,7 @@ bool Machine::slidesTo(const Vector3& position_mm, double speed_mm_s, MonoTime f
   constexpr double kAlong = 0.3, kSlowest_mm_s = 1;
   if (!touching() || turnedInto() != nullptr) return false;
   const SolidBall& sphere = solids_.sphere();
-  const Vector3 body = bodyFor(motion_.target()), way = position_mm - motion_.target();
+  const Vector3 body = bodyEnd(from), way = position_mm - motion_.target();
   const Vector3 outwards = unit(body + hold_.tip - sphere.centre);
   if (norm(bodyFor(position_mm) + hold_.tip - sphere.centre) >= sphere.reach_mm) return false;
   const bool begins = speed_mm_s > kSlowest_mm_s && std::abs(dot(unit(way), outwards)) < kAlong;
@@ -194,7 +200,7 @@ void Machine::followPose(const Pose& pose, MonoTime from, MonoTime until) {
   if (turnedInto() != nullptr) {
     turnTouching(pose, wayBetween(commanded_, pose) / toSeconds(until - from), from, until);
   } else if (!leadsPart(pose, from, until)) {
-    if (touching() || strikesOnTheWayTo(pose)) ++crashes_;
+    if (touching() || strikesOnTheWayTo(pose, from)) ++crashes_;
     turn(pose, from, until);
   }
   led_from_ = before;
@@ -209,9 +215,8 @@ bool Machine::leadsPart(const Pose& pose, MonoTime from, MonoTime until) {
   Pose to = stands_;
   to.c_rad += way_rad;
   const bool goes_on = led_from_.c_rad != commanded_.c_rad && from <= turned_at_;
-  const auto share = shareUntilContact(stands_, to);
-  const Vector3 tip = bodyFor(motion_.target()) + hold_.tip;
-  if (!(share ? armOf(tip) * speed_rad_s <= kFastest_mm_s : goes_on)) return false;
+  const auto share = shareUntilContact(stands_, to, from);
+  if (!(share ? armOf(tipEnd(from)) * speed_rad_s <= kFastest_mm_s : goes_on)) return false;
   if (share) {
     solids_.turnPart(between(stands_, to, *share).part());
     strike(commanded_.c_rad + *share * way_rad, {from, *share * toSeconds(until - from)}, std::copysign(1, way_rad),
@@ -222,11 +227,13 @@ bool Machine::leadsPart(const Pose& pose, MonoTime from, MonoTime until) {
   return true;
 }
 
-// A ball of the part, which stands at its contact, meets the free stylus.
-void Machine::strike(double c_rad, const Instant& at, double sense, double speed_rad_s) {
-  const Vector3 tip = bodyFor(motion_.target()) + hold_.tip;
+// A ball of the part, which stands at its contact, meets the free stylus. Returns how much further it turns until the
+// stylus gives way, by the lobes of the probe.
+double Machine::strike(double c_rad, const Instant& at, double sense, double speed_rad_s) {
+  const Vector3 tip = tipEnd(at.rounded());
   stylus_.struckAt(tip, normalAt(tip), at, hold_,
                    {.axis = part_axis_, .through = part_point_, .contact_rad = c_rad, .sense = sense}, speed_rad_s);
+  return turnedInto()->contact_rad - c_rad;
 }
 
 bool Machine::followTool(std::uint32_t number, MonoTime from) {
@@ -242,23 +249,28 @@ bool Machine::turnUntilContact(double c_rad, double speed_rad_s, MonoTime now, d
   const double way_rad = c_rad - commanded_.c_rad;
   Pose target = stands_;
   target.c_rad += way_rad;
-  const auto share = shareUntilContact(stands_, target);
+  const auto share = shareUntilContact(stands_, target, now);
   const double contact_rad = share.value_or(1) * way_rad;
   const double on_rad = share ? std::copysign(std::min(beyond_rad, std::abs(way_rad - contact_rad)), way_rad) : 0;
   const double until_contact_s = std::abs(contact_rad) / speed_rad_s;
-  const double turning_s = std::abs(contact_rad + on_rad) / speed_rad_s;
   const double met_at_rad = commanded_.c_rad + contact_rad;
   stands_.c_rad += contact_rad;
   solids_.turnPart(stands_.part());
-  if (share)
-    strike(met_at_rad, {now + Nanoseconds{std::llround(1e9 * until_contact_s)}, 0}, std::copysign(1, way_rad),
-           speed_rad_s);
-  commanded_.c_rad = met_at_rad + on_rad;
-  turned_at_ = now + Nanoseconds{std::llround(1e9 * turning_s)};
+  const double late_rad = share ? strike(met_at_rad, {now + Nanoseconds{std::llround(1e9 * until_contact_s)}, 0},
+                                         std::copysign(1, way_rad), speed_rad_s)
+                                : 0;
+  const double further_rad = late_rad + on_rad;
+  commanded_.c_rad = met_at_rad + further_rad;
+  turned_at_ = now + Nanoseconds{std::llround(1e9 * std::abs(contact_rad + further_rad) / speed_rad_s)};
   part_.append(commanded_.c_rad, now, turned_at_);
   standFrom(now);
-  stands_.c_rad += on_rad;
+  stands_.c_rad += further_rad;
   return true;
+}
+
+// Where the last move ends, at that time.
+Vector3 Machine::bodyEnd(MonoTime at) const {
+  return bodyFor(motion_.slide()) + body_sway_.at(at);
 }
 
 // From the ball that is nearest, outwards.
@@ -270,9 +282,9 @@ Vector3 Machine::normalAt(const Vector3& tip) const {
 }
 
 // The part of the way from one pose to another after which a ball has come to the stylus.
-std::optional<double> Machine::shareUntilContact(const Pose& from, const Pose& to) const {
+std::optional<double> Machine::shareUntilContact(const Pose& from, const Pose& to, MonoTime now) const {
   constexpr double kStep_rad = 0.001;
-  const Vector3 tip = bodyFor(motion_.target()) + hold_.tip;
+  const Vector3 tip = tipEnd(now);
   const auto strikes = [&](double share) {
     return solids_.occupied(tip, between(from, to, share).part(), hold_.shank);
   };
@@ -365,13 +377,14 @@ board::WorldTool Machine::toolOf(std::uint32_t number) const {
           .shank = probe_spindle_.shank};
 }
 
-bool Machine::strikesOnTheWayTo(const Pose& pose) const {
+bool Machine::strikesOnTheWayTo(const Pose& pose, MonoTime now) const {
   constexpr double kStep_rad = 0.01;
+  const Vector3 body = bodyEnd(now);
   const int steps = std::max(1, static_cast<int>(std::ceil(wayBetween(commanded_, pose) / kStep_rad)));
   for (int k = 0; k <= steps; ++k) {
     const Pose at = between(commanded_, pose, static_cast<double>(k) / steps);
     const Hold hold = holdAt(at, tool_);
-    if (solids_.occupied(bodyFor(motion_.target()) + hold.tip, at.part(), hold.shank)) return true;
+    if (solids_.occupied(body + hold.tip, at.part(), hold.shank)) return true;
   }
   return false;
 }

@@ -14,6 +14,7 @@
 #include "drivers/world/sensor_head.hpp"
 #include "drivers/world/solids.hpp"
 #include "drivers/world/stylus.hpp"
+#include "drivers/world/sway.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
@@ -119,10 +120,16 @@ class Machine {
 
   // The truth, for the sensors and for tests, `delay_s` before `at`.
 
-  // Return the position on ideal scales, and that of the body, which includes the errors of the linear axes.
-  Vector3 positionAt(MonoTime at, double delay_s = 0) const { return motion_.positionAt(at, delay_s); }
-  Vector3 bodyAt(MonoTime at, double delay_s = 0) const { return bodyFor(positionAt(at, delay_s)); }
-  Vector3 bodyFor(const Vector3& position) const { return position + linear_errors_.at(position); }
+  // Return the position on ideal encoders of the drives, and that of the body, which has their lost motion, the errors
+  // of the linear axes and its own sway too.
+  Vector3 positionAt(MonoTime at, double delay_s = 0) const {
+    return motion_.positionAt(at, delay_s) + axes_sway_.at(at, delay_s);
+  }
+  Vector3 bodyAt(MonoTime at, double delay_s = 0) const {
+    return bodyFor(motion_.slideAt(at, delay_s)) + body_sway_.at(at, delay_s);
+  }
+  // Returns where slides that stand there carry a body that does not sway.
+  Vector3 bodyFor(const Vector3& slides) const { return slides + linear_errors_.at(slides); }
   double speedAt(MonoTime at) const { return motion_.speedAt(at); }
   // Centre of the stylus ball minus bodyAt(), mm, in machine axes.
   Vector3 stylusDisplacementAt(MonoTime at, double delay_s = 0) const {
@@ -153,19 +160,23 @@ class Machine {
   double stopAt(double angle_rad, double noise_rad) { return angle_rad + noise_rad * random_.normal(); }
   Hold holdAt(const Pose& pose, const board::WorldTool& tool) const;
   board::WorldTool toolOf(std::uint32_t number) const;
-  bool strikesOnTheWayTo(const Pose& pose) const;
+  bool strikesOnTheWayTo(const Pose& pose, MonoTime now) const;
   const TurnOfPart* turnedInto() const;  // null where the stylus does not touch by a turn
-  void strike(double c_rad, const Instant& at, double sense, double speed_rad_s);
+  Vector3 bodyEnd(MonoTime at) const;
+  Vector3 tipEnd(MonoTime at) const { return bodyEnd(at) + hold_.tip; }
+  double strike(double c_rad, const Instant& at, double sense, double speed_rad_s);
   void turnTouching(const Pose& pose, double speed_rad_s, MonoTime from, MonoTime until);
   bool turnsByC(const Pose& pose) const;
   double armOf(const Vector3& point) const;
   bool leadsPart(const Pose& pose, MonoTime from, MonoTime until);
   bool slidesTo(const Vector3& position_mm, double speed_mm_s, MonoTime from);
   Vector3 normalAt(const Vector3& tip) const;
-  std::optional<double> shareUntilContact(const Pose& from, const Pose& to) const;
-  std::optional<double> shareUntilMet(const Vector3& reached_mm) const;
+  std::optional<double> shareUntilContact(const Pose& from, const Pose& to, MonoTime now) const;
+  std::optional<double> shareUntilMet(const Move& move) const;
   bool comesFromAside(const Move& move) const;
-  Move ofTheBody(const Move& move) const;
+  void carry(const Move& move);
+  template <class Take>
+  void forEachWay(const Move& move, Take take) const;
   MotionLimits limits(double speed_mm_s) const { return {speed_mm_s, axes_.acceleration_mm_s2, kJerkTime_s}; }
   void turn(const Pose& pose, MonoTime from, MonoTime until);
   void standAt(const Pose& pose, MonoTime from, MonoTime until);
@@ -181,6 +192,7 @@ class Machine {
   std::vector<board::WorldTool> further_tools_;
   board::WorldSwivelHead head_;
   LinearErrors linear_errors_;
+  Sway axes_sway_, body_sway_;
   MotionHistory motion_;
   Drives drives_;
   Vector3 commanded_mm_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/units/angle.hpp"
+
 namespace probebox::world {
 
 Profile::Profile(double length_mm, const MotionLimits& limits)
@@ -76,30 +78,56 @@ Arc arcFrom(const Vector3& point, const Vector3& centre, double turn_rad) {
           .turn_rad = turn_rad};
 }
 
-const Move& MotionHistory::append(const Vector3& target, const MotionLimits& limits, MonoTime start) {
+Move MotionHistory::moveTo(const Vector3& target, const MotionLimits& limits, MonoTime start) const {
   const Vector3 path = target - rest_;
-  Move& move = moves_[count_ % kRemembered];
-  move = Move{.start = start,
-              .from = rest_,
-              .direction = unit(path),
-              .length_mm = norm(path),
-              .profile = Profile{norm(path), limits}};
-  ++count_;
+  return {.start = start,
+          .from = rest_,
+          .direction = unit(path),
+          .length_mm = norm(path),
+          .profile = Profile{norm(path), limits},
+          .slide_from = slide_};
+}
+
+const Move& MotionHistory::append(const Vector3& target, const MotionLimits& limits, MonoTime start) {
+  return keep(moveTo(target, limits, start), target);
+}
+
+const Move& MotionHistory::keep(const Move& move, const Vector3& target) {
+  slide_ = dragged(slideOn(move, move.length_mm), target);
   rest_ = target;
-  return move;
+  return moves_[count_++ % kRemembered] = move;
 }
 
 const Move& MotionHistory::appendArc(const Arc& arc, const MotionLimits& limits, MonoTime start) {
-  Move& move = moves_[count_ % kRemembered];
-  move = Move{.start = start,
-              .from = rest_,
-              .direction = {},
-              .length_mm = arc.length_mm(),
-              .profile = Profile{arc.length_mm(), limits},
-              .arc = arc};
-  ++count_;
-  rest_ = arc.at(arc.length_mm());
-  return move;
+  return keep({.start = start,
+               .from = rest_,
+               .direction = {},
+               .length_mm = arc.length_mm(),
+               .profile = Profile{arc.length_mm(), limits},
+               .arc = arc,
+               .slide_from = slide_},
+              arc.at(arc.length_mm()));
+}
+
+Vector3 MotionHistory::dragged(const Vector3& slide, const Vector3& to) const {
+  Vector3 at = to;
+  for (std::size_t i = 0; i < at.size(); ++i)
+    at[i] = std::clamp(slide[i], to[i] - half_play_mm_[i], to[i] + half_play_mm_[i]);
+  return at;
+}
+
+Vector3 MotionHistory::slideOn(const Move& move, double distance_mm) const {
+  Vector3 slide = move.slide_from;
+  // On its way round a centre X or Y turns back at each quarter.
+  if (move.arc && !isRigid()) {
+    const double sense = std::copysign(1, move.arc->turn_rad), quarters = sense * move.arc->from_rad / (kTurn / 4);
+    for (double next = std::floor(quarters) + 1;; ++next) {
+      const double at_mm = (next - quarters) * (kTurn / 4) * move.arc->radius_mm;
+      if (at_mm >= distance_mm) break;
+      slide = dragged(slide, move.at(at_mm));
+    }
+  }
+  return dragged(slide, move.at(distance_mm));
 }
 
 bool MotionHistory::atRest(MonoTime at) const {
@@ -112,6 +140,13 @@ Vector3 MotionHistory::positionAt(MonoTime at, double delay_s) const {
   if (count_ == 0) return rest_;
   if (const Move* move = moveAt(at, delay_s)) return move->at(move->profile.distanceAt(move->elapsed(at, delay_s)));
   return moves_[count_ <= kRemembered ? 0 : count_ % kRemembered].from;
+}
+
+Vector3 MotionHistory::slideAt(MonoTime at, double delay_s) const {
+  if (isRigid()) return positionAt(at, delay_s);
+  if (const Move* move = moveAt(at, delay_s))
+    return slideOn(*move, move->profile.distanceAt(move->elapsed(at, delay_s)));
+  return count_ == 0 ? slide_ : moves_[count_ <= kRemembered ? 0 : count_ % kRemembered].slide_from;
 }
 
 double MotionHistory::speedAt(MonoTime at) const {

@@ -6,18 +6,29 @@
 namespace probebox::world {
 Probe::Probe(const Config& config, std::uint64_t seed)
     : config_{config.probe},
+      zero_{config, Vibrates::probe, config.probe.drift},
       samples_{!config.touch_trigger},
       tau_s_{config.delays.tau_probe_s},
       channels_of_displacement_{inverse(config.probe.gain)},
       random_{seed, RandomStream::probe},
       sampling_{config.start, config.probe.rate_hz, random_} {}
 
+// Springs with friction rest until the stylus is half of the hysteresis away from what they show.
+Vector3 Probe::channels(const Vector3& displacement_mm, MonoTime at) {
+  const Vector3 behind = displacement_mm - felt_;
+  const double drag_mm = config_.hysteresis_mm / 2;
+  if (norm(behind) > drag_mm) felt_ = displacement_mm - drag_mm * unit(behind);
+  Vector3 channels_mm = channels_of_displacement_ * (felt_ + zero_.at(at, tau_s_));
+  for (double& channel_mm : channels_mm) channel_mm *= 1 + config_.curvature * std::abs(channel_mm) / config_.range_mm;
+  return channels_mm;
+}
+
 bool Probe::take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger) {
   Deflection deflection{
       .sequence = static_cast<std::uint32_t>(sample_), .channels_nm = {}, .clipped = false, .at = nextAt()};
   const auto head = machine.headReadingAt(deflection.at, tau_s_);
   const Vector3 channels_mm =
-      head ? head->sensors_mm : channels_of_displacement_ * machine.probeDisplacementAt(deflection.at, tau_s_);
+      head ? head->sensors_mm : channels(machine.probeDisplacementAt(deflection.at, tau_s_), deflection.at);
   const double range_mm = head ? head->range_mm : config_.range_mm;
   for (std::size_t i = 0; i < channels_mm.size(); ++i) {
     const double noise_um =

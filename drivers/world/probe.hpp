@@ -6,6 +6,7 @@
 #include "drivers/world/fault_schedule.hpp"
 #include "drivers/world/machine.hpp"
 #include "drivers/world/random.hpp"
+#include "drivers/world/sway.hpp"
 #include "drivers/world/truth.hpp"
 #include "protocol/events/event.hpp"
 
@@ -23,7 +24,11 @@ class Probe {
   bool take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger);
 
  private:
+  Vector3 channels(const Vector3& displacement_mm, MonoTime at);
+
   board::WorldProbe config_;
+  Sway zero_;
+  Vector3 felt_{};  // displacement as it was shown last: behind the true one by half of the hysteresis
   bool samples_;
   double tau_s_;
   Matrix3 channels_of_displacement_;  // inverse of the gain

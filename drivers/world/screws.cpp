@@ -1,5 +1,6 @@
 #include "drivers/world/screws.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "protocol/units/angle.hpp"
@@ -31,9 +32,24 @@ double Screws::lever(std::size_t axis, double position_mm) const {
                         : (position_mm + screw.offset_mm) / screw.length_mm;
 }
 
+// The same by the warmth of the parts before the nut. Beyond its ends the screw is as warm as there.
+double Screws::unevenLever(std::size_t axis, double position_mm) const {
+  const auto& shares = screws_[axis]->warming.heat_shares;
+  const double even = lever(axis, position_mm);
+  if (shares.size() == 1) return even;
+  double left = std::abs(even) * static_cast<double>(shares.size()), before = 0, all = 0;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const double within = i + 1 < shares.size() ? std::min(left, 1.0) : left;
+    before += shares[i] * within;
+    left -= within;
+    all += shares[i];
+  }
+  return std::copysign(before / all, even);
+}
+
 double Screws::nutError_mm(std::size_t axis, double position_mm, MonoTime at) const {
   if (!screws_[axis]) return 0;
-  return lever(axis, position_mm) * extension_um(axis, at) * 1e-3;
+  return unevenLever(axis, position_mm) * extension_um(axis, at) * 1e-3;
 }
 
 double Screws::nutPosition_mm(std::size_t axis, double motor_mm, MonoTime at) const {

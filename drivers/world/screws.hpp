@@ -13,7 +13,7 @@
 namespace probebox::world {
 
 // Emulates ball screws that warm up, each held axially at one end, and the sensors at their free ends, which measure
-// faces that are not plane (CN101394969). The temperature is uniform along each screw.
+// faces that are not plane (CN101394969).
 class Screws {
  public:
   Screws(const Config& config, std::uint64_t seed);
@@ -24,7 +24,7 @@ class Screws {
 
   // Returns the true expansion since the cold screw, um.
   double extension_um(std::size_t axis, MonoTime at) const;
-  // Returns the part of that by which a nut at this position is displaced.
+  // Returns the part of that by which a nut at this position is displaced if the screw is equally warm along itself.
   double lever(std::size_t axis, double position_mm) const;
   // Returns the position of the nut minus that on the motor encoder, mm.
   double nutError_mm(std::size_t axis, double position_mm, MonoTime at) const;
@@ -43,6 +43,8 @@ class Screws {
     board::WorldScrew warming;
     board::ScrewDescription described;
   };
+
+  double unevenLever(std::size_t axis, double position_mm) const;
 
   std::array<std::optional<Screw>, 3> screws_;
   MonoTime start_;

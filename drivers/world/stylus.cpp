@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "protocol/units/angle.hpp"
 
@@ -14,27 +15,95 @@ MonoTime Instant::rounded() const {
   return base + Nanoseconds{std::llround(offset_s * 1e9)};
 }
 
-Stylus::Stylus(const board::WorldProbe& probe)
-    : bounce_mm_{probe.bounce_mm},
-      decay_s_{probe.bounce_decay_s},
+double Lobes::at(const Vector3& normal) const {
+  const double across = std::hypot(normal[0], normal[1]), around_rad = std::atan2(normal[1], normal[0]);
+  return across * (mean_mm + twice_mm * std::cos(2 * around_rad) + thrice_mm * std::cos(3 * around_rad)) +
+         std::abs(normal[2]) * along_mm;
+}
+
+Stylus::Stylus(const Config& config, Sway sway)
+    : sway_{std::move(sway)},
+      bounce_mm_{config.probe.bounce_mm},
+      decay_s_{config.probe.bounce_decay_s},
       angular_frequency_{kTurn * kStylusFrequency_hz},
-      friction_rad_{std::atan(probe.friction)} {}
+      friction_rad_{std::atan(config.probe.friction)} {
+  const auto& probe = config.probe;
+  if (!config.touch_trigger)
+    lobes_ = {.twice_mm = probe.lobe_twice_mm, .thrice_mm = probe.lobe_mm, .along_mm = probe.lobe_along_mm};
+}
 
 void Stylus::follow(const Move& move, const Solids& solids, const Hold& hold) {
-  Move way = move;  // of the ball while it is free
-  way.from = move.from + hold.tip;
+  const Move way = wayOf(move, hold);
   const double free_from_mm = release(way);
-  if (free_from_mm < way.length_mm && !hold.is_head) meet(way, free_from_mm, solids, hold);
+  if (free_from_mm >= way.length_mm || hold.is_head) return;
+  const auto found = meeting(move, free_from_mm, solids, hold);
+  if (!found) return;
+  const double time_s = way.timeAt(found->distance_mm);
+  const double normal_mm_s = -dot(way.direction, found->normal) * way.speedAt(time_s);
+  const Vector3 point = way.at(found->distance_mm) + sway_.at(way.start, -time_s) - sway_.at(way.start);
+  contacts_[count_ % kRemembered] = Contact{.point = point,
+                                            .normal = found->normal,
+                                            .tip = hold.tip,
+                                            .turned = hold.turned,
+                                            .begin = Instant{way.start, time_s},
+                                            .end = std::nullopt,
+                                            .bounce_mm = amplitude(normal_mm_s),
+                                            .ring_mm = 0,
+                                            .speed_mm_s = normal_mm_s,
+                                            .setter = found->setter,
+                                            .tool = hold.tool_radius_mm.has_value(),
+                                            .lever = found->lever,
+                                            .pre_travel = hold.pre_travel / found->lever};
+  ++count_;
+}
+
+// Of the ball while it is free, with the sway that the body has at the start.
+Move Stylus::wayOf(const Move& move, const Hold& hold) const {
+  Move way = move;
+  way.from = move.from + sway_.at(move.start) + hold.tip;
+  return way;
+}
+
+std::optional<Meeting> Stylus::meeting(const Move& move, double from_mm, const Solids& solids, const Hold& hold) const {
+  const Move way = wayOf(move, hold);
+  auto found = hold.tool_radius_mm ? solids.meetTool(way, from_mm, *hold.tool_radius_mm, hold.nose)
+                                   : solids.meet(way, from_mm, hold.shank);
+  if (!found) return std::nullopt;
+  const double deeper_mm = hold.tool_radius_mm ? 0 : lobes_.at(transposed(hold.turned) * found->normal);
+  if (deeper_mm != 0) found->distance_mm -= deeper_mm / dot(way.direction, found->normal);
+  found->distance_mm = swayed(way, found->distance_mm, found->normal);
+  if (deeper_mm != 0 || !sway_.none()) found->distance_mm = std::clamp(found->distance_mm, from_mm, way.length_mm);
+  return found;
+}
+
+// The distance at which the ball comes through a plane that it would pass at `distance_mm` without sway since the
+// start.
+double Stylus::swayed(const Move& way, double distance_mm, const Vector3& normal) const {
+  if (sway_.none()) return distance_mm;
+  double swayed_mm = distance_mm;
+  // Sway is slower than a touch, so each round leaves a part of what the last one left.
+  for (int round = 0; round < 8; ++round) {
+    const double time_s = way.timeAt(std::clamp(swayed_mm, 0.0, way.length_mm));
+    const Vector3 since = sway_.at(way.start, -time_s) - sway_.at(way.start);
+    swayed_mm = distance_mm - dot(since, normal) / dot(way.direction, normal);
+  }
+  return swayed_mm;
 }
 
 bool Stylus::slide(const Instant& begin, const Vector3& body, const SolidBall& ball, double sense) {
-  constexpr double kOnIt_mm = 1e-6;
+  constexpr double kOnIt_mm = 1e-3;
   if (count_ == 0) return false;
   Contact& contact = contacts_[(count_ - 1) % kRemembered];
   if (contact.slide) return !contact.end && !contact.slides_until;
-  const bool touches = !contact.end && std::abs(norm(contact.point - ball.centre) - ball.reach_mm) < kOnIt_mm;
-  if (!touches) return false;
-  contact.slide = Slide{.ball = ball, .sense = sense, .friction_rad = friction_rad_, .from = body + contact.tip};
+  const Slide slide{.ball = ball,
+                    .sense = sense,
+                    .friction_rad = friction_rad_,
+                    .from = body + contact.tip,
+                    .lobes = lobes_,
+                    .turned = contact.turned};
+  const double off_mm = norm(contact.point - ball.centre) - slide.reach(contact.normal);
+  if (contact.end || std::abs(off_mm) >= kOnIt_mm) return false;
+  contact.slide = slide;
   contact.slides_from = begin;
   return true;
 }
@@ -53,45 +122,23 @@ void Stylus::endSlide(Contact& contact, const Move& move) {
   contact.normal = unit(contact.point - slide.ball.centre);
 }
 
-double Stylus::release(const Move& move) {
+double Stylus::release(const Move& way) {
   if (count_ == 0) return 0;
   Contact& contact = contacts_[(count_ - 1) % kRemembered];
   if (contact.end) return 0;
   constexpr double kDrift_mm = 1e-4;  // of a warm screw, between two cycles of a control
-  if (contact.turned_into && move.length_mm < kDrift_mm) return move.length_mm;
-  if (contact.slide && !contact.slides_until) endSlide(contact, move);
+  if (contact.turned_into && way.length_mm < kDrift_mm) return way.length_mm;
+  if (contact.slide && !contact.slides_until) endSlide(contact, way);
   // The body presses while it is behind the tangent plane of the point where the ball sticks.
-  const double outwards = dot(move.direction, contact.normal);
-  const double depth_mm = dot(contact.point - move.from, contact.normal);
-  if (outwards <= 0 || depth_mm > outwards * move.length_mm) return move.length_mm;
-  const double distance_mm = std::max(depth_mm / outwards, 0.0);
-  const double time_s = move.timeAt(distance_mm);
-  contact.end = Instant{move.start, time_s};
-  contact.release_mm_s = outwards * move.speedAt(time_s);
+  const double outwards = dot(way.direction, contact.normal);
+  const double depth_mm = dot(contact.point - way.from, contact.normal);
+  if (outwards <= 0 || depth_mm > outwards * way.length_mm) return way.length_mm;
+  const double distance_mm = std::max(swayed(way, depth_mm / outwards, contact.normal), 0.0);
+  const double time_s = way.timeAt(distance_mm);
+  contact.end = Instant{way.start, time_s};
+  contact.release_mm_s = outwards * way.speedAt(time_s);
   contact.ring_mm = amplitude(contact.release_mm_s);
   return distance_mm;
-}
-
-void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const Hold& hold) {
-  const auto meeting = hold.tool_radius_mm ? solids.meetTool(way, from_mm, *hold.tool_radius_mm, hold.nose)
-                                           : solids.meet(way, from_mm, hold.shank);
-  if (!meeting) return;
-  const double time_s = way.timeAt(meeting->distance_mm);
-  const double normal_mm_s = -dot(way.direction, meeting->normal) * way.speedAt(time_s);
-  contacts_[count_ % kRemembered] = Contact{.point = way.at(meeting->distance_mm),
-                                            .normal = meeting->normal,
-                                            .tip = hold.tip,
-                                            .turned = hold.turned,
-                                            .begin = Instant{way.start, time_s},
-                                            .end = std::nullopt,
-                                            .bounce_mm = amplitude(normal_mm_s),
-                                            .ring_mm = 0,
-                                            .speed_mm_s = normal_mm_s,
-                                            .setter = meeting->setter,
-                                            .tool = hold.tool_radius_mm.has_value(),
-                                            .lever = meeting->lever,
-                                            .pre_travel = hold.pre_travel / meeting->lever};
-  ++count_;
 }
 
 // Speed of the touched point as its part turns, mm/s.
@@ -113,6 +160,11 @@ void Stylus::struckAt(const Vector3& point, const Vector3& normal, const Instant
   contact.turned = hold.turned;
   contact.pre_travel = hold.pre_travel;
   contact.begin = begin;
+  if (const double deeper_mm = lobes_.at(transposed(hold.turned) * normal); deeper_mm != 0) {
+    const double late_rad = deeper_mm / alongNormal(contact, 1);
+    contact.turned_into->contact_rad += turn.sense * late_rad;
+    contact.begin.offset_s += late_rad / speed_rad_s;
+  }
   ++count_;
 }
 
@@ -148,12 +200,14 @@ Vector3 Stylus::displaced(const Contact& contact, const Vector3& body, double c_
   // A bounce goes off the surface alone.
   const double touched_s = contact.begin.elapsed(at, delay_s);
   const Vector3 bounced = std::abs(decayed(contact.bounce_mm, touched_s)) * contact.normal;
-  if (const auto& turn = contact.turned_into) {
-    const Vector3 arm = contact.point - turn->through;
-    const double turned_rad = turn->sense * std::max(turn->beyond(c_rad), 0.0);
-    return rotation(turn->axis, turned_rad) * arm - arm + bounced;
-  }
   const Vector3 unheld = body + contact.tip;
+  if (const auto& turn = contact.turned_into) {
+    const Vector3 arm = contact.point - turn->through, swayed = sway_.none() ? Vector3{} : contact.point - unheld;
+    const double turned_rad = turn->sense * std::max(turn->beyond(c_rad), 0.0);
+    return rotation(turn->axis, turned_rad) * arm - arm + bounced + swayed;
+  }
+  // A body that sways may come off the surface for a moment.
+  if (!sway_.none() && dot(contact.point - unheld, contact.normal) < 0) return bounced;
   const double slid_s = contact.slide ? contact.slides_from.elapsed(at, delay_s) : -1;
   if (slid_s >= 0 && !(contact.slides_until && contact.slides_until->elapsed(at, delay_s) >= 0))
     return contact.slide->heldAt(unheld, slid_s).value_or(unheld) - unheld;
@@ -180,18 +234,22 @@ std::optional<Vector3> Slide::heldAt(const Vector3& unheld, double elapsed_s) co
   constexpr double kSticking_s = 0.3;
   const Vector3 from_centre = unheld - ball.centre;
   const double distance_mm = norm(from_centre);
-  if (distance_mm >= ball.reach_mm) return std::nullopt;
+  const Vector3 outwards = unit(from_centre), forwards = sense * unit(cross({0, 0, 1}, outwards));
+  const double reach_mm = reach(outwards);
+  if (distance_mm >= reach_mm) return std::nullopt;
   double angle_rad = friction_rad;
-  if (elapsed_s < kSticking_s)
-    angle_rad = std::min(angle_rad, std::atan2(norm(unheld - from), ball.reach_mm - distance_mm));
+  if (elapsed_s < kSticking_s) angle_rad = std::min(angle_rad, std::atan2(norm(unheld - from), reach_mm - distance_mm));
   // In the triangle of both centres and the unheld ball, the friction angle is at the held one.
-  const double aside_mm = ball.reach_mm * std::sin(angle_rad);
+  const double aside_mm = reach_mm * std::sin(angle_rad);
   if (aside_mm >= distance_mm) return std::nullopt;
   const double deflection_mm =
-      ball.reach_mm * std::cos(angle_rad) - std::sqrt(distance_mm * distance_mm - aside_mm * aside_mm);
+      reach_mm * std::cos(angle_rad) - std::sqrt(distance_mm * distance_mm - aside_mm * aside_mm);
   const double behind_rad = std::asin(deflection_mm * std::sin(angle_rad) / distance_mm);
-  const Vector3 outwards = unit(from_centre), forwards = sense * unit(cross({0, 0, 1}, outwards));
-  return ball.centre + ball.reach_mm * (std::cos(behind_rad) * outwards - std::sin(behind_rad) * forwards);
+  return ball.centre + reach_mm * (std::cos(behind_rad) * outwards - std::sin(behind_rad) * forwards);
+}
+
+double Slide::reach(const Vector3& outwards) const {
+  return ball.reach_mm - lobes.at(transposed(turned) * outwards);
 }
 
 }  // namespace probebox::world

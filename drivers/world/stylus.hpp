@@ -7,10 +7,22 @@
 #include "drivers/world/config.hpp"
 #include "drivers/world/motion.hpp"
 #include "drivers/world/solids.hpp"
+#include "drivers/world/sway.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::world {
+
+// Travel by direction from where a surface really is to where a probe finds it. The stylus sits on contacts, so it has
+// lobes about its axis.
+struct Lobes {
+  double mean_mm{};  // across the stylus
+  double twice_mm{}, thrice_mm{};
+  double along_mm{};
+
+  // Of the outward normal in the probe's own axes.
+  double at(const Vector3& normal) const;
+};
 
 // Emulates a stylus ball that slides around the equator of a ball with friction: its deflection deviates from the
 // normal by the friction angle, against the motion. Before that it sticks while the body moves on.
@@ -19,10 +31,14 @@ struct Slide {
   double sense{1};        // 1: from X to Y
   double friction_rad{};  // arc tangent of the coefficient
   Vector3 from{};         // free stylus ball as it begins
+  Lobes lobes{};
+  Matrix3 turned{};  // of the probe
 
   // Centre of the stylus ball for where it would be without contact, `elapsed_s` after the slide began. Nothing beyond
   // the surface, where contact is lost.
   std::optional<Vector3> heldAt(const Vector3& unheld, double elapsed_s) const;
+  // From the ball's centre to that of the stylus ball, in that direction.
+  double reach(const Vector3& outwards) const;
 };
 
 // An instant finer than a nanosecond.
@@ -87,10 +103,13 @@ class Stylus {
  public:
   static constexpr std::size_t kRemembered = 64;
 
-  explicit Stylus(const board::WorldProbe& probe);
+  // `sway` of the body is added to its moves here, and is part of what the other functions call `body`.
+  Stylus(const Config& config, Sway sway);
 
   // Finds the contacts that a move of the body makes and ends.
   void follow(const Move& move, const Solids& solids, const Hold& hold);
+  // Returns where what is held meets a surface on a move of the body, from that distance on.
+  std::optional<Meeting> meeting(const Move& move, double from_mm, const Solids& solids, const Hold& hold) const;
 
   // The ball that touches `ball` slides along it from `begin` on, until a move that it follows. False where it does not
   // touch it.
@@ -116,14 +135,17 @@ class Stylus {
 
  private:
   void endSlide(Contact& contact, const Move& move);
-  double release(const Move& move);  // distance from which on the ball is free; the length when it stays in contact
-  void meet(const Move& way, double from_mm, const Solids& solids, const Hold& hold);
+  double release(const Move& way);  // distance from which on the ball is free; the length when it stays in contact
+  Move wayOf(const Move& move, const Hold& hold) const;
+  double swayed(const Move& way, double distance_mm, const Vector3& normal) const;
   const Contact* contactAt(MonoTime at, double delay_s) const;
   Vector3 displaced(const Contact& contact, const Vector3& body, double c_rad, MonoTime at, double delay_s) const;
   static double alongNormal(const Contact& contact, double speed_rad_s);
   double amplitude(double normal_speed_mm_s) const;
   double decayed(double amplitude_mm, double elapsed_s) const;
 
+  Sway sway_;
+  Lobes lobes_;
   double bounce_mm_;
   double decay_s_;
   double angular_frequency_;

@@ -178,7 +178,8 @@ std::string toJson(const Play& play) {
     acts.push_back(
         {{"kind", name(act.kind)}, {"at_ns", act.at.count()}, {"lasts_ns", act.lasts.count()}, {"number", act.number}});
   }
-  return nlohmann::json{{"seed", play.seed},
+  return nlohmann::json{{"world", play.world},
+                        {"seed", play.seed},
                         {"length_ns", play.length.count()},
                         {"tick_ns", play.tick.count()},
                         {"poll_interval_ns", play.poll_interval.count()},
@@ -191,7 +192,8 @@ std::string toJson(const Play& play) {
 Outcome<Play> playFrom(std::string_view json) {
   try {
     const auto read = nlohmann::json::parse(json);
-    Play play{.seed = read.at("seed"),
+    Play play{.world = read.value("world", ""),
+              .seed = read.at("seed"),
               .length = Nanoseconds{read.at("length_ns").get<std::int64_t>()},
               .tick = Nanoseconds{read.at("tick_ns").get<std::int64_t>()},
               .poll_interval = Nanoseconds{read.at("poll_interval_ns").get<std::int64_t>()},

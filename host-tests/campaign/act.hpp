@@ -63,6 +63,7 @@ struct Act {
 };
 
 struct Play {
+  std::string world{};   // folder of descriptions in place of those of board/sim; empty: none
   std::uint64_t seed{};  // of the emulated world
   Nanoseconds length{};
   Nanoseconds tick{};           // nominal period of the master clock

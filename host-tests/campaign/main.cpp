@@ -10,7 +10,9 @@
 #include <string>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 
+#include "board/describe/parse.hpp"
 #include "host-tests/campaign/runner.hpp"
 
 // bin/campaign: plays by the thousand, and what they found; or one play again.
@@ -24,6 +26,7 @@ struct Options {
   std::size_t jobs{std::max(1U, std::thread::hardware_concurrency())};
   std::size_t shrink_attempts{200};
   std::optional<Mixture> mixture;
+  std::string world;
   std::string replay;
   std::string folder{"."};
 };
@@ -77,8 +80,11 @@ int campaign(const Options& options) {
   Tally all;
   std::size_t found = 0;
   for (std::uint64_t started = 0; started < plays || runner.running() > 0;) {
-    while (started < plays && runner.running() < options.jobs)
-      runner.start(drawPlay(options.seed + started++, length, options.mixture));
+    while (started < plays && runner.running() < options.jobs) {
+      auto play = drawPlay(options.seed + started++, length, options.mixture);
+      play.world = options.world;
+      runner.start(std::move(play));
+    }
     const auto done = runner.next();
     all += done.verdict.tally;
     if (done.verdict.violation) {
@@ -93,6 +99,13 @@ int campaign(const Options& options) {
   return found == 0 ? 0 : kExitFound;
 }
 
+// Returns whether plays can be performed there; says why not.
+bool isWorld(const std::string& folder) {
+  const auto described = board::simDescriptions(folder);
+  if (!described) std::cerr << described.error().what << '\n';
+  return described.ok();
+}
+
 int replay(const std::string& file) {
   std::ifstream in{file};
   const std::string text{std::istreambuf_iterator<char>{in}, {}};
@@ -101,6 +114,7 @@ int replay(const std::string& file) {
     std::cerr << file << ": " << (in.is_open() ? play.error().what : "cannot be read") << '\n';
     return kExitUsage;
   }
+  if (!isWorld(play->world)) return kExitUsage;
   const auto verdict = perform(*play);
   summarise(verdict.tally, 1);
   if (!verdict.violation) {
@@ -140,6 +154,8 @@ int main(int count, char** arguments) {
       app.add_option("--every", every_s, "mean time between acts of --mixture, s; drawn for each play if not given")
           ->check(CLI::Range(0.1, 3600.0))
           ->needs(mixed);
+  app.add_option("--world", options.world,
+                 "a folder of descriptions in place of those of board/sim, such as board/sim-worn");
   app.add_option("--replay", options.replay, "one play again, from the file that was kept");
   CLI11_PARSE(app, count, arguments);
   if (*mixed) {
@@ -151,5 +167,7 @@ int main(int count, char** arguments) {
     options.mixture = *given;
     if (*every) options.mixture->mean_interval_s = every_s;
   }
+  if (!isWorld(options.world)) return kExitUsage;
+  if (!options.world.empty()) options.world = std::filesystem::absolute(options.world).string();
   return options.replay.empty() ? campaign(options) : replay(options.replay);
 }

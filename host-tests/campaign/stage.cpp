@@ -28,7 +28,7 @@ std::string_view methodOf(std::uint64_t number) {
 }
 
 world::Config worldOf(const Play& play) {
-  auto config = scenario::warmingWorld();
+  auto config = scenario::warmingWorld(play.world);
   config.clock.period_ns = play.tick.count();
   // Rates in proportion, so that a coarse clock makes a quick play.
   const double rate = 1e6 / static_cast<double>(play.tick.count());

@@ -26,8 +26,10 @@ Nanoseconds interval(double rate_hz) {
 
 }  // namespace
 
-world::Config warmingWorld() {
-  return {*sim().world, sim().machine};
+world::Config warmingWorld(const std::filesystem::path& config) {
+  if (config.empty()) return {*sim().world, sim().machine};
+  const auto other = board::simDescriptions(config);
+  return {*other->world, other->machine};
 }
 
 world::Config usualWorld() {

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -51,8 +52,9 @@ class Recorder : public box::Outputs {
   std::uint64_t calls_{};
 };
 
-// The emulated board: screws that warm up, counters that have to be referenced.
-world::Config warmingWorld();
+// The emulated board: screws that warm up, counters that have to be referenced. config: a folder with descriptions in
+// place of those that are compiled in, such as board/sim-worn.
+world::Config warmingWorld(const std::filesystem::path& config = {});
 // The same with cold screws and absolute encoders.
 world::Config usualWorld();
 box::BoxConfig usualBox(const world::Config& config);

@@ -1,6 +1,7 @@
 #include "board/describe/keys.hpp"
 
 #include <algorithm>
+#include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <set>
@@ -74,9 +75,9 @@ void expectGoodLines() {
 
 TEST(Keys, HaveRangesThatTheirUnitsAllowAndAMeaning) {
   expectGoodLines<WorldDelays, WorldClock, WorldEncoders, WorldAxes, WorldWave, WorldLinearAxes, WorldProbe,
-                  WorldTouchTrigger, WorldSphere, WorldPlates, WorldMount, WorldPartSpindle, WorldTiltingTable,
-                  WorldSwivelHead, WorldShank, WorldSensorHead, WorldProbeSpindle, WorldRotary, WorldScrew,
-                  WorldToolSetter, WorldCycle, WorldFault, WorldOutsideControl, World>();
+                  WorldVibration, WorldTouchTrigger, WorldSphere, WorldPlates, WorldMount, WorldPartSpindle,
+                  WorldTiltingTable, WorldSwivelHead, WorldShank, WorldSensorHead, WorldProbeSpindle, WorldRotary,
+                  WorldScrew, WorldToolSetter, WorldCycle, WorldFault, WorldOutsideControl, World>();
   expectGoodLines<AxisDescription, ReferenceDescription, SecondaryAxisDescription, ScrewDescription,
                   PeriodicCheckDescription, RimBallDescription, BallPlateDescription, HeadDescription,
                   CentrelineDescription, SwivelDescription, RotaryTableDescription, ToolDescription, HolderDescription,
@@ -105,6 +106,41 @@ TEST(Keys, OfAPartOfASectionHaveRangesAndAMeaningToo) {
     Probe::limitKey(probe, key);
   });
   expectGoodLinesOf([&](auto key) { Probe::stylusKeys(probe, key); });
+}
+
+// The rows of a table: section, key and meaning.
+struct Rows {
+  const char* section;
+  std::vector<std::string>& all;
+
+  void operator()(std::string_view key, const auto&, const auto&, std::string_view meaning) const {
+    all.push_back("| `" + std::string{section} + "` | `" + std::string{key} + "` | " + std::string{meaning} + " |");
+  }
+};
+
+template <class List>
+void addRows(const char* section, std::vector<std::string>& all) {
+  List list;
+  List::keys(list, Rows{section, all});
+}
+
+TEST(Keys, OfMachineErrorsMeanWhatThePageOfTheEmulatedMachineSays) {
+  std::vector<std::string> rows, found;
+  addRows<WorldDelays>("[delays]", rows);
+  addRows<WorldEncoders>("[encoders]", rows);
+  addRows<WorldAxes>("[axes]", rows);
+  addRows<WorldLinearAxes>("[linear_axes]", rows);
+  double scale{};
+  WorldLinearAxes::scaleKey(scale, Rows{"[linear_axes.EXX]", rows});
+  addRows<WorldWave>("[linear_axes.EXX]", rows);
+  addRows<WorldScrew>("[screw.X]", rows);
+  addRows<WorldVibration>("[[vibration]]", rows);
+  addRows<WorldProbe>("[probe]", rows);
+  addRows<WorldTouchTrigger>("[touch_trigger]", rows);
+  std::ifstream page{PAGE};
+  for (std::string line; std::getline(page, line);)
+    if (line.starts_with("| `[")) found.push_back(line);
+  EXPECT_THAT(found, testing::ElementsAreArray(rows));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <string>
+#include <vector>
 
 #include "board/describe/parse.hpp"
 #include "board/describe/sim_files.hpp"
@@ -44,6 +45,53 @@ TEST(WorldToml, DescribesErrorsOfLinearAxesByTheirNamesInISO230) {
   EXPECT_NEAR(axes.waves[0][0].phase_rad, 3.14159265, 1e-8);
   EXPECT_DOUBLE_EQ(axes.waves[0][1].amplitude_mm, 0.002) << "X moves, and the error is along Y";
   EXPECT_DOUBLE_EQ(axes.waves[2][0].amplitude_mm, 0.003);
+}
+
+TEST(WorldToml, HasNoneOfTheErrorsOfAWornMachineUnlessItSaysSo) {
+  const auto world = worldWith("");
+  ASSERT_TRUE(world.ok()) << world.error().what;
+  EXPECT_EQ(world->axes.lost_motion_mm, Vector3{});
+  EXPECT_EQ(world->axes.drift.rate_mm_min, Vector3{});
+  EXPECT_EQ(world->probe.drift.rate_mm_min, Vector3{});
+  EXPECT_EQ(world->probe.hysteresis_mm, 0);
+  EXPECT_EQ(world->probe.curvature, 0);
+  EXPECT_EQ(world->probe.lobe_mm, 0);
+  EXPECT_TRUE(world->vibrations.empty());
+  EXPECT_EQ(world->screws[0]->heat_shares, std::vector<double>{1});
+}
+
+TEST(WorldToml, LikeSimSaysOnlyWhatDiffers) {
+  const auto world = parseWorld(
+      "like_sim = true\n[axes]\nlost_motion_mm = [0.005, 0.004, 0]\ntraverse_mm_s = 50\n"
+      "[probe]\ndrift_mm_min = [0.001, 0, 0]\ndrift_time_constant_s = 600\n[screw.Y]\nheat_shares = [2, 1]\n"
+      "[[vibration]]\nof = \"probe\"\nfrequency_hz = 2495\namplitude_um = 0.5\ndirection = [0, 1, 0]\n",
+      "world.toml");
+  ASSERT_TRUE(world.ok()) << world.error().what;
+  const auto sim = worldWith("");
+  EXPECT_EQ(world->axes.lost_motion_mm, (Vector3{0.005, 0.004, 0}));
+  EXPECT_EQ(world->axes.traverse_mm_s, 50);
+  EXPECT_EQ(world->axes.home_mm, sim->axes.home_mm);
+  EXPECT_EQ(world->probe.gain, sim->probe.gain);
+  EXPECT_EQ(world->probe.drift.rate_mm_min[0], 0.001);
+  EXPECT_EQ(world->probe.drift.time_constant_s, 600);
+  EXPECT_EQ(world->screws[1]->heat_shares, (std::vector<double>{2, 1}));
+  EXPECT_EQ(world->screws[1]->warm_um, sim->screws[1]->warm_um);
+  EXPECT_EQ(world->further_tools.size(), sim->further_tools.size());
+  ASSERT_EQ(world->vibrations.size(), 1U);
+  EXPECT_EQ(world->vibrations[0].of, WorldVibration::Of::probe);
+  EXPECT_DOUBLE_EQ(world->vibrations[0].amplitude_mm, 0.0005);
+}
+
+TEST(WorldToml, LikeSimIsReadAsStrictly) {
+  const auto problem = [](const std::string& more) {
+    const auto world = parseWorld("like_sim = true\n" + more, "world.toml");
+    EXPECT_FALSE(world.ok()) << more;
+    return world.ok() ? std::string{} : world.error().what;
+  };
+  EXPECT_THAT(problem("[probe]\nhysteresis_um = 1\n"), HasSubstr("world.toml:3"));
+  EXPECT_THAT(problem("[screw.Y]\nheat_shares = []\n"), HasSubstr("heat_shares"));
+  EXPECT_THAT(problem("[axis]\n"), HasSubstr("axis"));
+  EXPECT_FALSE(parseWorld("like_sim = false\n", "world.toml").ok());
 }
 
 TEST(WorldToml, NamesAControlOutsideAndWhatItsBTurns) {

@@ -21,6 +21,20 @@ TEST(Boards, OfThisTreePassTheCheck) {
   EXPECT_GE(boards, 3);
 }
 
+TEST(Boards, TheWornMachineIsTheEmulatedOneWithTheErrorsThatMachinesHave) {
+  const auto worn = board::simDescriptions(std::filesystem::path{PROBEBOX_BOARDS} / "sim-worn");
+  ASSERT_TRUE(worn.ok()) << worn.error().what;
+  EXPECT_FALSE(validate(Options{}, *worn));
+  const auto& world = *worn->world;
+  EXPECT_EQ(world.seed, board::simDescriptions()->world->seed);
+  for (const double error : {world.axes.lost_motion_mm[0], world.axes.drift.rate_mm_min[0],
+                             world.linear_axes.squareness_rad[2], world.linear_axes.scale[0], world.probe.hysteresis_mm,
+                             world.probe.lobe_mm, world.probe.curvature, world.probe.drift.rate_mm_min[0]})
+    EXPECT_NE(error, 0);
+  EXPECT_EQ(world.vibrations.size(), 1U);
+  EXPECT_GT(world.screws[0]->heat_shares.size(), 1U);
+}
+
 TEST(Boards, BeagleBoneReadsItsAxesInTwoWays) {
   const auto board = board::loadDirectory(std::filesystem::path{PROBEBOX_BOARDS} / "beaglebone");
   ASSERT_TRUE(board.ok()) << board.error().what;
