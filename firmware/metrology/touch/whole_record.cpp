@@ -25,35 +25,43 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr int kNoiseRounds = 2;
+constexpr int kNoiseRounds = 3;
 constexpr double kUnexplained = 1e-5;     // probability that a way in scatters so much more than the ways out
 constexpr double kCorrelated = 3.0;       // sd, by which neighbours have to agree
 constexpr double kLeastScatterDof = 8.0;  // to tell noise by
 constexpr double kBendScatter = 4.0;      // sd, by which bends may differ to be one
 constexpr double kGoodCondition = 300.0;  // for lost motion to stand alone
 
-// Samples of touches at one speed along one axis have one noise.
+// Samples of touches at one speed have one noise; along one axis, where the axes have delays of their own.
 using Group = std::pair<long, Index>;
-Group groupOf(const TouchPlan& plan) {
+Group groupOf(const TouchPlan& plan, bool by_axis) {
   Index axis = 0;
-  plan.retract.cwiseAbs().maxCoeff(&axis);
+  if (by_axis) plan.retract.cwiseAbs().maxCoeff(&axis);
   return {std::lround(100.0 * plan.speed_mm_s), axis};
 }
 
-// Correlation of neighbours, from all samples of a stream; the unknowns take some of it.
+// Squares of residuals that the unknowns take where neighbours are correlated: more than of independent ones by the
+// factor on a sum of many samples, nearly.
+double takenBy(const Leftover& left, double r) {
+  return std::min(left.leverage * std::pow((1.0 + r) / (1.0 - r), 0.9), 0.7 * left.count);
+}
+
+// Correlation of neighbours, from all samples of a stream.
 NeighbourCorrelation correlationOf(const Leftover& all) {
   if (all.dof() < kLeastScatterDof || !(all.squares > 0.0)) return {};
-  const auto expected = [&](double r) { return (all.count * r - all.leverage) / all.dof(); };
+  const auto expected = [&](double r) {
+    const double taken = takenBy(all, r);
+    return (all.count * r - all.shared / all.leverage * taken) / (all.count - taken);
+  };
   const double found = all.products / all.squares;
   const double beyond = (found - expected(0.0)) * std::sqrt(all.dof());
   if (beyond < kCorrelated) return {};
   return neighbourCorrelation(found, beyond, expected);
 }
 
-double deviation(const Leftover& scatter, double r, double least, double otherwise) {
-  if (scatter.dof() < kLeastScatterDof) return std::max(otherwise, least);
-  const double taken = std::min(scatter.leverage * (1.0 + r) / (1.0 - r), 0.8 * scatter.count);
-  return std::max(std::sqrt(scatter.squares / (scatter.count - taken)), least);
+double deviation(const Leftover& left, double r, double least, double otherwise) {
+  if (left.dof() < kLeastScatterDof) return std::max(otherwise, least);
+  return std::max(std::sqrt(left.squares / (left.count - takenBy(left, r))), least);
 }
 
 double medianOf(std::vector<double> values) {
@@ -63,10 +71,14 @@ double medianOf(std::vector<double> values) {
 
 class TouchesOfRun {
  public:
-  TouchesOfRun(std::vector<TouchRecord> records, std::vector<TouchPlan> plans)
-      : records_{std::move(records)}, plans_{std::move(plans)}, without_way_in_(records_.size()) {
+  TouchesOfRun(std::vector<TouchRecord> records, std::vector<TouchPlan> plans, bool by_axis)
+      : records_{std::move(records)},
+        plans_{std::move(plans)},
+        by_axis_{by_axis},
+        without_way_in_(records_.size()),
+        own_(records_.size()) {
     for (std::size_t i = 0; i < records_.size(); ++i) {
-      auto& [machine, probe] = noise_[groupOf(plans_[i])];
+      auto& [machine, probe] = noise_[groupOf(plans_[i], by_axis_)];
       machine.push_back(records_[i].noise().machine);
       probe.push_back(records_[i].noise().probe);
       without_way_in_[i] = !records_[i].hasWayIn();
@@ -94,6 +106,8 @@ class TouchesOfRun {
         if (auto refusal = tooFew()) return refusal;
       }
       findUsualBounce();
+      // The first round's noise is too rough to tell a bounce by.
+      for (std::size_t k = 0; round > 0 && k < touches_.size(); ++k) own_[fitted_[k]] = touches_[k].bounce;
       if (round < kNoiseRounds) pool();
     }
     return std::nullopt;
@@ -119,7 +133,7 @@ class TouchesOfRun {
     last_refusal_.reset();
     for (std::size_t i = 0; i < records_.size(); ++i) {
       if (!without_way_in_[i]) {
-        auto fitted = records_[i].fit(pooled_[groupOf(plans_[i])], usual_);
+        auto fitted = records_[i].fit(pooled_[groupOf(plans_[i], by_axis_)], own_[i].value_or(usual_));
         if (fitted) {
           delays.push_back(fitted->tau_s());
           touches_.push_back(std::move(fitted).value());
@@ -133,7 +147,7 @@ class TouchesOfRun {
     if (delays.empty()) return;
     const double tau = medianOf(delays);
     for (const std::size_t i : later) {
-      auto fitted = records_[i].fit(pooled_[groupOf(plans_[i])], usual_, tau);
+      auto fitted = records_[i].fit(pooled_[groupOf(plans_[i], by_axis_)], usual_, tau);
       if (!fitted) {
         last_refusal_ = fitted.error();
         continue;
@@ -159,7 +173,8 @@ class TouchesOfRun {
       const Leftover& in = touch.probe[static_cast<std::size_t>(State::in)];
       Leftover out;
       for (const auto& other : touches_) {
-        if (groupOf(other.plan) == groupOf(touch.plan)) out += other.probe[static_cast<std::size_t>(State::out)];
+        if (groupOf(other.plan, by_axis_) == groupOf(touch.plan, by_axis_))
+          out += other.probe[static_cast<std::size_t>(State::out)];
       }
       const double least = records_[fitted_[k]].leastNoise().probe.moving;
       const double inflation = probe_correlation_.inflation();
@@ -186,7 +201,7 @@ class TouchesOfRun {
     Leftover of_machine, of_probe;
     std::map<Group, std::pair<std::array<Leftover, 2>, std::array<Leftover, 2>>> groups;  // moving, at rest
     for (const auto& touch : touches_) {
-      auto& [machine, probe] = groups[groupOf(touch.plan)];
+      auto& [machine, probe] = groups[groupOf(touch.plan, by_axis_)];
       for (const State state : kStates) {
         const auto s = static_cast<std::size_t>(state);
         const std::size_t at = state == State::rest ? 1 : 0;
@@ -201,7 +216,8 @@ class TouchesOfRun {
     probe_correlation_ = correlationOf(of_probe);
     for (auto& [group, scatter] : groups) {
       RecordNoise& noise = pooled_[group];
-      const auto first = std::ranges::find_if(plans_, [&](const TouchPlan& one) { return groupOf(one) == group; });
+      const auto first =
+          std::ranges::find_if(plans_, [&](const TouchPlan& one) { return groupOf(one, by_axis_) == group; });
       const RecordNoise& least = records_[static_cast<std::size_t>(first - plans_.begin())].leastNoise();
       // Where a group has few, all samples together tell its noise.
       const auto set = [](StreamNoise& stream, const std::array<Leftover, 2>& found, const Leftover& of_all, double r,
@@ -217,6 +233,7 @@ class TouchesOfRun {
 
   std::vector<TouchRecord> records_;
   std::vector<TouchPlan> plans_;
+  bool by_axis_;
   std::vector<bool> without_way_in_;
   std::map<Group, std::pair<std::vector<StreamNoise>, std::vector<StreamNoise>>> noise_;
   std::map<Group, RecordNoise> pooled_;
@@ -226,6 +243,7 @@ class TouchesOfRun {
   std::size_t left_out_{};
   std::size_t dof_{};
   Bounce usual_{};
+  std::vector<std::optional<Bounce>> own_;  // of each touch, once its noise is known
   NeighbourCorrelation machine_correlation_;
   NeighbourCorrelation probe_correlation_;
 };
@@ -234,11 +252,14 @@ class TouchesOfRun {
 class Agreement {
  public:
   Agreement(const std::vector<WholeTouch>& touches, MatrixXd carried, const WholeRecordQuestion& question)
-      : touches_{touches}, carried_{std::move(carried)}, size_mm_{question.size_mm} {
+      : touches_{touches}, carried_{std::move(carried)}, lost_mm_{question.lost_mm} {
     MatrixXd normals{std::ssize(touches), 3};
     for (Index i = 0; i < normals.rows(); ++i) normals.row(i) = touch(i).plan.normal.transpose();
     span_ = spanOf(normals);
-    lost_ = lostColumns();
+    const MatrixXd by_axis = lostByAxis();
+    lost_ = lostColumns(by_axis);
+    // What is fitted is not known.
+    known_ = lost() > 0 ? VectorXd::Zero(by_axis.rows()) : VectorXd{lost_mm_ * by_axis.rowwise().sum()};
   }
 
   Index delays() const { return carried_.cols(); }
@@ -269,8 +290,7 @@ class Agreement {
   // bends: whether the touches have one bend, else each its own.
   Linearised evaluate(const VectorXd& at, bool common_bend) const {
     const Index n = std::ssize(touches_);
-    const Index extra = size_mm_ && !wayInTells() ? 1 : 0;
-    Linearised model{VectorXd::Zero(3 * n + extra), MatrixXd::Zero(3 * n + extra, parameters())};
+    Linearised model{VectorXd::Zero(3 * n), MatrixXd::Zero(3 * n, parameters())};
     for (Index i = 0; i < n; ++i) {
       const WholeTouch& one = touch(i);
       Eigen::Vector3d off;
@@ -279,7 +299,7 @@ class Agreement {
       const VectorXd direction = arm.normalized();
       const double seen = direction.dot(span_.transpose() * one.plan.retract);
       const double apparent =
-          (carried_.row(i) * at.head(delays()) + lost_.row(i) * at.segment(delays(), lost())).value();
+          (carried_.row(i) * at.head(delays()) + lost_.row(i) * at.segment(delays(), lost())).value() + known_[i];
       off[0] = one.has_way_in ? one.tau_s() - apparent : 0.0;
       off[1] = arm.norm() - at[radiusAt()];
       off[2] = one.values[3] - at[parameters() - 1];
@@ -319,8 +339,6 @@ class Agreement {
     return model;
   }
 
-  bool wayInTells() const { return std::ranges::any_of(touches_, &WholeTouch::has_way_in); }
-
  private:
   const WholeTouch& touch(Index i) const { return touches_[static_cast<std::size_t>(i)]; }
 
@@ -329,16 +347,21 @@ class Agreement {
     return sizes.asDiagonal() * covariance * sizes.asDiagonal();
   }
 
-  // Apparent delay by each mm of lost motion: per axis where the speeds of the touches part it from the delays, of all
-  // axes together where that is parted, or none.
-  MatrixXd lostColumns() const {
-    const Index n = std::ssize(touches_);
-    MatrixXd by_axis{n, 3};
-    for (Index i = 0; i < n; ++i) {
+  // Apparent delay of each touch by a mm of lost motion of each axis.
+  MatrixXd lostByAxis() const {
+    MatrixXd by_axis{std::ssize(touches_), 3};
+    for (Index i = 0; i < by_axis.rows(); ++i) {
       const WholeTouch& one = touch(i);
       const double way = one.has_way_in ? -1.0 / (one.speed_in_mm_s + one.speed_out_mm_s) : -0.5 / one.speed_out_mm_s;
       by_axis.row(i) = way * one.plan.retract.cwiseAbs().transpose();
     }
+    return by_axis;
+  }
+
+  // Columns that are fitted: per axis where the speeds of the touches part it from the delays, of all axes together
+  // where that is parted, or none.
+  MatrixXd lostColumns(const MatrixXd& by_axis) const {
+    const Index n = by_axis.rows();
     double slowest = INFINITY, fastest = 0.0;
     for (const auto& one : touches_) {
       if (!one.has_way_in) continue;
@@ -364,7 +387,8 @@ class Agreement {
 
   const std::vector<WholeTouch>& touches_;
   MatrixXd carried_;
-  std::optional<double> size_mm_;
+  double lost_mm_;
+  VectorXd known_;  // apparent delay of each touch by lost motion that is known
   MatrixXd span_;
   MatrixXd lost_;
 };
@@ -388,7 +412,7 @@ Outcome<WholeRecord, Refusal> fitWholeRecord(std::span<const Touch> touches, con
     read.push_back(static_cast<Index>(i));
   }
   if (records.empty()) return why.value_or(Refusal{"too-few-readings", "no touch is left to fit: measure again"});
-  TouchesOfRun run{std::move(records), std::move(plans)};
+  TouchesOfRun run{std::move(records), std::move(plans), question.carried.cols() > 1};
   if (auto refusal = run.fit()) return *refusal;
   std::vector<Index> rows;
   for (const std::size_t k : run.fitted()) rows.push_back(read[k]);

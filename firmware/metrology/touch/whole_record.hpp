@@ -24,7 +24,7 @@ namespace probebox::metrology {
 // delay for all axes has ones, one per axis the squares of the direction.
 struct WholeRecordQuestion {
   Eigen::MatrixXd carried;
-  std::optional<double> size_mm{};  // helps only where no way in tells the delay
+  double lost_mm{};  // known lost motion of every axis, where one speed does not tell it
 };
 
 struct WholeRecord {

@@ -141,6 +141,7 @@ Leftover& Leftover::operator+=(const Leftover& other) {
   products += other.products;
   count += other.count;
   leverage += other.leverage;
+  shared += other.shared;
   return *this;
 }
 
@@ -276,12 +277,12 @@ class TouchRecord::Solver {
     if (auto refusal = tooFew()) return refusal;
     lookForBounce();
     for (int step = 0; step < kMostRounds; ++step) {
-      if (step == 1 || step == 3 || step == 5) choose();
+      if (step == 1 || step == 3) choose();
       if (auto refusal = tooFew()) return refusal;
       const double moved = improve();
       if (!std::isfinite(moved) || !state_.values.allFinite()) break;
-      if (step == 8) leaveOutFarOff();
-      if (step > 9 && moved < 1e-6) return tooFew();
+      if (step == 4) leaveOutFarOff();
+      if (step > 5 && moved < 1e-5) return tooFew();
     }
     if (!state_.values.allFinite() || !(state_.values[2] > 0.0) ||
         std::abs(state_.values[0] - record_.start_[0]) > 0.02) {
@@ -452,8 +453,8 @@ class TouchRecord::Solver {
     const double most = kUsualBounce * record_.depth_mm_;
     all.push_back({own(), -bounce.sine_mm, most});
     all.push_back({own() + 1, -bounce.cosine_mm, most});
-    all.push_back({own() + 2, usual_.frequency_hz - bounce.frequency_hz, 0.5 * usual_.frequency_hz});
-    all.push_back({own() + 3, usual_.decay_per_s - bounce.decay_per_s, 2.0 * usual_.decay_per_s});
+    all.push_back({own() + 2, usual_.frequency_hz - bounce.frequency_hz, 0.35 * usual_.frequency_hz});
+    all.push_back({own() + 3, usual_.decay_per_s - bounce.decay_per_s, usual_.decay_per_s});
     return all;
   }
   MatrixXd heldRows() const {
@@ -526,6 +527,11 @@ class TouchRecord::Solver {
     MatrixXd base = jacobian_(probe, Eigen::seqN(0, own()));
     const VectorXd right = residuals_(probe);
     const double without = (right - base * solveLeastSquares(base, right)).squaredNorm();
+    if (usual_.amplitude() > 0.0) {  // found before
+      state_.bounce = Bounce{usual_.frequency_hz, usual_.decay_per_s, 0.0, 0.0};
+      bounce_gain_ = kBounceGain;
+      return;
+    }
     const double nyquist = 0.5 / record_.probe_.period();
     base.conservativeResize(Eigen::NoChange, own() + 2);
     // What is left with a bounce of this frequency and decay; its amplitudes.
@@ -630,8 +636,10 @@ class TouchRecord::Solver {
       one.squares += squared(residuals_[here] * row.sd);
       one.count += 1.0;
       one.leverage += shape.row(here).squaredNorm();
-      if (i > 0 && rows_[i - 1].stretch == row.stretch && rows_[i - 1].of_probe == row.of_probe)
+      if (i > 0 && rows_[i - 1].stretch == row.stretch && rows_[i - 1].of_probe == row.of_probe) {
         one.products += residuals_[here] * residuals_[here - 1] * squared(row.sd);
+        one.shared += shape.row(here).dot(shape.row(here - 1));
+      }
     }
   }
 

@@ -48,6 +48,7 @@ struct Leftover {
   double products{};  // of neighbours
   double count{};
   double leverage{};
+  double shared{};  // of the products
 
   Leftover& operator+=(const Leftover& other);
   double dof() const { return count - leverage; }
@@ -87,8 +88,9 @@ class TouchRecord {
   const RecordNoise& leastNoise() const { return least_; }
   bool hasWayIn() const { return has_way_in_; }
 
-  // Maximum likelihood by Gauss-Newton. usual: frequency and decay of the bounce of other touches, 0 where none
-  // bounced. Without the way in, tau_s has to be given. Refuses: too-few-samples, no-convergence.
+  // Maximum likelihood by Gauss-Newton. usual: frequency and decay of the bounce of other touches, 0
+  // where none bounced; with amplitudes, of this touch as an earlier fit found it. Without the way in, tau_s has to be
+  // given. Refuses: too-few-samples, no-convergence.
   Outcome<WholeTouch, Refusal> fit(const RecordNoise& noise, const Bounce& usual = {},
                                    std::optional<double> tau_s = std::nullopt) const;
 
