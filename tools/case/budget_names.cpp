@@ -22,6 +22,7 @@ constexpr auto kKeys = std::to_array<Named>({
     {"sd_size_mm", "certificate of the feature"},
     {"sd_size_axis_mm", "certificate of the feature"},
     {"sd_gap_mm", "certificate of the gap"},
+    {"sd_lost_motion_mm", "lost motion of the axes"},
     {"sd_certificate_mm", "certificate of the ball plate"},
     {"sd_effective_ball_radius_mm", "radius of the checked ball"},
     {"sd_expected_ball_centre_z_mm", "accepted height of the checked ball"},

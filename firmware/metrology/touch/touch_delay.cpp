@@ -225,7 +225,7 @@ void TouchDelay::addWarnings(Result& result) const {
 }
 
 void TouchDelay::addResiduals(Result& result) const {
-  result.design_per = kOneTouch;
+  result.design_per = touches_.whole ? kOneWay : kOneTouch;
   result.residuals = {.unit = "mm", .against = "normal_speed_mm_s", .names = {}, .at = {}, .values = {}};
   for (std::size_t i = 0; i < touches_.retracts.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);

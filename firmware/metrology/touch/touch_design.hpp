@@ -19,9 +19,10 @@ struct TouchDesign {
 // Inverse of J'J for columns of any unit; nullopt when the rows do not determine every unknown.
 std::optional<Eigen::MatrixXd> unitCofactor(const Eigen::MatrixXd& rows);
 
-// Name of one touch in design figures.
-inline constexpr const char* kOneTouch =
-    "one way of a touch: the point where it meets the surface, along the normal, mm";
+// Names of a reading in design figures: of the ways out alone, and of whole records.
+inline constexpr const char* kOneTouch = "one touch: the point where it leaves the surface, along the normal, mm";
+inline constexpr const char* kOneWay =
+    "one way of one touch: the point where it meets the surface, along the normal, mm";
 
 // From rows of (A12) with equal weights.
 TouchDesign touchDesign(const AgreedTouches& touches, const TouchQuestion& question);

@@ -52,7 +52,8 @@ TEST_P(ScanOnTheMachine, FindsTheDelayThatComesIntoForce) {
   const auto accepted = box({"accept", id, "--by", "Ada"});
   ASSERT_EQ(accepted.status, 0) << accepted.err;
   const auto in_force = box({"info", "--json"}).object()["delay"];
-  for (std::size_t axis = 0; axis < 2; ++axis) EXPECT_EQ(in_force["tau_s"][axis], proposed["result"]["tau_s"]) << accepted.out;
+  for (std::size_t axis = 0; axis < 2; ++axis)
+    EXPECT_EQ(in_force["tau_s"][axis], proposed["result"]["tau_s"]) << accepted.out;
   EXPECT_EQ(in_force["sd_s"][2], 0) << "a scan at one height tells nothing of Z";
   EXPECT_EQ(box({"report", id, "-o", directory_.file("scan.html")}).status, 0);
 }
