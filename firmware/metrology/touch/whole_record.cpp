@@ -30,6 +30,8 @@ constexpr double kUnexplained = 1e-5;     // probability that a way in scatters 
 constexpr double kCorrelated = 3.0;       // sd, by which neighbours have to agree
 constexpr double kLeastScatterDof = 8.0;  // to tell noise by
 constexpr double kBendScatter = 4.0;      // sd, by which bends may differ to be one
+constexpr double kLostDeviations = 5.0;
+constexpr double kLeastLost_mm = 0.002;
 constexpr double kGoodCondition = 300.0;  // for lost motion to stand alone
 
 // Samples of touches at one speed have one noise; along one axis, where the axes have delays of their own.
@@ -393,6 +395,25 @@ class Agreement {
   MatrixXd lost_;
 };
 
+// At one speed lost motion looks like delay, but not at rest.
+std::optional<std::string> lostMotionAtRest(const std::vector<WholeTouch>& touches, double known_mm) {
+  double weights = 0.0;
+  double sum = 0.0;
+  double speed = 0.0;
+  for (const auto& one : touches) {
+    if (!(one.lost_at_rest_variance > 0.0) || !one.has_way_in) continue;
+    weights += 1.0 / one.lost_at_rest_variance;
+    sum += one.lost_at_rest_mm / one.lost_at_rest_variance;
+    speed = one.speed_out_mm_s;
+  }
+  if (!(weights > 0.0)) return std::nullopt;
+  const double off_mm = sum / weights - known_mm;
+  if (std::abs(off_mm) < std::max(kLostDeviations / std::sqrt(weights), kLeastLost_mm)) return std::nullopt;
+  return "lost-motion: at rest the machine stands as with " + text(1e3 * off_mm) +
+         " um of lost motion or hysteresis of the probe, which at this one speed is " +
+         text(1e6 * off_mm / (2.0 * speed)) + " us of the delay: touch at a second speed too, or state lost_motion_mm";
+}
+
 }  // namespace
 
 Outcome<WholeRecord, Refusal> fitWholeRecord(std::span<const Touch> touches, const WholeRecordQuestion& question) {
@@ -457,6 +478,9 @@ Outcome<WholeRecord, Refusal> fitWholeRecord(std::span<const Touch> touches, con
   if (run.waysInLeftOut() > 0) {
     result.warnings.push_back("the way in of " + std::to_string(run.waysInLeftOut()) +
                               " touches was left out: no free oscillation explains how the stylus bounced there");
+  }
+  if (agreement.lost() == 0) {
+    if (auto warning = lostMotionAtRest(result.touches, question.lost_mm)) result.warnings.push_back(*warning);
   }
   result.off_mm = VectorXd::Zero(std::ssize(touches));
   result.worst.assign(touches.size(), std::numeric_limits<double>::infinity());

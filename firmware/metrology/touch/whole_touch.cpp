@@ -310,6 +310,14 @@ class TouchRecord::Solver {
     for (Index k = 0; k < gains.cols(); ++k) gains.col(k) /= rows_[static_cast<std::size_t>(k)].sd;
     touch.covariance = covarianceOf(gains);
     addLeftovers(touch, shape);
+    for (std::size_t s = 0; s < columns_.size(); ++s) {
+      const auto& [run, state, line] = record_.stretches_[s];
+      if (columns_[s] < 0 || state != State::rest) continue;
+      const double variance = upper.row(own() + ofBounce() + 2 * columns_[s]).squaredNorm() +
+                              squared(noise_.machine.at_rest) / static_cast<double>(line.n);
+      touch.lost_at_rest_mm = 2.0 * (state_.lines[s].first - line.mean.dot(along()));
+      touch.lost_at_rest_variance = 4.0 * variance;
+    }
     setSurface(touch);
     return touch;
   }
@@ -384,9 +392,9 @@ class TouchRecord::Solver {
       if (!touched[s]) continue;
       columns_[s] = next++;
       const auto& [run, state, line] = record_.stretches_[s];
+      // At rest the machine may stand elsewhere than its encoder says: the lost motion of the way in is still in it.
+      if (state == State::rest) continue;
       for (std::size_t k = run.begin; k < run.end; ++k) {
-        const double t = record_.machine_.times[k];
-        if (state == State::rest && t > way_in_ends + kLongestRest_s && t < way_out_begins - kLongestRest_s) continue;
         rows_.push_back({s, k, false, sdOf(false, state)});
       }
     }
@@ -448,6 +456,13 @@ class TouchRecord::Solver {
   };
   std::vector<Held> held() const {
     std::vector<Held> all{{own() - 1, -state_.values[3], kUsualBend / record_.depth_mm_}};
+    for (std::size_t s = 0; s < columns_.size(); ++s) {
+      const auto& [run, state, line] = record_.stretches_[s];
+      if (columns_[s] < 0 || state != State::rest) continue;
+      const double slope = slopeOf(line, along());
+      all.push_back({own() + ofBounce() + 2 * columns_[s] + 1, slope - state_.lines[s].second,
+                     noise_.machine.at_rest / std::sqrt(line.sxx)});
+    }
     if (!state_.bounce) return all;
     const Bounce& bounce = *state_.bounce;
     const double most = kUsualBounce * record_.depth_mm_;

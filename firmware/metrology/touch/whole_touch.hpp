@@ -66,6 +66,10 @@ struct WholeTouch {
   double across_variance{};    // mm^2, of the surface across the drive
   double speed_in_mm_s{};      // along the retract, positive
   double speed_out_mm_s{};
+  // Lost motion along the drive by where the machine stands at rest, between its ways; variance 0 where it did not
+  // rest.
+  double lost_at_rest_mm{};
+  double lost_at_rest_variance{};
   std::optional<Bounce> bounce{};
   double bounce_gain{};               // of chi-square, by any bounce at all
   std::array<Leftover, 3> machine{};  // by State
