@@ -18,7 +18,7 @@ namespace probebox::metrology {
 // encoders by half of it, a touch at speed S along u has
 //   way in - way out = 2 S sum_j c_j tau_j - sum_a |u_a| l_a,   |p - centre| = radius.
 // The size is fitted; the delay does not depend on it. Two speeds part the delay from the lost motion; at one speed
-// the lost motion counts as none, and the delay holds it as l / (2 S).
+// the lost motion counts as what is known of it, and the delay is too small by the rest of it over 2 S.
 
 // What a delay moves each touch by, along its retract, in units of its speed: one row a touch, one column a delay; one
 // delay for all axes has ones, one per axis the squares of the direction.
