@@ -104,6 +104,15 @@ inline constexpr Quantity kGainMatrix{.key = "gain_matrix",
                                       .columns = kChannelColumns};
 inline constexpr Quantity kEffectiveDiameter{.key = "effective_diameter_mm",
                                              .about = "diameter of sphere plus stylus ball, free of the delay"};
+inline constexpr Quantity kStaticError{
+    .key = "static_error_mm",
+    .about = "the measured effective size minus the stated one; only if that is given",
+    .kind = QuantityKind::error};
+inline constexpr Quantity kLostMotion{
+    .key = "lost_motion_mm",
+    .about = "by which the axes lag behind their encoders, twice, with the probe's hysteresis: x y z, or one for all",
+    .kind = QuantityKind::error,
+    .axes = "XYZ"};
 inline constexpr Quantity kCentre{.key = result_key::kCentre, .about = "centre of the sphere", .axes = "XYZ"};
 inline constexpr Quantity kRadius{.key = "radius_mm", .about = "of the ball about it"};
 // Height at which the centre of a leaning axis holds.

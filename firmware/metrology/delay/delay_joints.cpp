@@ -40,7 +40,7 @@ Outcome<Result, Refusal> solveDelayJoints(const Dataset& dataset) {
   if (delays.value_or("common") == "each-joint") question.delays = Delays::each_joint;
   question.kinematics = kinematics.get();
   TRY(const auto measured, TouchDelay::measure(dataset, question));
-  Result result = measured.onSphere();
+  TRY(auto result, measured.onSphere());
   const auto* const idle = question.delays == Delays::each_joint ? "previous_tau_s" : "previous_tau_joint_s";
   if (dataset.config.contains(idle)) result.warnings.push_back(unusedKey(idle, dataset.method));
   return result;
@@ -50,11 +50,20 @@ namespace {
 
 constexpr MethodColumn kJointColumns[]{
     column::kTouch, column::kTime, {"q1_rad", ColumnRole::angle}, column::given("q2_mm"), column::given("..")};
-// A delay of each joint is no delay of an axis.
-std::optional<Subject> subjectOfJoints(const Dataset& dataset) {
+bool asksForEachJoint(const Dataset& dataset) {
   const auto found = dataset.config.find("delays");
   const auto* delays = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
-  if (delays == nullptr || *delays != "each-joint") return Subject{SubjectKind::delay, kAllAxes};
+  return delays != nullptr && *delays == "each-joint";
+}
+
+// The delay of each joint leans on the stated size, by the ways out alone.
+std::optional<std::string> undeterminedOfJoints(const Dataset& dataset) {
+  return asksForEachJoint(dataset) ? sizeBiasAtOneSpeed(dataset) : lostMotionAtOneSpeed(dataset);
+}
+
+// A delay of each joint is no delay of an axis.
+std::optional<Subject> subjectOfJoints(const Dataset& dataset) {
+  if (!asksForEachJoint(dataset)) return Subject{SubjectKind::delay, kAllAxes};
   return Subject{SubjectKind::delay_joints};
 }
 
@@ -69,6 +78,7 @@ constexpr MethodKey kJointsKeys[]{
     {"delays", "common", "common or each-joint"},
     of_delay::kDiameter,
     of_delay::kFeature,
+    of_delay::kLostMotion,
     of_delay::previousTau("previous_tau_s", "0",
                           "delay already subtracted from the stamps, with delays common; tau_s includes it"),
     of_delay::previousTau(
@@ -85,7 +95,7 @@ constexpr std::string_view kJointsUnobservable[]{
 
 const Method kDelayJoints{.name = "delay-joints",
                           .title = "System delay of a machine whose axes are joints",
-                          .equations = "(A1)-(A9), (A12), (A21)",
+                          .equations = "(A1)-(A7b), (A12), (A21)",
                           .source = source::kDelay,
                           .solver = solveDelayJoints,
                           .tables = kJointsTables,
@@ -93,7 +103,7 @@ const Method kDelayJoints{.name = "delay-joints",
                           .known = of_delay::kDiameterKnown,
                           .results = kJointsResults,
                           .unobservable = kJointsUnobservable,
-                          .undetermined = sizeBiasAtOneSpeed,
+                          .undetermined = undeterminedOfJoints,
                           .subject = {.about = Subject{SubjectKind::delay, kAllAxes}, .of = subjectOfJoints}};
 
 }  // namespace probebox::metrology

@@ -16,6 +16,8 @@ Outcome<Result, Refusal> solveDelayKnownSphere(const Dataset& dataset) {
   if (const auto centre = measured.centre()) result.estimates.push_back(*centre);
   result.covariance = measured.covarianceOf(result.estimates);
   if (const auto gain = measured.gainMatrix()) result.estimates.push_back(*gain);
+  if (measured.touches().whole) result.also.push_back(measured.size());
+  if (auto refusal = measured.addSizeCheck(result)) return *refusal;
   return result;
 }
 
@@ -23,6 +25,7 @@ namespace {
 
 constexpr MethodKey kKnownSphereKeys[]{{"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"},
                                        of_delay::kFeature,
+                                       of_delay::kLostMotion,
                                        of_delay::kPreviousTau,
                                        kProbeA,
                                        key::kASense,
@@ -33,7 +36,7 @@ constexpr Quantity kKnownSphereResults[]{quantity::kTau, quantity::kCentre, quan
 
 const Method kDelayKnownSphere{.name = "delay-known-sphere",
                                .title = "System delay from a sphere of known size",
-                               .equations = "(A1)-(A9), (A12)",
+                               .equations = "(A1)-(A7b), (A12)",
                                .source = source::kDelay,
                                .solver = solveDelayKnownSphere,
                                .tables = of_delay::kTouchTables,
@@ -41,7 +44,7 @@ const Method kDelayKnownSphere{.name = "delay-known-sphere",
                                .known = of_delay::kDiameterKnown,
                                .results = kKnownSphereResults,
                                .unobservable = of_delay::kOneForAllAxes,
-                               .undetermined = sizeBiasAtOneSpeed,
+                               .undetermined = lostMotionAtOneSpeed,
                                .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

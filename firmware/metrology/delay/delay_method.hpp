@@ -43,14 +43,19 @@ inline constexpr MethodKey kPreviousTauAxis = previousTau(
     "previous_tau_axis_s", "[0,0,0]", "delays already subtracted from the machine's stamps; tau includes them");
 inline constexpr MethodKey kFeature{"feature", "", "external or internal; must not contradict the normals"};
 inline constexpr MethodKey kDiameter{"effective_diameter_mm", "", "of sphere plus stylus ball; needed at one speed"};
+inline constexpr MethodKey kLostMotion{quantity::kLostMotion.key, "0",
+                                       "lost motion of every axis, used at one speed; several speeds tell it"};
 inline constexpr MethodKey kProbeKind{"probe_kind", "deflection",
                                       "deflection or distance (a probe that does not touch)"};
 inline constexpr MethodKey kSearchWindow{"search_window_s", kNeeded, "largest absolute delay that is searched for"};
 inline constexpr MethodKey kGain{"gain_matrix", "identity", "3 x 3, machine mm per unit of the probe's channels (A3)"};
 
+inline constexpr KnownQuantity kLostMotionKnown{"sd_lost_motion_mm", quantity::kLostMotion.key, KnownKind::value, false,
+                                                "lost motion of the axes"};
 // The first is the sd of the certified sphere. The second is that of the stylus ball alone, which has no certificate.
 inline constexpr KnownQuantity kDiameterKnown[]{
     {"sd_effective_diameter_mm", "effective_diameter_mm", KnownKind::size, false, "certificate of the sphere"},
-    {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value, false, "stylus ball"}};
+    {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value, false, "stylus ball"},
+    kLostMotionKnown};
 
 }  // namespace probebox::metrology::of_delay

@@ -15,10 +15,6 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr Quantity kStaticError{
-    .key = "static_error_mm",
-    .about = "the measured effective diameter minus the certified one; only if that is given",
-    .kind = QuantityKind::error};
 // Sizes at the nominal speeds, for a picture of the line of (A10).
 void addSizes(Result& result, const std::vector<Retract>& retracts, const TouchFit& fit) {
   std::map<double, std::vector<double>> sizes;
@@ -39,19 +35,6 @@ void addSizes(Result& result, const std::vector<Retract>& retracts, const TouchF
   result.also.push_back(Estimate::vector("sizes_mm", means, {}));
 }
 
-// Nothing where the case does not say how well the size is known, or the sphere is as large as it says.
-Outcome<std::optional<std::string>, Refusal> whyNotAsCertified(const Dataset& dataset, const Estimate& error) {
-  constexpr double kMost_sd = 4;
-  TRY(const auto of_sphere, configPositive(dataset, "sd_effective_diameter_mm"));
-  TRY(const auto of_ball, configPositive(dataset, "sd_stylus_ball_diameter_mm"));
-  const double u = std::hypot(error.sd.empty() ? 0 : error.sd.front(), of_sphere.value_or(0), of_ball.value_or(0));
-  if ((!of_sphere && !of_ball) || std::abs(error.value()) <= kMost_sd * u) return std::optional<std::string>{};
-  return std::optional{"static-error: sphere and stylus ball together measure " + text(error.value() * 1e3) +
-                       " um more than stated, which is " + text(std::abs(error.value()) / u) +
-                       " times its standard uncertainty: look for their temperature, the diameter in probe.toml and "
-                       "the probe's threshold; a delay from the stated size would be wrong by as much"};
-}
-
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
@@ -62,11 +45,11 @@ Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
   const Estimate size = measured.size();
   result.estimates = {measured.delay(), size};
   if (known_size) {
-    result.estimates.push_back(Estimate::scalar(kStaticError, size.value() - *known_size, size.standardDeviation()));
-    result.estimates.back().design = size.design;
-    TRY(const auto warning, whyNotAsCertified(dataset, result.estimates.back()));
+    result.estimates.push_back(*measured.staticError(*known_size));
+    TRY(const auto warning, measured.whyNotAsStated(result.estimates.back()));
     if (warning) result.warnings.push_back(*warning);
   }
+  if (const auto lost = measured.lostMotion()) result.also.push_back(*lost);
   if (const auto centre = measured.centre()) result.also.push_back(*centre);
   if (const auto gain = measured.gainMatrix()) result.also.push_back(*gain);
   addSizes(result, measured.touches().retracts, fit);
@@ -80,11 +63,12 @@ constexpr MethodKey kMultiSpeedKeys[]{
     {"effective_diameter_mm", "",
      "certified diameter of sphere plus stylus ball; if given, static_error_mm is answered too"},
     of_delay::kFeature,
+    of_delay::kLostMotion,
     of_delay::kPreviousTau,
     kProbeA,
     key::kASense,
     kProbeB};
-constexpr Quantity kMultiSpeedResults[]{quantity::kTau, quantity::kEffectiveDiameter, kStaticError};
+constexpr Quantity kMultiSpeedResults[]{quantity::kTau, quantity::kEffectiveDiameter, quantity::kStaticError};
 constexpr std::string_view kMultiSpeedUnobservable[]{
     of_delay::kApart, of_delay::kAfterStamps, of_delay::kOneForAll,
     "the causes of the static error separately: size of the ball, threshold of the probe and form are one number"};
@@ -93,7 +77,7 @@ constexpr std::string_view kMultiSpeedUnobservable[]{
 
 const Method kDelayMultiSpeed{.name = "delay-multi-speed",
                               .title = "System delay from several speeds",
-                              .equations = "(A1)-(A8), (A10), (A12)",
+                              .equations = "(A1)-(A7b), (A10), (A12)",
                               .source = source::kDelay,
                               .solver = solveDelayMultiSpeed,
                               .tables = of_delay::kTouchTables,

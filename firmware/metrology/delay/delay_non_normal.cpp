@@ -31,15 +31,20 @@ Outcome<Result, Refusal> solveDelayNonNormal(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kNonNormalKeys[]{
-    of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTau, kProbeA, key::kASense, kProbeB};
+constexpr MethodKey kNonNormalKeys[]{of_delay::kDiameter,
+                                     of_delay::kFeature,
+                                     of_delay::kLostMotion,
+                                     of_delay::kPreviousTau,
+                                     kProbeA,
+                                     key::kASense,
+                                     kProbeB};
 constexpr Quantity kNonNormalResults[]{quantity::kTau, quantity::kCentre};
 
 }  // namespace
 
 const Method kDelayNonNormal{.name = "delay-non-normal",
                              .title = "System delay from touches off the normal",
-                             .equations = "(A1)-(A9), (A12)",
+                             .equations = "(A1)-(A7b), (A12)",
                              .source = source::kDelay,
                              .solver = solveDelayNonNormal,
                              .tables = of_delay::kTouchTables,
@@ -47,7 +52,7 @@ const Method kDelayNonNormal{.name = "delay-non-normal",
                              .known = of_delay::kDiameterKnown,
                              .results = kNonNormalResults,
                              .unobservable = of_delay::kOneForAllAxes,
-                             .undetermined = sizeBiasAtOneSpeed,
+                             .undetermined = lostMotionAtOneSpeed,
                              .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

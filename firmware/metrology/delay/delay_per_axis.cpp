@@ -16,15 +16,20 @@ Outcome<Result, Refusal> solveDelayPerAxis(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodKey kPerAxisKeys[]{
-    of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTauAxis, kProbeA, key::kASense, kProbeB};
+constexpr MethodKey kPerAxisKeys[]{of_delay::kDiameter,
+                                   of_delay::kFeature,
+                                   of_delay::kLostMotion,
+                                   of_delay::kPreviousTauAxis,
+                                   kProbeA,
+                                   key::kASense,
+                                   kProbeB};
 constexpr Quantity kPerAxisResults[]{quantity::kTauAxis, quantity::kCentre};
 
 }  // namespace
 
 const Method kDelayPerAxis{.name = "delay-per-axis",
                            .title = "System delay of each axis",
-                           .equations = "(A1)-(A9), (A11), (A12)",
+                           .equations = "(A1)-(A7b), (A12)",
                            .source = source::kDelay,
                            .solver = solveDelayPerAxis,
                            .tables = of_delay::kTouchTables,
@@ -32,7 +37,7 @@ const Method kDelayPerAxis{.name = "delay-per-axis",
                            .known = of_delay::kDiameterKnown,
                            .results = kPerAxisResults,
                            .unobservable = of_delay::kAnyDelay,
-                           .undetermined = sizeBiasAtOneSpeed,
+                           .undetermined = lostMotionAtOneSpeed,
                            .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

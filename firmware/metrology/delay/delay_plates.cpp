@@ -54,6 +54,7 @@ Outcome<Result, Refusal> solveDelayPlates(const Dataset& dataset) {
   Result result = measured.report();
   result.estimates.push_back(measured.delay());
   result.covariance = measured.covarianceOf(result.estimates);
+  if (auto refusal = measured.addSizeCheck(result)) return *refusal;
   return result;
 }
 
@@ -63,12 +64,14 @@ constexpr MethodKey kPlatesKeys[]{
     {"gap_mm", kNeeded, "distance of the faces"},
     {"stylus_ball_diameter_mm", kNeeded, "of the stylus ball"},
     {"feature", "", "internal (a gap) or external (a block); without it the normals tell"},
+    of_delay::kLostMotion,
     of_delay::kPreviousTau,
     kProbeA,
     key::kASense,
     kProbeB};
 constexpr KnownQuantity kPlatesKnown[]{{"sd_gap_mm", "gap_mm", KnownKind::size, false, "certificate of the gap"},
-                                       {"sd_stylus_ball_diameter_mm", "stylus_ball_diameter_mm"}};
+                                       {"sd_stylus_ball_diameter_mm", "stylus_ball_diameter_mm"},
+                                       of_delay::kLostMotionKnown};
 constexpr Quantity kPlatesResults[]{quantity::kTau};
 constexpr std::string_view kPlatesUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
                                                  "the delay of an axis across the normal of the faces"};
@@ -77,7 +80,7 @@ constexpr std::string_view kPlatesUnobservable[]{of_delay::kApart, of_delay::kAf
 
 const Method kDelayPlates{.name = "delay-plates",
                           .title = "System delay from parallel faces",
-                          .equations = "(A1)-(A9)",
+                          .equations = "(A1)-(A7b)",
                           .source = source::kDelay,
                           .solver = solveDelayPlates,
                           .tables = of_delay::kTouchTables,
@@ -85,7 +88,7 @@ const Method kDelayPlates{.name = "delay-plates",
                           .known = kPlatesKnown,
                           .results = kPlatesResults,
                           .unobservable = kPlatesUnobservable,
-                          .undetermined = sizeBiasAtOneSpeed,
+                          .undetermined = lostMotionAtOneSpeed,
                           .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

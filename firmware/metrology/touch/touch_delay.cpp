@@ -102,7 +102,9 @@ Eigen::Matrix3d turnedBack(double spindle_rad) {
 
 }  // namespace
 
-Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const TouchQuestion& question) {
+Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, TouchQuestion question) {
+  TRY(const auto lost, configNumber(dataset, quantity::kLostMotion.key));
+  question.lost_mm = lost.value_or(0);
   TRY(const auto feature, configWord(dataset, "feature", kFeatures));
   TRY(const auto previous, previousDelay(dataset, "previous_" + delayKey(question), question.delayCount()));
   TRY(const auto spindle_rad, spindleOfProbe(dataset));
@@ -113,6 +115,7 @@ Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const T
   TRY(const auto touches, question.kinematics ? readJointTouches(dataset, *question.kinematics) : readTouches(dataset));
   TRY(auto agreed, agreeOrNameAxes(withoutRinging(touches), question));
   if (auto refusal = wrongFeature(feature, agreed.fit)) return *refusal;
+  agreed = onWholeRecords(std::move(agreed), touches, question);
   return TouchDelay{dataset, question, std::move(agreed), previous, spindle_rad};
 }
 
@@ -161,6 +164,51 @@ std::optional<Estimate> TouchDelay::gainMatrix() const {
   return estimate(gain.value(), {});
 }
 
+std::optional<Estimate> TouchDelay::lostMotion() const {
+  const auto& whole = touches_.whole;
+  if (!whole || whole->lost_mm.size() == 0) return std::nullopt;
+  const Eigen::Index n = whole->lost_mm.size();
+  const Eigen::VectorXd sd = (whole->covariance.diagonal().segment(whole->lostAt(), n) * widening()).cwiseSqrt();
+  if (n == 1) return Estimate::scalar(quantity::kLostMotion, whole->lost_mm[0], sd[0]);
+  return Estimate::vector(quantity::kLostMotion, {whole->lost_mm.begin(), whole->lost_mm.end()},
+                          {sd.begin(), sd.end()});
+}
+
+std::optional<Estimate> TouchDelay::staticError(double stated_mm) const {
+  if (question_.size_mm && !touches_.whole) return std::nullopt;
+  const Estimate found = size();
+  auto error = Estimate::scalar(quantity::kStaticError, found.value() - stated_mm, found.standardDeviation());
+  error.design = found.design;
+  return error;
+}
+
+// Nothing where the case does not say how well the size is known, or the feature is as large as it says.
+Outcome<std::optional<std::string>, Refusal> TouchDelay::whyNotAsStated(const Estimate& error) const {
+  constexpr double kMost_sd = 4;
+  double variance = 0;
+  for (const auto* key : {"sd_effective_diameter_mm", "sd_gap_mm", "sd_stylus_ball_diameter_mm"}) {
+    TRY(const auto sd, configPositive(*dataset_, key));
+    variance += sd.value_or(0) * sd.value_or(0);
+  }
+  const double u = std::hypot(error.sd.empty() ? 0 : error.sd.front(), std::sqrt(variance));
+  if (!(variance > 0) || std::abs(error.value()) <= kMost_sd * u) return std::optional<std::string>{};
+  return std::optional{"static-error: by the touches the size is " + text(error.value() * 1e3) +
+                       " um more than stated, which is " + text(std::abs(error.value()) / u) +
+                       " times its standard uncertainty: look for the temperature, the sizes in probe.toml and the "
+                       "probe's threshold; a delay from the stated size alone would be wrong by as much"};
+}
+
+std::optional<Refusal> TouchDelay::addSizeCheck(Result& result) const {
+  if (!question_.size_mm) return std::nullopt;
+  if (const auto lost = lostMotion()) result.also.push_back(*lost);
+  const auto error = staticError(*question_.size_mm);
+  if (!error) return std::nullopt;
+  TRY(const auto warning, whyNotAsStated(*error));
+  if (warning) result.warnings.push_back(*warning);
+  result.also.push_back(*error);
+  return std::nullopt;
+}
+
 void TouchDelay::addWarnings(Result& result) const {
   for (const auto& refusal : touches_.refusals) result.warnings.push_back("dropped: " + refusal.reason);
   for (const auto& warning : touches_.noise.warnings) result.warnings.push_back(warning);
@@ -177,7 +225,7 @@ void TouchDelay::addWarnings(Result& result) const {
 }
 
 void TouchDelay::addResiduals(Result& result) const {
-  result.design_per = kOneTouch;
+  result.design_per = touches_.whole ? kOneWay : kOneTouch;
   result.residuals = {.unit = "mm", .against = "normal_speed_mm_s", .names = {}, .at = {}, .values = {}};
   for (std::size_t i = 0; i < touches_.retracts.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -233,13 +281,14 @@ Covariance TouchDelay::covarianceOf(std::span<const Estimate> estimates) const {
   return covariance;
 }
 
-Result TouchDelay::onSphere() const {
+Outcome<Result, Refusal> TouchDelay::onSphere() const {
   Result result = report();
   result.estimates.push_back(delay());
   if (const auto found = centre()) result.estimates.push_back(*found);
   result.covariance = covarianceOf(result.estimates);
   if (const auto gain = gainMatrix()) result.also.push_back(*gain);
-  if (!question_.size_mm) result.also.push_back(size());
+  if (!question_.size_mm || touches_.whole) result.also.push_back(size());
+  if (auto refusal = addSizeCheck(result)) return *refusal;
   return result;
 }
 

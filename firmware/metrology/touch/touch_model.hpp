@@ -24,6 +24,7 @@ enum class Delays { common, each_axis, each_joint };
 struct TouchQuestion {
   Delays delays{Delays::common};
   std::optional<double> size_mm{};  // effective, 2 R; fitted if absent
+  double lost_mm{};                 // lost motion of the axes, where one speed does not tell it
   Gain gain{Gain::common};
   const Kinematics* kinematics{};  // for non-Cartesian machines; must outlive the question
 

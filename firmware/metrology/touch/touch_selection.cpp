@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -342,6 +343,107 @@ Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const
   if (auto refusal = dropOtherClocks(selection, touches)) return *refusal;
   if (auto refusal = grossMisfit(selection.touches)) return *refusal;
   return std::move(selection.touches);
+}
+
+namespace {
+
+// Those that are kept, and what the delays move each by.
+struct KeptTouches {
+  std::vector<Touch> touches;
+  WholeRecordQuestion question;
+};
+
+KeptTouches keptOf(const AgreedTouches& agreed, std::span<const Touch> recorded, const TouchQuestion& question) {
+  KeptTouches kept;
+  const auto count = static_cast<Eigen::Index>(agreed.retracts.size());
+  kept.question.lost_mm = question.lost_mm;
+  kept.question.carried.resize(count, question.delayCount());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Retract& retract = agreed.retracts[static_cast<std::size_t>(i)];
+    kept.touches.push_back(*std::ranges::find(recorded, retract.plan.name, [](const Touch& t) { return t.plan.name; }));
+    const Eigen::Vector3d& along = retract.plan.retract;
+    kept.question.carried.row(i) = along.transpose() *
+                                   dPointPerDelay(retract, question, separationTime(retract.probe), agreed.fit.tau_s) /
+                                   along.dot(retract.machine.slope);
+  }
+  return kept;
+}
+
+// Puts what the whole records tell in the place of what the retracts told.
+void takeOver(AgreedTouches& agreed, WholeRecord whole) {
+  TouchFit& fit = agreed.fit;
+  const Eigen::Index delays = whole.tau_s.size(), centre = whole.centre.size();
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index k = 0; k < delays; ++k) rows.push_back(k);
+  for (Eigen::Index k = 0; k < centre + 1; ++k) rows.push_back(whole.centreAt() + k);
+  fit.tau_s = whole.tau_s;
+  fit.size_mm = whole.size_mm;
+  fit.covariance = whole.covariance(rows, rows);
+  fit.centre = whole.centre;
+  fit.centre_sd = fit.covariance.diagonal().segment(delays, centre).cwiseSqrt();
+  fit.radial = whole.off_mm;
+  fit.worst = whole.worst;
+  fit.condition = whole.condition;
+  fit.dof = whole.chi2_dof;
+  fit.radial_chi2 = whole.chi2_reduced;
+  agreed.noise.dof = agreed.noise.least_dof = whole.noise_dof;
+  agreed.noise.warnings = whole.warnings;
+  agreed.whole = std::move(whole);
+}
+
+void leaveOut(AgreedTouches& agreed, std::size_t at, const Refusal& why) {
+  agreed.dropped.push_back({agreed.retracts[at].plan.name, why.name});
+  agreed.refusals.push_back(why);
+  agreed.retracts.erase(agreed.retracts.begin() + static_cast<std::ptrdiff_t>(at));
+  auto& speeds = agreed.fit.normal_speed;
+  const auto row = static_cast<Eigen::Index>(at);
+  const Eigen::VectorXd after = speeds.tail(speeds.size() - row - 1);
+  speeds.conservativeResize(speeds.size() - 1);
+  speeds.tail(after.size()) = after;
+}
+
+}  // namespace
+
+AgreedTouches onWholeRecords(AgreedTouches agreed, std::span<const Touch> recorded, const TouchQuestion& question) {
+  const std::size_t offered = recorded.size();
+  const auto fitted = [&](const AgreedTouches& of) {
+    const auto kept = keptOf(of, recorded, question);
+    return fitWholeRecord(kept.touches, kept.question);
+  };
+  auto whole = fitted(agreed);
+  if (!whole) {
+    agreed.noise.warnings.push_back("retract-only: the ways in and out do not tell the delay together (" +
+                                    whole.error().reason + "): the ways out alone do, and a known size");
+    return agreed;
+  }
+  // Joints with delays of their own bend the path of the tip: where that shows, no line of the way in fits that of the
+  // way out, and the retracts tell more.
+  const auto uncertainty = [&](const Eigen::MatrixXd& covariance) {
+    return covariance.diagonal().head(question.delayCount()).maxCoeff();
+  };
+  if (question.delays == Delays::each_joint && uncertainty(whole->covariance) > uncertainty(agreed.fit.covariance))
+    return agreed;
+  // A touch that cannot be read on its whole record is of no use; one that disagrees pulls others along.
+  AgreedTouches kept = agreed;
+  auto best = whole;
+  while (best) {
+    const auto& worst = best->worst;
+    const auto unread = std::ranges::find(worst, std::numeric_limits<double>::infinity());
+    const auto largest = unread != worst.end() ? unread : std::ranges::max_element(worst);
+    if (*largest <= kOutlierDeviations) {
+      takeOver(kept, std::move(best).value());
+      return kept;
+    }
+    if (5 * (kept.dropped.size() - agreed.dropped.size() + 1) > offered) break;
+    const auto at = static_cast<std::size_t>(largest - worst.begin());
+    leaveOut(kept, at,
+             {"residual-too-large",
+              kept.retracts[at].plan.name + ": disagrees with the other touches (slip or dirt); touch again"});
+    best = fitted(kept);
+  }
+  // No agreement without many of them: the model is at fault, and the sd tells.
+  takeOver(agreed, std::move(whole).value());
+  return agreed;
 }
 
 }  // namespace probebox::metrology

@@ -8,6 +8,7 @@
 #include "firmware/metrology/touch/retract.hpp"
 #include "firmware/metrology/touch/touch.hpp"
 #include "firmware/metrology/touch/touch_fit.hpp"
+#include "firmware/metrology/touch/whole_record.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::metrology {
@@ -22,6 +23,7 @@ struct AgreedTouches {
   bool common_gain{};                     // else each touch was extrapolated by its own slope
   std::optional<std::string> own_delays;  // warning of touches that tell another delay than the rest
   double gain_misfit{};                   // reduced chi-square of the slopes against one common gain
+  std::optional<WholeRecord> whole{};     // of the touches in `retracts`, in their order; fit is then of it
 
   // Scatter of the touches against the noise of their samples: more of it is repeatability of surface and machine.
   NoiseCheck noiseCheck() const;
@@ -35,6 +37,10 @@ struct AgreedTouches {
 // always refused, as is a single speed with unknown size. Refuses what fitRetract, refuseSpeeds and fitTouches refuse;
 // clipped; residual-too-large.
 Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const TouchQuestion& question);
+
+// The same touches on their whole records (A7b), where ways in and out tell the delay; else as they are, with a
+// warning. recorded: as they were before anything was taken out. Drops outliers by the same rules as agreeOn.
+AgreedTouches onWholeRecords(AgreedTouches agreed, std::span<const Touch> recorded, const TouchQuestion& question);
 
 // Tests whether a deflection is smaller than the overtravel because sensor or converter limited it (A.3). missing_mm:
 // difference; depth_mm: the measured deflection.

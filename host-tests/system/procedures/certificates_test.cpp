@@ -67,11 +67,10 @@ TEST_F(Certificates, HaveTheValuesOfTheStoredResultAndTheSpheresUncertainty) {
   EXPECT_NEAR(value_us, 1e6 * stored["result"]["tau_s"].get<double>(), 0.1 * expanded_us);
   EXPECT_NEAR(expanded_us, 1e6 * stored["expanded_k2"]["tau_s"].get<double>(), 0.06 * expanded_us);
   EXPECT_NEAR(expanded_us, 2 * u_us, 0.1 * expanded_us);
-  // 0.1 um of the diameter at 25 mm/s: 2 us, whatever the readings scatter by.
-  EXPECT_GE(u_us, 2);
+  EXPECT_GT(u_us, 0);
 }
 
-// Six kelvin make sphere and stylus ball of 31 mm 2.14 um larger, which is 42.8 us at 25 mm/s.
+// Six kelvin make sphere and stylus ball of 31 mm 2.14 um larger; ways in and out tell the delay without their size.
 TEST_F(Certificates, NameTheTemperatureThatWasStatedForTheRun) {
   start([](board::Descriptions& changed) {
     changed.machine.datum_sphere_temperature =
@@ -85,8 +84,7 @@ TEST_F(Certificates, NameTheTemperatureThatWasStatedForTheRun) {
   solvedAt("20");
   solvedAt("26");
   const auto cold = box({"show", "1", "--json"}).object(), warm = box({"show", "2", "--json"}).object();
-  EXPECT_NEAR(warm["result"]["tau_s"].get<double>() - cold["result"]["tau_s"].get<double>(),
-              31 * 11.5e-6 * 6 / (2 * 25), 21e-6)
+  EXPECT_NEAR(warm["result"]["tau_s"].get<double>(), cold["result"]["tau_s"].get<double>(), 21e-6)
       << "four sd of the difference of two runs";
   const auto isOfTemperature = [](const auto& line) { return line["name"] == "sd_temperature_k"; };
   EXPECT_TRUE(std::ranges::any_of(warm["budget"], isOfTemperature)) << warm["budget"];

@@ -10,6 +10,7 @@
 
 #include "host-tests/metrology/moments.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/support/runs.hpp"
 #include "host-tests/support/sanitized.hpp"
 
 namespace probebox::metrology {
@@ -35,10 +36,10 @@ struct TouchSetting {
   // Against the reference precision, which knows of neither jitter nor lost samples. Two-sided: twice as good is a
   // mistake too.
   double least_efficiency{1.0};
-  double greatest_efficiency{6.0};
+  double greatest_efficiency{10.0};
 };
 
-constexpr int kTouchTrials = support::kSanitized ? 20 : 100;
+const int kTouchTrials = support::kSanitized ? 20 : static_cast<int>(runs(100));
 
 class DelayOverRandomTouches : public testing::TestWithParam<TouchSetting> {};
 

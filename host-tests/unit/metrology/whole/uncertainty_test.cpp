@@ -109,22 +109,22 @@ TEST(Design, KnowsNoNoise) {
   EXPECT_NEAR(quiet.designFigure().value(), 1.0 / std::sqrt(8.0), 1e-9);
 }
 
-// The bound of one touch each on five sides of a known size, 1/(2 S); the sd is that of the samples, so only near it.
+// Ten ways, in and out on five sides: 1/(sqrt(10) S).
 TEST(Design, OfFiveTouchesIsTheBoundOfTheSpeed) {
   for (const double speed : {10.0, 25.0}) {
     const Result result = solved(fiveTouches(speed));
     ASSERT_EQ(result.estimates[0].key, "tau_s");
-    EXPECT_NEAR(result.estimates[0].design.at(0), 1.0 / (2.0 * speed), 0.01 / (2.0 * speed));
-    EXPECT_THAT(result.design_per, HasSubstr("one touch"));
+    EXPECT_NEAR(result.estimates[0].design.at(0), 1.0 / (std::sqrt(10.0) * speed), 0.01 / speed);
+    EXPECT_THAT(result.design_per, HasSubstr("one way of one touch"));
   }
 }
 
-TEST(Design, OfAnAxisIsThatOfAnOpposedPair) {
+TEST(Design, OfAnAxisIsThatOfFourWays) {
   auto scene = simulation::perAxis();
   scene.normals = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   const Result result = solved(touches(scene, {25.0}));
   for (const double figure : result.estimates[0].design) {
-    EXPECT_NEAR(figure, 1.0 / (std::numbers::sqrt2 * 25.0), 0.01 / 25.0);
+    EXPECT_NEAR(figure, 1.0 / (2.0 * 25.0), 0.01 / 25.0);
   }
 }
 
@@ -197,28 +197,32 @@ RC_GTEST_PROP(Uncertainty, CombinesBothTypesAsRootSumOfSquares, ()) {
   }
 }
 
-// (A9): d tau = dd/(2 S), and a piece that is warm is larger than its certificate says.
-TEST(TypeB, ASizeGoesIntoTheDelayOneToOne) {
+// (A7b): at one speed l / (2 S); the size says nothing of the delay, and a piece that is warm is larger than its
+// certificate says.
+TEST(TypeB, LostMotionGoesIntoTheDelayAndSizesDoNot) {
   Dataset dataset = fiveTouches(25.0);
   const double size = std::get<double>(dataset.config.at("effective_diameter_mm"));
-  const double cold = solved(dataset).estimates[0].value();
+  const Result cold = solved(dataset);
   dataset.config["sd_effective_diameter_mm"] = 0.5e-3;
   dataset.config["temperature_c"] = 24.0;
   dataset.config["expansion_per_k"] = 11.5e-6;
   dataset.config["sd_temperature_k"] = 0.5;
-  dataset.config["sd_expansion_per_k"] = 1e-6;
+  dataset.config["lost_motion_mm"] = 0.0;
+  dataset.config["sd_lost_motion_mm"] = 0.002;
   const Result result = solved(dataset);
-  const double speed = 2.0 * 25.0;
-  EXPECT_NEAR(result.estimates[0].value() - cold, size * 11.5e-6 * 4.0 / speed, 1e-8);
-  ASSERT_EQ(result.budget.size(), 4U);
-  EXPECT_FALSE(result.budget[0].type_b);
-  EXPECT_NEAR(result.budget[0].sd[0], result.estimates[0].sd[0], 1e-15);
-  EXPECT_EQ(result.budget[1].name, "sd_effective_diameter_mm");
-  EXPECT_NEAR(result.budget[1].sd[0], 0.5e-3 / speed, 1e-3 * 0.5e-3 / speed);
-  EXPECT_EQ(result.budget[2].name, "sd_temperature_k");
-  EXPECT_NEAR(result.budget[2].sd[0], size * 11.5e-6 * 0.5 / speed, 1e-9);
-  EXPECT_EQ(result.budget[3].name, "sd_expansion_per_k");
-  EXPECT_NEAR(result.budget[3].sd[0], size * 4.0 * 1e-6 / speed, 1e-9);
+  EXPECT_NEAR(result.estimates[0].value(), cold.estimates[0].value(), 1e-9);
+  EXPECT_NEAR(result.find("static_error_mm")->value(), cold.find("static_error_mm")->value() - size * 11.5e-6 * 4.0,
+              1e-7);
+  const auto contribution = [&](std::string_view name) {
+    const auto line = std::ranges::find(result.budget, name, &Contribution::name);
+    EXPECT_NE(line, result.budget.end()) << name;
+    return line == result.budget.end() ? 0.0 : line->sd[0];
+  };
+  EXPECT_NEAR(contribution("readings"), result.estimates[0].sd[0], 1e-15);
+  EXPECT_NEAR(contribution("sd_effective_diameter_mm"), 0.0, 1e-9);
+  EXPECT_NEAR(contribution("sd_temperature_k"), 0.0, 1e-9);
+  EXPECT_NEAR(contribution("sd_lost_motion_mm"), 0.002 / 50.0, 1e-8);
+  EXPECT_GT(result.estimates[0].uncertainty[0], 0.002 / 50.0);
 }
 
 TEST(TypeB, ChangesNeitherValuesNorSd) {
@@ -297,9 +301,13 @@ TEST(Unobservable, NamesWhatSpindleAndCTurnedTogetherHide) {
 
 // Touches at speeds that hardly differ tell delay and size apart badly, and the answer says in which combination.
 TEST(WorstDetermined, IsTheCombinationThatTheReadingsDetermineWorst) {
-  const Result result = solved(touches({}, {30.0, 40.0}));
+  // By the ways out alone.
+  Dataset dataset = touches({}, {30.0, 40.0});
+  dataset.method = "delay-feature";
+  dataset.config = {{"shape", std::string{"sphere"}}};
+  const Result result = solved(dataset);
   ASSERT_TRUE(result.weakest.has_value());
-  EXPECT_EQ(result.weakest->components, (std::vector<std::string>{"tau_s", "effective_diameter_mm"}));
+  EXPECT_EQ(result.weakest->components, (std::vector<std::string>{"tau_s", "size_mm"}));
   const auto& values = result.covariance->values;
   const double correlation = values[1] / std::sqrt(values[0] * values[3]);
   EXPECT_NEAR(result.weakest->sd, std::sqrt(1.0 + std::abs(correlation)), 1e-9);

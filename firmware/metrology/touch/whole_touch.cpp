@@ -1,0 +1,702 @@
+#include "firmware/metrology/touch/whole_touch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
+#include "firmware/metrology/fit/robust_statistics.hpp"
+#include "firmware/metrology/touch/despiking.hpp"
+#include "protocol/units/angle.hpp"
+#include "protocol/units/tolerances.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector4d;
+using Eigen::VectorXd;
+
+constexpr double kBendOver_s = 0.0025;   // in which a ramp has to show
+constexpr double kBendOverNoise = 60.0;  // of the noise at the speed: so far away a stop shows
+constexpr double kSettle_s = 0.0005;     // from the ends of a stretch
+constexpr double kLevel = 0.3;           // of the deflection at rest: no ramp lasts until there
+constexpr double kHigh = 0.4;            // between these the deflection falls evenly
+constexpr double kDeep = 0.1;
+constexpr double kShallow = 0.04;         // of the overtravel: less does not count as contact
+constexpr double kLongestRest_s = 0.15;   // of which samples are used, after the way in and before the way out
+constexpr std::size_t kLeastStretch = 4;  // samples
+constexpr double kUsualBend = 0.1;        // of the gain at full depth, sd
+constexpr double kOtherBounce = 12.0;     // by which one has to be better than the usual
+constexpr double kUsualBounce = 0.2;      // of the overtravel, amplitude
+constexpr double kFragment = 0.3;         // of the longest stretch of a way
+constexpr double kBounceGain = 25.0;      // of chi-square, by which a bounce has to explain the record better
+constexpr double kFarOff = 5.0;           // sd
+constexpr double kLowestBounce_hz = 20.0;
+constexpr double kHighestBounce_hz = 500.0;
+constexpr int kMostRounds = 25;
+constexpr std::size_t kRoundedHarmonics = 4;
+
+Refusal ofTouch(const TouchPlan& plan, const char* name, const char* what) {
+  return {name, plan.name + ": " + what};
+}
+
+double squared(double value) {
+  return value * value;
+}
+
+// Longest straight stretches within some samples, the parts beside the longest one in the same way: a kink that noise
+// hides between two samples parts a stretch by the line through the rest of it.
+void addStraightRuns(std::span<const double> times, std::span<const double> along, Run within, double noise,
+                     std::vector<Run>& runs) {
+  if (within.size() < kLeastStretch) return;
+  Run found = steadyRun(times.subspan(within.begin, within.size()), along.subspan(within.begin, within.size()),
+                        {0, within.size()}, noise)
+                  .run;
+  found = {found.begin + within.begin, found.end + within.begin};
+  if (found.size() < kLeastStretch) return;
+  addStraightRuns(times, along, {within.begin, found.begin}, noise, runs);
+  runs.push_back(found);
+  addStraightRuns(times, along, {found.end, within.end}, noise, runs);
+}
+
+// Stretches of a stream on a straight line: between them samples miss the line through others beside them.
+std::vector<Run> straightRuns(std::span<const double> times, std::span<const double> along, double noise,
+                              double speed) {
+  const std::size_t n = times.size();
+  const double period = (times.back() - times.front()) / static_cast<double>(n - 1);
+  const double apart = std::max(kBendOver_s, kBendOverNoise * noise / speed);
+  const auto stride = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(apart / period)));
+  const double allowed = 6.0 * std::sqrt(1.5) * noise;
+  std::vector<Run> runs;
+  std::size_t begin = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t before = k < stride ? 0 : k - stride;
+    const std::size_t after = std::min(n - 1, k + stride);
+    if (before == k || after == k) continue;
+    const double share = (times[k] - times[before]) / (times[after] - times[before]);
+    if (std::abs(along[k] - along[before] - share * (along[after] - along[before])) <= allowed) continue;
+    addStraightRuns(times, along, {begin, std::max(begin, k)}, noise, runs);
+    begin = k + 1;
+  }
+  addStraightRuns(times, along, {begin, std::max(begin, n)}, noise, runs);
+  return runs;
+}
+
+// exp(-decay s) sin and cos, and the derivatives of a bounce by frequency and decay.
+Vector4d bounceColumns(const Bounce& bounce, double s) {
+  if (s <= 0.0) return Vector4d::Zero();
+  const double fade = std::exp(-bounce.decay_per_s * s);
+  const double sine = fade * std::sin(kTurn * bounce.frequency_hz * s);
+  const double cosine = fade * std::cos(kTurn * bounce.frequency_hz * s);
+  return {sine, cosine, kTurn * s * (bounce.sine_mm * cosine - bounce.cosine_mm * sine),
+          -s * (bounce.sine_mm * sine + bounce.cosine_mm * cosine)};
+}
+
+// Time at which a signal passes a level between k - 1 and k.
+double crossing(const std::vector<double>& times, const std::vector<double>& values, std::size_t k, double level) {
+  return times[k - 1] + (level - values[k - 1]) / (values[k] - values[k - 1]) * (times[k] - times[k - 1]);
+}
+
+// Along one direction.
+double slopeOf(const Line& line, const Eigen::Vector3d& along) {
+  return line.slope.dot(along);
+}
+double timeAt(const Line& line, const Eigen::Vector3d& along, double place) {
+  return line.t_mean + (place - line.mean.dot(along)) / slopeOf(line, along);
+}
+
+// Where few samples are taken a bounce looks like spikes, several of them in a row.
+Stream withoutLoneSpikes(const Stream& stream, double jitter_s) {
+  const auto removed = withoutSpikes(stream, jitter_s).removed;
+  const auto is_removed = [&](std::size_t k) { return std::ranges::find(removed, stream.times[k]) != removed.end(); };
+  std::vector<Index> kept;
+  for (std::size_t k = 0; k < stream.times.size(); ++k) {
+    const bool alone = (k == 0 || !is_removed(k - 1)) && (k + 1 == stream.times.size() || !is_removed(k + 1));
+    if (!is_removed(k) || !alone) kept.push_back(static_cast<Index>(k));
+  }
+  Stream left;
+  for (const Index k : kept) left.times.push_back(stream.times[static_cast<std::size_t>(k)]);
+  left.values = stream.values(kept, Eigen::all);
+  left.steps = stream.steps ? stream.steps : stepsOf(stream);
+  return left;
+}
+
+std::size_t at(State state) {
+  return static_cast<std::size_t>(state);
+}
+
+}  // namespace
+
+double Bounce::at(double since_s) const {
+  const Vector4d columns = bounceColumns(*this, since_s);
+  return columns[0] * sine_mm + columns[1] * cosine_mm;
+}
+
+Leftover& Leftover::operator+=(const Leftover& other) {
+  squares += other.squares;
+  products += other.products;
+  count += other.count;
+  leverage += other.leverage;
+  shared += other.shared;
+  return *this;
+}
+
+Outcome<TouchRecord, Refusal> TouchRecord::read(const Touch& touch, const StampJitter& jitter) {
+  TouchRecord record;
+  record.plan_ = touch.plan;
+  record.machine_ = withoutSpikes(touch.machine, jitter.machine_s).stream;
+  record.probe_ = withoutLoneSpikes(touch.probe, jitter.probe_s);
+  const Stream& machine = record.machine_;
+  const Stream& probe = record.probe_;
+  const Eigen::Vector3d& along = touch.plan.retract;
+  if (machine.times.size() < 2 * kLeastStretch || probe.times.size() < 2 * kLeastStretch)
+    return ofTouch(touch.plan, "truncated", "the record is too short; measure it again");
+  record.place_ = machine.along(along, {0, machine.times.size()});
+
+  const VectorXd size = probe.values.rowwise().norm();
+  const double highest = size.maxCoeff();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (Index k = 0; k < size.size(); ++k) {
+    if (size[k] > 0.5 * highest) sum += probe.values.row(k).transpose();
+  }
+  if (!(highest > 0.0) || !(sum.norm() > 0.0))
+    return ofTouch(touch.plan, "no-contact", "no deflection of the probe; check that the touch reached the surface");
+  record.channels_ = sum.normalized();
+  record.deflection_ = probe.along(record.channels_, {0, probe.times.size()});
+
+  const auto& times = probe.times;
+  const auto& bent = record.deflection_;
+  std::vector<double> large;
+  for (const double one : bent) {
+    if (one > 0.8 * highest) large.push_back(one);
+  }
+  if (large.empty())
+    return ofTouch(touch.plan, "deflection-unsteady", "the deflection at rest has no one direction; touch again");
+  const double rest = median(large);
+  const auto above = [&](double one) { return one >= kLevel * rest; };
+  const auto first = static_cast<std::size_t>(std::ranges::find_if(bent, above) - bent.begin());
+  std::size_t last = bent.size();
+  while (last > 0 && !above(bent[last - 1])) --last;
+  if (last == bent.size())
+    return ofTouch(touch.plan, "truncated", "the record ends before the stylus leaves the surface; measure it again");
+
+  const Eigen::Vector3d machine_steps = stepsOf(machine).cwiseProduct(along);
+  const Eigen::Vector3d probe_steps = stepsOf(probe).cwiseProduct(record.channels_);
+  const double least_machine = std::max(machine_steps.norm() / std::sqrt(12.0), kCaseDigits);
+  const double least_probe = std::max(probe_steps.norm() / std::sqrt(12.0), kCaseDigits);
+  record.least_ = {{least_machine, least_machine, 0.0}, {least_probe, least_probe, 0.0}};
+  const double still = std::max(noiseOf(machine, along), least_machine);
+  const double moving = std::hypot(still, jitter.machine_s * touch.plan.speed_mm_s);
+
+  const auto low = static_cast<std::size_t>(std::ranges::min_element(record.place_) - record.place_.begin());
+  const double slow = 0.02 * touch.plan.speed_mm_s;
+  for (const Run run : straightRuns(machine.times, record.place_, moving, touch.plan.speed_mm_s)) {
+    const Line line = fitLine(machine.timesOf(run), machine.valuesOf(run));
+    const double slope = slopeOf(line, along);
+    const State state = std::abs(slope) <= slow ? State::rest : slope < 0.0 ? State::in : State::out;
+    if (state == State::in && machine.times[run.begin] > machine.times[low]) continue;
+    if (state == State::out && machine.times[run.end - 1] < machine.times[low]) continue;
+    record.stretches_.push_back({run, state, line});
+  }
+  // Short ones beside long ones of the same way are of its ramps.
+  for (const State state : {State::in, State::out}) {
+    std::size_t longest = 0;
+    for (const auto& one : record.stretches_) {
+      if (one.state == state) longest = std::max(longest, one.run.size());
+    }
+    std::erase_if(record.stretches_, [&](const Stretch& one) {
+      return one.state == state && static_cast<double>(one.run.size()) < kFragment * static_cast<double>(longest);
+    });
+  }
+
+  // The way out crosses a level of the deflection; so does the way in.
+  const auto way = [&](State state) -> const Stretch* {
+    const Stretch* found = nullptr;
+    for (const auto& stretch : record.stretches_) {
+      if (stretch.state != state) continue;
+      if (found == nullptr || state == State::in) found = &stretch;
+    }
+    return found;
+  };
+  const Stretch* out = way(State::out);
+  if (out == nullptr)
+    return ofTouch(touch.plan, "speed-not-constant",
+                   "the machine does not retract at constant speed; reduce the speed");
+  const double falling_at = crossing(times, bent, last, kLevel * rest);
+  // Time in which the deflection falls from one level to another.
+  std::size_t high = last;
+  while (high > 0 && bent[high - 1] < kHigh * rest) --high;
+  std::size_t deep = last;
+  while (deep < bent.size() && bent[deep] >= kDeep * rest) ++deep;
+  if (high == 0 || deep == bent.size())
+    return ofTouch(touch.plan, "truncated", "the record ends before the stylus leaves the surface; measure it again");
+  const double falls = crossing(times, bent, deep, kDeep * rest) - crossing(times, bent, high, kHigh * rest);
+  const double speed = slopeOf(out->line, along);
+  record.depth_mm_ = speed * falls / (kHigh - kDeep);
+  const double gain = rest / record.depth_mm_;
+  const double middle = *std::ranges::min_element(record.place_) + (1.0 - kLevel) * record.depth_mm_;
+  const double passed = timeAt(out->line, along, middle);
+  record.noise_.machine = {moving, still, 0.0};
+  const double quiet = std::max(noiseOf(probe, record.channels_), least_probe);
+  record.noise_.probe = {std::hypot(quiet, jitter.probe_s * gain * touch.plan.speed_mm_s), quiet, 0.0};
+
+  double tau = passed - falling_at;
+  const Stretch* in = way(State::in);
+  record.has_way_in_ = first > 0 && in != nullptr;
+  if (record.has_way_in_) {
+    tau = 0.5 * (passed + timeAt(in->line, along, middle)) -
+          0.5 * (falling_at + crossing(times, bent, first, kLevel * rest));
+  }
+  const double place = out->line.at(falling_at + tau).dot(along) + kLevel * record.depth_mm_;
+  record.start_ = {tau, place, gain, 0.0};
+  return record;
+}
+
+// Rows of both streams, linearised at some values.
+class TouchRecord::Solver {
+ public:
+  Solver(const TouchRecord& record, const RecordNoise& noise, const Bounce& usual, std::optional<double> tau_s)
+      : record_{record}, noise_{noise}, state_{record.start_, {}, {}}, fixed_{tau_s.has_value()}, usual_{usual} {
+    if (tau_s) {
+      state_.values[1] += (*tau_s - state_.values[0]) * slopeOf(out().line, record.plan_.retract);
+      state_.values[0] = *tau_s;
+    }
+    for (const auto& stretch : record.stretches_) {
+      const bool unused = fixed_ && stretch.state == State::in;
+      used_.push_back(!unused);
+      state_.lines.emplace_back(stretch.line.mean.dot(along()), slopeOf(stretch.line, along()));
+    }
+  }
+
+  std::optional<Refusal> run() {
+    choose();
+    if (auto refusal = tooFew()) return refusal;
+    lookForBounce();
+    for (int step = 0; step < kMostRounds; ++step) {
+      if (step == 1 || step == 3) choose();
+      if (auto refusal = tooFew()) return refusal;
+      const double moved = improve();
+      if (!std::isfinite(moved) || !state_.values.allFinite()) break;
+      if (step == 4) leaveOutFarOff();
+      if (step > 5 && moved < 1e-5) return tooFew();
+    }
+    if (!state_.values.allFinite() || !(state_.values[2] > 0.0) ||
+        std::abs(state_.values[0] - record_.start_[0]) > 0.02) {
+      return ofTouch(record_.plan_, "no-convergence", "machine and probe do not show the same motion in and out");
+    }
+    return tooFew();
+  }
+
+  WholeTouch answer() {
+    linearise();
+    MatrixXd rows = heldRows();
+    const auto solved = solveInPlace(rows, VectorXd::Zero(rows.rows()));
+    const MatrixXd upper = inverseOfUpper(solved.upper);
+    WholeTouch touch;
+    touch.plan = record_.plan_;
+    touch.has_way_in = !fixed_;
+    touch.values = state_.values;
+    touch.bounce = state_.bounce;
+    touch.bounce_gain = bounce_gain_;
+    touch.left_out = left_out_.size();
+    const MatrixXd shape = jacobian_ * upper;  // orthonormal columns
+    // Of the values by the rows as recorded.
+    MatrixXd gains = MatrixXd::Zero(4, residuals_.size());
+    gains.bottomRows(fixed_ ? 3 : 4) = upper.topRows(fixed_ ? 3 : 4) * shape.transpose();
+    for (Index k = 0; k < gains.cols(); ++k) gains.col(k) /= rows_[static_cast<std::size_t>(k)].sd;
+    touch.covariance = covarianceOf(gains);
+    addLeftovers(touch, shape);
+    for (std::size_t s = 0; s < columns_.size(); ++s) {
+      const auto& [run, state, line] = record_.stretches_[s];
+      if (columns_[s] < 0 || state != State::rest) continue;
+      const double variance = upper.row(own() + ofBounce() + 2 * columns_[s]).squaredNorm() +
+                              squared(noise_.machine.at_rest) / static_cast<double>(line.n);
+      touch.lost_at_rest_mm = 2.0 * (state_.lines[s].first - line.mean.dot(along()));
+      touch.lost_at_rest_variance = 4.0 * variance;
+    }
+    setSurface(touch);
+    return touch;
+  }
+
+ private:
+  struct Fitted {
+    Vector4d values;
+    std::vector<std::pair<double, double>> lines;  // of the stretches along the retract: middle and slope
+    std::optional<Bounce> bounce;
+  };
+  struct Row {
+    std::size_t stretch;
+    std::size_t sample;
+    bool of_probe;
+    double sd;
+  };
+
+  const Eigen::Vector3d& along() const { return record_.plan_.retract; }
+  const Stretch& out() const {
+    return *std::ranges::find_if(record_.stretches_, [](const Stretch& one) { return one.state == State::out; });
+  }
+  double place(std::size_t stretch, double t) const {
+    return state_.lines[stretch].first + state_.lines[stretch].second * (t - record_.stretches_[stretch].line.t_mean);
+  }
+  const StreamNoise& noiseOf(bool of_probe) const { return of_probe ? noise_.probe : noise_.machine; }
+  double sdOf(bool of_probe, State state) const {
+    const StreamNoise& noise = noiseOf(of_probe);
+    return state == State::rest ? noise.at_rest : noise.moving;
+  }
+
+  // The samples that the present values put on the stretches while the stylus is deflected.
+  void choose() {
+    rows_.clear();
+    std::vector<bool> touched(record_.stretches_.size());
+    const double shallow = std::clamp(6.0 * noise_.probe.moving / state_.values[2], kShallow * record_.depth_mm_,
+                                      kDeep * record_.depth_mm_);
+    contact_ = record_.probe_.times.front();
+    bool in_contact = false;
+    double way_in_ends = -1e300, way_out_begins = 1e300;
+    for (std::size_t s = 0; s < touched.size(); ++s) {
+      const Run run = record_.stretches_[s].run;
+      if (record_.stretches_[s].state == State::in) way_in_ends = record_.machine_.times[run.end - 1];
+      if (record_.stretches_[s].state == State::out)
+        way_out_begins = std::min(way_out_begins, record_.machine_.times[run.begin]);
+    }
+    for (std::size_t s = 0; s < touched.size(); ++s) {
+      if (!used_[s]) continue;
+      const auto& [run, state, line] = record_.stretches_[s];
+      const double from = record_.machine_.times[run.begin] + kSettle_s - state_.values[0];
+      const double until = record_.machine_.times[run.end - 1] - kSettle_s - state_.values[0];
+      const auto& times = record_.probe_.times;
+      const auto begin = static_cast<std::size_t>(std::ranges::lower_bound(times, from) - times.begin());
+      for (std::size_t k = begin; k < times.size() && times[k] <= until; ++k) {
+        const double t = times[k] + state_.values[0];
+        if (state_.values[1] - place(s, t) <= shallow) continue;
+        if (state == State::rest && t > way_in_ends + kLongestRest_s && t < way_out_begins - kLongestRest_s) continue;
+        if (std::ranges::binary_search(left_out_, k)) continue;
+        if (!in_contact) contact_ = times[k], in_contact = true;
+        rows_.push_back({s, k, true, sdOf(true, state)});
+        touched[s] = true;
+      }
+    }
+    // Contact itself is where the way in reaches the surface.
+    for (std::size_t s = 0; s < touched.size(); ++s) {
+      if (!touched[s] || record_.stretches_[s].state != State::in) continue;
+      contact_ = record_.stretches_[s].line.t_mean +
+                 (state_.values[1] - state_.lines[s].first) / state_.lines[s].second - state_.values[0];
+    }
+    columns_.assign(touched.size(), -1);
+    Index next = 0;
+    for (std::size_t s = 0; s < touched.size(); ++s) {
+      if (!touched[s]) continue;
+      columns_[s] = next++;
+      const auto& [run, state, line] = record_.stretches_[s];
+      // At rest the machine may stand elsewhere than its encoder says: the lost motion of the way in is still in it.
+      if (state == State::rest) continue;
+      for (std::size_t k = run.begin; k < run.end; ++k) {
+        rows_.push_back({s, k, false, sdOf(false, state)});
+      }
+    }
+    stretches_ = next;
+  }
+
+  std::optional<Refusal> tooFew() const {
+    std::array<std::size_t, 3> of_probe{};
+    for (const auto& row : rows_) {
+      if (row.of_probe) ++of_probe[at(record_.stretches_[row.stretch].state)];
+    }
+    const std::size_t least = fixed_ ? 0 : 3;
+    const bool enough = static_cast<Index>(rows_.size()) > own() + ofBounce() + 2 * stretches_;
+    if (enough && of_probe[at(State::out)] >= 3 && of_probe[at(State::in)] >= least) return std::nullopt;
+    return ofTouch(record_.plan_, "too-few-samples",
+                   "fewer than three samples of the probe while the machine moves at constant speed; touch more slowly "
+                   "or deeper, or sample faster");
+  }
+
+  Index own() const { return fixed_ ? 3 : 4; }  // unknowns among the values: tau first, unless it is given
+  Index ofBounce() const { return state_.bounce ? 4 : 0; }
+
+  void linearise() {
+    const auto n = static_cast<Index>(rows_.size());
+    jacobian_.setZero(n, own() + ofBounce() + 2 * stretches_);
+    residuals_.resize(n);
+    const double tau = state_.values[0], surface = state_.values[1], gain = state_.values[2], bend = state_.values[3];
+    for (Index i = 0; i < n; ++i) {
+      const auto& [s, k, of_probe, sd] = rows_[static_cast<std::size_t>(i)];
+      const Index line = own() + ofBounce() + 2 * columns_[s];
+      const double stamp = of_probe ? record_.probe_.times[k] + tau : record_.machine_.times[k];
+      const double since = stamp - record_.stretches_[s].line.t_mean;
+      if (!of_probe) {
+        residuals_[i] = (record_.place_[k] - place(s, stamp)) / sd;
+        jacobian_(i, line) = 1.0 / sd;
+        jacobian_(i, line + 1) = since / sd;
+        continue;
+      }
+      const double age = record_.probe_.times[k] - contact_;
+      const double h = surface - place(s, stamp) + (state_.bounce ? state_.bounce->at(age) : 0.0);
+      const double steep = gain * (1.0 + 2.0 * bend * h) / sd;
+      residuals_[i] = (record_.deflection_[k] - gain * (h + bend * h * h)) / sd;
+      Index column = 0;
+      if (!fixed_) jacobian_(i, column++) = -steep * state_.lines[s].second;
+      jacobian_(i, column++) = steep;
+      jacobian_(i, column++) = (h + bend * h * h) / sd;
+      jacobian_(i, column++) = gain * h * h / sd;
+      if (state_.bounce) jacobian_.block<1, 4>(i, column) = steep * bounceColumns(*state_.bounce, age).transpose();
+      jacobian_(i, line) = -steep;
+      jacobian_(i, line + 1) = -steep * since;
+    }
+  }
+
+  // Of the unknowns that a record may hardly show: what they are off the usual, in its sd. So they do not run away.
+  struct Held {
+    Index unknown;
+    double off;
+    double sd;
+  };
+  std::vector<Held> held() const {
+    std::vector<Held> all{{own() - 1, -state_.values[3], kUsualBend / record_.depth_mm_}};
+    for (std::size_t s = 0; s < columns_.size(); ++s) {
+      const auto& [run, state, line] = record_.stretches_[s];
+      if (columns_[s] < 0 || state != State::rest) continue;
+      const double slope = slopeOf(line, along());
+      all.push_back({own() + ofBounce() + 2 * columns_[s] + 1, slope - state_.lines[s].second,
+                     noise_.machine.at_rest / std::sqrt(line.sxx)});
+    }
+    if (!state_.bounce) return all;
+    const Bounce& bounce = *state_.bounce;
+    const double most = kUsualBounce * record_.depth_mm_;
+    all.push_back({own(), -bounce.sine_mm, most});
+    all.push_back({own() + 1, -bounce.cosine_mm, most});
+    all.push_back({own() + 2, usual_.frequency_hz - bounce.frequency_hz, 0.35 * usual_.frequency_hz});
+    all.push_back({own() + 3, usual_.decay_per_s - bounce.decay_per_s, usual_.decay_per_s});
+    return all;
+  }
+  MatrixXd heldRows() const {
+    const auto all = held();
+    MatrixXd rows = MatrixXd::Zero(jacobian_.rows() + std::ssize(all), jacobian_.cols());
+    rows.topRows(jacobian_.rows()) = jacobian_;
+    for (Index i = 0; i < std::ssize(all); ++i) {
+      const auto& [unknown, off, sd] = all[static_cast<std::size_t>(i)];
+      rows(jacobian_.rows() + i, unknown) = 1.0 / sd;
+    }
+    return rows;
+  }
+  double squares() const {
+    double sum = residuals_.squaredNorm();
+    for (const auto& [unknown, off, sd] : held()) sum += squared(off / sd);
+    return sum;
+  }
+
+  // One step, as long as it leads on; what it moves the values by, in their sd.
+  double improve() {
+    linearise();
+    const double before_squares = squares();
+    MatrixXd rows = heldRows();
+    const auto all = held();
+    VectorXd right = VectorXd::Zero(rows.rows());
+    right.head(residuals_.size()) = residuals_;
+    for (Index i = 0; i < std::ssize(all); ++i) {
+      const auto& [unknown, off, sd] = all[static_cast<std::size_t>(i)];
+      right[residuals_.size() + i] = off / sd;
+    }
+    const VectorXd step = solveInPlace(rows, right).solution;
+    const Fitted before = state_;
+    for (double share = 1.0; share > 0.05; share /= 2.0) {
+      state_ = before;
+      moveBy(share * step);
+      linearise();
+      if (squares() <= before_squares * (1.0 + 1e-9)) break;
+    }
+    const double scale_s = noise_.machine.moving / std::abs(slopeOf(out().line, along()));
+    const Vector4d moved = state_.values - before.values;
+    return std::abs(moved[0]) / scale_s + std::abs(moved[1]) / noise_.machine.moving;
+  }
+
+  void moveBy(const VectorXd& step) {
+    state_.values.tail(own()) += step.head(own());
+    if (state_.bounce) {
+      Bounce& bounce = *state_.bounce;
+      bounce.sine_mm += step[own()];
+      bounce.cosine_mm += step[own() + 1];
+      bounce.frequency_hz = std::clamp(bounce.frequency_hz + std::clamp(step[own() + 2], -10.0, 10.0),
+                                       0.5 * kLowestBounce_hz, 2.0 * kHighestBounce_hz);
+      bounce.decay_per_s = std::clamp(bounce.decay_per_s + std::clamp(step[own() + 3], -40.0, 40.0), 5.0, 2000.0);
+    }
+    const Index lines = own() + ofBounce();
+    for (std::size_t s = 0; s < columns_.size(); ++s) {
+      if (columns_[s] < 0) continue;
+      state_.lines[s].first += step[lines + 2 * columns_[s]];
+      state_.lines[s].second += step[lines + 2 * columns_[s] + 1];
+    }
+  }
+
+  // Tries bounces of many frequencies, with the machine's lines as they are.
+  void lookForBounce() {
+    if (fixed_) return;
+    linearise();
+    std::vector<Index> probe;
+    for (Index i = 0; i < residuals_.size(); ++i) {
+      if (rows_[static_cast<std::size_t>(i)].of_probe) probe.push_back(i);
+    }
+    MatrixXd base = jacobian_(probe, Eigen::seqN(0, own()));
+    const VectorXd right = residuals_(probe);
+    const double without = (right - base * solveLeastSquares(base, right)).squaredNorm();
+    if (usual_.amplitude() > 0.0) {  // found before
+      state_.bounce = Bounce{usual_.frequency_hz, usual_.decay_per_s, 0.0, 0.0};
+      bounce_gain_ = kBounceGain;
+      return;
+    }
+    const double nyquist = 0.5 / record_.probe_.period();
+    base.conservativeResize(Eigen::NoChange, own() + 2);
+    // What is left with a bounce of this frequency and decay; its amplitudes.
+    const auto tried = [&](Bounce& bounce) {
+      for (std::size_t i = 0; i < probe.size(); ++i) {
+        const auto& row = rows_[static_cast<std::size_t>(probe[i])];
+        const double age = record_.probe_.times[row.sample] - contact_;
+        base.block<1, 2>(static_cast<Index>(i), own()) =
+            state_.values[2] / row.sd * bounceColumns(bounce, age).head<2>().transpose();
+      }
+      const VectorXd found = solveLeastSquares(base, right);
+      bounce.sine_mm = found[own()];
+      bounce.cosine_mm = found[own() + 1];
+      return bounce.amplitude() < kUsualBounce * record_.depth_mm_ ? (right - base * found).squaredNorm() : without;
+    };
+    double least = without;
+    Bounce best;
+    if (usual_.frequency_hz > 0.0) {
+      best = usual_;
+      // Another one has to be better by more than chance.
+      least = tried(best) - kOtherBounce;
+    }
+    for (double hertz = kLowestBounce_hz; hertz <= std::min(kHighestBounce_hz, nyquist); hertz *= 1.08) {
+      for (const double decay : {40.0, 110.0, 250.0, 600.0}) {
+        Bounce bounce{hertz, decay, 0.0, 0.0};
+        const double left = tried(bounce);
+        if (left >= least) continue;
+        least = left;
+        best = bounce;
+      }
+    }
+    bounce_gain_ = without - least;
+    if (bounce_gain_ > kBounceGain || usual_.frequency_hz > 0.0) state_.bounce = usual_ = best;
+  }
+
+  void leaveOutFarOff() {
+    linearise();
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (rows_[i].of_probe && std::abs(residuals_[static_cast<Index>(i)]) > kFarOff)
+        left_out_.push_back(rows_[i].sample);
+    }
+    std::ranges::sort(left_out_);
+    if (2 * left_out_.size() > rows_.size() / 5) left_out_.clear();  // the model is at fault, not the samples
+    choose();
+  }
+
+  // Of values that are sums of the rows: neighbours are correlated, and all samples of a stretch share what rounding
+  // does to them.
+  Eigen::Matrix4d covarianceOf(const MatrixXd& gains) const {
+    Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+    Vector4d carried = Vector4d::Zero();
+    for (Index i = 0; i < gains.cols(); ++i) {
+      const Row& row = rows_[static_cast<std::size_t>(i)];
+      const bool follows = i > 0 && rows_[static_cast<std::size_t>(i) - 1].stretch == row.stretch &&
+                           rows_[static_cast<std::size_t>(i) - 1].of_probe == row.of_probe;
+      if (!follows) carried.setZero();
+      const Vector4d gain = row.sd * gains.col(i);
+      covariance += gain * gain.transpose() + gain * carried.transpose() + carried * gain.transpose();
+      carried = noiseOf(row.of_probe).correlation * (carried + gain);
+    }
+    addRounding(covariance, gains);
+    return covariance;
+  }
+
+  void addRounding(Eigen::Matrix4d& covariance, const MatrixXd& gains) const {
+    for (const bool of_probe : {false, true}) {
+      const Stream& stream = of_probe ? record_.probe_ : record_.machine_;
+      const Eigen::Vector3d steps = stepsOf(stream);
+      const Eigen::Vector3d& seen = of_probe ? record_.channels_ : along();
+      for (std::size_t s = 0; s < columns_.size(); ++s) {
+        if (columns_[s] < 0) continue;
+        const Stretch& stretch = record_.stretches_[s];
+        for (Index axis = 0; axis < 3; ++axis) {
+          const double step = steps[axis];
+          if (step <= 0.0 || std::abs(seen[axis]) < 0.01) continue;
+          const double rate =
+              of_probe ? -state_.values[2] * state_.lines[s].second * seen[axis] : stretch.line.slope[axis];
+          const double sd = sdOf(of_probe, stretch.state);
+          const double noise_square = std::max(sd * sd - step * step / 12.0, 0.0);
+          for (std::size_t harmonic = 1; harmonic <= kRoundedHarmonics; ++harmonic) {
+            const double turns = kTurn * static_cast<double>(harmonic) / step;
+            const double power = 2.0 / squared(turns) * std::exp(-squared(turns) * noise_square);
+            Eigen::Vector4cd sum = Eigen::Vector4cd::Zero();
+            for (Index i = 0; i < gains.cols(); ++i) {
+              const Row& row = rows_[static_cast<std::size_t>(i)];
+              if (row.stretch != s || row.of_probe != of_probe) continue;
+              const double since = stream.times[row.sample] - stretch.line.t_mean;
+              sum += gains.col(i) * std::polar(1.0, turns * (stretch.state == State::rest ? 0.0 : rate * since));
+            }
+            covariance += squared(seen[axis]) * power * (sum * sum.adjoint()).real();
+          }
+        }
+      }
+    }
+  }
+
+  void addLeftovers(WholeTouch& touch, const MatrixXd& shape) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      const auto here = static_cast<Index>(i);
+      Leftover& one = (row.of_probe ? touch.probe : touch.machine)[at(record_.stretches_[row.stretch].state)];
+      one.squares += squared(residuals_[here] * row.sd);
+      one.count += 1.0;
+      one.leverage += shape.row(here).squaredNorm();
+      if (i > 0 && rows_[i - 1].stretch == row.stretch && rows_[i - 1].of_probe == row.of_probe) {
+        one.products += residuals_[here] * residuals_[here - 1] * squared(row.sd);
+        one.shared += shape.row(here).dot(shape.row(here - 1));
+      }
+    }
+  }
+
+  // Between the places of both ways: what the delay moves them by cancels.
+  void setSurface(WholeTouch& touch) const {
+    touch.surface.setZero();
+    double ways = 0.0;
+    double samples = 0.0;
+    for (std::size_t s = 0; s < columns_.size(); ++s) {
+      const auto& [run, state, line] = record_.stretches_[s];
+      if (columns_[s] < 0 || state == State::rest) continue;
+      touch.surface += line.at(timeAt(line, along(), state_.values[1]));
+      ways += 1.0;
+      samples += static_cast<double>(run.size());
+      (state == State::in ? touch.speed_in_mm_s : touch.speed_out_mm_s) = std::abs(state_.lines[s].second);
+    }
+    touch.surface /= ways;
+    touch.surface += along() * (state_.values[1] - touch.surface.dot(along()));
+    touch.across_variance = squared(noise_.machine.at_rest) / samples;
+  }
+
+  const TouchRecord& record_;
+  RecordNoise noise_;
+  Fitted state_;
+  bool fixed_;                  // tau
+  std::vector<bool> used_;      // stretches
+  std::vector<Index> columns_;  // of the stretches in contact; -1 for others
+  Index stretches_{};
+  double contact_{};  // s, by the probe's stamps
+  Bounce usual_;
+  double bounce_gain_{};
+  std::vector<Row> rows_;
+  std::vector<std::size_t> left_out_;
+  MatrixXd jacobian_;
+  VectorXd residuals_;
+};
+
+Outcome<WholeTouch, Refusal> TouchRecord::fit(const RecordNoise& noise, const Bounce& usual,
+                                              std::optional<double> tau_s) const {
+  Solver solver{*this, noise, usual, tau_s};
+  if (auto refusal = solver.run()) return *refusal;
+  return solver.answer();
+}
+
+}  // namespace probebox::metrology
