@@ -64,15 +64,15 @@ TEST(RegisterImage, HoldsTheServedValueAndDropsValidWhenACorrectionIsNotANumber)
 TEST(RegisterImage, ShowsEachStatusBitInItsPlace) {
   published::Snapshot none;
   EXPECT_EQ(imageOf(none)[address::status], 0);
-  const std::vector<std::pair<Status, std::function<void(published::Snapshot&)>>> bits{
-      {Status{1}, [](auto& s) { s.valid = true; }},
-      {Status{2}, [](auto& s) { s.clock_locked = true; }},
-      {Status{4}, [](auto& s) { s.delay.calibrated = true; }},
-      {Status{8}, [](auto& s) { s.centreline_calibrated = true; }},
-      {Status{16}, [](auto& s) { s.screw_sensors_good = true; }},
-      {Status{32}, [](auto& s) { s.degraded = true; }},
-      {Status{64}, [](auto& s) { s.loss_seen = true; }},
-      {Status{128}, [](auto& s) { s.referenced = true; }},
+  const std::vector<std::pair<published::Status, std::function<void(published::Snapshot&)>>> bits{
+      {published::Status{1}, [](auto& s) { s.valid = true; }},
+      {published::Status{2}, [](auto& s) { s.clock_locked = true; }},
+      {published::Status{4}, [](auto& s) { s.delay.calibrated = true; }},
+      {published::Status{8}, [](auto& s) { s.centreline_calibrated = true; }},
+      {published::Status{16}, [](auto& s) { s.screw_sensors_good = true; }},
+      {published::Status{32}, [](auto& s) { s.degraded = true; }},
+      {published::Status{64}, [](auto& s) { s.loss_seen = true; }},
+      {published::Status{128}, [](auto& s) { s.referenced = true; }},
   };
   for (const auto& [bit, set] : bits) {
     published::Snapshot snapshot;

@@ -14,16 +14,16 @@ using Eigen::Vector3d;
 constexpr std::array<std::array<double, 3>, 5> kSides{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}}};
 constexpr double kApproach_mm_s = 40, kBall_mm = 15;
 
-struct Run {
+struct SwitchedRun {
   std::vector<SwitchedTouch> touches;
   std::vector<std::size_t> reading;
 };
 
 // Five readings of one ball. Each edge is stamped later or earlier by the jitter, of which the position of a touch
 // keeps half the difference and its lateness half the sum.
-Run touchedWith(double jitter_s, double switch_sd_mm, std::mt19937_64& random) {
+SwitchedRun touchedWith(double jitter_s, double switch_sd_mm, std::mt19937_64& random) {
   std::normal_distribution<double> normal;
-  Run run;
+  SwitchedRun run;
   for (std::size_t reading = 0; reading < 5; ++reading) {
     for (const auto& side : kSides) {
       const double in_s = jitter_s * normal(random), out_s = jitter_s * normal(random);
