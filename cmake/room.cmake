@@ -10,6 +10,8 @@
 #
 # The presets compile the sources of a room several at once (CMAKE_UNITY_BUILD), which reads what they all include only once;
 # names are then unique in a room, also those in unnamed namespaces. tools/setup/alone finds what a source then forgot to include.
+# PROBEBOX_NUMBERS_FROM, a build folder, has the rooms of firmware/metrology built already: the sanitizers look at what handles
+# bytes and threads, and half of their build would be numbers.
 # PROBEBOX_ALONE, a list of rooms, compiles theirs one by one: quicker where one source at a time changes (tools/mutate).
 set_property(GLOBAL PROPERTY PROBEBOX_ROOMS "")
 
@@ -45,7 +47,13 @@ function(probebox_room room)
   list(TRANSFORM arg_HEADERS PREPEND ${root}/${room}/ OUTPUT_VARIABLE headers)
   list(TRANSFORM arg_ARROWS REPLACE "/" "_" OUTPUT_VARIABLE arrows)
   list(TRANSFORM arrows PREPEND probebox_)
-  if(arg_SOURCES)
+  if(arg_SOURCES AND PROBEBOX_NUMBERS_FROM AND room MATCHES "^firmware/metrology(/|$)")
+    add_library(probebox_${name} STATIC IMPORTED GLOBAL)
+    set_target_properties(probebox_${name} PROPERTIES
+      IMPORTED_LOCATION ${PROBEBOX_NUMBERS_FROM}/${room}/libprobebox_${name}.a SYSTEM OFF)
+    target_link_libraries(probebox_${name} INTERFACE ${arrows} ${arg_LIBRARIES} ${arg_PRIVATE_LIBRARIES})
+    set(scope INTERFACE)
+  elseif(arg_SOURCES)
     add_library(probebox_${name} STATIC ${arg_SOURCES})
     target_link_libraries(probebox_${name} PUBLIC ${arrows} ${arg_LIBRARIES}
                           PRIVATE probebox_compile_options ${arg_PRIVATE_LIBRARIES})

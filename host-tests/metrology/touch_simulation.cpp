@@ -73,7 +73,8 @@ class Contact {
 
  private:
   double ringing(double since) const {
-    return scene_.bounce_mm * std::exp(-since / 0.009) * std::sin(2.0 * std::numbers::pi * 160.0 * since);
+    const double swing = std::sin(2.0 * std::numbers::pi * 160.0 * since);
+    return scene_.bounce_mm * std::exp(-since / 0.009) * (scene_.bounces_off ? std::abs(swing) : swing);
   }
 
   const Scene& scene_;

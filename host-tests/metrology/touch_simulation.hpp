@@ -22,6 +22,7 @@ struct Scene {
   double stamp_jitter_s{0.0};
   double lost_share{0.0};  // of the samples
   double bounce_mm{0.02};
+  bool bounces_off{};  // the ball leaves the surface and falls back
   double overtravel_mm{0.5};
   double clearance_mm{0.6};
   double acceleration_mm_s2{20000.0};

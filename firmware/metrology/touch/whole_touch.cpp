@@ -90,8 +90,9 @@ std::vector<Run> straightRuns(std::span<const double> times, std::span<const dou
 Vector4d bounceColumns(const Bounce& bounce, double s) {
   if (s <= 0.0) return Vector4d::Zero();
   const double fade = std::exp(-bounce.decay_per_s * s);
-  const double sine = fade * std::sin(kTurn * bounce.frequency_hz * s);
-  const double cosine = fade * std::cos(kTurn * bounce.frequency_hz * s);
+  double sine = fade * std::sin(kTurn * bounce.frequency_hz * s);
+  double cosine = fade * std::cos(kTurn * bounce.frequency_hz * s);
+  if (bounce.off_surface && bounce.sine_mm * sine + bounce.cosine_mm * cosine < 0.0) sine = -sine, cosine = -cosine;
   return {sine, cosine, kTurn * s * (bounce.sine_mm * cosine - bounce.cosine_mm * sine),
           -s * (bounce.sine_mm * sine + bounce.cosine_mm * cosine)};
 }
@@ -132,8 +133,7 @@ std::size_t at(State state) {
 }  // namespace
 
 double Bounce::at(double since_s) const {
-  const Vector4d columns = bounceColumns(*this, since_s);
-  return columns[0] * sine_mm + columns[1] * cosine_mm;
+  return bounceColumns(*this, since_s).head<2>().dot(Eigen::Vector2d{sine_mm, cosine_mm});
 }
 
 Leftover& Leftover::operator+=(const Leftover& other) {
@@ -543,7 +543,8 @@ class TouchRecord::Solver {
     const VectorXd right = residuals_(probe);
     const double without = (right - base * solveLeastSquares(base, right)).squaredNorm();
     if (usual_.amplitude() > 0.0) {  // found before
-      state_.bounce = Bounce{usual_.frequency_hz, usual_.decay_per_s, 0.0, 0.0};
+      state_.bounce = usual_;
+      if (!usual_.off_surface) state_.bounce->sine_mm = state_.bounce->cosine_mm = 0.0;
       bounce_gain_ = kBounceGain;
       return;
     }
@@ -557,10 +558,14 @@ class TouchRecord::Solver {
         base.block<1, 2>(static_cast<Index>(i), own()) =
             state_.values[2] / row.sd * bounceColumns(bounce, age).head<2>().transpose();
       }
+      // The ball leaves the surface from the contact on.
+      if (bounce.off_surface) base.col(own() + 1).setZero();
       const VectorXd found = solveLeastSquares(base, right);
       bounce.sine_mm = found[own()];
       bounce.cosine_mm = found[own() + 1];
-      return bounce.amplitude() < kUsualBounce * record_.depth_mm_ ? (right - base * found).squaredNorm() : without;
+      const bool possible =
+          bounce.amplitude() < kUsualBounce * record_.depth_mm_ && !(bounce.off_surface && bounce.sine_mm < 0.0);
+      return possible ? (right - base * found).squaredNorm() : without;
     };
     double least = without;
     Bounce best;
@@ -571,11 +576,14 @@ class TouchRecord::Solver {
     }
     for (double hertz = kLowestBounce_hz; hertz <= std::min(kHighestBounce_hz, nyquist); hertz *= 1.08) {
       for (const double decay : {40.0, 110.0, 250.0, 600.0}) {
-        Bounce bounce{hertz, decay, 0.0, 0.0};
-        const double left = tried(bounce);
-        if (left >= least) continue;
-        least = left;
-        best = bounce;
+        for (const bool off_surface : {false, true}) {
+          // The sign of an oscillation of magnitude 1 tells where it is reflected.
+          Bounce bounce{hertz, decay, off_surface ? 1.0 : 0.0, 0.0, off_surface};
+          const double left = tried(bounce);
+          if (left >= least) continue;
+          least = left;
+          best = bounce;
+        }
       }
     }
     bounce_gain_ = without - least;

@@ -20,12 +20,13 @@ namespace probebox::metrology {
 //   D(t) = g (h + k h^2),   h(t) = p - y(t + tau) + bounce(t)
 // where p is the place of the surface, g the gain, k its bend, and y runs along straight lines between the ramps.
 
-// Free oscillation of the stylus since its contact, mm along the drive.
+// Decaying oscillation of the stylus since its contact, mm along the drive.
 struct Bounce {
   double frequency_hz{};
   double decay_per_s{};
   double sine_mm{};
   double cosine_mm{};
+  bool off_surface{};  // the ball leaves the surface and falls back: the magnitude of the oscillation
 
   double at(double since_s) const;
   double amplitude() const { return std::hypot(sine_mm, cosine_mm); }

@@ -165,6 +165,11 @@ INSTANTIATE_TEST_SUITE_P(
                          })},
                     Kind{"NoBounce", sphere([](Scene& s) { s.bounce_mm = 0; })},
                     Kind{"LargeBounce", sphere([](Scene& s) { s.bounce_mm = 0.1; })},
+                    Kind{"BounceOffTheSurface", sphere([](Scene& s) {
+                           s.bounces_off = true;
+                           s.speeds_mm_s = {10, 40};
+                         }),
+                         0},
                     Kind{"LostSamples", sphere([](Scene& s) { s.lost_share = 0.01; })},
                     Kind{"Jitter", sphere([](Scene& s) { s.stamp_jitter_s = 1e-4; }), 0},
                     Kind{"CoarseEncoder", sphere([](Scene& s) { s.machine_resolution_mm = 0.005; }), 0},
