@@ -14,12 +14,28 @@ void addTemperature(RunDataset& run, const Facts& facts) {
       "described; give [datum_sphere] expansion_per_k in machine.toml");
 }
 
+// Adds what is known of the machine's own errors, and for its drift the mean time from one reading to the next.
+void addAccuracy(metrology::Dataset& dataset, const capture::Recording& recording, const Facts& facts) {
+  if (facts.accuracy) {
+    MachineAccuracy::each(
+        *facts.accuracy, [&](const char* key, double value, double, std::string_view) { dataset.config[key] = value; });
+  }
+  const auto touches = recording.touches();
+  if (touches.size() < 2 || (facts.accuracy && facts.accuracy->drift_um_per_min == 0)) return;
+  const auto first = recording.machineRows(touches.front()), last = recording.machineRows(touches.back());
+  if (first.empty() || last.empty()) return;
+  const double lasted_s = toSeconds(last.back().at - first.front().at);
+  if (lasted_s > 0)
+    dataset.config[std::string{metrology::kReadingTime}] = lasted_s / (1.0 + touches.back().request.reading);
+}
+
 }  // namespace
 
 RunDataset runDataset(const LiveMethod& method, const capture::Recording& recording, const capture::Scales& scales,
                       const Facts& facts) {
   RunDataset run = method.dataset({method, recording, scales, facts});
   addTemperature(run, facts);
+  addAccuracy(run.dataset, recording, facts);
   return run;
 }
 
