@@ -1,6 +1,5 @@
 #pragma once
 #include <string_view>
-#include <utility>
 
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "protocol/units/machine_accuracy.hpp"
@@ -11,11 +10,6 @@ namespace probebox::metrology {
 inline void stateExactMachine(Dataset& dataset) {
   MachineAccuracy none;
   MachineAccuracy::each(none, [&](const char* key, double, double, std::string_view) { dataset.config[key] = 0.0; });
-}
-
-inline Dataset onExactMachine(Dataset dataset) {
-  stateExactMachine(dataset);
-  return dataset;
 }
 
 }  // namespace probebox::metrology
