@@ -250,6 +250,7 @@ TEST(TypeB, OfAToolIsInItsSdAlready) {
       .method = "tool-assembly",
       .config = {{"L1_mm", 85.0}, {"L2_mm", 142.5}, {"sigma_mm", 2e-3}, {"sd_L1_mm", 3e-3}, {"sd_L2_mm", 4e-3}},
       .tables = {}};
+  stateExactMachine(dataset);
   Table& readings = addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"});
   for (const double rep : {1.0, 2.0, 3.0, 4.0}) readings.append({0.0, rep, 0.001, -0.002, 145.25});
   const Result result = solved(dataset);
