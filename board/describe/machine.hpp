@@ -9,6 +9,7 @@
 #include "board/describe/keys.hpp"
 #include "board/describe/unit.hpp"
 #include "protocol/units/ball_screw.hpp"
+#include "protocol/units/machine_accuracy.hpp"
 #include "protocol/units/tolerances.hpp"
 
 // Describes the machine tool as its integrator knows it (machine.toml). Axes and signs as in ISO 841.
@@ -363,6 +364,15 @@ struct SphereTemperature {
   double expansion_per_k{};
 };
 
+// What is known of the machine's own errors. A key that is missing has its cautious value.
+struct AccuracyDescription : MachineAccuracy {
+  static constexpr void keys(auto& self, auto&& key) {
+    each(self, [&](const char* name, double& value, double most, const char* about) {
+      key(name, value, within(0, most).orUsual(), about);
+    });
+  }
+};
+
 struct Machine {
   std::string name;
   std::string mounting;                 // where the probe sits; a result holds for one mounting
@@ -377,6 +387,7 @@ struct Machine {
   std::optional<CalibratedSphere> datum_sphere_certificate;   // of that diameter, from unit.toml
   std::optional<double> datum_gap_mm;                         // between two parallel plates across X
   std::optional<double> datum_gap_sd_mm;                      // k = 1
+  std::optional<AccuracyDescription> accuracy;                // nothing: not stated
   double sigma_c_rad{};                                       // sd of a C angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
   std::optional<RimBallDescription> rim_ball;

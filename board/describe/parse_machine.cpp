@@ -446,6 +446,8 @@ std::string readMounting(Section& machine) {
 
 Machine readMachine(Section& root) {
   Machine machine;
+  bool like_sim = false;
+  KeyReader{root}("like_sim", like_sim, "what this file does not say is as in board/sim");
   auto identity = root.section("machine");
   machine.name = identity.text("name");
   machine.mounting = readMounting(identity);
@@ -461,6 +463,10 @@ Machine readMachine(Section& root) {
 
   if (auto sphere = root.sectionIfThere("datum_sphere")) readDatumSphere(std::move(*sphere), machine);
   if (auto section = root.sectionIfThere("datum_plates")) readDatumPlates(std::move(*section), machine);
+  if (auto accuracy = root.sectionIfThere("accuracy")) {
+    readKeys(*accuracy, machine.accuracy.emplace());
+    accuracy->finish();
+  }
   auto rotary = root.section("rotary_c", false);
   machine.sigma_c_rad = rotary.number("sigma_rad", {0, 0.01}, 0.0);
   rotary.finish();
@@ -486,7 +492,8 @@ Machine readMachine(Section& root) {
 }  // namespace
 
 Outcome<Machine> parseMachine(std::string_view text, std::string_view file_name) {
-  return readDocument<Machine>(text, file_name, readMachine);
+  return readDocument<Machine>(text, file_name, readMachine,
+                               [](toml::table& machine) { completeLikeSim(machine, "machine.toml"); });
 }
 
 }  // namespace probebox::board

@@ -167,24 +167,11 @@ World readWorld(Section& root) {
   return world;
 }
 
-// Adds the keys that are missing. Elements of [[tables]] are not told apart: a list is taken whole, or stays.
-void complete(toml::table& table, const toml::table& otherwise) {
-  for (const auto& [key, node] : otherwise) {
-    auto* const there = table.get(key);
-    if (there == nullptr) {
-      table.insert(key, node);
-    } else if (there->is_table() && node.is_table()) {
-      complete(*there->as_table(), *node.as_table());
-    }
-  }
-}
-
 }  // namespace
 
 Outcome<World> parseWorld(std::string_view text, std::string_view file_name) {
-  return readDocument<World>(text, file_name, readWorld, [](toml::table& world) {
-    if (world["like_sim"].value_or(false)) complete(world, toml::parse(simFile("world.toml")));
-  });
+  return readDocument<World>(text, file_name, readWorld,
+                             [](toml::table& world) { completeLikeSim(world, "world.toml"); });
 }
 
 }  // namespace probebox::board

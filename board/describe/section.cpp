@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "board/describe/sim_files.hpp"
 #include "board/describe/spelling.hpp"
 
 namespace probebox::board {
@@ -41,6 +42,17 @@ double valueOf(const toml::node& number) {
 
 double inside(Range range, double value) {
   return std::isnan(value) ? range.from : std::clamp(value, range.from, range.to);
+}
+
+void complete(toml::table& table, const toml::table& otherwise) {
+  for (const auto& [key, node] : otherwise) {
+    auto* const there = table.get(key);
+    if (there == nullptr) {
+      table.insert(key, node);
+    } else if (there->is_table() && node.is_table()) {
+      complete(*there->as_table(), *node.as_table());
+    }
+  }
 }
 
 }  // namespace
@@ -338,6 +350,10 @@ bool isParsable(std::string_view text, Problems& problems) {
     return false;
   }
   return true;
+}
+
+void completeLikeSim(toml::table& table, std::string_view file_name) {
+  if (table["like_sim"].value_or(false)) complete(table, toml::parse(simFile(file_name)));
 }
 
 }  // namespace probebox::board

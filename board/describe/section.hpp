@@ -228,6 +228,10 @@ std::string usbText(Section& section, std::string_view key, std::optional<std::s
 // would overflow its stack.
 bool isParsable(std::string_view text, Problems& problems);
 
+// Adds what `table` does not say from the file of board/sim, where it has like_sim = true. Elements of [[tables]] are
+// not told apart: a list is taken whole, or stays.
+void completeLikeSim(toml::table& table, std::string_view file_name);
+
 // Parses `text` and reads it by `read` (Section& -> T) once it is completed. Returns all problems as one error.
 template <class T, class Read>
 Outcome<T> readDocument(

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "firmware/metrology/solve.hpp"
+#include "host-tests/metrology/exact_machine.hpp"
 #include "host-tests/metrology/moments.hpp"
 
 // Shared by the tests of methods: making datasets, and judging answers against a truth.

@@ -127,6 +127,7 @@ inline std::vector<double> listed(const Eigen::Vector3d& v) {
 inline Dataset measured(const Feature& feature, const Scan& scan, std::mt19937_64& random) {
   Dataset dataset{
       .method = "delay-contour", .config = {{"shape", feature.shape}, {"search_window_s", 0.05}}, .tables = {}};
+  stateExactMachine(dataset);
   if (feature.shape != "plane") dataset.config["centre_mm"] = listed(kCentre + scan.off);
   if (!feature.axis.isZero()) dataset.config["axis_direction"] = listed(feature.axis);
   if (!feature.box.isZero()) dataset.config["size_axis_mm"] = listed(feature.box);

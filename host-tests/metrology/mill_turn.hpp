@@ -65,6 +65,7 @@ inline std::vector<Row> grid(const std::vector<double>& levers, const std::vecto
 
 inline Dataset ballDataset(std::string method, std::string lever, const std::vector<Row>& rows, double sigma) {
   Dataset dataset{.method = std::move(method), .config = {{"sigma_mm", sigma}}, .tables = {}};
+  stateExactMachine(dataset);
   std::vector<std::string_view> names{"A_rad", "C_rad", "x_mm", "y_mm"};
   if (!lever.empty()) names.push_back(lever);
   Table table = Table::withColumns("readings", names);

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "host-tests/metrology/exact_machine.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::metrology::simulation {
@@ -85,6 +86,7 @@ Dataset measure(const ScanScene& scene, std::mt19937_64& random) {
                              {"gain_matrix", gain}},
                   .tables = {Table::withColumns("machine", kMachine), Table::withColumns("probe", kProbe),
                              Table::withColumns("scans", kScans)}};
+  stateExactMachine(dataset);
   const Eigen::Matrix3d raw = inverse(scene.gain);
   double scan = 0.0;
   for (const double speed : scene.speeds_mm_s) {

@@ -24,6 +24,7 @@ inline Dataset setterDataset(const Setter& setter, int repetitions, double sigma
       .config = {{"probe_offset_mm", std::vector<double>{setter.probe.x(), setter.probe.y(), setter.probe.z()}},
                  {"sigma_mm", sigma}},
       .tables = {}};
+  stateExactMachine(dataset);
   Table& table = addTable(dataset, "readings", {"is_tool", "x_mm", "y_mm", "z_mm"});
   for (int rep = 0; rep < repetitions; ++rep) {
     for (const double is_tool : {0.0, 1.0}) {

@@ -53,6 +53,7 @@ inline Dataset swivelDataset(const Head& head, const std::vector<double>& angles
                   .config = {{"sigma_mm", sigma},
                              {"swivel_axis", std::vector<double>{head.axis.x(), head.axis.y(), head.axis.z()}}},
                   .tables = {}};
+  stateExactMachine(dataset);
   Table readings =
       Table::withColumns("readings", std::array<std::string_view, 5>{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"});
   Table queries = Table::withColumns("queries", std::array<std::string_view, 2>{"B_deg", "L_mm"});

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "host-tests/metrology/exact_machine.hpp"
 
 namespace probebox::metrology::simulation {
 namespace {
@@ -46,8 +47,9 @@ class Contact {
  public:
   Contact(const Scene& scene, const Vector3d& normal, const Vector3d& retract, double speed)
       : scene_{scene},
+        normal_{normal},
         retract_{retract},
-        surface_{scene.centre_mm + scene.radius_mm * normal},
+        surface_{scene.centre_mm + (scene.radius_mm + scene.lobing_mm * lobes(normal)) * normal},
         in_{scene.clearance_mm + scene.overtravel_mm, speed, scene.acceleration_mm_s2, true},
         out_{2.0 * scene.clearance_mm + scene.overtravel_mm, speed, scene.acceleration_mm_s2, false},
         inverse_gain_{inverse(scene.gain)} {
@@ -65,19 +67,49 @@ class Contact {
     return scene_.clearance_mm - in_.at(since) + back;
   }
   Vector3d body(double t) const { return surface_ + outside(t) * retract_; }
+  // The tip sticks where the body was when it touched.
   Vector3d deflection(double t) const {
-    const double depth = -outside(t);
+    const double touching = lostMotion(0.0, false).dot(normal_) / retract_.dot(normal_);
+    const double since = t - kLead;
+    const bool back = since > in_.duration();
+    const Vector3d pressed =
+        (-touching - outside(t)) * retract_ + lostMotion(0.0, false) - lostMotion(outside(t) - apex(), back);
+    const double depth = pressed.dot(normal_) / retract_.dot(normal_);
     if (depth <= 0.0) return Vector3d::Zero();
-    return inverse_gain_ * (retract_ * (depth + ringing(t - kLead - touched_)));
+    const double lag =
+        0.5 * scene_.hysteresis_mm * std::min(1.0, depth / kTakenUp_mm) * sideOf(outside(t) - apex(), back);
+    const double bent = 1.0 + scene_.gain_bend * depth / scene_.overtravel_mm;
+    return inverse_gain_ * (bent * (pressed + retract_ * (ringing(since - touched_) + lag)));
   }
 
  private:
+  static constexpr double kTakenUp_mm = 0.02;
+
+  static double lobes(const Vector3d& normal) {
+    return std::cos(3.0 * std::atan2(normal.y(), normal.x())) * normal.head<2>().norm();
+  }
+  double apex() const { return -scene_.overtravel_mm; }
+  // -1 on the way in, 1 on the way back once it has gone far enough.
+  double sideOf(double gone, bool back) const { return back ? std::min(1.0, 2.0 * gone / kTakenUp_mm - 1.0) : -1.0; }
+  // Of the body from where its encoders say.
+  Vector3d lostMotion(double gone, bool back) const {
+    const double half = 0.5 * scene_.lost_motion_mm;
+    Vector3d behind = Vector3d::Zero();
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const double u = retract_[axis];
+      if (std::abs(u) < 1e-9) continue;
+      const double side = back ? std::clamp(half - gone * std::abs(u), -half, half) : half;
+      behind[axis] = u > 0.0 ? side : -side;
+    }
+    return behind;
+  }
   double ringing(double since) const {
     const double swing = std::sin(2.0 * std::numbers::pi * 160.0 * since);
     return scene_.bounce_mm * std::exp(-since / 0.009) * (scene_.bounces_off ? std::abs(swing) : swing);
   }
 
   const Scene& scene_;
+  Vector3d normal_;
   Vector3d retract_;
   Vector3d surface_;
   Drive in_;
@@ -206,6 +238,7 @@ Scene shuffled(Scene scene, Random& random) {
 Dataset measure(const Scene& scene, Random& random) {
   Dataset dataset = touchDataset(scene.method);
   configure(dataset, scene);
+  stateExactMachine(dataset);
   Table& machine = dataset.tables[0];
   Table& probe = dataset.tables[1];
   Table& touches = dataset.tables[2];

@@ -23,6 +23,10 @@ struct Scene {
   double lost_share{0.0};  // of the samples
   double bounce_mm{0.02};
   bool bounces_off{};  // the ball leaves the surface and falls back
+  double lost_motion_mm{};  // of each axis: the body follows its encoder when that has taken it up
+  double hysteresis_mm{};   // of the probe: its deflection lags by half of it
+  double gain_bend{};       // share by which the gain is larger at the overtravel than at zero
+  double lobing_mm{};       // three lobes about Z
   double overtravel_mm{0.5};
   double clearance_mm{0.6};
   double acceleration_mm_s2{20000.0};

@@ -7,6 +7,7 @@
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/types.hpp"
+#include "protocol/units/machine_accuracy.hpp"
 
 // What a run on this box starts from: machine and probe as described, and the results in force in the place of what
 // they replace. Standard deviations are k = 1, and 0 where none is stated.
@@ -211,6 +212,13 @@ struct PreTravelInUse {
   }
 };
 
+// Errors of the machine, each sd k = 1.
+struct AccuracyInUse : MachineAccuracy {
+  static constexpr void fields(auto& self, auto&& field) {
+    each(self, [&](const char* key, auto& value, double, const char* meaning) { field(key, value, meaning); });
+  }
+};
+
 struct DescribeMachine {
   static constexpr Operation kOperation = Operation::describe_machine;
   using Request = Nothing;
@@ -236,6 +244,7 @@ struct DescribeMachine {
     std::vector<PreTravelInUse> pre_travels{};
     bool has_rim_ball{};
     std::vector<CheckInUse> checked_ball{};
+    std::vector<AccuracyInUse> accuracy{};
     static constexpr void fields(auto& self, auto&& field) {
       field("machine", self.machine, "name of the machine description");
       field("mounting", self.mounting, "where the probe sits");
@@ -259,6 +268,7 @@ struct DescribeMachine {
       field("pre_travels", self.pre_travels, "those in force of a touch-trigger probe");
       field("has_rim_ball", self.has_rim_ball, "1 when machine.toml has [rim_ball]");
       field("checked_ball", self.checked_ball, "the ball of periodic-check; none or one");
+      field("accuracy", self.accuracy, "errors of the machine, where they are stated; none or one");
     }
   };
 };

@@ -19,6 +19,10 @@ constexpr auto kCauses = std::to_array<Named>({
     {metrology::kTemperatureKeys[2], "temperature of the sphere"},
     {metrology::kTemperatureKeys[1], "expansion of the sphere"},
     {metrology::kPreTravelBudget, "pre-travel of the probe"},
+    {"scale_ppm", "scale of the axes"},
+    {"squareness_urad", "squareness of the axes"},
+    {"lost_motion_um", "lost motion of the axes"},
+    {"drift_um_per_min", "drift of the machine"},
     {metrology::kTableStands.budget, "stop of the tilting table"},
     {metrology::kHeadStands.budget, "stop of the swivelling head"},
 });

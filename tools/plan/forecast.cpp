@@ -14,6 +14,7 @@
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/touch/retract.hpp"
 #include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/methods/needs.hpp"
 #include "firmware/procedure/plan/capacity.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/plan.hpp"
@@ -110,10 +111,9 @@ class MeanSpread {
 
 // The method's sets of speeds and their repeats; else one speed of several, and its repeats.
 std::vector<std::vector<double>> speedSets(const LiveMethod& method) {
-  static constexpr std::array kSingle{10.0, 25.0, 40.0, 60.0};
   std::vector<std::span<const double>> bases{method.speed_sets.begin(), method.speed_sets.end()};
-  for (std::size_t i = 0; method.speed_sets.empty() && i < kSingle.size(); ++i)
-    bases.push_back(std::span{kSingle}.subspan(i, 1));
+  for (std::size_t i = 0; method.speed_sets.empty() && i < procedure::kSingles.size(); ++i)
+    bases.push_back(std::span{procedure::kSingles}.subspan(i, 1));
   std::vector<std::vector<double>> sets;
   for (const auto base : bases) {
     std::vector<double> set;

@@ -142,6 +142,7 @@ procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
       .gap_mm = set_up.gap_mm,
       .stylus_ball_diameter_mm = set_up.stylus_ball_diameter_mm,
       .sigma_c_rad = set_up.sigma_c_rad,
+      .accuracy = set_up.accuracy,
       .screws = {screw(set_up), screw(set_up), screw(set_up)},
       .checked_ball = checkedBall(set_up),
       .ball_plate = ballPlate(set_up),

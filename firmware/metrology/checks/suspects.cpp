@@ -422,6 +422,8 @@ void apply(Explanation explanation, Mended& mended) {
   }
   mended.drift.insert(mended.drift.end(), explanation.drift.begin(), explanation.drift.end());
   mended.dataset = std::move(explanation.after.dataset);
+  // What the readings themselves show takes the place of what is stated.
+  if (!mended.drift.empty()) mended.dataset.config["drift_um_per_min"] = 0.0;
 }
 
 Dataset asSolved(const Dataset& dataset, const Method& method) {

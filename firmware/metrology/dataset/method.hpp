@@ -30,6 +30,7 @@ struct MethodTable {
   std::span<const MethodColumn> columns;
   std::string_view about;  // one row; and when it, or a column, may be missing
   bool readings{};         // a row is a reading with noise in several coordinates: two that are equal are copies
+  bool contacts{};         // a row is a single contact, from one side
 };
 
 inline constexpr std::string_view kNeeded = "needed";
@@ -88,6 +89,7 @@ struct Method {
   std::string_view source;
   Solver solver{};
   Judge judge{};
+  bool measures_machine{};  // its values are errors of the machine, so that those of MachineAccuracy move none of them
   std::span<const MethodTable> tables;
   std::span<const MethodKey> keys;  // every variant's; a key without effect in a variant is the solver's to warn about
   std::span<const KnownQuantity> known{};
@@ -111,6 +113,9 @@ MethodColumn columnOf(const Method& method, std::string_view table, std::string_
 
 // Description of the value of this key; null if the method describes none.
 const Quantity* quantityOf(const Method& method, std::string_view key);
+
+// Duration from one reading of a case to the next, by which a drift counts.
+inline constexpr std::string_view kReadingTime = "time_per_reading_s";
 
 // A table without rows, with the columns that the method describes: those that may be missing only if they are in
 // `also`.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,7 +20,9 @@
 #include "firmware/metrology/scan/waveform_match.hpp"
 #include "firmware/metrology/touch/despiking.hpp"
 #include "firmware/metrology/touch/free_stylus.hpp"
+#include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
+#include "firmware/metrology/touch/size_line.hpp"
 #include "firmware/metrology/touch/stamp_jitter.hpp"
 #include "firmware/metrology/touch/stamp_jumps.hpp"
 #include "firmware/metrology/touch/touch.hpp"
@@ -410,12 +413,100 @@ std::optional<Refusal> delaysDiffer(std::span<const Touch> touches, const std::v
                                            "equally late"};
 }
 
+std::optional<Refusal> tooFewAfterBounce(const Touch& touch, const Matched& matched) {
+  if (matched.match.dof >= matched.least_dof) return std::nullopt;
+  return refusal(touch.plan.name, "too-few-samples",
+                 "the stylus rang and bounced, and the samples after that do not show both the ringing and the delay; "
+                 "move further into the surface or more slowly, or sample faster");
+}
+
+double startOf(const std::vector<Contact>& contacts) {
+  double sum = 0.0;
+  for (const auto& contact : contacts) sum += contact.machine_apex_s - contact.probe_apex_s;
+  return sum / static_cast<double>(contacts.size());
+}
+
+// Drives along one line, at speeds that differ enough.
+bool partsLostMotion(std::span<const Touch> touches) {
+  constexpr double kSameLine = 0.999;  // cosine of 2.6 degrees
+  double slowest = touches.front().plan.speed_mm_s, fastest = slowest;
+  for (const auto& touch : touches) {
+    if (std::abs(touch.plan.retract.dot(touches.front().plan.retract)) < kSameLine) return false;
+    slowest = std::min(slowest, touch.plan.speed_mm_s);
+    fastest = std::max(fastest, touch.plan.speed_mm_s);
+  }
+  return !refuseSpeeds(slowest, fastest);
+}
+
+// Drives of each speed by themselves: lost motion l makes their delay smaller by l / (2 S) (A7b), and the speeds part
+// the two.
+Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Touch> touches,
+                                     const std::vector<Contact>& contacts, const Eigen::VectorXd& previous) {
+  std::map<double, std::vector<std::size_t>> by_speed;
+  for (std::size_t i = 0; i < contacts.size(); ++i) by_speed[touches[i].plan.speed_mm_s].push_back(i);
+  Result all;
+  double weights = 0.0, slowness = 0.0, squares = 0.0, delays = 0.0, products = 0.0, squared_delays = 0.0;
+  double rms = 0.0, expected = 0.0;
+  for (const auto& [nominal_mm_s, drives] : by_speed) {
+    std::vector<Contact> of_speed;
+    double speed_mm_s = 0.0;
+    for (const std::size_t i : drives) {
+      of_speed.push_back(contacts[i]);
+      speed_mm_s += contacts[i].speed_mm_s / static_cast<double>(drives.size());
+    }
+    TRY(const auto matched, matchFrom(of_speed, startOf(of_speed)));
+    const Match& match = matched.match;
+    if (auto bad = poorMatch(match, kMostDroppedShare)) return *bad;
+    if (auto bad = tooFewAfterBounce(touches[drives.front()], matched)) return *bad;
+    const double weight = 1.0 / std::pow(widenedSd(match), 2), slow = 0.5 / speed_mm_s;
+    weights += weight;
+    slowness += weight * slow;
+    squares += weight * slow * slow;
+    delays += weight * match.tau_s;
+    products += weight * slow * match.tau_s;
+    squared_delays += weight * match.tau_s * match.tau_s;
+    const auto dof = static_cast<double>(match.dof);
+    rms += dof * match.rms_mm * match.rms_mm;
+    expected += dof * match.expected_mm * match.expected_mm;
+    Result one = reportMatch(dataset, match, previous);
+    if (!matched.warning.empty()) one.warnings.push_back(matched.warning);
+    for (auto& warning : one.warnings) {
+      if (std::ranges::find(all.warnings, warning) == all.warnings.end()) all.warnings.push_back(std::move(warning));
+    }
+    all.dropped.insert(all.dropped.end(), one.dropped.begin(), one.dropped.end());
+    all.dof += match.dof;
+    all.condition = std::max(all.condition, match.condition);
+    auto& [unit, against, names, at, values] = all.residuals;
+    unit = one.residuals.unit;
+    against = one.residuals.against;
+    names.insert(names.end(), one.residuals.names.begin(), one.residuals.names.end());
+    at.insert(at.end(), one.residuals.at.begin(), one.residuals.at.end());
+    values.insert(values.end(), one.residuals.values.begin(), one.residuals.values.end());
+  }
+  const double determinant = weights * squares - slowness * slowness;
+  const double tau_s = (squares * delays - slowness * products) / determinant;
+  const double lost_mm = (slowness * delays - weights * products) / determinant;
+  const double left = squared_delays - tau_s * delays + lost_mm * products;  // chi-square
+  const double spare = static_cast<double>(by_speed.size()) - 2.0;
+  const double widened = spare > 0.0 ? std::max(1.0, left / spare) : 1.0;
+  Match match{.tau_s = tau_s, .sd_s = std::sqrt(widened * squares / determinant)};
+  match.rms_mm = std::sqrt(rms / static_cast<double>(all.dof));
+  match.expected_mm = std::max(match.rms_mm, std::sqrt(expected / static_cast<double>(all.dof)));
+  match.dof = all.dof;
+  match.condition = all.condition;
+  match.residuals = std::move(all.residuals);
+  Result result = reportMatch(dataset, match, previous);
+  result.warnings = std::move(all.warnings);
+  result.dropped = std::move(all.dropped);
+  result.also.push_back(Estimate::scalar(quantity::kLostMotion, lost_mm, std::sqrt(widened * weights / determinant)));
+  return result;
+}
+
 // From deflections.
 Outcome<Result, Refusal> solveDrives(const Dataset& dataset, ProbeZero zero) {
   TRY(const auto previous, previousDelay(dataset, 1));
   TRY(const auto touches, readTouches(dataset));
   std::vector<Contact> contacts;
-  double start = 0.0;
   const StampJitter jitter = stampJitter(touches);
   for (const auto& touch : touches) {
     if (auto bad = badDrive(touch, jitter, zero)) return *bad;
@@ -423,18 +514,13 @@ Outcome<Result, Refusal> solveDrives(const Dataset& dataset, ProbeZero zero) {
     if (auto bad = findApexes(contact)) return *bad;
     if (auto bad = speedOfDriveDiffers(touch.plan, contact.speed_mm_s)) return *bad;
     contact.rounded = roundedIn(touch, contact);
-    start += (contact.machine_apex_s - contact.probe_apex_s) / static_cast<double>(touches.size());
     contacts.push_back(std::move(contact));
   }
-  TRY(const auto matched, matchFrom(contacts, start));
+  if (partsLostMotion(touches)) return solveSpeeds(dataset, touches, contacts, previous);
+  TRY(const auto matched, matchFrom(contacts, startOf(contacts)));
   const Match& match = matched.match;
   if (auto bad = poorMatch(match, kMostDroppedShare)) return delaysDiffer(touches, contacts).value_or(*bad);
-  if (match.dof < matched.least_dof) {
-    return refusal(
-        touches.front().plan.name, "too-few-samples",
-        "the stylus rang and bounced, and the samples after that do not show both the ringing and the delay; "
-        "move further into the surface or more slowly, or sample faster");
-  }
+  if (auto bad = tooFewAfterBounce(touches.front(), matched)) return *bad;
   Result result = reportMatch(dataset, match, previous);
   if (!matched.warning.empty()) result.warnings.push_back(matched.warning);
   return result;
@@ -474,6 +560,7 @@ const Method kDelayInOut{.name = "delay-in-out",
                          .keys = kInOutKeys,
                          .results = kInOutResults,
                          .unobservable = kInOutUnobservable,
+                         .undetermined = lostMotionAtOneSpeed,
                          .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

@@ -116,7 +116,7 @@ Outcome<Result, Refusal> solveBoreFit(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kCircleFitTables[]{{"points", column::kPosition, "a stylus-ball centre at contact"}};
+constexpr MethodTable kCircleFitTables[]{{"points", column::kPosition, "a stylus-ball centre at contact", false, true}};
 constexpr MethodKey kCircleFitKeys[]{key::kFeatureAxis, key::kSigma,          key::kStylusRadius,
                                      key::kLeastRadius, key::kGreatestRadius, key::kRobust};
 constexpr Quantity kCircleFitResults[]{{"centre_xy_mm", "centre across Z; centre_yz_mm or centre_xz_mm across X or Y"},

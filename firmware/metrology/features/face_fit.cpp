@@ -305,14 +305,16 @@ Outcome<Result, Refusal> solveCornerFit(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kWidthTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with face 1 or 2"}};
+constexpr MethodTable kWidthTables[]{
+    {"points", kPointColumns, "a stylus-ball centre at contact with face 1 or 2", false, true}};
 constexpr MethodKey kWidthKeys[]{
     {"width_direction", kNeeded, "unit vector across the faces"}, key::kSigma, key::kStylusRadius};
 constexpr Quantity kWidthResults[]{kMiddle, kEffectiveWidth, kWidth};
 constexpr std::string_view kWidthUnobservable[]{
     "anything across the stated width_direction, and how far the faces are from parallel"};
-constexpr MethodTable kCornerTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with that face"},
-                                      {"faces", kFaceColumns, "outward normal of a face, within 30 degrees"}};
+constexpr MethodTable kCornerTables[]{
+    {"points", kPointColumns, "a stylus-ball centre at contact with that face", false, true},
+    {"faces", kFaceColumns, "outward normal of a face, within 30 degrees"}};
 constexpr MethodKey kCornerKeys[]{
     MethodKey{key::kStylusRadius.name, kNeeded, "radius of the stylus ball: each face is moved inwards by it"}.within(
         key::kStylusRadius.least, key::kStylusRadius.most),

@@ -118,7 +118,7 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kSphereFitTables[]{{"points", column::kPosition, "a stylus-ball centre at contact"}};
+constexpr MethodTable kSphereFitTables[]{{"points", column::kPosition, "a stylus-ball centre at contact", false, true}};
 constexpr MethodKey kSphereFitKeys[]{
     key::kSigma,
     {"radius_mm", "", "known effective radius; without it the radius is fitted"},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -9,7 +10,9 @@
 
 #include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/uncertainty/known_quantities.hpp"
+#include "firmware/metrology/uncertainty/machine_errors.hpp"
 #include "firmware/metrology/uncertainty/worst_determined.hpp"
 
 namespace probebox::metrology {
@@ -17,6 +20,8 @@ namespace {
 
 // In sd of the input: small, so that no reading is dropped or taken back on the way.
 constexpr double kStep = 0.1;
+// Shares of an sd: a contribution that a person is told of, and one that counts at all.
+constexpr double kTold = 0.1, kCounts = 1e-3;
 
 std::vector<double> valuesOf(const Result& result) {
   std::vector<double> values;
@@ -41,8 +46,20 @@ std::optional<Result> solvedWith(const Dataset& dataset, Solver solver, const Ty
   return std::move(solved).value();
 }
 
+// One of them is enough for an error whose effect is proportional to it.
+Neighbours neighbourOf(const Dataset& dataset, Solver solver, const TypeBInput& input, std::size_t count) {
+  Neighbours found;
+  for (const double by : {input.whole_step ? 1.0 : kStep, kStep, -kStep}) {
+    found.above = solvedWith(dataset, solver, input, by, count);
+    found.width = by;
+    if (found.above) break;
+  }
+  return found;
+}
+
 Outcome<Neighbours, Refusal> neighboursOf(const Dataset& dataset, Solver solver, const TypeBInput& input,
                                           std::size_t count) {
+  if (input.of_machine) return neighbourOf(dataset, solver, input, count);
   Neighbours found{.above = solvedWith(dataset, solver, input, kStep, count),
                    .below = solvedWith(dataset, solver, input, -kStep, count)};
   found.width = (found.above ? kStep : 0.0) + (found.below ? kStep : 0.0);
@@ -121,9 +138,11 @@ void widen(Result& result, const Neighbours& beside, const std::vector<double>& 
 // Type B part of what is not promised, of inputs that no sd holds. Squares of each part, in the order of Result::also.
 using Squares = std::vector<std::vector<double>>;
 
-void addSquares(Squares& squares, const Result& result, const Neighbours& beside) {
+void addSquares(Squares& squares, const Result& result, const Neighbours& beside, const TypeBInput& input) {
   squares.resize(result.also.size());
   for (std::size_t at = 0; at < result.also.size(); ++at) {
+    // What measures an error is not wrong by it.
+    if (input.name == kLostMotionInput && result.also[at].key == quantity::kLostMotion.key) continue;
     const auto change = changeOf(result.also[at], beside);
     squares[at].resize(change.size());
     for (std::size_t k = 0; k < change.size(); ++k) squares[at][k] += change[k] * change[k];
@@ -131,21 +150,21 @@ void addSquares(Squares& squares, const Result& result, const Neighbours& beside
 }
 
 // The combined uncertainty of what is not promised and has an sd.
-void combineAlso(Result& result, const Squares& squares) {
+void combineAlso(Result& result, Squares squares) {
   for (std::size_t at = 0; at < squares.size(); ++at) {
     auto& estimate = result.also[at];
+    squares[at].resize(estimate.values.size());
     for (std::size_t k = 0; k < estimate.sd.size(); ++k)
       estimate.uncertainty.push_back(std::sqrt(estimate.sd[k] * estimate.sd[k] + squares[at][k]));
   }
 }
 
-// Whether an input adds to the sd of a promised value.
-bool matters(const std::vector<double>& effect, const Result& result) {
-  constexpr double kShare = 0.1;
+// Whether an input adds more than this share of it to the sd of a promised value.
+bool matters(const std::vector<double>& effect, const Result& result, double share) {
   std::size_t at = 0;
   for (const auto& estimate : result.estimates) {
     for (std::size_t k = 0; k < estimate.values.size(); ++k, ++at) {
-      if (!estimate.sd.empty() && std::abs(effect[at]) > kShare * estimate.sd[k]) return true;
+      if (!estimate.sd.empty() && std::abs(effect[at]) > share * estimate.sd[k]) return true;
     }
   }
   return false;
@@ -202,7 +221,9 @@ void addUnobservable(Result& result, const Dataset& dataset, const Method& metho
 Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader store,
                        std::span<const TypeBInput> further) {
   TRY(auto inputs, typeBInputs(dataset, method, store));
+  TRY(auto errors, machineErrors(dataset, method));
   inputs.insert(inputs.end(), further.begin(), further.end());
+  std::ranges::move(errors, std::back_inserter(inputs));
   const bool warm = dataset.config.contains("expansion_per_k");
   const Dataset at_hand = warm || !inputs.empty() ? atTemperature(dataset, method) : Dataset{};
   const Dataset& known = warm || !inputs.empty() ? at_hand : dataset;
@@ -213,26 +234,41 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   std::vector<Contribution> type_b;
   std::vector<double> in_sd(here.size(), 0.0);
   Squares of_also;
+  std::vector<std::string> assumed;
   for (const auto& input : inputs) {
     TRY(const auto beside, neighboursOf(known, method.solver, input, here.size()));
+    if (!beside.above && !beside.below) {
+      result.warnings.push_back("U holds no " + input.name +
+                                ": the case is refused where the readings are moved by that; look for readings at a "
+                                "limit");
+      continue;
+    }
     const auto effect = effectOf(beside, here);
     if (!input.warning.empty()) {
-      if (!matters(effect, result)) continue;
+      if (!matters(effect, result, kTold)) continue;
       result.warnings.push_back(input.warning);
+    }
+    if (input.of_machine) {
+      addSquares(of_also, result, beside, input);
+      if (!matters(effect, result, kCounts)) continue;
+      if (input.is_assumed && matters(effect, result, kTold)) assumed.push_back(input.name);
+      addToBudget(type_b, input.name, effect);
+      continue;
     }
     addToBudget(type_b, input.name, effect);
     if (input.widens) widen(result, beside, effect);
     const bool in = input.in_sd || input.widens;
-    if (!in) addSquares(of_also, result, beside);
+    if (!in) addSquares(of_also, result, beside, input);
     for (std::size_t k = 0; in && k < here.size(); ++k) in_sd[k] = std::hypot(in_sd[k], effect[k]);
   }
   if (allHaveSd(result) || !type_b.empty()) result.budget.push_back(readingsOf(result, in_sd));
   result.budget.insert(result.budget.end(), type_b.begin(), type_b.end());
   addCombined(result);
-  combineAlso(result, of_also);
+  combineAlso(result, std::move(of_also));
   if (result.covariance) result.weakest = worstDeterminedOf(*result.covariance);
   addUnobservable(result, dataset, method);
   result.conditions = conditionsOf(dataset);
+  if (auto sentence = assumedAccuracy(assumed)) result.conditions.push_back({"accuracy", *std::move(sentence)});
   return solved;
 }
 

@@ -126,24 +126,14 @@ bool addColumn(std::vector<TypeBInput>& inputs, const KnownQuantity& known, cons
 // Readings that the quantity moves.
 std::optional<Refusal> addMoves(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset,
                                 double sd, MovedBy moved_by) {
-  const auto moves = moved_by(dataset, known.sd_key);
+  auto moves = moved_by(dataset, known.sd_key);
   if (moves.empty()) {
     return Refusal{"missing-key", "config key '" + std::string{known.sd_key} +
                                       "' is stated, but the readings have no " + std::string{known.key} +
                                       " of that number: omit it"};
   }
-  const auto move = [moves, sd](Dataset& moved, double by) {
-    for (const auto& by_one : moves) {
-      for (auto& changed : moved.tables) {
-        for (auto& column : changed.columns) {
-          const auto* change = changed.name == by_one.name ? by_one.column(column.name) : nullptr;
-          for (std::size_t row = 0; change != nullptr && row < change->size(); ++row)
-            column.values[row] += by * sd * (*change)[row];
-        }
-      }
-    }
-  };
-  inputs.push_back({std::string{known.sd_key}, sd, move, known.in_sd});
+  inputs.push_back(movedInput(known.sd_key, sd, std::move(moves)));
+  inputs.back().in_sd = known.in_sd;
   return std::nullopt;
 }
 
@@ -249,6 +239,21 @@ void addStampDigits(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
 }
 
 }  // namespace
+
+TypeBInput movedInput(std::string_view name, double sd, std::vector<Table> by_one) {
+  const auto move = [by_one = std::move(by_one), sd](Dataset& moved, double by) {
+    for (const auto& of_table : by_one) {
+      for (auto& changed : moved.tables) {
+        for (auto& column : changed.columns) {
+          const auto* change = changed.name == of_table.name ? of_table.column(column.name) : nullptr;
+          for (std::size_t row = 0; change != nullptr && row < change->size(); ++row)
+            column.values[row] += by * sd * (*change)[row];
+        }
+      }
+    }
+  };
+  return {.name = std::string{name}, .sd = sd, .move = move};
+}
 
 Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, const Method& method, StoreReader store) {
   std::vector<TypeBInput> inputs;

@@ -29,10 +29,20 @@ struct TypeBInput {
   double sd{};       // k = 1
   // Changes the quantity in the case by this many sd.
   std::function<void(Dataset&, double)> move;
-  bool in_sd{};           // included in the method's own sd
-  bool widens{};          // not included there, and to be: common to all readings, whose residuals do not show it
+  bool in_sd{};   // included in the method's own sd
+  bool widens{};  // not included there, and to be: common to all readings, whose residuals do not show it
+  // Of the machine's own errors: moved one way only, and left out, with a warning, where the solver refuses that.
+  bool of_machine{};
+  bool is_assumed{};      // the case does not state it
+  bool whole_step{};      // moved by a whole sd
   std::string warning{};  // of an input that nobody has stated: it counts, and is told, where it is a tenth of an sd
 };
+
+inline constexpr std::string_view kLostMotionInput = "lost_motion_um";
+
+// An input that moves columns of the tables of the case, row by row; by_one: by what one unit of the quantity moves
+// them.
+TypeBInput movedInput(std::string_view name, double sd, std::vector<Table> by_one);
 
 // Type B inputs stated in the case. Refuses: bad-config (not above zero, as large as the quantity itself, wrong unit of
 // temperature or expansion), missing-key (an uncertainty without its quantity).

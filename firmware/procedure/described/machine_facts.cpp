@@ -183,6 +183,7 @@ Facts factsOf(const board::Machine& machine) {
           .gap_mm = machine.datum_gap_mm,
           .sd_gap_mm = machine.datum_gap_sd_mm,
           .sigma_c_rad = machine.sigma_c_rad,
+          .accuracy = machine.accuracy,
           .screws = screwFacts(machine),
           .checked_ball = checkedBall(machine),
           .rim_ball = rimBall(machine),

@@ -128,6 +128,7 @@ messages::DescribeMachine::Answer machineInUse(const Facts& facts) {
   addTools(answer, facts);
   addScrews(answer, facts);
   answer.has_rim_ball = facts.rim_ball.has_value();
+  if (facts.accuracy) answer.accuracy.push_back({*facts.accuracy});
   if (facts.checked_ball) answer.checked_ball.push_back(checkInUse(*facts.checked_ball));
   return answer;
 }

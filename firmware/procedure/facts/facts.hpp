@@ -7,6 +7,7 @@
 
 #include "protocol/events/event.hpp"
 #include "protocol/units/ball_screw.hpp"
+#include "protocol/units/machine_accuracy.hpp"
 
 namespace probebox::procedure {
 
@@ -210,7 +211,8 @@ struct Facts {
   std::optional<double> sd_gap_mm{};      // k = 1
   double stylus_ball_diameter_mm{};
   std::optional<double> sd_stylus_ball_diameter_mm{};
-  double sigma_c_rad{};  // positioning uncertainty of the rotary axis C (k = 1)
+  double sigma_c_rad{};                       // positioning uncertainty of the rotary axis C (k = 1)
+  std::optional<MachineAccuracy> accuracy{};  // nothing: not stated
   // Gain matrix of the probe (A3), rows: mm of deflection in machine axes per mm of channels a, b, c.
   std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<std::optional<ScrewFacts>, kLinearAxes> screws;

@@ -13,18 +13,22 @@ constexpr std::array kNeedsOfDelayKnownSphere{&kSphereDiameter};
 
 }  // namespace
 
-constinit const LiveMethod kDelayKnownSphere{.number = 2,
-                                             .solver = &metrology::kDelayKnownSphere,
-                                             .why_no_trigger = kNoDelayOfTrigger,
-                                             .steps = "five sides at 25 mm/s, A, B and C at 0",
-                                             .needs = kNeedsOfDelayKnownSphere,
-                                             .sides = kSphereSides,
-                                             .usual = touchesAt(25),
-                                             .dataset = [](const FinishedRun& run) {
-                                               RunDataset built = sphereRun(run);
-                                               addSphereSize(built.dataset, run.facts);
-                                               built.dataset.config["feature"] = std::string{"external"};
-                                               return built;
-                                             }};
+constinit const LiveMethod kDelayKnownSphere{
+    .number = 2,
+    .solver = &metrology::kDelayKnownSphere,
+    .why_no_trigger = kNoDelayOfTrigger,
+    .steps = "five sides at 10 and 25 mm/s, the first once more, A, B and C at 0",
+    .needs = kNeedsOfDelayKnownSphere,
+    .sides = kSphereSides,
+    .usual = touchesAt(10, 25),
+    .closes = true,
+    .dataset =
+        [](const FinishedRun& run) {
+          RunDataset built = sphereRun(run);
+          addSphereSize(built.dataset, run.facts);
+          built.dataset.config["feature"] = std::string{"external"};
+          return built;
+        },
+    .speed_sets = kSinglesAndPairs};
 
 }  // namespace probebox::procedure

@@ -16,14 +16,17 @@ constinit const LiveMethod kDelayNonNormal{
     .number = 5,
     .solver = &metrology::kDelayNonNormal,
     .why_no_trigger = kNoDelayOfTrigger,
-    .steps = "five sides at 25 mm/s, 25 degrees off the normal",
+    .steps = "five sides at 10 and 25 mm/s, the first once more, 25 degrees off the normal",
     .needs = kNeedsOfDelayNonNormal,
     .sides = kSphereSides,
-    .usual = with(touchesAt(25), [](auto& options) { options.approach_rad = kApproach_rad; }),
-    .dataset = [](const FinishedRun& run) {
-      RunDataset built{touchesAndPoseOf(run), {}, {}};
-      addSphereSize(built.dataset, run.facts);
-      return built;
-    }};
+    .usual = with(touchesAt(10, 25), [](auto& options) { options.approach_rad = kApproach_rad; }),
+    .closes = true,
+    .dataset =
+        [](const FinishedRun& run) {
+          RunDataset built{touchesAndPoseOf(run), {}, {}};
+          addSphereSize(built.dataset, run.facts);
+          return built;
+        },
+    .speed_sets = kSinglesAndPairs};
 
 }  // namespace probebox::procedure

@@ -27,26 +27,29 @@ std::optional<NotReady> whyUnfitGap(const ProcedureOptions& asked, const Facts& 
 
 }  // namespace
 
-constinit const LiveMethod kDelayPlates{.number = 3,
-                                        .solver = &metrology::kDelayPlates,
-                                        .why_no_trigger = kNoDelayOfTrigger,
-                                        .steps = "both faces of a gap at 25 mm/s, A, B and C at 0",
-                                        .needs = kNeedsOfDelayPlates,
-                                        .feature = Feature::plates,
-                                        .sides = kFaces,
-                                        .usual = touchesAt(25),
-                                        .why_unfit = whyUnfitGap,
-                                        .dataset = [](const FinishedRun& run) {
-                                          RunDataset built{touchesAndPoseOf(run), {}, {}};
-                                          auto& config = built.dataset.config;
-                                          if (run.facts.gap_mm) config["gap_mm"] = *run.facts.gap_mm;
-                                          if (const auto& sd = run.facts.sd_gap_mm) config["sd_gap_mm"] = *sd;
-                                          config["stylus_ball_diameter_mm"] = run.facts.stylus_ball_diameter_mm;
-                                          if (const auto& sd = run.facts.sd_stylus_ball_diameter_mm)
-                                            config["sd_stylus_ball_diameter_mm"] = *sd;
-                                          addStylusBall(built.dataset, run.facts);
-                                          config["feature"] = std::string{"internal"};
-                                          return built;
-                                        }};
+constinit const LiveMethod kDelayPlates{
+    .number = 3,
+    .solver = &metrology::kDelayPlates,
+    .why_no_trigger = kNoDelayOfTrigger,
+    .steps = "both faces of a gap at 10 and 25 mm/s, the first once more, A, B and C at 0",
+    .needs = kNeedsOfDelayPlates,
+    .feature = Feature::plates,
+    .sides = kFaces,
+    .usual = touchesAt(10, 25),
+    .closes = true,
+    .why_unfit = whyUnfitGap,
+    .dataset =
+        [](const FinishedRun& run) {
+          RunDataset built{touchesAndPoseOf(run), {}, {}};
+          auto& config = built.dataset.config;
+          if (run.facts.gap_mm) config["gap_mm"] = *run.facts.gap_mm;
+          if (const auto& sd = run.facts.sd_gap_mm) config["sd_gap_mm"] = *sd;
+          config["stylus_ball_diameter_mm"] = run.facts.stylus_ball_diameter_mm;
+          if (const auto& sd = run.facts.sd_stylus_ball_diameter_mm) config["sd_stylus_ball_diameter_mm"] = *sd;
+          addStylusBall(built.dataset, run.facts);
+          config["feature"] = std::string{"internal"};
+          return built;
+        },
+    .speed_sets = kSinglesAndPairs};
 
 }  // namespace probebox::procedure

@@ -87,6 +87,7 @@ struct LiveMethod {
   // where they have a default here.
   ProcedureOptions usual{};
   bool of_plate{};          // its balls are those of [ball_plate]
+  bool closes{};            // touches last what it has touched first, to show what has moved since
   bool takes_axis{};        // --axis: whose screw
   bool takes_turns{};       // --turns of it
   bool takes_tool{};        // --tool: the one to measure

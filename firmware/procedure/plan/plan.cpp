@@ -85,7 +85,7 @@ std::size_t touchCount(const LiveMethod& method, const ProcedureOptions& with) {
     const Pose pose = method.poses.at(with, method.loops.most, reading);
     touches += speedsOf(with).size() * Sides{method.sides, with, pose}.list().size();
   }
-  return touches;
+  return touches + (method.closes ? 1 : 0);
 }
 
 std::optional<Error> whyTooLong(const LiveMethod& method, const ProcedureOptions& with) {
@@ -190,6 +190,7 @@ void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options,
       addTouches(plan, method, with, reading);
     }
   }
+  if (method.closes && plan.step_count > 1) add(plan, Step{plan.steps[0]});
 }
 
 void takeReadings(Plan& plan, ProbeKind probe) {

@@ -1,7 +1,9 @@
 #include "firmware/procedure/plan/prompts.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <span>
 
 #include "firmware/procedure/plan/holds.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
@@ -59,6 +61,15 @@ std::string restPrompt(const Plan& plan, std::size_t step) {
   return "step " + ofAll(plan, step) + "with the screw of " + axisOf(rest) +
          " cold (the machine has stood since the temperature of its room was reached), stand still for " +
          number(rest.rest_s) + " s";
+}
+
+// The remedy of a run that cannot tell lost motion from the delay.
+std::string ofOneSpeed(const Plan& plan) {
+  const double speed_mm_s = plan.steps[0].touch.retract_speed_mm_s;
+  const auto is_as_fast = [&](const Step& step) { return step.touch.retract_speed_mm_s == speed_mm_s; };
+  if (!plan.method->closes || !std::ranges::all_of(std::span{plan.steps}.first(plan.step_count), is_as_fast)) return {};
+  return "; at one speed 1 um of lost motion is " + number(1e3 / (2 * speed_mm_s)) +
+         " us of delay: a second speed parts them";
 }
 
 }  // namespace
@@ -120,6 +131,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   text += ", " + number(wanted.overtravel_mm) + " mm deep, " + motionOf(wanted) +
           number(wanted.touch.retract_speed_mm_s) + " mm/s until " + number(kRunOut_mm) +
           " mm beyond the clearance of " + number(wanted.clearance_mm) + " mm";
+  if (step == 0) text += ofOneSpeed(plan);
   return text;
 }
 

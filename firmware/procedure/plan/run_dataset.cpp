@@ -1,5 +1,7 @@
 #include "firmware/procedure/plan/run_dataset.hpp"
 
+#include <algorithm>
+
 namespace probebox::procedure {
 namespace {
 
@@ -14,12 +16,41 @@ void addTemperature(RunDataset& run, const Facts& facts) {
       "described; give [datum_sphere] expansion_per_k in machine.toml");
 }
 
+// Readings of a case: the rows of its longest table that is no stream.
+std::size_t readingsOf(const metrology::Dataset& dataset, const metrology::Method& method) {
+  std::size_t readings = 0;
+  for (const auto& described : method.tables) {
+    const auto* table = dataset.table(described.name);
+    if (table != nullptr && table->column(metrology::column::kTime) == nullptr)
+      readings = std::max(readings, table->rows());
+  }
+  return readings;
+}
+
+// Adds what is known of the machine's own errors, and for its drift the mean time from one reading to the next.
+void addAccuracy(metrology::Dataset& dataset, const LiveMethod& method, const capture::Recording& recording,
+                 const Facts& facts) {
+  if (facts.accuracy) {
+    MachineAccuracy::each(
+        *facts.accuracy, [&](const char* key, double value, double, std::string_view) { dataset.config[key] = value; });
+  }
+  const auto touches = recording.touches();
+  const std::size_t readings = readingsOf(dataset, *method.solver);
+  if (touches.empty() || readings < 2 || (facts.accuracy && facts.accuracy->drift_um_per_min == 0)) return;
+  const auto first = recording.machineRows(touches.front()), last = recording.machineRows(touches.back());
+  if (first.empty() || last.empty()) return;
+  constexpr double kLongest_s = 900;  // in which a drift has come close to its end
+  const double each_s = toSeconds(last.back().at - first.front().at) / static_cast<double>(readings);
+  if (each_s > 0) dataset.config[std::string{metrology::kReadingTime}] = std::min(each_s, kLongest_s);
+}
+
 }  // namespace
 
 RunDataset runDataset(const LiveMethod& method, const capture::Recording& recording, const capture::Scales& scales,
                       const Facts& facts) {
   RunDataset run = method.dataset({method, recording, scales, facts});
   addTemperature(run, facts);
+  addAccuracy(run.dataset, method, recording, facts);
   return run;
 }
 

@@ -62,7 +62,8 @@ void expectHonest(const procedure::LiveMethod& method, std::optional<double> bou
     const auto* tau = result->find(each_axis ? "tau_axis_s" : "tau_s");
     ASSERT_NE(tau, nullptr);
     for (std::size_t i = 0; i < tau->values.size(); ++i) {
-      EXPECT_LT(tau->sd[i], 3e-5);
+      // Of drives on one side two speeds take more than half of what they tell.
+      EXPECT_LT(tau->sd[i], &method == &procedure::kDelayInOut ? 6e-5 : 3e-5);
       pulls.add(tau->values[i], scenario.truth().tau_s[i], tau->sd[i]);
     }
   }
@@ -94,7 +95,7 @@ TEST(LiveInOut, GoesInAndAtOnceBackOut) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   scenario.calibrate(procedure::kDelayInOut);
-  EXPECT_EQ(scenario.machine().stylus().contactCount(), 1U);
+  EXPECT_EQ(scenario.machine().stylus().contactCount(), 3U);
   const auto* probe = scenario.dataset().table("probe");
   ASSERT_NE(probe, nullptr);
   const auto& depth = *probe->column("a");
@@ -144,8 +145,11 @@ TEST(LiveCases, HaveTheTablesAndKeysOfTheirMethods) {
     const auto& dataset = scenario.dataset();
     EXPECT_EQ(dataset.method, method->name());
     std::vector<std::string> found;
-    for (const auto& [key, value] : dataset.config) found.push_back(key);
+    for (const auto& [key, value] : dataset.config) {
+      if (!MachineAccuracy::isKey(key)) found.push_back(key);
+    }
     EXPECT_EQ(found, keys) << dataset.method;
+    EXPECT_EQ(dataset.config.size(), keys.size() + 4) << "and what is known of the machine's own errors";
     const bool tells_where = method == &procedure::kDelayKnownSphere;
     ASSERT_EQ(dataset.tables.size(), tells_where ? 4U : 3U)
         << "with what the stop of the head moves the sphere's place by";

@@ -34,6 +34,7 @@ Said latheOfTest() {
   says.sigma_c_rad = 2e-4;
   says.plate = {
       {.axis_point_mm = {0, 0, 0}, .sd_mm = 0.0005, .balls_mm = {{100, 0, 0}, {-50, 87, 40}, {-50, -87, 80}}}};
+  says.accuracy = {messages::AccuracyInUse{{0, 0, 0, 0}}};
   says.carriers = {{.number = 3, .length_mm = 150, .result_id = 0}};
   says.tools = {{.number = 7, .length_mm = 90, .sd_mm = 0.001}};
   says.setter = {{.half_width_mm = {5, 5, 5}, .sd_probe_offset_mm = 0.002, .accepted = true, .limit_mm = 0.1}};

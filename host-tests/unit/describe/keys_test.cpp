@@ -78,8 +78,8 @@ TEST(Keys, HaveRangesThatTheirUnitsAllowAndAMeaning) {
                   WorldVibration, WorldTouchTrigger, WorldSphere, WorldPlates, WorldMount, WorldPartSpindle,
                   WorldTiltingTable, WorldSwivelHead, WorldShank, WorldSensorHead, WorldProbeSpindle, WorldRotary,
                   WorldScrew, WorldToolSetter, WorldCycle, WorldFault, WorldOutsideControl, World>();
-  expectGoodLines<AxisDescription, ReferenceDescription, SecondaryAxisDescription, ScrewDescription,
-                  PeriodicCheckDescription, RimBallDescription, BallPlateDescription, HeadDescription,
+  expectGoodLines<AxisDescription, AccuracyDescription, ReferenceDescription, SecondaryAxisDescription,
+                  ScrewDescription, PeriodicCheckDescription, RimBallDescription, BallPlateDescription, HeadDescription,
                   CentrelineDescription, SwivelDescription, RotaryTableDescription, ToolDescription, HolderDescription,
                   ToolSetterDescription, ProbeShankDescription, SensorHeadDescription>();
   expectGoodLines<Access, StreamSettings, CalibratedSphere, Certificate, ProbeSwitch, UsbIdentity, Cell, CellTool>();

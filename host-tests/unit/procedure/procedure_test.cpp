@@ -251,13 +251,33 @@ TEST(LiveMethodNumbers, AreForEver) {
 
 TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {
   const Plan plan = of(kDelayNonNormal, {.approach_rad = 0.5});
-  ASSERT_EQ(plan.step_count, 5U);
-  for (std::size_t k = 0; k < 5; ++k) {
+  ASSERT_EQ(plan.step_count, 11U);
+  for (std::size_t k = 0; k < plan.step_count; ++k) {
     const auto& [n, u] = std::pair{plan.steps[k].touch.outward_normal, plan.steps[k].touch.retract_direction};
     EXPECT_NEAR(n[0] * u[0] + n[1] * u[1] + n[2] * u[2], std::cos(0.5), 1e-12);
     EXPECT_GE(u[2], 0) << "nothing reaches the sphere from below";
   }
   EXPECT_NE(promptFor(plan, 0).find("approaching along (-"), std::string::npos);
+}
+
+// Two speeds part lost motion from the delay; a single touch closes nothing.
+TEST_F(Planned, TouchesOfADelayHaveTwoSpeedsAndCloseWithTheFirst) {
+  for (const LiveMethod* method : {&kDelayKnownSphere, &kDelayPlates, &kDelayPerAxis, &kDelayNonNormal, &kDelayInOut}) {
+    const Plan plan = of(*method, {});
+    const auto &first = plan.steps[0].touch, &last = plan.steps[plan.step_count - 1].touch;
+    std::set<double> speeds;
+    for (std::size_t i = 0; i < plan.step_count; ++i) speeds.insert(plan.steps[i].touch.retract_speed_mm_s);
+    EXPECT_EQ(speeds.size(), 2U) << method->name();
+    EXPECT_EQ(plan.step_count, 2 * method->sides.size() + 1) << method->name();
+    EXPECT_EQ(first.outward_normal, last.outward_normal) << method->name();
+    EXPECT_EQ(first.retract_speed_mm_s, last.retract_speed_mm_s) << method->name();
+    EXPECT_EQ(last.step, plan.step_count - 1) << method->name();
+  }
+  ProcedureOptions one;
+  one.speed_count = 1;
+  one.speeds_mm_s[0] = 10;
+  EXPECT_EQ(of(kDelayInOut, one).step_count, 1U);
+  EXPECT_EQ(of(kDelayKnownSphere, one).step_count, 6U);
 }
 
 TEST_F(Planned, CentrelineReadsOneBallAtEqualAngles) {

@@ -186,6 +186,7 @@ void takeMachine(plan::SetUp& set_up, const Described& says, const plan::Wanted&
   takeSphere(set_up, says.sphere);
   if (says.gap_mm > 0) set_up.gap_mm = says.gap_mm;
   set_up.sigma_c_rad = says.sigma_c_rad;
+  for (const auto& accuracy : says.accuracy) set_up.accuracy = accuracy;
   for (const auto& table : says.table) takeB(set_up.table, table);
   for (const auto& head : says.head) {
     takeB(set_up.head, head);
@@ -328,6 +329,7 @@ std::string whyRefusedThere(const PlannedMachine& machine, const plan::Wanted& w
 Outcome<PlannedMachine, Trouble> plannedMachine(const Plan& options, const plan::Wanted& wanted,
                                                 const std::optional<AskedBox>& box) {
   PlannedMachine machine;
+  machine.set_up.accuracy.reset();
   messages::DescribeMachine::Answer says;
   if (box) {
     says = box->says;

@@ -39,6 +39,7 @@ inline Dataset checkOf(const CheckedMachine& machine, double sigma, std::mt19937
                              {"x_is_radius", !diameters},
                              {"sigma_mm", sigma}},
                   .tables = {}};
+  stateExactMachine(dataset);
   Table centres =
       Table::withColumns("centres", std::array<std::string_view, 6>{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"});
   std::map<std::array<double, 3>, double> off;  // of C in every pose, degrees

@@ -33,6 +33,7 @@ Dataset touched(const Scene& scene, Config config) {
   Dataset dataset = simulation::measure(scene, random);
   dataset.method = "delay-feature";
   dataset.config = std::move(config);
+  stateExactMachine(dataset);
   return dataset;
 }
 

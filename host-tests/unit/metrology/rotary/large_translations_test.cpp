@@ -25,6 +25,7 @@ Dataset movedTable(const Vector3d& moved_mm, const Vector3d& stated_point_mm, st
                              {"axis_direction", std::vector{0.0, 0.0, 1.0}},
                              {"sigma_mm", kNoise_mm}},
                   .tables = {}};
+  stateExactMachine(dataset);
   Table& first = addTable(dataset, "first", {"phi_rad", "ball", "x_mm", "y_mm", "z_mm"});
   Table second = Table::withColumns("second", std::vector<std::string_view>{"ball", "x_mm", "y_mm", "z_mm"});
   Table third = Table::withColumns("third", std::vector<std::string_view>{"ball", "x_mm", "y_mm", "z_mm"});

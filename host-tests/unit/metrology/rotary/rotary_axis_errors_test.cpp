@@ -80,6 +80,7 @@ Dataset rotaryDataset(const RotaryTable& table, const Plate& plate, double sigma
                              {"axis_direction", list(table.direction)},
                              {"sigma_mm", sigma}},
                   .tables = {}};
+  stateExactMachine(dataset);
   constexpr std::array<std::string_view, 4> kBall{"ball", "x_mm", "y_mm", "z_mm"};
   Table first = Table::withColumns("first", std::array<std::string_view, 5>{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"});
   Table second = Table::withColumns("second", kBall);

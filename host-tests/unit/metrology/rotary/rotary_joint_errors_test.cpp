@@ -70,6 +70,7 @@ Dataset datasetOf(const Bench& bench, const Which& which, double sigma, double t
                              {"axis_direction", std::vector<double>{0, 0, 1}},
                              {"sigma_mm", sigma}},
                   .tables = {}};
+  stateExactMachine(dataset);
   const auto blur = [&](double by) { return Vector3d{gauss(random, by), gauss(random, by), gauss(random, by)}; };
   const auto read = [&](const Vector3d& place, double stop) -> Vector3d {
     const Vector3d further =

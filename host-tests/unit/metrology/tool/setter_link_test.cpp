@@ -42,6 +42,7 @@ void stateAxis(Dataset& dataset, const MillTurn& machine) {
 Dataset swivelledDataset(const MillTurn& machine, const std::vector<double>& angles_deg, int repetitions, double sigma,
                          std::mt19937_64& random) {
   Dataset dataset{.method = "tool-setter", .config = {{"sigma_mm", sigma}}, .tables = {}};
+  stateExactMachine(dataset);
   Table offsets = Table::withColumns("probe_offsets", std::vector<std::string_view>{"B_deg", "x_mm", "y_mm", "z_mm"});
   Table& table = addTable(dataset, "readings", {"is_tool", "x_mm", "y_mm", "z_mm", "B_deg"});
   for (const double b : angles_deg) {

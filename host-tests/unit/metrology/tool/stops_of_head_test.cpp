@@ -30,6 +30,7 @@ Vector3d tipAt(const Vector3d& level, double b_rad) {
 // Three readings with the probe at each B, then three with the tool.
 Dataset measured(const std::vector<double>& angles_deg, std::mt19937_64& random) {
   Dataset dataset{.method = "tool-setter", .config = {{"sigma_mm", kSigma}}, .tables = {}};
+  stateExactMachine(dataset);
   auto readings =
       Table::withColumns("readings", std::vector<std::string_view>{"is_tool", "x_mm", "y_mm", "z_mm", "B_deg"});
   auto shift = Table::withColumns("readings" + std::string{kHeadStands.suffix},

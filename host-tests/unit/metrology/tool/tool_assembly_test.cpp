@@ -25,6 +25,7 @@ Dataset assemblyDataset(const Assembly& truth, int repetitions, double sigma, st
                              {"L2_mm", truth.tool},
                              {"part_mm", std::vector<double>{truth.part.x(), truth.part.y(), truth.part.z()}}},
                   .tables = {}};
+  stateExactMachine(dataset);
   Table& table = addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"});
   for (const double variant : {0.0, 1.0}) {
     for (int rep = 0; rep < repetitions; ++rep) {
@@ -71,6 +72,7 @@ TEST(ToolAssembly, GivesTheWorkedExampleWithAndWithoutAWorkpiece) {
                                {"sigma_mm", 0.002},
                                {"sd_L1_mm", 0.003}},
                     .tables = {}};
+    stateExactMachine(dataset);
     addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"})
         .append({variant, 0.0, 0.0, 0.0, 145.2503 + 25.0 * variant});
     const auto solved = solve(dataset);
@@ -102,6 +104,7 @@ Dataset storedDataset() {
 // A readout of 1 um shows the same number three times.
 TEST(ToolAssembly, IsNoMoreCertainThanItsReadoutShows) {
   Dataset dataset{.method = "tool-assembly", .config = {{"L1_mm", 85.0}, {"L2_mm", 142.5}}, .tables = {}};
+  stateExactMachine(dataset);
   Table& table = addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"});
   for (const double rep : {1.0, 2.0, 3.0}) table.append({0.0, rep, -0.031, 0.042, 145.251});
   const auto solved = solve(dataset);

@@ -46,6 +46,7 @@ TEST(FewReadings, OfACentreline) {
     for (auto* few : {&eight, &four}) {
       const int angles = few->dof == 8 ? 6 : 4;
       Dataset dataset{.method = "centreline", .config = {}, .tables = {}};
+      stateExactMachine(dataset);
       Table& table = addTable(dataset, "readings", {"C_rad", "x_mm", "y_mm"});
       for (int k = 0; k < angles; ++k) {
         const double c = 2 * std::numbers::pi * k / angles;
@@ -65,6 +66,7 @@ TEST(FewReadings, OfASphere) {
   for (int trial = 0; trial < kTrials; ++trial) {
     for (auto* few : {&six, &three}) {
       Dataset dataset{.method = "sphere-fit", .config = {}, .tables = {}};
+      stateExactMachine(dataset);
       Table& table = addTable(dataset, "points", {"x_mm", "y_mm", "z_mm"});
       const int points = few->dof == 6 ? 10 : 7;
       for (int k = 0; k < points; ++k) {
@@ -85,6 +87,7 @@ TEST(FewReadings, OfAnAssembledTool) {
   for (int trial = 0; trial < kTrials; ++trial) {
     for (auto* few : {&six, &three}) {
       Dataset dataset{.method = "tool-assembly", .config = {{"L1_mm", 85.0}, {"L2_mm", 142.5}}, .tables = {}};
+      stateExactMachine(dataset);
       Table& table = addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"});
       for (int rep = 0; rep < (few->dof == 6 ? 3 : 2); ++rep)
         table.append({0.0, static_cast<double>(rep), -0.04 + gauss(random, kSigma_mm), 0.05 + gauss(random, kSigma_mm),
@@ -100,6 +103,7 @@ TEST(FewReadings, OfAnAssembledTool) {
 TEST(FewReadings, GiveNoSdUpToTwoDegreesOfFreedom) {
   std::mt19937_64 random{34};
   Dataset dataset{.method = "spindle-offset-2x2", .config = {}, .tables = {}};
+  stateExactMachine(dataset);
   Table& table = addTable(dataset, "readings", {"A_rad", "C_rad", "x_mm", "y_mm"});
   for (const double a : {0.0, std::numbers::pi}) {
     for (const double c : {0.0, std::numbers::pi})

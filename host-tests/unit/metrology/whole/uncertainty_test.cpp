@@ -26,6 +26,7 @@ Result solved(const Dataset& dataset) {
 Dataset sphere(std::uint64_t seed, std::size_t count, double sigma, double unit = 1.0) {
   std::mt19937_64 random{seed};
   Dataset dataset{.method = "sphere-fit", .config = {{"sigma_mm", sigma * unit}}, .tables = {}};
+  stateExactMachine(dataset);
   Table& points = addTable(dataset, "points", {"x_mm", "y_mm", "z_mm"});
   for (std::size_t k = 0; k < count; ++k) {
     const double z = uniform(random, -0.3, 1.0);
@@ -41,6 +42,7 @@ Dataset sphere(std::uint64_t seed, std::size_t count, double sigma, double unit 
 Dataset centreline(std::uint64_t seed, std::size_t count, double sigma) {
   std::mt19937_64 random{seed};
   Dataset dataset{.method = "centreline", .config = {{"sigma_mm", sigma}}, .tables = {}};
+  stateExactMachine(dataset);
   Table& readings = addTable(dataset, "readings", {"C_rad", "x_mm", "y_mm"});
   for (std::size_t k = 0; k < count; ++k) {
     const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(count);
@@ -248,6 +250,7 @@ TEST(TypeB, OfAToolIsInItsSdAlready) {
       .method = "tool-assembly",
       .config = {{"L1_mm", 85.0}, {"L2_mm", 142.5}, {"sigma_mm", 2e-3}, {"sd_L1_mm", 3e-3}, {"sd_L2_mm", 4e-3}},
       .tables = {}};
+  stateExactMachine(dataset);
   Table& readings = addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"});
   for (const double rep : {1.0, 2.0, 3.0, 4.0}) readings.append({0.0, rep, 0.001, -0.002, 145.25});
   const Result result = solved(dataset);
@@ -305,6 +308,7 @@ TEST(WorstDetermined, IsTheCombinationThatTheReadingsDetermineWorst) {
   Dataset dataset = touches({}, {30.0, 40.0});
   dataset.method = "delay-feature";
   dataset.config = {{"shape", std::string{"sphere"}}};
+  stateExactMachine(dataset);
   const Result result = solved(dataset);
   ASSERT_TRUE(result.weakest.has_value());
   EXPECT_EQ(result.weakest->components, (std::vector<std::string>{"tau_s", "size_mm"}));

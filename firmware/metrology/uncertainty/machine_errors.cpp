@@ -1,0 +1,230 @@
+#include "firmware/metrology/uncertainty/machine_errors.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "protocol/units/machine_accuracy.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kUsualReading_s = 60;  // five touches of a ball, and the way to the next
+constexpr double kWarmUp_min = 30;      // time constant of a drift
+constexpr double kReversal_mm = 0.005;  // above the noise of an encoder at rest
+constexpr double kTakenUp_mm = 0.010;   // further way, on which an axis takes up its lost motion
+constexpr double kMm_um = 1e-3, kMillionth = 1e-6;
+
+// Number of the axis that a column is a coordinate of.
+std::optional<std::size_t> axisOf(const MethodColumn& described) {
+  if (!isCoordinate(described.role)) return std::nullopt;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (described.name.ends_with(column::kPosition[axis].name)) return axis;
+  }
+  return std::nullopt;
+}
+
+// A table of readings: its coordinates, and the rows of all tables before it.
+struct Places {
+  const Table* table{};
+  std::array<const Column*, 3> axes{};
+  std::size_t first{};
+  bool contacts{};
+};
+
+const MethodTable* described(const Method& method, const Table& table) {
+  const auto found = std::ranges::find(method.tables, table.name, &MethodTable::name);
+  return found == method.tables.end() ? nullptr : &*found;
+}
+
+// Not a certificate, nor places that are chosen or set.
+bool wasRead(const MethodTable& table) {
+  return table.readings ||
+         std::ranges::find(table.columns, ColumnRole::coordinate, &MethodColumn::role) != table.columns.end();
+}
+
+std::vector<Places> placesOf(const Dataset& dataset, const Method& method) {
+  std::vector<Places> all;
+  std::size_t rows = 0;
+  for (const auto& table : dataset.tables) {
+    const auto* about = described(method, table);
+    if (about == nullptr || !wasRead(*about) || table.column(column::kTime) != nullptr) continue;
+    Places places{&table, {}, rows, about->contacts};
+    for (const auto& column : table.columns) {
+      if (const auto axis = axisOf(columnOf(method, table.name, column.name))) places.axes.at(*axis) = &column;
+    }
+    if (std::ranges::all_of(places.axes, [](const Column* column) { return column == nullptr; })) continue;
+    rows += table.rows();
+    all.push_back(places);
+  }
+  return all;
+}
+
+double middleOf(const std::vector<Places>& all, std::size_t axis) {
+  double sum = 0, count = 0;
+  for (const auto& places : all) {
+    if (places.axes.at(axis) == nullptr) continue;
+    for (const double value : places.axes.at(axis)->values) sum += value, count += 1;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+// Tables of what each place is moved by along an axis. by: of a table of places and a row of it.
+template <class By>
+std::vector<Table> along(std::size_t axis, const std::vector<Places>& all, const By& by) {
+  std::vector<Table> moved;
+  for (const auto& places : all) {
+    if (places.axes.at(axis) == nullptr) continue;
+    Column column{places.axes.at(axis)->name, {}};
+    for (std::size_t row = 0; row < places.table->rows(); ++row) column.values.push_back(by(places, row));
+    moved.push_back({places.table->name, {std::move(column)}});
+  }
+  return moved;
+}
+
+// Distance of each place from the middle of all along another axis, or the same.
+std::vector<Table> byLever(std::size_t axis, std::size_t lever, const std::vector<Places>& all) {
+  const double middle = middleOf(all, lever);
+  return along(axis, all, [&](const Places& places, std::size_t row) {
+    const auto* values = places.axes.at(lever);
+    return values == nullptr ? 0.0 : kMillionth * (values->values[row] - middle);
+  });
+}
+
+// Since the first reading.
+std::vector<Table> byTime(std::size_t axis, const std::vector<Places>& all, double reading_s) {
+  return along(axis, all, [&](const Places& places, std::size_t row) {
+    const double minutes = static_cast<double>(places.first + row) * reading_s / 60;
+    return kMm_um * kWarmUp_min * (1 - std::exp(-minutes / kWarmUp_min));
+  });
+}
+
+// Half of the lost motion, towards the side of each contact; of places along Z alone.
+std::vector<Table> bySide(std::size_t axis, const std::vector<Places>& all) {
+  return along(axis, all, [&](const Places& places, std::size_t row) {
+    if (!places.contacts) return axis == 2 ? kMm_um / 2 : 0.0;
+    const auto [least, most] = std::ranges::minmax(places.axes.at(axis)->values);
+    const double half_width = (most - least) / 2;
+    const double beside = places.axes.at(axis)->values[row] - (least + most) / 2;
+    return half_width > kReversal_mm ? kMm_um / 2 * beside / half_width : kMm_um / 2;
+  });
+}
+
+// Side on which an axis stands within its lost motion, from -1 to 1, sample by sample.
+std::vector<double> sidesOf(const std::vector<double>& positions, const std::vector<double>* runs) {
+  std::vector<double> sides;
+  double side = 0, from = 0, turn = 0, farthest = 0, direction = 0;
+  for (std::size_t k = 0; k < positions.size(); ++k) {
+    const double at = positions[k];
+    if (k == 0 || (runs != nullptr && (*runs)[k] != (*runs)[k - 1])) {
+      side = from = direction = 0;
+      turn = farthest = at;
+    } else if (direction == 0 ? std::abs(at - turn) > kReversal_mm : (farthest - at) * direction > kReversal_mm) {
+      if (direction != 0) turn = farthest;
+      direction = at > turn ? 1 : -1;
+      from = side;
+      farthest = at;
+    } else if ((at - farthest) * direction > 0) {
+      farthest = at;
+    }
+    const double taken_up = (std::abs(farthest - turn) - kReversal_mm) / kTakenUp_mm;
+    side = from + (direction - from) * std::clamp(taken_up, 0.0, 1.0);
+    sides.push_back(side);
+  }
+  return sides;
+}
+
+// Of every stream of positions, all axes together.
+std::vector<Table> byMotion(const Dataset& dataset, const Method& method) {
+  std::vector<Table> moved;
+  for (const auto& table : dataset.tables) {
+    if (table.column(column::kTime) == nullptr || described(method, table) == nullptr) continue;
+    const auto* runs = table.column(column::kTouch);
+    if (runs == nullptr) runs = table.column(column::kScan);
+    Table shifts{table.name, {}};
+    for (const auto& column : table.columns) {
+      if (!axisOf(columnOf(method, table.name, column.name))) continue;
+      shifts.columns.push_back({column.name, sidesOf(column.values, runs)});
+      for (double& value : shifts.columns.back().values) value *= kMm_um / 2;
+    }
+    if (!shifts.columns.empty()) moved.push_back(std::move(shifts));
+  }
+  return moved;
+}
+
+bool isNothing(const std::vector<Table>& moved) {
+  return std::ranges::all_of(moved, [](const Table& table) {
+    return std::ranges::all_of(table.columns, [](const Column& column) {
+      return std::ranges::all_of(column.values, [](double value) { return value == 0; });
+    });
+  });
+}
+
+class Inputs {
+ public:
+  explicit Inputs(const Dataset& dataset) : dataset_{dataset} {}
+
+  void add(std::string_view name, double sd, std::vector<Table> by_one, bool whole = false) {
+    if (!(sd > 0) || isNothing(by_one)) return;
+    TypeBInput input = movedInput(name, sd, std::move(by_one));
+    input.of_machine = true;
+    input.is_assumed = !dataset_.config.contains(name);
+    input.whole_step = whole;
+    all_.push_back(std::move(input));
+  }
+  std::vector<TypeBInput> all() && { return std::move(all_); }
+
+ private:
+  const Dataset& dataset_;
+  std::vector<TypeBInput> all_;
+};
+
+}  // namespace
+
+Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, const Method& method) {
+  MachineAccuracy stated;
+  std::optional<Refusal> wrong;
+  MachineAccuracy::each(stated, [&](std::string_view key, double& value, double most, std::string_view) {
+    const auto number = configNumber(dataset, key);
+    if (!number) {
+      wrong = number.error();
+    } else if (*number && !(**number >= 0 && **number <= most)) {
+      wrong = Refusal{"bad-config", "config key '" + std::string{key} + "' is " + text(**number) +
+                                        ": give a standard deviation (k = 1) from 0 to " + text(most)};
+    } else if (*number) {
+      value = **number;
+    }
+  });
+  if (wrong) return *wrong;
+  TRY(const auto reading_s, configPositive(dataset, kReadingTime));
+  if (method.measures_machine) return std::vector<TypeBInput>{};
+  Inputs inputs{dataset};
+  const auto places = placesOf(dataset, method);
+  for (std::size_t axis = 0; axis < 3 && !places.empty(); ++axis) {
+    inputs.add("scale_ppm", stated.scale_ppm, byLever(axis, axis, places));
+    for (std::size_t lever = axis + 1; lever < 3; ++lever)
+      inputs.add("squareness_urad", stated.squareness_urad, byLever(axis, lever, places));
+    inputs.add("drift_um_per_min", stated.drift_um_per_min, byTime(axis, places, reading_s.value_or(kUsualReading_s)));
+    inputs.add(kLostMotionInput, stated.lost_motion_um, bySide(axis, places));
+  }
+  // A smaller step would be lost in the choice of samples.
+  const bool is_known = dataset.config.contains("sd_lost_motion_mm");
+  if (!is_known) inputs.add(kLostMotionInput, stated.lost_motion_um, byMotion(dataset, method), true);
+  return std::move(inputs).all();
+}
+
+std::optional<std::string> assumedAccuracy(const std::vector<std::string>& names) {
+  std::string values;
+  const MachineAccuracy usual;
+  MachineAccuracy::each(usual, [&](std::string_view key, double value, double, std::string_view) {
+    if (std::ranges::find(names, key) == names.end()) return;
+    values += (values.empty() ? "" : ", ") + std::string{key} + " " + text(value);
+  });
+  if (values.empty()) return std::nullopt;
+  return "not stated: U holds that of a machine that nobody has measured, " + values +
+         " (k = 1); state [accuracy] in machine.toml, or these keys in a case";
+}
+
+}  // namespace probebox::metrology

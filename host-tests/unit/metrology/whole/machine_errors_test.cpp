@@ -1,0 +1,315 @@
+// Errors of the machine itself, of which the readings show nothing: U holds them.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include "host-tests/metrology/cases.hpp"
+#include "host-tests/metrology/mill_turn.hpp"
+#include "host-tests/metrology/setter_cases.hpp"
+#include "host-tests/metrology/touch_simulation.hpp"
+#include "protocol/units/angle.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+using simulation::Scene;
+using testing::IsEmpty;
+
+// The case as nobody has stated anything of the machine.
+void stateNothing(Dataset& dataset) {
+  MachineAccuracy usual;
+  MachineAccuracy::each(usual, [&](std::string_view key, double, double, std::string_view) {
+    dataset.config.erase(dataset.config.find(key));
+  });
+}
+
+// How often answers are within four combined uncertainties of the truth.
+struct Tally {
+  double within{}, all{};
+
+  void add(const Estimate& estimate, std::size_t part, double truth) {
+    const double off = std::abs(estimate.values.at(part) - truth);
+    within += off <= 4.0 * estimate.uncertainty.at(part) ? 1.0 : 0.0;
+    all += 1.0;
+  }
+  double share() const { return within / all; }
+};
+
+Scene inOut() {
+  Scene scene = simulation::knownSphere();
+  scene.method = "delay-in-out";
+  scene.normals = {{1, 0, 0}};
+  scene.dwell_s = 0.0;
+  scene.bounce_mm = 0.0;
+  scene.speeds_mm_s = {10.0};
+  return scene;
+}
+
+struct TouchedWith {
+  std::string name;
+  std::function<Scene()> scene;
+  std::vector<double> two_speeds_mm_s;
+};
+
+void PrintTo(const TouchedWith& touched, std::ostream* out) {
+  *out << touched.name;
+}
+
+class TouchesOnRealMachine : public testing::TestWithParam<TouchedWith> {
+ protected:
+  static Dataset measured(const Scene& scene, std::mt19937_64& random) {
+    Dataset dataset = simulation::measure(scene, random);
+    if (scene.method == "delay-in-out") dataset.config.erase("effective_diameter_mm");
+    stateNothing(dataset);
+    return dataset;
+  }
+};
+
+TEST_P(TouchesOnRealMachine, AreAsUncertainAsTheirErrorsAtOneSpeedAndAtTwo) {
+  std::mt19937_64 random{71};
+  const std::vector<std::function<void(Scene&)>> errors{
+      [](Scene& s) { s.lost_motion_mm = 0.005; }, [](Scene& s) { s.hysteresis_mm = 0.001; },
+      [](Scene& s) { s.radius_mm += s.radius_mm > 0 ? 0.0025 : -0.0025; }, [](Scene& s) { s.gain_bend = 0.01; },
+      [](Scene& s) { s.lobing_mm = 0.003; }};
+  Tally tally;
+  for (const bool two : {false, true}) {
+    for (const auto& err : errors) {
+      for (int trial = 0; trial < 3; ++trial) {
+        Scene scene = simulation::shuffled(GetParam().scene(), random);
+        if (two) scene.speeds_mm_s = GetParam().two_speeds_mm_s;
+        Scene real = scene;
+        err(real);
+        Dataset dataset = measured(real, random);
+        // What is stated is the size that the piece does not have.
+        const auto stated = simulation::measure(scene, random).config;
+        for (const auto* size : {"effective_diameter_mm", "gap_mm"}) {
+          if (dataset.config.contains(size)) dataset.config[size] = stated.at(size);
+        }
+        const auto solved = solve(dataset);
+        ASSERT_TRUE(solved.ok()) << solved.error().reason;
+        const auto& delay = solved->estimates.front();
+        for (std::size_t part = 0; part < delay.values.size(); ++part)
+          tally.add(delay, part, scene.tauOf(static_cast<Eigen::Index>(part)));
+      }
+    }
+  }
+  EXPECT_GE(tally.share(), 0.98) << tally.all;
+}
+
+TEST_P(TouchesOnRealMachine, TellsOfNothingWhereTheMachineHasNoErrors) {
+  std::mt19937_64 random{72};
+  const bool quick = GetParam().name == "InOut";
+  double warned = 0, all = 0;
+  for (const bool two : {false, true}) {
+    for (int trial = 0; trial < (quick ? 50 : 4); ++trial) {
+      Scene scene = simulation::shuffled(GetParam().scene(), random);
+      if (two) scene.speeds_mm_s = GetParam().two_speeds_mm_s;
+      const auto solved = solve(measured(scene, random));
+      ASSERT_TRUE(solved.ok()) << solved.error().reason;
+      warned += solved->warnings.empty() ? 0 : 1;
+      all += 1;
+    }
+  }
+  EXPECT_LE(warned, 0.02 * all);
+}
+
+// A second speed parts lost motion from the delay, so that U is that of the readings again.
+TEST_P(TouchesOnRealMachine, AreFarMoreCertainAtTwoSpeeds) {
+  std::mt19937_64 random{73};
+  Scene scene = GetParam().scene();
+  const double speed_mm_s = scene.speeds_mm_s.front();
+  const auto one = solve(measured(scene, random));
+  scene.speeds_mm_s = GetParam().two_speeds_mm_s;
+  const auto two = solve(measured(scene, random));
+  ASSERT_TRUE(one.ok() && two.ok());
+  // Off the normal, several axes move.
+  const double of_lost_motion_s = 0.005 / (2.0 * speed_mm_s);
+  EXPECT_GT(one->estimates[0].uncertainty[0], 0.95 * of_lost_motion_s);
+  EXPECT_LT(one->estimates[0].uncertainty[0], 1.6 * of_lost_motion_s);
+  EXPECT_LT(two->estimates[0].uncertainty[0], 0.3 * one->estimates[0].uncertainty[0]);
+  EXPECT_TRUE(std::ranges::any_of(one->conditions, [](const auto& each) { return each.name == "accuracy"; }));
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, TouchesOnRealMachine,
+                         testing::Values(TouchedWith{"KnownSphere", simulation::knownSphere, {10, 25}},
+                                         TouchedWith{"Plates", simulation::plates, {10, 25}},
+                                         TouchedWith{"PerAxis", simulation::perAxis, {10, 40}},
+                                         TouchedWith{"NonNormal", simulation::nonNormal, {10, 25}},
+                                         TouchedWith{"InOut", inOut, {5, 10, 5}}),
+                         [](const auto& each) { return each.param.name; });
+
+TEST(MachineErrors, AreNotThereWhereZeroIsStated) {
+  std::mt19937_64 random{74};
+  const auto solved = solve(simulation::measure(simulation::knownSphere(), random));
+  ASSERT_TRUE(solved.ok());
+  EXPECT_EQ(solved->estimates[0].uncertainty, solved->estimates[0].sd);
+  EXPECT_THAT(solved->conditions, IsEmpty());
+}
+
+TEST(MachineErrors, OutOfRangeAreRefused) {
+  std::mt19937_64 random{75};
+  Dataset dataset = setterDataset({}, 2, 0.001, random);
+  dataset.config["scale_ppm"] = -1.0;
+  EXPECT_EQ(refusalOf(dataset), "bad-config");
+  dataset.config["scale_ppm"] = 2000.0;
+  EXPECT_EQ(refusalOf(dataset), "bad-config");
+}
+
+// ---- Places
+
+// What a machine puts in the place of the one that it is at, reading by reading.
+struct PlacedOff {
+  Vector3d scale = Vector3d::Zero(), drift_mm = Vector3d::Zero();
+  double xy{}, xz{}, yz{};
+
+  Vector3d operator()(const Vector3d& at, std::size_t reading) const {
+    return at +
+           Vector3d{scale.x() * at.x() + xy * at.y() + xz * at.z(), scale.y() * at.y() + yz * at.z(),
+                    scale.z() * at.z()} +
+           static_cast<double>(reading) * drift_mm;
+  }
+};
+
+// Drift of 0.5 um a reading, squareness of 50 urad, scale of 20 ppm: one of them.
+std::vector<PlacedOff> ordinaryErrors(std::mt19937_64& random) {
+  const auto either = [&](double size) { return uniform(random, 0, 1) < 0.5 ? -size : size; };
+  std::vector<PlacedOff> all(3);
+  all[0].drift_mm = {either(0.0005), either(0.0005), either(0.0005)};
+  all[1].xy = either(50e-6), all[1].xz = either(50e-6), all[1].yz = either(50e-6);
+  all[2].scale = {either(20e-6), either(20e-6), either(20e-6)};
+  return all;
+}
+
+// Moves what was read about `middle`. columns: those of a place, x first; "" for none.
+void moveReadings(Dataset& dataset, const std::array<std::string, 3>& columns, const Vector3d& middle,
+                  const PlacedOff& err) {
+  for (std::size_t row = 0; row < tableNamed(dataset, "readings").rows(); ++row) {
+    Vector3d at = Vector3d::Zero();
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const auto& name = columns.at(static_cast<std::size_t>(k));
+      if (!name.empty()) at[k] = columnNamed(dataset, "readings", name)[row] - middle[k];
+    }
+    const Vector3d off = err(at, row) - at;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const auto& name = columns.at(static_cast<std::size_t>(k));
+      if (!name.empty()) columnNamed(dataset, "readings", name)[row] += off[k];
+    }
+  }
+}
+
+constexpr int kTrials = 30;
+constexpr double kSigma = 5e-4;
+
+TEST(MachineErrors, AreInUOfACentreline) {
+  std::mt19937_64 random{81};
+  Tally tally;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    for (const auto& err : ordinaryErrors(random)) {
+      const Vector3d centre{uniform(random, 100, 300), uniform(random, 100, 200), 0};
+      const double arc = uniform(random, 2.0, 6.0);
+      Dataset dataset{.method = "centreline", .config = {{"sigma_mm", kSigma}}, .tables = {}};
+      Table& readings = addTable(dataset, "readings", {"C_rad", "x_mm", "y_mm"});
+      for (int k = 0; k < 8; ++k) {
+        const double c = arc * k / 8;
+        readings.append({c, centre.x() + 60 * std::cos(c) + gauss(random, kSigma),
+                         centre.y() + 60 * std::sin(c) + gauss(random, kSigma)});
+      }
+      moveReadings(dataset, {"x_mm", "y_mm", ""}, centre, err);
+      const auto solved = solve(dataset);
+      if (!solved.ok()) continue;
+      for (const std::size_t k : {0U, 1U})
+        tally.add(*solved->find("centre_mm"), k, centre[static_cast<Eigen::Index>(k)]);
+    }
+  }
+  EXPECT_GT(tally.all, 1.8 * 3 * kTrials);
+  EXPECT_GE(tally.share(), 0.98);
+}
+
+TEST(MachineErrors, AreInUOfTheDirectionOfC) {
+  std::mt19937_64 random{82};
+  Tally tally;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    for (const auto& err : ordinaryErrors(random)) {
+      Machine machine = randomMachine(random, 2e-4);
+      auto rows = grid({80, 120, 160}, kOpposed, kOpposed);
+      for (auto& row : rows) {
+        machine.ball.z() = row.lever;
+        row.at = machine.reading(row.spindle, row.c, 0).head<2>();
+        for (double& value : row.at) value += gauss(random, kSigma);
+      }
+      Dataset dataset = ballDataset("c-axis-alignment", "z_mm", rows, kSigma);
+      stateNothing(dataset);
+      moveReadings(dataset, {"x_mm", "y_mm", "z_mm"}, {machine.c_point.x(), machine.c_point.y(), 120}, err);
+      const auto solved = solve(dataset);
+      if (!solved.ok()) continue;
+      for (const std::size_t k : {0U, 1U})
+        tally.add(*solved->find("C_tilt_rad"), k, machine.c_tilt[static_cast<Eigen::Index>(k)]);
+    }
+  }
+  EXPECT_GT(tally.all, 1.8 * 3 * kTrials);
+  EXPECT_GE(tally.share(), 0.98);
+}
+
+TEST(MachineErrors, AreInUOfThePivotOfAHead) {
+  std::mt19937_64 random{83};
+  Tally tally;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    for (const auto& err : ordinaryErrors(random)) {
+      const Vector3d pivot{uniform(random, -.1, .1), 0, uniform(random, -200, -80)}, tip{-0.17, 0, 100},
+          ball{18, -9, -8};
+      Dataset dataset{.method = "head-pivot",
+                      .config = {{"sigma_mm", kSigma},
+                                 {"ball_mm", std::vector<double>{ball.x(), ball.y(), ball.z()}},
+                                 {"swivel_axis", std::vector<double>{0, 1, 0}}},
+                      .tables = {}};
+      Table& readings = addTable(dataset, "readings", {"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"});
+      Vector3d middle = Vector3d::Zero();
+      for (const double b : {0.0, 90.0}) {
+        for (const double a : {0.0, 180.0}) {
+          const Vector3d at_zero = tip + AngleAxisd{a * kDegree, Vector3d::UnitZ()} * Vector3d{0.02, -0.04, 0};
+          const Vector3d at = ball - (pivot + AngleAxisd{b * kDegree, Vector3d::UnitY()} * (at_zero - pivot));
+          middle += at / 4;
+          readings.append(
+              {b, a, at.x() + gauss(random, kSigma), at.y() + gauss(random, kSigma), at.z() + gauss(random, kSigma)});
+        }
+      }
+      moveReadings(dataset, {"x_mm", "y_mm", "z_mm"}, middle, err);
+      const auto solved = solve(dataset);
+      if (!solved.ok()) continue;
+      tally.add(*solved->find("pivot_xz_mm"), 0, pivot.x());
+      tally.add(*solved->find("pivot_xz_mm"), 1, pivot.z());
+    }
+  }
+  EXPECT_GT(tally.all, 1.8 * 3 * kTrials);
+  EXPECT_GE(tally.share(), 0.98);
+}
+
+TEST(MachineErrors, AreInUOfAToolOnTheSetter) {
+  std::mt19937_64 random{84};
+  Tally tally;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    for (const auto& err : ordinaryErrors(random)) {
+      const Setter setter{.at = anywhere(random, 100), .tool = anywhere(random, 60) + Vector3d{0, 0, 125}};
+      Dataset dataset = setterDataset(setter, 3, kSigma, random);
+      stateNothing(dataset);
+      moveReadings(dataset, {"x_mm", "y_mm", "z_mm"}, setter.reading(setter.probe), err);
+      const auto solved = solve(dataset);
+      if (!solved.ok()) continue;
+      for (const std::size_t k : {0U, 1U, 2U})
+        tally.add(*solved->find("tool_offset_mm"), k, setter.tool[static_cast<Eigen::Index>(k)]);
+    }
+  }
+  EXPECT_GT(tally.all, 2.7 * 3 * kTrials);
+  EXPECT_GE(tally.share(), 0.98);
+}
+
+}  // namespace
+}  // namespace probebox::metrology
