@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -16,6 +17,7 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/uncertainty/budget.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -274,6 +276,7 @@ struct Explanation {
   Residue after;
   std::vector<Row> left_out;  // one after the other: rows of what was left before
   std::vector<TypeBInput> drift;
+  std::vector<Estimate> rates;
   std::string drifts;  // "x_mm by 20 um"
 };
 
@@ -282,7 +285,7 @@ struct Explanation {
 std::optional<Explanation> explainByRows(const Residue& before, const Method& method, double least) {
   const std::size_t readings = readingsOf(before);
   const std::size_t most = std::min<std::size_t>(3, std::max<std::size_t>(1, readings / 10));
-  Explanation so_far{{}, before, {}, {}, {}};
+  Explanation so_far{{}, before, {}, {}, {}, {}};
   std::optional<Explanation> found;
   double choices = 1;  // of the rows since the last that were found
   for (std::size_t k = 0, tried = 1; k < most; ++k, ++tried) {
@@ -311,11 +314,64 @@ std::optional<Explanation> explainByRows(const Residue& before, const Method& me
 
 // ---- Drift
 
+// When each row was read: by its stamp, or in the order of the rows.
+std::vector<double> timesOf(const Table& table) {
+  if (const auto* stamps = table.column(column::kReadAt); stamps != nullptr && !stamps->empty()) {
+    const auto [first, last] = std::ranges::minmax(*stamps);
+    if (last > first) return *stamps;
+  }
+  std::vector<double> order(table.rows());
+  std::iota(order.begin(), order.end(), 0.0);
+  return order;
+}
+
+// Duration of the readings; nothing where no time is stated.
+std::optional<double> minutesOf(const Table& table, const Dataset& dataset) {
+  const auto [first, last] = std::ranges::minmax(timesOf(table));
+  if (table.column(column::kReadAt) != nullptr) return (last - first) / 60;
+  const auto each_s = configPositive(dataset, kReadingTime);
+  return each_s && *each_s ? std::optional{(last - first) * **each_s / 60} : std::nullopt;
+}
+
+// True where times are stated and a pose is read twice, half the duration apart or more: such a run shows its drift. A
+// pose is what is set for a reading, whole turns aside; stops are counted and not set.
+bool closes(const Table& table, const Method& method, const Dataset& dataset) {
+  if (!minutesOf(table, dataset)) return false;
+  const auto times = timesOf(table);
+  const auto [first, last] = std::ranges::minmax(times);
+  std::map<std::vector<double>, double> since;
+  for (std::size_t row = 0; row < times.size(); ++row) {
+    constexpr double kSame = 1e-4;   // of an angle in rad or degrees
+    constexpr double kBeside = 0.1;  // no pose is where the remainder changes its sign
+    std::vector<double> pose;
+    for (const auto& column : table.columns) {
+      const auto role = columnOf(method, table.name, column.name).role;
+      const bool is_angle = role == ColumnRole::angle;
+      const double turn = isInDegrees(column.name) ? 360 : kTurn;
+      const bool is_set = is_angle || role == ColumnRole::given || role == ColumnRole::number;
+      if (!is_set || column.name == column::kStop.name) continue;
+      const double value = column.values[row];
+      pose.push_back(is_angle ? std::round(std::remainder(value + kBeside, turn) / kSame) : value);
+    }
+    const auto at = since.try_emplace(std::move(pose), times[row]).first->second;
+    if (std::abs(times[row] - at) >= 0.5 * (last - first)) return true;
+  }
+  return false;
+}
+
+// "x_mm" drifts as "drift_x_um_per_min".
+Estimate rateOf(std::string_view column, double mm_per_min, double sd_mm_per_min) {
+  const auto name = column.substr(0, column.rfind('_'));
+  return Estimate::scalar("drift_" + std::string{name} + "_um_per_min", 1e3 * mm_per_min, 1e3 * sd_mm_per_min);
+}
+
 // Adds to a column what grows by `by` from the first reading to the last, and is nothing in the middle.
 void addDrift(Dataset& dataset, const std::string& table, std::string_view column, double by) {
   auto& values = *valuesOf(dataset, table, column);
+  const auto times = timesOf(*dataset.table(table));
+  const auto [first, last] = std::ranges::minmax(times);
   for (std::size_t row = 0; row < values.size(); ++row)
-    values[row] += by * (static_cast<double>(row) / static_cast<double>(values.size() - 1) - 0.5);
+    values[row] += by * ((times[row] - first) / (last - first) - 0.5);
 }
 
 // Change of the residuals by a drift of each coordinate of a table, by one mm.
@@ -373,8 +429,9 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   for (std::size_t k = 0; k < unknowns; ++k) addDrift(rid, table, design.columns[k], -drift[static_cast<Index>(k)]);
   auto after = residueOf(rid, method);
   if (!after || after->dof != before.dof) return std::nullopt;
-  Explanation explanation{compare(before, *after, unknowns, least), *after, {}, {}, {}};
-  if (explanation.found.chance > kByChance) return std::nullopt;
+  Explanation explanation{compare(before, *after, unknowns, least), *after, {}, {}, {}, {}};
+  const Table& readings = *before.dataset.table(table);
+  if (explanation.found.chance > kByChance && !closes(readings, method, before.dataset)) return std::nullopt;
 
   const auto sigma = configPositive(before.dataset, key::kSigma.name);
   const auto dof = static_cast<double>(before.dof - unknowns);
@@ -382,9 +439,13 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   const double stated = sigma && *sigma ? **sigma * **sigma : 0;
   const MatrixXd half = lowerCholesky(fit->cofactor * std::max(from_residuals, stated));
   explanation.drift = inputsOf(design, table, half);
+  const auto minutes = minutesOf(readings, before.dataset);
+  const bool is_likely = explanation.found.chance <= kByChance;
   for (std::size_t k = 0; k < unknowns; ++k) {
     const auto at = static_cast<Index>(k);
-    if (std::abs(drift[at]) < 3 * half.row(at).norm()) continue;
+    const double sd = half.row(at).norm();
+    if (minutes) explanation.rates.push_back(rateOf(design.columns[k], drift[at] / *minutes, sd / *minutes));
+    if (!is_likely || std::abs(drift[at]) < 3 * sd) continue;
     explanation.drifts += (explanation.drifts.empty() ? "" : ", ") + std::string{design.columns[k]} + " by " +
                           text(std::round(drift[at] * 1e4) / 10) + " um";
   }
@@ -413,7 +474,7 @@ void apply(Explanation explanation, Mended& mended) {
     mended.warnings.push_back(std::string{kReadingLeftOut} + ": " + rows +
                               " of the case: the other readings agree with each other and not with it; it is left out "
                               "of the answer; look for a slip, dirt or a mistyped digit, and read it again");
-  } else {
+  } else if (!explanation.drifts.empty()) {
     mended.warnings.push_back(
         std::string{kReadingsDrift} + ": the readings drift in their order: from the first to the last " +
         explanation.drifts +
@@ -421,6 +482,7 @@ void apply(Explanation explanation, Mended& mended) {
         "readings; let the machine warm up, look for what is loose, and read again");
   }
   mended.drift.insert(mended.drift.end(), explanation.drift.begin(), explanation.drift.end());
+  mended.rates.insert(mended.rates.end(), explanation.rates.begin(), explanation.rates.end());
   mended.dataset = std::move(explanation.after.dataset);
 }
 
@@ -500,9 +562,12 @@ std::optional<std::string> unusualLength(const Dataset& dataset, const Method& m
 }  // namespace
 
 Outcome<Mended, Refusal> mendFaults(const Dataset& dataset, const Method& method, const Result& first) {
-  Mended mended{dataset, {}, {}, {}, {}};
-  const auto is_stream = [](const Table& table) { return table.column(column::kTime) != nullptr; };
-  if (first.dof < 2 || first.residuals.unit != "mm" || std::ranges::any_of(dataset.tables, is_stream)) return mended;
+  Mended mended{dataset, {}, {}, {}, {}, {}};
+  const auto is_stream = [&](const MethodTable& described) {
+    const auto* table = dataset.table(described.name);
+    return table != nullptr && table->column(column::kTime) != nullptr;
+  };
+  if (first.dof < 2 || first.residuals.unit != "mm" || std::ranges::any_of(method.tables, is_stream)) return mended;
   auto before = residueOf(asSolved(dataset, method), method);
   if (!before) return mended;
   if (auto refusal = refuseTransformed(*before, method)) return *refusal;
@@ -526,6 +591,7 @@ Solved solveMended(const Mended& mended, const Method& method, StoreReader store
   takeDegrees(solved.value(), mended.drift.size());
   numberAsInFile(solved->residuals, mended);
   solved->dropped.insert(solved->dropped.end(), mended.dropped.begin(), mended.dropped.end());
+  solved->also.insert(solved->also.end(), mended.rates.begin(), mended.rates.end());
   solved->warnings.insert(solved->warnings.begin(), mended.warnings.begin(), mended.warnings.end());
   return solved;
 }

@@ -28,6 +28,7 @@ bool hasSize(const Method& method) {
 }
 
 MethodColumn columnOf(const Method& method, std::string_view table, std::string_view column) {
+  if (column == column::kReadAt.name) return column::kReadAt;
   MethodColumn elsewhere{column};
   for (const auto& described : method.tables) {
     const auto found = std::ranges::find(described.columns, column, &MethodColumn::name);
@@ -79,7 +80,7 @@ std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method
   for (const auto& [key, value] : dataset.config) {
     const bool used = std::ranges::find(method.keys, key, &MethodKey::name) != method.keys.end() ||
                       std::ranges::find(type_b, key) != type_b.end();
-    if (used || isCondition(key)) continue;
+    if (used || isCondition(key) || key == kReadingTime) continue;
     if (++unused <= kMostNamed) sentences.push_back(unusedKey(key, dataset.method));
   }
   if (unused > kMostNamed) {
