@@ -17,6 +17,7 @@
 #include "firmware/metrology/fit/robust_statistics.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/gain_check.hpp"
+#include "firmware/metrology/screw/heat_by_travel.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
 #include "firmware/metrology/screw/sensor_noise.hpp"
 #include "protocol/units/angle.hpp"
@@ -96,6 +97,7 @@ Outcome<SpikeFreeFit, Refusal> fitWithoutSpikes(const Eigen::MatrixXd& design, c
 }
 
 constexpr MethodColumn kGainColumns[]{column::kSetX, kExtension, kNutError};
+constexpr MethodColumn kGainTableColumns[]{column::kSetX, kExtension, kNutError, column::kReadAt.orBe(MayBe::missing)};
 constexpr MethodColumn kFaceColumns[]{column::kTime, column::kPhi.as(ColumnRole::rotation), column::kSensor};
 constexpr const char* kStandingGain = "K";
 constexpr double kLeastSpanUm = 5.0;
@@ -313,6 +315,37 @@ Covariance apart(const Covariance& first, const Covariance& second) {
   return both;
 }
 
+// By the strokes of the nut, where they are given and by likelihood explain the true errors better than K alone.
+std::optional<Refusal> addTravelGain(Result& result, const Dataset& dataset, const ScrewModel& screw, const Fit& gain) {
+  TRY(const auto heat, travelOf(dataset, screw));
+  if (!heat) return std::nullopt;
+  const Table& table = *dataset.table("gain_cal");
+  const auto* times = table.column(column::kReadAt);
+  if (times == nullptr) {
+    return Refusal{"missing-column", "table 'gain_cal' has no column '" + std::string{column::kReadAt.name} +
+                                         "': with table 'travel' give the time of each true error, or omit that table"};
+  }
+  const auto& errors = *table.column(kNutError);
+  const auto found = gainByTravel(screw, *heat, *times, *table.column(column::kX), *table.column(kExtension), errors,
+                                  gain.sumOfSquares());
+  if (!found) {
+    result.warnings.emplace_back(
+        "gain_cal: by likelihood the strokes of table 'travel' explain the true errors no better than K alone, and are "
+        "not used");
+    return std::nullopt;
+  }
+  const auto also = [&](std::string_view key, double value) {
+    result.also.push_back(Estimate::scalar(key, value, std::nullopt));
+  };
+  also(quantity::kEvenGain, found->even);
+  also(quantity::kTravelGain, found->travel);
+  result.also.push_back(Estimate::vector(quantity::kTimeConstants,
+                                         {found->law.time_constant_s.begin(), found->law.time_constant_s.end()}, {}));
+  also(quantity::kTimeConstantRatio, found->law.ratio);
+  also(quantity::kTravelRms, std::sqrt(found->sum_of_squares / static_cast<double>(errors.size())));
+  return std::nullopt;
+}
+
 void addGain(Result& result, const Dataset& dataset, const ScrewModel& screw, const Fit& gain) {
   Answer of_gain{dataset, gain, {}};
   of_gain.readingIs("one true error of table gain_cal", "um");
@@ -359,7 +392,10 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   Result result = std::move(answer).take(true);
   widen(result, of_face, face);
   nameSpikes(result, of_face);
-  if (gain) addGain(result, dataset, config.screw, *gain);
+  if (gain) {
+    addGain(result, dataset, config.screw, *gain);
+    if (auto refusal = addTravelGain(result, dataset, config.screw, *gain)) return *refusal;
+  }
   if (gain && dataset.config.contains(kStandingGain)) {
     result.warnings.push_back(unusedKey(kStandingGain, dataset.method));
   }
@@ -371,8 +407,11 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
 namespace {
 
 constexpr MethodTable kCalibrationTables[]{
-    {"gain_cal", kGainColumns, "true error at a position and extension; K in its place where the gain stays", true},
-    {"sector_cal", kFaceColumns, "a sample of three or more slow turns at a steady temperature", true}};
+    {"gain_cal", kGainTableColumns,
+     "true error at a position and extension, with table travel also its time; K in its place where the gain stays",
+     true},
+    {"sector_cal", kFaceColumns, "a sample of three or more slow turns at a steady temperature", true},
+    {kTravel, kTravelColumns, "where the nut was from the cold screw on, often enough to follow its strokes; or none"}};
 constexpr MethodKey kCalibrationKeys[]{
     kScrewLength,
     kScrewOffset,
@@ -384,6 +423,8 @@ constexpr MethodKey kCalibrationKeys[]{
         .upTo(quantity::kScrewGain.most)};
 constexpr KnownQuantity kCalibrationKnown[]{kScrewLengthKnown, kScrewOffsetKnown};
 constexpr Quantity kCalibrationResults[]{quantity::kScrewGain, quantity::kSectorTable, quantity::kSensorDrift};
+constexpr Quantity kCalibrationFurther[]{quantity::kEvenGain, quantity::kTravelGain, quantity::kTimeConstants,
+                                         quantity::kTimeConstantRatio, quantity::kTravelRms};
 constexpr std::string_view kCalibrationUnobservable[]{
     kEvenHeat, "the mean height of the face separately from the zero of the sensor: the table sums to 0"};
 
@@ -402,6 +443,7 @@ const Method kScrewCalibration{.name = "screw-calibration",
                                .keys = kCalibrationKeys,
                                .known = kCalibrationKnown,
                                .results = kCalibrationResults,
+                               .further = kCalibrationFurther,
                                .unobservable = kCalibrationUnobservable,
                                .subject = {.of = subjectOfScrew}};
 
