@@ -436,7 +436,7 @@ std::optional<Subject> subjectOfScrew(const Dataset& dataset) {
 
 const Method kScrewCalibration{.name = "screw-calibration",
                                .title = "Calibration of a ball screw's sensor",
-                               .equations = "(D1)-(D4)",
+                               .equations = "(D1)-(D4), (D8)",
                                .source = source::kScrew,
                                .solver = solveScrewCalibration,
                                .tables = kCalibrationTables,

@@ -136,7 +136,7 @@ constexpr std::string_view kCompensationUnobservable[]{kEvenHeat};
 
 const Method kScrewCompensation{.name = "screw-compensation",
                                 .title = "Compensation of a ball screw",
-                                .equations = "(D1), (D3), (D5)",
+                                .equations = "(D1), (D3), (D5), (D8)",
                                 .source = source::kScrew,
                                 .solver = solveScrewCompensation,
                                 .tables = kCompensationTables,
