@@ -12,6 +12,7 @@
 #include "firmware/metrology/dataset/digits.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/block_least_squares.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
@@ -33,6 +34,7 @@ struct SpikeFreeFit {
 };
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kDeviations = 4.5;  // as in scans
@@ -65,11 +67,49 @@ std::vector<std::size_t> worstRows(const VectorXd& residuals, const std::vector<
   return rows;
 }
 
-// Residuals are those of all rows.
-Outcome<Fit, Refusal> fitOf(const Eigen::MatrixXd& design, const VectorXd& values, const std::vector<bool>& in_use) {
-  std::vector<std::size_t> kept, dropped;
-  for (std::size_t row = 0; row < in_use.size(); ++row) (in_use[row] ? kept : dropped).push_back(row);
-  TRY(auto fit, linearLeastSquares(design(kept, Eigen::all), values(kept)));
+// The linear fit of some rows, with the residuals of all. Columns that are not zero in the rows of one group alone are
+// eliminated with it, so that work and memory grow with the rows. group: of each row.
+Outcome<Fit, Refusal> fitOf(const Eigen::MatrixXd& design, const VectorXd& values,
+                            const std::vector<std::size_t>& group, const std::vector<bool>& in_use) {
+  const std::size_t groups = std::ranges::max(group) + 1;
+  std::vector<std::vector<std::size_t>> rows(groups);
+  std::vector<std::size_t> dropped;
+  for (std::size_t row = 0; row < group.size(); ++row) (in_use[row] ? rows[group[row]] : dropped).push_back(row);
+  std::vector<Index> common;
+  std::vector<std::vector<Index>> own(groups);
+  for (Index column = 0; column < design.cols(); ++column) {
+    std::size_t first = groups, last = 0;
+    for (std::size_t row = 0; row < group.size(); ++row) {
+      if (design(static_cast<Index>(row), column) == 0) continue;
+      first = std::min(first, group[row]);
+      last = std::max(last, group[row]);
+    }
+    (first == last ? own[first] : common).push_back(column);
+  }
+  BlockUnknowns start{VectorXd::Zero(std::ssize(common)), {}};
+  for (const auto& columns : own) start.own.emplace_back(VectorXd::Zero(std::ssize(columns)));
+  const BlockModel model = [&](std::size_t block, const BlockUnknowns& at) {
+    if (block == groups) return BlockRows{VectorXd{0}, MatrixXd{0, 0}, MatrixXd{0, std::ssize(common)}};
+    BlockRows found{-values(rows[block]), design(rows[block], own[block]), design(rows[block], common)};
+    found.residuals += found.own * at.own[block] + found.common * at.common;
+    return found;
+  };
+  TRY(const auto blocks, leastSquaresInBlocks(model, start));
+
+  Fit fit;
+  fit.dof = blocks.dof;
+  fit.condition = blocks.condition;
+  fit.parameters.resize(design.cols());
+  fit.parameters(common) = blocks.unknowns.common;
+  // Of every unknown its change with the common ones.
+  MatrixXd carried = MatrixXd::Zero(design.cols(), std::ssize(common));
+  carried(common, Eigen::all).setIdentity();
+  for (std::size_t k = 0; k < groups; ++k) {
+    fit.parameters(own[k]) = blocks.unknowns.own[k];
+    carried(own[k], Eigen::all) = blocks.cofactor.carried[k];
+  }
+  fit.cofactor = carried * blocks.cofactor.common * carried.transpose();
+  for (std::size_t k = 0; k < groups; ++k) fit.cofactor(own[k], own[k]) += blocks.cofactor.own[k];
   fit.residuals = design * fit.parameters - values;
   fit.dropped = std::move(dropped);
   return fit;
@@ -79,10 +119,10 @@ Outcome<Fit, Refusal> fitOf(const Eigen::MatrixXd& design, const VectorXd& value
 // of every group the worst at a time: a spike pulls the others of its group. group: of each row.
 Outcome<SpikeFreeFit, Refusal> fitWithoutSpikes(const Eigen::MatrixXd& design, const VectorXd& values,
                                                 const std::vector<std::size_t>& group) {
-  TRY(const auto all, linearLeastSquares(design, values));
+  std::vector<bool> in_use(group.size(), true);
+  TRY(const auto all, fitOf(design, values, group, in_use));
   Fit fit = all;
   const double digit = finestDigit(values);
-  std::vector<bool> in_use(group.size(), true);
   for (int round = 0;; ++round) {
     const auto worst = worstRows(fit.residuals, in_use, group, digit);
     if (worst.empty()) return SpikeFreeFit{std::move(fit), false};
@@ -90,7 +130,7 @@ Outcome<SpikeFreeFit, Refusal> fitWithoutSpikes(const Eigen::MatrixXd& design, c
     if (round == kMostRounds || dropped > std::max(1.0, kMostShare * static_cast<double>(group.size())))
       return SpikeFreeFit{all, true};
     for (const auto row : worst) in_use[row] = false;
-    auto again = fitOf(design, values, in_use);
+    auto again = fitOf(design, values, group, in_use);
     if (!again) return SpikeFreeFit{all, true};
     fit = std::move(again).value();
   }
