@@ -90,9 +90,13 @@ std::vector<double>* valuesOf(Dataset& dataset, std::string_view table, std::str
   return values == found->columns.end() ? nullptr : &values->values;
 }
 
-// Tables whose rows are readings of the fit.
+// Tables whose rows are readings of the fit: those that residuals name, and those whose times are stated.
 std::set<std::string> tablesOf(const Residue& residue) {
   std::set<std::string> tables;
+  for (const auto& described : residue.method->tables) {
+    const Table* table = described.readings ? residue.dataset.table(described.name) : nullptr;
+    if (table != nullptr && table->column(column::kReadAt) != nullptr) tables.insert(table->name);
+  }
   for (const auto& name : residue.residuals.names) {
     if (const auto row = rowOf(residue.dataset, name)) tables.insert(row->table);
   }
@@ -333,28 +337,32 @@ std::optional<double> minutesOf(const Table& table, const Dataset& dataset) {
   return each_s && *each_s ? std::optional{(last - first) * **each_s / 60} : std::nullopt;
 }
 
-// True where times are stated and a pose is read twice, half the duration apart or more: such a run shows its drift. A
-// pose is what is set for a reading, whole turns aside; stops are counted and not set.
+// True of two readings of one pose: of all that is set for them the same, whole turns aside, and of one place. Stops
+// are counted and not set.
+bool areOfOnePose(const Table& table, const Method& method, std::size_t one, std::size_t other) {
+  constexpr double kSameAngle = 1e-4;  // rad or degrees
+  constexpr double kSamePlace_mm = 0.5;
+  return std::ranges::all_of(table.columns, [&](const Column& column) {
+    const auto role = columnOf(method, table.name, column.name).role;
+    const double apart = std::abs(column.values[one] - column.values[other]);
+    if (isCoordinate(role)) return apart < kSamePlace_mm;
+    if (role == ColumnRole::angle)
+      return std::abs(std::remainder(apart, isInDegrees(column.name) ? 360 : kTurn)) < kSameAngle;
+    const bool is_set = role == ColumnRole::given || role == ColumnRole::number;
+    return !is_set || column.name == column::kStop.name || apart == 0;
+  });
+}
+
+// True where times are stated and a pose is read twice, half the duration apart or more: such a run shows its drift.
 bool closes(const Table& table, const Method& method, const Dataset& dataset) {
   if (!minutesOf(table, dataset)) return false;
   const auto times = timesOf(table);
   const auto [first, last] = std::ranges::minmax(times);
-  std::map<std::vector<double>, double> since;
   for (std::size_t row = 0; row < times.size(); ++row) {
-    constexpr double kSame = 1e-4;   // of an angle in rad or degrees
-    constexpr double kBeside = 0.1;  // no pose is where the remainder changes its sign
-    std::vector<double> pose;
-    for (const auto& column : table.columns) {
-      const auto role = columnOf(method, table.name, column.name).role;
-      const bool is_angle = role == ColumnRole::angle;
-      const double turn = isInDegrees(column.name) ? 360 : kTurn;
-      const bool is_set = is_angle || role == ColumnRole::given || role == ColumnRole::number;
-      if (!is_set || column.name == column::kStop.name) continue;
-      const double value = column.values[row];
-      pose.push_back(is_angle ? std::round(std::remainder(value + kBeside, turn) / kSame) : value);
+    for (std::size_t before = 0; before < row; ++before) {
+      const bool is_long_ago = std::abs(times[row] - times[before]) >= 0.5 * (last - first);
+      if (is_long_ago && areOfOnePose(table, method, row, before)) return true;
     }
-    const auto at = since.try_emplace(std::move(pose), times[row]).first->second;
-    if (std::abs(times[row] - at) >= 0.5 * (last - first)) return true;
   }
   return false;
 }
@@ -421,7 +429,10 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   if (before.dataset.table(table)->rows() < kLeastRows) return std::nullopt;
   const auto design = driftDesign(before, method, table);
   const auto unknowns = static_cast<std::size_t>(design.changes.cols());
-  if (unknowns == 0 || before.dof < 2 * unknowns + 2) return std::nullopt;
+  const Table& readings = *before.dataset.table(table);
+  const auto sigma = configPositive(before.dataset, key::kSigma.name);
+  const bool is_stated = sigma && *sigma, is_closed = closes(readings, method, before.dataset);
+  if (unknowns == 0 || before.dof < (is_closed && is_stated ? unknowns : 2 * unknowns + 2)) return std::nullopt;
   const auto fit = linearLeastSquares(design.changes, before.values());
   if (!fit) return std::nullopt;
   const VectorXd& drift = fit->parameters;  // what was in the readings
@@ -430,13 +441,11 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   auto after = residueOf(rid, method);
   if (!after || after->dof != before.dof) return std::nullopt;
   Explanation explanation{compare(before, *after, unknowns, least), *after, {}, {}, {}, {}};
-  const Table& readings = *before.dataset.table(table);
-  if (explanation.found.chance > kByChance && !closes(readings, method, before.dataset)) return std::nullopt;
+  if (explanation.found.chance > kByChance && !is_closed) return std::nullopt;
 
-  const auto sigma = configPositive(before.dataset, key::kSigma.name);
   const auto dof = static_cast<double>(before.dof - unknowns);
   const double from_residuals = after->squares() / std::max(dof - 2, 1.0);
-  const double stated = sigma && *sigma ? **sigma * **sigma : 0;
+  const double stated = is_stated ? **sigma * **sigma : 0;
   const MatrixXd half = lowerCholesky(fit->cofactor * std::max(from_residuals, stated));
   explanation.drift = inputsOf(design, table, half);
   const auto minutes = minutesOf(readings, before.dataset);
