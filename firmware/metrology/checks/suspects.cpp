@@ -608,9 +608,14 @@ Solved solveMended(const Mended& mended, const Method& method, StoreReader store
 Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal) {
   constexpr std::array<std::string_view, 2> kOfResiduals{"residual-too-large", "readings-contradict"};
   if (std::ranges::find(kOfResiduals, refusal.name) == kOfResiduals.end()) return refusal;
+  // A sigma that nobody states refuses nothing, and shows by how much the residuals fall.
+  Dataset unweighted = asSolved(dataset, method);
+  unweighted.config.erase(std::string{key::kSigma.name});
+  const auto before = residueOf(unweighted, method);
   for (auto& [name, reason, transformed] : transformsOf(dataset, method)) {
     const auto after = residueOf(asSolved(transformed, method), method);
-    if (after && after->dof > 1) return {name, reason};
+    if (!after || after->dof <= 1) continue;
+    if (!before || before->squares() >= kWrongByFar * after->squares()) return {name, reason};
   }
   return refusal;
 }

@@ -261,6 +261,23 @@ Dataset setter(double scale) {
   return dataset;
 }
 
+// Planes stay planes where X is halved, so that nothing of a drift says diameters.
+TEST(DriftsOfAWeb, AreNotCalledDiameters) {
+  constexpr std::array<std::string_view, 4> kColumns{"face", "x_mm", "y_mm", "z_mm"};
+  Dataset web{.method = "web-fit",
+              .config = {{"sigma_mm", kNoise_mm}, {"width_direction", std::vector{1.0, 0.0, 0.0}}},
+              .tables = {Table::withColumns("points", kColumns)}};
+  std::mt19937_64 random{17};
+  std::normal_distribution<double> noise{0, kNoise_mm};
+  for (int k = 0; k < 12; ++k) {
+    const double face = k % 2 + 1;
+    web.tables[0].append({face, (k % 2 == 0 ? 40 : 10) + noise(random), 3.0 * (k / 2 % 3), 5.0 * (k / 6)});
+  }
+  ASSERT_EQ(nameOf(solve(web)), "solved");
+  drift(web, "x_mm", 8 * kNoise_mm);
+  EXPECT_NE(nameOf(solve(web)), "x-in-diameters");
+}
+
 TEST(UncheckedAnswers, SayThatNoReadingChecksThem) {
   const auto solved = solve(setter(1));
   ASSERT_TRUE(solved.ok()) << solved.error().reason;
