@@ -211,6 +211,7 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "angle-reversed",
     "axes-delays-differ",
     "way-in-missing",
+    "not-separable",
 });
 
 std::vector<RefusalCode> all() {

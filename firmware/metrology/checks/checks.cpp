@@ -45,8 +45,8 @@ constexpr double kLeastReading_um = 0.1;
 // Least deviation of a face in um: noise alone makes a perfect face look this large. The same number in mm would be a
 // usual face.
 constexpr double kLeastFace_um = 0.02;
-// Two hours, longer than any run; the same number of milliseconds is 7 s.
-constexpr double kLongestRun_s = 7200;
+// Two hours, longer than any stream of samples; the same number of milliseconds is 7 s. Readings are taken over a day.
+constexpr double kLongestStream_s = 7200, kLongestDay_s = 86400;
 
 // Noise of the readings in columns of one role.
 struct NoiseOfReadings {
@@ -329,7 +329,7 @@ std::optional<std::string> millisecondsIn(const TableOfCase& of) {
   for (const auto& column : of.table.columns) {
     if (of.described(column).role != ColumnRole::stamp || column.values.empty()) continue;
     const double covered_s = spanOf(column.values);
-    if (covered_s <= kLongestRun_s) continue;
+    if (covered_s <= (column.name == column::kReadAt.name ? kLongestDay_s : kLongestStream_s)) continue;
     return place(column.name, of.table) + " covers " + text(covered_s) + " s, " +
            text(std::round(covered_s / 360) / 10) + " hours: times are in seconds; are these milliseconds?";
   }

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -16,6 +17,7 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/uncertainty/budget.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -88,9 +90,13 @@ std::vector<double>* valuesOf(Dataset& dataset, std::string_view table, std::str
   return values == found->columns.end() ? nullptr : &values->values;
 }
 
-// Tables whose rows are readings of the fit.
+// Tables whose rows are readings of the fit: those that residuals name, and those whose times are stated.
 std::set<std::string> tablesOf(const Residue& residue) {
   std::set<std::string> tables;
+  for (const auto& described : residue.method->tables) {
+    const Table* table = described.readings ? residue.dataset.table(described.name) : nullptr;
+    if (table != nullptr && table->column(column::kReadAt) != nullptr) tables.insert(table->name);
+  }
   for (const auto& name : residue.residuals.names) {
     if (const auto row = rowOf(residue.dataset, name)) tables.insert(row->table);
   }
@@ -274,6 +280,7 @@ struct Explanation {
   Residue after;
   std::vector<Row> left_out;  // one after the other: rows of what was left before
   std::vector<TypeBInput> drift;
+  std::vector<Estimate> rates;
   std::string drifts;  // "x_mm by 20 um"
 };
 
@@ -282,7 +289,7 @@ struct Explanation {
 std::optional<Explanation> explainByRows(const Residue& before, const Method& method, double least) {
   const std::size_t readings = readingsOf(before);
   const std::size_t most = std::min<std::size_t>(3, std::max<std::size_t>(1, readings / 10));
-  Explanation so_far{{}, before, {}, {}, {}};
+  Explanation so_far{{}, before, {}, {}, {}, {}};
   std::optional<Explanation> found;
   double choices = 1;  // of the rows since the last that were found
   for (std::size_t k = 0, tried = 1; k < most; ++k, ++tried) {
@@ -311,11 +318,68 @@ std::optional<Explanation> explainByRows(const Residue& before, const Method& me
 
 // ---- Drift
 
+// When each row was read: by its stamp, or in the order of the rows.
+std::vector<double> timesOf(const Table& table) {
+  if (const auto* stamps = table.column(column::kReadAt); stamps != nullptr && !stamps->empty()) {
+    const auto [first, last] = std::ranges::minmax(*stamps);
+    if (last > first) return *stamps;
+  }
+  std::vector<double> order(table.rows());
+  std::iota(order.begin(), order.end(), 0.0);
+  return order;
+}
+
+// Duration of the readings; nothing where no time is stated.
+std::optional<double> minutesOf(const Table& table, const Dataset& dataset) {
+  const auto [first, last] = std::ranges::minmax(timesOf(table));
+  if (table.column(column::kReadAt) != nullptr) return (last - first) / 60;
+  const auto each_s = configPositive(dataset, kReadingTime);
+  return each_s && *each_s ? std::optional{(last - first) * **each_s / 60} : std::nullopt;
+}
+
+// True of two readings of one pose: of all that is set for them the same, whole turns aside, and of one place. Stops
+// are counted and not set.
+bool areOfOnePose(const Table& table, const Method& method, std::size_t one, std::size_t other) {
+  constexpr double kSameAngle = 1e-4;  // rad or degrees
+  constexpr double kSamePlace_mm = 0.5;
+  return std::ranges::all_of(table.columns, [&](const Column& column) {
+    const auto role = columnOf(method, table.name, column.name).role;
+    const double apart = std::abs(column.values[one] - column.values[other]);
+    if (isCoordinate(role)) return apart < kSamePlace_mm;
+    if (role == ColumnRole::angle)
+      return std::abs(std::remainder(apart, isInDegrees(column.name) ? 360 : kTurn)) < kSameAngle;
+    const bool is_set = role == ColumnRole::given || role == ColumnRole::number;
+    return !is_set || column.name == column::kStop.name || apart == 0;
+  });
+}
+
+// True where times are stated and a pose is read twice, half the duration apart or more: such a run shows its drift.
+bool closes(const Table& table, const Method& method, const Dataset& dataset) {
+  if (!minutesOf(table, dataset)) return false;
+  const auto times = timesOf(table);
+  const auto [first, last] = std::ranges::minmax(times);
+  for (std::size_t row = 0; row < times.size(); ++row) {
+    for (std::size_t before = 0; before < row; ++before) {
+      const bool is_long_ago = std::abs(times[row] - times[before]) >= 0.5 * (last - first);
+      if (is_long_ago && areOfOnePose(table, method, row, before)) return true;
+    }
+  }
+  return false;
+}
+
+// "x_mm" drifts as "drift_x_um_per_min".
+Estimate rateOf(std::string_view column, double mm_per_min, double sd_mm_per_min) {
+  const auto name = column.substr(0, column.rfind('_'));
+  return Estimate::scalar("drift_" + std::string{name} + "_um_per_min", 1e3 * mm_per_min, 1e3 * sd_mm_per_min);
+}
+
 // Adds to a column what grows by `by` from the first reading to the last, and is nothing in the middle.
 void addDrift(Dataset& dataset, const std::string& table, std::string_view column, double by) {
   auto& values = *valuesOf(dataset, table, column);
+  const auto times = timesOf(*dataset.table(table));
+  const auto [first, last] = std::ranges::minmax(times);
   for (std::size_t row = 0; row < values.size(); ++row)
-    values[row] += by * (static_cast<double>(row) / static_cast<double>(values.size() - 1) - 0.5);
+    values[row] += by * ((times[row] - first) / (last - first) - 0.5);
 }
 
 // Change of the residuals by a drift of each coordinate of a table, by one mm.
@@ -365,7 +429,10 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   if (before.dataset.table(table)->rows() < kLeastRows) return std::nullopt;
   const auto design = driftDesign(before, method, table);
   const auto unknowns = static_cast<std::size_t>(design.changes.cols());
-  if (unknowns == 0 || before.dof < 2 * unknowns + 2) return std::nullopt;
+  const Table& readings = *before.dataset.table(table);
+  const auto sigma = configPositive(before.dataset, key::kSigma.name);
+  const bool is_stated = sigma && *sigma, is_closed = closes(readings, method, before.dataset);
+  if (unknowns == 0 || before.dof < (is_closed && is_stated ? unknowns : 2 * unknowns + 2)) return std::nullopt;
   const auto fit = linearLeastSquares(design.changes, before.values());
   if (!fit) return std::nullopt;
   const VectorXd& drift = fit->parameters;  // what was in the readings
@@ -373,18 +440,21 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   for (std::size_t k = 0; k < unknowns; ++k) addDrift(rid, table, design.columns[k], -drift[static_cast<Index>(k)]);
   auto after = residueOf(rid, method);
   if (!after || after->dof != before.dof) return std::nullopt;
-  Explanation explanation{compare(before, *after, unknowns, least), *after, {}, {}, {}};
-  if (explanation.found.chance > kByChance) return std::nullopt;
+  Explanation explanation{compare(before, *after, unknowns, least), *after, {}, {}, {}, {}};
+  if (explanation.found.chance > kByChance && !is_closed) return std::nullopt;
 
-  const auto sigma = configPositive(before.dataset, key::kSigma.name);
   const auto dof = static_cast<double>(before.dof - unknowns);
   const double from_residuals = after->squares() / std::max(dof - 2, 1.0);
-  const double stated = sigma && *sigma ? **sigma * **sigma : 0;
+  const double stated = is_stated ? **sigma * **sigma : 0;
   const MatrixXd half = lowerCholesky(fit->cofactor * std::max(from_residuals, stated));
   explanation.drift = inputsOf(design, table, half);
+  const auto minutes = minutesOf(readings, before.dataset);
+  const bool is_likely = explanation.found.chance <= kByChance;
   for (std::size_t k = 0; k < unknowns; ++k) {
     const auto at = static_cast<Index>(k);
-    if (std::abs(drift[at]) < 3 * half.row(at).norm()) continue;
+    const double sd = half.row(at).norm();
+    if (minutes) explanation.rates.push_back(rateOf(design.columns[k], drift[at] / *minutes, sd / *minutes));
+    if (!is_likely || std::abs(drift[at]) < 3 * sd) continue;
     explanation.drifts += (explanation.drifts.empty() ? "" : ", ") + std::string{design.columns[k]} + " by " +
                           text(std::round(drift[at] * 1e4) / 10) + " um";
   }
@@ -413,7 +483,7 @@ void apply(Explanation explanation, Mended& mended) {
     mended.warnings.push_back(std::string{kReadingLeftOut} + ": " + rows +
                               " of the case: the other readings agree with each other and not with it; it is left out "
                               "of the answer; look for a slip, dirt or a mistyped digit, and read it again");
-  } else {
+  } else if (!explanation.drifts.empty()) {
     mended.warnings.push_back(
         std::string{kReadingsDrift} + ": the readings drift in their order: from the first to the last " +
         explanation.drifts +
@@ -421,6 +491,7 @@ void apply(Explanation explanation, Mended& mended) {
         "readings; let the machine warm up, look for what is loose, and read again");
   }
   mended.drift.insert(mended.drift.end(), explanation.drift.begin(), explanation.drift.end());
+  mended.rates.insert(mended.rates.end(), explanation.rates.begin(), explanation.rates.end());
   mended.dataset = std::move(explanation.after.dataset);
   // What the readings themselves show takes the place of what is stated.
   if (!mended.drift.empty()) mended.dataset.config["drift_um_per_min"] = 0.0;
@@ -502,9 +573,12 @@ std::optional<std::string> unusualLength(const Dataset& dataset, const Method& m
 }  // namespace
 
 Outcome<Mended, Refusal> mendFaults(const Dataset& dataset, const Method& method, const Result& first) {
-  Mended mended{dataset, {}, {}, {}, {}};
-  const auto is_stream = [](const Table& table) { return table.column(column::kTime) != nullptr; };
-  if (first.dof < 2 || first.residuals.unit != "mm" || std::ranges::any_of(dataset.tables, is_stream)) return mended;
+  Mended mended{dataset, {}, {}, {}, {}, {}};
+  const auto is_stream = [&](const MethodTable& described) {
+    const auto* table = dataset.table(described.name);
+    return table != nullptr && table->column(column::kTime) != nullptr;
+  };
+  if (first.dof < 2 || first.residuals.unit != "mm" || std::ranges::any_of(method.tables, is_stream)) return mended;
   auto before = residueOf(asSolved(dataset, method), method);
   if (!before) return mended;
   if (auto refusal = refuseTransformed(*before, method)) return *refusal;
@@ -528,6 +602,7 @@ Solved solveMended(const Mended& mended, const Method& method, StoreReader store
   takeDegrees(solved.value(), mended.drift.size());
   numberAsInFile(solved->residuals, mended);
   solved->dropped.insert(solved->dropped.end(), mended.dropped.begin(), mended.dropped.end());
+  solved->also.insert(solved->also.end(), mended.rates.begin(), mended.rates.end());
   solved->warnings.insert(solved->warnings.begin(), mended.warnings.begin(), mended.warnings.end());
   return solved;
 }
@@ -535,9 +610,14 @@ Solved solveMended(const Mended& mended, const Method& method, StoreReader store
 Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal) {
   constexpr std::array<std::string_view, 2> kOfResiduals{"residual-too-large", "readings-contradict"};
   if (std::ranges::find(kOfResiduals, refusal.name) == kOfResiduals.end()) return refusal;
+  // A sigma that nobody states refuses nothing, and shows by how much the residuals fall.
+  Dataset unweighted = asSolved(dataset, method);
+  unweighted.config.erase(std::string{key::kSigma.name});
+  const auto before = residueOf(unweighted, method);
   for (auto& [name, reason, transformed] : transformsOf(dataset, method)) {
     const auto after = residueOf(asSolved(transformed, method), method);
-    if (after && after->dof > 1) return {name, reason};
+    if (!after || after->dof <= 1) continue;
+    if (!before || before->squares() >= kWrongByFar * after->squares()) return {name, reason};
   }
   return refusal;
 }

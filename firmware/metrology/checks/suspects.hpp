@@ -32,9 +32,10 @@ struct Mended {
   std::map<std::string, std::set<std::size_t>> left_out;  // by table, numbers of rows in the file, from 0
   std::vector<Dropped> dropped;
   std::vector<TypeBInput> drift;  // uncertainty of the drift that was taken out
+  std::vector<Estimate> rates;    // of that drift, where times are stated
   std::vector<std::string> warnings;
 
-  bool changed() const { return !warnings.empty(); }
+  bool changed() const { return !warnings.empty() || !drift.empty(); }
 };
 
 // first: the solved case. Refuses x-in-diameters and angle-reversed, of which no answer can be made.

@@ -92,6 +92,8 @@ inline constexpr double kMostTilt_deg = 720;  // a head or a table that tilts ha
 inline constexpr MethodColumn kTouch{"touch", ColumnRole::number}, kScan{"scan", ColumnRole::number},
     kBall{"ball", ColumnRole::number}, kStop{"stop", ColumnRole::number}, kTool{"tool", ColumnRole::number};
 inline constexpr MethodColumn kTime{"t_s", ColumnRole::stamp};
+// When a row was read, from any epoch. Any table of readings may have it, whether its method describes it or not.
+inline constexpr MethodColumn kReadAt{"time_s", ColumnRole::stamp};
 inline constexpr MethodColumn kX{"x_mm", ColumnRole::coordinate}, kY{"y_mm", ColumnRole::coordinate},
     kZ{"z_mm", ColumnRole::coordinate};
 inline constexpr MethodColumn kPosition[]{kX, kY, kZ};

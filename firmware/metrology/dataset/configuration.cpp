@@ -38,7 +38,7 @@ std::optional<Refusal> wrongColumns(const Table& table, const ColumnNames& colum
     }
   }
   for (const auto& column : table.columns) {
-    const bool known = std::ranges::find(columns, column.name) != columns.end();
+    const bool known = column.name == column::kReadAt.name || std::ranges::find(columns, column.name) != columns.end();
     const auto count = std::ranges::count(table.columns, column.name, &Column::name);
     if (!known || count != 1) {
       return Refusal{"unknown-column", "table '" + table.name + "' has " +

@@ -29,6 +29,7 @@ bool hasSize(const Method& method) {
 }
 
 MethodColumn columnOf(const Method& method, std::string_view table, std::string_view column) {
+  if (column == column::kReadAt.name) return column::kReadAt;
   MethodColumn elsewhere{column};
   for (const auto& described : method.tables) {
     const auto found = std::ranges::find(described.columns, column, &MethodColumn::name);

@@ -51,6 +51,13 @@ FactoredSolution solveRefined(const MatrixXd& rows, const VectorXd& values) {
   return result;
 }
 
+Eliminated eliminated(const MatrixXd& columns, const MatrixXd& others) {
+  MatrixXd packed = columns;
+  const PlainInPlace qr{packed};
+  const MatrixXd rotated = qr.householderQ().adjoint() * others;
+  return {upperOf(packed), rotated.topRows(columns.cols()), rotated.bottomRows(columns.rows() - columns.cols())};
+}
+
 MatrixXd inverseOfUpper(const MatrixXd& upper) {
   MatrixXd inverse = MatrixXd::Identity(upper.cols(), upper.cols());
   upper.triangularView<Eigen::Upper>().solveInPlace(inverse);
@@ -99,6 +106,10 @@ MatrixXd solveCholesky(const MatrixXd& normal, const MatrixXd& right) {
 
 MatrixXd lowerCholesky(const MatrixXd& covariance) {
   return Eigen::LLT<MatrixXd>{covariance}.matrixL();
+}
+
+bool isPositiveDefinite(const MatrixXd& symmetric) {
+  return Eigen::LLT<MatrixXd>{symmetric}.info() == Eigen::Success;
 }
 
 MatrixXd inverse(const MatrixXd& matrix) {

@@ -26,6 +26,14 @@ FactoredSolution solveInPlace(Eigen::MatrixXd& rows, const Eigen::VectorXd& valu
 // The same with one step of iterative refinement, which removes rounding errors.
 FactoredSolution solveRefined(const Eigen::MatrixXd& rows, const Eigen::VectorXd& values);
 
+// Rows [columns | others] rotated so that columns are upper triangular. rows >= columns.
+struct Eliminated {
+  Eigen::MatrixXd upper;   // of columns
+  Eigen::MatrixXd beside;  // others, in the rows of the triangle
+  Eigen::MatrixXd below;   // others, in the rows without columns
+};
+Eliminated eliminated(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& others);
+
 // Returns R^-1 for R of rows = QR.
 Eigen::MatrixXd inverseOfUpper(const Eigen::MatrixXd& upper);
 
@@ -50,6 +58,9 @@ Eigen::MatrixXd solveCholesky(const Eigen::MatrixXd& normal, const Eigen::Matrix
 
 // Returns L of covariance = LL' for a positive definite covariance.
 Eigen::MatrixXd lowerCholesky(const Eigen::MatrixXd& covariance);
+
+// True of a symmetric matrix whose eigenvalues are all above zero.
+bool isPositiveDefinite(const Eigen::MatrixXd& symmetric);
 
 // Inverts a regular square matrix.
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& matrix);

@@ -14,8 +14,7 @@ std::vector<double> listOf(const Eigen::VectorXd& values) {
   return {values.begin(), values.end()};
 }
 
-constexpr std::size_t kMostRows = 600;          // of residuals that are told
-constexpr Eigen::Index kMostInCovariance = 60;  // numbers of one value
+constexpr std::size_t kMostRows = 600;  // of residuals that are told
 
 // Roots of the diagonal of J C J'.
 std::vector<double> rootsOf(const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& covariance) {
@@ -68,12 +67,13 @@ Answer::Answer(const Dataset& dataset, const Fit& fit, const Sigma& sigma)
   residuals_ = fit.residuals * sigma.value;
   dropped_ = fit.dropped;
   result_.rms = rmsOf(residuals_, dropped_);
-  const auto scale = scaleOf(fit, sigma, result_);
+  sigma_ = sigma.value;
+  scale_ = scaleOf(fit, sigma, result_);
   if (fit.dof > 0 && !sigma.stated)
     reading_sd_ = std::sqrt(fit.sumOfSquares() / static_cast<double>(fit.dof)) * sigma.value;
-  if (!scale) return;
-  covariance_ = fit.cofactor * (*scale * *scale);
-  if (sigma.stated) reading_sd_ = *scale * sigma.value;
+  if (!scale_) return;
+  covariance_ = fit.cofactor * (*scale_ * *scale_);
+  if (sigma.stated) reading_sd_ = *scale_ * sigma.value;
 }
 
 std::vector<double> Answer::sdsOf(const Eigen::MatrixXd& jacobian) const {
@@ -84,6 +84,12 @@ std::vector<double> Answer::sdsOf(const Eigen::MatrixXd& jacobian) const {
 Estimate Answer::with(Estimate estimate, const Eigen::MatrixXd& jacobian) const {
   estimate.sd = sdsOf(jacobian);
   estimate.design = rootsOf(jacobian, cofactor_);
+  return estimate;
+}
+
+Estimate Answer::withRoots(Estimate estimate, const Eigen::VectorXd& roots) const {
+  if (scale_) estimate.sd = listOf(roots * *scale_);
+  estimate.design = listOf(roots / sigma_);
   return estimate;
 }
 

@@ -12,6 +12,9 @@
 
 namespace probebox::metrology {
 
+// Most numbers of one value whose covariances are told.
+inline constexpr Eigen::Index kMostInCovariance = 60;
+
 // Turns a fit into a Result: quality figures and any number of quantities derived from its parameters, with propagated
 // sd. The sd follows from the stated sigma and is widened, with a warning, where chi-square contradicts it
 // (noise_check.hpp); without one it follows from the residuals (chi_square.hpp); where those are too few it is missing,
@@ -31,6 +34,8 @@ class Answer {
   void alsoVector(std::string_view key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
   void alsoMatrix(std::string_view key, std::size_t columns, const Eigen::VectorXd& values,
                   const Eigen::MatrixXd& jacobian);
+  // A quantity of more numbers than a covariance holds, by the roots of their cofactors (as Fit::cofactor).
+  Estimate withRoots(Estimate estimate, const Eigen::VectorXd& roots) const;
   void warn(std::string sentence);
 
   // Assigns `parts` rows of the fit to each row of the table, in its order, for a plot of residuals over column
@@ -61,6 +66,8 @@ class Answer {
   Eigen::MatrixXd cofactor_;    // of the parameters, for readings of unit sigma
   Eigen::VectorXd residuals_;   // as fitted, in the unit of the readings
   std::vector<std::size_t> dropped_;
+  std::optional<double> scale_;  // of the cofactor's roots; nothing if unknown
+  double sigma_{};
   std::optional<double> reading_sd_;
   Eigen::MatrixXd promised_;  // rows of the promised values
   std::vector<std::string> components_;

@@ -235,35 +235,29 @@ PlatePlace plateOf(const std::vector<Station>& stations, const Motions& motions,
 
 // Six errors at every angle. The plate is refined by the readings at phi = 0 where they agree with it; their own row
 // stays the plain difference of the two.
-Fit errorsOf(const std::vector<Station>& stations, const NominalAxis& axis, const Motions& motions, bool zero_agrees,
-             double sigma) {
-  const auto count = static_cast<Eigen::Index>(stations.size());
+AngleErrors errorsOf(const std::vector<Station>& stations, const NominalAxis& axis, const Motions& motions,
+                     bool zero_agrees, double sigma) {
   const PlatePlace plate = plateOf(stations, motions, zero_agrees);
-  const auto isZero = [&](Eigen::Index k) {
-    return zero_agrees && atZero(stations[static_cast<std::size_t>(k)].angle);
-  };
-  const auto seen = [&](Eigen::Index k) { return turnedPlate(axis, stations[static_cast<std::size_t>(k)].angle); };
-  Fit fit;
-  fit.parameters.resize(6 * count);
-  fit.cofactor = Eigen::MatrixXd::Zero(6 * count, 6 * count);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const Motion& motion = motions.first[static_cast<std::size_t>(k)];
-    fit.parameters.segment<6>(6 * k) = motion.errors;
-    if (!isZero(k)) fit.parameters.segment<6>(6 * k) -= seen(k) * plate.shift;
-    fit.cofactor.block<6, 6>(6 * k, 6 * k) = inverse(motion.information);
-    for (Eigen::Index l = 0; l < count; ++l) {
-      if (isZero(k) && isZero(l)) {
-        fit.cofactor.block<6, 6>(6 * k, 6 * l) += inverse(motions.second.information);
-      } else if (!isZero(k) && !isZero(l)) {
-        fit.cofactor.block<6, 6>(6 * k, 6 * l) += seen(k) * plate.cofactor * seen(l).transpose();
-      }
-    }
+  AngleErrors errors;
+  errors.six.resize(6 * static_cast<Eigen::Index>(stations.size()));
+  // All angles share the place of the plate; those at zero its place by the second coordinates alone.
+  errors.cofactor.common = Eigen::MatrixXd::Zero(12, 12);
+  errors.cofactor.common.topLeftCorner<6, 6>() = plate.cofactor * sigma * sigma;
+  errors.cofactor.common.bottomRightCorner<6, 6>() = inverse(motions.second.information) * sigma * sigma;
+  for (std::size_t k = 0; k < stations.size(); ++k) {
+    const Motion& motion = motions.first[k];
+    const Matrix6d seen = turnedPlate(axis, stations[k].angle);
+    const bool is_zero = zero_agrees && atZero(stations[k].angle);
+    auto six = errors.six.segment<6>(6 * static_cast<Eigen::Index>(k));
+    six = motion.errors;
+    if (!is_zero) six -= seen * plate.shift;
+    Eigen::MatrixXd carried = Eigen::MatrixXd::Zero(6, 12);
+    carried.middleCols<6>(is_zero ? 6 : 0) = is_zero ? Matrix6d{Matrix6d::Identity()} : seen;
+    errors.angles.push_back(stations[k].angle);
+    errors.cofactor.own.emplace_back(inverse(motion.information) * sigma * sigma);
+    errors.cofactor.carried.push_back(std::move(carried));
   }
-  fit.cofactor *= sigma * sigma;
-  fit.residuals = motions.left() / sigma;
-  fit.dof = motions.dof();
-  fit.condition = motions.condition();
-  return fit;
+  return errors;
 }
 
 // Content of a case, read and checked: the plate where second and third put it, the stations of first.
@@ -310,19 +304,19 @@ Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
   const auto& stations = bench.stations;
   TRY(const auto motions, motionsOf(stations, bench.plate));
   const bool zero_agrees = zeroAgrees(stations, motions, bench.sigma);
-  const Fit fit = errorsOf(stations, bench.axis, motions, zero_agrees, bench.sigma.value);
+  const double sigma = bench.sigma.value;
+  const auto errors = errorsOf(stations, bench.axis, motions, zero_agrees, sigma);
+  if (auto refusal = tooLargeErrors(errors.angles, errors.six)) return *refusal;
 
-  Answer answer{dataset, fit, bench.sigma};
+  Fit quality;
+  quality.residuals = motions.left() / sigma;
+  quality.dof = motions.dof();
+  quality.condition = motions.condition();
+  Answer answer = answerOf(dataset, bench.sigma, std::move(quality), errors, bench.axis.direction);
   answer.readingIs("one coordinate of one ball", "mm");
   answer.result().residuals.against = column::kPhi.name;
-  std::vector<double> angles;
-  for (std::size_t k = 0; k < stations.size(); ++k) {
-    angles.push_back(stations[k].angle);
+  for (std::size_t k = 0; k < stations.size(); ++k)
     addResiduals(answer.result().residuals, stations[k], motions.first[k]);
-  }
-  if (auto refusal = tooLargeErrors(angles, fit.parameters)) return *refusal;
-  const Eigen::Index size = fit.parameters.size();
-  promiseErrors(answer, angles, fit.parameters, Eigen::MatrixXd::Identity(size, size), bench.axis.direction);
   addNominalAxis(answer.result(), bench.axis);
   if (!zero_agrees) {
     answer.warn(

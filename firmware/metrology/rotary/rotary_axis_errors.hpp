@@ -7,6 +7,7 @@
 #include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/live/rotary_chain.hpp"
+#include "firmware/metrology/rotary/rotary_quantities.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::metrology {
@@ -22,48 +23,6 @@ namespace probebox::metrology {
 // missing-key, bad-config, missing-ball (not in third), duplicated-ball, too-few-balls, collinear, residual-too-large
 // (5 sigma between second and third).
 Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset);
-
-namespace quantity {
-
-inline constexpr QuantityColumn kDeviationColumns[]{{"deviation X", "um", 1e3},   {"deviation Y", "um", 1e3},
-                                                    {"deviation Z", "um", 1e3},   {"deviation A", "urad", 1e6},
-                                                    {"deviation B", "urad", 1e6}, {"deviation C", "urad", 1e6}};
-inline constexpr QuantityColumn kMotionColumns[]{{"EX", "um", 1e3}, {"EY", "um", 1e3}, {"EZ", "um", 1e3}};
-inline constexpr QuantityColumn kTiltColumns[]{{"EA", "urad", 1e6}, {"EB", "urad", 1e6}, {"EC", "urad", 1e6}};
-
-inline constexpr Quantity kSixErrors{.key = result_key::kSixErrors,
-                                     .about = "one row per angle: three translations in mm, three rotations in rad",
-                                     .kind = QuantityKind::error,
-                                     .title = "deviations of the axis: error motion and location together",
-                                     .columns = kDeviationColumns,
-                                     .of_axis = OfRotaryAxis::by_angle};
-inline constexpr Quantity kErrorMotions{.key = "position_dependent_mm",
-                                        .kind = QuantityKind::error,
-                                        .title = "error motions of the axis, translations: without its location",
-                                        .columns = kMotionColumns,
-                                        .of_axis = OfRotaryAxis::by_angle};
-inline constexpr Quantity kTiltMotions{.key = "position_dependent_rad",
-                                       .kind = QuantityKind::error,
-                                       .title = "error motions of the axis, rotations: without its location",
-                                       .columns = kTiltColumns,
-                                       .of_axis = OfRotaryAxis::by_angle};
-inline constexpr Quantity kLocation{
-    .key = result_key::kLocation,
-    .about = "position of the axis across its direction; only for four or more angles over more than 60 degrees",
-    .kind = QuantityKind::error,
-    .axes = "XYZ",
-    .of_axis = OfRotaryAxis::location};
-inline constexpr Quantity kTilt{.key = result_key::kTilt,
-                                .about = "tilt of the axis; under the same condition",
-                                .kind = QuantityKind::lean,
-                                .axes = "ABC",
-                                .of_axis = OfRotaryAxis::location};
-// Angles of the rows of the matrices above.
-inline constexpr Quantity kErrorAngles{.key = "angle_rad"};
-inline constexpr Quantity kAxisPoint{.key = "axis_point_mm", .axes = "XYZ"};
-inline constexpr Quantity kAxisDirection{.key = "axis_direction", .axes = "XYZ"};
-
-}  // namespace quantity
 
 // "deviation_XC_at_60_deg_mm": the key under which programs find one of the six errors of axis "C" at an angle.
 std::string deviationKey(std::string_view axis, std::size_t error, double angle_rad);

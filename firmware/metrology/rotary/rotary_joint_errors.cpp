@@ -17,6 +17,7 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/block_least_squares.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/rigid_motion.hpp"
@@ -288,83 +289,117 @@ Matrix3d weightOf(const Keys& keys) {
   return (Matrix3d::Identity() - axial) / keys.sigma.value + axial / keys.axial_sigma;
 }
 
-// Where each kind of unknown stands among the parameters: places of the plate (6 a mount), errors (6 an angle), errors
-// of the stations (3 a reading of second), the certificate (3 a ball), how far off its angle the axis stopped (1 a
-// stop, and it stops anew in every mount: the angles, then the zero of second), what all readings are off by (3). The
-// last three are held by what is known of them.
+// Which unknowns there are, as blocks of a least squares. Common: places of the plate (6 a mount), errors of the
+// stations (3 a reading of second), the certificate (3 a ball), how far off its zero the axis stopped for second (1 a
+// mount), what all readings are off by (3). Of each angle: its errors (6), and how far off it the axis stopped (1 a
+// mount, as it stops anew in each). Certificate, stops and offset are held by what is known of them.
 class StackModel {
  public:
   StackModel(const PlateReadings& stack, const Keys& keys) : stack_{stack}, keys_{keys}, weight_{weightOf(keys)} {
-    errors_at_ = 6 * static_cast<Index>(stack.mounts.size());
-    stations_at_ = errors_at_ + 6 * static_cast<Index>(stack.angles.size());
+    mounts_ = static_cast<Index>(stack.mounts.size());
+    stations_at_ = 6 * mounts_;
     balls_at_ = stations_at_ + (keys.station_radius ? 3 * static_cast<Index>(stack.second_count) : 0);
     stops_at_ = balls_at_ + (keys.third_sigma > 0.0 ? 3 * static_cast<Index>(stack.certified.size()) : 0);
-    offset_at_ =
-        stops_at_ + (keys.angle_sigma > 0.0 ? static_cast<Index>(stack.mounts.size() * (stack.angles.size() + 1)) : 0);
-    size_ = offset_at_ + (keys.offset_sigma > 0.0 ? 3 : 0);
+    offset_at_ = stops_at_ + (keys.angle_sigma > 0.0 ? mounts_ : 0);
+    common_size_ = offset_at_ + (keys.offset_sigma > 0.0 ? 3 : 0);
+    own_size_ = 6 + (keys.angle_sigma > 0.0 ? mounts_ : 0);
+    readings_of_.resize(stack.angles.size() + 1);
+    for (std::size_t k = 0; k < stack.readings.size(); ++k)
+      readings_of_[stack.readings[k].angle.value_or(stack.angles.size())].push_back(k);
   }
-  Index size() const { return size_; }
-  Index errorsAt() const { return errors_at_; }
+  BlockUnknowns start() const {
+    return {VectorXd::Zero(common_size_), std::vector(stack_.angles.size(), VectorXd{VectorXd::Zero(own_size_)})};
+  }
 
-  Linearised operator()(const VectorXd& at) const {
-    const auto readings = 3 * static_cast<Index>(stack_.readings.size());
-    const Index gauge = keys_.station_radius ? 6 * static_cast<Index>(stack_.mounts.size()) : 0;
-    const Index rows = readings + gauge + (size_ - balls_at_);
-    Linearised model{VectorXd::Zero(rows), MatrixXd::Zero(rows, size_)};
-    for (std::size_t k = 0; k < stack_.readings.size(); ++k) addReading(model, static_cast<Index>(3 * k), k, at);
-    if (gauge > 0) addGauge(model, readings, at);
-    for (Index k = balls_at_; k < size_; ++k) {
-      const Index row = readings + gauge + k - balls_at_;
-      const double sigma = k < stops_at_ ? keys_.third_sigma : k < offset_at_ ? keys_.angle_sigma : keys_.offset_sigma;
-      model.residuals[row] = at[k] / sigma;
-      model.jacobian(row, k) = 1.0 / sigma;
+  // Rows of one angle, or of second with those of what is known of the common unknowns.
+  BlockRows operator()(std::size_t block, const BlockUnknowns& at) const {
+    const bool is_second = block == stack_.angles.size();
+    const auto readings = 3 * static_cast<Index>(readings_of_[block].size());
+    const Index gauge = is_second && keys_.station_radius ? 6 * mounts_ : 0;
+    const Index held = is_second ? common_size_ - balls_at_ : own_size_ - 6;
+    const Index size = readings + gauge + held;
+    BlockRows rows{VectorXd::Zero(size), MatrixXd::Zero(size, is_second ? 0 : own_size_),
+                   MatrixXd::Zero(size, common_size_)};
+    Index row = 0;
+    for (const auto k : readings_of_[block]) {
+      addReading(rows, row, stack_.readings[k], at.common, is_second ? VectorXd{} : at.own[block]);
+      row += 3;
     }
-    return model;
+    if (gauge > 0) addGauge(rows, readings, at.common);
+    for (Index k = 0; k < held; ++k) {
+      const Index common = balls_at_ + k;
+      const double sigma = !is_second || (common >= stops_at_ && common < offset_at_) ? keys_.angle_sigma
+                           : common < stops_at_                                       ? keys_.third_sigma
+                                                                                      : keys_.offset_sigma;
+      rows.residuals[readings + gauge + k] = (is_second ? at.common[common] : at.own[block][6 + k]) / sigma;
+      (is_second ? rows.common(readings + gauge + k, common) : rows.own(readings + gauge + k, 6 + k)) = 1.0 / sigma;
+    }
+    return rows;
+  }
+
+  // All residuals: of the readings in their order, then the others.
+  VectorXd residuals(const BlockUnknowns& at) const {
+    std::vector<double> others;
+    VectorXd of_readings{3 * static_cast<Index>(stack_.readings.size())};
+    for (std::size_t block = 0; block < readings_of_.size(); ++block) {
+      const VectorXd values = (*this)(block, at).residuals;
+      Index row = 0;
+      for (const auto k : readings_of_[block]) {
+        of_readings.segment<3>(3 * static_cast<Index>(k)) = values.segment<3>(row);
+        row += 3;
+      }
+      others.insert(others.end(), values.begin() + row, values.end());
+    }
+    VectorXd all{of_readings.size() + std::ssize(others)};
+    all << of_readings, VectorXd::Map(others.data(), std::ssize(others));
+    return all;
   }
 
  private:
-  void addReading(Linearised& model, Index row, std::size_t k, const VectorXd& at) const {
-    const PlateReading& reading = stack_.readings[k];
+  void addReading(BlockRows& rows, Index row, const PlateReading& reading, const VectorXd& common,
+                  const VectorXd& own) const {
     const auto mount = 6 * static_cast<Index>(reading.mount);
     const RigidMotion& start = stack_.mounts[reading.mount];
     const auto ball = balls_at_ + 3 * static_cast<Index>(reading.ball);
     Vector3d certified = stack_.certified[reading.ball];
-    if (balls_at_ < stops_at_) certified += at.segment<3>(ball);
-    const Vector3d place = at.segment<3>(mount) + turned(at.segment<3>(mount + 3)) * start(certified);
-    const double stop = stops_at_ < offset_at_ ? at[stopOf(reading)] : 0.0;
-    const double angle = (reading.angle ? stack_.angles[*reading.angle] : 0.0) + stop;
+    if (balls_at_ < stops_at_) certified += common.segment<3>(ball);
+    const Vector3d place = common.segment<3>(mount) + turned(common.segment<3>(mount + 3)) * start(certified);
+    const auto of_mount = static_cast<Index>(reading.mount);
+    double angle = reading.angle ? stack_.angles[*reading.angle] : 0.0;
+    if (stops_at_ < offset_at_) angle += reading.angle ? own[6 + of_mount] : common[stops_at_ + of_mount];
     // Orientation of the plate after the axis has turned it.
     const Matrix3d seen = Eigen::AngleAxisd{angle, keys_.axis.direction}.toRotationMatrix();
     const Vector3d ideal = seen * place;
     Vector3d model_at = ideal;
-    auto jacobian = model.jacobian.middleRows<3>(row);
+    auto by_common = rows.common.middleRows<3>(row);
+    auto by_own = rows.own.middleRows<3>(row);
     if (reading.angle) {
-      const Index errors = errors_at_ + 6 * static_cast<Index>(*reading.angle);
-      model_at = at.segment<3>(errors) + turned(at.segment<3>(errors + 3)) * ideal;
-      jacobian.middleCols<6>(errors) = weight_ * smallMotionRows(ideal);
+      model_at = own.head<3>() + turned(own.segment<3>(3)) * ideal;
+      by_own.leftCols<6>() = weight_ * smallMotionRows(ideal);
     }
-    jacobian.middleCols<6>(mount) = weight_ * seen * smallMotionRows(place);
-    if (balls_at_ < stops_at_) jacobian.middleCols<3>(ball) = weight_ * seen * start.rotation;
-    if (stops_at_ < offset_at_) jacobian.col(stopOf(reading)) = weight_ * keys_.axis.direction.cross(ideal);
-    if (offset_at_ < size_) {
-      model_at += at.segment<3>(offset_at_);
-      jacobian.middleCols<3>(offset_at_) = weight_;
+    by_common.middleCols<6>(mount) = weight_ * seen * smallMotionRows(place);
+    if (balls_at_ < stops_at_) by_common.middleCols<3>(ball) = weight_ * seen * start.rotation;
+    if (stops_at_ < offset_at_) {
+      const Vector3d by_stop = weight_ * keys_.axis.direction.cross(ideal);
+      if (reading.angle)
+        by_own.col(6 + of_mount) = by_stop;
+      else
+        by_common.col(stops_at_ + of_mount) = by_stop;
+    }
+    if (offset_at_ < common_size_) {
+      model_at += common.segment<3>(offset_at_);
+      by_common.middleCols<3>(offset_at_) = weight_;
     }
     if (reading.station) {
       const Index station = stations_at_ + 3 * static_cast<Index>(*reading.station);
-      model_at += at.segment<3>(station);
-      jacobian.middleCols<3>(station) = weight_;
+      model_at += common.segment<3>(station);
+      by_common.middleCols<3>(station) = weight_;
     }
-    model.residuals.segment<3>(row) = weight_ * (model_at - reading.at);
-  }
-
-  Index stopOf(const PlateReading& reading) const {
-    const std::size_t angle = reading.angle.value_or(stack_.angles.size());
-    return stops_at_ + static_cast<Index>(angle * stack_.mounts.size() + reading.mount);
+    rows.residuals.segment<3>(row) = weight_ * (model_at - reading.at);
   }
 
   // Takes rigid motion out of the errors of the stations: that is the place of the plate.
-  void addGauge(Linearised& model, Index from, const VectorXd& at) const {
+  void addGauge(BlockRows& rows, Index from, const VectorXd& common) const {
     const double sigma = kGaugeSigma * keys_.sigma.value;
     for (std::size_t j = 0; j < stack_.second_count; ++j) {
       const auto& reading = stack_.readings[j];
@@ -372,21 +407,34 @@ class StackModel {
       const Index station = stations_at_ + 3 * static_cast<Index>(j);
       Eigen::Matrix<double, 3, 6> rigid = smallMotionRows(idealOf(stack_, reading, keys_.axis));
       rigid.rightCols<3>() /= 100.0;  // mm: like the translations
-      model.jacobian.block<6, 3>(row, station) += rigid.transpose() / sigma;
-      model.residuals.segment<6>(row) += rigid.transpose() * at.segment<3>(station) / sigma;
+      rows.common.block<6, 3>(row, station) += rigid.transpose() / sigma;
+      rows.residuals.segment<6>(row) += rigid.transpose() * common.segment<3>(station) / sigma;
     }
   }
 
   const PlateReadings& stack_;
   const Keys& keys_;
   Matrix3d weight_;
-  Index errors_at_{};
+  std::vector<std::vector<std::size_t>> readings_of_;  // of each angle, then of second
+  Index mounts_{};
   Index stations_at_{};
   Index balls_at_{};
   Index stops_at_{};
   Index offset_at_{};
-  Index size_{};
+  Index common_size_{};
+  Index own_size_{};
 };
+
+// The errors alone, without the stops.
+AngleErrors errorsOf(const PlateReadings& stack, const BlockFit& fit) {
+  AngleErrors errors{stack.angles, VectorXd{6 * std::ssize(stack.angles)}, {{}, {}, fit.cofactor.common}};
+  for (std::size_t k = 0; k < stack.angles.size(); ++k) {
+    errors.six.segment<6>(6 * static_cast<Index>(k)) = fit.unknowns.own[k].head<6>();
+    errors.cofactor.own.emplace_back(fit.cofactor.own[k].topLeftCorner<6, 6>());
+    errors.cofactor.carried.emplace_back(fit.cofactor.carried[k].topRows<6>());
+  }
+  return errors;
+}
 
 // With errors of the stations the second coordinates agree with the certificate by construction.
 std::optional<Refusal> badSecond(const PlateReadings& stack, const Fit& fit, const Keys& keys) {
@@ -427,19 +475,20 @@ Outcome<Result, Refusal> solveRotaryStack(const Dataset& dataset) {
     if (auto refusal = findStations(stack, keys.axis, *keys.station_radius)) return *refusal;
   }
   const StackModel model{stack, keys};
-  TRY(const auto fit, leastSquares(model, VectorXd::Zero(model.size())));
+  TRY(const auto found, leastSquaresInBlocks(model, model.start()));
+  Fit fit;
+  fit.residuals = model.residuals(found.unknowns);
+  fit.dof = found.dof;
+  fit.condition = found.condition;
   if (auto refusal = badSecond(stack, fit, keys)) return *refusal;
+  const auto errors = errorsOf(stack, found);
+  if (auto refusal = tooLargeErrors(errors.angles, errors.six)) return *refusal;
 
-  Answer answer{dataset, fit, keys.sigma};
-  const auto count = 6 * static_cast<Index>(stack.angles.size());
-  const VectorXd six = fit.parameters.segment(model.errorsAt(), count);
-  if (auto refusal = tooLargeErrors(stack.angles, six)) return *refusal;
-  const MatrixXd rows = pick(model.errorsAt(), count, model.size());
+  Answer answer = answerOf(dataset, keys.sigma, fit, errors, keys.axis.direction);
   answer.result().residuals = residualsOf(stack, fit, keys);
   const auto& left = answer.result().residuals.values;
   answer.result().rms =
       VectorXd::Map(left.data(), static_cast<Index>(left.size())).norm() / std::sqrt(static_cast<double>(left.size()));
-  promiseErrors(answer, stack.angles, six, rows, keys.axis.direction);
   addNominalAxis(answer.result(), keys.axis);
   return std::move(answer).take(true);
 }

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/angular_span.hpp"
@@ -57,20 +59,34 @@ Eigen::MatrixXd locationMap(std::span<const double> angles, const Vector3d& dire
   return map;
 }
 
-Eigen::MatrixXd positionDependentMap(std::span<const double> angles, const Vector3d& direction, Eigen::Index offset) {
-  const auto count = static_cast<Eigen::Index>(angles.size());
-  const Eigen::MatrixXd location = locationMap(angles, direction, offset);
-  Eigen::MatrixXd map = Eigen::MatrixXd::Zero(3 * count, 6 * count);
-  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(3, 6 * count);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const Matrix3d turned = Eigen::AngleAxisd{angles[static_cast<std::size_t>(k)], direction}.toRotationMatrix();
-    map.middleRows<3>(3 * k) = (turned - Matrix3d::Identity()) * location;
-    map.block<3, 3>(3 * k, 6 * k + offset) += Matrix3d::Identity();
-    mean += map.middleRows<3>(3 * k) / static_cast<double>(count);
+ErrorMotions errorMotionsOf(const AngleErrors& errors, const Vector3d& direction, Eigen::Index offset) {
+  const auto count = static_cast<Eigen::Index>(errors.angles.size());
+  // Location and mean, which all angles share.
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(6, 6 * count);
+  rows.topRows<3>() = locationMap(errors.angles, direction, offset);
+  std::vector<Matrix3d> turned;
+  Matrix3d mean_turned = Matrix3d::Zero();
+  for (const double angle : errors.angles) {
+    const auto k = static_cast<Eigen::Index>(turned.size());
+    turned.push_back(Eigen::AngleAxisd{angle, direction}.toRotationMatrix());
+    mean_turned += turned.back() / static_cast<double>(count);
+    rows.block<3, 3>(3, 6 * k + offset) = Matrix3d::Identity() / static_cast<double>(count);
   }
-  // The mean that is left is the error of the reference angle.
-  for (Eigen::Index k = 0; k < count; ++k) map.middleRows<3>(3 * k) -= mean;
-  return map;
+  const Eigen::VectorXd common = rows * errors.six;
+  const Eigen::MatrixXd shared = errors.cofactor.shared(rows), of_common = errors.cofactor.of(rows);
+  ErrorMotions motions{Eigen::VectorXd{3 * count}, Eigen::VectorXd{3 * count}};
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const auto block = static_cast<std::size_t>(k);
+    // The mean that is left is the error of the reference angle.
+    Eigen::Matrix<double, 3, 6> by_common;
+    by_common << turned[block] - mean_turned, -Matrix3d::Identity();
+    motions.values.segment<3>(3 * k) = errors.six.segment<3>(6 * k + offset) + by_common * common;
+    const Matrix3d own = errors.cofactor.of(block).block<3, 3>(offset, offset);
+    const Matrix3d cross = errors.cofactor.with(block, rows, shared).middleRows<3>(offset) * by_common.transpose();
+    const Matrix3d cofactor = own + cross + cross.transpose() + by_common * of_common * by_common.transpose();
+    motions.roots.segment<3>(3 * k) = cofactor.diagonal().cwiseMax(0.0).cwiseSqrt();
+  }
+  return motions;
 }
 
 std::vector<double> distinctAngles(std::vector<double> angles) {
@@ -101,24 +117,47 @@ std::optional<Refusal> tooLargeErrors(const std::vector<double>& angles, const E
   return std::nullopt;
 }
 
-void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eigen::VectorXd& six,
-                   const Eigen::MatrixXd& rows, const Vector3d& direction) {
-  answer.promiseMatrix(quantity::kSixErrors, 6, six, rows);
-  answer.result().also.push_back(Estimate::vector(quantity::kErrorAngles, angles, {}));
+Answer answerOf(const Dataset& dataset, const Sigma& sigma, Fit quality, const AngleErrors& errors,
+                const Vector3d& direction) {
+  const Eigen::Index size = errors.six.size();
+  const bool located = locationKnown(errors.angles);
+  // The parameters of the answer: what its covariance tells, the errors only where they are few.
+  const Eigen::Index listed = size <= kMostInCovariance ? size : 0;
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(listed + (located ? 6 : 0), size);
+  rows.topRows(listed).setIdentity();
+  if (located) {
+    rows.middleRows<3>(listed) = locationMap(errors.angles, direction, 0);
+    rows.bottomRows<3>() = locationMap(errors.angles, direction, 3);
+  }
+  quality.parameters = rows * errors.six;
+  quality.cofactor = errors.cofactor.of(rows);
+  Answer answer{dataset, quality, sigma};
+  if (listed > 0) {
+    answer.promiseMatrix(quantity::kSixErrors, 6, errors.six, pick(0, listed, rows.rows()));
+  } else {
+    Eigen::VectorXd roots{size};
+    for (std::size_t k = 0; k < errors.angles.size(); ++k)
+      roots.segment<6>(6 * static_cast<Eigen::Index>(k)) = errors.cofactor.of(k).diagonal().cwiseSqrt();
+    answer.result().estimates.push_back(
+        answer.withRoots(Estimate::matrix(quantity::kSixErrors, 6, {errors.six.begin(), errors.six.end()}, {}), roots));
+  }
+  answer.result().also.push_back(Estimate::vector(quantity::kErrorAngles, errors.angles, {}));
   answer.result().convention =
       "EX EY EZ EA EB EC of the table at each angle, about axis_point_mm, relative to the axis at zero";
-  if (!locationKnown(angles)) {
+  if (!located) {
     answer.warn("no location of the axis: it needs four or more angles that are spread wider than 60 degrees");
-    return;
+    return answer;
   }
-  const Eigen::MatrixXd location = locationMap(angles, direction, 0);
-  const Eigen::MatrixXd tilt = locationMap(angles, direction, 3);
-  answer.promiseVector(quantity::kLocation, location * six, location * rows);
-  answer.promiseVector(quantity::kTilt, tilt * six, tilt * rows);
-  const Eigen::MatrixXd translations = positionDependentMap(angles, direction, 0);
-  const Eigen::MatrixXd rotations = positionDependentMap(angles, direction, 3);
-  answer.alsoMatrix(quantity::kErrorMotions, 3, translations * six, translations * rows);
-  answer.alsoMatrix(quantity::kTiltMotions, 3, rotations * six, rotations * rows);
+  answer.promiseVector(quantity::kLocation, quality.parameters.segment<3>(listed), pick(listed, 3, rows.rows()));
+  answer.promiseVector(quantity::kTilt, quality.parameters.tail<3>(), pick(listed + 3, 3, rows.rows()));
+  const auto tell = [&](std::string_view key, Eigen::Index offset) {
+    const auto motions = errorMotionsOf(errors, direction, offset);
+    answer.result().also.push_back(
+        answer.withRoots(Estimate::matrix(key, 3, {motions.values.begin(), motions.values.end()}, {}), motions.roots));
+  };
+  tell(quantity::kErrorMotions, 0);
+  tell(quantity::kTiltMotions, 3);
+  return answer;
 }
 
 }  // namespace probebox::metrology

@@ -12,11 +12,13 @@
 #include "firmware/metrology/dataset/digits.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/block_least_squares.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/gain_check.hpp"
+#include "firmware/metrology/screw/heat_by_travel.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
 #include "firmware/metrology/screw/sensor_noise.hpp"
 #include "protocol/units/angle.hpp"
@@ -32,6 +34,7 @@ struct SpikeFreeFit {
 };
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kDeviations = 4.5;  // as in scans
@@ -64,11 +67,49 @@ std::vector<std::size_t> worstRows(const VectorXd& residuals, const std::vector<
   return rows;
 }
 
-// Residuals are those of all rows.
-Outcome<Fit, Refusal> fitOf(const Eigen::MatrixXd& design, const VectorXd& values, const std::vector<bool>& in_use) {
-  std::vector<std::size_t> kept, dropped;
-  for (std::size_t row = 0; row < in_use.size(); ++row) (in_use[row] ? kept : dropped).push_back(row);
-  TRY(auto fit, linearLeastSquares(design(kept, Eigen::all), values(kept)));
+// The linear fit of some rows, with the residuals of all. Columns that are not zero in the rows of one group alone are
+// eliminated with it, so that work and memory grow with the rows. group: of each row.
+Outcome<Fit, Refusal> fitOf(const Eigen::MatrixXd& design, const VectorXd& values,
+                            const std::vector<std::size_t>& group, const std::vector<bool>& in_use) {
+  const std::size_t groups = std::ranges::max(group) + 1;
+  std::vector<std::vector<std::size_t>> rows(groups);
+  std::vector<std::size_t> dropped;
+  for (std::size_t row = 0; row < group.size(); ++row) (in_use[row] ? rows[group[row]] : dropped).push_back(row);
+  std::vector<Index> common;
+  std::vector<std::vector<Index>> own(groups);
+  for (Index column = 0; column < design.cols(); ++column) {
+    std::size_t first = groups, last = 0;
+    for (std::size_t row = 0; row < group.size(); ++row) {
+      if (design(static_cast<Index>(row), column) == 0) continue;
+      first = std::min(first, group[row]);
+      last = std::max(last, group[row]);
+    }
+    (first == last ? own[first] : common).push_back(column);
+  }
+  BlockUnknowns start{VectorXd::Zero(std::ssize(common)), {}};
+  for (const auto& columns : own) start.own.emplace_back(VectorXd::Zero(std::ssize(columns)));
+  const BlockModel model = [&](std::size_t block, const BlockUnknowns& at) {
+    if (block == groups) return BlockRows{VectorXd{0}, MatrixXd{0, 0}, MatrixXd{0, std::ssize(common)}};
+    BlockRows found{-values(rows[block]), design(rows[block], own[block]), design(rows[block], common)};
+    found.residuals += found.own * at.own[block] + found.common * at.common;
+    return found;
+  };
+  TRY(const auto blocks, leastSquaresInBlocks(model, start));
+
+  Fit fit;
+  fit.dof = blocks.dof;
+  fit.condition = blocks.condition;
+  fit.parameters.resize(design.cols());
+  fit.parameters(common) = blocks.unknowns.common;
+  // Of every unknown its change with the common ones.
+  MatrixXd carried = MatrixXd::Zero(design.cols(), std::ssize(common));
+  carried(common, Eigen::all).setIdentity();
+  for (std::size_t k = 0; k < groups; ++k) {
+    fit.parameters(own[k]) = blocks.unknowns.own[k];
+    carried(own[k], Eigen::all) = blocks.cofactor.carried[k];
+  }
+  fit.cofactor = carried * blocks.cofactor.common * carried.transpose();
+  for (std::size_t k = 0; k < groups; ++k) fit.cofactor(own[k], own[k]) += blocks.cofactor.own[k];
   fit.residuals = design * fit.parameters - values;
   fit.dropped = std::move(dropped);
   return fit;
@@ -78,10 +119,10 @@ Outcome<Fit, Refusal> fitOf(const Eigen::MatrixXd& design, const VectorXd& value
 // of every group the worst at a time: a spike pulls the others of its group. group: of each row.
 Outcome<SpikeFreeFit, Refusal> fitWithoutSpikes(const Eigen::MatrixXd& design, const VectorXd& values,
                                                 const std::vector<std::size_t>& group) {
-  TRY(const auto all, linearLeastSquares(design, values));
+  std::vector<bool> in_use(group.size(), true);
+  TRY(const auto all, fitOf(design, values, group, in_use));
   Fit fit = all;
   const double digit = finestDigit(values);
-  std::vector<bool> in_use(group.size(), true);
   for (int round = 0;; ++round) {
     const auto worst = worstRows(fit.residuals, in_use, group, digit);
     if (worst.empty()) return SpikeFreeFit{std::move(fit), false};
@@ -89,13 +130,14 @@ Outcome<SpikeFreeFit, Refusal> fitWithoutSpikes(const Eigen::MatrixXd& design, c
     if (round == kMostRounds || dropped > std::max(1.0, kMostShare * static_cast<double>(group.size())))
       return SpikeFreeFit{all, true};
     for (const auto row : worst) in_use[row] = false;
-    auto again = fitOf(design, values, in_use);
+    auto again = fitOf(design, values, group, in_use);
     if (!again) return SpikeFreeFit{all, true};
     fit = std::move(again).value();
   }
 }
 
 constexpr MethodColumn kGainColumns[]{column::kSetX, kExtension, kNutError};
+constexpr MethodColumn kGainTableColumns[]{column::kSetX, kExtension, kNutError, column::kReadAt.orBe(MayBe::missing)};
 constexpr MethodColumn kFaceColumns[]{column::kTime, column::kPhi.as(ColumnRole::rotation), column::kSensor};
 constexpr const char* kStandingGain = "K";
 constexpr double kLeastSpanUm = 5.0;
@@ -313,6 +355,37 @@ Covariance apart(const Covariance& first, const Covariance& second) {
   return both;
 }
 
+// By the strokes of the nut, where they are given and by likelihood explain the true errors better than K alone.
+std::optional<Refusal> addTravelGain(Result& result, const Dataset& dataset, const ScrewModel& screw, const Fit& gain) {
+  TRY(const auto heat, travelOf(dataset, screw));
+  if (!heat) return std::nullopt;
+  const Table& table = *dataset.table("gain_cal");
+  const auto* times = table.column(column::kReadAt);
+  if (times == nullptr) {
+    return Refusal{"missing-column", "table 'gain_cal' has no column '" + std::string{column::kReadAt.name} +
+                                         "': with table 'travel' give the time of each true error, or omit that table"};
+  }
+  const auto& errors = *table.column(kNutError);
+  const auto found = gainByTravel(screw, *heat, *times, *table.column(column::kX), *table.column(kExtension), errors,
+                                  gain.sumOfSquares());
+  if (!found) {
+    result.warnings.emplace_back(
+        "gain_cal: by likelihood the strokes of table 'travel' explain the true errors no better than K alone, and are "
+        "not used");
+    return std::nullopt;
+  }
+  const auto also = [&](std::string_view key, double value) {
+    result.also.push_back(Estimate::scalar(key, value, std::nullopt));
+  };
+  also(quantity::kEvenGain, found->even);
+  also(quantity::kTravelGain, found->travel);
+  result.also.push_back(Estimate::vector(quantity::kTimeConstants,
+                                         {found->law.time_constant_s.begin(), found->law.time_constant_s.end()}, {}));
+  also(quantity::kTimeConstantRatio, found->law.ratio);
+  also(quantity::kTravelRms, std::sqrt(found->sum_of_squares / static_cast<double>(errors.size())));
+  return std::nullopt;
+}
+
 void addGain(Result& result, const Dataset& dataset, const ScrewModel& screw, const Fit& gain) {
   Answer of_gain{dataset, gain, {}};
   of_gain.readingIs("one true error of table gain_cal", "um");
@@ -359,7 +432,10 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   Result result = std::move(answer).take(true);
   widen(result, of_face, face);
   nameSpikes(result, of_face);
-  if (gain) addGain(result, dataset, config.screw, *gain);
+  if (gain) {
+    addGain(result, dataset, config.screw, *gain);
+    if (auto refusal = addTravelGain(result, dataset, config.screw, *gain)) return *refusal;
+  }
   if (gain && dataset.config.contains(kStandingGain)) {
     result.warnings.push_back(unusedKey(kStandingGain, dataset.method));
   }
@@ -371,8 +447,11 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
 namespace {
 
 constexpr MethodTable kCalibrationTables[]{
-    {"gain_cal", kGainColumns, "true error at a position and extension; K in its place where the gain stays", true},
-    {"sector_cal", kFaceColumns, "a sample of three or more slow turns at a steady temperature", true}};
+    {"gain_cal", kGainTableColumns,
+     "true error at a position and extension, with table travel also its time; K in its place where the gain stays",
+     true},
+    {"sector_cal", kFaceColumns, "a sample of three or more slow turns at a steady temperature", true},
+    {kTravel, kTravelColumns, "where the nut was from the cold screw on, often enough to follow its strokes; or none"}};
 constexpr MethodKey kCalibrationKeys[]{
     kScrewLength,
     kScrewOffset,
@@ -384,6 +463,8 @@ constexpr MethodKey kCalibrationKeys[]{
         .upTo(quantity::kScrewGain.most)};
 constexpr KnownQuantity kCalibrationKnown[]{kScrewLengthKnown, kScrewOffsetKnown};
 constexpr Quantity kCalibrationResults[]{quantity::kScrewGain, quantity::kSectorTable, quantity::kSensorDrift};
+constexpr Quantity kCalibrationFurther[]{quantity::kEvenGain, quantity::kTravelGain, quantity::kTimeConstants,
+                                         quantity::kTimeConstantRatio, quantity::kTravelRms};
 constexpr std::string_view kCalibrationUnobservable[]{
     kEvenHeat, "the mean height of the face separately from the zero of the sensor: the table sums to 0"};
 
@@ -395,13 +476,14 @@ std::optional<Subject> subjectOfScrew(const Dataset& dataset) {
 
 const Method kScrewCalibration{.name = "screw-calibration",
                                .title = "Calibration of a ball screw's sensor",
-                               .equations = "(D1)-(D4)",
+                               .equations = "(D1)-(D4), (D8)",
                                .source = source::kScrew,
                                .solver = solveScrewCalibration,
                                .tables = kCalibrationTables,
                                .keys = kCalibrationKeys,
                                .known = kCalibrationKnown,
                                .results = kCalibrationResults,
+                               .further = kCalibrationFurther,
                                .unobservable = kCalibrationUnobservable,
                                .subject = {.of = subjectOfScrew}};
 

@@ -7,6 +7,7 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
+#include "firmware/metrology/screw/heat_by_travel.hpp"
 #include "firmware/metrology/screw/screw_calibration.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
 
@@ -15,6 +16,27 @@ namespace {
 
 constexpr MethodColumn kTurns{"rpm", ColumnRole::given};
 constexpr MethodColumn kCycleColumns[]{column::kSetX, column::kPhi, kTurns, column::kSensor};
+constexpr MethodColumn kCycleTableColumns[]{column::kSetX, column::kPhi, kTurns, column::kSensor,
+                                            column::kReadAt.orBe(MayBe::missing)};
+
+// (D8): what the strokes of the nut add to the gain at each row of the cycle; nothing without table travel.
+Outcome<std::optional<std::vector<double>>, Refusal> travelPart(const Dataset& dataset, const ScrewModel& screw,
+                                                                const Table& cycle) {
+  TRY(const auto heat, travelOf(dataset, screw));
+  if (!heat) return std::optional<std::vector<double>>{};
+  TRY(const auto gain, requiredNumber(dataset, quantity::kTravelGain.key));
+  TRY(const auto constants, configPlane(dataset, quantity::kTimeConstants.key));
+  TRY(const auto ratio, configNumber(dataset, quantity::kTimeConstantRatio.key));
+  const auto* times = cycle.column(column::kReadAt);
+  if (!constants || !((*constants)[0] > 0 && (*constants)[1] > 0) || times == nullptr) {
+    return Refusal{"missing-key", "with table 'travel' give " + std::string{quantity::kTimeConstants.key} +
+                                      ", both above zero, as screw-calibration found them, and column '" +
+                                      std::string{column::kReadAt.name} + "' of table 'cycle'"};
+  }
+  auto part = heat->sharesOf({*constants, ratio.value_or(0)}, *times, *cycle.column(column::kX));
+  for (double& share : part) share *= gain;
+  return std::optional{std::move(part)};
+}
 
 Outcome<ScrewModel, Refusal> readScrew(const Dataset& dataset) {
   TRY(auto screw, screwOf(dataset));
@@ -58,6 +80,8 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
   const auto& sensor = *table->column(column::kSensor);
   if (auto refusal = outOfLimits(dataset, screw, sensor)) return *refusal;
 
+  TRY(const auto by_travel, travelPart(dataset, screw, *table));
+
   Result result;
   result.method = dataset.method;
   std::vector<double> compensation;
@@ -65,9 +89,10 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
   std::vector<double> design;
   for (std::size_t row = 0; row < positions.size(); ++row) {
     const double extension = extensionUm(screw, angles[row], speeds[row], sensor[row]);
-    compensation.push_back(compensationUm(screw, positions[row], extension));
-    design.push_back(std::abs(compensationUm(screw, positions[row], 1.0)));
-    if (sigma.stated) sd.push_back(std::abs(compensationUm(screw, positions[row], sigma.value)));
+    const double per_um = compensationUm(screw, positions[row], 1.0) + (by_travel ? (*by_travel)[row] : 0.0);
+    compensation.push_back(per_um * extension);
+    design.push_back(std::abs(per_um));
+    if (sigma.stated) sd.push_back(std::abs(per_um * sigma.value));
   }
   result.estimates.push_back(Estimate::vector(quantity::kScrewCorrections, std::move(compensation), std::move(sd)));
   result.estimates.back().design = std::move(design);
@@ -81,8 +106,9 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
 namespace {
 
 constexpr MethodTable kCompensationTables[]{
-    {"cycle", kCycleColumns, "position, angle and speed of the screw, and its sensor"},
-    {"sector_table", kSectorColumns, "a sector of the calibrated face table"}};
+    {"cycle", kCycleTableColumns, "position, angle and speed of the screw, and its sensor"},
+    {"sector_table", kSectorColumns, "a sector of the calibrated face table"},
+    {kTravel, kTravelColumns, "where the nut was from the cold screw on, for travel_gain; or none"}};
 constexpr MethodKey kCompensationKeys[]{
     kScrewLength,
     kScrewOffset,
@@ -92,7 +118,12 @@ constexpr MethodKey kCompensationKeys[]{
     {"reference_um", "0", "the sensor's reading of the cold screw"},
     {"extension_min_um", "", "a smaller extension is refused"},
     {"extension_max_um", "", "a larger extension is refused"},
-    {"sigma_um", "", "standard deviation of one reading of the sensor (k = 1)"}};
+    {"sigma_um", "", "standard deviation of one reading of the sensor (k = 1)"},
+    MethodKey{quantity::kTravelGain.key, "", "with table travel: the part of the gain by strokes; K is then even_gain"}
+        .upTo(quantity::kTravelGain.most),
+    MethodKey{quantity::kTimeConstants.key, "", "with table travel: fast and slow cooling of a segment"}.within(
+        1, quantity::kTimeConstants.most),
+    {quantity::kTimeConstantRatio.key, "0", "with table travel: slow part of the heat over the fast one"}};
 constexpr KnownQuantity kCompensationKnown[]{
     kScrewLengthKnown,
     kScrewOffsetKnown,
@@ -105,7 +136,7 @@ constexpr std::string_view kCompensationUnobservable[]{kEvenHeat};
 
 const Method kScrewCompensation{.name = "screw-compensation",
                                 .title = "Compensation of a ball screw",
-                                .equations = "(D1), (D3), (D5)",
+                                .equations = "(D1), (D3), (D5), (D8)",
                                 .source = source::kScrew,
                                 .solver = solveScrewCompensation,
                                 .tables = kCompensationTables,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "firmware/metrology/fit/chi_square.hpp"
 
@@ -43,7 +44,11 @@ SensorNoise::Blocks SensorNoise::over(const std::vector<Index>& ends) const {
   for (const Index end : ends) {
     const Index length = end - from;
     const Eigen::VectorXd fitted = design_.middleRows(from, length).colwise().sum().transpose();
-    const double left = static_cast<double>(length) - fitted.dot(fit_.cofactor * fitted);
+    std::vector<Index> seen;  // few unknowns in a short block
+    for (Index column = 0; column < fitted.size(); ++column)
+      if (fitted[column] != 0) seen.push_back(column);
+    const Eigen::VectorXd some = fitted(seen);
+    const double left = static_cast<double>(length) - some.dot(fit_.cofactor(seen, seen) * some);
     found += std::pow(fit_.residuals.segment(from, length).sum(), 2);
     independent += left;
     blocks.count += left / static_cast<double>(length);

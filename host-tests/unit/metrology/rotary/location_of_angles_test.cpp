@@ -25,7 +25,12 @@ TEST(LocationOfAngles, IsExactWhereEveryAngleHasErrors) {
         six.segment<3>(6 * k + offset) = d - turned * d + b;
       }
       EXPECT_LT((locationMap(angles, direction, offset) * six - d).norm(), 1e-12);
-      EXPECT_LT((positionDependentMap(angles, direction, offset) * six).norm(), 1e-12);
+      const std::vector blocks(4, Eigen::MatrixXd{Eigen::MatrixXd::Identity(6, 6)});
+      const AngleErrors errors{angles, six, {blocks, blocks, Eigen::MatrixXd::Zero(6, 6)}};
+      const auto motions = errorMotionsOf(errors, direction, offset);
+      EXPECT_LT(motions.values.norm(), 1e-12);
+      // Of unit cofactors: those of what is left of four angles after four unknowns across the axis and one along it.
+      EXPECT_NEAR(motions.roots.squaredNorm(), 12 - 5, 1e-9);
     }
   }
 }

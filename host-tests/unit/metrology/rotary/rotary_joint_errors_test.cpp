@@ -1,6 +1,8 @@
 // A ball plate in several mounts on a rotary table, read by machine axes that have errors of their own.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <ctime>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -337,6 +339,36 @@ TEST(RotaryStack, RefusesByName) {
                       }),
               "missing-key")
         << key;
+  }
+}
+
+// Time that a solver takes for so many angles of three balls, s of the processor.
+double timeOf(std::size_t angles, const char* further_sigma, std::mt19937_64& random) {
+  Bench bench = randomBench(random, 1, angles);
+  for (std::size_t k = 0; k < angles; ++k)
+    bench.angles[k] = kTurn / static_cast<double>(angles) * (static_cast<double>(k) + 0.5);
+  const Which three = [](std::size_t, std::size_t, std::size_t ball) { return ball % 3 == 0; };
+  Dataset dataset = datasetOf(bench, three, 1e-3, 0.0, random);
+  if (further_sigma != nullptr)
+    dataset.config[further_sigma] = 2e-3;
+  else
+    for (auto& table : dataset.tables)
+      std::erase_if(table.columns, [](const auto& each) { return each.name == "mount"; });
+  double least = 1e9;
+  for (int again = 0; again < 3; ++again) {
+    const auto from = std::clock();
+    EXPECT_TRUE(solveRotaryAxisErrors(dataset).ok());
+    least = std::min(least, static_cast<double>(std::clock() - from) / CLOCKS_PER_SEC);
+  }
+  return least;
+}
+
+TEST(RotaryAxisErrors, TakesTimeInProportionToTheAngles) {
+  std::mt19937_64 random{31};
+  for (const char* further_sigma : {static_cast<const char*>(nullptr), "sigma_axial_mm"}) {
+    // The square would be 16, the cube 64.
+    EXPECT_LT(timeOf(720, further_sigma, random), 10 * timeOf(180, further_sigma, random));
+    EXPECT_LT(timeOf(360, further_sigma, random), 1.0);
   }
 }
 

@@ -120,6 +120,50 @@ TEST_P(Suspects, AreDriftsThatAreTakenOutWithTheirUncertainty) {
   expectHonest(errors);
 }
 
+// Twelve angles and the first again, at uneven times; 15 um an hour in x, which no F test tells from noise.
+TEST_P(Suspects, OfDriftAreTakenOutOfRunsThatClose) {
+  Moments errors, rates;
+  constexpr double kRate_um_per_min = 0.25;
+  for (int k = 0; k < 200; ++k) {
+    auto random = readings(static_cast<unsigned>(3000 + k));
+    auto dataset = random.centreline(12);
+    auto& table = dataset.tables[0];
+    table.append({2 * std::numbers::pi, 50 + random.noise(), -10 + random.noise()});
+    Column& at = table.columns.emplace_back(Column{"time_s", {}});
+    for (std::size_t row = 0; row < 13; ++row) at.values.push_back(1000.0 + 60.0 * static_cast<double>(row * row) / 12);
+    for (std::size_t row = 0; row < 13; ++row)
+      values(dataset, "x_mm")[row] += kRate_um_per_min * 1e-3 / 60 * (at.values[row] - 1000);
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto* rate = solved->find("drift_x_um_per_min");
+    ASSERT_NE(rate, nullptr);
+    rates.add(rate->value() - kRate_um_per_min, rate->sd[0]);
+    EXPECT_NEAR(solved->find("drift_y_um_per_min")->value(), 0, 6 * rate->sd[0]);
+    const auto* centre = solved->find("centre_mm");
+    errors.add(centre->values[0] - (30 + kRate_um_per_min * 6e-3), centre->sd[0]);
+    errors.add(centre->values[1] + 10, centre->sd[1]);
+    const auto line = std::ranges::find(solved->budget, kDriftBudget, &Contribution::name);
+    EXPECT_NE(line, solved->budget.end());
+  }
+  expectHonest(errors);
+  expectHonest(rates);
+}
+
+TEST_P(Suspects, OfDriftAreNotStatedWhereNoPoseIsReadTwice) {
+  auto open = readings(8).centreline();
+  open.config["time_per_reading_s"] = 30.0;
+  const auto solved = solve(open);
+  ASSERT_TRUE(solved.ok());
+  EXPECT_EQ(solved->find("drift_x_um_per_min"), nullptr);
+  EXPECT_EQ(std::ranges::find(solved->budget, kDriftBudget, &Contribution::name), solved->budget.end());
+  // A drift that is large is found nevertheless, and has a rate.
+  drift(open, "x_mm", 0.02);
+  const auto drifting = solve(open);
+  ASSERT_TRUE(drifting.ok());
+  ASSERT_TRUE(says(drifting, kReadingsDrift));
+  EXPECT_NEAR(drifting->find("drift_x_um_per_min")->value(), 20 / 5.5, 1);
+}
+
 TEST_P(Suspects, AreReadingsThatAreOffAndAreLeftOut) {
   int found = 0;
   constexpr int kCases = 200;
@@ -215,6 +259,23 @@ Dataset setter(double scale) {
   dataset.tables[0].append({0, -193.7679 * scale, 23.0818 * scale, -183.1662 * scale});
   dataset.tables[0].append({1, -191.6789 * scale, 22.0096 * scale, -108.0183 * scale});
   return dataset;
+}
+
+// Planes stay planes where X is halved, so that nothing of a drift says diameters.
+TEST(DriftsOfAWeb, AreNotCalledDiameters) {
+  constexpr std::array<std::string_view, 4> kColumns{"face", "x_mm", "y_mm", "z_mm"};
+  Dataset web{.method = "web-fit",
+              .config = {{"sigma_mm", kNoise_mm}, {"width_direction", std::vector{1.0, 0.0, 0.0}}},
+              .tables = {Table::withColumns("points", kColumns)}};
+  std::mt19937_64 random{17};
+  std::normal_distribution<double> noise{0, kNoise_mm};
+  for (int k = 0; k < 12; ++k) {
+    const double face = k % 2 + 1;
+    web.tables[0].append({face, (k % 2 == 0 ? 40 : 10) + noise(random), 3.0 * (k / 2 % 3), 5.0 * (k / 6)});
+  }
+  ASSERT_EQ(nameOf(solve(web)), "solved");
+  drift(web, "x_mm", 8 * kNoise_mm);
+  EXPECT_NE(nameOf(solve(web)), "x-in-diameters");
 }
 
 TEST(UncheckedAnswers, SayThatNoReadingChecksThem) {
