@@ -23,6 +23,7 @@
 #include "firmware/metrology/features/circle_fit.hpp"
 #include "firmware/metrology/features/face_fit.hpp"
 #include "firmware/metrology/features/sphere_fit.hpp"
+#include "firmware/metrology/machine/machine_check.hpp"
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "firmware/metrology/rotary/sensor_head.hpp"
 #include "firmware/metrology/screw/screw_calibration.hpp"
@@ -63,6 +64,7 @@ constexpr auto kMethods = std::to_array<const Method*>({
     &kDelaySteppedScan,
     &kHeadPivot,
     &kHeadPivot3d,
+    &kMachineCheck,
     &kPeriodicCheck,
     &kPocketFit,
     &kPreTravel,

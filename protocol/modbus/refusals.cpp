@@ -210,6 +210,7 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "x-in-diameters",
     "angle-reversed",
     "axes-delays-differ",
+    "not-closed",
 });
 
 std::vector<RefusalCode> all() {
