@@ -24,6 +24,7 @@
 #include "firmware/metrology/features/face_fit.hpp"
 #include "firmware/metrology/features/sphere_fit.hpp"
 #include "firmware/metrology/joint/joint.hpp"
+#include "firmware/metrology/machine/machine_check.hpp"
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "firmware/metrology/rotary/sensor_head.hpp"
 #include "firmware/metrology/screw/screw_calibration.hpp"
@@ -65,6 +66,7 @@ constexpr auto kMethods = std::to_array<const Method*>({
     &kHeadPivot,
     &kHeadPivot3d,
     &kJoint,
+    &kMachineCheck,
     &kPeriodicCheck,
     &kPocketFit,
     &kPreTravel,

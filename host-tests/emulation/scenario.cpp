@@ -310,7 +310,7 @@ std::uint32_t Scenario::start(const procedure::LiveMethod& method, const Procedu
 }
 
 std::optional<metrology::Solved> Scenario::finish(std::uint32_t run_number) {
-  runUntil([this] { return recorder_.run_to_solve.has_value(); }, std::chrono::seconds{300});
+  runUntil([this] { return recorder_.run_to_solve.has_value(); }, std::chrono::seconds{600});
   if (recorder_.run_to_solve != run_number) return std::nullopt;
   auto of_run = facts;
   of_run.temperature_c = box_->plan().temperature_c;

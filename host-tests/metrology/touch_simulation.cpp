@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "firmware/metrology/fit/decompositions.hpp"
-#include "host-tests/metrology/exact_machine.hpp"
 
 namespace probebox::metrology::simulation {
 namespace {
@@ -45,16 +44,30 @@ class Drive {
 // One touch, in physical time: driven along a straight line through the touched point, which sticks to the tip.
 class Contact {
  public:
-  Contact(const Scene& scene, const Vector3d& normal, const Vector3d& retract, double speed)
+  // begins_s: in the run; ways_mm: what the ways in and out are off by.
+  Contact(const Scene& scene, const Vector3d& normal, const Vector3d& retract, double speed, double begins_s,
+          const Eigen::Vector2d& ways_mm)
       : scene_{scene},
         normal_{normal},
+        begins_s_{begins_s},
+        ways_mm_{ways_mm},
         retract_{retract},
-        surface_{scene.centre_mm + (scene.radius_mm + scene.lobing_mm * lobes(normal)) * normal},
+        surface_{scene.centre_mm + scene.radius_mm * normal},
         in_{scene.clearance_mm + scene.overtravel_mm, speed, scene.acceleration_mm_s2, true},
         out_{2.0 * scene.clearance_mm + scene.overtravel_mm, speed, scene.acceleration_mm_s2, false},
         inverse_gain_{inverse(scene.gain)} {
     const double reach = 0.5 * speed * speed / scene.acceleration_mm_s2;
     touched_ = speed / scene.acceleration_mm_s2 + (scene.clearance_mm - reach) / speed;
+    if (scene.errors.form_mm) surface_ += scene.errors.form_mm(normal) * normal;
+    // Where the body meets the surface, which without errors is the same.
+    double early = kLead, late = kLead + in_.duration();
+    for (int step = 0; step < 50; ++step) {
+      const double middle = 0.5 * (early + late);
+      (depth(middle, surfaceAt(middle)) < 0 ? early : late) = middle;
+    }
+    met_ = late;
+    if (std::abs(met_ - kLead - touched_) > 1e-9) touched_ = met_ - kLead;
+    stuck_ = body(met_);
   }
 
   static constexpr double kLead = 0.003;  // s at rest before the drive
@@ -66,42 +79,45 @@ class Contact {
     const double back = out_.at(since - in_.duration() - scene_.dwell_s);
     return scene_.clearance_mm - in_.at(since) + back;
   }
-  Vector3d body(double t) const { return surface_ + outside(t) * retract_; }
-  // The tip sticks where the body was when it touched.
-  Vector3d deflection(double t) const {
-    const double touching = lostMotion(0.0, false).dot(normal_) / retract_.dot(normal_);
-    const double since = t - kLead;
-    const bool back = since > in_.duration();
-    const Vector3d pressed =
-        (-touching - outside(t)) * retract_ + lostMotion(0.0, false) - lostMotion(outside(t) - apex(), back);
-    const double depth = pressed.dot(normal_) / retract_.dot(normal_);
-    if (depth <= 0.0) return Vector3d::Zero();
-    const double lag =
-        0.5 * scene_.hysteresis_mm * std::min(1.0, depth / kTakenUp_mm) * sideOf(outside(t) - apex(), back);
-    const double bent = 1.0 + scene_.gain_bend * depth / scene_.overtravel_mm;
-    return inverse_gain_ * (bent * (pressed + retract_ * (ringing(since - touched_) + lag)));
+  // What encoders without a delay show.
+  Vector3d shown(double t) const {
+    return drivenFrom() + outside(t) * retract_ + sway(t, scene_.errors.axes_hz, scene_.errors.axes_amplitude_mm);
+  }
+  // The axes lag behind by half of their play, and reverse when the drive has gone through it.
+  Vector3d body(double t) const {
+    Vector3d at = shown(t);
+    const double back = out_.at(t - kLead - in_.duration() - scene_.dwell_s);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double play = scene_.errors.lost_motion_mm[k];
+      const double behind = 0.5 * play - std::min(play, std::abs(retract_[k]) * back);
+      at[k] += retract_[k] > 0.0 ? behind : -behind;
+    }
+    return at + ways_mm_[back > 0.0 ? 1 : 0] * retract_;
+  }
+  // Of the stylus ball against the probe's body, along the machine's axes.
+  Vector3d displacement(double t) const {
+    if (t < met_ || depth(t, stuckAt(t)) <= 0.0) return Vector3d::Zero();
+    return stuckAt(t) - body(t) + ringing(t - kLead - touched_) * retract_;
+  }
+  Vector3d zero(double t) const {
+    return (begins_s_ + t) / 60.0 * scene_.errors.zero_drift_mm_min +
+           sway(t, scene_.errors.probe_hz, scene_.errors.probe_amplitude_mm);
+  }
+  Vector3d channels(const Vector3d& displaced) const {
+    Vector3d channels = inverse_gain_ * displaced;
+    for (Eigen::Index k = 0; k < 3; ++k) channels[k] *= 1.0 + scene_.errors.curvature_per_mm[k] * std::abs(channels[k]);
+    return channels;
   }
 
  private:
-  static constexpr double kTakenUp_mm = 0.02;
-
-  static double lobes(const Vector3d& normal) {
-    return std::cos(3.0 * std::atan2(normal.y(), normal.x())) * normal.head<2>().norm();
-  }
-  double apex() const { return -scene_.overtravel_mm; }
-  // -1 on the way in, 1 on the way back once it has gone far enough.
-  double sideOf(double gone, bool back) const { return back ? std::min(1.0, 2.0 * gone / kTakenUp_mm - 1.0) : -1.0; }
-  // Of the body from where its encoders say.
-  Vector3d lostMotion(double gone, bool back) const {
-    const double half = 0.5 * scene_.lost_motion_mm;
-    Vector3d behind = Vector3d::Zero();
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const double u = retract_[axis];
-      if (std::abs(u) < 1e-9) continue;
-      const double side = back ? std::clamp(half - gone * std::abs(u), -half, half) : half;
-      behind[axis] = u > 0.0 ? side : -side;
-    }
-    return behind;
+  // The controller goes by the nominal sphere.
+  Vector3d drivenFrom() const { return scene_.centre_mm + scene_.radius_mm * normal_; }
+  Vector3d surfaceAt(double t) const { return surface_ + (begins_s_ + t) / 60.0 * scene_.errors.drift_mm_min; }
+  Vector3d stuckAt(double t) const { return stuck_ + (t - met_) / 60.0 * scene_.errors.drift_mm_min; }
+  double depth(double t, const Vector3d& of) const { return normal_.dot(of - body(t)); }
+  Vector3d sway(double t, double hertz, const Vector3d& amplitude_mm) const {
+    if (hertz == 0.0) return Vector3d::Zero();
+    return std::sin(2.0 * std::numbers::pi * hertz * (begins_s_ + t)) * amplitude_mm;
   }
   double ringing(double since) const {
     const double swing = std::sin(2.0 * std::numbers::pi * 160.0 * since);
@@ -110,12 +126,31 @@ class Contact {
 
   const Scene& scene_;
   Vector3d normal_;
+  double begins_s_;
+  Eigen::Vector2d ways_mm_;
   Vector3d retract_;
   Vector3d surface_;
   Drive in_;
   Drive out_;
   Matrix3d inverse_gain_;
   double touched_{};
+  double met_{};    // s, when the ball meets the surface
+  Vector3d stuck_;  // the body then
+};
+
+// Springs with friction rest until the stylus is half of the hysteresis away from what they show.
+class Springs {
+ public:
+  explicit Springs(double hysteresis_mm) : drag_mm_{0.5 * hysteresis_mm} {}
+  const Vector3d& at(const Vector3d& displaced) {
+    const Vector3d behind = displaced - felt_;
+    if (behind.norm() > drag_mm_) felt_ = displaced - drag_mm_ * behind.normalized();
+    return felt_;
+  }
+
+ private:
+  double drag_mm_;
+  Vector3d felt_ = Vector3d::Zero();
 };
 
 using Random = std::mt19937_64;
@@ -135,7 +170,7 @@ struct Sampling {
   Vector3d delay_s;  // of each component
 };
 
-void sample(Table& table, double touch, double duration, const Scene& scene, const Sampling& sampling,
+void sample(Table& table, double touch, double begins_s, double duration, const Scene& scene, const Sampling& sampling,
             const std::function<Vector3d(double)>& truth, Random& random) {
   const double phase = uniform(random, 0.0, 1.0);
   Vector3d noise = Vector3d::Zero();
@@ -152,7 +187,7 @@ void sample(Table& table, double touch, double duration, const Scene& scene, con
     }
     const double stamp = t + gaussian(random, scene.stamp_jitter_s);
     if (uniform(random, 0.0, 1.0) < scene.lost_share) continue;
-    table.append({touch, stamp, value.x(), value.y(), value.z()});
+    table.append({touch, begins_s + stamp, value.x(), value.y(), value.z()});
   }
 }
 
@@ -218,6 +253,33 @@ Scene nonNormal() {
   return scene;
 }
 
+Scene machineCheck() {
+  Scene scene;
+  scene.method = "machine-check";
+  scene.every_s = 4.0;
+  scene.dwell_s = 0.1;
+  std::vector<Vector3d> pattern{{0, 0, 1}};
+  constexpr double kStep = std::numbers::pi / 8.0;
+  for (int ring = 1; ring <= 4; ++ring) {
+    const int count = ring % 2 == 1 ? 4 : 8;
+    const double down = ring * kStep;
+    for (int k = 0; k < count; ++k) {
+      const double around = (ring - 1) * kStep + 2.0 * std::numbers::pi * k / count;
+      pattern.emplace_back(std::sin(down) * std::cos(around), std::sin(down) * std::sin(around), std::cos(down));
+    }
+  }
+  const auto add = [&](std::span<const Vector3d> normals) {
+    for (const double speed : {8.0, 25.0})
+      for (const auto& normal : normals) scene.visits.push_back({normal, speed});
+  };
+  add(scene.normals);
+  add(std::span{pattern}.first(13));
+  add(scene.normals);
+  add(std::span{pattern}.subspan(13));
+  add(scene.normals);
+  return scene;
+}
+
 Scene withoutNoise(Scene scene) {
   scene.machine_sigma_mm = 0.0;
   scene.probe_sigma_mm = 0.0;
@@ -238,27 +300,32 @@ Scene shuffled(Scene scene, Random& random) {
 Dataset measure(const Scene& scene, Random& random) {
   Dataset dataset = touchDataset(scene.method);
   configure(dataset, scene);
-  stateExactMachine(dataset);
   Table& machine = dataset.tables[0];
   Table& probe = dataset.tables[1];
   Table& touches = dataset.tables[2];
+  auto visits = scene.visits;
+  for (const double speed : scene.speeds_mm_s)
+    for (const auto& normal : scene.normals)
+      if (scene.visits.empty()) visits.push_back({normal, speed});
+  Springs springs{scene.errors.hysteresis_mm};
   double touch = 0.0;
-  for (const double speed : scene.speeds_mm_s) {
-    for (const auto& normal : scene.normals) {
-      const Vector3d retract = scene.approach_rad > 0.0 ? tilted(normal, scene.approach_rad, random) : normal;
-      const Contact contact{scene, normal, retract, speed};
-      touches.append({touch, normal.x(), normal.y(), normal.z(), retract.x(), retract.y(), retract.z(), speed});
-      sample(
-          machine, touch, contact.duration(), scene,
-          {scene.machine_rate_hz, scene.machine_sigma_mm * scene.sigma_share, scene.machine_resolution_mm,
-           scene.more_delay_s.array() + scene.machine_delay_s},
-          [&](double t) { return scene.inverse ? scene.inverse(contact.body(t)) : contact.body(t); }, random);
-      sample(
-          probe, touch, contact.duration(), scene,
-          {scene.probe_rate_hz, Vector3d::Constant(scene.probe_sigma_mm), 0.0, Vector3d::Constant(scene.probe_delay_s)},
-          [&](double t) { return contact.deflection(t); }, random);
-      ++touch;
-    }
+  for (const auto& [normal, speed] : visits) {
+    const Vector3d retract = scene.approach_rad > 0.0 ? tilted(normal, scene.approach_rad, random) : normal;
+    const double way_in = gaussian(random, scene.errors.scatter_mm),
+                 way_out = gaussian(random, scene.errors.scatter_mm);
+    const double begins_s = touch * scene.every_s;
+    const Contact contact{scene, normal, retract, speed, begins_s, {way_in, way_out}};
+    touches.append({touch, normal.x(), normal.y(), normal.z(), retract.x(), retract.y(), retract.z(), speed});
+    sample(
+        machine, touch, begins_s, contact.duration(), scene,
+        {scene.machine_rate_hz, scene.machine_sigma_mm * scene.sigma_share, scene.machine_resolution_mm,
+         scene.more_delay_s.array() + scene.machine_delay_s},
+        [&](double t) { return scene.inverse ? scene.inverse(contact.shown(t)) : contact.shown(t); }, random);
+    sample(
+        probe, touch, begins_s, contact.duration(), scene,
+        {scene.probe_rate_hz, Vector3d::Constant(scene.probe_sigma_mm), 0.0, Vector3d::Constant(scene.probe_delay_s)},
+        [&](double t) { return contact.channels(springs.at(contact.displacement(t)) + contact.zero(t)); }, random);
+    ++touch;
   }
   return dataset;
 }

@@ -9,6 +9,26 @@
 
 namespace probebox::metrology::simulation {
 
+// What a machine and its probe err by, beyond delay and noise.
+struct MachineErrors {
+  Eigen::Vector3d lost_motion_mm{0.0, 0.0, 0.0};            // play between encoder and body of each axis
+  Eigen::Vector3d drift_mm_min{0.0, 0.0, 0.0};              // of what is touched
+  double scatter_mm{};                                      // sd of each way of a touch along the normal
+  std::function<double(const Eigen::Vector3d&)> form_mm{};  // outwards, by the normal
+  double hysteresis_mm{};                                   // of the probe
+  Eigen::Vector3d zero_drift_mm_min{0.0, 0.0, 0.0};
+  Eigen::Vector3d curvature_per_mm{0.0, 0.0, 0.0};  // share by which a channel reads too much, per mm of it
+  // A vibration of body and encoders, and one of the probe's zero.
+  double axes_hz{}, probe_hz{};
+  Eigen::Vector3d axes_amplitude_mm{0.0, 0.0, 0.0}, probe_amplitude_mm{0.0, 0.0, 0.0};
+};
+
+// One touch of a run: where, and how fast.
+struct Visit {
+  Eigen::Vector3d normal;
+  double speed_mm_s;
+};
+
 // A machine that touches a datum sphere, or two parallel faces: motion, contact and both streams in time. It knows
 // nothing of windows or lines.
 struct Scene {
@@ -23,10 +43,6 @@ struct Scene {
   double lost_share{0.0};  // of the samples
   double bounce_mm{0.02};
   bool bounces_off{};  // the ball leaves the surface and falls back
-  double lost_motion_mm{};  // of each axis: the body follows its encoder when that has taken it up
-  double hysteresis_mm{};   // of the probe: its deflection lags by half of it
-  double gain_bend{};       // share by which the gain is larger at the overtravel than at zero
-  double lobing_mm{};       // three lobes about Z
   double overtravel_mm{0.5};
   double clearance_mm{0.6};
   double acceleration_mm_s2{20000.0};
@@ -43,6 +59,9 @@ struct Scene {
   double machine_delay_s{0.004};
   Eigen::Vector3d more_delay_s{0.0, 0.0, 0.0};  // of the axes or joints, each
   double probe_delay_s{0.0001};
+  MachineErrors errors{};
+  std::vector<Visit> visits{};  // in place of every normal at every speed
+  double every_s{};             // from one touch to the next; 0: the time of each touch counts from its beginning
 
   double tau() const { return machine_delay_s - probe_delay_s; }
   double tauOf(Eigen::Index axis) const { return tau() + more_delay_s[axis]; }
@@ -53,6 +72,8 @@ Scene knownSphere();
 Scene plates();
 Scene perAxis();
 Scene nonNormal();
+// The axes' sides first, in the middle and last, with the 25 directions of ISO 10360-5 between, each at two speeds.
+Scene machineCheck();
 
 Scene withoutNoise(Scene scene);
 

@@ -212,6 +212,7 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "axes-delays-differ",
     "way-in-missing",
     "not-separable",
+    "not-closed",
 });
 
 std::vector<RefusalCode> all() {

@@ -77,6 +77,9 @@ Label labelOf(std::string_view key) {
   const auto without = [&](std::string_view suffix) { return std::string{key.substr(0, key.size() - suffix.size())}; };
   if (ends("_mm_s")) return {without("_mm_s"), "mm/s", 1.0};
   if (ends("_um_s")) return {without("_um_s"), "um/s", 1.0};
+  if (ends("_um_per_min")) return {without("_um_per_min"), "um/min", 1.0};
+  if (ends("_per_mm")) return {without("_per_mm"), "1/mm", 1.0};
+  if (ends("_hz")) return {without("_hz"), "Hz", 1.0};
   const auto kind = kindOf(key);
   const bool is_error = kind == metrology::QuantityKind::error;
   if (ends("_mm")) return is_error ? Label{without("_mm"), "um", 1e3} : Label{without("_mm"), "mm", 1.0};

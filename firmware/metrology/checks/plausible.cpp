@@ -25,6 +25,9 @@ struct Unit {
 // The longest suffix first.
 constexpr auto kUnits = std::to_array<Unit>({
     {"_mm_per_s", {-1e4, 1e4, "mm/s", kLeastSigma}},
+    {"_um_per_min", {-1e5, 1e5, "um/min", kLeastSigma}},
+    {"_per_mm", {-1e3, 1e3, "1/mm", kLeastSigma}},
+    {"_hz", {0.0, 1e7, "Hz", kLeastSigma}},
     {"_per_k", {-1.0, 1.0, "1/K", kLeastSigma}},
     {"_mm_s", {-1e4, 1e4, "mm/s", kLeastSigma}},  // ten times the rapid traverse of a fast machine
     {"_um_s", {-1e7, 1e7, "um/s", kLeastSigma}},

@@ -45,6 +45,7 @@ constexpr std::array kKinds{
     Kind{SubjectKind::screw_reference, "screw-reference", Suffix::linear_axis},
     Kind{SubjectKind::sensor_head, "sensor-head", Suffix::number},
     Kind{SubjectKind::pre_travel, "pre-travel", Suffix::number_or_none},
+    Kind{SubjectKind::machine, "machine", Suffix::none},
 };
 
 std::string letters(std::uint32_t axes, std::string_view names) {

@@ -29,6 +29,7 @@ enum class SubjectKind : std::uint8_t {
   screw_reference,
   sensor_head,  // in the tool of this number
   pre_travel,   // of the probe in the tool of this number; 0: of the only one
+  machine,      // with its probe, as a check finds them
 };
 
 struct Subject {

@@ -299,6 +299,7 @@ class TouchRecord::Solver {
     WholeTouch touch;
     touch.plan = record_.plan_;
     touch.has_way_in = !fixed_;
+    touch.channels = record_.channels_;
     touch.values = state_.values;
     touch.bounce = state_.bounce;
     touch.bounce_gain = bounce_gain_;
@@ -317,6 +318,8 @@ class TouchRecord::Solver {
                               squared(noise_.machine.at_rest) / static_cast<double>(line.n);
       touch.lost_at_rest_mm = 2.0 * (state_.lines[s].first - line.mean.dot(along()));
       touch.lost_at_rest_variance = 4.0 * variance;
+      touch.rest_from_s = record_.machine_.times[run.begin];
+      touch.rest_until_s = record_.machine_.times[run.end - 1];
     }
     setSurface(touch);
     return touch;

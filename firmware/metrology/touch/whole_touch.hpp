@@ -64,6 +64,7 @@ struct WholeTouch {
   Eigen::Vector4d values;      // tau (s), p (mm along the retract), g (raw units per mm), k (per mm)
   Eigen::Matrix4d covariance;  // of the readings' noise
   Eigen::Vector3d surface;     // mm: the tip where it meets the surface, the delay taken out
+  Eigen::Vector3d channels;    // unit vector of the deflection
   double across_variance{};    // mm^2, of the surface across the drive
   double speed_in_mm_s{};      // along the retract, positive
   double speed_out_mm_s{};
@@ -71,6 +72,9 @@ struct WholeTouch {
   // rest.
   double lost_at_rest_mm{};
   double lost_at_rest_variance{};
+  // By the machine's stamps, from the first to the last sample at rest; equal where it did not rest.
+  double rest_from_s{};
+  double rest_until_s{};
   std::optional<Bounce> bounce{};
   double bounce_gain{};               // of chi-square, by any bounce at all
   std::array<Leftover, 3> machine{};  // by State

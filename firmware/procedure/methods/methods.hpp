@@ -36,7 +36,8 @@ namespace probebox::procedure {
   method(kPreTravel)                  \
   method(kScrewReference)             \
   method(kDelaySteppedScan)           \
-  method(kDelayContour)
+  method(kDelayContour)               \
+  method(kMachineCheck)
 // clang-format on
 
 #define PROBEBOX_DECLARE_LIVE_METHOD(name) extern const LiveMethod name;

@@ -59,7 +59,7 @@ inline std::vector<Case> cases() {
           {&procedure::kCentreline, three},    {&procedure::kToolSetter, tool},
           {&procedure::kTablePivot, tilted},   {&procedure::kScrewCalibration, sweep},
           {&procedure::kScrewReference, rest}, {&procedure::kDelaySteppedScan, scan},
-          {&procedure::kDelayContour, scan}};
+          {&procedure::kDelayContour, scan},   {&procedure::kMachineCheck, {}}};
 }
 
 inline procedure::Plan planOf(const Case& c) {

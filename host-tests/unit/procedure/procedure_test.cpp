@@ -236,7 +236,8 @@ TEST(LiveMethodNumbers, AreForEver) {
                                  "pre-travel",
                                  "screw-reference",
                                  "delay-stepped-scan",
-                                 "delay-contour"};
+                                 "delay-contour",
+                                 "machine-check"};
   ASSERT_GE(liveMethods().size(), kNumbered.size());
   std::set<std::uint16_t> numbers{0};
   for (std::size_t i = 0; i < liveMethods().size(); ++i) {

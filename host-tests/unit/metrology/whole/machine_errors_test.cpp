@@ -76,9 +76,15 @@ class TouchesOnRealMachine : public testing::TestWithParam<TouchedWith> {
 TEST_P(TouchesOnRealMachine, AreAsUncertainAsTheirErrorsAtOneSpeedAndAtTwo) {
   std::mt19937_64 random{71};
   const std::vector<std::function<void(Scene&)>> errors{
-      [](Scene& s) { s.lost_motion_mm = 0.005; }, [](Scene& s) { s.hysteresis_mm = 0.001; },
-      [](Scene& s) { s.radius_mm += s.radius_mm > 0 ? 0.0025 : -0.0025; }, [](Scene& s) { s.gain_bend = 0.01; },
-      [](Scene& s) { s.lobing_mm = 0.003; }};
+      [](Scene& s) { s.errors.lost_motion_mm.setConstant(0.005); }, [](Scene& s) { s.errors.hysteresis_mm = 0.001; },
+      [](Scene& s) { s.radius_mm += s.radius_mm > 0 ? 0.0025 : -0.0025; },
+      // By 1 % at the overtravel.
+      [](Scene& s) { s.errors.curvature_per_mm.setConstant(0.01 / s.overtravel_mm); },
+      [](Scene& s) {
+        s.errors.form_mm = [](const Eigen::Vector3d& n) {
+          return 0.003 * std::cos(3 * std::atan2(n.y(), n.x())) * n.head<2>().norm();
+        };
+      }};
   Tally tally;
   for (const bool two : {false, true}) {
     for (const auto& err : errors) {

@@ -1,0 +1,785 @@
+#include "firmware/metrology/machine/machine_check.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/probe_pose.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
+#include "firmware/metrology/fit/chi_square.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
+#include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/fit/robust_statistics.hpp"
+#include "firmware/metrology/machine/noise_line.hpp"
+#include "firmware/metrology/touch/size_line.hpp"
+#include "firmware/metrology/touch/touch_design.hpp"
+#include "firmware/metrology/touch/whole_record.hpp"
+#include "protocol/units/angle.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::RowVector3d;
+using Eigen::RowVectorXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kSameDirection = 0.9998;  // cosine: one degree
+constexpr Index kFewestDirections = 15;
+constexpr double kWidestGap = 0.9;       // rad about the stylus; four lobes have a maximum or minimum every 0.8 rad
+constexpr double kAcross = 0.5;          // sine of the angle to the stylus of a touch that tells lobes
+constexpr double kEquator = 0.1;         // component along the stylus of a touch across it
+constexpr double kClosed = 0.5;          // of the square of half of the run: weakest spread in time of repeats
+constexpr double kClosedInMiddle = 0.2;  // of its fourth power, what a line in time leaves of them
+constexpr double kGoodCondition = 300.0;
+constexpr int kScatterRounds = 6;
+constexpr double kOtherForm = 1e-3;    // probability that noise leaves so much of the lobes
+constexpr int kDraws = 400;            // for the sd of a range
+constexpr double kContactShare = 0.1;  // of the deflection
+// Where the probe has hysteresis, the bounce of the stylus goes through some of it and bends the way in (simulated).
+constexpr double kBentByBounce = 0.2;    // of the hysteresis, over the square of the depth: of a bend
+constexpr double kMovedByBounce = 0.04;  // of the hysteresis: of a lobe
+constexpr double kGuard_s = 0.002;       // beside the contact
+constexpr double kCalm_s = 0.02;         // of a rest, until what rings is over
+
+// Unknowns of a touch beside the place of its direction.
+constexpr Index kDelays = 3, kLost = 3, kLostAt = kDelays, kHysteresisAt = kLostAt + kLost, kBendAt = kHysteresisAt + 1,
+                kOthers = kBendAt + 3;
+constexpr Index kLobes = 7;
+
+// Cosine and sine of lobes about the stylus, and the part across it, as the lobes of a stylus grow with the angle to
+// it.
+Eigen::RowVector<double, kLobes> lobesAt(const Vector3d& n) {
+  const double across = std::hypot(n.x(), n.y()), around = std::atan2(n.y(), n.x());
+  Eigen::RowVector<double, kLobes> lobes;
+  for (Index k = 0; k < 3; ++k) {
+    lobes[2 * k] = across * std::cos(static_cast<double>(k + 2) * around);
+    lobes[2 * k + 1] = across * std::sin(static_cast<double>(k + 2) * around);
+  }
+  lobes[6] = across;
+  return lobes;
+}
+
+struct Told {
+  WholeTouch touch;
+  std::size_t recorded{};  // place among the recorded touches
+  Index direction{};
+  Vector3d normal{};
+  double distance_mm{};  // from the first guess of the centre
+  double minutes{};      // since the middle of the run
+  double speed_mm_s{};   // mean of both ways
+  double depth_mm{};     // of the deflection
+
+  // Covariance of distance, delay and bend; a touch whose way in is of no use tells no delay of its own.
+  Matrix3d covariance() const {
+    constexpr std::array<Index, 3> kOrder{1, 0, 3};
+    Matrix3d chosen = touch.covariance(kOrder, kOrder);
+    const double seen = normal.dot(touch.plan.retract);
+    chosen(0, 0) += std::max(0.0, 1.0 - seen * seen) * touch.across_variance;
+    if (touch.has_way_in) return chosen;
+    chosen.row(1).setZero();
+    chosen.col(1).setZero();
+    chosen(1, 1) = 1;
+    return chosen;
+  }
+};
+
+struct CheckRun {
+  std::vector<Touch> recorded;
+  std::vector<Told> told;
+  std::vector<Vector3d> directions;
+  Vector3d about = Vector3d::Zero();  // first guess of the centre
+  double half_min{};                  // half of the run
+  bool curved{};                      // the repeats tell a drift that changes
+  std::size_t noise_dof{};
+  std::vector<std::string> warnings;
+  std::vector<Dropped> dropped;
+
+  Index count() const { return std::ssize(told); }
+  Index driftAt() const { return std::ssize(directions); }
+  Index othersAt() const { return driftAt() + (curved ? 6 : 3); }
+  Index unknowns() const { return othersAt() + kOthers; }
+};
+
+Index directionOf(std::vector<Vector3d>& directions, const Vector3d& normal) {
+  const auto found =
+      std::ranges::find_if(directions, [&](const auto& one) { return one.dot(normal) > kSameDirection; });
+  if (found != directions.end()) return found - directions.begin();
+  directions.push_back(normal);
+  return std::ssize(directions) - 1;
+}
+
+Refusal notClosed() {
+  return {"not-closed",
+          "the first touches are not repeated at the end of the run along X, Y and Z, so drift looks like form: touch "
+          "+X, -X, +Y, -Y and +Z first, in the middle and last"};
+}
+
+std::optional<Refusal> refuseDirections(const std::vector<Vector3d>& directions) {
+  if (std::ssize(directions) < kFewestDirections) {
+    return Refusal{"few-directions", "the sphere is touched from " + std::to_string(directions.size()) +
+                                         " directions: its form takes at least " + std::to_string(kFewestDirections) +
+                                         ", best the 25 of ISO 10360-5 and the axes"};
+  }
+  std::vector<double> around;
+  for (const auto& n : directions)
+    if (std::hypot(n.x(), n.y()) > kAcross) around.push_back(std::atan2(n.y(), n.x()));
+  std::ranges::sort(around);
+  double widest = around.empty() ? kTurn : around.front() + kTurn - around.back();
+  for (std::size_t i = 1; i < around.size(); ++i) widest = std::max(widest, around[i] - around[i - 1]);
+  if (widest <= kWidestGap) return std::nullopt;
+  return Refusal{"few-directions", "no touch across the stylus for " + text(degrees(widest)) +
+                                       " degrees around it: touch the sphere every 45 degrees or closer"};
+}
+
+// Spread in time of the touches of each direction, along the axes; of its square, less what a line explains of it.
+std::pair<double, double> spreadOfRepeats(const CheckRun& run) {
+  Matrix3d straight = Matrix3d::Zero(), curved = Matrix3d::Zero();
+  for (Index d = 0; d < run.driftAt(); ++d) {
+    VectorXd t{run.count()};
+    Index n = 0;
+    for (const auto& one : run.told)
+      if (one.direction == d) t[n++] = one.minutes;
+    // A drift that a minute tells need not be that of the run.
+    if (n < 2 || t.head(n).maxCoeff() - t.head(n).minCoeff() < run.half_min) continue;
+    const VectorXd line = t.head(n).array() - t.head(n).mean();
+    VectorXd square = line.cwiseAbs2();
+    square.array() -= square.mean();
+    const double squares = line.squaredNorm();
+    if (squares > 0) square -= square.dot(line) / squares * line;
+    const Vector3d& u = run.directions[static_cast<std::size_t>(d)];
+    straight += squares * u * u.transpose();
+    curved += square.squaredNorm() * u * u.transpose();
+  }
+  const double half = run.half_min * run.half_min;
+  if (!(half > 0)) return {0, 0};
+  return {symmetricEigenvalues(straight)[0] / half, symmetricEigenvalues(curved)[0] / (half * half)};
+}
+
+Outcome<CheckRun, Refusal> readRun(const Dataset& dataset) {
+  TRY(const auto listed, checkedTable(dataset, "touches", kTouchesColumns));
+  const auto [slowest, fastest] = std::ranges::minmax(*listed->column(column::kSpeed));
+  if (slowest > 0.0) {
+    if (auto refusal = refuseSpeeds(slowest, fastest)) return *refusal;
+  }
+  CheckRun run;
+  TRY(run.recorded, readTouches(dataset));
+  TRY(auto whole, fitWholeRecord(run.recorded, {.carried = MatrixXd::Ones(std::ssize(run.recorded), 1)}));
+  if (whole.centre.size() != 3) return Refusal{"few-directions", "the touches lie in one plane: touch the top as well"};
+  run.about = whole.centre;
+  run.noise_dof = whole.noise_dof;
+  // What a fit without a second speed, or with other ways in, would have to say.
+  std::ranges::copy_if(whole.warnings, std::back_inserter(run.warnings), [](const std::string& warning) {
+    return !warning.starts_with("lost-motion") && !warning.starts_with("the way in of");
+  });
+  std::vector<double> times;
+  for (std::size_t i = 0; i < run.recorded.size(); ++i) {
+    const TouchPlan& plan = run.recorded[i].plan;
+    if (!std::isfinite(whole.worst[i])) {
+      run.dropped.push_back({plan.name, "not read"});
+      continue;
+    }
+    WholeTouch& touch = *std::ranges::find(whole.touches, plan.name,
+                                           [](const WholeTouch& one) -> const std::string& { return one.plan.name; });
+    const Vector3d arm = touch.surface - run.about;
+    Told told{.touch = touch,
+              .recorded = i,
+              .direction = directionOf(run.directions, plan.normal),
+              .normal = arm.normalized(),
+              .distance_mm = arm.norm()};
+    told.speed_mm_s = touch.has_way_in ? 0.5 * (touch.speed_in_mm_s + touch.speed_out_mm_s) : touch.speed_out_mm_s;
+    told.depth_mm = run.recorded[i].probe.values.rowwise().norm().maxCoeff() / touch.values[2];
+    const auto& stamps = run.recorded[i].machine.times;
+    times.push_back(0.5 * (stamps.front() + stamps.back()));
+    run.told.push_back(std::move(told));
+  }
+  if (auto refusal = refuseDirections(run.directions)) return *refusal;
+  const auto [first, last] = std::ranges::minmax(times);
+  run.half_min = (last - first) / 120.0;
+  for (std::size_t i = 0; i < times.size(); ++i) run.told[i].minutes = (times[i] - 0.5 * (first + last)) / 60.0;
+  const auto [straight, curved] = spreadOfRepeats(run);
+  if (straight < kClosed) return notClosed();
+  run.curved = curved > kClosedInMiddle;
+  return run;
+}
+
+// All touches together, (A25) to (A27): three rows each, distance, delay and bend.
+class Together {
+  using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+
+ public:
+  explicit Together(const CheckRun& run) : run_{run} {
+    double gain = 0;
+    for (const auto& one : run.told) gain += one.touch.values[2] / static_cast<double>(run.count());
+    for (const auto& one : run.told) {
+      Rows rows{3, run.unknowns()};
+      rows.setZero();
+      rows(0, one.direction) = 1;
+      rows.block<1, 3>(0, run.driftAt()) = one.minutes * one.normal.transpose();
+      if (run.curved) rows.block<1, 3>(0, run.driftAt() + 3) = one.minutes * one.minutes * one.normal.transpose();
+      const Vector3d u = one.touch.plan.retract;
+      const double per_lost = -0.5 / one.speed_mm_s;
+      const Index at = run.othersAt();
+      rows.block<1, 3>(1, at) = u.cwiseAbs2().transpose();
+      rows.block<1, 3>(1, at + kLostAt) = per_lost * u.cwiseAbs().transpose();
+      rows(1, at + kHysteresisAt) = per_lost;
+      rows.block<1, 3>(2, at + kBendAt) =
+          one.touch.values[2] / gain *
+          one.touch.channels.cwiseAbs().cwiseProduct(one.touch.channels.cwiseAbs2()).transpose();
+      rows_.push_back(std::move(rows));
+      values_.emplace_back(one.distance_mm, one.touch.tau_s(), one.touch.values[3]);
+      if (one.touch.has_way_in) continue;
+      // The way out alone tells a place that moves with the delay.
+      Rows& alone = rows_.back();
+      alone.row(0).segment(at, kBendAt) = -one.speed_mm_s * alone.row(1).segment(at, kBendAt);
+      alone.row(1).setZero();
+      values_.back()[0] -= one.speed_mm_s * one.touch.tau_s();
+      values_.back()[1] = 0;
+    }
+  }
+
+  std::optional<Refusal> fit() {
+    for (int round = 0; round <= kScatterRounds; ++round) {
+      if (auto refusal = solve()) return refusal;
+      if (round < kScatterRounds) widen();
+    }
+    return std::nullopt;
+  }
+
+  const VectorXd& parameters() const { return fit_->parameters; }
+  const MatrixXd& covariance() const { return fit_->cofactor; }
+  double condition() const { return fit_->condition; }
+  std::size_t dof() const { return static_cast<std::size_t>(3 * run_.count() - run_.unknowns()); }
+  // Measured less fitted.
+  Vector3d off(Index i) const { return values_[at(i)] - rows_[at(i)] * fit_->parameters; }
+  Matrix3d covarianceOf(Index i) const {
+    Matrix3d covariance = run_.told[at(i)].covariance();
+    covariance.diagonal() += scatter_.cwiseQuotient(perWay(i));
+    return covariance;
+  }
+  Matrix3d covarianceOfOff(Index i) const {
+    return covarianceOf(i) - rows_[at(i)] * fit_->cofactor * rows_[at(i)].transpose();
+  }
+  // Rows of delay, for the design figures: what one way tells is uncertain by 1 mm.
+  MatrixXd designRows() const {
+    MatrixXd rows{run_.count(), kHysteresisAt + 1};
+    for (Index i = 0; i < run_.count(); ++i)
+      rows.row(i) =
+          std::sqrt(2.0) * run_.told[at(i)].speed_mm_s * rows_[at(i)].block(1, run_.othersAt(), 1, kHysteresisAt + 1);
+    return rows;
+  }
+
+ private:
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+  std::optional<Refusal> solve() {
+    MatrixXd design{3 * run_.count(), run_.unknowns()};
+    VectorXd values{3 * run_.count()};
+    for (Index i = 0; i < run_.count(); ++i) {
+      const Matrix3d covariance = covarianceOf(i);
+      const Vector3d sizes = covariance.diagonal().cwiseSqrt().cwiseInverse();
+      const MatrixXd scaled = sizes.asDiagonal() * covariance * sizes.asDiagonal();
+      const Matrix3d white = inverse(lowerCholesky(scaled)) * sizes.asDiagonal();
+      design.middleRows(3 * i, 3) = white * rows_[at(i)];
+      values.segment<3>(3 * i) = white * values_[at(i)];
+    }
+    auto fit = linearLeastSquares(design, values);
+    if (!fit) return fit.error();
+    fit_ = std::move(fit).value();
+    return std::nullopt;
+  }
+
+  // By what the touches scatter more than the noise of their samples says: distances, way in against way out, and
+  // bends. One for both speeds: of two touches of a direction nobody can tell which one is off.
+  void widen() {
+    Vector3d beyond = Vector3d::Zero(), per_variance = Vector3d::Zero();
+    for (Index i = 0; i < run_.count(); ++i) {
+      const Vector3d variance = covarianceOf(i).diagonal(), left = covarianceOfOff(i).diagonal();
+      const Vector3d told{1, run_.told[at(i)].touch.has_way_in ? 1.0 : 0.0, 1};
+      beyond += (off(i).cwiseAbs2() - left).cwiseQuotient(variance).cwiseProduct(told);
+      per_variance += left.cwiseQuotient(variance.cwiseAbs2()).cwiseQuotient(perWay(i)).cwiseProduct(told);
+    }
+    for (Index k = 0; k < 3; ++k)
+      if (per_variance[k] > 0) scatter_[k] = std::max(0.0, scatter_[k] + beyond[k] / per_variance[k]);
+  }
+  // Of the scatter in mm^2, from that of a distance, a delay and a bend.
+  Vector3d perWay(Index i) const {
+    const Told& one = run_.told[at(i)];
+    return {one.touch.has_way_in ? 1.0 : 0.5, one.speed_mm_s * one.speed_mm_s, 1};
+  }
+
+  const CheckRun& run_;
+  std::vector<Rows> rows_;
+  std::vector<Vector3d> values_;
+  Vector3d scatter_ = Vector3d::Zero();  // variances beyond those of the samples' noise
+  std::optional<Fit> fit_;
+};
+
+// Scatter of ways in and out, ISO 230-2: what they miss the place of their direction by, drift taken out.
+struct Scatter {
+  double in_mm{}, out_mm{};
+  double dof_in{}, dof_out{};
+  double correlation{};  // of both
+
+  double sdIn() const { return in_mm / std::sqrt(2 * dof_in); }
+  double sdOut() const { return out_mm / std::sqrt(2 * dof_out); }
+};
+Scatter scatterOf(const CheckRun& run, const Together& fit) {
+  Eigen::Vector2d squares = Eigen::Vector2d::Zero(), expected = squares, stated = squares, left_squares = squares,
+                  count = squares;
+  double product = 0;
+  for (Index i = 0; i < run.count(); ++i) {
+    const Told& one = run.told[static_cast<std::size_t>(i)];
+    const bool both = one.touch.has_way_in;
+    const double speed = both ? one.speed_mm_s : 0;
+    Eigen::Matrix<double, 2, 3> ways;
+    ways << 1, -speed, 0, 1, speed, 0;
+    const Eigen::Vector2d is_told{both ? 1.0 : 0.0, 1};
+    const Eigen::Vector2d off = is_told.cwiseProduct(ways * fit.off(i));
+    const Eigen::Vector2d variance = is_told.cwiseProduct((ways * fit.covarianceOf(i) * ways.transpose()).diagonal());
+    const Eigen::Vector2d left = is_told.cwiseProduct((ways * fit.covarianceOfOff(i) * ways.transpose()).diagonal());
+    squares += off.cwiseAbs2();
+    product += off[0] * off[1];
+    expected += left;
+    stated += variance;
+    left_squares += left.cwiseProduct(variance);
+    count += is_told;
+  }
+  const Eigen::Vector2d sd = squares.cwiseProduct(stated).cwiseQuotient(expected).cwiseQuotient(count).cwiseSqrt();
+  // Of a sum of squares with unequal variances (Welch and Satterthwaite).
+  const Eigen::Vector2d dof = expected.cwiseAbs2().cwiseQuotient(left_squares);
+  return {sd[0], sd[1], dof[0], dof[1], product / std::sqrt(squares[0] * squares[1])};
+}
+
+// Centre, radius and lobes by the places of the directions (A28).
+struct Form {
+  Vector3d centre_mm, sd_centre_mm;
+  double radius_mm{}, sd_radius_mm{};
+  Eigen::Vector<double, kLobes> lobes_mm, sd_lobes_mm;
+  VectorXd found_mm;     // of each direction, from the sphere
+  VectorXd sd_found_mm;  // of its place alone
+  VectorXd by_lobes_mm;
+  bool explained{};
+};
+
+Outcome<Form, Refusal> formOf(const CheckRun& run, const Together& together) {
+  const Index n = run.driftAt();
+  MatrixXd rows{n, 4 + kLobes};
+  for (Index d = 0; d < n; ++d) {
+    const Vector3d& u = run.directions[static_cast<std::size_t>(d)];
+    rows.row(d) << u.transpose(), 1, lobesAt(u);
+  }
+  const MatrixXd covariance = together.covariance().topLeftCorner(n, n);
+  const MatrixXd white = inverse(lowerCholesky(covariance));
+  const VectorXd places = together.parameters().head(n);
+  const auto fit = linearLeastSquares(white * rows, white * places);
+  if (!fit || fit->condition > kGoodCondition) {
+    return Refusal{
+        "few-directions",
+        "the directions do not tell the form from the place of the sphere: touch it at four heights or more, "
+        "and every 45 degrees around it"};
+  }
+  const double dof = static_cast<double>(n - rows.cols());
+  const double reduced = fit->residuals.squaredNorm() / dof;
+  Form form;
+  form.explained = ChiSquareLaw{.dof = static_cast<std::size_t>(dof), .noise_dof = together.dof()}.probabilityAbove(
+                       reduced) > kOtherForm;
+  const VectorXd& at = fit->parameters;
+  const VectorXd sd = (fit->cofactor.diagonal() * (form.explained ? 1.0 : reduced)).cwiseSqrt();
+  form.centre_mm = run.about + at.head<3>();
+  form.sd_centre_mm = sd.head<3>();
+  form.radius_mm = at[3];
+  form.sd_radius_mm = sd[3];
+  form.lobes_mm = at.tail<kLobes>();
+  const double moved = kMovedByBounce * together.parameters()[run.othersAt() + kHysteresisAt];
+  form.sd_lobes_mm = (sd.tail<kLobes>().array().square() + moved * moved).sqrt();
+  form.by_lobes_mm = rows.rightCols(kLobes) * at.tail<kLobes>();
+  form.found_mm = places - rows.leftCols(4) * at.head<4>();
+  form.sd_found_mm = covariance.diagonal().cwiseSqrt();
+  return form;
+}
+
+// Range of what touches miss the sphere, or the circle, by that is fitted to them with equal weights.
+class Range {
+ public:
+  explicit Range(MatrixXd rows) : rows_{std::move(rows)}, basis_{orthonormalColumns(rows_)} {}
+  double of(const VectorXd& places) const {
+    const VectorXd left = places - basis_ * (basis_.transpose() * places);
+    return left.maxCoeff() - left.minCoeff();
+  }
+
+ private:
+  MatrixXd rows_;
+  MatrixXd basis_;
+};
+
+// A value and its sd.
+struct Ranged {
+  double value{}, sd{};
+};
+
+// One touch a direction, the first one at the slowest speed; of the directions across the stylus only, about a circle.
+std::optional<Ranged> rangeOf(const CheckRun& run, const Together& together, const Form& form, bool across) {
+  std::map<Index, Index> chosen;
+  for (Index i = 0; i < run.count(); ++i) {
+    const Told& one = run.told[static_cast<std::size_t>(i)];
+    if (across && std::abs(one.touch.plan.normal.z()) > kEquator) continue;
+    const auto [known, is_new] = chosen.try_emplace(one.direction, i);
+    const double before = run.told[static_cast<std::size_t>(known->second)].touch.plan.speed_mm_s;
+    if (!is_new && one.touch.plan.speed_mm_s < before) known->second = i;
+  }
+  const Index n = std::ssize(chosen), unknowns = across ? 3 : 4;
+  if (n < unknowns + 4) return std::nullopt;
+  MatrixXd rows{n, unknowns};
+  VectorXd read{n}, expected{n}, sd{n};
+  Index row = 0;
+  for (const auto& [direction, i] : chosen) {
+    const Vector3d& u = run.directions[static_cast<std::size_t>(direction)];
+    rows.row(row) << u.head(unknowns - 1).transpose(), 1;
+    read[row] = together.parameters()[direction] + together.off(i)[0];
+    expected[row] = form.explained ? form.by_lobes_mm[direction] : form.found_mm[direction];
+    sd[row] = std::sqrt(together.covarianceOf(i)(0, 0));
+    ++row;
+  }
+  const Range range{rows};
+  std::mt19937_64 random{1};  // the same draws for the same readings
+  std::normal_distribution<double> normal;
+  double sum = 0, squares = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    VectorXd drawn = expected;
+    for (Index k = 0; k < n; ++k) drawn[k] += sd[k] * normal(random);
+    const double one = range.of(drawn);
+    sum += one;
+    squares += one * one;
+  }
+  const double mean = sum / kDraws;
+  return Ranged{range.of(read), std::sqrt((squares / kDraws - mean * mean) * kDraws / (kDraws - 1))};
+}
+
+// Signals that ought to stand still, of each touch.
+struct StillParts {
+  std::vector<StillWindow> rest;     // positions
+  std::vector<StillWindow> contact;  // deflections at rest, mm along the machine's axes
+  std::vector<StillWindow> free;     // the same before the contact
+  std::vector<StillWindow> after;    // and when the stylus has come to rest again
+};
+
+StillWindow windowOf(const Stream& stream, const Rows3& values, double from_s, double until_s) {
+  const auto begin = std::ranges::lower_bound(stream.times, from_s) - stream.times.begin();
+  const auto end = std::ranges::lower_bound(stream.times, until_s) - stream.times.begin();
+  if (end <= begin) return {};
+  return {{stream.times.begin() + begin, stream.times.begin() + end}, values.middleRows(begin, end - begin)};
+}
+
+Outcome<StillParts, Refusal> stillParts(const CheckRun& run) {
+  MatrixXd slopes{run.count(), 3}, ways{run.count(), 3};
+  for (Index i = 0; i < run.count(); ++i) {
+    const WholeTouch& touch = run.told[static_cast<std::size_t>(i)].touch;
+    slopes.row(i) = touch.values[2] * touch.channels.transpose();
+    ways.row(i) = touch.plan.retract.transpose();
+  }
+  const auto turned = solveFullRank(slopes, ways);  // (A3), row by row
+  if (!turned) return Refusal{"few-directions", "the deflections lie in one plane: touch the top as well"};
+  const double tau = [&] {
+    std::vector<double> all;
+    for (const auto& one : run.told) all.push_back(one.touch.tau_s());
+    return median(all);
+  }();
+  StillParts parts;
+  for (const auto& one : run.told) {
+    const Stream& machine = run.recorded[one.recorded].machine;
+    const Stream& probe = run.recorded[one.recorded].probe;
+    const Rows3 bent = probe.values * *turned;
+    const VectorXd along = bent * one.touch.plan.retract;
+    const double level = kContactShare * along.maxCoeff(), slope_s = level / one.speed_mm_s + kGuard_s;
+    Index first = 0, last = along.size() - 1;
+    while (first < last && along[first] < level) ++first;
+    while (last > first && along[last] < level) --last;
+    const double leaves_s = probe.times[static_cast<std::size_t>(last)] + slope_s;
+    parts.free.push_back(
+        windowOf(probe, bent, probe.times.front(), probe.times[static_cast<std::size_t>(first)] - slope_s));
+    parts.after.push_back(windowOf(probe, bent, 0.5 * (leaves_s + probe.times.back()), probe.times.back() + kGuard_s));
+    const double from_s = one.touch.rest_from_s, until_s = one.touch.rest_until_s;
+    if (until_s <= from_s) continue;
+    parts.rest.push_back(windowOf(machine, machine.values, from_s, until_s));
+    if (until_s - from_s > 2 * kCalm_s)
+      parts.contact.push_back(windowOf(probe, bent, from_s + kCalm_s - tau, until_s - tau));
+  }
+  return parts;
+}
+
+// Drift of the probe's zero (A29). The zero stays behind the last deflection, so zeros after touches of one direction
+// are compared.
+struct Zero {
+  Vector3d drift_mm_min, sd_drift_mm_min;
+};
+std::optional<Zero> zeroOf(const CheckRun& run, const StillParts& parts) {
+  struct Seen {
+    double minutes;
+    Vector3d zero;
+  };
+  std::map<Index, std::vector<Seen>> by_direction;
+  auto directions = run.directions;
+  const auto add = [&](const StillWindow& window, double minutes, std::size_t touched) {
+    if (window.times.empty()) return;
+    by_direction[directionOf(directions, run.recorded[touched].plan.normal)].push_back(
+        {minutes, window.values.colwise().mean().transpose()});
+  };
+  for (std::size_t i = 0; i < run.told.size(); ++i) {
+    const Told& one = run.told[i];
+    // What was touched before the first one is not known.
+    if (one.recorded > 0) add(parts.free[i], one.minutes, one.recorded - 1);
+    add(parts.after[i], one.minutes, one.recorded);
+  }
+  double weight = 0, dof = -1;
+  Vector3d sum = Vector3d::Zero(), squares = Vector3d::Zero();
+  for (const auto& [direction, seen] : by_direction) {
+    const auto n = static_cast<double>(seen.size());
+    double mean_min = 0;
+    Vector3d mean = Vector3d::Zero();
+    for (const auto& [minutes, zero] : seen) mean_min += minutes / n, mean += zero / n;
+    for (const auto& [minutes, zero] : seen) {
+      weight += (minutes - mean_min) * (minutes - mean_min);
+      sum += (minutes - mean_min) * (zero - mean);
+      squares += (zero - mean).cwiseAbs2();
+    }
+    dof += n - 1;
+  }
+  if (!(weight > 0) || dof < 2) return std::nullopt;
+  const Vector3d drift = sum / weight;
+  const Vector3d left = (squares - weight * drift.cwiseAbs2()).cwiseMax(0.0);
+  return Zero{drift, (left / dof / weight).cwiseSqrt()};
+}
+
+template <typename Vector>
+std::vector<double> listOf(const Vector& vector) {
+  return {vector.begin(), vector.end()};
+}
+
+void addLine(Result& result, std::span<const StillWindow> windows, const Quantity& amplitude, const Quantity& frequency,
+             const std::string& of) {
+  const auto line = noiseLine(windows);
+  if (!line) return;
+  result.also.push_back(Estimate::scalar(amplitude, line->amplitude_mm, line->sd_amplitude_mm));
+  result.also.push_back(Estimate::scalar(frequency, line->frequency_hz, line->sd_frequency_hz));
+  const double f = line->frequency_hz, rate = line->rate_hz;
+  result.unobservable.push_back("whether the line of " + text(std::round(10 * f) / 10) + " Hz in the noise of " + of +
+                                " is an alias: at " + text(std::round(rate)) + " samples/s vibrations of " +
+                                text(std::round(rate - f)) + " and " + text(std::round(rate + f)) +
+                                " Hz look the same");
+}
+
+void addNoise(Result& result, const StillParts& parts) {
+  if (const auto noise = noiseAtRest(parts.rest)) {
+    result.estimates.push_back(
+        Estimate::vector(quantity::kNoiseMachine, listOf(noise->sd_mm), listOf(noise->sd_of_sd_mm)));
+  } else {
+    result.unobservable.emplace_back("noise of the machine at rest: it did not rest in the touches");
+  }
+  if (const auto noise = noiseAtRest(parts.free))
+    result.estimates.push_back(
+        Estimate::vector(quantity::kNoiseProbe, listOf(noise->sd_mm), listOf(noise->sd_of_sd_mm)));
+  addLine(result, parts.rest, quantity::kLineMachine, quantity::kLineMachineHz, "the positions at rest");
+  addLine(result, parts.contact, quantity::kLineContact, quantity::kLineContactHz, "the deflection in contact");
+  addLine(result, parts.free, quantity::kLineFree, quantity::kLineFreeHz, "the deflection without contact");
+}
+
+void addDrift(Result& result, const CheckRun& run, const Together& together, const std::optional<Zero>& zero) {
+  constexpr double kUmPerMm = 1e3;
+  Vector3d drift = together.parameters().segment<3>(run.driftAt());
+  Vector3d variance = together.covariance().diagonal().segment<3>(run.driftAt());
+  if (zero) {
+    drift -= zero->drift_mm_min;
+    variance += zero->sd_drift_mm_min.cwiseAbs2();
+  }
+  result.estimates.push_back(
+      Estimate::vector(quantity::kDrift, listOf(kUmPerMm * drift), listOf(kUmPerMm * variance.cwiseSqrt())));
+  if (!zero) return;
+  result.estimates.push_back(Estimate::vector(quantity::kZeroDrift, listOf(kUmPerMm * zero->drift_mm_min),
+                                              listOf(kUmPerMm * zero->sd_drift_mm_min)));
+}
+
+// Lost motion with the probe's hysteresis, and the repeatability that follows from it.
+void addReversal(Result& result, const CheckRun& run, const Together& together, const Scatter& scatter) {
+  const Index at = run.othersAt();
+  MatrixXd chosen = MatrixXd::Zero(3, run.unknowns());
+  chosen.middleCols(at + kLostAt, 3).setIdentity();
+  chosen.col(at + kHysteresisAt).setOnes();
+  const Vector3d lost = chosen * together.parameters();
+  const Vector3d variance = (chosen * together.covariance() * chosen.transpose()).diagonal();
+  auto estimate = Estimate::vector(quantity::kLostMotion, listOf(lost), listOf(variance.cwiseSqrt()));
+  if (const auto cofactor = unitCofactor(together.designRows())) {
+    MatrixXd own = MatrixXd::Zero(3, kHysteresisAt + 1);
+    own.middleCols(kLostAt, 3).setIdentity();
+    own.col(kHysteresisAt).setOnes();
+    estimate.design = listOf(VectorXd{(own * *cofactor * own.transpose()).diagonal().cwiseSqrt()});
+    result.design_per = kOneWay;
+  }
+  result.estimates.push_back(std::move(estimate));
+  const double in = scatter.sdIn(), out = scatter.sdOut();
+  const double both = in * in + out * out + 2 * scatter.correlation * scatter.correlation * in * out;
+  std::vector<double> repeatability, sd;
+  for (Index axis = 0; axis < 3; ++axis) {
+    const double one_way = 4 * std::max(scatter.in_mm, scatter.out_mm);
+    repeatability.push_back(std::max(one_way, 2 * scatter.in_mm + 2 * scatter.out_mm + std::abs(lost[axis])));
+    sd.push_back(std::sqrt(4 * both + variance[axis]));
+  }
+  result.estimates.push_back(Estimate::vector(quantity::kRepeatability, repeatability, sd));
+  result.also.push_back(Estimate::scalar(quantity::kHysteresis, together.parameters()[at + kHysteresisAt],
+                                         std::sqrt(together.covariance()(at + kHysteresisAt, at + kHysteresisAt))));
+  result.also.push_back(Estimate::scalar(quantity::kTouchScatterIn, scatter.in_mm, in));
+  result.also.push_back(Estimate::scalar(quantity::kTouchScatterOut, scatter.out_mm, out));
+}
+
+void addForm(Result& result, const CheckRun& run, const Together& together, const Form& form) {
+  if (const auto range = rangeOf(run, together, form, false))
+    result.estimates.push_back(Estimate::scalar(quantity::kForm3d, range->value, range->sd));
+  if (const auto range = rangeOf(run, together, form, true))
+    result.estimates.push_back(Estimate::scalar(quantity::kForm2d, range->value, range->sd));
+  result.estimates.push_back(Estimate::vector(quantity::kLobing, listOf(form.lobes_mm), listOf(form.sd_lobes_mm)));
+  if (!form.explained) {
+    result.warnings.emplace_back(
+        "form-not-of-lobes: the places of the directions miss two to four lobes by more than their noise; the map "
+        "shows "
+        "where. Look for dirt on sphere and stylus, and for a loose stylus");
+  }
+  std::vector<double> map, sd;
+  for (Index d = 0; d < run.driftAt(); ++d) {
+    const Vector3d& u = run.directions[static_cast<std::size_t>(d)];
+    map.insert(map.end(), {degrees(std::atan2(u.y(), u.x())), degrees(std::asin(std::clamp(u.z(), -1.0, 1.0))),
+                           form.found_mm[d], form.by_lobes_mm[d]});
+    sd.insert(sd.end(), {0, 0, form.sd_found_mm[d], 0});
+  }
+  result.also.push_back(Estimate::matrix(quantity::kFormByDirection, std::size(quantity::kFormColumns), map, sd));
+}
+
+void addCurvature(Result& result, const CheckRun& run, const Together& together) {
+  const Index at = run.othersAt();
+  double depth_mm = 0;
+  for (const auto& one : run.told) depth_mm += one.depth_mm / static_cast<double>(run.count());
+  const double bent = kBentByBounce * together.parameters()[at + kHysteresisAt] / (depth_mm * depth_mm);
+  const Vector3d variance = together.covariance().diagonal().segment<3>(at + kBendAt).array() + bent * bent;
+  result.estimates.push_back(Estimate::vector(
+      quantity::kGainCurvature, listOf(together.parameters().segment<3>(at + kBendAt)), listOf(variance.cwiseSqrt())));
+}
+
+// Delay of each axis, centre and size come along.
+void addTheRest(Result& result, const CheckRun& run, const Together& together, const Form& form,
+                std::optional<double> known_mm) {
+  const Index at = run.othersAt();
+  result.also.push_back(
+      Estimate::vector(quantity::kTauAxis, listOf(together.parameters().segment<3>(at)),
+                       listOf(VectorXd{together.covariance().diagonal().segment<3>(at).cwiseSqrt()})));
+  result.also.push_back(Estimate::vector(quantity::kCentre, listOf(form.centre_mm), listOf(form.sd_centre_mm)));
+  result.also.push_back(Estimate::scalar(quantity::kEffectiveDiameter, 2 * form.radius_mm, 2 * form.sd_radius_mm));
+  if (known_mm)
+    result.estimates.push_back(
+        Estimate::scalar(quantity::kStaticError, 2 * form.radius_mm - *known_mm, 2 * form.sd_radius_mm));
+}
+
+}  // namespace
+
+std::string quantity::lobeName(std::size_t component) {
+  if (component == kLobes - 1) return "across the stylus";
+  return component < kLobes - 1
+             ? std::to_string(2 + component / 2) + " lobes, " + (component % 2 == 0 ? "cosine" : "sine")
+             : std::string{};
+}
+
+Outcome<Result, Refusal> solveMachineCheck(const Dataset& dataset) {
+  if (auto refusal = refuseTurnedProbe(dataset)) return *refusal;
+  TRY(const auto known_mm, configPositive(dataset, "effective_diameter_mm"));
+  TRY(const auto run, readRun(dataset));
+  Together together{run};
+  if (auto refusal = together.fit()) return *refusal;
+  if (together.condition() > kGoodCondition) {
+    return Refusal{
+        "way-in-missing",
+        "too few ways in are of use to tell lost motion from the delay: touch more slowly, so that the stylus "
+        "does not bounce"};
+  }
+  TRY(const auto form, formOf(run, together));
+  TRY(const auto parts, stillParts(run));
+  const Scatter scatter = scatterOf(run, together);
+  const auto zero = zeroOf(run, parts);
+
+  Result result;
+  result.method = dataset.method;
+  result.convention =
+      "R, s and lost motion (reversal value) as ISO 230-2, P_FTU as ISO 10360-5 and ISO 230-10; lobes and form "
+      "outwards "
+      "positive, azimuth from +X to +Y; a drift of the machine moves what is touched";
+  result.warnings = run.warnings;
+  result.dropped = run.dropped;
+  addReversal(result, run, together, scatter);
+  addForm(result, run, together, form);
+  addCurvature(result, run, together);
+  addDrift(result, run, together, zero);
+  addNoise(result, parts);
+  addTheRest(result, run, together, form, known_mm);
+  result.dof = together.dof();
+  result.condition = together.condition();
+  result.residuals = {.unit = "mm", .against = "t_min", .names = {}, .at = {}, .values = {}};
+  double squares = 0;
+  for (Index i = 0; i < run.count(); ++i) {
+    const Told& one = run.told[static_cast<std::size_t>(i)];
+    result.residuals.names.push_back(one.touch.plan.name);
+    result.residuals.at.push_back(one.minutes + run.half_min);
+    result.residuals.values.push_back(together.off(i)[0]);
+    squares += together.off(i)[0] * together.off(i)[0];
+  }
+  result.rms = std::sqrt(squares / static_cast<double>(run.count()));
+  return result;
+}
+
+namespace {
+
+constexpr MethodKey kCheckKeys[]{
+    {"effective_diameter_mm", "",
+     "certified diameter of sphere plus stylus ball; if given, static_error_mm is answered too"},
+    kProbeAtZero,
+    kProbeB};
+constexpr Quantity kCheckResults[]{quantity::kLostMotion, quantity::kRepeatability, quantity::kForm3d,
+                                   quantity::kForm2d,     quantity::kLobing,        quantity::kGainCurvature,
+                                   quantity::kDrift,      quantity::kZeroDrift,     quantity::kNoiseMachine,
+                                   quantity::kNoiseProbe, quantity::kStaticError};
+constexpr Quantity kCheckFurther[]{quantity::kHysteresis,      quantity::kTouchScatterIn, quantity::kTouchScatterOut,
+                                   quantity::kFormByDirection, quantity::kLineMachine,    quantity::kLineMachineHz,
+                                   quantity::kLineContact,     quantity::kLineContactHz,  quantity::kLineFree,
+                                   quantity::kLineFreeHz};
+constexpr std::string_view kCheckUnobservable[]{
+    "scale and squareness of the axes: on one sphere they look like two lobes and like its size; the positions of two "
+    "spheres at a certified distance, or sphere-fit at several places, show them",
+    "form of the sphere apart from that of the stylus ball and the probe's lobes: they are one map",
+    "lobes that go once around: they displace the stylus ball, and every centre alike", of_delay::kApart};
+
+}  // namespace
+
+const Method kMachineCheck{.name = "machine-check",
+                           .title = "What the machine and its probe are",
+                           .equations = "(A7a), (A25)-(A29)",
+                           .source = "none; terms of ISO 230-2, ISO 230-10, ISO 10360-5",
+                           .solver = solveMachineCheck,
+                           .measures_machine = true,
+                           .tables = of_delay::kTouchTables,
+                           .keys = kCheckKeys,
+                           .known = std::span{of_delay::kDiameterKnown}.first<2>(),
+                           .results = kCheckResults,
+                           .further = kCheckFurther,
+                           .unobservable = kCheckUnobservable,
+                           .subject = {.about = Subject{SubjectKind::machine}}};
+
+}  // namespace probebox::metrology
