@@ -128,16 +128,16 @@ TEST(CertificatesInAForecast, OfAPlateAreNotTakenAsExactWhereStated) {
   EXPECT_THAT(rough.taken_as_exact, Not(Contains("sd_certificate_mm")));
 }
 
-// Faster touches make less of a wrong diameter, and more of the noise: with a poor certificate they come first.
-TEST(CertificatesInAForecast, DecideWhichRunIsTheMostPrecise) {
+// Two speeds tell lost motion apart from the delay: where little is known of it they come first.
+TEST(AccuracyInAForecast, DecidesWhichRunIsTheMostPrecise) {
   plan::SetUp rough;
-  rough.sd_sphere_diameter_mm = 0.01;
+  rough.accuracy = MachineAccuracy{.scale_ppm = 0, .squareness_urad = 0, .lost_motion_um = 20, .drift_um_per_min = 0};
   const auto found = proposals({.method = &procedure::kDelayKnownSphere}, rough, 120);
   ASSERT_TRUE(found);
   ASSERT_GT(found->size(), 2U);
   for (std::size_t i = 1; i < found->size(); ++i)
     EXPECT_LE((*found)[i - 1].estimates.front().uncertainty.front(), (*found)[i].estimates.front().uncertainty.front());
-  EXPECT_EQ(found->front().wanted.options.speeds_mm_s[0], 60);
+  EXPECT_EQ(found->front().wanted.options.speed_count, 2U);
 }
 
 TEST(Forecast, RefusesAToolThatIsNotDescribedAsTheBoxDoes) {
