@@ -37,6 +37,11 @@ Outcome<ScaledBlocks, Refusal> scaledAt(const BlockModel& model, const BlockUnkn
     auto block = model(k, at);
     if (!block.residuals.allFinite() || !block.own.allFinite() || !block.common.allFinite())
       return Refusal{"not-finite", "the fit diverged: look for a gross error in the readings"};
+    if (block.residuals.size() < block.own.cols()) {
+      return Refusal{"too-few-readings", std::to_string(block.residuals.size()) + " equations for " +
+                                             std::to_string(block.own.cols()) +
+                                             " unknowns of one block: take more readings of each"};
+    }
     squares += block.common.colwise().squaredNorm();
     scaled.squares += block.residuals.squaredNorm();
     scaled.rows.push_back(std::move(block));

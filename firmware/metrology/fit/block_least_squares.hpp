@@ -53,8 +53,8 @@ struct BlockFit {
   std::size_t dof{};
 };
 
-// Minimises the squares of all residuals from `start` on, under the rules of leastSquares(). Every block has at least
-// as many rows as own unknowns. Refuses: not-finite, too-few-readings, ill-conditioned, no-convergence.
+// Minimises the squares of all residuals from `start` on, under the rules of leastSquares(). Every block has unknowns
+// of its own. Refuses: not-finite, too-few-readings (also of a block), ill-conditioned, no-convergence.
 Outcome<BlockFit, Refusal> leastSquaresInBlocks(const BlockModel& model, const BlockUnknowns& start);
 
 }  // namespace probebox::metrology

@@ -108,6 +108,16 @@ TEST(BlockLeastSquares, RefusesUnknownsThatNoRowDetermines) {
   EXPECT_EQ(leastSquaresInBlocks(std::cref(bent), zeros(3)).error().name, "ill-conditioned");
 }
 
+TEST(BlockLeastSquares, RefusesABlockWithFewerRowsThanUnknowns) {
+  std::mt19937_64 random{7};
+  Bent bent = randomBlocks(3, random);
+  auto& [residuals, own, common] = bent.rows[1];
+  residuals.conservativeResize(2);
+  own.conservativeResize(2, Eigen::NoChange);
+  common.conservativeResize(2, Eigen::NoChange);
+  EXPECT_EQ(leastSquaresInBlocks(std::cref(bent), zeros(3)).error().name, "too-few-readings");
+}
+
 TEST(BlockLeastSquares, AsksEachBlockEquallyOftenHoweverManyThereAre) {
   std::mt19937_64 random{6};
   const auto callsOf = [&](std::size_t blocks) {
