@@ -83,6 +83,23 @@ TEST(MachineToml, HasTheSdOfEverySize) {
   EXPECT_EQ(machine->periodic_check->sd_ball_diameter_mm, 0.0003);
 }
 
+// Only what is stated is believed: a missing key has its cautious value, and zero has to be written.
+TEST(MachineToml, HasWhatIsKnownOfItsOwnErrors) {
+  EXPECT_FALSE(machineWith("")->accuracy);
+  const auto machine = machineWith("[accuracy]\nscale_ppm = 3\nlost_motion_um = 0\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_EQ(machine->accuracy->scale_ppm, 3);
+  EXPECT_EQ(machine->accuracy->lost_motion_um, 0);
+  EXPECT_EQ(machine->accuracy->squareness_urad, MachineAccuracy{}.squareness_urad);
+  EXPECT_GT(machine->accuracy->drift_um_per_min, 0);
+  EXPECT_FALSE(machineWith("[accuracy]\nscale_ppm = -3\n").ok());
+  const auto like_sim = parseMachine("like_sim = true\n[accuracy]\nscale_ppm = 3\n", "machine.toml");
+  ASSERT_TRUE(like_sim.ok()) << like_sim.error().what;
+  EXPECT_EQ(like_sim->name, "emulated three-axis mill");
+  EXPECT_EQ(like_sim->accuracy->scale_ppm, 3);
+  EXPECT_EQ(like_sim->accuracy->lost_motion_um, 0) << "as in board/sim";
+}
+
 TEST(BoxToml, NamesFileLineAndNearestKeyOfAnUnknownOne) {
   EXPECT_EQ(problemOfBox(exchangedInBox("serial_number", "serial_nummer")),
             "box.toml:3: unknown key 'box.serial_nummer': did you mean 'serial_number'?");

@@ -58,6 +58,22 @@ TEST(SizesOfARun, HaveTheSdThatIsDescribed) {
   EXPECT_EQ(numberAt(measured(kDelayPlates, facts), "sd_gap_mm"), 5e-4);
 }
 
+// What machine.toml says of the machine's own errors; nothing where it says nothing, so that cautious values hold.
+TEST(AccuracyOfARun, IsInTheCaseOfEveryMethod) {
+  Facts facts = withSphere({});
+  facts.gap_mm = 26;
+  for (const LiveMethod* method : {&kDelayKnownSphere, &kDelayPlates, &kCentreline}) {
+    facts.accuracy = MachineAccuracy{.scale_ppm = 3, .squareness_urad = 4, .lost_motion_um = 0, .drift_um_per_min = 0};
+    const auto run = measured(*method, facts);
+    EXPECT_EQ(numberAt(run, "scale_ppm"), 3);
+    EXPECT_EQ(numberAt(run, "squareness_urad"), 4);
+    EXPECT_EQ(numberAt(run, "lost_motion_um"), 0);
+    EXPECT_EQ(numberAt(run, "drift_um_per_min"), 0);
+    facts.accuracy.reset();
+    EXPECT_FALSE(measured(*method, facts).dataset.config.contains("scale_ppm"));
+  }
+}
+
 TEST(TemperatureOfARun, IsEnoughWhereTheExpansionAloneIsDescribed) {
   Facts facts = withSphere(SphereTemperature{.celsius = {}, .sd_k = 0.5, .expansion_per_k = 11.5e-6});
   const auto without = measured(kDelayKnownSphere, facts);

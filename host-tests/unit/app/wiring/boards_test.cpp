@@ -33,6 +33,9 @@ TEST(Boards, TheWornMachineIsTheEmulatedOneWithTheErrorsThatMachinesHave) {
     EXPECT_NE(error, 0);
   EXPECT_EQ(world.vibrations.size(), 1U);
   EXPECT_GT(world.screws[0]->heat_shares.size(), 1U);
+  EXPECT_EQ(worn->machine.name, board::simDescriptions()->machine.name);
+  EXPECT_EQ(worn->machine.accuracy.value().lost_motion_um, 5);
+  EXPECT_EQ(board::simDescriptions()->machine.accuracy.value().lost_motion_um, 0);
 }
 
 TEST(Boards, BeagleBoneReadsItsAxesInTwoWays) {
