@@ -489,7 +489,9 @@ Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Tou
   const double left = squared_delays - tau_s * delays + lost_mm * products;  // chi-square
   const double spare = static_cast<double>(by_speed.size()) - 2.0;
   const double widened = spare > 0.0 ? std::max(1.0, left / spare) : 1.0;
-  Match match{.tau_s = tau_s, .sd_s = std::sqrt(widened * squares / determinant)};
+  Match match;
+  match.tau_s = tau_s;
+  match.sd_s = std::sqrt(widened * squares / determinant);
   match.rms_mm = std::sqrt(rms / static_cast<double>(all.dof));
   match.expected_mm = std::max(match.rms_mm, std::sqrt(expected / static_cast<double>(all.dof)));
   match.dof = all.dof;
