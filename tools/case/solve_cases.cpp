@@ -9,6 +9,7 @@
 #include <sstream>
 #include <string>
 
+#include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/dataset/estimate.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
 #include "firmware/metrology/solve.hpp"
@@ -73,6 +74,9 @@ void print(std::ostream& out, const std::string& case_name, const Result& result
   if (const auto figure = result.designFigure()) {
     out << "  design: sd of "
         << designText(metrology::partsOf(result.estimates.front()).front().key, *figure, result.design_per) << "\n";
+  }
+  for (const auto& [name, value] : result.conditions) {
+    if (name == metrology::kAccuracyAssumed) out << "  " << name << ": " << value << "\n";
   }
   if (!result.convention.empty()) out << "  " << result.convention << "\n";
   for (const auto& dropped : result.dropped) out << "  dropped: " << dropped.name << ": " << dropped.reason << "\n";

@@ -22,6 +22,9 @@ std::optional<SubjectKind> subjectNamedByCondition(std::string_view key);
 inline constexpr std::string_view kStylusBall = "stylus_ball";
 inline constexpr std::string_view kAssumedExact = "assumed to be exact: U holds no error of it";
 
+// What is taken of the machine's own errors, where a case does not state them and they count.
+inline constexpr std::string_view kAccuracyAssumed = "accuracy";
+
 // Those keys that the case states, in this order.
 std::vector<Condition> conditionsOf(const Dataset& dataset);
 

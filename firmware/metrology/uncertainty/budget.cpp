@@ -268,7 +268,8 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   if (result.covariance) result.weakest = worstDeterminedOf(*result.covariance);
   addUnobservable(result, dataset, method);
   result.conditions = conditionsOf(dataset);
-  if (auto sentence = assumedAccuracy(assumed)) result.conditions.push_back({"accuracy", *std::move(sentence)});
+  if (auto sentence = assumedAccuracy(assumed))
+    result.conditions.push_back({std::string{kAccuracyAssumed}, *std::move(sentence)});
   return solved;
 }
 

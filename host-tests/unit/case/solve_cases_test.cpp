@@ -136,16 +136,19 @@ TEST_F(SolveCases, SaysWhatTheResultRestsOn) {
         R"({"method": "sphere-fit", "sigma_mm": 0.001, "radius_mm": 10, "sd_radius_mm": 0.002, "probe": "P-7"})");
   const Json line = answer({folder}).lines.at(0);
   const auto& sd = line["sd"]["centre_mm"];
-  const auto& type_b = line["budget"][1];
   EXPECT_EQ(line["budget"][0]["name"], "readings");
   EXPECT_EQ(line["budget"][0]["sd"]["centre_mm"], sd);
-  EXPECT_EQ(type_b["type"], "B");
+  EXPECT_EQ(line["budget"][1]["name"], "sd_radius_mm");
+  EXPECT_EQ(line["budget"][1]["type"], "B");
   for (std::size_t k = 0; k < 3; ++k) {
-    const double whole = std::hypot(sd[k].get<double>(), type_b["sd"]["centre_mm"][k].get<double>());
-    EXPECT_NEAR(line["expanded_k2"]["centre_mm"][k].get<double>(), 2.0 * whole, 1e-12);
+    double squares = 0;
+    for (const auto& one : line["budget"]) squares += std::pow(one["sd"]["centre_mm"][k].get<double>(), 2);
+    EXPECT_NEAR(line["expanded_k2"]["centre_mm"][k].get<double>(), 2.0 * std::sqrt(squares), 1e-12);
     EXPECT_NEAR(line["design"]["centre_mm"][k].get<double>() * 0.001, sd[k].get<double>(), 1e-9);
   }
   EXPECT_EQ(line["conditions"]["probe"], "P-7");
+  EXPECT_THAT(line["conditions"]["accuracy"].get<std::string>(), HasSubstr("lost_motion_um 5"))
+      << "of a machine of which nothing is stated";
   EXPECT_FALSE(line["unobservable"].empty());
   EXPECT_EQ(line["residuals"]["values"].size(), 5U);
   EXPECT_EQ(line["residuals"]["names"][4], "point 5");
@@ -182,7 +185,8 @@ TEST_F(SolveCases, SaysTheVerdictOfACheckFirst) {
 // The radius is taken as known to 0.01 mm, which moves the centre along Z alone.
 TEST_F(SolveCases, PrintsTheCombinedUncertaintyBehindPlusMinus) {
   const auto folder = goodCase("case");
-  write("case/config.json", R"({"method": "sphere-fit", "sigma_mm": 0.001, "radius_mm": 10, "sd_radius_mm": 0.01})");
+  write("case/config.json", R"({"method": "sphere-fit", "sigma_mm": 0.001, "radius_mm": 10, "sd_radius_mm": 0.01,
+    "scale_ppm": 0, "squareness_urad": 0, "lost_motion_um": 0, "drift_um_per_min": 0})");
   EXPECT_THAT(answer({folder}, false).out,
               testing::ContainsRegex("centre Z +0.000 \\+/- 0.010 mm, sd 0.00100 mm; U 0.020 mm"));
 }
