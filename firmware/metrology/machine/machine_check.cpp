@@ -58,7 +58,7 @@ constexpr double kCalm_s = 0.02;         // of a rest, until what rings is over
 // Unknowns of a touch beside the place of its direction.
 constexpr Index kDelays = 3, kLost = 3, kLostAt = kDelays, kHysteresisAt = kLostAt + kLost, kBendAt = kHysteresisAt + 1,
                 kOthers = kBendAt + 3;
-constexpr Index kLobes = 7;
+constexpr Index kLobes = std::size(quantity::kLobes);
 
 // Cosine and sine of lobes about the stylus, and the part across it, as the lobes of a stylus grow with the angle to
 // it.
@@ -649,7 +649,7 @@ void addForm(Result& result, const CheckRun& run, const Together& together, cons
     result.estimates.push_back(Estimate::scalar(quantity::kForm3d, range->value, range->sd));
   if (const auto range = rangeOf(run, together, form, true))
     result.estimates.push_back(Estimate::scalar(quantity::kForm2d, range->value, range->sd));
-  result.estimates.push_back(Estimate::vector(quantity::kLobing, listOf(form.lobes_mm), listOf(form.sd_lobes_mm)));
+  result.estimates.push_back(Estimate::matrix(quantity::kLobing, 1, listOf(form.lobes_mm), listOf(form.sd_lobes_mm)));
   if (!form.explained) {
     result.warnings.emplace_back(
         "form-not-of-lobes: the places of the directions miss two to four lobes by more than their noise; the map "
@@ -691,13 +691,6 @@ void addTheRest(Result& result, const CheckRun& run, const Together& together, c
 }
 
 }  // namespace
-
-std::string quantity::lobeName(std::size_t component) {
-  if (component == kLobes - 1) return "across the stylus";
-  return component < kLobes - 1
-             ? std::to_string(2 + component / 2) + " lobes, " + (component % 2 == 0 ? "cosine" : "sine")
-             : std::string{};
-}
 
 Outcome<Result, Refusal> solveMachineCheck(const Dataset& dataset) {
   if (auto refusal = refuseTurnedProbe(dataset)) return *refusal;
