@@ -51,7 +51,7 @@ constexpr int kDraws = 400;            // for the sd of a range
 constexpr double kContactShare = 0.1;  // of the deflection
 // Where the probe has hysteresis, the bounce of the stylus goes through some of it and bends the way in (simulated).
 constexpr double kBentByBounce = 0.2;    // of the hysteresis, over the square of the depth: of a bend
-constexpr double kMovedByBounce = 0.04;  // of the hysteresis: of a lobe
+constexpr double kMovedByBounce = 0.02;  // of the hysteresis: of a lobe
 constexpr double kGuard_s = 0.002;       // beside the contact
 constexpr double kCalm_s = 0.02;         // of a rest, until what rings is over
 
