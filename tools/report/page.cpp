@@ -25,8 +25,8 @@ std::string article(const Subject& subject) {
   std::string text = "<article>\n" + heading(subject) + decisionBox(subject);
   if (const auto* result = subject.result()) {
     text += warningsList(*result) + changeTable(subject) + conformityTable(subject) + valueTables(subject) +
-            picturesOf(subject) + residualsTable(*result) + droppedList(*result) + budgetTable(*result) +
-            factsTable(*result) + unobservableList(subject) + alsoTable(subject);
+            standardsTable(subject) + picturesOf(subject) + residualsTable(*result) + droppedList(*result) +
+            budgetTable(*result) + factsTable(*result) + unobservableList(subject) + alsoTable(subject);
   } else {
     text += picturesOf(subject);
   }

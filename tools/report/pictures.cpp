@@ -24,6 +24,7 @@ std::vector<Plot> pictures(const Subject& subject) {
   if (result == nullptr) return subject.dataset ? ofRefusal(*subject.dataset) : std::vector<Plot>{};
   std::vector<Plot> all;
   append(all, sizePictures(subject));
+  append(all, formPictures(*result));
   append(all, screwPictures(subject));
   append(all, rotaryPictures(subject));
   if (subject.dataset) {

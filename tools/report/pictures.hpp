@@ -26,6 +26,8 @@ std::vector<Plot> turnPictures(const metrology::Dataset& dataset, const metrolog
 std::vector<Plot> rotaryPictures(const Subject& subject);
 // Sensor against time, table of sectors, and compensation of a ball screw.
 std::vector<Plot> screwPictures(const Subject& subject);
+// Form of probing by direction: a map seen along the stylus, and the directions across it.
+std::vector<Plot> formPictures(const metrology::Result& result);
 // Error of the head at the queried angles.
 std::vector<Plot> swivelPictures(const metrology::Dataset& dataset, const metrology::Result& result);
 // Points of a sphere, or readings, projected on the machine's plane, with the fitted circle if there is one.

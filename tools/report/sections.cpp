@@ -207,6 +207,20 @@ std::string heading(const Subject& subject) {
          escaped(subject.name) + "</p>\n";
 }
 
+std::string standardsTable(const Subject& subject) {
+  std::string rows;
+  for (const auto& estimate : subject.result()->estimates) {
+    const auto* known = metrology::quantityOf(estimate.key);
+    if (known == nullptr || known->standard.empty()) continue;
+    rows += "<tr>" + element("td", std::string{known->standard}) + element("td", titleOf(estimate)) +
+            element("td", numbersOf(estimate) + " " + unitOf(estimate, 0).unit) + "</tr>\n";
+  }
+  if (rows.empty()) return {};
+  return "<h2>In the terms of the standards</h2>\n<table>\n<tr><th>term</th><th>here</th><th>value \u00b1 U (k = "
+         "2)</th></tr>\n" +
+         rows + "</table>\n";
+}
+
 std::string budgetTable(const Result& result) {
   if (result.budget.empty()) return {};
   constexpr const char* kUnknown = "<td class=\"n\">unknown</td>";

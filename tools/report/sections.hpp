@@ -7,6 +7,8 @@ namespace probebox::report {
 
 // The parts of one subject's article, as HTML; empty without content.
 std::string heading(const Subject& subject);
+// Promised values that standards have terms for, with these.
+std::string standardsTable(const Subject& subject);
 std::string budgetTable(const metrology::Result& result);
 // Residuals against the noise: rms, chi-square with its expected range, and the readings furthest off in their sd.
 std::string residualsTable(const metrology::Result& result);

@@ -57,6 +57,7 @@ struct Quantity {
   Compared compared{};
   double most{};  // largest plausible size, in the unit of the key; 0: what the unit allows
   UsualSize usual{};
+  std::string_view standard{};  // its term in a standard, which pages name beside it
 
   // The same value, as this method explains it.
   constexpr Quantity as(std::string_view own_about) const {
@@ -107,12 +108,14 @@ inline constexpr Quantity kEffectiveDiameter{.key = "effective_diameter_mm",
 inline constexpr Quantity kStaticError{
     .key = "static_error_mm",
     .about = "the measured effective size minus the stated one; only if that is given",
-    .kind = QuantityKind::error};
+    .kind = QuantityKind::error,
+    .standard = "of a sphere: size error of probing, P_STU (ISO 10360-5)"};
 inline constexpr Quantity kLostMotion{
     .key = "lost_motion_mm",
     .about = "by which the axes lag behind their encoders, twice, with the probe's hysteresis: x y z, or one for all",
     .kind = QuantityKind::error,
-    .axes = "XYZ"};
+    .axes = "XYZ",
+    .standard = "reversal value B (ISO 230-2), with the probe's hysteresis"};
 inline constexpr Quantity kCentre{.key = result_key::kCentre, .about = "centre of the sphere", .axes = "XYZ"};
 inline constexpr Quantity kRadius{.key = "radius_mm", .about = "of the ball about it"};
 // Height at which the centre of a leaning axis holds.

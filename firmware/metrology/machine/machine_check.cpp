@@ -51,14 +51,14 @@ constexpr int kDraws = 400;            // for the sd of a range
 constexpr double kContactShare = 0.1;  // of the deflection
 // Where the probe has hysteresis, the bounce of the stylus goes through some of it and bends the way in (simulated).
 constexpr double kBentByBounce = 0.2;    // of the hysteresis, over the square of the depth: of a bend
-constexpr double kMovedByBounce = 0.04;  // of the hysteresis: of a lobe
+constexpr double kMovedByBounce = 0.02;  // of the hysteresis: of a lobe
 constexpr double kGuard_s = 0.002;       // beside the contact
 constexpr double kCalm_s = 0.02;         // of a rest, until what rings is over
 
 // Unknowns of a touch beside the place of its direction.
 constexpr Index kDelays = 3, kLost = 3, kLostAt = kDelays, kHysteresisAt = kLostAt + kLost, kBendAt = kHysteresisAt + 1,
                 kOthers = kBendAt + 3;
-constexpr Index kLobes = 7;
+constexpr Index kLobes = std::size(quantity::kLobes);
 
 // Cosine and sine of lobes about the stylus, and the part across it, as the lobes of a stylus grow with the angle to
 // it.
@@ -649,7 +649,7 @@ void addForm(Result& result, const CheckRun& run, const Together& together, cons
     result.estimates.push_back(Estimate::scalar(quantity::kForm3d, range->value, range->sd));
   if (const auto range = rangeOf(run, together, form, true))
     result.estimates.push_back(Estimate::scalar(quantity::kForm2d, range->value, range->sd));
-  result.estimates.push_back(Estimate::vector(quantity::kLobing, listOf(form.lobes_mm), listOf(form.sd_lobes_mm)));
+  result.estimates.push_back(Estimate::matrix(quantity::kLobing, 1, listOf(form.lobes_mm), listOf(form.sd_lobes_mm)));
   if (!form.explained) {
     result.warnings.emplace_back(
         "form-not-of-lobes: the places of the directions miss two to four lobes by more than their noise; the map "
@@ -691,13 +691,6 @@ void addTheRest(Result& result, const CheckRun& run, const Together& together, c
 }
 
 }  // namespace
-
-std::string quantity::lobeName(std::size_t component) {
-  if (component == kLobes - 1) return "across the stylus";
-  return component < kLobes - 1
-             ? std::to_string(2 + component / 2) + " lobes, " + (component % 2 == 0 ? "cosine" : "sine")
-             : std::string{};
-}
 
 Outcome<Result, Refusal> solveMachineCheck(const Dataset& dataset) {
   if (auto refusal = refuseTurnedProbe(dataset)) return *refusal;

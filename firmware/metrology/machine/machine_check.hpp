@@ -1,4 +1,5 @@
 #pragma once
+#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -17,8 +18,12 @@ Outcome<Result, Refusal> solveMachineCheck(const Dataset& dataset);
 
 namespace quantity {
 
-// "2 lobes, cosine".
-std::string lobeName(std::size_t component);
+inline constexpr std::string_view kLobes[]{"2 lobes, cosine", "2 lobes, sine", "3 lobes, cosine",  "3 lobes, sine",
+                                           "4 lobes, cosine", "4 lobes, sine", "across the stylus"};
+inline std::string lobeName(std::size_t component) {
+  return component < std::size(kLobes) ? std::string{kLobes[component]} : std::string{};
+}
+inline constexpr QuantityColumn kLobeColumns[]{{"outwards", "um", 1e3}};
 
 inline constexpr QuantityColumn kFormColumns[]{
     {"azimuth", "deg"}, {"elevation", "deg"}, {"found", "um", 1e3}, {"by the lobes", "um", 1e3}};
@@ -29,24 +34,30 @@ inline constexpr Quantity kRepeatability{
         "bi-directional repeatability R of a touch along each axis, x y z (ISO 230-2, by ISO 230-10): two sd of the "
         "ways in, two of the ways out, and the lost motion",
     .kind = QuantityKind::error,
-    .axes = "XYZ"};
+    .axes = "XYZ",
+    .standard = "bi-directional repeatability R (ISO 230-2), of probing (ISO 230-10)"};
 inline constexpr Quantity kForm3d{
     .key = "form_3d_mm",
     .about =
         "3-D form of probing, P_FTU (ISO 10360-5, ISO 230-10): range of the distances from the fitted sphere, one "
         "touch a direction at the slowest speed, drift taken out",
-    .kind = QuantityKind::error};
+    .kind = QuantityKind::error,
+    .standard = "form error of probing, P_FTU (ISO 10360-5), P_FTU,3D (ISO 230-10)"};
 inline constexpr Quantity kForm2d{
     .key = "form_2d_mm",
     .about = "2-D form of probing, P_FTU,2D (ISO 230-10): the same of the directions across the stylus, about a circle",
-    .kind = QuantityKind::error};
+    .kind = QuantityKind::error,
+    .standard = "form error of probing, P_FTU,2D (ISO 230-10)"};
 inline constexpr Quantity kLobing{
     .key = "lobing_mm",
     .about =
         "harmonics of the form, free of noise, outwards positive, times the sine of the angle to the stylus: cosine "
         "and sine of 2, 3 and 4 lobes about it, and the part across the stylus against along it",
     .kind = QuantityKind::error,
-    .part_name = lobeName};
+    .part_name = lobeName,
+    .title = "lobing",
+    .rows = kLobes,
+    .columns = kLobeColumns};
 inline constexpr Quantity kGainCurvature{
     .key = "gain_curvature_per_mm",
     .about = "share by which each channel of the probe reads too much, per mm of deflection along it",

@@ -40,8 +40,8 @@ std::string componentOf(const Estimate& estimate, std::size_t k) {
 
 TEST(Answers, HaveTheCovarianceOfTheirValues) {
   // One value, or values that no linear fit gives.
-  const std::set<std::string> without{"delay-contour", "delay-in-out", "delay-stepped-scan", "machine-check",
-                                      "screw-compensation", "selftest"};
+  const std::set<std::string> without{"delay-contour", "delay-in-out",       "delay-stepped-scan",
+                                      "machine-check", "screw-compensation", "selftest"};
   for (const auto& [name, result] : answers()) {
     const bool known = std::ranges::any_of(result.estimates, [](const Estimate& e) { return !e.sd.empty(); });
     if (without.contains(result.method) || !known) continue;
