@@ -33,6 +33,7 @@ constexpr double kUsualBend = 0.1;        // of the gain at full depth, sd
 constexpr double kOtherBounce = 12.0;     // by which one has to be better than the usual
 constexpr double kUsualBounce = 0.2;      // of the overtravel, amplitude
 constexpr double kFragment = 0.3;         // of the longest stretch of a way
+constexpr double kDependent = 1e-12;      // of sine and cosine, one of which says nothing beside the other
 constexpr double kBounceGain = 25.0;      // of chi-square, by which a bounce has to explain the record better
 constexpr double kFarOff = 5.0;           // sd
 constexpr double kLowestBounce_hz = 20.0;
@@ -534,63 +535,95 @@ class TouchRecord::Solver {
     }
   }
 
-  // Tries bounces of many frequencies, with the machine's lines as they are.
+  // Explains the samples of the probe by a bounce, with the machine's lines as they are.
+  class BounceSearch {
+   public:
+    explicit BounceSearch(const Solver& solver) : solver_{solver} {
+      std::vector<Index> rows;
+      for (std::size_t i = 0; i < solver.rows_.size(); ++i) {
+        const Row& row = solver.rows_[i];
+        if (!row.of_probe) continue;
+        rows.push_back(static_cast<Index>(i));
+        ages_.push_back(solver.record_.probe_.times[row.sample] - solver.contact_);
+      }
+      others_ = orthonormalColumns(solver.jacobian_(rows, Eigen::seqN(0, solver.own())));
+      scale_.resize(std::ssize(rows));
+      for (std::size_t i = 0; i < rows.size(); ++i)
+        scale_[static_cast<Index>(i)] = solver.state_.values[2] / solver.rows_[static_cast<std::size_t>(rows[i])].sd;
+      left_ = across(solver.residuals_(rows));
+    }
+
+    // Takes the amplitudes that fit best at the bounce's frequency and decay. Returns what they take off chi-square; 0
+    // for a bounce that cannot be.
+    double fit(Bounce& bounce) const {
+      MatrixXd shape{left_.size(), 2};
+      for (Index i = 0; i < shape.rows(); ++i)
+        shape.row(i) = scale_[i] * bounceColumns(bounce, ages_[static_cast<std::size_t>(i)]).head<2>().transpose();
+      // The ball leaves the surface from the contact on.
+      if (bounce.off_surface) shape.col(1).setZero();
+      shape = across(shape);
+      const double ss = shape.col(0).squaredNorm(), sc = shape.col(0).dot(shape.col(1)),
+                   cc = shape.col(1).squaredNorm();
+      const double s = shape.col(0).dot(left_), c = shape.col(1).dot(left_);
+      const double determinant = ss * cc - sc * sc;
+      if (bounce.off_surface) {
+        bounce.sine_mm = ss > 0.0 ? s / ss : 0.0;
+      } else if (determinant > kDependent * ss * cc) {
+        bounce.sine_mm = (cc * s - sc * c) / determinant;
+        bounce.cosine_mm = (ss * c - sc * s) / determinant;
+      } else {
+        return 0.0;
+      }
+      const bool possible = bounce.amplitude() < kUsualBounce * solver_.record_.depth_mm_ &&
+                            !(bounce.off_surface && bounce.sine_mm < 0.0);
+      return possible ? bounce.sine_mm * s + bounce.cosine_mm * c : 0.0;
+    }
+
+    // The best of many frequencies and decays, if it takes more than `least` off chi-square.
+    std::optional<Bounce> best(double& least) const {
+      std::optional<Bounce> found;
+      const double nyquist = 0.5 / solver_.record_.probe_.period();
+      for (double hertz = kLowestBounce_hz; hertz <= std::min(kHighestBounce_hz, nyquist); hertz *= 1.08) {
+        for (const double decay : {40.0, 110.0, 250.0, 600.0}) {
+          for (const bool off_surface : {false, true}) {
+            // The sign of an oscillation of magnitude 1 tells where it is reflected.
+            Bounce bounce{hertz, decay, off_surface ? 1.0 : 0.0, 0.0, off_surface};
+            const double gain = fit(bounce);
+            if (gain <= least) continue;
+            least = gain;
+            found = bounce;
+          }
+        }
+      }
+      return found;
+    }
+
+   private:
+    MatrixXd across(const MatrixXd& columns) const { return columns - others_ * (others_.transpose() * columns); }
+
+    const Solver& solver_;
+    std::vector<double> ages_;  // s, since the contact
+    MatrixXd others_;           // orthonormal basis of what the other unknowns explain
+    VectorXd scale_;
+    VectorXd left_;  // of the residuals, by the other unknowns
+  };
+
   void lookForBounce() {
     if (fixed_) return;
-    linearise();
-    std::vector<Index> probe;
-    for (Index i = 0; i < residuals_.size(); ++i) {
-      if (rows_[static_cast<std::size_t>(i)].of_probe) probe.push_back(i);
-    }
-    MatrixXd base = jacobian_(probe, Eigen::seqN(0, own()));
-    const VectorXd right = residuals_(probe);
-    const double without = (right - base * solveLeastSquares(base, right)).squaredNorm();
     if (usual_.amplitude() > 0.0) {  // found before
       state_.bounce = usual_;
       if (!usual_.off_surface) state_.bounce->sine_mm = state_.bounce->cosine_mm = 0.0;
       bounce_gain_ = kBounceGain;
       return;
     }
-    const double nyquist = 0.5 / record_.probe_.period();
-    base.conservativeResize(Eigen::NoChange, own() + 2);
-    // What is left with a bounce of this frequency and decay; its amplitudes.
-    const auto tried = [&](Bounce& bounce) {
-      for (std::size_t i = 0; i < probe.size(); ++i) {
-        const auto& row = rows_[static_cast<std::size_t>(probe[i])];
-        const double age = record_.probe_.times[row.sample] - contact_;
-        base.block<1, 2>(static_cast<Index>(i), own()) =
-            state_.values[2] / row.sd * bounceColumns(bounce, age).head<2>().transpose();
-      }
-      // The ball leaves the surface from the contact on.
-      if (bounce.off_surface) base.col(own() + 1).setZero();
-      const VectorXd found = solveLeastSquares(base, right);
-      bounce.sine_mm = found[own()];
-      bounce.cosine_mm = found[own() + 1];
-      const bool possible =
-          bounce.amplitude() < kUsualBounce * record_.depth_mm_ && !(bounce.off_surface && bounce.sine_mm < 0.0);
-      return possible ? (right - base * found).squaredNorm() : without;
-    };
-    double least = without;
-    Bounce best;
-    if (usual_.frequency_hz > 0.0) {
-      best = usual_;
-      // Another one has to be better by more than chance.
-      least = tried(best) - kOtherBounce;
-    }
-    for (double hertz = kLowestBounce_hz; hertz <= std::min(kHighestBounce_hz, nyquist); hertz *= 1.08) {
-      for (const double decay : {40.0, 110.0, 250.0, 600.0}) {
-        for (const bool off_surface : {false, true}) {
-          // The sign of an oscillation of magnitude 1 tells where it is reflected.
-          Bounce bounce{hertz, decay, off_surface ? 1.0 : 0.0, 0.0, off_surface};
-          const double left = tried(bounce);
-          if (left >= least) continue;
-          least = left;
-          best = bounce;
-        }
-      }
-    }
-    bounce_gain_ = without - least;
-    if (bounce_gain_ > kBounceGain || usual_.frequency_hz > 0.0) state_.bounce = usual_ = best;
+    linearise();
+    const BounceSearch search{*this};
+    const bool is_usual = usual_.frequency_hz > 0.0;
+    Bounce chosen = usual_;
+    // Another one than that of other touches has to be better by more than chance.
+    bounce_gain_ = is_usual ? search.fit(chosen) + kOtherBounce : 0.0;
+    if (const auto other = search.best(bounce_gain_)) chosen = *other;
+    if (is_usual || bounce_gain_ > kBounceGain) state_.bounce = usual_ = chosen;
   }
 
   void leaveOutFarOff() {
