@@ -64,7 +64,7 @@ inline constexpr Quantity kGainCurvature{
     .axes = "abc",
     .name = "gain curvature of channel"};
 inline constexpr Quantity kDrift{
-    .key = "drift_um_per_min",
+    .key = "machine_drift_um_per_min",
     .about = "mean drift of what is touched against the machine's coordinates, without the probe's, x y z",
     .axes = "XYZ"};
 inline constexpr Quantity kZeroDrift{.key = "zero_drift_um_per_min",

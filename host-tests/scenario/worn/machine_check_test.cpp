@@ -54,7 +54,7 @@ void expectFound(world::Config config, std::uint64_t seed) {
   }
   expectNear(result, "lost_motion_mm", lost);
   expectNear(result, "probe_hysteresis_mm", {probe.hysteresis_mm});
-  expectNear(result, "drift_um_per_min", drift);
+  expectNear(result, "machine_drift_um_per_min", drift);
   expectNear(result, "zero_drift_um_per_min", drift_of_zero);
   // Surfaces that are found too deep are inwards.
   expectNear(result, "lobing_mm", {-probe.lobe_twice_mm, 0, -probe.lobe_mm, 0, 0, 0});

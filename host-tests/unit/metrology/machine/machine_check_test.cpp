@@ -69,7 +69,7 @@ std::map<std::string, std::vector<double>> truthOf(const Scene& scene) {
           {"probe_hysteresis_mm", {errors.hysteresis_mm}},
           {"lobing_mm", {lobes ? kTwo_mm : 0, 0, lobes ? kThree_mm : 0, 0, 0, lobes ? kFour_mm : 0, 0}},
           {"gain_curvature_per_mm", list(errors.curvature_per_mm)},
-          {"drift_um_per_min", list(1e3 * errors.drift_mm_min)},
+          {"machine_drift_um_per_min", list(1e3 * errors.drift_mm_min)},
           {"zero_drift_um_per_min", list(1e3 * errors.zero_drift_mm_min)},
           {"noise_machine_mm", {rest, rest, rest}},
           {"noise_probe_mm", free},
