@@ -211,22 +211,22 @@ void moveReadings(Dataset& dataset, const std::array<std::string, 3>& columns, c
   }
 }
 
-constexpr int kTrials = 30;
-constexpr double kSigma = 5e-4;
+constexpr int kMachines = 30;
+constexpr double kNoise_mm = 5e-4;
 
 TEST(MachineErrors, AreInUOfACentreline) {
   std::mt19937_64 random{81};
   Tally tally;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < kMachines; ++trial) {
     for (const auto& err : ordinaryErrors(random)) {
       const Vector3d centre{uniform(random, 100, 300), uniform(random, 100, 200), 0};
       const double arc = uniform(random, 2.0, 6.0);
-      Dataset dataset{.method = "centreline", .config = {{"sigma_mm", kSigma}}, .tables = {}};
+      Dataset dataset{.method = "centreline", .config = {{"sigma_mm", kNoise_mm}}, .tables = {}};
       Table& readings = addTable(dataset, "readings", {"C_rad", "x_mm", "y_mm"});
       for (int k = 0; k < 8; ++k) {
         const double c = arc * k / 8;
-        readings.append({c, centre.x() + 60 * std::cos(c) + gauss(random, kSigma),
-                         centre.y() + 60 * std::sin(c) + gauss(random, kSigma)});
+        readings.append({c, centre.x() + 60 * std::cos(c) + gauss(random, kNoise_mm),
+                         centre.y() + 60 * std::sin(c) + gauss(random, kNoise_mm)});
       }
       moveReadings(dataset, {"x_mm", "y_mm", ""}, centre, err);
       const auto solved = solve(dataset);
@@ -235,23 +235,23 @@ TEST(MachineErrors, AreInUOfACentreline) {
         tally.add(*solved->find("centre_mm"), k, centre[static_cast<Eigen::Index>(k)]);
     }
   }
-  EXPECT_GT(tally.all, 1.8 * 3 * kTrials);
+  EXPECT_GT(tally.all, 1.8 * 3 * kMachines);
   EXPECT_GE(tally.share(), 0.98);
 }
 
 TEST(MachineErrors, AreInUOfTheDirectionOfC) {
   std::mt19937_64 random{82};
   Tally tally;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < kMachines; ++trial) {
     for (const auto& err : ordinaryErrors(random)) {
       Machine machine = randomMachine(random, 2e-4);
       auto rows = grid({80, 120, 160}, kOpposed, kOpposed);
       for (auto& row : rows) {
         machine.ball.z() = row.lever;
         row.at = machine.reading(row.spindle, row.c, 0).head<2>();
-        for (double& value : row.at) value += gauss(random, kSigma);
+        for (double& value : row.at) value += gauss(random, kNoise_mm);
       }
-      Dataset dataset = ballDataset("c-axis-alignment", "z_mm", rows, kSigma);
+      Dataset dataset = ballDataset("c-axis-alignment", "z_mm", rows, kNoise_mm);
       stateNothing(dataset);
       moveReadings(dataset, {"x_mm", "y_mm", "z_mm"}, {machine.c_point.x(), machine.c_point.y(), 120}, err);
       const auto solved = solve(dataset);
@@ -260,19 +260,19 @@ TEST(MachineErrors, AreInUOfTheDirectionOfC) {
         tally.add(*solved->find("C_tilt_rad"), k, machine.c_tilt[static_cast<Eigen::Index>(k)]);
     }
   }
-  EXPECT_GT(tally.all, 1.8 * 3 * kTrials);
+  EXPECT_GT(tally.all, 1.8 * 3 * kMachines);
   EXPECT_GE(tally.share(), 0.98);
 }
 
 TEST(MachineErrors, AreInUOfThePivotOfAHead) {
   std::mt19937_64 random{83};
   Tally tally;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < kMachines; ++trial) {
     for (const auto& err : ordinaryErrors(random)) {
       const Vector3d pivot{uniform(random, -.1, .1), 0, uniform(random, -200, -80)}, tip{-0.17, 0, 100},
           ball{18, -9, -8};
       Dataset dataset{.method = "head-pivot",
-                      .config = {{"sigma_mm", kSigma},
+                      .config = {{"sigma_mm", kNoise_mm},
                                  {"ball_mm", std::vector<double>{ball.x(), ball.y(), ball.z()}},
                                  {"swivel_axis", std::vector<double>{0, 1, 0}}},
                       .tables = {}};
@@ -283,8 +283,8 @@ TEST(MachineErrors, AreInUOfThePivotOfAHead) {
           const Vector3d at_zero = tip + AngleAxisd{a * kDegree, Vector3d::UnitZ()} * Vector3d{0.02, -0.04, 0};
           const Vector3d at = ball - (pivot + AngleAxisd{b * kDegree, Vector3d::UnitY()} * (at_zero - pivot));
           middle += at / 4;
-          readings.append(
-              {b, a, at.x() + gauss(random, kSigma), at.y() + gauss(random, kSigma), at.z() + gauss(random, kSigma)});
+          readings.append({b, a, at.x() + gauss(random, kNoise_mm), at.y() + gauss(random, kNoise_mm),
+                           at.z() + gauss(random, kNoise_mm)});
         }
       }
       moveReadings(dataset, {"x_mm", "y_mm", "z_mm"}, middle, err);
@@ -294,17 +294,17 @@ TEST(MachineErrors, AreInUOfThePivotOfAHead) {
       tally.add(*solved->find("pivot_xz_mm"), 1, pivot.z());
     }
   }
-  EXPECT_GT(tally.all, 1.8 * 3 * kTrials);
+  EXPECT_GT(tally.all, 1.8 * 3 * kMachines);
   EXPECT_GE(tally.share(), 0.98);
 }
 
 TEST(MachineErrors, AreInUOfAToolOnTheSetter) {
   std::mt19937_64 random{84};
   Tally tally;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < kMachines; ++trial) {
     for (const auto& err : ordinaryErrors(random)) {
       const Setter setter{.at = anywhere(random, 100), .tool = anywhere(random, 60) + Vector3d{0, 0, 125}};
-      Dataset dataset = setterDataset(setter, 3, kSigma, random);
+      Dataset dataset = setterDataset(setter, 3, kNoise_mm, random);
       stateNothing(dataset);
       moveReadings(dataset, {"x_mm", "y_mm", "z_mm"}, setter.reading(setter.probe), err);
       const auto solved = solve(dataset);
@@ -313,7 +313,7 @@ TEST(MachineErrors, AreInUOfAToolOnTheSetter) {
         tally.add(*solved->find("tool_offset_mm"), k, setter.tool[static_cast<Eigen::Index>(k)]);
     }
   }
-  EXPECT_GT(tally.all, 2.7 * 3 * kTrials);
+  EXPECT_GT(tally.all, 2.7 * 3 * kMachines);
   EXPECT_GE(tally.share(), 0.98);
 }
 
