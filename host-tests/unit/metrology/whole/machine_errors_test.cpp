@@ -212,7 +212,7 @@ void moveReadings(Dataset& dataset, const std::array<std::string, 3>& columns, c
 }
 
 constexpr int kMachines = 30;
-constexpr double kNoise_mm = 5e-4;
+constexpr double kPlaceNoise_mm = 5e-4;
 
 TEST(MachineErrors, AreInUOfACentreline) {
   std::mt19937_64 random{81};
@@ -221,12 +221,12 @@ TEST(MachineErrors, AreInUOfACentreline) {
     for (const auto& err : ordinaryErrors(random)) {
       const Vector3d centre{uniform(random, 100, 300), uniform(random, 100, 200), 0};
       const double arc = uniform(random, 2.0, 6.0);
-      Dataset dataset{.method = "centreline", .config = {{"sigma_mm", kNoise_mm}}, .tables = {}};
+      Dataset dataset{.method = "centreline", .config = {{"sigma_mm", kPlaceNoise_mm}}, .tables = {}};
       Table& readings = addTable(dataset, "readings", {"C_rad", "x_mm", "y_mm"});
       for (int k = 0; k < 8; ++k) {
         const double c = arc * k / 8;
-        readings.append({c, centre.x() + 60 * std::cos(c) + gauss(random, kNoise_mm),
-                         centre.y() + 60 * std::sin(c) + gauss(random, kNoise_mm)});
+        readings.append({c, centre.x() + 60 * std::cos(c) + gauss(random, kPlaceNoise_mm),
+                         centre.y() + 60 * std::sin(c) + gauss(random, kPlaceNoise_mm)});
       }
       moveReadings(dataset, {"x_mm", "y_mm", ""}, centre, err);
       const auto solved = solve(dataset);
@@ -249,9 +249,9 @@ TEST(MachineErrors, AreInUOfTheDirectionOfC) {
       for (auto& row : rows) {
         machine.ball.z() = row.lever;
         row.at = machine.reading(row.spindle, row.c, 0).head<2>();
-        for (double& value : row.at) value += gauss(random, kNoise_mm);
+        for (double& value : row.at) value += gauss(random, kPlaceNoise_mm);
       }
-      Dataset dataset = ballDataset("c-axis-alignment", "z_mm", rows, kNoise_mm);
+      Dataset dataset = ballDataset("c-axis-alignment", "z_mm", rows, kPlaceNoise_mm);
       stateNothing(dataset);
       moveReadings(dataset, {"x_mm", "y_mm", "z_mm"}, {machine.c_point.x(), machine.c_point.y(), 120}, err);
       const auto solved = solve(dataset);
@@ -272,7 +272,7 @@ TEST(MachineErrors, AreInUOfThePivotOfAHead) {
       const Vector3d pivot{uniform(random, -.1, .1), 0, uniform(random, -200, -80)}, tip{-0.17, 0, 100},
           ball{18, -9, -8};
       Dataset dataset{.method = "head-pivot",
-                      .config = {{"sigma_mm", kNoise_mm},
+                      .config = {{"sigma_mm", kPlaceNoise_mm},
                                  {"ball_mm", std::vector<double>{ball.x(), ball.y(), ball.z()}},
                                  {"swivel_axis", std::vector<double>{0, 1, 0}}},
                       .tables = {}};
@@ -283,8 +283,8 @@ TEST(MachineErrors, AreInUOfThePivotOfAHead) {
           const Vector3d at_zero = tip + AngleAxisd{a * kDegree, Vector3d::UnitZ()} * Vector3d{0.02, -0.04, 0};
           const Vector3d at = ball - (pivot + AngleAxisd{b * kDegree, Vector3d::UnitY()} * (at_zero - pivot));
           middle += at / 4;
-          readings.append({b, a, at.x() + gauss(random, kNoise_mm), at.y() + gauss(random, kNoise_mm),
-                           at.z() + gauss(random, kNoise_mm)});
+          readings.append({b, a, at.x() + gauss(random, kPlaceNoise_mm), at.y() + gauss(random, kPlaceNoise_mm),
+                           at.z() + gauss(random, kPlaceNoise_mm)});
         }
       }
       moveReadings(dataset, {"x_mm", "y_mm", "z_mm"}, middle, err);
@@ -304,7 +304,7 @@ TEST(MachineErrors, AreInUOfAToolOnTheSetter) {
   for (int trial = 0; trial < kMachines; ++trial) {
     for (const auto& err : ordinaryErrors(random)) {
       const Setter setter{.at = anywhere(random, 100), .tool = anywhere(random, 60) + Vector3d{0, 0, 125}};
-      Dataset dataset = setterDataset(setter, 3, kNoise_mm, random);
+      Dataset dataset = setterDataset(setter, 3, kPlaceNoise_mm, random);
       stateNothing(dataset);
       moveReadings(dataset, {"x_mm", "y_mm", "z_mm"}, setter.reading(setter.probe), err);
       const auto solved = solve(dataset);
