@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "host-tests/metrology/exact_machine.hpp"
 
 namespace probebox::metrology::simulation {
 namespace {
@@ -327,6 +328,7 @@ Dataset measure(const Scene& scene, Random& random) {
         [&](double t) { return contact.channels(springs.at(contact.displacement(t)) + contact.zero(t)); }, random);
     ++touch;
   }
+  stateExactMachine(dataset);
   return dataset;
 }
 

@@ -29,7 +29,7 @@ Outcome<std::optional<std::vector<double>>, Refusal> travelPart(const Dataset& d
   TRY(const auto ratio, configNumber(dataset, quantity::kTimeConstantRatio.key));
   const auto* times = cycle.column(column::kReadAt);
   if (!constants || !((*constants)[0] > 0 && (*constants)[1] > 0) || times == nullptr) {
-    return Refusal{"missing-key", "with table 'travel' give " + std::string{quantity::kTimeConstants.key} +
+    return Refusal{"missing-key", "table 'travel' needs " + std::string{quantity::kTimeConstants.key} +
                                       ", both above zero, as screw-calibration found them, and column '" +
                                       std::string{column::kReadAt.name} + "' of table 'cycle'"};
   }

@@ -6,6 +6,7 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
+#include "host-tests/metrology/exact_machine.hpp"
 #include "host-tests/support/runs.hpp"
 #include "protocol/units/angle.hpp"
 #include "pulls.hpp"
@@ -73,12 +74,14 @@ class TurningTable : public testing::Test {
         first.append({phi, ball, turned[0], turned[1], turned[2]});
       }
     }
-    return {.method = "rotary-axis-errors",
-            .config = {{"axis", std::string{"C"}},
-                       {"axis_point_mm", std::vector<double>{nominal_mm.begin(), nominal_mm.end()}},
-                       {"axis_direction", std::vector<double>{0, 0, 1}},
-                       {"sigma_mm", kSigma_mm}},
-            .tables = {std::move(first), std::move(second), std::move(third)}};
+    metrology::Dataset dataset{.method = "rotary-axis-errors",
+                               .config = {{"axis", std::string{"C"}},
+                                          {"axis_point_mm", std::vector<double>{nominal_mm.begin(), nominal_mm.end()}},
+                                          {"axis_direction", std::vector<double>{0, 0, 1}},
+                                          {"sigma_mm", kSigma_mm}},
+                               .tables = {std::move(first), std::move(second), std::move(third)}};
+    metrology::stateExactMachine(dataset);
+    return dataset;
   }
   // Accepted, as the box would take it from its store.
   void activate() {

@@ -26,9 +26,8 @@ using testing::IsEmpty;
 // The case as nobody has stated anything of the machine.
 void stateNothing(Dataset& dataset) {
   MachineAccuracy usual;
-  MachineAccuracy::each(usual, [&](std::string_view key, double, double, std::string_view) {
-    dataset.config.erase(dataset.config.find(key));
-  });
+  MachineAccuracy::each(
+      usual, [&](std::string_view key, double, double, std::string_view) { dataset.config.erase(std::string{key}); });
 }
 
 // How often answers are within four combined uncertainties of the truth.
