@@ -29,6 +29,7 @@ constexpr int kNoiseRounds = 3;
 constexpr double kUnexplained = 1e-5;     // probability that a way in scatters so much more than the ways out
 constexpr double kCorrelated = 3.0;       // sd, by which neighbours have to agree
 constexpr double kLeastScatterDof = 8.0;  // to tell noise by
+constexpr double kClearBounce = 25.0;     // of chi-square, that it explains
 constexpr double kBendScatter = 4.0;      // sd, by which bends may differ to be one
 constexpr double kLostDeviations = 5.0;
 constexpr double kLeastLost_mm = 0.002;
@@ -190,13 +191,14 @@ class TouchesOfRun {
     return some;
   }
 
+  // That of the middle frequency: what shook a few touches is not how the stylus bounces.
   void findUsualBounce() {
-    double most = 25.0;
-    for (const auto& touch : touches_) {
-      if (!touch.bounce || touch.bounce_gain <= most) continue;
-      most = touch.bounce_gain;
-      usual_ = *touch.bounce;
-    }
+    std::vector<Bounce> clear;
+    for (const auto& touch : touches_)
+      if (touch.bounce && touch.bounce_gain > kClearBounce) clear.push_back(*touch.bounce);
+    if (clear.empty()) return;
+    std::ranges::sort(clear, {}, &Bounce::frequency_hz);
+    usual_ = clear[clear.size() / 2];
   }
 
   void pool() {
