@@ -367,9 +367,8 @@ struct SphereTemperature {
 // What is known of the machine's own errors. A key that is missing has its cautious value.
 struct AccuracyDescription : MachineAccuracy {
   static constexpr void keys(auto& self, auto&& key) {
-    each(self, [&](const char* name, double& value, double most, const char* about) {
-      key(name, value, within(0, most).orUsual(), about);
-    });
+    for (const auto& error : kMachineErrors)
+      key(error.key, self.*error.member, within(0, error.most).orUsual(), error.meaning);
   }
 };
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <string_view>
 
 namespace probebox {
@@ -11,24 +12,32 @@ struct MachineAccuracy {
   double lost_motion_um{5};
   double drift_um_per_min{0.5};
 
-  // Calls visit(key, member, largest plausible value, meaning) of each. The keys are those of [accuracy] in
-  // machine.toml and of a case.
-  static constexpr void each(auto& self, auto&& visit) {
-    visit("scale_ppm", self.scale_ppm, 1000.0,
-          "relative error of the length of each linear axis, temperature included");
-    visit("squareness_urad", self.squareness_urad, 5000.0, "error of the right angle between each two linear axes");
-    visit("lost_motion_um", self.lost_motion_um, 500.0,
-          "by which an axis stands elsewhere when it comes from the other side: backlash, and hysteresis of the probe");
-    visit("drift_um_per_min", self.drift_um_per_min, 100.0,
-          "by which the place of the tool against the part creeps, each coordinate");
-  }
-
-  static constexpr bool isKey(std::string_view key) {
-    bool found = false;
-    MachineAccuracy any;
-    each(any, [&](std::string_view one, double, double, std::string_view) { found = found || one == key; });
-    return found;
-  }
+  struct Key {
+    const char* key;  // in [accuracy] of machine.toml, in a case and in a budget
+    double MachineAccuracy::*member;
+    double most;       // largest plausible value
+    const char* name;  // as pages call it
+    const char* meaning;
+  };
 };
+
+inline constexpr MachineAccuracy::Key kScaleError{"scale_ppm", &MachineAccuracy::scale_ppm, 1000, "scale of the axes",
+                                                  "relative error of the length of each linear axis, temperature "
+                                                  "included"};
+inline constexpr MachineAccuracy::Key kSquarenessError{"squareness_urad", &MachineAccuracy::squareness_urad, 5000,
+                                                       "squareness of the axes",
+                                                       "error of the right angle between each two linear axes"};
+inline constexpr MachineAccuracy::Key kLostMotionError{
+    "lost_motion_um", &MachineAccuracy::lost_motion_um, 500, "lost motion of the axes",
+    "by which an axis stands elsewhere when it comes from the other side: backlash, and hysteresis of the probe"};
+inline constexpr MachineAccuracy::Key kDriftError{
+    "drift_um_per_min", &MachineAccuracy::drift_um_per_min, 100, "drift of the machine",
+    "by which the place of the tool against the part creeps, each coordinate"};
+
+inline constexpr MachineAccuracy::Key kMachineErrors[]{kScaleError, kSquarenessError, kLostMotionError, kDriftError};
+
+constexpr bool isMachineError(std::string_view key) {
+  return std::ranges::any_of(kMachineErrors, [&](const auto& error) { return error.key == key; });
+}
 
 }  // namespace probebox

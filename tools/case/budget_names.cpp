@@ -8,6 +8,7 @@
 #include "firmware/metrology/dataset/pre_travel_shifts.hpp"
 #include "firmware/metrology/dataset/stop_shifts.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "protocol/units/machine_accuracy.hpp"
 
 namespace probebox::casefolder {
 namespace {
@@ -19,10 +20,6 @@ constexpr auto kCauses = std::to_array<Named>({
     {metrology::kTemperatureKeys[2], "temperature of the sphere"},
     {metrology::kTemperatureKeys[1], "expansion of the sphere"},
     {metrology::kPreTravelBudget, "pre-travel of the probe"},
-    {"scale_ppm", "scale of the axes"},
-    {"squareness_urad", "squareness of the axes"},
-    {"lost_motion_um", "lost motion of the axes"},
-    {"drift_um_per_min", "drift of the machine"},
     {metrology::kTableStands.budget, "stop of the tilting table"},
     {metrology::kHeadStands.budget, "stop of the swivelling head"},
 });
@@ -31,6 +28,9 @@ std::string_view wordsOf(std::string_view key) {
   for (const auto* method : metrology::allMethods()) {
     for (const auto& known : method->known)
       if (known.sd_key == key && !known.words.empty()) return known.words;
+  }
+  for (const auto& error : kMachineErrors) {
+    if (error.key == key) return error.name;
   }
   const auto* cause = std::ranges::find(kCauses, key, &Named::first);
   return cause == kCauses.end() ? std::string_view{} : cause->second;

@@ -6,13 +6,13 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/dataset/read_times.hpp"
 #include "firmware/metrology/fit/chi_square.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
@@ -318,23 +318,13 @@ std::optional<Explanation> explainByRows(const Residue& before, const Method& me
 
 // ---- Drift
 
-// When each row was read: by its stamp, or in the order of the rows.
-std::vector<double> timesOf(const Table& table) {
-  if (const auto* stamps = table.column(column::kReadAt); stamps != nullptr && !stamps->empty()) {
-    const auto [first, last] = std::ranges::minmax(*stamps);
-    if (last > first) return *stamps;
-  }
-  std::vector<double> order(table.rows());
-  std::iota(order.begin(), order.end(), 0.0);
-  return order;
-}
-
 // Duration of the readings; nothing where no time is stated.
 std::optional<double> minutesOf(const Table& table, const Dataset& dataset) {
-  const auto [first, last] = std::ranges::minmax(timesOf(table));
-  if (table.column(column::kReadAt) != nullptr) return (last - first) / 60;
   const auto each_s = configPositive(dataset, kReadingTime);
-  return each_s && *each_s ? std::optional{(last - first) * **each_s / 60} : std::nullopt;
+  const bool is_stated = each_s && *each_s;
+  if (!is_stated && table.column(column::kReadAt) == nullptr) return std::nullopt;
+  const auto [first, last] = std::ranges::minmax(readTimes(table, is_stated ? **each_s : 1));
+  return (last - first) / 60;
 }
 
 // True of two readings of one pose: of all that is set for them the same, whole turns aside, and of one place. Stops
@@ -356,7 +346,7 @@ bool areOfOnePose(const Table& table, const Method& method, std::size_t one, std
 // True where times are stated and a pose is read twice, half the duration apart or more: such a run shows its drift.
 bool closes(const Table& table, const Method& method, const Dataset& dataset) {
   if (!minutesOf(table, dataset)) return false;
-  const auto times = timesOf(table);
+  const auto times = readTimes(table, 1);
   const auto [first, last] = std::ranges::minmax(times);
   for (std::size_t row = 0; row < times.size(); ++row) {
     for (std::size_t before = 0; before < row; ++before) {
@@ -376,7 +366,7 @@ Estimate rateOf(std::string_view column, double mm_per_min, double sd_mm_per_min
 // Adds to a column what grows by `by` from the first reading to the last, and is nothing in the middle.
 void addDrift(Dataset& dataset, const std::string& table, std::string_view column, double by) {
   auto& values = *valuesOf(dataset, table, column);
-  const auto times = timesOf(*dataset.table(table));
+  const auto times = readTimes(*dataset.table(table), 1);
   const auto [first, last] = std::ranges::minmax(times);
   for (std::size_t row = 0; row < values.size(); ++row)
     values[row] += by * ((times[row] - first) / (last - first) - 0.5);
@@ -494,7 +484,7 @@ void apply(Explanation explanation, Mended& mended) {
   mended.rates.insert(mended.rates.end(), explanation.rates.begin(), explanation.rates.end());
   mended.dataset = std::move(explanation.after.dataset);
   // What the readings themselves show takes the place of what is stated.
-  if (!mended.drift.empty()) mended.dataset.config["drift_um_per_min"] = 0.0;
+  if (!mended.drift.empty()) mended.dataset.config[kDriftError.key] = 0.0;
 }
 
 Dataset asSolved(const Dataset& dataset, const Method& method) {

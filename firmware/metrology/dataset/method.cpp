@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/conditions.hpp"
+#include "firmware/metrology/dataset/read_times.hpp"
 #include "protocol/units/machine_accuracy.hpp"
 
 namespace probebox::metrology {
@@ -81,7 +82,7 @@ std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method
   for (const auto& [key, value] : dataset.config) {
     const bool used = std::ranges::find(method.keys, key, &MethodKey::name) != method.keys.end() ||
                       std::ranges::find(type_b, key) != type_b.end();
-    if (used || isCondition(key) || MachineAccuracy::isKey(key) || key == kReadingTime) continue;
+    if (used || isCondition(key) || isMachineError(key) || key == kReadingTime) continue;
     if (++unused <= kMostNamed) sentences.push_back(unusedKey(key, dataset.method));
   }
   if (unused > kMostNamed) {

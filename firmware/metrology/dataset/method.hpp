@@ -114,9 +114,6 @@ MethodColumn columnOf(const Method& method, std::string_view table, std::string_
 // Description of the value of this key; null if the method describes none.
 const Quantity* quantityOf(const Method& method, std::string_view key);
 
-// Duration from one reading of a case to the next, by which a drift counts.
-inline constexpr std::string_view kReadingTime = "time_per_reading_s";
-
 // A table without rows, with the columns that the method describes: those that may be missing only if they are in
 // `also`.
 Table emptyTable(const Method& method, std::string_view table, const ColumnNames& also = {});

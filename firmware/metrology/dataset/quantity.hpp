@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/units/machine_accuracy.hpp"
 #include "protocol/units/result_keys.hpp"
 
 // A value that results have, described once beside the solver that gives it. Pages, comparison, events and plausible
@@ -58,6 +59,7 @@ struct Quantity {
   double most{};  // largest plausible size, in the unit of the key; 0: what the unit allows
   UsualSize usual{};
   std::string_view standard{};  // its term in a standard, which pages name beside it
+  std::string_view measures{};  // the error of the machine (kMachineErrors) that this is: U holds none for it
 
   // The same value, as this method explains it.
   constexpr Quantity as(std::string_view own_about) const {
@@ -115,7 +117,8 @@ inline constexpr Quantity kLostMotion{
     .about = "by which the axes lag behind their encoders, twice, with the probe's hysteresis: x y z, or one for all",
     .kind = QuantityKind::error,
     .axes = "XYZ",
-    .standard = "reversal value B (ISO 230-2), with the probe's hysteresis"};
+    .standard = "reversal value B (ISO 230-2), with the probe's hysteresis",
+    .measures = kLostMotionError.key};
 inline constexpr Quantity kCentre{.key = result_key::kCentre, .about = "centre of the sphere", .axes = "XYZ"};
 inline constexpr Quantity kRadius{.key = "radius_mm", .about = "of the ball about it"};
 // Height at which the centre of a leaning axis holds.

@@ -26,7 +26,8 @@ inline constexpr Quantity kGains[]{
 inline constexpr Quantity kDriftRate{.key = "drift_rate_um_per_min",
                                      .about = "by which the balls move in the machine's positions, x y z",
                                      .axes = "XYZ",
-                                     .compared = Compared::never};
+                                     .compared = Compared::never,
+                                     .measures = kDriftError.key};
 
 }  // namespace quantity
 

@@ -80,11 +80,6 @@ std::vector<double> changeOf(const std::vector<double>& here, const std::vector<
   return change;
 }
 
-std::vector<double> effectOf(const Neighbours& beside, const std::vector<double>& here) {
-  return changeOf(here, beside.above ? valuesOf(*beside.above) : here, beside.below ? valuesOf(*beside.below) : here,
-                  beside.width);
-}
-
 // The name of each value in the covariance.
 std::vector<std::string> namesOf(const Result& result) {
   std::vector<std::string> names;
@@ -124,6 +119,27 @@ std::vector<double> changeOf(const Estimate& estimate, const Neighbours& beside)
   return changeOf(estimate.values, valuesIn(beside.above), valuesIn(beside.below), beside.width);
 }
 
+// What measures an error is not wrong by it.
+bool measures(const Method& method, const Estimate& estimate, const TypeBInput& input) {
+  const auto* quantity = quantityOf(method, estimate.key);
+  return quantity != nullptr && quantity->measures == input.name;
+}
+
+// Change of all promised values for one sd of the input.
+std::vector<double> effectOf(const Method& method, const TypeBInput& input, const Result& result,
+                             const Neighbours& beside) {
+  const auto here = valuesOf(result);
+  auto effect = changeOf(here, beside.above ? valuesOf(*beside.above) : here,
+                         beside.below ? valuesOf(*beside.below) : here, beside.width);
+  auto part = effect.begin();
+  for (const auto& estimate : result.estimates) {
+    const auto next = part + std::ssize(estimate.values);
+    if (measures(method, estimate, input)) std::fill(part, next, 0.0);
+    part = next;
+  }
+  return effect;
+}
+
 // Takes an error that all readings share into every sd, also of what is not promised, and into the covariance.
 void widen(Result& result, const Neighbours& beside, const std::vector<double>& effect) {
   widenCovariance(result, effect);
@@ -138,11 +154,11 @@ void widen(Result& result, const Neighbours& beside, const std::vector<double>& 
 // Type B part of what is not promised, of inputs that no sd holds. Squares of each part, in the order of Result::also.
 using Squares = std::vector<std::vector<double>>;
 
-void addSquares(Squares& squares, const Result& result, const Neighbours& beside, const TypeBInput& input) {
+void addSquares(Squares& squares, const Method& method, const Result& result, const Neighbours& beside,
+                const TypeBInput& input) {
   squares.resize(result.also.size());
   for (std::size_t at = 0; at < result.also.size(); ++at) {
-    // What measures an error is not wrong by it.
-    if (input.name == kLostMotionInput && result.also[at].key == quantity::kLostMotion.key) continue;
+    if (measures(method, result.also[at], input)) continue;
     const auto change = changeOf(result.also[at], beside);
     squares[at].resize(change.size());
     for (std::size_t k = 0; k < change.size(); ++k) squares[at][k] += change[k] * change[k];
@@ -243,13 +259,13 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
                                 "limit");
       continue;
     }
-    const auto effect = effectOf(beside, here);
+    const auto effect = effectOf(method, input, result, beside);
     if (!input.warning.empty()) {
       if (!matters(effect, result, kTold)) continue;
       result.warnings.push_back(input.warning);
     }
     if (input.of_machine) {
-      addSquares(of_also, result, beside, input);
+      addSquares(of_also, method, result, beside, input);
       if (!matters(effect, result, kCounts)) continue;
       if (input.is_assumed && matters(effect, result, kTold)) assumed.push_back(input.name);
       addToBudget(type_b, input.name, effect);
@@ -258,7 +274,7 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
     addToBudget(type_b, input.name, effect);
     if (input.widens) widen(result, beside, effect);
     const bool in = input.in_sd || input.widens;
-    if (!in) addSquares(of_also, result, beside, input);
+    if (!in) addSquares(of_also, method, result, beside, input);
     for (std::size_t k = 0; in && k < here.size(); ++k) in_sd[k] = std::hypot(in_sd[k], effect[k]);
   }
   if (allHaveSd(result) || !type_b.empty()) result.budget.push_back(readingsOf(result, in_sd));

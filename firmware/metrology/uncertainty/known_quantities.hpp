@@ -38,8 +38,6 @@ struct TypeBInput {
   std::string warning{};  // of an input that nobody has stated: it counts, and is told, where it is a tenth of an sd
 };
 
-inline constexpr std::string_view kLostMotionInput = "lost_motion_um";
-
 // An input that moves columns of the tables of the case, row by row; by_one: by what one unit of the quantity moves
 // them.
 TypeBInput movedInput(std::string_view name, double sd, std::vector<Table> by_one);

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/read_times.hpp"
 #include "protocol/units/machine_accuracy.hpp"
 
 namespace probebox::metrology {
@@ -93,10 +94,14 @@ std::vector<Table> byLever(std::size_t axis, std::size_t lever, const std::vecto
   });
 }
 
-// Since the first reading.
+// Since the first reading: by the stamps of the readings, or by their order.
 std::vector<Table> byTime(std::size_t axis, const std::vector<Places>& all, double reading_s) {
+  double first_s = HUGE_VAL;
+  for (const auto& places : all) first_s = std::min(first_s, std::ranges::min(readTimes(*places.table, reading_s)));
   return along(axis, all, [&](const Places& places, std::size_t row) {
-    const double minutes = static_cast<double>(places.first + row) * reading_s / 60;
+    const bool stamped = areStamped(*places.table);
+    const double order_s = static_cast<double>(places.first) * reading_s;
+    const double minutes = (readTimes(*places.table, reading_s)[row] + (stamped ? -first_s : order_s)) / 60;
     return kMm_um * kWarmUp_min * (1 - std::exp(-minutes / kWarmUp_min));
   });
 }
@@ -164,13 +169,14 @@ bool isNothing(const std::vector<Table>& moved) {
 
 class Inputs {
  public:
-  explicit Inputs(const Dataset& dataset) : dataset_{dataset} {}
+  Inputs(const Dataset& dataset, const MachineAccuracy& stated) : dataset_{dataset}, stated_{stated} {}
 
-  void add(std::string_view name, double sd, std::vector<Table> by_one, bool whole = false) {
+  void add(const MachineAccuracy::Key& error, std::vector<Table> by_one, bool whole = false) {
+    const double sd = stated_.*error.member;
     if (!(sd > 0) || isNothing(by_one)) return;
-    TypeBInput input = movedInput(name, sd, std::move(by_one));
+    TypeBInput input = movedInput(error.key, sd, std::move(by_one));
     input.of_machine = true;
-    input.is_assumed = !dataset_.config.contains(name);
+    input.is_assumed = !dataset_.config.contains(error.key);
     input.whole_step = whole;
     all_.push_back(std::move(input));
   }
@@ -178,6 +184,7 @@ class Inputs {
 
  private:
   const Dataset& dataset_;
+  const MachineAccuracy& stated_;
   std::vector<TypeBInput> all_;
 };
 
@@ -185,43 +192,36 @@ class Inputs {
 
 Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, const Method& method) {
   MachineAccuracy stated;
-  std::optional<Refusal> wrong;
-  MachineAccuracy::each(stated, [&](std::string_view key, double& value, double most, std::string_view) {
-    const auto number = configNumber(dataset, key);
-    if (!number) {
-      wrong = number.error();
-    } else if (*number && !(**number >= 0 && **number <= most)) {
-      wrong = Refusal{"bad-config", "config key '" + std::string{key} + "' is " + text(**number) +
-                                        ": give a standard deviation (k = 1) from 0 to " + text(most)};
-    } else if (*number) {
-      value = **number;
-    }
-  });
-  if (wrong) return *wrong;
+  for (const auto& [key, member, most, name, meaning] : kMachineErrors) {
+    TRY(const auto number, configNumber(dataset, key));
+    if (number && !(*number >= 0 && *number <= most))
+      return Refusal{"bad-config", "config key '" + std::string{key} + "' is " + text(*number) +
+                                       ": give a standard deviation (k = 1) from 0 to " + text(most)};
+    if (number) stated.*member = *number;
+  }
   TRY(const auto reading_s, configPositive(dataset, kReadingTime));
   if (method.measures_machine) return std::vector<TypeBInput>{};
-  Inputs inputs{dataset};
+  Inputs inputs{dataset, stated};
   const auto places = placesOf(dataset, method);
   for (std::size_t axis = 0; axis < 3 && !places.empty(); ++axis) {
-    inputs.add("scale_ppm", stated.scale_ppm, byLever(axis, axis, places));
-    for (std::size_t lever = axis + 1; lever < 3; ++lever)
-      inputs.add("squareness_urad", stated.squareness_urad, byLever(axis, lever, places));
-    inputs.add("drift_um_per_min", stated.drift_um_per_min, byTime(axis, places, reading_s.value_or(kUsualReading_s)));
-    inputs.add(kLostMotionInput, stated.lost_motion_um, bySide(axis, places));
+    inputs.add(kScaleError, byLever(axis, axis, places));
+    for (std::size_t lever = axis + 1; lever < 3; ++lever) inputs.add(kSquarenessError, byLever(axis, lever, places));
+    inputs.add(kDriftError, byTime(axis, places, reading_s.value_or(kUsualReading_s)));
+    inputs.add(kLostMotionError, bySide(axis, places));
   }
   // A smaller step would be lost in the choice of samples.
   const bool is_known = dataset.config.contains("sd_lost_motion_mm");
-  if (!is_known) inputs.add(kLostMotionInput, stated.lost_motion_um, byMotion(dataset, method), true);
+  if (!is_known) inputs.add(kLostMotionError, byMotion(dataset, method), true);
   return std::move(inputs).all();
 }
 
 std::optional<std::string> assumedAccuracy(const std::vector<std::string>& names) {
   std::string values;
   const MachineAccuracy usual;
-  MachineAccuracy::each(usual, [&](std::string_view key, double value, double, std::string_view) {
-    if (std::ranges::find(names, key) == names.end()) return;
-    values += (values.empty() ? "" : ", ") + std::string{key} + " " + text(value);
-  });
+  for (const auto& error : kMachineErrors) {
+    if (std::ranges::find(names, error.key) == names.end()) continue;
+    values += (values.empty() ? "" : ", ") + std::string{error.key} + " " + text(usual.*error.member);
+  }
   if (values.empty()) return std::nullopt;
   return "not stated: U holds that of a machine that nobody has measured, " + values +
          " (k = 1); state [accuracy] in machine.toml, or these keys in a case";

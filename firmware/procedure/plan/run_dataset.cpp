@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "firmware/metrology/dataset/read_times.hpp"
+
 namespace probebox::procedure {
 namespace {
 
@@ -31,8 +33,7 @@ std::size_t readingsOf(const metrology::Dataset& dataset, const metrology::Metho
 void addAccuracy(metrology::Dataset& dataset, const LiveMethod& method, const capture::Recording& recording,
                  const Facts& facts) {
   if (facts.accuracy) {
-    MachineAccuracy::each(
-        *facts.accuracy, [&](const char* key, double value, double, std::string_view) { dataset.config[key] = value; });
+    for (const auto& error : kMachineErrors) dataset.config[error.key] = *facts.accuracy.*error.member;
   }
   const auto touches = recording.touches();
   const std::size_t readings = readingsOf(dataset, *method.solver);

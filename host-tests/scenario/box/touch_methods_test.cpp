@@ -146,7 +146,7 @@ TEST(LiveCases, HaveTheTablesAndKeysOfTheirMethods) {
     EXPECT_EQ(dataset.method, method->name());
     std::vector<std::string> found;
     for (const auto& [key, value] : dataset.config) {
-      if (!MachineAccuracy::isKey(key)) found.push_back(key);
+      if (!isMachineError(key)) found.push_back(key);
     }
     EXPECT_EQ(found, keys) << dataset.method;
     EXPECT_EQ(dataset.config.size(), keys.size() + 4) << "and what is known of the machine's own errors";

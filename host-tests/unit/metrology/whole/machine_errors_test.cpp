@@ -25,9 +25,7 @@ using testing::IsEmpty;
 
 // The case as nobody has stated anything of the machine.
 void stateNothing(Dataset& dataset) {
-  MachineAccuracy usual;
-  MachineAccuracy::each(
-      usual, [&](std::string_view key, double, double, std::string_view) { dataset.config.erase(std::string{key}); });
+  for (const auto& error : kMachineErrors) dataset.config.erase(error.key);
 }
 
 // How often answers are within four combined uncertainties of the truth.
@@ -236,6 +234,35 @@ TEST(MachineErrors, AreInUOfACentreline) {
   }
   EXPECT_GT(tally.all, 1.8 * 3 * kMachines);
   EXPECT_GE(tally.share(), 0.98);
+}
+
+// U of the centre's x by the drift alone, of readings in this order.
+double driftInU(const std::vector<std::size_t>& order, bool stamped) {
+  constexpr double kEach_s = 40;
+  Dataset dataset{.method = "centreline", .config = {{"sigma_mm", kPlaceNoise_mm}}, .tables = {}};
+  Table& readings = addTable(dataset, "readings", {"C_rad", "x_mm", "y_mm"});
+  if (stamped) readings.columns.push_back({"time_s", {}});
+  if (!stamped) dataset.config["time_per_reading_s"] = kEach_s;
+  for (const auto k : order) {
+    const double c = 0.4 * static_cast<double>(k);
+    std::vector<double> row{c, 60 * std::cos(c), 60 * std::sin(c)};
+    if (stamped) row.push_back(1000 + kEach_s * static_cast<double>(k));
+    readings.append(row);
+  }
+  const auto solved = solve(dataset);
+  if (!solved.ok()) return NAN;
+  for (const auto& line : solved->budget)
+    if (line.name == kDriftError.key) return line.sd.front();
+  return NAN;
+}
+
+TEST(MachineErrors, OfADriftCountByTheStampsOfTheReadings) {
+  const std::vector<std::size_t> in_order{0, 1, 2, 3, 4, 5, 6, 7}, shuffled{3, 0, 7, 1, 6, 2, 5, 4};
+  const double by_order = driftInU(in_order, false);
+  EXPECT_GT(by_order, 1e-4);
+  EXPECT_NEAR(driftInU(in_order, true), by_order, 1e-6 * by_order);
+  EXPECT_NEAR(driftInU(shuffled, true), by_order, 1e-6 * by_order);
+  EXPECT_GT(std::abs(driftInU(shuffled, false) - by_order), 0.1 * by_order);
 }
 
 TEST(MachineErrors, AreInUOfTheDirectionOfC) {
