@@ -322,7 +322,9 @@ Outcome<std::vector<store::Id>, store::Failure> Calibrations::stored(const Case&
     proposals.push_back(
         proposalAbout(about, solved_case, kept_as.empty() ? *solved : metrology::withKey(*solved, needs, kept_as)));
   }
-  return store_.propose(proposals, *solved_case.text, utcNow());
+  auto ids = store_.propose(proposals, *solved_case.text, utcNow());
+  in_force_.showProposed();
+  return ids;
 }
 
 // A centreline from the stylus' tip is one from the spindle axis where the offset of that stylus is in force.
