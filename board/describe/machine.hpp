@@ -150,6 +150,7 @@ struct BallPlateDescription {
   std::optional<std::array<double, 3>> b_axis_point_mm{};
   bool station_correction{};
   std::vector<std::array<double, 3>> balls_mm;
+  std::vector<double> mount_turns_deg{};  // of mount 2 and the next about C, from mount 1
 
   static constexpr void keys(auto& self, auto&& key) {
     key("axis_point_mm", self.axis_point_mm, kPlace, "of the nominal C axis: machine position of the stylus ball");
@@ -161,7 +162,7 @@ struct BallPlateDescription {
   }
   static constexpr Key kPlace = within(-10'000, 10'000);
 };
-inline constexpr std::size_t kMostPlateBalls = 7;
+inline constexpr std::size_t kMostPlateBalls = 7, kMostMounts = 4;
 
 inline constexpr std::size_t kMostTilts = 6;
 inline constexpr std::size_t kMostProbeTools = 4;

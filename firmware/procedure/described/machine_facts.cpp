@@ -110,7 +110,8 @@ std::optional<BallPlate> ballPlate(const board::Machine& machine) {
                    .ball_diameter_mm = plate->ball_diameter_mm,
                    .b_axis_point_mm = plate->b_axis_point_mm,
                    .station_correction = plate->station_correction,
-                   .balls_mm = plate->balls_mm};
+                   .balls_mm = plate->balls_mm,
+                   .mount_turns_rad = inRadians(plate->mount_turns_deg)};
 }
 
 std::optional<ToolSetter> toolSetter(const board::Machine& machine) {
