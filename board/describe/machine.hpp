@@ -253,7 +253,8 @@ enum class BetweenAngles { linear, fourier };
 struct RotaryTableDescription {
   std::vector<RotaryLetter> chain;  // from the base outwards
   BetweenAngles between{BetweenAngles::linear};
-  bool at_tip{};  // the corrected point moves with the tool's length
+  std::array<BetweenAngles, 3> between_of{};  // A, B, C: as between, or an axis' own
+  bool at_tip{};                              // the corrected point moves with the tool's length
   std::array<double, 3> tool_direction{};
   double measured_length_mm{}, hold_s{};
 

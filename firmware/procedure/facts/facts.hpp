@@ -220,6 +220,7 @@ struct Facts {
   std::optional<CheckedBall> checked_ball{};
   std::optional<RimBall> rim_ball{};
   std::optional<BallPlate> ball_plate{};
+  std::array<bool, kRotaryAxes> by_harmonics{};  // A, B, C: the correction interpolates errors of the axis by harmonics
   std::optional<BFacts> tilting_table{};
   std::optional<HeadFacts> swivel_head{};
   ProbeTools probe_tools{};
