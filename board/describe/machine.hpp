@@ -150,6 +150,7 @@ struct BallPlateDescription {
   std::optional<std::array<double, 3>> b_axis_point_mm{};
   bool station_correction{};
   std::vector<std::array<double, 3>> balls_mm;
+  std::vector<double> mount_turns_deg{};  // of mount 2 and the next about C, from mount 1
 
   static constexpr void keys(auto& self, auto&& key) {
     key("axis_point_mm", self.axis_point_mm, kPlace, "of the nominal C axis: machine position of the stylus ball");
@@ -161,7 +162,7 @@ struct BallPlateDescription {
   }
   static constexpr Key kPlace = within(-10'000, 10'000);
 };
-inline constexpr std::size_t kMostPlateBalls = 7;
+inline constexpr std::size_t kMostPlateBalls = 7, kMostMounts = 4;
 
 inline constexpr std::size_t kMostTilts = 6;
 inline constexpr std::size_t kMostProbeTools = 4;
@@ -252,7 +253,8 @@ enum class BetweenAngles { linear, fourier };
 struct RotaryTableDescription {
   std::vector<RotaryLetter> chain;  // from the base outwards
   BetweenAngles between{BetweenAngles::linear};
-  bool at_tip{};  // the corrected point moves with the tool's length
+  std::array<BetweenAngles, 3> between_of{};  // A, B, C: as between, or an axis' own
+  bool at_tip{};                              // the corrected point moves with the tool's length
   std::array<double, 3> tool_direction{};
   double measured_length_mm{}, hold_s{};
 

@@ -15,6 +15,7 @@
 #include "board/describe/section.hpp"
 #include "board/describe/spelling.hpp"
 #include "board/describe/tool_sections.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/correction_sources.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -99,6 +100,9 @@ RotaryTableDescription readTable(Section section, double hold_s, const Machine& 
   table.chain = readChain(section, machine);
   table.hold_s = hold_s;
   readKeys(section, table);
+  for (std::size_t axis = 0; axis < table.between_of.size(); ++axis)
+    table.between_of.at(axis) = static_cast<BetweenAngles>(section.choice(
+        std::string{"between_"} + "abc" [axis], { "linear", "fourier" }, static_cast<std::size_t>(table.between)));
   if (table.at_tip) {
     RotaryTableDescription::tipKeys(table, KeyReader{section});
     const auto& d = table.tool_direction;
@@ -139,6 +143,20 @@ TiltDescription readTilt(Section& section, std::string_view angles) {
   checkAngles(section, angles, tilt.angles_deg);
   tilt.sigma_rad = section.number("sigma_rad", {0, 0.01}, 0.0);
   return tilt;
+}
+
+// Harmonics of B are determined by tilts all round, which few tables can take.
+void requireEven(Section& section, const Machine& machine) {
+  const auto& table = machine.rotary_table;
+  const bool turns_b = table && std::ranges::find(table->chain, RotaryLetter::b) != table->chain.end();
+  if (!turns_b || table->between_of[1] != BetweenAngles::fourier || !section.good("tilts_deg")) return;
+  std::vector<double> rising_rad;
+  for (const double tilt_deg : machine.tilting_table->angles_deg) rising_rad.push_back(radians(tilt_deg));
+  std::ranges::sort(rising_rad);
+  if (areEvenOverTurn(rising_rad)) return;
+  section.problem("tilts_deg",
+                  "are not equally spaced over a whole turn, as interpolation of B by harmonics needs: write "
+                  "between_b = \"linear\" in [rotary_table], or such tilts");
 }
 
 HeadDescription readHead(Section section, const Machine& machine) {
@@ -200,6 +218,7 @@ void readRotary(Section& root, double hold_s, Machine& machine) {
     machine.tilting_table->point_mm = section->vectorIfThere("point_mm", kPosition_mm);
     if (!machine.tilting_table->point_mm && machine.ball_plate)
       machine.tilting_table->point_mm = machine.ball_plate->b_axis_point_mm;
+    requireEven(*section, machine);
     section->finish();
   }
   if (auto section = root.sectionIfThere("swivel_head")) machine.swivel_head = readHead(std::move(*section), machine);
@@ -416,6 +435,7 @@ BallPlateDescription readBallPlate(Section section, const Machine& machine) {
   readKeys(section, plate);
   for (const std::size_t axis : {0U, 1U})
     requireNear(section, "axis_point_mm", plate.axis_point_mm.at(axis), axis, machine);
+  plate.mount_turns_deg = section.numbers("mount_turns_deg", {-360, 360}, {1, kMostMounts - 1}, false);
   section.node("ball");
   for (auto& ball : section.sections("ball", kMostPlateBalls)) {
     const auto at_mm = ball.vector("at_mm", BallPlateDescription::kPlace.range);

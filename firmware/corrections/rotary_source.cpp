@@ -32,7 +32,8 @@ std::optional<Error> RotarySource::validateActivation(const RotaryConfig& config
   IncomingTable<6> table;
   table.expect(activated.result_id, activated.rows);
   for (const auto& row : rows) table.add(std::get<ErrorsAtAngle>(row));
-  if (const auto made = table.table(config.between); !made) return Error{made.error().reason + "."};
+  if (const auto made = table.table(config.between[static_cast<std::size_t>(activated.axis)]); !made)
+    return Error{made.error().reason + "."};
   return std::nullopt;
 }
 
@@ -51,7 +52,7 @@ void RotarySource::push(const ErrorsAtAngle& row) {
   auto& axis = axes_[static_cast<std::size_t>(row.axis)];
   if (!axis.table.add(row)) return;
   // validateActivation() has tried the same before.
-  const auto errors = axis.table.table(config_.between);
+  const auto errors = axis.table.table(config_.between[static_cast<std::size_t>(row.axis)]);
   if (!errors) return;
   axis.in_force = axis.coming;
   axis.calibrated = {vectorOf(axis.coming.point_mm), vectorOf(axis.coming.direction), *errors};

@@ -14,12 +14,12 @@ namespace probebox::corrections {
 
 // The rotary table as described in machine.toml.
 struct RotaryConfig {
-  std::size_t count{};                          // of the axes; 0: there is no such table
-  std::array<RotaryAxis, kRotaryAxes> chain{};  // from the base outwards
-  metrology::Between between{metrology::Between::linear};
-  bool at_tip{};                    // the tool's length moves the point that is corrected
-  Vector tool_direction{0, 0, -1};  // from the spindle to the tip
-  double measured_length_mm{};      // of the tool that the axes were measured with
+  std::size_t count{};                                    // of the axes; 0: there is no such table
+  std::array<RotaryAxis, kRotaryAxes> chain{};            // from the base outwards
+  std::array<metrology::Between, kRotaryAxes> between{};  // A, B, C
+  bool at_tip{};                                          // the tool's length moves the point that is corrected
+  Vector tool_direction{0, 0, -1};                        // from the spindle to the tip
+  double measured_length_mm{};                            // of the tool that the axes were measured with
   Nanoseconds hold{std::chrono::seconds{5}};
 
   bool fitted() const { return count > 0; }

@@ -53,8 +53,9 @@ void RegisterImage::putResults(const published::ServedResults& results) {
   std::fill(image_.begin() + kFirstTable, image_.end(), std::uint16_t{0});
   static const ServedResult kNone{};
   for (const auto& block : resultBlocks()) {
-    const auto found = std::ranges::find(results.in_force, block.subject, &ServedResult::subject);
-    const bool exists = found != results.in_force.end();
+    const auto& among = block.is_proposed ? results.proposed : results.in_force;
+    const auto found = std::ranges::find(among, block.subject, &ServedResult::subject);
+    const bool exists = found != among.end();
     const auto& result = exists ? *found : kNone;
     const auto at = addressesOf(block);
     std::array<std::optional<Shown>, kMostBlockValues> shown{};

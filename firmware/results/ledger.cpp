@@ -108,6 +108,10 @@ const Entry* Ledger::waiting(const Binding& binding) const {
   return newestOf(binding, State::accepted);
 }
 
+const Entry* Ledger::newestProposed(const Binding& binding) const {
+  return newestOf(binding, State::proposed);
+}
+
 const Entry* Ledger::retiredLast(const Binding& binding) const {
   const Entry* last = nullptr;
   for (const auto id : idsIn(State::retired)) {

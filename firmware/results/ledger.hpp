@@ -48,6 +48,7 @@ class Ledger {
   const Entry* find(Id id) const;
   const Entry* inForce(const Binding& binding) const;
   const Entry* waiting(const Binding& binding) const;
+  const Entry* newestProposed(const Binding& binding) const;
   // The result that a rollback would bring back: of those retired that ever were in force, the one retired last.
   const Entry* retiredLast(const Binding& binding) const;
   // By rising number, those of this probe, machine and mounting (`here`, of any subject).

@@ -396,26 +396,28 @@ void append(std::vector<Register>& all, const Register& row) {
   }
 }
 
-// Errors of the rotary axes, named as in ISO 230: EXA is along X of what A turns, EBA about Y.
+// Deviations of what a rotary axis turns, along X, Y, Z and about them: its location and its error motion (EXA to ECC
+// of ISO 230-7) together. The sum has no name there; it is called as results call it, "deviation XA".
 void appendRotaryErrors(std::vector<Register>& all) {
   constexpr std::uint16_t kErrors = 288, kSds = 324;
   for (std::size_t part = 0; part < 6 * kRotaryAxes; ++part) {
     const bool is_angle = part % 6 >= 3;
-    const auto name = std::string{"E"} + "XYZABC"[part % 6] + "ABC"[part / 6];
+    const auto name = std::string{"deviation "} + "XYZABC"[part % 6] + "ABC"[part / 6];
     const auto unit = is_angle ? "rad" : "mm";
     const auto of_part = [&](std::uint16_t first, const std::string& title, std::string_view meaning, ValueOf value) {
       all.push_back({static_cast<std::uint16_t>(first + 2 * part), kept(title), f32, 1, unit, read, meaning, value});
       all.back().part = static_cast<std::uint8_t>(part);
     };
     of_part(kErrors, name,
-            part == 0 ? "error along X of the table turned by axis A, at the present angle; 0 when its bit in register "
-                        "276 is clear"
-            : part == 3 ? "error about X, as EXA"
-            : is_angle  ? "as EAA"
-                        : "as EXA",
+            part == 0
+                ? "along X, of the table turned by axis A, at the present angle: location (XOA) and error motion (EXA "
+                  "of ISO 230-7) together; 0 when its bit in register 276 is clear"
+            : part == 3 ? "about X, else as deviation XA"
+            : is_angle  ? "as deviation AA"
+                        : "as deviation XA",
             rotaryError);
-    of_part(kSds, name + ", sd", part == 0 ? "standard deviation (k = 1), the largest of all angles" : "as EXA, sd",
-            rotaryErrorSd);
+    of_part(kSds, name + ", sd",
+            part == 0 ? "standard deviation (k = 1), the largest of all angles" : "as deviation XA, sd", rotaryErrorSd);
   }
 }
 

@@ -75,6 +75,13 @@ constexpr ResultBlock kBlocks[]{
      "is p "
      "deep when the switch opens: p = h (p0 + p1 cos 3 phi + p2 sin 3 phi) + p3 abs(nz) of these four in turn, "
      "h = sqrt(nx^2 + ny^2), phi = atan2(ny, nx)"},
+    {.subject = "check",
+     .first = 980,
+     .title = "proposed check",
+     .values = kCheck,
+     .meaning = "as register 568, of the newest check while nobody has accepted it: register 568 keeps that of the one "
+                "in force",
+     .is_proposed = true},
 };
 
 constexpr BlockValue kTool[]{{"X offset", mm, {{{result_key::kToolOffset, 0}}}},

@@ -31,6 +31,7 @@ struct ResultBlock {
   std::span<const BlockValue> values;
   std::string_view meaning;  // of the first value
   bool in_nm{true};
+  bool is_proposed{};  // of a result that nobody has accepted yet
 };
 
 // Layout of a row of a table by tool number: values f32 (mm), values i32 (nm), sd u16 (0.01 um), state u16 in the last

@@ -11,6 +11,8 @@ namespace {
 constexpr std::string_view kSd = "combined standard deviation (k = 1)";
 constexpr std::string_view kStateMeans =
     "bit 0 a result is in force, 1 it rests on a retired result, from 4 on one for each value above that it has";
+constexpr std::string_view kProposedStateMeans =
+    "bit 0 a result is proposed, from 4 on one for each value above that it has";
 
 std::string_view unitOf(ValueUnit unit) {
   switch (unit) {
@@ -53,10 +55,12 @@ void append(std::vector<Register>& all, const ResultBlock& block) {
     register_of(address, title + ", " + std::string{value.name}, Kind::i32, 1, "nm", "the value in mm above");
     address = static_cast<std::uint16_t>(address + 2);
   }
-  register_of(at.result, title + ", result", Kind::u32, 1, "", "number of the result in force; 0 when there is none");
+  register_of(at.result, title + ", result", Kind::u32, 1, "",
+              block.is_proposed ? "number of the result, for register 834; 0 when none is newer than the one in force"
+                                : "number of the result in force; 0 when there is none");
   register_of(at.tool, title + ", probe tool", Kind::u16, 1, "",
               "number of the tool that carried the probe; 0 without a result");
-  register_of(at.state, title + ", state", Kind::u16, 1, "", kStateMeans);
+  register_of(at.state, title + ", state", Kind::u16, 1, "", block.is_proposed ? kProposedStateMeans : kStateMeans);
 }
 
 void append(std::vector<Register>& all, const ToolTable& table) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-// Results in force, for faces that show their values. Replaced as a whole when one of them changes.
+// Results in force, and what is proposed, for faces that show their values. Replaced as a whole when one of them changes.
 namespace probebox::published {
 
 struct ServedValue {
@@ -23,6 +23,7 @@ struct ServedResult {
 
 struct ServedResults {
   std::vector<ServedResult> in_force;
+  std::vector<ServedResult> proposed{};  // the newest check, where it is newer than the one in force
 };
 
 // State of the last request about runs and results that came over one line of a controller.

@@ -35,7 +35,7 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
   for (const auto& [key, value] : conditionsOf(binding)) {
     if (!value.empty()) dataset.config.try_emplace(key, value);
   }
-  dataset.config.try_emplace("measured_utc", utc);
+  if (dataset.config.try_emplace("measured_utc", utc).second) dataset.config.try_emplace("date_source", dateSource());
   // Lengths that go back to a tool store carry the time of their measurement.
   const bool is_dated = dayOf(utc.substr(0, std::string_view{"2026-11-29"}.size())).has_value();
   if (dataset.table("tool_store"))
@@ -322,7 +322,9 @@ Outcome<std::vector<store::Id>, store::Failure> Calibrations::stored(const Case&
     proposals.push_back(
         proposalAbout(about, solved_case, kept_as.empty() ? *solved : metrology::withKey(*solved, needs, kept_as)));
   }
-  return store_.propose(proposals, *solved_case.text, utcNow());
+  auto ids = store_.propose(proposals, *solved_case.text, utcNow());
+  in_force_.showProposed();
+  return ids;
 }
 
 // A centreline from the stylus' tip is one from the spindle axis where the offset of that stylus is in force.

@@ -88,12 +88,14 @@ std::optional<Error> validateRange(const metrology::Result& result, const Machin
   if (const auto refusal = metrology::refuseImplausible(result, method == nullptr ? unknown : *method))
     return Error{"The result of " + result.method + " cannot be: " + refusal->reason + "."};
   const auto reach_mm = reachOf(travel);
-  for (const auto& estimate : result.estimates) {
-    if (!reach_mm || !estimate.key.ends_with("_mm")) continue;
-    const auto far = std::ranges::find_if(estimate.values, [&](double mm) { return std::abs(mm) > *reach_mm; });
-    if (far != estimate.values.end())
-      return outside(result, estimate.key, *far,
-                     "nothing on this machine is farther than " + millimetres(*reach_mm) + " from its zero");
+  for (const auto* list : {&result.estimates, &result.also}) {
+    for (const auto& estimate : *list) {
+      if (!reach_mm || !estimate.key.ends_with("_mm")) continue;
+      const auto far = std::ranges::find_if(estimate.values, [&](double mm) { return std::abs(mm) > *reach_mm; });
+      if (far != estimate.values.end())
+        return outside(result, estimate.key, *far,
+                       "nothing on this machine is farther than " + millimetres(*reach_mm) + " from its zero");
+    }
   }
   return turningAxisOutside(result, travel);
 }

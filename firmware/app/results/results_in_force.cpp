@@ -434,9 +434,22 @@ void ResultsInForce::publish() {
     }
     std::ranges::move(sentences, std::back_inserter(shown->to_repeat));
   }
+  // A controller reads its verdict before a person decides.
+  const auto about_check = bindingFor(text(Subject{SubjectKind::check}));
+  const auto* check = ledger_.newestProposed(about_check);
+  const auto* in_force = ledger_.inForce(about_check);
+  if (check != nullptr && (in_force == nullptr || in_force->id < check->id)) {
+    if (const auto record = recordOf(check->id)) shown->served->proposed.push_back(servedOf(*record, false));
+  }
   shown->storage_problems = problemsOf(store_);
   const std::lock_guard lock{mutex_};
   shown_ = std::move(shown);
+}
+
+void ResultsInForce::showProposed() {
+  if (const auto why = readNewer()) return logError("What is proposed could not be read: " + why->what);
+  publish();
+  forgetOthers();
 }
 
 std::optional<procedure::CalibratedHead> ResultsInForce::sensorHead(std::uint32_t tool) const {

@@ -108,6 +108,8 @@ class ResultsInForce {
     metrology::Estimate value;
   };
   std::optional<StylusOffset> stylusOffset(std::uint32_t probe_tool) const;
+  // Reads what has been proposed, for served().
+  void showProposed();
   // Results in force that the core applies or procedures use, by rising number. Any thread.
   std::vector<InForceAbout> about() const { return shown()->about; }
   MeasuredFacts measuredFacts() const { return shown()->facts; }

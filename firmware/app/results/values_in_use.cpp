@@ -11,6 +11,7 @@
 #include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/screw/screw_calibration.hpp"
 #include "firmware/metrology/tool/tool_setter.hpp"
+#include "protocol/units/result_keys.hpp"
 
 namespace probebox::app {
 namespace {
@@ -64,6 +65,25 @@ std::optional<procedure::AcceptedValue> acceptedXAt90(const metrology::Result& r
   return accepted;
 }
 
+// A result is about one plane, and has the two coordinates in it.
+std::array<std::optional<procedure::AcceptedValue>, 3> tablePivotOf(const metrology::Result& result) {
+  struct Plane {
+    std::string_view key;
+    std::array<std::size_t, 2> axes;
+  };
+  constexpr std::array<Plane, 3> kPlanes{
+      {{result_key::kPivotXz, {0, 2}}, {result_key::kPivotYz, {1, 2}}, {result_key::kPivotXy, {0, 1}}}};
+  std::array<std::optional<procedure::AcceptedValue>, 3> pivot;
+  for (const auto& [key, axes] : kPlanes) {
+    const auto* found = result.find(key);
+    if (found == nullptr || found->values.size() != axes.size()) continue;
+    const auto sd_mm = uncertaintiesOf(*found);
+    for (std::size_t i = 0; i < axes.size(); ++i)
+      pivot.at(axes.at(i)) = {.mm = found->values[i], .sd_mm = i < sd_mm.size() ? sd_mm[i] : 0};
+  }
+  return pivot;
+}
+
 }  // namespace
 
 void addFacts(const store::Record& record, MeasuredFacts& facts) {
@@ -89,6 +109,10 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
       facts.spindle_tilt_rad = {tilt->values[0], tilt->values[1]};
       facts.sd_spindle_tilt_rad = largestSd(*tilt, 2);
     }
+  }
+  if (isAbout(record.binding.subject, SubjectKind::table_pivot)) {
+    facts.table_pivot_result = record.id;
+    facts.table_pivot = tablePivotOf(*result);
   }
   if (isAbout(record.binding.subject, SubjectKind::stylus_offset)) {
     if (const auto offset = stylusOffsetOf(*result))

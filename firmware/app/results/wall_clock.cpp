@@ -1,5 +1,7 @@
 #include "firmware/app/results/wall_clock.hpp"
 
+#include <array>
+#include <cstdio>
 #include <fstream>
 #include <mutex>
 #include <optional>
@@ -38,12 +40,22 @@ std::string dateOf(sys_seconds shown, seconds since_start, const WallClock& cloc
   return "unknown, " + std::to_string(since_start.count()) + " s after " + which;
 }
 
-bool kernelKeepsClockRight() {
+std::string clockSource(bool synchronised, long max_error_us, bool from_hardware) {
+  if (synchronised) {
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), "clock of the computer, synchronised within %.3g s",
+                  1e-6 * static_cast<double>(max_error_us));
+    return text.data();
+  }
+  return from_hardware ? "clock of the computer, set from its hardware clock; error unknown" : "";
+}
+
+std::string kernelClockSource() {
   timex state{};
-  if (adjtimex(&state) >= 0 && (state.status & STA_UNSYNC) == 0) return true;
+  const bool synchronised = adjtimex(&state) >= 0 && (state.status & STA_UNSYNC) == 0;
   std::ifstream from_hardware{"/sys/class/rtc/rtc0/hctosys"};
   char is_set = '0';
-  return from_hardware >> is_set && is_set == '1';
+  return clockSource(synchronised, state.maxerror, from_hardware >> is_set && is_set == '1');
 }
 
 void setWallClock(const WallClock& clock) {
@@ -58,8 +70,14 @@ std::string utcNow() {
   if (!clock) return isoUtc(now);
   auto as_now = *clock;
   // A board that has the time from a network only is synchronised some time after its start.
-  as_now.is_kept_right = as_now.is_kept_right || kernelKeepsClockRight();
+  as_now.is_kept_right = as_now.is_kept_right || !kernelClockSource().empty();
   return dateOf(now, floor<seconds>(steady_clock::now() - known().began), as_now);
+}
+
+std::string dateSource() {
+  if (utcNow().starts_with("unknown")) return "unknown";
+  const auto source = kernelClockSource();
+  return source.empty() ? "clock of the computer; nothing is known to keep it right" : source;
 }
 
 }  // namespace probebox::app

@@ -15,12 +15,16 @@ struct WallClock {
 // the firmware was written, or decades later, was never set.
 std::string dateOf(std::chrono::sys_seconds shown, std::chrono::seconds since_start, const WallClock& clock);
 
-// Tests whether the kernel's clock is synchronised, or was set from a hardware clock at the start of the computer.
-bool kernelKeepsClockRight();
+// What keeps the kernel's clock right, and how well as far as it is known; empty where nothing does.
+std::string kernelClockSource();
+// The same from the kernel's state: status and maximum error (us) of adjtimex, and whether a hardware clock set it.
+std::string clockSource(bool synchronised, long max_error_us, bool from_hardware);
 
 // Tells utcNow() what the box knows. Before the first call every date is believed.
 void setWallClock(const WallClock& clock);
 // Now, as dateOf().
 std::string utcNow();
+// Where that date comes from, for the record: "unknown" where there is none.
+std::string dateSource();
 
 }  // namespace probebox::app

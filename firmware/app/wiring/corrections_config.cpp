@@ -60,13 +60,14 @@ corrections::RotaryAngleConfig angleOf(const board::RotaryAxisDescription& axis)
 corrections::RotaryConfig tableOf(const board::RotaryTableDescription& table) {
   corrections::RotaryConfig config{.count = table.chain.size(),
                                    .chain = {},
-                                   .between = table.between == board::BetweenAngles::fourier
-                                                  ? metrology::Between::fourier
-                                                  : metrology::Between::linear,
+                                   .between = {},
                                    .at_tip = table.at_tip,
                                    .tool_direction = table.tool_direction,
                                    .measured_length_mm = table.measured_length_mm,
                                    .hold = nanoseconds(table.hold_s)};
+  std::ranges::transform(table.between_of, config.between.begin(), [](board::BetweenAngles between) {
+    return between == board::BetweenAngles::fourier ? metrology::Between::fourier : metrology::Between::linear;
+  });
   std::ranges::transform(table.chain, config.chain.begin(),
                          [](board::RotaryLetter letter) { return static_cast<RotaryAxis>(letter); });
   return config;

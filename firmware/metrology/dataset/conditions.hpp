@@ -10,7 +10,7 @@
 namespace probebox::metrology {
 
 // Tests for the keys that every method accepts for the record: probe, probe_tool (number of the tool that carries it),
-// delay_result, pre_travel_result, machine, mounting, measured_utc, measured_by, temperature_c, note,
+// delay_result, pre_travel_result, machine, mounting, measured_utc, date_source, measured_by, temperature_c, note,
 // sphere_certificate, sphere_next_due, stylus_ball.
 bool isCondition(std::string_view key);
 

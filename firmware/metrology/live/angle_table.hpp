@@ -44,7 +44,6 @@ class AngleTable {
     return within < kTurn - kSameTableAngle_rad ? within : 0.0;
   }
   static std::optional<Refusal> bad(std::span<const double> angles, std::span<const Row> rows);
-  bool even() const;
   void transform();
   std::optional<Row> chord(double angle) const;
   std::optional<Row> harmonics(double angle) const;
@@ -92,21 +91,12 @@ Outcome<AngleTable<kWidth>, Refusal> AngleTable<kWidth>::make(std::span<const do
     }
   }
   if (between == Between::linear) return table;
-  if (!table.even()) {
+  if (!areEvenOverTurn(std::span{table.angles_}.first(table.count_))) {
     return Refusal{"uneven-angles",
                    "harmonics need three or more angles, equally spaced over the whole turn: use linear interpolation"};
   }
   table.transform();
   return table;
-}
-
-template <int kWidth>
-bool AngleTable<kWidth>::even() const {
-  const double step = kTurn / static_cast<double>(count_);
-  for (std::size_t k = 1; k < count_; ++k) {
-    if (std::abs(angles_[k] - angles_[0] - step * static_cast<double>(k)) > 1e-6) return false;
-  }
-  return count_ >= 3;
 }
 
 // rows_: mean, then the cosine and the sine of each harmonic, as many as there are angles.

@@ -110,7 +110,18 @@ std::optional<BallPlate> ballPlate(const board::Machine& machine) {
                    .ball_diameter_mm = plate->ball_diameter_mm,
                    .b_axis_point_mm = plate->b_axis_point_mm,
                    .station_correction = plate->station_correction,
-                   .balls_mm = plate->balls_mm};
+                   .balls_mm = plate->balls_mm,
+                   .mount_turns_rad = inRadians(plate->mount_turns_deg)};
+}
+
+std::array<bool, kRotaryAxes> byHarmonics(const board::Machine& machine) {
+  std::array<bool, kRotaryAxes> by{};
+  if (!machine.rotary_table) return by;
+  for (const auto letter : machine.rotary_table->chain) {
+    const auto axis = static_cast<std::size_t>(letter);
+    by.at(axis) = machine.rotary_table->between_of.at(axis) == board::BetweenAngles::fourier;
+  }
+  return by;
 }
 
 std::optional<ToolSetter> toolSetter(const board::Machine& machine) {
@@ -188,6 +199,7 @@ Facts factsOf(const board::Machine& machine) {
           .checked_ball = checkedBall(machine),
           .rim_ball = rimBall(machine),
           .ball_plate = ballPlate(machine),
+          .by_harmonics = byHarmonics(machine),
           .tilting_table = machine.tilting_table ? std::optional{bFacts(*machine.tilting_table)} : std::nullopt,
           .swivel_head = headFacts(machine),
           .probe_tools = probeTools(machine),

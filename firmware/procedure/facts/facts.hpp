@@ -66,6 +66,7 @@ struct BallPlate {
   std::optional<std::array<double, 3>> b_axis_point_mm{};
   bool station_correction{};  // estimate and remove the linear axes' errors at the stations of the balls (E11)
   std::vector<std::array<double, 3>> balls_mm;
+  std::vector<double> mount_turns_rad{};  // of mount 2 and the next about C, from mount 1; those beyond are not known
 };
 
 // The rotary axis B, which tilts a table or swivels a head: its angles for a run, and its positioning uncertainty.
@@ -219,6 +220,7 @@ struct Facts {
   std::optional<CheckedBall> checked_ball{};
   std::optional<RimBall> rim_ball{};
   std::optional<BallPlate> ball_plate{};
+  std::array<bool, kRotaryAxes> by_harmonics{};  // A, B, C: the correction interpolates errors of the axis by harmonics
   std::optional<BFacts> tilting_table{};
   std::optional<HeadFacts> swivel_head{};
   ProbeTools probe_tools{};

@@ -111,6 +111,21 @@ void takeSetter(Table& table, ToolSetter& setter, const MeasuredPlaces& measured
   setter.sd_accepted_mm = measured.sd_setter_mm;
 }
 
+// The point on the tilt axis, by which the ways of a run are judged. Along the axis any place is as good.
+void takeTablePivot(Table& table, BFacts& tilting, const MeasuredPlaces& measured) {
+  auto point_mm = tilting.point_mm;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto& found = measured.table_pivot[axis];
+    if (!found) continue;
+    const auto typed = tilting.point_mm ? std::optional{Known{kTyped, (*tilting.point_mm)[axis], 0}} : std::nullopt;
+    const Known by_result{resultNumbered(measured.table_pivot_result), found->mm, found->sd_mm};
+    if (!table.add(std::string{"table-pivot "} + "XYZ"[axis], typed, by_result)) continue;
+    if (!point_mm) point_mm.emplace();
+    (*point_mm)[axis] = found->mm;
+  }
+  tilting.point_mm = point_mm;
+}
+
 // What tool-setter and tool-assembly say about one tool: its tip across the spindle, and its length by that of the
 // probe.
 void compareTools(Table& table, const Facts& facts, const MeasuredPlaces& measured) {
@@ -147,6 +162,7 @@ std::vector<PlaceRow> takeMeasured(Facts& facts, const MeasuredPlaces& measured,
   takeLengths(table, facts, measured);
   if (facts.checked_ball) takeBall(table, *facts.checked_ball, measured);
   if (facts.tool_setter) takeSetter(table, *facts.tool_setter, measured);
+  if (facts.tilting_table) takeTablePivot(table, *facts.tilting_table, measured);
   compareTools(table, facts, measured);
   return table.take();
 }

@@ -49,6 +49,9 @@ struct MeasuredPlaces {
   std::vector<MeasuredStylus> styli{};
   std::optional<std::array<double, 2>> spindle_tilt_rad{};  // of the spindle's axis to X and to Y
   double sd_spindle_tilt_rad{};
+  std::uint64_t table_pivot_result{};
+  // Of the tilt axis, across it: machine position of the stylus ball. Along it, nothing.
+  std::array<std::optional<AcceptedValue>, 3> table_pivot{};
   std::vector<MeasuredLength> tool_lengths{};
   std::vector<MeasuredTip> tool_tips{};
 };

@@ -17,6 +17,7 @@
 #include "firmware/procedure/methods/needs.hpp"
 #include "firmware/procedure/methods/plate_poses.hpp"
 #include "firmware/procedure/methods/plate_tables.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -64,7 +65,26 @@ std::optional<NotReady> whyNotAtStations(const ProcedureOptions& options, const 
   return because("turns by multiples of " + pitch + ": give --angles " + count + " or a divisor of it, and no --arc.");
 }
 
+// What [rotary_table] could not interpolate would be refused when the result is accepted, behind the run.
+std::optional<NotReady> whyNotByHarmonics(const ProcedureOptions& options, const Facts& facts) {
+  const bool about_b = options.axis == kAxisB;
+  if (!facts.by_harmonics[about_b ? 1 : 2]) return std::nullopt;
+  const auto tilts = facts.tilting_table.value_or(BFacts{});
+  std::vector<double> rising_rad{tilts.angles_rad.begin(), tilts.angles_rad.begin() + tilts.count};
+  std::ranges::sort(rising_rad);
+  const bool whole_turn = options.arc_rad == 0 || options.arc_rad > kTurn_rad - 1e-9;
+  const bool even = about_b ? areEvenOverTurn(rising_rad) : whole_turn && (options.angles == 0 || options.angles >= 3);
+  if (even) return std::nullopt;
+  return NotReady{Obstacle::option,
+                  std::string{kRotaryAxisErrors.name()} +
+                      ": [rotary_table] of machine.toml interpolates this axis by harmonics, which need three or more "
+                      "angles, equally spaced over the whole turn: " +
+                      (about_b ? "write between_b = \"linear\" there."
+                               : "give --angles 3 or more and no --arc, or write between_c = \"linear\" there.")};
+}
+
 std::optional<NotReady> whyNoSuchBall(const ProcedureOptions& options, const Facts& facts) {
+  if (auto why = whyNotByHarmonics(options, facts)) return why;
   if (!facts.ball_plate) return std::nullopt;
   const std::size_t known = facts.ball_plate->balls_mm.size();
   if (options.balls <= known) return whyNotAtStations(options, *facts.ball_plate, facts);

@@ -24,7 +24,7 @@ Vector3d vectorOf(const std::array<double, 3>& from) {
 
 bool touchesPlate(const Step& step) {
   return step.feature == Feature::part_ball && (step.kind == Kind::touch || step.kind == Kind::in_out) &&
-         step.touch.mount <= 1 && step.touch.ball > 0;
+         step.touch.ball > 0;
 }
 
 bool stays(const Step& before, const Step& step) {
@@ -32,10 +32,21 @@ bool stays(const Step& before, const Step& step) {
          before.touch.mount == step.touch.mount && before.touch.rotary_angles_rad == step.touch.rotary_angles_rad;
 }
 
+// Turns about C that the plate may have in the mount of a step. A shift moves all balls alike.
+std::vector<double> turnsOf(const Step& step, const BallPlate& plate) {
+  constexpr int kTried = 72;
+  if (step.touch.mount <= 1) return {0};
+  const std::size_t further = step.touch.mount - 2U;
+  if (further < plate.mount_turns_rad.size()) return {plate.mount_turns_rad[further]};
+  std::vector<double> all;
+  for (int k = 0; k < kTried; ++k) all.push_back(kTurn * k / kTried);
+  return all;
+}
+
 // The balls of the plate in the pose of a step.
-std::vector<Vector3d> ballsAt(const Step& step, const Facts& facts) {
+std::vector<Vector3d> ballsAt(const Step& step, const Facts& facts, double mount_turn_rad) {
   const Vector3d on_c = vectorOf(facts.ball_plate->axis_point_mm);
-  const Eigen::AngleAxisd by_c{step.touch.rotary_angles_rad[2], Vector3d::UnitZ()};
+  const Eigen::AngleAxisd by_c{mount_turn_rad + step.touch.rotary_angles_rad[2], Vector3d::UnitZ()};
   std::vector<Vector3d> balls;
   for (const auto& at_mm : facts.ball_plate->balls_mm) balls.emplace_back(on_c + by_c * vectorOf(at_mm));
   if (step.b_moves != BMoves::table) return balls;
@@ -63,8 +74,7 @@ class Around {
   }
   // Up from a touch, and any way down to one.
   std::optional<std::size_t> upright(const Vector3d& from) const {
-    const Vector3d low = balls_[own_] + (met_mm_ + kAround_mm) * from;
-    return met([&](const Vector3d& ball) { return Vector3d{low.x(), low.y(), std::max(low.z(), ball.z())}; });
+    return hanging(balls_[own_] + (met_mm_ + kAround_mm) * from);
   }
 
  private:
@@ -74,13 +84,16 @@ class Around {
     for (int part = 0; part <= kParts; ++part) {
       const Vector3d direction = Eigen::Quaterniond::Identity().slerp(static_cast<double>(part) / kParts, turn) * from;
       const Vector3d at = balls_[own_] + (met_mm_ + kAround_mm) * direction;
-      if (const auto found = met([&](const Vector3d&) { return at; })) return found;
+      if (const auto found = hanging(at)) return found;
     }
     return std::nullopt;
   }
-  std::optional<std::size_t> met(const auto& nearestTo) const {
-    for (std::size_t ball = 0; ball < balls_.size(); ++ball) {
-      if (ball != own_ && (nearestTo(balls_[ball]) - balls_[ball]).norm() < met_mm_ + kBeside_mm) return ball;
+  // With the ball of the stylus here, and the stylus above it.
+  std::optional<std::size_t> hanging(const Vector3d& at) const {
+    for (std::size_t k = 0; k < balls_.size(); ++k) {
+      const Vector3d& ball = balls_[k];
+      const Vector3d nearest{at.x(), at.y(), std::max(at.z(), ball.z())};
+      if (k != own_ && (nearest - ball).norm() < met_mm_ + kBeside_mm) return k;
     }
     return std::nullopt;
   }
@@ -90,12 +103,24 @@ class Around {
   double met_mm_;
 };
 
-Error through(std::size_t ball, std::size_t step, const std::array<double, 3>& angles_rad) {
-  const auto angle = [&](std::size_t axis) { return number(std::round(degrees(angles_rad[axis])) + 0.0); };
-  return Error{"On the way to or from step " + std::to_string(step + 1) + ", with B " + angle(1) + " and C " +
+Error through(std::size_t ball, std::size_t step, const capture::TouchRequest& touch, bool turn_known) {
+  const auto angle = [&](std::size_t axis) { return number(std::round(degrees(touch.rotary_angles_rad[axis])) + 0.0); };
+  const std::string mount = touch.mount > 1 ? " in mount " + std::to_string(touch.mount) : "";
+  return Error{"On the way to or from step " + std::to_string(step + 1) + mount + ", with B " + angle(1) + " and C " +
                angle(2) + ", the stylus would come to ball " + std::to_string(ball + 1) +
-               " of [ball_plate]: choose other angles (tilts_deg of [tilting_table] in machine.toml, --angles, --arc), "
-               "or balls that stand further apart."};
+               " of [ball_plate]: " + (turn_known ? "" : "write mount_turns_deg of [ball_plate] in machine.toml, or ") +
+               "choose other angles (tilts_deg of [tilting_table] in machine.toml, --angles, --arc), or balls that "
+               "stand further apart."};
+}
+
+// The ball in the way of step i; nothing where none is.
+std::optional<std::size_t> inTheWay(const Plan& plan, std::size_t i, const Around& around) {
+  const Step& step = plan.steps[i];
+  const Vector3d to = vectorOf(step.touch.outward_normal);
+  const bool stayed = i > 0 && stays(plan.steps[i - 1], step);
+  const auto ball = stayed ? around.round(vectorOf(plan.steps[i - 1].touch.outward_normal), to) : around.down(to);
+  const bool leaves = i + 1 == plan.step_count || !stays(step, plan.steps[i + 1]);
+  return ball || !leaves ? ball : around.upright(to);
 }
 
 }  // namespace
@@ -109,13 +134,11 @@ std::optional<Error> whyThroughBall(const Plan& plan, const Facts& facts) {
     const bool tilts = step.b_moves == BMoves::table;
     if (!touchesPlate(step) || step.touch.ball > plate->balls_mm.size()) continue;
     if (tilts && !(facts.tilting_table && facts.tilting_table->point_mm)) continue;
-    const Around around{ballsAt(step, facts), step.touch.ball - 1U, met_mm};
-    const Vector3d to = vectorOf(step.touch.outward_normal);
-    const bool stayed = i > 0 && stays(plan.steps[i - 1], step);
-    auto ball = stayed ? around.round(vectorOf(plan.steps[i - 1].touch.outward_normal), to) : around.down(to);
-    const bool leaves = i + 1 == plan.step_count || !stays(step, plan.steps[i + 1]);
-    if (!ball && leaves) ball = around.upright(to);
-    if (ball) return through(*ball, i, step.touch.rotary_angles_rad);
+    const auto turns = turnsOf(step, *plate);
+    for (const double turn_rad : turns) {
+      const Around around{ballsAt(step, facts, turn_rad), step.touch.ball - 1U, met_mm};
+      if (const auto ball = inTheWay(plan, i, around)) return through(*ball, i, step.touch, turns.size() == 1);
+    }
   }
   return std::nullopt;
 }

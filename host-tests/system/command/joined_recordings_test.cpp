@@ -195,6 +195,20 @@ TEST(JoinedRecordings, HaveOneRowForASampleThatOneOfThemHas) {
   }
 }
 
+TEST(JoinedRecordings, CountTheRowsThatATableLeavesOut) {
+  const auto repeated = [](const std::string& recording) {
+    const RuntimeDirectory directory;
+    const auto table = probebox({"unpack", "-", directory.file("t.csv"), "--json"}, recording);
+    EXPECT_EQ(table.status, 0) << table.err;
+    return std::pair{table.object()["rows"].get<int>(), table.object()["repeated_samples"].get<int>()};
+  };
+  EXPECT_EQ(repeated(rows(0, 100) + rows(80, 200)), (std::pair{200, 20}));
+  EXPECT_EQ(repeated(rows(0, 100) + rows(100, 200)), (std::pair{200, 0}));
+  const auto first = ofBoot(std::byte{1}, rows(0, 100)), second = ofBoot(std::byte{2}, rows(0, 50));
+  EXPECT_EQ(repeated(first + second), (std::pair{150, 0}));
+  EXPECT_EQ(repeated(first + second + first), (std::pair{150, 100})) << "the start of before";
+}
+
 TEST(JoinedRecordings, GiveEachRowTheScaleOfItsOwnBlock) {
   const auto exported = probebox({"export", "-", "-o", "-"}, fives(0, 100, 1) + fives(50, 100, 2));
   EXPECT_EQ(exported.status, 0) << exported.err;

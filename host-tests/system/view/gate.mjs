@@ -1,5 +1,6 @@
 // Who is let in: foreign origins, wrong tokens, other names of this computer.
 import { request } from "node:http";
+import { connect } from "node:net";
 import { box, check, run, view, write } from "./common.mjs";
 
 const ask = (address, path, { method = "GET", headers = {}, body } = {}) => new Promise((done, fail) => {
@@ -11,6 +12,18 @@ const ask = (address, path, { method = "GET", headers = {}, body } = {}) => new 
   });
   asked.on("error", (error) => (path === "/api/events" ? done({ status: 200, headers: {}, text: "" }) : fail(error)));
   asked.end(body);
+});
+
+// A head without an end is answered before it fills the memory: returns how the answer begins, and the bytes that were sent.
+const endless = (address) => new Promise((done) => {
+  let text = "", sent = 0;
+  const line = `X-Filler: ${"x".repeat(1000)}\r\n`;
+  const socket = connect(new URL(address).port, "127.0.0.1");
+  const send = () => { if (!text && sent < 100e6) { sent += line.length; socket.write(line, send); } };
+  socket.on("connect", () => socket.write("GET / HTTP/1.1\r\n", send));
+  socket.on("data", (data) => { text += data; socket.end(); });
+  socket.on("error", () => {});
+  socket.on("close", () => done({ answer: text.slice(0, 12), sent }));
 });
 
 const CELL = `
@@ -130,6 +143,8 @@ run(async () => {
       check(answer.status >= 400 && answer.status < 500 && JSON.parse(answer.text).what.length > 5, `${path} ${broken}: ${answer.status} ${answer.text}`);
     }
   }
+  const { answer, sent } = await endless(server.address);
+  check(answer === "HTTP/1.1 431" && sent < 10e6, `an endless head: ${answer} behind ${sent} bytes`);
   check((await ask(server.address, "/api/about", { headers: { Cookie } })).status === 200, "it still serves");
   await refusesWhatItCannotRead(server);
   const celled = await view(daemon.uri, "--cell", write("lengths.toml", CELL));

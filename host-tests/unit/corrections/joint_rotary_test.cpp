@@ -244,7 +244,7 @@ TEST(ValidateActivation, NamesWhatTheMachineDoesNotHaveAndTablesThatCannotBeRead
   auto twice = c.result(1);
   std::get<ErrorsAtAngle>(twice[3]).angle_rad = 0;
   EXPECT_THAT(reason(config, twice), testing::HasSubstr("twice"));
-  config.rotary.between = metrology::Between::fourier;
+  config.rotary.between[2] = metrology::Between::fourier;
   EXPECT_EQ(reason(config, c.result(1)), "");
   EXPECT_THAT(reason(config, c.result(1, 0, 5)), testing::HasSubstr("equally spaced"));
   auto swivels = Head{}.result(2);

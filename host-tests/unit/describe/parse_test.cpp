@@ -238,6 +238,21 @@ TEST(MachineToml, HasEachRotaryAxisInTheHeadOrInTheTable) {
             "turns the table or the head, so remove it from one of them");
 }
 
+TEST(MachineToml, InterpolatesEachAxisOfATableInItsOwnWay) {
+  const std::string axes = std::string{kRotaryC} + std::string{kRotaryB} +
+                           "[rotary_table]\nchain = [\"B\", \"C\"]\ntool_point = \"position\"\nbetween = \"fourier\"\n";
+  const auto tilts = [](std::string_view list) {
+    return "[tilting_table]\naxis = \"X\"\ntilts_deg = " + std::string{list} + "\n";
+  };
+  const auto machine = machineWith(axes + "between_b = \"linear\"\n" + tilts("[-90, 0]"));
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  using enum BetweenAngles;
+  EXPECT_THAT(machine->rotary_table->between_of, ElementsAre(fourier, linear, fourier));
+  EXPECT_THAT(machineProblem(axes + tilts("[-90, 0]")),
+              testing::AllOf(HasSubstr("'tilting_table.tilts_deg'"), HasSubstr("between_b")));
+  EXPECT_TRUE(machineWith(axes + tilts("[-120, 0, 120]")).ok());
+}
+
 TEST(MachineToml, RefusesChainsAndHeadsThatCannotBe) {
   const auto table = [](std::string_view rest) {
     return machineProblem(std::string{kRotaryC} + "[rotary_table]\n" + std::string{rest});

@@ -100,7 +100,7 @@ TEST(RegisterMap, KeepsWhatWasReleasedWhereItIs) {
   EXPECT_EQ(find(157)->name, "marker: commit");
   EXPECT_EQ(find(178)->name, "centreline result");
   EXPECT_EQ(find(231)->name, "trigger: sequence");
-  EXPECT_EQ(find(358)->name, "ECC, sd");
+  EXPECT_EQ(find(358)->name, "deviation CC, sd");
   for (const auto& entry : registers()) EXPECT_LE(entry.end(), kRegisterCount) << entry.name;
 }
 

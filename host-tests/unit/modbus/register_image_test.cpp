@@ -131,12 +131,12 @@ TEST(RegisterImage, ShowsTheErrorsOfRotaryAxesAtThePresentAngleAndWhatTheHeadAdd
   EXPECT_NEAR(shown(image, 262), 90, 1e-5);
   EXPECT_EQ(shown(image, 276), 0b100);
   EXPECT_EQ(shown(image, 282), 70'000);
-  EXPECT_NEAR(shown(image, 312), 0.001, 1e-9) << "EXC";
+  EXPECT_NEAR(shown(image, 312), 0.001, 1e-9) << "deviation XC";
   EXPECT_NEAR(shown(image, 316), -0.003, 1e-9);
   EXPECT_NEAR(shown(image, 322), -3e-5, 1e-11);
-  EXPECT_NEAR(shown(image, 348), 1e-4, 1e-10) << "EXC, sd";
+  EXPECT_NEAR(shown(image, 348), 1e-4, 1e-10) << "deviation XC, sd";
   EXPECT_NEAR(shown(image, 358), 3e-6, 1e-12);
-  EXPECT_EQ(shown(image, 288), 0) << "EXA: nothing is known of A";
+  EXPECT_EQ(shown(image, 288), 0) << "deviation XA: nothing is known of A";
   EXPECT_EQ(shown(image, 264), 7);
   EXPECT_NEAR(shown(image, 266), 120.5, 1e-4);
   EXPECT_EQ(shown(image, 268), 4);

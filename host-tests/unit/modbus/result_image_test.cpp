@@ -42,6 +42,22 @@ TEST(ResultImage, ShowsATurningAxisFromTheTipBesideTheCentreline) {
   for (std::uint16_t at = 180; at < 192; ++at) EXPECT_EQ(image[at], 0) << "rolled back: " << at;
 }
 
+TEST(ResultImage, ShowsAProposedCheckApartFromTheOneInForce) {
+  const auto check = [](std::uint64_t id, double verdict) {
+    return ServedResult{.subject = "check", .result_id = id, .values = {{"verdict", {verdict}, {}}}};
+  };
+  RegisterImage image;
+  image.fill({}, LineState{}, std::make_shared<ServedResults>(ServedResults{{check(5, 0)}, {check(9, 2)}}),
+             WordOrder::high_first);
+  EXPECT_EQ(valueAt(image, 568), 0);
+  EXPECT_EQ(valueAt(image, 576), 5);
+  EXPECT_EQ(valueAt(image, 980), 2);
+  EXPECT_EQ(valueAt(image, 988), 9);
+  EXPECT_EQ(image[991], kInForce | 16);
+  image.fill({}, LineState{}, inForce({check(9, 2)}), WordOrder::high_first);
+  for (std::uint16_t at = 980; at < 992; ++at) EXPECT_EQ(image[at], 0) << "accepted: " << at;
+}
+
 TEST(ResultImage, ShowsAPivotByTheCoordinatesOfItsPlane) {
   RegisterImage image;
   image.fill({}, LineState{},

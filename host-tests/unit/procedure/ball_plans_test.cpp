@@ -335,6 +335,23 @@ TEST(BallPlans, ReadBallsAtTheirStationsInEveryMount) {
   EXPECT_THAT(refusal(kCentreline, {.mounts = 2}), testing::AllOf(HasSubstr("stations"), HasSubstr("mounts")));
 }
 
+// Instead of a run whose result could not come into force.
+TEST(BallPlans, AreRefusedWhereTheCorrectionCannotInterpolateTheAngles) {
+  const LiveMethod& method = kRotaryAxisErrors;
+  Facts facts;
+  facts.ball_plate = BallPlate{.axis_point_mm = {}, .sd_mm = {}, .balls_mm = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  facts.tilting_table = BFacts{.axis = {1, 0, 0}, .count = 2, .angles_rad = {-std::numbers::pi / 2, 0}, .sigma_rad = 0};
+  const ProcedureOptions arc{.arc_rad = 3, .angles = 4, .balls = 3}, about_b{.balls = 3, .axis = 5};
+  EXPECT_FALSE(method.why_unfit(arc, facts));
+  facts.by_harmonics = {false, false, true};
+  EXPECT_THAT(method.why_unfit(arc, facts)->what, HasSubstr("between_c"));
+  EXPECT_TRUE(method.why_unfit({.angles = 2, .balls = 3}, facts));
+  EXPECT_FALSE(method.why_unfit({.angles = 4, .balls = 3}, facts));
+  EXPECT_FALSE(method.why_unfit(about_b, facts)) << "B has its own";
+  facts.by_harmonics = {false, true, false};
+  EXPECT_THAT(method.why_unfit(about_b, facts)->what, HasSubstr("between_b"));
+}
+
 TEST(BallPlans, TurnAPlateByItsPitchWhereItsStationsAreCorrected) {
   const LiveMethod& method = kRotaryAxisErrors;
   Facts facts;

@@ -89,6 +89,25 @@ TEST(Places, DoNotDisagreeWhereNoSdIsStated) {
   EXPECT_FALSE(disagreement(takeMeasured(facts, measured)[0])) << "a nominal length";
 }
 
+// Ways are judged about the axis that was found, and not about the one that was typed.
+TEST(Places, TakeTheMeasuredPivotOfATiltingTable) {
+  Facts facts = described();
+  facts.tilting_table = BFacts{.axis = {1, 0, 0}, .count = 2, .point_mm = {{330, 200, -260}}};
+  MeasuredPlaces measured;
+  takeMeasured(facts, measured);
+  EXPECT_EQ(facts.tilting_table->point_mm, (std::array{330.0, 200.0, -260.0}));
+  measured.table_pivot_result = 12;
+  measured.table_pivot = {std::nullopt, AcceptedValue{200.5, 0.001}, AcceptedValue{-261.25, 0.001}};
+  const auto table = takeMeasured(facts, measured);
+  EXPECT_EQ(facts.tilting_table->point_mm, (std::array{330.0, 200.5, -261.25}));
+  ASSERT_NE(rowOf(table, "table-pivot Z"), nullptr);
+  EXPECT_EQ(rowOf(table, "table-pivot Z")->used()->by, "result 12");
+  EXPECT_EQ(rowOf(table, "table-pivot X"), nullptr) << "along the axis nothing was measured";
+  facts.tilting_table->point_mm.reset();
+  takeMeasured(facts, measured);
+  EXPECT_EQ(facts.tilting_table->point_mm, (std::array{0.0, 200.5, -261.25})) << "never typed";
+}
+
 // tool-4 and assembly-4 in force say different things of one tool.
 TEST(Places, OfOneToolByTwoMethodsAreCompared) {
   Facts facts = described();

@@ -49,6 +49,21 @@ TEST(Ways, AreNotJudgedWithoutTheSizeOfTheBalls) {
   EXPECT_EQ(whyNot(facts, kAboutB), "");
 }
 
+// A plate that stands free in mount 1 does not in another one that turns it.
+TEST(Ways, AreJudgedInEveryMount) {
+  auto facts = shipped({-60, 0});
+  EXPECT_EQ(whyNot(facts, kAboutB), "");
+  constexpr ProcedureOptions kTwoMounts{.axis = kAxisB, .mounts = 2};
+  EXPECT_THAT(whyNot(facts, kTwoMounts), testing::AllOf(testing::HasSubstr("mount 2"), testing::HasSubstr("B -60"),
+                                                        testing::HasSubstr("mount_turns_deg")))
+      << "it may be turned half round";
+  facts.ball_plate->mount_turns_rad = {180 * kDegree};
+  EXPECT_THAT(whyNot(facts, kTwoMounts), testing::AllOf(testing::HasSubstr("mount 2"), testing::HasSubstr("B -60")));
+  facts.ball_plate->mount_turns_rad = {0};
+  EXPECT_EQ(whyNot(facts, kTwoMounts), "") << "it was only shifted";
+  EXPECT_EQ(whyNot(shipped({}), {.mounts = 3}), "") << "C turns them about a line that is upright";
+}
+
 TEST(Ways, HaveRoomForTheStylus) {
   auto facts = shipped({0});
   facts.ball_plate->balls_mm = {{30, 0, 100}, {38, 0, 60}, {-30, 0, 100}};

@@ -8,10 +8,12 @@
 #include <fstream>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "protocol/frame/bytes.hpp"
@@ -125,9 +127,11 @@ class Rows : public link::StreamListener {
   void onWelcome(const messages::Welcome& welcome) override {
     sums_.onWelcome(welcome);
     if (boot_id_ && *boot_id_ != welcome.boot_id) {
-      next_.reset();  // sample indices begin anew, and so do numbers of triggers
-      next_trigger_ = 0;
-      ++restarts_;
+      // Sample indices begin anew, and so do numbers of triggers; recordings may be joined in any order.
+      ends_[*boot_id_] = {next_, next_trigger_};
+      const auto end = ends_.find(welcome.boot_id);
+      restarts_ += end == ends_.end();
+      std::tie(next_, next_trigger_) = end == ends_.end() ? End{} : end->second;
     }
     boot_id_ = welcome.boot_id;
   }
@@ -150,7 +154,11 @@ class Rows : public link::StreamListener {
     for (std::size_t k = 0; k < block.header.count; ++k) {
       const SampleIndex sample = block.header.first + static_cast<std::int64_t>(k);
       if (next_ && sample > *next_) remember({*next_, static_cast<std::uint64_t>(sample - *next_), {}}, "not_recorded");
-      if (next_ && sample < *next_) continue;  // a resumed stream repeats what came before
+      // A resumed stream repeats what came before, and so does a recording joined with one of the same time.
+      if (next_ && sample < *next_) {
+        ++repeated_;
+        continue;
+      }
       writer_.row(block, k, sample);
       ++rows_;
       next_ = sample + 1;
@@ -198,6 +206,7 @@ class Rows : public link::StreamListener {
   }
   const RecordingSums& sums() const { return sums_; }
   std::uint64_t rows() const { return rows_; }
+  std::uint64_t repeated() const { return repeated_; }
   std::uint64_t restarts() const { return restarts_; }
   bool channelsChanged() const { return channels_changed_; }
   bool begun() const { return begun_; }
@@ -225,7 +234,10 @@ class Rows : public link::StreamListener {
   std::uint32_t next_trigger_{};
   std::uint64_t missing_triggers_{};
   std::optional<SampleIndex> next_;
+  using End = std::tuple<std::optional<SampleIndex>, std::uint32_t>;
+  std::map<messages::BootId, End> ends_;  // of starts of the box whose samples another one followed
   std::uint64_t rows_{};
+  std::uint64_t repeated_{};
   std::uint64_t restarts_{};
   bool begun_{};
   bool channels_changed_{};
@@ -246,6 +258,9 @@ void note(const Rows& table, Console& console) {
   }
   for (std::size_t i = 0; i < missing.size() && i < kGapsNoted; ++i) console.note(sentence(missing[i]));
   if (missing.size() > kGapsNoted) console.note("  and so on; --json names them all");
+  if (table.repeated() > 0)
+    console.note(std::to_string(table.repeated()) + (table.repeated() == 1 ? " sample came" : " samples came") +
+                 " more than once, or behind a later one; the first has the row");
   if (table.restarts() > 0) console.note("the box was restarted: sample numbers begin anew there");
 }
 
@@ -301,6 +316,7 @@ Json summary(const TableJob& job, const Rows& table, const link::RecordingEnd& e
   Json all{{"recording", job.input},
            {"table", job.output},
            {"rows", table.rows()},
+           {"repeated_samples", table.repeated()},
            {"missing_samples", table.missingSamples()},
            {"gaps", gaps},
            {"delays", describe(table)},

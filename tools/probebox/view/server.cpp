@@ -10,6 +10,7 @@
 
 #include "tools/probebox/view/answers.hpp"
 #include "tools/probebox/view/assets.hpp"
+#include "tools/probebox/view/bounded_server.hpp"
 #include "tools/probebox/view/gate.hpp"
 
 namespace probebox::view {
@@ -181,7 +182,7 @@ struct Server::Http {
   Desk& desk;
   const CellDesk& cell;
   EventLog& events;
-  httplib::Server server;
+  BoundedServer server;
   std::optional<Gate> gate;
   std::thread thread;
 };

@@ -45,6 +45,29 @@ TEST_F(Accepting, ACheckThatFailsIsAskedAboutAndNamedWhileItIsInForce) {
               testing::Contains(testing::Field(&store::Transition::remark, "although it is not proven to conform")));
 }
 
+// A controller reads the verdict of a run before anybody has accepted it, and for as long as it is the newest.
+TEST_F(Accepting, ACheckIsServedApartWhileItIsProposed) {
+  const auto check = [](double verdict) {
+    auto result = resultOf("periodic-check", {Estimate::scalar("Xcen_B0_mm", 330.17, 1e-3)});
+    result.also = {Estimate::scalar("verdict", verdict, std::nullopt)};
+    return result;
+  };
+  const auto proposed = [&] {
+    results_.showProposed();
+    std::vector<std::uint64_t> ids;
+    for (const auto& each : results_.served()->proposed) ids.push_back(each.result_id);
+    return ids;
+  };
+  const auto first = acceptedAs("check", check(0)).id;
+  EXPECT_THAT(proposed(), IsEmpty());
+  const auto failed = propose("check", check(2)), newest = propose("check", check(0));
+  propose("centreline", centreAt(0.154, -0.110, "centreline-by-steps"));
+  EXPECT_THAT(proposed(), ElementsAre(newest));
+  EXPECT_EQ(results_.served()->in_force.front().result_id, first);
+  ASSERT_TRUE(results_.accept(newest, "Ada"));
+  EXPECT_THAT(proposed(), IsEmpty()) << "result " << failed << " is older than the one in force";
+}
+
 TEST_F(Accepting, SaysWhatAResultWarnsOf) {
   auto result = centreAt(0.154, -0.110, "centreline-by-steps");
   result.warnings = {"residuals-exceed-noise: reduced chi-square is 1122"};

@@ -64,6 +64,17 @@ TEST(MachineRange, TakesNoLengthThatNothingOnTheMachineHas) {
   EXPECT_TRUE(length(1e15));
 }
 
+// Values beside the answer become places, too: the ball of a check is that of the next one.
+TEST(MachineRange, TakesNoLengthBesideTheAnswerThatNothingOnTheMachineHas) {
+  const auto ball = [](double z_mm) {
+    auto check = resultOf("periodic-check", Estimate::scalar("Xcen_B0_mm", 20, 1e-3));
+    check.also = {Estimate::vector("ball_centre_mm", {20, 0, z_mm}, {1e-3, 1e-3, 1e-3})};
+    return validateRange(check, kTravel);
+  };
+  EXPECT_FALSE(ball(-310));
+  EXPECT_THAT(ball(-310'000)->what, HasSubstr("ball_centre_mm"));
+}
+
 TEST(MachineRange, TakesNoNumberThatIsNone) {
   const double inf = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(validateRange(resultOf("delay-multi-speed", Estimate::scalar("tau_s", std::nan(""), 1e-6)), kTravel));

@@ -25,6 +25,15 @@ TEST(WallClock, DatesOnlyWhatItCanKnow) {
   EXPECT_TRUE(isDate(dateOf(noonIn(2056), 12s, kept)));
 }
 
+TEST(WallClock, SaysWhereADateComesFrom) {
+  EXPECT_EQ(clockSource(false, 16'000'000, false), "") << "nobody keeps it right";
+  const auto synchronised = clockSource(true, 12'000, true), at_start = clockSource(false, 16'000'000, true);
+  EXPECT_NE(synchronised.find("0.012 s"), std::string::npos) << synchronised;
+  EXPECT_NE(at_start.find("hardware"), std::string::npos) << at_start;
+  setWallClock({.is_kept_right = true, .start = 3});
+  EXPECT_EQ(isDate(utcNow()), dateSource() != "unknown");
+}
+
 TEST(WallClock, SaysWhenItWasOfTheStarts) {
   const auto said = dateOf(noonIn(1970), 4000s, {.is_kept_right = true, .start = 31});
   EXPECT_NE(said.find("4000"), std::string::npos);
