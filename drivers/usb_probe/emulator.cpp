@@ -14,7 +14,7 @@ EmulatedReceiver::EmulatedReceiver(const Config& config, Waveform waveform, Mono
       counts_{std::move(counts)},
       taken_(config.samples_a_packet),
       counted_(config.samples_a_packet * config.counters),
-      bytes_(packetBytes(config.samples_a_packet, config.counters, kMostLatches)) {
+      bytes_(packetBytes(config.samples_a_packet, config.counters, kMostLatches, kMostEdges)) {
   next_.first = config.first_counter;
 }
 
@@ -30,10 +30,13 @@ std::span<const std::byte> EmulatedReceiver::packet(MonoTime now) {
         std::ranges::copy_n(counts_(takenAt(samples_) - start_).begin(), static_cast<std::ptrdiff_t>(config_.counters),
                             counted_.begin() + static_cast<std::ptrdiff_t>(i * config_.counters));
     }
-    const std::size_t size = config_.counters > 0
-                                 ? encodePacket(next_, taken_, {config_.counters, counted_, latches_}, bytes_)
-                                 : encodePacket(next_, taken_, bytes_);
+    const Counters counters{config_.counters, counted_, latches_};
+    const Edges edges{config_.steps_a_sample, faults_, edges_};
+    const std::size_t size = config_.steps_a_sample > 0 ? encodePacket(next_, taken_, counters, bytes_, &edges)
+                             : config_.counters > 0     ? encodePacket(next_, taken_, counters, bytes_)
+                                                        : encodePacket(next_, taken_, bytes_);
     latches_.clear();
+    edges_.clear();
     next_.first += static_cast<std::uint32_t>(taken_.size());
     if (to_lose_ > 0) {
       --to_lose_;
@@ -57,14 +60,29 @@ Sample EmulatedReceiver::take(std::uint64_t sample) const {
   return made;
 }
 
-void EmulatedReceiver::pulse(std::uint8_t counter, MonoTime at) {
+std::pair<std::uint32_t, double> EmulatedReceiver::sinceSample(MonoTime at) const {
   const double since = static_cast<double>((at - start_).count()) / period_ns_;
   const double before = std::floor(since);
   const auto ahead = static_cast<std::int64_t>(before) - static_cast<std::int64_t>(samples_);
-  latches_.push_back({.sample = next_.first + static_cast<std::uint32_t>(ahead),
-                      .fraction = static_cast<std::uint32_t>(std::ldexp(since - before, 32)),
+  return {next_.first + static_cast<std::uint32_t>(ahead), since - before};
+}
+
+void EmulatedReceiver::pulse(std::uint8_t counter, MonoTime at) {
+  const auto [sample, fraction] = sinceSample(at);
+  latches_.push_back({.sample = sample,
+                      .fraction = static_cast<std::uint32_t>(std::ldexp(fraction, 32)),
                       .counter = counter,
                       .counts = counts_(at - start_).at(counter)});
+}
+
+void EmulatedReceiver::edge(ReceiverLine line, bool level, MonoTime at) {
+  const auto [sample, fraction] = sinceSample(at);
+  const double steps = config_.steps_a_sample;
+  edges_.push_back({.sample = sample,
+                    .fraction = static_cast<std::uint32_t>(std::ldexp(std::floor(fraction * steps) / steps, 32)),
+                    .line = static_cast<std::uint8_t>(line),
+                    .level = static_cast<std::uint8_t>(level ? 1 : 0),
+                    .sequence = ++edge_sequence_.at(static_cast<std::size_t>(line))});
 }
 
 void EmulatedReceiver::restart(std::uint32_t counter) {

@@ -4,9 +4,10 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "drivers/usb_probe/packet.hpp"
+#include "protocol/receiver/packet.hpp"
 #include "protocol/units/quantity.hpp"
 #include "protocol/units/time.hpp"
 
@@ -21,7 +22,8 @@ class EmulatedReceiver {
     double range_um{1000};  // range of the channels
     std::size_t samples_a_packet{16};
     std::uint32_t first_counter{};
-    std::size_t counters{};  // axis counters; 0: packets of version 1
+    std::size_t counters{};          // axis counters; 0: packets of version 1
+    std::uint32_t steps_a_sample{};  // of its counter: packets of version 3, with edges; 0: without
   };
   // Deflection of the channels a, b, c at this time after the start.
   using Waveform = std::function<std::array<Micrometres, 3>(Nanoseconds)>;
@@ -41,6 +43,11 @@ class EmulatedReceiver {
   // Makes an index pulse of this counter at a time between the last packet and the next; at most kMostLatches per
   // packet.
   void pulse(std::uint8_t counter, MonoTime at);
+  // Makes an edge of this line at a time between the last packet and the next; at most kMostEdges per packet. Its time
+  // is that of the step of the counter before.
+  void edge(ReceiverLine line, bool level, MonoTime at);
+  // Sets bits of EdgesHeader::faults in the packets that follow.
+  void setFaults(std::uint16_t faults) { faults_ = faults; }
   // Makes this counter lose counts from now on.
   void breakWire(std::uint8_t counter) { broken_ = static_cast<std::uint16_t>(broken_ | 1U << counter); }
 
@@ -53,6 +60,8 @@ class EmulatedReceiver {
  private:
   MonoTime takenAt(std::uint64_t sample) const;
   Sample take(std::uint64_t sample) const;
+  // Sample before `at`, and the fraction of a period since then.
+  std::pair<std::uint32_t, double> sinceSample(MonoTime at) const;
 
   Config config_;
   Waveform waveform_;
@@ -67,6 +76,9 @@ class EmulatedReceiver {
   std::vector<Sample> taken_;
   std::vector<std::int64_t> counted_;  // sample by sample, all counters of each
   std::vector<IndexLatch> latches_;
+  std::vector<LineEdge> edges_;
+  std::array<std::uint16_t, kReceiverLines> edge_sequence_{};
+  std::uint16_t faults_{};
   std::vector<std::byte> bytes_;
 };
 

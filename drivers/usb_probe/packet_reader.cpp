@@ -25,7 +25,7 @@ std::optional<Packet> PacketReader::next(std::span<const std::byte>& bytes) {
   returned_ = 0;
   while (true) {
     cut_ = cut_ && begin_ < end_;
-    if (!cut_) fill(kLeastPacketBytes, bytes);  // holds the headers of either version
+    if (!cut_) fill(kLeastPacketBytes, bytes);  // holds the headers of any version
     skipToMagic();
     auto fault = PacketFault::truncated;
     if (const auto header = decodeHeader(held()); !header) {

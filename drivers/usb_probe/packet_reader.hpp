@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "drivers/usb_probe/packet.hpp"
+#include "protocol/receiver/packet.hpp"
 
 namespace probebox::usb_probe {
 

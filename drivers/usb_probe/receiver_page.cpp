@@ -9,7 +9,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "drivers/usb_probe/packet.hpp"
+#include "protocol/receiver/packet.hpp"
 #include "protocol/usb/interface.hpp"
 
 namespace probebox::usb_probe {
@@ -45,10 +45,18 @@ std::string interfaceClass() {
   return text.data();
 }
 
+std::string faults() {
+  std::string rows;
+  for (const auto& [fault, name, meaning] : kReceiverFaults)
+    rows += "| " + std::to_string(static_cast<unsigned>(fault)) + " | `" + std::string{name} + "` | " +
+            std::string{meaning} + " |\n";
+  return rows;
+}
+
 std::string page() {
   return R"(# A probe receiver on USB
 
-How to build a probe receiver that the box understands. Generated from the field lists in drivers/usb_probe/packet.hpp by
+How to build a probe receiver that the box understands. Generated from the field lists in protocol/receiver/packet.hpp by
 `cmake --build build --target receiver-page`; do not edit.
 
 The box finds a receiver by the class of an interface, )" +
@@ -83,6 +91,23 @@ taken. They do not wrap. After the last sample come the index latches, )" +
   completed), because the box keeps the reference of an axis over packets that were dropped or discarded. The bit of a failed
   reading of an absolute encoder goes with its own sample only.
 
+## Edges of lines (version 3)
+A receiver may stamp the edges of lines as well: the sync line of the control, triggers, inhibit, a loop-back. Between counts,
+deflections and edges of one receiver no operating system takes part then. Version 3 is version 2 with this header after the
+CountersHeader (`counters` may be 0):
+
+)" + table<EdgesHeader>() +
+         "After the index latches come the edges in the order of their times, " + std::to_string(kEdgeBytes) +
+         " bytes each:\n\n" + table<LineEdge>() +
+         R"(- An edge goes with the packet in which the sample after it is, or in the one before.
+- An edge that does not fit into a packet is lost: the next one of its line says so in `lost`, and `sequence` has a gap.
+
+Faults, as bits of `faults`. Those of a moment stay until the host has taken a packet with them.
+
+| bit | name | meaning |
+|---|---|---|
+)" + faults() +
+         R"(
 ## Rules
 - The counter counts every sample on the receiver's own oscillator, which must be within 200 ppm of `rate_hz` in probe.toml. A
   sample that is not sent is counted nevertheless: the gap tells the box how many are missing.

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "drivers/usb_probe/decode.hpp"
-#include "drivers/usb_probe/packet.hpp"
+#include "protocol/receiver/packet.hpp"
 #include "protocol/events/event.hpp"
 
 namespace probebox::scenario {

@@ -3,7 +3,7 @@
 #include <random>
 #include <vector>
 
-#include "drivers/usb_probe/packet.hpp"
+#include "protocol/receiver/packet.hpp"
 #include "receiver_entry.hpp"
 
 // The fuzzer's entry without a fuzzer: good packets, then the same ones damaged, the same every time.
@@ -21,10 +21,14 @@ Bytes stream(std::mt19937_64& random) {
     const std::vector<std::int64_t> counts(samples.size() * counters);
     std::vector<usb_probe::IndexLatch> latches(random() % 17);
     for (auto& latch : latches) latch = {.sample = first + static_cast<std::uint32_t>(random() % 30), .counter = 1};
+    const std::vector<usb_probe::LineEdge> line_edges(random() % 33);
+    const usb_probe::Edges edges{.steps_a_sample = 10'000, .edges = line_edges};
     std::vector<std::byte> packet(usb_probe::kMostPacketBytes);
-    packet.resize(counters == 0
-                      ? usb_probe::encodePacket({.first = first}, samples, packet)
-                      : usb_probe::encodePacket({.first = first}, samples, {counters, counts, latches}, packet));
+    const usb_probe::Counters with{counters, counts, latches};
+    const usb_probe::PacketHeader header{.first = first};
+    packet.resize(random() % 3 == 0 ? usb_probe::encodePacket(header, samples, with, packet, &edges)
+                  : counters == 0   ? usb_probe::encodePacket(header, samples, packet)
+                                    : usb_probe::encodePacket(header, samples, with, packet));
     first += static_cast<std::uint32_t>(samples.size());
     for (const auto byte : packet) bytes.push_back(std::to_integer<std::uint8_t>(byte));
   }

@@ -1,4 +1,4 @@
-#include "drivers/usb_probe/packet.hpp"
+#include "protocol/receiver/packet.hpp"
 
 #include <gtest/gtest.h>
 #include <memory>
@@ -103,7 +103,7 @@ TEST(Packet, NamesWhatIsWrongWithIt) {
     return decodePacket(bytes).error();
   };
   EXPECT_EQ(spoilt(0, 'p'), PacketFault::no_magic);
-  EXPECT_EQ(spoilt(4, 3), PacketFault::bad_version);
+  EXPECT_EQ(spoilt(4, 4), PacketFault::bad_version);
   EXPECT_EQ(spoilt(4, 0), PacketFault::bad_version);
   EXPECT_EQ(spoilt(6, 0), PacketFault::bad_count);
   EXPECT_EQ(spoilt(7, 3), PacketFault::bad_count);
@@ -213,13 +213,81 @@ TEST(PacketWithCounters, NamesWhatIsWrongWithIt) {
   EXPECT_EQ(encodePacket({}, samples, {2, counts, latches}, room), 0U);
 }
 
-TEST(PacketReader, FindsPacketsOfBothVersionsHoweverTheyAreCut) {
+std::vector<LineEdge> someEdges(std::mt19937_64& random) {
+  std::vector<LineEdge> edges(random() % (kMostEdges + 1));
+  for (auto& edge : edges)
+    edge = {.sample = static_cast<std::uint32_t>(random()),
+            .fraction = static_cast<std::uint32_t>(random()),
+            .line = static_cast<std::uint8_t>(random() % kReceiverLines),
+            .level = static_cast<std::uint8_t>(random() % 2),
+            .sequence = static_cast<std::uint16_t>(random()),
+            .lost = static_cast<std::uint8_t>(random())};
+  return edges;
+}
+
+// Frozen: receivers in the field send these bytes.
+TEST(PacketWithEdges, IsTheseBytes) {
+  const std::vector<std::int64_t> counts{-2};
+  const std::vector<IndexLatch> latches{{.sample = 5, .fraction = 0x80000000, .counter = 0, .counts = 7}};
+  const std::vector<LineEdge> edges{
+      {.sample = 4, .fraction = 0x40000000, .line = 2, .level = 1, .sequence = 0x0102, .lost = 3}};
+  const Edges more{.steps_a_sample = 10422, .faults = bitOf(ReceiverFault::converter_silent), .edges = edges};
+  Bytes bytes(packetBytes(1, 1, 1, 1));
+  const std::vector<Sample> samples{{{1, 2, 3}, status::kClipped}};
+  EXPECT_EQ(encodePacket({.run = 9, .first = 5}, samples, {1, counts, latches}, bytes, &more), bytes.size());
+  const auto hex = hexOf(bytes);
+  EXPECT_EQ(hex.substr(0, hex.size() - 8),
+            "505258310309010005000000"
+            "01010000"
+            "01000400b6280000"
+            "0100000002000000030000000100"
+            "feffffffffffffff"
+            "0500000000000080000000000700000000000000"
+            "04000000000000400201020103");
+}
+
+TEST(PacketWithEdges, RoundTripsAndIsNotTakenWithAWrongBit) {
+  EXPECT_TRUE(rc::check("decode(encode(x)) == x", [] {
+    std::mt19937_64 random{*rc::gen::arbitrary<std::uint64_t>()};
+    const auto samples = someSamples(random, *rc::gen::inRange<std::size_t>(1, 100));
+    const auto counters = *rc::gen::inRange<std::size_t>(0, kMostCounters + 1);
+    const auto axes = counters == 0 ? Axes{} : someAxes(random, samples.size(), counters);
+    const auto edges = someEdges(random);
+    const Edges more{static_cast<std::uint32_t>(random()), static_cast<std::uint16_t>(random()), edges};
+    Bytes bytes(packetBytes(samples.size(), counters, axes.latches.size(), edges.size()));
+    RC_ASSERT(encodePacket({.first = 7}, samples, {counters, axes.counts, axes.latches}, bytes, &more) == bytes.size());
+    const auto packet = decodePacket(bytes);
+    RC_ASSERT(packet.ok());
+    RC_ASSERT(packet->of_edges.steps_a_sample == more.steps_a_sample);
+    RC_ASSERT(packet->of_edges.faults == more.faults);
+    for (std::size_t i = 0; i < samples.size(); ++i) RC_ASSERT(packet->sample(i) == samples[i]);
+    for (std::size_t i = 0; i < axes.counts.size(); ++i)
+      RC_ASSERT(packet->count(i / counters, i % counters) == axes.counts[i]);
+    for (std::size_t i = 0; i < axes.latches.size(); ++i) RC_ASSERT(packet->latch(i) == axes.latches[i]);
+    RC_ASSERT(packet->of_edges.edges == edges.size());
+    for (std::size_t i = 0; i < edges.size(); ++i) RC_ASSERT(packet->edge(i) == edges[i]);
+    bytes[random() % bytes.size()] ^= static_cast<std::byte>(1U << (random() % 8));
+    RC_ASSERT(!decodePacket(bytes).ok());
+  }));
+  const std::vector<LineEdge> too_many(kMostEdges + 1);
+  const Edges more{1, 0, too_many};
+  Bytes room(kMostPacketBytes);
+  EXPECT_EQ(encodePacket({}, std::vector<Sample>(1), {0, {}, {}}, room, &more), 0U);
+}
+
+TEST(PacketReader, FindsPacketsOfAllVersionsHoweverTheyAreCut) {
   std::mt19937_64 random{12};
   Bytes stream;
   for (std::uint32_t i = 0; i < 60; ++i) {
     const auto samples = someSamples(random, 1 + random() % 20);
-    const auto bytes = i % 3 == 0 ? packetOf({.first = i}, samples)
-                                  : packetOf({.first = i}, samples, 3, someAxes(random, samples.size(), 3));
+    auto bytes = i % 3 == 0 ? packetOf({.first = i}, samples)
+                            : packetOf({.first = i}, samples, 3, someAxes(random, samples.size(), 3));
+    if (i % 4 == 0) {
+      const auto edges = someEdges(random);
+      const Edges more{1, 0, edges};
+      bytes.resize(kMostPacketBytes);
+      bytes.resize(encodePacket({.first = i}, samples, {0, {}, {}}, bytes, &more));
+    }
     stream.insert(stream.end(), bytes.begin(), bytes.end());
   }
   for (const std::size_t piece : {1U, 3U, 11U, 13U, 15U, 17U, 64U, 512U, 1000U, 0U}) {
