@@ -426,6 +426,21 @@ class Range {
   MatrixXd basis_;
 };
 
+// The same normal deviates with every standard library, whose normal_distribution is its own (Box and Muller, Ann.
+// Math. Statist. 29 (1958) 610).
+class NormalDraws {
+ public:
+  double operator()() {
+    const double radius = std::sqrt(-2 * std::log(1 - uniform()));
+    return radius * std::cos(kTurn * uniform());
+  }
+
+ private:
+  double uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }  // from 0 to below 1
+
+  std::mt19937_64 random_{1};
+};
+
 // A value and its sd.
 struct Ranged {
   double value{}, sd{};
@@ -455,12 +470,11 @@ std::optional<Ranged> rangeOf(const CheckRun& run, const Together& together, con
     ++row;
   }
   const Range range{rows};
-  std::mt19937_64 random{1};  // the same draws for the same readings
-  std::normal_distribution<double> normal;
+  NormalDraws normal;
   double sum = 0, squares = 0;
   for (int draw = 0; draw < kDraws; ++draw) {
     VectorXd drawn = expected;
-    for (Index k = 0; k < n; ++k) drawn[k] += sd[k] * normal(random);
+    for (Index k = 0; k < n; ++k) drawn[k] += sd[k] * normal();
     const double one = range.of(drawn);
     sum += one;
     squares += one * one;
