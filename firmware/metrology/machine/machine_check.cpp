@@ -7,7 +7,6 @@
 #include <iterator>
 #include <map>
 #include <optional>
-#include <random>
 #include <span>
 #include <string>
 #include <utility>
@@ -16,11 +15,11 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/probe_pose.hpp"
 #include "firmware/metrology/delay/delay_method.hpp"
-#include "firmware/metrology/fit/chi_square.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
 #include "firmware/metrology/machine/noise_line.hpp"
+#include "firmware/metrology/machine/sphere_form.hpp"
 #include "firmware/metrology/touch/size_line.hpp"
 #include "firmware/metrology/touch/touch_design.hpp"
 #include "firmware/metrology/touch/whole_record.hpp"
@@ -38,16 +37,10 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kSameDirection = 0.9998;  // cosine: one degree
-constexpr Index kFewestDirections = 15;
-constexpr double kWidestGap = 0.9;       // rad about the stylus; four lobes have a maximum or minimum every 0.8 rad
-constexpr double kAcross = 0.5;          // sine of the angle to the stylus of a touch that tells lobes
-constexpr double kEquator = 0.1;         // component along the stylus of a touch across it
-constexpr double kClosed = 0.5;          // of the square of half of the run: weakest spread in time of repeats
-constexpr double kClosedInMiddle = 0.2;  // of its fourth power, what a line in time leaves of them
+constexpr double kClosed = 0.5;            // of the square of half of the run: weakest spread in time of repeats
+constexpr double kClosedInMiddle = 0.2;    // of its fourth power, what a line in time leaves of them
 constexpr double kGoodCondition = 300.0;
 constexpr int kScatterRounds = 6;
-constexpr double kOtherForm = 1e-3;    // probability that noise leaves so much of the lobes
-constexpr int kDraws = 400;            // for the sd of a range
 constexpr double kContactShare = 0.1;  // of the deflection
 // Where the probe has hysteresis, the bounce of the stylus goes through some of it and bends the way in (simulated).
 constexpr double kBentByBounce = 0.2;    // of the hysteresis, over the square of the depth: of a bend
@@ -58,20 +51,6 @@ constexpr double kCalm_s = 0.02;         // of a rest, until what rings is over
 // Unknowns of a touch beside the place of its direction.
 constexpr Index kDelays = 3, kLost = 3, kLostAt = kDelays, kHysteresisAt = kLostAt + kLost, kBendAt = kHysteresisAt + 1,
                 kOthers = kBendAt + 3;
-constexpr Index kLobes = std::size(quantity::kLobes);
-
-// Cosine and sine of lobes about the stylus, and the part across it, as the lobes of a stylus grow with the angle to
-// it.
-Eigen::RowVector<double, kLobes> lobesAt(const Vector3d& n) {
-  const double across = std::hypot(n.x(), n.y()), around = std::atan2(n.y(), n.x());
-  Eigen::RowVector<double, kLobes> lobes;
-  for (Index k = 0; k < 3; ++k) {
-    lobes[2 * k] = across * std::cos(static_cast<double>(k + 2) * around);
-    lobes[2 * k + 1] = across * std::sin(static_cast<double>(k + 2) * around);
-  }
-  lobes[6] = across;
-  return lobes;
-}
 
 struct Told {
   WholeTouch touch;
@@ -126,23 +105,6 @@ Refusal notClosed() {
   return {"not-closed",
           "the first touches are not repeated at the end of the run along X, Y and Z, so drift looks like form: touch "
           "+X, -X, +Y, -Y and +Z first, in the middle and last"};
-}
-
-std::optional<Refusal> refuseDirections(const std::vector<Vector3d>& directions) {
-  if (std::ssize(directions) < kFewestDirections) {
-    return Refusal{"few-directions", "the sphere is touched from " + std::to_string(directions.size()) +
-                                         " directions: its form takes at least " + std::to_string(kFewestDirections) +
-                                         ", best the 25 of ISO 10360-5 and the axes"};
-  }
-  std::vector<double> around;
-  for (const auto& n : directions)
-    if (std::hypot(n.x(), n.y()) > kAcross) around.push_back(std::atan2(n.y(), n.x()));
-  std::ranges::sort(around);
-  double widest = around.empty() ? kTurn : around.front() + kTurn - around.back();
-  for (std::size_t i = 1; i < around.size(); ++i) widest = std::max(widest, around[i] - around[i - 1]);
-  if (widest <= kWidestGap) return std::nullopt;
-  return Refusal{"few-directions", "no touch across the stylus for " + text(degrees(widest)) +
-                                       " degrees around it: touch the sphere every 45 degrees or closer"};
 }
 
 // Spread in time of the touches of each direction, along the axes; of its square, less what a line explains of it.
@@ -364,109 +326,35 @@ Scatter scatterOf(const CheckRun& run, const Together& fit) {
   return {sd[0], sd[1], dof[0], dof[1], product / std::sqrt(squares[0] * squares[1])};
 }
 
-// Centre, radius and lobes by the places of the directions (A28).
-struct Form {
-  Vector3d centre_mm, sd_centre_mm;
-  double radius_mm{}, sd_radius_mm{};
-  Eigen::Vector<double, kLobes> lobes_mm, sd_lobes_mm;
-  VectorXd found_mm;     // of each direction, from the sphere
-  VectorXd sd_found_mm;  // of its place alone
-  VectorXd by_lobes_mm;
-  bool explained{};
-};
-
-Outcome<Form, Refusal> formOf(const CheckRun& run, const Together& together) {
+// The places of the directions, about the first guess of the centre.
+Outcome<SphereForm, Refusal> formOf(const CheckRun& run, const Together& together) {
   const Index n = run.driftAt();
-  MatrixXd rows{n, 4 + kLobes};
-  for (Index d = 0; d < n; ++d) {
-    const Vector3d& u = run.directions[static_cast<std::size_t>(d)];
-    rows.row(d) << u.transpose(), 1, lobesAt(u);
-  }
-  const MatrixXd covariance = together.covariance().topLeftCorner(n, n);
-  const MatrixXd white = inverse(lowerCholesky(covariance));
-  const VectorXd places = together.parameters().head(n);
-  const auto fit = linearLeastSquares(white * rows, white * places);
-  if (!fit || fit->condition > kGoodCondition) {
-    return Refusal{
-        "few-directions",
-        "the directions do not tell the form from the place of the sphere: touch it at four heights or more, "
-        "and every 45 degrees around it"};
-  }
-  const double dof = static_cast<double>(n - rows.cols());
-  const double reduced = fit->residuals.squaredNorm() / dof;
-  Form form;
-  form.explained = ChiSquareLaw{.dof = static_cast<std::size_t>(dof), .noise_dof = together.dof()}.probabilityAbove(
-                       reduced) > kOtherForm;
-  const VectorXd& at = fit->parameters;
-  const VectorXd sd = (fit->cofactor.diagonal() * (form.explained ? 1.0 : reduced)).cwiseSqrt();
-  form.centre_mm = run.about + at.head<3>();
-  form.sd_centre_mm = sd.head<3>();
-  form.radius_mm = at[3];
-  form.sd_radius_mm = sd[3];
-  form.lobes_mm = at.tail<kLobes>();
+  auto form = fitSphereForm(run.directions, together.parameters().head(n), together.covariance().topLeftCorner(n, n),
+                            together.dof());
+  if (!form) return form;
   const double moved = kMovedByBounce * together.parameters()[run.othersAt() + kHysteresisAt];
-  form.sd_lobes_mm = (sd.tail<kLobes>().array().square() + moved * moved).sqrt();
-  form.by_lobes_mm = rows.rightCols(kLobes) * at.tail<kLobes>();
-  form.found_mm = places - rows.leftCols(4) * at.head<4>();
-  form.sd_found_mm = covariance.diagonal().cwiseSqrt();
+  form->sd_lobes_mm = (form->sd_lobes_mm.array().square() + moved * moved).sqrt();
+  form->centre_mm += run.about;
   return form;
 }
 
-// Range of what touches miss the sphere, or the circle, by that is fitted to them with equal weights.
-class Range {
- public:
-  explicit Range(MatrixXd rows) : rows_{std::move(rows)}, basis_{orthonormalColumns(rows_)} {}
-  double of(const VectorXd& places) const {
-    const VectorXd left = places - basis_ * (basis_.transpose() * places);
-    return left.maxCoeff() - left.minCoeff();
-  }
-
- private:
-  MatrixXd rows_;
-  MatrixXd basis_;
-};
-
-// A value and its sd.
-struct Ranged {
-  double value{}, sd{};
-};
-
-// One touch a direction, the first one at the slowest speed; of the directions across the stylus only, about a circle.
-std::optional<Ranged> rangeOf(const CheckRun& run, const Together& together, const Form& form, bool across) {
+// One touch a direction, the first one at the slowest speed.
+std::vector<FormReading> readingsOfForm(const CheckRun& run, const Together& together, const SphereForm& form) {
   std::map<Index, Index> chosen;
   for (Index i = 0; i < run.count(); ++i) {
     const Told& one = run.told[static_cast<std::size_t>(i)];
-    if (across && std::abs(one.touch.plan.normal.z()) > kEquator) continue;
     const auto [known, is_new] = chosen.try_emplace(one.direction, i);
     const double before = run.told[static_cast<std::size_t>(known->second)].touch.plan.speed_mm_s;
     if (!is_new && one.touch.plan.speed_mm_s < before) known->second = i;
   }
-  const Index n = std::ssize(chosen), unknowns = across ? 3 : 4;
-  if (n < unknowns + 4) return std::nullopt;
-  MatrixXd rows{n, unknowns};
-  VectorXd read{n}, expected{n}, sd{n};
-  Index row = 0;
+  std::vector<FormReading> readings;
   for (const auto& [direction, i] : chosen) {
-    const Vector3d& u = run.directions[static_cast<std::size_t>(direction)];
-    rows.row(row) << u.head(unknowns - 1).transpose(), 1;
-    read[row] = together.parameters()[direction] + together.off(i)[0];
-    expected[row] = form.explained ? form.by_lobes_mm[direction] : form.found_mm[direction];
-    sd[row] = std::sqrt(together.covarianceOf(i)(0, 0));
-    ++row;
+    readings.push_back({.direction = run.directions[static_cast<std::size_t>(direction)],
+                        .place_mm = together.parameters()[direction] + together.off(i)[0],
+                        .expected_mm = form.explained ? form.by_lobes_mm[direction] : form.found_mm[direction],
+                        .sd_mm = std::sqrt(together.covarianceOf(i)(0, 0))});
   }
-  const Range range{rows};
-  std::mt19937_64 random{1};  // the same draws for the same readings
-  std::normal_distribution<double> normal;
-  double sum = 0, squares = 0;
-  for (int draw = 0; draw < kDraws; ++draw) {
-    VectorXd drawn = expected;
-    for (Index k = 0; k < n; ++k) drawn[k] += sd[k] * normal(random);
-    const double one = range.of(drawn);
-    sum += one;
-    squares += one * one;
-  }
-  const double mean = sum / kDraws;
-  return Ranged{range.of(read), std::sqrt((squares / kDraws - mean * mean) * kDraws / (kDraws - 1))};
+  return readings;
 }
 
 // Signals that ought to stand still, of each touch.
@@ -644,11 +532,12 @@ void addReversal(Result& result, const CheckRun& run, const Together& together, 
   result.also.push_back(Estimate::scalar(quantity::kTouchScatterOut, scatter.out_mm, out));
 }
 
-void addForm(Result& result, const CheckRun& run, const Together& together, const Form& form) {
-  if (const auto range = rangeOf(run, together, form, false))
-    result.estimates.push_back(Estimate::scalar(quantity::kForm3d, range->value, range->sd));
-  if (const auto range = rangeOf(run, together, form, true))
-    result.estimates.push_back(Estimate::scalar(quantity::kForm2d, range->value, range->sd));
+void addForm(Result& result, const CheckRun& run, const Together& together, const SphereForm& form) {
+  const auto readings = readingsOfForm(run, together, form);
+  if (const auto range = formRange(readings, false))
+    result.estimates.push_back(Estimate::scalar(quantity::kForm3d, range->value_mm, range->sd_mm));
+  if (const auto range = formRange(readings, true))
+    result.estimates.push_back(Estimate::scalar(quantity::kForm2d, range->value_mm, range->sd_mm));
   result.estimates.push_back(Estimate::matrix(quantity::kLobing, 1, listOf(form.lobes_mm), listOf(form.sd_lobes_mm)));
   if (!form.explained) {
     result.warnings.emplace_back(
@@ -677,7 +566,7 @@ void addCurvature(Result& result, const CheckRun& run, const Together& together)
 }
 
 // Delay of each axis, centre and size come along.
-void addTheRest(Result& result, const CheckRun& run, const Together& together, const Form& form,
+void addTheRest(Result& result, const CheckRun& run, const Together& together, const SphereForm& form,
                 std::optional<double> known_mm) {
   const Index at = run.othersAt();
   result.also.push_back(

@@ -6,6 +6,7 @@
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/machine/sphere_form.hpp"
 
 namespace probebox::metrology {
 
@@ -18,10 +19,8 @@ Outcome<Result, Refusal> solveMachineCheck(const Dataset& dataset);
 
 namespace quantity {
 
-inline constexpr std::string_view kLobes[]{"2 lobes, cosine", "2 lobes, sine", "3 lobes, cosine",  "3 lobes, sine",
-                                           "4 lobes, cosine", "4 lobes, sine", "across the stylus"};
 inline std::string lobeName(std::size_t component) {
-  return component < std::size(kLobes) ? std::string{kLobes[component]} : std::string{};
+  return component < std::size(kLobeNames) ? std::string{kLobeNames[component]} : std::string{};
 }
 inline constexpr QuantityColumn kLobeColumns[]{{"outwards", "um", 1e3}};
 
@@ -56,7 +55,7 @@ inline constexpr Quantity kLobing{
     .kind = QuantityKind::error,
     .part_name = lobeName,
     .title = "lobing",
-    .rows = kLobes,
+    .rows = kLobeNames,
     .columns = kLobeColumns};
 inline constexpr Quantity kGainCurvature{
     .key = "gain_curvature_per_mm",
