@@ -215,7 +215,7 @@ struct PreTravelInUse {
 // Errors of the machine, each sd k = 1.
 struct AccuracyInUse : MachineAccuracy {
   static constexpr void fields(auto& self, auto&& field) {
-    each(self, [&](const char* key, auto& value, double, const char* meaning) { field(key, value, meaning); });
+    for (const auto& error : kMachineErrors) field(error.key, self.*error.member, error.meaning);
   }
 };
 
