@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-// Results in force, and what is proposed, for faces that show their values. Replaced as a whole when one of them changes.
+// Results in force, and what is proposed, for faces that show their values. Replaced as a whole when one of them
+// changes.
 namespace probebox::published {
 
 struct ServedValue {

@@ -26,11 +26,25 @@ using Eigen::Vector3d;
 
 constexpr double kBeside_mm = 1;  // less than from a ball after its touches
 
-double distanceTo(const Vector3d& point, const Vector3d& from, const Vector3d& to) {
-  const Vector3d way = to - from;
-  const double length2 = way.squaredNorm();
-  const double share = length2 > 0 ? std::clamp((point - from).dot(way) / length2, 0.0, 1.0) : 0;
-  return (from + share * way - point).norm();
+// Least distance of a point from the centre of a stylus ball on its way; where the stylus hangs, from a line up from
+// there, too. It has one minimum over the way.
+double distanceTo(const Vector3d& point, const Vector3d& from, const Vector3d& to, bool hangs) {
+  constexpr int kHalvings = 60;
+  const auto at = [&](double share) {
+    Vector3d beside = from + share * (to - from) - point;
+    if (hangs) beside.z() = std::max(0.0, beside.z());
+    return beside.norm();
+  };
+  double low = 0, high = 1;
+  for (int k = 0; k < kHalvings; ++k) {
+    const double third = (high - low) / 3;
+    if (at(low + third) < at(high - third)) {
+      high -= third;
+    } else {
+      low += third;
+    }
+  }
+  return std::min({at(0), at(1), at(low)});
 }
 
 // Where the stylus, the axes and the run are behind the blocks so far.
@@ -83,7 +97,10 @@ std::optional<Error> whyThroughNeighbour(const procedure::Plan& plan, const Bloc
         const bool own = ball + 1 == step.touch.ball;
         if (own && move->way == Way::measure) continue;
         const Vector3d centre = ballInPose(ball, at.angles_rad, tilts, setting);
-        if (distanceTo(centre, *at.at_mm, move->to_mm) < met_mm + (own ? 0 : kBeside_mm)) return through(ball, at);
+        // The own ball is touched from the sides that the plan has chosen; a head that swivels has the stylus aslant.
+        const bool hangs = !own && step.b_moves != procedure::BMoves::head;
+        const double from_mm = distanceTo(centre, *at.at_mm, move->to_mm, hangs);
+        if (from_mm < met_mm + (own ? 0 : kBeside_mm)) return through(ball, at);
       }
     }
     at.take(block);

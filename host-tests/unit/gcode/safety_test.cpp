@@ -240,6 +240,21 @@ TEST(Safety, RefusesAWayThroughAnotherBall) {
   EXPECT_TRUE(unroll(planOf(tilted), plate));
 }
 
+// The ball of the stylus passes below the other one, which its stem would meet.
+TEST(Safety, RefusesAWayBelowAnotherBall) {
+  ProcedureOptions few;
+  few.angles = 2;
+  few.balls = 3;
+  const Case level{&procedure::kRotaryAxisErrors, few};
+  Setting plate = setting();
+  plate.balls_mm = {{60, 0, 0}, {85, 0, 60}, {-60, 0, 0}};
+  const auto refused = unroll(planOf(level), plate);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("ball 2"));
+  plate.balls_mm[1] = {120, 0, 60};
+  EXPECT_TRUE(unroll(planOf(level), plate));
+}
+
 void expectStopsToSayWhy(std::string_view name, const Interpreted& read) {
   ASSERT_GE(read.messages.size(), 2U);
   const std::size_t most = name == "fanuc" || name == "haas" ? 26 : 100;
