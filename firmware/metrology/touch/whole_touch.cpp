@@ -33,11 +33,8 @@ constexpr double kUsualBend = 0.1;        // of the gain at full depth, sd
 constexpr double kOtherBounce = 12.0;     // by which one has to be better than the usual
 constexpr double kUsualBounce = 0.2;      // of the overtravel, amplitude
 constexpr double kFragment = 0.3;         // of the longest stretch of a way
-constexpr double kDependent = 1e-12;      // of sine and cosine, one of which says nothing beside the other
 constexpr double kBounceGain = 25.0;      // of chi-square, by which a bounce has to explain the record better
 constexpr double kFarOff = 5.0;           // sd
-constexpr double kLowestBounce_hz = 20.0;
-constexpr double kHighestBounce_hz = 500.0;
 constexpr int kMostRounds = 25;
 constexpr std::size_t kRoundedHarmonics = 4;
 
@@ -87,17 +84,6 @@ std::vector<Run> straightRuns(std::span<const double> times, std::span<const dou
   return runs;
 }
 
-// exp(-decay s) sin and cos, and the derivatives of a bounce by frequency and decay.
-Vector4d bounceColumns(const Bounce& bounce, double s) {
-  if (s <= 0.0) return Vector4d::Zero();
-  const double fade = std::exp(-bounce.decay_per_s * s);
-  double sine = fade * std::sin(kTurn * bounce.frequency_hz * s);
-  double cosine = fade * std::cos(kTurn * bounce.frequency_hz * s);
-  if (bounce.off_surface && bounce.sine_mm * sine + bounce.cosine_mm * cosine < 0.0) sine = -sine, cosine = -cosine;
-  return {sine, cosine, kTurn * s * (bounce.sine_mm * cosine - bounce.cosine_mm * sine),
-          -s * (bounce.sine_mm * sine + bounce.cosine_mm * cosine)};
-}
-
 // Time at which a signal passes a level between k - 1 and k.
 double crossing(const std::vector<double>& times, const std::vector<double>& values, std::size_t k, double level) {
   return times[k - 1] + (level - values[k - 1]) / (values[k] - values[k - 1]) * (times[k] - times[k - 1]);
@@ -127,14 +113,40 @@ Stream withoutLoneSpikes(const Stream& stream, double jitter_s) {
   return left;
 }
 
+// Mean direction of the large deflections; nothing without any.
+std::optional<Eigen::Vector3d> directionOfTouch(const Stream& probe) {
+  const VectorXd size = probe.values.rowwise().norm();
+  const double highest = size.maxCoeff();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (Index k = 0; k < size.size(); ++k) {
+    if (size[k] > 0.5 * highest) sum += probe.values.row(k).transpose();
+  }
+  if (!(highest > 0.0) || !(sum.norm() > 0.0)) return std::nullopt;
+  return sum.normalized();
+}
+
 std::size_t at(State state) {
   return static_cast<std::size_t>(state);
 }
 
 }  // namespace
 
-double Bounce::at(double since_s) const {
-  return bounceColumns(*this, since_s).head<2>().dot(Eigen::Vector2d{sine_mm, cosine_mm});
+Outcome<TouchRecord::Pressed, Refusal> TouchRecord::pressedOf(const TouchPlan& plan, const std::vector<double>& bent,
+                                                              double highest) {
+  std::vector<double> large;
+  for (const double one : bent) {
+    if (one > 0.8 * highest) large.push_back(one);
+  }
+  if (large.empty())
+    return ofTouch(plan, "deflection-unsteady", "the deflection at rest has no one direction; touch again");
+  const double rest = median(large);
+  const auto above = [&](double one) { return one >= kLevel * rest; };
+  const auto first = static_cast<std::size_t>(std::ranges::find_if(bent, above) - bent.begin());
+  std::size_t last = bent.size();
+  while (last > 0 && !above(bent[last - 1])) --last;
+  if (last == bent.size())
+    return ofTouch(plan, "truncated", "the record ends before the stylus leaves the surface; measure it again");
+  return Pressed{rest, first, last};
 }
 
 Leftover& Leftover::operator+=(const Leftover& other) {
@@ -153,108 +165,101 @@ Outcome<TouchRecord, Refusal> TouchRecord::read(const Touch& touch, const StampJ
   record.probe_ = withoutLoneSpikes(touch.probe, jitter.probe_s);
   const Stream& machine = record.machine_;
   const Stream& probe = record.probe_;
-  const Eigen::Vector3d& along = touch.plan.retract;
   if (machine.times.size() < 2 * kLeastStretch || probe.times.size() < 2 * kLeastStretch)
     return ofTouch(touch.plan, "truncated", "the record is too short; measure it again");
-  record.place_ = machine.along(along, {0, machine.times.size()});
-
-  const VectorXd size = probe.values.rowwise().norm();
-  const double highest = size.maxCoeff();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (Index k = 0; k < size.size(); ++k) {
-    if (size[k] > 0.5 * highest) sum += probe.values.row(k).transpose();
-  }
-  if (!(highest > 0.0) || !(sum.norm() > 0.0))
+  record.place_ = machine.along(touch.plan.retract, {0, machine.times.size()});
+  const auto channels = directionOfTouch(probe);
+  if (!channels)
     return ofTouch(touch.plan, "no-contact", "no deflection of the probe; check that the touch reached the surface");
-  record.channels_ = sum.normalized();
+  record.channels_ = *channels;
   record.deflection_ = probe.along(record.channels_, {0, probe.times.size()});
-
-  const auto& times = probe.times;
-  const auto& bent = record.deflection_;
-  std::vector<double> large;
-  for (const double one : bent) {
-    if (one > 0.8 * highest) large.push_back(one);
-  }
-  if (large.empty())
-    return ofTouch(touch.plan, "deflection-unsteady", "the deflection at rest has no one direction; touch again");
-  const double rest = median(large);
-  const auto above = [&](double one) { return one >= kLevel * rest; };
-  const auto first = static_cast<std::size_t>(std::ranges::find_if(bent, above) - bent.begin());
-  std::size_t last = bent.size();
-  while (last > 0 && !above(bent[last - 1])) --last;
-  if (last == bent.size())
-    return ofTouch(touch.plan, "truncated", "the record ends before the stylus leaves the surface; measure it again");
-
-  const Eigen::Vector3d machine_steps = stepsOf(machine).cwiseProduct(along);
-  const Eigen::Vector3d probe_steps = stepsOf(probe).cwiseProduct(record.channels_);
-  const double least_machine = std::max(machine_steps.norm() / std::sqrt(12.0), kCaseDigits);
-  const double least_probe = std::max(probe_steps.norm() / std::sqrt(12.0), kCaseDigits);
-  record.least_ = {{least_machine, least_machine, 0.0}, {least_probe, least_probe, 0.0}};
-  const double still = std::max(noiseOf(machine, along), least_machine);
+  TRY(const auto pressed, pressedOf(touch.plan, record.deflection_, probe.values.rowwise().norm().maxCoeff()));
+  record.setLeastNoise();
+  const double still = std::max(noiseOf(machine, touch.plan.retract), record.least_.machine.at_rest);
   const double moving = std::hypot(still, jitter.machine_s * touch.plan.speed_mm_s);
+  record.noise_.machine = {moving, still, 0.0};
+  record.findStretches();
+  if (auto refusal = record.findStart(pressed)) return *refusal;
+  const double quiet = std::max(noiseOf(probe, record.channels_), record.least_.probe.at_rest);
+  const double gain = record.start_[2];
+  record.noise_.probe = {std::hypot(quiet, jitter.probe_s * gain * touch.plan.speed_mm_s), quiet, 0.0};
+  return record;
+}
 
-  const auto low = static_cast<std::size_t>(std::ranges::min_element(record.place_) - record.place_.begin());
-  const double slow = 0.02 * touch.plan.speed_mm_s;
-  for (const Run run : straightRuns(machine.times, record.place_, moving, touch.plan.speed_mm_s)) {
-    const Line line = fitLine(machine.timesOf(run), machine.valuesOf(run));
+void TouchRecord::setLeastNoise() {
+  const auto least = [](const Stream& stream, const Eigen::Vector3d& seen) {
+    const double of_steps = stepsOf(stream).cwiseProduct(seen).norm() / std::sqrt(12.0);
+    const double sd = std::max(of_steps, kCaseDigits);
+    return StreamNoise{sd, sd, 0.0};
+  };
+  least_ = {least(machine_, plan_.retract), least(probe_, channels_)};
+}
+
+void TouchRecord::findStretches() {
+  const Eigen::Vector3d& along = plan_.retract;
+  const auto low = static_cast<std::size_t>(std::ranges::min_element(place_) - place_.begin());
+  const double slow = 0.02 * plan_.speed_mm_s;
+  for (const Run run : straightRuns(machine_.times, place_, noise_.machine.moving, plan_.speed_mm_s)) {
+    const Line line = fitLine(machine_.timesOf(run), machine_.valuesOf(run));
     const double slope = slopeOf(line, along);
     const State state = std::abs(slope) <= slow ? State::rest : slope < 0.0 ? State::in : State::out;
-    if (state == State::in && machine.times[run.begin] > machine.times[low]) continue;
-    if (state == State::out && machine.times[run.end - 1] < machine.times[low]) continue;
-    record.stretches_.push_back({run, state, line});
+    if (state == State::in && machine_.times[run.begin] > machine_.times[low]) continue;
+    if (state == State::out && machine_.times[run.end - 1] < machine_.times[low]) continue;
+    stretches_.push_back({run, state, line});
   }
   // Short ones beside long ones of the same way are of its ramps.
   for (const State state : {State::in, State::out}) {
     std::size_t longest = 0;
-    for (const auto& one : record.stretches_) {
+    for (const auto& one : stretches_) {
       if (one.state == state) longest = std::max(longest, one.run.size());
     }
-    std::erase_if(record.stretches_, [&](const Stretch& one) {
+    std::erase_if(stretches_, [&](const Stretch& one) {
       return one.state == state && static_cast<double>(one.run.size()) < kFragment * static_cast<double>(longest);
     });
   }
+}
 
-  // The way out crosses a level of the deflection; so does the way in.
-  const auto way = [&](State state) -> const Stretch* {
-    const Stretch* found = nullptr;
-    for (const auto& stretch : record.stretches_) {
-      if (stretch.state != state) continue;
-      if (found == nullptr || state == State::in) found = &stretch;
-    }
-    return found;
-  };
+const TouchRecord::Stretch* TouchRecord::way(State state) const {
+  const auto is_way = [&](const Stretch& one) { return one.state == state; };
+  if (state == State::in) {
+    const auto last = std::ranges::find_if(stretches_.rbegin(), stretches_.rend(), is_way);
+    return last == stretches_.rend() ? nullptr : &*last;
+  }
+  const auto first = std::ranges::find_if(stretches_, is_way);
+  return first == stretches_.end() ? nullptr : &*first;
+}
+
+std::optional<Refusal> TouchRecord::findStart(const Pressed& pressed) {
+  const auto& times = probe_.times;
+  const auto& bent = deflection_;
+  const auto& [rest, first, last] = pressed;
   const Stretch* out = way(State::out);
   if (out == nullptr)
-    return ofTouch(touch.plan, "speed-not-constant",
-                   "the machine does not retract at constant speed; reduce the speed");
-  const double falling_at = crossing(times, bent, last, kLevel * rest);
+    return ofTouch(plan_, "speed-not-constant", "the machine does not retract at constant speed; reduce the speed");
   // Time in which the deflection falls from one level to another.
   std::size_t high = last;
   while (high > 0 && bent[high - 1] < kHigh * rest) --high;
   std::size_t deep = last;
   while (deep < bent.size() && bent[deep] >= kDeep * rest) ++deep;
   if (high == 0 || deep == bent.size())
-    return ofTouch(touch.plan, "truncated", "the record ends before the stylus leaves the surface; measure it again");
+    return ofTouch(plan_, "truncated", "the record ends before the stylus leaves the surface; measure it again");
   const double falls = crossing(times, bent, deep, kDeep * rest) - crossing(times, bent, high, kHigh * rest);
-  const double speed = slopeOf(out->line, along);
-  record.depth_mm_ = speed * falls / (kHigh - kDeep);
-  const double gain = rest / record.depth_mm_;
-  const double middle = *std::ranges::min_element(record.place_) + (1.0 - kLevel) * record.depth_mm_;
-  const double passed = timeAt(out->line, along, middle);
-  record.noise_.machine = {moving, still, 0.0};
-  const double quiet = std::max(noiseOf(probe, record.channels_), least_probe);
-  record.noise_.probe = {std::hypot(quiet, jitter.probe_s * gain * touch.plan.speed_mm_s), quiet, 0.0};
+  depth_mm_ = slopeOf(out->line, plan_.retract) * falls / (kHigh - kDeep);
 
+  // The way out crosses a level of the deflection; so does the way in.
+  const double falling_at = crossing(times, bent, last, kLevel * rest);
+  const double middle = *std::ranges::min_element(place_) + (1.0 - kLevel) * depth_mm_;
+  const double passed = timeAt(out->line, plan_.retract, middle);
   double tau = passed - falling_at;
   const Stretch* in = way(State::in);
-  record.has_way_in_ = first > 0 && in != nullptr;
-  if (record.has_way_in_) {
-    tau = 0.5 * (passed + timeAt(in->line, along, middle)) -
+  has_way_in_ = first > 0 && in != nullptr;
+  if (has_way_in_) {
+    tau = 0.5 * (passed + timeAt(in->line, plan_.retract, middle)) -
           0.5 * (falling_at + crossing(times, bent, first, kLevel * rest));
   }
-  const double place = out->line.at(falling_at + tau).dot(along) + kLevel * record.depth_mm_;
-  record.start_ = {tau, place, gain, 0.0};
-  return record;
+  const double place = out->line.at(falling_at + tau).dot(plan_.retract) + kLevel * depth_mm_;
+  start_ = {tau, place, rest / depth_mm_, 0.0};
+  return std::nullopt;
 }
 
 // Rows of both streams, linearised at some values.
@@ -446,7 +451,7 @@ class TouchRecord::Solver {
       jacobian_(i, column++) = steep;
       jacobian_(i, column++) = (h + bend * h * h) / sd;
       jacobian_(i, column++) = gain * h * h / sd;
-      if (state_.bounce) jacobian_.block<1, 4>(i, column) = steep * bounceColumns(*state_.bounce, age).transpose();
+      if (state_.bounce) jacobian_.block<1, 4>(i, column) = steep * state_.bounce->columns(age).transpose();
       jacobian_(i, line) = -steep;
       jacobian_(i, line + 1) = -steep * since;
     }
@@ -535,78 +540,24 @@ class TouchRecord::Solver {
     }
   }
 
-  // Explains the samples of the probe by a bounce, with the machine's lines as they are.
-  class BounceSearch {
-   public:
-    explicit BounceSearch(const Solver& solver) : solver_{solver} {
-      std::vector<Index> rows;
-      for (std::size_t i = 0; i < solver.rows_.size(); ++i) {
-        const Row& row = solver.rows_[i];
-        if (!row.of_probe) continue;
-        rows.push_back(static_cast<Index>(i));
-        ages_.push_back(solver.record_.probe_.times[row.sample] - solver.contact_);
-      }
-      others_ = orthonormalColumns(solver.jacobian_(rows, Eigen::seqN(0, solver.own())));
-      scale_.resize(std::ssize(rows));
-      for (std::size_t i = 0; i < rows.size(); ++i)
-        scale_[static_cast<Index>(i)] = solver.state_.values[2] / solver.rows_[static_cast<std::size_t>(rows[i])].sd;
-      left_ = across(solver.residuals_(rows));
+  // Of the probe's samples, with the machine's lines as they are.
+  Unexplained unexplained() const {
+    Unexplained record;
+    record.most_mm = kUsualBounce * record_.depth_mm_;
+    record.highest_hz = 0.5 / record_.probe_.period();
+    std::vector<Index> rows;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (!rows_[i].of_probe) continue;
+      rows.push_back(static_cast<Index>(i));
+      record.ages_s.push_back(record_.probe_.times[rows_[i].sample] - contact_);
     }
-
-    // Takes the amplitudes that fit best at the bounce's frequency and decay. Returns what they take off chi-square; 0
-    // for a bounce that cannot be.
-    double fit(Bounce& bounce) const {
-      MatrixXd shape{left_.size(), 2};
-      for (Index i = 0; i < shape.rows(); ++i)
-        shape.row(i) = scale_[i] * bounceColumns(bounce, ages_[static_cast<std::size_t>(i)]).head<2>().transpose();
-      // The ball leaves the surface from the contact on.
-      if (bounce.off_surface) shape.col(1).setZero();
-      shape = across(shape);
-      const double ss = shape.col(0).squaredNorm(), sc = shape.col(0).dot(shape.col(1)),
-                   cc = shape.col(1).squaredNorm();
-      const double s = shape.col(0).dot(left_), c = shape.col(1).dot(left_);
-      const double determinant = ss * cc - sc * sc;
-      if (bounce.off_surface) {
-        bounce.sine_mm = ss > 0.0 ? s / ss : 0.0;
-      } else if (determinant > kDependent * ss * cc) {
-        bounce.sine_mm = (cc * s - sc * c) / determinant;
-        bounce.cosine_mm = (ss * c - sc * s) / determinant;
-      } else {
-        return 0.0;
-      }
-      const bool possible = bounce.amplitude() < kUsualBounce * solver_.record_.depth_mm_ &&
-                            !(bounce.off_surface && bounce.sine_mm < 0.0);
-      return possible ? bounce.sine_mm * s + bounce.cosine_mm * c : 0.0;
-    }
-
-    // The best of many frequencies and decays, if it takes more than `least` off chi-square.
-    std::optional<Bounce> best(double& least) const {
-      std::optional<Bounce> found;
-      const double nyquist = 0.5 / solver_.record_.probe_.period();
-      for (double hertz = kLowestBounce_hz; hertz <= std::min(kHighestBounce_hz, nyquist); hertz *= 1.08) {
-        for (const double decay : {40.0, 110.0, 250.0, 600.0}) {
-          for (const bool off_surface : {false, true}) {
-            // The sign of an oscillation of magnitude 1 tells where it is reflected.
-            Bounce bounce{hertz, decay, off_surface ? 1.0 : 0.0, 0.0, off_surface};
-            const double gain = fit(bounce);
-            if (gain <= least) continue;
-            least = gain;
-            found = bounce;
-          }
-        }
-      }
-      return found;
-    }
-
-   private:
-    MatrixXd across(const MatrixXd& columns) const { return columns - others_ * (others_.transpose() * columns); }
-
-    const Solver& solver_;
-    std::vector<double> ages_;  // s, since the contact
-    MatrixXd others_;           // orthonormal basis of what the other unknowns explain
-    VectorXd scale_;
-    VectorXd left_;  // of the residuals, by the other unknowns
-  };
+    record.others = jacobian_(rows, Eigen::seqN(0, own()));
+    record.residuals = residuals_(rows);
+    record.per_mm.resize(std::ssize(rows));
+    for (Index i = 0; i < std::ssize(rows); ++i)
+      record.per_mm[i] = state_.values[2] / rows_[static_cast<std::size_t>(rows[static_cast<std::size_t>(i)])].sd;
+    return record;
+  }
 
   void lookForBounce() {
     if (fixed_) return;
@@ -617,7 +568,7 @@ class TouchRecord::Solver {
       return;
     }
     linearise();
-    const BounceSearch search{*this};
+    const BounceSearch search{unexplained()};
     const bool is_usual = usual_.frequency_hz > 0.0;
     Bounce chosen = usual_;
     // Another one than that of other touches has to be better by more than chance.

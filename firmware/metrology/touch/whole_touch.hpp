@@ -8,6 +8,7 @@
 
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/line.hpp"
+#include "firmware/metrology/touch/bounce.hpp"
 #include "firmware/metrology/touch/stamp_jitter.hpp"
 #include "firmware/metrology/touch/touch.hpp"
 #include "protocol/units/outcome.hpp"
@@ -19,18 +20,6 @@ namespace probebox::metrology {
 // the stylus,
 //   D(t) = g (h + k h^2),   h(t) = p - y(t + tau) + bounce(t)
 // where p is the place of the surface, g the gain, k its bend, and y runs along straight lines between the ramps.
-
-// Decaying oscillation of the stylus since its contact, mm along the drive.
-struct Bounce {
-  double frequency_hz{};
-  double decay_per_s{};
-  double sine_mm{};
-  double cosine_mm{};
-  bool off_surface{};  // the ball leaves the surface and falls back: the magnitude of the oscillation
-
-  double at(double since_s) const;
-  double amplitude() const { return std::hypot(sine_mm, cosine_mm); }
-};
 
 // Noise of one sample of a stream along the motion. Jitter of the stamps adds to that of a motion.
 struct StreamNoise {
@@ -110,6 +99,18 @@ class TouchRecord {
     Line line;
   };
   class Solver;
+  // The samples of the probe while the stylus is pressed on.
+  struct Pressed {
+    double rest{};        // deflection at rest
+    std::size_t first{};  // above a level of it
+    std::size_t last{};   // first of those that stay below
+  };
+
+  static Outcome<Pressed, Refusal> pressedOf(const TouchPlan& plan, const std::vector<double>& bent, double highest);
+  void setLeastNoise();
+  void findStretches();
+  const Stretch* way(State state) const;  // the one beside the rest
+  std::optional<Refusal> findStart(const Pressed& pressed);
 
   TouchPlan plan_;
   Stream machine_;
