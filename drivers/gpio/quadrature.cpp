@@ -63,7 +63,7 @@ std::string_view QuadratureSource::problem() const {
 std::size_t QuadratureSource::read(std::span<Event> into, MonoTime now) {
   std::size_t count = 0;
   while (count < into.size()) {
-    if (std::exchange(loss_untold_, false)) {
+    if (std::exchange(loss_unreported_, false)) {
       into[count++] = loss_;
       continue;
     }
@@ -136,9 +136,9 @@ bool QuadratureSource::isFasterThan(double rate_hz, MonoTime now) const {
 
 // One at a time: what is lost before it was told is lost once.
 void QuadratureSource::lose(LossReason reason, std::uint64_t events, MonoTime at) {
-  const std::uint32_t before = loss_untold_ ? loss_.lost : 0;
+  const std::uint32_t before = loss_unreported_ ? loss_.lost : 0;
   loss_ = std::get<SourceLost>(axis_.lost(reason, before + static_cast<std::uint32_t>(events), at));
-  loss_untold_ = true;
+  loss_unreported_ = true;
 }
 
 }  // namespace probebox::gpio

@@ -100,7 +100,7 @@ class QuadratureSource final : public io::EventSource {
   bool has_next_{};
   MonoTime next_at_{};  // of the next count
   std::uint32_t sequence_{};
-  bool loss_untold_{};
+  bool loss_unreported_{};
   SourceLost loss_{};
   std::uint64_t late_edges_{};
 };

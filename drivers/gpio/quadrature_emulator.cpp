@@ -43,18 +43,18 @@ void EmulatedQuadrature::drive(std::size_t line, bool high, MonoTime at) {
 
 void EmulatedQuadrature::disconnect() {
   is_connected_ = false;
-  loss_untold_ = true;
+  loss_unreported_ = true;
   queue_.clear();
 }
 
 std::size_t EmulatedQuadrature::read(std::span<Event> into, MonoTime now) {
   std::size_t count = 0;
-  if (loss_untold_ && count < into.size()) {
-    loss_untold_ = false;
+  if (loss_unreported_ && count < into.size()) {
+    loss_unreported_ = false;
     into[count++] = SourceLost{Source::trigger, LossReason::disconnected, 0, now};
   }
-  if (levels_untold_ && is_connected_ && count + 2 <= into.size()) {
-    levels_untold_ = false;
+  if (levels_unreported_ && is_connected_ && count + 2 <= into.size()) {
+    levels_unreported_ = false;
     // Those before the edges that wait.
     auto before = *this;
     for (auto edge = queue_.rbegin(); edge != queue_.rend(); ++edge) {

@@ -25,7 +25,7 @@ class EmulatedQuadrature final : public io::EventSource {
 
   // Unplugs the chip, and plugs it in again.
   void disconnect();
-  void reconnect() { is_connected_ = true, levels_untold_ = true; }
+  void reconnect() { is_connected_ = true, levels_unreported_ = true; }
 
   std::size_t read(std::span<Event> into, MonoTime now) override;
   int descriptor() const override { return -1; }
@@ -46,8 +46,8 @@ class EmulatedQuadrature final : public io::EventSource {
   bool exchanged_{};
   unsigned to_hide_{};
   bool is_connected_{true};
-  bool levels_untold_{true};
-  bool loss_untold_{};
+  bool levels_unreported_{true};
+  bool loss_unreported_{};
   std::uint64_t lost_edges_{};
 };
 

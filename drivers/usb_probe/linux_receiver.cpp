@@ -59,7 +59,7 @@ int LinuxReceiver::descriptor() const {
 
 std::size_t LinuxReceiver::read(std::span<Event> into, MonoTime now) {
   if (into.empty()) return 0;
-  if (!connection_ && !loss_untold_ && !encoder_loss_untold_) look(now);
+  if (!connection_ && !loss_unreported_ && !encoder_loss_unreported_) look(now);
   std::size_t count = 0;
   if (connection_) {
     count = drain(into);
@@ -71,9 +71,9 @@ std::size_t LinuxReceiver::read(std::span<Event> into, MonoTime now) {
 
 std::size_t LinuxReceiver::deliverLosses(std::span<Event> into, MonoTime now) {
   std::size_t count = 0;
-  if (count < into.size() && std::exchange(loss_untold_, false))
+  if (count < into.size() && std::exchange(loss_unreported_, false))
     into[count++] = SourceLost{Source::probe, LossReason::disconnected, 0, now};
-  if (count < into.size() && std::exchange(encoder_loss_untold_, false))
+  if (count < into.size() && std::exchange(encoder_loss_unreported_, false))
     into[count++] = SourceLost{Source::encoders, LossReason::disconnected, 0, now, decoder_.axes()};
   return count;
 }
@@ -133,8 +133,8 @@ void LinuxReceiver::lose(MonoTime now) {
   problem_ = remedyFor(connection_->in.state());
   connection_.reset();
   decoder_.restart();
-  loss_untold_ = true;
-  encoder_loss_untold_ = decoder_.axes() != 0;
+  loss_unreported_ = true;
+  encoder_loss_unreported_ = decoder_.axes() != 0;
   next_try_ = now + kRetry;
 }
 

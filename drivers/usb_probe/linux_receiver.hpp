@@ -56,8 +56,8 @@ class LinuxReceiver final : public io::EventSource {
   ReceiverDecoder decoder_;
   PacketCounters at_connect_;
   bool in_transfer_{};  // part of the front transfer is not decoded yet
-  bool loss_untold_{};
-  bool encoder_loss_untold_{};
+  bool loss_unreported_{};
+  bool encoder_loss_unreported_{};
   MonoTime next_try_{};
 };
 

@@ -361,7 +361,7 @@ void Box::reportLoss(const latch::Lost& lost) {
   if (outputs_.lost(lost)) return;
   // The links tell these as lost in the queue: one reason each.
   lost_in_queue_samples_ += static_cast<std::uint64_t>(lost.count);
-  source_losses_untold_ += static_cast<std::uint64_t>(lost.count);
+  source_losses_unreported_ += static_cast<std::uint64_t>(lost.count);
 }
 
 void Box::closeBlock() {
@@ -389,7 +389,7 @@ void Box::publish(MonoTime now) {
   const auto& latch = latch_.counters();
   const published::Ledger ledger{
       .produced = static_cast<std::uint64_t>(latch.produced),
-      .lost_at_source = static_cast<std::uint64_t>(latch.lost) + unencodable_samples_ - source_losses_untold_,
+      .lost_at_source = static_cast<std::uint64_t>(latch.lost) + unencodable_samples_ - source_losses_unreported_,
       .lost_in_queue = lost_in_queue_samples_};
   const TickMap& map = clock_.map();
   corrections_.advance(now, map, ledger);

@@ -125,7 +125,7 @@ class Box {
   ControlAxes control_axes_;
   RateMeter rate_meter_;
   std::uint64_t lost_in_queue_samples_{};
-  std::uint64_t source_losses_untold_{};  // those among them that were lost at their source before
+  std::uint64_t source_losses_unreported_{};  // those among them that were lost at their source before
   std::uint64_t unencodable_samples_{};
   State state_;
 };

@@ -126,11 +126,11 @@ Readable readableOf(const std::string& path, const Failure& why) {
   return {why, "Nothing of it can be read"};
 }
 
-// untold: notice of what an earlier start has done to the file.
-Outcome<Opened, Failure> openOrBeginAnew(const std::string& path, const std::string& untold) {
+// unreported: notice of what an earlier start has done to the file.
+Outcome<Opened, Failure> openOrBeginAnew(const std::string& path, const std::string& unreported) {
   if (isEmptyFile(path)) return beginAnew(path, "empty", path + " was empty, with not even the head of a store");
   auto first = openSound(path);
-  if (first) return opened(std::move(first).value(), untold);
+  if (first) return opened(std::move(first).value(), unreported);
   if (first.error().reason == Reason::damaged) return beginAnew(path, "damaged", first.error().what);
   if (first.error().reason == Reason::foreign_file) return beginAnew(path, "foreign", first.error().what);
   return first.error();
@@ -140,8 +140,8 @@ Outcome<Opened, Failure> openOrBeginAnew(const std::string& path, const std::str
 
 Outcome<Opened, Failure> openFile(const std::string& path) {
   if (auto why = whyNotOrdinary(path)) return *std::move(why);
-  TRY(const auto untold, finishReplacement(path));
-  auto all = openOrBeginAnew(path, untold);
+  TRY(const auto unreported, finishReplacement(path));
+  auto all = openOrBeginAnew(path, unreported);
   if (all) discardReplacement(path);
   return all;
 }

@@ -38,10 +38,10 @@ Boot::Boot(Office& office, const std::filesystem::path& file, const procedure::F
       loop_back_{std::nullopt, nullptr},
       unit_{app::UnitRecord{(file.parent_path() / "unit").string()}, "office", {}},
       worker_{[] {}},
-      desk_{{"office", "0", {}},
-            {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, connections_,
-             applied_, counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }, usualTravel()},
-            [](const app::Reply&) {}} {}
+      handler_{{"office", "0", {}},
+               {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, connections_,
+                applied_, counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }, usualTravel()},
+               [](const app::Reply&) {}} {}
 
 std::vector<Event> Boot::restored(const app::LastServedAtStart& served) {
   auto events = applied_.restore(office_.scenario().now(), served);
@@ -51,7 +51,7 @@ std::vector<Event> Boot::restored(const app::LastServedAtStart& served) {
   return events;
 }
 
-// The desk stamps what it takes with the kernel's time.
+// The handler stamps what it takes with the kernel's time.
 void Boot::tell(Event event) {
   std::visit([this](auto& e) { e.at = office_.scenario().now(); }, event);
   office_.scenario().push(event);
@@ -71,14 +71,14 @@ void Boot::look(const std::optional<app::LastRead>& read) {
 }
 
 app::Reply Boot::ask(messages::Operation operation, std::span<const std::byte> body) {
-  auto reply = desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
-                            {.ticket = 1, .operation = operation, .body = body}, office_.scenario().state(), {});
+  auto reply = handler_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
+                               {.ticket = 1, .operation = operation, .body = body}, office_.scenario().state(), {});
   for (Event event; commands_.pop(event);) tell(event);
   return reply.value_or(app::Reply{});
 }
 
 std::optional<Error> Boot::take(std::span<const Event> said) {
-  auto refusal = desk_.take(said, "modbus:line 1", office_.scenario().state(), kAll);
+  auto refusal = handler_.take(said, "modbus:line 1", office_.scenario().state(), kAll);
   for (Event event; commands_.pop(event);) tell(event);
   return refusal;
 }

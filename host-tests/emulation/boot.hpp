@@ -6,11 +6,11 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/control_request_handler.hpp"
 #include "host-tests/emulation/hosts.hpp"
 
-// The parts of the daemon around its core, for one boot on virtual time: the store with everything in it, and the desk
-// that answers controllers. The store's file outlives it.
+// The parts of the daemon around its core, for one boot on virtual time: the store with everything in it, and the
+// handler that answers controllers. The store's file outlives it.
 namespace probebox::scenario {
 
 class Boot {
@@ -41,7 +41,7 @@ class Boot {
   app::Calibrations& calibrations() { return calibrations_; }
   const app::Calibrations& calibrations() const { return calibrations_; }
 
-  // Starts a run by the desk; 0 when it was refused.
+  // Starts a run by the handler; 0 when it was refused.
   std::uint32_t start(std::string_view method);
   // The result of the run that goes on, once it is proposed; nothing when it is not within five minutes.
   std::optional<store::Id> finish();
@@ -65,12 +65,12 @@ class Boot {
   app::Calibrations calibrations_;
   app::ConnectionInhibits connections_;
   app::AppliedCorrectionFile applied_;
-  app::ResultsDesk results_;
-  app::LoopBackDesk loop_back_;
-  app::UnitDesk unit_;
-  app::UpdateDesk updates_{{}, {}, {}};
+  app::ResultRequestHandler results_;
+  app::LoopBackRequestHandler loop_back_;
+  app::UnitRequestHandler unit_;
+  app::UpdateRequestHandler updates_{{}, {}, {}};
   app::Worker worker_;
-  app::ControlDesk desk_;
+  app::ControlRequestHandler handler_;
 };
 
 }  // namespace probebox::scenario

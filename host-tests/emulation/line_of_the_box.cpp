@@ -28,7 +28,7 @@ bool LineOfTheBox::write(std::uint16_t first, std::span<const std::uint16_t> val
 void LineOfTheBox::ask(messages::Operation operation, const std::vector<std::byte>& body,
                        const std::function<void(app::Reply)>& then) {
   if (operation != messages::Operation::accept_result) return then(boot_.ask(operation, body));
-  // The worker's part of the desk.
+  // The worker's part of the handler.
   const auto request = messages::decode<messages::AcceptResult::Request>(body).value();
   const auto accepted = boot_.inForce().accept(request.id, request.by, request.although_it_differs);
   if (accepted) return then(app::ok(messages::AcceptResult::Answer{}));

@@ -7,29 +7,29 @@
 #include <variant>
 #include <vector>
 
-#include "firmware/app/cnc/register_desk.hpp"
+#include "firmware/app/cnc/register_handler.hpp"
 #include "firmware/modbus/tcp_requests.hpp"
 #include "require.hpp"
 
 namespace {
 
 using namespace probebox;
-using app::RegisterDesk;
+using app::RegisterHandler;
 using fuzz::require;
 using modbus::Request;
 
 constexpr std::uint8_t kUnit = 1;
 constexpr std::size_t kCrc = 2;
 
-// A desk that takes what it is told, and notes it.
+// A handler that takes what it is told, and notes it.
 class Box {
  public:
   void ask(const Request& request) {
     const auto told_before = told_;
     const auto order_before = order_;
-    const auto [kind, frame] = desk_.answer(request);
-    require(kind != RegisterDesk::Answer::Kind::failed);
-    const bool refused = kind == RegisterDesk::Answer::Kind::refused;
+    const auto [kind, frame] = handler_.answer(request);
+    require(kind != RegisterHandler::Answer::Kind::failed);
+    const bool refused = kind == RegisterHandler::Answer::Kind::refused;
     if (refused) require(told_ == told_before && order_ == order_before);
     if (request.unit() == 0) return require(frame.empty());
     look(request, frame, refused);
@@ -60,20 +60,20 @@ class Box {
 
   std::size_t told_{}, offers_{};
   modbus::WordOrder order_{};
-  RegisterDesk desk_{kUnit,
-                     "1.0",
-                     {.snapshot = [] { return published::Snapshot{}; },
-                      .take = [this](std::span<const Event> said) { return take(said); },
-                      .kept =
-                          [this] {
-                            return RegisterDesk::Kept{order_, false};
-                          },
-                      .keep =
-                          [this](modbus::WordOrder order) {
-                            order_ = order;
-                            return true;
-                          },
-                      .controller_request = [this](const modbus::ControllerRequest&) { ++told_; }}};
+  RegisterHandler handler_{kUnit,
+                           "1.0",
+                           {.snapshot = [] { return published::Snapshot{}; },
+                            .take = [this](std::span<const Event> said) { return take(said); },
+                            .kept =
+                                [this] {
+                                  return RegisterHandler::Kept{order_, false};
+                                },
+                            .keep =
+                                [this](modbus::WordOrder order) {
+                                  order_ = order;
+                                  return true;
+                                },
+                            .controller_request = [this](const modbus::ControllerRequest&) { ++told_; }}};
 };
 
 void serial(std::span<const std::byte> bytes, std::size_t piece, Box& box) {

@@ -48,11 +48,11 @@ Outcome<ModbusOptions> parseModbusOptions(std::string_view text) {
   return options;
 }
 
-ModbusServer::ModbusServer(const ModbusOptions& options, Faces faces)
+ModbusServer::ModbusServer(const ModbusOptions& options, Callbacks callbacks)
     : options_{options},
-      round_{std::move(faces.round)},
-      desk_{options.unit, options.revision, std::move(faces.registers)},
-      line_{options.line, std::move(faces.report)} {}
+      round_{std::move(callbacks.round)},
+      handler_{options.unit, options.revision, std::move(callbacks.registers)},
+      line_{options.line, std::move(callbacks.report)} {}
 
 void ModbusServer::run() {
   line_.run([this] { serveOnce(); });
@@ -83,7 +83,7 @@ void ModbusServer::serveOnce() {
 void ModbusServer::lost() {
   line_.lost();
   silence();
-  desk_.restart();
+  handler_.restart();
 }
 
 void ModbusServer::receive() {
@@ -119,10 +119,10 @@ void ModbusServer::silence() {
 void ModbusServer::answer(const modbus::Request& request) {
   if (request.unit() != options_.unit && request.unit() != MODBUS_BROADCAST_ADDRESS) return;
   std::this_thread::sleep_for(turnaround(options_.line.settings.baud));
-  const auto [kind, frame] = desk_.answer(request);
+  const auto [kind, frame] = handler_.answer(request);
   const bool sent = frame.empty() || line_.pipe()->write(std::as_bytes(frame)).bytes == frame.size();
   echo_.sent(frame);
-  using Kind = RegisterDesk::Answer::Kind;
+  using Kind = RegisterHandler::Answer::Kind;
   ++(!sent || kind == Kind::failed ? unsent_ : kind == Kind::refused ? refused_ : answered_);
 }
 

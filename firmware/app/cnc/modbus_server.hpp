@@ -28,7 +28,7 @@ Outcome<ModbusOptions> parseModbusOptions(std::string_view text);
 // Serves the register map on one serial line in its own thread. A line that is closed is reopened, without limit.
 class ModbusServer final : public RegisterServer {
  public:
-  ModbusServer(const ModbusOptions& options, Faces faces);
+  ModbusServer(const ModbusOptions& options, Callbacks callbacks);
 
   // Opens the line, to report a wrong device or setting at the start. run() opens it if this was not called.
   Outcome<void> open() { return line_.open(); }
@@ -48,7 +48,7 @@ class ModbusServer final : public RegisterServer {
 
   const ModbusOptions options_;
   const std::function<void()> round_;
-  RegisterDesk desk_;
+  RegisterHandler handler_;
   LastingLine line_;
   std::chrono::steady_clock::time_point heard_at_{};
 

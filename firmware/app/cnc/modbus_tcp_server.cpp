@@ -9,8 +9,8 @@ namespace probebox::app {
 namespace {
 
 constexpr std::chrono::milliseconds kRound{500};
-constexpr std::uint8_t kUnit = 1;  // of requests at the desk; answers have the unit that the master wrote
-constexpr int kMostKnocks = 16;    // in one turn: those who knock without end do not keep the masters waiting
+constexpr std::uint8_t kUnit = 1;  // of requests at the handler; answers have the unit that the master wrote
+constexpr int kMostPending = 16;   // in one turn: connections that come without end do not keep the masters waiting
 
 // "tcp:10.0.0.7" of "tcp:10.0.0.7:51234".
 std::string_view computerOf(const io::BytePipe& pipe) {
@@ -32,12 +32,12 @@ Outcome<ModbusTcpOptions> parseModbusTcpOptions(std::string_view text) {
   return options;
 }
 
-ModbusTcpServer::ModbusTcpServer(tcp::Listener listener, std::string revision, Faces faces)
+ModbusTcpServer::ModbusTcpServer(tcp::Listener listener, std::string revision, Callbacks callbacks)
     : listener_{std::move(listener)},
       name_{tcp::describe(listener_.address())},
-      report_{std::move(faces.report)},
-      round_{std::move(faces.round)},
-      desk_{kUnit, std::move(revision), std::move(faces.registers)} {}
+      report_{std::move(callbacks.report)},
+      round_{std::move(callbacks.round)},
+      handler_{kUnit, std::move(revision), std::move(callbacks.registers)} {}
 
 void ModbusTcpServer::run() {
   std::vector<EventLoop::Watch> watches;
@@ -53,7 +53,7 @@ void ModbusTcpServer::run() {
 }
 
 void ModbusTcpServer::accept() {
-  for (int k = 0; k < kMostKnocks; ++k) {
+  for (int k = 0; k < kMostPending; ++k) {
     auto pipe = listener_.accept();
     if (!pipe) return;
     makeRoomFor(computerOf(*pipe));
@@ -110,10 +110,10 @@ void ModbusTcpServer::answer(Master& master, modbus::TcpRequest& asked) {
   master.heard = ++turn_;
   // The unit is the master's own word, and no broadcast.
   asked.request.bytes[0] = kUnit;
-  const auto [kind, serial] = desk_.answer(asked.request, computerOf(*master.pipe));
+  const auto [kind, serial] = handler_.answer(asked.request, computerOf(*master.pipe));
   std::array<std::uint8_t, modbus::kMaxTcpFrameBytes> frame{};
   const auto size = modbus::tcpAnswer(asked, serial, frame);
-  using Kind = RegisterDesk::Answer::Kind;
+  using Kind = RegisterHandler::Answer::Kind;
   if (kind == Kind::failed || size == 0 ||
       master.pipe->write(std::as_bytes(std::span{frame}.first(size))).bytes != size) {
     // Half an answer would be the end of all that follow; the buffer of a connection holds hundreds of them.

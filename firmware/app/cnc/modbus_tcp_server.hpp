@@ -35,7 +35,7 @@ class ModbusTcpServer final : public RegisterServer {
   static constexpr std::size_t kMostMasters = 8;
 
   // revision: of the firmware, for device identification.
-  ModbusTcpServer(tcp::Listener listener, std::string revision, Faces faces);
+  ModbusTcpServer(tcp::Listener listener, std::string revision, Callbacks callbacks);
 
   void run() override;
   void stop() override { stop_.notify(); }
@@ -62,7 +62,7 @@ class ModbusTcpServer final : public RegisterServer {
   const std::string name_;
   const std::function<void(const std::string&)> report_;
   const std::function<void()> round_;
-  RegisterDesk desk_;
+  RegisterHandler handler_;
   WakeUp stop_;
   EventLoop loop_;
   std::vector<std::unique_ptr<Master>> masters_;

@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "firmware/app/cnc/register_desk.hpp"
+#include "firmware/app/cnc/register_handler.hpp"
 
 namespace probebox::app {
 
@@ -20,8 +20,8 @@ struct ModbusCounters {
 class RegisterServer {
  public:
   // All are called on the thread of run().
-  struct Faces {
-    RegisterDesk::Faces registers;
+  struct Callbacks {
+    RegisterHandler::Callbacks registers;
     std::function<void(const std::string&)> report;  // for a person: a line or a master came or went as it should not
     std::function<void()> round{};                   // called at least once a second while the line is open
   };

@@ -40,7 +40,7 @@ bool number(std::string_view text, unsigned least, unsigned most, auto& into) {
   return true;
 }
 
-// Whether an option was one of the tape: face; all others belong to the serial line. An error explains a bad value.
+// Whether an option was one of the tape format; all others belong to the serial line. An error explains a bad value.
 enum class Taken { yes, no, wrong };
 
 Taken taken(bool good) {
@@ -48,7 +48,7 @@ Taken taken(bool good) {
 }
 
 Taken apply(std::string_view key, std::string_view value, TextOptions& options) {
-  const bool tape = options.face == TextOptions::Face::tape;
+  const bool tape = options.format == TextOptions::Format::tape;
   if (key == "flow") return taken(choose(value, kYesNo, options.flow));
   if (!tape && key == "every") {
     unsigned ms = 0;
@@ -85,7 +85,7 @@ Outcome<TextOptions> parse(std::string_view text, TextOptions options, const ser
     const auto equals = part.find('=');
     const bool pair = equals != std::string_view::npos;
     const Taken is = pair ? apply(part.substr(0, equals), part.substr(equals + 1), options) : Taken::no;
-    const char* keys = options.face == TextOptions::Face::tape ? kTapeKeys : kRecordsKeys;
+    const char* keys = options.format == TextOptions::Format::tape ? kTapeKeys : kRecordsKeys;
     if (is == Taken::wrong) return Error{"'" + std::string{part} + "' is not a setting: known are " + keys};
     if (is == Taken::no) line += (line.empty() ? "" : ",") + std::string{part};
   }
@@ -108,7 +108,7 @@ std::optional<Outcome<TextOptions>> parseTextOptions(std::string_view text) {
     return parse(text.substr(kRecordsFace.size()), options, kRecords);
   }
   if (!text.starts_with(kTapeFace)) return std::nullopt;
-  options.face = TextOptions::Face::tape;
+  options.format = TextOptions::Format::tape;
   options.flow = true;
   return parse(text.substr(kTapeFace.size()), options, kTape);
 }

@@ -22,11 +22,11 @@ constexpr milliseconds kAheadFor{2};  // at a high rate, so that the line is nev
 
 }  // namespace
 
-TextServer::TextServer(TextOptions options, Faces faces)
+TextServer::TextServer(TextOptions options, Callbacks callbacks)
     : options_{std::move(options)},
-      faces_{std::move(faces)},
+      callbacks_{std::move(callbacks)},
       session_{options_.flow, options_.line.settings.data_bits == 7},
-      line_{options_.line, faces_.report} {}
+      line_{options_.line, callbacks_.report} {}
 
 void TextServer::run() {
   line_.run([this] { serveOnce(); });
@@ -34,7 +34,7 @@ void TextServer::run() {
 
 void TextServer::serveOnce() {
   wait();
-  if (faces_.round) faces_.round();
+  if (callbacks_.round) callbacks_.round();
   if (line_.pipe() != nullptr) flush();
 }
 
@@ -81,7 +81,7 @@ void TextServer::receive() {
     rest = rest.subspan(session_.push(rest, sending(Clock::now())));
     if (const auto line = session_.line()) take(*line);
     const bool asks = session_.readerStarted() && due_.empty();
-    if (asks && options_.face == TextOptions::Face::tape) show(options_.usual);
+    if (asks && options_.format == TextOptions::Format::tape) show(options_.usual);
   }
   if (got.state == io::PipeState::closed) lost();
 }
@@ -98,16 +98,16 @@ void TextServer::take(const tape::Session::Line& line) {
   if (const auto* events = std::get_if<tape::Said>(&*report)) {
     if (const auto why = said(*events)) return refuse(*why, line.text);
   }
-  if (const auto* positions = std::get_if<tape::Positions>(&*report)) faces_.reached(*positions);
+  if (const auto* positions = std::get_if<tape::Positions>(&*report)) callbacks_.reached(*positions);
   ++answered_;
   answer("OK\r\n");
 }
 
 std::optional<tape::Refused> TextServer::said(tape::Said events) {
   for (auto& event : events) {
-    if (auto* marker = std::get_if<Marker>(&event)) marker->procedure = faces_.run();
+    if (auto* marker = std::get_if<Marker>(&event)) marker->procedure = callbacks_.run();
   }
-  if (const auto why = faces_.take(events)) return tape::Refused{"not-now", why->what};
+  if (const auto why = callbacks_.take(events)) return tape::Refused{"not-now", why->what};
   return std::nullopt;
 }
 
@@ -121,7 +121,7 @@ void TextServer::sendRecord() {
 
 // A tape that is asked for again is sent once: the program that asked before has gone.
 void TextServer::show(tape::Ask ask) {
-  if (options_.face == TextOptions::Face::tape) unsent_ += std::erase(due_, Due{ask});
+  if (options_.format == TextOptions::Format::tape) unsent_ += std::erase(due_, Due{ask});
   enqueue(ask);
 }
 
@@ -143,10 +143,10 @@ void TextServer::makeNext() {
   due_.pop_front();
   std::string text;
   if (const auto* const ask = std::get_if<tape::Ask>(&next)) {
-    const auto snapshot = faces_.snapshot();
+    const auto snapshot = callbacks_.snapshot();
     text = tape::tape(snapshot, *ask, options_.form);
     ++sent_;
-    if (tape::hasCorrection(*ask)) faces_.serves(snapshot);
+    if (tape::hasCorrection(*ask)) callbacks_.serves(snapshot);
   } else {
     text = std::get<std::string>(next);
   }
@@ -169,14 +169,14 @@ void TextServer::refuse(const tape::Refused& refused, std::string_view line) {
   ++refused_;
   std::string shown;
   for (const char c : line) shown += c >= ' ' && c <= '~' ? c : '?';
-  faces_.report(options_.line.path + ": '" + shown + "' was refused (" + refused.name + "): " + refused.what);
+  callbacks_.report(options_.line.path + ": '" + shown + "' was refused (" + refused.name + "): " + refused.what);
   if (mayAnswerRefusal()) answer("ERR " + refused.name + ": " + refused.what + "\r\n");
 }
 
 // An answer to an answer would come back as well, and so on without end.
 void TextServer::hearItself() {
   if (std::exchange(hears_itself_, true)) return;
-  faces_.report(
+  callbacks_.report(
       options_.line.path +
       ": what the box sends comes back and is not answered: switch the echo of the adapter or the control off");
 }

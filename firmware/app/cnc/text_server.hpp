@@ -21,11 +21,11 @@
 namespace probebox::app {
 
 struct TextOptions {
-  enum class Face : std::uint8_t {
+  enum class Format : std::uint8_t {
     records,  // one value per line, polled or streamed; each input is answered
     tape,     // a tape on request; input is answered only where `answers` says so
   };
-  Face face{};
+  Format format{};
   serial::Address line;
   tape::Form form{};
   tape::Ask usual{tape::Ask::corrections};  // what a control gets that only starts its reader
@@ -34,7 +34,7 @@ struct TextOptions {
   bool answers{};
 };
 
-// Reads the options of either face; nothing for a text that begins with neither:
+// Reads the options of either format; nothing for a text that begins with neither:
 // "records:DEVICE[,every=MS][,flow=yes|no][,baud=19200][,parity=even][,data=8][,stop=1]"
 // "tape:DEVICE[,dialect=g10|macro|nv][,first=500][,offset=0][,reader=corrections|centreline|delay|all][,answers=yes|no]
 //  [,flow=yes|no][,baud=9600][,parity=even][,data=7][,stop=2]"
@@ -48,11 +48,11 @@ struct TextCounters {
   std::uint64_t reopened{};
 };
 
-// Serves one text face on one serial line in its own thread. A line that is closed is reopened, without limit.
+// Serves one text interface on one serial line in its own thread. A line that is closed is reopened, without limit.
 class TextServer {
  public:
   // All of these are called on the thread of run().
-  struct Faces {
+  struct Callbacks {
     std::function<published::Snapshot()> snapshot;  // for the next record or tape
     // The text that goes out next has the correction of this snapshot.
     std::function<void(const published::Snapshot&)> serves;
@@ -63,7 +63,7 @@ class TextServer {
     std::function<void()> round{};
   };
 
-  TextServer(TextOptions options, Faces faces);
+  TextServer(TextOptions options, Callbacks callbacks);
 
   void run();
   void stop() { line_.stop(); }  // from any thread; run() returns at once
@@ -92,7 +92,7 @@ class TextServer {
   void flush();
 
   const TextOptions options_;
-  const Faces faces_;
+  const Callbacks callbacks_;
   tape::Session session_;
   LastingLine line_;
   std::deque<Due> due_;

@@ -32,10 +32,10 @@ void addTo(messages::LinkCounters& sum, const messages::LinkCounters& counters) 
 
 }  // namespace
 
-LinkService::LinkService(Options options, ControlDesk& desk, Feed& feed, StateBuffer& states, Counters& counters,
-                         WakeUp& wake_up)
+LinkService::LinkService(Options options, ControlRequestHandler& handler, Feed& feed, StateBuffer& states,
+                         Counters& counters, WakeUp& wake_up)
     : options_{std::move(options)},
-      desk_{desk},
+      handler_{handler},
       feed_{feed},
       states_{states},
       counters_{counters},
@@ -43,9 +43,10 @@ LinkService::LinkService(Options options, ControlDesk& desk, Feed& feed, StateBu
       started_{time_.now()},
       history_{options_.history_bytes, options_.history_pieces, {messages::Profile::fast}},
       transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples},
-      reception_{loop_,
-                 {.why_full = [this](std::size_t listener) { return whyFull(listener); },
-                  .enter = [this](Reception::Guest guest) { enter(std::move(guest)); }}},
+      connection_acceptor_{
+          loop_,
+          {.why_full = [this](std::size_t listener) { return whyFull(listener); },
+           .enter = [this](ConnectionAcceptor::GreetedConnection greeted) { enter(std::move(greeted)); }}},
       description_{options_.descriptor, options_.probe} {}
 
 LinkService::~LinkService() {
@@ -53,7 +54,7 @@ LinkService::~LinkService() {
 }
 
 void LinkService::listen(tcp::Listener listener, std::string name, const board::Access& may) {
-  reception_.listen(std::move(listener));
+  connection_acceptor_.listen(std::move(listener));
   listener_access_.push_back({std::move(name), may});
 }
 void LinkService::serve(const serial::Address& line, const board::Access& may) {
@@ -72,8 +73,8 @@ void LinkService::serve(const usb_gadget::PortAddress& port, const board::Access
 void LinkService::start() {
   thread_ = std::thread{[this] {
     std::vector<EventLoop::Watch> watches;
-    reception_.advance(time_.now());
-    reception_.open();
+    connection_acceptor_.advance(time_.now());
+    connection_acceptor_.open();
     watches.push_back(loop_.watch(wake_up_.descriptor(), [this] {
       wake_up_.clear();
       passOn();
@@ -82,7 +83,7 @@ void LinkService::start() {
     }));
     watches.push_back(loop_.every(kAdvance, [this] { advance(); }));
     loop_.run();
-    reception_.close();
+    connection_acceptor_.close();
     links_.clear();
     usb_ports_.clear();
   }};
@@ -125,7 +126,7 @@ void LinkService::answerInside() {
     const std::uint64_t link = ++last_link_;
     const stream::PendingRequest pending{.ticket = 0, .operation = request.operation, .body = request.body};
     inside_.emplace(link, std::move(request.then));
-    const auto reply = desk_.handle({link, request.connection, request.may}, pending, states_.newest(), vitals());
+    const auto reply = handler_.handle({link, request.connection, request.may}, pending, states_.newest(), vitals());
     if (reply) answeredInside(*reply);
   }
 }
@@ -171,10 +172,10 @@ std::optional<std::string> LinkService::whyFull(std::size_t listener) const {
          " links of this address are taken; end a command that holds one, or come over USB or a serial line";
 }
 
-void LinkService::enter(Reception::Guest guest) {
-  Link& link = adopt(std::move(guest.pipe), listener_access_.at(guest.listener).may, nullptr);
-  link.listener = guest.listener;
-  link.host.session().receive(guest.gate.bytes(), time_.now());
+void LinkService::enter(ConnectionAcceptor::GreetedConnection greeted) {
+  Link& link = adopt(std::move(greeted.pipe), listener_access_.at(greeted.listener).may, nullptr);
+  link.listener = greeted.listener;
+  link.host.session().receive(greeted.gate.bytes(), time_.now());
   watch(link);
   answerRequests(link);
   flush(link);
@@ -233,7 +234,7 @@ void LinkService::answerRequests(Link& link) {
   while (const auto request = link.host.session().nextRequest()) {
     const auto& name = link.port == nullptr ? listener_access_.at(link.listener).name : link.port->name;
     const Caller caller{.link = link.host.id(), .connection = name, .may = link.may};
-    const auto reply = desk_.handle(caller, *request, states_.newest(), vitals());
+    const auto reply = handler_.handle(caller, *request, states_.newest(), vitals());
     if (reply) link.host.session().answer(reply->ticket, reply->code, reply->text, reply->body);
   }
 }
@@ -306,7 +307,7 @@ void LinkService::advance() {
     // A serial line stays, and so does USB: the next host says HELLO on it.
     if (link->port == nullptr && link->host.session().state() == stream::SessionState::down) close(*link);
   }
-  reception_.advance(now);
+  connection_acceptor_.advance(now);
   dropClosed();
   openSerialLines(now);
   openUsbPorts(now);
@@ -334,8 +335,10 @@ void LinkService::dropClosed() {
 }
 
 LinkVitals LinkService::vitals() const {
-  LinkVitals all{
-      .uptime_ms = uptimeMs(), .from_hosts = from_gone_hosts_, .usb_ports = {}, .not_let_in = reception_.counters()};
+  LinkVitals all{.uptime_ms = uptimeMs(),
+                 .from_hosts = from_gone_hosts_,
+                 .usb_ports = {},
+                 .not_let_in = connection_acceptor_.counters()};
   for (const auto& link : links_) {
     if (!link->closed) addTo(all.from_hosts, link->host.session().linkCounters());
   }

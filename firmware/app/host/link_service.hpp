@@ -15,10 +15,10 @@
 #include "drivers/serial/settings.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
 #include "drivers/usb_gadget/gadget_port.hpp"
-#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/connection_acceptor.hpp"
+#include "firmware/app/host/control_request_handler.hpp"
 #include "firmware/app/host/host_link.hpp"
 #include "firmware/app/host/inside_request.hpp"
-#include "firmware/app/host/reception.hpp"
 #include "firmware/app/host/sample_description.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "firmware/app/threads/event_loop.hpp"
@@ -44,7 +44,8 @@ class LinkService {
     std::size_t most_links = 8;  // per listener
   };
 
-  LinkService(Options options, ControlDesk& desk, Feed& feed, StateBuffer& states, Counters& counters, WakeUp& wake_up);
+  LinkService(Options options, ControlRequestHandler& handler, Feed& feed, StateBuffer& states, Counters& counters,
+              WakeUp& wake_up);
   ~LinkService();
   LinkService(const LinkService&) = delete;
   LinkService& operator=(const LinkService&) = delete;
@@ -98,7 +99,7 @@ class LinkService {
   };
 
   Link& adopt(io::Connection connection, const board::Access& may, Port* port);
-  void enter(Reception::Guest guest);
+  void enter(ConnectionAcceptor::GreetedConnection greeted);
   std::optional<std::string> whyFull(std::size_t listener) const;
   void watch(Link& link);
   void openSerialLines(MonoTime now);
@@ -120,7 +121,7 @@ class LinkService {
   std::uint64_t uptimeMs() const;
 
   Options options_;
-  ControlDesk& desk_;
+  ControlRequestHandler& handler_;
   Feed& feed_;
   StateBuffer& states_;
   Counters& counters_;
@@ -131,7 +132,7 @@ class LinkService {
   stream::Transcoder transcoder_;
   FeedItem item_;
   EventLoop loop_;
-  Reception reception_;
+  ConnectionAcceptor connection_acceptor_;
   std::vector<ListenerAccess> listener_access_;  // by listener
   std::vector<std::unique_ptr<SerialLine>> serial_lines_;
   std::vector<std::unique_ptr<UsbPort>> usb_ports_;

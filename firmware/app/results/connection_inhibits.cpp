@@ -179,21 +179,21 @@ std::optional<Error> ConnectionInhibits::keepWordOrder(std::string_view connecti
 std::optional<Error> ConnectionInhibits::setInhibit(std::string_view connection, bool active, std::string_view by) {
   {
     const std::lock_guard lock{mutex_};
-    if (!untold_ && inhibitsIn(connections_, connection) == active && isStored(connection)) return std::nullopt;
+    if (!unreported_ && inhibitsIn(connections_, connection) == active && isStored(connection)) return std::nullopt;
   }
   declaring_ += active ? 1 : 0;
   const CutLock lock{changing_, kLockPatience};
   declaring_ -= active ? 1 : 0;
   if (!lock) return sayItAgain();
   if (inhibits(connection) != active || !isStored(connection)) return change(connection, active, by);
-  return untold_ ? tellCore() : std::nullopt;
+  return unreported_ ? tellCore() : std::nullopt;
 }
 
 std::optional<Error> ConnectionInhibits::clearInhibit(std::string_view connection, std::string_view by) {
   const CutLock lock{changing_, kLockPatience};
   if (!lock) return sayItAgain();
   if (inhibits(connection)) return change(connection, false, by);
-  if (untold_ && find(connections_, connection) != nullptr) return tellCore();
+  if (unreported_ && find(connections_, connection) != nullptr) return tellCore();
   std::string names;
   for (const auto& each : holders()) names.append(names.empty() ? "" : ", ").append(each.connection);
   return Error{"'" + std::string{connection} + "' holds no inhibit; " +
@@ -211,7 +211,7 @@ std::optional<Error> ConnectionInhibits::change(std::string_view connection, boo
   const auto failed = store(connections);
   if (failed && !active) return Error{"The end of the cut cannot be stored, and the inhibit stays: " + failed->what};
   show(std::move(connections));
-  if (auto untold = tellCore()) return untold;
+  if (auto unreported = tellCore()) return unreported;
   if (!failed) return std::nullopt;
   return Error{"The inhibit is in force until the box ends, and would not survive that: " + failed->what};
 }
@@ -247,7 +247,7 @@ std::optional<Error> ConnectionInhibits::tellCore() {
   }
   {
     const std::lock_guard lock{mutex_};
-    untold_ = !told;
+    unreported_ = !told;
   }
   if (told) return std::nullopt;
   return sayItAgain();

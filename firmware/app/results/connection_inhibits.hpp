@@ -80,7 +80,7 @@ class ConnectionInhibits {
   Connections connections_;
   Connections stored_;                         // what was written last
   std::set<std::string, std::less<>> unsure_;  // connections of which the file may have something else
-  bool untold_{};                              // the core has not taken the last change
+  bool unreported_{};                          // the core has not taken the last change
   std::string problem_;
 };
 

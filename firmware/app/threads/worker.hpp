@@ -17,8 +17,8 @@ class Worker {
  public:
   enum class Rank : std::uint8_t {
     usual,
-    patient,  // takes seconds
-    guest,    // of a host without rights, which may not keep others waiting
+    patient,         // takes seconds
+    without_rights,  // of a host that has none, which may not keep others waiting
   };
 
   // `on_wake` runs in the worker's thread after every notify(), after every job, and periodically.

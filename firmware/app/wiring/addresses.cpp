@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "drivers/serial/linux_serial.hpp"
-#include "firmware/app/cnc/open_cnc_face.hpp"
+#include "firmware/app/cnc/open_cnc_interface.hpp"
 #include "firmware/app/results/connection_inhibits.hpp"
 
 namespace probebox::app {

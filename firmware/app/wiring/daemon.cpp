@@ -11,8 +11,8 @@
 
 #include "drivers/io/rendezvous.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
-#include "firmware/app/cnc/open_cnc_face.hpp"
-#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/cnc/open_cnc_interface.hpp"
+#include "firmware/app/host/control_request_handler.hpp"
 #include "firmware/app/host/link_service.hpp"
 #include "firmware/app/log/journal.hpp"
 #include "firmware/app/log/log.hpp"
@@ -25,7 +25,7 @@
 #include "firmware/app/threads/chain_watch.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "firmware/app/threads/worker.hpp"
-#include "firmware/app/update/update_desk.hpp"
+#include "firmware/app/update/update_request_handler.hpp"
 #include "firmware/app/wiring/addresses.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/box_config.hpp"
@@ -56,7 +56,7 @@ std::string firmwareVersion() {
 // Constructed from the top; ~Parts() says in which order the threads end.
 struct Daemon::Parts {
   Parts(const Options& options, board::Descriptions described, const std::filesystem::path& state, store::Store store,
-        std::optional<JournalWriter> journal_writer, UnitDesk unit, const Earlier& earlier)
+        std::optional<JournalWriter> journal_writer, UnitRequestHandler unit, const Earlier& earlier)
       : descriptions{std::move(described)},
         time{options.time_scale},
         core{boxConfig(descriptions), events, commands, core_wake_up, counters},
@@ -78,22 +78,22 @@ struct Daemon::Parts {
         boots{countBoot((state / kBootsFile).string(), earlier.files)},
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal() : nullptr},
-        results_desk{calibrations, core_view, connections},
-        loop_back_desk{descriptions.box.loop_back, loopBackOf(descriptions)},
-        unit_desk{std::move(unit)},
-        update_desk{state / "update",
-                    options.updater,
-                    {[this] { return activity(); }, [this] { worker.notify(); },
-                     [file = options.confirmed] { return file.empty() || store::isThere(file.string()); }}},
+        result_request_handler{calibrations, core_view, connections},
+        loop_back_request_handler{descriptions.box.loop_back, loopBackOf(descriptions)},
+        unit_request_handler{std::move(unit)},
+        update_request_handler{state / "update",
+                               options.updater,
+                               {[this] { return activity(); }, [this] { worker.notify(); },
+                                [file = options.confirmed] { return file.empty() || store::isThere(file.string()); }}},
         worker{[this] { workerRound(); }},
-        desk{
-            {descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box), namesOf(descriptions)},
-            {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk, loop_back_desk,
-             unit_desk, update_desk, connections, applied, counters, source_table, [this] { return cncLineStatus(); },
-             travelOf(descriptions.machine), controlAxes(descriptions.box.devices), boots.problem},
-            [this](Reply reply) { links.reply(std::move(reply)); }},
+        handler{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box), namesOf(descriptions)},
+                {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, result_request_handler,
+                 loop_back_request_handler, unit_request_handler, update_request_handler, connections, applied,
+                 counters, source_table, [this] { return cncLineStatus(); }, travelOf(descriptions.machine),
+                 controlAxes(descriptions.box.devices), boots.problem},
+                [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions, firmwareVersion()),
-              desk,
+              handler,
               core.feed(),
               core.addStateReader(),
               counters,
@@ -130,8 +130,8 @@ struct Daemon::Parts {
     calibrations.look(core_view.newest());
     // Not the state of before: results that come into force ask for a newer one.
     applied.look(core_view.newest().snapshot, served.last());
-    results_desk.look();
-    update_desk.look();
+    result_request_handler.look();
+    update_request_handler.look();
     if (const auto run = core.takeRunToSolve()) calibrations.solve(*run, core.plan(), core.recording(), core.scales());
     worker.alsoWaitFor(calibrations.solverDescriptor());
   }
@@ -196,14 +196,14 @@ struct Daemon::Parts {
   std::optional<JournalWriter> journal;
   EventQueue* journal_queue;
   std::uint64_t journal_lost_said{};
-  ResultsDesk results_desk;
-  LoopBackDesk loop_back_desk;
-  UnitDesk unit_desk;
-  UpdateDesk update_desk;
+  ResultRequestHandler result_request_handler;
+  LoopBackRequestHandler loop_back_request_handler;
+  UnitRequestHandler unit_request_handler;
+  UpdateRequestHandler update_request_handler;
   Worker worker;
-  ControlDesk desk;
+  ControlRequestHandler handler;
   LinkService links;
-  std::vector<std::unique_ptr<CncFace>> cnc_lines;
+  std::vector<std::unique_ptr<CncInterface>> cnc_lines;
   std::vector<std::unique_ptr<io::EventSource>> sources;
   std::unique_ptr<CaptureThread> capture;
   std::vector<std::string> uris;
@@ -279,9 +279,10 @@ Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts,
       if (const auto why = whyOpenToMasters(text, listener.address(), service.connectionAt(text))) return *why;
       return listener;
     };
-    const CncDependencies dependencies{desk, links, connections, served, calibrations, boots.count, firmwareVersion()};
-    TRY(auto face, openCncFace(options, service.accessAt(text), core.addStateReader(), dependencies, listen));
-    cnc_lines.push_back(std::move(face));
+    const CncDependencies dependencies{handler,      links,       connections,      served,
+                                       calibrations, boots.count, firmwareVersion()};
+    TRY(auto interface, openCncInterface(options, service.accessAt(text), core.addStateReader(), dependencies, listen));
+    cnc_lines.push_back(std::move(interface));
   }
   for (const auto& unused : passed_for_cnc)
     logWarning("No line of 'cnc' needs the socket " + tcp::describe(unused.address()) + ": remove it from its unit");
@@ -386,12 +387,13 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   }
 
   auto described = descriptions;
-  auto unit_desk = takeUnit(state.path, described);
+  auto unit_request_handler = takeUnit(state.path, described);
   auto parts = std::make_unique<Parts>(options, std::move(described), state.path, std::move(store), std::move(journal),
-                                       std::move(unit_desk), earlier);
+                                       std::move(unit_request_handler), earlier);
   setWallClock({.is_kept_right = is_kept_right, .start = parts->boots.count});
   parts->state_lock = std::move(state.lock);
-  for (const auto& problem : {parts->connections.problem(), parts->unit_desk.problem(), parts->boots.problem})
+  for (const auto& problem :
+       {parts->connections.problem(), parts->unit_request_handler.problem(), parts->boots.problem})
     if (!problem.empty()) logWarning(problem);
   const auto& service = parts->descriptions.service;
   TRY(parts->adopt(std::move(passed), options, service));

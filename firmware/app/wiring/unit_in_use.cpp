@@ -11,7 +11,7 @@ constexpr const char* kUnitFile = "unit";
 
 }  // namespace
 
-UnitDesk takeUnit(const std::filesystem::path& state, board::Descriptions& descriptions) {
+UnitRequestHandler takeUnit(const std::filesystem::path& state, board::Descriptions& descriptions) {
   UnitRecord record{(state / kUnitFile).string()};
   std::vector<std::string> notes;
   if (record.inUse()) {

@@ -129,7 +129,7 @@ int main(int count, char** words) {
   app::ModbusServer box{{.line = {box_line.device, {baud, serial::Parity::none, 8, 1}}},
                         {.registers = {.snapshot = [] { return published::Snapshot{}; },
                                        .take = [](std::span<const Event>) { return false; },
-                                       .kept = [] { return app::RegisterDesk::Kept{}; }},
+                                       .kept = [] { return app::RegisterHandler::Kept{}; }},
                          .report = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }}};
   if (const auto opened = box.open(); !opened) {
     std::fprintf(stderr, "%s\n", opened.error().what.c_str());

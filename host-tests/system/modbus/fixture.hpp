@@ -61,7 +61,7 @@ class ServedRegisters : public ::testing::Test {
     return false;
   }
 
-  RegisterServer::Faces faces() {
+  RegisterServer::Callbacks callbacks() {
     return {.registers = {.snapshot =
                               [this] {
                                 const std::lock_guard lock{mutex_};
@@ -70,7 +70,7 @@ class ServedRegisters : public ::testing::Test {
                           .take = [this](std::span<const Event> said) { return take(said); },
                           .kept =
                               [this] {
-                                return RegisterDesk::Kept{word_order_, inhibits_};
+                                return RegisterHandler::Kept{word_order_, inhibits_};
                               },
                           .keep =
                               [this](modbus::WordOrder order) {
@@ -134,7 +134,7 @@ class ModbusOnCable : public ServedRegisters {
   void startServer() {
     if (server_) server_->stop();
     server_thread_ = {};
-    server_ = std::make_unique<ModbusServer>(options_, faces());
+    server_ = std::make_unique<ModbusServer>(options_, callbacks());
     const auto opened = server_->open();
     ASSERT_TRUE(opened.ok()) << opened.error().what;
     server_thread_ = std::jthread{[this] { server_->run(); }};

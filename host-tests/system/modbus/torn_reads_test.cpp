@@ -82,12 +82,13 @@ class TornReads : public testing::Test {
       });
       const std::size_t server = servers_.size();
       servers_.push_back(std::make_unique<ModbusServer>(
-          ModbusOptions{.line = {folder_.file("box" + number), {kBaud, serial::Parity::none, 8, 1}}}, faces(server)));
+          ModbusOptions{.line = {folder_.file("box" + number), {kBaud, serial::Parity::none, 8, 1}}},
+          callbacks(server)));
     }
     auto listener = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
     EXPECT_TRUE(listener) << listener.error().what;
     port_ = listener->address().port;
-    servers_.push_back(std::make_unique<ModbusTcpServer>(std::move(*listener), "1.2.3", faces(servers_.size())));
+    servers_.push_back(std::make_unique<ModbusTcpServer>(std::move(*listener), "1.2.3", callbacks(servers_.size())));
     for (auto& server : servers_) threads_.emplace_back([&server] { server->run(); });
     threads_.emplace_back([this](const std::stop_token& stop) { publish(stop); });
   }
@@ -105,10 +106,10 @@ class TornReads : public testing::Test {
     }
   }
 
-  RegisterServer::Faces faces(std::size_t server) {
+  RegisterServer::Callbacks callbacks(std::size_t server) {
     return {.registers = {.snapshot = [this, server] { return buffers_.at(server).newest().snapshot; },
                           .take = [](std::span<const Event>) { return false; },
-                          .kept = [] { return RegisterDesk::Kept{}; }},
+                          .kept = [] { return RegisterHandler::Kept{}; }},
             .report = [](const std::string&) {}};
   }
 

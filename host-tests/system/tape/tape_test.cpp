@@ -1,4 +1,4 @@
-// The text faces at one end of an emulated cable, a control that prints and reads at the other.
+// The text callbacks at one end of an emulated cable, a control that prints and reads at the other.
 #include <algorithm>
 #include <array>
 #include <fcntl.h>
@@ -55,7 +55,7 @@ class TextOnCable : public ::testing::Test {
     auto options = parseTextOptions(face + (folder_ / "box").string() + settings);
     ASSERT_TRUE(options.has_value());
     ASSERT_TRUE(options->ok()) << options->error().what;
-    server_ = std::make_unique<TextServer>(**options, faces());
+    server_ = std::make_unique<TextServer>(**options, callbacks());
     server_thread_ = std::jthread{[this] { server_->run(); }};
   }
 
@@ -109,7 +109,7 @@ class TextOnCable : public ::testing::Test {
   std::atomic<unsigned> served_{};  // sequence of the correction that was sent last
 
  private:
-  TextServer::Faces faces() {
+  TextServer::Callbacks callbacks() {
     return {.snapshot =
                 [this] {
                   const std::lock_guard lock{mutex_};

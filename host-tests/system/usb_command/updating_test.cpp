@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "box_on_usb.hpp"
-#include "firmware/app/update/update_desk.hpp"
+#include "firmware/app/update/update_request_handler.hpp"
 #include "host-tests/support/bundle_file.hpp"
 
 namespace probebox::command {
@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A box on USB whose updates the firmware's own desk answers.
+// A box on USB whose updates the firmware's own handler answers.
 class Updating : public BoxOnUsb {
  protected:
   void SetUp() override {
@@ -25,20 +25,20 @@ class Updating : public BoxOnUsb {
   }
 
   std::optional<FakeReply> answer(messages::Operation operation, std::span<const std::byte> body) {
-    if (!app::UpdateDesk::answers(operation)) return std::nullopt;
+    if (!app::UpdateRequestHandler::answers(operation)) return std::nullopt;
     // The cable is pulled in the middle, however late the person is.
     while (received() >= kPulledAtBytes && !pulled_) std::this_thread::sleep_for(1ms);
     const std::lock_guard lock{mutex_};
     do {
       look_again_ = false;
-      desk_.look();
+      handler_.look();
     } while (look_again_);
-    auto reply = desk_.answer(operation, body, {.link = 1, .connection = "usb", .may = {.allow_update = true}});
+    auto reply = handler_.answer(operation, body, {.link = 1, .connection = "usb", .may = {.allow_update = true}});
     return FakeReply{reply.code, std::move(reply.text), std::move(reply.body)};
   }
   std::uint64_t received() {
     const std::lock_guard lock{mutex_};
-    const auto reply = desk_.answer(messages::Operation::update_status, {}, {});
+    const auto reply = handler_.answer(messages::Operation::update_status, {}, {});
     return messages::decode<messages::UpdateStatus::Answer>(reply.body)->received_bytes;
   }
 
@@ -46,9 +46,10 @@ class Updating : public BoxOnUsb {
   std::atomic<bool> pulled_{};
   std::mutex mutex_;
   bool look_again_{};
-  app::UpdateDesk desk_{directory_.file("update"),
-                        directory_.file("reports"),
-                        {[] { return app::Activity{}; }, [this] { look_again_ = true; }, [] { return true; }}};
+  app::UpdateRequestHandler handler_{
+      directory_.file("update"),
+      directory_.file("reports"),
+      {[] { return app::Activity{}; }, [this] { look_again_ = true; }, [] { return true; }}};
   const std::string file_{directory_.file("box.raucb")};
 };
 

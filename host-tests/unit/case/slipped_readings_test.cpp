@@ -184,7 +184,7 @@ const std::map<std::string, std::set<std::string>> kAnyUnit{
 TEST_P(SlippedReadings, AWholeColumnInAnotherUnitIsToldOrChangesNothing) {
   constexpr double kMost = 5;  // standard deviations
   const auto any_unit = kAnyUnit.find(GetParam());
-  std::set<std::string> untold;
+  std::set<std::string> unreported;
   for (auto& table : dataset.tables) {
     const Table before = table;
     for (const auto& wrong : kWrongUnits) {
@@ -200,7 +200,7 @@ TEST_P(SlippedReadings, AWholeColumnInAnotherUnitIsToldOrChangesNothing) {
         const auto solved = metrology::solve(dataset);
         table = before;
         if (objects(solved) || (changeOf(*solved) <= kMost && !changesWhatHasNoSd(*solved))) continue;
-        untold.insert(columns);
+        unreported.insert(columns);
         EXPECT_TRUE(any_unit != kAnyUnit.end() && any_unit->second.contains(columns))
             << "table " << table.name << ", " << columns << " in " << wrong.written << ": " << changeOf(*solved);
       }
@@ -208,7 +208,7 @@ TEST_P(SlippedReadings, AWholeColumnInAnotherUnitIsToldOrChangesNothing) {
   }
   if (any_unit == kAnyUnit.end()) return;
   for (const auto& column : any_unit->second)
-    EXPECT_TRUE(untold.contains(column)) << column << " is told by now: take it off the list";
+    EXPECT_TRUE(unreported.contains(column)) << column << " is told by now: take it off the list";
 }
 
 // What `solve` says of a case in which a column, or a key, has another unit.

@@ -24,7 +24,7 @@ namespace {
 
 using command::describe;
 using command::ExitStatus;
-using Answer = Desk::Answer;
+using Answer = BoxConnection::Answer;
 
 Json list(const auto& texts) {
   Json all = Json::array();
@@ -109,9 +109,9 @@ std::string methods() {
   return all.dump();
 }
 
-std::optional<command::AskedBox> machineOf(Desk& desk) {
+std::optional<command::AskedBox> machineOf(BoxConnection& connection) {
   std::optional<command::AskedBox> asked;
-  const auto answer = desk.ask([&asked](link::Client& box, Console& console) -> Answer {
+  const auto answer = connection.ask([&asked](link::Client& box, Console& console) -> Answer {
     TRY(auto says, command::ask<messages::DescribeMachine>(box, console));
     asked = command::AskedBox{.uri = "of this page", .says = std::move(says)};
     return std::string{};

@@ -36,7 +36,7 @@ int statusOf(const Trouble& trouble) {
   return trouble.status == command::ExitStatus::usage ? 400 : 409;
 }
 
-void give(httplib::Response& response, const Desk::Answer& answer, const char* type = kJson) {
+void give(httplib::Response& response, const BoxConnection::Answer& answer, const char* type = kJson) {
   if (answer) return response.set_content(*answer, type);
   response.status = statusOf(answer.error());
   response.set_content(Json{{"error", answer.error().name}, {"what", answer.error().what}}.dump(), kJson);
@@ -49,7 +49,8 @@ std::uint64_t numberIn(const httplib::Request& request, const char* name) {
 }  // namespace
 
 struct Server::Http {
-  Http(Desk& of_box, const CellDesk& of_cell, EventLog& log) : desk{of_box}, cell{of_cell}, events{log} {}
+  Http(BoxConnection& of_box, const CellRequestHandler& of_cell, EventLog& log)
+      : connection{of_box}, cell{of_cell}, events{log} {}
 
   // True where the request has been answered: it may not come in.
   bool turnAway(const httplib::Request& request, httplib::Response& response) const {
@@ -105,24 +106,25 @@ struct Server::Http {
   }
 
   void declareReading() {
-    server.Get("/api/about", [this](const auto&, auto& response) { response.set_content(desk.about(), kJson); });
+    server.Get("/api/about", [this](const auto&, auto& response) { response.set_content(connection.about(), kJson); });
     server.Get("/api/methods", [](const auto&, auto& response) { response.set_content(methods(), kJson); });
     server.Get("/api/plan", [this](const auto& request, auto& response) {
-      give(response, forecast(request.get_param_value("method"), machineOf(desk)));
+      give(response, forecast(request.get_param_value("method"), machineOf(connection)));
     });
     server.Get("/api/window", [this](const auto& request, auto& response) {
       const auto columns = std::min<std::uint64_t>(numberIn(request, "columns"), 4000);
       give(response,
-           desk.window(static_cast<std::int64_t>(numberIn(request, "from_ns")),
-                       static_cast<std::int64_t>(numberIn(request, "to_ns")), static_cast<std::size_t>(columns)));
+           connection.window(static_cast<std::int64_t>(numberIn(request, "from_ns")),
+                             static_cast<std::int64_t>(numberIn(request, "to_ns")), static_cast<std::size_t>(columns)));
     });
-    server.Get("/api/stores", [this](const auto&, auto& response) { give(response, desk.ask(&stores)); });
-    server.Get("/api/results", [this](const auto&, auto& response) { give(response, desk.ask(&results)); });
+    server.Get("/api/stores", [this](const auto&, auto& response) { give(response, connection.ask(&stores)); });
+    server.Get("/api/results", [this](const auto&, auto& response) { give(response, connection.ask(&results)); });
     const auto about_one = [this](const char* path, auto function, const char* type) {
       server.Get(path, [this, function, type](const auto& request, auto& response) {
         const auto id = numberIn(request, "id");
         if (type != kJson) response.set_header("Content-Security-Policy", kReportPolicy);
-        give(response, desk.ask([&](link::Client& box, Console& console) { return function(box, console, id); }), type);
+        give(response, connection.ask([&](link::Client& box, Console& console) { return function(box, console, id); }),
+             type);
       });
     };
     about_one("/api/result", &result, kJson);
@@ -130,7 +132,8 @@ struct Server::Http {
     about_one("/api/report", &reportPage, "text/html; charset=utf-8");
     server.Get("/api/history", [this](const auto& request, auto& response) {
       const auto subject = request.get_param_value("subject");
-      give(response, desk.ask([&](link::Client& box, Console& console) { return history(box, console, subject); }));
+      give(response,
+           connection.ask([&](link::Client& box, Console& console) { return history(box, console, subject); }));
     });
   }
 
@@ -153,7 +156,7 @@ struct Server::Http {
     const auto post = [this](const char* path, auto function) {
       server.Post(path, [this, function](const auto& request, auto& response) {
         give(response,
-             desk.ask([&](link::Client& box, Console& console) { return function(box, console, request.body); }));
+             connection.ask([&](link::Client& box, Console& console) { return function(box, console, request.body); }));
       });
     };
     post("/api/start", &start);
@@ -179,16 +182,16 @@ struct Server::Http {
     });
   }
 
-  Desk& desk;
-  const CellDesk& cell;
+  BoxConnection& connection;
+  const CellRequestHandler& cell;
   EventLog& events;
   BoundedServer server;
   std::optional<Gate> gate;
   std::thread thread;
 };
 
-Server::Server(Desk& desk, const CellDesk& cell, EventLog& events)
-    : http_{std::make_unique<Http>(desk, cell, events)} {}
+Server::Server(BoxConnection& connection, const CellRequestHandler& cell, EventLog& events)
+    : http_{std::make_unique<Http>(connection, cell, events)} {}
 
 Server::~Server() {
   http_->events.end();

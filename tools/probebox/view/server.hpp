@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "tools/probebox/view/cell_desk.hpp"
-#include "tools/probebox/view/desk.hpp"
+#include "tools/probebox/view/cell_request_handler.hpp"
+#include "tools/probebox/view/connection.hpp"
 
 namespace probebox::view {
 
@@ -12,7 +12,7 @@ namespace probebox::view {
 class Server {
  public:
   // All of them outlive the server.
-  Server(Desk& desk, const CellDesk& cell, EventLog& events);
+  Server(BoxConnection& connection, const CellRequestHandler& cell, EventLog& events);
   ~Server();
 
   // port 0: a free one. Returns the address with the token, for a browser; nothing if the port is taken.

@@ -5,7 +5,7 @@
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/text/report.hpp"
-#include "tools/probebox/view/desk.hpp"
+#include "tools/probebox/view/connection.hpp"
 #include "tools/probebox/view/server.hpp"
 #include "tools/replay/recorded_stream.hpp"
 #include "tools/replay/replay_box.hpp"
@@ -57,12 +57,12 @@ ExitStatus run(const View& options, const std::string& given, Console& console) 
     uri = chooseUri(replayed->uri());
     if (!uri) return console.fail(uri.error());
   }
-  const auto cell = view::CellDesk::open(options.cell, [&console] { return console.interrupted(); });
+  const auto cell = view::CellRequestHandler::open(options.cell, [&console] { return console.interrupted(); });
   if (!cell) return console.fail({ExitStatus::usage, "unreadable-input", cell.error().what});
   view::EventLog events;
-  view::Desk desk{*uri, events, console.interruption()};
-  if (const auto trouble = desk.open()) return console.fail(*trouble);
-  view::Server server{desk, *cell, events};
+  view::BoxConnection connection{*uri, events, console.interruption()};
+  if (const auto trouble = connection.open()) return console.fail(*trouble);
+  view::Server server{connection, *cell, events};
   const auto address = server.listen(options.port);
   if (!address)
     return console.fail(
@@ -73,8 +73,8 @@ ExitStatus run(const View& options, const std::string& given, Console& console) 
     console.line("open " + *address);
     console.note("The address is for this computer and this run; Ctrl-C ends it.");
   }
-  while (!console.interrupted() && console.writable() && !desk.trouble()) std::this_thread::sleep_for(100ms);
-  if (const auto trouble = desk.trouble(); trouble && !console.interrupted()) return console.fail(*trouble);
+  while (!console.interrupted() && console.writable() && !connection.trouble()) std::this_thread::sleep_for(100ms);
+  if (const auto trouble = connection.trouble(); trouble && !console.interrupted()) return console.fail(*trouble);
   return console.interrupted() ? ExitStatus::interrupted : ExitStatus::ok;
 }
 

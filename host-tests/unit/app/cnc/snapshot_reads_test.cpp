@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "firmware/app/cnc/register_desk.hpp"
+#include "firmware/app/cnc/register_handler.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "host-tests/numbered/snapshot.hpp"
 
@@ -71,23 +71,23 @@ TEST(SnapshotReads, AreAnsweredWholeByEveryDesk) {
   Published published;
   std::array<std::optional<std::string>, kReaders> torn;
   inThreads([&](std::size_t reader) {
-    RegisterDesk desk{1,
-                      "1.2.3",
-                      {.snapshot = [&] { return published.buffer(reader).newest().snapshot; },
-                       .take = [](std::span<const Event>) { return false; },
-                       .kept = [] { return RegisterDesk::Kept{}; },
-                       // The instant of the snapshot, not that of the question.
-                       .line =
-                           [](const published::Snapshot& snapshot) {
-                             published::LineState line;
-                             line.boots = static_cast<std::uint16_t>(snapshot.ledger.produced);
-                             return line;
-                           }}};
+    RegisterHandler handler{1,
+                            "1.2.3",
+                            {.snapshot = [&] { return published.buffer(reader).newest().snapshot; },
+                             .take = [](std::span<const Event>) { return false; },
+                             .kept = [] { return RegisterHandler::Kept{}; },
+                             // The instant of the snapshot, not that of the question.
+                             .line =
+                                 [](const published::Snapshot& snapshot) {
+                                   published::LineState line;
+                                   line.boots = static_cast<std::uint16_t>(snapshot.ledger.produced);
+                                   return line;
+                                 }}};
     const auto request = support::readRequest(0, support::kNumberedRegisters);
     std::uint32_t last = 0;
     for (int answers = 0, seen = 0; (answers < kAnswers || seen < kNew) && !torn.at(reader); ++answers) {
-      const auto [kind, frame] = desk.answer(request);
-      if (kind != RegisterDesk::Answer::Kind::answered) {
+      const auto [kind, frame] = handler.answer(request);
+      if (kind != RegisterHandler::Answer::Kind::answered) {
         torn.at(reader) = "no answer";
         break;
       }

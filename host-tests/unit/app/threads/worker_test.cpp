@@ -30,7 +30,7 @@ TEST(Worker, DoesJobsOfALowerRankWhenNothingElseWaits) {
   {
     Worker worker{[] {}};
     worker.post([opened = gate.get_future().share()] { opened.wait(); });
-    ASSERT_TRUE(worker.post([&] { done.push_back(4); }, Worker::Rank::guest));
+    ASSERT_TRUE(worker.post([&] { done.push_back(4); }, Worker::Rank::without_rights));
     ASSERT_TRUE(worker.post([&] { done.push_back(3); }, Worker::Rank::patient));
     ASSERT_TRUE(worker.post([&] { done.push_back(1); }));
     ASSERT_TRUE(worker.post([&] { done.push_back(2); }));
@@ -44,9 +44,9 @@ TEST(Worker, SaysWhenTooMuchIsWaiting) {
   Worker worker{[] {}};
   worker.post([opened = gate.get_future().share()] { opened.wait(); });
   int taken = 0;
-  while (worker.post([] {}, Worker::Rank::guest)) ASSERT_LT(++taken, 10'000);
+  while (worker.post([] {}, Worker::Rank::without_rights)) ASSERT_LT(++taken, 10'000);
   EXPECT_GT(taken, 100);
-  EXPECT_TRUE(worker.post([] {})) << "guests take no place of others";
+  EXPECT_TRUE(worker.post([] {})) << "hosts without rights take no place of others";
   gate.set_value();
 }
 

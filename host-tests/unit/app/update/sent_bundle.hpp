@@ -8,7 +8,7 @@
 #include <random>
 #include <string>
 
-#include "firmware/app/update/update_desk.hpp"
+#include "firmware/app/update/update_request_handler.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 namespace probebox::app {
@@ -33,7 +33,7 @@ inline std::string textIn(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>{in}, {}};
 }
 
-// A desk that can be started again as after a kill, and a host that sends a bundle to it.
+// A handler that can be started again as after a kill, and a host that sends a bundle to it.
 class SentBundle {
  public:
   explicit SentBundle(const std::filesystem::path& where, bool has_updater = true)
@@ -46,16 +46,16 @@ class SentBundle {
   std::filesystem::path requests() const { return folder / "update"; }
   std::filesystem::path reports() const { return folder / "reports"; }
   void restart() {
-    desk.reset();
-    desk.emplace(requests(), has_updater_ ? reports() : std::filesystem::path{},
-                 UpdateDesk::Dependencies{[this] { return machine; }, [this] { look_again = true; },
-                                          [this] { return confirmed; }});
+    handler.reset();
+    handler.emplace(requests(), has_updater_ ? reports() : std::filesystem::path{},
+                    UpdateRequestHandler::Dependencies{[this] { return machine; }, [this] { look_again = true; },
+                                                       [this] { return confirmed; }});
   }
 
   template <class Operation>
   Reply ask(const typename Operation::Request& request) {
-    return desk->answer(Operation::kOperation, messages::encoded(request), {.link = 1, .connection = "usb", .may = may},
-                        now);
+    return handler->answer(Operation::kOperation, messages::encoded(request),
+                           {.link = 1, .connection = "usb", .may = may}, now);
   }
   template <class Operation>
   typename Operation::Answer answered(const typename Operation::Request& request) {
@@ -89,12 +89,12 @@ class SentBundle {
     return answered<messages::InstallUpdate>({.offer = offered, .although_not_newer = although_not_newer}).installation;
   }
   messages::UpdateStatus::Answer status() { return answered<messages::UpdateStatus>({}); }
-  // Lets the desk do what takes time, and the clock go on.
+  // Lets the handler do what takes time, and the clock go on.
   void look(std::chrono::milliseconds later = std::chrono::seconds{1}) {
     now += later;
     do {
       look_again = false;
-      desk->look(now);
+      handler->look(now);
     } while (look_again);
   }
   void report(const std::string& lines) { std::ofstream{reports() / "state"} << lines; }
@@ -103,10 +103,10 @@ class SentBundle {
   Activity machine;
   bool confirmed{true};
   board::Access may{kMayUpdate};
-  UpdateDesk::Clock::time_point now{UpdateDesk::Clock::now()};
+  UpdateRequestHandler::Clock::time_point now{UpdateRequestHandler::Clock::now()};
   std::uint32_t offered{};
   bool look_again{};
-  std::optional<UpdateDesk> desk;
+  std::optional<UpdateRequestHandler> handler;
 
  private:
   bool has_updater_{};

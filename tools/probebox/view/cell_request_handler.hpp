@@ -8,7 +8,7 @@
 
 #include "board/describe/cell.hpp"
 #include "tools/interference/scene.hpp"
-#include "tools/probebox/view/desk.hpp"
+#include "tools/probebox/view/connection.hpp"
 
 namespace probebox::view {
 
@@ -20,19 +20,19 @@ struct Measured {
 };
 
 // Answers the requests of the page about a cell: its scene, distances and interference checks.
-class CellDesk {
+class CellRequestHandler {
  public:
   // path: of cell.toml; empty for no cell. stopped: ends a check. Error: why it cannot be read.
-  static Outcome<CellDesk> open(const std::string& path, std::function<bool()> stopped);
+  static Outcome<CellRequestHandler> open(const std::string& path, std::function<bool()> stopped);
 
   // Solids, with the triangles of meshes, and tools with their stored and measured lengths. Null without a cell.
   std::string scene() const;
   // The smallest distance of a tool.
-  Desk::Answer nearest(std::uint32_t tool, const std::optional<Measured>& measured,
-                       const interference::Pose& pose) const;
+  BoxConnection::Answer nearest(std::uint32_t tool, const std::optional<Measured>& measured,
+                                const interference::Pose& pose) const;
   // body: {"tool", "program", "measured": {"assembled_mm", "W1_mm", "holder_mm"}, "stored"}. Returns the hits, the
   // smallest distance, and the path to draw.
-  Desk::Answer check(const std::string& body) const;
+  BoxConnection::Answer check(const std::string& body) const;
 
  private:
   std::optional<board::Cell> cell_;

@@ -1,4 +1,4 @@
-#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/control_request_handler.hpp"
 
 #include <algorithm>
 #include <array>
@@ -99,16 +99,17 @@ std::optional<Error> whyStray(const Marker& marker, const box::State& state) {
 
 }  // namespace
 
-ControlDesk::ControlDesk(Identity identity, const Dependencies& dependencies, std::function<void(Reply)> reply_later)
+ControlRequestHandler::ControlRequestHandler(Identity identity, const Dependencies& dependencies,
+                                             std::function<void(Reply)> reply_later)
     : identity_{std::move(identity)}, deps_{dependencies}, reply_later_{std::move(reply_later)} {}
 
-std::optional<Reply> ControlDesk::handle(const Caller& caller, const stream::PendingRequest& request,
-                                         const box::State& state, const LinkVitals& vitals) {
+std::optional<Reply> ControlRequestHandler::handle(const Caller& caller, const stream::PendingRequest& request,
+                                                   const box::State& state, const LinkVitals& vitals) {
   followLoops(state.procedure);
   const auto operation = request.operation;
   const auto why_not = operation == Operation::provision ? whyNotProvision(caller, state) : std::nullopt;
-  const bool for_worker = ResultsDesk::answers(operation) || UnitDesk::answers(operation) ||
-                          UpdateDesk::answers(operation) || operation == Operation::loop_back;
+  const bool for_worker = ResultRequestHandler::answers(operation) || UnitRequestHandler::answers(operation) ||
+                          UpdateRequestHandler::answers(operation) || operation == Operation::loop_back;
   if (for_worker && !why_not) return askWorker(caller, request);
   Reply reply = why_not ? refused(ErrorCode::wrong_state, why_not->what) : answer(caller.may, request, state, vitals);
   reply.link = caller.link;
@@ -116,8 +117,8 @@ std::optional<Reply> ControlDesk::handle(const Caller& caller, const stream::Pen
   return reply;
 }
 
-Reply ControlDesk::answer(const board::Access& may, const stream::PendingRequest& request, const box::State& state,
-                          const LinkVitals& vitals) {
+Reply ControlRequestHandler::answer(const board::Access& may, const stream::PendingRequest& request,
+                                    const box::State& state, const LinkVitals& vitals) {
   switch (request.operation) {
     case Operation::status:
       return describeStatus(state, vitals);
@@ -146,7 +147,8 @@ Reply ControlDesk::answer(const board::Access& may, const stream::PendingRequest
   }
 }
 
-Reply ControlDesk::takeMarker(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
+Reply ControlRequestHandler::takeMarker(const board::Access& may, std::span<const std::byte> body,
+                                        const box::State& state) {
   const auto request = messages::decode<messages::PostMarker::Request>(body);
   if (!request) return malformed(Operation::post_marker);
   const Marker marker{.procedure = request->procedure,
@@ -162,7 +164,8 @@ Reply ControlDesk::takeMarker(const board::Access& may, std::span<const std::byt
   return ok(messages::Nothing{});
 }
 
-std::optional<Error> ControlDesk::whyNot(const Event& said, const box::State& state, const board::Access& may) const {
+std::optional<Error> ControlRequestHandler::whyNot(const Event& said, const box::State& state,
+                                                   const board::Access& may) const {
   if (const auto right = rightFor(said); !(may.*right.flag)) return Error{notPermitted(right.key).text};
   if (const auto* marker = std::get_if<Marker>(&said)) return whyStray(*marker, state);
   const auto* homed = std::get_if<AxisHomed>(&said);
@@ -171,15 +174,15 @@ std::optional<Error> ControlDesk::whyNot(const Event& said, const box::State& st
   return whyNotHomed(*homed, state);
 }
 
-std::optional<Error> ControlDesk::post(Event said, const box::State& state, const board::Access& may) {
+std::optional<Error> ControlRequestHandler::post(Event said, const box::State& state, const board::Access& may) {
   if (auto error = whyNot(said, state, may)) return error;
   std::visit([now = deps_.time.now()](auto& event) { event.at = now; }, said);
   if (!deps_.commands.push(said)) return Error{"The box is busy: send it again."};
   return std::nullopt;
 }
 
-std::optional<Error> ControlDesk::take(std::span<const Event> said, const std::string& connection,
-                                       const box::State& state, const board::Access& may) {
+std::optional<Error> ControlRequestHandler::take(std::span<const Event> said, const std::string& connection,
+                                                 const box::State& state, const board::Access& may) {
   for (const auto& event : said) {
     if (const auto* cut = std::get_if<CutInhibit>(&event);
         cut != nullptr && deps_.connections.inhibits(connection) == cut->active)
@@ -201,7 +204,8 @@ std::optional<Error> ControlDesk::take(std::span<const Event> said, const std::s
   return std::nullopt;
 }
 
-Reply ControlDesk::homeAxes(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
+Reply ControlRequestHandler::homeAxes(const board::Access& may, std::span<const std::byte> body,
+                                      const box::State& state) {
   const auto request = messages::decode<messages::HomeAxes::Request>(body);
   if (!request) return malformed(Operation::home_axes);
   if (!may.allow_homing) return notPermitted("allow_homing");
@@ -226,7 +230,8 @@ Reply ControlDesk::homeAxes(const board::Access& may, std::span<const std::byte>
   return ok(messages::Nothing{});
 }
 
-Reply ControlDesk::enableSources(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
+Reply ControlRequestHandler::enableSources(const board::Access& may, std::span<const std::byte> body,
+                                           const box::State& state) {
   const auto request = messages::decode<messages::EnableSources::Request>(body);
   if (!request) return malformed(Operation::enable_sources);
   if (!may.allow_accept) return notPermitted("allow_accept");
@@ -239,7 +244,8 @@ Reply ControlDesk::enableSources(const board::Access& may, std::span<const std::
   return ok(messages::Nothing{});
 }
 
-Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
+Reply ControlRequestHandler::startProcedure(const board::Access& may, std::span<const std::byte> body,
+                                            const box::State& state) {
   const auto request = messages::decode<messages::StartProcedure::Request>(body);
   if (!request) return malformed(Operation::start_procedure);
   if (!may.allow_calibrate) return notPermitted("allow_calibrate");
@@ -288,7 +294,8 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   return ok(messages::StartProcedure::Answer{.run = last_run_});
 }
 
-Reply ControlDesk::abortProcedure(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
+Reply ControlRequestHandler::abortProcedure(const board::Access& may, std::span<const std::byte> body,
+                                            const box::State& state) {
   const auto request = messages::decode<messages::AbortProcedure::Request>(body);
   if (!request) return malformed(Operation::abort_procedure);
   if (!may.allow_calibrate) return notPermitted("allow_calibrate");
@@ -309,14 +316,14 @@ Reply ControlDesk::abortProcedure(const board::Access& may, std::span<const std:
   return ok(messages::Nothing{});
 }
 
-// Whoever may not do it at all hears that first, from the desk itself.
-std::optional<Error> ControlDesk::whyNotProvision(const Caller& caller, const box::State& state) const {
+// Whoever may not do it at all hears that first, from the handler itself.
+std::optional<Error> ControlRequestHandler::whyNotProvision(const Caller& caller, const box::State& state) const {
   if (!caller.may.allow_provision.value_or(false)) return std::nullopt;
   return whyNotAtRest({.cut_is_on = state.snapshot.inhibited || deps_.connections.anyInhibits(),
                        .run_is_on = last_run_ > state.procedure.run || inProgress(state.procedure.state)});
 }
 
-std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::PendingRequest& request) {
+std::optional<Reply> ControlRequestHandler::askWorker(const Caller& caller, const stream::PendingRequest& request) {
   auto body = std::make_shared<std::vector<std::byte>>(request.body.begin(), request.body.end());
   const auto job = [this, caller, body, ticket = request.ticket, operation = request.operation] {
     const auto then = [this, link = caller.link, ticket](Reply reply) {
@@ -325,8 +332,8 @@ std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::
       reply_later_(std::move(reply));
     };
     if (operation == Operation::loop_back) return then(deps_.loop_back.answer(*body, caller.may));
-    if (UnitDesk::answers(operation)) return then(deps_.unit.answer(operation, *body, caller.may));
-    if (UpdateDesk::answers(operation)) return then(deps_.updates.answer(operation, *body, caller));
+    if (UnitRequestHandler::answers(operation)) return then(deps_.unit.answer(operation, *body, caller.may));
+    if (UpdateRequestHandler::answers(operation)) return then(deps_.updates.answer(operation, *body, caller));
     deps_.results.answer(operation, *body, caller, then);
   };
   const auto busy = [&](const char* why) {
@@ -335,7 +342,7 @@ std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::
     reply.ticket = request.ticket;
     return reply;
   };
-  const auto rank = board::givesARight(caller.may) ? Worker::Rank::usual : Worker::Rank::guest;
+  const auto rank = board::givesARight(caller.may) ? Worker::Rank::usual : Worker::Rank::without_rights;
   if (request.operation != Operation::loop_back)
     return deps_.worker.post(job, rank) ? std::nullopt
                                         : std::optional{busy("Too many requests are waiting: try again.")};

@@ -1,4 +1,4 @@
-#include "firmware/app/update/update_desk.hpp"
+#include "firmware/app/update/update_request_handler.hpp"
 
 #include <random>
 #include <utility>
@@ -71,8 +71,8 @@ std::string sentence(const UpdateStatus::Answer& now) {
 
 }  // namespace
 
-UpdateDesk::UpdateDesk(const std::filesystem::path& folder, const std::filesystem::path& reports,
-                       Dependencies dependencies)
+UpdateRequestHandler::UpdateRequestHandler(const std::filesystem::path& folder, const std::filesystem::path& reports,
+                                           Dependencies dependencies)
     : deps_{std::move(dependencies)}, handed_over_{Clock::now()} {
   if (reports.empty()) return;
   parts_.emplace(Parts{.updater = {reports, folder}, .file = BundleFile{folder}});
@@ -80,13 +80,13 @@ UpdateDesk::UpdateDesk(const std::filesystem::path& folder, const std::filesyste
   tellWords();
 }
 
-bool UpdateDesk::answers(Operation operation) {
+bool UpdateRequestHandler::answers(Operation operation) {
   return operation == Operation::offer_update || operation == Operation::send_update ||
          operation == Operation::install_update || operation == Operation::update_status;
 }
 
-Reply UpdateDesk::answer(Operation operation, std::span<const std::byte> body, const Caller& caller,
-                         Clock::time_point now) {
+Reply UpdateRequestHandler::answer(Operation operation, std::span<const std::byte> body, const Caller& caller,
+                                   Clock::time_point now) {
   if (operation == Operation::update_status) return status();
   if (!caller.may.allow_update) return notPermitted("allow_update");
   if (!parts_) return refused(ErrorCode::refused, kNoUpdater);
@@ -95,13 +95,13 @@ Reply UpdateDesk::answer(Operation operation, std::span<const std::byte> body, c
   return install(body);
 }
 
-std::optional<Error> UpdateDesk::whyNotNow() const {
+std::optional<Error> UpdateRequestHandler::whyNotNow() const {
   if (!parts_) return Error{kNoUpdater};
   if (!deps_.confirmed()) return Error{kNotConfirmed};
   return whyNotAtRest(deps_.activity());
 }
 
-Reply UpdateDesk::offer(std::span<const std::byte> body, Clock::time_point now) {
+Reply UpdateRequestHandler::offer(std::span<const std::byte> body, Clock::time_point now) {
   const auto request = messages::decode<OfferUpdate::Request>(body);
   if (!request) return malformed(Operation::offer_update);
   if (request->total_bytes == 0) return refused(ErrorCode::malformed, "An empty file is no bundle.");
@@ -130,14 +130,14 @@ Reply UpdateDesk::offer(std::span<const std::byte> body, Clock::time_point now) 
   return ok(OfferUpdate::Answer{.offer = offer_, .received_bytes = file.received()});
 }
 
-std::optional<Reply> UpdateDesk::whyNotThis(std::uint32_t offer) const {
+std::optional<Reply> UpdateRequestHandler::whyNotThis(std::uint32_t offer) const {
   if (offer_ == 0 || offer != offer_ || parts_->file.bundle() == nullptr)
     return refused(ErrorCode::not_found, std::string{"update-lost: "} + kLost);
   if (const auto why = whyNotNow()) return refused(ErrorCode::wrong_state, why->what);
   return std::nullopt;
 }
 
-Reply UpdateDesk::send(std::span<const std::byte> body, Clock::time_point now) {
+Reply UpdateRequestHandler::send(std::span<const std::byte> body, Clock::time_point now) {
   const auto request = messages::decode<SendUpdate::Request>(body);
   if (!request) return malformed(Operation::send_update);
   if (auto refusal = whyNotThis(request->offer)) return *refusal;
@@ -164,7 +164,7 @@ Reply UpdateDesk::send(std::span<const std::byte> body, Clock::time_point now) {
   return ok(SendUpdate::Answer{.received_bytes = file.received(), .stored_bytes = file.stored()});
 }
 
-Reply UpdateDesk::install(std::span<const std::byte> body) {
+Reply UpdateRequestHandler::install(std::span<const std::byte> body) {
   const auto request = messages::decode<InstallUpdate::Request>(body);
   if (!request) return malformed(Operation::install_update);
   if (checking_) return refused(ErrorCode::busy, "update-busy: the box is checking this bundle already.");
@@ -181,7 +181,7 @@ Reply UpdateDesk::install(std::span<const std::byte> body) {
   return ok(InstallUpdate::Answer{.installation = checking_->installation});
 }
 
-Reply UpdateDesk::status() {
+Reply UpdateRequestHandler::status() {
   // The first report of a box comes after the start of this program.
   if (parts_) report_ = parts_->updater.report();
   auto answer = current();
@@ -189,7 +189,7 @@ Reply UpdateDesk::status() {
   return ok(answer);
 }
 
-UpdateStatus::Answer UpdateDesk::current() const {
+UpdateStatus::Answer UpdateRequestHandler::current() const {
   UpdateStatus::Answer answer;
   if (!parts_) return answer;
   const auto& file = parts_->file;
@@ -227,7 +227,7 @@ UpdateStatus::Answer UpdateDesk::current() const {
   return answer;
 }
 
-void UpdateDesk::look(Clock::time_point now) {
+void UpdateRequestHandler::look(Clock::time_point now) {
   if (!parts_) return;
   if (checking_) return check(now);
   if (parts_->file.received() > parts_->file.stored() && now - stored_at_ >= kStoreEvery) {
@@ -241,7 +241,7 @@ void UpdateDesk::look(Clock::time_point now) {
   if (parts_->file.installation() != 0 && now - followed_ >= kFollowEvery) follow(now);
 }
 
-void UpdateDesk::check(Clock::time_point now) {
+void UpdateRequestHandler::check(Clock::time_point now) {
   auto& file = parts_->file;
   const auto checked = file.check();
   if (!checked) return end(checked.error().what);
@@ -266,7 +266,7 @@ void UpdateDesk::check(Clock::time_point now) {
 }
 
 // Follows what the updater does with the bundle that it was handed.
-void UpdateDesk::follow(Clock::time_point now) {
+void UpdateRequestHandler::follow(Clock::time_point now) {
   followed_ = now;
   auto& [updater, file] = *parts_;
   report_ = updater.report();
@@ -292,7 +292,7 @@ void UpdateDesk::follow(Clock::time_point now) {
 }
 
 // The installation ends before the updater has it.
-void UpdateDesk::end(const std::string& why) {
+void UpdateRequestHandler::end(const std::string& why) {
   failed_installation_ = std::exchange(checking_, std::nullopt)->installation;
   why_failed_ = why;
   offer_ = 0;
@@ -300,13 +300,13 @@ void UpdateDesk::end(const std::string& why) {
   tellWords();
 }
 
-void UpdateDesk::tellWords() {
+void UpdateRequestHandler::tellWords() {
   auto words = sentence(current());
   const std::lock_guard lock{mutex_};
   words_ = std::move(words);
 }
 
-std::string UpdateDesk::inWords() const {
+std::string UpdateRequestHandler::inWords() const {
   const std::lock_guard lock{mutex_};
   return words_;
 }

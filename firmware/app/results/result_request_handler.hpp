@@ -7,7 +7,7 @@
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/caller.hpp"
 #include "firmware/app/results/connection_inhibits.hpp"
-#include "firmware/app/results/proposal_desk.hpp"
+#include "firmware/app/results/proposal_request_handler.hpp"
 #include "firmware/app/results/reply.hpp"
 #include "firmware/app/threads/core_view.hpp"
 #include "protocol/messages/control.hpp"
@@ -16,9 +16,9 @@
 namespace probebox::app {
 
 // Answers requests that need the store or may wait for the core. For the worker's thread.
-class ResultsDesk {
+class ResultRequestHandler {
  public:
-  ResultsDesk(Calibrations& calibrations, CoreView& core, ConnectionInhibits& connections)
+  ResultRequestHandler(Calibrations& calibrations, CoreView& core, ConnectionInhibits& connections)
       : calibrations_{calibrations}, core_{core}, connections_{connections}, proposals_{calibrations} {
     calibrations.inForce().setCutGuards([&connections] { return connections.tryLockOutCuts(); },
                                         [&core] { return core.newest().snapshot.inhibited; });
@@ -27,7 +27,7 @@ class ResultsDesk {
   static bool answers(messages::Operation operation);
   // Calls `then` with the answer, at once except for a case that is being solved.
   void answer(messages::Operation operation, std::span<const std::byte> body, const Caller& caller,
-              const ProposalDesk::Then& then);
+              const ProposalRequestHandler::Then& then);
   // Call periodically.
   void look() { proposals_.look(); }
 
@@ -47,7 +47,7 @@ class ResultsDesk {
   Calibrations& calibrations_;
   CoreView& core_;
   ConnectionInhibits& connections_;
-  ProposalDesk proposals_;
+  ProposalRequestHandler proposals_;
 
   // The document that a host reads piece by piece, kept so that megabytes are not read from the store for every piece.
   struct Document {

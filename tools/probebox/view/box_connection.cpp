@@ -1,9 +1,8 @@
-#include "tools/probebox/view/desk.hpp"
-
 #include <chrono>
 #include <utility>
 
 #include "tools/probebox/text/report.hpp"
+#include "tools/probebox/view/connection.hpp"
 
 namespace probebox::view {
 namespace {
@@ -22,7 +21,7 @@ Trouble linkDown() {
 
 }  // namespace
 
-Desk::Desk(link::Uri uri, EventLog& events, const std::atomic<bool>& interrupted)
+BoxConnection::BoxConnection(link::Uri uri, EventLog& events, const std::atomic<bool>& interrupted)
     : events_{events},
       console_{command::Streams{nothing_, notes_, notes_, false, false, 0, stopped_}, false},
       listener_{*this},
@@ -35,18 +34,18 @@ Desk::Desk(link::Uri uri, EventLog& events, const std::atomic<bool>& interrupted
               console_},
       interrupted_{interrupted} {}
 
-Desk::~Desk() {
+BoxConnection::~BoxConnection() {
   stopped_ = true;
   if (thread_.joinable()) thread_.join();
 }
 
-std::optional<Trouble> Desk::open() {
+std::optional<Trouble> BoxConnection::open() {
   if (auto trouble = stream_.open()) return trouble;
   thread_ = std::thread{[this] { run(); }};
   return std::nullopt;
 }
 
-void Desk::run() {
+void BoxConnection::run() {
   while (!stopped_ && !interrupted_) {
     if (!stream_.round()) {
       const std::lock_guard lock{mutex_};
@@ -75,7 +74,7 @@ void Desk::run() {
   stopped_ = true;
 }
 
-bool Desk::answerOne() {
+bool BoxConnection::answerOne() {
   std::optional<Asked> one;
   {
     const std::lock_guard lock{mutex_};
@@ -87,7 +86,7 @@ bool Desk::answerOne() {
   return true;
 }
 
-Desk::Answer Desk::ask(Question question) {
+BoxConnection::Answer BoxConnection::ask(Question question) {
   std::future<Answer> future;
   std::uint64_t number = 0;
   {
@@ -106,11 +105,11 @@ Desk::Answer Desk::ask(Question question) {
   return future.get();  // under way, and what it refers to is the caller's
 }
 
-Desk::Answer Desk::window(std::int64_t from_ns, std::int64_t to_ns, std::size_t columns) {
+BoxConnection::Answer BoxConnection::window(std::int64_t from_ns, std::int64_t to_ns, std::size_t columns) {
   return ask([=, this](link::Client&, Console&) -> Answer { return feed_.window(from_ns, to_ns, columns).dump(); });
 }
 
-void Desk::tellLink() {
+void BoxConnection::tellLink() {
   const bool up = stream_.box() != nullptr;
   if (link_up_ == up) return;
   link_up_ = up;
@@ -119,7 +118,7 @@ void Desk::tellLink() {
 }
 
 // The whole state in one event: a page shows one instant, not parts of two.
-void Desk::tellState() {
+void BoxConnection::tellState() {
   auto& box = *stream_.box();
   const auto status = command::ask<messages::Status>(box, console_);
   const auto corrections = command::ask<messages::Corrections>(box, console_);
@@ -150,36 +149,36 @@ void Desk::tellState() {
   events_.put("state", all.dump());
 }
 
-std::string Desk::about() {
+std::string BoxConnection::about() {
   const std::lock_guard lock{mutex_};
   return about_;
 }
 
-std::optional<Trouble> Desk::trouble() const {
+std::optional<Trouble> BoxConnection::trouble() const {
   const std::lock_guard lock{mutex_};
   return trouble_;
 }
 
-void Desk::Listener::onDescriptor(const messages::Descriptor& descriptor) {
-  desk.descriptor_ = descriptor;
-  desk.feed_.describe(descriptor);
+void BoxConnection::Listener::onDescriptor(const messages::Descriptor& descriptor) {
+  connection.descriptor_ = descriptor;
+  connection.feed_.describe(descriptor);
   auto text = describe(descriptor).dump();
-  desk.events_.put("descriptor", text);
-  const std::lock_guard lock{desk.mutex_};
-  desk.about_ = std::move(text);
+  connection.events_.put("descriptor", text);
+  const std::lock_guard lock{connection.mutex_};
+  connection.about_ = std::move(text);
 }
 
-void Desk::Listener::onBlock(const link::DecodedBlock& block) {
-  desk.feed_.describe(block.descriptor);
-  desk.feed_.add(block);
+void BoxConnection::Listener::onBlock(const link::DecodedBlock& block) {
+  connection.feed_.describe(block.descriptor);
+  connection.feed_.add(block);
 }
 
-void Desk::Listener::onTrigger(const messages::Trigger& trigger) {
-  desk.events_.put("trigger", describe(trigger).dump());
+void BoxConnection::Listener::onTrigger(const messages::Trigger& trigger) {
+  connection.events_.put("trigger", describe(trigger).dump());
 }
 
-void Desk::Listener::onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>&) {
-  desk.beat_ = beat;
+void BoxConnection::Listener::onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>&) {
+  connection.beat_ = beat;
 }
 
 }  // namespace probebox::view

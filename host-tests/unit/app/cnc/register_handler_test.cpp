@@ -1,4 +1,4 @@
-#include "firmware/app/cnc/register_desk.hpp"
+#include "firmware/app/cnc/register_handler.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ modbus::Request writeRequest(std::uint16_t address, std::uint16_t value) {
 class Desk : public testing::Test {
  protected:
   void answer(const modbus::Request& request) {
-    EXPECT_EQ(desk_.answer(request).kind, RegisterDesk::Answer::Kind::answered);
+    EXPECT_EQ(handler_.answer(request).kind, RegisterHandler::Answer::Kind::answered);
   }
   void read(std::uint16_t first, std::uint16_t count) { answer(support::readRequest(first, count)); }
 
@@ -28,13 +28,13 @@ class Desk : public testing::Test {
   std::uint64_t served_{};  // number of the snapshot whose correction was read last
 
  private:
-  RegisterDesk desk_{1,
-                     "1.2.3",
-                     {.snapshot = [this] { return support::numbered(number_); },
-                      .take = [](std::span<const Event>) { return true; },
-                      .kept = [] { return RegisterDesk::Kept{}; },
-                      .serves = [this](const published::Snapshot& snapshot,
-                                       std::string_view) { served_ = snapshot.ledger.produced; }}};
+  RegisterHandler handler_{1,
+                           "1.2.3",
+                           {.snapshot = [this] { return support::numbered(number_); },
+                            .take = [](std::span<const Event>) { return true; },
+                            .kept = [] { return RegisterHandler::Kept{}; },
+                            .serves = [this](const published::Snapshot& snapshot,
+                                             std::string_view) { served_ = snapshot.ledger.produced; }}};
 };
 
 TEST_F(Desk, KnowsThatACorrectionWasReadInEveryFormat) {
@@ -57,52 +57,52 @@ TEST_F(Desk, TakesNoOtherRequestForIt) {
   EXPECT_EQ(served_, 0U) << "an inhibit is written";
 }
 
-RegisterDesk::Faces facesOfAnybody() {
+RegisterHandler::Callbacks callbacksOfAnybody() {
   return {.snapshot = [] { return support::numbered(1); },
           .take = [](std::span<const Event>) { return true; },
-          .kept = [] { return RegisterDesk::Kept{}; },
+          .kept = [] { return RegisterHandler::Kept{}; },
           .keep = [](modbus::WordOrder) { return true; }};
 }
 
 TEST(DeskOfAReader, TakesNoWriteButTheOrderOfItsOwnWords) {
-  auto faces = facesOfAnybody();
-  faces.only_looks = true;
-  RegisterDesk desk{1, "1.2.3", std::move(faces)};
+  auto callbacks = callbacksOfAnybody();
+  callbacks.only_looks = true;
+  RegisterHandler handler{1, "1.2.3", std::move(callbacks)};
   for (const std::uint16_t address : std::initializer_list<std::uint16_t>{138, 147, 157, 800, 837}) {
-    EXPECT_EQ(desk.answer(writeRequest(address, 0)).kind, RegisterDesk::Answer::Kind::refused) << address;
+    EXPECT_EQ(handler.answer(writeRequest(address, 0)).kind, RegisterHandler::Answer::Kind::refused) << address;
   }
-  EXPECT_EQ(desk.answer(writeRequest(128, 1)).kind, RegisterDesk::Answer::Kind::answered);
+  EXPECT_EQ(handler.answer(writeRequest(128, 1)).kind, RegisterHandler::Answer::Kind::answered);
 }
 
 // The disk refuses the inhibit, which holds in memory and reads 1: nothing changes when the controller says it again.
 TEST(DeskOfAController, AcknowledgesARepeatedInhibitWhenItIsTaken) {
-  auto faces = facesOfAnybody();
+  auto callbacks = callbacksOfAnybody();
   bool inhibits = false, disk_writes = false;
-  faces.take = [&](std::span<const Event> said) {
+  callbacks.take = [&](std::span<const Event> said) {
     for (const auto& event : said) inhibits = std::get<CutInhibit>(event).active;
     return disk_writes;
   };
-  faces.kept = [&] { return RegisterDesk::Kept{.inhibits = inhibits}; };
-  RegisterDesk desk{1, "1.2.3", std::move(faces)};
+  callbacks.kept = [&] { return RegisterHandler::Kept{.inhibits = inhibits}; };
+  RegisterHandler handler{1, "1.2.3", std::move(callbacks)};
   for (int i = 0; i < 3; ++i)
-    EXPECT_EQ(desk.answer(writeRequest(138, 1)).kind, RegisterDesk::Answer::Kind::refused) << i;
+    EXPECT_EQ(handler.answer(writeRequest(138, 1)).kind, RegisterHandler::Answer::Kind::refused) << i;
   disk_writes = true;
-  EXPECT_EQ(desk.answer(writeRequest(138, 1)).kind, RegisterDesk::Answer::Kind::answered);
+  EXPECT_EQ(handler.answer(writeRequest(138, 1)).kind, RegisterHandler::Answer::Kind::answered);
 }
 
 TEST(DeskOfAController, TakesNoRequestThatItsLineMayNotMake) {
-  auto faces = facesOfAnybody();
+  auto callbacks = callbacksOfAnybody();
   int made = 0;
-  faces.controller_request = [&](const modbus::ControllerRequest&) { ++made; };
-  faces.may_request = [](const modbus::ControllerRequest& controller_request) {
+  callbacks.controller_request = [&](const modbus::ControllerRequest&) { ++made; };
+  callbacks.may_request = [](const modbus::ControllerRequest& controller_request) {
     return controller_request.what != modbus::ControllerRequest::What::start;
   };
-  RegisterDesk desk{1, "1.2.3", std::move(faces)};
-  desk.answer(writeRequest(836, 1));
-  EXPECT_EQ(desk.answer(writeRequest(837, 7)).kind, RegisterDesk::Answer::Kind::refused);
+  RegisterHandler handler{1, "1.2.3", std::move(callbacks)};
+  handler.answer(writeRequest(836, 1));
+  EXPECT_EQ(handler.answer(writeRequest(837, 7)).kind, RegisterHandler::Answer::Kind::refused);
   EXPECT_EQ(made, 0);
-  desk.answer(writeRequest(836, 2));
-  EXPECT_EQ(desk.answer(writeRequest(837, 7)).kind, RegisterDesk::Answer::Kind::answered)
+  handler.answer(writeRequest(836, 2));
+  EXPECT_EQ(handler.answer(writeRequest(837, 7)).kind, RegisterHandler::Answer::Kind::answered)
       << "nothing was committed before";
   EXPECT_EQ(made, 1);
 }

@@ -21,23 +21,23 @@ namespace probebox::app {
 // Accepts TCP connections and passes them on once they have sent HELLO. Until then they occupy no link and little
 // memory; those that send anything else first, or nothing for kPatience, are closed. A host that gets no session
 // receives a REFUSAL with the reason. One thread.
-class Reception {
+class ConnectionAcceptor {
  public:
   static constexpr Nanoseconds kPatience = std::chrono::seconds{2};
   // Connections that may wait for their HELLO at once; one more closes the oldest.
   static constexpr std::size_t kMostWaiting = 32;
 
   // A host that has said HELLO.
-  struct Guest {
+  struct GreetedConnection {
     std::unique_ptr<io::BytePipe> pipe;
     stream::HelloGate gate;  // with the bytes received so far
     std::size_t listener{};  // index of the listener, in the order of listen()
   };
-  struct Hall {
+  struct Callbacks {
     std::function<std::optional<std::string>(std::size_t listener)> why_full;  // nullopt: there is room for one more
-    std::function<void(Guest)> enter;
+    std::function<void(GreetedConnection)> enter;
   };
-  Reception(EventLoop& loop, Hall hall) : loop_{loop}, hall_{std::move(hall)} {}
+  ConnectionAcceptor(EventLoop& loop, Callbacks callbacks) : loop_{loop}, callbacks_{std::move(callbacks)} {}
 
   // Call before open(). Returns the index of the listener.
   std::size_t listen(tcp::Listener listener);
@@ -51,7 +51,7 @@ class Reception {
 
  private:
   // A connection before its HELLO, or one that is being refused.
-  struct Knock {
+  struct PendingConnection {
     std::unique_ptr<io::BytePipe> pipe;
     stream::HelloGate gate;
     std::size_t listener{};
@@ -63,16 +63,16 @@ class Reception {
 
   void accept(std::size_t listener);
   void makeRoom();
-  void listenTo(Knock& knock);
-  void welcome(Knock& knock);
-  void refuse(Knock& knock, const messages::Refusal& refusal);
-  void turnOut(Knock& knock, std::uint64_t& counter, const std::string& why);
+  void listenTo(PendingConnection& pending);
+  void passOn(PendingConnection& pending);
+  void refuse(PendingConnection& pending, const messages::Refusal& refusal);
+  void closePending(PendingConnection& pending, std::uint64_t& counter, const std::string& why);
 
   EventLoop& loop_;
-  Hall hall_;
+  Callbacks callbacks_;
   std::vector<tcp::Listener> listeners_;
   std::vector<EventLoop::Watch> watches_;
-  std::vector<std::unique_ptr<Knock>> knocks_;
+  std::vector<std::unique_ptr<PendingConnection>> pending_;
   messages::NotLetIn counters_;
   MonoTime now_{};
   LimitedWarning warning_{std::chrono::seconds{10}};

@@ -1,4 +1,4 @@
-#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/control_request_handler.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ constexpr const char* kConnection = "modbus:/dev/ttyS1";
 
 class Desk : public testing::Test {
  protected:
-  std::optional<Error> take(const std::vector<Event>& said) { return desk_.take(said, kConnection, state_, kAll); }
+  std::optional<Error> take(const std::vector<Event>& said) { return handler_.take(said, kConnection, state_, kAll); }
   std::size_t taken() {
     std::size_t count = 0;
     for (Event event; commands_.pop(event);) ++count;
@@ -45,16 +45,17 @@ class Desk : public testing::Test {
                              [](const Event&) { return true; }};
   ConnectionInhibits connections_{folder_.file("connections"), [](bool) { return true; }};
   AppliedCorrectionFile applied_{folder_.file("served"), {}, [](const Event&) {}};
-  ResultsDesk results_{calibrations_, core_, connections_};
-  LoopBackDesk loop_back_{std::nullopt, nullptr};
-  UnitDesk unit_{UnitRecord{folder_.file("unit")}, "board", {}};
-  UpdateDesk updates_{folder_.file("update"), {}, {}};
+  ResultRequestHandler results_{calibrations_, core_, connections_};
+  LoopBackRequestHandler loop_back_{std::nullopt, nullptr};
+  UnitRequestHandler unit_{UnitRecord{folder_.file("unit")}, "board", {}};
+  UpdateRequestHandler updates_{folder_.file("update"), {}, {}};
   Worker worker_{[] {}};
   const messages::LineStatus cut_line_{.name = "cut", .role = 4, .line = 1, .edges = 0, .lost = 0};
-  ControlDesk desk_{{"board", "0", {cut_line_}},
-                    {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, connections_,
-                     applied_, counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
-                    [](const Reply&) {}};
+  ControlRequestHandler handler_{
+      {"board", "0", {cut_line_}},
+      {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, connections_, applied_,
+       counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
+      [](const Reply&) {}};
 };
 
 TEST_F(Desk, HomesAllAxesOfALineOrNone) {
@@ -90,11 +91,11 @@ TEST_F(Desk, BeginsNoCutWithAMarkerThatBelongsToNoRun) {
 // A master may write the block around register 138 with what is there.
 TEST_F(Desk, NeedsNoRightToSayWhatHoldsAlready) {
   const board::Access marks{.allow_marker = true};
-  EXPECT_FALSE(desk_.take(std::vector<Event>{CutInhibit{.active = false, .at = {}}}, kConnection, state_, marks));
-  EXPECT_TRUE(desk_.take(std::vector<Event>{CutInhibit{.active = true, .at = {}}}, kConnection, state_, marks));
+  EXPECT_FALSE(handler_.take(std::vector<Event>{CutInhibit{.active = false, .at = {}}}, kConnection, state_, marks));
+  EXPECT_TRUE(handler_.take(std::vector<Event>{CutInhibit{.active = true, .at = {}}}, kConnection, state_, marks));
   EXPECT_FALSE(connections_.inhibits(kConnection));
   ASSERT_FALSE(take({CutInhibit{.active = true, .at = {}}}));
-  EXPECT_TRUE(desk_.take(std::vector<Event>{CutInhibit{.active = false, .at = {}}}, kConnection, state_, marks));
+  EXPECT_TRUE(handler_.take(std::vector<Event>{CutInhibit{.active = false, .at = {}}}, kConnection, state_, marks));
   EXPECT_TRUE(connections_.inhibits(kConnection));
 }
 
@@ -106,8 +107,8 @@ TEST_F(Desk, TellsWhatThisMachineCannotFromWhatItCannotNow) {
     request.options.tool = tool;
     const auto body = messages::encoded(request);
     const auto reply =
-        desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
-                     {.ticket = 1, .operation = messages::Operation::start_procedure, .body = body}, state_, {});
+        handler_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
+                        {.ticket = 1, .operation = messages::Operation::start_procedure, .body = body}, state_, {});
     return reply ? reply->code : messages::ErrorCode::ok;
   };
   EXPECT_EQ(ask("pre-travel"), messages::ErrorCode::refused) << "a scanning probe has none";
@@ -122,8 +123,8 @@ TEST_F(Desk, SumsNoSourceThatMachineTomlDoesNotDescribe) {
   const auto ask = [&](std::uint16_t mask) {
     const auto body = messages::encoded(messages::EnableSources::Request{.mask = mask});
     const auto reply =
-        desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
-                     {.ticket = 1, .operation = messages::Operation::enable_sources, .body = body}, state_, {});
+        handler_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
+                        {.ticket = 1, .operation = messages::Operation::enable_sources, .body = body}, state_, {});
     return reply ? reply->text : "";
   };
   EXPECT_THAT(ask(0b0001), HasSubstr("no screw"));
@@ -142,8 +143,8 @@ TEST_F(Desk, DescribesTheMachineToEverybody) {
   state_.rates = procedure::Rates{.positions_hz = {1000, 1000, 500}, .deflections_hz = 2000};
   state_.snapshot.delay = {.calibrated = true, .result_id = 7, .tau_s = {4e-3, 4e-3, 4e-3}, .sd_s = {1e-6, 1e-6, 2e-6}};
   const auto reply =
-      desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = {}},
-                   {.ticket = 9, .operation = messages::Operation::describe_machine, .body = {}}, state_, {});
+      handler_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = {}},
+                      {.ticket = 9, .operation = messages::Operation::describe_machine, .body = {}}, state_, {});
   ASSERT_TRUE(reply);
   ASSERT_EQ(reply->code, messages::ErrorCode::ok) << reply->text;
   EXPECT_EQ(reply->ticket, 9U);
@@ -161,8 +162,8 @@ TEST_F(Desk, HomesTheAxesThatAreNamedAndSaysWhich) {
   const auto ask = [&](std::uint8_t axes) {
     const auto body =
         messages::encoded(messages::HomeAxes::Request{.axes = axes, .position_mm = {1, 2, 3}, .by = "Ada"});
-    return desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
-                        {.ticket = 1, .operation = messages::Operation::home_axes, .body = body}, state_, {});
+    return handler_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
+                           {.ticket = 1, .operation = messages::Operation::home_axes, .body = body}, state_, {});
   };
   testing::internal::CaptureStderr();
   for (const std::uint8_t axes : {std::uint8_t{0}, std::uint8_t{0b1000}, std::uint8_t{0b1001}}) {
@@ -185,7 +186,7 @@ TEST_F(Desk, TakesNoPoseThatHasNothing) {
     request.axes = axes;
     request.has_tool = has_tool;
     const auto body = messages::encoded(request);
-    return desk_
+    return handler_
         .handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = kAll},
                 {.ticket = 1, .operation = messages::Operation::tell_pose, .body = body}, state_, {})
         ->code;
@@ -224,8 +225,8 @@ constexpr const char* kUnit =
 TEST_F(Desk, ProvisionsOnlyWithTheRightToAndAtRest) {
   const auto ask = [&](std::optional<bool> may) {
     const auto body = messages::encoded(messages::Provision::Request{.text = kUnit});
-    return desk_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = {.allow_provision = may}},
-                        {.ticket = 1, .operation = messages::Operation::provision, .body = body}, state_, {});
+    return handler_.handle({.link = 1, .connection = "tcp:127.0.0.1:7627", .may = {.allow_provision = may}},
+                           {.ticket = 1, .operation = messages::Operation::provision, .body = body}, state_, {});
   };
   const auto refused = [&] {
     const auto reply = ask(true);
@@ -253,8 +254,8 @@ TEST_F(Desk, NamesTheInhibitLineWhoseLevelIsUnknown) {
   for (const char* const source : {"gpiochip0 line 4 (cut)", "gpiochip0 line 5 (skip)"}) sources_.add(source);
   sources_.tell(0, "gpiochip0 cannot be found; check its connection");
   const auto problems = [&] {
-    const auto reply = desk_.handle({.link = 1, .connection = "usb", .may = {}},
-                                    {.ticket = 1, .operation = messages::Operation::status, .body = {}}, state_, {});
+    const auto reply = handler_.handle({.link = 1, .connection = "usb", .may = {}},
+                                       {.ticket = 1, .operation = messages::Operation::status, .body = {}}, state_, {});
     const auto answer = messages::decode<messages::Status::Answer>(reply->body);
     EXPECT_EQ(answer->sources.size(), 2U);
     return std::vector{answer->sources[0].problem, answer->sources[1].problem};

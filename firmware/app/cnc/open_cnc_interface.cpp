@@ -1,4 +1,4 @@
-#include "firmware/app/cnc/open_cnc_face.hpp"
+#include "firmware/app/cnc/open_cnc_interface.hpp"
 
 #include <array>
 #include <cstdio>
@@ -11,7 +11,7 @@
 #include <thread>
 #include <utility>
 
-#include "firmware/app/cnc/cnc_face.hpp"
+#include "firmware/app/cnc/cnc_interface.hpp"
 #include "firmware/app/cnc/controller_requests.hpp"
 #include "firmware/app/cnc/register_server.hpp"
 #include "firmware/app/cnc/text_server.hpp"
@@ -23,7 +23,7 @@ namespace probebox::app {
 namespace {
 
 // Serves a controller that sends and reads text.
-class TextLine final : public CncFace {
+class TextLine final : public CncInterface {
  public:
   TextLine(const TextOptions& options, const board::Access& may, StateBuffer& states,
            const CncDependencies& dependencies);
@@ -54,19 +54,19 @@ TextLine::TextLine(const TextOptions& options, const board::Access& may, StateBu
       states_{states},
       deps_{dependencies},
       device_{options.line.path},
-      connection_{(options.face == TextOptions::Face::tape ? "tape:" : "records:") + device_},
+      connection_{(options.format == TextOptions::Format::tape ? "tape:" : "records:") + device_},
       server_{
           options,
           // A tape is read once and taken whole; records are followed.
           {.snapshot =
-               [this, follows = options.face != TextOptions::Face::tape] {
+               [this, follows = options.format != TextOptions::Format::tape] {
                  const auto snapshot = states_.newest().snapshot;
                  return follows ? deps_.served.shownTo(connection_, snapshot) : snapshot;
                },
            // Written down before it goes out.
            .serves = [this](const published::Snapshot& snapshot) { deps_.served.note(snapshot, connection_); },
            .take =
-               [this](const tape::Said& said) { return deps_.desk.take(said, connection_, states_.newest(), may_); },
+               [this](const tape::Said& said) { return deps_.handler.take(said, connection_, states_.newest(), may_); },
            .run = [this] { return states_.newest().snapshot.calibration_run; },
            .report = [this](const std::string& text) { warnings_.warn(time_.now(), text); },
            .reached = [this](const tape::Positions& reached) { compare(reached); },
@@ -112,7 +112,7 @@ void TextLine::compare(const tape::Positions& reached) {
 }
 
 // Serves a controller that is a Modbus master.
-class CncLine final : public CncFace {
+class CncLine final : public CncInterface {
  public:
   // How its masters come, and what they may.
   struct Way {
@@ -120,7 +120,7 @@ class CncLine final : public CncFace {
     std::string name;  // of the device or address
     board::Access may;
     std::optional<modbus::WordOrder> words{};  // of a port on the network; empty: the master of a serial line chooses
-    std::function<std::unique_ptr<RegisterServer>(RegisterServer::Faces)> serve;
+    std::function<std::unique_ptr<RegisterServer>(RegisterServer::Callbacks)> serve;
   };
   CncLine(const Way& way, StateBuffer& states, const CncDependencies& dependencies);
   ~CncLine() override;
@@ -131,7 +131,7 @@ class CncLine final : public CncFace {
 
  private:
   bool take(std::span<const Event> said);
-  RegisterServer::Faces faces(std::optional<modbus::WordOrder> words);
+  RegisterServer::Callbacks callbacks(std::optional<modbus::WordOrder> words);
   bool mayRequest(const modbus::ControllerRequest& controller_request);
   bool keep(modbus::WordOrder order);
   published::LineState lineState(const published::Snapshot& snapshot);
@@ -143,7 +143,7 @@ class CncLine final : public CncFace {
   std::string connection_;  // name in the ConnectionInhibits
   TimeSource time_;
   LimitedWarning refused_{std::chrono::seconds{10}};   // a master may repeat a refused write at every cycle
-  LimitedWarning reported_{std::chrono::seconds{10}};  // anybody may knock at a port
+  LimitedWarning reported_{std::chrono::seconds{10}};  // anybody may connect to a port
   ControllerRequests requests_;
   modbus::RegisterImage::Results features_of_;  // results in force that features_ were found with
   published::KnownFeatures features_;
@@ -177,14 +177,14 @@ CncLine::CncLine(const Way& way, StateBuffer& states, const CncDependencies& dep
                   deps_.links.ask({connection_, may_, operation, std::move(body), std::move(then)});
                 },
                 [this](std::uint64_t result) { return deps_.calibrations.inForce().isWaiting(result); }},
-      server_{way.serve(faces(way.words))} {}
+      server_{way.serve(callbacks(way.words))} {}
 
-RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
+RegisterServer::Callbacks CncLine::callbacks(std::optional<modbus::WordOrder> words) {
   // A computer that connects anew goes on as the same reader.
   const auto nameOf = [this](std::string_view reader) {
     return connection_ + (reader.empty() ? "" : " ") + std::string{reader};
   };
-  RegisterDesk::Faces registers{
+  RegisterHandler::Callbacks registers{
       .snapshot = [this] { return states_.newest().snapshot; },
       .shown_to = [this, nameOf](
                       std::string_view reader,
@@ -192,7 +192,7 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
       .take = [this](std::span<const Event> said) { return take(said); },
       .kept =
           [this, words] {
-            return RegisterDesk::Kept{
+            return RegisterHandler::Kept{
                 words.value_or(static_cast<modbus::WordOrder>(deps_.connections.wordOrder(connection_))),
                 deps_.connections.inhibits(connection_)};
           },
@@ -267,7 +267,7 @@ published::LineState CncLine::lineState(const published::Snapshot& snapshot) {
 }
 
 bool CncLine::take(std::span<const Event> said) {
-  const auto error = deps_.desk.take(said, connection_, states_.newest(), may_);
+  const auto error = deps_.handler.take(said, connection_, states_.newest(), may_);
   if (error) refused_.warn(time_.now(), "What " + name_ + " wrote was refused: " + error->what);
   return !error;
 }
@@ -314,18 +314,21 @@ const serial::Address* serialLineOf(const CncOptions& options) {
   return nullptr;
 }
 
-Outcome<std::unique_ptr<CncFace>> openCncFace(const CncOptions& options, const board::Access& may, StateBuffer& states,
-                                              const CncDependencies& dependencies, const Listen& listen) {
+Outcome<std::unique_ptr<CncInterface>> openCncInterface(const CncOptions& options, const board::Access& may,
+                                                        StateBuffer& states, const CncDependencies& dependencies,
+                                                        const Listen& listen) {
   if (const auto* text = std::get_if<TextOptions>(&options))
-    return std::unique_ptr<CncFace>{std::make_unique<TextLine>(*text, may, states, dependencies)};
+    return std::unique_ptr<CncInterface>{std::make_unique<TextLine>(*text, may, states, dependencies)};
   if (const auto* line = std::get_if<ModbusOptions>(&options)) {
     auto modbus = *line;
     modbus.revision = dependencies.revision;
-    const CncLine::Way way{
-        .kind = "modbus", .name = modbus.line.path, .may = may, .serve = [&modbus](RegisterServer::Faces faces) {
-          return std::make_unique<ModbusServer>(modbus, std::move(faces));
-        }};
-    return std::unique_ptr<CncFace>{std::make_unique<CncLine>(way, states, dependencies)};
+    const CncLine::Way way{.kind = "modbus",
+                           .name = modbus.line.path,
+                           .may = may,
+                           .serve = [&modbus](RegisterServer::Callbacks callbacks) {
+                             return std::make_unique<ModbusServer>(modbus, std::move(callbacks));
+                           }};
+    return std::unique_ptr<CncInterface>{std::make_unique<CncLine>(way, states, dependencies)};
   }
   const auto& [address, words] = std::get<ModbusTcpOptions>(options);
   TRY(auto listener, listen(address));
@@ -333,11 +336,11 @@ Outcome<std::unique_ptr<CncFace>> openCncFace(const CncOptions& options, const b
                          .name = tcp::describe(listener.address()),
                          .may = may,
                          .words = words,
-                         .serve = [&](RegisterServer::Faces faces) {
+                         .serve = [&](RegisterServer::Callbacks callbacks) {
                            return std::make_unique<ModbusTcpServer>(std::move(listener), dependencies.revision,
-                                                                    std::move(faces));
+                                                                    std::move(callbacks));
                          }};
-  return std::unique_ptr<CncFace>{std::make_unique<CncLine>(way, states, dependencies)};
+  return std::unique_ptr<CncInterface>{std::make_unique<CncLine>(way, states, dependencies)};
 }
 
 }  // namespace probebox::app

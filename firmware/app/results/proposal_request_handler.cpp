@@ -1,4 +1,4 @@
-#include "firmware/app/results/proposal_desk.hpp"
+#include "firmware/app/results/proposal_request_handler.hpp"
 
 #include <algorithm>
 #include <string>
@@ -24,7 +24,7 @@ constexpr std::size_t kMostFinished = 8;
 
 }  // namespace
 
-void ProposalDesk::propose(std::span<const std::byte> body, Then then) {
+void ProposalRequestHandler::propose(std::span<const std::byte> body, Then then) {
   const auto piece = messages::decode<ProposeCase::Request>(body);
   if (!piece) return then(malformed(Operation::propose_case));
   if (piece->as_this_machine) {
@@ -46,7 +46,7 @@ void ProposalDesk::propose(std::span<const std::byte> body, Then then) {
                         [this](Outcome<Calibrations::Proposed> outcome) { finish(std::move(outcome)); });
 }
 
-void ProposalDesk::finish(Outcome<Calibrations::Proposed> outcome) {
+void ProposalRequestHandler::finish(Outcome<Calibrations::Proposed> outcome) {
   auto done = std::exchange(current_, std::nullopt);
   if (!done) return;
   if (done->followed) {
@@ -60,7 +60,7 @@ void ProposalDesk::finish(Outcome<Calibrations::Proposed> outcome) {
                  : refused(ErrorCode::refused, outcome.error().what));
 }
 
-Reply ProposalDesk::follow(std::span<const std::byte> body) {
+Reply ProposalRequestHandler::follow(std::span<const std::byte> body) {
   const auto request = messages::decode<FollowCase::Request>(body);
   if (!request) return malformed(Operation::follow_case);
   if (current_ && current_->followed && current_->number == request->number) {
@@ -89,7 +89,7 @@ Reply ProposalDesk::follow(std::span<const std::byte> body) {
                                .also = found->outcome->also});
 }
 
-void ProposalDesk::look(Clock::time_point now) {
+void ProposalRequestHandler::look(Clock::time_point now) {
   if (!current_) return;
   const bool forsaken = current_->followed ? now - current_->asked > kFollowed : now - current_->since > kUnfollowed;
   if (!forsaken) return;

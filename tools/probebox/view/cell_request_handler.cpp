@@ -1,4 +1,4 @@
-#include "tools/probebox/view/cell_desk.hpp"
+#include "tools/probebox/view/cell_request_handler.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -133,19 +133,19 @@ std::optional<Measured> measuredIn(const nlohmann::json& asked) {
 
 }  // namespace
 
-Outcome<CellDesk> CellDesk::open(const std::string& path, std::function<bool()> stopped) {
-  CellDesk desk;
-  desk.stopped_ = std::move(stopped);
-  if (path.empty()) return desk;
+Outcome<CellRequestHandler> CellRequestHandler::open(const std::string& path, std::function<bool()> stopped) {
+  CellRequestHandler connection;
+  connection.stopped_ = std::move(stopped);
+  if (path.empty()) return connection;
   const auto text = board::fileContent(path);
   if (!text) return Error{path + ": cannot be read (" + text.error().what + ")"};
   TRY(auto cell, board::parseCell(*text, std::filesystem::path{path}.filename().string()));
-  desk.cell_ = std::move(cell);
-  desk.folder_ = std::filesystem::path{path}.parent_path();
-  return desk;
+  connection.cell_ = std::move(cell);
+  connection.folder_ = std::filesystem::path{path}.parent_path();
+  return connection;
 }
 
-std::string CellDesk::scene() const {
+std::string CellRequestHandler::scene() const {
   if (!cell_) return "null";
   Json rotary = Json::array(), solids = Json::array(), tools = Json::array();
   for (const auto& axis : cell_->rotary) rotary.push_back(describe(axis));
@@ -160,8 +160,8 @@ std::string CellDesk::scene() const {
       .dump();
 }
 
-Desk::Answer CellDesk::nearest(std::uint32_t number, const std::optional<Measured>& measured,
-                               const interference::Pose& pose) const {
+BoxConnection::Answer CellRequestHandler::nearest(std::uint32_t number, const std::optional<Measured>& measured,
+                                                  const interference::Pose& pose) const {
   TRY(auto tool, toolOf(cell_, number));
   if (measured) {
     if (auto trouble = take(tool, *measured)) return *trouble;
@@ -174,7 +174,7 @@ Desk::Answer CellDesk::nearest(std::uint32_t number, const std::optional<Measure
   return describe(Hit{0, number, pose, (*scene)->nearest(pose, false), 0}).dump();
 }
 
-Desk::Answer CellDesk::check(const std::string& body) const {
+BoxConnection::Answer CellRequestHandler::check(const std::string& body) const {
   const auto asked = nlohmann::json::parse(body, nullptr, false);
   if (!asked.is_object() || !asked.contains("tool") || !asked["tool"].is_number_unsigned() ||
       !asked.contains("program") || !asked["program"].is_string())

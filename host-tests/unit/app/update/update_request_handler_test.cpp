@@ -1,4 +1,4 @@
-#include "firmware/app/update/update_desk.hpp"
+#include "firmware/app/update/update_request_handler.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ TEST_F(UpdateDeskTest, TellsWhatTheUpdaterDoes) {
   EXPECT_EQ(status.percent, 40);
   EXPECT_EQ(status.running_version, "1");
   EXPECT_EQ(status.text, "copying");
-  EXPECT_THAT(box_.desk->inWords(), testing::AllOf(HasSubstr("version 2"), HasSubstr("40 %"), HasSubstr("copying")));
+  EXPECT_THAT(box_.handler->inWords(), testing::AllOf(HasSubstr("version 2"), HasSubstr("40 %"), HasSubstr("copying")));
   EXPECT_THAT(box_.offerReply(bundleBytes(5)).text, StartsWith("update-busy"));
   reportState("done");
   EXPECT_EQ(box_.status().state, UpdateState::done);
@@ -102,12 +102,12 @@ TEST_F(UpdateDeskTest, FollowsAnInstallationOverARestart) {
   EXPECT_EQ(box_.status().state, UpdateState::gone_back);
   box_.restart();
   EXPECT_EQ(box_.status().state, UpdateState::gone_back);
-  EXPECT_THAT(box_.desk->inWords(), testing::AllOf(HasSubstr("given up"), HasSubstr("version 2")));
+  EXPECT_THAT(box_.handler->inWords(), testing::AllOf(HasSubstr("given up"), HasSubstr("version 2")));
 }
 
 TEST_F(UpdateDeskTest, AnUpdaterThatIsSilentIsGivenUp) {
   hand(bundleBytes(10'000));
-  box_.look(UpdateDesk::kUntaken - std::chrono::seconds{1});
+  box_.look(UpdateRequestHandler::kUntaken - std::chrono::seconds{1});
   EXPECT_EQ(box_.status().state, UpdateState::waiting);
   box_.look(std::chrono::seconds{2});
   EXPECT_EQ(box_.status().state, UpdateState::not_installed);
@@ -119,7 +119,7 @@ TEST_F(UpdateDeskTest, AnUpdaterThatIsSilentIsGivenUp) {
 TEST_F(UpdateDeskTest, AnUpdaterThatTookTheRequestAndSaysNothingIsGivenUp) {
   hand(bundleBytes(10'000));
   std::filesystem::remove(box_.requests() / "request");
-  box_.look(UpdateDesk::kUnreported - std::chrono::seconds{1});
+  box_.look(UpdateRequestHandler::kUnreported - std::chrono::seconds{1});
   EXPECT_EQ(box_.status().state, UpdateState::waiting);
   box_.look(std::chrono::seconds{2});
   EXPECT_EQ(box_.status().state, UpdateState::not_installed);
@@ -208,7 +208,7 @@ TEST_F(UpdateDeskTest, ABoxWithoutAnUpdaterTakesNothingAndTouchesNoFile) {
   EXPECT_THAT(box.offerReply(bundleBytes(5)).text, StartsWith("no-updater"));
   EXPECT_THAT(box.status().why_not, StartsWith("no-updater"));
   EXPECT_FALSE(std::filesystem::exists(box.requests()));
-  EXPECT_EQ(box.desk->inWords(), "");
+  EXPECT_EQ(box.handler->inWords(), "");
 }
 
 TEST_F(UpdateDeskTest, OneBundleAtATime) {
@@ -216,7 +216,7 @@ TEST_F(UpdateDeskTest, OneBundleAtATime) {
   box_.offer(one);
   const auto offer_of_one = box_.offered;
   box_.send(one, 0, 4'000);
-  box_.now += UpdateDesk::kAbandoned - std::chrono::seconds{1};
+  box_.now += UpdateRequestHandler::kAbandoned - std::chrono::seconds{1};
   EXPECT_EQ(box_.offerReply(other).code, ErrorCode::busy);
   box_.now += std::chrono::seconds{2};
   EXPECT_EQ(box_.offer(other), 0U) << "its host has stopped";

@@ -6,22 +6,22 @@
 #include <vector>
 
 #include "board/describe/service.hpp"
-#include "firmware/app/host/loop_back_desk.hpp"
+#include "firmware/app/host/loop_back_request_handler.hpp"
 #include "firmware/app/host/machine_description.hpp"
-#include "firmware/app/host/unit_desk.hpp"
+#include "firmware/app/host/unit_request_handler.hpp"
 #include "firmware/app/results/applied_correction_file.hpp"
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/caller.hpp"
 #include "firmware/app/results/connection_inhibits.hpp"
 #include "firmware/app/results/machine_range.hpp"
 #include "firmware/app/results/reply.hpp"
-#include "firmware/app/results/results_desk.hpp"
+#include "firmware/app/results/result_request_handler.hpp"
 #include "firmware/app/threads/command_queue.hpp"
 #include "firmware/app/threads/counters.hpp"
 #include "firmware/app/threads/source_table.hpp"
 #include "firmware/app/threads/time_source.hpp"
 #include "firmware/app/threads/worker.hpp"
-#include "firmware/app/update/update_desk.hpp"
+#include "firmware/app/update/update_request_handler.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "firmware/stream/control_channel.hpp"
@@ -49,7 +49,7 @@ struct LinkVitals {
 // Answers requests of hosts and the CNC. Questions about the state are answered at once; requests that need the store
 // or take time go to the worker, which answers through `reply_later`. Used by the thread of the links, except for
 // take().
-class ControlDesk {
+class ControlRequestHandler {
  public:
   struct Dependencies {
     double deflection_limit_mm;  // of the probe
@@ -57,10 +57,10 @@ class ControlDesk {
     CommandQueue& commands;
     Worker& worker;
     const Calibrations& calibrations;
-    ResultsDesk& results;
-    LoopBackDesk& loop_back;
-    UnitDesk& unit;
-    UpdateDesk& updates;
+    ResultRequestHandler& results;
+    LoopBackRequestHandler& loop_back;
+    UnitRequestHandler& unit;
+    UpdateRequestHandler& updates;
     ConnectionInhibits& connections;
     const AppliedCorrectionFile& applied;
     Counters& counters;
@@ -70,7 +70,7 @@ class ControlDesk {
     std::uint8_t control_axes{};  // axes whose positions the controller sends: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C
     std::string boots_problem{};  // of the counter of starts, for status
   };
-  ControlDesk(Identity identity, const Dependencies& dependencies, std::function<void(Reply)> reply_later);
+  ControlRequestHandler(Identity identity, const Dependencies& dependencies, std::function<void(Reply)> reply_later);
 
   // Returns nothing when the answer comes later, through `reply_later`.
   std::optional<Reply> handle(const Caller& caller, const stream::PendingRequest& request, const box::State& state,

@@ -9,10 +9,10 @@
 namespace probebox::app {
 
 // Answers requests about the identity of the box. On the worker's thread but for problem().
-class UnitDesk {
+class UnitRequestHandler {
  public:
   // notes: sentences about the unit in use, for hosts.
-  UnitDesk(UnitRecord record, std::string board_name, std::vector<std::string> notes);
+  UnitRequestHandler(UnitRecord record, std::string board_name, std::vector<std::string> notes);
 
   static bool answers(messages::Operation operation);
   Reply answer(messages::Operation operation, std::span<const std::byte> body, const board::Access& may);

@@ -14,7 +14,7 @@
 namespace probebox::app {
 
 // Answers requests to the register map, whichever way they come. One thread.
-class RegisterDesk {
+class RegisterHandler {
  public:
   // Choices of a master that survive a restart of the box and an unplugged adapter.
   struct Kept {
@@ -22,7 +22,7 @@ class RegisterDesk {
     bool inhibits{};
   };
   // All of these are called inside answer(), on its thread.
-  struct Faces {
+  struct Callbacks {
     std::function<published::Snapshot()> snapshot;  // for the next answer
     // What a reader may see of it; called before serves(). Null: all of it.
     std::function<published::Snapshot(std::string_view reader, const published::Snapshot&)> shown_to{};
@@ -45,8 +45,8 @@ class RegisterDesk {
   };
 
   // unit: that of the requests. revision: of the firmware, for device identification.
-  RegisterDesk(std::uint8_t unit, std::string revision, Faces faces);
-  ~RegisterDesk();
+  RegisterHandler(std::uint8_t unit, std::string revision, Callbacks callbacks);
+  ~RegisterHandler();
 
   // reader: who asks, where several masters share the way.
   Answer answer(const modbus::Request& request, std::string_view reader = {});
@@ -64,7 +64,7 @@ class RegisterDesk {
   Answer refuse(const modbus::Request& request, unsigned exception_code);
 
   const std::string revision_;
-  const Faces faces_;
+  const Callbacks callbacks_;
   std::unique_ptr<Library> library_;
   modbus::RegisterImage image_;
   modbus::WritableRegisters writable_;

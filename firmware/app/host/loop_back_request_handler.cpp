@@ -1,4 +1,4 @@
-#include "firmware/app/host/loop_back_desk.hpp"
+#include "firmware/app/host/loop_back_request_handler.hpp"
 
 #include <string>
 #include <utility>
@@ -18,13 +18,13 @@ constexpr std::uint32_t kFewestPulses = 10;  // fewer say little of a median
 
 }  // namespace
 
-Reply LoopBackDesk::answer(std::span<const std::byte> body, const board::Access& may) {
+Reply LoopBackRequestHandler::answer(std::span<const std::byte> body, const board::Access& may) {
   Reply reply = measured(body, may);
   end();
   return reply;
 }
 
-Reply LoopBackDesk::measured(std::span<const std::byte> body, const board::Access& may) {
+Reply LoopBackRequestHandler::measured(std::span<const std::byte> body, const board::Access& may) {
   const auto request = messages::decode<Question::Request>(body);
   if (!request) return malformed(Question::kOperation);
   if (!may.allow_calibrate) return notPermitted("allow_calibrate");

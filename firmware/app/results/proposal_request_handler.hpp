@@ -16,11 +16,11 @@ namespace probebox::app {
 
 // Takes cases that hosts propose and reports their outcome. One is solved at a time. A case whose host stops asking is
 // cancelled, and nothing of it is stored. For the worker's thread.
-class ProposalDesk {
+class ProposalRequestHandler {
  public:
   using Then = std::function<void(Reply)>;
   using Clock = std::chrono::steady_clock;
-  explicit ProposalDesk(Calibrations& calibrations) : calibrations_{calibrations} {}
+  explicit ProposalRequestHandler(Calibrations& calibrations) : calibrations_{calibrations} {}
 
   // Answers a piece of a case. `then` is called at once, except for the last piece from a host that does not follow().
   void propose(std::span<const std::byte> body, Then then);

@@ -14,10 +14,10 @@ namespace probebox::app {
 
 // Pulses the box's own output and measures the latency of its edge stamps. Runs on the worker's thread, up to 3 s, one
 // measurement at a time; samples are not delayed.
-class LoopBackDesk {
+class LoopBackRequestHandler {
  public:
   // `wire` exists if `lines` exist.
-  LoopBackDesk(std::optional<board::LoopBack> lines, std::unique_ptr<gpio::LoopBack> wire)
+  LoopBackRequestHandler(std::optional<board::LoopBack> lines, std::unique_ptr<gpio::LoopBack> wire)
       : lines_{std::move(lines)}, wire_{std::move(wire)} {}
 
   // For the thread of the links. Returns false while a measurement waits or runs; otherwise answer() or end() must

@@ -1,4 +1,4 @@
-#include "firmware/app/cnc/register_desk.hpp"
+#include "firmware/app/cnc/register_handler.hpp"
 
 #include <algorithm>
 #include <array>
@@ -33,7 +33,7 @@ bool hasCorrection(std::size_t first, std::size_t count) {
 
 // libmodbus builds the answers; requests are found before it sees them. It writes into a pipe, so that the bytes of an
 // answer are known to those who send them.
-struct RegisterDesk::Library {
+struct RegisterHandler::Library {
   struct FreeContext {
     void operator()(modbus_t* context) const { modbus_free(context); }
   };
@@ -67,19 +67,19 @@ struct RegisterDesk::Library {
   std::unique_ptr<modbus_mapping_t, FreeMapping> mapping;
 };
 
-RegisterDesk::RegisterDesk(std::uint8_t unit, std::string revision, Faces faces)
-    : revision_{std::move(revision)}, faces_{std::move(faces)}, library_{std::make_unique<Library>(unit)} {}
+RegisterHandler::RegisterHandler(std::uint8_t unit, std::string revision, Callbacks callbacks)
+    : revision_{std::move(revision)}, callbacks_{std::move(callbacks)}, library_{std::make_unique<Library>(unit)} {}
 
-RegisterDesk::~RegisterDesk() = default;
+RegisterHandler::~RegisterHandler() = default;
 
-RegisterDesk::Answer RegisterDesk::answer(const modbus::Request& request, std::string_view reader) {
-  const Kept kept = faces_.kept();
+RegisterHandler::Answer RegisterHandler::answer(const modbus::Request& request, std::string_view reader) {
+  const Kept kept = callbacks_.kept();
   writable_.restore(kept.word_order, kept.inhibits);
   // Use one snapshot for image and line, because a newer one may be published at any time.
-  const auto published = faces_.snapshot();
-  const auto snapshot = faces_.shown_to ? faces_.shown_to(reader, published) : published;
-  image_.fill(snapshot, faces_.line ? faces_.line(snapshot) : published::LineState{},
-              faces_.results ? faces_.results() : nullptr, writable_.wordOrder());
+  const auto published = callbacks_.snapshot();
+  const auto snapshot = callbacks_.shown_to ? callbacks_.shown_to(reader, published) : published;
+  image_.fill(snapshot, callbacks_.line ? callbacks_.line(snapshot) : published::LineState{},
+              callbacks_.results ? callbacks_.results() : nullptr, writable_.wordOrder());
   switch (request.function()) {
     case modbus::Function::read_holding:
     case modbus::Function::read_input:
@@ -93,20 +93,20 @@ RegisterDesk::Answer RegisterDesk::answer(const modbus::Request& request, std::s
   return refuse(request, MODBUS_EXCEPTION_ILLEGAL_FUNCTION);
 }
 
-RegisterDesk::Answer RegisterDesk::read(const modbus::Request& request, const published::Snapshot& snapshot,
-                                        std::string_view reader) {
+RegisterHandler::Answer RegisterHandler::read(const modbus::Request& request, const published::Snapshot& snapshot,
+                                              std::string_view reader) {
   if (request.size != kShortRequest) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   const int wanted = request.word(4);
   if (wanted < 1 || wanted > kMostReads) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   if (request.address() + static_cast<std::size_t>(wanted) > modbus::kRegisterCount) {
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS);
   }
-  if (faces_.serves && hasCorrection(request.address(), static_cast<std::size_t>(wanted)))
-    faces_.serves(snapshot, reader);
+  if (callbacks_.serves && hasCorrection(request.address(), static_cast<std::size_t>(wanted)))
+    callbacks_.serves(snapshot, reader);
   return reply(request);
 }
 
-RegisterDesk::Answer RegisterDesk::write(const modbus::Request& request) {
+RegisterHandler::Answer RegisterHandler::write(const modbus::Request& request) {
   std::array<std::uint16_t, kMostWrites> values{};
   std::size_t wanted = 1;
   std::size_t data_at = 4;
@@ -122,36 +122,37 @@ RegisterDesk::Answer RegisterDesk::write(const modbus::Request& request) {
   }
   for (std::size_t i = 0; i < wanted; ++i) values[i] = request.word(data_at + 2 * i);
 
-  if (faces_.only_looks && (request.address() != modbus::address::word_order || wanted > 1))
+  if (callbacks_.only_looks && (request.address() != modbus::address::word_order || wanted > 1))
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   auto changed = writable_;
   const auto outcome = changed.write(request.address(), std::span{values}.first(wanted));
   if (!outcome) return refuse(request, static_cast<unsigned>(outcome.error().code));
   const bool requests = changed.controllerRequest().commit != writable_.controllerRequest().commit;
-  if (requests && faces_.may_request && !faces_.may_request(changed.controllerRequest()))
+  if (requests && callbacks_.may_request && !callbacks_.may_request(changed.controllerRequest()))
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   const auto order = writable_.wordOrder();
   const bool reorders = changed.wordOrder() != order;
-  if (reorders && !faces_.keep) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
-  if (reorders && !faces_.keep(changed.wordOrder())) return refuse(request, MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE);
+  if (reorders && !callbacks_.keep) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
+  if (reorders && !callbacks_.keep(changed.wordOrder()))
+    return refuse(request, MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE);
   // A request that the box refuses leaves no trace, so that it may be tried again.
-  if (!outcome->empty() && !faces_.take(*outcome)) {
-    if (reorders) faces_.keep(order);
+  if (!outcome->empty() && !callbacks_.take(*outcome)) {
+    if (reorders) callbacks_.keep(order);
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   }
   writable_ = changed;
-  if (requests && faces_.controller_request) faces_.controller_request(writable_.controllerRequest());
+  if (requests && callbacks_.controller_request) callbacks_.controller_request(writable_.controllerRequest());
   return reply(request);
 }
 
-RegisterDesk::Answer RegisterDesk::identify(const modbus::Request& request) {
+RegisterHandler::Answer RegisterHandler::identify(const modbus::Request& request) {
   const auto size = modbus::identification(request, revision_, library_->frame);
   if (size == 0) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_FUNCTION);
   const bool broadcast = request.unit() == MODBUS_BROADCAST_ADDRESS;
   return {Answer::Kind::answered, std::span{library_->frame}.first(broadcast ? 0 : size)};
 }
 
-RegisterDesk::Answer RegisterDesk::reply(const modbus::Request& request) {
+RegisterHandler::Answer RegisterHandler::reply(const modbus::Request& request) {
   writable_.show(image_.registers());
   auto* mapping = library_->mapping.get();
   const auto registers = image_.registers();
@@ -162,7 +163,7 @@ RegisterDesk::Answer RegisterDesk::reply(const modbus::Request& request) {
       Answer::Kind::answered);
 }
 
-RegisterDesk::Answer RegisterDesk::refuse(const modbus::Request& request, unsigned exception_code) {
+RegisterHandler::Answer RegisterHandler::refuse(const modbus::Request& request, unsigned exception_code) {
   if (request.unit() == MODBUS_BROADCAST_ADDRESS) return {Answer::Kind::refused, {}};
   return library_->written(modbus_reply_exception(library_->context.get(), request.bytes.data(), exception_code),
                            Answer::Kind::refused);

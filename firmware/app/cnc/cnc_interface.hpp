@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <string>
 
-#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/control_request_handler.hpp"
 #include "firmware/app/host/link_service.hpp"
 #include "firmware/app/results/connection_inhibits.hpp"
 #include "firmware/app/results/last_served_file.hpp"
@@ -12,12 +12,12 @@
 namespace probebox::app {
 
 // One line or port of a controller, served in a thread of its own, so lines do not delay each other.
-class CncFace {
+class CncInterface {
  public:
-  CncFace() = default;
-  virtual ~CncFace() = default;
-  CncFace(const CncFace&) = delete;
-  CncFace& operator=(const CncFace&) = delete;
+  CncInterface() = default;
+  virtual ~CncInterface() = default;
+  CncInterface(const CncInterface&) = delete;
+  CncInterface& operator=(const CncInterface&) = delete;
 
   virtual void start() = 0;
   // Any thread:
@@ -26,7 +26,7 @@ class CncFace {
 };
 
 struct CncDependencies {
-  ControlDesk& desk;
+  ControlRequestHandler& handler;
   LinkService& links;
   ConnectionInhibits& connections;
   LastServedFile& served;

@@ -20,7 +20,7 @@ namespace probebox::app {
 
 // Receives a bundle from hosts, hands it to the updater, and says what comes of it. It installs nothing itself: it has
 // no right to. For the worker's thread, but for inWords().
-class UpdateDesk {
+class UpdateRequestHandler {
  public:
   using Clock = std::chrono::steady_clock;
   struct Dependencies {
@@ -34,7 +34,8 @@ class UpdateDesk {
   static constexpr std::chrono::minutes kUnreported{40};
 
   // folder: for the bundle. reports: folder of the updater; empty where the box has none, and nothing is touched then.
-  UpdateDesk(const std::filesystem::path& folder, const std::filesystem::path& reports, Dependencies dependencies);
+  UpdateRequestHandler(const std::filesystem::path& folder, const std::filesystem::path& reports,
+                       Dependencies dependencies);
 
   static bool answers(messages::Operation operation);
   Reply answer(messages::Operation operation, std::span<const std::byte> body, const Caller& caller,

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/control_request_handler.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
@@ -12,7 +12,8 @@ namespace probebox::app {
 using messages::ErrorCode;
 using messages::Operation;
 
-Reply ControlDesk::tellPose(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
+Reply ControlRequestHandler::tellPose(const board::Access& may, std::span<const std::byte> body,
+                                      const box::State& state) {
   const auto request = messages::decode<messages::TellPose::Request>(body);
   if (!request) return malformed(Operation::tell_pose);
   if (!may.allow_marker) return notPermitted("allow_marker");
@@ -35,7 +36,8 @@ Reply ControlDesk::tellPose(const board::Access& may, std::span<const std::byte>
   return ok(messages::Nothing{});
 }
 
-Reply ControlDesk::tellPositions(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
+Reply ControlRequestHandler::tellPositions(const board::Access& may, std::span<const std::byte> body,
+                                           const box::State& state) {
   const auto request = messages::decode<messages::TellPositions::Request>(body);
   if (!request) return malformed(Operation::tell_positions);
   if (!may.allow_marker) return notPermitted("allow_marker");

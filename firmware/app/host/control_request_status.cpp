@@ -1,11 +1,11 @@
-// Answers of the control desk about the box and its procedure.
+// Answers of the control handler about the box and its procedure.
 #include <algorithm>
 #include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/control_request_handler.hpp"
 #include "firmware/app/host/process_status.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
@@ -50,7 +50,7 @@ std::vector<messages::SourceStatus> sourcesOf(std::vector<SourceTable::Row> rows
 
 }  // namespace
 
-Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vitals) const {
+Reply ControlRequestHandler::describeStatus(const box::State& state, const LinkVitals& vitals) const {
   messages::Status::Answer answer;
   answer.board = identity_.board;
   answer.firmware_version = identity_.firmware_version;
@@ -95,12 +95,12 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
 }
 
 // The core has learnt what comes after the steps that were planned.
-void ControlDesk::followLoops(const procedure::Progress& progress) {
+void ControlRequestHandler::followLoops(const procedure::Progress& progress) {
   if (progress.run != last_run_ || progress.loops == plan_.loops) return;
   procedure::fill(plan_, *plan_.method, options_, progress.loops);
 }
 
-std::string ControlDesk::procedureInWords(const box::State& state) const {
+std::string ControlRequestHandler::procedureInWords(const box::State& state) const {
   const auto& progress = state.procedure;
   switch (progress.state) {
     case procedure::State::idle:
@@ -126,7 +126,7 @@ std::string ControlDesk::procedureInWords(const box::State& state) const {
   return {};
 }
 
-std::string ControlDesk::whereItStands(std::uint64_t result) const {
+std::string ControlRequestHandler::whereItStands(std::uint64_t result) const {
   const auto& in_force = deps_.calibrations.inForce();
   if (in_force.isWaiting(result)) return " is accepted and waits for the end of the cut";
   const auto active = in_force.active();
@@ -134,7 +134,7 @@ std::string ControlDesk::whereItStands(std::uint64_t result) const {
   return in_force.wasAccepted(result) ? " is no longer in force" : " waits to be accepted";
 }
 
-Reply ControlDesk::describeProcedure(const box::State& state) const {
+Reply ControlRequestHandler::describeProcedure(const box::State& state) const {
   const auto& progress = state.procedure;
   messages::ProcedureStatus::Answer answer;
   answer.referenced = state.snapshot.referenced;

@@ -1,4 +1,4 @@
-#include "firmware/app/results/results_desk.hpp"
+#include "firmware/app/results/result_request_handler.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -55,7 +55,7 @@ std::string documentOf(const store::Record& record) {
 
 }  // namespace
 
-bool ResultsDesk::answers(Operation operation) {
+bool ResultRequestHandler::answers(Operation operation) {
   switch (operation) {
     case Operation::list_results:
     case Operation::accept_result:
@@ -72,14 +72,14 @@ bool ResultsDesk::answers(Operation operation) {
   }
 }
 
-void ResultsDesk::answer(Operation operation, std::span<const std::byte> body, const Caller& caller,
-                         const ProposalDesk::Then& then) {
+void ResultRequestHandler::answer(Operation operation, std::span<const std::byte> body, const Caller& caller,
+                                  const ProposalRequestHandler::Then& then) {
   if (operation != Operation::propose_case) return then(answerAtOnce(operation, body, caller));
   if (!caller.may.allow_calibrate) return then(notPermitted("allow_calibrate"));
   proposals_.propose(body, then);
 }
 
-Reply ResultsDesk::answerAtOnce(Operation operation, std::span<const std::byte> body, const Caller& caller) {
+Reply ResultRequestHandler::answerAtOnce(Operation operation, std::span<const std::byte> body, const Caller& caller) {
   const board::Access& may = caller.may;
   switch (operation) {
     case Operation::list_results:
@@ -103,7 +103,7 @@ Reply ResultsDesk::answerAtOnce(Operation operation, std::span<const std::byte> 
   }
 }
 
-Reply ResultsDesk::listResults(std::span<const std::byte> body) {
+Reply ResultRequestHandler::listResults(std::span<const std::byte> body) {
   constexpr std::size_t kMostResults = 64;
   const auto request = messages::decode<messages::ListResults::Request>(body);
   if (!request) return malformed(Operation::list_results);
@@ -137,7 +137,7 @@ Reply ResultsDesk::listResults(std::span<const std::byte> body) {
   return ok(answer);
 }
 
-Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Access& may) {
+Reply ResultRequestHandler::acceptResult(std::span<const std::byte> body, const board::Access& may) {
   const auto request = messages::decode<messages::AcceptResult::Request>(body);
   if (!request) return malformed(Operation::accept_result);
   if (!request->compare_only) {
@@ -170,11 +170,11 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Ac
 
 // Whoever reads that a result is in force may start a run that needs it at once: the answer waits until the published
 // state has it. The store has the change already, so a core that stands still changes nothing about the answer.
-void ResultsDesk::sayWhenItIsTrue() {
+void ResultRequestHandler::sayWhenItIsTrue() {
   if (!core_.seesWhatWasTold()) logWarning("the core has not confirmed what came into force within 2 s");
 }
 
-Reply ResultsDesk::rollBack(std::span<const std::byte> body, const board::Access& may) {
+Reply ResultRequestHandler::rollBack(std::span<const std::byte> body, const board::Access& may) {
   const auto request = messages::decode<messages::RollbackResult::Request>(body);
   if (!request) return malformed(Operation::rollback_result);
   if (!may.allow_accept) return notPermitted("allow_accept");
@@ -194,7 +194,7 @@ Reply ResultsDesk::rollBack(std::span<const std::byte> body, const board::Access
                                              .notes = changed->notes});
 }
 
-Reply ResultsDesk::history(std::span<const std::byte> body) {
+Reply ResultRequestHandler::history(std::span<const std::byte> body) {
   constexpr std::size_t kMostTransitions = 100;
   const auto request = messages::decode<messages::ResultHistory::Request>(body);
   if (!request) return malformed(Operation::result_history);
@@ -218,7 +218,7 @@ Reply ResultsDesk::history(std::span<const std::byte> body) {
   return ok(answer);
 }
 
-Reply ResultsDesk::getDataset(std::span<const std::byte> body) {
+Reply ResultRequestHandler::getDataset(std::span<const std::byte> body) {
   const auto request = messages::decode<messages::GetDataset::Request>(body);
   if (!request) return malformed(Operation::get_dataset);
   const std::string& all = calibrations_.dataset(request->run);
@@ -231,7 +231,7 @@ Reply ResultsDesk::getDataset(std::span<const std::byte> body) {
       .total_bytes = all.size(), .offset = request->offset, .bytes = all.substr(request->offset, kMostAnswerBytes)});
 }
 
-Reply ResultsDesk::getResult(std::span<const std::byte> body) {
+Reply ResultRequestHandler::getResult(std::span<const std::byte> body) {
   const auto request = messages::decode<messages::GetResult::Request>(body);
   if (!request) return malformed(Operation::get_result);
   if (request->document > messages::ResultDocument::dataset)
@@ -264,7 +264,7 @@ Reply ResultsDesk::getResult(std::span<const std::byte> body) {
 }
 
 // Answered when it is stored and the core holds it: what is asked for next finds it so.
-Reply ResultsDesk::setInhibit(std::span<const std::byte> body, const Caller& caller) {
+Reply ResultRequestHandler::setInhibit(std::span<const std::byte> body, const Caller& caller) {
   const auto request = messages::decode<messages::SetInhibit::Request>(body);
   if (!request) return malformed(Operation::set_inhibit);
   if (!caller.may.allow_inhibit) return notPermitted("allow_inhibit");
@@ -283,8 +283,8 @@ Reply ResultsDesk::setInhibit(std::span<const std::byte> body, const Caller& cal
 }
 
 // A controller that is gone never ends its cut: a person who may change what is in force does.
-std::optional<Reply> ResultsDesk::clearForAnother(const messages::SetInhibit::Request& request,
-                                                  const board::Access& may) {
+std::optional<Reply> ResultRequestHandler::clearForAnother(const messages::SetInhibit::Request& request,
+                                                           const board::Access& may) {
   if (!may.allow_accept) return notPermitted("allow_accept");
   if (request.active)
     return refused(ErrorCode::refused, "An inhibit is set in one's own name: leave the connection out.");

@@ -1,4 +1,4 @@
-#include "firmware/app/host/unit_desk.hpp"
+#include "firmware/app/host/unit_request_handler.hpp"
 
 #include <utility>
 
@@ -24,18 +24,18 @@ messages::SphereCertificate wireSphere(const board::CalibratedSphere& sphere) {
 
 }  // namespace
 
-UnitDesk::UnitDesk(UnitRecord record, std::string board_name, std::vector<std::string> notes)
+UnitRequestHandler::UnitRequestHandler(UnitRecord record, std::string board_name, std::vector<std::string> notes)
     : record_{std::move(record)}, board_name_{std::move(board_name)}, notes_{std::move(notes)} {}
 
-bool UnitDesk::answers(Operation operation) {
+bool UnitRequestHandler::answers(Operation operation) {
   return operation == Operation::provision || operation == Operation::describe_unit;
 }
 
-Reply UnitDesk::answer(Operation operation, std::span<const std::byte> body, const board::Access& may) {
+Reply UnitRequestHandler::answer(Operation operation, std::span<const std::byte> body, const board::Access& may) {
   return operation == Operation::provision ? provision(body, may) : describe();
 }
 
-Reply UnitDesk::provision(std::span<const std::byte> body, const board::Access& may) {
+Reply UnitRequestHandler::provision(std::span<const std::byte> body, const board::Access& may) {
   const auto request = messages::decode<messages::Provision::Request>(body);
   if (!request) return malformed(Operation::provision);
   if (!may.allow_provision.value_or(false)) return notPermitted("allow_provision");
@@ -45,7 +45,7 @@ Reply UnitDesk::provision(std::span<const std::byte> body, const board::Access& 
   return ok(messages::Provision::Answer{.serial_number = unit->serial_number});
 }
 
-Reply UnitDesk::describe() const {
+Reply UnitRequestHandler::describe() const {
   messages::DescribeUnit::Answer answer{.provisioned = record_.locked(), .notes = notes_};
   if (!record_.problem().empty()) answer.notes.push_back(record_.problem());
   if (const auto& unit = record_.unit()) {

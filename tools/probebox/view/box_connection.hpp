@@ -20,18 +20,18 @@ using command::Trouble;
 
 // Runs the only link to the box in a thread of its own. Samples and state become events; page requests go through
 // ask(). After a lost link it reconnects and reports that to the page.
-class Desk {
+class BoxConnection {
  public:
   using Answer = Outcome<std::string, Trouble>;
   using Question = std::function<Answer(link::Client&, Console&)>;
 
-  Desk(link::Uri uri, EventLog& events, const std::atomic<bool>& interrupted);
-  ~Desk();
+  BoxConnection(link::Uri uri, EventLog& events, const std::atomic<bool>& interrupted);
+  ~BoxConnection();
 
   // Connects and starts the thread. Returns why that failed.
   std::optional<Trouble> open();
-  // Runs `question` in the desk's thread and waits; nothing it refers to is used after the return. Trouble: the link is
-  // down, or the box was busy for too long; the question is then never run.
+  // Runs `question` in the connection's thread and waits; nothing it refers to is used after the return. Trouble: the
+  // link is down, or the box was busy for too long; the question is then never run.
   Answer ask(Question question);
   // The kept samples between two times, as LiveFeed::window.
   Answer window(std::int64_t from_ns, std::int64_t to_ns, std::size_t columns);
@@ -48,12 +48,12 @@ class Desk {
     std::promise<Answer> answer;
   };
   struct Listener : link::StreamListener {
-    explicit Listener(Desk& owner) : desk{owner} {}
+    explicit Listener(BoxConnection& owner) : connection{owner} {}
     void onDescriptor(const messages::Descriptor& descriptor) override;
     void onBlock(const link::DecodedBlock& block) override;
     void onTrigger(const messages::Trigger& trigger) override;
     void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override;
-    Desk& desk;
+    BoxConnection& connection;
   };
 
   void run();
