@@ -4,7 +4,7 @@
 #include <string>
 
 #include "tools/probebox/commands/planned_machine.hpp"
-#include "tools/probebox/view/connection.hpp"
+#include "tools/probebox/view/box_connection.hpp"
 
 // Answers the requests of the page as JSON text.
 namespace probebox::view {

@@ -1,8 +1,9 @@
+#include "tools/probebox/view/box_connection.hpp"
+
 #include <chrono>
 #include <utility>
 
 #include "tools/probebox/text/report.hpp"
-#include "tools/probebox/view/connection.hpp"
 
 namespace probebox::view {
 namespace {

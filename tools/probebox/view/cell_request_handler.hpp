@@ -8,7 +8,7 @@
 
 #include "board/describe/cell.hpp"
 #include "tools/interference/scene.hpp"
-#include "tools/probebox/view/connection.hpp"
+#include "tools/probebox/view/box_connection.hpp"
 
 namespace probebox::view {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "tools/probebox/view/cell_request_handler.hpp"
-#include "tools/probebox/view/connection.hpp"
+#include "tools/probebox/view/box_connection.hpp"
 
 namespace probebox::view {
 

@@ -5,7 +5,7 @@
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/text/report.hpp"
-#include "tools/probebox/view/connection.hpp"
+#include "tools/probebox/view/box_connection.hpp"
 #include "tools/probebox/view/server.hpp"
 #include "tools/replay/recorded_stream.hpp"
 #include "tools/replay/replay_box.hpp"
