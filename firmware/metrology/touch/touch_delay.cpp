@@ -113,7 +113,10 @@ Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, TouchQu
     if (auto refusal = refuseStatedSpeeds(*listed)) return *refusal;
   }
   TRY(const auto touches, question.kinematics ? readJointTouches(dataset, *question.kinematics) : readTouches(dataset));
-  TRY(auto agreed, agreeOrNameAxes(withoutRinging(touches), question));
+  // Where the speeds tell the size, touches are judged without the stated one: that may be what is wrong.
+  TouchQuestion judged = question;
+  if (!refuseStatedSpeeds(*listed)) judged.size_mm.reset();
+  TRY(auto agreed, agreeOrNameAxes(withoutRinging(touches), judged));
   if (auto refusal = wrongFeature(feature, agreed.fit)) return *refusal;
   agreed = onWholeRecords(std::move(agreed), touches, question);
   return TouchDelay{dataset, question, std::move(agreed), previous, spindle_rad};

@@ -397,5 +397,28 @@ TEST(StampsThatJitter, SeldomSpoilATouch) {
   expectHonest(tau);
 }
 
+// Two speeds tell delay, size and lost motion apart: what is wrong with sphere or machine is not blamed on touches.
+TEST(DelayOfKnownSize, AtTwoSpeedsDependsNeitherOnAWrongSizeNorOnLostMotion) {
+  std::mt19937_64 random{97};
+  for (Scene scene : {simulation::knownSphere(), simulation::plates(), simulation::perAxis()}) {
+    SCOPED_TRACE(scene.method);
+    scene.speeds_mm_s = {8.0, 25.0};
+    scene.errors.lost_motion_mm.setConstant(0.005);
+    Dataset dataset = simulation::measure(scene, random);
+    const bool plates = scene.method == "delay-plates";
+    double& size = std::get<double>(dataset.config[plates ? "gap_mm" : "effective_diameter_mm"]);
+    size += 0.02;
+    dataset.config[plates ? "sd_gap_mm" : "sd_effective_diameter_mm"] = 0.0005;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_TRUE(std::ranges::all_of(solved->dropped, [](const auto& one) { return one.reason == "spike"; }));
+    EXPECT_TRUE(std::ranges::any_of(solved->warnings, [](const auto& w) { return w.starts_with("static-error"); }));
+    const Estimate& tau = *solved->find(scene.method == "delay-per-axis" ? "tau_axis_s" : "tau_s");
+    for (std::size_t k = 0; k < tau.values.size(); ++k)
+      EXPECT_NEAR(tau.values[k], scene.tauOf(static_cast<Eigen::Index>(k)), 4.0 * tau.sd[k]);
+    EXPECT_NEAR(solved->find("static_error_mm")->value(), -0.02, 0.001);
+  }
+}
+
 }  // namespace
 }  // namespace probebox::metrology
