@@ -380,6 +380,8 @@ constexpr Check kChecks[]{
      "warns of more than two turns, of a slow rotation of a screw more than fifty", nullptr, inTables<degreesIn>},
     {"turns", "angles of readings in degrees", "warns of more than two turns", nullptr, inTables<turnsIn>},
     {kNoRedundancy, "results", "warns where there are as many readings as unknowns", nullptr, warnOfNoRedundancy},
+    {kUnusualScatter, "results without a stated sigma", "warns of readings that scatter by more than 0.02 mm (k = 1)",
+     nullptr, warnOfUnusualScatter},
     {kUnusualLength, "lengths with a usual size", "warns of a size that a machine tool seldom has, such as inches",
      nullptr, warnOfUnusualLengths},
 };

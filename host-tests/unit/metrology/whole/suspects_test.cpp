@@ -100,6 +100,16 @@ TEST_P(Suspects, AreXInDiametersAndAnAngleReversed) {
   EXPECT_EQ(nameOf(solve(sphere)), "x-in-diameters");
 }
 
+// Five readings: too few to name the one that is off.
+TEST(UnusualScatter, IsToldWhereNoSigmaIsThereToCompareWith) {
+  auto dataset = Readings{7, 0.0}.centreline(5);
+  EXPECT_FALSE(says(solve(dataset), kUnusualScatter));
+  values(dataset, "x_mm")[2] += 0.1;
+  EXPECT_TRUE(says(solve(dataset), kUnusualScatter));
+  dataset.config["sigma_mm"] = kNoise_mm;
+  EXPECT_FALSE(says(solve(dataset), kUnusualScatter)) << "the stated sigma tells it";
+}
+
 TEST_P(Suspects, AreDriftsThatAreTakenOutWithTheirUncertainty) {
   Moments errors;
   int found = 0;
