@@ -237,6 +237,7 @@ Calibrations::InUse Calibrations::inUse(std::string_view kept) const {
   if (facts.sensor_head) facts.sensor_head->calibrated = in_force_.sensorHead(facts.sensor_head->tool);
   const auto measured = in_force_.measuredFacts();
   facts.turning_axis = measured.turning_axis;
+  facts.measured_errors = measured.machine_errors;
   if (facts.trigger_probe) facts.trigger_probe->pre_travels = measured.pre_travels;
   for (std::size_t axis = 0; axis < facts.screws.size(); ++axis) {
     if (facts.screws[axis]) facts.screws[axis]->face = measured.screw_faces[axis];

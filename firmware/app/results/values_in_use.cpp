@@ -1,6 +1,7 @@
 #include "firmware/app/results/values_in_use.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "firmware/app/results/result_events.hpp"
@@ -9,6 +10,7 @@
 #include "firmware/metrology/centreline/check_quantities.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/dataset/subject.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/screw/screw_calibration.hpp"
 #include "firmware/metrology/tool/tool_setter.hpp"
 #include "protocol/units/result_keys.hpp"
@@ -84,6 +86,23 @@ std::array<std::optional<procedure::AcceptedValue>, 3> tablePivotOf(const metrol
   return pivot;
 }
 
+// The largest of the axes, with its uncertainty.
+std::vector<procedure::MeasuredError> machineErrorsOf(const metrology::Result& result) {
+  std::vector<procedure::MeasuredError> found;
+  for (const auto& estimate : result.estimates) {
+    const auto* quantity = metrology::quantityOf(estimate.key);
+    if (quantity == nullptr || quantity->measures.empty()) continue;
+    const auto* error = std::ranges::find(kMachineErrors, quantity->measures, &MachineAccuracy::Key::key);
+    const double unit = quantity->key.ends_with("_mm") ? 1e3 : 1;  // of the error, whose key is in um
+    const auto sd = uncertaintiesOf(estimate);
+    double largest = 0;
+    for (std::size_t k = 0; k < estimate.values.size(); ++k)
+      largest = std::max(largest, unit * std::hypot(estimate.values[k], k < sd.size() ? sd[k] : 0));
+    found.push_back({error, std::min(largest, error->most)});
+  }
+  return found;
+}
+
 }  // namespace
 
 void addFacts(const store::Record& record, MeasuredFacts& facts) {
@@ -103,6 +122,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     facts.screw_faces[screw->axis()] = faceOf(record);
   if (const auto length = measuredLengthOf(record)) facts.tool_lengths.push_back(*length);
   if (const auto tip = measuredTipOf(record)) facts.tool_tips.push_back(*tip);
+  if (isAbout(record.binding.subject, SubjectKind::machine)) facts.machine_errors = machineErrorsOf(*result);
   if (isAbout(record.binding.subject, SubjectKind::spindle_tilt)) {
     const auto* tilt = result->find(quantity::kSpindleTilt.key);
     if (tilt != nullptr && tilt->values.size() == 2) {

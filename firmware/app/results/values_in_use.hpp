@@ -18,6 +18,7 @@ struct MeasuredFacts : procedure::MeasuredPlaces {
   std::array<std::optional<procedure::ScrewFace>, kLinearAxes> screw_faces;
   std::optional<procedure::TurningAxis> turning_axis;
   std::vector<procedure::PreTravel> pre_travels;  // of a touch-trigger probe, one a tool
+  std::vector<procedure::MeasuredError> machine_errors;
 };
 
 // A subject, and the result in force about it.

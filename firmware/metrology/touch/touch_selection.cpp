@@ -413,7 +413,8 @@ AgreedTouches onWholeRecords(AgreedTouches agreed, std::span<const Touch> record
   auto whole = fitted(agreed);
   if (!whole) {
     agreed.noise.warnings.push_back("retract-only: the ways in and out do not tell the delay together (" +
-                                    whole.error().reason + "): the ways out alone do, and a known size");
+                                    whole.error().reason +
+                                    "): the ways out alone do, with a known size or at several speeds");
     return agreed;
   }
   // Joints with delays of their own bend the path of the tip: where that shows, no line of the way in fits that of the

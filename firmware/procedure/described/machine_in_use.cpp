@@ -128,7 +128,10 @@ messages::DescribeMachine::Answer machineInUse(const Facts& facts) {
   addTools(answer, facts);
   addScrews(answer, facts);
   answer.has_rim_ball = facts.rim_ball.has_value();
-  if (facts.accuracy) answer.accuracy.push_back({*facts.accuracy});
+  if (facts.accuracy || !facts.measured_errors.empty()) {
+    answer.accuracy.push_back({facts.accuracy.value_or(MachineAccuracy{})});
+    for (const auto& [error, value] : facts.measured_errors) answer.accuracy.back().*error->member = value;
+  }
   if (facts.checked_ball) answer.checked_ball.push_back(checkInUse(*facts.checked_ball));
   return answer;
 }

@@ -202,6 +202,12 @@ struct SphereTemperature {
 };
 
 // A priori knowledge about features, stylus and rotary axes, from the descriptions.
+// An error of the machine as a check of it has found it, which goes before the stated one.
+struct MeasuredError {
+  const MachineAccuracy::Key* error{};  // one of kMachineErrors
+  double value{};                       // standard uncertainty of a run that does not show it
+};
+
 struct Facts {
   std::optional<double> sphere_diameter_mm;       // certified diameter of the datum sphere
   std::optional<double> sd_sphere_diameter_mm{};  // k = 1: of the certificate, else as stated
@@ -214,6 +220,7 @@ struct Facts {
   std::optional<double> sd_stylus_ball_diameter_mm{};
   double sigma_c_rad{};                       // positioning uncertainty of the rotary axis C (k = 1)
   std::optional<MachineAccuracy> accuracy{};  // nothing: not stated
+  std::vector<MeasuredError> measured_errors{};
   // Gain matrix of the probe (A3), rows: mm of deflection in machine axes per mm of channels a, b, c.
   std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<std::optional<ScrewFacts>, kLinearAxes> screws;

@@ -29,15 +29,21 @@ std::size_t readingsOf(const metrology::Dataset& dataset, const metrology::Metho
   return readings;
 }
 
+bool isNone(const metrology::Dataset& dataset, const MachineAccuracy::Key& error) {
+  const auto stated = dataset.config.find(error.key);
+  return stated != dataset.config.end() && stated->second == metrology::Value{0.0};
+}
+
 // Adds what is known of the machine's own errors, and for its drift the mean time from one reading to the next.
 void addAccuracy(metrology::Dataset& dataset, const LiveMethod& method, const capture::Recording& recording,
                  const Facts& facts) {
   if (facts.accuracy) {
     for (const auto& error : kMachineErrors) dataset.config[error.key] = *facts.accuracy.*error.member;
   }
+  for (const auto& [error, value] : facts.measured_errors) dataset.config[error->key] = value;
   const auto touches = recording.touches();
   const std::size_t readings = readingsOf(dataset, *method.solver);
-  if (touches.empty() || readings < 2 || (facts.accuracy && facts.accuracy->drift_um_per_min == 0)) return;
+  if (touches.empty() || readings < 2 || isNone(dataset, kDriftError)) return;
   const auto first = recording.machineRows(touches.front()), last = recording.machineRows(touches.back());
   if (first.empty() || last.empty()) return;
   constexpr double kLongest_s = 900;  // in which a drift has come close to its end

@@ -69,8 +69,13 @@ TEST(AccuracyOfARun, IsInTheCaseOfEveryMethod) {
     EXPECT_EQ(numberAt(run, "squareness_urad"), 4);
     EXPECT_EQ(numberAt(run, "lost_motion_um"), 0);
     EXPECT_EQ(numberAt(run, "drift_um_per_min"), 0);
+    facts.measured_errors = {{&kMachineErrors[2], 1.5}};
+    EXPECT_EQ(numberAt(measured(*method, facts), "lost_motion_um"), 1.5) << "what was measured goes before";
     facts.accuracy.reset();
-    EXPECT_FALSE(measured(*method, facts).dataset.config.contains("scale_ppm"));
+    EXPECT_EQ(numberAt(measured(*method, facts), "lost_motion_um"), 1.5);
+    facts.measured_errors.clear();
+    for (const auto& error : kMachineErrors)
+      EXPECT_FALSE(measured(*method, facts).dataset.config.contains(error.key)) << error.key;
   }
 }
 
