@@ -623,8 +623,9 @@ std::optional<Refusal> warnOfNoRedundancy(const Dataset&, const Method&, Result&
 
 std::optional<Refusal> warnOfUnusualScatter(const Dataset& dataset, const Method&, Result& result) {
   constexpr double kUsual_mm = 0.02;  // a worn machine and a rough ball scatter less
-  const auto& [names, values, unit] = result.residuals;
-  if (dataset.config.contains(key::kSigma.name) || unit != "mm" || result.dof == 0) return std::nullopt;
+  const auto& values = result.residuals.values;
+  if (dataset.config.contains(key::kSigma.name) || result.residuals.unit != "mm" || result.dof == 0)
+    return std::nullopt;
   const double squares = VectorXd::Map(values.data(), std::ssize(values)).squaredNorm();
   const double sd_mm = std::sqrt(squares / static_cast<double>(result.dof));
   if (!(sd_mm > kUsual_mm)) return std::nullopt;
@@ -632,7 +633,7 @@ std::optional<Refusal> warnOfUnusualScatter(const Dataset& dataset, const Method
   result.warnings.push_back(std::string{kUnusualScatter} + ": the readings scatter by " +
                             text(std::round(sd_mm * 1e3) / 1e3) + " mm (k = 1) about the answer, more than " +
                             text(kUsual_mm) + " mm, as seldom on a machine tool; the farthest is " +
-                            names[static_cast<std::size_t>(farthest - values.begin())] +
+                            result.residuals.names[static_cast<std::size_t>(farthest - values.begin())] +
                             ": look for a mistyped digit, a slip, a loose part, or X in diameters");
   return std::nullopt;
 }
