@@ -241,14 +241,14 @@ double driftInU(const std::vector<std::size_t>& order, bool stamped) {
   constexpr double kEach_s = 40;
   Dataset dataset{.method = "centreline", .config = {{"sigma_mm", kPlaceNoise_mm}}, .tables = {}};
   Table& readings = addTable(dataset, "readings", {"C_rad", "x_mm", "y_mm"});
-  if (stamped) readings.columns.push_back({"time_s", {}});
-  if (!stamped) dataset.config["time_per_reading_s"] = kEach_s;
+  Column stamps{"time_s", {}};
   for (const auto k : order) {
     const double c = 0.4 * static_cast<double>(k);
-    std::vector<double> row{c, 60 * std::cos(c), 60 * std::sin(c)};
-    if (stamped) row.push_back(1000 + kEach_s * static_cast<double>(k));
-    readings.append(row);
+    readings.append({c, 60 * std::cos(c), 60 * std::sin(c)});
+    stamps.values.push_back(1000 + kEach_s * static_cast<double>(k));
   }
+  if (stamped) readings.columns.push_back(std::move(stamps));
+  if (!stamped) dataset.config["time_per_reading_s"] = kEach_s;
   const auto solved = solve(dataset);
   if (!solved.ok()) return NAN;
   for (const auto& line : solved->budget)
