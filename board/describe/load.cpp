@@ -185,6 +185,10 @@ Outcome<Descriptions> load(const Reader& reader, bool emulated) {
     if (all.probe.by_switch && !all.world->touch_trigger)
       all.world->touch_trigger = usualTouchTrigger(*all.probe.by_switch);
   }
+  if (!emulated && all.machine.like_sim)
+    reading.add(
+        reading.nameOf("machine.toml") +
+        ": 'like_sim' completes the description of an emulated machine: describe this one whole, and remove it");
   checkProbeSwitch(all, reading);
   checkToolSetter(all.box, all.machine, reading);
   checkPlates(all, reading);

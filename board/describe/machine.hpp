@@ -143,6 +143,7 @@ struct RimBallDescription {
 };
 
 // A ball plate on the table that C turns: certified positions of its balls, in the plate's frame.
+inline constexpr std::size_t kMostPlateBalls = 7, kMostMounts = 4;
 struct BallPlateDescription {
   std::array<double, 3> axis_point_mm{};
   std::optional<double> sd_mm;
@@ -159,10 +160,11 @@ struct BallPlateDescription {
     key("b_axis_point_mm", self.b_axis_point_mm, kPlace, "of the nominal B axis: machine position of the stylus ball");
     key("station_correction", self.station_correction,
         "the axis turns by multiples of the balls' pitch; errors of linear axes are removed (E11)");
+    key("mount_turns_deg", self.mount_turns_deg, within(-360, 360).upTo(kMostMounts - 1).orUsual(),
+        "by which mount 2 and the next turn the plate about C, from mount 1");
   }
   static constexpr Key kPlace = within(-10'000, 10'000);
 };
-inline constexpr std::size_t kMostPlateBalls = 7, kMostMounts = 4;
 
 inline constexpr std::size_t kMostTilts = 6;
 inline constexpr std::size_t kMostProbeTools = 4;
@@ -375,6 +377,7 @@ struct AccuracyDescription : MachineAccuracy {
 };
 
 struct Machine {
+  bool like_sim{};  // completed from board/sim
   std::string name;
   std::string mounting;                 // where the probe sits; a result holds for one mounting
   std::array<AxisDescription, 3> axes;  // X, Y, Z

@@ -435,7 +435,6 @@ BallPlateDescription readBallPlate(Section section, const Machine& machine) {
   readKeys(section, plate);
   for (const std::size_t axis : {0U, 1U})
     requireNear(section, "axis_point_mm", plate.axis_point_mm.at(axis), axis, machine);
-  plate.mount_turns_deg = section.numbers("mount_turns_deg", {-360, 360}, {1, kMostMounts - 1}, false);
   section.node("ball");
   for (auto& ball : section.sections("ball", kMostPlateBalls)) {
     const auto at_mm = ball.vector("at_mm", BallPlateDescription::kPlace.range);
@@ -466,8 +465,7 @@ std::string readMounting(Section& machine) {
 
 Machine readMachine(Section& root) {
   Machine machine;
-  bool like_sim = false;
-  KeyReader{root}("like_sim", like_sim, "what this file does not say is as in board/sim");
+  KeyReader{root}("like_sim", machine.like_sim, "what this file does not say is as in board/sim");
   auto identity = root.section("machine");
   machine.name = identity.text("name");
   machine.mounting = readMounting(identity);

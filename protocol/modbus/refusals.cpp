@@ -213,6 +213,7 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "way-in-missing",
     "not-separable",
     "not-closed",
+    "outside-travel",
 });
 
 std::vector<RefusalCode> all() {

@@ -29,14 +29,14 @@ constexpr double kBeside_mm = 1;  // less than from a ball after its touches
 // Least distance of a point from the centre of a stylus ball on its way; where the stylus hangs, from a line up from
 // there, too. It has one minimum over the way.
 double distanceTo(const Vector3d& point, const Vector3d& from, const Vector3d& to, bool hangs) {
-  constexpr int kHalvings = 60;
+  constexpr int kRounds = 60;
   const auto at = [&](double share) {
     Vector3d beside = from + share * (to - from) - point;
     if (hangs) beside.z() = std::max(0.0, beside.z());
     return beside.norm();
   };
   double low = 0, high = 1;
-  for (int k = 0; k < kHalvings; ++k) {
+  for (int k = 0; k < kRounds; ++k) {
     const double third = (high - low) / 3;
     if (at(low + third) < at(high - third)) {
       high -= third;

@@ -65,10 +65,10 @@ Stopped showStream(Stage& stage, std::uint64_t seed) {
   constexpr int kSeconds = 10;
   std::puts("\n4. Ten seconds of samples over a wire that spoils and eats bytes, from sensors that drop readings.");
   TRY(auto wire, tcp::EmulatedWire::open({.host = "127.0.0.1", .port = 0}, stage.box));
-  const tcp::Address connection = wire.address();
+  const tcp::Address address = wire.address();
   BadWire bad_wire{std::move(wire), seed};
   Heartbeats heartbeats;
-  TRY(auto client, meet(connection, &heartbeats));
+  TRY(auto client, meet(address, &heartbeats));
   client->start({});
   for (int second = 0; second < kSeconds; ++second) {
     if (!linger(*client, 1s)) return Error{"The link was lost: " + client->failure()->what};

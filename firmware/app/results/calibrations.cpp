@@ -35,7 +35,8 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
   for (const auto& [key, value] : conditionsOf(binding)) {
     if (!value.empty()) dataset.config.try_emplace(key, value);
   }
-  if (dataset.config.try_emplace("measured_utc", utc).second) dataset.config.try_emplace("date_source", dateSource());
+  if (dataset.config.try_emplace("measured_utc", utc).second)
+    dataset.config.try_emplace("date_source", dateSource(utc));
   // Lengths that go back to a tool store carry the time of their measurement.
   const bool is_dated = dayOf(utc.substr(0, std::string_view{"2026-11-29"}.size())).has_value();
   if (dataset.table("tool_store"))
@@ -238,6 +239,7 @@ Calibrations::InUse Calibrations::inUse(std::string_view kept) const {
   const auto measured = in_force_.measuredFacts();
   facts.turning_axis = measured.turning_axis;
   facts.measured_errors = measured.machine_errors;
+  facts.machine_check_result = measured.machine_check_result;
   if (facts.trigger_probe) facts.trigger_probe->pre_travels = measured.pre_travels;
   for (std::size_t axis = 0; axis < facts.screws.size(); ++axis) {
     if (facts.screws[axis]) facts.screws[axis]->face = measured.screw_faces[axis];

@@ -91,13 +91,12 @@ std::vector<procedure::MeasuredError> machineErrorsOf(const metrology::Result& r
   std::vector<procedure::MeasuredError> found;
   for (const auto& estimate : result.estimates) {
     const auto* quantity = metrology::quantityOf(estimate.key);
-    if (quantity == nullptr || quantity->measures.empty()) continue;
-    const auto* error = std::ranges::find(kMachineErrors, quantity->measures, &MachineAccuracy::Key::key);
-    const double unit = quantity->key.ends_with("_mm") ? 1e3 : 1;  // of the error, whose key is in um
+    if (quantity == nullptr || quantity->measures.error == nullptr) continue;
+    const auto& [error, factor] = quantity->measures;
     const auto sd = uncertaintiesOf(estimate);
     double largest = 0;
     for (std::size_t k = 0; k < estimate.values.size(); ++k)
-      largest = std::max(largest, unit * std::hypot(estimate.values[k], k < sd.size() ? sd[k] : 0));
+      largest = std::max(largest, factor * std::hypot(estimate.values[k], k < sd.size() ? sd[k] : 0));
     found.push_back({error, std::min(largest, error->most)});
   }
   return found;
@@ -122,7 +121,10 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     facts.screw_faces[screw->axis()] = faceOf(record);
   if (const auto length = measuredLengthOf(record)) facts.tool_lengths.push_back(*length);
   if (const auto tip = measuredTipOf(record)) facts.tool_tips.push_back(*tip);
-  if (isAbout(record.binding.subject, SubjectKind::machine)) facts.machine_errors = machineErrorsOf(*result);
+  if (isAbout(record.binding.subject, SubjectKind::machine)) {
+    facts.machine_check_result = record.id;
+    facts.machine_errors = machineErrorsOf(*result);
+  }
   if (isAbout(record.binding.subject, SubjectKind::spindle_tilt)) {
     const auto* tilt = result->find(quantity::kSpindleTilt.key);
     if (tilt != nullptr && tilt->values.size() == 2) {

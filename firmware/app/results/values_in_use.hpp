@@ -19,6 +19,7 @@ struct MeasuredFacts : procedure::MeasuredPlaces {
   std::optional<procedure::TurningAxis> turning_axis;
   std::vector<procedure::PreTravel> pre_travels;  // of a touch-trigger probe, one a tool
   std::vector<procedure::MeasuredError> machine_errors;
+  store::Id machine_check_result{};
 };
 
 // A subject, and the result in force about it.

@@ -74,8 +74,8 @@ std::string utcNow() {
   return dateOf(now, floor<seconds>(steady_clock::now() - known().began), as_now);
 }
 
-std::string dateSource() {
-  if (utcNow().starts_with("unknown")) return "unknown";
+std::string dateSource(std::string_view utc) {
+  if (utc.starts_with("unknown")) return "unknown";
   const auto source = kernelClockSource();
   return source.empty() ? "clock of the computer; nothing is known to keep it right" : source;
 }

@@ -25,6 +25,6 @@ void setWallClock(const WallClock& clock);
 // Now, as dateOf().
 std::string utcNow();
 // Where that date comes from, for the record: "unknown" where there is none.
-std::string dateSource();
+std::string dateSource(std::string_view utc);
 
 }  // namespace probebox::app

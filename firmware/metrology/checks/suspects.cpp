@@ -322,7 +322,7 @@ std::optional<Explanation> explainByRows(const Residue& before, const Method& me
 std::optional<double> minutesOf(const Table& table, const Dataset& dataset) {
   const auto each_s = configPositive(dataset, kReadingTime);
   const bool is_stated = each_s && *each_s;
-  if (!is_stated && table.column(column::kReadAt) == nullptr) return std::nullopt;
+  if (!is_stated && !areStamped(table)) return std::nullopt;
   const auto [first, last] = std::ranges::minmax(readTimes(table, is_stated ? **each_s : 1));
   return (last - first) / 60;
 }
@@ -422,7 +422,7 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   const Table& readings = *before.dataset.table(table);
   const auto sigma = configPositive(before.dataset, key::kSigma.name);
   const bool is_stated = sigma && *sigma, is_closed = closes(readings, method, before.dataset);
-  if (unknowns == 0 || before.dof < (is_closed && is_stated ? unknowns : 2 * unknowns + 2)) return std::nullopt;
+  if (unknowns == 0 || before.dof < (is_closed && is_stated ? unknowns + 4 : 2 * unknowns + 2)) return std::nullopt;
   const auto fit = linearLeastSquares(design.changes, before.values());
   if (!fit) return std::nullopt;
   const VectorXd& drift = fit->parameters;  // what was in the readings
@@ -459,7 +459,17 @@ std::size_t numberInFile(std::size_t row, const std::set<std::size_t>& gone) {
   return row;
 }
 
+std::size_t coordinatesOf(const Residue& residue) {
+  std::size_t coordinates = 0;
+  for (const auto& table : tablesOf(residue)) {
+    for (const auto& column : residue.dataset.table(table)->columns)
+      coordinates += residue.isCoordinate(table, column.name) ? 1 : 0;
+  }
+  return coordinates;
+}
+
 void apply(Explanation explanation, Mended& mended) {
+  const std::size_t coordinates = coordinatesOf(explanation.after);
   std::string rows;
   for (const auto& [table, row] : explanation.left_out) {
     auto& gone = mended.left_out[table];
@@ -483,8 +493,9 @@ void apply(Explanation explanation, Mended& mended) {
   mended.drift.insert(mended.drift.end(), explanation.drift.begin(), explanation.drift.end());
   mended.rates.insert(mended.rates.end(), explanation.rates.begin(), explanation.rates.end());
   mended.dataset = std::move(explanation.after.dataset);
-  // What the readings themselves show takes the place of what is stated.
-  if (!mended.drift.empty()) mended.dataset.config[kDriftError.key] = 0.0;
+  // What the readings themselves show of all coordinates takes the place of what is stated. Of one whose drift the
+  // unknowns hide, nothing is shown.
+  if (!mended.drift.empty() && mended.drift.size() >= coordinates) mended.dataset.config[kDriftError.key] = 0.0;
 }
 
 Dataset asSolved(const Dataset& dataset, const Method& method) {
@@ -626,8 +637,9 @@ std::optional<Refusal> warnOfUnusualScatter(const Dataset& dataset, const Method
   const auto& values = result.residuals.values;
   if (dataset.config.contains(key::kSigma.name) || result.residuals.unit != "mm" || result.dof == 0)
     return std::nullopt;
-  const double squares = VectorXd::Map(values.data(), std::ssize(values)).squaredNorm();
-  const double sd_mm = std::sqrt(squares / static_cast<double>(result.dof));
+  // rms is of all residuals that were not dropped, of which `values` may be some.
+  const auto count = static_cast<double>(std::max(values.size(), result.dof));
+  const double sd_mm = result.rms * std::sqrt(count / static_cast<double>(result.dof));
   if (!(sd_mm > kUsual_mm)) return std::nullopt;
   const auto farthest = std::ranges::max_element(values, {}, [](double value) { return std::abs(value); });
   result.warnings.push_back(std::string{kUnusualScatter} + ": the readings scatter by " +

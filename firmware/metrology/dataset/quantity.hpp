@@ -43,6 +43,12 @@ struct QuantityColumn {
   double factor{1.0};     // from the unit of the key to the one shown
 };
 
+// The error of the machine that a quantity is: its U holds no allowance for that one.
+struct MeasuresError {
+  const MachineAccuracy::Key* error{};
+  double factor{1.0};  // from the unit of the quantity to that of the error
+};
+
 struct Quantity {
   // Unit included. One that ends with '_' stands for all keys that begin so: "deviation_".
   std::string_view key;
@@ -59,7 +65,7 @@ struct Quantity {
   double most{};  // largest plausible size, in the unit of the key; 0: what the unit allows
   UsualSize usual{};
   std::string_view standard{};  // its term in a standard, which pages name beside it
-  std::string_view measures{};  // the error of the machine (kMachineErrors) that this is: U holds none for it
+  MeasuresError measures{};
 
   // The same value, as this method explains it.
   constexpr Quantity as(std::string_view own_about) const {
@@ -118,7 +124,7 @@ inline constexpr Quantity kLostMotion{
     .kind = QuantityKind::error,
     .axes = "XYZ",
     .standard = "reversal value B (ISO 230-2), with the probe's hysteresis",
-    .measures = kLostMotionError.key};
+    .measures = {&kLostMotionError, 1e3}};
 inline constexpr Quantity kCentre{.key = result_key::kCentre, .about = "centre of the sphere", .axes = "XYZ"};
 inline constexpr Quantity kRadius{.key = "radius_mm", .about = "of the ball about it"};
 // Height at which the centre of a leaning axis holds.

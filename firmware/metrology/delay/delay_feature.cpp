@@ -520,6 +520,7 @@ const Method kDelayFeature{.name = "delay-feature",
                            .keys = kFeatureKeys,
                            .known = kFeatureKnown,
                            .results = kFeatureResults,
+                           .further = of_delay::kFurther,
                            .unobservable = kFeatureUnobservable,
                            .undetermined = sizeBiasAtOneSpeed,
                            .subject = of_delay::kSubject};

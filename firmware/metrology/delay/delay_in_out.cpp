@@ -561,6 +561,7 @@ const Method kDelayInOut{.name = "delay-in-out",
                          .tables = kInOutTables,
                          .keys = kInOutKeys,
                          .results = kInOutResults,
+                         .further = of_delay::kFurther,
                          .unobservable = kInOutUnobservable,
                          .undetermined = lostMotionAtOneSpeed,
                          .subject = of_delay::kSubject};

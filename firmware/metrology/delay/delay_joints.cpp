@@ -102,6 +102,7 @@ const Method kDelayJoints{.name = "delay-joints",
                           .keys = kJointsKeys,
                           .known = of_delay::kDiameterKnown,
                           .results = kJointsResults,
+                          .further = of_delay::kFurther,
                           .unobservable = kJointsUnobservable,
                           .undetermined = undeterminedOfJoints,
                           .subject = {.about = Subject{SubjectKind::delay, kAllAxes}, .of = subjectOfJoints}};

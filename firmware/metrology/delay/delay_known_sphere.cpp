@@ -43,6 +43,7 @@ const Method kDelayKnownSphere{.name = "delay-known-sphere",
                                .keys = kKnownSphereKeys,
                                .known = of_delay::kDiameterKnown,
                                .results = kKnownSphereResults,
+                               .further = of_delay::kFurther,
                                .unobservable = of_delay::kOneForAllAxes,
                                .undetermined = lostMotionAtOneSpeed,
                                .subject = of_delay::kSubject};

@@ -58,4 +58,7 @@ inline constexpr KnownQuantity kDiameterKnown[]{
     {"sd_stylus_ball_diameter_mm", "effective_diameter_mm", KnownKind::value, false, "stylus ball"},
     kLostMotionKnown};
 
+// Beside the answer where the touches tell it.
+inline constexpr Quantity kFurther[]{quantity::kLostMotion};
+
 }  // namespace probebox::metrology::of_delay

@@ -84,6 +84,7 @@ const Method kDelayMultiSpeed{.name = "delay-multi-speed",
                               .keys = kMultiSpeedKeys,
                               .known = of_delay::kDiameterKnown,
                               .results = kMultiSpeedResults,
+                              .further = of_delay::kFurther,
                               .unobservable = kMultiSpeedUnobservable,
                               .subject = of_delay::kSubject};
 

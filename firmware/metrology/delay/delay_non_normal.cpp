@@ -51,6 +51,7 @@ const Method kDelayNonNormal{.name = "delay-non-normal",
                              .keys = kNonNormalKeys,
                              .known = of_delay::kDiameterKnown,
                              .results = kNonNormalResults,
+                             .further = of_delay::kFurther,
                              .unobservable = of_delay::kOneForAllAxes,
                              .undetermined = lostMotionAtOneSpeed,
                              .subject = of_delay::kSubject};

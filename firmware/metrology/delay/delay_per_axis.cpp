@@ -36,6 +36,7 @@ const Method kDelayPerAxis{.name = "delay-per-axis",
                            .keys = kPerAxisKeys,
                            .known = of_delay::kDiameterKnown,
                            .results = kPerAxisResults,
+                           .further = of_delay::kFurther,
                            .unobservable = of_delay::kAnyDelay,
                            .undetermined = lostMotionAtOneSpeed,
                            .subject = of_delay::kSubject};

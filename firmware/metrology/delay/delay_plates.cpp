@@ -87,6 +87,7 @@ const Method kDelayPlates{.name = "delay-plates",
                           .keys = kPlatesKeys,
                           .known = kPlatesKnown,
                           .results = kPlatesResults,
+                          .further = of_delay::kFurther,
                           .unobservable = kPlatesUnobservable,
                           .undetermined = lostMotionAtOneSpeed,
                           .subject = of_delay::kSubject};

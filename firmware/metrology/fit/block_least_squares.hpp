@@ -41,6 +41,7 @@ struct BlockCofactor {
   // Of values = rows * unknowns of all blocks, and of the unknowns of block k with these values. rows: few. Linear in
   // blocks, given `shared`.
   Eigen::MatrixXd of(const Eigen::MatrixXd& rows) const;
+  // All blocks of one size.
   Eigen::MatrixXd with(std::size_t block, const Eigen::MatrixXd& rows, const Eigen::MatrixXd& shared) const;
   // Change of these values with the common unknowns.
   Eigen::MatrixXd shared(const Eigen::MatrixXd& rows) const;

@@ -83,6 +83,7 @@ Outcome<std::optional<ScrewModel>, Refusal> screwOfAxis(const Dataset& dataset, 
   TRY(screw.length_mm, requiredPositive(dataset, kLengths[axis].name));
   TRY(screw.offset_mm, requiredNumber(dataset, kOffsets[axis].name));
   TRY(screw.reversed, configSwitch(dataset, kReversed[axis].name));
+  if (auto refusal = refuseOutside(screw, table, column::kPosition[axis])) return *refusal;
   return std::optional{screw};
 }
 

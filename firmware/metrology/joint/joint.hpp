@@ -11,9 +11,9 @@ namespace probebox::metrology {
 // speed_mm_s,x_mm,y_mm,z_mm}, a row a touch: the machine's position where the deflection is zero, as stamped, with the
 // outward normal and the speed along it, positive on the way out; ext_x_um, ext_y_um, ext_z_um where a screw's
 // extension was read. Config: sigma_mm; effective_diameter_mm, where it is known; C_sense; of each screw with a column
-// of its own screw_length_X_mm, orgoff_X_mm, axis_reversed_X. Gives tau_s, centre_mm at mean_z_mm, C_tilt_rad, K_X of
-// each of these screws and drift_um_per_min of X, Y, Z, all at the mean time, with their covariance; also
-// effective_diameter_mm. Refuses: missing-key, bad-config, bad-direction, not-separable (by names),
+// of its own screw_length_x_mm, orgoff_x_mm, axis_reversed_x. Gives tau_s, centre_mm at mean_z_mm, C_tilt_rad, K_x of
+// each of these screws and drift_rate_um_per_min of X, Y, Z, all at the mean time, with their covariance; also
+// effective_diameter_mm. Refuses: missing-key, bad-config, bad-direction, not-separable (by names), outside-screw,
 // extension-span-too-small (5 um), and what leastSquares refuses.
 Outcome<Result, Refusal> solveJoint(const Dataset& dataset);
 
@@ -27,7 +27,7 @@ inline constexpr Quantity kDriftRate{.key = "drift_rate_um_per_min",
                                      .about = "by which the balls move in the machine's positions, x y z",
                                      .axes = "XYZ",
                                      .compared = Compared::never,
-                                     .measures = kDriftError.key};
+                                     .measures = {&kDriftError}};
 
 }  // namespace quantity
 

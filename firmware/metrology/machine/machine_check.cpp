@@ -143,10 +143,9 @@ Outcome<CheckRun, Refusal> readRun(const Dataset& dataset) {
   if (whole.centre.size() != 3) return Refusal{"few-directions", "the touches lie in one plane: touch the top as well"};
   run.about = whole.centre;
   run.noise_dof = whole.noise_dof;
-  // What a fit without a second speed, or with other ways in, would have to say.
-  std::ranges::copy_if(whole.warnings, std::back_inserter(run.warnings), [](const std::string& warning) {
-    return !warning.starts_with("lost-motion") && !warning.starts_with("the way in of");
-  });
+  // Lost motion is an answer here.
+  std::ranges::copy_if(whole.warnings, std::back_inserter(run.warnings),
+                       [](const std::string& warning) { return !warning.starts_with("lost-motion"); });
   std::vector<double> times;
   for (std::size_t i = 0; i < run.recorded.size(); ++i) {
     const TouchPlan& plan = run.recorded[i].plan;
@@ -224,7 +223,10 @@ class Together {
   const VectorXd& parameters() const { return fit_->parameters; }
   const MatrixXd& covariance() const { return fit_->cofactor; }
   double condition() const { return fit_->condition; }
-  std::size_t dof() const { return static_cast<std::size_t>(3 * run_.count() - run_.unknowns()); }
+  std::size_t dof() const {
+    const auto alone = std::ranges::count_if(run_.told, [](const auto& one) { return !one.touch.has_way_in; });
+    return static_cast<std::size_t>(3 * run_.count() - alone - run_.unknowns());
+  }
   // Measured less fitted.
   Vector3d off(Index i) const { return values_[at(i)] - rows_[at(i)] * fit_->parameters; }
   Matrix3d covarianceOf(Index i) const {
@@ -522,8 +524,10 @@ void addReversal(Result& result, const CheckRun& run, const Together& together, 
   std::vector<double> repeatability, sd;
   for (Index axis = 0; axis < 3; ++axis) {
     const double one_way = 4 * std::max(scatter.in_mm, scatter.out_mm);
-    repeatability.push_back(std::max(one_way, 2 * scatter.in_mm + 2 * scatter.out_mm + std::abs(lost[axis])));
-    sd.push_back(std::sqrt(4 * both + variance[axis]));
+    const double both_ways = 2 * scatter.in_mm + 2 * scatter.out_mm + std::abs(lost[axis]);
+    repeatability.push_back(std::max(one_way, both_ways));
+    sd.push_back(one_way > both_ways ? 4 * (scatter.in_mm > scatter.out_mm ? in : out)
+                                     : std::sqrt(4 * both + variance[axis]));
   }
   result.estimates.push_back(Estimate::vector(quantity::kRepeatability, repeatability, sd));
   result.also.push_back(Estimate::scalar(quantity::kHysteresis, together.parameters()[at + kHysteresisAt],

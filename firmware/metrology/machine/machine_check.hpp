@@ -66,7 +66,7 @@ inline constexpr Quantity kDrift{
     .key = "machine_drift_um_per_min",
     .about = "mean drift of what is touched against the machine's coordinates, without the probe's, x y z",
     .axes = "XYZ",
-    .measures = kDriftError.key};
+    .measures = {&kDriftError}};
 inline constexpr Quantity kZeroDrift{.key = "zero_drift_um_per_min",
                                      .about = "mean drift of the probe's zero, along the machine's x y z",
                                      .axes = "XYZ"};

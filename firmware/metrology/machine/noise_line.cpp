@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numeric>
 
+#include "firmware/metrology/fit/robust_statistics.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
@@ -37,7 +39,13 @@ class Windows {
     }
     if (windows_.empty()) return;
     lasts_ /= static_cast<double>(windows_.size());
-    period_ = static_cast<double>(windows_.size()) * lasts_ / (samples_ - static_cast<double>(windows_.size()));
+    // The mean over the steps of one period: a lost sample makes one of two.
+    std::vector<double> steps;
+    for (const auto& window : windows_)
+      for (std::size_t k = 1; k < window.times.size(); ++k) steps.push_back(window.times[k] - window.times[k - 1]);
+    const double usual = median(steps);
+    std::erase_if(steps, [&](double step) { return step > 1.5 * usual; });
+    period_ = std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
   }
 
   double count() const { return static_cast<double>(windows_.size()); }

@@ -65,6 +65,16 @@ std::vector<SegmentHeat> TravelHeat::smoothed(double time_constant_s, const std:
   return found;
 }
 
+std::optional<Refusal> TravelHeat::validateTimes(const Table& table) const {
+  const auto& times = *table.column(column::kReadAt);
+  const auto outside =
+      std::ranges::find_if(times, [&](double time_s) { return time_s < times_s_.front() || time_s > times_s_.back(); });
+  if (outside == times.end()) return std::nullopt;
+  return Refusal{"outside-travel", "table '" + table.name + "', row " + std::to_string(outside - times.begin() + 1) +
+                                       ": table 'travel' does not say where the nut was at " + text(*outside) +
+                                       " s: give its rows from before the first reading to the last, on one clock"};
+}
+
 double TravelHeat::shareOf(const SegmentHeat& heat, double position_mm) const {
   constexpr double kWarm_mm_s = 1e-6;  // less is rounding
   const double lever = leverOf(screw_, position_mm);

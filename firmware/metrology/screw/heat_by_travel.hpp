@@ -48,6 +48,9 @@ class TravelHeat {
   // times_s: rising.
   TravelHeat(const ScrewModel& screw, const std::vector<double>& times_s, const std::vector<double>& positions_mm);
 
+  // Refuses rows that were read before the first or after the last time of the strokes: outside-travel.
+  std::optional<Refusal> validateTimes(const Table& table) const;
+
   // Mean way per time in each segment, weighted by exp(-age / time constant), at each of these times.
   using Heat = std::vector<std::array<double, kSegments>>;
   Heat smoothed(double time_constant_s, const std::vector<double>& at_s) const;

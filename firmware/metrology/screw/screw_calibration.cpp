@@ -365,6 +365,7 @@ std::optional<Refusal> addTravelGain(Result& result, const Dataset& dataset, con
     return Refusal{"missing-column", "table 'gain_cal' has no column '" + std::string{column::kReadAt.name} +
                                          "': with table 'travel' give the time of each true error, or omit that table"};
   }
+  if (auto refusal = heat->validateTimes(table)) return *refusal;
   const auto& errors = *table.column(kNutError);
   const auto found = gainByTravel(screw, *heat, *times, *table.column(column::kX), *table.column(kExtension), errors,
                                   gain.sumOfSquares());

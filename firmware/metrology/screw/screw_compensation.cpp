@@ -23,11 +23,18 @@ constexpr MethodColumn kCycleTableColumns[]{column::kSetX, column::kPhi, kTurns,
 Outcome<std::optional<std::vector<double>>, Refusal> travelPart(const Dataset& dataset, const ScrewModel& screw,
                                                                 const Table& cycle) {
   TRY(const auto heat, travelOf(dataset, screw));
+  if (!heat && dataset.config.contains(quantity::kTravelGain.key)) {
+    return Refusal{"missing-table", "key '" + std::string{quantity::kTravelGain.key} + "' needs table '" + kTravel +
+                                        "': say where the nut was, or give K of screw-calibration alone"};
+  }
   if (!heat) return std::optional<std::vector<double>>{};
   TRY(const auto gain, requiredNumber(dataset, quantity::kTravelGain.key));
   TRY(const auto constants, configPlane(dataset, quantity::kTimeConstants.key));
   TRY(const auto ratio, configNumber(dataset, quantity::kTimeConstantRatio.key));
   const auto* times = cycle.column(column::kReadAt);
+  if (times != nullptr) {
+    if (auto refusal = heat->validateTimes(cycle)) return *refusal;
+  }
   if (!constants || !((*constants)[0] > 0 && (*constants)[1] > 0) || times == nullptr) {
     return Refusal{"missing-key", "table 'travel' needs " + std::string{quantity::kTimeConstants.key} +
                                       ", both above zero, as screw-calibration found them, and column '" +

@@ -40,17 +40,18 @@ Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset) {
   return screw;
 }
 
-std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table) {
+std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table, std::string_view column) {
   // Bearings, nut and stated lengths take a little of it at both ends.
   constexpr double kBeyond = 0.05;
-  const auto& positions = *table.column(column::kX);
+  const auto& positions = *table.column(column);
   for (std::size_t row = 0; row < positions.size(); ++row) {
     const double signed_lever = leverOf(screw, positions[row]);
     const double lever = screw.reversed ? -signed_lever : signed_lever;
     if (lever >= -kBeyond && lever <= 1 + kBeyond) continue;
-    return Refusal{"outside-screw", "table '" + table.name + "', row " + std::to_string(row + 1) + ": at x = " +
-                                        text(positions[row]) + " mm the nut is " + text(lever * screw.length_mm) +
-                                        " mm from the fixed bearing of a screw of " + text(screw.length_mm) +
+    return Refusal{"outside-screw", "table '" + table.name + "', row " + std::to_string(row + 1) + ": at " +
+                                        std::string{column} + " = " + text(positions[row]) + " mm the nut is " +
+                                        text(lever * screw.length_mm) + " mm from the fixed bearing of a screw of " +
+                                        text(screw.length_mm) +
                                         " mm: give x_mm, orgoff_mm and screw_length_mm in mm, and check axis_reversed"};
   }
   return std::nullopt;

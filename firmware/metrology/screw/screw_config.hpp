@@ -29,7 +29,8 @@ inline constexpr std::string_view kEvenHeat =
 Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset);
 
 // Refuses a position at which the nut is not on the screw: outside-screw, by table, row and remedy.
-std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table);
+std::optional<Refusal> refuseOutside(const ScrewModel& screw, const Table& table,
+                                     std::string_view positions = column::kX);
 
 // Columns of table sector_table: the face table of screw-calibration.
 inline constexpr MethodColumn kSectorColumns[]{column::number("sector"), {"T_um", ColumnRole::face, 500}};

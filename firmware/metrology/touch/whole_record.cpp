@@ -397,7 +397,7 @@ class Agreement {
   MatrixXd lost_;
 };
 
-// At one speed lost motion looks like delay, but not at rest.
+// At one speed lost motion looks like delay, but not at rest. known_mm: of every axis.
 std::optional<std::string> lostMotionAtRest(const std::vector<WholeTouch>& touches, double known_mm) {
   double weights = 0.0;
   double sum = 0.0;
@@ -405,11 +405,11 @@ std::optional<std::string> lostMotionAtRest(const std::vector<WholeTouch>& touch
   for (const auto& one : touches) {
     if (!(one.lost_at_rest_variance > 0.0) || !one.has_way_in) continue;
     weights += 1.0 / one.lost_at_rest_variance;
-    sum += one.lost_at_rest_mm / one.lost_at_rest_variance;
+    sum += (one.lost_at_rest_mm - known_mm * one.plan.retract.cwiseAbs().sum()) / one.lost_at_rest_variance;
     speed = one.speed_out_mm_s;
   }
   if (!(weights > 0.0)) return std::nullopt;
-  const double off_mm = sum / weights - known_mm;
+  const double off_mm = sum / weights;
   if (std::abs(off_mm) < std::max(kLostDeviations / std::sqrt(weights), kLeastLost_mm)) return std::nullopt;
   return "lost-motion: at rest the machine stands as with " + text(1e3 * off_mm) +
          " um of lost motion or hysteresis of the probe, which at this one speed is " +

@@ -119,10 +119,10 @@ std::vector<double> changeOf(const Estimate& estimate, const Neighbours& beside)
   return changeOf(estimate.values, valuesIn(beside.above), valuesIn(beside.below), beside.width);
 }
 
-// What measures an error is not wrong by it.
+// A value that measures an error has no allowance for it.
 bool measures(const Method& method, const Estimate& estimate, const TypeBInput& input) {
   const auto* quantity = quantityOf(method, estimate.key);
-  return quantity != nullptr && quantity->measures == input.name;
+  return quantity != nullptr && quantity->measures.error != nullptr && quantity->measures.error->key == input.name;
 }
 
 // Change of all promised values for one sd of the input.
@@ -254,9 +254,10 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   for (const auto& input : inputs) {
     TRY(const auto beside, neighboursOf(known, method.solver, input, here.size()));
     if (!beside.above && !beside.below) {
-      result.warnings.push_back("U holds no " + input.name +
-                                ": the case is refused where the readings are moved by that; look for readings at a "
-                                "limit");
+      auto warning = "U holds no " + input.name +
+                     ": the case is refused where the readings are moved by that; look for readings at a limit";
+      if (std::ranges::find(result.warnings, warning) == result.warnings.end())
+        result.warnings.push_back(std::move(warning));
       continue;
     }
     const auto effect = effectOf(method, input, result, beside);

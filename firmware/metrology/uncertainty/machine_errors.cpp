@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <map>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/read_times.hpp"
@@ -30,7 +31,7 @@ std::optional<std::size_t> axisOf(const MethodColumn& described) {
 // A table of readings: its coordinates, and the rows of all tables before it.
 struct Places {
   const Table* table{};
-  std::array<const Column*, 3> axes{};
+  std::array<const Column*, 3> axes{}, normals{};
   std::size_t first{};
   bool contacts{};
 };
@@ -52,9 +53,14 @@ std::vector<Places> placesOf(const Dataset& dataset, const Method& method) {
   for (const auto& table : dataset.tables) {
     const auto* about = described(method, table);
     if (about == nullptr || !wasRead(*about) || table.column(column::kTime) != nullptr) continue;
-    Places places{&table, {}, rows, about->contacts};
+    Places places{&table, {}, {}, rows, about->contacts};
     for (const auto& column : table.columns) {
       if (const auto axis = axisOf(columnOf(method, table.name, column.name))) places.axes.at(*axis) = &column;
+    }
+    constexpr std::array kNormals{column::kNormalX, column::kNormalY, column::kNormalZ};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto normal = std::ranges::find(table.columns, kNormals.at(axis).name, &Column::name);
+      if (normal != table.columns.end()) places.normals.at(axis) = &*normal;
     }
     if (std::ranges::all_of(places.axes, [](const Column* column) { return column == nullptr; })) continue;
     rows += table.rows();
@@ -97,18 +103,22 @@ std::vector<Table> byLever(std::size_t axis, std::size_t lever, const std::vecto
 // Since the first reading: by the stamps of the readings, or by their order.
 std::vector<Table> byTime(std::size_t axis, const std::vector<Places>& all, double reading_s) {
   double first_s = HUGE_VAL;
-  for (const auto& places : all) first_s = std::min(first_s, std::ranges::min(readTimes(*places.table, reading_s)));
+  std::map<const Table*, std::vector<double>> times;
+  for (const auto& places : all) {
+    auto& read_at = times[places.table] = readTimes(*places.table, reading_s);
+    const double before_s = areStamped(*places.table) ? 0 : static_cast<double>(places.first) * reading_s;
+    for (double& time : read_at) first_s = std::min(first_s, time += before_s);
+  }
   return along(axis, all, [&](const Places& places, std::size_t row) {
-    const bool stamped = areStamped(*places.table);
-    const double order_s = static_cast<double>(places.first) * reading_s;
-    const double minutes = (readTimes(*places.table, reading_s)[row] + (stamped ? -first_s : order_s)) / 60;
+    const double minutes = (times.at(places.table)[row] - first_s) / 60;
     return kMm_um * kWarmUp_min * (1 - std::exp(-minutes / kWarmUp_min));
   });
 }
 
-// Half of the lost motion, towards the side of each contact; of places along Z alone.
+// Half of the lost motion, towards the side of each contact; of places without a side along Z alone.
 std::vector<Table> bySide(std::size_t axis, const std::vector<Places>& all) {
   return along(axis, all, [&](const Places& places, std::size_t row) {
+    if (const auto* normal = places.normals.at(axis)) return kMm_um / 2 * normal->values[row];
     if (!places.contacts) return axis == 2 ? kMm_um / 2 : 0.0;
     const auto [least, most] = std::ranges::minmax(places.axes.at(axis)->values);
     const double half_width = (most - least) / 2;
@@ -213,6 +223,11 @@ Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, 
   const bool is_known = dataset.config.contains("sd_lost_motion_mm");
   if (!is_known) inputs.add(kLostMotionError, byMotion(dataset, method), true);
   return std::move(inputs).all();
+}
+
+std::size_t placesRead(const Dataset& dataset, const Method& method) {
+  const auto places = placesOf(dataset, method);
+  return places.empty() ? 0 : places.back().first + places.back().table->rows();
 }
 
 std::optional<std::string> assumedAccuracy(const std::vector<std::string>& names) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,11 +14,14 @@ namespace probebox::metrology {
 
 // Places that were read: each coordinate by the scale of its axis times its distance from the middle of all of them; x
 // by the squareness times y and times z, y times z; all in their order by a drift that slows down; z by half of the
-// lost motion, because a ball is touched from above alone. Single contacts: either side by half of the lost motion.
-// Streams: an axis that moves by half of the lost motion, against its motion. One input for each axis or pair of axes;
-// none of an error that is stated as 0, or that the method itself measures. Keys that the case does not state have the
-// cautious values. Refuses: bad-config (below zero, too large).
+// lost motion, because a ball is touched from above alone. Touches with their normals, and single contacts: either side
+// by half of the lost motion. Streams: an axis that moves by half of the lost motion, against its motion. One input for
+// each axis or pair of axes; none of an error that is stated as 0, or that the method itself measures. Keys that the
+// case does not state have the cautious values. Refuses: bad-config (below zero, too large).
 Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, const Method& method);
+
+// Number of places that were read, one after the other: a drift moves each by its time.
+std::size_t placesRead(const Dataset& dataset, const Method& method);
 
 // Sentence about the errors of these names, of which the case states no value; nothing of none.
 std::optional<std::string> assumedAccuracy(const std::vector<std::string>& names);

@@ -201,13 +201,13 @@ struct SphereTemperature {
   double expansion_per_k{};
 };
 
-// A priori knowledge about features, stylus and rotary axes, from the descriptions.
 // An error of the machine as a check of it has found it, which goes before the stated one.
 struct MeasuredError {
   const MachineAccuracy::Key* error{};  // one of kMachineErrors
   double value{};                       // standard uncertainty of a run that does not show it
 };
 
+// A priori knowledge about features, stylus and rotary axes, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;       // certified diameter of the datum sphere
   std::optional<double> sd_sphere_diameter_mm{};  // k = 1: of the certificate, else as stated
@@ -221,6 +221,7 @@ struct Facts {
   double sigma_c_rad{};                       // positioning uncertainty of the rotary axis C (k = 1)
   std::optional<MachineAccuracy> accuracy{};  // nothing: not stated
   std::vector<MeasuredError> measured_errors{};
+  std::uint64_t machine_check_result{};  // that has them
   // Gain matrix of the probe (A3), rows: mm of deflection in machine axes per mm of channels a, b, c.
   std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<std::optional<ScrewFacts>, kLinearAxes> screws;

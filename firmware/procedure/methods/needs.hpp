@@ -25,8 +25,9 @@ inline constexpr std::string_view kNoDelayOfTrigger =
 inline constexpr std::array<std::array<double, 2>, 6> kPairs{{{5, 20}, {10, 20}, {5, 40}, {10, 40}, {5, 60}, {10, 60}}};
 // Of runs whose delay one speed tells, too, where lost motion is known.
 inline constexpr std::array kSingles{10.0, 25.0, 40.0, 60.0};
-inline constexpr std::array<std::span<const double>, 4> kSinglesAndPairs{
-    std::span{kSingles}.subspan(1, 1), std::span{kSingles}.subspan(3, 1), kPairs[3], kPairs[5]};
+inline constexpr std::array kTenAndTwentyFive{10.0, 25.0};
+inline constexpr std::array<std::span<const double>, 5> kSinglesAndPairs{
+    std::span{kSingles}.subspan(1, 1), std::span{kSingles}.subspan(3, 1), kTenAndTwentyFive, kPairs[3], kPairs[5]};
 
 // Adds for the record which diameter of the stylus ball a case relies on, and whether its sd is as stated, or it is
 // assumed to be exact, where none is stated.

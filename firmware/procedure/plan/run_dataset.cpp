@@ -1,8 +1,8 @@
 #include "firmware/procedure/plan/run_dataset.hpp"
 
-#include <algorithm>
-
+#include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/dataset/read_times.hpp"
+#include "firmware/metrology/uncertainty/machine_errors.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -18,22 +18,6 @@ void addTemperature(RunDataset& run, const Facts& facts) {
       "described; give [datum_sphere] expansion_per_k in machine.toml");
 }
 
-// Readings of a case: the rows of its longest table that is no stream.
-std::size_t readingsOf(const metrology::Dataset& dataset, const metrology::Method& method) {
-  std::size_t readings = 0;
-  for (const auto& described : method.tables) {
-    const auto* table = dataset.table(described.name);
-    if (table != nullptr && table->column(metrology::column::kTime) == nullptr)
-      readings = std::max(readings, table->rows());
-  }
-  return readings;
-}
-
-bool isNone(const metrology::Dataset& dataset, const MachineAccuracy::Key& error) {
-  const auto stated = dataset.config.find(error.key);
-  return stated != dataset.config.end() && stated->second == metrology::Value{0.0};
-}
-
 // Adds what is known of the machine's own errors, and for its drift the mean time from one reading to the next.
 void addAccuracy(metrology::Dataset& dataset, const LiveMethod& method, const capture::Recording& recording,
                  const Facts& facts) {
@@ -41,14 +25,15 @@ void addAccuracy(metrology::Dataset& dataset, const LiveMethod& method, const ca
     for (const auto& error : kMachineErrors) dataset.config[error.key] = *facts.accuracy.*error.member;
   }
   for (const auto& [error, value] : facts.measured_errors) dataset.config[error->key] = value;
+  if (facts.machine_check_result != 0)
+    dataset.config[std::string{metrology::kMachineCheckKey}] = static_cast<double>(facts.machine_check_result);
   const auto touches = recording.touches();
-  const std::size_t readings = readingsOf(dataset, *method.solver);
-  if (touches.empty() || readings < 2 || isNone(dataset, kDriftError)) return;
+  const std::size_t readings = metrology::placesRead(dataset, *method.solver);
+  if (touches.empty() || readings < 2) return;
   const auto first = recording.machineRows(touches.front()), last = recording.machineRows(touches.back());
   if (first.empty() || last.empty()) return;
-  constexpr double kLongest_s = 900;  // in which a drift has come close to its end
-  const double each_s = toSeconds(last.back().at - first.front().at) / static_cast<double>(readings);
-  if (each_s > 0) dataset.config[std::string{metrology::kReadingTime}] = std::min(each_s, kLongest_s);
+  const double each_s = toSeconds(last.back().at - first.front().at) / static_cast<double>(readings - 1);
+  if (each_s > 0) dataset.config[std::string{metrology::kReadingTime}] = each_s;
 }
 
 }  // namespace

@@ -195,6 +195,16 @@ TEST_F(BoardFolder, RefusesAFileThatNothingWouldRead) {
   EXPECT_TRUE(simDescriptions(folder_ / "config").ok()) << "a copy beside it";
 }
 
+// A real machine would have the emulated one's travel, sizes and errors of zero.
+TEST_F(BoardFolder, RefusesARealMachineThatIsLikeTheEmulatedOne) {
+  for (const std::string file : {"box.toml", "probe.toml", "service.toml"})
+    write(folder_ / "board" / file, simFile(file));
+  write(folder_ / "board" / "machine.toml", "like_sim = true\n");
+  EXPECT_THAT(loadDirectory(folder_ / "board").error().what, HasSubstr("like_sim"));
+  write(folder_ / "board" / "machine.toml", simFile("machine.toml"));
+  EXPECT_TRUE(loadDirectory(folder_ / "board").ok());
+}
+
 TEST_F(BoardFolder, NamesEveryFileThatIsMissingOrWrong) {
   write(folder_ / "board" / "box.toml", "[box]\nboard_name = \"b1\"\nserial_number = \"7\"\n[sync]\ncolour = 1\n");
   const auto board = loadDirectory(folder_ / "board");

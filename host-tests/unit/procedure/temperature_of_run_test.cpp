@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <limits>
@@ -7,6 +8,7 @@
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/poses.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "obedient_machine.hpp"
 
@@ -76,6 +78,16 @@ TEST(AccuracyOfARun, IsInTheCaseOfEveryMethod) {
     facts.measured_errors.clear();
     for (const auto& error : kMachineErrors)
       EXPECT_FALSE(measured(*method, facts).dataset.config.contains(error.key)) << error.key;
+  }
+}
+
+// A forecast can propose the speeds that a run has unless others are asked for.
+TEST(SpeedSets, HaveTheUsualSpeeds) {
+  for (const LiveMethod* method : liveMethods()) {
+    if (method->speed_sets.empty()) continue;
+    const auto usual = speedsOf(method->usual);
+    EXPECT_TRUE(std::ranges::any_of(method->speed_sets, [&](auto set) { return std::ranges::equal(set, usual); }))
+        << method->name();
   }
 }
 

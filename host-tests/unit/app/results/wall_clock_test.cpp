@@ -31,7 +31,7 @@ TEST(WallClock, SaysWhereADateComesFrom) {
   EXPECT_NE(synchronised.find("0.012 s"), std::string::npos) << synchronised;
   EXPECT_NE(at_start.find("hardware"), std::string::npos) << at_start;
   setWallClock({.is_kept_right = true, .start = 3});
-  EXPECT_EQ(isDate(utcNow()), dateSource() != "unknown");
+  EXPECT_EQ(isDate(utcNow()), dateSource(utcNow()) != "unknown");
 }
 
 TEST(WallClock, SaysWhenItWasOfTheStarts) {

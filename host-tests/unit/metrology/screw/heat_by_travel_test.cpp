@@ -178,6 +178,12 @@ TEST(HeatByTravel, GoesFromCalibrationToCompensation) {
   for (std::size_t k = 0; k < others.rows(); ++k)
     squares += std::pow(compensated->estimates[0].values[k] - (*others.column("error_um"))[k], 2);
   EXPECT_LT(leftOf(squares, 100), 0.6 * leftOf(squaresOfOne(others), 100));
+  Dataset still = compensation;
+  still.tables.erase(still.tables.begin());
+  EXPECT_EQ(solve(still).error().name, "missing-table") << "a gain by travel needs to know where the nut was";
+  Dataset late = compensation;
+  columnNamed(late, "cycle", "time_s").back() += 1e9;
+  EXPECT_EQ(solve(late).error().name, "outside-travel");
   tableNamed(compensation, "cycle").columns.pop_back();
   EXPECT_EQ(solve(compensation).error().name, "missing-key");
 }

@@ -139,6 +139,9 @@ TEST_P(TouchesOnRealMachine, AreFarMoreCertainAtTwoSpeeds) {
   EXPECT_LT(one->estimates[0].uncertainty[0], 1.6 * of_lost_motion_s);
   EXPECT_LT(two->estimates[0].uncertainty[0], 0.3 * one->estimates[0].uncertainty[0]);
   EXPECT_TRUE(std::ranges::any_of(one->conditions, [](const auto& each) { return each.name == "accuracy"; }));
+  const auto* lost = two->find("lost_motion_mm");
+  ASSERT_NE(lost, nullptr);
+  EXPECT_LT(std::ranges::max(lost->uncertainty), 2e-3) << "what tells the lost motion has no allowance for it";
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, TouchesOnRealMachine,
