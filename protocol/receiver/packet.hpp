@@ -139,6 +139,7 @@ enum class ReceiverFault : std::uint8_t {
   edges_lost = 4,
   latches_lost = 5,
   counter_overrun = 6,
+  deflections_late = 7,
   wires_1 = 8,
   wires_2 = 9,
   wires_3 = 10,
@@ -149,7 +150,7 @@ struct ReceiverFaultName {
   std::string_view name;
   std::string_view meaning;
 };
-inline constexpr std::array<ReceiverFaultName, 11> kReceiverFaults{{
+inline constexpr std::array<ReceiverFaultName, 12> kReceiverFaults{{
     {ReceiverFault::watchdog, "watchdog", "its program had stopped, and the watchdog started it again"},
     {ReceiverFault::brown_out, "brown-out", "its supply had failed for a moment, and it started again"},
     {ReceiverFault::converter_silent, "converter-silent", "its converter does not answer: deflections are not valid"},
@@ -157,6 +158,7 @@ inline constexpr std::array<ReceiverFaultName, 11> kReceiverFaults{{
     {ReceiverFault::edges_lost, "edges-lost", "edges of lines were lost: there were more than it can hold"},
     {ReceiverFault::latches_lost, "latches-lost", "index pulses were lost: there were more than it can hold"},
     {ReceiverFault::counter_overrun, "counter-overrun", "an axis moved faster than its counter holds"},
+    {ReceiverFault::deflections_late, "deflections-late", "deflections were not read in time: they are not valid"},
     {ReceiverFault::wires_1, "wires-of-counter-0", "a wire of counter 0 is broken, or its encoder is not connected"},
     {ReceiverFault::wires_2, "wires-of-counter-1", "a wire of counter 1 is broken, or its encoder is not connected"},
     {ReceiverFault::wires_3, "wires-of-counter-2", "a wire of counter 2 is broken, or its encoder is not connected"},

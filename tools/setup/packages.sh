@@ -31,6 +31,9 @@ probebox_distance_packages=(libfcl-dev)
 # the command says what is missing.
 # shellcheck disable=SC2034
 probebox_view_packages=(libcpp-httplib-dev nodejs npm)
+# What builds the program of the front end (tools/front-end), some 400 MB.
+# shellcheck disable=SC2034
+probebox_front_end_packages=(gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib python3)
 # What the tests on a real kernel need beyond that (host-tests/vm). Where these cannot be had, those tests are skipped.
 probebox_vm_packages=(qemu-system-x86 busybox-static cpio kmod udev systemd xz-utils make gcc)
 
@@ -106,9 +109,9 @@ install_packages() {
   [[ ${#plain[@]} -eq 0 ]] || apt_get install -y --no-install-recommends "${plain[@]}"
 }
 
-# Fetches npm's packages of the page, once for each lock file.
-fetch_npm_packages() {
-  local web=tools/view/web lock
+# Fetches npm's packages of a folder, which is the page's, once for each lock file.
+fetch_npm_packages() { # [FOLDER]
+  local web=${1:-tools/view/web} lock
   lock=$(cksum <"$web/package-lock.json")
   [[ $lock != "$(cat "$web/node_modules/fetched-for" 2>/dev/null)" ]] || return 0
   echo "Fetching npm's packages (once) ..."
