@@ -34,7 +34,7 @@ class NetworkMaster : public ServedRegisters {
     auto listener = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
     ASSERT_TRUE(listener) << listener.error().what;
     address_ = listener->address();
-    auto of_this = faces();
+    auto of_this = callbacks();
     if (!words_chosen_by_masters) of_this.registers.keep = nullptr;
     server_ = std::make_unique<ModbusTcpServer>(std::move(*listener), "1.2.3", std::move(of_this));
     thread_ = std::jthread{[this] { server_->run(); }};
