@@ -31,9 +31,9 @@ probebox_distance_packages=(libfcl-dev)
 # the command says what is missing.
 # shellcheck disable=SC2034
 probebox_view_packages=(libcpp-httplib-dev nodejs npm)
-# What builds the program of the front end (tools/front-end), some 400 MB.
+# What builds the program of the front end (tools/front-end), some 100 MB: of the C++ library the headers alone.
 # shellcheck disable=SC2034
-probebox_front_end_packages=(gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib python3)
+probebox_front_end_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev python3)
 # What the tests on a real kernel need beyond that (host-tests/vm). Where these cannot be had, those tests are skipped.
 probebox_vm_packages=(qemu-system-x86 busybox-static cpio kmod udev systemd xz-utils make gcc)
 
