@@ -463,7 +463,7 @@ std::size_t coordinatesOf(const Residue& residue) {
   std::size_t coordinates = 0;
   for (const auto& table : tablesOf(residue)) {
     for (const auto& column : residue.dataset.table(table)->columns)
-      coordinates += residue.isCoordinate(table, column.name) ? 1 : 0;
+      if (residue.isCoordinate(table, column.name)) ++coordinates;
   }
   return coordinates;
 }
