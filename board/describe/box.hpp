@@ -25,7 +25,11 @@ struct GpioLine {
   std::string chip;  // "gpiochip0", a label, or a path such as "/dev/gpiochip0"
   LineAddress line{0U};
   ActiveLevel active{ActiveLevel::high};
+  std::optional<std::uint8_t> receiver{};  // its line of the receiver on USB, in place of one of a chip
 };
+
+// Names of the lines of a receiver (RECEIVER.md, version 3), by their numbers.
+inline constexpr std::array<std::string_view, 4> kReceiverLineNames{"sync", "trigger-1", "trigger-2", "inhibit"};
 
 // [encoder.AXIS] of box.toml: how the box reads the encoder of one axis. What a count means is in machine.toml.
 

@@ -35,17 +35,33 @@ LineAddress lineAddress(Section& section) {
   return static_cast<unsigned>(*offset);
 }
 
+// Reads which line of the receiver it is.
+void readReceiverLine(Section& section, GpioLine& line) {
+  line.receiver =
+      static_cast<std::uint8_t>(section.choice("receiver", {kReceiverLineNames.begin(), kReceiverLineNames.end()}));
+  line.chip = "the receiver";
+  line.line = std::string{kReceiverLineNames[*line.receiver]};
+  for (const auto* const key : {"chip", "line"})
+    if (section.has(key) && section.node(key) != nullptr)
+      section.problem(key, "does not go with 'receiver': the line is on the one or on the other; remove one of them");
+}
+
 // Reads the keys of a line and leaves the others of its section alone.
 GpioLine gpioLine(Section& section, const std::string& default_name, TakenLines& taken) {
   GpioLine line;
   line.name = section.text("name", default_name);
-  line.chip = section.text("chip", {}, kLongestAddress);
-  line.line = lineAddress(section);
+  if (section.has("receiver")) {
+    readReceiverLine(section, line);
+  } else {
+    line.chip = section.text("chip", {}, kLongestAddress);
+    line.line = lineAddress(section);
+  }
   line.active = section.choice("active", {"high", "low"}, 0) == 0 ? ActiveLevel::high : ActiveLevel::low;
-  if (section.good("line") && section.good("chip")) {
+  const char* const key = line.receiver ? "receiver" : "line";
+  if (section.good(key) && (line.receiver || section.good("chip"))) {
     const auto [place, is_new] = taken.lines.try_emplace({line.chip, line.line}, line.name);
     if (!is_new)
-      section.problem("line", "of " + inQuotes(line.name) + " is used by " + inQuotes(place->second) +
+      section.problem(key, "of " + inQuotes(line.name) + " is used by " + inQuotes(place->second) +
                                   " already: connect and describe another line");
   }
   if (!line.name.empty() && !taken.names.insert(line.name).second)
@@ -492,6 +508,29 @@ Devices devicesOf(Section section) {
   return devices;
 }
 
+// Lines that only the receiver on USB has, and those that it cannot have.
+void checkReceiverLines(Section& root, const Box& box) {
+  const bool has_receiver = box.devices.probe.starts_with("usb");
+  const auto check = [&](std::string_view key, const GpioLine& line, bool may) {
+    if (!line.receiver) return;
+    if (!may)
+      root.problem(key,
+                   "has a line of the receiver, which edges of this kind do not come from: give it 'chip' and "
+                   "'line'");
+    else if (!has_receiver)
+      root.problem(key, "has a line of the receiver: write probe = \"usb\" in [devices]");
+  };
+  check("sync", box.sync, true);
+  for (const auto& line : box.triggers) check("trigger", line, true);
+  for (const auto& line : box.skips) check("skip", line, true);
+  for (const auto& line : box.inhibits) check("inhibit", line, true);
+  for (const auto& line : box.indexes) check("index", line.line, false);
+  if (box.loop_back) {
+    check("loop_back", box.loop_back->output, false);
+    check("loop_back", box.loop_back->input, false);
+  }
+}
+
 Box readBox(Section& root) {
   Box box;
   TakenLines taken;
@@ -513,6 +552,7 @@ Box readBox(Section& root) {
   box.inhibits = gpioLines(root, "inhibit", taken);
   if (auto pair = root.sectionIfThere("loop_back")) box.loop_back = loopBack(std::move(*pair), taken);
   box.devices = devicesOf(root.section("devices"));
+  checkReceiverLines(root, box);
   readEncoders(root, taken, box);
   box.sensors = readSensors(root, box.devices);
   box.usb = usbIdentity(root.section("usb", false));

@@ -27,7 +27,16 @@ struct ChipLines {
   std::vector<RequestedLine> lines;
 };
 
-// Lists all lines of the box in the order sync, triggers, index lines, skips, inhibits, each for a request of its own:
+// A line of the box with what it is for; `described` is part of the Box.
+struct BoxLine {
+  const board::GpioLine* described;
+  LineRole role;
+  std::uint8_t number;  // within the role; the axis of an index line
+};
+// Lists all lines of the box in the order sync, triggers, index lines, skips, inhibits.
+std::vector<BoxLine> allLines(const board::Box& box);
+
+// Lists those of them that are on a gpio chip, each for a request of its own:
 // a missing line then does not affect others, and no line fills the kernel buffer of another.
 std::vector<ChipLines> linesApart(const board::Box& box);
 

@@ -24,11 +24,19 @@ constexpr char letterOf(const CounterAxis& axis) {
 }
 using CounterAxes = std::array<std::optional<CounterAxis>, kMostCounters>;
 
+// What a line of a receiver is for.
+struct WiredLine {
+  LineRole role{};
+  std::uint8_t line{};  // number within the role
+  bool active_low{};
+};
+using WiredLines = std::array<std::optional<WiredLine>, kReceiverLines>;
+
 // Decodes transfers of a probe receiver to events: for each sample CountedDeflection, then CountedAxes of the axes that
-// are wired, with CountedIndex in between where an index pulse came. Pure; never allocates.
+// are wired, with CountedIndex and CountedEdge in between where an index pulse or an edge came. Pure; never allocates.
 class ReceiverDecoder {
  public:
-  explicit ReceiverDecoder(const CounterAxes& axes = {});
+  explicit ReceiverDecoder(const CounterAxes& axes = {}, const WiredLines& lines = {});
   ReceiverDecoder(const ReceiverDecoder&) = delete;
   ReceiverDecoder& operator=(const ReceiverDecoder&) = delete;
 
@@ -48,22 +56,40 @@ class ReceiverDecoder {
   std::size_t axisCounters() const { return packet_.more.counters; }
   // axisBit() of each axis that is wired.
   std::uint8_t axes() const { return axis_bits_; }
+  const WiredLines& lines() const { return lines_; }
+  // Version of the last packet, and its EdgesHeader, which is empty before version 3.
+  std::uint8_t version() const { return packet_.header.version; }
+  const EdgesHeader& edgesHeader() const { return packet_.of_edges; }
 
   // Discards all state, for a device that was opened again.
   void restart();
 
  private:
   void decodeSample(bool ends_transfer);
-  void decodeLatchesBefore(std::uint32_t counter);
+  // Index pulses and edges before the sample with this number, in the order of their times.
+  void decodeBetween(std::uint32_t counter);
+  void decodeEdge(const LineEdge& edge);
+  void decodeLevels(std::uint32_t counter);
+  void push(std::size_t line, bool high, std::uint32_t counter, std::uint32_t fraction);
   void decodeLatch(const IndexLatch& latch);
   void decodeCounts(std::uint32_t counter, std::uint16_t status);
 
+  // Of a line, as it was told.
+  struct Told {
+    std::uint32_t sequence{};
+    std::uint16_t sent{};  // sequence as the receiver counts
+    std::optional<bool> high{};
+  };
+
   CounterAxes axes_;
+  WiredLines lines_;
+  std::array<Told, kReceiverLines> told_lines_{};
+  std::optional<std::uint8_t> run_;
   std::uint8_t axis_bits_{};
   PacketReader reader_;
   Packet packet_;
-  std::size_t next_latch_{};                    // of the packet
-  std::array<Event, 2 + kMostLatches> events_;  // of one sample
+  std::size_t next_latch_{}, next_edge_{};                                    // of the packet
+  std::array<Event, 2 + kMostLatches + kMostEdges + kReceiverLines> events_;  // of one sample
   std::size_t pending_{};
   std::size_t told_{};
   std::size_t next_{};  // sample of the packet

@@ -31,7 +31,7 @@ std::span<const std::byte> EmulatedReceiver::packet(MonoTime now) {
                             counted_.begin() + static_cast<std::ptrdiff_t>(i * config_.counters));
     }
     const Counters counters{config_.counters, counted_, latches_};
-    const Edges edges{config_.steps_a_sample, faults_, edges_};
+    const Edges edges{config_.steps_a_sample, faults_, edges_, levels_};
     const std::size_t size = config_.steps_a_sample > 0 ? encodePacket(next_, taken_, counters, bytes_, &edges)
                              : config_.counters > 0     ? encodePacket(next_, taken_, counters, bytes_)
                                                         : encodePacket(next_, taken_, bytes_);
@@ -77,6 +77,8 @@ void EmulatedReceiver::pulse(std::uint8_t counter, MonoTime at) {
 
 void EmulatedReceiver::edge(ReceiverLine line, bool level, MonoTime at) {
   const auto [sample, fraction] = sinceSample(at);
+  const auto bit = 1U << static_cast<unsigned>(line);
+  levels_ = static_cast<std::uint8_t>(level ? levels_ | bit : levels_ & ~bit);
   const double steps = config_.steps_a_sample;
   edges_.push_back({.sample = sample,
                     .fraction = static_cast<std::uint32_t>(std::ldexp(std::floor(fraction * steps) / steps, 32)),

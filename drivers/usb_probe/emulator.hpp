@@ -79,6 +79,7 @@ class EmulatedReceiver {
   std::vector<LineEdge> edges_;
   std::array<std::uint16_t, kReceiverLines> edge_sequence_{};
   std::uint16_t faults_{};
+  std::uint8_t levels_{};
   std::vector<std::byte> bytes_;
 };
 

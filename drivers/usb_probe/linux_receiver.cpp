@@ -1,5 +1,6 @@
 #include "drivers/usb_probe/linux_receiver.hpp"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -44,11 +45,11 @@ struct LinuxReceiver::Connection {
   usb_host::BulkIn in;
 };
 
-LinuxReceiver::LinuxReceiver(std::string name, const CounterAxes& axes)
+LinuxReceiver::LinuxReceiver(std::string name, const CounterAxes& axes, const WiredLines& lines)
     : axes_{axes},
       wanted_{std::move(name)},
       name_{wanted_.empty() ? "probe receiver on USB" : "probe receiver usb:" + wanted_},
-      decoder_{axes} {}
+      decoder_{axes, lines} {}
 
 LinuxReceiver::~LinuxReceiver() = default;
 
@@ -59,7 +60,9 @@ int LinuxReceiver::descriptor() const {
 
 std::size_t LinuxReceiver::read(std::span<Event> into, MonoTime now) {
   if (into.empty()) return 0;
-  if (!connection_ && !loss_unreported_ && !encoder_loss_unreported_) look(now);
+  const bool is_all_reported =
+      !loss_unreported_ && !encoder_loss_unreported_ && !sync_loss_unreported_ && !line_loss_unreported_;
+  if (!connection_ && is_all_reported) look(now);
   std::size_t count = 0;
   if (connection_) {
     count = drain(into);
@@ -75,6 +78,10 @@ std::size_t LinuxReceiver::deliverLosses(std::span<Event> into, MonoTime now) {
     into[count++] = SourceLost{Source::probe, LossReason::disconnected, 0, now};
   if (count < into.size() && std::exchange(encoder_loss_unreported_, false))
     into[count++] = SourceLost{Source::encoders, LossReason::disconnected, 0, now, decoder_.axes()};
+  if (count < into.size() && std::exchange(sync_loss_unreported_, false))
+    into[count++] = SourceLost{Source::sync, LossReason::disconnected, 0, now};
+  if (count < into.size() && std::exchange(line_loss_unreported_, false))
+    into[count++] = SourceLost{Source::trigger, LossReason::disconnected, 0, now};
   return count;
 }
 
@@ -135,6 +142,8 @@ void LinuxReceiver::lose(MonoTime now) {
   decoder_.restart();
   loss_unreported_ = true;
   encoder_loss_unreported_ = decoder_.axes() != 0;
+  for (const auto& line : decoder_.lines())
+    if (line) (line->role == LineRole::sync ? sync_loss_unreported_ : line_loss_unreported_) = true;
   next_try_ = now + kRetry;
 }
 
@@ -157,7 +166,20 @@ std::string LinuxReceiver::problemOfPackets() const {
              letterOf(*axes_[i]) + "] of box.toml reads number " + std::to_string(i) +
              " (from 0): correct 'channel', or let the receiver send packets of version 2 with that counter";
   }
-  return {};
+  const auto has_lines = std::ranges::any_of(decoder_.lines(), [](const auto& line) { return line.has_value(); });
+  if (has_lines && decoder_.version() != PacketHeader::kWithEdges)
+    return "it sends packets of version " + std::to_string(decoder_.version()) +
+           ", which have no edges, and lines of box.toml are on the receiver: let it send version 3, or wire them to a "
+           "gpio chip";
+  return problemOfFaults();
+}
+
+std::string LinuxReceiver::problemOfFaults() const {
+  std::string all;
+  for (const auto& [fault, name, meaning] : kReceiverFaults)
+    if ((decoder_.edgesHeader().faults & bitOf(fault)) != 0)
+      all += (all.empty() ? "" : "; ") + std::string{name} + ": " + std::string{meaning};
+  return all;
 }
 
 }  // namespace probebox::usb_probe

@@ -15,26 +15,29 @@ class HotPlug;
 namespace probebox::usb_probe {
 
 // Reads samples of a probe receiver on USB that may be absent, appear and disappear. When it disappears, delivers
-// SourceLost once for the probe and once for its encoders; samples follow when it can be opened again. Each sample
-// carries the completion time of its transfer, read in libusb's callback, which may be later than `now`.
+// SourceLost once for the probe, once for its encoders and once for its lines; samples follow when it can be opened
+// again. Each sample carries the completion time of its transfer, read in libusb's callback, which may be later than
+// `now`.
 class LinuxReceiver final : public io::EventSource {
  public:
   // Retry interval without hot-plug events.
   static constexpr Nanoseconds kRetry = std::chrono::seconds{1};
 
   // name: serial number or place ("1-1.4") of the receiver; empty for the only one. axes: to which its counters are
-  // wired.
-  explicit LinuxReceiver(std::string name, const CounterAxes& axes = {});
+  // wired; lines: what its lines are for.
+  explicit LinuxReceiver(std::string name, const CounterAxes& axes = {}, const WiredLines& lines = {});
   ~LinuxReceiver() override;
 
   std::size_t read(std::span<Event> into, MonoTime now) override;
   int descriptor() const override;
   std::string_view name() const override { return name_; }
-  // Why there are no samples: absent, no permission, in use, or an unknown packet version; or fewer axis counters than
-  // are wired.
+  // Why there are no samples: absent, no permission, in use, or an unknown packet version; or fewer axis counters or
+  // lines than are wired; or the faults that it tells, by name.
   std::string_view problem() const override { return problem_; }
 
   const PacketCounters& packets() const { return decoder_.counters(); }
+  // What it says of itself with its last packet; empty before version 3.
+  const EdgesHeader& edgesHeader() const { return decoder_.edgesHeader(); }
 
  private:
   struct Connection;
@@ -45,6 +48,7 @@ class LinuxReceiver final : public io::EventSource {
   void lose(MonoTime now);
   void judge();
   std::string problemOfPackets() const;
+  std::string problemOfFaults() const;
   std::size_t deliverLosses(std::span<Event> into, MonoTime now);
 
   CounterAxes axes_;
@@ -58,6 +62,8 @@ class LinuxReceiver final : public io::EventSource {
   bool in_transfer_{};  // part of the front transfer is not decoded yet
   bool loss_unreported_{};
   bool encoder_loss_unreported_{};
+  bool sync_loss_unreported_{};
+  bool line_loss_unreported_{};
   MonoTime next_try_{};
 };
 

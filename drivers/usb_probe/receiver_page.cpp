@@ -100,6 +100,7 @@ CountersHeader (`counters` may be 0):
          "After the index latches come the edges in the order of their times, " + std::to_string(kEdgeBytes) +
          " bytes each:\n\n" + table<LineEdge>() +
          R"(- An edge goes with the packet in which the sample after it is, or in the one before.
+- `levels` tells a host that begins to listen, or has lost packets, how the lines are now.
 - An edge that does not fit into a packet is lost: the next one of its line says so in `lost`, and `sequence` has a gap.
 
 Faults, as bits of `faults`. Those of a moment stay until the host has taken a packet with them.

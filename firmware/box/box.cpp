@@ -267,6 +267,17 @@ void Box::on(const CountedIndex& index) {
   if (index.axis < kLinearAxes) corrections_.push(edge, index.counts);
 }
 
+// An edge of unknown time is lost, but not what an inhibit says: no time makes that wrong.
+void Box::on(const CountedEdge& counted) {
+  const auto at = probe_clock_.timeAfter({counted.run, counted.counter, false, counted.at}, counted.fraction);
+  if (!at && counted.role != LineRole::inhibit) return;
+  on(Edge{.role = counted.role,
+          .line = counted.line,
+          .level = counted.level,
+          .line_sequence = counted.line_sequence,
+          .at = at.value_or(counted.at)});
+}
+
 void Box::on(const ControlPositions& positions) {
   if (const auto broken = control_axes_.broken(positions); broken != 0)
     on(SourceLost{Source::encoders, LossReason::overrun, 0, positions.at, broken});

@@ -80,6 +80,7 @@ class Box {
   void on(const CountedDeflection& counted);
   void on(const CountedAxes& counted);
   void on(const CountedIndex& index);
+  void on(const CountedEdge& counted);
   void on(const ControlPositions& positions);
   void on(const Drift& drift);
   void on(const Marker& marker);

@@ -223,8 +223,9 @@ std::optional<MonoTime> CounterClock::timeAfter(const CounterReading& sample, st
   const auto since = static_cast<std::int32_t>(sample.counter - last_->counter);
   if (since > kNear || since < -kNear) return std::nullopt;
   const std::int64_t ahead = index_ + since - filter().tick().index;
-  const double part_ns = std::ldexp(static_cast<double>(fraction), -32) * period_ns_;
-  const MonoTime at = filter().timeOf(ahead) + Nanoseconds{std::llround(part_ns)};
+  const MonoTime before = filter().timeOf(ahead);
+  const double period_ns = static_cast<double>((filter().timeOf(ahead + 1) - before).count());
+  const MonoTime at = before + Nanoseconds{std::llround(std::ldexp(static_cast<double>(fraction), -32) * period_ns)};
   if (at > sample.at + tolerance()) return std::nullopt;
   given_ = std::max(at, given_ + Nanoseconds{1});
   return given_;

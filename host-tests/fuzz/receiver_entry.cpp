@@ -20,6 +20,10 @@ usb_probe::CounterAxes wiring() {
   return axes;
 }
 
+constexpr usb_probe::WiredLines kLines{usb_probe::WiredLine{LineRole::sync}, usb_probe::WiredLine{LineRole::trigger},
+                                       usb_probe::WiredLine{LineRole::skip}, std::nullopt,
+                                       usb_probe::WiredLine{LineRole::inhibit, 15, true}};
+
 // Samples of one transfer; in order within a packet, and only the last one may tell the time. Counts are those of the
 // sample before.
 void take(usb_probe::ReceiverDecoder& decoder, std::span<const std::byte> transfer, MonoTime arrived,
@@ -32,6 +36,7 @@ void take(usb_probe::ReceiverDecoder& decoder, std::span<const std::byte> transf
     for (const auto& event : std::span{events}.first(count)) {
       require(stampOf(event) == arrived);
       if (const auto* const axes = std::get_if<CountedAxes>(&event)) require(axes->counter == last && axes->axes < 64);
+      if (const auto* const edge = std::get_if<CountedEdge>(&event)) require(edge->line == 0 || edge->line == 15);
       const auto* const sample = std::get_if<CountedDeflection>(&event);
       if (sample == nullptr) continue;
       require(!ended);
@@ -50,7 +55,7 @@ int feedReceiver(const std::uint8_t* data, std::size_t size) {
   const std::size_t piece = 1 + data[0] * std::size_t{16};
   const std::size_t room = 1 + data[1] % 64;
   auto bytes = std::as_bytes(std::span{data + 2, size - 2});
-  const auto decoder = std::make_unique<usb_probe::ReceiverDecoder>(wiring());
+  const auto decoder = std::make_unique<usb_probe::ReceiverDecoder>(wiring(), kLines);
   MonoTime arrived{};
   while (!bytes.empty()) {
     const auto transfer = bytes.first(std::min(piece, bytes.size()));

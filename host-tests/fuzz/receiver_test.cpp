@@ -21,7 +21,12 @@ Bytes stream(std::mt19937_64& random) {
     const std::vector<std::int64_t> counts(samples.size() * counters);
     std::vector<usb_probe::IndexLatch> latches(random() % 17);
     for (auto& latch : latches) latch = {.sample = first + static_cast<std::uint32_t>(random() % 30), .counter = 1};
-    const std::vector<usb_probe::LineEdge> line_edges(random() % 33);
+    std::vector<usb_probe::LineEdge> line_edges(random() % 33);
+    for (auto& edge : line_edges)
+      edge = {.sample = first + static_cast<std::uint32_t>(random() % 30),
+              .line = static_cast<std::uint8_t>(random() % 7),
+              .level = static_cast<std::uint8_t>(random() % 2),
+              .sequence = static_cast<std::uint16_t>(random())};
     const usb_probe::Edges edges{.steps_a_sample = 10'000, .edges = line_edges};
     std::vector<std::byte> packet(usb_probe::kMostPacketBytes);
     const usb_probe::Counters with{counters, counts, latches};

@@ -111,6 +111,29 @@ struct Edge {
   }
 };
 
+// One edge of a digital line that a receiver stamped on its sample counter. firmware/clock assigns its time.
+struct CountedEdge {
+  std::uint8_t run{};
+  std::uint32_t counter{};
+  std::uint32_t fraction{};
+  LineRole role{};
+  std::uint8_t line{};
+  Level level{};
+  std::uint32_t line_sequence{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("run", self.run, "that of the sample before the edge");
+    field("counter", self.counter, "the receiver's sample counter: the last sample before the edge");
+    field("fraction", self.fraction, "from that sample to the edge, in 2^-32 of a sample period");
+    field("role", self.role, "0 sync, 1 trigger, 2 index, 3 skip, 4 inhibit");
+    field("line", self.line, "which line of that role, from 0");
+    field("level", self.level, "0 inactive, 1 active, after polarity: the level that the edge leads to");
+    field("line_sequence", self.line_sequence,
+          "the receiver's count of this line's edges; a gap means edges were lost");
+    field("at", self.at, "ns, monotonic, of this boot: when the packet arrived");
+  }
+};
+
 // The encoder counts of one axis, latched by its counter.
 struct Count {
   Axis axis{};
@@ -273,7 +296,7 @@ using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker,
                            ProcedureAborted, Solved, DelayActivated, CountedDeflection, CentrelineActivated,
                            ScrewActivated, AxisHomed, CutInhibit, AppliedRestored, SourcesEnabled, AngleCount, PoseTold,
                            SwivelActivated, RotaryActivated, ErrorsAtAngle, ServableWithin, ToolLengthActivated,
-                           CountedAxes, CountedIndex, ControlPositions, ScrewReferenceActivated>;
+                           CountedAxes, CountedIndex, ControlPositions, ScrewReferenceActivated, CountedEdge>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {

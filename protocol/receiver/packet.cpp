@@ -116,8 +116,8 @@ std::size_t encodePacket(PacketHeader header, std::span<const Sample> samples, c
   messages::detail::encodeFields(
       writer, CountersHeader{static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(latches.size()), 0});
   if (edges != nullptr)
-    messages::detail::encodeFields(
-        writer, EdgesHeader{static_cast<std::uint8_t>(edges->edges.size()), 0, edges->faults, edges->steps_a_sample});
+    messages::detail::encodeFields(writer, EdgesHeader{static_cast<std::uint8_t>(edges->edges.size()), edges->levels,
+                                                       edges->faults, edges->steps_a_sample});
   for (std::size_t i = 0; i < samples.size(); ++i) {
     messages::detail::encodeFields(writer, samples[i]);
     for (const auto count : counts.subspan(i * number, number)) writer.put(count);

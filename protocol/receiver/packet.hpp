@@ -93,12 +93,12 @@ struct IndexLatch {
 // Follows the CountersHeader in version 3.
 struct EdgesHeader {
   std::uint8_t edges{};
-  std::uint8_t reserved{};
+  std::uint8_t levels{};
   std::uint16_t faults{};
   std::uint32_t steps_a_sample{};
   static constexpr void fields(auto& self, auto&& field) {
     field("edges", self.edges, "edges of lines after the index latches, 0 to 32");
-    field("reserved", self.reserved, "0");
+    field("levels", self.levels, "levels of the lines after these edges, bit 0 sync and so on as in `line`");
     field("faults", self.faults,
           "what is wrong with the receiver now, or was since its last packet: see the faults below");
     field("steps_a_sample", self.steps_a_sample,
@@ -253,6 +253,7 @@ struct Edges {
   std::uint32_t steps_a_sample{};
   std::uint16_t faults{};
   std::span<const LineEdge> edges;  // at most kMostEdges
+  std::uint8_t levels{};
 };
 // The same in version 2; with `edges` in version 3, which may have no counters.
 std::size_t encodePacket(PacketHeader header, std::span<const Sample> samples, const Counters& counters,

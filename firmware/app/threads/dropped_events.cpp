@@ -11,15 +11,20 @@ bool DroppedEvents::keep(const Event& event) {
     keepLoss(*lost);
     return true;
   }
-  if (const auto* const edge = std::get_if<Edge>(&event); edge != nullptr && edge->role == LineRole::inhibit) {
-    const bool is_first = !std::exchange(inhibits_[edge->line % box::kLinesOfRole], *edge).has_value();
-    if (!is_first) ++counted_;
-    return is_first;
-  }
+  if (const auto* const edge = std::get_if<Edge>(&event); edge != nullptr && edge->role == LineRole::inhibit)
+    return keepInhibit(*edge);
+  if (const auto* const edge = std::get_if<CountedEdge>(&event); edge != nullptr && edge->role == LineRole::inhibit)
+    return keepInhibit({edge->role, edge->line, edge->level, edge->line_sequence, edge->at});
   if (const auto* const counted = std::get_if<CountedAxes>(&event); counted != nullptr && counted->faults != 0)
     keepLoss({Source::encoders, LossReason::overrun, 0, counted->at, counted->faults});
   ++counted_;
   return false;
+}
+
+bool DroppedEvents::keepInhibit(const Edge& edge) {
+  const bool is_first = !std::exchange(inhibits_[edge.line % box::kLinesOfRole], edge).has_value();
+  if (!is_first) ++counted_;
+  return is_first;
 }
 
 // Several of one source and reason become one, of all axes that any of them names.

@@ -38,6 +38,7 @@ class DroppedEvents {
   static constexpr std::size_t kSources = static_cast<std::size_t>(Source::queue) + 1,
                                kReasons = static_cast<std::size_t>(LossReason::queue_full) + 1;
 
+  bool keepInhibit(const Edge& edge);
   void keepLoss(const SourceLost& lost);
 
   bool any_{};

@@ -230,8 +230,9 @@ std::vector<std::unique_ptr<io::EventSource>> sensorSources(const board::Descrip
 class ProbeReceiver final : public io::EventSource {
  public:
   // serial_number: empty for the only receiver. `counters` must outlive this.
-  ProbeReceiver(std::string serial_number, const usb_probe::CounterAxes& axes, Counters& counters)
-      : receiver_{std::move(serial_number), axes}, counters_{counters} {}
+  ProbeReceiver(std::string serial_number, const board::Descriptions& descriptions, Counters& counters)
+      : receiver_{std::move(serial_number), counterAxes(descriptions), wiredLines(descriptions.box)},
+        counters_{counters} {}
 
   std::size_t read(std::span<Event> into, MonoTime now) override {
     const std::size_t count = receiver_.read(into, now);
@@ -264,7 +265,7 @@ Sources openReal(const board::Descriptions& descriptions, Counters& counters) {
   for (auto& line : gpio::linesApart(box)) sources.push_back(std::make_unique<GpioLine>(std::move(line)));
   for (auto& encoder : openEncoders(descriptions)) sources.push_back(std::move(encoder));
   if (auto receiver = receiverOf(box.devices))
-    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), counterAxes(descriptions), counters));
+    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), descriptions, counters));
   for (auto& sensors : sensorSources(descriptions)) sources.push_back(std::move(sensors));
   return sources;
 }

@@ -153,15 +153,9 @@ LinkService::Options linkOptions(const board::Descriptions& descriptions, const 
 
 std::vector<messages::LineStatus> wireLines(const board::Box& box) {
   std::vector<messages::LineStatus> lines;
-  for (const auto& chip : gpio::linesApart(box)) {
-    for (const auto& line : chip.lines) {
-      lines.push_back({.name = line.name,
-                       .role = static_cast<std::uint8_t>(line.watched.role),
-                       .line = line.watched.line,
-                       .edges = 0,
-                       .lost = 0});
-    }
-  }
+  for (const auto& [described, role, number] : gpio::allLines(box))
+    lines.push_back(
+        {.name = described->name, .role = static_cast<std::uint8_t>(role), .line = number, .edges = 0, .lost = 0});
   // Marks that a counter reports count as lines of their axis.
   for (std::size_t axis = 0; axis < board::kLinearEncoders; ++axis) {
     const auto& encoder = box.devices.encoders_by_axis.at(axis);

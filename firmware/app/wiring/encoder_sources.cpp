@@ -11,6 +11,7 @@
 #include "board/describe/encoder_checks.hpp"
 #include "drivers/counter/counter_source.hpp"
 #include "drivers/counter/linux_counter.hpp"
+#include "drivers/gpio/lines.hpp"
 #include "drivers/gpio/quadrature.hpp"
 #include "drivers/io/summed_source.hpp"
 #include "firmware/app/wiring/gpio_line.hpp"
@@ -112,6 +113,14 @@ usb_probe::CounterAxes counterAxes(const board::Descriptions& descriptions) {
                                   .counts_per_count = is_secondary ? counts_per_secondary : 0};
   }
   return axes;
+}
+
+usb_probe::WiredLines wiredLines(const board::Box& box) {
+  usb_probe::WiredLines lines{};
+  for (const auto& [described, role, number] : gpio::allLines(box))
+    if (described->receiver)
+      lines.at(*described->receiver) = {role, number, described->active == board::ActiveLevel::low};
+  return lines;
 }
 
 std::uint8_t controlAxes(const board::Devices& devices) {

@@ -20,6 +20,8 @@ std::vector<std::unique_ptr<io::EventSource>> openEncoders(const board::Descript
 
 // Axes to which the counters of the probe's receiver are wired.
 usb_probe::CounterAxes counterAxes(const board::Descriptions& descriptions);
+// What the lines of the receiver are for.
+usb_probe::WiredLines wiredLines(const board::Box& box);
 
 // Counts of X, Y or Z for one of its secondary axis, negative where the two count in opposite senses; 0 without one.
 double countsPerSecondaryCount(const board::Machine& machine, std::size_t axis);

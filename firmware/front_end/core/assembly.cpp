@@ -207,8 +207,9 @@ void Assembly::close() {
                                                            .first = static_cast<std::uint32_t>(next_ - samples)});
     messages::detail::encodeFields(headers,
                                    usb_probe::CountersHeader{kCounters, static_cast<std::uint8_t>(latches_), 0});
-    messages::detail::encodeFields(headers, usb_probe::EdgesHeader{static_cast<std::uint8_t>(edges_), 0, faults_.bits(),
-                                                                   settings_.steps_a_sample});
+    messages::detail::encodeFields(
+        headers, usb_probe::EdgesHeader{static_cast<std::uint8_t>(edges_), static_cast<std::uint8_t>(line_levels_),
+                                        faults_.bits(), settings_.steps_a_sample});
     frame::ByteWriter rest{std::span{open_->bytes}.subspan(open_->size)};
     for (std::size_t i = 0; i < latches_; ++i) messages::detail::encodeFields(rest, latch_[i]);
     for (std::size_t i = 0; i < edges_; ++i) messages::detail::encodeFields(rest, edge_[i]);

@@ -34,6 +34,7 @@ class Program {
   void pass() {
     const auto now = nowUs();
     usb_.poll();
+    latching_.tellChanges(assembly_);  // at each pass: none has many to tell
     takeSample(now);
     assembly_.work();
     if (const auto settings = control_.takeSettings()) restart(*settings);

@@ -8,7 +8,7 @@
 #include "host-tests/support/no_alloc.hpp"
 #include "instants.hpp"
 
-// Packets of version 2: axis counts and index latches on the sample counter of the deflections.
+// Packets of versions 2 and 3: axis counts, index latches and edges on the sample counter of the deflections.
 namespace probebox::usb_probe {
 namespace {
 
@@ -134,6 +134,77 @@ TEST(IndexLatches, ComeBetweenTheSamplesThatTheyLieBetween) {
   const auto later = eventsOf(decoder, device.packet(device.nextPacketAt()));
   EXPECT_EQ(std::get<CountedIndex>(later[0]).counter, 107U);
   EXPECT_EQ(std::get<CountedDeflection>(later[1]).counter, 108U);
+}
+
+// Line 0 is sync, 2 the first trigger and active low, 3 inhibit; 1 is not wired.
+WiredLines lines() {
+  return {WiredLine{LineRole::sync, 0, false}, std::nullopt, WiredLine{LineRole::trigger, 0, true},
+          WiredLine{LineRole::inhibit, 1, false}};
+}
+
+EmulatedReceiver receiverWithEdges(std::uint32_t first = 0) {
+  return EmulatedReceiver{
+      {.rate_hz = 1000, .samples_a_packet = 4, .first_counter = first, .counters = 1, .steps_a_sample = 10'000},
+      [](Nanoseconds) { return std::array<Micrometres, 3>{}; },
+      kStart,
+      [](Nanoseconds) { return std::array<std::int64_t, kMostCounters>{}; }};
+}
+
+std::vector<CountedEdge> edgesOf(const std::vector<Event>& events) {
+  std::vector<CountedEdge> edges;
+  for (const auto& event : events)
+    if (const auto* const edge = std::get_if<CountedEdge>(&event)) edges.push_back(*edge);
+  return edges;
+}
+
+TEST(ReceiverEdges, ComeBetweenTheSamplesThatTheyLieBetweenInTheOrderOfTheirTimes) {
+  CounterAxes axes{};
+  axes[0] = {kX, true};
+  auto device = receiverWithEdges(0xffff'fffe);
+  ReceiverDecoder decoder{axes, lines()};
+  device.edge(ReceiverLine::sync, true, kStart + 1'250us);
+  device.pulse(0, kStart + 1'300us);
+  device.edge(ReceiverLine::trigger_1, true, kStart + 1'400us);  // is not wired
+  device.edge(ReceiverLine::trigger_2, true, kStart + 1'500us);
+  const auto events = eventsOf(decoder, device.packet(device.nextPacketAt()));
+  const auto& sync = std::get<CountedEdge>(events.at(4));
+  EXPECT_EQ(sync.role, LineRole::sync);
+  EXPECT_EQ(sync.counter, 0xffff'ffffU);
+  EXPECT_NEAR(std::ldexp(sync.fraction, -32), 0.25, 1e-4);
+  EXPECT_EQ(sync.level, Level::active);
+  EXPECT_TRUE(std::holds_alternative<CountedIndex>(events.at(5)));
+  const auto& trigger = std::get<CountedEdge>(events.at(6));
+  EXPECT_EQ(trigger.role, LineRole::trigger);
+  EXPECT_EQ(trigger.level, Level::inactive) << "active low";
+  EXPECT_EQ(std::get<CountedDeflection>(events.at(7)).counter, 0U);
+}
+
+TEST(ReceiverEdges, BeginWithTheLevelsAndFindWhatWasLost) {
+  auto device = receiverWithEdges();
+  ReceiverDecoder decoder{{}, lines()};
+  auto edges = edgesOf(eventsOf(decoder, device.packet(device.nextPacketAt())));
+  ASSERT_EQ(edges.size(), 2U) << "of trigger and inhibit: a probe may be in contact, and a cut may be on";
+  EXPECT_EQ(edges[0].role, LineRole::trigger);
+  EXPECT_EQ(edges[0].level, Level::active);
+  EXPECT_EQ(edges[1].role, LineRole::inhibit);
+  EXPECT_EQ(edges[1].line, 1);
+  EXPECT_EQ(edges[1].level, Level::inactive);
+  device.edge(ReceiverLine::inhibit, true, kStart + 4'500us);
+  edges = edgesOf(eventsOf(decoder, device.packet(device.nextPacketAt())));
+  ASSERT_EQ(edges.size(), 1U);
+  const auto known = edges[0].line_sequence;
+  // A packet with an edge is lost: the level is told, and the next edge shows the gap.
+  device.losePackets(1);
+  device.edge(ReceiverLine::inhibit, false, kStart + 8'500us);
+  EXPECT_TRUE(device.packet(device.nextPacketAt()).empty());
+  edges = edgesOf(eventsOf(decoder, device.packet(device.nextPacketAt())));
+  ASSERT_EQ(edges.size(), 1U);
+  EXPECT_EQ(edges[0].level, Level::inactive);
+  EXPECT_EQ(edges[0].line_sequence, known);
+  device.edge(ReceiverLine::inhibit, true, kStart + 16'500us);
+  edges = edgesOf(eventsOf(decoder, device.packet(device.nextPacketAt())));
+  ASSERT_EQ(edges.size(), 1U);
+  EXPECT_EQ(edges[0].line_sequence, known + 2);
 }
 
 TEST(AxisCounters, TakeNoMemory) {

@@ -231,7 +231,8 @@ TEST(PacketWithEdges, IsTheseBytes) {
   const std::vector<IndexLatch> latches{{.sample = 5, .fraction = 0x80000000, .counter = 0, .counts = 7}};
   const std::vector<LineEdge> edges{
       {.sample = 4, .fraction = 0x40000000, .line = 2, .level = 1, .sequence = 0x0102, .lost = 3}};
-  const Edges more{.steps_a_sample = 10422, .faults = bitOf(ReceiverFault::converter_silent), .edges = edges};
+  const Edges more{
+      .steps_a_sample = 10422, .faults = bitOf(ReceiverFault::converter_silent), .edges = edges, .levels = 4};
   Bytes bytes(packetBytes(1, 1, 1, 1));
   const std::vector<Sample> samples{{{1, 2, 3}, status::kClipped}};
   EXPECT_EQ(encodePacket({.run = 9, .first = 5}, samples, {1, counts, latches}, bytes, &more), bytes.size());
@@ -239,7 +240,7 @@ TEST(PacketWithEdges, IsTheseBytes) {
   EXPECT_EQ(hex.substr(0, hex.size() - 8),
             "505258310309010005000000"
             "01010000"
-            "01000400b6280000"
+            "01040400b6280000"
             "0100000002000000030000000100"
             "feffffffffffffff"
             "0500000000000080000000000700000000000000"
@@ -253,13 +254,15 @@ TEST(PacketWithEdges, RoundTripsAndIsNotTakenWithAWrongBit) {
     const auto counters = *rc::gen::inRange<std::size_t>(0, kMostCounters + 1);
     const auto axes = counters == 0 ? Axes{} : someAxes(random, samples.size(), counters);
     const auto edges = someEdges(random);
-    const Edges more{static_cast<std::uint32_t>(random()), static_cast<std::uint16_t>(random()), edges};
+    const Edges more{static_cast<std::uint32_t>(random()), static_cast<std::uint16_t>(random()), edges,
+                     static_cast<std::uint8_t>(random() % 32)};
     Bytes bytes(packetBytes(samples.size(), counters, axes.latches.size(), edges.size()));
     RC_ASSERT(encodePacket({.first = 7}, samples, {counters, axes.counts, axes.latches}, bytes, &more) == bytes.size());
     const auto packet = decodePacket(bytes);
     RC_ASSERT(packet.ok());
     RC_ASSERT(packet->of_edges.steps_a_sample == more.steps_a_sample);
     RC_ASSERT(packet->of_edges.faults == more.faults);
+    RC_ASSERT(packet->of_edges.levels == more.levels);
     for (std::size_t i = 0; i < samples.size(); ++i) RC_ASSERT(packet->sample(i) == samples[i]);
     for (std::size_t i = 0; i < axes.counts.size(); ++i)
       RC_ASSERT(packet->count(i / counters, i % counters) == axes.counts[i]);

@@ -135,6 +135,32 @@ TEST(Boards, WithAReceiverAreDescribedWhole) {
     EXPECT_EQ(kindOf(board->box.devices.encoders_by_axis.at(axis).value()), "receiver") << axis;
 }
 
+TEST(Boards, WithAFrontEndNeedNoGpioChip) {
+  for (const char* const name : {"panel-pc", "raspberry-pi", "arm64"}) {
+    const auto board = loadDirectory(std::string{BOARDS "/front-end/"} + name);
+    ASSERT_TRUE(board.ok()) << board.error().what;
+    EXPECT_EQ(board->box.sync.receiver, 0);
+    EXPECT_EQ(board->box.triggers.at(0).receiver, 1);
+    EXPECT_EQ(board->box.skips.at(0).receiver, 2);
+    EXPECT_EQ(board->box.inhibits.at(0).receiver, 3);
+  }
+}
+
+std::string problemOfFrontEnd(std::string_view from, const std::string& to) {
+  std::ostringstream text;
+  text << std::ifstream{BOARDS "/front-end/panel-pc/box.toml"}.rdbuf();
+  const auto box = parseBox(exchanged(text.str(), from, to), "box.toml");
+  return box ? std::string{} : box.error().what;
+}
+
+TEST(ReceiverLines, AreOnTheReceiverOrOnAChip) {
+  EXPECT_THAT(problemOfFrontEnd("receiver = \"sync\"", "receiver = \"sync\"\nchip = \"gpiochip0\""),
+              HasSubstr("'sync.chip'"));
+  EXPECT_THAT(problemOfFrontEnd("receiver = \"trigger-2\"", "receiver = \"trigger-1\""), HasSubstr("'skip.receiver'"));
+  EXPECT_THAT(problemOfFrontEnd("receiver = \"inhibit\"", "receiver = \"cut\""), HasSubstr("'inhibit.receiver'"));
+  EXPECT_THAT(problemOfFrontEnd("probe = \"usb\" ", "probe = \"none\" "), HasSubstr("'sync'"));
+}
+
 // The board with a receiver, with `from` of the named file cut out up to `to`.
 Outcome<Descriptions> receiverWithout(const std::string& file, std::string_view from, std::string_view to) {
   const support::TemporaryFolder folder;

@@ -119,6 +119,7 @@ TEST(Assembly, TakesTheFirstStampForTheLevelsToBeginWith) {
   const auto bytes = fixture.front();
   const auto packet = usb_probe::decodePacket(bytes);
   ASSERT_EQ(packet->of_edges.edges, 1);
+  EXPECT_EQ(packet->of_edges.levels, 0b01000);
   EXPECT_EQ(packet->edge(0).line, 0);
   EXPECT_EQ(packet->edge(0).level, 0);
 }
