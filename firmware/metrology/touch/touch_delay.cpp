@@ -113,10 +113,14 @@ Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, TouchQu
     if (auto refusal = refuseStatedSpeeds(*listed)) return *refusal;
   }
   TRY(const auto touches, question.kinematics ? readJointTouches(dataset, *question.kinematics) : readTouches(dataset));
-  // Where the speeds tell the size, touches are judged without the stated one: that may be what is wrong.
-  TouchQuestion judged = question;
-  if (!refuseStatedSpeeds(*listed)) judged.size_mm.reset();
-  TRY(auto agreed, agreeOrNameAxes(withoutRinging(touches), judged));
+  // Where the speeds tell the size, touches are judged without the stated one, which may be what is wrong; with it
+  // where they are too few for that.
+  TouchQuestion sizeless = question;
+  sizeless.size_mm.reset();
+  const auto usable = withoutRinging(touches);
+  auto judged = refuseStatedSpeeds(*listed) ? agreeOrNameAxes(usable, question) : agreeOrNameAxes(usable, sizeless);
+  if (!judged && question.size_mm) judged = agreeOrNameAxes(usable, question);
+  TRY(auto agreed, std::move(judged));
   if (auto refusal = wrongFeature(feature, agreed.fit)) return *refusal;
   agreed = onWholeRecords(std::move(agreed), touches, question);
   return TouchDelay{dataset, question, std::move(agreed), previous, spindle_rad};

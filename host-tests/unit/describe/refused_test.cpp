@@ -53,7 +53,7 @@ TEST(Refused, WholeNumbersThatADoubleDoesNotHold) {
 TEST(Refused, AGainThatLeavesAScrewUncorrectedOrMultipliesIt) {
   for (const char* const gain : {"0", "1e-308", "-0.05"})
     EXPECT_THAT(simMachineProblem("gain = -1.0   ", std::string{"gain = "} + gain),
-                AllOf(HasSubstr("machine.toml:153: 'screw.X.gain' = "), HasSubstr("the screw")));
+                AllOf(testing::ContainsRegex("machine.toml:[0-9]+: 'screw.X.gain' = "), HasSubstr("the screw")));
   EXPECT_THAT(simMachineProblem("gain = -1.0   ", "gain = -86"), HasSubstr("-10 to 10"));
   EXPECT_TRUE(parseMachine(simWith("machine.toml", "gain = -1.0   ", "gain = 0.86"), "machine.toml"));
 }
@@ -67,7 +67,7 @@ TEST(Refused, CountsTooCoarseForAnAxis) {
 
 TEST(Refused, TwoBallsOfAPlateInOnePlace) {
   EXPECT_THAT(simMachineProblem("at_mm = [-15, -26, 60]", "at_mm = [-15, 26.0005, 100]"),
-              HasSubstr("machine.toml:145: 'ball_plate.ball.at_mm'"));
+              testing::ContainsRegex("machine.toml:[0-9]+: 'ball_plate.ball.at_mm'"));
 }
 
 TEST(Refused, AToolThatEndsInsideOfItsHolder) {
