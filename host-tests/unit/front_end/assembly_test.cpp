@@ -209,6 +209,8 @@ TEST(Assembly, DropsAndCountsWholePacketsWhenNobodyReads) {
   // A new host gets nothing that is old.
   fixture.assembly->discard();
   EXPECT_TRUE(fixture.front().empty());
+  fixture.packetOfSamples();
+  EXPECT_EQ(faultsOf(fixture.front()), 0);
 }
 
 TEST(Assembly, TakesNoMemory) {
