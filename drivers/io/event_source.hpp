@@ -27,6 +27,10 @@ class EventSource {
   // which also reopens a lost source.
   virtual std::string_view problem() const { return {}; }
 
+  // What the device says is wrong with it while it delivers, by name, now or in the last minute; empty when nothing is.
+  // Changes in read() only.
+  virtual std::string_view faults() const { return {}; }
+
   // Number of inputs that could not become events, such as damaged packets. Changes in read() only.
   virtual std::uint64_t unusable() const { return 0; }
 };

@@ -26,6 +26,7 @@ std::size_t ReceiverDecoder::read(std::span<const std::byte>& bytes, std::span<E
       const auto packet = reader_.next(bytes);
       if (!packet) break;
       packet_ = *packet;
+      faults_ = static_cast<std::uint16_t>(faults_ | packet_.of_edges.faults);
       next_ = next_latch_ = next_edge_ = 0;
     }
     // A transfer that goes on, or ends in mid-packet, did not end because a sample had just been taken.

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "drivers/io/encoder_axis.hpp"
 #include "drivers/usb_probe/packet_reader.hpp"
@@ -57,9 +58,10 @@ class ReceiverDecoder {
   // axisBit() of each axis that is wired.
   std::uint8_t axes() const { return axis_bits_; }
   const WiredLines& lines() const { return lines_; }
-  // Version of the last packet, and its EdgesHeader, which is empty before version 3.
+  // Version of the last packet.
   std::uint8_t version() const { return packet_.header.version; }
-  const EdgesHeader& edgesHeader() const { return packet_.of_edges; }
+  // Bits of EdgesHeader::faults in the packets since the last call.
+  std::uint16_t takeFaults() { return std::exchange(faults_, std::uint16_t{0}); }
 
   // Discards all state, for a device that was opened again.
   void restart();
@@ -85,6 +87,7 @@ class ReceiverDecoder {
   WiredLines lines_;
   std::array<Told, kReceiverLines> told_lines_{};
   std::optional<std::uint8_t> run_;
+  std::uint16_t faults_{};
   std::uint8_t axis_bits_{};
   PacketReader reader_;
   Packet packet_;

@@ -67,6 +67,7 @@ std::size_t LinuxReceiver::read(std::span<Event> into, MonoTime now) {
   if (connection_) {
     count = drain(into);
     judge();
+    showFaults(now);
     if (connection_->in.over() && decoder_.idle()) lose(now);
   }
   return count + deliverLosses(into.subspan(count), now);
@@ -171,15 +172,25 @@ std::string LinuxReceiver::problemOfPackets() const {
     return "it sends packets of version " + std::to_string(decoder_.version()) +
            ", which have no edges, and lines of box.toml are on the receiver: let it send version 3, or wire them to a "
            "gpio chip";
-  return problemOfFaults();
+  return {};
 }
 
-std::string LinuxReceiver::problemOfFaults() const {
-  std::string all;
+// A fault of a moment is in one packet alone, and a person looks now and then.
+void LinuxReceiver::showFaults(MonoTime now) {
+  const auto seen = decoder_.takeFaults();
+  unsigned shown = 0;
+  for (const auto& of_bit : kReceiverFaults) {
+    const unsigned bit = bitOf(of_bit.fault);
+    auto& last = fault_seen_.at(static_cast<std::size_t>(of_bit.fault));
+    if ((seen & bit) != 0) last = now;
+    if (last && now - *last < kShown) shown |= bit;
+  }
+  if (shown == shown_faults_) return;
+  shown_faults_ = shown;
+  faults_.clear();
   for (const auto& [fault, name, meaning] : kReceiverFaults)
-    if ((decoder_.edgesHeader().faults & bitOf(fault)) != 0)
-      all += (all.empty() ? "" : "; ") + std::string{name} + ": " + std::string{meaning};
-  return all;
+    if ((shown & bitOf(fault)) != 0)
+      faults_ += (faults_.empty() ? "" : "; ") + std::string{name} + ": " + std::string{meaning};
 }
 
 }  // namespace probebox::usb_probe

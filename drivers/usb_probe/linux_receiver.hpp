@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -22,6 +24,8 @@ class LinuxReceiver final : public io::EventSource {
  public:
   // Retry interval without hot-plug events.
   static constexpr Nanoseconds kRetry = std::chrono::seconds{1};
+  // For so long after its last packet with it a fault is shown.
+  static constexpr Nanoseconds kShown = std::chrono::minutes{1};
 
   // name: serial number or place ("1-1.4") of the receiver; empty for the only one. axes: to which its counters are
   // wired; lines: what its lines are for.
@@ -32,12 +36,11 @@ class LinuxReceiver final : public io::EventSource {
   int descriptor() const override;
   std::string_view name() const override { return name_; }
   // Why there are no samples: absent, no permission, in use, or an unknown packet version; or fewer axis counters or
-  // lines than are wired; or the faults that it tells, by name.
+  // lines than are wired.
   std::string_view problem() const override { return problem_; }
+  std::string_view faults() const override { return faults_; }
 
   const PacketCounters& packets() const { return decoder_.counters(); }
-  // What it says of itself with its last packet; empty before version 3.
-  const EdgesHeader& edgesHeader() const { return decoder_.edgesHeader(); }
 
  private:
   struct Connection;
@@ -48,13 +51,16 @@ class LinuxReceiver final : public io::EventSource {
   void lose(MonoTime now);
   void judge();
   std::string problemOfPackets() const;
-  std::string problemOfFaults() const;
+  void showFaults(MonoTime now);
   std::size_t deliverLosses(std::span<Event> into, MonoTime now);
 
   CounterAxes axes_;
   std::string wanted_;
   std::string name_;
   std::string problem_;
+  std::string faults_;
+  unsigned shown_faults_{};
+  std::array<std::optional<MonoTime>, 16> fault_seen_{};
   std::unique_ptr<usb_host::HotPlug> plug_;
   std::unique_ptr<Connection> connection_;
   ReceiverDecoder decoder_;

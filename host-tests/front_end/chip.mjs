@@ -45,9 +45,27 @@ export class Chip {
       this.mcu.core.SP = words.getUint32(0, true);
       this.mcu.core.PC = words.getUint32(4, true) & ~1;
     }
+    this.keepInReset();
     this.wireConverter();
     this.wireUsb();
     this.watchPasses();
+  }
+
+  // After the boot ROM all but the flash's pins are in reset, as the emulator's are not: what is used must be released before.
+  keepInReset() {
+    const bits = { 0x50000: 2, 0x40014: 5, 0x4001c: 8, 0x50200: 10, 0x50300: 11, 0x40028: 12, 0x4002c: 13, 0x4003c: 16, 0x40054: 21, 0x50110: 24 };
+    const resets = this.mcu.peripherals[0x4000c];
+    resets.reset = 0x1ffffff & ~((1 << 6) | (1 << 9));
+    for (const [base, bit] of Object.entries(bits)) {
+      const peripheral = this.mcu.peripherals[base];
+      for (const name of ['readUint32', 'writeUint32']) {
+        const access = peripheral[name].bind(peripheral);
+        peripheral[name] = (...values) => {
+          if (resets.reset & (1 << bit)) throw new Error(`peripheral ${Number(base).toString(16)} is used in reset`);
+          return access(...values);
+        };
+      }
+    }
   }
 
   // Each pass of the program's loop feeds the watchdog.

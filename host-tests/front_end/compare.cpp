@@ -8,10 +8,12 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "drivers/usb_probe/decode.hpp"
 #include "drivers/usb_probe/packet_reader.hpp"
 #include "protocol/receiver/front_end.hpp"
 
@@ -107,6 +109,7 @@ class Comparison {
     compareEdges();
     comparePulses();
     compareFaults();
+    compareEvents();
     std::cout << samples_ << " samples, " << edges_ << " edges (worst stamp " << worst_stamp_ << " cycles), " << pulses_
               << " index pulses compared\n";
   }
@@ -244,6 +247,45 @@ class Comparison {
     // A counter may have been too fast where A and B changed at once.
     if (std::ranges::any_of(truth_.illegal, before)) faults_ &= ~unsigned{bitOf(ReceiverFault::counter_overrun)};
     if (faults_ != expected) differs("faults ", faults_, ", expected ", expected);
+  }
+
+  // As the box sees it: every sample with its counts, pulse and edge is an event, in the order of their times.
+  void compareEvents() {
+    usb_probe::CounterAxes axes{};
+    for (std::uint8_t k = 0; k < front_end::kCounters; ++k) axes[k] = {.axis = k, .has_index = true};
+    const usb_probe::WiredLines lines{usb_probe::WiredLine{LineRole::sync}, usb_probe::WiredLine{LineRole::trigger},
+                                      usb_probe::WiredLine{LineRole::skip}, usb_probe::WiredLine{LineRole::inhibit},
+                                      usb_probe::WiredLine{LineRole::trigger, 1}};
+    const auto decoder = std::make_unique<usb_probe::ReceiverDecoder>(axes, lines);
+    std::size_t samples = 0, counted = 0, pulses = 0, edges = 0;
+    double last = -1;
+    const auto takeAt = [&](std::uint32_t counter, std::uint32_t fraction) {
+      const double at = counter + std::ldexp(fraction, -32);
+      if (at < last) differs("an event at ", at, " comes after one at ", last);
+      last = at;
+    };
+    std::array<Event, 64> events;
+    for (const auto& transfer : truth_.transfers) {
+      std::span<const std::byte> bytes{transfer};
+      decoder->begin(bytes, {}, true);
+      while (const auto count = decoder->read(bytes, events))
+        for (const auto& event : std::span{events}.first(count)) {
+          if (const auto* const sample = std::get_if<CountedDeflection>(&event)) ++samples, takeAt(sample->counter, 0);
+          if (std::holds_alternative<CountedAxes>(event)) ++counted;
+          if (const auto* const pulse = std::get_if<CountedIndex>(&event))
+            ++pulses, takeAt(pulse->counter, pulse->fraction);
+          const auto* const edge = std::get_if<CountedEdge>(&event);
+          if (edge == nullptr) continue;
+          ++edges;
+          if (edge->fraction != 0) takeAt(edge->counter, edge->fraction);  // 0: the level that a line begins with
+        }
+    }
+    std::size_t sent = 0;
+    for (const auto& line : sent_edges_) sent += line.size();
+    // Beside the edges: the levels of lines, but sync, that begin without one.
+    const bool edges_fit = edges >= sent && edges <= sent + 4;
+    if (samples != samples_ || counted != samples_ || pulses != latches_.size() || !edges_fit)
+      differs("the box decodes ", samples, " samples, ", counted, " counts, ", pulses, " pulses, ", edges, " edges");
   }
 
   const Truth& truth_;

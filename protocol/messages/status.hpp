@@ -32,10 +32,13 @@ struct SourceStatus {
   std::string name{};
   std::string problem{};
   std::uint64_t unusable{};
+  std::string faults{};
   static constexpr void fields(auto& self, auto&& field) {
     field("name", self.name, "for a person, such as gpiochip0 line 4 (sync)");
     field("problem", self.problem, "why nothing comes from it, and what to do; empty when all is well");
     field("unusable_messages", self.unusable, "what came from the device and is no event");
+    field("faults", self.faults,
+          "what the device says is wrong with it, now or in the last minute, by name; empty when nothing is");
   }
 };
 

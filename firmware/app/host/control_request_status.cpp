@@ -36,14 +36,15 @@ std::vector<messages::SourceStatus> sourcesOf(std::vector<SourceTable::Row> rows
                                               const std::vector<messages::LineStatus>& lines,
                                               const published::Snapshot& snapshot) {
   std::vector<messages::SourceStatus> all;
-  for (auto& [name, problem, unusable] : rows) {
+  for (auto& [name, problem, faults, unusable] : rows) {
     if (isUnknownInhibit(name, lines, snapshot)) {
       problem += (problem.empty() ? "" : "; ") +
                  std::string{
                      "its level is not known since the start, which counts as a cut: no result comes into "
                      "force before it is, or until box.toml has the line no more"};
     }
-    all.push_back({.name = std::move(name), .problem = std::move(problem), .unusable = unusable});
+    all.push_back(
+        {.name = std::move(name), .problem = std::move(problem), .unusable = unusable, .faults = std::move(faults)});
   }
   return all;
 }

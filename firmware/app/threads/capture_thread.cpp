@@ -85,10 +85,14 @@ void CaptureThread::push(const Event& event, MonoTime now) {
 void CaptureThread::tellProblems() {
   for (std::size_t i = 0; i < sources_.size(); ++i) {
     const auto& source = *sources_[i];
-    auto& [problem, unusable] = told_[i];
+    auto& [problem, faults, unusable] = told_[i];
     if (source.problem() != problem) {
       problem = source.problem();
       table_.tell(i, problem);
+    }
+    if (source.faults() != faults) {
+      faults = source.faults();
+      table_.tellFaults(i, faults);
     }
     if (source.unusable() != unusable) {
       unusable = source.unusable();

@@ -242,6 +242,7 @@ class ProbeReceiver final : public io::EventSource {
   int descriptor() const override { return receiver_.descriptor(); }
   std::string_view name() const override { return receiver_.name(); }
   std::string_view problem() const override { return receiver_.problem(); }
+  std::string_view faults() const override { return receiver_.faults(); }
 
  private:
   usb_probe::LinuxReceiver receiver_;

@@ -243,6 +243,11 @@ void Assembly::work() {
   ring_.checked();
 }
 
+void Assembly::discard() {
+  ring_.clear();
+  faults_.clear(static_cast<std::size_t>(ReceiverFault::samples_dropped));
+}
+
 void Assembly::taken() {
   const auto* const held = ring_.front();
   if (held == nullptr) return;

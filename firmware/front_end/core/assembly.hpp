@@ -25,6 +25,7 @@ class UntilTaken {
     for (std::size_t bit = 0; bit < N; ++bit)
       if (static_cast<std::int32_t>(packet - last_[bit]) >= 0) bits_ = static_cast<std::uint16_t>(bits_ & ~(1U << bit));
   }
+  void clear(std::size_t bit) { bits_ = static_cast<std::uint16_t>(bits_ & ~(1U << bit)); }
   std::uint16_t bits() const { return bits_; }
 
  private:
@@ -101,8 +102,8 @@ class Assembly {
   void raise(usb_probe::ReceiverFault fault) { faults_.raise(static_cast<std::size_t>(fault), packet_); }
   // The host has taken the packet at the front.
   void taken();
-  // A new host listens.
-  void discard() { ring_.clear(); }
+  // A new host listens: what was dropped before is nothing to it.
+  void discard();
 
   const PacketRing& packets() const { return ring_; }
   FrontEndCounters& counters() { return counters_; }

@@ -182,7 +182,7 @@ Answer Control::feature(const Setup& setup, bool on) {
   if (!is_bulk && !is_control) return {};
   if (is_bulk) {
     halted_ = on;
-    new_host_ = new_host_ || !on;
+    new_host_ = true;
   }
   return {Answer::Kind::acknowledge, {}, 0};
 }

@@ -11,8 +11,8 @@ boot2:
     ldr     r4, ssi
     movs    r0, #0
     str     r0, [r4, #0x08]     // SSIENR: off while it is changed
-    movs    r0, #8
-    str     r0, [r4, #0x14]     // BAUDR: a slow clock, for any flash
+    movs    r0, #2
+    str     r0, [r4, #0x14]     // BAUDR: half of the ring oscillator, 6 MHz at most, for any flash
     ldr     r0, ctrlr0
     str     r0, [r4, #0x00]
     ldr     r0, spi_ctrlr0

@@ -26,6 +26,13 @@ void startPll(std::uint32_t base, std::uint32_t multiple, std::uint32_t first, s
   at(base + kPowerDown) = kNoDither;
 }
 
+// Resets peripherals and waits until they are there.
+void renew(std::uint32_t peripherals) {
+  setBits(resets::kReset, peripherals);
+  clearBits(resets::kReset, peripherals);
+  await(resets::kDone, peripherals);
+}
+
 void startClocks() {
   constexpr std::uint32_t kFrom1To15MHz = 0xaa0, kEnable = 0xfabU << 12U, kStable = 1U << 31U;
   at(xosc::kStartup) = 47;  // 1 ms in units of 256 periods
@@ -35,6 +42,7 @@ void startClocks() {
   await(clocks::kRefSelected, 1U << 2U);
   at(clocks::kSysControl) = 0;  // the reference, while the PLL starts
   await(clocks::kSysSelected, 1U << 0U);
+  renew(resets::kPllSys | resets::kPllUsb);
   startPll(pll::kSys, 125, 6, 2);
   startPll(pll::kUsb, 100, 5, 5);
   at(clocks::kSysControl) = 1;  // from its second multiplexer, which is at the PLL
@@ -73,9 +81,7 @@ void startChip() {
   startClocks();
   constexpr std::uint32_t kUsed = resets::kDma | resets::kIoBank0 | resets::kPadsBank0 | resets::kPio0 | resets::kPio1 |
                                   resets::kSpi0 | resets::kTimer | resets::kUsb;
-  setBits(resets::kReset, kUsed);
-  clearBits(resets::kReset, kUsed);
-  await(resets::kDone, kUsed);
+  renew(kUsed);
   startPins();
 }
 

@@ -229,7 +229,7 @@ TEST_F(Receiver, OfAnotherVersionIsSaid) {
   LinuxReceiver source{""};
   read(source);
   auto other = packets(1);
-  other[4] = std::byte{3};
+  other[4] = std::byte{4};
   send(other);
   EXPECT_TRUE(read(source).empty());
   EXPECT_THAT(source.problem(), HasSubstr("version"));

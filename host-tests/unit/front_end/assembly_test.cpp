@@ -89,10 +89,10 @@ TEST(Assembly, MakesThePacketsOfTheBoxesOwnEncoder) {
 TEST(Assembly, PutsEdgesOnTheSampleCounterToAStep) {
   EXPECT_TRUE(rc::check("sample and fraction are the time of the edge", [] {
     std::mt19937_64 random{*rc::gen::arbitrary<std::uint64_t>()};
-    const std::uint32_t steps = kLeastSteps + random() % 100'000;
+    const auto steps = static_cast<std::uint32_t>(kLeastSteps + random() % 100'000);
     Fixture fixture{{.steps_a_sample = steps, .samples_a_packet = 1}};
     // Also after the stamps have wrapped.
-    const std::uint32_t before = 2 + random() % 5000;
+    const auto before = static_cast<std::uint32_t>(2 + random() % 5000);
     for (std::uint32_t i = 0; i < before; ++i) {
       fixture.sample();
       fixture.assembly->taken();
@@ -209,6 +209,8 @@ TEST(Assembly, DropsAndCountsWholePacketsWhenNobodyReads) {
   // A new host gets nothing that is old.
   fixture.assembly->discard();
   EXPECT_TRUE(fixture.front().empty());
+  fixture.packetOfSamples();
+  EXPECT_EQ(faultsOf(fixture.front()), 0);
 }
 
 TEST(Assembly, TakesNoMemory) {

@@ -44,8 +44,9 @@ TEST(FrontEndControl, AnswersInOnePart) {
     std::mt19937_64 random{*rc::gen::arbitrary<std::uint64_t>()};
     Host host;
     for (int i = 0; i < 300; ++i) {
-      const unsigned length = random() % 300;
-      const auto answer = host.ask(random() % 256, random() % 16, random() % 65'536, random() % 4, length);
+      const auto below = [&](unsigned most) { return static_cast<unsigned>(random() % most); };
+      const unsigned length = below(300);
+      const auto answer = host.ask(below(256), below(16), below(65'536), below(4), length);
       RC_ASSERT(answer.bytes.size() <= length);
       RC_ASSERT(answer.bytes.size() < kControlBytes || answer.bytes.size() == length);
       RC_ASSERT(answer.expected <= kControlBytes);

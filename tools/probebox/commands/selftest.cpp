@@ -66,6 +66,7 @@ void judgeSources(const std::vector<messages::SourceStatus>& sources, Findings& 
       ++well;
     else
       findings.add({false, "source-missing", source.name + ": " + source.problem});
+    if (!source.faults.empty()) findings.add({false, "source-fault", source.name + ": " + source.faults});
   }
   if (well > 0) findings.add({true, "", printed("%zu of %zu inputs deliver data.", well, sources.size())});
 }

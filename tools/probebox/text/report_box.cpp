@@ -242,6 +242,7 @@ std::string page(const messages::Status::Answer& s) {
     all += row("journal", to_string(s.events.lost_in_journal) + " events are missing in it");
   for (const auto& source : s.sources) {
     if (!source.problem.empty()) all += row("nothing from", source.name + ": " + source.problem);
+    if (!source.faults.empty()) all += row("fault of", source.name + ": " + source.faults);
     if (source.unusable != 0) all += row("unusable", source.name + ": " + to_string(source.unusable) + " messages");
   }
   if (s.events.sources_gone != 0) all += row("sources gone", to_string(s.events.sources_gone) + " times");

@@ -1,0 +1,80 @@
+#include "receiver_on_bus.hpp"
+
+// The lines and faults of a receiver with packets of version 3, on a mocked bus.
+namespace probebox::usb_probe {
+namespace {
+
+using testing::HasSubstr;
+
+class ReceiverWithLines : public Receiver {
+ protected:
+  void SetUp() override {
+    Receiver::SetUp();
+    device_ = EmulatedReceiver{{.samples_a_packet = 4, .steps_a_sample = 10'000},
+                               [](Nanoseconds) { return std::array<Micrometres, 3>{}; },
+                               monoTime(0)};
+    lines_[0] = {LineRole::sync, 0, false};
+    lines_[3] = {LineRole::inhibit, 0, false};
+  }
+  WiredLines lines_{};
+};
+
+TEST_F(ReceiverWithLines, GivesTheirEdgesAndTellsOnceThatItWentWithThem) {
+  bus_->plug(kReceiver);
+  LinuxReceiver source{"", {}, lines_};
+  read(source);
+  device_.edge(ReceiverLine::sync, true, monoTime(700'000));
+  send(packets(1));
+  bus_->unplug("1-3");
+  std::vector<Event> events;
+  for (int round = 0; round < 5; ++round)
+    for (const auto& event : read(source)) events.push_back(event);
+  std::vector<Source> lost;
+  std::size_t edges = 0;
+  for (const auto& event : events) {
+    if (std::holds_alternative<CountedEdge>(event)) ++edges;
+    if (const auto* const one = std::get_if<SourceLost>(&event)) lost.push_back(one->source);
+  }
+  EXPECT_EQ(edges, 2U) << "of sync, and the level that inhibit begins with";
+  EXPECT_THAT(lost, testing::ElementsAre(Source::probe, Source::sync, Source::trigger));
+}
+
+TEST_F(ReceiverWithLines, NamesAVersionThatHasNoLines) {
+  device_ =
+      EmulatedReceiver{{.samples_a_packet = 4}, [](Nanoseconds) { return std::array<Micrometres, 3>{}; }, monoTime(0)};
+  bus_->plug(kReceiver);
+  LinuxReceiver source{"", {}, lines_};
+  read(source);
+  send(packets(1));
+  read(source);
+  EXPECT_THAT(source.problem(), testing::AllOf(HasSubstr("version 1"), HasSubstr("version 3")));
+}
+
+TEST_F(ReceiverWithLines, NamesItsFaultsForAMinute) {
+  bus_->plug(kReceiver);
+  LinuxReceiver source{"", {}, lines_};
+  read(source);
+  device_.setFaults(bitOf(ReceiverFault::wires_3) | bitOf(ReceiverFault::edges_lost));
+  send(packets(1));
+  read(source);
+  EXPECT_THAT(source.faults(), testing::AllOf(HasSubstr("edges-lost"), HasSubstr("wires-of-counter-2")));
+  EXPECT_EQ(source.problem(), "") << "it delivers";
+  device_.setFaults(bitOf(ReceiverFault::wires_3));
+  now_ += LinuxReceiver::kShown / 2;
+  send(packets(1));
+  read(source);
+  EXPECT_THAT(source.faults(), HasSubstr("edges-lost")) << "a person looks now and then";
+  now_ += LinuxReceiver::kShown * 2 / 3;
+  device_.setFaults(0);
+  send(packets(1));
+  read(source);
+  EXPECT_THAT(source.faults(), testing::Not(HasSubstr("edges-lost")));
+  EXPECT_THAT(source.faults(), HasSubstr("wires-of-counter-2"));
+  now_ += LinuxReceiver::kShown;
+  send(packets(1));
+  read(source);
+  EXPECT_EQ(source.faults(), "");
+}
+
+}  // namespace
+}  // namespace probebox::usb_probe
