@@ -89,6 +89,7 @@ TEST(LivePlateOnB, TellsTheErrorsOfTheTableFromTwoMounts) {
     auto config = tiltingWorld(seed);
     config.part_spindle.further_mounts = {{.turn_rad = {0, 0, 0.3}, .shift_mm = {40, 0, 0}}};
     Scenario scenario{config, seed};
+    scenario.facts.ball_plate.value().mount_turns_rad = {config.part_spindle.further_mounts.front().turn_rad[2]};
     const auto result = measured(scenario, procedure::kRotaryAxisErrors, aboutB(scenario, kFew_deg, 2));
     ASSERT_TRUE(result);
     const auto& six = *result->find("six_errors");

@@ -70,7 +70,7 @@ TEST(Planning, AsksTheBoxThatIsNamed) {
   const FakeBox box{describing(latheOfTest())};
   const auto page = planOf(box, {"delay-known-sphere"});
   EXPECT_EQ(page.status, 0) << page.err;
-  EXPECT_THAT(page.out, AllOf(HasSubstr("certificate"), HasSubstr("stylus ball"), Not(HasSubstr("not in u")),
+  EXPECT_THAT(page.out, AllOf(Not(HasSubstr("not in u")),
                               HasSubstr("for lathe of a test with P-17, as the box " + box.uri() + " says"),
                               HasSubstr("of the box: 500 positions"), HasSubstr("1000 deflections"),
                               HasSubstr("1.5 um"), HasSubstr("0.5 um"), HasSubstr("10000 mm/s2")));
@@ -128,14 +128,14 @@ TEST(Planning, OfAFileHasItsMachineAndTheProbeOfTheBox) {
                                         " says in the place of lathe of a "
                                         "test of the box " +
                                         box.uri() + "; with its P-17, rates and delay"),
-                              HasSubstr("exact: certificate"), HasSubstr("stylus ball")))
+                              Not(HasSubstr("with the datum sphere of"))))
       << "the certificate is of another sphere";
   const auto alone = probebox({"plan", "delay-known-sphere", "--machine", path});
   EXPECT_THAT(alone.out, HasSubstr("for emulated three-axis mill, as " + path + " says; no box was asked"));
   EXPECT_THAT(alone.out, HasSubstr("6 mm"));
 }
 
-TEST(Planning, OfFilesHasTheCertificateOfTheSphereAndTheProbe) {
+TEST(Planning, OfFilesHasTheSphereAndTheProbe) {
   const RuntimeDirectory directory;
   const auto machine = directory.file("machine.toml"), unit = directory.file("unit.toml"),
              probe = directory.file("probe.toml");
@@ -150,12 +150,9 @@ TEST(Planning, OfFilesHasTheCertificateOfTheSphereAndTheProbe) {
     words.insert(words.begin(), {"plan", "delay-known-sphere"});
     return probebox(words);
   };
-  const auto of_machine = plan({"--machine", machine}),
-             of_all = plan({"--machine", machine, "--unit", unit, "--probe", probe});
-  EXPECT_THAT(of_machine.out, HasSubstr("exact: certificate"));
+  const auto of_all = plan({"--machine", machine, "--unit", unit, "--probe", probe});
   EXPECT_EQ(of_all.status, 0) << of_all.err;
-  EXPECT_THAT(of_all.out, AllOf(HasSubstr("certificate"), HasSubstr("sd_effective_diameter_mm"),
-                                Not(HasSubstr("not in u")), HasSubstr("with the datum sphere of " + unit),
+  EXPECT_THAT(of_all.out, AllOf(Not(HasSubstr("not in u")), HasSubstr("with the datum sphere of " + unit),
                                 HasSubstr("with the probe SIM-PROBE-1, as " + probe + " says"), HasSubstr("2000"),
                                 Not(HasSubstr("of the box: "))));
   const auto described = plan({"--machine", machine, "--unit", unit, "--probe", probe, "--json"}).object()["machine"];
@@ -163,8 +160,7 @@ TEST(Planning, OfFilesHasTheCertificateOfTheSphereAndTheProbe) {
   EXPECT_EQ(described["probe"], "SIM-PROBE-1");
   // Of another sphere, of nothing, without its machine.
   written(unit, std::string{board::startFile("unit.toml")}, "25.00018", "20.00018");
-  EXPECT_THAT(plan({"--machine", machine, "--unit", unit}).out,
-              AllOf(HasSubstr("certified sphere"), HasSubstr("exact: certificate")));
+  EXPECT_THAT(plan({"--machine", machine, "--unit", unit}).out, HasSubstr("certified sphere"));
   EXPECT_THAT(plan({"--machine", machine, "--unit", directory.file("none")}).err, HasSubstr("unit.toml"));
   EXPECT_THAT(plan({"--probe", machine}).err, HasSubstr("machine.toml:"));
   EXPECT_EQ(plan({"--unit", unit}).status, 2);

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <utility>
 
 namespace probebox::view {
 
@@ -24,7 +25,9 @@ class BoundedStream : public httplib::Stream {
  public:
   BoundedStream(socket_t socket, int silent_ms) : socket_{socket}, silent_ms_{silent_ms} {}
 
-  void beginRequest() { head_bytes_ = 0, in_head_ = true, line_is_empty_ = false; }
+  void beginRequest() { head_bytes_ = 0, in_head_ = true, line_is_empty_ = false, is_answered_ = false; }
+  // The answer says that the connection ends with it: a body that nobody has read would be taken for the next request.
+  bool endsWithAnswer() const { return ends_; }
   bool isTooLong() const { return head_bytes_ > kMostHead_bytes; }
   bool awaits(int at_most_ms) const { return next_ < end_ || is(POLLIN, at_most_ms); }
 
@@ -39,6 +42,8 @@ class BoundedStream : public httplib::Stream {
     return isTooLong() ? -1 : static_cast<ssize_t>(count);
   }
   ssize_t write(const char* from, size_t size) override {
+    if (!std::exchange(is_answered_, true))
+      ends_ = std::string_view{from, size}.find("\r\nConnection: close\r\n") != std::string_view::npos;
     return is_writable() ? ::send(socket_, from, size, MSG_NOSIGNAL) : -1;
   }
   // All of them are from this computer, and nobody asks.
@@ -84,6 +89,7 @@ class BoundedStream : public httplib::Stream {
   std::size_t next_{}, end_{};
   std::size_t head_bytes_{};
   bool in_head_{}, line_is_empty_{};
+  bool is_answered_{}, ends_{};
 };
 
 class BoundedServer : public httplib::Server {
@@ -97,7 +103,7 @@ class BoundedServer : public httplib::Server {
       while (parts > 0 && svr_sock_ != INVALID_SOCKET && !stream.awaits(kPart_ms)) --parts;
       if (parts == 0 || svr_sock_ == INVALID_SOCKET) break;
       stream.beginRequest();
-      is_good = process_request(stream, left == 1, is_closed, {}) && !stream.isTooLong();
+      is_good = process_request(stream, left == 1, is_closed, {}) && !stream.isTooLong() && !stream.endsWithAnswer();
     }
     ::shutdown(socket, SHUT_RDWR);
     ::close(socket);

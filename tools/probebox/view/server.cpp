@@ -72,6 +72,7 @@ struct Server::Http {
       case Verdict::wrong_origin:
       case Verdict::without_token:
         response.status = 403;
+        response.set_header("Connection", "close");
         response.set_content("Not for you: open the address that `probebox view` has printed.\n", "text/plain");
         return true;
     }

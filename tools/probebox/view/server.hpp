@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "tools/probebox/view/cell_request_handler.hpp"
 #include "tools/probebox/view/box_connection.hpp"
+#include "tools/probebox/view/cell_request_handler.hpp"
 
 namespace probebox::view {
 
