@@ -189,16 +189,18 @@ std::optional<Estimate> TouchDelay::staticError(double stated_mm) const {
   return error;
 }
 
-// Nothing where the case does not say how well the size is known, or the feature is as large as it says.
+// Nothing where the feature is as large as the case says. Where it does not say how well the size is known, it is taken
+// as known within what temperature and a mistaken certificate change.
 Outcome<std::optional<std::string>, Refusal> TouchDelay::whyNotAsStated(const Estimate& error) const {
-  constexpr double kMost_sd = 4;
+  constexpr double kMost_sd = 4, kUnstated_mm = 0.01;
   double variance = 0;
   for (const auto* key : {"sd_effective_diameter_mm", "sd_gap_mm", "sd_stylus_ball_diameter_mm"}) {
     TRY(const auto sd, configPositive(*dataset_, key));
     variance += sd.value_or(0) * sd.value_or(0);
   }
-  const double u = std::hypot(error.sd.empty() ? 0 : error.sd.front(), std::sqrt(variance));
-  if (!(variance > 0) || std::abs(error.value()) <= kMost_sd * u) return std::optional<std::string>{};
+  const double stated = variance > 0 ? std::sqrt(variance) : kUnstated_mm;
+  const double u = std::hypot(error.sd.empty() ? 0 : error.sd.front(), stated);
+  if (std::abs(error.value()) <= kMost_sd * u) return std::optional<std::string>{};
   return std::optional{"static-error: by the touches the size is " + text(error.value() * 1e3) +
                        " um more than stated, which is " + text(std::abs(error.value()) / u) +
                        " times its standard uncertainty: look for the temperature, the sizes in probe.toml and the "

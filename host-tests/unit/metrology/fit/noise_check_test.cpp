@@ -203,7 +203,7 @@ TEST(NoiseCheck, FindsAWrongSigmaOnBothSides) {
 // Nothing is compared where the sd comes from the same residuals.
 TEST(NoiseCheck, HasNothingToSayWithoutAStatedSigma) {
   std::mt19937_64 random{11};
-  auto dataset = turn(0.001, 0.03, random);
+  auto dataset = turn(0.001, 0.01, random);
   dataset.config.erase("sigma_mm");
   const auto solved = solve(dataset).value();
   EXPECT_FALSE(solved.chi2_reduced);

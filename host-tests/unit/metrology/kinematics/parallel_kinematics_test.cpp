@@ -2,6 +2,7 @@
 #include "firmware/metrology/kinematics/parallel_kinematics.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <gmock/gmock.h>
@@ -240,12 +241,18 @@ TEST(DelayJoints, OfADeltaAreAsUncertainAsItSays) {
   EXPECT_LT(std::abs(pulls.bias()), 4.0);
 }
 
-// The size stands for the delay: a diameter in place of a radius, or in other units, is a delay of seconds, at which
-// the joints are where no pose has them.
+// At one speed the size stands for the delay: a diameter in place of a radius, or in other units, is a delay of
+// seconds, at which the joints are where no pose has them. Two speeds tell the size, and that the stated one is wrong.
 TEST(DelayJoints, OfADeltaAreRefusedWithASizeFarFromTheTouchedOne) {
   const Machine machine = slides();
   simulation::Scene simulated = scene(machine);
   simulated.speeds_mm_s = {10.0, 25.0};
+  Dataset two_speeds = measured(machine, simulated, 6);
+  two_speeds.config["effective_diameter_mm"] = 62.0;
+  const auto warned = solve(two_speeds);
+  ASSERT_TRUE(warned.ok()) << warned.error().reason;
+  EXPECT_TRUE(std::ranges::any_of(warned->warnings, [](const auto& each) { return each.starts_with("static-error"); }));
+  simulated.speeds_mm_s = {25.0};
   Dataset dataset = measured(machine, simulated, 6);
   for (const double times : {2.0, 3.0, 10.0, 32.0, 1000.0}) {
     dataset.config["effective_diameter_mm"] = 31.0 * times;
