@@ -62,7 +62,7 @@ GpioLine gpioLine(Section& section, const std::string& default_name, TakenLines&
     const auto [place, is_new] = taken.lines.try_emplace({line.chip, line.line}, line.name);
     if (!is_new)
       section.problem(key, "of " + inQuotes(line.name) + " is used by " + inQuotes(place->second) +
-                                  " already: connect and describe another line");
+                               " already: connect and describe another line");
   }
   if (!line.name.empty() && !taken.names.insert(line.name).second)
     section.problem("name", "= " + inQuotes(line.name) + " is used twice: give each line a name of its own");

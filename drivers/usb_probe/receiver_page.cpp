@@ -2,40 +2,15 @@
 // says something else.
 #include <array>
 #include <cstdio>
-#include <fstream>
-#include <iostream>
-#include <sstream>
 #include <string>
 #include <string_view>
-#include <type_traits>
 
+#include "protocol/messages/reference_table.hpp"
 #include "protocol/receiver/packet.hpp"
 #include "protocol/usb/interface.hpp"
 
 namespace probebox::usb_probe {
 namespace {
-
-template <class T>
-std::string typeName() {
-  if constexpr (std::is_integral_v<T>) {
-    return (std::is_signed_v<T> ? "i" : "u") + std::to_string(8 * sizeof(T));
-  } else {
-    return std::to_string(std::tuple_size_v<T>) + " x " + typeName<typename T::value_type>();
-  }
-}
-
-template <class T>
-std::string table() {
-  std::string rows = "| offset | field | type | meaning |\n|---|---|---|---|\n";
-  std::size_t offset = 0;
-  const T value{};
-  T::fields(value, [&](std::string_view name, const auto& member, std::string_view meaning) {
-    rows += "| " + std::to_string(offset) + " | `" + std::string{name} + "` | " +
-            typeName<std::decay_t<decltype(member)>>() + " | " + std::string{meaning} + " |\n";
-    offset += sizeof(member);
-  });
-  return rows + "\n";
-}
 
 std::string interfaceClass() {
   std::array<char, 16> text{};
@@ -67,8 +42,9 @@ interface has one bulk IN endpoint. A serial number string distinguishes two rec
 ## Packet
 A header, `count` samples, and the CRC-32C (Castagnoli) of both as u32. All numbers are little endian, without padding.
 
-)" + table<PacketHeader>() +
-         "Each of the samples has " + std::to_string(kSampleBytes) + " bytes:\n\n" + table<Sample>() +
+)" + messages::packedTable<PacketHeader>() +
+         "\n" + "Each of the samples has " + std::to_string(kSampleBytes) + " bytes:\n\n" +
+         messages::packedTable<Sample>() + "\n" +
          R"(## Axis counters (version 2)
 A receiver may count the encoders of the axes as well, on the same sample counter as the deflections. Then the delay between
 probe and machine data is that of the receiver's own inputs, and no operating system takes part in it. `[encoder.X] kind =
@@ -76,10 +52,11 @@ probe and machine data is that of the receiver's own inputs, and no operating sy
 
 After the header:
 
-)" + table<CountersHeader>() +
+)" + messages::packedTable<CountersHeader>() +
+         "\n" +
          R"(After each of the samples come the counts of all counters, i64 each, latched at the instant at which the sample's deflection was
 taken. They do not wrap. After the last sample come the index latches, )" +
-         std::to_string(kLatchBytes) + " bytes each:\n\n" + table<IndexLatch>() +
+         std::to_string(kLatchBytes) + " bytes each:\n\n" + messages::packedTable<IndexLatch>() + "\n" +
          R"(- Counts go on over lost packets, and over a new host. When they may not (power failure, reset) raise `run`: the box then takes
   the axes as not referenced, unless their encoders are absolute.
 - A latch goes with the packet in which the sample after the pulse is, or in the one before. Latch with a filter as fast as the
@@ -96,9 +73,9 @@ A receiver may stamp the edges of lines as well: the sync line of the control, t
 deflections and edges of one receiver no operating system takes part then. Version 3 is version 2 with this header after the
 CountersHeader (`counters` may be 0):
 
-)" + table<EdgesHeader>() +
-         "After the index latches come the edges in the order of their times, " + std::to_string(kEdgeBytes) +
-         " bytes each:\n\n" + table<LineEdge>() +
+)" + messages::packedTable<EdgesHeader>() +
+         "\n" + "After the index latches come the edges in the order of their times, " + std::to_string(kEdgeBytes) +
+         " bytes each:\n\n" + messages::packedTable<LineEdge>() + "\n" +
          R"(- An edge goes with the packet in which the sample after it is, or in the one before.
 - `levels` tells a host that begins to listen, or has lost packets, how the lines are now.
 - An edge that does not fit into a packet is lost: the next one of its line says so in `lost`, and `sequence` has a gap.
@@ -129,14 +106,5 @@ Faults, as bits of `faults`. Those of a moment stay until the host has taken a p
 }  // namespace probebox::usb_probe
 
 int main(int argc, char** argv) {
-  const auto page = probebox::usb_probe::page();
-  if (argc == 3 && std::string_view{argv[1]} == "--check") {
-    std::ostringstream text;
-    text << std::ifstream{argv[2]}.rdbuf();
-    if (text.str() == page) return 0;
-    std::cerr << argv[2] << " is stale; run: cmake --build build --target receiver-page\n";
-    return 1;
-  }
-  std::cout << page;
-  return std::cout.flush() ? 0 : 1;
+  return probebox::messages::printOrCheck(argc, argv, probebox::usb_probe::page(), "receiver-page");
 }

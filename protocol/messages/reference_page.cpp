@@ -1,10 +1,7 @@
 // Writes protocol/MESSAGES.md from the field lists. `messages_page` prints it; `messages_page --check FILE` fails when
 // the file says something else.
 #include <cstdio>
-#include <fstream>
-#include <iostream>
 #include <map>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +11,7 @@
 #include "protocol/messages/cases.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/handshake.hpp"
+#include "protocol/messages/reference_table.hpp"
 #include "protocol/messages/request.hpp"
 #include "protocol/messages/stream.hpp"
 #include "protocol/messages/structure_name.hpp"
@@ -325,14 +323,5 @@ std::string page() {
 }  // namespace probebox::messages
 
 int main(int argc, char** argv) {
-  const auto page = probebox::messages::page();
-  if (argc == 3 && std::string_view{argv[1]} == "--check") {
-    std::ostringstream text;
-    text << std::ifstream{argv[2]}.rdbuf();
-    if (text.str() == page) return 0;
-    std::cerr << argv[2] << " is stale; run: cmake --build build --target messages-page\n";
-    return 1;
-  }
-  std::cout << page;
-  return std::cout.flush() ? 0 : 1;
+  return probebox::messages::printOrCheck(argc, argv, probebox::messages::page(), "messages-page");
 }

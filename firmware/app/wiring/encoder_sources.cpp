@@ -115,6 +115,12 @@ usb_probe::CounterAxes counterAxes(const board::Descriptions& descriptions) {
   return axes;
 }
 
+// The names are in the order of the lines.
+static_assert(board::kReceiverLineNames[static_cast<std::size_t>(usb_probe::ReceiverLine::sync)] == "sync" &&
+              board::kReceiverLineNames[static_cast<std::size_t>(usb_probe::ReceiverLine::trigger_1)] == "trigger-1" &&
+              board::kReceiverLineNames[static_cast<std::size_t>(usb_probe::ReceiverLine::trigger_2)] == "trigger-2" &&
+              board::kReceiverLineNames[static_cast<std::size_t>(usb_probe::ReceiverLine::inhibit)] == "inhibit");
+
 usb_probe::WiredLines wiredLines(const board::Box& box) {
   usb_probe::WiredLines lines{};
   for (const auto& [described, role, number] : gpio::allLines(box))

@@ -143,7 +143,7 @@ class Assembly {
   std::array<usb_probe::LineEdge, usb_probe::kMostEdges> edge_{};
 
   std::uint32_t packet_{};
-  UntilTaken<12> faults_;
+  UntilTaken<usb_probe::kReceiverFaults.size()> faults_;
   UntilTaken<kCounters> counter_faults_;
   PacketRing ring_;
   std::size_t checked_{};  // bytes

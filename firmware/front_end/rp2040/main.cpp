@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <optional>
 
@@ -116,22 +117,17 @@ extern std::uint32_t bss_begin, bss_end, stack_top;
   probebox::front_end::run();
 }
 
-using Vector = void (*)();
-[[gnu::section(".vectors"), gnu::used]] const Vector vectors[48]{reinterpret_cast<Vector>(&stack_top),
-                                                                 reset,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault,
-                                                                 fault};
+using Handler = void (*)();
+struct VectorTable {
+  std::uint32_t* stack;
+  Handler reset;
+  std::array<Handler, 46> others;
+};
+constexpr auto allFault() {
+  std::array<Handler, 46> all{};
+  all.fill(fault);
+  return all;
+}
+[[gnu::section(".vectors"), gnu::used]] const VectorTable vectors{&stack_top, reset, allFault()};
 
 }  // extern "C"

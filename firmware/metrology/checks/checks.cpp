@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "firmware/metrology/checks/plausible.hpp"
-#include "firmware/metrology/checks/suspects.hpp"
+#include "firmware/metrology/checks/unusual.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"

@@ -20,12 +20,6 @@ namespace probebox::metrology {
 // Stable names that begin a warning.
 inline constexpr std::string_view kReadingLeftOut = "reading-left-out";
 inline constexpr std::string_view kReadingsDrift = "readings-drift";
-inline constexpr std::string_view kNoRedundancy = "no-redundancy";
-inline constexpr std::string_view kUnusualLength = "unusual-length";
-inline constexpr std::string_view kUnusualScatter = "unusual-scatter";
-
-// Name of the line of a drift in the budget.
-inline constexpr std::string_view kDriftBudget = "drift of the readings";
 
 // The case without its faults.
 struct Mended {
@@ -47,15 +41,5 @@ Solved solveMended(const Mended& mended, const Method& method, StoreReader store
 
 // The refusal of a case for its residuals, by the name of the fault without which it is solved, if there is one.
 Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal);
-
-// Warns of an answer that no reading checks.
-std::optional<Refusal> warnOfNoRedundancy(const Dataset& dataset, const Method& method, Result& result);
-
-// Warns, where no sigma is stated that could be compared with, of readings that scatter more than those of a machine
-// tool.
-std::optional<Refusal> warnOfUnusualScatter(const Dataset& dataset, const Method& method, Result& result);
-
-// Warns of promised lengths that a machine tool seldom has, such as inches (Quantity::usual).
-std::optional<Refusal> warnOfUnusualLengths(const Dataset& dataset, const Method& method, Result& result);
 
 }  // namespace probebox::metrology

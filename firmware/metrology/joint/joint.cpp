@@ -313,7 +313,7 @@ constexpr MethodTable kJointTables[]{
 constexpr MethodKey kJointKeys[]{key::kSigma, kKnownDiameter, key::kCSense, kLengths[0],  kLengths[1],  kLengths[2],
                                  kOffsets[0], kOffsets[1],    kOffsets[2],  kReversed[0], kReversed[1], kReversed[2]};
 constexpr KnownQuantity kJointKnown[]{
-    {"sd_effective_diameter_mm", kKnownDiameter.name, KnownKind::size, false, "diameter of ball and stylus ball"}};
+    {"sd_effective_diameter_mm", kKnownDiameter.name, KnownKind::size, false, "certificate of the sphere"}};
 constexpr Quantity kJointResults[]{quantity::kTau,      quantity::kCentre.as("place of the C axis at mean_z_mm, x y"),
                                    quantity::kCTilt,    quantity::kGains[0],
                                    quantity::kGains[1], quantity::kGains[2],

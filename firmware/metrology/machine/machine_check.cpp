@@ -18,6 +18,7 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
+#include "firmware/metrology/machine/check_run.hpp"
 #include "firmware/metrology/machine/noise_line.hpp"
 #include "firmware/metrology/machine/sphere_form.hpp"
 #include "firmware/metrology/touch/size_line.hpp"
@@ -36,9 +37,6 @@ using Eigen::RowVectorXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kSameDirection = 0.9998;  // cosine: one degree
-constexpr double kClosed = 0.5;            // of the square of half of the run: weakest spread in time of repeats
-constexpr double kClosedInMiddle = 0.2;    // of its fourth power, what a line in time leaves of them
 constexpr double kGoodCondition = 300.0;
 constexpr int kScatterRounds = 6;
 constexpr double kContactShare = 0.1;  // of the deflection
@@ -48,144 +46,15 @@ constexpr double kMovedByBounce = 0.02;  // of the hysteresis: of a lobe
 constexpr double kGuard_s = 0.002;       // beside the contact
 constexpr double kCalm_s = 0.02;         // of a rest, until what rings is over
 
-// Unknowns of a touch beside the place of its direction.
-constexpr Index kDelays = 3, kLost = 3, kLostAt = kDelays, kHysteresisAt = kLostAt + kLost, kBendAt = kHysteresisAt + 1,
-                kOthers = kBendAt + 3;
-
-struct Told {
-  WholeTouch touch;
-  std::size_t recorded{};  // place among the recorded touches
-  Index direction{};
-  Vector3d normal{};
-  double distance_mm{};  // from the first guess of the centre
-  double minutes{};      // since the middle of the run
-  double speed_mm_s{};   // mean of both ways
-  double depth_mm{};     // of the deflection
-
-  // Covariance of distance, delay and bend; a touch whose way in is of no use tells no delay of its own.
-  Matrix3d covariance() const {
-    constexpr std::array<Index, 3> kOrder{1, 0, 3};
-    Matrix3d chosen = touch.covariance(kOrder, kOrder);
-    const double seen = normal.dot(touch.plan.retract);
-    chosen(0, 0) += std::max(0.0, 1.0 - seen * seen) * touch.across_variance;
-    if (touch.has_way_in) return chosen;
-    chosen.row(1).setZero();
-    chosen.col(1).setZero();
-    chosen(1, 1) = 1;
-    return chosen;
-  }
-};
-
-struct CheckRun {
-  std::vector<Touch> recorded;
-  std::vector<Told> told;
-  std::vector<Vector3d> directions;
-  Vector3d about = Vector3d::Zero();  // first guess of the centre
-  double half_min{};                  // half of the run
-  bool curved{};                      // the repeats tell a drift that changes
-  std::size_t noise_dof{};
-  std::vector<std::string> warnings;
-  std::vector<Dropped> dropped;
-
-  Index count() const { return std::ssize(told); }
-  Index driftAt() const { return std::ssize(directions); }
-  Index othersAt() const { return driftAt() + (curved ? 6 : 3); }
-  Index unknowns() const { return othersAt() + kOthers; }
-};
-
-Index directionOf(std::vector<Vector3d>& directions, const Vector3d& normal) {
-  const auto found =
-      std::ranges::find_if(directions, [&](const auto& one) { return one.dot(normal) > kSameDirection; });
-  if (found != directions.end()) return found - directions.begin();
-  directions.push_back(normal);
-  return std::ssize(directions) - 1;
-}
-
-Refusal notClosed() {
-  return {"not-closed",
-          "the first touches are not repeated at the end of the run along X, Y and Z, so drift looks like form: touch "
-          "+X, -X, +Y, -Y and +Z first, in the middle and last"};
-}
-
-// Spread in time of the touches of each direction, along the axes; of its square, less what a line explains of it.
-std::pair<double, double> spreadOfRepeats(const CheckRun& run) {
-  Matrix3d straight = Matrix3d::Zero(), curved = Matrix3d::Zero();
-  for (Index d = 0; d < run.driftAt(); ++d) {
-    VectorXd t{run.count()};
-    Index n = 0;
-    for (const auto& one : run.told)
-      if (one.direction == d) t[n++] = one.minutes;
-    // A drift that a minute tells need not be that of the run.
-    if (n < 2 || t.head(n).maxCoeff() - t.head(n).minCoeff() < run.half_min) continue;
-    const VectorXd line = t.head(n).array() - t.head(n).mean();
-    VectorXd square = line.cwiseAbs2();
-    square.array() -= square.mean();
-    const double squares = line.squaredNorm();
-    if (squares > 0) square -= square.dot(line) / squares * line;
-    const Vector3d& u = run.directions[static_cast<std::size_t>(d)];
-    straight += squares * u * u.transpose();
-    curved += square.squaredNorm() * u * u.transpose();
-  }
-  const double half = run.half_min * run.half_min;
-  if (!(half > 0)) return {0, 0};
-  return {symmetricEigenvalues(straight)[0] / half, symmetricEigenvalues(curved)[0] / (half * half)};
-}
-
-Outcome<CheckRun, Refusal> readRun(const Dataset& dataset) {
-  TRY(const auto listed, checkedTable(dataset, "touches", kTouchesColumns));
-  const auto [slowest, fastest] = std::ranges::minmax(*listed->column(column::kSpeed));
-  if (slowest > 0.0) {
-    if (auto refusal = refuseSpeeds(slowest, fastest)) return *refusal;
-  }
-  CheckRun run;
-  TRY(run.recorded, readTouches(dataset));
-  TRY(auto whole, fitWholeRecord(run.recorded, {.carried = MatrixXd::Ones(std::ssize(run.recorded), 1)}));
-  if (whole.centre.size() != 3) return Refusal{"few-directions", "the touches lie in one plane: touch the top as well"};
-  run.about = whole.centre;
-  run.noise_dof = whole.noise_dof;
-  // Lost motion is an answer here.
-  std::ranges::copy_if(whole.warnings, std::back_inserter(run.warnings),
-                       [](const std::string& warning) { return !warning.starts_with("lost-motion"); });
-  std::vector<double> times;
-  for (std::size_t i = 0; i < run.recorded.size(); ++i) {
-    const TouchPlan& plan = run.recorded[i].plan;
-    if (!std::isfinite(whole.worst[i])) {
-      run.dropped.push_back({plan.name, "not read"});
-      continue;
-    }
-    WholeTouch& touch = *std::ranges::find(whole.touches, plan.name,
-                                           [](const WholeTouch& one) -> const std::string& { return one.plan.name; });
-    const Vector3d arm = touch.surface - run.about;
-    Told told{.touch = touch,
-              .recorded = i,
-              .direction = directionOf(run.directions, plan.normal),
-              .normal = arm.normalized(),
-              .distance_mm = arm.norm()};
-    told.speed_mm_s = touch.has_way_in ? 0.5 * (touch.speed_in_mm_s + touch.speed_out_mm_s) : touch.speed_out_mm_s;
-    told.depth_mm = run.recorded[i].probe.values.rowwise().norm().maxCoeff() / touch.values[2];
-    const auto& stamps = run.recorded[i].machine.times;
-    times.push_back(0.5 * (stamps.front() + stamps.back()));
-    run.told.push_back(std::move(told));
-  }
-  if (auto refusal = refuseDirections(run.directions)) return *refusal;
-  const auto [first, last] = std::ranges::minmax(times);
-  run.half_min = (last - first) / 120.0;
-  for (std::size_t i = 0; i < times.size(); ++i) run.told[i].minutes = (times[i] - 0.5 * (first + last)) / 60.0;
-  const auto [straight, curved] = spreadOfRepeats(run);
-  if (straight < kClosed) return notClosed();
-  run.curved = curved > kClosedInMiddle;
-  return run;
-}
-
 // All touches together, (A25) to (A27): three rows each, distance, delay and bend.
-class Together {
+class AllTouches {
   using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
  public:
-  explicit Together(const CheckRun& run) : run_{run} {
+  explicit AllTouches(const CheckRun& run) : run_{run} {
     double gain = 0;
-    for (const auto& one : run.told) gain += one.touch.values[2] / static_cast<double>(run.count());
-    for (const auto& one : run.told) {
+    for (const auto& one : run.touches) gain += one.touch.values[2] / static_cast<double>(run.count());
+    for (const auto& one : run.touches) {
       Rows rows{3, run.unknowns()};
       rows.setZero();
       rows(0, one.direction) = 1;
@@ -224,13 +93,13 @@ class Together {
   const MatrixXd& covariance() const { return fit_->cofactor; }
   double condition() const { return fit_->condition; }
   std::size_t dof() const {
-    const auto alone = std::ranges::count_if(run_.told, [](const auto& one) { return !one.touch.has_way_in; });
+    const auto alone = std::ranges::count_if(run_.touches, [](const auto& one) { return !one.touch.has_way_in; });
     return static_cast<std::size_t>(3 * run_.count() - alone - run_.unknowns());
   }
   // Measured less fitted.
   Vector3d off(Index i) const { return values_[at(i)] - rows_[at(i)] * fit_->parameters; }
   Matrix3d covarianceOf(Index i) const {
-    Matrix3d covariance = run_.told[at(i)].covariance();
+    Matrix3d covariance = run_.touches[at(i)].covariance();
     covariance.diagonal() += scatter_.cwiseQuotient(perWay(i));
     return covariance;
   }
@@ -241,8 +110,8 @@ class Together {
   MatrixXd designRows() const {
     MatrixXd rows{run_.count(), kHysteresisAt + 1};
     for (Index i = 0; i < run_.count(); ++i)
-      rows.row(i) =
-          std::sqrt(2.0) * run_.told[at(i)].speed_mm_s * rows_[at(i)].block(1, run_.othersAt(), 1, kHysteresisAt + 1);
+      rows.row(i) = std::sqrt(2.0) * run_.touches[at(i)].speed_mm_s *
+                    rows_[at(i)].block(1, run_.othersAt(), 1, kHysteresisAt + 1);
     return rows;
   }
 
@@ -272,16 +141,16 @@ class Together {
     Vector3d beyond = Vector3d::Zero(), per_variance = Vector3d::Zero();
     for (Index i = 0; i < run_.count(); ++i) {
       const Vector3d variance = covarianceOf(i).diagonal(), left = covarianceOfOff(i).diagonal();
-      const Vector3d told{1, run_.told[at(i)].touch.has_way_in ? 1.0 : 0.0, 1};
-      beyond += (off(i).cwiseAbs2() - left).cwiseQuotient(variance).cwiseProduct(told);
-      per_variance += left.cwiseQuotient(variance.cwiseAbs2()).cwiseQuotient(perWay(i)).cwiseProduct(told);
+      const Vector3d tells{1, run_.touches[at(i)].touch.has_way_in ? 1.0 : 0.0, 1};
+      beyond += (off(i).cwiseAbs2() - left).cwiseQuotient(variance).cwiseProduct(tells);
+      per_variance += left.cwiseQuotient(variance.cwiseAbs2()).cwiseQuotient(perWay(i)).cwiseProduct(tells);
     }
     for (Index k = 0; k < 3; ++k)
       if (per_variance[k] > 0) scatter_[k] = std::max(0.0, scatter_[k] + beyond[k] / per_variance[k]);
   }
   // Of the scatter in mm^2, from that of a distance, a delay and a bend.
   Vector3d perWay(Index i) const {
-    const Told& one = run_.told[at(i)];
+    const CheckTouch& one = run_.touches[at(i)];
     return {one.touch.has_way_in ? 1.0 : 0.5, one.speed_mm_s * one.speed_mm_s, 1};
   }
 
@@ -301,26 +170,26 @@ struct Scatter {
   double sdIn() const { return in_mm / std::sqrt(2 * dof_in); }
   double sdOut() const { return out_mm / std::sqrt(2 * dof_out); }
 };
-Scatter scatterOf(const CheckRun& run, const Together& fit) {
+Scatter scatterOf(const CheckRun& run, const AllTouches& fit) {
   Eigen::Vector2d squares = Eigen::Vector2d::Zero(), expected = squares, stated = squares, left_squares = squares,
                   count = squares;
   double product = 0;
   for (Index i = 0; i < run.count(); ++i) {
-    const Told& one = run.told[static_cast<std::size_t>(i)];
+    const CheckTouch& one = run.touches[static_cast<std::size_t>(i)];
     const bool both = one.touch.has_way_in;
     const double speed = both ? one.speed_mm_s : 0;
     Eigen::Matrix<double, 2, 3> ways;
     ways << 1, -speed, 0, 1, speed, 0;
-    const Eigen::Vector2d is_told{both ? 1.0 : 0.0, 1};
-    const Eigen::Vector2d off = is_told.cwiseProduct(ways * fit.off(i));
-    const Eigen::Vector2d variance = is_told.cwiseProduct((ways * fit.covarianceOf(i) * ways.transpose()).diagonal());
-    const Eigen::Vector2d left = is_told.cwiseProduct((ways * fit.covarianceOfOff(i) * ways.transpose()).diagonal());
+    const Eigen::Vector2d tells{both ? 1.0 : 0.0, 1};
+    const Eigen::Vector2d off = tells.cwiseProduct(ways * fit.off(i));
+    const Eigen::Vector2d variance = tells.cwiseProduct((ways * fit.covarianceOf(i) * ways.transpose()).diagonal());
+    const Eigen::Vector2d left = tells.cwiseProduct((ways * fit.covarianceOfOff(i) * ways.transpose()).diagonal());
     squares += off.cwiseAbs2();
     product += off[0] * off[1];
     expected += left;
     stated += variance;
     left_squares += left.cwiseProduct(variance);
-    count += is_told;
+    count += tells;
   }
   const Eigen::Vector2d sd = squares.cwiseProduct(stated).cwiseQuotient(expected).cwiseQuotient(count).cwiseSqrt();
   // Of a sum of squares with unequal variances (Welch and Satterthwaite).
@@ -329,7 +198,7 @@ Scatter scatterOf(const CheckRun& run, const Together& fit) {
 }
 
 // The places of the directions, about the first guess of the centre.
-Outcome<SphereForm, Refusal> formOf(const CheckRun& run, const Together& together) {
+Outcome<SphereForm, Refusal> formOf(const CheckRun& run, const AllTouches& together) {
   const Index n = run.driftAt();
   auto form = fitSphereForm(run.directions, together.parameters().head(n), together.covariance().topLeftCorner(n, n),
                             together.dof());
@@ -341,12 +210,12 @@ Outcome<SphereForm, Refusal> formOf(const CheckRun& run, const Together& togethe
 }
 
 // One touch a direction, the first one at the slowest speed.
-std::vector<FormReading> readingsOfForm(const CheckRun& run, const Together& together, const SphereForm& form) {
+std::vector<FormReading> readingsOfForm(const CheckRun& run, const AllTouches& together, const SphereForm& form) {
   std::map<Index, Index> chosen;
   for (Index i = 0; i < run.count(); ++i) {
-    const Told& one = run.told[static_cast<std::size_t>(i)];
+    const CheckTouch& one = run.touches[static_cast<std::size_t>(i)];
     const auto [known, is_new] = chosen.try_emplace(one.direction, i);
-    const double before = run.told[static_cast<std::size_t>(known->second)].touch.plan.speed_mm_s;
+    const double before = run.touches[static_cast<std::size_t>(known->second)].touch.plan.speed_mm_s;
     if (!is_new && one.touch.plan.speed_mm_s < before) known->second = i;
   }
   std::vector<FormReading> readings;
@@ -377,7 +246,7 @@ StillWindow windowOf(const Stream& stream, const Rows3& values, double from_s, d
 Outcome<StillParts, Refusal> stillParts(const CheckRun& run) {
   MatrixXd slopes{run.count(), 3}, ways{run.count(), 3};
   for (Index i = 0; i < run.count(); ++i) {
-    const WholeTouch& touch = run.told[static_cast<std::size_t>(i)].touch;
+    const WholeTouch& touch = run.touches[static_cast<std::size_t>(i)].touch;
     slopes.row(i) = touch.values[2] * touch.channels.transpose();
     ways.row(i) = touch.plan.retract.transpose();
   }
@@ -385,11 +254,11 @@ Outcome<StillParts, Refusal> stillParts(const CheckRun& run) {
   if (!turned) return Refusal{"few-directions", "the deflections lie in one plane: touch the top as well"};
   const double tau = [&] {
     std::vector<double> all;
-    for (const auto& one : run.told) all.push_back(one.touch.tau_s());
+    for (const auto& one : run.touches) all.push_back(one.touch.tau_s());
     return median(all);
   }();
   StillParts parts;
-  for (const auto& one : run.told) {
+  for (const auto& one : run.touches) {
     const Stream& machine = run.recorded[one.recorded].machine;
     const Stream& probe = run.recorded[one.recorded].probe;
     const Rows3 bent = probe.values * *turned;
@@ -428,8 +297,8 @@ std::optional<Zero> zeroOf(const CheckRun& run, const StillParts& parts) {
     by_direction[directionOf(directions, run.recorded[touched].plan.normal)].push_back(
         {minutes, window.values.colwise().mean().transpose()});
   };
-  for (std::size_t i = 0; i < run.told.size(); ++i) {
-    const Told& one = run.told[i];
+  for (std::size_t i = 0; i < run.touches.size(); ++i) {
+    const CheckTouch& one = run.touches[i];
     // What was touched before the first one is not known.
     if (one.recorded > 0) add(parts.free[i], one.minutes, one.recorded - 1);
     add(parts.after[i], one.minutes, one.recorded);
@@ -487,7 +356,7 @@ void addNoise(Result& result, const StillParts& parts) {
   addLine(result, parts.free, quantity::kLineFree, quantity::kLineFreeHz, "the deflection without contact");
 }
 
-void addDrift(Result& result, const CheckRun& run, const Together& together, const std::optional<Zero>& zero) {
+void addDrift(Result& result, const CheckRun& run, const AllTouches& together, const std::optional<Zero>& zero) {
   constexpr double kUmPerMm = 1e3;
   Vector3d drift = together.parameters().segment<3>(run.driftAt());
   Vector3d variance = together.covariance().diagonal().segment<3>(run.driftAt());
@@ -497,13 +366,18 @@ void addDrift(Result& result, const CheckRun& run, const Together& together, con
   }
   result.estimates.push_back(
       Estimate::vector(quantity::kDrift, listOf(kUmPerMm * drift), listOf(kUmPerMm * variance.cwiseSqrt())));
-  if (!zero) return;
+  if (!zero) {
+    result.unobservable.emplace_back(
+        "drift of the probe's zero, which is in that of the machine: too few touches have "
+        "samples before their contact");
+    return;
+  }
   result.estimates.push_back(Estimate::vector(quantity::kZeroDrift, listOf(kUmPerMm * zero->drift_mm_min),
                                               listOf(kUmPerMm * zero->sd_drift_mm_min)));
 }
 
 // Lost motion with the probe's hysteresis, and the repeatability that follows from it.
-void addReversal(Result& result, const CheckRun& run, const Together& together, const Scatter& scatter) {
+void addReversal(Result& result, const CheckRun& run, const AllTouches& together, const Scatter& scatter) {
   const Index at = run.othersAt();
   MatrixXd chosen = MatrixXd::Zero(3, run.unknowns());
   chosen.middleCols(at + kLostAt, 3).setIdentity();
@@ -536,7 +410,7 @@ void addReversal(Result& result, const CheckRun& run, const Together& together, 
   result.also.push_back(Estimate::scalar(quantity::kTouchScatterOut, scatter.out_mm, out));
 }
 
-void addForm(Result& result, const CheckRun& run, const Together& together, const SphereForm& form) {
+void addForm(Result& result, const CheckRun& run, const AllTouches& together, const SphereForm& form) {
   const auto readings = readingsOfForm(run, together, form);
   if (const auto range = formRange(readings, false))
     result.estimates.push_back(Estimate::scalar(quantity::kForm3d, range->value_mm, range->sd_mm));
@@ -559,10 +433,10 @@ void addForm(Result& result, const CheckRun& run, const Together& together, cons
   result.also.push_back(Estimate::matrix(quantity::kFormByDirection, std::size(quantity::kFormColumns), map, sd));
 }
 
-void addCurvature(Result& result, const CheckRun& run, const Together& together) {
+void addCurvature(Result& result, const CheckRun& run, const AllTouches& together) {
   const Index at = run.othersAt();
   double depth_mm = 0;
-  for (const auto& one : run.told) depth_mm += one.depth_mm / static_cast<double>(run.count());
+  for (const auto& one : run.touches) depth_mm += one.depth_mm / static_cast<double>(run.count());
   const double bent = kBentByBounce * together.parameters()[at + kHysteresisAt] / (depth_mm * depth_mm);
   const Vector3d variance = together.covariance().diagonal().segment<3>(at + kBendAt).array() + bent * bent;
   result.estimates.push_back(Estimate::vector(
@@ -570,7 +444,7 @@ void addCurvature(Result& result, const CheckRun& run, const Together& together)
 }
 
 // Delay of each axis, centre and size come along.
-void addTheRest(Result& result, const CheckRun& run, const Together& together, const SphereForm& form,
+void addTheRest(Result& result, const CheckRun& run, const AllTouches& together, const SphereForm& form,
                 std::optional<double> known_mm) {
   const Index at = run.othersAt();
   result.also.push_back(
@@ -588,8 +462,8 @@ void addTheRest(Result& result, const CheckRun& run, const Together& together, c
 Outcome<Result, Refusal> solveMachineCheck(const Dataset& dataset) {
   if (auto refusal = refuseTurnedProbe(dataset)) return *refusal;
   TRY(const auto known_mm, configPositive(dataset, "effective_diameter_mm"));
-  TRY(const auto run, readRun(dataset));
-  Together together{run};
+  TRY(const auto run, readCheckRun(dataset));
+  AllTouches together{run};
   if (auto refusal = together.fit()) return *refusal;
   if (together.condition() > kGoodCondition) {
     return Refusal{
@@ -621,7 +495,7 @@ Outcome<Result, Refusal> solveMachineCheck(const Dataset& dataset) {
   result.residuals = {.unit = "mm", .against = "t_min", .names = {}, .at = {}, .values = {}};
   double squares = 0;
   for (Index i = 0; i < run.count(); ++i) {
-    const Told& one = run.told[static_cast<std::size_t>(i)];
+    const CheckTouch& one = run.touches[static_cast<std::size_t>(i)];
     result.residuals.names.push_back(one.touch.plan.name);
     result.residuals.at.push_back(one.minutes + run.half_min);
     result.residuals.values.push_back(together.off(i)[0]);

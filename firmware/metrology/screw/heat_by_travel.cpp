@@ -143,7 +143,9 @@ std::optional<TravelGain> gainByTravel(const ScrewModel& screw, const TravelHeat
     const double squares = fit->sumOfSquares();
     if (best && squares >= best->sum_of_squares) return;
     const HeatLaw law{{kTimeConstants_s[fast], kTimeConstants_s[slow]}, ratio};
-    best = {fit->parameters[0], fit->parameters[1], law, squares};
+    const double variance = squares / (static_cast<double>(count) - kUnknowns);
+    const Eigen::Vector2d sd = (variance * fit->cofactor.diagonal()).cwiseSqrt();
+    best = {fit->parameters[0], fit->parameters[1], sd[0], sd[1], law, squares};
   };
   for (std::size_t fast = 0; fast < heats.size(); ++fast) {
     consider(fast, fast, 0);

@@ -76,6 +76,7 @@ Outcome<std::optional<TravelHeat>, Refusal> travelOf(const Dataset& dataset, con
 // E = (K_even lever + K_travel share) ext.
 struct TravelGain {
   double even{}, travel{};
+  double sd_even{}, sd_travel{};  // by what the true errors scatter about both
   HeatLaw law;
   double sum_of_squares{};  // um^2
 };

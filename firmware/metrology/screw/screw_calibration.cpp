@@ -375,11 +375,11 @@ std::optional<Refusal> addTravelGain(Result& result, const Dataset& dataset, con
         "not used");
     return std::nullopt;
   }
-  const auto also = [&](std::string_view key, double value) {
-    result.also.push_back(Estimate::scalar(key, value, std::nullopt));
+  const auto also = [&](std::string_view key, double value, std::optional<double> sd = std::nullopt) {
+    result.also.push_back(Estimate::scalar(key, value, sd));
   };
-  also(quantity::kEvenGain, found->even);
-  also(quantity::kTravelGain, found->travel);
+  also(quantity::kEvenGain, found->even, found->sd_even);
+  also(quantity::kTravelGain, found->travel, found->sd_travel);
   result.also.push_back(Estimate::vector(quantity::kTimeConstants,
                                          {found->law.time_constant_s.begin(), found->law.time_constant_s.end()}, {}));
   also(quantity::kTimeConstantRatio, found->law.ratio);

@@ -135,6 +135,7 @@ constexpr KnownQuantity kCompensationKnown[]{
     kScrewLengthKnown,
     kScrewOffsetKnown,
     {"sd_K", "K", KnownKind::value, false, "gain of the screw"},
+    {"sd_travel_gain", quantity::kTravelGain.key, KnownKind::value, false, "gain of the screw by strokes"},
     {"sd_reference_um", "reference_um", KnownKind::value, false, "reading of the cold screw"}};
 constexpr Quantity kCompensationResults[]{quantity::kScrewCorrections};
 constexpr std::string_view kCompensationUnobservable[]{kEvenHeat};

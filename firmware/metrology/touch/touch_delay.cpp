@@ -203,7 +203,8 @@ Outcome<std::optional<std::string>, Refusal> TouchDelay::whyNotAsStated(const Es
   if (std::abs(error.value()) <= kMost_sd * u) return std::optional<std::string>{};
   return std::optional{"static-error: by the touches the size is " + text(error.value() * 1e3) +
                        " um more than stated, which is " + text(std::abs(error.value()) / u) +
-                       " times its standard uncertainty: look for the temperature, the sizes in probe.toml and the "
+                       " times its standard uncertainty" + (variance > 0 ? "" : " (10 um, as none is stated)") +
+                       ": look for the temperature, the sizes in probe.toml and the "
                        "probe's threshold; a delay from the stated size alone would be wrong by as much"};
 }
 

@@ -207,6 +207,14 @@ TEST(JoinedRecordings, CountTheRowsThatATableLeavesOut) {
   const auto first = ofBoot(std::byte{1}, rows(0, 100)), second = ofBoot(std::byte{2}, rows(0, 50));
   EXPECT_EQ(repeated(first + second), (std::pair{150, 0}));
   EXPECT_EQ(repeated(first + second + first), (std::pair{150, 100})) << "the start of before";
+  // Recordings in the wrong order: what comes behind later samples has no row, and is not called one that came twice.
+  const auto outOfOrder = [](const std::string& recording) {
+    const RuntimeDirectory directory;
+    const auto table = probebox({"unpack", "-", directory.file("t.csv"), "--json"}, recording).object();
+    return std::pair{table["out_of_order_samples"].get<int>(), table["repeated_samples"].get<int>()};
+  };
+  EXPECT_EQ(outOfOrder(rows(100, 200) + rows(0, 120)), (std::pair{100, 20}));
+  EXPECT_EQ(outOfOrder(rows(0, 50) + rows(100, 150) + rows(40, 110)), (std::pair{50, 20})) << "into a gap";
 }
 
 TEST(JoinedRecordings, GiveEachRowTheScaleOfItsOwnBlock) {

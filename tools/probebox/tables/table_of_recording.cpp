@@ -128,10 +128,10 @@ class Rows : public link::StreamListener {
     sums_.onWelcome(welcome);
     if (boot_id_ && *boot_id_ != welcome.boot_id) {
       // Sample indices begin anew, and so do numbers of triggers; recordings may be joined in any order.
-      ends_[*boot_id_] = {next_, next_trigger_};
+      ends_[*boot_id_] = {next_, next_trigger_, first_, std::move(without_row_)};
       const auto end = ends_.find(welcome.boot_id);
       restarts_ += end == ends_.end();
-      std::tie(next_, next_trigger_) = end == ends_.end() ? End{} : end->second;
+      std::tie(next_, next_trigger_, first_, without_row_) = end == ends_.end() ? End{} : std::move(end->second);
     }
     boot_id_ = welcome.boot_id;
   }
@@ -154,11 +154,13 @@ class Rows : public link::StreamListener {
     for (std::size_t k = 0; k < block.header.count; ++k) {
       const SampleIndex sample = block.header.first + static_cast<std::int64_t>(k);
       if (next_ && sample > *next_) remember({*next_, static_cast<std::uint64_t>(sample - *next_), {}}, "not_recorded");
-      // A resumed stream repeats what came before, and so does a recording joined with one of the same time.
+      // A resumed stream repeats what came before, and so does a recording joined with one of the same time. What was
+      // joined behind later samples has no row.
       if (next_ && sample < *next_) {
-        ++repeated_;
+        ++(hasRow(sample) ? repeated_ : out_of_order_);
         continue;
       }
+      if (!first_) first_ = sample;
       writer_.row(block, k, sample);
       ++rows_;
       next_ = sample + 1;
@@ -207,6 +209,7 @@ class Rows : public link::StreamListener {
   const RecordingSums& sums() const { return sums_; }
   std::uint64_t rows() const { return rows_; }
   std::uint64_t repeated() const { return repeated_; }
+  std::uint64_t outOfOrder() const { return out_of_order_; }
   std::uint64_t restarts() const { return restarts_; }
   bool channelsChanged() const { return channels_changed_; }
   bool begun() const { return begun_; }
@@ -219,8 +222,15 @@ class Rows : public link::StreamListener {
     if (end <= first) return;
     const auto count = static_cast<std::uint64_t>(end - first);
     missing_.push_back({first.index, count, std::string{reason}});
+    without_row_[first] = end;
     if (!writer_.failure()) writer_.missing(first, count, reason);
     next_ = end;
+  }
+  // Of a sample before next_.
+  bool hasRow(SampleIndex sample) const {
+    if (!first_ || sample < *first_) return false;
+    const auto after = without_row_.upper_bound(sample);
+    return after == without_row_.begin() || sample >= std::prev(after)->second;
   }
 
   RowWriter& writer_;
@@ -234,10 +244,14 @@ class Rows : public link::StreamListener {
   std::uint32_t next_trigger_{};
   std::uint64_t missing_triggers_{};
   std::optional<SampleIndex> next_;
-  using End = std::tuple<std::optional<SampleIndex>, std::uint32_t>;
+  std::optional<SampleIndex> first_;                // with a row
+  std::map<SampleIndex, SampleIndex> without_row_;  // first to end
+  using End = std::tuple<std::optional<SampleIndex>, std::uint32_t, std::optional<SampleIndex>,
+                         std::map<SampleIndex, SampleIndex>>;
   std::map<messages::BootId, End> ends_;  // of starts of the box whose samples another one followed
   std::uint64_t rows_{};
   std::uint64_t repeated_{};
+  std::uint64_t out_of_order_{};
   std::uint64_t restarts_{};
   bool begun_{};
   bool channels_changed_{};
@@ -260,7 +274,10 @@ void note(const Rows& table, Console& console) {
   if (missing.size() > kGapsNoted) console.note("  and so on; --json names them all");
   if (table.repeated() > 0)
     console.note(std::to_string(table.repeated()) + (table.repeated() == 1 ? " sample came" : " samples came") +
-                 " more than once, or behind a later one; the first has the row");
+                 " more than once; the first has the row");
+  if (table.outOfOrder() > 0)
+    console.note(std::to_string(table.outOfOrder()) + (table.outOfOrder() == 1 ? " sample came" : " samples came") +
+                 " behind later ones and have no row: join recordings in the order of their times");
   if (table.restarts() > 0) console.note("the box was restarted: sample numbers begin anew there");
 }
 
@@ -317,6 +334,7 @@ Json summary(const TableJob& job, const Rows& table, const link::RecordingEnd& e
            {"table", job.output},
            {"rows", table.rows()},
            {"repeated_samples", table.repeated()},
+           {"out_of_order_samples", table.outOfOrder()},
            {"missing_samples", table.missingSamples()},
            {"gaps", gaps},
            {"delays", describe(table)},

@@ -10,6 +10,8 @@
 #include <numbers>
 #include <random>
 
+#include "firmware/metrology/checks/drift.hpp"
+#include "firmware/metrology/checks/unusual.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "host-tests/metrology/moments.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
