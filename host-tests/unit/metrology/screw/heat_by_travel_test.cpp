@@ -178,6 +178,14 @@ TEST(HeatByTravel, GoesFromCalibrationToCompensation) {
   for (std::size_t k = 0; k < others.rows(); ++k)
     squares += std::pow(compensated->estimates[0].values[k] - (*others.column("error_um"))[k], 2);
   EXPECT_LT(leftOf(squares, 100), 0.6 * leftOf(squaresOfOne(others), 100));
+  const double sd_gain = found->find("travel_gain")->sd.at(0);
+  EXPECT_GT(sd_gain, 0);
+  EXPECT_LT(sd_gain, 0.2 * std::abs(found->find("travel_gain")->value()));
+  Dataset uncertain = compensation;
+  uncertain.config["sigma_um"] = 0.01;
+  const double of_sensor = solve(uncertain)->estimates[0].uncertainty.back();
+  uncertain.config["sd_travel_gain"] = sd_gain;
+  EXPECT_GT(solve(uncertain)->estimates[0].uncertainty.back(), 1.1 * of_sensor);
   Dataset still = compensation;
   still.tables.erase(still.tables.begin());
   EXPECT_EQ(solve(still).error().name, "missing-table") << "a gain by travel needs to know where the nut was";
