@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "drivers/usb_probe/decode.hpp"
-#include "protocol/receiver/packet.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/receiver/packet.hpp"
 
 namespace probebox::scenario {
 
