@@ -387,15 +387,7 @@ CentrelineDescription readCentreline(Section section, double hold_s, const Machi
   return centreline;
 }
 
-// Whether a source is described without which it could never correct anything, by SourceKind.
-std::array<bool, kSourceKinds> describedSources(const Machine& machine) {
-  const auto& [x, y, z] = machine.screws;
-  return {x || y || z, machine.swivel.has_value(), machine.rotary_table.has_value(), true};
-}
-
-// After all that a source may need.
-std::uint16_t readSources(Section& section, const Machine& machine) {
-  const auto described = describedSources(machine);
+std::uint16_t readSources(Section& section, const Section& root) {
   std::vector<std::string> names;
   for (const auto& source : kSources) names.emplace_back(source.name);
   std::uint16_t mask = 0;
@@ -413,7 +405,7 @@ std::uint16_t readSources(Section& section, const Machine& machine) {
       continue;
     }
     if (hasSource(mask, kind)) problem(" twice: name it once");
-    if (!described[kind])
+    if (const auto needs = kSources[kind].section; !needs.empty() && !root.has(needs))
       problem(", but machine.toml describes " + std::string{kSources[kind].lacking} + ", or remove the name");
     mask = static_cast<std::uint16_t>(mask | bitOf(static_cast<SourceKind>(kind)));
   }
@@ -502,7 +494,7 @@ Machine readMachine(Section& root) {
   readToolSetter(root, machine);
   readSensorHead(root, machine);
   readProbeShank(root, machine);
-  machine.corrections.mask = readSources(corrections, machine);
+  machine.corrections.mask = readSources(corrections, root);
   corrections.finish();
   return machine;
 }

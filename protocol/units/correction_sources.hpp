@@ -12,12 +12,13 @@ enum class SourceKind : std::uint8_t { screw = 0, swivel = 1, rotary = 2, centre
 
 struct SourceDescription {
   std::string_view name;
-  std::string_view lacking;  // what machine.toml has not where it can never be good; empty: it needs no description
+  std::string_view section;  // of machine.toml, without which it can never be good; empty: it needs no description
+  std::string_view lacking;  // what machine.toml has not without that section, and the remedy
 };
-inline constexpr SourceDescription kSources[]{{"screw", "no screw: add [screw.X]"},
-                                              {"swivel", "no swivelling head: add [swivel]"},
-                                              {"rotary", "no rotary table: add [rotary_table]"},
-                                              {"centreline", ""}};
+inline constexpr SourceDescription kSources[]{{"screw", "screw", "no screw: add [screw.X]"},
+                                              {"swivel", "swivel", "no swivelling head: add [swivel]"},
+                                              {"rotary", "rotary_table", "no rotary table: add [rotary_table]"},
+                                              {"centreline", "", ""}};
 inline constexpr std::size_t kSourceKinds = std::size(kSources);
 
 constexpr std::uint16_t bitOf(SourceKind kind) {

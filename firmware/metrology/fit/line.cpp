@@ -21,8 +21,6 @@ struct RobustLine {
   double at(double t) const { return intercept + slope * t; }
 };
 
-// Least deviation of one sample to reckon with, unit of the stream: the digits of a case file.
-
 // Standard deviation of normal noise from the smallest of the absolute deviations: unlike a median it stands steps of a
 // converter, which leave many deviations equal.
 double trimmedDeviation(std::vector<double>& deviations, Trim trim) {
@@ -31,7 +29,7 @@ double trimmedDeviation(std::vector<double>& deviations, Trim trim) {
   // Share of the deviations that is kept, and rms of a normal variate within that central share.
   const auto [share, of_normal] = trim == Trim::light ? std::pair{0.6, 0.4632} : std::pair{0.4, 0.2972};
   const auto kept = std::max<std::size_t>(1, static_cast<std::size_t>(share * static_cast<double>(deviations.size())));
-  std::ranges::sort(deviations);
+  std::ranges::nth_element(deviations, deviations.begin() + static_cast<std::ptrdiff_t>(kept) - 1);
   double sum = 0.0;
   for (std::size_t k = 0; k < kept; ++k) sum += deviations[k] * deviations[k];
   return std::sqrt(sum / static_cast<double>(kept)) / of_normal;

@@ -44,7 +44,8 @@ class BounceSearch {
   std::optional<Bounce> best(double& least) const;
 
  private:
-  Eigen::MatrixXd across(const Eigen::MatrixXd& columns) const;
+  // The same, with the shapes of sine and cosine, a row a sample in sd of its residual.
+  double fit(Bounce& bounce, const Eigen::MatrixXd& shape) const;
 
   Unexplained record_;
   Eigen::MatrixXd basis_;  // orthonormal, of what the other unknowns explain

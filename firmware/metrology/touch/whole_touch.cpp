@@ -162,6 +162,7 @@ Outcome<TouchRecord, Refusal> TouchRecord::read(const Touch& touch, const StampJ
   TouchRecord record;
   record.plan_ = touch.plan;
   record.machine_ = withoutSpikes(touch.machine, jitter.machine_s).stream;
+  record.machine_.steps = stepsOf(record.machine_);  // which the solver asks for often
   record.probe_ = withoutLoneSpikes(touch.probe, jitter.probe_s);
   const Stream& machine = record.machine_;
   const Stream& probe = record.probe_;
@@ -282,6 +283,7 @@ class TouchRecord::Solver {
     choose();
     if (auto refusal = tooFew()) return refusal;
     lookForBounce();
+    is_linear_ = false;
     for (int step = 0; step < kMostRounds; ++step) {
       if (step == 1 || step == 3) choose();
       if (auto refusal = tooFew()) return refusal;
@@ -359,6 +361,7 @@ class TouchRecord::Solver {
 
   // The samples that the present values put on the stretches while the stylus is deflected.
   void choose() {
+    is_linear_ = false;
     rows_.clear();
     std::vector<bool> touched(record_.stretches_.size());
     const double shallow = std::clamp(6.0 * noise_.probe.moving / state_.values[2], kShallow * record_.depth_mm_,
@@ -427,6 +430,7 @@ class TouchRecord::Solver {
   Index ofBounce() const { return state_.bounce ? 4 : 0; }
 
   void linearise() {
+    is_linear_ = true;
     const auto n = static_cast<Index>(rows_.size());
     jacobian_.setZero(n, own() + ofBounce() + 2 * stretches_);
     residuals_.resize(n);
@@ -443,7 +447,10 @@ class TouchRecord::Solver {
         continue;
       }
       const double age = record_.probe_.times[k] - contact_;
-      const double h = surface - place(s, stamp) + (state_.bounce ? state_.bounce->at(age) : 0.0);
+      const Bounce* bounce = state_.bounce ? &*state_.bounce : nullptr;
+      const Vector4d swing = bounce ? bounce->columns(age) : Vector4d::Zero();
+      double h = surface - place(s, stamp);
+      if (bounce) h += bounce->sine_mm * swing[0] + bounce->cosine_mm * swing[1];
       const double steep = gain * (1.0 + 2.0 * bend * h) / sd;
       residuals_[i] = (record_.deflection_[k] - gain * (h + bend * h * h)) / sd;
       Index column = 0;
@@ -451,7 +458,7 @@ class TouchRecord::Solver {
       jacobian_(i, column++) = steep;
       jacobian_(i, column++) = (h + bend * h * h) / sd;
       jacobian_(i, column++) = gain * h * h / sd;
-      if (state_.bounce) jacobian_.block<1, 4>(i, column) = steep * state_.bounce->columns(age).transpose();
+      if (bounce) jacobian_.block<1, 4>(i, column) = steep * swing.transpose();
       jacobian_(i, line) = -steep;
       jacobian_(i, line + 1) = -steep * since;
     }
@@ -499,7 +506,7 @@ class TouchRecord::Solver {
 
   // One step, as long as it leads on; what it moves the values by, in their sd.
   double improve() {
-    linearise();
+    if (!is_linear_) linearise();
     const double before_squares = squares();
     MatrixXd rows = heldRows();
     const auto all = held();
@@ -683,6 +690,7 @@ class TouchRecord::Solver {
   double bounce_gain_{};
   std::vector<Row> rows_;
   std::vector<std::size_t> left_out_;
+  bool is_linear_{};  // the two below are those of the present rows and values
   MatrixXd jacobian_;
   VectorXd residuals_;
 };

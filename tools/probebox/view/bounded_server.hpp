@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <httplib.h>
 #include <poll.h>
@@ -20,12 +21,16 @@ using BoundedServer = httplib::Server;
 inline constexpr std::size_t kMostHead_bytes = 65'536;
 
 // A connection whose requests may have a head, the request line and the header fields, of kMostHead_bytes: a longer one
-// is answered by 431, and nothing more is read.
+// is answered by 431, and nothing more is read. A head that is not whole after `silent_ms` ends the connection: one
+// that sends a byte now and then would hold its thread for hours.
 class BoundedStream : public httplib::Stream {
  public:
   BoundedStream(socket_t socket, int silent_ms) : socket_{socket}, silent_ms_{silent_ms} {}
 
-  void beginRequest() { head_bytes_ = 0, in_head_ = true, line_is_empty_ = false, is_answered_ = false; }
+  void beginRequest() {
+    head_bytes_ = 0, in_head_ = true, line_is_empty_ = false, is_answered_ = false;
+    head_until_ = Clock::now() + std::chrono::milliseconds{silent_ms_};
+  }
   // The answer says that the connection ends with it: a body that nobody has read would be taken for the next request.
   bool endsWithAnswer() const { return ends_; }
   bool isTooLong() const { return head_bytes_ > kMostHead_bytes; }
@@ -52,12 +57,16 @@ class BoundedStream : public httplib::Stream {
   socket_t socket() const override { return socket_; }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   bool is(short ready, int within_ms) const {
     pollfd one{.fd = socket_, .events = ready, .revents = 0};
     return ::poll(&one, 1, within_ms) > 0;
   }
   bool fill() {
     if (next_ < end_) return true;
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(head_until_ - Clock::now()).count();
+    if (in_head_ && (left <= 0 || !is(POLLIN, static_cast<int>(left)))) return false;
     if (!is_readable()) return false;
     const auto got = ::recv(socket_, buffer_.data(), buffer_.size(), 0);
     next_ = 0, end_ = got > 0 ? static_cast<std::size_t>(got) : 0;
@@ -85,6 +94,7 @@ class BoundedStream : public httplib::Stream {
 
   socket_t socket_;
   int silent_ms_;
+  Clock::time_point head_until_{};
   std::array<char, 4096> buffer_{};
   std::size_t next_{}, end_{};
   std::size_t head_bytes_{};
