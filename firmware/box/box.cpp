@@ -329,7 +329,7 @@ void Box::on(const SourceLost& lost) {
 void Box::drainLatch() {
   while (const auto decision = latch_.next()) {
     if (const auto* record = std::get_if<latch::Record>(&*decision)) {
-      block_.add(*record, clock_.map(), state_.at);
+      block_.add(*record, latch_.clock(), state_.at);
       tick(*record);
       if (block_.full()) closeBlock();
     } else {
@@ -357,8 +357,8 @@ void Box::tick(const latch::Record& record) {
 }
 
 void Box::emitTriggers() {
-  const TickMap& map = clock_.map();
   while (const auto stamp = corrections_.nextTrigger()) {
+    const TickMap map = clock_.map();
     PlacedTrigger placed{.stamp = *stamp, .sigma_ns = map.sigma_ns, .clock_state = map.state};
     if (map.state != ClockState::unlocked) {
       placed.tick = clock::tickBefore(map, stamp->at);

@@ -124,31 +124,46 @@ void Latch::setClock(const TickMap& map) {
   }
   clock_is_good_ = is_good;
   map_ = map;
+  time_of_next_.reset();
 }
 
 std::optional<Decision> Latch::next() {
   if (!next_ || !clock_is_good_) return std::nullopt;
   if (*next_ < resume_) return give(Lost{*next_, resume_ - *next_, LostReason::clock});
   Lost run{.first = *next_};
+  Record record;
   while (true) {
-    const Examined examined = examine();
-    const bool goes_on = examined.as == Examined::As::lost && (run.count == 0 || examined.reason == run.reason);
+    LostReason reason{};
+    const Examined examined = examine(record, reason);
+    const bool goes_on = examined == Examined::lost && (run.count == 0 || reason == run.reason);
     if (!goes_on) {
       if (run.count > 0) return give(run);
-      if (examined.as == Examined::As::record) return give(examined.record);
+      if (examined == Examined::record) return give(record);
       return std::nullopt;
     }
-    run.reason = examined.reason;
+    run.reason = reason;
     ++run.count;
     next_ = run.first + run.count;
+    time_of_next_.reset();
   }
 }
 
-Latch::Examined Latch::examine() {
-  const MonoTime t = clock::timeOf(map_, *next_, config_.samples_per_tick);
+MonoTime Latch::timeOfNext() {
+  if (!time_of_next_) time_of_next_ = clock::timeOf(map_, *next_, config_.samples_per_tick);
+  return *time_of_next_;
+}
+
+bool Latch::isReached(MonoTime t) const {
+  const auto reaches = [&](const auto& source) { return source.reaches(t); };
+  if (!reaches(probe_) || !std::ranges::all_of(axes_, reaches)) return false;
+  const auto fitted = [](const auto& source) { return source.fitted(); };
+  return now_ >= t || fitted(probe_) || std::ranges::any_of(axes_, fitted);
+}
+
+Latch::Examined Latch::examine(Record& record, LostReason& reason) {
+  const MonoTime t = timeOfNext();
   const bool given_up = isGivenUp(t);
-  Examined examined{.as = Examined::As::record, .reason = {}, .record = {.index = *next_, .values = {}}};
-  auto& values = examined.record.values;
+  if (!given_up && !isReached(t)) return Examined::waiting;
 
   Source<3>::Values deflection{};
   std::array<Source<1>::Values, kLinearAxes> counts{};
@@ -160,37 +175,36 @@ Latch::Examined Latch::examine() {
     const Answer answer = axes_[axis].at(t, !given_up, counts[axis], unused);
     if (answer == Answer::waiting || encoders == Answer::value) encoders = answer;
   }
-  const bool nothing_is_fitted = now_ < t && !probe_.fitted() &&
-                                 std::none_of(axes_.begin(), axes_.end(), [](const auto& a) { return a.fitted(); });
-  const bool waits = probe == Answer::waiting || encoders == Answer::waiting || nothing_is_fitted;
-  if (waits && !given_up) return {};
+  if (!given_up && (probe == Answer::waiting || encoders == Answer::waiting)) return Examined::waiting;
 
   decided_ = std::max(decided_, t);
   lines_.passTo(t);
-  if (probe != Answer::value) return {Examined::As::lost, LostReason::probe, {}};
-  if (encoders != Answer::value) return {Examined::As::lost, LostReason::encoders, {}};
-  std::copy(deflection.begin(), deflection.end(), values.begin());
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) values[3 + axis] = counts[axis][0];
-  values[static_cast<std::size_t>(Channel::flags)] =
+  if (probe != Answer::value || encoders != Answer::value) {
+    reason = probe != Answer::value ? LostReason::probe : LostReason::encoders;
+    return Examined::lost;
+  }
+  const std::int64_t flags =
       (clipped ? flag::kClipped : 0) | (map_.state == ClockState::holdover ? flag::kHoldover : 0);
-  return examined;
+  record = {*next_, {deflection[0], deflection[1], deflection[2], counts[0][0], counts[1][0], counts[2][0], flags}};
+  return Examined::record;
 }
 
 bool Latch::isGivenUp(MonoTime t) const {
   return now_ != MonoTime::min() && now_ - patience_ > t;
 }
 
-Decision Latch::give(const Record& record) {
-  Record given = record;
-  given.values[static_cast<std::size_t>(Channel::flags)] |= lines_.take();
+Decision Latch::give(Record record) {
+  record.values[static_cast<std::size_t>(Channel::flags)] |= lines_.take();
   next_ = record.index + 1;
+  time_of_next_.reset();
   ++counters_.produced;
   ++counters_.records;
-  return given;
+  return record;
 }
 
 Decision Latch::give(const Lost& lost) {
   next_ = lost.first + lost.count;
+  time_of_next_.reset();
   counters_.produced += lost.count;
   counters_.lost += lost.count;
   return lost;

@@ -68,18 +68,18 @@ class Latch {
   const LatchCounters& counters() const { return counters_; }
   // The next sample to decide; nullopt before the first lock.
   std::optional<SampleIndex> pending() const { return next_; }
+  const TickMap& clock() const { return map_; }
 
  private:
-  // Decision about the next sample at this moment.
-  struct Examined {
-    enum class As : std::uint8_t { waiting, record, lost } as{};
-    LostReason reason{};
-    Record record{};
-  };
+  // What is said about the next sample at this moment.
+  enum class Examined : std::uint8_t { waiting, record, lost };
 
-  Examined examine();
+  // Fills in the record, or the reason of the loss.
+  Examined examine(Record& record, LostReason& reason);
+  MonoTime timeOfNext();
+  bool isReached(MonoTime t) const;
   bool isGivenUp(MonoTime t) const;
-  Decision give(const Record& record);
+  Decision give(Record record);
   Decision give(const Lost& lost);
   void noteLate(MonoTime at);
   template <std::size_t kWidth>
@@ -93,8 +93,9 @@ class Latch {
   TickMap map_;
   bool clock_is_good_{};
   std::optional<SampleIndex> next_;
-  SampleIndex resume_{};               // samples before it were lost with the clock
-  MonoTime decided_{MonoTime::min()};  // time of the last decided sample
+  std::optional<MonoTime> time_of_next_;  // by map_, once it was asked for
+  SampleIndex resume_{};                  // samples before it were lost with the clock
+  MonoTime decided_{MonoTime::min()};     // time of the last decided sample
   MonoTime now_{MonoTime::min()};
   LatchCounters counters_;
 };

@@ -58,23 +58,32 @@ class Source {
   }
 
   // Shifts the buffered stamps and all future ones in time.
-  void shift(Nanoseconds by) { trace_.shift(by); }
+  void shift(Nanoseconds by) {
+    trace_.shift(by);
+    present_ = {};
+  }
+
+  // Whether there are stamps up to that time, without which it has to wait.
+  bool reaches(MonoTime t) const { return !fitted() || (!trace_.empty() && trace_.back().at >= t); }
 
   // patient: wait for the fourth stamp of a cubic. Otherwise, and across a gap, interpolation is linear.
   Answer at(MonoTime t, bool patient, Values& values, bool& clipped) {
     if (!fitted()) return values = {}, Answer::value;
+    if (present_.holds(t)) return give(t, values, clipped);
     while (trace_.size() >= 3 && trace_[2].at <= t) trace_.pop();
-    if (trace_.empty() || trace_.back().at < t) return Answer::waiting;
+    if (!reaches(t)) return Answer::waiting;
     if (trace_.front().at > t) return Answer::gap;
     const std::size_t before = trace_.size() >= 2 && trace_[1].at <= t ? 1 : 0;
-    if (trace_[before].at == t) return read(before, before, values, clipped);
+    const auto& [at, reading] = trace_[before];
+    if (at == t) return values = reading.values, clipped = clipped || reading.clipped, Answer::value;
     if (isGap(before)) return Answer::gap;
-    if (!is_cubic_) return interpolate<2>(t, before, values, clipped);
-    if (trace_.size() < before + 3) {
-      return patient ? Answer::waiting : interpolate<2>(t, before, values, clipped);
-    }
-    const bool has_four = before == 1 && !isGap(0) && !isGap(2);
-    return has_four ? interpolate<4>(t, 0, values, clipped) : interpolate<2>(t, before, values, clipped);
+    const bool lacks_fourth = is_cubic_ && trace_.size() < before + 3;
+    if (lacks_fourth && patient) return Answer::waiting;
+    const bool has_four = is_cubic_ && !lacks_fourth && before == 1 && !isGap(0) && !isGap(2);
+    has_four ? interpolate<4>(0) : interpolate<2>(before);
+    const Answer answer = give(t, values, clipped);
+    if (lacks_fourth) present_ = {};  // the next time may have it
+    return answer;
   }
 
  private:
@@ -86,32 +95,30 @@ class Source {
   // A gap is more than 2.5 nominal intervals between stamps (A.9).
   bool isGap(std::size_t i) const { return 2 * (trace_[i + 1].at - trace_[i].at) > 5 * interval_; }
 
-  Answer read(std::size_t first, std::size_t last, Values& values, bool& clipped) const {
-    values = trace_[first].value.values;
-    for (std::size_t i = first; i <= last; ++i) clipped = clipped || trace_[i].value.clipped;
+  Answer give(MonoTime t, Values& values, bool& clipped) const {
+    values = present_.at(t);
+    clipped = clipped || present_clipped_;
     return Answer::value;
   }
 
   template <std::size_t kPoints>
-  Answer interpolate(MonoTime t, std::size_t first, Values& values, bool& clipped) const {
-    read(first, first + kPoints - 1, values, clipped);
+  void interpolate(std::size_t first) {
     std::array<MonoTime, kPoints> at;
-    for (std::size_t i = 0; i < kPoints; ++i) at[i] = trace_[first + i].at;
-    for (std::size_t channel = 0; channel < kWidth; ++channel) {
-      std::array<std::int64_t, kPoints> points;
-      for (std::size_t i = 0; i < kPoints; ++i) points[i] = trace_[first + i].value.values[channel];
-      if constexpr (kPoints == 2) {
-        values[channel] = linear(t, at, points);
-      } else {
-        values[channel] = cubic(t, at, points);
-      }
+    std::array<Values, kPoints> values;
+    present_clipped_ = false;
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      at[i] = trace_[first + i].at;
+      values[i] = trace_[first + i].value.values;
+      present_clipped_ = present_clipped_ || trace_[first + i].value.clipped;
     }
-    return Answer::value;
+    present_ = {at, values};
   }
 
   Nanoseconds interval_;
   bool is_cubic_;
   Trace<Reading> trace_;
+  Interval<kWidth> present_;  // that the latest time lay in
+  bool present_clipped_{};
 };
 
 }  // namespace probebox::latch

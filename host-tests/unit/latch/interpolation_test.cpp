@@ -18,20 +18,21 @@ struct Sine {
 
 constexpr std::int64_t kIntervalNs = 1'000'000;
 
-template <std::size_t kPoints, class Interpolate>
-double worstError(Interpolate&& interpolate) {
+// By that many stamps.
+template <std::size_t kPoints>
+double worstError() {
   double worst = 0;
   for (std::int64_t start = 0; start < 200; ++start) {
     std::array<MonoTime, kPoints> at;
-    std::array<std::int64_t, kPoints> values;
+    std::array<Interval<1>::Values, kPoints> values;
     for (std::size_t i = 0; i < kPoints; ++i) {
       at[i] = monoTime((start + static_cast<std::int64_t>(i)) * kIntervalNs);
-      values[i] = std::llround(Sine::at(toSeconds(at[i].time_since_epoch())));
+      values[i][0] = std::llround(Sine::at(toSeconds(at[i].time_since_epoch())));
     }
     const std::size_t before = kPoints / 2 - 1;
     for (const std::int64_t part : {0, 100'000, 500'000, 777'777}) {
       const MonoTime t = at[before] + Nanoseconds{part};
-      const auto got = static_cast<double>(interpolate(t, at, values));
+      const auto got = static_cast<double>(Interval<1>{at, values}.at(t)[0]);
       worst = std::max(worst, std::abs(got - Sine::at(toSeconds(t.time_since_epoch()))));
     }
   }
@@ -42,28 +43,49 @@ constexpr double kRounding = 1.5;  // nm: of the stamps and of the result
 
 TEST(Interpolation, LinearStaysWithinItsBound) {
   const double bound = 1e-6 / 8 * Sine::kAmplitude * Sine::kOmega * Sine::kOmega;
-  const double worst = worstError<2>(linear);
+  const double worst = worstError<2>();
   EXPECT_LT(worst, bound + kRounding);
   EXPECT_GT(worst, 0.9 * bound);
 }
 
 TEST(Interpolation, CubicStaysWithinItsFarSmallerBound) {
   const double bound = 3.0 / 128 * 1e-12 * Sine::kAmplitude * std::pow(Sine::kOmega, 4);
-  EXPECT_LT(worstError<4>(cubic), bound + kRounding);
+  EXPECT_LT(worstError<4>(), bound + kRounding);
 }
+
+using Linear = std::array<Interval<1>::Values, 2>;
+using Cubic = std::array<Interval<1>::Values, 4>;
 
 TEST(Interpolation, LargeCountsKeepEveryDigit) {
   constexpr std::int64_t kLarge = 9'000'000'000'000'000'001;
-  EXPECT_EQ(linear(monoTime(5), {monoTime(0), monoTime(10)}, {kLarge, kLarge + 10}), kLarge + 5);
-  EXPECT_EQ(cubic(monoTime(15), {monoTime(0), monoTime(10), monoTime(20), monoTime(30)},
-                  {kLarge, kLarge + 10, kLarge + 20, kLarge + 30}),
-            kLarge + 15);
+  const Interval<1> linear{std::array{monoTime(0), monoTime(10)}, Linear{{{kLarge}, {kLarge + 10}}}};
+  EXPECT_EQ(linear.at(monoTime(5))[0], kLarge + 5);
+  const Interval<1> cubic{std::array{monoTime(0), monoTime(10), monoTime(20), monoTime(30)},
+                          Cubic{{{kLarge}, {kLarge + 10}, {kLarge + 20}, {kLarge + 30}}}};
+  EXPECT_EQ(cubic.at(monoTime(15))[0], kLarge + 15);
 }
 
 TEST(Interpolation, CounterMayWrapAround) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
   constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
-  EXPECT_EQ(linear(monoTime(5), {monoTime(0), monoTime(10)}, {kMost - 1, kLeast + 2}), kLeast);
+  const Interval<1> linear{std::array{monoTime(0), monoTime(10)}, Linear{{{kMost - 1}, {kLeast + 2}}}};
+  EXPECT_EQ(linear.at(monoTime(5))[0], kLeast);
+}
+
+// A polynomial of the third order is met exactly, whatever the stamps' intervals.
+TEST(Interpolation, CubicMeetsACubicBetweenUnevenStamps) {
+  const auto value = [](std::int64_t t) { return 7 + 3 * t - 2 * t * t + t * t * t; };
+  const std::array<std::int64_t, 4> at{-13, 2, 31, 40};
+  std::array<MonoTime, 4> stamps;
+  Cubic values;
+  for (std::size_t i = 0; i < at.size(); ++i) stamps[i] = monoTime(at[i]), values[i] = {value(at[i])};
+  const Interval<1> cubic{stamps, values};
+  EXPECT_FALSE(cubic.holds(monoTime(2)));
+  EXPECT_FALSE(cubic.holds(monoTime(31)));
+  for (std::int64_t t = 3; t < 31; ++t) {
+    ASSERT_TRUE(cubic.holds(monoTime(t)));
+    EXPECT_EQ(cubic.at(monoTime(t))[0], value(t));
+  }
 }
 
 }  // namespace
