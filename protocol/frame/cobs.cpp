@@ -6,13 +6,20 @@
 namespace probebox::frame {
 namespace {
 constexpr std::size_t kLongestRun = 254;
+
+// Place of the first zero; the size where there is none.
+std::size_t zeroIn(std::span<const std::byte> bytes) {
+  if (bytes.empty()) return 0;
+  const auto* zero = static_cast<const std::byte*>(std::memchr(bytes.data(), 0, bytes.size()));
+  return zero == nullptr ? bytes.size() : static_cast<std::size_t>(zero - bytes.data());
+}
 }
 
 std::size_t cobsEncode(std::span<const std::byte> plain, std::span<std::byte> into) {
   std::size_t out = 0;
   while (true) {
     const auto window = plain.first(std::min(plain.size(), kLongestRun));
-    const auto run = static_cast<std::size_t>(std::ranges::find(window, std::byte{0}) - window.begin());
+    const std::size_t run = zeroIn(window);
     into[out] = static_cast<std::byte>(run + 1);
     std::ranges::copy(window.first(run), into.begin() + static_cast<std::ptrdiff_t>(out + 1));
     out += run + 1;
@@ -24,7 +31,7 @@ std::size_t cobsEncode(std::span<const std::byte> plain, std::span<std::byte> in
 }
 
 std::optional<std::size_t> cobsDecodeInPlace(std::span<std::byte> bytes) {
-  if (std::ranges::find(bytes, std::byte{0}) != bytes.end()) return std::nullopt;
+  if (zeroIn(bytes) != bytes.size()) return std::nullopt;
   std::size_t in = 0;
   std::size_t out = 0;
   while (in < bytes.size()) {
