@@ -144,7 +144,7 @@ void ClockEstimator::decide() {
                                      .residual_ns = chosen.residual_ns,
                                      .since_last = config_.nominal_period,
                                      .after_holdover = was_holdover,
-                                     .may_have_jumped = was_holdover,
+                                     .tests_line = was_holdover,
                                      .walks = is_running});
   passed_ = misfits_ = 0;
   if (phase_ == Phase::settling) {
@@ -203,7 +203,8 @@ void ClockEstimator::passTo(MonoTime at) {
   if (passed_ > longestHoldover()) {
     countMissing(passed_ + 1, 0);
     giveUp(ClockState::ambiguous);
-  } else if (phase_ != Phase::searching && sigmaNs(passed_) > kBlindSpreads * tracked_.jitter().spreadNs()) {
+  } else if (phase_ != Phase::searching &&
+             tracked_.heldSigmaNs(passed_) > kBlindSpreads * tracked_.jitter().spreadNs()) {
     giveUp(ClockState::holdover);
   }
 }

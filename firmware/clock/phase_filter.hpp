@@ -37,10 +37,8 @@ class PhaseFilter {
     return static_cast<double>(beyond_nominal) - phase_ns_ - static_cast<double>(ticks_ahead) * drift_ns_;
   }
 
-  // How much later this filter's tick is than the same tick of another one, ns.
-  double aheadOf(const PhaseFilter& other) const {
-    return static_cast<double>(anchor_ns_ - other.anchor_ns_) + phase_ns_ - other.phase_ns_;
-  }
+  // How much later this filter's tick is than the same tick on the line of another one, ns.
+  double aheadOf(const PhaseFilter& other) const { return other.residual(at(), tick_ - other.tick_) + phase_ns_; }
 
   Tick tick() const { return tick_; }
   MonoTime at() const { return monoTime(anchor_ns_); }

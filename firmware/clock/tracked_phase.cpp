@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace probebox::clock {
 namespace {
@@ -47,15 +48,14 @@ void TrackedPhase::start(Tick tick, MonoTime at, double phase_sigma_ns, double d
   settled_ = 0;
   wander_.restart();
   jump_test_.end();
+  frequency_test_.end();
+  untested_gap_ = 0;
 }
 
 Jitter::Judgement TrackedPhase::take(const Stamp& stamp) {
-  if (stamp.after_holdover) {
-    hold(stamp.ahead);
-  } else {
-    filter_.predict(stamp.ahead);
-  }
-  if (stamp.may_have_jumped) beginJumpTest();
+  filter_.predict(stamp.ahead);
+  if (stamp.after_holdover) hold(stamp);
+  if (stamp.tests_line) beginJumpTest();
   const double phase_variance = filter_.phaseVariance();
   const Jitter::Judgement judged = jitter_.judge(stamp.residual_ns, phase_variance);
   const bool was_learned = jitter_.learned();
@@ -63,20 +63,25 @@ Jitter::Judgement TrackedPhase::take(const Stamp& stamp) {
   if (jitter_.learned() != was_learned) wander_.restart();
   const bool is_doubted = jump_test_.running() && jump_test_.jumped();
   if (stamp.walks && !is_doubted) learnWalks(judged);
-  const bool tests = jump_test_.running();
-  if (tests) predicted_ = filter_;
+  const bool tests_jump = jump_test_.running();
+  const bool tests_frequency = frequency_test_.running();
+  if (tests_jump || tests_frequency) predicted_ = filter_;
   filter_.update(judged.innovation_ns, judged.variance_ns2);
-  if (tests) testForJump(stamp.residual_ns);
+  if (tests_frequency) testFrequency(judged);
+  if (tests_jump) testForJump(stamp.residual_ns);
   return judged;
 }
 
-// Goes to the first stamp after a gap.
-void TrackedPhase::hold(std::int64_t ahead) {
-  filter_.predict(ahead);
-  const double drift_sigma_ns = heldDriftSigmaNs(ahead);
+// Takes into account that the frequency may have changed in a long gap.
+void TrackedPhase::hold(const Stamp& stamp) {
+  const double drift_sigma_ns = heldDriftSigmaNs(stamp.ahead);
   if (drift_sigma_ns == 0) return;
-  filter_.loosen(drift_sigma_ns, ahead);
   wander_.restart();
+  if (stamp.tests_line) {
+    untested_gap_ = stamp.ahead;
+  } else {
+    filter_.loosen(drift_sigma_ns, stamp.ahead);
+  }
 }
 
 void TrackedPhase::learnWalks(const Jitter::Judgement& judged) {
@@ -85,6 +90,7 @@ void TrackedPhase::learnWalks(const Jitter::Judgement& judged) {
   if (!has_learned || !config_.learns) return;
   filter_.setWalk(wander_.walk());
   unmoved_.setWalk(wander_.walk());
+  frequency_test_.setWalk(wander_.walk());
 }
 
 // A test that another gap interrupts keeps its opinion.
@@ -101,12 +107,15 @@ void TrackedPhase::testForJump(double residual_ns) {
     unmoved_.update(judged.innovation_ns, judged.variance_ns2);
   }
   if (jump_test_.push(predicted_, residual_ns, jitter_)) followJump(jump_test_.jumped());
-  if (!jump_test_.running() && jump_test_.jumped()) wander_.restart();
+  if (jump_test_.running()) return;
+  if (jump_test_.jumped()) wander_.restart();
+  if (untested_gap_ > 0) beginFrequencyTest();
 }
 
 // Follows the line that the residuals since the gap make more likely: one that begins anew where they are, or the held
 // one.
 void TrackedPhase::followJump(bool jumped) {
+  frequency_test_.end();
   if (!jumped) {
     filter_ = unmoved_;
     return;
@@ -115,6 +124,21 @@ void TrackedPhase::followJump(bool jumped) {
   const PhaseFilter& held = jump_test_.held();
   filter_.start(held.tick(), held.timeOf(0) + Nanoseconds{std::llround(jump_test_.shiftNs())},
                 jump_test_.shiftSigmaNs(), held.drift(), holdoverDriftSigmaNs());
+}
+
+// A jump has opened the frequency already.
+void TrackedPhase::beginFrequencyTest() {
+  const std::int64_t gap = std::exchange(untested_gap_, 0);
+  if (jump_test_.jumped()) return;
+  frequency_test_.begin(jump_test_.held(), gap, ppmToNs(config_.holdover_ppm), jump_test_.shiftNs(),
+                        jump_test_.shiftSigmaNs());
+}
+
+void TrackedPhase::testFrequency(const Jitter::Judgement& judged) {
+  if (!frequency_test_.push(predicted_, judged.innovation_ns, judged.variance_ns2)) return;
+  filter_ = frequency_test_.changedAt(filter_);
+  jump_test_.end();
+  wander_.restart();
 }
 
 TrackedPhase::Frequency TrackedPhase::settle() {
@@ -132,9 +156,12 @@ bool TrackedPhase::beyondLimit() const {
 }
 
 double TrackedPhase::sigmaNs(std::int64_t ahead, bool in_holdover) const {
-  const double in_model = std::sqrt(std::max(0.0, filter_.phaseVariance(ahead)));
-  if (!in_holdover) return in_model;
-  return std::hypot(in_model, heldDriftSigmaNs(ahead) * static_cast<double>(ahead));
+  if (!in_holdover) return heldSigmaNs(ahead);
+  return std::hypot(heldSigmaNs(ahead), heldDriftSigmaNs(ahead) * static_cast<double>(ahead));
+}
+
+double TrackedPhase::heldSigmaNs(std::int64_t ahead) const {
+  return std::sqrt(std::max(0.0, filter_.phaseVariance(ahead)));
 }
 
 // Possible change of the frequency in a gap of so many ticks, ns per tick.

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "firmware/clock/frequency_test.hpp"
 #include "firmware/clock/jitter.hpp"
 #include "firmware/clock/jump_test.hpp"
 #include "firmware/clock/phase_filter.hpp"
@@ -20,8 +21,9 @@ enum class Phase : std::uint8_t { searching, settling, running };
 //
 // Each stamp's residual passes the jitter (clip, later a learned score) and corrects the phase filter; the walks of the
 // filter are learned from the measured phases. Through a gap the line is held: the uncertainty grows by the learned
-// walks, and by a possible frequency change where the gap is long (holdover). Which stamp belongs to which tick, and
-// when there is a gap, the owner decides.
+// walks, and where the gap is long (holdover) by a possible frequency change, until stamps return. Then they test
+// whether phase or frequency has changed. Which stamp belongs to which tick, and when there is a gap, the owner
+// decides.
 class TrackedPhase {
  public:
   struct Config {
@@ -47,14 +49,14 @@ class TrackedPhase {
   void start(Tick tick, MonoTime at, double phase_sigma_ns, double drift_ns, double drift_sigma_ns);
 
   // Takes the stamp of the tick `ahead`. since_last: time that it adds to the learning of the jitter. after_holdover:
-  // the frequency may have changed meanwhile. may_have_jumped: the stamps to come test whether the phase has. walks:
-  // the phase is good enough to learn the walks from it.
+  // the frequency may have changed meanwhile. tests_line: the stamps to come test whether it, or the phase, has;
+  // without, a long gap opens the frequency. walks: the phase is good enough to learn the walks from it.
   struct Stamp {
     std::int64_t ahead{};
     double residual_ns{};
     Nanoseconds since_last{};
     bool after_holdover{};
-    bool may_have_jumped{};
+    bool tests_line{};
     bool walks{};
   };
   Jitter::Judgement take(const Stamp& stamp);
@@ -68,6 +70,8 @@ class TrackedPhase {
   double driftNs() const { return filter_.drift() - rounding_ns_; }
   double offsetPpm() const { return driftNs() / config_.period_ns / kPpm; }
   double sigmaNs(std::int64_t ahead, bool in_holdover) const;
+  // sd of the held line, if the frequency has not changed.
+  double heldSigmaNs(std::int64_t ahead) const;
   // sd of the frequency with its possible change in holdover, ns per tick.
   double holdoverDriftSigmaNs() const;
   double ppmToNs(double ppm) const { return ppm * kPpm * config_.period_ns; }
@@ -77,11 +81,13 @@ class TrackedPhase {
  private:
   static constexpr double kPpm = 1e-6;
 
-  void hold(std::int64_t ahead);
+  void hold(const Stamp& stamp);
   void learnWalks(const Jitter::Judgement& judged);
   void beginJumpTest();
   void testForJump(double residual_ns);
   void followJump(bool jumped);
+  void beginFrequencyTest();
+  void testFrequency(const Jitter::Judgement& judged);
   double heldDriftSigmaNs(std::int64_t ahead) const;
 
   Config config_;
@@ -90,9 +96,11 @@ class TrackedPhase {
   Jitter jitter_;
   Wander wander_;
   JumpTest jump_test_;
-  PhaseFilter unmoved_;     // follows the held line while the test says that it has jumped
-  PhaseFilter predicted_;   // of the stamp that is being tested
-  std::int64_t settled_{};  // stamps taken since start()
+  PhaseFilter unmoved_;    // follows the held line while the test says that it has jumped
+  PhaseFilter predicted_;  // of the stamp that is being tested
+  FrequencyTest frequency_test_;
+  std::int64_t untested_gap_{};  // ticks of the long gap whose frequency test waits for the end of the jump test
+  std::int64_t settled_{};       // stamps taken since start()
 };
 
 // Names the first setting that is out of range of those that every clock with such a line has.

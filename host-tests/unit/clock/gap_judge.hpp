@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -35,6 +36,7 @@ struct GapAccuracy {
   double bound_ns{};
   double pull{};            // mean of (error / stated sigma)^2 over all ticks
   double pull_in_gaps{};    // the same of ticks without an edge
+  double worst_to_rms{};    // 99.9 % of the errors at ticks with an edge, in RMS of their run
   std::int64_t shifted{};   // ticks whose index is another one than at the begin
   std::uint32_t epochs{1};  // the most of a run
 
@@ -51,9 +53,10 @@ class GapRun {
     offset_ = nearestTick() - trial_.source.tick();
   }
 
-  void judge(std::int64_t ticks) {
+  // silent: no edge reaches the clock meanwhile.
+  void judge(std::int64_t ticks, bool silent = false) {
     while (ticks-- > 0) {
-      const bool has_edge = step();
+      const bool has_edge = step(silent);
       const auto stamp = trial_.estimator.stamp(truth());
       errors_ns_.push_back(trial_.errorNs(offset_));
       sigmas_ns_.push_back(stamp ? stamp->sigma_ns : 1e9);
@@ -63,10 +66,13 @@ class GapRun {
     }
   }
 
-  // Sums over the ticks, to be divided by their number.
-  void addTo(GapAccuracy& sums, std::int64_t& count, std::int64_t& gap_count) const {
+  // Sums over the ticks, to be divided by their number. in_rms: takes the errors at ticks with an edge.
+  void addTo(GapAccuracy& sums, std::int64_t& count, std::int64_t& gap_count, std::vector<double>& in_rms) const {
     double mean = 0;
     for (const double error : errors_ns_) mean += error / static_cast<double>(errors_ns_.size());
+    double variance = 0;
+    for (const double error : errors_ns_)
+      variance += (error - mean) * (error - mean) / static_cast<double>(errors_ns_.size());
     for (std::size_t i = 0; i < errors_ns_.size(); ++i) {
       const double square = (errors_ns_[i] - mean) * (errors_ns_[i] - mean);
       const double pull = square / (sigmas_ns_[i] * sigmas_ns_[i]);
@@ -74,6 +80,7 @@ class GapRun {
       sums.pull += pull;
       sums.pull_in_gaps += in_gap_[i] ? pull : 0;
       gap_count += in_gap_[i] ? 1 : 0;
+      if (!in_gap_[i]) in_rms.push_back(std::sqrt(square / variance));
     }
     sums.bound_ns += bound_ns2_;
     sums.shifted += shifted_;
@@ -82,9 +89,10 @@ class GapRun {
   }
 
  private:
-  bool step() {
+  bool step(bool silent = false) {
     bool has_edge = false;
     trial_.source.next([&](const support::StampedEdge& stamped) {
+      if (silent) return;
       trial_.last_edge = stamped.edge.at;
       has_edge |= stamped.tick.has_value();
       trial_.estimator.push(stamped.edge);
@@ -112,23 +120,31 @@ class GapRun {
   std::vector<bool> in_gap_;
 };
 
-// Over runs of seeds 0, 1, ...: from `from_s` to `to_s`.
-inline GapAccuracy accuracyOverGaps(const support::SyncSignal& signal, int runs, int from_s, int to_s) {
+// Over runs of seeds 0, 1, ...: from `from_s` to `to_s`, with a gap of `silent_ticks` after a third of that.
+inline GapAccuracy accuracyOverGaps(const support::SyncSignal& signal, int runs, int from_s, int to_s,
+                                    std::int64_t silent_ticks = 0) {
   const double ticks_per_s = 1e9 / signal.period_ns;
+  const std::int64_t ticks = std::llround((to_s - from_s) * ticks_per_s);
   GapAccuracy sums;
+  std::vector<double> in_rms;
   std::int64_t count = 0;
   std::int64_t gap_count = 0;
   for (int seed = 0; seed < runs; ++seed) {
     GapRun run{signal, static_cast<std::uint64_t>(seed)};
     run.skip(std::llround(from_s * ticks_per_s));
-    run.judge(std::llround((to_s - from_s) * ticks_per_s));
-    run.addTo(sums, count, gap_count);
+    run.judge(ticks / 3);
+    run.judge(silent_ticks, true);
+    run.judge(ticks - ticks / 3 - silent_ticks);
+    run.addTo(sums, count, gap_count, in_rms);
   }
+  const auto worst = in_rms.begin() + static_cast<std::ptrdiff_t>(in_rms.size() * 999 / 1000);
+  std::nth_element(in_rms.begin(), worst, in_rms.end());
   const auto n = static_cast<double>(count);
   return {.rms_ns = std::sqrt(sums.rms_ns / n),
           .bound_ns = std::sqrt(sums.bound_ns / n),
           .pull = sums.pull / n,
           .pull_in_gaps = sums.pull_in_gaps / static_cast<double>(std::max<std::int64_t>(1, gap_count)),
+          .worst_to_rms = *worst,
           .shifted = sums.shifted,
           .epochs = sums.epochs};
 }

@@ -54,14 +54,16 @@ TEST(Gaps, BoundIsWhatAFilterThatIsToldEverythingReaches) {
   EXPECT_NEAR(std::sqrt(squares / bounds), 1, 0.06);
 }
 
-// Under sanitizers one world of three minutes stands for six of seven: it holds few independent errors of the phase.
+// With bursts of missing ticks and a gap of 3 s. Under sanitizers one world of three minutes stands for six of seven:
+// it holds few independent errors of the phase.
 TEST(Gaps, EstimateIsCloseToTheBoundAndItsSigmaHonest) {
   double mean = 0;
   for (const auto& signal : fourCases()) {
-    const GapAccuracy accuracy = accuracyOverGaps(withGaps(signal), kShort ? 1 : 6, 120, kShort ? 180 : 420);
+    const GapAccuracy accuracy = accuracyOverGaps(withGaps(signal), kShort ? 1 : 6, 120, kShort ? 180 : 420, 3000);
     EXPECT_THAT(accuracy.ratio(), AllOf(Gt(kShort ? 0.5 : 0.85), Lt(kShort ? 1.6 : 1.15)));
     EXPECT_THAT(std::sqrt(accuracy.pull), AllOf(Gt(kShort ? 0.5 : 0.9), Lt(kShort ? 1.6 : 1.1)));
     EXPECT_THAT(std::sqrt(accuracy.pull_in_gaps), AllOf(Gt(kShort ? 0.5 : 0.7), Lt(kShort ? 1.6 : 1.25)));
+    EXPECT_LT(accuracy.worst_to_rms, 4);
     EXPECT_EQ(accuracy.shifted, 0);
     EXPECT_EQ(accuracy.epochs, 1U);
     mean += accuracy.ratio() / 4;
@@ -140,6 +142,64 @@ TEST(Gaps, WithoutAJumpTheSigmaStaysThatOfTheWalk) {
   trial.steps(2);
   EXPECT_EQ(trial.estimator.state(), ClockState::locked);
   EXPECT_LT(trial.estimator.map().sigma_ns, 2 * before_ns);
+}
+
+// RMS error of the phase in sigmas and of the frequency in ppm, `edges` after a gap in which the frequency changed.
+struct AfterChange {
+  double pull{};
+  double ppm{};
+};
+
+AfterChange afterChange(const support::SyncSignal& signal, double ppm, std::int64_t gap_ticks, bool at_end,
+                        std::int64_t edges) {
+  constexpr int kRuns = 16;
+  Trial before{signal, 7};
+  before.steps(90'000);
+  double bias = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    before.step();
+    bias += before.phaseErrorNs() / 20'000;
+  }
+  AfterChange mean;
+  for (int run = 0; run < kRuns; ++run) {
+    before.steps(3000);
+    Trial trial = before;
+    const double drift_ns = trial.source.driftNs() + (run % 2 == 0 ? ppm : -ppm);  // a tick takes 1 ms
+    if (!at_end) trial.source.setDriftNs(drift_ns);
+    trial.silence(gap_ticks);
+    if (at_end) trial.source.setDriftNs(drift_ns);
+    trial.steps(edges);
+    const double pull = (trial.phaseErrorNs() - bias) / trial.estimator.map().sigma_ns;
+    const double far_ppm = trial.estimator.offsetPpm() - trial.source.driftNs();
+    mean.pull += pull * pull / kRuns;
+    mean.ppm += far_ppm * far_ppm / kRuns;
+    EXPECT_EQ(trial.estimator.state(), ClockState::locked);
+    EXPECT_EQ(trial.estimator.epoch(), 1U);
+  }
+  return {std::sqrt(mean.pull), std::sqrt(mean.ppm)};
+}
+
+// 5 ppm in a gap of 1 s are 5 us at its end where the gap begins with them, and nothing where it ends with them.
+TEST(Gaps, AChangeOfFrequencyInALongGapIsFound) {
+  for (const auto& signal : fourCases()) {
+    for (const std::int64_t gap_ticks : {1000, 3000}) {
+      const AfterChange at_begin = afterChange(signal, 5, gap_ticks, false, 400);
+      EXPECT_LT(at_begin.pull, 2.5) << gap_ticks;
+    }
+    const AfterChange at_end = afterChange(signal, 5, 3000, true, 3000);
+    EXPECT_LT(at_end.pull, 2);
+    EXPECT_LT(at_end.ppm, 0.5);
+  }
+}
+
+TEST(Gaps, AFrequencyThatWentOnIsKeptThroughALongGap) {
+  for (const auto& signal : fourCases()) {
+    for (const std::int64_t edges : {2, 20, 1000}) {
+      const AfterChange kept = afterChange(signal, 0, 3000, false, edges);
+      EXPECT_LT(kept.pull, 2) << edges;
+      EXPECT_LT(kept.ppm, signal.frequency_wander_ppb_per_sqrt_s * 0.006) << edges;
+    }
+  }
 }
 
 TEST(LearnedScore, IntegratesToTheLogarithmOfTheDensity) {
