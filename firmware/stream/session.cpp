@@ -36,6 +36,7 @@ Session::Session(SessionOptions options, const History& history)
       outbox_{4 * options_.max_payload, kOutboxMessages},
       answers_{4 * options_.max_payload, kOutboxMessages},
       history_{history},
+      shortener_{options_.max_payload},
       scratch_(frame::bareSize(options_.max_payload)),
       session_id_{options_.first_session_id - 1} {
   data_out_.frame.resize(1 + frame::delimitedMaxSize(options_.max_payload));
@@ -115,6 +116,7 @@ void Session::greet(const frame::Frame& received) {
   descriptor_hash_ = 0;
   descriptor_repeats_ = 0;
   descriptor_due_ = false;
+  shortener_.restart();
   state_ = SessionState::greeted;
   lead_with_delimiter_ = framing() == frame::Framing::delimited && !data_out_.busy();
   last_heard_ = now_;
@@ -287,6 +289,8 @@ bool Session::loadTrigger() {
 
 // The descriptor in force goes ahead of the first block under it; and by itself when no block waits.
 void Session::loadSamples() {
+  if (const auto head = shortener_.headDue(descriptor_hash_); !head.empty())
+    return frameUp(data_out_, MessageType::samples_head, start_.stream, head);
   const auto piece = feed_.next();
   const bool is_block = piece && piece->isBlock();
   const auto wanted = is_block ? piece->descriptor : history_.descriptors().current();
@@ -321,14 +325,15 @@ bool Session::loadMessage(Outgoing& out, ByteFifo& from) {
 
 void Session::loadPiece(const Piece& piece) {
   std::array<std::byte, 32> gap_bytes{};
-  auto payload = piece.bytes;
+  compact::Payload payload{MessageType::samples, piece.bytes};
   if (!piece.isBlock()) {
     const auto size = messages::encode(messages::Gap{piece.first, piece.count, piece.reason}, gap_bytes);
-    payload = std::span{gap_bytes}.first(*size);
+    payload = {MessageType::gap, std::span{gap_bytes}.first(*size)};
   }
   const auto left = start_.credit_bytes - std::min(sent_bytes_, start_.credit_bytes);
-  if (left < frame::delimitedMaxSize(payload.size())) return;
-  frameUp(data_out_, piece.isBlock() ? MessageType::samples : MessageType::gap, start_.stream, payload);
+  if (left < frame::delimitedMaxSize(payload.bytes.size())) return;
+  if (piece.isBlock()) payload = shortener_.samples(piece.bytes, descriptor_hash_, now_);
+  frameUp(data_out_, payload.type, start_.stream, payload.bytes);
   sent_bytes_ += data_out_.size;
   feed_.take(piece);
 }
@@ -358,10 +363,8 @@ void Session::loadHeartbeat() {
   beat.next_trigger = triggers.next;
   beat.sent_triggers = triggers.sent;
   beat.lost_triggers = triggers.lost;
-  std::array<std::byte, 512> bytes{};
-  if (const auto size = messages::encode(beat, bytes)) {
-    frameUp(data_out_, MessageType::heartbeat, kControlStream, std::span{bytes}.first(*size));
-  }
+  const auto payload = shortener_.heartbeat(beat, now_);
+  frameUp(data_out_, payload.type, kControlStream, payload.bytes);
 }
 
 void Session::frameUp(Outgoing& out, MessageType type, std::uint8_t stream, std::span<const std::byte> payload) {

@@ -12,6 +12,7 @@
 #include "firmware/stream/history.hpp"
 #include "firmware/stream/sample_feed.hpp"
 #include "firmware/stream/trigger_history.hpp"
+#include "protocol/compact/compact.hpp"
 #include "protocol/frame/frame.hpp"
 #include "protocol/frame/reader.hpp"
 #include "protocol/messages/handshake.hpp"
@@ -126,6 +127,7 @@ class Session {
   ByteFifo outbox_;   // u8 type, then payload: framed when their turn comes
   ByteFifo answers_;  // the same, for the control lane
   const History& history_;
+  compact::Shortener shortener_;
   std::vector<std::byte> scratch_;
   Outgoing data_out_;
   Outgoing control_out_;

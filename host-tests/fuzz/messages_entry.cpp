@@ -42,10 +42,11 @@ constexpr auto kOperations =
            GetDataset, RollbackResult, ResultHistory, SetInhibit, HomeAxes, EnableSources, LoopBack, TellPose,
            ProposeCase, FollowCase, GetResult, TellPositions, Provision, DescribeUnit, OfferUpdate, SendUpdate,
            InstallUpdate, UpdateStatus, DescribeMachine>();
-constexpr std::array kStream{&feed<Hello>,   &feed<Welcome>,    &feed<Descriptor>, &feed<TestPattern>,
-                             &feed<Start>,   &feed<Stop>,       &feed<Credit>,     &feed<Gap>,
-                             &feed<Trigger>, &feed<TriggerGap>, &feed<Heartbeat>,  &feed<messages::Request>,
-                             &feed<Answer>,  &feed<Refusal>};
+constexpr std::array kStream{
+    &feed<Hello>,     &feed<Welcome>,         &feed<Descriptor>,   &feed<TestPattern>,       &feed<Start>,
+    &feed<Stop>,      &feed<Credit>,          &feed<Gap>,          &feed<Trigger>,           &feed<TriggerGap>,
+    &feed<Heartbeat>, &feed<HeartbeatChange>, &feed<ShortSamples>, &feed<messages::Request>, &feed<Answer>,
+    &feed<Refusal>};
 
 }  // namespace
 

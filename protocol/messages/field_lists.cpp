@@ -154,13 +154,14 @@ std::string fieldLists(const Language& language) {
   all.add<codec::BlockHeader>("block_header");
   const auto messages = [&]<class... M>() { (all.message<M>(), ...); };
   messages.operator()<Hello, Welcome, Descriptor, TestPattern, Start, Stop, Credit, Gap, Trigger, TriggerGap, Heartbeat,
-                      Request, Answer, Refusal>();
+                      HeartbeatChange, ShortSamples, Request, Answer, Refusal>();
   const auto operations = [&]<class... Op>() { (all.operation<Op>(), ...); };
   operations.operator()<Status, PostMarker, StartProcedure, ProcedureStatus, AbortProcedure, ListResults, AcceptResult,
                         Corrections, GetDataset, RollbackResult, ResultHistory, SetInhibit, HomeAxes, EnableSources,
                         LoopBack, TellPose, ProposeCase, FollowCase, GetResult, TellPositions, Provision, DescribeUnit,
                         OfferUpdate, SendUpdate, InstallUpdate, UpdateStatus, DescribeMachine>();
-  all.exempt(nameOf(MessageType::samples));  // its payload is a block of protocol/codec
+  all.exempt(nameOf(MessageType::samples));       // its payload is a block of protocol/codec
+  all.exempt(nameOf(MessageType::samples_head));  // the same without its columns
   if (const auto missing = all.missing<MessageType>() + all.missing<Operation>(); !missing.empty()) {
     std::cerr << "protocol/messages/field_lists.cpp does not list" << missing << "\n";
     std::exit(1);

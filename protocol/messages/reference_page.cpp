@@ -203,6 +203,35 @@ std::string samples() {
          fastProfile();
 }
 
+std::string shortFrames() {
+  return heading(
+             "Short frames",
+             "On a link most HEARTBEATs and SAMPLES go short: they say how they differ from one that went whole, at "
+             "most 1 s before, and\n"
+             "name it by a CRC. Whoever has not got that one leaves the short one out, as if it were lost; its frame "
+             "counts. Recordings that\n"
+             "`probebox` writes hold whole ones.") +
+         R"(**Changes** of a structure of numbers: u8 n, then n bytes with a bit for each number in the order of its table, those of structures
+inside in their place and without their sizes, the lowest bit of the first byte first, 1 where it has changed; then each changed number as new
+minus old, modulo 2^64, zigzag coded as varint (as the seeds of profile fast). Bits beyond the numbers that you know: skip their varints.
+
+)" + message<HeartbeatChange>("Box to host. The changes from that HEARTBEAT follow the field.") +
+         message<ShortSamples>(
+             "Box to host. After the field: the changes of the block's header (`first` to `holdover_ms`), where `at` "
+             "is "
+             "less what the map of the whole\n"
+             "one expects, floor((tick - its tick) x its period_q32_ns / 2^32); then a bit for each channel, lowest "
+             "bit first, in "
+             "ceil(channels / 8) bytes, 1\n"
+             "where order and width have changed; u8 order and u8 width of those; then the columns. Profile, channels "
+             "and descriptor "
+             "are those of\nthe whole one.") +
+         heading("SAMPLES_HEAD (0x12)",
+                 "Box to host, once after a block that went whole: the payload of its SAMPLES before the columns, in a "
+                 "frame with the "
+                 "same descriptor hash.\nA host that lost that block can read the short ones that refer to it.");
+}
+
 std::string limits() {
   return R"(On TCP the first bytes of a connection are HELLO, after zeros at most, whole within 256 bytes and 2 s: its flags are 0, so
 it begins with 03 01 01. Whatever begins otherwise is closed without a word. On a serial line garbage before HELLO is passed over.
@@ -247,7 +276,7 @@ std::string stream() {
          message<Heartbeat>(
              "Box to host, 10 a second. produced = sent_samples + lost_at_source + lost_in_queue = position - start. "
              "sent_triggers + lost_triggers = next_trigger - first_trigger.") +
-         message<Request>("Host to box; sent again with the same id until it is answered.") +
+         shortFrames() + message<Request>("Host to box; sent again with the same id until it is answered.") +
          message<Answer>("Box to host.") + message<Refusal>("Box to host: the message was understood and refused.");
 }
 

@@ -156,4 +156,23 @@ struct Heartbeat {
   }
 };
 
+// Stands for a HEARTBEAT, box to host: what has changed since one that went whole (changes.hpp) follows the field.
+struct HeartbeatChange {
+  static constexpr MessageType kType = MessageType::heartbeat_change;
+  std::uint32_t base{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("base", self.base, "CRC-32C of the payload of that HEARTBEAT");
+  }
+};
+
+// Stands for SAMPLES, box to host: how its head differs from that of a block that went whole, then the columns
+// (protocol/compact).
+struct ShortSamples {
+  static constexpr MessageType kType = MessageType::short_samples;
+  std::uint32_t base{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("base", self.base, "CRC-32C of that block's descriptor hash, as u32, and of its bytes before the columns");
+  }
+};
+
 }  // namespace probebox::messages

@@ -14,7 +14,7 @@ std::string_view pick(std::span<const std::string_view> names, std::size_t numbe
 
 constexpr auto kMessageTypes = std::to_array<std::string_view>(
     {"HELLO", "WELCOME", "DESCRIPTOR", "TEST_PATTERN", "START", "STOP", "CREDIT", "SAMPLES", "GAP", "HEARTBEAT",
-     "REQUEST", "ANSWER", "REFUSAL", "TRIGGER", "TRIGGER_GAP"});
+     "REQUEST", "ANSWER", "REFUSAL", "TRIGGER", "TRIGGER_GAP", "HEARTBEAT_CHANGE", "SHORT_SAMPLES", "SAMPLES_HEAD"});
 constexpr auto kErrorCodes =
     std::to_array<std::string_view>({"ok", "malformed", "unknown_operation", "not_permitted", "busy", "not_found",
                                      "refused", "wrong_state", "too_large", "version_mismatch", "differs"});

@@ -29,6 +29,9 @@ enum class MessageType : std::uint8_t {
   refusal = 0x0D,
   trigger = 0x0E,
   trigger_gap = 0x0F,
+  heartbeat_change = 0x10,
+  short_samples = 0x11,
+  samples_head = 0x12,
 };
 
 // Names the reason why a request was refused.

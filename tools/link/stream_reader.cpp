@@ -65,8 +65,9 @@ using messages::MessageType;
 
 void StreamReader::read(std::span<const std::byte> bytes) {
   while (const auto received = reader_.next(bytes)) {
-    listener_.onFrame(*received);
-    understand(*received);
+    const auto whole = restorer_.restore(*received);
+    listener_.onFrame(whole ? *whole : *received);
+    understand(whole ? *whole : *received);
   }
 }
 
@@ -93,7 +94,8 @@ std::optional<Message> StreamReader::decoded(std::span<const std::byte> payload)
 // True for a message about a stream whose beginning this host did not receive: its counts are another stream's.
 bool StreamReader::isStray(MessageType type) const {
   const bool of_a_stream = type == MessageType::heartbeat || type == MessageType::gap || type == MessageType::trigger ||
-                           type == MessageType::trigger_gap;
+                           type == MessageType::trigger_gap || type == MessageType::heartbeat_change ||
+                           type == MessageType::short_samples || type == MessageType::samples_head;
   return of_a_stream && !welcome_ && !descriptor_;
 }
 
@@ -125,6 +127,12 @@ void StreamReader::understand(const frame::Frame& received) {
     }
     case MessageType::samples:
       return onSamples(received);
+    case MessageType::samples_head:
+      return;
+    case MessageType::heartbeat_change:
+    case MessageType::short_samples:
+      ++faults_.baseless;
+      return ledger_.missed();
     case MessageType::gap:
       return onGap(received.payload);
     case MessageType::trigger:

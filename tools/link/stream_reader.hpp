@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocol/codec/block.hpp"
+#include "protocol/compact/compact.hpp"
 #include "protocol/frame/reader.hpp"
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/request.hpp"
@@ -66,7 +67,7 @@ class StreamListener {
  public:
   virtual ~StreamListener() = default;
 
-  // Called for every good frame of the box before it is decoded, for a recorder.
+  // Called for every good frame of the box before it is decoded, for a recorder. Short frames are whole again.
   virtual void onFrame(const frame::Frame&) {}
   virtual void onWelcome(const messages::Welcome&) {}
   virtual void onDescriptor(const messages::Descriptor&) {}
@@ -92,6 +93,7 @@ struct ReaderFaults {
   std::uint64_t malformed{};          // good frames with an invalid payload
   std::uint64_t unknown_type{};       // skipped: a later minor version
   std::uint64_t other_major{};        // skipped
+  std::uint64_t baseless{};           // short frames whose whole one has not come: as if they were lost
   std::uint64_t unreadable_blocks{};  // no descriptor, another one, or an unknown profile
 };
 
@@ -135,6 +137,7 @@ class StreamReader {
 
   StreamListener& listener_;
   frame::Reader reader_;
+  compact::Restorer restorer_;
   frame::Reader answers_;
   HostLedger ledger_;
   TriggerLedger triggers_;

@@ -29,6 +29,7 @@ class Host:
         self.socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
         self.sequence = 0
         self.buffer = b""
+        self.short = frames.Restorer()
         self.boot_id = None
         self.descriptors = {}
         self.next_frame = self.next_sample = None
@@ -67,6 +68,8 @@ class Host:
             self.next_frame = f.sequence
         assert f.sequence == self.next_frame, "a frame is missing"
         self.next_frame = (f.sequence + 1) % 2**32
+        f = self.short.restore(f)
+        assert f, "a short frame refers to one that did not come"
         if f.kind == frames.DESCRIPTOR:
             self.descriptors[frames.crc32c(f.payload)] = Descriptor(f.payload)
         elif f.kind == frames.TEST_PATTERN:

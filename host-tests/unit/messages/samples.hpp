@@ -71,6 +71,8 @@ void forEachMessage(auto&& call) {
   call("CREDIT", Credit{});
   call("GAP", Gap{});
   call("HEARTBEAT", Heartbeat{});
+  call("HEARTBEAT_CHANGE", HeartbeatChange{});
+  call("SHORT_SAMPLES", ShortSamples{});
   call("TRIGGER", Trigger{});
   call("TRIGGER_GAP", TriggerGap{});
   call("REQUEST", Request{});

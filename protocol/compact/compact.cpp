@@ -1,0 +1,199 @@
+#include "protocol/compact/compact.hpp"
+
+#include <algorithm>
+#include <type_traits>
+
+#include "protocol/frame/bytes.hpp"
+#include "protocol/frame/crc32c.hpp"
+#include "protocol/messages/changes.hpp"
+
+namespace probebox::compact {
+namespace {
+
+using messages::MessageType;
+
+constexpr Nanoseconds kWholeEvery{1'000'000'000};
+constexpr std::size_t kCodingSize = 2;  // order and width of a channel
+
+__extension__ using Wide = __int128;
+
+// Names a head: nothing else has the same channels, codings and map.
+std::uint32_t nameOfHead(std::span<const std::byte> head, std::uint32_t descriptor) {
+  std::array<std::byte, sizeof descriptor> hash{};
+  frame::storeLittle(descriptor, hash.data());
+  return frame::crc32c(head, frame::crc32c(hash));
+}
+
+std::size_t headSize(std::size_t channels) {
+  return codec::kBlockHeaderSize + kCodingSize * channels;
+}
+
+// How far the map of `base` expects the tick of `header` after its own, ns, modulo 2^64.
+std::uint64_t expectedNs(const codec::BlockHeader& base, const codec::BlockHeader& header) {
+  const auto ticks = static_cast<std::int64_t>(static_cast<std::uint64_t>(header.map.tick.index) -
+                                               static_cast<std::uint64_t>(base.map.tick.index));
+  return static_cast<std::uint64_t>(Wide{ticks} * base.map.period_q32_ns >> 32);
+}
+
+// Takes out of the time of a block what `base` expects (direction -1), or puts it in again (1).
+void shiftTime(codec::BlockHeader& header, const codec::BlockHeader& base, int direction) {
+  const auto at = static_cast<std::uint64_t>(toNs(header.map.at));
+  const auto by = expectedNs(base, header);
+  header.map.at = monoTime(static_cast<std::int64_t>(direction > 0 ? at + by : at - by));
+}
+
+}  // namespace
+
+Shortener::Shortener(std::size_t max_payload) : block_(max_payload) {
+  head_.bytes.resize(headSize(codec::kMaxChannels));
+}
+
+void Shortener::restart() {
+  whole_.reset();
+  head_.size = 0;
+  head_due_ = false;
+}
+
+Payload Shortener::heartbeat(const messages::Heartbeat& beat, MonoTime now) {
+  const bool may_refer = whole_ && now - whole_at_ < kWholeEvery && whole_->streaming == beat.streaming &&
+                         whole_->stream_number == beat.stream_number;
+  frame::ByteWriter writer{beat_};
+  if (may_refer) {
+    writer.put(whole_crc_);
+    messages::putChanges(writer, *whole_, beat);
+    return {MessageType::heartbeat_change, std::span{beat_}.first(writer.size())};
+  }
+  const auto size = messages::encode(beat, beat_);
+  const auto payload = std::span{beat_}.first(size ? *size : 0);
+  whole_ = beat;
+  whole_crc_ = frame::crc32c(payload);
+  whole_at_ = now;
+  return {MessageType::heartbeat, payload};
+}
+
+bool Shortener::mayRefer(const codec::BlockSummary& block, std::uint32_t descriptor, MonoTime now) const {
+  return head_.size == headSize(block.channels) && head_.descriptor == descriptor && now - head_.at < kWholeEvery &&
+         static_cast<codec::Profile>(head_.bytes[0]) == block.profile;
+}
+
+Payload Shortener::samples(std::span<const std::byte> block, std::uint32_t descriptor, MonoTime now) {
+  const Payload whole{MessageType::samples, block};
+  const auto summary = codec::inspect(block);
+  if (!summary || block.size() < headSize(summary->channels)) return whole;
+  const auto head = block.first(headSize(summary->channels));
+  if (!mayRefer(*summary, descriptor, now)) {
+    std::ranges::copy(head, head_.bytes.begin());
+    head_.header = summary->header;
+    head_.descriptor = descriptor;
+    head_.crc = nameOfHead(head, descriptor);
+    head_.size = head.size();
+    head_.at = now;
+    head_due_ = true;
+    return whole;
+  }
+  auto header = summary->header;
+  shiftTime(header, head_.header, -1);
+  frame::ByteWriter writer{block_};
+  writer.put(head_.crc);
+  messages::putChanges(writer, head_.header, header);
+  const auto codings = writer.take((summary->channels + 7) / 8);
+  std::ranges::fill(codings, std::byte{0});
+  for (std::size_t k = 0; k < summary->channels; ++k) {
+    const auto at = codec::kBlockHeaderSize + kCodingSize * k;
+    const auto coding = block.subspan(at, kCodingSize);
+    if (std::ranges::equal(coding, std::span{head_.bytes}.subspan(at, kCodingSize))) continue;
+    if (!codings.empty()) codings[k / 8] |= std::byte{1} << (k % 8);
+    writer.put(coding);
+  }
+  writer.put(block.subspan(head.size()));
+  if (!writer.complete() || writer.size() >= block.size()) return whole;
+  return {MessageType::short_samples, std::span{block_}.first(writer.size())};
+}
+
+std::span<const std::byte> Shortener::headDue(std::uint32_t descriptor) {
+  if (!head_due_ || head_.descriptor != descriptor) return {};
+  head_due_ = false;
+  return std::span{head_.bytes}.first(head_.size);
+}
+
+std::optional<frame::Frame> Restorer::restore(const frame::Frame& frame) {
+  if (frame.header.major != messages::kProtocolMajor) return frame;
+  switch (static_cast<MessageType>(frame.header.type)) {
+    case MessageType::heartbeat:
+      keepBeat(frame.payload);
+      return frame;
+    case MessageType::samples:
+    case MessageType::samples_head:
+      keepHead(frame.payload, frame.header.descriptor_hash);
+      return frame;
+    case MessageType::heartbeat_change:
+      return restoreBeat(frame);
+    case MessageType::short_samples:
+      return restoreBlock(frame);
+    default:
+      return frame;
+  }
+}
+
+void Restorer::keepBeat(std::span<const std::byte> payload) {
+  const auto beat = messages::decode<messages::Heartbeat>(payload);
+  if (!beat) return;
+  beat_ = *beat;
+  beat_crc_ = frame::crc32c(payload);
+}
+
+void Restorer::keepHead(std::span<const std::byte> block, std::uint32_t descriptor) {
+  const auto summary = codec::inspect(block);
+  if (!summary || block.size() < headSize(summary->channels)) return;
+  const auto head = block.first(headSize(summary->channels));
+  const auto crc = nameOfHead(head, descriptor);
+  if (std::ranges::find(heads_, crc, &Head::crc) != heads_.end()) return;
+  if (heads_.size() == kKept) heads_.pop_front();
+  heads_.push_back({crc, descriptor, {head.begin(), head.end()}});
+}
+
+std::optional<frame::Frame> Restorer::restoreBeat(const frame::Frame& frame) {
+  frame::ByteReader reader{frame.payload};
+  const auto crc = reader.get<std::uint32_t>();
+  if (reader.failed() || !beat_ || crc != beat_crc_) return std::nullopt;
+  const auto beat = messages::withChanges(*beat_, reader);
+  if (reader.failed()) return std::nullopt;
+  payload_ = messages::encoded(beat);
+  return whole(frame, MessageType::heartbeat);
+}
+
+std::optional<frame::Frame> Restorer::restoreBlock(const frame::Frame& frame) {
+  frame::ByteReader reader{frame.payload};
+  const auto crc = reader.get<std::uint32_t>();
+  const auto head = std::ranges::find(heads_, crc, &Head::crc);
+  if (reader.failed() || head == heads_.end()) return std::nullopt;
+  const auto base = codec::inspect(head->bytes);
+  auto header = messages::withChanges(base->header, reader);
+  shiftTime(header, base->header, 1);
+  const auto changed = reader.take((base->channels + 7) / 8);
+  payload_ = head->bytes;
+  frame::ByteWriter writer{std::span{payload_}.subspan(1)};
+  codec::BlockHeader::fields(header, [&](auto, const auto& value, auto) { writer.put(value); });
+  for (std::size_t k = 0; k < base->channels && !changed.empty(); ++k) {
+    if ((changed[k / 8] >> (k % 8) & std::byte{1}) == std::byte{0}) continue;
+    const auto coding = reader.take(kCodingSize);
+    std::ranges::copy(coding,
+                      payload_.begin() + static_cast<std::ptrdiff_t>(codec::kBlockHeaderSize + kCodingSize * k));
+  }
+  if (reader.failed()) return std::nullopt;
+  const auto columns = reader.take(reader.remaining());
+  payload_.insert(payload_.end(), columns.begin(), columns.end());
+  if (payload_.size() > frame::kMaxPayload) return std::nullopt;
+  auto restored = whole(frame, MessageType::samples);
+  restored.header.descriptor_hash = head->descriptor;
+  return restored;
+}
+
+frame::Frame Restorer::whole(const frame::Frame& frame, MessageType type) const {
+  frame::Frame restored{frame.header, payload_};
+  restored.header.type = static_cast<std::uint8_t>(type);
+  restored.header.payload_length = static_cast<std::uint16_t>(payload_.size());
+  return restored;
+}
+
+}  // namespace probebox::compact

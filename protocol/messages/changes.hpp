@@ -1,0 +1,106 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "protocol/messages/fields.hpp"
+
+// Codes how a structure of numbers differs from an earlier one: u8 n, then n bytes with a bit for each number in the
+// order of its field list, those of structures inside in their place, the lowest bit of the first byte first, 1 where
+// it has changed; then each changed number as new minus old, modulo 2^64, zigzag coded (0, -1, 1, -2, ... as 0, 1, 2,
+// 3,
+// ...), as varint: 7 bits a byte, lowest first, 0x80 set where more bytes follow. A reader skips numbers that a later
+// minor version has added.
+namespace probebox::messages {
+
+namespace detail {
+
+// Calls take(number) for each number of a structure; what it returns becomes the number.
+template <class T>
+constexpr void forEachNumber(T& value, auto&& take) {
+  if constexpr (Structure<T>) {
+    T::fields(value, [&](auto, auto& member, auto&&...) { forEachNumber(member, take); });
+  } else if constexpr (requires { value.index; }) {
+    forEachNumber(value.index, take);
+  } else if constexpr (std::same_as<T, MonoTime>) {
+    value = monoTime(static_cast<std::int64_t>(take(static_cast<std::uint64_t>(toNs(value)))));
+  } else if constexpr (std::same_as<T, bool>) {
+    value = take(value ? 1U : 0U) != 0;
+  } else {
+    static_assert(std::integral<T> || std::is_enum_v<T>, "only numbers have differences");
+    value = static_cast<T>(take(static_cast<std::uint64_t>(value)));
+  }
+}
+
+template <Structure T>
+constexpr std::size_t numbersOf() {
+  std::size_t count = 0;
+  T value{};
+  forEachNumber(value, [&](std::uint64_t number) {
+    ++count;
+    return number;
+  });
+  return count;
+}
+
+inline void putVarint(frame::ByteWriter& writer, std::uint64_t value) {
+  for (; value >= 0x80; value >>= 7U) writer.put(static_cast<std::uint8_t>(value | 0x80U));
+  writer.put(static_cast<std::uint8_t>(value));
+}
+
+inline std::uint64_t getVarint(frame::ByteReader& reader) {
+  std::uint64_t value = 0;
+  for (unsigned shift = 0; shift < 64; shift += 7) {
+    const auto byte = reader.get<std::uint8_t>();
+    value |= std::uint64_t{byte & 0x7FU} << shift;
+    if (byte < 0x80) return value;
+  }
+  reader.fail();
+  return value;
+}
+
+}  // namespace detail
+
+// Writes how `now` differs from `base`.
+template <Structure T>
+void putChanges(frame::ByteWriter& writer, T base, T now) {
+  std::array<std::uint64_t, detail::numbersOf<T>()> differences{};
+  std::size_t k = 0;
+  detail::forEachNumber(base, [&](std::uint64_t number) { return differences[k++] = number; });
+  k = 0;
+  detail::forEachNumber(now, [&](std::uint64_t number) {
+    differences[k] = number - differences[k];
+    return ++k, number;
+  });
+  writer.put(static_cast<std::uint8_t>((differences.size() + 7) / 8));
+  for (std::size_t first = 0; first < differences.size(); first += 8) {
+    unsigned bits = 0;
+    for (std::size_t bit = 0; bit < 8 && first + bit < differences.size(); ++bit)
+      bits |= (differences[first + bit] != 0 ? 1U : 0U) << bit;
+    writer.put(static_cast<std::uint8_t>(bits));
+  }
+  for (const std::uint64_t difference : differences) {
+    if (difference == 0) continue;
+    const bool is_negative = difference >> 63U != 0;
+    detail::putVarint(writer, difference << 1U ^ (is_negative ? ~std::uint64_t{0} : 0));
+  }
+}
+
+// Returns `base` with the changes that the reader has next. Where they are cut off the reader fails.
+template <Structure T>
+T withChanges(T base, frame::ByteReader& reader) {
+  const auto changed = reader.take(reader.get<std::uint8_t>());
+  std::size_t k = 0;
+  const auto next = [&](std::uint64_t number) {
+    const bool is_changed = k < 8 * changed.size() && std::to_integer<unsigned>(changed[k / 8] >> (k % 8)) % 2 == 1;
+    ++k;
+    if (!is_changed) return number;
+    const std::uint64_t zigzag = detail::getVarint(reader);
+    return number + (zigzag >> 1U ^ (~(zigzag & 1U) + 1U));
+  };
+  detail::forEachNumber(base, next);
+  while (k < 8 * changed.size()) next(0);
+  return base;
+}
+
+}  // namespace probebox::messages
