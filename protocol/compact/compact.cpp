@@ -13,6 +13,7 @@ namespace {
 using messages::MessageType;
 
 constexpr Nanoseconds kWholeEvery{1'000'000'000};
+constexpr std::uint32_t kNothing = 0;   // CRC-32C of no bytes, a HEARTBEAT of which is all zeros
 constexpr std::size_t kCodingSize = 2;  // order and width of a channel
 
 __extension__ using Wide = __int128;
@@ -55,20 +56,23 @@ void Shortener::restart() {
 }
 
 Payload Shortener::heartbeat(const messages::Heartbeat& beat, MonoTime now) {
-  const bool may_refer = whole_ && now - whole_at_ < kWholeEvery && whole_->streaming == beat.streaming &&
-                         whole_->stream_number == beat.stream_number;
-  frame::ByteWriter writer{beat_};
-  if (may_refer) {
-    writer.put(whole_crc_);
-    messages::putChanges(writer, *whole_, beat);
-    return {MessageType::heartbeat_change, std::span{beat_}.first(writer.size())};
+  const bool is_same_stream =
+      whole_ && whole_->streaming == beat.streaming && whole_->stream_number == beat.stream_number;
+  const bool may_refer = is_same_stream && now - whole_at_ < kWholeEvery;
+  const auto base = may_refer ? *whole_ : messages::Heartbeat{};
+  const auto base_crc = may_refer ? whole_crc_ : kNothing;
+  if (!may_refer) {
+    const auto size = messages::encode(beat, beat_);
+    const auto payload = std::span{beat_}.first(size ? *size : 0);
+    whole_ = beat;
+    whole_crc_ = frame::crc32c(payload);
+    whole_at_ = now;
+    if (!is_same_stream) return {MessageType::heartbeat, payload};
   }
-  const auto size = messages::encode(beat, beat_);
-  const auto payload = std::span{beat_}.first(size ? *size : 0);
-  whole_ = beat;
-  whole_crc_ = frame::crc32c(payload);
-  whole_at_ = now;
-  return {MessageType::heartbeat, payload};
+  frame::ByteWriter writer{beat_};
+  writer.put(base_crc);
+  messages::putChanges(writer, base, beat);
+  return {MessageType::heartbeat_change, std::span{beat_}.first(writer.size())};
 }
 
 bool Shortener::mayRefer(const codec::BlockSummary& block, std::uint32_t descriptor, MonoTime now) const {
@@ -155,10 +159,11 @@ void Restorer::keepHead(std::span<const std::byte> block, std::uint32_t descript
 std::optional<frame::Frame> Restorer::restoreBeat(const frame::Frame& frame) {
   frame::ByteReader reader{frame.payload};
   const auto crc = reader.get<std::uint32_t>();
-  if (reader.failed() || !beat_ || crc != beat_crc_) return std::nullopt;
-  const auto beat = messages::withChanges(*beat_, reader);
+  if (reader.failed() || (crc != beat_crc_ && crc != kNothing)) return std::nullopt;
+  const auto beat = messages::withChanges(crc == kNothing ? messages::Heartbeat{} : beat_, reader);
   if (reader.failed()) return std::nullopt;
   payload_ = messages::encoded(beat);
+  if (crc == kNothing) keepBeat(payload_);
   return whole(frame, MessageType::heartbeat);
 }
 

@@ -13,8 +13,8 @@
 #include "protocol/messages/types.hpp"
 
 // Shortens the frames of a stream on their way: most HEARTBEATs go as HEARTBEAT_CHANGE, most SAMPLES as SHORT_SAMPLES,
-// which say how they differ from one that went whole, and name that one by its CRC. Restored, they are the same bytes
-// again. docs/decisions/0011-short-frames.md gives the reasons.
+// which say how they differ from an earlier one that stood by itself, and name that one by its CRC. Restored, they are
+// the same bytes again. docs/decisions/0011-short-frames.md gives the reasons.
 namespace probebox::compact {
 
 // A payload with its type, valid until the next call.
@@ -79,7 +79,7 @@ class Restorer {
   std::optional<frame::Frame> restoreBlock(const frame::Frame& frame);
   frame::Frame whole(const frame::Frame& frame, messages::MessageType type) const;
 
-  std::optional<messages::Heartbeat> beat_;
+  messages::Heartbeat beat_;
   std::uint32_t beat_crc_{};
   std::deque<Head> heads_;
   std::vector<std::byte> payload_;

@@ -215,7 +215,10 @@ std::string shortFrames() {
 inside in their place and without their sizes, the lowest bit of the first byte first, 1 where it has changed; then each changed number as new
 minus old, modulo 2^64, zigzag coded as varint (as the seeds of profile fast). Bits beyond the numbers that you know: skip their varints.
 
-)" + message<HeartbeatChange>("Box to host. The changes from that HEARTBEAT follow the field.") +
+)" +
+         message<HeartbeatChange>(
+             "Box to host. The changes from that HEARTBEAT follow the field. What they make of zeros is one that later "
+             "ones refer to.") +
          message<ShortSamples>(
              "Box to host. After the field: the changes of the block's header (`first` to `holdover_ms`), where `at` "
              "is "

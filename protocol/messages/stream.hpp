@@ -156,12 +156,13 @@ struct Heartbeat {
   }
 };
 
-// Stands for a HEARTBEAT, box to host: what has changed since one that went whole (changes.hpp) follows the field.
+// Stands for a HEARTBEAT, box to host: what has changed since an earlier one (changes.hpp) follows the field.
 struct HeartbeatChange {
   static constexpr MessageType kType = MessageType::heartbeat_change;
   std::uint32_t base{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("base", self.base, "CRC-32C of the payload of that HEARTBEAT");
+    field("base", self.base,
+          "CRC-32C of the payload of that HEARTBEAT; 0, that of no bytes: changes from zeros, once a second");
   }
 };
 

@@ -101,22 +101,27 @@ class Restorer:
 
     def _restore_beat(self, f):
         c = Cursor(f.payload)
-        crc, base = self.beat
-        if c.take("I") != crc:
+        known, base = self.beat
+        crc = c.take("I")
+        if crc not in (0, known):
             return None
         groups = self.BEAT.split("*")  # plain, link, plain, edges, plain
-        old = Cursor(base)
-        numbers = []
-        for k, codes in enumerate(groups):
-            if k % 2 == 1:
-                assert old.take("H") == struct.calcsize("<" + codes)
-            numbers += old.take(codes)
+        numbers = [0] * sum(map(len, groups))
+        if crc:
+            old = Cursor(base)
+            numbers = []
+            for k, codes in enumerate(groups):
+                if k % 2 == 1:
+                    assert old.take("H") == struct.calcsize("<" + codes)
+                numbers += old.take(codes)
         numbers = c.changed(numbers, "".join(groups))
         f.payload = b""
         for k, codes in enumerate(groups):
             group = struct.pack("<" + codes, *numbers[: len(codes)])
             f.payload += (struct.pack("<H", len(group)) if k % 2 == 1 else b"") + group
             numbers = numbers[len(codes) :]
+        if crc == 0:
+            self.beat = (crc32c(f.payload), f.payload)
         return f
 
     def _restore_block(self, f):

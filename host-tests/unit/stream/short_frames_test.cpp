@@ -139,8 +139,7 @@ TEST(ShortFrames, HeartbeatsAreTheSameAgain) {
     beat.clock_sigma_ns = 100 + static_cast<std::uint32_t>(k % 7);
     beat.link.frames += 1;
     const auto sent = shortener.heartbeat(beat, monoTime(0) + k * 100ms);
-    const bool is_whole = k % 10 == 0;
-    EXPECT_EQ(sent.type == MessageType::heartbeat, is_whole) << k;
+    EXPECT_EQ(sent.type == MessageType::heartbeat, k == 0) << k;
     bytes += sent.bytes.size();
     const auto whole = messages::encoded(beat);
     const auto restored = restorer.restore(framed(sent));
@@ -148,10 +147,10 @@ TEST(ShortFrames, HeartbeatsAreTheSameAgain) {
     EXPECT_TRUE(std::ranges::equal(restored->payload, whole)) << k;
     EXPECT_EQ(static_cast<MessageType>(restored->header.type), MessageType::heartbeat);
     if (k >= 5) {
-      EXPECT_EQ(late.restore(framed(sent)).has_value(), k >= 10) << k;
+      EXPECT_EQ(late.restore(framed(sent)).has_value(), k >= 10) << "one a second stands by itself " << k;
     }
   }
-  EXPECT_LT(3 * bytes, 100 * messages::encodedSize(beat));
+  EXPECT_LT(5 * bytes, 100 * messages::encodedSize(beat));
   beat.streaming = false;
   EXPECT_EQ(shortener.heartbeat(beat, monoTime(0) + 9901ms).type, MessageType::heartbeat) << "closes the stream";
 }
