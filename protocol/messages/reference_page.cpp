@@ -204,13 +204,13 @@ std::string samples() {
 }
 
 std::string shortFrames() {
-  return heading(
-             "Short frames",
-             "On a link most HEARTBEATs and SAMPLES go short: they say how they differ from one that went whole, at "
-             "most 1 s before, and\n"
-             "name it by a CRC. Whoever has not got that one leaves the short one out, as if it were lost; its frame "
-             "counts. Recordings that\n"
-             "`probebox` writes hold whole ones.") +
+  return heading("Short frames",
+                 "On a link most HEARTBEATs and SAMPLES go short: they say how they differ from an earlier one that "
+                 "stood by "
+                 "itself, and name it by\n"
+                 "a CRC. Whoever has not got that one leaves the short one out, as if it were lost; its frame counts. "
+                 "Recordings that `probebox`\n"
+                 "writes hold whole ones.") +
          R"(**Changes** of a structure of numbers: u8 n, then n bytes with a bit for each number in the order of its table, those of structures
 inside in their place and without their sizes, the lowest bit of the first byte first, 1 where it has changed; then each changed number as new
 minus old, modulo 2^64, zigzag coded as varint (as the seeds of profile fast). Bits beyond the numbers that you know: skip their varints.
