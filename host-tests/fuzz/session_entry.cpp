@@ -70,6 +70,7 @@ class Scene {
     require(link.discarded_bytes <= heard, "more bytes were discarded than came");
     require(reader_.counters().bad() == 0, "the box sent a bad frame");
     require(reader_.faults().malformed == 0, "the box sent a malformed message");
+    require(reader_.faults().baseless == 0, "the box sent a short frame that refers to nothing");
     require(reader_.ledger().unexplained() == 0, "the box hid a loss");
   }
 
