@@ -3,12 +3,19 @@
 Status 77 where no python3 has NumPy.
 """
 import csv
+import itertools
 import math
+import pathlib
 import random
+import socket
 import subprocess
 import sys
+import time
 
-from captured import box, recording, skip, table
+from captured import PATIENCE_S, box, recording, skip, table
+
+sys.path.append(str(pathlib.Path(__file__).parent.parent / "independent"))
+import frames  # noqa: E402
 
 
 def scan(count):
@@ -131,6 +138,29 @@ def check_damage(reader, path, folder):
     assert two.sample.tolist() == 2 * whole.sample.tolist()
 
 
+def check_link(reader, uri):
+    """The bytes of a link, whose frames are short."""
+    numbers, data, end = itertools.count(), b"", time.monotonic() + 3
+    with socket.create_connection(("127.0.0.1", int(uri.rpartition(":")[2])), timeout=PATIENCE_S) as link:
+        say = lambda kind, payload: link.sendall(frames.frame(kind, payload, next(numbers)))
+        link.sendall(b"\0")
+        say(frames.HELLO, frames.hello(bytes(16)))
+        say(frames.START, frames.start(frames.FAST, frames.RECORD))
+        while time.monotonic() < end:
+            data += link.recv(65536)
+            say(frames.CREDIT, frames.credit(frames.NO_LIMIT))
+    data = data[: data.rfind(b"\0") + 1]
+    kinds = [header["type"] for header, _ in reader.frames(data)]
+    scan_ = reader.Recording(data)
+    assert scan_.damaged_frames == scan_.missing_frames == scan_.unreadable_blocks == 0
+    assert kinds.count(frames.SHORT_SAMPLES) > kinds.count(frames.SAMPLES)
+    assert len(scan_.heartbeats) == kinds.count(frames.HEARTBEAT) + kinds.count(frames.HEARTBEAT_CHANGE) > 10
+    beat = scan_.heartbeats[-1]
+    assert 0 < beat["sent_samples"] == int((scan_.sample < beat["position"]).sum())
+    assert beat["lost_at_source"] + beat["lost_in_queue"] == sum(g["count"] for g in scan_.gaps if g["first"] < beat["position"])
+    assert all(b["produced"] == b["sent_samples"] + b["lost_at_source"] + b["lost_in_queue"] for b in scan_.heartbeats)
+
+
 def main(probeboxd, probebox, readers):
     sys.path.insert(0, readers)
     import probebox as reader
@@ -138,6 +168,7 @@ def main(probeboxd, probebox, readers):
     with box(probeboxd) as (uri, folder):
         check_codings(probebox, reader.read, folder)
         path = recording(probebox, uri, folder)
+        check_link(reader, uri)
         count = check_recording(probebox, reader.read, path, folder)
         check_damage(reader, path, folder)
         accept_a_delay(probebox, uri)
