@@ -43,6 +43,14 @@ class AngleTable {
     const double within = angle - kTurn * std::floor(angle / kTurn);
     return within < kTurn - kSameTableAngle_rad ? within : 0.0;
   }
+  // Place of the first angle beyond one, count_ where there is none.
+  std::size_t firstAbove(double within) const {
+    // Where the angles are even; else somewhere near.
+    const auto guess = static_cast<std::size_t>(within * (static_cast<double>(count_) / kTurn)) + 1;
+    if (guess < count_ && angles_[guess - 1] <= within && within < angles_[guess]) return guess;
+    const auto end = angles_.begin() + static_cast<std::ptrdiff_t>(count_);
+    return static_cast<std::size_t>(std::upper_bound(angles_.begin(), end, within) - angles_.begin());
+  }
   static std::optional<Refusal> bad(std::span<const double> angles, std::span<const Row> rows);
   void transform();
   std::optional<Row> chord(double angle) const;
@@ -121,9 +129,7 @@ template <int kWidth>
 auto AngleTable<kWidth>::chord(double angle) const -> std::optional<Row> {
   if (!std::isfinite(angle)) return std::nullopt;
   const double within = withinTurn(angle);
-  const auto above = static_cast<std::size_t>(
-      std::upper_bound(angles_.begin(), angles_.begin() + static_cast<std::ptrdiff_t>(count_), within) -
-      angles_.begin());
+  const std::size_t above = firstAbove(within);
   const std::size_t left = (above + count_ - 1) % count_;
   const std::size_t right = above % count_;
   double gap = angles_[right] - angles_[left];
@@ -142,17 +148,18 @@ auto AngleTable<kWidth>::harmonics(double angle) const -> std::optional<Row> {
   if (!std::isfinite(angle)) return std::nullopt;
   const double cosine = std::cos(angle - angles_[0]);
   const double sine = std::sin(angle - angles_[0]);
-  Row sum = rows_[0];
-  double c = cosine;
-  double s = sine;
-  for (std::size_t slot = 1; slot < count_; slot += 2) {
-    sum += c * rows_[slot];
-    if (slot + 1 < count_) sum += s * rows_[slot + 1];
-    const double next = c * cosine - s * sine;  // one harmonic up
-    s = s * cosine + c * sine;
-    c = next;
+  const double cosine_of_two = cosine * cosine - sine * sine, sine_of_two = 2.0 * sine * cosine;
+  // Odd and even harmonics each go two up: no product waits for the one before it.
+  std::array<double, 2> c{cosine, cosine_of_two}, s{sine, sine_of_two};
+  Row cosines = rows_[0], sines = Row::Zero();
+  for (std::size_t slot = 1, of = 0; slot < count_; slot += 2, of ^= 1U) {
+    cosines += c[of] * rows_[slot];
+    if (slot + 1 < count_) sines += s[of] * rows_[slot + 1];
+    const double next = c[of] * cosine_of_two - s[of] * sine_of_two;
+    s[of] = s[of] * cosine_of_two + c[of] * sine_of_two;
+    c[of] = next;
   }
-  return sum;
+  return Row{cosines + sines};
 }
 
 }  // namespace probebox::metrology

@@ -13,20 +13,21 @@ Outcome<RotaryCorrection, Refusal> RotaryCorrection::of(std::span<const Calibrat
   RotaryCorrection correction;
   correction.count_ = links.size();
   std::ranges::copy(links, correction.links_.begin());
+  for (auto& link : correction.links_) link.direction.normalize();
   return correction;
 }
 
 std::optional<Eigen::Vector3d> RotaryCorrection::at(std::span<const std::optional<double>> angles,
                                                     const Eigen::Vector3d& point) const {
   if (angles.size() != count_ || !point.allFinite()) return std::nullopt;
-  std::array<RotaryLink, kMostLinks> chain{};
-  for (std::size_t k = 0; k < count_; ++k) {
+  CarriedPoint carried{point};
+  for (std::size_t k = count_; k-- > 0;) {
     if (!angles[k]) return std::nullopt;
     const auto errors = links_[k].errors.at(*angles[k]);
     if (!errors) return std::nullopt;
-    chain[k] = {links_[k].point, links_[k].direction, *angles[k], *errors};
+    carried.carry(links_[k].point, links_[k].direction, *angles[k], *errors);
   }
-  return chainError(std::span{chain}.first(count_), point);
+  return carried.off();
 }
 
 std::optional<Eigen::Vector3d> RotaryCorrection::tablePoint(std::span<const std::optional<double>> angles,
