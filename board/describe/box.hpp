@@ -154,6 +154,21 @@ inline const std::optional<EncoderDescription>& encoderOf(const Devices& devices
                                  : devices.secondary_encoders.at(place - kEncoderLetters);
 }
 
+// What the front end of this project (docs/front-end.md) is told whenever it is connected; its sample rate is rate_hz
+// of probe.toml.
+struct FrontEnd {
+  std::array<double, 3> full_scale_um{1000, 1000, 1000};
+  double sync_out_hz{1000};
+  std::uint16_t samples_a_packet{10};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("full_scale_um", self.full_scale_um, within(-100'000, 100'000).orUsual(),
+        "of the channels a, b, c at full scale of the converter; negative: reversed");
+    key("sync_out_hz", self.sync_out_hz, within(0, 100'000).orUsual(), "of the line SYNC_OUT; 0: it stays low");
+    key("samples_a_packet", self.samples_a_packet, within(1, 32).orUsual(), "that go together over USB");
+  }
+};
+
 // USB identity; the serial number is that of the box. Vendors have numbers of their own: 1209:0001 is for tests
 // (pid.codes).
 struct UsbIdentity {
@@ -181,6 +196,7 @@ struct Box {
   std::optional<LoopBack> loop_back;
   Devices devices;
   Sensors sensors;
+  std::optional<FrontEnd> front_end;
   UsbIdentity usb;
 };
 

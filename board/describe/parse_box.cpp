@@ -531,6 +531,19 @@ void checkReceiverLines(Section& root, const Box& box) {
   }
 }
 
+// A scale of zero hides the probe, and a clock below 1 Hz is none.
+FrontEnd frontEnd(Section section) {
+  FrontEnd front_end;
+  readKeys(section, front_end);
+  if (std::ranges::count(front_end.full_scale_um, 0.0) > 0)
+    section.problem("full_scale_um",
+                    "has a 0, which would hide that channel: write what the converter's full scale is");
+  if (front_end.sync_out_hz > 0 && front_end.sync_out_hz < 1)
+    section.problem("sync_out_hz", "is below 1: write 1 to 100000, or 0 for a line that stays low");
+  section.finish();
+  return front_end;
+}
+
 Box readBox(Section& root) {
   Box box;
   TakenLines taken;
@@ -553,6 +566,9 @@ Box readBox(Section& root) {
   if (auto pair = root.sectionIfThere("loop_back")) box.loop_back = loopBack(std::move(*pair), taken);
   box.devices = devicesOf(root.section("devices"));
   checkReceiverLines(root, box);
+  if (auto section = root.sectionIfThere("front_end")) box.front_end = frontEnd(std::move(*section));
+  if (box.front_end && !box.devices.probe.starts_with("usb"))
+    root.problem("front_end", "is told to a receiver on USB only: write probe = \"usb\" in [devices], or remove it");
   readEncoders(root, taken, box);
   box.sensors = readSensors(root, box.devices);
   box.usb = usbIdentity(root.section("usb", false));

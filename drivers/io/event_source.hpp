@@ -8,6 +8,12 @@
 
 namespace probebox::io {
 
+// A fault that a device can tell of itself.
+struct SourceFault {
+  std::string_view name;
+  std::string_view meaning;
+};
+
 // Delivers events from a device: a gpio chip, a counter, a probe receiver, the emulated machine.
 class EventSource {
  public:
@@ -27,9 +33,10 @@ class EventSource {
   // which also reopens a lost source.
   virtual std::string_view problem() const { return {}; }
 
-  // What the device says is wrong with it while it delivers, by name, now or in the last minute; empty when nothing is.
+  // What the device says is wrong with it while it delivers, now or in the last minute: bit k is faultNames()[k].
   // Changes in read() only.
-  virtual std::string_view faults() const { return {}; }
+  virtual std::uint32_t faults() const { return 0; }
+  virtual std::span<const SourceFault> faultNames() const { return {}; }
 
   // Number of inputs that could not become events, such as damaged packets. Changes in read() only.
   virtual std::uint64_t unusable() const { return 0; }

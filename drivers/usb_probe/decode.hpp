@@ -58,8 +58,8 @@ class ReceiverDecoder {
   // axisBit() of each axis that is wired.
   std::uint8_t axes() const { return axis_bits_; }
   const WiredLines& lines() const { return lines_; }
-  // Version of the last packet.
-  std::uint8_t version() const { return packet_.header.version; }
+  // Version of the last packet; 0 before the first.
+  std::uint8_t version() const { return packet_.header.count == 0 ? std::uint8_t{0} : packet_.header.version; }
   // Bits of EdgesHeader::faults in the packets since the last call.
   std::uint16_t takeFaults() { return std::exchange(faults_, std::uint16_t{0}); }
 

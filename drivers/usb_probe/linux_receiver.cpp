@@ -45,10 +45,12 @@ struct LinuxReceiver::Connection {
   usb_host::BulkIn in;
 };
 
-LinuxReceiver::LinuxReceiver(std::string name, const CounterAxes& axes, const WiredLines& lines)
+LinuxReceiver::LinuxReceiver(std::string name, const CounterAxes& axes, const WiredLines& lines,
+                             std::optional<front_end::Settings> settings)
     : axes_{axes},
       wanted_{std::move(name)},
       name_{wanted_.empty() ? "probe receiver on USB" : "probe receiver usb:" + wanted_},
+      settings_{settings},
       decoder_{axes, lines} {}
 
 LinuxReceiver::~LinuxReceiver() = default;
@@ -67,6 +69,7 @@ std::size_t LinuxReceiver::read(std::span<Event> into, MonoTime now) {
   if (connection_) {
     count = drain(into);
     judge();
+    noteVersion();
     showFaults(now);
     if (connection_->in.over() && decoder_.idle()) lose(now);
   }
@@ -113,9 +116,31 @@ Outcome<void, OpenError> LinuxReceiver::connect() {
                      "usb:" + (*claimed)->device().name() +
                          " has no bulk IN endpoint where a probe receiver has one; its firmware version may not match"};
   }
+  TRY(askAndSet(**claimed));
   connection_ = std::make_unique<Connection>(std::move(*claimed));
   at_connect_ = decoder_.counters();
   in_transfer_ = false;
+  return {};
+}
+
+// A front end that has just started has its own settings. Where they change, samples of before are discarded.
+Outcome<void, OpenError> LinuxReceiver::askAndSet(ClaimedInterface& claimed) {
+  const usb_host::VendorRequests requests{claimed.handle()};
+  serial_number_ = claimed.device().serial_number;
+  front_end_ = askFrontEnd(requests);
+  ++changes_;
+  if (!settings_) return {};
+  const auto failed = [&](const std::string& why) {
+    return OpenError{OpenError::Kind::failed, "usb:" + claimed.device().name() + ": " + why};
+  };
+  if (!front_end_)
+    return failed(
+        "it does not know the settings of [front_end] in box.toml: remove that section, or update its program");
+  if (front_end_->settings == *settings_) return {};
+  const auto set = setFrontEnd(requests, *settings_);
+  if (!set) return failed(set.error().what);
+  front_end_->settings = *set;
+  TRY(claimed.reset());
   return {};
 }
 
@@ -141,6 +166,10 @@ void LinuxReceiver::lose(MonoTime now) {
   problem_ = remedyFor(connection_->in.state());
   connection_.reset();
   decoder_.restart();
+  front_end_.reset();
+  serial_number_.clear();
+  packet_version_ = 0;
+  ++changes_;
   loss_unreported_ = true;
   encoder_loss_unreported_ = decoder_.axes() != 0;
   for (const auto& line : decoder_.lines())
@@ -178,19 +207,29 @@ std::string LinuxReceiver::problemOfPackets() const {
 // A fault of a moment is in one packet alone, and a person looks now and then.
 void LinuxReceiver::showFaults(MonoTime now) {
   const auto seen = decoder_.takeFaults();
-  unsigned shown = 0;
+  faults_ = 0;
   for (const auto& of_bit : kReceiverFaults) {
     const unsigned bit = bitOf(of_bit.fault);
     auto& last = fault_seen_.at(static_cast<std::size_t>(of_bit.fault));
     if ((seen & bit) != 0) last = now;
-    if (last && now - *last < kShown) shown |= bit;
+    if (last && now - *last < kShown) faults_ |= bit;
   }
-  if (shown == shown_faults_) return;
-  shown_faults_ = shown;
-  faults_.clear();
-  for (const auto& [fault, name, meaning] : kReceiverFaults)
-    if ((shown & bitOf(fault)) != 0)
-      faults_ += (faults_.empty() ? "" : "; ") + std::string{name} + ": " + std::string{meaning};
+}
+
+std::span<const io::SourceFault> LinuxReceiver::faultNames() const {
+  static constexpr auto kNames = [] {
+    std::array<io::SourceFault, kReceiverFaults.size()> names{};
+    for (const auto& [fault, name, meaning] : kReceiverFaults)
+      names.at(static_cast<std::size_t>(fault)) = {name, meaning};
+    return names;
+  }();
+  return kNames;
+}
+
+void LinuxReceiver::noteVersion() {
+  if (decoder_.version() == packet_version_) return;
+  packet_version_ = decoder_.version();
+  ++changes_;
 }
 
 }  // namespace probebox::usb_probe

@@ -2,17 +2,20 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "drivers/io/event_source.hpp"
 #include "drivers/usb_host/open_error.hpp"
 #include "drivers/usb_probe/decode.hpp"
+#include "drivers/usb_probe/front_end.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::usb_host {
+class ClaimedInterface;
 class HotPlug;
-}
+}  // namespace probebox::usb_host
 
 namespace probebox::usb_probe {
 
@@ -28,17 +31,26 @@ class LinuxReceiver final : public io::EventSource {
   static constexpr Nanoseconds kShown = std::chrono::minutes{1};
 
   // name: serial number or place ("1-1.4") of the receiver; empty for the only one. axes: to which its counters are
-  // wired; lines: what its lines are for.
-  explicit LinuxReceiver(std::string name, const CounterAxes& axes = {}, const WiredLines& lines = {});
+  // wired; lines: what its lines are for; settings: those that the front end gets whenever it is connected.
+  explicit LinuxReceiver(std::string name, const CounterAxes& axes = {}, const WiredLines& lines = {},
+                         std::optional<front_end::Settings> settings = {});
   ~LinuxReceiver() override;
 
   std::size_t read(std::span<Event> into, MonoTime now) override;
   int descriptor() const override;
   std::string_view name() const override { return name_; }
-  // Why there are no samples: absent, no permission, in use, or an unknown packet version; or fewer axis counters or
-  // lines than are wired.
+  // Why there are no samples: absent, no permission, in use, settings refused, or an unknown packet version; or fewer
+  // axis counters or lines than are wired.
   std::string_view problem() const override { return problem_; }
-  std::string_view faults() const override { return faults_; }
+  std::uint32_t faults() const override { return faults_; }
+  std::span<const io::SourceFault> faultNames() const override;
+
+  // What the receiver says of itself; null while it is not connected, or where it says nothing.
+  const FrontEnd* frontEnd() const { return front_end_ ? &*front_end_ : nullptr; }
+  std::string_view serialNumber() const { return serial_number_; }
+  std::uint8_t packetVersion() const { return packet_version_; }  // 0 before its first packet
+  // Counts the changes of these three.
+  unsigned changes() const { return changes_; }
 
   const PacketCounters& packets() const { return decoder_.counters(); }
 
@@ -47,20 +59,26 @@ class LinuxReceiver final : public io::EventSource {
 
   void look(MonoTime now);
   Outcome<void, usb_host::OpenError> connect();
+  Outcome<void, usb_host::OpenError> askAndSet(usb_host::ClaimedInterface& claimed);
   std::size_t drain(std::span<Event> into);
   void lose(MonoTime now);
   void judge();
   std::string problemOfPackets() const;
   void showFaults(MonoTime now);
+  void noteVersion();
   std::size_t deliverLosses(std::span<Event> into, MonoTime now);
 
   CounterAxes axes_;
   std::string wanted_;
   std::string name_;
   std::string problem_;
-  std::string faults_;
-  unsigned shown_faults_{};
+  std::uint32_t faults_{};
   std::array<std::optional<MonoTime>, 16> fault_seen_{};
+  std::optional<front_end::Settings> settings_;
+  std::optional<FrontEnd> front_end_;
+  std::string serial_number_;
+  std::uint8_t packet_version_{};
+  unsigned changes_{};
   std::unique_ptr<usb_host::HotPlug> plug_;
   std::unique_ptr<Connection> connection_;
   ReceiverDecoder decoder_;

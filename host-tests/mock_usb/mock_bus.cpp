@@ -98,6 +98,7 @@ class UmockdevBus final : public MockBus {
       const std::lock_guard lock{mutex_};
       plugged_[device.path] = std::make_unique<Plugged>();
       plugged_[device.path]->device = device;
+      plugged_[device.path]->file.control = device.control;
     }
     fs::create_directories(interfaceOf(device));
     fs::create_directories(root_ + "/sys/bus/usb/devices");

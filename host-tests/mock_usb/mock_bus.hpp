@@ -1,7 +1,9 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,6 +28,10 @@ class MockBus {
     std::string product{"probebox"};
     InterfaceClass interface_class{kLink};
     std::vector<std::uint8_t> endpoints{kDataIn, kDataOut, kControlIn, kControlOut};  // all bulk
+    // Answers control transfers to the device: what it sends back, or nothing for a stall. Without it all are stalled.
+    std::function<std::optional<std::vector<std::byte>>(std::span<const std::byte, 8> setup,
+                                                        std::span<const std::byte> data)>
+        control{};
     std::string held_by{};  // the driver of whoever has the interface before anybody sees the device, if any
   };
 

@@ -9,8 +9,6 @@
 #include <unistd.h>
 #include <utility>
 
-#include "host-tests/mock_usb/mock_bus.hpp"
-
 namespace probebox::usb {
 namespace {
 
@@ -78,8 +76,12 @@ int MockFile::selectAlternate(std::size_t new_session) {
 
 int MockFile::submit(usbdevfs_urb& urb) {
   if (gone_) return ENODEV;
-  if (!claimed) return ENOENT;
   urb.actual_length = 0;
+  if (urb.type == USBDEVFS_URB_TYPE_CONTROL) {
+    answerControl(urb);
+    return 0;
+  }
+  if (!claimed) return ENOENT;
   endpoints_[urb.endpoint].in_flight.push_back(&urb);
   progress(urb.endpoint);
   return 0;
@@ -144,6 +146,19 @@ void MockFile::progress(std::uint8_t address) {
   while (!endpoint.in_flight.empty() && finish(address, endpoint, *endpoint.in_flight.front())) {
     endpoint.in_flight.pop_front();
   }
+}
+
+// A set-up packet, then data one way or the other.
+void MockFile::answerControl(usbdevfs_urb& urb) {
+  const auto setup = bufferOf(urb).first<8>();
+  const auto data = bufferOf(urb).subspan(8);
+  const bool in = isIn(std::to_integer<std::uint8_t>(setup[0]));
+  const auto answer = control ? control(setup, in ? std::span<std::byte>{} : data) : std::nullopt;
+  if (!answer) return comeBack(urb, -EPIPE);
+  const auto moved = in ? std::min(answer->size(), data.size()) : data.size();
+  if (in) std::copy_n(answer->begin(), moved, data.begin());
+  urb.actual_length = static_cast<int>(moved);
+  comeBack(urb, 0);
 }
 
 // False when the transfer has to wait for the firmware.

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "host-tests/mock_usb/mock_bus.hpp"
+
 struct usbdevfs_urb;
 
 namespace probebox::usb {
@@ -43,6 +45,7 @@ class MockFile {
   bool claimed{};
   bool frozen{};
   std::string held_by;  // another driver
+  decltype(MockBus::Device::control) control;
   std::size_t resets{};
   std::size_t session{};
   std::size_t endless{};
@@ -57,6 +60,7 @@ class MockFile {
   };
 
   void progress(std::uint8_t address);
+  void answerControl(usbdevfs_urb& urb);
   bool finish(std::uint8_t address, Endpoint& endpoint, usbdevfs_urb& urb);
   void comeBack(usbdevfs_urb& urb, int status);
   void flush(int status);

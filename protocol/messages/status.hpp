@@ -42,6 +42,48 @@ struct SourceStatus {
   }
 };
 
+// A pin of the front end.
+struct PinStatus {
+  std::string name{};
+  std::uint8_t gpio{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("name", self.name, "as board/front-end/pins.md has it, such as SYNC");
+    field("gpio", self.gpio, "of the chip");
+  }
+};
+
+// What a probe receiver on USB says of itself. Another one than the project's own front end tells no more than its
+// serial number and its packets.
+struct FrontEndStatus {
+  std::string serial_number{};
+  std::string version{};
+  std::uint8_t packet_version{};
+  std::uint8_t counters{};
+  std::uint8_t lines{};
+  std::uint32_t step_ps{};
+  double rate_hz{};
+  std::uint16_t samples_a_packet{};
+  double sync_out_hz{};
+  std::array<double, 3> full_scale_um{};
+  std::vector<PinStatus> pins{};
+  std::string lacks{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("serial_number", self.serial_number, "of its USB device; empty for none");
+    field("version", self.version, "of its program, such as 1.0; empty where it does not tell");
+    field("packet_version", self.packet_version, "of its packets; 0 before the first");
+    field("counters", self.counters, "axis counters");
+    field("lines", self.lines, "lines whose edges it stamps");
+    field("step_ps", self.step_ps, "ps, a step of the counter that stamps");
+    field("rate_hz", self.rate_hz, "samples a second, on its own oscillator");
+    field("samples_a_packet", self.samples_a_packet, "samples in a packet");
+    field("sync_out_hz", self.sync_out_hz, "of its sync output; 0: it stays low");
+    field("full_scale_um", self.full_scale_um,
+          "um at full scale of the converter, channels a, b, c; negative: reversed");
+    field("pins", self.pins, "what is wired where");
+    field("lacks", self.lacks, "what it lacks of what this firmware knows, and what to do; empty for nothing");
+  }
+};
+
 // The core's view: a line that box.toml names.
 struct LineStatus {
   std::string name{};
@@ -160,6 +202,7 @@ struct Status {
     std::vector<std::string> rests_on_retired{};
     ProcessStatus process{};
     std::string update{};
+    FrontEndStatus front_end{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -186,6 +229,8 @@ struct Status {
             "typed and measured values are more than 4 sd apart");
       field("process", self.process, "the daemon as the kernel sees it");
       field("update", self.update, "what came of the last update, or how far one is; empty for none");
+      field("front_end", self.front_end, "the probe receiver on USB, while one is connected",
+            published::NullUnless{self.front_end.packet_version != 0 || !self.front_end.version.empty()});
     }
   };
 };

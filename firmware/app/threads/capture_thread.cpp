@@ -27,7 +27,7 @@ CaptureThread::CaptureThread(std::vector<std::unique_ptr<io::EventSource>> sourc
       counters_{counters},
       table_{table},
       told_(sources_.size()) {
-  for (const auto& source : sources_) table_.add(source->name());
+  for (const auto& source : sources_) table_.add(source->name(), source->faultNames());
   waiting_.reserve(sources_.size());
   thread_ = std::thread{[this] { run(); }};
   pthread_setname_np(thread_.native_handle(), "capture");

@@ -45,7 +45,7 @@ class CaptureThread {
   SourceTable& table_;
   struct Told {
     std::string problem;
-    std::string faults;
+    std::uint32_t faults{};
     std::uint64_t unusable{};
   };
   std::vector<Told> told_;  // per source, last reported to the table

@@ -4,9 +4,10 @@
 
 namespace probebox::app {
 
-void SourceTable::add(std::string_view name) {
+void SourceTable::add(std::string_view name, std::span<const io::SourceFault> fault_names) {
   const std::lock_guard lock{mutex_};
   rows_.push_back({.name = std::string{name}, .problem = {}, .faults = {}});
+  faults_.push_back({fault_names});
 }
 
 void SourceTable::tell(std::size_t row, std::string_view problem) {
@@ -21,12 +22,26 @@ void SourceTable::tell(std::size_t row, std::string_view problem) {
   }
 }
 
-void SourceTable::tellFaults(std::size_t row, std::string_view faults) {
+void SourceTable::tellFaults(std::size_t row, std::uint32_t faults) {
   const std::lock_guard lock{mutex_};
-  auto& known = rows_.at(row);
-  if (known.faults == faults) return;
-  known.faults = faults;
-  if (!faults.empty()) logWarning(known.name + " says: " + known.faults + ".");
+  faults_.at(row).now = faults;
+}
+
+std::string SourceTable::Faults::inWords() const {
+  std::string all;
+  for (std::size_t bit = 0; bit < names.size(); ++bit)
+    if ((now >> bit & 1U) != 0)
+      all += (all.empty() ? "" : "; ") + std::string{names[bit].name} + ": " + std::string{names[bit].meaning};
+  return all;
+}
+
+void SourceTable::logFaults() {
+  const std::lock_guard lock{mutex_};
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    auto& faults = faults_.at(row);
+    if ((faults.now & ~faults.logged) != 0) logWarning(rows_[row].name + " says: " + faults.inWords() + ".");
+    faults.logged = faults.now;
+  }
 }
 
 void SourceTable::tellUnusable(std::size_t row, std::uint64_t count) {
@@ -36,7 +51,9 @@ void SourceTable::tellUnusable(std::size_t row, std::uint64_t count) {
 
 std::vector<SourceTable::Row> SourceTable::rows() const {
   const std::lock_guard lock{mutex_};
-  return rows_;
+  auto rows = rows_;
+  for (std::size_t row = 0; row < rows.size(); ++row) rows[row].faults = faults_.at(row).inWords();
+  return rows;
 }
 
 }  // namespace probebox::app

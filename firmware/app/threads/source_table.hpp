@@ -2,9 +2,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "drivers/io/event_source.hpp"
 
 namespace probebox::app {
 
@@ -18,17 +21,28 @@ class SourceTable {
     std::uint64_t unusable{};
   };
 
-  void add(std::string_view name);
+  // fault_names: those of the source; they live as long as the program.
+  void add(std::string_view name, std::span<const io::SourceFault> fault_names = {});
   // Rows in the order of add(). A new problem is also logged once.
   void tell(std::size_t row, std::string_view problem);
-  void tellFaults(std::size_t row, std::string_view faults);
+  // Bits of the source's fault names. Does not allocate: logFaults() puts them into words.
+  void tellFaults(std::size_t row, std::uint32_t faults);
   void tellUnusable(std::size_t row, std::uint64_t count);
 
   std::vector<Row> rows() const;
+  // Logs the faults that are new since the last call.
+  void logFaults();
 
  private:
+  struct Faults {
+    std::span<const io::SourceFault> names;
+    std::uint32_t now{};
+    std::uint32_t logged{};
+    std::string inWords() const;
+  };
   mutable std::mutex mutex_;
   std::vector<Row> rows_;
+  std::vector<Faults> faults_;
 };
 
 }  // namespace probebox::app

@@ -33,6 +33,7 @@
 #include "drivers/world/following.hpp"
 #include "drivers/world/lateness.hpp"
 #include "drivers/world/world.hpp"
+#include "firmware/app/log/log.hpp"
 #include "firmware/app/threads/counters.hpp"
 #include "firmware/app/wiring/controller_link.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
@@ -226,27 +227,57 @@ std::vector<std::unique_ptr<io::EventSource>> sensorSources(const board::Descrip
   return sources;
 }
 
-// A probe receiver whose damaged packets are counted for status.
+// A probe receiver that status shows, with its damaged packets.
 class ProbeReceiver final : public io::EventSource {
  public:
-  // serial_number: empty for the only receiver. `counters` must outlive this.
+  // serial_number: empty for the only receiver. The descriptions are supported. `counters` must outlive this.
   ProbeReceiver(std::string serial_number, const board::Descriptions& descriptions, Counters& counters)
-      : receiver_{std::move(serial_number), counterAxes(descriptions), wiredLines(descriptions.box)},
+      : receiver_{std::move(serial_number), counterAxes(descriptions), wiredLines(descriptions.box),
+                  frontEndSettings(descriptions).value()},
         counters_{counters} {}
 
   std::size_t read(std::span<Event> into, MonoTime now) override {
     const std::size_t count = receiver_.read(into, now);
     counters_.receiver_bad_packets = receiver_.packets().bad();
+    if (std::exchange(shown_, receiver_.changes()) != receiver_.changes()) show();
     return count;
   }
   int descriptor() const override { return receiver_.descriptor(); }
   std::string_view name() const override { return receiver_.name(); }
   std::string_view problem() const override { return receiver_.problem(); }
-  std::string_view faults() const override { return receiver_.faults(); }
+  std::uint32_t faults() const override { return receiver_.faults(); }
+  std::span<const io::SourceFault> faultNames() const override { return receiver_.faultNames(); }
 
  private:
+  void show() {
+    const auto* const front_end = receiver_.frontEnd();
+    messages::FrontEndStatus status;
+    status.serial_number = receiver_.serialNumber();
+    status.packet_version = receiver_.packetVersion();
+    status.lacks = usb_probe::whatIsLacking(front_end, status.packet_version);
+    if (front_end != nullptr) {
+      const auto& [identity, pins, settings] = *front_end;
+      status.version = usb_probe::versionText(identity.version);
+      status.counters = identity.counters;
+      status.lines = identity.lines;
+      status.step_ps = identity.step_ps;
+      const double steps_hz = 1e12 / identity.step_ps;
+      status.rate_hz = steps_hz / settings.steps_a_sample;
+      status.samples_a_packet = settings.samples_a_packet;
+      status.sync_out_hz = settings.sync_out_steps == 0 ? 0 : steps_hz / settings.sync_out_steps;
+      std::ranges::transform(settings.full_scale_nm, status.full_scale_um.begin(), [](auto nm) { return 1e-3 * nm; });
+      for (std::size_t i = 0; i < std::min(pins.size(), front_end::kPins.size()); ++i)
+        status.pins.push_back({.name = std::string{front_end::kPins.at(i).name}, .gpio = pins[i]});
+    }
+    if (!status.lacks.empty() && std::exchange(logged_, status.lacks) != status.lacks)
+      logWarning(std::string{name()} + " lacks something: " + status.lacks + ".");
+    counters_.front_end.show(status);
+  }
+
   usb_probe::LinuxReceiver receiver_;
   Counters& counters_;
+  unsigned shown_{};
+  std::string logged_;
 };
 
 using Sources = std::vector<std::unique_ptr<io::EventSource>>;
@@ -296,6 +327,7 @@ std::optional<Error> whyUnsupported(const board::Descriptions& descriptions) {
   }
   const bool knows_probe = devices.probe == "none" || devices.probe == "trigger" || countsSamples(devices);
   const bool knows_encoders = devices.encoders == "none" || devices.encoders == "axes";
+  if (const auto settings = frontEndSettings(descriptions); !settings) return settings.error();
   if (knows_encoders && knows_probe) return whyUnsupportedEncoders(devices);
   return Error{"box.toml, [devices]: encoders = \"" + devices.encoders + "\" with probe = \"" + devices.probe +
                "\" is not in this build. It has: both \"sim\" (the emulated machine); or encoders \"none\" or "
@@ -309,6 +341,28 @@ std::optional<std::string> receiverOf(const board::Devices& devices) {
   if (devices.probe == "usb") return std::string{};
   if (!devices.probe.starts_with(kNamed) || devices.probe.size() == kNamed.size()) return std::nullopt;
   return devices.probe.substr(kNamed.size());
+}
+
+Outcome<std::optional<front_end::Settings>> frontEndSettings(const board::Descriptions& descriptions) {
+  constexpr double kSteps_hz = double{front_end::kSystemHz} / front_end::kCyclesAStep;
+  constexpr double kMostOff = 1e-4;  // the box takes a receiver that is 2e-4 off, its crystal's error included
+  if (!descriptions.box.front_end) return std::optional<front_end::Settings>{};
+  const auto& [full_scale_um, sync_out_hz, samples_a_packet] = *descriptions.box.front_end;
+  const double rate_hz = descriptions.probe.rate_hz;
+  const double least_hz = kSteps_hz / front_end::kMostSteps, most_hz = kSteps_hz / front_end::kLeastSteps;
+  const double steps = std::round(kSteps_hz / std::clamp(rate_hz, least_hz, most_hz));
+  if (std::abs(kSteps_hz / steps / rate_hz - 1) > kMostOff)
+    return Error{"probe.toml: rate_hz = " + board::plain(rate_hz) + " is no rate of the front end ([front_end] of " +
+                 "box.toml): write " + board::plain(std::round(100 * kSteps_hz / steps) / 100) +
+                 ", or another from 100 to 10000 that is a whole number of steps of 48 ns"};
+  front_end::Settings settings{.steps_a_sample = static_cast<std::uint32_t>(steps),
+                               .samples_a_packet = samples_a_packet,
+                               .sync_out_steps = 0,
+                               .full_scale_nm = {}};
+  if (sync_out_hz > 0) settings.sync_out_steps = static_cast<std::uint32_t>(std::lround(kSteps_hz / sync_out_hz));
+  std::ranges::transform(full_scale_um, settings.full_scale_nm.begin(),
+                         [](double um) { return static_cast<std::int32_t>(std::lround(1000 * um)); });
+  return std::optional{settings};
 }
 
 bool countsSamples(const board::Devices& devices) {

@@ -9,6 +9,7 @@
 #include "drivers/io/event_source.hpp"
 #include "drivers/tcp/address.hpp"
 #include "firmware/app/threads/counters.hpp"
+#include "protocol/receiver/front_end.hpp"
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/time.hpp"
 
@@ -22,6 +23,10 @@ std::optional<Error> whyUnsupported(const board::Descriptions& descriptions);
 
 // The receiver named by probe = "usb" or "usb:SERIAL"; an empty serial number means the only one.
 std::optional<std::string> receiverOf(const board::Devices& devices);
+
+// The settings that [front_end] of box.toml and rate_hz of probe.toml give; nullopt without that section. The error
+// names a rate that the front end does not have.
+Outcome<std::optional<front_end::Settings>> frontEndSettings(const board::Descriptions& descriptions);
 
 // True when a receiver or converter numbers the probe's samples by an oscillator of its own.
 bool countsSamples(const board::Devices& devices);

@@ -126,6 +126,7 @@ struct Daemon::Parts {
   void workerRound() {
     ++counters.progress.worker;
     writeJournal();
+    source_table.logFaults();
     drainLog();
     calibrations.look(core_view.newest());
     // Not the state of before: results that come into force ask for a newer one.

@@ -238,5 +238,31 @@ TEST(Encoders, NeedAnIndexWhereTheMachineIsReferencedByIt) {
   EXPECT_THAT(problems(boxWith(kCounterX, "[[index]]\naxis = \"X\"\nchip = \"gpiochip0\"\nline = 9\n")), IsEmpty());
 }
 
+std::string frontEndText(std::string_view keys, std::string_view probe = "usb") {
+  auto text = boxText("", "none", "[front_end]\n" + std::string{keys} + "\n");
+  const auto at = text.find("probe = \"none\"");
+  return text.replace(at, 14, "probe = \"" + std::string{probe} + "\"");
+}
+
+TEST(FrontEndSection, SaysWhatTheFrontEndIsTold) {
+  const auto usual = parseBox(frontEndText(""), "box.toml");
+  ASSERT_TRUE(usual) << usual.error().what;
+  EXPECT_EQ(usual->front_end->samples_a_packet, 10);
+  const auto box =
+      parseBox(frontEndText("full_scale_um = [500, -500, 2000]\nsync_out_hz = 0\nsamples_a_packet = 4"), "box.toml");
+  ASSERT_TRUE(box) << box.error().what;
+  EXPECT_THAT(box->front_end->full_scale_um, ElementsAre(500, -500, 2000));
+  EXPECT_EQ(box->front_end->sync_out_hz, 0);
+  EXPECT_EQ(box->front_end->samples_a_packet, 4);
+  EXPECT_FALSE(parseBox(boxText(""), "box.toml")->front_end);
+}
+
+TEST(FrontEndSection, RefusesWhatNoFrontEndTakes) {
+  for (const auto* const keys : {"full_scale_um = [500, 0, 500]", "full_scale_um = [500, 500, 200_000]",
+                                 "sync_out_hz = 0.5", "sync_out_hz = 200_000", "samples_a_packet = 33"})
+    EXPECT_FALSE(parseBox(frontEndText(keys), "box.toml")) << keys;
+  EXPECT_FALSE(parseBox(frontEndText("", "none"), "box.toml")) << "there is no receiver on USB";
+}
+
 }  // namespace
 }  // namespace probebox::board

@@ -71,6 +71,14 @@ void judgeSources(const std::vector<messages::SourceStatus>& sources, Findings& 
   if (well > 0) findings.add({true, "", printed("%zu of %zu inputs deliver data.", well, sources.size())});
 }
 
+void judgeFrontEnd(const messages::FrontEndStatus& front_end, Findings& findings) {
+  if (!front_end.version.empty())
+    findings.add({true, "",
+                  "The front end runs program " + front_end.version + ", and sends packets of version " +
+                      std::to_string(front_end.packet_version) + "."});
+  if (!front_end.lacks.empty()) findings.skip("The probe receiver lacks something: " + front_end.lacks + ".");
+}
+
 Finding judgeClock(const messages::ClockStatus& clock) {
   if (clock.state == ClockState::locked) {
     return {true, "",
@@ -130,6 +138,7 @@ ExitStatus run(const Selftest&, const std::string& given, Console& console) {
     const auto status = settledStatus(**box, console);
     if (!status) return conclude(status.error(), console);
     judgeSources(status->sources, findings);
+    judgeFrontEnd(status->front_end, findings);
     findings.add(judgeClock(status->clock));
     // Without a clock no step could be recorded.
     if (status->clock.state != ClockState::locked) return findings.conclude();

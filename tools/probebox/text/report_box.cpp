@@ -219,6 +219,22 @@ std::string page(const messages::Descriptor& d) {
   return all;
 }
 
+void addFrontEnd(const messages::FrontEndStatus& front_end, std::string& all) {
+  if (front_end.packet_version == 0 && front_end.version.empty()) return;
+  const auto& scale = front_end.full_scale_um;
+  std::string text = front_end.serial_number + ", packets of version " + to_string(front_end.packet_version);
+  if (!front_end.version.empty())
+    text += ", program " + front_end.version +
+            printed(", %.2f samples/s, full scale %g %g %g um, sync out %.6g Hz", front_end.rate_hz, scale[0], scale[1],
+                    scale[2], front_end.sync_out_hz);
+  all += row("front end", text);
+  if (!front_end.lacks.empty()) all += row("front end lacks", front_end.lacks);
+  if (front_end.pins.empty()) return;
+  std::string pins;
+  for (const auto& [name, gpio] : front_end.pins) pins += (pins.empty() ? "" : ", ") + name + " " + to_string(gpio);
+  all += row("front end pins", pins);
+}
+
 Json describe(const messages::Status::Answer& s) {
   Json all = jsonOf(s);
   all["lines"] = linesOf(s.lines);
@@ -233,6 +249,7 @@ std::string page(const messages::Status::Answer& s) {
                                  to_string(s.clock.tick.index));
   all += row("sync edges", edgesOf(s.clock.edges));
   if (s.receiver.samples > 0) all += row("probe receiver", receiverText(s.receiver));
+  addFrontEnd(s.front_end, all);
   all += row("samples", samplesOf(s.ledger));
   all += row("events", to_string(s.events.received) + " received, " + to_string(s.events.lost) + " lost, " +
                            to_string(s.events.lost_in_queue) + " found no room in the queue, at most " +
@@ -272,7 +289,8 @@ Json describe(const RecordedStatus& r) {
     for (const auto* key : keys) all[key] = nullptr;
   };
   not_recorded({"receiver", "queue_high_water_events", "events", "sources", "lines", "procedure", "links"});
-  not_recorded({"not_let_in", "modbus", "cnc_lines", "usb_ports", "unit", "process", "update", "storage_problems"});
+  not_recorded(
+      {"not_let_in", "modbus", "cnc_lines", "usb_ports", "unit", "process", "update", "storage_problems", "front_end"});
   not_recorded({"active_result_ids", "newest_results", "rests_on_retired", "inhibits", "cut_in_progress"});
   all["clock"]["frequency_ppb"] = nullptr;
   if (!r.map) all["clock"]["tick"] = nullptr;

@@ -44,6 +44,30 @@ TEST(BoxConfig, HasTheInhibitLinesThatGiveALevel) {
   EXPECT_EQ(boxConfig(sim).corrections.inhibit_lines, 0U) << "the emulated machine has none";
 }
 
+TEST(FrontEndSettings, AreThoseOfTheDescription) {
+  auto board = *board::loadDirectory(PROBEBOX_BOARDS "/receiver");
+  EXPECT_EQ(*frontEndSettings(board), std::nullopt) << "another receiver keeps its own";
+  board.box.front_end.emplace();
+  board.probe.rate_hz = 1999;
+  EXPECT_EQ(*frontEndSettings(board), front_end::Settings{}) << "the usual ones are those that it starts with";
+  board.box.front_end = {.full_scale_um = {250, -250, 0.5}, .sync_out_hz = 0, .samples_a_packet = 4};
+  board.probe.rate_hz = 4000.7681;
+  const auto settings = *frontEndSettings(board);
+  EXPECT_EQ(settings->steps_a_sample, 5207U);
+  EXPECT_EQ(settings->sync_out_steps, 0U);
+  EXPECT_EQ(settings->full_scale_nm[1], -250'000);
+  EXPECT_FALSE(whyUnsupported(board));
+}
+
+TEST(FrontEndSettings, RefuseARateThatItDoesNotHave) {
+  auto board = *board::loadDirectory(PROBEBOX_BOARDS "/receiver");
+  board.box.front_end.emplace();
+  for (const double rate_hz : {50.0, 20'000.0, 9'998.0}) {
+    board.probe.rate_hz = rate_hz;
+    EXPECT_TRUE(whyUnsupported(board)) << rate_hz;
+  }
+}
+
 TEST(BoxConfig, CarriesTheSenseOfAnAxisInItsSign) {
   auto sim = *board::simDescriptions();
   sim.machine.axes[2].sense = -1;
