@@ -41,6 +41,7 @@ void ReceiverDecoder::decodeSample(bool ends_transfer) {
   const Sample sample = packet_.sample(next_);
   const auto counter = static_cast<std::uint32_t>(packet_.header.first + next_);
   decodeBetween(counter);
+  inputs_.sample(packet_.header.run, counter, sample);
   events_[pending_++] = CountedDeflection{.run = packet_.header.run,
                                           .counter = counter,
                                           .channels_nm = sample.channels_nm,
@@ -82,6 +83,8 @@ void ReceiverDecoder::decodeBetween(std::uint32_t counter) {
 }
 
 void ReceiverDecoder::decodeEdge(const LineEdge& edge) {
+  if (edge.line == static_cast<std::uint8_t>(ReceiverLine::loop_back))
+    inputs_.loopBack(packet_.header.run, packet_.of_edges.steps_a_sample, edge);
   if (edge.line >= lines_.size() || !lines_[edge.line]) return;
   auto& told = told_lines_[edge.line];
   // After a new run it counts from another number, and how many edges there were nobody knows.
@@ -152,6 +155,7 @@ void ReceiverDecoder::decodeCounts(std::uint32_t counter, std::uint16_t status) 
 
 void ReceiverDecoder::restart() {
   reader_.restart();
+  inputs_.restart();
   packet_ = {};
   next_ = next_latch_ = next_edge_ = 0;
   for (auto& line : told_lines_) line.high.reset();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "drivers/io/encoder_axis.hpp"
+#include "drivers/usb_probe/input_figures.hpp"
 #include "drivers/usb_probe/packet_reader.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
@@ -63,6 +64,8 @@ class ReceiverDecoder {
   // Bits of EdgesHeader::faults in the packets since the last call.
   std::uint16_t takeFaults() { return std::exchange(faults_, std::uint16_t{0}); }
 
+  const InputFigures& inputs() const { return inputs_; }
+
   // Discards all state, for a device that was opened again.
   void restart();
 
@@ -88,6 +91,7 @@ class ReceiverDecoder {
   std::array<Told, kReceiverLines> told_lines_{};
   std::optional<std::uint8_t> run_;
   std::uint16_t faults_{};
+  InputFigures inputs_;
   std::uint8_t axis_bits_{};
   PacketReader reader_;
   Packet packet_;

@@ -52,6 +52,7 @@ class LinuxReceiver final : public io::EventSource {
   // Counts the changes of these three.
   unsigned changes() const { return changes_; }
 
+  const InputFigures& inputs() const { return decoder_.inputs(); }
   const PacketCounters& packets() const { return decoder_.counters(); }
 
  private:

@@ -52,6 +52,29 @@ struct PinStatus {
   }
 };
 
+// What the last 2048 samples of a probe receiver on USB show of its inputs.
+struct ReceiverInputs {
+  std::uint32_t samples{};
+  std::array<double, 3> noise_nm{};
+  std::array<std::int32_t, 3> lowest_nm{};
+  std::array<std::int32_t, 3> highest_nm{};
+  std::uint32_t clipped{};
+  std::uint32_t loop_back_periods{};
+  std::uint32_t shortest_period_steps{};
+  std::uint32_t longest_period_steps{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("samples", self.samples, "they are; 0 before there were so many");
+    field("noise_nm", self.noise_nm,
+          "nm, standard deviation (k = 1) of one sample, channels a, b, c, from second differences");
+    field("lowest_nm", self.lowest_nm, "nm, of the channels");
+    field("highest_nm", self.highest_nm, "nm, of the channels");
+    field("clipped_samples", self.clipped, "samples with a channel at the end of its range");
+    field("loop_back_periods", self.loop_back_periods, "whole periods on its loop-back line");
+    field("shortest_period_steps", self.shortest_period_steps, "steps of its counter, the shortest of these periods");
+    field("longest_period_steps", self.longest_period_steps, "steps of its counter, the longest of these periods");
+  }
+};
+
 // What a probe receiver on USB says of itself. Another one than the project's own front end tells no more than its
 // serial number and its packets.
 struct FrontEndStatus {
@@ -67,6 +90,8 @@ struct FrontEndStatus {
   std::array<double, 3> full_scale_um{};
   std::vector<PinStatus> pins{};
   std::string lacks{};
+  double stated_noise_um{};
+  ReceiverInputs inputs{};
   static constexpr void fields(auto& self, auto&& field) {
     field("serial_number", self.serial_number, "of its USB device; empty for none");
     field("version", self.version, "of its program, such as 1.0; empty where it does not tell");
@@ -81,6 +106,9 @@ struct FrontEndStatus {
           "um at full scale of the converter, channels a, b, c; negative: reversed");
     field("pins", self.pins, "what is wired where");
     field("lacks", self.lacks, "what it lacks of what this firmware knows, and what to do; empty for nothing");
+    field("stated_noise_um", self.stated_noise_um, "um, noise_um of probe.toml");
+    field("inputs", self.inputs, "what its samples show of its inputs",
+          published::NullUnless{self.inputs.samples != 0});
   }
 };
 

@@ -43,6 +43,7 @@ struct Counters {
   std::atomic<std::uint32_t> links{0};                 // connected hosts
   std::atomic<std::uint64_t> receiver_bad_packets{0};  // of a probe receiver on USB
   Shown<messages::FrontEndStatus> front_end;           // that receiver, while it is connected
+  Shown<messages::ReceiverInputs> receiver_inputs;     // of the same
   Progress progress;
 };
 

@@ -234,12 +234,16 @@ class ProbeReceiver final : public io::EventSource {
   ProbeReceiver(std::string serial_number, const board::Descriptions& descriptions, Counters& counters)
       : receiver_{std::move(serial_number), counterAxes(descriptions), wiredLines(descriptions.box),
                   frontEndSettings(descriptions).value()},
-        counters_{counters} {}
+        counters_{counters},
+        noise_um_{descriptions.probe.noise_um} {}
 
   std::size_t read(std::span<Event> into, MonoTime now) override {
     const std::size_t count = receiver_.read(into, now);
     counters_.receiver_bad_packets = receiver_.packets().bad();
     if (std::exchange(shown_, receiver_.changes()) != receiver_.changes()) show();
+    const auto& inputs = receiver_.inputs();
+    if (std::exchange(shown_windows_, inputs.windows()) != inputs.windows())
+      counters_.receiver_inputs.show(inputs.last());
     return count;
   }
   int descriptor() const override { return receiver_.descriptor(); }
@@ -254,6 +258,7 @@ class ProbeReceiver final : public io::EventSource {
     messages::FrontEndStatus status;
     status.serial_number = receiver_.serialNumber();
     status.packet_version = receiver_.packetVersion();
+    status.stated_noise_um = noise_um_;
     status.lacks = usb_probe::whatIsLacking(front_end, status.packet_version);
     if (front_end != nullptr) {
       const auto& [identity, pins, settings] = *front_end;
@@ -276,7 +281,8 @@ class ProbeReceiver final : public io::EventSource {
 
   usb_probe::LinuxReceiver receiver_;
   Counters& counters_;
-  unsigned shown_{};
+  unsigned shown_{}, shown_windows_{};
+  double noise_um_;
   std::string logged_;
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
+#include <random>
 #include <vector>
 
 #include "drivers/usb_probe/emulator.hpp"
@@ -173,6 +174,63 @@ TEST(ReceiverDecoder, NeverAllocates) {
   while (const std::size_t count = decoder->read(left, events)) samples += count;
   EXPECT_EQ(guard.allocations(), 0U);
   EXPECT_EQ(samples, 99U * 16);
+}
+
+// White noise of a known size on a slow motion, and a square wave on the loop-back line.
+TEST(InputFigures, ShowTheNoiseOfTheSamplesAndThePeriodsOfTheLoopBack) {
+  constexpr std::uint32_t kSteps = 10'000;
+  std::mt19937 random{7};
+  std::normal_distribution<double> noise{0, 0.2};
+  EmulatedReceiver receiver{{.rate_hz = 2000, .range_um = 100, .samples_a_packet = 16, .steps_a_sample = kSteps},
+                            [&](Nanoseconds at) {
+                              const double s = 1e-9 * static_cast<double>(at.count());
+                              return std::array{Micrometres{50 * std::sin(s) + noise(random)},
+                                                Micrometres{2 * noise(random)}, Micrometres{s < 0.01 ? 200.0 : 0.0}};
+                            },
+                            kStart};
+  ReceiverDecoder decoder;
+  bool level = false;
+  auto edge_at = kStart;
+  for (int i = 0; i < 128; ++i) {
+    for (; edge_at < receiver.nextPacketAt(); edge_at += std::chrono::microseconds{500})
+      receiver.edge(ReceiverLine::loop_back, level = !level, edge_at);
+    EXPECT_EQ(decoder.inputs().windows(), 0U);
+    decoded(decoder, packets(receiver, 1));
+  }
+  ASSERT_EQ(decoder.inputs().windows(), 1U);
+  const auto& seen = decoder.inputs().last();
+  EXPECT_EQ(seen.samples, 2048U);
+  EXPECT_NEAR(seen.noise_nm[0], 200, 20);
+  EXPECT_NEAR(seen.noise_nm[1], 400, 40);
+  EXPECT_EQ(seen.clipped, 20U);
+  EXPECT_EQ(seen.highest_nm[2], 100'000);
+  EXPECT_EQ(seen.lowest_nm[2], 0);
+  EXPECT_NEAR(seen.loop_back_periods, 1023, 2);
+  EXPECT_GE(seen.shortest_period_steps, 2 * kSteps - 1) << "1 ms at 2000 samples a second";
+  EXPECT_LE(seen.longest_period_steps, 2 * kSteps + 1);
+}
+
+// A gap is no noise, and a period over lost edges none.
+TEST(InputFigures, LeaveOutWhatIsMissing) {
+  EmulatedReceiver receiver{{.rate_hz = 2000, .samples_a_packet = 16, .steps_a_sample = 10'000},
+                            [](Nanoseconds at) {
+                              const double s = 1e-9 * static_cast<double>(at.count());
+                              return std::array{Micrometres{400 * s}, Micrometres{}, Micrometres{}};
+                            },
+                            kStart};
+  ReceiverDecoder decoder;
+  bool level = false;
+  auto edge_at = kStart;
+  for (int i = 0; decoder.inputs().windows() == 0; ++i) {
+    if (i % 10 == 5) receiver.losePackets(3);
+    for (; edge_at < receiver.nextPacketAt(); edge_at += std::chrono::microseconds{500})
+      receiver.edge(ReceiverLine::loop_back, level = !level, edge_at);
+    decoded(decoder, packets(receiver, 1));
+  }
+  const auto& seen = decoder.inputs().last();
+  EXPECT_LT(seen.noise_nm[0], 1) << "a steady motion, to the digit";
+  EXPECT_EQ(seen.shortest_period_steps, seen.longest_period_steps);
+  EXPECT_LT(seen.loop_back_periods, 1024U);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "fake_box.hpp"
 #include "in_process.hpp"
+#include "tools/probebox/text/report_front_end.hpp"
 #include "tools/probebox/text/report_indexes.hpp"
 #include "tools/probebox/text/report_loop_back.hpp"
 
@@ -46,6 +47,77 @@ TEST(LoopBackReport, FindsFaultWithAWireThatLosesOneInAHundred) {
   EXPECT_FALSE(judge(losing(5)).good);
   EXPECT_EQ(judge(losing(5)).name, "pulses-lost");
   EXPECT_THAT(judge(losing(5)).what, HasSubstr("the wire"));
+}
+
+// A front end whose inputs are as they should be.
+messages::Status::Answer goodReceiver() {
+  messages::Status::Answer status;
+  status.receiver = {.state = ClockState::locked, .sigma_ns = 900, .frequency_ppb = -12'000, .samples = 5000};
+  auto& front_end = status.front_end;
+  front_end.serial_number = "E0C9125B0D9B5A25";
+  front_end.version = "1.0";
+  front_end.packet_version = 3;
+  front_end.step_ps = 48'000;
+  front_end.sync_out_hz = 1000.016;
+  front_end.stated_noise_um = 0.4;
+  front_end.inputs = {.samples = 2048,
+                      .noise_nm = {120, 130, 110},
+                      .lowest_nm = {-900, -800, -700},
+                      .highest_nm = {900, 1000, 1100},
+                      .clipped = 0,
+                      .loop_back_periods = 1000,
+                      .shortest_period_steps = 20'832,
+                      .longest_period_steps = 20'835};
+  return status;
+}
+
+std::vector<std::string> failedOf(const messages::Status::Answer& status) {
+  std::vector<std::string> names;
+  for (const auto& check : receiverChecks(status)) {
+    if (check.verdict != ReceiverCheck::Verdict::failed) continue;
+    names.push_back(check.name);
+    EXPECT_NE(check.remedy, "") << check.name;
+  }
+  return names;
+}
+
+TEST(ReceiverChecks, FindNothingWhereThereIsNoReceiver) {
+  EXPECT_TRUE(receiverChecks({}).empty());
+}
+
+TEST(ReceiverChecks, NameTheInputThatIsWrong) {
+  const auto good = goodReceiver();
+  EXPECT_EQ(receiverChecks(good).size(), 5U);
+  EXPECT_THAT(failedOf(good), testing::IsEmpty());
+  const auto after = [&](auto change) {
+    auto status = good;
+    change(status);
+    return failedOf(status);
+  };
+  using Status = messages::Status::Answer;
+  using testing::ElementsAre;
+  EXPECT_THAT(after([](Status& s) { s.front_end.lacks = "edges of lines"; }), ElementsAre("front-end"));
+  EXPECT_THAT(after([](Status& s) { s.receiver.frequency_ppb = 150'000; }), ElementsAre("receiver-clock"));
+  EXPECT_THAT(after([](Status& s) { s.receiver.state = ClockState::unlocked; }), ElementsAre("receiver-clock"));
+  EXPECT_THAT(after([](Status& s) { s.front_end.inputs.noise_nm[1] = 450; }), ElementsAre("converter-noise"));
+  EXPECT_THAT(after([](Status& s) { s.front_end.inputs.clipped = 1; }), ElementsAre("converter-range"));
+  EXPECT_THAT(after([](Status& s) { s.front_end.inputs.lowest_nm[2] = s.front_end.inputs.highest_nm[2]; }),
+              ElementsAre("converter-range"));
+  EXPECT_THAT(after([](Status& s) { s.front_end.inputs.longest_period_steps = 20'840; }),
+              ElementsAre("receiver-stamps"));
+}
+
+// Another vendor's receiver is measured as far as it goes.
+TEST(ReceiverChecks, DoNotBlameAnotherReceiverForWhatItNeverHad) {
+  auto status = goodReceiver();
+  status.front_end.version.clear();
+  status.front_end.packet_version = 1;
+  status.front_end.lacks = "axis counters";
+  EXPECT_THAT(failedOf(status), testing::IsEmpty());
+  EXPECT_EQ(receiverChecks(status).front().verdict, ReceiverCheck::Verdict::not_told);
+  auto unwired = goodReceiver();
+  unwired.front_end.inputs.loop_back_periods = 0;
+  EXPECT_EQ(receiverChecks(unwired).back().verdict, ReceiverCheck::Verdict::not_told);
 }
 
 TEST(IndexReport, NamesAMarkThatIsSilentWhereItsAxisHasNoReference) {

@@ -1,6 +1,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/frame/frame.hpp"
@@ -9,6 +10,7 @@
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/settled_status.hpp"
 #include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_front_end.hpp"
 #include "tools/probebox/text/report_loop_back.hpp"
 #include "tools/probebox/text/report_unit.hpp"
 #include "tools/probebox/text/sample_tally.hpp"
@@ -162,6 +164,22 @@ void addState(const messages::Status::Answer& status, Sheet& sheet) {
                         verdict(clock.state == ClockState::locked && clock.sigma_ns <= kMostSigma_ns)});
 }
 
+// From the status after the samples: what they show of a receiver's inputs.
+void addReceiver(const messages::Status::Answer& status, Sheet& sheet) {
+  auto checks = receiverChecks(status);
+  if (checks.empty()) return;
+  for (auto& check : checks) {
+    using Of = ReceiverCheck::Verdict;
+    sheet.rows.push_back({check.name, check.title, std::move(check.measured), std::move(check.limit),
+                          check.verdict == Of::not_told ? Verdict::not_told : verdict(check.verdict == Of::passed)});
+  }
+  std::string faults;
+  for (const auto& source : status.sources)
+    if (!source.faults.empty()) faults += (faults.empty() ? "" : "; ") + source.faults;
+  sheet.rows.push_back({"receiver-faults", "faults that the receiver tells", faults.empty() ? "none" : faults,
+                        "none in the last minute", verdict(faults.empty())});
+}
+
 // Trouble: something else than that the box has no loop-back.
 std::optional<Trouble> addLateness(link::Client& box, Console& console, Sheet& sheet) {
   console.progress("measuring the loop-back");
@@ -269,6 +287,7 @@ Outcome<Sheet, Trouble> measuredSheet(const FactoryTest& options, const link::Ur
     if (auto trouble = addLateness(*box, console, sheet)) return *trouble;
   }
   TRY(const auto stream, tryStream(uri, options.seconds, console));
+  addReceiver(stream.after, sheet);
   addRates(stream, descriptor, sheet);
   TRY(const auto backlog, tryBacklog(uri, stream, console));
   addLink(stream, backlog, sheet);

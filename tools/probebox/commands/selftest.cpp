@@ -11,6 +11,7 @@
 #include "tools/probebox/link/read_through.hpp"
 #include "tools/probebox/link/settled_status.hpp"
 #include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_front_end.hpp"
 #include "tools/probebox/text/report_indexes.hpp"
 #include "tools/probebox/text/report_loop_back.hpp"
 
@@ -71,12 +72,14 @@ void judgeSources(const std::vector<messages::SourceStatus>& sources, Findings& 
   if (well > 0) findings.add({true, "", printed("%zu of %zu inputs deliver data.", well, sources.size())});
 }
 
-void judgeFrontEnd(const messages::FrontEndStatus& front_end, Findings& findings) {
-  if (!front_end.version.empty())
-    findings.add({true, "",
-                  "The front end runs program " + front_end.version + ", and sends packets of version " +
-                      std::to_string(front_end.packet_version) + "."});
-  if (!front_end.lacks.empty()) findings.skip("The probe receiver lacks something: " + front_end.lacks + ".");
+void judgeReceiver(const messages::Status::Answer& status, Findings& findings) {
+  using Verdict = ReceiverCheck::Verdict;
+  for (const auto& [name, title, measured, limit, verdict, remedy] : receiverChecks(status)) {
+    const auto text = "The " + title + ": " + measured;
+    if (verdict == Verdict::passed) findings.add({true, "", text + "."});
+    if (verdict == Verdict::failed) findings.add({false, name, text + " (" + limit + "): " + remedy + "."});
+    if (verdict == Verdict::not_told) findings.skip(text + (remedy.empty() ? "" : "; " + remedy) + ".");
+  }
 }
 
 Finding judgeClock(const messages::ClockStatus& clock) {
@@ -138,7 +141,7 @@ ExitStatus run(const Selftest&, const std::string& given, Console& console) {
     const auto status = settledStatus(**box, console);
     if (!status) return conclude(status.error(), console);
     judgeSources(status->sources, findings);
-    judgeFrontEnd(status->front_end, findings);
+    judgeReceiver(*status, findings);
     findings.add(judgeClock(status->clock));
     // Without a clock no step could be recorded.
     if (status->clock.state != ClockState::locked) return findings.conclude();

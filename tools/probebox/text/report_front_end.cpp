@@ -1,0 +1,108 @@
+#include "tools/probebox/text/report_front_end.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "tools/probebox/text/report.hpp"
+
+namespace probebox::command {
+namespace {
+
+using Verdict = ReceiverCheck::Verdict;
+
+constexpr double kMostOff_ppm = 100;  // of its oscillator; the box refuses a receiver that is 200 ppm off
+// A stamp is late by up to two steps where another line changed beside it, and each end of a period is right to one.
+constexpr double kMostOff_steps = 3;
+
+Verdict verdictOf(bool good) {
+  return good ? Verdict::passed : Verdict::failed;
+}
+
+ReceiverCheck program(const messages::FrontEndStatus& front_end) {
+  const bool tells = !front_end.version.empty();
+  return {"front-end",
+          "front end",
+          (tells ? "program " + front_end.version + ", " : "another receiver, ") +
+              (front_end.serial_number.empty() ? "no serial number" : front_end.serial_number) +
+              ", packets of version " + std::to_string(front_end.packet_version),
+          "it lacks nothing that this firmware knows",
+          front_end.lacks.empty() ? Verdict::passed
+          : tells                 ? Verdict::failed
+                                  : Verdict::not_told,
+          front_end.lacks};
+}
+
+ReceiverCheck oscillator(const messages::ReceiverStatus& receiver) {
+  const double off_ppm = 1e-3 * receiver.frequency_ppb;
+  return {"receiver-clock",
+          "clock of the receiver",
+          std::string{messages::nameOf(receiver.state)} + ", samples within " + readableNs(receiver.sigma_ns) +
+              printed(" (k = 1), %+.2f ppm", off_ppm),
+          printed("locked, within %g ppm", kMostOff_ppm),
+          verdictOf(receiver.state == ClockState::locked && std::abs(off_ppm) <= kMostOff_ppm),
+          "check rate_hz of probe.toml, the receiver's crystal, and its USB cable and hub"};
+}
+
+ReceiverCheck noise(const messages::FrontEndStatus& front_end) {
+  const auto& nm = front_end.inputs.noise_nm;
+  return {"converter-noise",
+          "noise of the converter",
+          printed("%.1f %.1f %.1f nm (k = 1) of one sample, channels a b c", nm[0], nm[1], nm[2]),
+          printed("at most noise_um of probe.toml: %g nm", 1e3 * front_end.stated_noise_um),
+          verdictOf(*std::ranges::max_element(nm) <= 1e3 * front_end.stated_noise_um),
+          "look for a vibrating stylus, the screen of the probe's cable, and its supply; or state in probe.toml what "
+          "the noise is"};
+}
+
+ReceiverCheck range(const messages::ReceiverInputs& inputs) {
+  std::string measured, constant;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const char channel = "abc"[c];
+    measured += printed("%s%c %+.3f to %+.3f", c == 0 ? "" : ", ", channel, 1e-3 * inputs.lowest_nm.at(c),
+                        1e-3 * inputs.highest_nm.at(c));
+    if (inputs.lowest_nm.at(c) == inputs.highest_nm.at(c)) constant += channel;
+  }
+  return {"converter-range",
+          "range of the converter",
+          measured + " um, " + std::to_string(inputs.clipped) + " samples at its end" +
+              (constant.empty() ? "" : ", constant: " + constant),
+          "no sample at the end of the range, no channel constant",
+          verdictOf(inputs.clipped == 0 && constant.empty()),
+          "leave the stylus free; then check the wires of the channel, the converter's range strap, and full_scale_um "
+          "in box.toml"};
+}
+
+ReceiverCheck loopBack(const messages::FrontEndStatus& front_end) {
+  const auto& inputs = front_end.inputs;
+  ReceiverCheck check{"receiver-stamps", "stamps of the receiver", "", "", Verdict::not_told, ""};
+  if (inputs.loop_back_periods == 0 || front_end.sync_out_hz <= 0 || front_end.step_ps == 0) {
+    check.measured = "nothing on LOOPBACK: wire SYNC_OUT to it, with sync_out_hz in [front_end] of box.toml";
+    return check;
+  }
+  const double period = std::round(1e12 / front_end.step_ps / front_end.sync_out_hz);
+  const double off =
+      std::max(std::abs(inputs.shortest_period_steps - period), std::abs(inputs.longest_period_steps - period));
+  check.measured = printed("%u periods from SYNC_OUT to LOOPBACK, %u to %u steps of %g ns", inputs.loop_back_periods,
+                           inputs.shortest_period_steps, inputs.longest_period_steps, 1e-3 * front_end.step_ps);
+  check.limit = printed("%.0f steps, within %g", period, kMostOff_steps);
+  check.verdict = verdictOf(off <= kMostOff_steps);
+  check.remedy = "check the wire from SYNC_OUT to LOOPBACK, and its isolator";
+  return check;
+}
+
+}  // namespace
+
+std::vector<ReceiverCheck> receiverChecks(const messages::Status::Answer& status) {
+  const auto& front_end = status.front_end;
+  if (front_end.packet_version == 0 && front_end.version.empty()) return {};
+  std::vector<ReceiverCheck> checks{program(front_end)};
+  if (front_end.inputs.samples == 0) return checks;
+  checks.push_back(oscillator(status.receiver));
+  checks.push_back(noise(front_end));
+  checks.push_back(range(front_end.inputs));
+  if (!front_end.version.empty()) checks.push_back(loopBack(front_end));
+  return checks;
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,23 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "protocol/messages/status.hpp"
+
+// What is checked of a probe receiver on USB: by selftest on a machine, by factory-test before a box is shipped.
+namespace probebox::command {
+
+struct ReceiverCheck {
+  enum class Verdict { passed, failed, not_told };
+  std::string name;  // "converter-noise"
+  std::string title;
+  std::string measured;
+  std::string limit;
+  Verdict verdict{};
+  std::string remedy;  // of a failed one
+};
+
+// Empty while no receiver is connected.
+std::vector<ReceiverCheck> receiverChecks(const messages::Status::Answer& status);
+
+}  // namespace probebox::command
