@@ -60,6 +60,16 @@ inline constexpr std::uint16_t kMostSamplesAPacket = 32;
 inline constexpr std::uint32_t kMostSyncOutSteps = 20'833'333;  // 1 Hz
 inline constexpr std::uint32_t kLeastSyncOutSteps = 208;        // 100 kHz
 
+// What an image of the program is told by: it stands behind the vectors, at a fixed place of the flash.
+struct ImageMark {
+  static constexpr std::array<char, 12> kName{'p', 'r', 'o', 'b', 'e', 'b', 'o', 'x', '-', 'f', 'e', '\0'};
+  std::array<char, 12> name{kName};
+  std::uint16_t version{kVersion};
+  std::uint16_t packet_version{usb_probe::PacketHeader::kWithEdges};
+};
+inline constexpr std::size_t kBoot2Bytes = 256;  // with its checksum in the last four
+inline constexpr std::size_t kImageMarkAt = kBoot2Bytes + 48 * 4;
+
 enum class RefusalCode : std::uint8_t {
   none = 0,
   bad_size = 1,

@@ -12,6 +12,7 @@ UF2_FAMILY = 0xE48BFF56  # RP2040
 UF2_BLOCK_BYTES = 256
 UF2_MAGIC = (0x0A324655, 0x9E5D5157, 0x0AB16F30)
 UF2_HAS_FAMILY = 0x2000
+MARK_AT, MARK = 448, b"probebox-fe\0"  # ImageMark of protocol/receiver/front_end.hpp, its version behind it
 POLYNOMIAL = 0x04C11DB7
 
 
@@ -82,7 +83,10 @@ def main(boot2_path, image_path, flash_path, uf2_path):
     (stored,) = struct.unpack_from("<I", flash, BOOT2_BYTES)
     if remainder(flash[:BOOT2_BYTES]) != stored:
         raise SystemExit("the checksum of boot2 is wrong")
-    print(f"{uf2_path}: {len(flash)} bytes of flash, checksum of boot2 {stored:08x}; read back, and right")
+    if flash[MARK_AT : MARK_AT + len(MARK)] != MARK:
+        raise SystemExit("the image has no mark at its place")
+    minor, major = flash[MARK_AT + len(MARK) : MARK_AT + len(MARK) + 2]
+    print(f"{uf2_path}: version {major}.{minor}, {len(flash)} bytes of flash, checksum of boot2 {stored:08x}; read back, and right")
 
 
 if __name__ == "__main__":

@@ -129,5 +129,7 @@ constexpr auto allFault() {
   return all;
 }
 [[gnu::section(".vectors"), gnu::used]] const VectorTable vectors{&stack_top, reset, allFault()};
+static_assert(sizeof(VectorTable) == probebox::front_end::kImageMarkAt - probebox::front_end::kBoot2Bytes);
+[[gnu::section(".image_mark"), gnu::used]] const probebox::front_end::ImageMark image_mark{};
 
 }  // extern "C"

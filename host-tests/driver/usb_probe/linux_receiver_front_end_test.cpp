@@ -1,4 +1,4 @@
-#include "front_end_on_bus.hpp"
+#include "host-tests/mock_usb/front_end_on_bus.hpp"
 #include "receiver_on_bus.hpp"
 
 // What the front end says of itself on a mocked bus, and the settings that it gets.
@@ -9,7 +9,7 @@ using testing::HasSubstr;
 
 class FrontEndOfReceiver : public Receiver {
  protected:
-  FrontEndOnBus front_end_;
+  usb::FrontEndOnBus front_end_;
 };
 
 TEST_F(FrontEndOfReceiver, SaysWhatItIsWhileItIsConnected) {
@@ -21,7 +21,7 @@ TEST_F(FrontEndOfReceiver, SaysWhatItIsWhileItIsConnected) {
   EXPECT_EQ(source.frontEnd()->identity.step_ps, 48'000U);
   ASSERT_EQ(source.frontEnd()->pins.size(), front_end::kPins.size());
   EXPECT_EQ(source.frontEnd()->pins[13], front_end::kFirstLinePin);
-  EXPECT_EQ(source.serialNumber(), FrontEndOnBus::kSerial);
+  EXPECT_EQ(source.serialNumber(), usb::FrontEndOnBus::kSerial);
   EXPECT_EQ(source.packetVersion(), 0);
   send(packets(1));
   read(source);

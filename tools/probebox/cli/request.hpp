@@ -237,6 +237,10 @@ struct Update {
   std::string bundle;  // empty: only show how an update stands
   bool force{};        // also a version that is not newer
   bool no_wait{};      // end when the box has the bundle
+  // Of the front end on this computer, in place of a bundle.
+  std::string front_end;  // its UF2 file
+  std::string drive;      // the folder of its boot loader's drive; empty: it is looked for
+  std::string receiver;   // its serial number; empty for the only one
   double patience_s{1800};
 };
 

@@ -43,10 +43,22 @@ class VendorCommands {
     auto* update = commands.add(
         "update", "install new firmware: send a bundle to the box, wait for its restart, and say what runs then",
         "probebox -u usb update mybox-arm64-1.4.raucb", update_);
-    update
-        ->add_option("bundle", update_.bundle,
-                     "the bundle that tools/image made (.raucb); without it show how an update stands")
-        ->check(anyName());
+    auto* bundle = update->add_option(
+        "bundle", update_.bundle, "the bundle that tools/image made (.raucb); without it show how an update stands");
+    bundle->check(anyName());
+    auto* front_end =
+        update
+            ->add_option(
+                "--front-end", update_.front_end,
+                "the program of the front end on this computer (.uf2, by tools/front-end) in place of a bundle")
+            ->check(anyName())
+            ->excludes(bundle);
+    update->add_option("--drive", update_.drive, "the folder where the front end's drive RPI-RP2 is mounted")
+        ->check(anyName())
+        ->needs(front_end);
+    update->add_option("--receiver", update_.receiver, "the serial number of the front end, where there are two")
+        ->check(anyName())
+        ->needs(front_end);
     update->add_flag("--force", update_.force, "install it even if its version is not above the one that runs");
     update->add_flag("--no-wait", update_.no_wait, "exit when the box has the bundle");
     addPatience(update, update_.patience_s);

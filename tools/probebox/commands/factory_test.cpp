@@ -260,18 +260,6 @@ void addProcess(const messages::ProcessStatus& process, Sheet& sheet) {
                         "systemd-analyze security probeboxd.service on the box tells it", "", Verdict::not_told});
 }
 
-// A cut or a run would be measured too, and would suffer.
-std::optional<Trouble> whyNotAtRest(link::Client& box, const Console& console) {
-  TRY(const auto run, ask<messages::ProcedureStatus>(box, console));
-  const bool measures =
-      run.state == RunState::waiting || run.state == RunState::running || run.state == RunState::solving;
-  TRY(const auto corrections, ask<messages::Corrections>(box, console));
-  if (!measures && !corrections.inhibited) return std::nullopt;
-  return Trouble{ExitStatus::box_refused, "wrong_state",
-                 std::string{measures ? "a measuring procedure is in progress" : "a cut is on"} +
-                     ": test the box when it is over"};
-}
-
 Outcome<Sheet, Trouble> measuredSheet(const FactoryTest& options, const link::Uri& uri, Console& console) {
   Sheet sheet{.title = "Factory sheet", .box = {}, .when = nowUtc(), .by = options.by, .where = uri.text, .rows = {}};
   messages::Descriptor descriptor;

@@ -73,12 +73,12 @@ void judgeSources(const std::vector<messages::SourceStatus>& sources, Findings& 
 }
 
 void judgeReceiver(const messages::Status::Answer& status, Findings& findings) {
-  using Verdict = ReceiverCheck::Verdict;
+  using Of = ReceiverCheck::Verdict;
   for (const auto& [name, title, measured, limit, verdict, remedy] : receiverChecks(status)) {
     const auto text = "The " + title + ": " + measured;
-    if (verdict == Verdict::passed) findings.add({true, "", text + "."});
-    if (verdict == Verdict::failed) findings.add({false, name, text + " (" + limit + "): " + remedy + "."});
-    if (verdict == Verdict::not_told) findings.skip(text + (remedy.empty() ? "" : "; " + remedy) + ".");
+    if (verdict == Of::passed) findings.add({true, "", text + "."});
+    if (verdict == Of::failed) findings.add({false, name, text + " (" + limit + "): " + remedy + "."});
+    if (verdict == Of::not_told) findings.skip(text + (remedy.empty() ? "" : "; " + remedy) + ".");
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "protocol/units/megabytes.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/update_front_end.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/bundle_to_send.hpp"
 #include "tools/probebox/link/update_transfer.hpp"
@@ -272,6 +273,7 @@ ExitStatus showHowItStands(const std::string& given, Console& console) {
 }  // namespace
 
 ExitStatus run(const Update& options, const std::string& given, Console& console) {
+  if (!options.front_end.empty()) return updateFrontEnd(options, given, console);
   if (options.bundle.empty()) return showHowItStands(given, console);
   auto bundle = BundleToSend::open(options.bundle);
   if (!bundle) return console.fail(bundle.error());

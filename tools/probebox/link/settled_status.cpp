@@ -16,4 +16,15 @@ Outcome<messages::Status::Answer, Trouble> settledStatus(link::Client& box, Cons
   }
 }
 
+std::optional<Trouble> whyNotAtRest(link::Client& box, const Console& console) {
+  TRY(const auto run, ask<messages::ProcedureStatus>(box, console));
+  const bool measures =
+      run.state == RunState::waiting || run.state == RunState::running || run.state == RunState::solving;
+  TRY(const auto corrections, ask<messages::Corrections>(box, console));
+  if (!measures && !corrections.inhibited) return std::nullopt;
+  return Trouble{
+      ExitStatus::box_refused, "wrong_state",
+      std::string{measures ? "a measuring procedure is in progress" : "a cut is on"} + ": wait until it is over"};
+}
+
 }  // namespace probebox::command
