@@ -113,7 +113,7 @@ void Recorder::trigger(const box::PlacedTrigger& trigger) {
 // A receiver reads the encoders as often as the probe, a controller once a cycle.
 box::BoxConfig boxWith(const world::Config& config, ProbeIs probe) {
   auto box = usualBox(config);
-  if (probe == ProbeIs::counted_with_axes)
+  if (probe == ProbeIs::counted_with_axes || probe == ProbeIs::front_end)
     for (auto& axis : box.latch.axes) axis.interval = box.latch.probe.interval;
   if (probe == ProbeIs::stamped_axes_told) {
     box.control_clock.rate_hz = 1e9 / static_cast<double>(ToldAxes::kCycle.count());
@@ -196,6 +196,9 @@ Scenario::Scenario(const world::Config& config, std::uint64_t seed, ProbeIs prob
   if (encoders != EncodersAre::stamped) encoders_ = std::make_unique<EmulatedEncoders>(encoders, world_, config);
   const auto counts = [this](MonoTime at) { return countsAt(at); };
   if (probe == ProbeIs::counted_with_axes) receiver_.emplace(seed, counts);
+  auto marks_late_s = config.delays.tau_machine_s;  // as the counts, and the world's edges are late as the probe is
+  for (auto& late_s : marks_late_s) late_s -= config.delays.tau_probe_s;
+  if (probe == ProbeIs::front_end) front_end_.emplace(seed, counts, marks_late_s);
   if (probe == ProbeIs::stamped_axes_told) told_.emplace(seed, config.start, counts);
 }
 
@@ -232,10 +235,13 @@ void Scenario::pass(Event event) {
     auto& line = lines_.at(static_cast<std::size_t>(edge->role)).at(edge->line);
     line.newest = edge->line_sequence;
     edge->line_sequence -= line.before;
+    if (front_end_ && front_end_->take(*edge)) return;
   }
   const auto* const deflection = std::get_if<Deflection>(&event);
   if (receiver_ && deflection != nullptr) {
     receiver_->take(*deflection);
+  } else if (front_end_ && deflection != nullptr) {
+    front_end_->take(*deflection);
   } else if (!countsComeOtherwise() || !std::holds_alternative<Count>(event)) {
     enqueue(event);
   }
@@ -273,6 +279,7 @@ void Scenario::step() {
   while (const std::size_t count = encoders_ ? encoders_->read(batch_, now_) : 0)
     std::for_each_n(batch_.begin(), count, [this](auto& e) { enqueue(e); });
   for (Event counted; receiver_ && receiver_->next(now_, counted);) enqueue(counted);
+  for (Event counted; front_end_ && front_end_->next(now_, counted);) enqueue(counted);
   while (told_) {
     const auto told = told_->next(now_);
     if (!told) break;

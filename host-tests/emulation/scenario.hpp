@@ -21,6 +21,7 @@
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "host-tests/emulation/counted_probe.hpp"
 #include "host-tests/emulation/emulated_encoders.hpp"
+#include "host-tests/emulation/front_end_probe.hpp"
 #include "host-tests/emulation/told_axes.hpp"
 
 namespace probebox::scenario {
@@ -66,8 +67,8 @@ world::ControllerConfig controllerOf(const world::Config& config);
 app::MachineTravel usualTravel();
 
 // How samples reach the box: all stamped by the world; the probe's counted by a receiver, or by one that has the
-// encoders too; or positions told by the controller.
-enum class ProbeIs { stamped, counted, counted_with_axes, stamped_axes_told };
+// encoders too, or by the front end, which has lines as well; or positions told by the controller.
+enum class ProbeIs { stamped, counted, counted_with_axes, front_end, stamped_axes_told };
 
 // A world, a controller and a box on virtual time: run(5s) takes milliseconds.
 class Scenario {
@@ -115,6 +116,7 @@ class Scenario {
   void keepEvents(bool keep) { keeps_events_ = keep; }
   Recorder& recorder() { return recorder_; }
   CountedProbe& receiver() { return *receiver_; }
+  FrontEndProbe& frontEnd() { return *front_end_; }
   EmulatedEncoders& encoders() { return *encoders_; }
   ToldAxes& controllerThatTells() { return *told_; }
   MonoTime now() const { return now_; }
@@ -132,7 +134,7 @@ class Scenario {
  private:
   class DirectLink;
   void step();
-  bool countsComeOtherwise() const { return told_ || (receiver_ && receiver_->hasAxes()); }
+  bool countsComeOtherwise() const { return told_ || front_end_ || (receiver_ && receiver_->hasAxes()); }
   void pass(Event event);
   void latchEncoders(const Edge& edge);
   void enqueue(const Event& event);
@@ -153,6 +155,7 @@ class Scenario {
   std::unique_ptr<DirectLink> link_;
   world::Controller controller_;
   std::optional<CountedProbe> receiver_;
+  std::optional<FrontEndProbe> front_end_;
   EncodersAre encoders_are_{};
   std::unique_ptr<EmulatedEncoders> encoders_;
   std::optional<ToldAxes> told_;

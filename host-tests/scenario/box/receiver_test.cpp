@@ -131,6 +131,40 @@ TEST(Receiver, WithTheEncodersHasADelayFixedByConstruction) {
   EXPECT_GT(CountedProbe::kMedianNs * 1e-9, 6 * sd) << "the way of the packets would show";
 }
 
+// Machine, probe and lines behind the front end, whose stamps know nothing of the kernel's.
+world::Config frontEndWorld() {
+  auto world = usualWorld();
+  world.probe.rate_hz = FrontEndProbe::kRate_hz;
+  world.encoders.counts_per_mm = 10'000;   // 2 million counts a second at 200 mm/s
+  world.encoders.power_up_mm = {1, 2, 3};  // incremental: axes pass their marks
+  world.clock.bias_us = world.clock.jitter_us = world.clock.outlier_probability = 0;
+  return world;
+}
+
+// The packets are those of the program that is flashed, compiled for this computer (system.front_end compares the two).
+TEST(FrontEnd, CarriesARunFromItsPinsToADelayThatIsAccepted) {
+  Scenario scenario{frontEndWorld(), 12, ProbeIs::front_end};
+  scenario.recorder().keeps_bytes = false;
+  ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().snapshot.referenced; }, 60s)) << "by its index latches";
+  for (const auto* const method : {&procedure::kDelayMultiSpeed, &procedure::kDelayKnownSphere}) {
+    const auto solved = scenario.calibrate(*method);
+    ASSERT_TRUE(solved) << "stopped in step " << scenario.state().procedure.step;
+    ASSERT_TRUE(solved->ok()) << solved->error().reason;
+    const auto* tau = solved->value().find("tau_s");
+    const double sd = tau->standardDeviation().value();
+    EXPECT_LT(sd, 1e-4);
+    EXPECT_NEAR(tau->value(), scenario.truth().tau_s[0], 4 * sd);
+    EXPECT_GT(CountedProbe::kMedianNs * 1e-9, 4 * sd) << "the way of the packets would show";
+    scenario.activateDelay({tau->value(), tau->value(), tau->value()});
+    EXPECT_EQ(scenario.state().snapshot.delay.result_id, 99U);
+  }
+  const auto& counters = scenario.frontEnd().counters();
+  EXPECT_EQ(counters.edges_lost + counters.latches_lost + counters.samples_dropped, 0U);
+  for (const auto& axis : scenario.state().snapshot.axes) EXPECT_EQ(axis.reference_losses, 0U);
+  EXPECT_GT(scenario.state().snapshot.receiver.sigma_ns, scenario.state().snapshot.clock.sigma_ns)
+      << "a tick is surer among the samples than on the computer's time";
+}
+
 TEST(Receiver, UnpluggedWithTheEncodersTakesTheirReferenceAway) {
   auto world = usualWorld();
   world.encoders.power_up_mm = {1, 2, 3};  // the axes have to be referenced
