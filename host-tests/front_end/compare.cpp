@@ -9,12 +9,14 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "drivers/usb_probe/decode.hpp"
 #include "drivers/usb_probe/packet_reader.hpp"
+#include "firmware/front_end/core/assembly.hpp"
 #include "protocol/receiver/front_end.hpp"
 
 namespace {
@@ -27,6 +29,7 @@ using usb_probe::ReceiverFault;
 // time.
 constexpr std::int64_t kLatchEarly = 40, kLatchLate = 60;
 constexpr double kStamp = front_end::kCyclesAStep, kStampBeside = 3 * kStamp;
+constexpr std::size_t kComparedPackets = 4;
 constexpr std::int64_t kBeside = 2 * std::int64_t{front_end::kCyclesAStep};
 
 struct Taken {
@@ -110,6 +113,7 @@ class Comparison {
     comparePulses();
     compareFaults();
     compareEvents();
+    if (truth_.illegal[0].empty()) compareCore();
     std::cout << samples_ << " samples, " << edges_ << " edges (worst stamp " << worst_stamp_ << " cycles), " << pulses_
               << " index pulses compared\n";
   }
@@ -247,6 +251,74 @@ class Comparison {
     // A counter may have been too fast where A and B changed at once.
     if (std::ranges::any_of(truth_.illegal, before)) faults_ &= ~unsigned{bitOf(ReceiverFault::counter_overrun)};
     if (faults_ != expected) differs("faults ", faults_, ", expected ", expected);
+  }
+
+  static std::array<std::uint32_t, front_end::kCounters> countsOf(const usb_probe::Packet& packet, std::size_t sample) {
+    std::array<std::uint32_t, front_end::kCounters> counts{};
+    for (std::size_t k = 0; k < counts.size(); ++k) counts[k] = static_cast<std::uint32_t>(packet.count(sample, k));
+    return counts;
+  }
+  static void take(front_end::Assembly& core, const front_end::Latched& latched) {
+    core.sample(latched);
+    for (int parts = 0; parts < 50; ++parts) core.work();
+    if (core.packets().front() != nullptr && !latched.has_deflection) core.taken();
+  }
+
+  // The image's core and that of this computer, compiled from the same sources, make the same bytes of what the
+  // hardware latched, which the packets tell: up to the first sample with a fault, because when the host took a packet
+  // they do not tell.
+  void compareCore() {
+    const auto core = std::make_unique<front_end::Assembly>();
+    const front_end::Settings settings;
+    unsigned levels = 0;
+    std::size_t packets = 0, number = 0;
+    for (const auto& transfer : truth_.transfers) {
+      const auto packet = usb_probe::decodePacket(transfer);
+      if (!packet || packet->of_edges.faults != 0 || packet->of_edges.steps_a_sample != settings.steps_a_sample) break;
+      if (packets == 0) {
+        core->start(settings, packet->header.run);
+        for (; number < packet->header.first; ++number)
+          take(*core, {.counts = countsOf(*packet, 0)});  // nobody listened
+        while (core->packets().front() != nullptr) core->taken();
+      }
+      if (packet->header.first != number) break;
+      const auto stampOf = [&](std::uint32_t sample, std::uint32_t fraction, unsigned pins) {
+        const double half_steps = std::ldexp(fraction, -32) * 2 * settings.steps_a_sample;
+        const auto step = static_cast<std::uint32_t>((std::llround(half_steps) + 1) / 2);
+        return (0U - (sample * settings.steps_a_sample + step)) << front_end::kStampedPins | pins;
+      };
+      for (std::size_t i = 0; i < packet->of_edges.edges; ++i) {
+        const auto edge = packet->edge(i);
+        levels = edge.level != 0 ? levels | 1U << edge.line : levels & ~(1U << edge.line);
+        const bool with_next = i + 1 < packet->of_edges.edges && packet->edge(i + 1).sample == edge.sample &&
+                               packet->edge(i + 1).fraction == edge.fraction;
+        if (!with_next) core->lines(stampOf(edge.sample, edge.fraction, levels));
+      }
+      for (std::size_t i = 0; i < packet->more.latches; ++i) {
+        const auto latch = packet->latch(i);
+        std::array<std::uint32_t, front_end::kCounters> counts{};
+        counts.at(latch.counter) = static_cast<std::uint32_t>(latch.counts);
+        core->index(stampOf(latch.sample, latch.fraction, 1U << latch.counter), counts);
+        core->index(stampOf(latch.sample, latch.fraction, 0), counts);
+      }
+      bool faulty = false;
+      for (std::size_t i = 0; i < packet->header.count; ++i, ++number) {
+        const auto& taken = truth_.samples.at(number);
+        faulty = faulty || packet->sample(i).status >> usb_probe::status::kFirstCounterFault != 0 || taken.silent;
+        front_end::Latched latched{.counts = countsOf(*packet, i), .has_deflection = true};
+        for (std::size_t c = 0; c < latched.deflection.size(); ++c)
+          latched.deflection[c] = static_cast<std::int16_t>(taken.raw[c]);
+        take(*core, latched);
+      }
+      if (faulty) break;
+      const auto* const made = core->packets().front();
+      if (made == nullptr || !std::ranges::equal(std::span{made->bytes}.first(made->size), transfer))
+        return differs("packet ", packets, " of the core differs from that of the image");
+      core->taken();
+      ++packets;
+    }
+    if (packets < kComparedPackets) differs("only ", packets, " packets without a fault");
+    std::cout << packets << " packets are byte for byte those of the core on this computer\n";
   }
 
   // As the box sees it: every sample with its counts, pulse and edge is an event, in the order of their times.
