@@ -271,6 +271,7 @@ void Box::on(const CountedIndex& index) {
 void Box::on(const CountedEdge& counted) {
   const auto at = probe_clock_.timeAfter({counted.run, counted.counter, false, counted.at}, counted.fraction);
   if (!at && counted.role != LineRole::inhibit) return;
+  if (counted.role == LineRole::sync) sync_by_receiver_ = true;
   on(Edge{.role = counted.role,
           .line = counted.line,
           .level = counted.level,
@@ -410,13 +411,16 @@ void Box::publish(MonoTime now) {
   state_.probe_clock = clockOf(probe_clock_);
   state_.control_clock = clockOf(control_clock_);
   const auto& lost = state_.lost;
+  const auto receiver = receiverOf(state_.probe_clock);
+  const double receiver_ns = sync_by_receiver_ ? receiver.sigma_ns : 0;
   const published::CoreStatus core{
       .clock = {.state = map.state,
                 .sigma_ns = map.sigma_ns,
                 .frequency_ppb = frequency_ppb(clock_.offsetPpm()),
                 .tick = map.tick,
-                .edges = edgesOf(clock_.counters())},
-      .receiver = receiverOf(state_.probe_clock),
+                .edges = edgesOf(clock_.counters()),
+                .absolute_sigma_ns = static_cast<std::uint32_t>(std::lround(std::hypot(map.sigma_ns, receiver_ns)))},
+      .receiver = receiver,
       .ledger = ledger,
       .events = {.received = state_.events,
                  .lost = lost.sync_edges + lost.line_edges + lost.counts + lost.deflections,

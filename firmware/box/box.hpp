@@ -111,6 +111,7 @@ class Box {
   Outputs& outputs_;
   clock::ClockEstimator clock_;
   clock::CounterClock probe_clock_;
+  bool sync_by_receiver_{};  // its clock is between a tick and this computer's
   clock::CounterClock control_clock_;
   latch::Latch latch_;
   capture::CommonStamps common_stamps_;

@@ -189,7 +189,9 @@ constexpr std::array kRegisters = std::to_array<Register>({
 
     {112, "clock state", u16, 1, "", read, "0 unlocked, 1 locked, 2 holdover, 3 ambiguous",
      of<&Snapshot::clock, &ClockStatus::state>},
-    {114, "clock sigma", u32, 1, "ns", read, "standard deviation (k = 1) of the master clock's ticks",
+    {114, "clock sigma", u32, 1, "ns", read,
+     "standard deviation (k = 1) of the master clock's ticks; among the samples, where the sync line is on the "
+     "receiver",
      of<&Snapshot::clock, &ClockStatus::sigma_ns>},
     {address::samples_produced, "samples produced", u32, 1, "", read, "modulo 2^32",
      wraps32<&Snapshot::ledger, &Ledger::produced>},
@@ -197,6 +199,9 @@ constexpr std::array kRegisters = std::to_array<Register>({
      wraps32<&Snapshot::ledger, &Ledger::lost_at_source>},
     {address::samples_lost_in_queue, "samples lost in the queue", u32, 1, "", read, "modulo 2^32",
      wraps32<&Snapshot::ledger, &Ledger::lost_in_queue>},
+    {122, "clock sigma, absolute", u32, 1, "ns", read,
+     "standard deviation (k = 1) of the ticks on the clock of the box's computer",
+     of<&Snapshot::clock, &ClockStatus::absolute_sigma_ns>},
 
     {address::word_order, "word order", u16, 1, "", write,
      "order of the words of all 32-bit values on this line: 0 high word first (until it is written), 1 low word first; "

@@ -31,12 +31,16 @@ struct ClockStatus {
   double frequency_ppb{};
   Tick tick{};
   EdgeCounters edges{};
+  std::uint32_t absolute_sigma_ns{};
   static constexpr void fields(auto& self, auto&& field) {
     field("state", self.state, "0 unlocked, 1 locked, 2 holdover, 3 ambiguous");
-    field("sigma_ns", self.sigma_ns, "ns, standard deviation (k = 1) of a tick's time");
+    field("sigma_ns", self.sigma_ns,
+          "ns, standard deviation (k = 1) of a tick's time; among the samples, where the sync line is on the receiver");
     field("frequency_ppb", self.frequency_ppb, "1e-9, master clock against the monotonic clock, positive when fast");
     field("tick", self.tick, "latest tick");
     field("edges", self.edges, "sync edges since the box started");
+    field("absolute_sigma_ns", self.absolute_sigma_ns,
+          "ns, standard deviation (k = 1) of a tick's time on this computer's monotonic clock");
   }
 };
 
