@@ -158,13 +158,13 @@ inline const std::optional<EncoderDescription>& encoderOf(const Devices& devices
 // of probe.toml.
 struct FrontEnd {
   std::array<double, 3> full_scale_um{1000, 1000, 1000};
-  double sync_out_hz{1000};
+  std::optional<double> sync_out_hz;
   std::uint16_t samples_a_packet{10};
 
   static constexpr void keys(auto& self, auto&& key) {
     key("full_scale_um", self.full_scale_um, within(-100'000, 100'000).orUsual(),
         "of the channels a, b, c at full scale of the converter; negative: reversed");
-    key("sync_out_hz", self.sync_out_hz, within(0, 100'000).orUsual(), "of the line SYNC_OUT; 0: it stays low");
+    key("sync_out_hz", self.sync_out_hz, within(1, 100'000), "of the line SYNC_OUT; without it the line stays low");
     key("samples_a_packet", self.samples_a_packet, within(1, 32).orUsual(), "that go together over USB");
   }
 };

@@ -531,15 +531,13 @@ void checkReceiverLines(Section& root, const Box& box) {
   }
 }
 
-// A scale of zero hides the probe, and a clock below 1 Hz is none.
+// A scale of zero hides the probe.
 FrontEnd frontEnd(Section section) {
   FrontEnd front_end;
   readKeys(section, front_end);
   if (std::ranges::count(front_end.full_scale_um, 0.0) > 0)
     section.problem("full_scale_um",
                     "has a 0, which would hide that channel: write what the converter's full scale is");
-  if (front_end.sync_out_hz > 0 && front_end.sync_out_hz < 1)
-    section.problem("sync_out_hz", "is below 1: write 1 to 100000, or 0 for a line that stays low");
   section.finish();
   return front_end;
 }

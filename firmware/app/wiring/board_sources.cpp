@@ -365,7 +365,7 @@ Outcome<std::optional<front_end::Settings>> frontEndSettings(const board::Descri
                                .samples_a_packet = samples_a_packet,
                                .sync_out_steps = 0,
                                .full_scale_nm = {}};
-  if (sync_out_hz > 0) settings.sync_out_steps = static_cast<std::uint32_t>(std::lround(kSteps_hz / sync_out_hz));
+  if (sync_out_hz) settings.sync_out_steps = static_cast<std::uint32_t>(std::lround(kSteps_hz / *sync_out_hz));
   std::ranges::transform(full_scale_um, settings.full_scale_nm.begin(),
                          [](double um) { return static_cast<std::int32_t>(std::lround(1000 * um)); });
   return std::optional{settings};

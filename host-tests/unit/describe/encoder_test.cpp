@@ -248,13 +248,14 @@ TEST(FrontEndSection, SaysWhatTheFrontEndIsTold) {
   const auto usual = parseBox(frontEndText(""), "box.toml");
   ASSERT_TRUE(usual) << usual.error().what;
   EXPECT_EQ(usual->front_end->samples_a_packet, 10);
+  EXPECT_FALSE(usual->front_end->sync_out_hz);
   const auto box =
-      parseBox(frontEndText("full_scale_um = [500, -500, 2000]\nsync_out_hz = 0\nsamples_a_packet = 4"), "box.toml");
+      parseBox(frontEndText("full_scale_um = [500, -500, 2000]\nsync_out_hz = 500\nsamples_a_packet = 4"), "box.toml");
   ASSERT_TRUE(box) << box.error().what;
   EXPECT_THAT(box->front_end->full_scale_um, ElementsAre(500, -500, 2000));
-  EXPECT_EQ(box->front_end->sync_out_hz, 0);
+  EXPECT_EQ(box->front_end->sync_out_hz, 500);
   EXPECT_EQ(box->front_end->samples_a_packet, 4);
-  EXPECT_FALSE(parseBox(boxText(""), "box.toml")->front_end);
+  EXPECT_FALSE(parseBox(boxText("", "none"), "box.toml")->front_end);
 }
 
 TEST(FrontEndSection, RefusesWhatNoFrontEndTakes) {

@@ -47,10 +47,10 @@ TEST(BoxConfig, HasTheInhibitLinesThatGiveALevel) {
 TEST(FrontEndSettings, AreThoseOfTheDescription) {
   auto board = *board::loadDirectory(PROBEBOX_BOARDS "/receiver");
   EXPECT_EQ(*frontEndSettings(board), std::nullopt) << "another receiver keeps its own";
-  board.box.front_end.emplace();
+  board.box.front_end = {.sync_out_hz = 1000};
   board.probe.rate_hz = 1999;
   EXPECT_EQ(*frontEndSettings(board), front_end::Settings{}) << "the usual ones are those that it starts with";
-  board.box.front_end = {.full_scale_um = {250, -250, 0.5}, .sync_out_hz = 0, .samples_a_packet = 4};
+  board.box.front_end = {.full_scale_um = {250, -250, 0.5}, .sync_out_hz = {}, .samples_a_packet = 4};
   board.probe.rate_hz = 4000.7681;
   const auto settings = *frontEndSettings(board);
   EXPECT_EQ(settings->steps_a_sample, 5207U);
