@@ -11,7 +11,8 @@ namespace {
 
 using Verdict = ReceiverCheck::Verdict;
 
-constexpr double kMostOff_ppm = 100;  // of its oscillator; the box refuses a receiver that is 200 ppm off
+// Of an oscillator: the box refuses 200 ppm, and the front end has a crystal of 10 ppm.
+constexpr double kMostOff_ppm = 200, kMostOffOfFrontEnd_ppm = 100;
 // A stamp is late by up to two steps where another line changed beside it, and each end of a period is right to one.
 constexpr double kMostOff_steps = 3;
 
@@ -33,14 +34,14 @@ ReceiverCheck program(const messages::FrontEndStatus& front_end) {
           front_end.lacks};
 }
 
-ReceiverCheck oscillator(const messages::ReceiverStatus& receiver) {
+ReceiverCheck oscillator(const messages::ReceiverStatus& receiver, double most_off_ppm) {
   const double off_ppm = 1e-3 * receiver.frequency_ppb;
   return {"receiver-clock",
           "clock of the receiver",
           std::string{messages::nameOf(receiver.state)} + ", samples within " + readableNs(receiver.sigma_ns) +
               printed(" (k = 1), %+.2f ppm", off_ppm),
-          printed("locked, within %g ppm", kMostOff_ppm),
-          verdictOf(receiver.state == ClockState::locked && std::abs(off_ppm) <= kMostOff_ppm),
+          printed("locked, within %g ppm", most_off_ppm),
+          verdictOf(receiver.state == ClockState::locked && std::abs(off_ppm) <= most_off_ppm),
           "check rate_hz of probe.toml, the receiver's crystal, and its USB cable and hub"};
 }
 
@@ -98,7 +99,7 @@ std::vector<ReceiverCheck> receiverChecks(const messages::Status::Answer& status
   if (front_end.packet_version == 0 && front_end.version.empty()) return {};
   std::vector<ReceiverCheck> checks{program(front_end)};
   if (front_end.inputs.samples == 0) return checks;
-  checks.push_back(oscillator(status.receiver));
+  checks.push_back(oscillator(status.receiver, front_end.version.empty() ? kMostOff_ppm : kMostOffOfFrontEnd_ppm));
   checks.push_back(noise(front_end));
   checks.push_back(range(front_end.inputs));
   if (!front_end.version.empty()) checks.push_back(loopBack(front_end));
