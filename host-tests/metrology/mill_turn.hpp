@@ -63,6 +63,30 @@ inline std::vector<Row> grid(const std::vector<double>& levers, const std::vecto
   return rows;
 }
 
+inline std::vector<Row> read(std::vector<Row> rows, const Machine& machine, double length = 0.0) {
+  for (auto& row : rows) row.at = machine.reading(row.spindle, row.c, length).head<2>();
+  return rows;
+}
+
+inline std::vector<Row> readAtHeights(std::vector<Row> rows, const Machine& machine) {
+  for (auto& row : rows) {
+    // Each height has a ball of its own, somewhere else on the holder.
+    Machine at = machine;
+    at.ball = {20.0 + std::sin(row.lever), 5.0 + std::cos(3.0 * row.lever), row.lever};
+    row.at = at.reading(row.spindle, row.c, 100.0).head<2>();
+  }
+  return rows;
+}
+
+inline std::vector<Row> readWithTips(std::vector<Row> rows, const Machine& machine) {
+  for (auto& row : rows) {
+    Machine with_tip = machine;  // every tip is off the axis in its own way
+    with_tip.stylus += Eigen::Vector2d{0.01 * std::sin(row.lever), 0.01 * std::cos(row.lever)};
+    row.at = with_tip.reading(row.spindle, row.c, row.lever).head<2>();
+  }
+  return rows;
+}
+
 inline Dataset ballDataset(std::string method, std::string lever, const std::vector<Row>& rows, double sigma) {
   Dataset dataset{.method = std::move(method), .config = {{"sigma_mm", sigma}}, .tables = {}};
   stateExactMachine(dataset);

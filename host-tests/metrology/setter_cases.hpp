@@ -68,4 +68,33 @@ inline Dataset faceDataset(const Setter& setter, double sigma, std::mt19937_64& 
   return dataset;
 }
 
+// ---- A tool in its holder against a measuring unit
+
+struct Assembly {
+  double holder{85.0};                     // L1 in store
+  double tool{142.5};                      // L2 in store
+  double assembled{60.2503};               // what sticks out of the holder
+  std::array<double, 2> off{-0.03, 0.04};  // W: the holder's axis from the cutting end
+  Eigen::Vector3d part{0.0, 62.0, 25.0};
+};
+
+inline Dataset assemblyDataset(const Assembly& truth, int repetitions, double sigma, std::mt19937_64& random) {
+  Dataset dataset{.method = "tool-assembly",
+                  .config = {{"L1_mm", truth.holder},
+                             {"L2_mm", truth.tool},
+                             {"part_mm", std::vector<double>{truth.part.x(), truth.part.y(), truth.part.z()}}},
+                  .tables = {}};
+  stateExactMachine(dataset);
+  Table& table = addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"});
+  for (const double variant : {0.0, 1.0}) {
+    for (int rep = 0; rep < repetitions; ++rep) {
+      const Eigen::Vector3d at =
+          Eigen::Vector3d{truth.off[0], truth.off[1], truth.holder + truth.assembled} + variant * truth.part;
+      table.append({variant, static_cast<double>(rep), at.x() + gauss(random, sigma), at.y() + gauss(random, sigma),
+                    at.z() + gauss(random, sigma)});
+    }
+  }
+  return dataset;
+}
+
 }  // namespace probebox::metrology

@@ -217,7 +217,7 @@ void configure(Dataset& dataset, const Scene& scene) {
   if (scene.method == "delay-plates") {
     dataset.config["gap_mm"] = 2.0 * std::abs(scene.radius_mm) + (scene.radius_mm < 0.0 ? kStylusBall : -kStylusBall);
     dataset.config["stylus_ball_diameter_mm"] = kStylusBall;
-  } else if (scene.method != "delay-multi-speed") {
+  } else if (scene.method != "delay-multi-speed" && scene.method != "delay-in-out") {
     dataset.config["effective_diameter_mm"] = 2.0 * std::abs(scene.radius_mm);
   }
 }
@@ -251,6 +251,15 @@ Scene nonNormal() {
   Scene scene = knownSphere();
   scene.method = "delay-non-normal";
   scene.approach_rad = 25.0 * std::numbers::pi / 180.0;
+  return scene;
+}
+
+Scene inOut() {
+  Scene scene = knownSphere();
+  scene.method = "delay-in-out";
+  scene.normals = {{1, 0, 0}};
+  scene.dwell_s = 0.0;
+  scene.bounce_mm = 0.0;
   return scene;
 }
 

@@ -72,6 +72,8 @@ Scene knownSphere();
 Scene plates();
 Scene perAxis();
 Scene nonNormal();
+// One point, without a dwell and a bounce.
+Scene inOut();
 // The axes' sides first, in the middle and last, with the 25 directions of ISO 10360-5 between, each at two speeds.
 Scene machineCheck();
 

@@ -21,11 +21,6 @@ using Eigen::VectorXd;
 
 // --- Offset of the axes (B.4, B.5) ---
 
-std::vector<Row> read(std::vector<Row> rows, const Machine& machine, double length = 0.0) {
-  for (auto& row : rows) row.at = machine.reading(row.spindle, row.c, length).head<2>();
-  return rows;
-}
-
 std::vector<Row> together(double step) {
   std::vector<Row> rows;
   for (int k = 0; k < 4; ++k) rows.push_back({0.0, step * k, step * k, {}});
@@ -220,16 +215,6 @@ TEST(SpindleOffsetFour, SaysWhatIsUndeterminedAlsoWhereAnglesAreMeasured) {
 
 // --- Direction of the axes (B.6, B.7) ---
 
-std::vector<Row> readAtHeights(std::vector<Row> rows, const Machine& machine) {
-  for (auto& row : rows) {
-    // Each height has a ball of its own, somewhere else on the holder.
-    Machine at = machine;
-    at.ball = {20.0 + std::sin(row.lever), 5.0 + std::cos(3.0 * row.lever), row.lever};
-    row.at = at.reading(row.spindle, row.c, 100.0).head<2>();
-  }
-  return rows;
-}
-
 TEST(CAxisAlignment, ReachesTheBoundAndStatesItsUncertainty) {
   std::mt19937_64 random{9};
   Judgement judgement;
@@ -311,15 +296,6 @@ TEST(CAxisAlignment, DoesNotNeedTheSpindleToTurn) {
   ASSERT_TRUE(solved.ok()) << solved.error().reason;
   EXPECT_NEAR(solved->find("C_tilt_rad")->values[0], machine.c_tilt.x(), 1e-8);
   EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("stood still")));
-}
-
-std::vector<Row> readWithTips(std::vector<Row> rows, const Machine& machine) {
-  for (auto& row : rows) {
-    Machine with_tip = machine;  // every tip is off the axis in its own way
-    with_tip.stylus += Vector2d{0.01 * std::sin(row.lever), 0.01 * std::cos(row.lever)};
-    row.at = with_tip.reading(row.spindle, row.c, row.lever).head<2>();
-  }
-  return rows;
 }
 
 TEST(AAxisAlignment, FindsTheSpindleWhateverTheTiltOfC) {

@@ -10,6 +10,7 @@
 
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/fisher.hpp"
+#include "host-tests/metrology/turned_feature.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -19,24 +20,6 @@ using Eigen::VectorXd;
 using testing::AllOf;
 using testing::Gt;
 using testing::Lt;
-
-Dataset centrelineDataset(const std::vector<RotationReading>& readings, double sigma) {
-  Dataset dataset{.method = "centreline", .config = {{"sigma_mm", sigma}}, .tables = {}};
-  Table& table = addTable(dataset, "readings", {"C_rad", "x_mm", "y_mm"});
-  for (const auto& reading : readings) table.append({reading.angle, reading.at.x(), reading.at.y()});
-  return dataset;
-}
-
-std::vector<RotationReading> turnedFeature(const Vector2d& centre, const Vector2d& arm,
-                                           const std::vector<double>& angles, double sigma, double sigma_angle,
-                                           std::mt19937_64& random) {
-  std::vector<RotationReading> readings;
-  for (const double angle : angles) {
-    const Vector2d at = centre + Eigen::Rotation2Dd{angle + gauss(random, sigma_angle)} * arm;
-    readings.push_back({at + Vector2d{gauss(random, sigma), gauss(random, sigma)}, angle});
-  }
-  return readings;
-}
 
 // Farther apart than kSameStop_rad, so that each is a stop of its own in whatever order they come.
 std::vector<double> randomAngles(std::mt19937_64& random) {

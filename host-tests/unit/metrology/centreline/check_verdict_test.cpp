@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "checked_machine.hpp"
+#include "host-tests/metrology/checked_machine.hpp"
 
 namespace probebox::metrology {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/fisher.hpp"
+#include "host-tests/metrology/large_chuck.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
@@ -17,41 +18,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 using testing::HasSubstr;
-
-struct ReachedChuck {
-  Vector2d centre{0.35, -0.62};
-  double radius{600.0};
-  double psi{0.9 * kDegree};
-
-  // Turned clockwise from +Y, seen from +Z: the negative sense of a rotation about Z.
-  Vector2d ball(double c) const {
-    const Eigen::Vector3d on_rim =
-        Eigen::AngleAxisd{-(c + psi), Eigen::Vector3d::UnitZ()} * Eigen::Vector3d{0, radius, 0};
-    return centre + on_rim.head<2>();
-  }
-};
-
-ReachedChuck randomReachedChuck(std::mt19937_64& random) {
-  return {{uniform(random, -0.5, 0.5), uniform(random, -0.5, 0.5)},
-          uniform(random, 300, 1500),
-          uniform(random, -0.03, 0.03)};
-}
-
-Dataset rimDataset(const ReachedChuck& chuck, const std::vector<double>& angles, double sigma, double sigma_c,
-                   std::mt19937_64& random) {
-  Dataset dataset{
-      .method = "centreline-limited-access", .config = {{"sigma_mm", sigma}, {"sigma_C_rad", sigma_c}}, .tables = {}};
-  Table& table = addTable(dataset, "readings", {"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"});
-  for (const double c : angles) {
-    const Vector2d at = chuck.ball(c + gauss(random, sigma_c));
-    table.append({c, at.x() + gauss(random, sigma), at.y() + gauss(random, sigma)});
-  }
-  return dataset;
-}
-
-std::vector<double> fiveAngles(double theta) {
-  return {-theta, theta, 0.0, theta / 2, -theta / 2};
-}
 
 TEST(LimitedAccess, ReachesTheBoundAndStatesItsUncertainty) {
   std::mt19937_64 random{1};

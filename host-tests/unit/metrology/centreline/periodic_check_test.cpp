@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "checked_machine.hpp"
+#include "host-tests/metrology/checked_machine.hpp"
 
 namespace probebox::metrology {
 namespace {

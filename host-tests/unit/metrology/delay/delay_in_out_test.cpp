@@ -14,20 +14,12 @@
 namespace probebox::metrology {
 namespace {
 
+using simulation::inOut;
 using simulation::measure;
 using simulation::Scene;
 using testing::AllOf;
 using testing::Gt;
 using testing::Lt;
-
-Scene inOut() {
-  Scene scene = simulation::knownSphere();
-  scene.method = "delay-in-out";
-  scene.normals = {{1, 0, 0}};
-  scene.dwell_s = 0.0;
-  scene.bounce_mm = 0.0;
-  return scene;
-}
 
 Dataset record(const Scene& scene, std::mt19937_64& random) {
   Dataset dataset = measure(scene, random);

@@ -10,6 +10,7 @@
 #include "firmware/metrology/kinematics/joint_path.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/metrology/two_link_arm.hpp"
 #include "host-tests/support/runs.hpp"
 
 namespace probebox::metrology {
@@ -17,56 +18,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-struct Arm {
-  Vector3d base{0.0, 0.0, 0.0};
-  double upper{300.0};
-  double fore{250.0};
-
-  Vector3d tip() const { return base + Vector3d{upper + fore, 0.0, 0.0}; }
-  std::vector<Joint> joints() const {
-    return {{true, base, Vector3d::UnitZ()},
-            {true, base + Vector3d{upper, 0.0, 0.0}, Vector3d::UnitZ()},
-            {false, base, Vector3d::UnitZ()}};
-  }
-  // Elbow to the right.
-  Vector3d inverse(const Vector3d& at) const {
-    const Vector3d arm = at - base;
-    const double reach = arm.head<2>().norm();
-    const double elbow = std::acos((reach * reach - upper * upper - fore * fore) / (2.0 * upper * fore));
-    const double shoulder =
-        std::atan2(arm.y(), arm.x()) - std::atan2(fore * std::sin(elbow), upper + fore * std::cos(elbow));
-    return {shoulder, elbow, arm.z()};
-  }
-};
-
-void describe(Dataset& dataset, const std::vector<Joint>& joints, const Vector3d& tip) {
-  Table& chain = addTable(dataset, "chain", {"revolute", "px_mm", "py_mm", "pz_mm", "ux", "uy", "uz"});
-  for (const auto& joint : joints) {
-    const auto& p = joint.point;
-    const auto& u = joint.direction;
-    chain.append({joint.revolute ? 1.0 : 0.0, p.x(), p.y(), p.z(), u.x(), u.y(), u.z()});
-  }
-  dataset.config["tip_mm"] = std::vector<double>{tip.x(), tip.y(), tip.z()};
-  const auto names = JointChain{joints, tip}.columns();
-  for (std::size_t k = 0; k < names.size(); ++k) tableNamed(dataset, "machine").columns[2 + k].name = names[k];
-}
-
-simulation::Scene scene(const Arm& arm) {
-  simulation::Scene scene = simulation::perAxis();
-  scene.method = "delay-joints";
-  scene.centre_mm = arm.base + Vector3d{330.0, 140.0, -60.0};
-  scene.inverse = [arm](const Vector3d& at) { return arm.inverse(at); };
-  scene.sigma_share = {1.0 / 350.0, 1.0 / 250.0, 1.0};
-  return scene;
-}
-
-Dataset measured(const simulation::Scene& scene, const Arm& arm, std::mt19937_64& random) {
-  Dataset dataset = simulation::measure(scene, random);
-  describe(dataset, arm.joints(), arm.tip());
-  dataset.config["delays"] = std::string{"each-joint"};
-  return dataset;
-}
 
 TEST(JointChain, PutsTheTipWhereTheArmReaches) {
   std::mt19937_64 random{1};

@@ -20,12 +20,7 @@ Dataset byWrongClock(Dataset dataset, double rate) {
 
 Dataset drivenInAndOut() {
   std::mt19937_64 random{51};
-  auto scene = simulation::knownSphere();
-  scene.method = "delay-in-out";
-  scene.normals = {{1, 0, 0}};
-  scene.dwell_s = 0.0;
-  scene.bounce_mm = 0.0;
-  auto dataset = simulation::measure(scene, random);
+  auto dataset = simulation::measure(simulation::inOut(), random);
   dataset.config.clear();
   return dataset;
 }

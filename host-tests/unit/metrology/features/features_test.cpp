@@ -7,6 +7,7 @@
 
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/fisher.hpp"
+#include "host-tests/metrology/touched_features.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
@@ -15,28 +16,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-struct Round {
-  Vector2d centre{12.0, -7.0};
-  double radius{20.0};
-  double stylus{1.5};
-  bool bore{};
-
-  double effective() const { return bore ? radius - stylus : radius + stylus; }
-  Vector2d touched(double angle) const { return centre + effective() * Vector2d{std::cos(angle), std::sin(angle)}; }
-};
-
-Dataset roundDataset(const Round& round, const std::vector<double>& angles, double sigma, std::mt19937_64& random) {
-  Dataset dataset{.method = round.bore ? "bore-fit" : "boss-fit",
-                  .config = {{"sigma_mm", sigma}, {"stylus_ball_radius_mm", round.stylus}},
-                  .tables = {}};
-  Table& points = addTable(dataset, "points", {"x_mm", "y_mm", "z_mm"});
-  for (const double angle : angles) {
-    const Vector2d at = round.touched(angle);
-    points.append({at.x() + gauss(random, sigma), at.y() + gauss(random, sigma), -5.0});
-  }
-  return dataset;
-}
 
 TEST(RoundFeature, ReachesTheBoundAndStatesItsUncertainty) {
   std::mt19937_64 random{1};
@@ -170,26 +149,6 @@ TEST(RoundFeature, ServesAsTheFeatureOfACentreline) {
   EXPECT_NEAR(solve(turned)->find("centre_mm")->values[1], -0.2, 1e-9);
 }
 
-Dataset widthDataset(bool web, double middle, double width, const Vector3d& direction, int touches, double sigma,
-                     std::mt19937_64& random) {
-  constexpr double kStylus = 1.0;
-  Dataset dataset{.method = web ? "web-fit" : "pocket-fit",
-                  .config = {{"sigma_mm", sigma},
-                             {"stylus_ball_radius_mm", kStylus},
-                             {"width_direction", std::vector<double>{direction.x(), direction.y(), direction.z()}}},
-                  .tables = {}};
-  Table& points = addTable(dataset, "points", {"face", "x_mm", "y_mm", "z_mm"});
-  for (const double face : {1.0, 2.0}) {
-    for (int k = 0; k < touches; ++k) {
-      const double out = width / 2.0 + (web ? kStylus : -kStylus);
-      const Vector3d along = direction.unitOrthogonal() * uniform(random, -20, 20);
-      const Vector3d at = along + direction * (middle + (face == 1.0 ? -out : out) + gauss(random, sigma));
-      points.append({face, at.x(), at.y(), at.z()});
-    }
-  }
-  return dataset;
-}
-
 TEST(OpposedFaces, ReachTheBoundAndStateTheirUncertainty) {
   std::mt19937_64 random{7};
   Judgement judgement;
@@ -240,52 +199,6 @@ TEST(Remedies, NameRobustWhereItIsAKey) {
   const std::string of_faces = reasonOf(widthDataset(true, 10, 8, Vector3d::UnitX(), 2, 1e-4, random));
   EXPECT_THAT(of_faces, testing::HasSubstr("again"));
   EXPECT_THAT(of_faces, testing::Not(testing::HasSubstr("robust")));
-}
-
-struct Block {
-  Vector3d corner{40.0, 25.0, -10.0};
-  std::vector<Vector3d> normals{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};  // outward
-  double stylus{1.5};
-};
-
-Block randomBlock(std::mt19937_64& random, bool edge) {
-  Block block;
-  block.corner = {uniform(random, -50, 50), uniform(random, -50, 50), edge ? 0.0 : uniform(random, -50, 50)};
-  block.stylus = uniform(random, 0.5, 3.0);
-  if (edge) block.normals.pop_back();
-  for (auto& normal : block.normals) {
-    normal += 0.1 * Vector3d{uniform(random, -1, 1), uniform(random, -1, 1), edge ? 0.0 : uniform(random, -1, 1)};
-    normal.normalize();
-  }
-  return block;
-}
-
-// Faces as lines across Z (two) or planes (three). Points lie 5 to 40 mm inside the block from the corner.
-Dataset cornerDataset(const Block& block, int touches, double sigma, std::mt19937_64& random) {
-  Dataset dataset{
-      .method = "corner-fit", .config = {{"sigma_mm", sigma}, {"stylus_ball_radius_mm", block.stylus}}, .tables = {}};
-  Table points = Table::withColumns("points", std::array<std::string_view, 4>{"face", "x_mm", "y_mm", "z_mm"});
-  Table faces = Table::withColumns("faces", std::array<std::string_view, 4>{"face", "nx", "ny", "nz"});
-  const auto count = block.normals.size();
-  for (std::size_t f = 0; f < count; ++f) {
-    const Vector3d& normal = block.normals[f];
-    const Vector3d nominal = Vector3d::Unit(static_cast<Eigen::Index>(f));
-    faces.append({static_cast<double>(f + 1), nominal.x(), nominal.y(), nominal.z()});
-    for (int k = 0; k < touches; ++k) {
-      Vector3d inward = Vector3d::Zero();
-      int far = k % 3;  // in turns near the corner, far from it one way, and the other way
-      for (std::size_t other = 0; other < count; ++other) {
-        if (other == f) continue;
-        inward -= (far == 1 ? uniform(random, 30, 40) : uniform(random, 5, 12)) * block.normals[other];
-        --far;
-      }
-      inward -= normal * normal.dot(inward);  // along the face
-      const Vector3d at = block.corner + inward + (block.stylus + gauss(random, sigma)) * normal;
-      points.append({static_cast<double>(f + 1), at.x(), at.y(), at.z()});
-    }
-  }
-  dataset.tables = {std::move(points), std::move(faces)};
-  return dataset;
 }
 
 TEST(CornerFit, StatesItsUncertaintyOfTwoFacesAndOfThree) {

@@ -9,6 +9,7 @@
 
 #include "firmware/metrology/solve.hpp"
 #include "host-tests/metrology/moments.hpp"
+#include "host-tests/metrology/touched_features.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -17,40 +18,6 @@ using testing::AllOf;
 using testing::Gt;
 using testing::HasSubstr;
 using testing::Lt;
-
-struct Ball {
-  Eigen::Vector3d centre;
-  double radius{};
-  std::vector<Eigen::Vector3d> normals;
-};
-
-double uniform(std::mt19937_64& random, double low, double high) {
-  return std::uniform_real_distribution<double>{low, high}(random);
-}
-
-Ball randomBall(std::mt19937_64& random) {
-  Ball ball{{uniform(random, -200, 200), uniform(random, -200, 200), uniform(random, -200, 200)},
-            uniform(random, 3, 30),
-            {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}}};
-  for (int k = 0; k < 5; ++k) {
-    ball.normals.push_back(
-        Eigen::Vector3d{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, 0.1, 1)}.normalized());
-  }
-  return ball;
-}
-
-Dataset touched(const Ball& ball, double sigma, std::mt19937_64& random) {
-  std::normal_distribution<double> noise{0.0, 1.0};
-  constexpr std::array<std::string_view, 3> kNames{"x_mm", "y_mm", "z_mm"};
-  Dataset dataset{
-      .method = "sphere-fit", .config = {{"sigma_mm", sigma}}, .tables = {Table::withColumns("points", kNames)}};
-  for (const auto& normal : ball.normals) {
-    Eigen::Vector3d point = ball.centre + ball.radius * normal;
-    for (double& component : point) component += sigma * noise(random);
-    dataset.tables[0].append({point.x(), point.y(), point.z()});
-  }
-  return dataset;
-}
 
 TEST(SphereFit, ReachesTheCramerRaoBoundAndSaysSo) {
   std::mt19937_64 random{1};

@@ -8,8 +8,8 @@
 
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 #include "host-tests/metrology/cases.hpp"
+#include "host-tests/metrology/turned.hpp"
 #include "protocol/units/angle.hpp"
-#include "turned.hpp"
 
 namespace probebox::metrology {
 namespace {

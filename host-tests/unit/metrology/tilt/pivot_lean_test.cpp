@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "host-tests/metrology/cases.hpp"
-#include "tilting_table.hpp"
+#include "host-tests/metrology/tilting_table.hpp"
 
 namespace probebox::metrology {
 namespace {

@@ -6,8 +6,8 @@
 #include "firmware/metrology/tilt/pivot_axis.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/fisher.hpp"
+#include "host-tests/metrology/tilting_table.hpp"
 #include "protocol/units/angle.hpp"
-#include "tilting_table.hpp"
 
 namespace probebox::metrology {
 namespace {

@@ -8,72 +8,13 @@
 
 #include "firmware/metrology/touch/switched_touch.hpp"
 #include "host-tests/metrology/moments.hpp"
+#include "host-tests/metrology/switched_probe.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 using Eigen::Vector3d;
 using testing::HasSubstr;
-
-constexpr double kSpeed_mm_s = 5;
-constexpr double kRadius_mm = 15;
-
-// A touch-trigger probe that drives onto a sphere and back; its switch repeats to `scatter_mm`.
-struct Probe {
-  double mean_mm{0.010}, cosine_mm{0.003}, sine_mm{-0.002}, along_mm{0.004};
-  double late_s{0.0006};
-  double scatter_mm{};
-
-  double preTravel(const Vector3d& n) const {
-    const double across = std::hypot(n.x(), n.y()), around = std::atan2(n.y(), n.x());
-    return across * (mean_mm + cosine_mm * std::cos(3 * around) + sine_mm * std::sin(3 * around)) +
-           along_mm * std::abs(n.z());
-  }
-};
-
-Vector3d directionAt(double around_deg, double up_deg) {
-  const double around = around_deg * std::numbers::pi / 180, up = up_deg * std::numbers::pi / 180;
-  return {std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up)};
-}
-
-// Twelve sides at the equator and six at 45 degrees; the top; from below as well where the holder allows it.
-std::vector<Vector3d> directions(bool from_below) {
-  std::vector<Vector3d> all;
-  for (int k = 0; k < 12; ++k) all.push_back(directionAt(30 * k, 0));
-  for (int k = 0; k < 6; ++k) all.push_back(directionAt(60 * k + 10, 45));
-  all.push_back({0, 0, 1});
-  for (int k = 0; from_below && k < 6; ++k) all.push_back(directionAt(60 * k, -30));
-  return all;
-}
-
-Dataset touched(const Probe& probe, const std::vector<Vector3d>& sides, const Vector3d& centre,
-                std::uint64_t seed = 1) {
-  std::mt19937_64 random{seed};
-  std::normal_distribution<double> normal;
-  auto machine = Table::withColumns("machine", kMachineColumns);
-  auto touches = Table::withColumns("touches", kTouchesColumns);
-  auto edges = Table::withColumns("edges", kEdgesColumns);
-  constexpr double kOutside_mm = 0.5, kInside_mm = 0.5, kDwell_s = 0.1;
-  constexpr double kTurn_s = (kOutside_mm + kInside_mm) / kSpeed_mm_s;
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    const auto number = static_cast<double>(i);
-    const Vector3d& n = sides[i];
-    for (int k = 0; k < 500 * (2 * kTurn_s + kDwell_s); ++k) {
-      const double t = k / 500.0;
-      const double in = std::min(t, kTurn_s), out = std::max(0.0, t - kTurn_s - kDwell_s);
-      const Vector3d at = centre + (kRadius_mm + kOutside_mm - kSpeed_mm_s * (in - out)) * n;
-      machine.append({number, t, at.x(), at.y(), at.z()});
-    }
-    touches.append({number, n.x(), n.y(), n.z(), n.x(), n.y(), n.z(), kSpeed_mm_s});
-    // The same way in and out: the scatter is that of the reading.
-    const double way_mm = probe.preTravel(n) + probe.scatter_mm * normal(random);
-    edges.append({number, (kOutside_mm + way_mm) / kSpeed_mm_s + probe.late_s,
-                  2 * kTurn_s + kDwell_s - (kOutside_mm + way_mm) / kSpeed_mm_s + probe.late_s});
-  }
-  Dataset dataset{.method = "pre-travel", .config = {}, .tables = {machine, touches, edges}};
-  dataset.config["effective_diameter_mm"] = 2 * kRadius_mm;
-  return dataset;
-}
 
 TEST(PreTravel, FindsMeanLobesAndTheWayAlongTheStylus) {
   const Vector3d centre{100, -50, -200};
@@ -108,7 +49,7 @@ TEST(PreTravel, TellsAnErrorOfTheSphereFromItsParts) {
   const Probe probe;
   auto dataset = touched(probe, directions(true), Vector3d::Zero());
   const double error_mm = 0.003;
-  dataset.config["effective_diameter_mm"] = 2 * (kRadius_mm - error_mm);
+  dataset.config["effective_diameter_mm"] = 2 * (Probe::kRadius_mm - error_mm);
   const auto result = solvePreTravel(dataset);
   ASSERT_TRUE(result) << result.error().reason;
   EXPECT_NEAR(result->find("radius_error_mm")->value(), error_mm, 1e-6);
@@ -170,7 +111,7 @@ TEST(PreTravel, RefusesTouchesThatAreCopies) {
 
 TEST(PreTravel, RefusesASphereThatCannotHaveThatSize) {
   auto dataset = touched({.scatter_mm = 1e-4}, directions(true), Vector3d::Zero());
-  dataset.config["effective_diameter_mm"] = 2 * kRadius_mm - 0.1;
+  dataset.config["effective_diameter_mm"] = 2 * Probe::kRadius_mm - 0.1;
   const auto result = solvePreTravel(dataset);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().name, "pre-travel-negative");

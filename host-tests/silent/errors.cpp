@@ -1,0 +1,98 @@
+#include "host-tests/silent/errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host-tests/metrology/cases.hpp"
+
+namespace probebox::metrology::silent {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+// A segment of the screw that is 5 K warmer than the rest.
+constexpr double kWarmSegment_mm = 100, kWarmStrain = 5 * 11.5e-6;
+
+// What is off where the machine believes to be, by the errors of its axes.
+struct OffAxes {
+  Vector3d scale = Vector3d::Zero(), warm_from = Vector3d::Constant(HUGE_VAL);
+  double xy{}, xz{}, yz{};
+
+  OffAxes(Err err, Random& random) {
+    const auto either = [&](double size) { return uniform(random, 0, 1) < 0.5 ? -size : size; };
+    if (err == Err::scale) scale = Vector3d{either(kScale), either(kScale), either(kScale)};
+    if (err == Err::squareness)
+      xy = either(kSquareness_rad), xz = either(kSquareness_rad), yz = either(kSquareness_rad);
+    if (err == Err::uneven_screw)
+      for (double& from : warm_from) from = uniform(random, -60, 20);
+  }
+  Vector3d operator()(const Vector3d& at) const {
+    Vector3d off = scale.cwiseProduct(at) + Vector3d{xy * at.y() + xz * at.z(), yz * at.z(), 0};
+    const auto warmth = [&](double place, Index k) {
+      return std::isinf(warm_from[k]) ? 0 : kWarmStrain * std::clamp(place - warm_from[k], 0.0, kWarmSegment_mm);
+    };
+    for (Index k = 0; k < 3; ++k) off[k] += warmth(at[k], k) - warmth(0, k);
+    return off;
+  }
+};
+
+Vector3d atContact(Err err, const Vector3d* side) {
+  const Vector3d from_above{0, 0, 1};
+  const Vector3d& n = side != nullptr ? *side : from_above;
+  if (err == Err::lost_motion) return kLost_mm / 2 * n;
+  if (err == Err::hysteresis) return kHysteresis_mm / 2 * n;
+  if (err == Err::lobing && side != nullptr) return lobe_mm(n) * n;
+  return Vector3d::Zero();
+}
+
+}  // namespace
+
+std::span<const ErrorKind> errorKinds() {
+  static const std::vector<ErrorKind> kinds{
+      {Err::none, "none", "", {}},
+      {Err::lost_motion, "lost motion", "5 um", {"lost motion", "lost-motion", "static-error", "backlash"}},
+      {Err::hysteresis, "hysteresis", "1 um", {"lost motion", "lost-motion", "static-error", "hysteresis"}},
+      {Err::wrong_ball, "wrong ball", "5 um", {"static-error", "size", "radius", "diameter"}},
+      {Err::drift, "drift", "0.5 um/min", {"drift"}},
+      {Err::squareness, "squareness", "50 urad", {"square"}},
+      {Err::scale, "scale", "20 ppm", {"scale"}},
+      {Err::lobing, "lobing", "3 um", {"lob", "form", "residuals-exceed-noise", "residual-too-large"}},
+      {Err::curvature, "curvature", "1 %", {"curv", "bend", "gain"}},
+      {Err::vibration, "vibration", "1 um", {"vibration", "correlated", "residuals-exceed-noise"}},
+      {Err::uneven_screw, "uneven screw", "5 K of 100 mm", {"even", "screw", "scale"}},
+  };
+  return kinds;
+}
+
+double lobe_mm(const Vector3d& normal) {
+  return kLobing_mm * std::hypot(normal.x(), normal.y()) * std::cos(3 * std::atan2(normal.y(), normal.x()));
+}
+
+void disturb(Dataset& dataset, const std::vector<PlacesRead>& places, const Vector3d& about, Err err, Random& random) {
+  const OffAxes axes{err, random};
+  Vector3d drift = Vector3d::Zero();
+  if (err == Err::drift)
+    for (double& rate : drift) rate = uniform(random, 0, 1) < 0.5 ? -kDrift_mm_per_min : kDrift_mm_per_min;
+  double all = 0, minute = 0;
+  for (const auto& in : places) all += static_cast<double>(tableNamed(dataset, in.table).rows());
+  for (const auto& in : places) {
+    for (std::size_t row = 0; row < tableNamed(dataset, in.table).rows(); ++row, ++minute) {
+      const auto each = [&](const auto& change) {
+        for (std::size_t k = 0; k < 3; ++k)
+          if (!in.columns.at(k).empty())
+            change(static_cast<Index>(k), columnNamed(dataset, in.table, in.columns.at(k))[row]);
+      };
+      Vector3d at = about;
+      each([&](Index k, double value) { at[k] = value; });
+      Vector3d off = axes(at - about) + (minute - (all - 1) / 2) * drift;
+      const Vector3d side = in.side ? in.side(row) : Vector3d::Zero();
+      off += atContact(err, in.side ? &side : nullptr);
+      if (err == Err::vibration)
+        for (double& value : off) value += gauss(random, kVibration_mm);
+      each([&](Index k, double& value) { value += off[k]; });
+    }
+  }
+}
+
+}  // namespace probebox::metrology::silent

@@ -1,0 +1,65 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+
+// One error that every real machine or probe has, put into a simulated case.
+namespace probebox::metrology::silent {
+
+using Random = std::mt19937_64;
+
+enum class Err : std::uint8_t {
+  none,
+  lost_motion,
+  hysteresis,
+  wrong_ball,
+  drift,
+  squareness,
+  scale,
+  lobing,
+  curvature,
+  vibration,
+  uneven_screw,
+};
+
+struct ErrorKind {
+  Err err{};
+  std::string_view name;
+  std::string_view size;
+  // Words of warnings and refusals that name it, or an error with the same effect on the readings.
+  std::vector<std::string_view> named_by;
+};
+
+// Err::none first.
+std::span<const ErrorKind> errorKinds();
+
+inline constexpr double kLost_mm = 0.005, kHysteresis_mm = 0.001, kBall_mm = 0.005, kDrift_mm_per_min = 5e-4,
+                        kSquareness_rad = 50e-6, kScale = 20e-6, kLobing_mm = 0.003, kCurvature = 0.01,
+                        kVibration_mm = 0.001;
+inline constexpr double kNoise_mm = 5e-4;  // of a reading of a place, as it is stated
+
+// Places that were read, one a row.
+struct PlacesRead {
+  std::string table;
+  std::array<std::string, 3> columns{"x_mm", "y_mm", "z_mm"};  // "" for none
+  // Normal of a single contact; the centre of a ball, touched from four sides and from above, without it.
+  std::function<Eigen::Vector3d(std::size_t row)> side{};
+};
+
+// Moves readings of places as a machine with this error reads them, a minute apart, table after table; the machine is
+// right at `about`, and in the middle of the time.
+void disturb(Dataset& dataset, const std::vector<PlacesRead>& places, const Eigen::Vector3d& about, Err err,
+             Random& random);
+
+// What a probe with three lobes reads too much on a side.
+double lobe_mm(const Eigen::Vector3d& normal);
+
+}  // namespace probebox::metrology::silent

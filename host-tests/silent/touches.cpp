@@ -1,0 +1,259 @@
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "host-tests/metrology/cases.hpp"
+#include "host-tests/metrology/contour_simulation.hpp"
+#include "host-tests/metrology/scan_simulation.hpp"
+#include "host-tests/metrology/switched_probe.hpp"
+#include "host-tests/metrology/touch_simulation.hpp"
+#include "host-tests/metrology/two_link_arm.hpp"
+#include "host-tests/silent/worlds.hpp"
+
+// Methods that touch and scan with a probe whose deflection is sampled.
+namespace probebox::metrology::silent {
+namespace {
+
+using Eigen::Vector3d;
+using simulation::Scene;
+
+constexpr double kBetweenTouches_s = 4;
+
+std::vector<double> delaysOf(const Scene& scene) {
+  return {scene.tauOf(0), scene.tauOf(1), scene.tauOf(2)};
+}
+
+// Errors that the simulation has of its own.
+void put(Err err, Scene& scene) {
+  auto& errors = scene.errors;
+  scene.every_s = kBetweenTouches_s;
+  if (err == Err::lost_motion) errors.lost_motion_mm.setConstant(kLost_mm);
+  if (err == Err::hysteresis) errors.hysteresis_mm = kHysteresis_mm;
+  if (err == Err::drift) errors.drift_mm_min.setConstant(kDrift_mm_per_min);
+  if (err == Err::lobing) errors.form_mm = lobe_mm;
+  if (err == Err::curvature) errors.curvature_per_mm.setConstant(kCurvature / scene.overtravel_mm);
+  if (err == Err::vibration) {
+    errors.axes_hz = scene.machine_rate_hz - 5;  // which looks like 5 Hz
+    errors.axes_amplitude_mm.setConstant(kVibration_mm);
+  }
+}
+
+void misstate(Dataset& dataset, std::string_view key) {
+  auto& size = std::get<double>(dataset.config.at(std::string{key}));
+  size += kBall_mm;
+}
+
+// What the axes' own errors do to the places between which the samples lie.
+void disturbStream(Dataset& dataset, const Vector3d& about, Err err, Random& random) {
+  if (err == Err::scale || err == Err::squareness || err == Err::uneven_screw)
+    disturb(dataset, {{.table = "machine"}}, about, err, random);
+}
+
+bool isOfAxes(Err err) {
+  return err == Err::scale || err == Err::squareness || err == Err::uneven_screw;
+}
+
+std::optional<Dataset> touched(Scene& scene, Err err, Random& random) {
+  scene = simulation::shuffled(std::move(scene), random);
+  put(err, scene);
+  Dataset dataset = simulation::measure(scene, random);
+  const auto* size = scene.method == "delay-plates" ? "gap_mm" : "effective_diameter_mm";
+  if (err == Err::wrong_ball) {
+    if (!dataset.config.contains(size)) return std::nullopt;
+    misstate(dataset, size);
+  }
+  if (isOfAxes(err) && scene.inverse) return std::nullopt;
+  disturbStream(dataset, scene.centre_mm, err, random);
+  return dataset;
+}
+
+std::optional<SimulatedCase> delay(Scene scene, Err err, Random& random) {
+  auto dataset = touched(scene, err, random);
+  if (!dataset) return std::nullopt;
+  return SimulatedCase{*std::move(dataset), {{"tau_s", {scene.tau()}}, {"tau_axis_s", delaysOf(scene)}}};
+}
+
+// The default plan of a run of touches: two speeds, and the first touch again.
+template <Scene (*scene_of)()>
+std::optional<SimulatedCase> atTwoSpeeds(Err err, Random& random) {
+  Scene scene = scene_of();
+  const double fast = scene.speeds_mm_s.front();
+  for (const double speed : {0.4 * fast, fast})
+    for (const auto& normal : scene.normals) scene.visits.push_back({normal, speed});
+  scene.visits.push_back(scene.visits.front());
+  return delay(std::move(scene), err, random);
+}
+
+template <Scene (*scene_of)()>
+std::optional<SimulatedCase> atOneSpeed(Err err, Random& random) {
+  return delay(scene_of(), err, random);
+}
+
+Scene severalSpeeds() {
+  return {};
+}
+
+std::optional<SimulatedCase> feature(Err err, Random& random) {
+  Scene scene = simulation::knownSphere();
+  scene.normals = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0.8, 0.6, 0}};
+  scene.speeds_mm_s = {10, 25};
+  auto dataset = touched(scene, err, random);
+  dataset->method = "delay-feature";
+  auto size = dataset->config.extract("effective_diameter_mm");
+  dataset->config["size_mm"] = size.mapped();
+  dataset->config["shape"] = std::string{"cylinder"};
+  dataset->config["axis_direction"] = std::vector<double>{0, 0, 1};
+  return SimulatedCase{*std::move(dataset), {{"tau_s", {scene.tau()}}}};
+}
+
+std::optional<SimulatedCase> joints(Err err, Random& random) {
+  const Arm arm;
+  Scene scene = metrology::scene(arm);
+  if (isOfAxes(err)) return std::nullopt;
+  put(err, scene);
+  Dataset dataset = measured(scene, arm, random);
+  if (err == Err::wrong_ball) misstate(dataset, "effective_diameter_mm");
+  return SimulatedCase{std::move(dataset), {{"tau_joint_s", delaysOf(scene)}}};
+}
+
+std::optional<SimulatedCase> machineCheck(Err err, Random& random) {
+  Scene scene = simulation::machineCheck();
+  auto dataset = touched(scene, err, random);
+  if (!dataset) return std::nullopt;
+  const auto& errors = scene.errors;
+  const auto list = [](const Vector3d& v) { return std::vector<double>{v.x(), v.y(), v.z()}; };
+  return SimulatedCase{*std::move(dataset),
+                       {{"tau_axis_s", delaysOf(scene)},
+                        {"lost_motion_mm", list(errors.lost_motion_mm.array() + errors.hysteresis_mm)},
+                        {"probe_hysteresis_mm", {errors.hysteresis_mm}},
+                        {"gain_curvature_per_mm", list(errors.curvature_per_mm)},
+                        {"machine_drift_um_per_min", list(1e3 * errors.drift_mm_min)}}};
+}
+
+// ---- Scans
+
+// Of streams that were simulated without errors: what these add to the samples.
+void disturbScan(Dataset& dataset, const Vector3d& about, Err err, Random& random) {
+  disturbStream(dataset, about, err, random);
+  const auto each = [&](const char* table, std::array<const char*, 3> names, const auto& change) {
+    const auto times = columnNamed(dataset, table, "t_s");
+    for (std::size_t row = 0; row < times.size(); ++row) {
+      Vector3d at;
+      for (std::size_t k = 0; k < 3; ++k)
+        at[static_cast<Eigen::Index>(k)] = columnNamed(dataset, table, names.at(k))[row];
+      change(times[row], at);
+      for (std::size_t k = 0; k < 3; ++k)
+        columnNamed(dataset, table, names.at(k))[row] = at[static_cast<Eigen::Index>(k)];
+    }
+  };
+  constexpr std::array kPlace{"x_mm", "y_mm", "z_mm"}, kChannels{"a", "b", "c"};
+  if (err == Err::lost_motion) {
+    // An axis stands half of the play behind its encoder, on the side of its motion.
+    Vector3d side = Vector3d::Zero(), turn = Vector3d::Constant(std::nan(""));
+    each("machine", kPlace, [&](double, Vector3d& at) {
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        if (std::isnan(turn[k])) turn[k] = at[k];
+        // The dead band follows the axis.
+        turn[k] = std::clamp(turn[k], at[k] - kLost_mm / 2, at[k] + kLost_mm / 2);
+        side[k] = turn[k] - at[k];
+      }
+      at -= side;
+    });
+  }
+  if (err == Err::hysteresis) {
+    Vector3d felt = Vector3d::Constant(std::nan(""));
+    each("probe", kChannels, [&](double, Vector3d& at) {
+      if (std::isnan(felt.x())) felt = at;
+      const Vector3d behind = at - felt;
+      if (behind.norm() > kHysteresis_mm / 2) felt = at - kHysteresis_mm / 2 * behind.normalized();
+      at = felt;
+    });
+  }
+  if (err == Err::curvature)
+    each("probe", kChannels, [&](double, Vector3d& at) { at *= 1 + kCurvature * at.norm() / 0.5; });
+  if (err == Err::drift)
+    each("machine", kPlace, [&](double t, Vector3d& at) { at.array() += kDrift_mm_per_min * t / 60; });
+  if (err == Err::vibration)
+    each("machine", kPlace,
+         [&](double t, Vector3d& at) { at.array() += kVibration_mm * std::sin(2 * std::numbers::pi * 495 * t); });
+  if (err == Err::lobing)
+    each("machine", kPlace, [&](double, Vector3d& at) {
+      const Vector3d n = (at - about).normalized();
+      at += lobe_mm(n) * n;
+    });
+}
+
+std::optional<SimulatedCase> steppedScan(Err err, Random& random) {
+  simulation::ScanScene scene;
+  for (double& error : scene.centre_error_mm) error = gauss(random, 0.005);
+  scene.tau_s = uniform(random, 0.001, 0.008);
+  Dataset dataset = simulation::measure(scene, random);
+  if (err == Err::wrong_ball) {
+    if (!dataset.config.contains("effective_radius_mm")) return std::nullopt;
+    std::get<double>(dataset.config["effective_radius_mm"]) += kBall_mm / 2;
+  }
+  disturbScan(dataset, scene.centre_mm, err, random);
+  return SimulatedCase{std::move(dataset), {{"tau_s", {scene.tau_s}}}};
+}
+
+std::optional<SimulatedCase> contourScan(Err err, Random& random) {
+  if (err == Err::wrong_ball) return std::nullopt;  // no size is stated
+  contour::Scan scan;
+  scan.tau_s = uniform(random, 0.001, 0.008);
+  Dataset dataset = contour::measured(contour::ball(), scan, random);
+  disturbScan(dataset, contour::kCentre, err, random);
+  return SimulatedCase{std::move(dataset), {{"tau_s", {scan.tau_s}}}};
+}
+
+std::optional<SimulatedCase> preTravel(Err err, Random& random) {
+  if (err == Err::curvature || err == Err::vibration) return std::nullopt;
+  Probe probe;
+  if (err == Err::lobing) probe.cosine_mm += kLobing_mm;
+  probe.scatter_mm = kNoise_mm;
+  const Vector3d centre{100, -50, -200};
+  Dataset dataset = metrology::touched(probe, directions(true), centre, random());
+  if (err == Err::wrong_ball) misstate(dataset, "effective_diameter_mm");
+  if (err == Err::lost_motion || err == Err::hysteresis || err == Err::drift) {
+    // Every way in stands behind by half of it, and drifts since the first.
+    const auto touches = columnNamed(dataset, "machine", "touch");
+    const double half = (err == Err::lost_motion ? kLost_mm : kHysteresis_mm) / 2;
+    for (std::size_t row = 0; row < touches.size(); ++row) {
+      const auto touch = static_cast<std::size_t>(touches[row]);
+      for (const auto& [name, normal] : {std::pair{"x_mm", "nx"}, {"y_mm", "ny"}, {"z_mm", "nz"}}) {
+        const double n = columnNamed(dataset, "touches", normal)[touch];
+        columnNamed(dataset, "machine", name)[row] +=
+            err == Err::drift ? kDrift_mm_per_min * touches[row] * kBetweenTouches_s / 60 : half * n;
+      }
+    }
+  }
+  disturbStream(dataset, centre, err, random);
+  return SimulatedCase{std::move(dataset),
+                       {{"pre_travel_mm", {probe.mean_mm, probe.cosine_mm, probe.sine_mm, probe.along_mm}}}};
+}
+
+}  // namespace
+
+std::span<const World> worldsOfTouches() {
+  static constexpr World kWorlds[]{
+      {"delay-known-sphere", atTwoSpeeds<simulation::knownSphere>},
+      {"delay-known-sphere, one speed", atOneSpeed<simulation::knownSphere>},
+      {"delay-plates", atTwoSpeeds<simulation::plates>},
+      {"delay-plates, one speed", atOneSpeed<simulation::plates>},
+      {"delay-per-axis", atTwoSpeeds<simulation::perAxis>},
+      {"delay-per-axis, one speed", atOneSpeed<simulation::perAxis>},
+      {"delay-non-normal", atTwoSpeeds<simulation::nonNormal>},
+      {"delay-non-normal, one speed", atOneSpeed<simulation::nonNormal>},
+      {"delay-multi-speed", atOneSpeed<severalSpeeds>},
+      {"delay-in-out", atTwoSpeeds<simulation::inOut>},
+      {"delay-in-out, one speed", atOneSpeed<simulation::inOut>},
+      {"delay-feature", feature},
+      {"delay-joints", joints},
+      {"delay-stepped-scan", steppedScan},
+      {"delay-contour", contourScan},
+      {"pre-travel", preTravel},
+      {"machine-check", machineCheck},
+  };
+  return kWorlds;
+}
+
+}  // namespace probebox::metrology::silent
