@@ -57,7 +57,7 @@ std::span<const ErrorKind> errorKinds() {
       {Err::drift, "drift", "0.5 um/min", {"drift"}},
       {Err::squareness, "squareness", "50 urad", {"square"}},
       {Err::scale, "scale", "20 ppm", {"scale"}},
-      {Err::lobing, "lobing", "3 um", {"lob", "form", "residuals-exceed-noise", "residual-too-large"}},
+      {Err::lobing, "lobing", "3 um", {"lobing", "form-not", "the feature's form"}},
       {Err::curvature, "curvature", "1 %", {"curv", "bend", "gain"}},
       {Err::vibration, "vibration", "1 um", {"vibration", "correlated", "residuals-exceed-noise"}},
       {Err::uneven_screw, "uneven screw", "5 K of 100 mm", {"even", "screw", "scale"}},
@@ -69,13 +69,13 @@ double lobe_mm(const Vector3d& normal) {
   return kLobing_mm * std::hypot(normal.x(), normal.y()) * std::cos(3 * std::atan2(normal.y(), normal.x()));
 }
 
-void disturb(Dataset& dataset, const std::vector<PlacesRead>& places, const Vector3d& about, Err err, Random& random) {
+void disturb(Dataset& dataset, const std::vector<PlacesRead>& places, const Vector3d& about, Err err, Random& random,
+             double right_at_min) {
   const OffAxes axes{err, random};
   Vector3d drift = Vector3d::Zero();
   if (err == Err::drift)
     for (double& rate : drift) rate = uniform(random, 0, 1) < 0.5 ? -kDrift_mm_per_min : kDrift_mm_per_min;
-  double all = 0, minute = 0;
-  for (const auto& in : places) all += static_cast<double>(tableNamed(dataset, in.table).rows());
+  double minute = 0;
   for (const auto& in : places) {
     for (std::size_t row = 0; row < tableNamed(dataset, in.table).rows(); ++row, ++minute) {
       const auto each = [&](const auto& change) {
@@ -85,7 +85,7 @@ void disturb(Dataset& dataset, const std::vector<PlacesRead>& places, const Vect
       };
       Vector3d at = about;
       each([&](Index k, double value) { at[k] = value; });
-      Vector3d off = axes(at - about) + (minute - (all - 1) / 2) * drift;
+      Vector3d off = axes(at - about) + (minute - right_at_min) * drift;
       const Vector3d side = in.side ? in.side(row) : Vector3d::Zero();
       off += atContact(err, in.side ? &side : nullptr);
       if (err == Err::vibration)

@@ -55,9 +55,9 @@ struct PlacesRead {
 };
 
 // Moves readings of places as a machine with this error reads them, a minute apart, table after table; the machine is
-// right at `about`, and in the middle of the time.
+// right at `about`, and at `right_at_min`.
 void disturb(Dataset& dataset, const std::vector<PlacesRead>& places, const Eigen::Vector3d& about, Err err,
-             Random& random);
+             Random& random, double right_at_min = 0);
 
 // What a probe with three lobes reads too much on a side.
 double lobe_mm(const Eigen::Vector3d& normal);

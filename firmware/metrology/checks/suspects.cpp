@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/checks/drift.hpp"
+#include "firmware/metrology/checks/likely_causes.hpp"
 #include "firmware/metrology/checks/residue.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
@@ -280,7 +281,7 @@ Solved solveMended(const Mended& mended, const Method& method, StoreReader store
 }
 
 Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal) {
-  constexpr std::array<std::string_view, 2> kOfResiduals{"residual-too-large", "readings-contradict"};
+  constexpr std::array<std::string_view, 3> kOfResiduals{"residual-too-large", "readings-contradict", "steps-disagree"};
   if (std::ranges::find(kOfResiduals, refusal.name) == kOfResiduals.end()) return refusal;
   // A sigma that nobody states refuses nothing, and shows by how much the residuals fall.
   Dataset unweighted = asSolved(dataset, method);
@@ -291,6 +292,9 @@ Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal re
     if (!after || after->dof <= 1) continue;
     if (!before || before->squares() >= kWrongByFar * after->squares()) return {name, reason};
   }
+  const auto sigma = configPositive(dataset, key::kSigma.name);
+  if (const auto causes = likelyCauses(unweighted, method, sigma && *sigma ? **sigma : 0))
+    refusal.reason += "; " + *causes;
   return refusal;
 }
 

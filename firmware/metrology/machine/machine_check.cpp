@@ -421,7 +421,8 @@ void addForm(Result& result, const CheckRun& run, const AllTouches& together, co
     result.warnings.emplace_back(
         "form-not-of-lobes: the places of the directions miss two to four lobes by more than their noise; the map "
         "shows "
-        "where. Look for dirt on sphere and stylus, and for a loose stylus");
+        "where. Look for dirt on sphere and stylus, for a loose stylus, and for axes that are not square to each "
+        "other");
   }
   std::vector<double> map, sd;
   for (Index d = 0; d < run.driftAt(); ++d) {

@@ -1,6 +1,8 @@
 #include "firmware/metrology/screw/gain_check.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/chi_square.hpp"
@@ -14,6 +16,7 @@ constexpr double kLeastGain = 0.3, kMostGain = 3.0;
 constexpr double kExact_um = 1e-6;  // residuals below are of the digits of a file
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 VectorXd columnOf(const Table& table, std::string_view name) {
@@ -21,25 +24,57 @@ VectorXd columnOf(const Table& table, std::string_view name) {
   return Eigen::Map<const VectorXd>{values.data(), static_cast<Index>(values.size())};
 }
 
+// A further term of E = K h, and what has it.
+struct Term {
+  VectorXd values;
+  std::string cause;
+};
+
+std::vector<Term> termsOf(const Table& table, const ScrewModel& screw) {
+  const VectorXd x = columnOf(table, column::kX), ext = columnOf(table, kExtension);
+  VectorXd bent = ext;
+  for (Index k = 0; k < x.size(); ++k) bent[k] *= std::pow(leverOf(screw, x[k]), 2);
+  return {{bent, "a screw that is not evenly warm"},
+          {VectorXd::Ones(x.size()), "an error that all readings share"},
+          {x.array() - x.mean(), "an error of the scale of the axis, or of what measures error_um"},
+          {ext, "a bearing or a bed that grows as well, or an error of orgoff_mm"},
+          {VectorXd::LinSpaced(x.size(), -1, 1), "a drift from the first reading to the last"}};
+}
+
 // E = K h with further terms, as far as the readings tell them apart.
 struct Wider {
   Fit fit;
   std::size_t terms{};
+  std::string causes;  // those that explain most by themselves
 };
 
 Wider widerFit(const Table& table, const ScrewModel& screw, const Fit& gain) {
   const VectorXd x = columnOf(table, column::kX), ext = columnOf(table, kExtension),
                  errors = columnOf(table, kNutError);
-  Eigen::MatrixXd design{x.size(), 1};
-  for (Index k = 0; k < x.size(); ++k) design(k, 0) = leverOf(screw, x[k]) * ext[k];
-  Wider wider{gain, 0};
-  for (const VectorXd& term : {VectorXd::Ones(x.size()).eval(), VectorXd{x.array() - x.mean()}, ext}) {
-    Eigen::MatrixXd with{design.rows(), design.cols() + 1};
-    with << design, term;
-    const auto fit = linearLeastSquares(with, errors);
+  MatrixXd lever{x.size(), 1};
+  for (Index k = 0; k < x.size(); ++k) lever(k, 0) = leverOf(screw, x[k]) * ext[k];
+  MatrixXd design = lever;
+  Wider wider{gain, 0, {}};
+  std::vector<std::pair<double, std::string>> alone;
+  for (auto& [term, cause] : termsOf(table, screw)) {
+    const auto fitWith = [&](MatrixXd& columns) {
+      columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
+      columns.rightCols<1>() = term;
+      return linearLeastSquares(columns, errors);
+    };
+    MatrixXd only = lever, with = design;
+    if (const auto fit = fitWith(only)) alone.emplace_back(fit->sumOfSquares(), std::move(cause));
+    const auto fit = fitWith(with);
     if (!fit || fit->dof == 0) continue;
-    wider = {*fit, wider.terms + 1};
+    wider.fit = *fit;
+    ++wider.terms;
     design = std::move(with);
+  }
+  constexpr double kAsLikely = 8;  // twice the logarithm of a likelihood ratio of 50
+  std::ranges::sort(alone);
+  for (const auto& [squares, cause] : alone) {
+    const bool is_as_likely = static_cast<double>(x.size()) * std::log(squares / alone.front().first) < kAsLikely;
+    if (is_as_likely) wider.causes += (wider.causes.empty() ? "" : "; or ") + cause;
   }
   return wider;
 }
@@ -61,7 +96,7 @@ std::vector<std::string> gainDoubts(const Table& table, const ScrewModel& screw,
   if (ChiSquareLaw{wider.terms, wider.fit.dof}.probabilityAbove(taken / left) >= kFalseAlarm) return doubts;
   doubts.push_back("the true errors do not follow K alone, by " +
                    text(std::sqrt(squares / static_cast<double>(gain.dof))) +
-                   " um: look for a wrong row of ext_um or error_um, or a screw that is not evenly warm");
+                   " um: look for a wrong row of ext_um or error_um; such errors are left by " + wider.causes);
   return doubts;
 }
 

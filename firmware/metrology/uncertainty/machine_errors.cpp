@@ -4,7 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <map>
+#include <numbers>
+#include <ranges>
+#include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/read_times.hpp"
@@ -47,12 +51,13 @@ bool wasRead(const MethodTable& table) {
          std::ranges::find(table.columns, ColumnRole::coordinate, &MethodColumn::role) != table.columns.end();
 }
 
-std::vector<Places> placesOf(const Dataset& dataset, const Method& method) {
+// streams: those of samples, instead of those of readings.
+std::vector<Places> placesOf(const Dataset& dataset, const Method& method, bool streams = false) {
   std::vector<Places> all;
   std::size_t rows = 0;
   for (const auto& table : dataset.tables) {
     const auto* about = described(method, table);
-    if (about == nullptr || !wasRead(*about) || table.column(column::kTime) != nullptr) continue;
+    if (about == nullptr || !wasRead(*about) || (table.column(column::kTime) != nullptr) != streams) continue;
     Places places{&table, {}, {}, rows, about->contacts};
     for (const auto& column : table.columns) {
       if (const auto axis = axisOf(columnOf(method, table.name, column.name))) places.axes.at(*axis) = &column;
@@ -100,13 +105,23 @@ std::vector<Table> byLever(std::size_t axis, std::size_t lever, const std::vecto
   });
 }
 
+// A screw is not as warm in one half as in the other: each half has a scale of its own.
+std::vector<Table> byHalf(std::size_t axis, const std::vector<Places>& all) {
+  auto halves = byLever(axis, axis, all);
+  for (auto& table : halves)
+    for (double& value : table.columns.front().values) value = std::abs(value) / std::numbers::sqrt2;
+  return halves;
+}
+
 // Since the first reading: by the stamps of the readings, or by their order.
 std::vector<Table> byTime(std::size_t axis, const std::vector<Places>& all, double reading_s) {
   double first_s = HUGE_VAL;
   std::map<const Table*, std::vector<double>> times;
   for (const auto& places : all) {
-    auto& read_at = times[places.table] = readTimes(*places.table, reading_s);
-    const double before_s = areStamped(*places.table) ? 0 : static_cast<double>(places.first) * reading_s;
+    const auto* stamps = places.table->column(column::kTime);
+    auto& read_at = times[places.table] = stamps != nullptr ? *stamps : readTimes(*places.table, reading_s);
+    const bool in_order = stamps == nullptr && !areStamped(*places.table);
+    const double before_s = in_order ? static_cast<double>(places.first) * reading_s : 0;
     for (double& time : read_at) first_s = std::min(first_s, time += before_s);
   }
   return along(axis, all, [&](const Places& places, std::size_t row) {
@@ -125,6 +140,38 @@ std::vector<Table> bySide(std::size_t axis, const std::vector<Places>& all) {
     const double beside = places.axes.at(axis)->values[row] - (least + most) / 2;
     return half_width > kReversal_mm ? kMm_um / 2 * beside / half_width : kMm_um / 2;
   });
+}
+
+// What three lobes of a probe, of 3 um, leave on the sides of single contacts and of samples around Z; cosine or sine.
+std::vector<Table> byLobes(std::size_t axis, const std::vector<Places>& all, bool sine) {
+  const std::array middle{middleOf(all, 0), middleOf(all, 1), middleOf(all, 2)};
+  return along(axis, all, [&](const Places& places, std::size_t row) {
+    const bool is_one_side = places.contacts || places.table->column(column::kTime) != nullptr;
+    if (!is_one_side || places.axes[0] == nullptr || places.axes[1] == nullptr) return 0.0;
+    std::array<double, 3> side{};
+    for (std::size_t k = 0; k < 3; ++k)
+      if (places.axes.at(k) != nullptr) side.at(k) = places.axes.at(k)->values[row] - middle.at(k);
+    const double around = 3 * std::atan2(side[1], side[0]), length = std::hypot(side[0], side[1], side[2]);
+    const double across = std::hypot(side[0], side[1]) / length;
+    return length > 0 ? 3 * kMm_um * (sine ? std::sin(around) : std::cos(around)) * across * side.at(axis) / length
+                      : 0.0;
+  });
+}
+
+// A gain that bends by 1 % at the largest deflection.
+std::vector<Table> byDeflection(const Dataset& dataset, const Method& method) {
+  std::vector<Table> bent;
+  for (const auto& table : dataset.tables) {
+    Table changes{table.name, {}};
+    for (const auto& column : table.columns) {
+      if (columnOf(method, table.name, column.name).role != ColumnRole::deflection) continue;
+      const double most = std::ranges::max(column.values | std::views::transform([](double v) { return std::abs(v); }));
+      changes.columns.push_back(column);
+      for (double& value : changes.columns.back().values) value *= most > 0 ? 0.01 * std::abs(value) / most : 0;
+    }
+    if (!changes.columns.empty()) bent.push_back(std::move(changes));
+  }
+  return bent;
 }
 
 // Side on which an axis stands within its lost motion, from -1 to 1, sample by sample.
@@ -169,6 +216,24 @@ std::vector<Table> byMotion(const Dataset& dataset, const Method& method) {
   return moved;
 }
 
+// Whether the machine of a stream has joints in place of axes.
+bool isOfJoints(const Dataset& dataset, const Method& method) {
+  const auto knows_lost_motion = [](const KnownQuantity& known) { return known.key == quantity::kLostMotion.key; };
+  return std::ranges::any_of(method.known, knows_lost_motion) && placesOf(dataset, method, true).empty();
+}
+
+// Ways in and out together lean on the lost motion that is known, ways out alone on the size.
+TypeBInput ofJoints(double sd_mm) {
+  const auto move = [sd_mm](Dataset& moved, double by) {
+    auto& lost = moved.config[std::string{quantity::kLostMotion.key}];
+    const auto* known = std::get_if<double>(&lost);
+    lost = (known != nullptr ? *known : 0) + by * sd_mm;
+    const auto size = moved.config.find("effective_diameter_mm");
+    if (size != moved.config.end()) std::get<double>(size->second) += by * sd_mm;
+  };
+  return {.name = kLostMotionError.key, .sd = sd_mm, .move = move};
+}
+
 bool isNothing(const std::vector<Table>& moved) {
   return std::ranges::all_of(moved, [](const Table& table) {
     return std::ranges::all_of(table.columns, [](const Column& column) {
@@ -182,13 +247,21 @@ class Inputs {
   Inputs(const Dataset& dataset, const MachineAccuracy& stated) : dataset_{dataset}, stated_{stated} {}
 
   void add(const MachineAccuracy::Key& error, std::vector<Table> by_one, bool whole = false) {
-    const double sd = stated_.*error.member;
-    if (!(sd > 0) || isNothing(by_one)) return;
-    TypeBInput input = movedInput(error.key, sd, std::move(by_one));
+    if (!isNothing(by_one)) add(error, movedInput(error.key, stated_.*error.member, std::move(by_one)), whole);
+  }
+  void add(const MachineAccuracy::Key& error, TypeBInput input, bool whole) {
+    if (!(input.sd > 0)) return;
     input.of_machine = true;
     input.is_assumed = !dataset_.config.contains(error.key);
     input.whole_step = whole;
     all_.push_back(std::move(input));
+  }
+  void addPlaces(const std::vector<Places>& places, double reading_s) {
+    for (std::size_t axis = 0; axis < 3 && !places.empty(); ++axis) {
+      add(kScaleError, byLever(axis, axis, places));
+      for (std::size_t lever = axis + 1; lever < 3; ++lever) add(kSquarenessError, byLever(axis, lever, places));
+      add(kDriftError, byTime(axis, places, reading_s));
+    }
   }
   std::vector<TypeBInput> all() && { return std::move(all_); }
 
@@ -213,16 +286,42 @@ Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, 
   if (method.measures_machine) return std::vector<TypeBInput>{};
   Inputs inputs{dataset, stated};
   const auto places = placesOf(dataset, method);
+  inputs.addPlaces(places, reading_s.value_or(kUsualReading_s));
   for (std::size_t axis = 0; axis < 3 && !places.empty(); ++axis) {
-    inputs.add(kScaleError, byLever(axis, axis, places));
-    for (std::size_t lever = axis + 1; lever < 3; ++lever) inputs.add(kSquarenessError, byLever(axis, lever, places));
-    inputs.add(kDriftError, byTime(axis, places, reading_s.value_or(kUsualReading_s)));
+    inputs.add(kScaleError, byHalf(axis, places));
     inputs.add(kLostMotionError, bySide(axis, places));
   }
   // A smaller step would be lost in the choice of samples.
   const bool is_known = dataset.config.contains("sd_lost_motion_mm");
   if (!is_known) inputs.add(kLostMotionError, byMotion(dataset, method), true);
+  if (!is_known && isOfJoints(dataset, method))
+    inputs.add(kLostMotionError, ofJoints(stated.lost_motion_um * kMm_um), false);
   return std::move(inputs).all();
+}
+
+std::vector<TypeBInput> suspectedErrors(const Dataset& dataset, const Method& method) {
+  constexpr MachineAccuracy kUsual;
+  Inputs inputs{dataset, kUsual};
+  const auto places = placesOf(dataset, method), along_streams = placesOf(dataset, method, true);
+  const auto reading_s = configPositive(dataset, kReadingTime);
+  for (const auto* of : {&places, &along_streams})
+    inputs.addPlaces(*of, reading_s && *reading_s ? **reading_s : kUsualReading_s);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    inputs.add(kScaleError, byHalf(axis, places));
+    inputs.add(kLostMotionError, bySide(axis, places));
+  }
+  inputs.add(kLostMotionError, byMotion(dataset, method), true);
+  auto all = std::move(inputs).all();
+  for (const bool sine : {false, true}) {
+    std::vector<Table> lobes;
+    for (const auto* of : {&places, &along_streams})
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        std::ranges::move(byLobes(axis, *of, sine), std::back_inserter(lobes));
+    if (!isNothing(lobes)) all.push_back(movedInput(kLobing, 1, std::move(lobes)));
+  }
+  if (auto bent = byDeflection(dataset, method); !isNothing(bent))
+    all.push_back(movedInput(kCurvature, 1, std::move(bent)));
+  return all;
 }
 
 std::size_t placesRead(const Dataset& dataset, const Method& method) {
