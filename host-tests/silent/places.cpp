@@ -143,21 +143,29 @@ Vector3d middleOf(const Dataset& dataset, const std::string& table) {
   return middle;
 }
 
+template <bool in_space>
 Case headPivot(Err err, Random& random) {
   if (!readsBallsAsWell(err)) return std::nullopt;
   PivotedHead head;
   head.pivot = {uniform(random, -.1, .1), 0, uniform(random, -200, -80)};
   Dataset dataset = pivotDataset(head, kNoise_mm, random);
+  if (in_space) dataset.method = "head-pivot-3d";
   disturb(dataset, {{"readings"}}, middleOf(dataset, "readings"), err, random);
-  return SimulatedCase{std::move(dataset), {{"pivot_xz_mm", {head.pivot.x(), head.pivot.z()}}}};
+  return SimulatedCase{std::move(dataset),
+                       {{"pivot_xz_mm", {head.pivot.x(), head.pivot.z()}}, {"lean_xz_rad", {0, 0}}}};
 }
 
+template <bool in_space>
 Case tablePivot(Err err, Random& random) {
   if (!readsBallsAsWell(err)) return std::nullopt;
   const Tilting table = randomTable(random, 1e-4);
   Dataset dataset = tableDataset(table, {-90, -45, 0}, {0, 180}, kNoise_mm, random);
+  if (in_space) dataset.method = "table-pivot-3d";
   disturb(dataset, {{"readings"}}, table.pivot, err, random);
-  return SimulatedCase{std::move(dataset), {{"pivot_yz_mm", {table.pivot.y(), table.pivot.z()}}}};
+  std::vector<Truth> truth{{"lean_yz_rad", {table.skew.y(), table.skew.z()}}};
+  // In space it is that of the middle along the axis.
+  if (!in_space) truth.push_back({"pivot_yz_mm", {table.pivot.y(), table.pivot.z()}});
+  return SimulatedCase{std::move(dataset), std::move(truth)};
 }
 
 Case swivelError(Err err, Random& random) {
@@ -367,10 +375,12 @@ std::span<const World> worldsOfPlaces() {
       {"spindle-offset-2x2", offset2x2},
       {"spindle-offset-four", offsetFour},
       {"periodic-check", periodicCheck},
-      {"head-pivot", headPivot},
-      {"table-pivot", tablePivot},
+      {"head-pivot", headPivot<false>},
+      {"head-pivot-3d", headPivot<true>},
+      {"table-pivot", tablePivot<false>},
+      {"table-pivot-3d", tablePivot<true>},
       {"swivel-error", swivelError},
-      {"rotary-axis-errors", rotaryErrors},
+      {"rotary-axis-errors", rotaryErrors, true},
       {"sensor-head-calibration", sensorHead},
       {"tool-setter", setterByBalls},
       {"tool-setter, faces", setterByFaces},
@@ -381,7 +391,7 @@ std::span<const World> worldsOfPlaces() {
       {"web-fit", widthFit<true>},
       {"pocket-fit", widthFit<false>},
       {"corner-fit", cornerFit},
-      {"joint", joint},
+      {"joint", joint, true},
       {"screw-calibration", screwCalibration},
   };
   return kWorlds;

@@ -236,22 +236,22 @@ std::optional<SimulatedCase> preTravel(Err err, Random& random) {
 std::span<const World> worldsOfTouches() {
   static constexpr World kWorlds[]{
       {"delay-known-sphere", atTwoSpeeds<simulation::knownSphere>},
-      {"delay-known-sphere, one speed", atOneSpeed<simulation::knownSphere>},
+      {"delay-known-sphere, one speed", atOneSpeed<simulation::knownSphere>, true},
       {"delay-plates", atTwoSpeeds<simulation::plates>},
       {"delay-plates, one speed", atOneSpeed<simulation::plates>},
-      {"delay-per-axis", atTwoSpeeds<simulation::perAxis>},
-      {"delay-per-axis, one speed", atOneSpeed<simulation::perAxis>},
-      {"delay-non-normal", atTwoSpeeds<simulation::nonNormal>},
+      {"delay-per-axis", atTwoSpeeds<simulation::perAxis>, true},
+      {"delay-per-axis, one speed", atOneSpeed<simulation::perAxis>, true},
+      {"delay-non-normal", atTwoSpeeds<simulation::nonNormal>, true},
       {"delay-non-normal, one speed", atOneSpeed<simulation::nonNormal>},
-      {"delay-multi-speed", atOneSpeed<severalSpeeds>},
+      {"delay-multi-speed", atOneSpeed<severalSpeeds>, true},
       {"delay-in-out", atTwoSpeeds<simulation::inOut>},
       {"delay-in-out, one speed", atOneSpeed<simulation::inOut>},
-      {"delay-feature", feature},
-      {"delay-joints", joints},
-      {"delay-stepped-scan", steppedScan},
-      {"delay-contour", contourScan},
-      {"pre-travel", preTravel},
-      {"machine-check", machineCheck},
+      {"delay-feature", feature, true},
+      {"delay-joints", joints, true},
+      {"delay-stepped-scan", steppedScan, true},
+      {"delay-contour", contourScan, true},
+      {"pre-travel", preTravel, true},
+      {"machine-check", machineCheck, true},
   };
   return kWorlds;
 }

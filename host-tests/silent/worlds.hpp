@@ -24,6 +24,7 @@ struct World {
   std::string_view name;  // the method, and what is particular
   // Nothing where the readings do not have that error.
   std::optional<SimulatedCase> (*make)(Err err, Random& random);
+  bool is_long{};  // to solve, beside the others
 };
 
 std::span<const World> worldsOfTouches();

@@ -18,6 +18,7 @@ namespace {
 
 // Factor by which a wrong sign or unit has to multiply the squares of the residuals, beside the test.
 constexpr double kWrongByFar = 25;
+constexpr double kMoreThanStated = 1.5;
 constexpr std::size_t kCandidates = 5;  // readings with the largest residuals: leverage hides the worst a little
 
 // ---- X in diameters, an angle reversed
@@ -292,9 +293,15 @@ Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal re
     if (!after || after->dof <= 1) continue;
     if (!before || before->squares() >= kWrongByFar * after->squares()) return {name, reason};
   }
-  const auto sigma = configPositive(dataset, key::kSigma.name);
-  if (const auto causes = likelyCauses(unweighted, method, sigma && *sigma ? **sigma : 0))
-    refusal.reason += "; " + *causes;
+  const auto stated = configPositive(dataset, key::kSigma.name);
+  const double sigma_mm = stated && *stated ? **stated : 0;
+  if (const auto causes = likelyCauses(unweighted, method, sigma_mm)) refusal.reason += "; " + *causes;
+  if (!before || !(sigma_mm > 0)) return refusal;
+  const double scatter_mm = std::sqrt(before->squares() / static_cast<double>(before->dof));
+  if (scatter_mm > kMoreThanStated * sigma_mm)
+    refusal.reason += "; the readings scatter by " + text(scatter_mm) +
+                      " mm about the fit, more than the stated sigma of " + text(sigma_mm) +
+                      " mm: look for vibration, or state the sigma that they have";
   return refusal;
 }
 

@@ -224,7 +224,9 @@ void TouchDelay::addWarnings(Result& result) const {
   for (const auto& warning : touches_.noise.warnings) result.warnings.push_back(warning);
   if (touches_.own_delays) result.warnings.push_back(*touches_.own_delays);
   if (!touches_.common_gain) {
-    result.warnings.emplace_back("the probe's gain differs between touches: each was extrapolated by its own slope");
+    result.warnings.emplace_back(
+        "the probe's gain differs between touches: each was extrapolated by its own slope; look for vibration, a tip "
+        "that slips, and a gain that bends");
   }
   for (const auto& retract : touches_.retracts) {
     const double speed = retract.machine.slope.norm();

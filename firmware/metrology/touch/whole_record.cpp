@@ -479,7 +479,8 @@ Outcome<WholeRecord, Refusal> fitWholeRecord(std::span<const Touch> touches, con
   result.warnings = run.warnings();
   if (run.waysInLeftOut() > 0) {
     result.warnings.push_back("the way in of " + std::to_string(run.waysInLeftOut()) +
-                              " touches was left out: no free oscillation explains how the stylus bounced there");
+                              " touches was left out: no free oscillation explains how the stylus bounced there; "
+                              "look for vibration");
   }
   if (agreement.lost() == 0) {
     if (auto warning = lostMotionAtRest(result.touches, question.lost_mm)) result.warnings.push_back(*warning);
