@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +13,9 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/delay/delay_method.hpp"
+#include "firmware/metrology/fit/chi_square.hpp"
+#include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/scan/contact_ringing.hpp"
 #include "firmware/metrology/scan/non_contact_probe.hpp"
 #include "firmware/metrology/scan/quantised_legs.hpp"
@@ -438,33 +440,24 @@ bool partsLostMotion(std::span<const Touch> touches) {
   return !refuseSpeeds(slowest, fastest);
 }
 
-// Drives of each speed by themselves: lost motion l makes their delay smaller by l / (2 S) (A7b), and the speeds part
-// the two.
+// Each drive by itself: lost motion l makes its delay smaller by l / (2 S) (A7b), and the speeds part the two. Drives
+// that contradict each other are told: a vibration as slow as a drive is in no residual of it.
 Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Touch> touches,
                                      const std::vector<Contact>& contacts, const Eigen::VectorXd& previous) {
-  std::map<double, std::vector<std::size_t>> by_speed;
-  for (std::size_t i = 0; i < contacts.size(); ++i) by_speed[touches[i].plan.speed_mm_s].push_back(i);
   Result all;
-  double weights = 0.0, slowness = 0.0, squares = 0.0, delays = 0.0, products = 0.0, squared_delays = 0.0;
+  Eigen::MatrixX2d design{std::ssize(contacts), 2};  // of delay and lost motion
+  Eigen::VectorXd delays{design.rows()};
   double rms = 0.0, expected = 0.0;
-  for (const auto& [nominal_mm_s, drives] : by_speed) {
-    std::vector<Contact> of_speed;
-    double speed_mm_s = 0.0;
-    for (const std::size_t i : drives) {
-      of_speed.push_back(contacts[i]);
-      speed_mm_s += contacts[i].speed_mm_s / static_cast<double>(drives.size());
-    }
-    TRY(const auto matched, matchFrom(of_speed, startOf(of_speed)));
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const std::vector drive{contacts[i]};
+    TRY(const auto matched, matchFrom(drive, startOf(drive)));
     const Match& match = matched.match;
     if (auto bad = poorMatch(match, kMostDroppedShare)) return *bad;
-    if (auto bad = tooFewAfterBounce(touches[drives.front()], matched)) return *bad;
-    const double weight = 1.0 / std::pow(widenedSd(match), 2), slow = 0.5 / speed_mm_s;
-    weights += weight;
-    slowness += weight * slow;
-    squares += weight * slow * slow;
-    delays += weight * match.tau_s;
-    products += weight * slow * match.tau_s;
-    squared_delays += weight * match.tau_s * match.tau_s;
+    if (auto bad = tooFewAfterBounce(touches[i], matched)) return *bad;
+    const double sd_s = widenedSd(match);
+    const auto row = static_cast<Eigen::Index>(i);
+    design.row(row) << 1.0 / sd_s, -0.5 / contacts[i].speed_mm_s / sd_s;
+    delays[row] = match.tau_s / sd_s;
     const auto dof = static_cast<double>(match.dof);
     rms += dof * match.rms_mm * match.rms_mm;
     expected += dof * match.expected_mm * match.expected_mm;
@@ -483,15 +476,12 @@ Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Tou
     at.insert(at.end(), one.residuals.at.begin(), one.residuals.at.end());
     values.insert(values.end(), one.residuals.values.begin(), one.residuals.values.end());
   }
-  const double determinant = weights * squares - slowness * slowness;
-  const double tau_s = (squares * delays - slowness * products) / determinant;
-  const double lost_mm = (slowness * delays - weights * products) / determinant;
-  const double left = squared_delays - tau_s * delays + lost_mm * products;  // chi-square
-  const double spare = static_cast<double>(by_speed.size()) - 2.0;
-  const double widened = spare > 0.0 ? std::max(1.0, left / spare) : 1.0;
+  TRY(const auto fit, linearLeastSquares(design, delays));
+  const double chi2_reduced = fit.dof > 0 ? fit.sumOfSquares() / static_cast<double>(fit.dof) : 0.0;
+  const double widened = std::max(1.0, chi2_reduced);
   Match match;
-  match.tau_s = tau_s;
-  match.sd_s = std::sqrt(widened * squares / determinant);
+  match.tau_s = fit.parameters[0];
+  match.sd_s = std::sqrt(widened * fit.cofactor(0, 0));
   match.rms_mm = std::sqrt(rms / static_cast<double>(all.dof));
   match.expected_mm = std::max(match.rms_mm, std::sqrt(expected / static_cast<double>(all.dof)));
   match.dof = all.dof;
@@ -500,7 +490,14 @@ Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Tou
   Result result = reportMatch(dataset, match, previous);
   result.warnings = std::move(all.warnings);
   result.dropped = std::move(all.dropped);
-  result.also.push_back(Estimate::scalar(quantity::kLostMotion, lost_mm, std::sqrt(widened * weights / determinant)));
+  const ChiSquareLaw law{.dof = fit.dof, .noise_dof = match.dof};
+  if (fit.dof > 0 && law.probabilityAbove(chi2_reduced) < kFalseAlarm) {
+    result.warnings.push_back(std::string{kResidualsExceedNoise} + ": the drives contradict each other by " +
+                              text(std::sqrt(chi2_reduced)) + " times their sd, which is widened by that: look for " +
+                              "vibration, also one near the rate of the samples, which looks slow; drive more often");
+  }
+  result.also.push_back(
+      Estimate::scalar(quantity::kLostMotion, fit.parameters[1], std::sqrt(widened * fit.cofactor(1, 1))));
   return result;
 }
 

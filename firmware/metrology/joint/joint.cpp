@@ -45,7 +45,6 @@ constexpr MethodKey kReversed[]{
     {"axis_reversed_z", "false", "the same of Z"}};
 constexpr MethodKey kKnownDiameter{"effective_diameter_mm", "", "of ball plus stylus ball, where it is known"};
 
-constexpr double kLeastExtension_um = 5;  // as in screw-calibration
 // Least eigenvalue of the correlations of the unknowns' columns: below it two of them are seen as one, which makes an
 // sd a hundred times that of an unknown alone.
 constexpr double kSeparable = 1e-4;

@@ -140,7 +140,6 @@ constexpr MethodColumn kGainColumns[]{column::kSetX, kExtension, kNutError};
 constexpr MethodColumn kGainTableColumns[]{column::kSetX, kExtension, kNutError, column::kReadAt.orBe(MayBe::missing)};
 constexpr MethodColumn kFaceColumns[]{column::kTime, column::kPhi.as(ColumnRole::rotation), column::kSensor};
 constexpr const char* kStandingGain = "K";
-constexpr double kLeastSpanUm = 5.0;
 constexpr std::size_t kLeastSamples = 10;
 constexpr double kLeastTurns = 3.0;
 constexpr double kDriftLimitUmS = 0.1;
@@ -154,7 +153,7 @@ Outcome<Fit, Refusal> fitGain(const Table& table, const ScrewModel& screw) {
   const auto& extensions = *table.column(kExtension);
   const auto& errors = *table.column(kNutError);
   const auto [least, greatest] = std::ranges::minmax(extensions);
-  if (greatest - least < kLeastSpanUm) {
+  if (greatest - least < kLeastExtension_um) {
     return Refusal{"extension-span-too-small", "the extensions span " + text(greatest - least) +
                                                    " um, less than 5: warm the screw further between the readings"};
   }

@@ -37,6 +37,7 @@ inline constexpr MethodColumn kSectorColumns[]{column::number("sector"), {"T_um"
 // Columns of table gain_cal: extensions of the screw's free end, and errors of the nut that go with them.
 inline constexpr MethodColumn kExtension{"ext_um", ColumnRole::given};
 inline constexpr MethodColumn kNutError{"error_um", ColumnRole::given};
+inline constexpr double kLeastExtension_um = 5;  // from the least to the greatest, which tells a gain
 inline constexpr std::size_t kLeastSectors = 2;
 // Takes the sectors of a screw from that table. sd_sector_um: of a value; 0: not stated. Refuses: bad-sectors (not each
 // of 0 to n - 1 once, or a sum that is not 0).

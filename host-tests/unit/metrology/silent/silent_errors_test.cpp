@@ -40,7 +40,8 @@ TEST_P(ErrorsIn, AreSeldomSilent) {
   ASSERT_GT(all.cases, 3 * cases);
   EXPECT_LE(static_cast<double>(all.silent), std::max(1.0, 0.02 * static_cast<double>(all.cases)));
   EXPECT_LE(clean.told, runsAreComplete() ? 2U : 1U) << "of " << clean.cases << " without an error";
-  if (runsAreComplete()) EXPECT_GE(static_cast<double>(all.named), kLeastNamed * static_cast<double>(all.told));
+  if (!runsAreComplete()) return;
+  EXPECT_GE(static_cast<double>(all.named), kLeastNamed * static_cast<double>(all.told));
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, ErrorsIn, testing::ValuesIn(worlds()), [](const auto& each) {
