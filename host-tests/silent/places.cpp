@@ -143,16 +143,13 @@ Vector3d middleOf(const Dataset& dataset, const std::string& table) {
   return middle;
 }
 
-template <bool in_space>
 Case headPivot(Err err, Random& random) {
   if (!readsBallsAsWell(err)) return std::nullopt;
   PivotedHead head;
   head.pivot = {uniform(random, -.1, .1), 0, uniform(random, -200, -80)};
   Dataset dataset = pivotDataset(head, kNoise_mm, random);
-  if (in_space) dataset.method = "head-pivot-3d";
   disturb(dataset, {{"readings"}}, middleOf(dataset, "readings"), err, random);
-  return SimulatedCase{std::move(dataset),
-                       {{"pivot_xz_mm", {head.pivot.x(), head.pivot.z()}}, {"lean_xz_rad", {0, 0}}}};
+  return SimulatedCase{std::move(dataset), {{"pivot_xz_mm", {head.pivot.x(), head.pivot.z()}}}};
 }
 
 template <bool in_space>
@@ -375,8 +372,7 @@ std::span<const World> worldsOfPlaces() {
       {"spindle-offset-2x2", offset2x2},
       {"spindle-offset-four", offsetFour},
       {"periodic-check", periodicCheck},
-      {"head-pivot", headPivot<false>},
-      {"head-pivot-3d", headPivot<true>},
+      {"head-pivot", headPivot},
       {"table-pivot", tablePivot<false>},
       {"table-pivot-3d", tablePivot<true>},
       {"swivel-error", swivelError},

@@ -235,7 +235,7 @@ std::optional<SimulatedCase> preTravel(Err err, Random& random) {
 
 std::span<const World> worldsOfTouches() {
   static constexpr World kWorlds[]{
-      {"delay-known-sphere", atTwoSpeeds<simulation::knownSphere>},
+      {"delay-known-sphere", atTwoSpeeds<simulation::knownSphere>, true},
       {"delay-known-sphere, one speed", atOneSpeed<simulation::knownSphere>, true},
       {"delay-plates", atTwoSpeeds<simulation::plates>},
       {"delay-plates, one speed", atOneSpeed<simulation::plates>},

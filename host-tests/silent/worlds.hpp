@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <ostream>
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,6 +27,9 @@ struct World {
   std::optional<SimulatedCase> (*make)(Err err, Random& random);
   bool is_long{};  // to solve, beside the others
 };
+inline void PrintTo(const World& world, std::ostream* out) {
+  *out << world.name;
+}
 
 std::span<const World> worldsOfTouches();
 std::span<const World> worldsOfPlaces();
