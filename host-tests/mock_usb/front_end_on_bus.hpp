@@ -29,8 +29,15 @@ class FrontEndOnBus {
             .control = [this](auto setup, auto data) { return answer(setup, data); }};
   }
 
-  const front_end::Settings& settings() const { return assembly_->settings(); }
-  std::uint8_t run() const { return run_; }  // changes with each of its settings
+  front_end::Settings settings() {
+    const std::lock_guard lock{mutex_};
+    return assembly_->settings();
+  }
+  // Changes with each of its settings.
+  std::uint8_t run() {
+    const std::lock_guard lock{mutex_};
+    return run_;
+  }
   bool takeBootLoader() {
     const std::lock_guard lock{mutex_};
     return control_.takeBootLoader();
