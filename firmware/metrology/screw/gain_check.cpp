@@ -53,7 +53,9 @@ Wider widerFit(const Table& table, const ScrewModel& screw, const Fit& gain) {
                  errors = columnOf(table, kNutError);
   MatrixXd lever{x.size(), 1};
   for (Index k = 0; k < x.size(); ++k) lever(k, 0) = leverOf(screw, x[k]) * ext[k];
-  MatrixXd design = lever;
+  const VectorXd ones = VectorXd::Ones(x.size());
+  MatrixXd design = lever, with_zero{x.size(), 2};
+  with_zero << lever, ones;
   Wider wider{gain, 0, {}};
   std::vector<std::pair<double, std::string>> alone;
   for (auto& [term, cause] : termsOf(table, screw)) {
@@ -62,7 +64,8 @@ Wider widerFit(const Table& table, const ScrewModel& screw, const Fit& gain) {
       columns.rightCols<1>() = term;
       return linearLeastSquares(columns, errors);
     };
-    MatrixXd only = lever, with = design;
+    // Each by itself, or with a zero that is off.
+    MatrixXd only = term == ones ? lever : with_zero, with = design;
     if (const auto fit = fitWith(only)) alone.emplace_back(fit->sumOfSquares(), std::move(cause));
     const auto fit = fitWith(with);
     if (!fit || fit->dof == 0) continue;
