@@ -182,7 +182,7 @@ std::optional<std::string> likelyCauses(const Dataset& dataset, const Method& me
 }
 
 std::optional<Refusal> nameLikelyCauses(const Dataset& dataset, const Method& method, Result& result) {
-  constexpr std::array<std::string_view, 3> kWords{"contradict", "disagree", "correlated"};
+  constexpr std::array<std::string_view, 3> kWords{"contradict", "disagree", "samples are correlated"};
   constexpr std::array kOfResiduals{kResidualsExceedNoise, kResidualsShowAPattern};
   const auto isOfResiduals = [&](const std::string& warning) {
     return std::ranges::any_of(kOfResiduals, [&](auto name) { return warning.starts_with(name); }) ||

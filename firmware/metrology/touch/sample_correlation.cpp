@@ -85,7 +85,8 @@ SampleCorrelation sampleCorrelation(std::span<const LineResiduals> lines) {
 
 std::string correlatedSamples(const std::string& stream, double r) {
   return "neighbouring samples of the " + stream + " are correlated (" + text(r) +
-         "), as by a filter or vibration: the standard deviations are larger than those of independent samples";
+         "), as by a filter, vibration or hysteresis: the standard deviations are larger than those of independent "
+         "samples";
 }
 
 }  // namespace probebox::metrology
