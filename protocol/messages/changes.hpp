@@ -7,9 +7,8 @@
 
 // Codes how a structure of numbers differs from an earlier one: u8 n, then n bytes with a bit for each number in the
 // order of its field list, those of structures inside in their place, the lowest bit of the first byte first, 1 where
-// it has changed; then each changed number as new minus old, modulo 2^64, zigzag coded (0, -1, 1, -2, ... as 0, 1, 2,
-// 3,
-// ...), as varint: 7 bits a byte, lowest first, 0x80 set where more bytes follow. A reader skips numbers that a later
+// it has changed. Then each changed number as new minus old, modulo 2^64, zigzag coded (0, -1, 1, -2 as 0, 1, 2, 3) and
+// written as varint: 7 bits a byte, lowest first, 0x80 set where more bytes follow. A reader skips numbers that a later
 // minor version has added.
 namespace probebox::messages {
 
