@@ -405,7 +405,7 @@ std::uint16_t readSources(Section& section, const Section& root) {
       continue;
     }
     if (hasSource(mask, kind)) problem(" twice: name it once");
-    if (const auto needs = kSources[kind].section; !needs.empty() && !root.has(needs))
+    if (const auto needs = kSources[kind].section; !needs.empty() && !root.holds(needs))
       problem(", but machine.toml describes " + std::string{kSources[kind].lacking} + ", or remove the name");
     mask = static_cast<std::uint16_t>(mask | bitOf(static_cast<SourceKind>(kind)));
   }

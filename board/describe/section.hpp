@@ -115,6 +115,11 @@ class Section {
   // The same on a line of its own, that of an element of a list.
   void problemAt(std::uint32_t line, std::string_view key, const std::string& text);
   bool has(std::string_view key) const { return table_->contains(key); }
+  // Whether it has a table of that name which is not empty.
+  bool holds(std::string_view key) const {
+    const auto* table = (*table_)[key].as_table();
+    return table != nullptr && !table->empty();
+  }
   // Returns whether the key exists without a problem, so that it can be compared with others.
   bool good(std::string_view key) const { return has(key) && !wrong_.contains(key); }
   // "service.toml:3: 'links'"

@@ -354,12 +354,12 @@ void Box::on(const DelayActivated& activated) {
 void Box::tick(const latch::Record& record) {
   const auto samples_per_tick = config_.latch.samples_per_tick;
   if (record.index.index % samples_per_tick != 0) return;
-  corrections_.tick(record, clock::timeOf(clock_.map(), record.index, samples_per_tick));
+  corrections_.tick(record, clock::timeOf(latch_.clock(), record.index, samples_per_tick));
 }
 
 void Box::emitTriggers() {
   while (const auto stamp = corrections_.nextTrigger()) {
-    const TickMap map = clock_.map();
+    const TickMap& map = latch_.clock();
     PlacedTrigger placed{.stamp = *stamp, .sigma_ns = map.sigma_ns, .clock_state = map.state};
     if (map.state != ClockState::unlocked) {
       placed.tick = clock::tickBefore(map, stamp->at);

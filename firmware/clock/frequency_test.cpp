@@ -18,7 +18,8 @@ double logGaussian(double value, double variance) {
 void FrequencyTest::begin(const PhaseFilter& held, std::int64_t gap_ticks, double change_sigma_ns, double shift_ns,
                           double shift_sigma_ns) {
   held_ = changed_ = held;
-  // Whether the frequency changed at the begin of the gap or at its end is not known.
+  // Whether the frequency changed at the begin of the gap or at its end is not known. The stamps since then are few
+  // beside the gap: their time is neglected.
   changed_.loosen(change_sigma_ns / std::numbers::sqrt2, gap_ticks);
   changed_.loosen(change_sigma_ns / std::numbers::sqrt2, 0);
   evidence_ = 0;

@@ -63,12 +63,12 @@ Jitter::Judgement TrackedPhase::take(const Stamp& stamp) {
   if (jitter_.learned() != was_learned) wander_.restart();
   const bool is_doubted = jump_test_.running() && jump_test_.jumped();
   if (stamp.walks && !is_doubted) learnWalks(judged);
-  const bool tests_jump = jump_test_.running();
-  const bool tests_frequency = frequency_test_.running();
-  if (tests_jump || tests_frequency) predicted_ = filter_;
+  // Stamps that follow another line, in doubt, say nothing about the frequency of the held one.
+  const bool tests_frequency = frequency_test_.running() && !is_doubted;
+  if (jump_test_.running() || tests_frequency) predicted_ = filter_;
   filter_.update(judged.innovation_ns, judged.variance_ns2);
   if (tests_frequency) testFrequency(judged);
-  if (tests_jump) testForJump(stamp.residual_ns);
+  if (jump_test_.running()) testForJump(stamp.residual_ns);
   return judged;
 }
 
@@ -108,14 +108,16 @@ void TrackedPhase::testForJump(double residual_ns) {
   }
   if (jump_test_.push(predicted_, residual_ns, jitter_)) followJump(jump_test_.jumped());
   if (jump_test_.running()) return;
-  if (jump_test_.jumped()) wander_.restart();
+  if (jump_test_.jumped()) {
+    wander_.restart();
+    frequency_test_.end();
+  }
   if (untested_gap_ > 0) beginFrequencyTest();
 }
 
 // Follows the line that the residuals since the gap make more likely: one that begins anew where they are, or the held
 // one.
 void TrackedPhase::followJump(bool jumped) {
-  frequency_test_.end();
   if (!jumped) {
     filter_ = unmoved_;
     return;
@@ -138,6 +140,7 @@ void TrackedPhase::testFrequency(const Jitter::Judgement& judged) {
   if (!frequency_test_.push(predicted_, judged.innovation_ns, judged.variance_ns2)) return;
   filter_ = frequency_test_.changedAt(filter_);
   jump_test_.end();
+  untested_gap_ = 0;
   wander_.restart();
 }
 

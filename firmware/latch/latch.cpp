@@ -143,9 +143,13 @@ std::optional<Decision> Latch::next() {
     }
     run.reason = reason;
     ++run.count;
-    next_ = run.first + run.count;
-    time_of_next_.reset();
+    goTo(run.first + run.count);
   }
+}
+
+void Latch::goTo(SampleIndex next) {
+  next_ = next;
+  time_of_next_.reset();
 }
 
 MonoTime Latch::timeOfNext() {
@@ -195,16 +199,14 @@ bool Latch::isGivenUp(MonoTime t) const {
 
 Decision Latch::give(Record record) {
   record.values[static_cast<std::size_t>(Channel::flags)] |= lines_.take();
-  next_ = record.index + 1;
-  time_of_next_.reset();
+  goTo(record.index + 1);
   ++counters_.produced;
   ++counters_.records;
   return record;
 }
 
 Decision Latch::give(const Lost& lost) {
-  next_ = lost.first + lost.count;
-  time_of_next_.reset();
+  goTo(lost.first + lost.count);
   counters_.produced += lost.count;
   counters_.lost += lost.count;
   return lost;

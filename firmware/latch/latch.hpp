@@ -76,6 +76,7 @@ class Latch {
 
   // Fills in the record, or the reason of the loss.
   Examined examine(Record& record, LostReason& reason);
+  void goTo(SampleIndex next);
   MonoTime timeOfNext();
   bool isReached(MonoTime t) const;
   bool isGivenUp(MonoTime t) const;

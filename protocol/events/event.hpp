@@ -7,6 +7,7 @@
 #include "protocol/events/activation.hpp"
 #include "protocol/events/axes.hpp"
 #include "protocol/events/procedure.hpp"
+#include "protocol/units/correction_sources.hpp"
 #include "protocol/units/quantity.hpp"
 #include "protocol/units/time.hpp"
 
@@ -254,7 +255,7 @@ struct SourcesEnabled {
   std::uint16_t mask{};
   MonoTime at{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("mask", self.mask, "bit 0 screw, 1 swivel, 2 rotary, 3 centreline");
+    field("mask", self.mask, kSourceBits);
     field("at", self.at, "ns, monotonic, of this boot");
   }
 };

@@ -7,6 +7,7 @@
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/types.hpp"
 #include "protocol/state/snapshot.hpp"
+#include "protocol/units/correction_sources.hpp"
 
 // Reports the corrections that the CNC is given, with their sources and limits.
 namespace probebox::messages {
@@ -108,9 +109,7 @@ struct EnableSources {
   static constexpr Operation kOperation = Operation::enable_sources;
   struct Request {
     std::uint16_t mask{};
-    static constexpr void fields(auto& self, auto&& field) {
-      field("mask", self.mask, "bit 0 screw, 1 swivel, 2 rotary, 3 centreline");
-    }
+    static constexpr void fields(auto& self, auto&& field) { field("mask", self.mask, kSourceBits); }
   };
   using Answer = Nothing;
 };

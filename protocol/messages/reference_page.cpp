@@ -121,7 +121,7 @@ what is not there. A field that begins must be whole.
   as the DESCRIPTOR has it, so that one row belongs together. Without a result in force they are not shifted.
 - A resume with another boot id than the box's begins with the present sample, as if it had not been asked for; one from a sample that does not
   exist yet is refused; one from a sample that is not kept any more begins with the oldest that is, after a GAP.
-- Sources that `enable_sources` can switch: bit 0 screw, 1 swivel, 2 rotary, 3 centreline, those that machine.toml describes.
+- Sources that `enable_sources` can switch: those that machine.toml describes, by the bits of its `mask`.
 
 ## Frame
 docs/decisions/0001-frame-layout.md says why. The CRC-32C of header and payload follows the payload as u32. On serial lines, TCP

@@ -10,6 +10,7 @@
 #include "protocol/modbus/result_blocks.hpp"
 #include "protocol/modbus/tables.hpp"
 #include "protocol/units/angle.hpp"
+#include "protocol/units/correction_sources.hpp"
 
 namespace probebox::modbus {
 namespace {
@@ -119,8 +120,7 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::correction_offset, "XYZ correction", offset_i16, 0.1, "um", read,
      "register 5 + 32768|register 6 + 32768|register 7 + 32768", correction<1000>},
     {11, "age", u16, 0.1, "s", read, "age of the corrections; saturates", age_s},
-    {address::mask, "mask", u16, 1, "", read, "sources that are summed: bit 0 screw, 1 swivel, 2 rotary, 3 centreline",
-     of<&Snapshot::mask>},
+    {address::mask, "mask", u16, 1, "", read, kSourceBits, of<&Snapshot::mask>},
     {address::correction_f32, "XYZ correction", f32, 1, "mm", read,
      "the value of register 5|the value of register 6|the value of register 7", correction<1>},
     {address::correction_i32, "XYZ correction", i32, 1, "nm", read,

@@ -274,7 +274,7 @@ struct CorrectionsState {
     field("valid", self.valid, "1 when the values may be used");
     field("degraded", self.degraded, "1 when a value is held or saturated");
     field("correction_mm", self.correction_mm, "mm, machine axes X Y Z, radius: to be ADDED to the commanded position");
-    field("mask", self.mask, "sources that are summed: bit 0 screw, 1 swivel, 2 rotary, 3 centreline");
+    field("mask", self.mask, kSourceBits);
     field("sequence", self.sequence, "+1 whenever any correction changes");
     field("heartbeat", self.heartbeat, "+1 every 0.1 s while inputs arrive and the corrections follow them");
     field("age_ms", self.age_ms, "ms since the sources that are summed were all good");

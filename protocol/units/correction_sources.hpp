@@ -20,6 +20,8 @@ inline constexpr SourceDescription kSources[]{{"screw", "screw", "no screw: add 
                                               {"rotary", "rotary_table", "no rotary table: add [rotary_table]"},
                                               {"centreline", "", ""}};
 inline constexpr std::size_t kSourceKinds = std::size(kSources);
+// As registers and messages tell the mask.
+inline constexpr char kSourceBits[] = "sources of corrections: bit 0 screw, 1 swivel, 2 rotary, 3 centreline";
 
 constexpr std::uint16_t bitOf(SourceKind kind) {
   return static_cast<std::uint16_t>(1U << static_cast<unsigned>(kind));

@@ -27,12 +27,7 @@ using messages::Operation;
 
 // A source that machine.toml does not describe can never be good.
 std::optional<Error> whyNotSummed(std::uint16_t mask, const box::State& state) {
-  if (mask >> kSourceKinds != 0) {
-    std::string known;
-    for (std::size_t kind = 0; kind < kSourceKinds; ++kind)
-      known += (known.empty() ? "bit " : ", ") + std::to_string(kind) + " " + std::string{kSources[kind].name};
-    return Error{"Sources are " + known + "."};
-  }
+  if (mask >> kSourceKinds != 0) return Error{"Only these are " + std::string{kSourceBits} + "."};
   for (std::size_t kind = 0; kind < kSourceKinds; ++kind) {
     const std::string lacking{kSources[kind].lacking};
     if (hasSource(mask, kind) && !lacking.empty() && state.snapshot.health[kind] == published::Health::off)

@@ -45,7 +45,7 @@ class AngleTable {
   }
   // Place of the first angle beyond one, count_ where there is none.
   std::size_t firstAbove(double within) const {
-    // Where the angles are even; else somewhere near.
+    // Right where the angles are evenly spaced from zero.
     const auto guess = static_cast<std::size_t>(within * (static_cast<double>(count_) / kTurn)) + 1;
     if (guess < count_ && angles_[guess - 1] <= within && within < angles_[guess]) return guess;
     const auto end = angles_.begin() + static_cast<std::ptrdiff_t>(count_);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
@@ -283,7 +284,6 @@ class TouchRecord::Solver {
     choose();
     if (auto refusal = tooFew()) return refusal;
     lookForBounce();
-    is_linear_ = false;
     for (int step = 0; step < kMostRounds; ++step) {
       if (step == 1 || step == 3) choose();
       if (auto refusal = tooFew()) return refusal;
@@ -430,7 +430,7 @@ class TouchRecord::Solver {
   Index ofBounce() const { return state_.bounce ? 4 : 0; }
 
   void linearise() {
-    is_linear_ = true;
+    if (std::exchange(is_linear_, true)) return;
     const auto n = static_cast<Index>(rows_.size());
     jacobian_.setZero(n, own() + ofBounce() + 2 * stretches_);
     residuals_.resize(n);
@@ -506,7 +506,7 @@ class TouchRecord::Solver {
 
   // One step, as long as it leads on; what it moves the values by, in their sd.
   double improve() {
-    if (!is_linear_) linearise();
+    linearise();
     const double before_squares = squares();
     MatrixXd rows = heldRows();
     const auto all = held();
@@ -530,6 +530,7 @@ class TouchRecord::Solver {
   }
 
   void moveBy(const VectorXd& step) {
+    is_linear_ = false;
     state_.values.tail(own()) += step.head(own());
     if (state_.bounce) {
       Bounce& bounce = *state_.bounce;
@@ -566,10 +567,15 @@ class TouchRecord::Solver {
     return record;
   }
 
+  void takeBounce(const Bounce& bounce) {
+    state_.bounce = bounce;
+    is_linear_ = false;
+  }
+
   void lookForBounce() {
     if (fixed_) return;
     if (usual_.amplitude() > 0.0) {  // found before
-      state_.bounce = usual_;
+      takeBounce(usual_);
       if (!usual_.off_surface) state_.bounce->sine_mm = state_.bounce->cosine_mm = 0.0;
       bounce_gain_ = kBounceGain;
       return;
@@ -581,7 +587,7 @@ class TouchRecord::Solver {
     // Another one than that of other touches has to be better by more than chance.
     bounce_gain_ = is_usual ? search.fit(chosen) + kOtherBounce : 0.0;
     if (const auto other = search.best(bounce_gain_)) chosen = *other;
-    if (is_usual || bounce_gain_ > kBounceGain) state_.bounce = usual_ = chosen;
+    if (is_usual || bounce_gain_ > kBounceGain) takeBounce(usual_ = chosen);
   }
 
   void leaveOutFarOff() {
