@@ -85,33 +85,38 @@ Payload Shortener::samples(std::span<const std::byte> block, std::uint32_t descr
   const auto summary = codec::inspect(block);
   if (!summary || block.size() < headSize(summary->channels)) return whole;
   const auto head = block.first(headSize(summary->channels));
-  if (!mayRefer(*summary, descriptor, now)) {
-    std::ranges::copy(head, head_.bytes.begin());
-    head_.header = summary->header;
-    head_.descriptor = descriptor;
-    head_.crc = nameOfHead(head, descriptor);
-    head_.size = head.size();
-    head_.at = now;
-    head_due_ = true;
-    return whole;
+  if (mayRefer(*summary, descriptor, now)) {
+    const auto bytes = changesOf(block, *summary);
+    if (bytes.size() < block.size()) return {MessageType::short_samples, bytes};
   }
-  auto header = summary->header;
+  std::ranges::copy(head, head_.bytes.begin());
+  head_.header = summary->header;
+  head_.descriptor = descriptor;
+  head_.crc = nameOfHead(head, descriptor);
+  head_.size = head.size();
+  head_.at = now;
+  head_due_ = true;
+  return whole;
+}
+
+// Returns the payload of SHORT_SAMPLES, or the block itself where there is no room for it.
+std::span<const std::byte> Shortener::changesOf(std::span<const std::byte> block, const codec::BlockSummary& summary) {
+  auto header = summary.header;
   shiftTime(header, head_.header, -1);
   frame::ByteWriter writer{block_};
   writer.put(head_.crc);
   messages::putChanges(writer, head_.header, header);
-  const auto codings = writer.take((summary->channels + 7) / 8);
+  const auto codings = writer.take((summary.channels + 7) / 8);
   std::ranges::fill(codings, std::byte{0});
-  for (std::size_t k = 0; k < summary->channels; ++k) {
+  for (std::size_t k = 0; k < summary.channels; ++k) {
     const auto at = codec::kBlockHeaderSize + kCodingSize * k;
     const auto coding = block.subspan(at, kCodingSize);
     if (std::ranges::equal(coding, std::span{head_.bytes}.subspan(at, kCodingSize))) continue;
     if (!codings.empty()) codings[k / 8] |= std::byte{1} << (k % 8);
     writer.put(coding);
   }
-  writer.put(block.subspan(head.size()));
-  if (!writer.complete() || writer.size() >= block.size()) return whole;
-  return {MessageType::short_samples, std::span{block_}.first(writer.size())};
+  writer.put(block.subspan(headSize(summary.channels)));
+  return writer.complete() ? std::span{block_}.first(writer.size()) : block;
 }
 
 std::span<const std::byte> Shortener::headDue(std::uint32_t descriptor) {
@@ -150,10 +155,7 @@ void Restorer::keepHead(std::span<const std::byte> block, std::uint32_t descript
   const auto summary = codec::inspect(block);
   if (!summary || block.size() < headSize(summary->channels)) return;
   const auto head = block.first(headSize(summary->channels));
-  const auto crc = nameOfHead(head, descriptor);
-  if (std::ranges::find(heads_, crc, &Head::crc) != heads_.end()) return;
-  if (heads_.size() == kKept) heads_.pop_front();
-  heads_.push_back({crc, descriptor, {head.begin(), head.end()}});
+  head_ = {nameOfHead(head, descriptor), descriptor, {head.begin(), head.end()}};
 }
 
 std::optional<frame::Frame> Restorer::restoreBeat(const frame::Frame& frame) {
@@ -170,13 +172,12 @@ std::optional<frame::Frame> Restorer::restoreBeat(const frame::Frame& frame) {
 std::optional<frame::Frame> Restorer::restoreBlock(const frame::Frame& frame) {
   frame::ByteReader reader{frame.payload};
   const auto crc = reader.get<std::uint32_t>();
-  const auto head = std::ranges::find(heads_, crc, &Head::crc);
-  if (reader.failed() || head == heads_.end()) return std::nullopt;
-  const auto base = codec::inspect(head->bytes);
+  if (reader.failed() || head_.bytes.empty() || crc != head_.crc) return std::nullopt;
+  const auto base = codec::inspect(head_.bytes);
   auto header = messages::withChanges(base->header, reader);
   shiftTime(header, base->header, 1);
   const auto changed = reader.take((base->channels + 7) / 8);
-  payload_ = head->bytes;
+  payload_ = head_.bytes;
   frame::ByteWriter writer{std::span{payload_}.subspan(1)};
   codec::BlockHeader::fields(header, [&](auto, const auto& value, auto) { writer.put(value); });
   for (std::size_t k = 0; k < base->channels && !changed.empty(); ++k) {
@@ -190,7 +191,7 @@ std::optional<frame::Frame> Restorer::restoreBlock(const frame::Frame& frame) {
   payload_.insert(payload_.end(), columns.begin(), columns.end());
   if (payload_.size() > frame::kMaxPayload) return std::nullopt;
   auto restored = whole(frame, MessageType::samples);
-  restored.header.descriptor_hash = head->descriptor;
+  restored.header.descriptor_hash = head_.descriptor;
   return restored;
 }
 

@@ -2,7 +2,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
@@ -48,6 +47,7 @@ class Shortener {
     MonoTime at{};
   };
   bool mayRefer(const codec::BlockSummary& block, std::uint32_t descriptor, MonoTime now) const;
+  std::span<const std::byte> changesOf(std::span<const std::byte> block, const codec::BlockSummary& summary);
 
   std::optional<messages::Heartbeat> whole_;
   std::uint32_t whole_crc_{};
@@ -71,7 +71,6 @@ class Restorer {
     std::uint32_t descriptor{};
     std::vector<std::byte> bytes;
   };
-  static constexpr std::size_t kKept = 4;
 
   void keepBeat(std::span<const std::byte> payload);
   void keepHead(std::span<const std::byte> block, std::uint32_t descriptor);
@@ -81,7 +80,7 @@ class Restorer {
 
   messages::Heartbeat beat_;
   std::uint32_t beat_crc_{};
-  std::deque<Head> heads_;
+  Head head_;  // of the latest block that came whole; without bytes: none
   std::vector<std::byte> payload_;
 };
 

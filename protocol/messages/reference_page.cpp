@@ -228,7 +228,7 @@ minus old, modulo 2^64, zigzag coded as varint (as the seeds of profile fast). B
              "ceil(channels / 8) bytes, 1\n"
              "where order and width have changed; u8 order and u8 width of those; then the columns. Profile, channels "
              "and descriptor "
-             "are those of\nthe whole one.") +
+             "are those of\nthe whole one, the latest SAMPLES or SAMPLES_HEAD: no others need to be kept.") +
          heading("SAMPLES_HEAD (0x12)",
                  "Box to host, once after a block that went whole: the payload of its SAMPLES before the columns, in a "
                  "frame with the "

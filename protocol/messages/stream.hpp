@@ -166,8 +166,8 @@ struct HeartbeatChange {
   }
 };
 
-// Stands for SAMPLES, box to host: how its head differs from that of a block that went whole, then the columns
-// (protocol/compact).
+// Stands for SAMPLES, box to host: how its head differs from that of the latest block that went whole, then the
+// columns (protocol/compact).
 struct ShortSamples {
   static constexpr MessageType kType = MessageType::short_samples;
   std::uint32_t base{};

@@ -82,7 +82,7 @@ class Restorer:
     HEAD = struct.Struct("<BqHHqqqIBIB")  # the size of the channel list behind it is twice the last one
 
     def __init__(self):
-        self.beat, self.heads = (None, None), {}
+        self.beat, self.head = (None, None), (None, None, None)
 
     def restore(self, f):
         """The frame as it was, or None where what it refers to has not come."""
@@ -90,7 +90,7 @@ class Restorer:
             self.beat = (crc32c(f.payload), f.payload)
         elif f.kind in (SAMPLES, SAMPLES_HEAD):
             head = f.payload[: self.HEAD.size + 2 * f.payload[self.HEAD.size - 1]]
-            self.heads[crc32c(struct.pack("<I", f.hash) + head)] = (f.hash, head)
+            self.head = (crc32c(struct.pack("<I", f.hash) + head), f.hash, head)
         elif f.kind == HEARTBEAT_CHANGE:
             f.kind = HEARTBEAT
             return self._restore_beat(f)
@@ -126,8 +126,8 @@ class Restorer:
 
     def _restore_block(self, f):
         c = Cursor(f.payload)
-        f.hash, head = self.heads.get(c.take("I"), (0, None))
-        if head is None:
+        known, f.hash, head = self.head
+        if c.take("I") != known:
             return None
         profile, *old, channels = self.HEAD.unpack_from(head)
         new = c.changed(old, "qHHqqqIBI")
