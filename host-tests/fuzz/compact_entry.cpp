@@ -61,7 +61,7 @@ class Scene {
     if (type == MessageType::heartbeat_change) {
       const auto beat = messages::decode<messages::Heartbeat>(restored->payload);
       require(beat.ok() && std::ranges::equal(messages::encoded(*beat), restored->payload));
-      beat_ = frame::crc32c(restored->payload);
+      if (frame::loadLittle<std::uint32_t>(payload.data()) == 0) beat_ = frame::crc32c(payload);
     }
     if (type == MessageType::short_samples) require(codec::inspect(restored->payload).ok());
   }

@@ -13,10 +13,13 @@ namespace {
 using messages::MessageType;
 
 constexpr Nanoseconds kWholeEvery{1'000'000'000};
-constexpr std::uint32_t kNothing = 0;   // CRC-32C of no bytes, a HEARTBEAT of which is all zeros
+constexpr std::uint32_t kNothing = 0;   // in the place of a CRC: changes from zeros
 constexpr std::size_t kCodingSize = 2;  // order and width of a channel
 
 __extension__ using Wide = __int128;
+
+// A number that a later version adds to a structure inside would move the places of those behind it.
+static_assert(messages::numbersOf<messages::LinkCounters>() == 7 && messages::numbersOf<messages::EdgeCounters>() == 6);
 
 // Names a head: nothing else has the same channels, codings and map.
 std::uint32_t nameOfHead(std::span<const std::byte> head, std::uint32_t descriptor) {
@@ -58,21 +61,22 @@ void Shortener::restart() {
 Payload Shortener::heartbeat(const messages::Heartbeat& beat, MonoTime now) {
   const bool is_same_stream =
       whole_ && whole_->streaming == beat.streaming && whole_->stream_number == beat.stream_number;
-  const bool may_refer = is_same_stream && now - whole_at_ < kWholeEvery;
-  const auto base = may_refer ? *whole_ : messages::Heartbeat{};
-  const auto base_crc = may_refer ? whole_crc_ : kNothing;
-  if (!may_refer) {
-    const auto size = messages::encode(beat, beat_);
-    const auto payload = std::span{beat_}.first(size ? *size : 0);
-    whole_ = beat;
-    whole_crc_ = frame::crc32c(payload);
-    whole_at_ = now;
-    if (!is_same_stream) return {MessageType::heartbeat, payload};
+  const bool may_refer = is_same_stream && whole_crc_ != kNothing && now - whole_at_ < kWholeEvery;
+  Payload payload{MessageType::heartbeat, {}};
+  if (is_same_stream) {
+    frame::ByteWriter writer{beat_};
+    writer.put(may_refer ? whole_crc_ : kNothing);
+    messages::putChanges(writer, may_refer ? *whole_ : messages::Heartbeat{}, beat);
+    payload = {MessageType::heartbeat_change, std::span{beat_}.first(writer.size())};
+  } else if (const auto size = messages::encode(beat, beat_)) {
+    payload.bytes = std::span{beat_}.first(*size);
   }
-  frame::ByteWriter writer{beat_};
-  writer.put(base_crc);
-  messages::putChanges(writer, base, beat);
-  return {MessageType::heartbeat_change, std::span{beat_}.first(writer.size())};
+  if (!may_refer) {
+    whole_ = beat;
+    whole_crc_ = frame::crc32c(payload.bytes);
+    whole_at_ = now;
+  }
+  return payload;
 }
 
 bool Shortener::mayRefer(const codec::BlockSummary& block, std::uint32_t descriptor, MonoTime now) const {
@@ -165,7 +169,10 @@ std::optional<frame::Frame> Restorer::restoreBeat(const frame::Frame& frame) {
   const auto beat = messages::withChanges(crc == kNothing ? messages::Heartbeat{} : beat_, reader);
   if (reader.failed()) return std::nullopt;
   payload_ = messages::encoded(beat);
-  if (crc == kNothing) keepBeat(payload_);
+  if (crc == kNothing) {
+    beat_ = beat;
+    beat_crc_ = frame::crc32c(frame.payload);
+  }
   return whole(frame, MessageType::heartbeat);
 }
 

@@ -8,8 +8,8 @@
 // Codes how a structure of numbers differs from an earlier one: u8 n, then n bytes with a bit for each number in the
 // order of its field list, those of structures inside in their place, the lowest bit of the first byte first, 1 where
 // it has changed. Then each changed number as new minus old, modulo 2^64, zigzag coded (0, -1, 1, -2 as 0, 1, 2, 3) and
-// written as varint: 7 bits a byte, lowest first, 0x80 set where more bytes follow. A reader skips numbers that a later
-// minor version has added.
+// written as varint: 7 bits a byte, lowest first, 0x80 set where more bytes follow. A later minor version may add
+// numbers at the end, which a reader skips, but none to a structure inside.
 namespace probebox::messages {
 
 namespace detail {
@@ -31,17 +31,6 @@ constexpr void forEachNumber(T& value, auto&& take) {
   }
 }
 
-template <Structure T>
-constexpr std::size_t numbersOf() {
-  std::size_t count = 0;
-  T value{};
-  forEachNumber(value, [&](std::uint64_t number) {
-    ++count;
-    return number;
-  });
-  return count;
-}
-
 inline void putVarint(frame::ByteWriter& writer, std::uint64_t value) {
   for (; value >= 0x80; value >>= 7U) writer.put(static_cast<std::uint8_t>(value | 0x80U));
   writer.put(static_cast<std::uint8_t>(value));
@@ -60,10 +49,21 @@ inline std::uint64_t getVarint(frame::ByteReader& reader) {
 
 }  // namespace detail
 
+template <Structure T>
+constexpr std::size_t numbersOf() {
+  std::size_t count = 0;
+  T value{};
+  detail::forEachNumber(value, [&](std::uint64_t number) {
+    ++count;
+    return number;
+  });
+  return count;
+}
+
 // Writes how `now` differs from `base`.
 template <Structure T>
 void putChanges(frame::ByteWriter& writer, T base, T now) {
-  std::array<std::uint64_t, detail::numbersOf<T>()> differences{};
+  std::array<std::uint64_t, numbersOf<T>()> differences{};
   std::size_t k = 0;
   detail::forEachNumber(base, [&](std::uint64_t number) { return differences[k++] = number; });
   k = 0;

@@ -214,11 +214,12 @@ std::string shortFrames() {
          R"(**Changes** of a structure of numbers: u8 n, then n bytes with a bit for each number in the order of its table, those of structures
 inside in their place and without their sizes, the lowest bit of the first byte first, 1 where it has changed; then each changed number as new
 minus old, modulo 2^64, zigzag coded as varint (as the seeds of profile fast). Bits beyond the numbers that you know: skip their varints.
+No later version adds numbers to a structure inside.
 
 )" +
          message<HeartbeatChange>(
-             "Box to host. The changes from that HEARTBEAT follow the field. What they make of zeros is one that later "
-             "ones refer to.") +
+             "Box to host. The changes from that HEARTBEAT follow the field. Later ones refer to one from zeros as to "
+             "a HEARTBEAT.") +
          message<ShortSamples>(
              "Box to host. After the field: the changes of the block's header (`first` to `holdover_ms`), where `at` "
              "is "

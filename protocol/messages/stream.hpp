@@ -161,8 +161,10 @@ struct HeartbeatChange {
   static constexpr MessageType kType = MessageType::heartbeat_change;
   std::uint32_t base{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("base", self.base,
-          "CRC-32C of the payload of that HEARTBEAT; 0, that of no bytes: changes from zeros, once a second");
+    field(
+        "base", self.base,
+        "CRC-32C of the payload of that HEARTBEAT, or of that HEARTBEAT_CHANGE from zeros; 0: changes from zeros, once "
+        "a second");
   }
 };
 

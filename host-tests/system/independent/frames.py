@@ -121,7 +121,7 @@ class Restorer:
             f.payload += (struct.pack("<H", len(group)) if k % 2 == 1 else b"") + group
             numbers = numbers[len(codes) :]
         if crc == 0:
-            self.beat = (crc32c(f.payload), f.payload)
+            self.beat = (crc32c(c.data), f.payload)
         return f
 
     def _restore_block(self, f):

@@ -4,6 +4,7 @@
 
 #include "box.hpp"
 #include "protocol/compact/compact.hpp"
+#include "protocol/frame/crc32c.hpp"
 
 // Short frames are whole again at the host, bit by bit, or they are not used.
 namespace probebox::compact {
@@ -153,6 +154,38 @@ TEST(ShortFrames, HeartbeatsAreTheSameAgain) {
   EXPECT_LT(5 * bytes, 100 * messages::encodedSize(beat));
   beat.streaming = false;
   EXPECT_EQ(shortener.heartbeat(beat, monoTime(0) + 9901ms).type, MessageType::heartbeat) << "closes the stream";
+}
+
+// A box of a later minor version has more numbers in its heartbeats: what names one is what travelled, not what this
+// host makes of it.
+TEST(ShortFrames, AHostOfAnEarlierMinorRestoresHeartbeatsToo) {
+  const auto named = [](std::uint32_t crc, std::vector<std::byte> bytes) {
+    frame::storeLittle(crc, bytes.data());
+    return bytes;
+  };
+  Shortener shortener{frame::kMaxPayload};
+  Restorer restorer;
+  messages::Heartbeat beat{.streaming = true, .stream_number = 1, .produced = 7, .lost_triggers = 3};
+  const auto next = [&](Nanoseconds at) {
+    ++beat.produced;
+    const auto bytes = shortener.heartbeat(beat, monoTime(0) + at).bytes;
+    return std::vector<std::byte>{bytes.begin(), bytes.end()};
+  };
+  const auto isBeat = [&](MessageType type, const std::vector<std::byte>& bytes) {
+    const auto restored = restorer.restore(framed({type, bytes}));
+    return restored && std::ranges::equal(restored->payload, messages::encoded(beat));
+  };
+  auto whole = next(0s);
+  whole.push_back(std::byte{42});
+  EXPECT_TRUE(restorer.restore(framed({MessageType::heartbeat, whole})));
+  EXPECT_TRUE(isBeat(MessageType::heartbeat_change, named(frame::crc32c(whole), next(100ms))));
+  auto from_zeros = next(2s);
+  const auto bits = std::to_integer<std::size_t>(from_zeros[4]);
+  from_zeros[4] = static_cast<std::byte>(bits + 1);
+  from_zeros.insert(from_zeros.begin() + static_cast<std::ptrdiff_t>(5 + bits), std::byte{1});
+  from_zeros.push_back(std::byte{42});
+  EXPECT_TRUE(isBeat(MessageType::heartbeat_change, from_zeros));
+  EXPECT_TRUE(isBeat(MessageType::heartbeat_change, named(frame::crc32c(from_zeros), next(2100ms))));
 }
 
 // Any one frame that is damaged costs its own samples, and no others.
