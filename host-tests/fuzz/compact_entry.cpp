@@ -54,16 +54,14 @@ class Scene {
     frame.header.type = static_cast<std::uint8_t>(type);
     frame.payload = payload;
     const auto restored = restorer_.restore(frame);
-    if (!restored) return;
-    require(restored->payload.size() <= frame::kMaxPayload);
-    const auto as = static_cast<MessageType>(restored->header.type);
-    require(as != MessageType::short_samples && as != MessageType::heartbeat_change);
+    require(restored.payload.size() <= frame::kMaxPayload);
+    if (restored.header.type == static_cast<std::uint8_t>(type)) return;
     if (type == MessageType::heartbeat_change) {
-      const auto beat = messages::decode<messages::Heartbeat>(restored->payload);
-      require(beat.ok() && std::ranges::equal(messages::encoded(*beat), restored->payload));
+      const auto beat = messages::decode<messages::Heartbeat>(restored.payload);
+      require(beat.ok() && std::ranges::equal(messages::encoded(*beat), restored.payload));
       if (frame::loadLittle<std::uint32_t>(payload.data()) == 0) beat_ = frame::crc32c(payload);
     }
-    if (type == MessageType::short_samples) require(codec::inspect(restored->payload).ok());
+    if (type == MessageType::short_samples) require(codec::inspect(restored.payload).ok());
   }
 
   compact::Restorer restorer_;

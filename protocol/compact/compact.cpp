@@ -129,7 +129,7 @@ std::span<const std::byte> Shortener::headDue(std::uint32_t descriptor) {
   return std::span{head_.bytes}.first(head_.size);
 }
 
-std::optional<frame::Frame> Restorer::restore(const frame::Frame& frame) {
+frame::Frame Restorer::restore(const frame::Frame& frame) {
   if (frame.header.major != messages::kProtocolMajor) return frame;
   switch (static_cast<MessageType>(frame.header.type)) {
     case MessageType::heartbeat:
@@ -162,12 +162,21 @@ void Restorer::keepHead(std::span<const std::byte> block, std::uint32_t descript
   head_ = {nameOfHead(head, descriptor), descriptor, {head.begin(), head.end()}};
 }
 
-std::optional<frame::Frame> Restorer::restoreBeat(const frame::Frame& frame) {
+bool Restorer::isBaseless(const frame::Frame& frame) const {
   frame::ByteReader reader{frame.payload};
   const auto crc = reader.get<std::uint32_t>();
-  if (reader.failed() || (crc != beat_crc_ && crc != kNothing)) return std::nullopt;
+  if (reader.failed()) return false;
+  return static_cast<MessageType>(frame.header.type) == MessageType::short_samples
+             ? head_.bytes.empty() || crc != head_.crc
+             : crc != beat_crc_ && crc != kNothing;
+}
+
+frame::Frame Restorer::restoreBeat(const frame::Frame& frame) {
+  if (isBaseless(frame)) return frame;
+  frame::ByteReader reader{frame.payload};
+  const auto crc = reader.get<std::uint32_t>();
   const auto beat = messages::withChanges(crc == kNothing ? messages::Heartbeat{} : beat_, reader);
-  if (reader.failed()) return std::nullopt;
+  if (reader.failed()) return frame;
   payload_ = messages::encoded(beat);
   if (crc == kNothing) {
     beat_ = beat;
@@ -176,10 +185,10 @@ std::optional<frame::Frame> Restorer::restoreBeat(const frame::Frame& frame) {
   return whole(frame, MessageType::heartbeat);
 }
 
-std::optional<frame::Frame> Restorer::restoreBlock(const frame::Frame& frame) {
+frame::Frame Restorer::restoreBlock(const frame::Frame& frame) {
   frame::ByteReader reader{frame.payload};
-  const auto crc = reader.get<std::uint32_t>();
-  if (reader.failed() || head_.bytes.empty() || crc != head_.crc) return std::nullopt;
+  reader.get<std::uint32_t>();
+  if (reader.failed() || isBaseless(frame)) return frame;
   const auto base = codec::inspect(head_.bytes);
   auto header = messages::withChanges(base->header, reader);
   shiftTime(header, base->header, 1);
@@ -193,10 +202,10 @@ std::optional<frame::Frame> Restorer::restoreBlock(const frame::Frame& frame) {
     std::ranges::copy(coding,
                       payload_.begin() + static_cast<std::ptrdiff_t>(codec::kBlockHeaderSize + kCodingSize * k));
   }
-  if (reader.failed()) return std::nullopt;
+  if (reader.failed()) return frame;
   const auto columns = reader.take(reader.remaining());
   payload_.insert(payload_.end(), columns.begin(), columns.end());
-  if (payload_.size() > frame::kMaxPayload) return std::nullopt;
+  if (payload_.size() > frame::kMaxPayload) return frame;
   auto restored = whole(frame, MessageType::samples);
   restored.header.descriptor_hash = head_.descriptor;
   return restored;

@@ -61,9 +61,11 @@ class Shortener {
 // The receiver's side of a link, or of a file.
 class Restorer {
  public:
-  // Returns the frame as it was before it was shortened, valid until the next call; any other frame as it is. Nothing
-  // where what it refers to has not come, or is not in it.
-  std::optional<frame::Frame> restore(const frame::Frame& frame);
+  // Returns the frame as it was before it was shortened, valid until the next call; any other frame as it is, and so a
+  // short one where what it refers to has not come, or that is cut off.
+  frame::Frame restore(const frame::Frame& frame);
+  // True where what a short frame refers to has not come.
+  bool isBaseless(const frame::Frame& frame) const;
 
  private:
   struct Head {
@@ -74,8 +76,8 @@ class Restorer {
 
   void keepBeat(std::span<const std::byte> payload);
   void keepHead(std::span<const std::byte> block, std::uint32_t descriptor);
-  std::optional<frame::Frame> restoreBeat(const frame::Frame& frame);
-  std::optional<frame::Frame> restoreBlock(const frame::Frame& frame);
+  frame::Frame restoreBeat(const frame::Frame& frame);
+  frame::Frame restoreBlock(const frame::Frame& frame);
   frame::Frame whole(const frame::Frame& frame, messages::MessageType type) const;
 
   messages::Heartbeat beat_;

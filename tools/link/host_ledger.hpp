@@ -31,7 +31,7 @@ class HostLedger {
  public:
   // Takes every frame in order; a jump of the sequence counts the frames lost on the link.
   void frame(std::uint32_t sequence);
-  // The last frame has come, but what it carried is not known: like a lost one.
+  // The last frame has come, but which samples it carried is not known: like a lost one.
   void missed() { frame_lost_since_ = true; }
 
   // Each takes a block, gap or heartbeat and returns the missing samples before it that no GAP declares.

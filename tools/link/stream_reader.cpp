@@ -66,8 +66,8 @@ using messages::MessageType;
 void StreamReader::read(std::span<const std::byte> bytes) {
   while (const auto received = reader_.next(bytes)) {
     const auto whole = restorer_.restore(*received);
-    listener_.onFrame(whole ? *whole : *received);
-    understand(whole ? *whole : *received);
+    listener_.onFrame(whole);
+    understand(whole);
   }
 }
 
@@ -131,8 +131,7 @@ void StreamReader::understand(const frame::Frame& received) {
       return;
     case MessageType::heartbeat_change:
     case MessageType::short_samples:
-      ++faults_.baseless;
-      return ledger_.missed();
+      return onUnrestored(received);
     case MessageType::gap:
       return onGap(received.payload);
     case MessageType::trigger:
@@ -197,6 +196,15 @@ void StreamReader::onSamples(const frame::Frame& received) {
   if (!readable) ++faults_.unreadable_blocks;
   tellHole(ledger_.samples(summary->header.first, count, readable));
   if (readable) listener_.onBlock({known->descriptor, summary->header, std::span{columns_}.first(values)});
+}
+
+void StreamReader::onUnrestored(const frame::Frame& received) {
+  if (!restorer_.isBaseless(received)) {
+    ++faults_.malformed;
+    return;
+  }
+  ++faults_.baseless;
+  if (static_cast<MessageType>(received.header.type) == MessageType::short_samples) ledger_.missed();
 }
 
 void StreamReader::onGap(std::span<const std::byte> payload) {

@@ -126,6 +126,7 @@ class StreamReader {
   void onAnswer(std::span<const std::byte> payload);
   void onDescriptor(std::span<const std::byte> payload);
   void onSamples(const frame::Frame& frame);
+  void onUnrestored(const frame::Frame& frame);
   void onGap(std::span<const std::byte> payload);
   void onHeartbeat(std::span<const std::byte> payload);
   void onTrigger(std::span<const std::byte> payload);

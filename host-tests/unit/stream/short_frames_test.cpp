@@ -50,10 +50,13 @@ frame::Frame framed(const Payload& payload, std::uint32_t descriptor = kDescript
   return frame;
 }
 
-bool isBlock(const std::optional<frame::Frame>& frame, const std::vector<std::byte>& block) {
-  return frame && static_cast<MessageType>(frame->header.type) == MessageType::samples &&
-         frame->header.descriptor_hash == kDescriptor && frame->header.payload_length == block.size() &&
-         std::ranges::equal(frame->payload, block);
+bool isOf(const frame::Frame& frame, MessageType type) {
+  return static_cast<MessageType>(frame.header.type) == type;
+}
+
+bool isBlock(const frame::Frame& frame, const std::vector<std::byte>& block) {
+  return isOf(frame, MessageType::samples) && frame.header.descriptor_hash == kDescriptor &&
+         frame.header.payload_length == block.size() && std::ranges::equal(frame.payload, block);
 }
 
 TEST(ShortFrames, AreTheSameBlocksAgainAndMostOfThemShort) {
@@ -115,11 +118,12 @@ TEST(ShortFrames, AreNotUsedWithoutTheWholeOneThatTheyReferTo) {
   EXPECT_TRUE(shortener.headDue(kDescriptor).empty()) << "once";
   const auto block = blocks.next();
   const auto sent = shortener.samples(block, kDescriptor, monoTime(0));
-  EXPECT_FALSE(late.restore(framed(sent)));
+  EXPECT_TRUE(isOf(late.restore(framed(sent)), MessageType::short_samples));
+  EXPECT_TRUE(late.isBaseless(framed(sent)));
   // Under another descriptor it is another head.
-  EXPECT_TRUE(late.restore(framed({MessageType::samples_head, kept}, kDescriptor + 1)));
-  EXPECT_FALSE(late.restore(framed(sent)));
-  EXPECT_TRUE(late.restore(framed({MessageType::samples_head, kept})));
+  late.restore(framed({MessageType::samples_head, kept}, kDescriptor + 1));
+  EXPECT_TRUE(isOf(late.restore(framed(sent)), MessageType::short_samples));
+  late.restore(framed({MessageType::samples_head, kept}));
   EXPECT_TRUE(isBlock(late.restore(framed(sent)), block));
   for (std::size_t size = 0; size < 30; ++size)
     EXPECT_FALSE(isBlock(late.restore(framed({sent.type, sent.bytes.first(size)})), block)) << size;
@@ -144,11 +148,11 @@ TEST(ShortFrames, HeartbeatsAreTheSameAgain) {
     bytes += sent.bytes.size();
     const auto whole = messages::encoded(beat);
     const auto restored = restorer.restore(framed(sent));
-    ASSERT_TRUE(restored) << k;
-    EXPECT_TRUE(std::ranges::equal(restored->payload, whole)) << k;
-    EXPECT_EQ(static_cast<MessageType>(restored->header.type), MessageType::heartbeat);
+    EXPECT_TRUE(std::ranges::equal(restored.payload, whole)) << k;
+    EXPECT_TRUE(isOf(restored, MessageType::heartbeat)) << k;
     if (k >= 5) {
-      EXPECT_EQ(late.restore(framed(sent)).has_value(), k >= 10) << "one a second stands by itself " << k;
+      EXPECT_EQ(isOf(late.restore(framed(sent)), MessageType::heartbeat), k >= 10)
+          << "one a second stands by itself " << k;
     }
   }
   EXPECT_LT(5 * bytes, 100 * messages::encodedSize(beat));
@@ -173,11 +177,11 @@ TEST(ShortFrames, AHostOfAnEarlierMinorRestoresHeartbeatsToo) {
   };
   const auto isBeat = [&](MessageType type, const std::vector<std::byte>& bytes) {
     const auto restored = restorer.restore(framed({type, bytes}));
-    return restored && std::ranges::equal(restored->payload, messages::encoded(beat));
+    return isOf(restored, MessageType::heartbeat) && std::ranges::equal(restored.payload, messages::encoded(beat));
   };
   auto whole = next(0s);
   whole.push_back(std::byte{42});
-  EXPECT_TRUE(restorer.restore(framed({MessageType::heartbeat, whole})));
+  restorer.restore(framed({MessageType::heartbeat, whole}));
   EXPECT_TRUE(isBeat(MessageType::heartbeat_change, named(frame::crc32c(whole), next(100ms))));
   auto from_zeros = next(2s);
   const auto bits = std::to_integer<std::size_t>(from_zeros[4]);
@@ -186,6 +190,51 @@ TEST(ShortFrames, AHostOfAnEarlierMinorRestoresHeartbeatsToo) {
   from_zeros.push_back(std::byte{42});
   EXPECT_TRUE(isBeat(MessageType::heartbeat_change, from_zeros));
   EXPECT_TRUE(isBeat(MessageType::heartbeat_change, named(frame::crc32c(from_zeros), next(2100ms))));
+}
+
+// A host that hears this frame between samples 0 to 9 and 20 to 29 of a stream.
+class Between {
+ public:
+  Between(MessageType type, const std::vector<std::byte>& payload) {
+    hear(MessageType::welcome, messages::encoded(messages::Welcome{}));
+    hear(MessageType::samples, stream::block({0}, 10));
+    hear(type, payload);
+    hear(MessageType::samples, stream::block({20}, 10));
+  }
+  std::uint64_t baseless() const { return host_.reader.faults().baseless; }
+  std::uint64_t malformed() const { return host_.reader.faults().malformed; }
+  // Samples of the hole that no lost frame excuses.
+  std::uint64_t unexplained() const { return host_.reader.ledger().unexplained(); }
+
+ private:
+  void hear(MessageType type, const std::vector<std::byte>& payload) {
+    std::vector<std::byte> scratch(frame::bareSize(payload.size()));
+    std::vector<std::byte> coded(frame::delimitedMaxSize(payload.size()));
+    coded.resize(frame::encodeDelimited(
+        {.major = messages::kProtocolMajor, .type = static_cast<std::uint8_t>(type), .sequence = sequence_++}, payload,
+        scratch, coded));
+    host_.read(coded);
+  }
+
+  stream::Host host_;
+  std::uint32_t sequence_{};
+};
+
+TEST(ShortFrames, OnlyABlockThatRefersToNothingExcusesAHole) {
+  const std::vector<std::byte> strange(20, std::byte{0x5A});
+  const std::vector<std::byte> cut_off(3);
+  const Between block{MessageType::short_samples, strange};
+  EXPECT_EQ(block.baseless(), 1U);
+  EXPECT_EQ(block.unexplained(), 0U) << "its samples are the missing ones";
+  const Between beat{MessageType::heartbeat_change, strange};
+  EXPECT_EQ(beat.baseless(), 1U);
+  EXPECT_EQ(beat.unexplained(), 10U) << "a heartbeat has none";
+  for (const auto type : {MessageType::short_samples, MessageType::heartbeat_change}) {
+    const Between cut{type, cut_off};
+    EXPECT_EQ(cut.baseless(), 0U);
+    EXPECT_EQ(cut.malformed(), 1U) << "what it refers to is not in it";
+    EXPECT_EQ(cut.unexplained(), 10U);
+  }
 }
 
 // Any one frame that is damaged costs its own samples, and no others.
