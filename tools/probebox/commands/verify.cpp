@@ -17,6 +17,7 @@ Json summary(const Verify& options, const RecordingSums& sums, const link::Recor
           {"damaged_frames", end.frames.bad()},
           {"missing_frames", end.frames_missing},
           {"stray_frames", end.faults.strays},
+          {"baseless_frames", end.faults.baseless},
           {"unreadable_blocks", end.faults.unreadable_blocks},
           {"cut_bytes", end.cut_bytes},
           {"end_known", end.closed},

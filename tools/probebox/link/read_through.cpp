@@ -82,6 +82,7 @@ std::vector<std::string> faultsOf(const RecordingSums& sums, const link::Recordi
       " with frames that have no number, such as before a beginning that is cut off");
   say(end.faults.malformed, "frame", "is", "are", " without a message of the type that is stated");
   say(end.faults.other_major, "frame", "is", "are", " of another protocol version");
+  say(end.faults.baseless, "short frame", "refers to", "refer to", " a whole one that is missing");
   say(end.faults.unreadable_blocks, "block", "cannot be read", "cannot be read",
       ": the descriptor is missing or the coding unknown");
   say(end.unexplained, "sample", "is", "are", " missing and not declared lost");
