@@ -184,6 +184,7 @@ void Session::hangUp() {
   control_.restart();
   outbox_.clear();
   answers_.clear();
+  shortener_.restart();
   heartbeat_due_ = false;
   state_ = SessionState::down;
 }

@@ -237,6 +237,17 @@ TEST(ShortFrames, OnlyABlockThatRefersToNothingExcusesAHole) {
   }
 }
 
+TEST(ShortFrames, NoHeadIsSentToAHostThatHasGone) {
+  stream::Box box;
+  stream::Host host;
+  stream::begin(box, host);
+  box.produce(32);
+  while (!host.heard(MessageType::samples)) host.read(box.take(1));
+  box.advance(60s);
+  ASSERT_EQ(box.session.state(), stream::SessionState::down);
+  EXPECT_TRUE(box.take().empty());
+}
+
 // Any one frame that is damaged costs its own samples, and no others.
 TEST(ShortFrames, ALostFrameCostsNoOther) {
   constexpr int kRounds = 30;
