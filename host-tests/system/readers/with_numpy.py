@@ -152,13 +152,20 @@ def check_link(reader, uri):
     data = data[: data.rfind(b"\0") + 1]
     kinds = [header["type"] for header, _ in reader.frames(data)]
     scan_ = reader.Recording(data)
-    assert scan_.damaged_frames == scan_.missing_frames == scan_.unreadable_blocks == 0
+    assert scan_.damaged_frames == scan_.missing_frames == scan_.baseless_frames == scan_.unreadable_blocks == 0
     assert kinds.count(frames.SHORT_SAMPLES) > kinds.count(frames.SAMPLES)
     assert len(scan_.heartbeats) == kinds.count(frames.HEARTBEAT) + kinds.count(frames.HEARTBEAT_CHANGE) > 10
     beat = scan_.heartbeats[-1]
     assert 0 < beat["sent_samples"] == int((scan_.sample < beat["position"]).sum())
     assert beat["lost_at_source"] + beat["lost_in_queue"] == sum(g["count"] for g in scan_.gaps if g["first"] < beat["position"])
     assert all(b["produced"] == b["sent_samples"] + b["lost_at_source"] + b["lost_in_queue"] for b in scan_.heartbeats)
+    # Without anything that stands by itself nothing refers to what has come.
+    at_rest = (frames.HEARTBEAT, frames.SAMPLES, frames.SAMPLES_HEAD)
+    pieces = [piece for piece in data.split(b"\0") if piece and frames.read_frame(piece).kind not in at_rest]
+    baseless = reader.Recording(b"\0".join(pieces) + b"\0")
+    from_zeros = len(baseless.heartbeats)
+    assert baseless.baseless_frames == kinds.count(frames.SHORT_SAMPLES) + kinds.count(frames.HEARTBEAT_CHANGE) - from_zeros
+    assert baseless.baseless_frames > kinds.count(frames.SHORT_SAMPLES) and len(baseless) == baseless.unreadable_blocks == 0
 
 
 def main(probeboxd, probebox, readers):
