@@ -1,7 +1,6 @@
 #include "protocol/compact/compact.hpp"
 
 #include <algorithm>
-#include <type_traits>
 
 #include "protocol/frame/bytes.hpp"
 #include "protocol/frame/crc32c.hpp"
@@ -59,6 +58,8 @@ void Shortener::restart() {
 }
 
 Payload Shortener::heartbeat(const messages::Heartbeat& beat, MonoTime now) {
+  constexpr auto kNumbers = messages::numbersOf<messages::Heartbeat>();
+  static_assert(sizeof whole_crc_ + 1 + (kNumbers + 7) / 8 + 10 * kNumbers <= sizeof beat_, "a varint has 10 bytes");
   const bool is_same_stream =
       whole_ && whole_->streaming == beat.streaming && whole_->stream_number == beat.stream_number;
   const bool may_refer = is_same_stream && whole_crc_ != kNothing && now - whole_at_ < kWholeEvery;
