@@ -116,7 +116,7 @@ TEST(Ledger, BalancesWithWhatTheHostInfersOnABadWire) {
       }
       host.read(bytes);
     }
-    for (int k = 0; k < 11; ++k) {  // one heartbeat of them is whole
+    for (int k = 0; k < 11; ++k) {  // one heartbeat of them stands by itself
       box.hear(messages::Credit{0});
       box.advance(100ms);
       host.read(box.take());

@@ -178,7 +178,7 @@ TEST(Triggers, BalanceAtEveryHeartbeatOnABadWire) {
         bytes[*rc::gen::inRange<std::size_t>(0, bytes.size())] ^= std::byte{0x41};
       host.read(bytes);
     }
-    for (int k = 0; k < 11; ++k) beat(box, host);  // one of them is whole
+    for (int k = 0; k < 11; ++k) beat(box, host);  // one of them stands by itself
     RC_ASSERT(host.wrong == 0U);
     RC_ASSERT(host.inexact == 0U);
     RC_ASSERT(host.received + host.declared + host.inferred == number);
