@@ -137,7 +137,7 @@ class Session {
   std::uint32_t session_id_{};
   messages::Start start_{};
   std::uint32_t stream_number_{};
-  std::uint64_t sent_bytes_{};  // bytes of SAMPLES and GAP frames since START
+  std::uint64_t sent_bytes_{};  // bytes of SAMPLES, SHORT_SAMPLES and GAP frames since START
   SessionState state_{SessionState::waiting};
   bool lead_with_delimiter_{};
   bool heartbeat_due_{};

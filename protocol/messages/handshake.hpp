@@ -197,7 +197,7 @@ struct Start {
     field("profile", self.profile, "0 raw, 1 fast, 2 tight (none sends it yet)");
     field("policy", self.policy, "when the host is too slow: 0 live (drop the oldest), 1 record (drop the newest)");
     field("credit_bytes", self.credit_bytes,
-          "bytes of SAMPLES and GAP frames that may be sent at once; all ones for no limit");
+          "bytes of SAMPLES, SHORT_SAMPLES and GAP frames that may be sent at once; all ones for no limit");
     field("has_resume", self.has_resume, "1 when resume_from counts");
     field("resume_from", self.resume_from, "the first sample that the host does not have");
     field("triggers", self.triggers, "1 when TRIGGER frames are wanted");
@@ -220,7 +220,7 @@ struct Credit {
   std::uint64_t total_bytes{};
   static constexpr void fields(auto& self, auto&& field) {
     field("total_bytes", self.total_bytes,
-          "bytes of SAMPLES and GAP frames granted since START; lower than before is ignored");
+          "bytes of SAMPLES, SHORT_SAMPLES and GAP frames granted since START; lower than before is ignored");
   }
 };
 

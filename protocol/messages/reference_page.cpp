@@ -209,8 +209,8 @@ std::string shortFrames() {
                  "stood by "
                  "itself, and name it by\n"
                  "a CRC. Whoever has not got that one leaves the short one out, as if it were lost; its frame counts. "
-                 "Recordings that `probebox`\n"
-                 "writes hold whole ones.") +
+                 "In recordings that `probebox`\n"
+                 "writes they are whole again where that one has come; SAMPLES_HEAD is there as well.") +
          R"(**Changes** of a structure of numbers: u8 n, then n bytes with a bit for each number in the order of its table, those of structures
 inside in their place and without their sizes, the lowest bit of the first byte first, 1 where it has changed; then each changed number as new
 minus old, modulo 2^64, zigzag coded as varint (as the seeds of profile fast). Bits beyond the numbers that you know: skip their varints.
@@ -233,7 +233,8 @@ No later version adds numbers to a structure inside.
          heading("SAMPLES_HEAD (0x12)",
                  "Box to host, once after a block that went whole: the payload of its SAMPLES before the columns, in a "
                  "frame with the "
-                 "same descriptor hash.\nA host that lost that block can read the short ones that refer to it.");
+                 "same descriptor hash.\nA host that lost that block can read the short ones that refer to it. Needs "
+                 "no credit.");
 }
 
 std::string limits() {

@@ -136,10 +136,10 @@ struct Heartbeat {
     field("produced", self.produced, "samples of the stream so far, sent or declared lost");
     field("lost_at_source", self.lost_at_source, "samples in GAP frames of reasons 0 to 2");
     field("lost_in_queue", self.lost_in_queue, "samples in GAP frames of reasons 3 to 5");
-    field("sent_samples", self.sent_samples, "samples in SAMPLES frames");
+    field("sent_samples", self.sent_samples, "samples in SAMPLES and SHORT_SAMPLES frames");
     field("queued_samples", self.queued_samples, "samples and losses that wait in the box after this frame");
     field("sent_bytes", self.sent_bytes,
-          "bytes of SAMPLES and GAP frames as coded on the wire: the credit that is used up");
+          "bytes of SAMPLES, SHORT_SAMPLES and GAP frames as coded on the wire: the credit that is used up");
     field("queue_high_water", self.queue_high_water, "bytes, the fullest that this link's queue has been");
     field("link", self.link, "what came from the host");
     field("clock_state", self.clock_state, "0 unlocked, 1 locked, 2 holdover, 3 ambiguous");

@@ -67,7 +67,8 @@ class StreamListener {
  public:
   virtual ~StreamListener() = default;
 
-  // Called for every good frame of the box before it is decoded, for a recorder. Short frames are whole again.
+  // Called for every good frame of the box before it is decoded, for a recorder. Short frames are whole again where
+  // what they refer to has come.
   virtual void onFrame(const frame::Frame&) {}
   virtual void onWelcome(const messages::Welcome&) {}
   virtual void onDescriptor(const messages::Descriptor&) {}
