@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "tools/probebox/text/report.hpp"
 
@@ -13,6 +12,7 @@ using Verdict = ReceiverCheck::Verdict;
 
 // Of an oscillator: the box refuses 200 ppm, and the front end has a crystal of 10 ppm.
 constexpr double kMostOff_ppm = 200, kMostOffOfFrontEnd_ppm = 100;
+constexpr double kNoiseMargin = 1.1;  // 4.5 sd of a standard deviation that one window measures
 // A stamp is late by up to two steps where another line changed beside it, and each end of a period is right to one.
 constexpr double kMostOff_steps = 3;
 
@@ -47,11 +47,12 @@ ReceiverCheck oscillator(const messages::ReceiverStatus& receiver, double most_o
 
 ReceiverCheck noise(const messages::FrontEndStatus& front_end) {
   const auto& nm = front_end.inputs.noise_nm;
+  const double most_nm = kNoiseMargin * 1e3 * front_end.stated_noise_um;
   return {"converter-noise",
           "noise of the converter",
           printed("%.1f %.1f %.1f nm (k = 1) of one sample, channels a b c", nm[0], nm[1], nm[2]),
-          printed("at most noise_um of probe.toml: %g nm", 1e3 * front_end.stated_noise_um),
-          verdictOf(*std::ranges::max_element(nm) <= 1e3 * front_end.stated_noise_um),
+          printed("at most %g times noise_um of probe.toml: %g nm", kNoiseMargin, most_nm),
+          verdictOf(*std::ranges::max_element(nm) <= most_nm),
           "look for a vibrating stylus, the screen of the probe's cable, and its supply; or state in probe.toml what "
           "the noise is"};
 }
