@@ -10,8 +10,10 @@
 #include <string>
 #include <thread>
 
+#include "fake_box.hpp"
 #include "host-tests/mock_usb/front_end_on_bus.hpp"
 #include "in_process.hpp"
+#include "protocol/messages/status.hpp"
 #include "runtime_directory.hpp"
 #include "tools/probebox/commands/front_end_image.hpp"
 
@@ -187,6 +189,26 @@ TEST_F(FrontEndUpdate, LeavesOneAloneThatIsReadWhereNoBoxCanBeAsked) {
   bus_->claimElsewhere("1-3", "usbfs");
   EXPECT_EQ(update(write(uf2Of(flashWith(0x0203)))).object()["error"], "in-use");
   EXPECT_FALSE(front_end_.takeBootLoader());
+}
+
+TEST_F(FrontEndUpdate, AsksTheBoxThatReadsItAndNoOther) {
+  bus_->claimElsewhere("1-3", "usbfs");
+  const auto file = uf2Of(flashWith(0x0203));
+  const auto box_reads = [](std::string_view serial) {
+    return FakeBoxOptions{.answers_first = [serial](messages::Operation operation, auto) -> std::optional<FakeReply> {
+      if (operation != messages::Operation::status) return std::nullopt;
+      messages::Status::Answer status;
+      status.front_end.serial_number = serial;
+      return FakeReply{messages::ErrorCode::ok, {}, messages::encoded(status)};
+    }};
+  };
+  const FakeBox of_another{box_reads("E0C9125B0D9B5A26")};
+  EXPECT_EQ(update(write(file), {"-u", of_another.uri()}).object()["error"], "in-use") << "that box is at rest";
+  EXPECT_FALSE(front_end_.takeBootLoader());
+  const FakeBox of_this{box_reads(usb::FrontEndOnBus::kSerial)};
+  startChip(file.size(), 0x0203);
+  const auto done = update(write(file), {"-u", of_this.uri()});
+  EXPECT_EQ(done.status, 0) << done.err;
 }
 
 TEST_F(FrontEndUpdate, NamesADriveThatDoesNotAppear) {

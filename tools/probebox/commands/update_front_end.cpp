@@ -95,7 +95,7 @@ class FrontEndErrand {
                          " does not take the file: see that you may write there, and give the same "
                          "command again"};
     std::optional<FrontEnd> now;
-    if (!until("waiting for the front end", [&] { return (now = ask()).has_value(); }))
+    if (!until("waiting for the front end", [&] { return (now = answering()).has_value(); }))
       return console_.interrupted()
                  ? interruption()
                  : Trouble{ExitStatus::failed, "not-back",
@@ -148,18 +148,22 @@ class FrontEndErrand {
                    "while you plug it in, and give the same command again");
   }
 
-  // Who reads it loses it for a while.
+  // Who reads it loses it for a while. A box answers for the one that it reads alone.
   std::optional<Trouble> whyInUse(const usb_host::Device& device) const {
     if (usb_host::accessTo(device) != usb_host::Access::busy) return std::nullopt;
     const auto uri = chooseUri(given_);
-    if (uri && !uri->isFile())
-      if (const auto box = openBox(*uri, console_)) return whyNotAtRest(**box, console_);
+    if (uri && !uri->isFile()) {
+      if (const auto box = openBox(*uri, console_)) {
+        TRY(const auto status, ask<messages::Status>(**box, console_));
+        if (status.front_end.serial_number == device.serial_number) return whyNotAtRest(**box, console_);
+      }
+    }
     return refused("in-use", "usb:" + device.name() + " is in use by " + usb_host::holderOf(device) +
-                                 ", and no box answers whether a run or a cut is on: name it with -u, or end that "
-                                 "program");
+                                 ", and no box that reads it answers whether a run or a cut is on: name that box "
+                                 "with -u, or end that program");
   }
 
-  std::optional<FrontEnd> ask() {
+  std::optional<FrontEnd> answering() {
     const auto context = usb_host::Context::open();
     if (!context) return std::nullopt;
     const auto device = usb_host::choose(usb_host::devices(*context, usb::kReceiver), serial_, usb::kReceiver);
