@@ -109,17 +109,24 @@ class FrontEndUpdate : public testing::Test {
     if (chip_.joinable()) chip_.join();
   }
 
+  void showDrive() {
+    std::ofstream{drive_ / "INFO_UF2.TXT"} << "UF2 Bootloader v3.0\nModel: Raspberry Pi RP2\nBoard-ID: RPI-RP2\n";
+  }
+  // False at the end of the test.
+  bool waitForFile(std::size_t bytes) const {
+    std::error_code none;
+    while (!done_ && fs::file_size(drive_ / "front_end.uf2", none) != bytes)
+      std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    return !done_;
+  }
   // As the chip does it: its drive appears, and once the whole file is there it starts the program in it.
   void startChip(std::size_t file_bytes, std::uint16_t version) {
     chip_ = std::thread{[this, file_bytes, version] {
       while (!done_ && !front_end_.takeBootLoader()) std::this_thread::sleep_for(std::chrono::milliseconds{5});
       if (done_) return;
       bus_->unplug("1-3");
-      std::ofstream{drive_ / "INFO_UF2.TXT"} << "UF2 Bootloader v3.0\nModel: Raspberry Pi RP2\nBoard-ID: RPI-RP2\n";
-      std::error_code none;
-      while (!done_ && fs::file_size(drive_ / "front_end.uf2", none) != file_bytes)
-        std::this_thread::sleep_for(std::chrono::milliseconds{5});
-      if (done_) return;
+      showDrive();
+      if (!waitForFile(file_bytes)) return;
       front_end_.pretendVersion(version);
       auto device = front_end_.device();
       ++device.address;
@@ -209,6 +216,26 @@ TEST_F(FrontEndUpdate, AsksTheBoxThatReadsItAndNoOther) {
   startChip(file.size(), 0x0203);
   const auto done = update(write(file), {"-u", of_this.uri()});
   EXPECT_EQ(done.status, 0) << done.err;
+}
+
+TEST_F(FrontEndUpdate, KnowsTheChipOfTheDriveFromOneThatRuns) {
+  const auto file = uf2Of(flashWith(0x0203));
+  showDrive();
+  usb::FrontEndOnBus waiting;
+  waiting.pretendVersion(0x0203);
+  chip_ = std::thread{[&] {
+    if (!waitForFile(file.size())) return;
+    auto device = waiting.device();
+    device.path = "1-4";
+    device.serial_number = "E0C9125B0D9B5A26";
+    bus_->plug(device);
+  }};
+  const auto done = update(write(file));
+  done_ = true;
+  chip_.join();
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_EQ(done.object()["serial_number"], "E0C9125B0D9B5A26");
+  EXPECT_FALSE(front_end_.takeBootLoader());
 }
 
 TEST_F(FrontEndUpdate, NamesADriveThatDoesNotAppear) {

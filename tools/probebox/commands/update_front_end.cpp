@@ -11,6 +11,7 @@
 #include <thread>
 #include <unistd.h>
 #include <utility>
+#include <vector>
 
 #include "board/describe/file_content.hpp"
 #include "drivers/io/descriptor.hpp"
@@ -83,8 +84,7 @@ class FrontEndErrand {
 
   std::optional<Trouble> go() {
     drive_ = findDrive(options_.drive);
-    if (!drive_)
-      if (auto trouble = restartIntoBootLoader()) return trouble;
+    if (auto trouble = drive_ ? whyTwoChips() : restartIntoBootLoader()) return trouble;
     if (!until("waiting for the drive of the front end's boot loader",
                [this] { return (drive_ = findDrive(options_.drive)).has_value(); }))
       return console_.interrupted() ? interruption() : noDrive();
@@ -120,6 +120,16 @@ class FrontEndErrand {
   }
 
  private:
+  // A chip that waits in its boot loader does not tell which one it is.
+  std::optional<Trouble> whyTwoChips() {
+    const auto context = usb_host::Context::open();
+    if (!context) return std::nullopt;
+    for (const auto& device : usb_host::devices(*context, usb::kReceiver)) others_.push_back(device.name());
+    if (others_.empty() || !options_.drive.empty()) return std::nullopt;
+    return refused("two-chips", "a chip waits in its boot loader (" + drive_->string() + "), and the front end " +
+                                    others_.front() + " runs: name the drive with --drive, or unplug the other");
+  }
+
   // One that waits in its boot loader is no receiver.
   std::optional<Trouble> restartIntoBootLoader() {
     const auto context = usb_host::Context::open();
@@ -166,7 +176,9 @@ class FrontEndErrand {
   std::optional<FrontEnd> answering() {
     const auto context = usb_host::Context::open();
     if (!context) return std::nullopt;
-    const auto device = usb_host::choose(usb_host::devices(*context, usb::kReceiver), serial_, usb::kReceiver);
+    auto there = usb_host::devices(*context, usb::kReceiver);
+    std::erase_if(there, [this](const auto& each) { return std::ranges::find(others_, each.name()) != others_.end(); });
+    const auto device = usb_host::choose(there, serial_, usb::kReceiver);
     if (!device) return std::nullopt;
     serial_ = device->serial_number;
     const auto requests = VendorRequests::open(*device);
@@ -202,6 +214,7 @@ class FrontEndErrand {
   Nanoseconds patience_;
   Console& console_;
   std::optional<fs::path> drive_;
+  std::vector<std::string> others_;  // receivers that ran while the chip waited in its boot loader
   std::optional<std::uint16_t> before_;
   std::uint16_t after_{};
 };
