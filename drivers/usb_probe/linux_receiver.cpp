@@ -103,6 +103,16 @@ void LinuxReceiver::look(MonoTime now) {
   if (!plug_) return;
   const auto connected = connect();
   problem_ = connected ? std::string{} : connected.error().what;
+  using Kind = OpenError::Kind;
+  if (!connected && (connected.error().kind == Kind::absent || connected.error().kind == Kind::gone)) forget();
+}
+
+void LinuxReceiver::forget() {
+  if (!front_end_ && serial_number_.empty() && packet_version_ == 0) return;
+  front_end_.reset();
+  serial_number_.clear();
+  packet_version_ = 0;
+  ++changes_;
 }
 
 Outcome<void, OpenError> LinuxReceiver::connect() {
@@ -166,10 +176,7 @@ void LinuxReceiver::lose(MonoTime now) {
   problem_ = remedyFor(connection_->in.state());
   connection_.reset();
   decoder_.restart();
-  front_end_.reset();
-  serial_number_.clear();
-  packet_version_ = 0;
-  ++changes_;
+  forget();
   loss_unreported_ = true;
   encoder_loss_unreported_ = decoder_.axes() != 0;
   for (const auto& line : decoder_.lines())

@@ -63,6 +63,7 @@ class LinuxReceiver final : public io::EventSource {
   Outcome<void, usb_host::OpenError> askAndSet(usb_host::ClaimedInterface& claimed);
   std::size_t drain(std::span<Event> into);
   void lose(MonoTime now);
+  void forget();
   void judge();
   std::string problemOfPackets() const;
   void showFaults(MonoTime now);

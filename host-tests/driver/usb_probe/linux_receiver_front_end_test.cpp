@@ -64,6 +64,10 @@ TEST_F(FrontEndOfReceiver, IsNotReadWhileItRefusesItsSettings) {
   read(source);
   EXPECT_THAT(source.problem(), HasSubstr("full_scale_um"));
   EXPECT_FALSE(connected());
+  EXPECT_NE(source.frontEnd(), nullptr) << "status says what refuses";
+  bus_->unplug("1-3");
+  waitUntil(source, [&] { return source.frontEnd() == nullptr; });
+  EXPECT_EQ(source.serialNumber(), "");
 }
 
 TEST_F(FrontEndOfReceiver, IsNotReadWhereItHasNoSettingsThatAreWanted) {
