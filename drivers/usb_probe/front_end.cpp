@@ -52,20 +52,21 @@ std::optional<FrontEnd> askFrontEnd(const VendorRequests& requests) {
   return answer;
 }
 
-Outcome<front_end::Settings> setFrontEnd(const VendorRequests& requests, const front_end::Settings& wanted) {
-  const auto in_use = read<front_end::Settings>(requests, Request::settings);
-  if (in_use == wanted) return wanted;
+std::optional<Error> setFrontEnd(const VendorRequests& requests, const front_end::Settings& wanted) {
   std::array<std::byte, front_end::kSettingsBytes> bytes{};
   const auto size = messages::encode(wanted, bytes);
   const bool taken = size && requests.write(static_cast<std::uint8_t>(Request::settings), 0, bytes);
   if (!taken) {
     const auto counters = read<front_end::FrontEndCounters>(requests, Request::counters);
-    return Error{"it refuses " + nameOf(static_cast<RefusalCode>(counters ? counters->last_refusal : 0)) +
+    const auto refusal = static_cast<RefusalCode>(counters ? counters->last_refusal : 0);
+    if (refusal == RefusalCode::none)
+      return Error{"its settings cannot be sent: plug it in again, or try another cable"};
+    return Error{"it refuses " + nameOf(refusal) +
                  ": correct it in the description of the board, or update the front end"};
   }
   const auto now = read<front_end::Settings>(requests, Request::settings);
   if (now != wanted) return Error{"it does not keep its settings: plug it in again, or update the front end"};
-  return wanted;
+  return std::nullopt;
 }
 
 std::string versionText(std::uint16_t version) {

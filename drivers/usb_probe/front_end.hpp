@@ -21,9 +21,9 @@ struct FrontEnd {
 // nullopt for a receiver that does not know these requests.
 std::optional<FrontEnd> askFrontEnd(const usb_host::VendorRequests& requests);
 
-// Sends settings unless they are in use: samples and counts begin anew with them. Returns those that are in use then;
-// the error names the one that the front end refuses.
-Outcome<front_end::Settings> setFrontEnd(const usb_host::VendorRequests& requests, const front_end::Settings& wanted);
+// Sends settings: samples and counts begin anew with them. The error names the one that the front end refuses, or says
+// that they did not get there.
+std::optional<Error> setFrontEnd(const usb_host::VendorRequests& requests, const front_end::Settings& wanted);
 
 // "1.0" of 0x0100.
 std::string versionText(std::uint16_t version);

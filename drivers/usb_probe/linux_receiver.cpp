@@ -101,7 +101,7 @@ void LinuxReceiver::look(MonoTime now) {
   if (!is_time && !has_changed) return;
   next_try_ = now + kRetry;
   if (!plug_) return;
-  const auto connected = connect();
+  const auto connected = connect(now);
   problem_ = connected ? std::string{} : connected.error().what;
   using Kind = OpenError::Kind;
   if (!connected && (connected.error().kind == Kind::absent || connected.error().kind == Kind::gone)) forget();
@@ -115,7 +115,7 @@ void LinuxReceiver::forget() {
   ++changes_;
 }
 
-Outcome<void, OpenError> LinuxReceiver::connect() {
+Outcome<void, OpenError> LinuxReceiver::connect(MonoTime now) {
   TRY(const auto chosen, usb_host::choose(plug_->there(), wanted_, usb::kReceiver));
   auto claimed = ClaimedInterface::open(usb::kReceiver, wanted_);
   if (!claimed && claimed.error().kind == OpenError::Kind::no_permission) return notPermitted(chosen);
@@ -126,7 +126,7 @@ Outcome<void, OpenError> LinuxReceiver::connect() {
                      "usb:" + (*claimed)->device().name() +
                          " has no bulk IN endpoint where a probe receiver has one; its firmware version may not match"};
   }
-  TRY(askAndSet(**claimed));
+  TRY(askAndSet(**claimed, now));
   connection_ = std::make_unique<Connection>(std::move(*claimed));
   at_connect_ = decoder_.counters();
   in_transfer_ = false;
@@ -134,22 +134,22 @@ Outcome<void, OpenError> LinuxReceiver::connect() {
 }
 
 // A front end that has just started has its own settings. Where they change, samples of before are discarded.
-Outcome<void, OpenError> LinuxReceiver::askAndSet(ClaimedInterface& claimed) {
+Outcome<void, OpenError> LinuxReceiver::askAndSet(ClaimedInterface& claimed, MonoTime now) {
   const usb_host::VendorRequests requests{claimed.handle()};
   serial_number_ = claimed.device().serial_number;
   front_end_ = askFrontEnd(requests);
   ++changes_;
   if (!settings_) return {};
   const auto failed = [&](const std::string& why) {
+    next_try_ = now + kRetryOfSettings;
     return OpenError{OpenError::Kind::failed, "usb:" + claimed.device().name() + ": " + why};
   };
   if (!front_end_)
     return failed(
         "it does not know the settings of [front_end] in box.toml: remove that section, or update its program");
   if (front_end_->settings == *settings_) return {};
-  const auto set = setFrontEnd(requests, *settings_);
-  if (!set) return failed(set.error().what);
-  front_end_->settings = *set;
+  if (const auto error = setFrontEnd(requests, *settings_)) return failed(error->what);
+  front_end_->settings = *settings_;
   TRY(claimed.reset());
   return {};
 }

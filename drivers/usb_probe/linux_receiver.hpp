@@ -27,6 +27,8 @@ class LinuxReceiver final : public io::EventSource {
  public:
   // Retry interval without hot-plug events.
   static constexpr Nanoseconds kRetry = std::chrono::seconds{1};
+  // Of one that does not take its settings: the other sources wait while it does not answer.
+  static constexpr Nanoseconds kRetryOfSettings = std::chrono::seconds{10};
   // For so long after its last packet with it a fault is shown.
   static constexpr Nanoseconds kShown = std::chrono::minutes{1};
 
@@ -59,8 +61,8 @@ class LinuxReceiver final : public io::EventSource {
   struct Connection;
 
   void look(MonoTime now);
-  Outcome<void, usb_host::OpenError> connect();
-  Outcome<void, usb_host::OpenError> askAndSet(usb_host::ClaimedInterface& claimed);
+  Outcome<void, usb_host::OpenError> connect(MonoTime now);
+  Outcome<void, usb_host::OpenError> askAndSet(usb_host::ClaimedInterface& claimed, MonoTime now);
   std::size_t drain(std::span<Event> into);
   void lose(MonoTime now);
   void forget();

@@ -1,3 +1,5 @@
+#include <atomic>
+
 #include "host-tests/mock_usb/front_end_on_bus.hpp"
 #include "receiver_on_bus.hpp"
 
@@ -76,6 +78,39 @@ TEST_F(FrontEndOfReceiver, IsNotReadWhereItHasNoSettingsThatAreWanted) {
   read(source);
   EXPECT_THAT(source.problem(), HasSubstr("[front_end]"));
   EXPECT_FALSE(connected());
+}
+
+TEST_F(FrontEndOfReceiver, IsSeldomAskedAgainWhileItDoesNotAnswer) {
+  std::atomic<int> asked{};
+  auto silent = front_end_.device();
+  silent.control = [&asked](auto, auto) {
+    ++asked;
+    return std::nullopt;
+  };
+  bus_->plug(silent);
+  LinuxReceiver source{"", {}, {}, front_end::Settings{}};
+  read(source);
+  const int once = asked;
+  EXPECT_GT(once, 0);
+  now_ += 2 * LinuxReceiver::kRetry;
+  read(source);
+  EXPECT_EQ(asked, once);
+  now_ += LinuxReceiver::kRetryOfSettings;
+  read(source);
+  EXPECT_EQ(asked, 2 * once);
+}
+
+TEST_F(FrontEndOfReceiver, IsNotBlamedForSettingsThatDidNotArrive) {
+  auto spoilt = front_end_.device();
+  spoilt.control = [answers = spoilt.control](auto setup, auto data) {
+    const bool is_write = (setup[0] & std::byte{0x80}) == std::byte{};
+    return is_write ? std::nullopt : answers(setup, data);
+  };
+  bus_->plug(spoilt);
+  LinuxReceiver source{"", {}, {}, front_end::Settings{.steps_a_sample = 5000}};
+  read(source);
+  EXPECT_THAT(source.problem(), HasSubstr("cable"));
+  EXPECT_THAT(source.problem(), testing::Not(HasSubstr("refuses")));
 }
 
 TEST(LackingReceiver, IsToldWhatItLacks) {
