@@ -60,8 +60,8 @@ Reply ControlRequestHandler::describeStatus(const box::State& state, const LinkV
   answer.usb_ports = vitals.usb_ports;
   answer.not_let_in = vitals.not_let_in;
   static_cast<messages::CoreStatus&>(answer) = state.snapshot;
-  answer.front_end = deps_.counters.front_end.value();
-  answer.front_end.inputs = deps_.counters.receiver_inputs.value();
+  answer.front_end = deps_.counters.front_end.newest();
+  answer.front_end.inputs = deps_.counters.receiver_inputs.newest();
   answer.receiver.bad_packets = deps_.counters.receiver_bad_packets;
   answer.events.lost_in_journal = deps_.counters.journal_lost_events;
   answer.queue_high_water = deps_.counters.queue_high_water;

@@ -1,29 +1,11 @@
 #pragma once
 #include <atomic>
 #include <cstdint>
-#include <mutex>
 
+#include "firmware/app/threads/triple_buffer.hpp"
 #include "protocol/messages/status.hpp"
 
 namespace probebox::app {
-
-// A value from the thread that has it to those who answer about status.
-template <class T>
-class Shown {
- public:
-  void show(const T& value) {
-    const std::lock_guard lock{mutex_};
-    value_ = value;
-  }
-  T value() const {
-    const std::lock_guard lock{mutex_};
-    return value_;
-  }
-
- private:
-  mutable std::mutex mutex_;
-  T value_{};
-};
 
 // Progress of each stage of the chain, counted by the stage and compared by the watchdog.
 struct Progress {
@@ -42,8 +24,9 @@ struct Counters {
   std::atomic<std::uint64_t> journal_lost_events{0};   // the journal could not keep up
   std::atomic<std::uint32_t> links{0};                 // connected hosts
   std::atomic<std::uint64_t> receiver_bad_packets{0};  // of a probe receiver on USB
-  Shown<messages::FrontEndStatus> front_end;           // that receiver, while it is connected
-  Shown<messages::ReceiverInputs> receiver_inputs;     // of the same
+  // That receiver, while it is connected: from the capture thread to the links' thread.
+  TripleBuffer<messages::FrontEndStatus> front_end;
+  TripleBuffer<messages::ReceiverInputs> receiver_inputs;
   Progress progress;
 };
 

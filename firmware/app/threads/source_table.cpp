@@ -36,12 +36,14 @@ std::string SourceTable::Faults::inWords() const {
 }
 
 void SourceTable::logFaults() {
-  const std::lock_guard lock{mutex_};
-  for (std::size_t row = 0; row < rows_.size(); ++row) {
-    auto& faults = faults_.at(row);
-    if ((faults.now & ~faults.logged) != 0) logWarning(rows_[row].name + " says: " + faults.inWords() + ".");
-    faults.logged = faults.now;
+  std::vector<Faults> all;
+  {
+    const std::lock_guard lock{mutex_};
+    all = faults_;
+    for (auto& faults : faults_) faults.logged = faults.now;
   }
+  for (std::size_t row = 0; row < all.size(); ++row)
+    if ((all[row].now & ~all[row].logged) != 0) logWarning(rows().at(row).name + " says: " + all[row].inWords() + ".");
 }
 
 void SourceTable::tellUnusable(std::size_t row, std::uint64_t count) {
@@ -50,9 +52,14 @@ void SourceTable::tellUnusable(std::size_t row, std::uint64_t count) {
 }
 
 std::vector<SourceTable::Row> SourceTable::rows() const {
-  const std::lock_guard lock{mutex_};
-  auto rows = rows_;
-  for (std::size_t row = 0; row < rows.size(); ++row) rows[row].faults = faults_.at(row).inWords();
+  std::vector<Row> rows;
+  std::vector<Faults> faults;
+  {
+    const std::lock_guard lock{mutex_};
+    rows = rows_;
+    faults = faults_;
+  }
+  for (std::size_t row = 0; row < rows.size(); ++row) rows[row].faults = faults.at(row).inWords();
   return rows;
 }
 

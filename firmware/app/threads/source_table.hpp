@@ -40,7 +40,7 @@ class SourceTable {
     std::uint32_t logged{};
     std::string inWords() const;
   };
-  mutable std::mutex mutex_;
+  mutable std::mutex mutex_;  // the capture thread waits for it: sentences are written without it
   std::vector<Row> rows_;
   std::vector<Faults> faults_;
 };

@@ -243,7 +243,7 @@ class ProbeReceiver final : public io::EventSource {
     if (std::exchange(shown_, receiver_.changes()) != receiver_.changes()) show();
     const auto& inputs = receiver_.inputs();
     if (std::exchange(shown_windows_, inputs.windows()) != inputs.windows())
-      counters_.receiver_inputs.show(inputs.last());
+      counters_.receiver_inputs.publish(inputs.last());
     return count;
   }
   int descriptor() const override { return receiver_.descriptor(); }
@@ -276,7 +276,7 @@ class ProbeReceiver final : public io::EventSource {
     }
     if (!status.lacks.empty() && std::exchange(logged_, status.lacks) != status.lacks)
       logWarning(std::string{name()} + " lacks something: " + status.lacks + ".");
-    counters_.front_end.show(status);
+    counters_.front_end.publish(status);
   }
 
   usb_probe::LinuxReceiver receiver_;
