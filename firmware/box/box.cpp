@@ -1,5 +1,6 @@
 #include "firmware/box/box.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <variant>
@@ -9,6 +10,8 @@
 
 namespace probebox::box {
 namespace {
+
+constexpr double kUnknown_ns = 4e9;  // instead of a standard deviation
 
 std::array<Nanoseconds, kLinearAxes> tauOf(const DelayActivated& activated) {
   std::array<Nanoseconds, kLinearAxes> tau{};
@@ -412,14 +415,17 @@ void Box::publish(MonoTime now) {
   state_.control_clock = clockOf(control_clock_);
   const auto& lost = state_.lost;
   const auto receiver = receiverOf(state_.probe_clock);
-  const double receiver_ns = sync_by_receiver_ ? receiver.sigma_ns : 0;
+  const bool is_known =
+      !sync_by_receiver_ || receiver.state == ClockState::locked || receiver.state == ClockState::holdover;
+  const double absolute_ns =
+      is_known ? std::hypot(map.sigma_ns, sync_by_receiver_ ? receiver.sigma_ns : 0) : kUnknown_ns;
   const published::CoreStatus core{
       .clock = {.state = map.state,
                 .sigma_ns = map.sigma_ns,
                 .frequency_ppb = frequency_ppb(clock_.offsetPpm()),
                 .tick = map.tick,
                 .edges = edgesOf(clock_.counters()),
-                .absolute_sigma_ns = static_cast<std::uint32_t>(std::lround(std::hypot(map.sigma_ns, receiver_ns)))},
+                .absolute_sigma_ns = static_cast<std::uint32_t>(std::lround(std::min(absolute_ns, kUnknown_ns)))},
       .receiver = receiver,
       .ledger = ledger,
       .events = {.received = state_.events,

@@ -200,7 +200,7 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::samples_lost_in_queue, "samples lost in the queue", u32, 1, "", read, "modulo 2^32",
      wraps32<&Snapshot::ledger, &Ledger::lost_in_queue>},
     {122, "clock sigma, absolute", u32, 1, "ns", read,
-     "standard deviation (k = 1) of the ticks on the clock of the box's computer",
+     "standard deviation (k = 1) of the ticks on the clock of the box's computer; 4000000000: not known",
      of<&Snapshot::clock, &ClockStatus::absolute_sigma_ns>},
 
     {address::word_order, "word order", u16, 1, "", write,

@@ -40,7 +40,7 @@ struct ClockStatus {
     field("tick", self.tick, "latest tick");
     field("edges", self.edges, "sync edges since the box started");
     field("absolute_sigma_ns", self.absolute_sigma_ns,
-          "ns, standard deviation (k = 1) of a tick's time on this computer's monotonic clock");
+          "ns, standard deviation (k = 1) of a tick's time on this computer's monotonic clock; 4e9: not known");
   }
 };
 

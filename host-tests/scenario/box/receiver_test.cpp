@@ -166,6 +166,10 @@ TEST(FrontEnd, CarriesARunFromItsPinsToADelayThatIsAccepted) {
   const auto& clock = scenario.state().snapshot.clock;
   EXPECT_GT(clock.absolute_sigma_ns, clock.sigma_ns) << "a tick is surer among the samples than on the computer's time";
   EXPECT_GE(clock.absolute_sigma_ns, scenario.state().snapshot.receiver.sigma_ns);
+  scenario.push(SourceLost{Source::probe, LossReason::disconnected, 0, scenario.now()});
+  scenario.run(20ms);
+  ASSERT_EQ(scenario.state().snapshot.receiver.state, ClockState::unlocked);
+  EXPECT_EQ(scenario.state().snapshot.clock.absolute_sigma_ns, 4'000'000'000U) << "packets are all that tells it";
 }
 
 TEST(Receiver, UnpluggedWithTheEncodersTakesTheirReferenceAway) {

@@ -292,7 +292,7 @@ Json describe(const RecordedStatus& r) {
   not_recorded(
       {"not_let_in", "modbus", "cnc_lines", "usb_ports", "unit", "process", "update", "storage_problems", "front_end"});
   not_recorded({"active_result_ids", "newest_results", "rests_on_retired", "inhibits", "cut_in_progress"});
-  all["clock"]["frequency_ppb"] = nullptr;
+  for (const auto* key : {"frequency_ppb", "absolute_sigma_ns"}) all["clock"][key] = nullptr;
   if (!r.map) all["clock"]["tick"] = nullptr;
   if (!r.beat) all["clock"]["edges"] = nullptr;
   if (!r.beat) not_recorded({"uptime_ms", "ledger", "deadline_misses", "from_hosts"});
