@@ -170,6 +170,7 @@ void addReceiver(const messages::Status::Answer& status, Sheet& sheet) {
   if (checks.empty()) return;
   for (auto& check : checks) {
     using Of = ReceiverCheck::Verdict;
+    if (check.verdict != Of::passed && !check.remedy.empty()) check.measured += "; " + check.remedy;
     sheet.rows.push_back({check.name, check.title, std::move(check.measured), std::move(check.limit),
                           check.verdict == Of::not_told ? Verdict::not_told : verdict(check.verdict == Of::passed)});
   }

@@ -14,7 +14,7 @@ struct ReceiverCheck {
   std::string measured;
   std::string limit;
   Verdict verdict{};
-  std::string remedy;  // of a failed one
+  std::string remedy;  // of what did not pass
 };
 
 // Empty while no receiver is connected.
