@@ -8,9 +8,17 @@
 namespace probebox::usb_host {
 namespace {
 
-using Kind = OpenError::Kind;
+// Until 1.0.26, libusb_set_interface_alt_setting() unlocks what it has not locked when it finds the device gone, and
+// libusb_close() then ends the process.
+bool cannotCloseWhatHasGone() {
+  const auto& version = *libusb_get_version();
+  return version.major == 1 && version.minor == 0 && version.micro <= 26;
+}
+
+}  // namespace
 
 OpenError failure(const Device& device, int code, const char* doing) {
+  using Kind = OpenError::Kind;
   const std::string name = "usb:" + device.name();
   switch (code) {
     case LIBUSB_ERROR_ACCESS:
@@ -28,15 +36,6 @@ OpenError failure(const Device& device, int code, const char* doing) {
       return {Kind::failed, name + ": " + doing + " failed: " + libusb_strerror(code) + "; plug it in again"};
   }
 }
-
-// Until 1.0.26, libusb_set_interface_alt_setting() unlocks what it has not locked when it finds the device gone, and
-// libusb_close() then ends the process.
-bool cannotCloseWhatHasGone() {
-  const auto& version = *libusb_get_version();
-  return version.major == 1 && version.minor == 0 && version.micro <= 26;
-}
-
-}  // namespace
 
 Outcome<std::unique_ptr<ClaimedInterface>, OpenError> ClaimedInterface::open(const std::shared_ptr<Context>& context,
                                                                              const Device& device) {

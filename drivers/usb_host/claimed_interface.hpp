@@ -13,6 +13,9 @@ struct libusb_device_handle;
 
 namespace probebox::usb_host {
 
+// Puts into words what libusb says (`code`) of `doing` something with a device, such as "opening it".
+OpenError failure(const Device& device, int code, const char* doing);
+
 // An opened device with its interface claimed and reset by SET_INTERFACE 0, which clears data of earlier hosts. Release
 // it only after all transfers have completed (BulkIn and BulkOut ensure this).
 class ClaimedInterface {

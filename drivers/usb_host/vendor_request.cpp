@@ -3,7 +3,7 @@
 #include <array>
 #include <libusb.h>
 
-#include "drivers/usb_host/linux_access.hpp"
+#include "drivers/usb_host/claimed_interface.hpp"
 
 namespace probebox::usb_host {
 namespace {
@@ -14,13 +14,8 @@ constexpr std::uint8_t kVendorDevice = std::uint8_t{LIBUSB_REQUEST_TYPE_VENDOR} 
 
 Outcome<VendorRequests, OpenError> VendorRequests::open(const Device& device) {
   libusb_device_handle* handle = nullptr;
-  const int code = libusb_open(device.handle.get(), &handle);
-  if (code == LIBUSB_ERROR_ACCESS)
-    return OpenError{OpenError::Kind::no_permission, "usb:" + device.name() + ": no permission to open " + device.node +
-                                                         "; " + remedyFor(Access::no_permission)};
-  if (code != LIBUSB_SUCCESS)
-    return OpenError{OpenError::Kind::failed,
-                     "usb:" + device.name() + ": opening it failed: " + libusb_strerror(code) + "; plug it in again"};
+  if (const int code = libusb_open(device.handle.get(), &handle); code != LIBUSB_SUCCESS)
+    return failure(device, code, "opening it");
   VendorRequests requests{handle};
   requests.keeps_context_ = device.handle;
   requests.own_ = {handle, &libusb_close};

@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "box_on_usb.hpp"
 #include "fake_box.hpp"
 #include "host-tests/mock_usb/front_end_on_bus.hpp"
 #include "in_process.hpp"
@@ -181,6 +182,19 @@ TEST_F(FrontEndUpdate, LeavesItAloneWhereTheFileIsNotNewerOrNotItsOwn) {
   EXPECT_FALSE(front_end_.takeBootLoader());
   startChip(same.size(), front_end::kVersion);
   EXPECT_EQ(update(write(same), {"--force"}).status, 0);
+}
+
+TEST_F(FrontEndUpdate, NamesTheGroupOfThoseWhoMayOpenIt) {
+  const auto file = write(uf2Of(flashWith(0x0203)));
+  fs::permissions(directory_.path(), fs::perms{0755});
+  bus_->setMode("1-3", 0600);
+  Finished refused;
+  {
+    const AsNobody nobody;
+    refused = update(file);
+  }
+  EXPECT_EQ(refused.object()["error"], "no-permission");
+  EXPECT_THAT(refused.err, testing::HasSubstr("group probebox"));
 }
 
 TEST_F(FrontEndUpdate, LeavesAnotherReceiverAlone) {

@@ -138,7 +138,7 @@ class FrontEndErrand {
         usb_host::choose(usb_host::devices(*context, usb::kReceiver), options_.receiver, usb::kReceiver);
     if (!device) return Trouble{ExitStatus::no_box, "no-front-end", device.error().what};
     const auto requests = VendorRequests::open(*device);
-    if (!requests) return Trouble{ExitStatus::no_box, "no-permission", requests.error().what};
+    if (!requests) return whyNotOpened(*device, requests.error());
     const auto front_end = usb_probe::askFrontEnd(*requests);
     if (!front_end)
       return refused("another-receiver", "usb:" + device->name() +
@@ -156,6 +156,14 @@ class FrontEndErrand {
     return refused("no-boot-loader",
                    "the front end does not restart into its boot loader: hold its button BOOTSEL "
                    "while you plug it in, and give the same command again");
+  }
+
+  // The rule for the box's own user (60-probeboxd.rules) gives it to a group, the one for a person does not.
+  static Trouble whyNotOpened(const usb_host::Device& device, const usb_host::OpenError& error) {
+    if (error.kind != usb_host::OpenError::Kind::no_permission) return {ExitStatus::no_box, "no-front-end", error.what};
+    return {ExitStatus::no_box, "no-permission",
+            "usb:" + device.name() + ": no permission to open " + device.node +
+                "; run it as root, or as a member of group probebox"};
   }
 
   // Who reads it loses it for a while. A box answers for the one that it reads alone.
