@@ -28,7 +28,7 @@ void InputFigures::sample(std::uint8_t run, std::uint32_t counter, const Sample&
   if (has_difference) ++differences_;
   ++in_a_row_;
   if ((sample.status & status::kClipped) != 0) ++now_.clipped;
-  if (++now_.samples == kWindow) finish();
+  if (++now_.samples == messages::ReceiverInputs::kWindow) finish();
 }
 
 // Whole periods from one rising edge to the next, in steps of the receiver's counter.

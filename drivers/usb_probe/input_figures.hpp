@@ -11,8 +11,6 @@ namespace probebox::usb_probe {
 // What the samples and the loop-back edges of a receiver show of its inputs, window by window. Never allocates.
 class InputFigures {
  public:
-  static constexpr std::uint32_t kWindow = 2048;  // samples
-
   void sample(std::uint8_t run, std::uint32_t counter, const Sample& sample);
   void loopBack(std::uint8_t run, std::uint32_t steps_a_sample, const LineEdge& edge);
   void restart();

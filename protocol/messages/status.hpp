@@ -52,8 +52,9 @@ struct PinStatus {
   }
 };
 
-// What the last 2048 samples of a probe receiver on USB show of its inputs.
+// What the last kWindow samples of a probe receiver on USB show of its inputs.
 struct ReceiverInputs {
+  static constexpr std::uint32_t kWindow = 2048;
   std::uint32_t samples{};
   std::array<double, 3> noise_nm{};
   std::array<std::int32_t, 3> lowest_nm{};

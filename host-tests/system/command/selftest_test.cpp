@@ -122,6 +122,24 @@ TEST(ReceiverChecks, DoNotBlameAnotherReceiverForWhatItNeverHad) {
   EXPECT_EQ(receiverChecks(unwired).back().verdict, ReceiverCheck::Verdict::not_told);
 }
 
+TEST(ReceiverChecks, SayWhatTheyCannotJudgeYet) {
+  auto status = goodReceiver();
+  status.front_end.rate_hz = 1000;
+  status.front_end.inputs = {};
+  const auto early = receiverChecks(status);
+  ASSERT_EQ(early.size(), 2U);
+  EXPECT_EQ(early.back().verdict, ReceiverCheck::Verdict::not_told);
+  EXPECT_THAT(early.back().remedy, HasSubstr("3 s")) << "2048 samples";
+  auto slow = goodReceiver();
+  slow.front_end.rate_hz = 10'000;
+  slow.front_end.sync_out_hz = 4;
+  slow.front_end.inputs.loop_back_periods = 0;
+  EXPECT_EQ(receiverChecks(slow).back().verdict, ReceiverCheck::Verdict::not_told);
+  EXPECT_THAT(receiverChecks(slow).back().remedy, testing::Not(HasSubstr("wire"))) << "it may be wired";
+  slow.front_end.sync_out_hz = 5;
+  EXPECT_THAT(receiverChecks(slow).back().remedy, HasSubstr("wire"));
+}
+
 TEST(IndexReport, NamesAMarkThatIsSilentWhereItsAxisHasNoReference) {
   const std::vector<messages::LineStatus> lines{{.name = "sync", .role = 0, .line = 0, .edges = 0, .lost = 0},
                                                 {.name = "index X", .role = 2, .line = 0, .edges = 0, .lost = 0},

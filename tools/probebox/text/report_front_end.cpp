@@ -10,6 +10,8 @@ namespace {
 
 using Verdict = ReceiverCheck::Verdict;
 
+constexpr auto kWindow = messages::ReceiverInputs::kWindow;
+
 // Of an oscillator: the box refuses 200 ppm, and the front end has a crystal of 10 ppm.
 constexpr double kMostOff_ppm = 200, kMostOffOfFrontEnd_ppm = 100;
 constexpr double kNoiseMargin = 1.1;  // 4.5 sd of a standard deviation that one window measures
@@ -32,6 +34,11 @@ ReceiverCheck program(const messages::FrontEndStatus& front_end) {
           : tells                 ? Verdict::failed
                                   : Verdict::not_told,
           front_end.lacks};
+}
+
+ReceiverCheck tooFewSamples(const messages::FrontEndStatus& front_end) {
+  const auto when = front_end.rate_hz > 0 ? printed("in %.0f s", std::ceil(kWindow / front_end.rate_hz)) : "after them";
+  return {"converter", "converter", printed("not yet %u samples", kWindow), "", Verdict::not_told, "repeat " + when};
 }
 
 ReceiverCheck oscillator(const messages::ReceiverStatus& receiver, double most_off_ppm) {
@@ -79,7 +86,11 @@ ReceiverCheck loopBack(const messages::FrontEndStatus& front_end) {
   const auto& inputs = front_end.inputs;
   ReceiverCheck check{"receiver-stamps", "stamps of the receiver", "", "", Verdict::not_told, ""};
   if (inputs.loop_back_periods == 0 || front_end.sync_out_hz <= 0 || front_end.step_ps == 0) {
-    check.measured = "nothing on LOOPBACK: wire SYNC_OUT to it, with sync_out_hz in [front_end] of box.toml";
+    const bool is_slow = front_end.sync_out_hz > 0 && front_end.sync_out_hz * kWindow < front_end.rate_hz;
+    check.measured =
+        is_slow ? printed("SYNC_OUT has less than one period in %u samples", kWindow) : "nothing on LOOPBACK";
+    check.remedy = is_slow ? "write a higher sync_out_hz in [front_end] of box.toml to have them judged"
+                           : "wire SYNC_OUT to it, with sync_out_hz in [front_end] of box.toml";
     return check;
   }
   const double period = std::round(1e12 / front_end.step_ps / front_end.sync_out_hz);
@@ -99,7 +110,10 @@ std::vector<ReceiverCheck> receiverChecks(const messages::Status::Answer& status
   const auto& front_end = status.front_end;
   if (front_end.packet_version == 0 && front_end.version.empty()) return {};
   std::vector<ReceiverCheck> checks{program(front_end)};
-  if (front_end.inputs.samples == 0) return checks;
+  if (front_end.inputs.samples == 0) {
+    checks.push_back(tooFewSamples(front_end));
+    return checks;
+  }
   checks.push_back(oscillator(status.receiver, front_end.version.empty() ? kMostOff_ppm : kMostOffOfFrontEnd_ppm));
   checks.push_back(noise(front_end));
   checks.push_back(range(front_end.inputs));
