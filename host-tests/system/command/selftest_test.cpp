@@ -97,7 +97,9 @@ TEST(ReceiverChecks, NameTheInputThatIsWrong) {
   using Status = messages::Status::Answer;
   using testing::ElementsAre;
   EXPECT_THAT(after([](Status& s) { s.front_end.lacks = "edges of lines"; }), ElementsAre("front-end"));
-  EXPECT_THAT(after([](Status& s) { s.receiver.frequency_ppb = 150'000; }), ElementsAre("receiver-clock"));
+  EXPECT_THAT(after([](Status& s) { s.receiver.frequency_ppb = 210'000; }), ElementsAre("receiver-clock"));
+  EXPECT_THAT(after([](Status& s) { s.receiver.frequency_ppb = 150'000; }), testing::IsEmpty())
+      << "its crystal, and a rate_hz beside its steps";
   EXPECT_THAT(after([](Status& s) { s.receiver.state = ClockState::unlocked; }), ElementsAre("receiver-clock"));
   EXPECT_THAT(after([](Status& s) { s.front_end.inputs.noise_nm[1] = 450; }), ElementsAre("converter-noise"));
   EXPECT_THAT(after([](Status& s) { s.front_end.inputs.noise_nm[1] = 420; }), testing::IsEmpty())

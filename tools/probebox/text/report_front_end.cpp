@@ -12,8 +12,8 @@ using Verdict = ReceiverCheck::Verdict;
 
 constexpr auto kWindow = messages::ReceiverInputs::kWindow;
 
-// Of an oscillator: the box refuses 200 ppm, and the front end has a crystal of 10 ppm.
-constexpr double kMostOff_ppm = 200, kMostOffOfFrontEnd_ppm = 100;
+// The box refuses more. Half of it is room for a rate_hz that is no whole number of a front end's steps.
+constexpr double kMostOff_ppm = 200;
 constexpr double kNoiseMargin = 1.1;  // 4.5 sd of a standard deviation that one window measures
 // A stamp is late by up to two steps where another line changed beside it, and each end of a period is right to one.
 constexpr double kMostOff_steps = 3;
@@ -41,14 +41,14 @@ ReceiverCheck tooFewSamples(const messages::FrontEndStatus& front_end) {
   return {"converter", "converter", printed("not yet %u samples", kWindow), "", Verdict::not_told, "repeat " + when};
 }
 
-ReceiverCheck oscillator(const messages::ReceiverStatus& receiver, double most_off_ppm) {
+ReceiverCheck oscillator(const messages::ReceiverStatus& receiver) {
   const double off_ppm = 1e-3 * receiver.frequency_ppb;
   return {"receiver-clock",
           "clock of the receiver",
           std::string{messages::nameOf(receiver.state)} + ", samples within " + readableNs(receiver.sigma_ns) +
               printed(" (k = 1), %+.2f ppm", off_ppm),
-          printed("locked, within %g ppm", most_off_ppm),
-          verdictOf(receiver.state == ClockState::locked && std::abs(off_ppm) <= most_off_ppm),
+          printed("locked, within %g ppm", kMostOff_ppm),
+          verdictOf(receiver.state == ClockState::locked && std::abs(off_ppm) <= kMostOff_ppm),
           "check rate_hz of probe.toml, the receiver's crystal, and its USB cable and hub"};
 }
 
@@ -114,7 +114,7 @@ std::vector<ReceiverCheck> receiverChecks(const messages::Status::Answer& status
     checks.push_back(tooFewSamples(front_end));
     return checks;
   }
-  checks.push_back(oscillator(status.receiver, front_end.version.empty() ? kMostOff_ppm : kMostOffOfFrontEnd_ppm));
+  checks.push_back(oscillator(status.receiver));
   checks.push_back(noise(front_end));
   checks.push_back(range(front_end.inputs));
   if (!front_end.version.empty()) checks.push_back(loopBack(front_end));
