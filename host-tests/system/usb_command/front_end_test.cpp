@@ -252,6 +252,25 @@ TEST_F(FrontEndUpdate, KnowsTheChipOfTheDriveFromOneThatRuns) {
   EXPECT_FALSE(front_end_.takeBootLoader());
 }
 
+TEST_F(FrontEndUpdate, SaysWhereItLeavesTheChipWhenItIsInterrupted) {
+  std::atomic<bool> interrupted{};
+  chip_ = std::thread{[&] {
+    while (!done_ && !front_end_.takeBootLoader()) std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    interrupted = true;
+  }};
+  const auto stopped = probebox({"update", "--front-end", write(uf2Of(flashWith(0x0203))), "--drive", drive_.string()},
+                                {}, &interrupted);
+  done_ = true;
+  chip_.join();
+  EXPECT_EQ(stopped.status, static_cast<int>(ExitStatus::interrupted));
+  EXPECT_THAT(stopped.err, testing::HasSubstr("boot loader"));
+}
+
+TEST_F(FrontEndUpdate, CannotBeLeftToItself) {
+  EXPECT_EQ(update(write(uf2Of(flashWith(0x0203))), {"--no-wait"}).status, static_cast<int>(ExitStatus::usage));
+  EXPECT_FALSE(front_end_.takeBootLoader());
+}
+
 TEST_F(FrontEndUpdate, NamesADriveThatDoesNotAppear) {
   const auto failed = update(write(uf2Of(flashWith(0x0203))));
   EXPECT_EQ(failed.object()["error"], "no-drive");

@@ -60,7 +60,7 @@ class VendorCommands {
         ->check(anyName())
         ->needs(front_end);
     update->add_flag("--force", update_.force, "install it even if its version is not above the one that runs");
-    update->add_flag("--no-wait", update_.no_wait, "exit when the box has the bundle");
+    update->add_flag("--no-wait", update_.no_wait, "exit when the box has the bundle")->excludes(front_end);
     addPatience(update, update_.patience_s);
   }
 

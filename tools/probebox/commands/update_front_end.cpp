@@ -31,7 +31,7 @@ using usb_probe::FrontEnd;
 
 constexpr std::size_t kMostImageBytes = 4U << 20U;
 constexpr double kMostPatience_s = 60;
-constexpr milliseconds kLookEvery{250};
+constexpr milliseconds kLookEvery{250}, kMountPatience{5000};
 constexpr const char* kLabel = "/dev/disk/by-label/RPI-RP2";
 
 Trouble refused(std::string name, std::string what) {
@@ -84,10 +84,14 @@ class FrontEndErrand {
 
   std::optional<Trouble> go() {
     drive_ = findDrive(options_.drive);
-    if (auto trouble = drive_ ? whyTwoChips() : restartIntoBootLoader()) return trouble;
-    if (!until("waiting for the drive of the front end's boot loader",
-               [this] { return (drive_ = findDrive(options_.drive)).has_value(); }))
-      return console_.interrupted() ? interruption() : noDrive();
+    if (auto trouble = drive_ || isNotMounted() ? whyTwoChips() : restartIntoBootLoader()) return trouble;
+    until("waiting for the drive of the front end's boot loader",
+          [this] { return (drive_ = findDrive(options_.drive)).has_value() || nobodyMountsIt(); });
+    if (!drive_ && console_.interrupted())
+      return Trouble{ExitStatus::interrupted, "interrupted",
+                     "interrupted: the front end waits in its boot loader; give the same command again, or plug it in "
+                     "again"};
+    if (!drive_) return noDrive();
     console_.note("copying " + usb_probe::versionText(version_) + " to " + drive_->string());
     if (!copyTo(*drive_, image_))
       return Trouble{ExitStatus::failed, "not-written",
@@ -126,8 +130,9 @@ class FrontEndErrand {
     if (!context) return std::nullopt;
     for (const auto& device : usb_host::devices(*context, usb::kReceiver)) others_.push_back(device.name());
     if (others_.empty() || !options_.drive.empty()) return std::nullopt;
-    return refused("two-chips", "a chip waits in its boot loader (" + drive_->string() + "), and the front end " +
-                                    others_.front() + " runs: name the drive with --drive, or unplug the other");
+    return refused("two-chips", "a chip waits in its boot loader (" + (drive_ ? drive_->string() : kLabel) +
+                                    "), and the front end " + others_.front() +
+                                    " runs: name the drive with --drive, or unplug the other");
   }
 
   // One that waits in its boot loader is no receiver.
@@ -193,9 +198,20 @@ class FrontEndErrand {
     return requests ? usb_probe::askFrontEnd(*requests) : std::nullopt;
   }
 
-  Trouble noDrive() const {
+  bool isNotMounted() const {
     std::error_code none;
-    if (options_.drive.empty() && fs::exists(kLabel, none))
+    return options_.drive.empty() && fs::exists(kLabel, none);
+  }
+
+  // A desktop takes a moment to mount it.
+  bool nobodyMountsIt() {
+    if (!isNotMounted()) return false;
+    if (!label_since_) label_since_ = link::now();
+    return link::now() > *label_since_ + kMountPatience;
+  }
+
+  Trouble noDrive() const {
+    if (label_since_)
       return {ExitStatus::failed, "not-mounted",
               std::string{"the drive of the boot loader is there, and not mounted: mount "} + kLabel +
                   ", and give the same command with --drive and the folder"};
@@ -222,7 +238,8 @@ class FrontEndErrand {
   Nanoseconds patience_;
   Console& console_;
   std::optional<fs::path> drive_;
-  std::vector<std::string> others_;  // receivers that ran while the chip waited in its boot loader
+  std::optional<MonoTime> label_since_;  // the drive is there, not mounted
+  std::vector<std::string> others_;      // receivers that ran while the chip waited in its boot loader
   std::optional<std::uint16_t> before_;
   std::uint16_t after_{};
 };
