@@ -93,6 +93,7 @@ struct FrontEndStatus {
   std::string lacks{};
   double stated_noise_um{};
   ReceiverInputs inputs{};
+  bool isThere() const { return packet_version != 0 || !version.empty(); }
   static constexpr void fields(auto& self, auto&& field) {
     field("serial_number", self.serial_number, "of its USB device; empty for none");
     field("version", self.version, "of its program, such as 1.0; empty where it does not tell");
@@ -259,7 +260,7 @@ struct Status {
       field("process", self.process, "the daemon as the kernel sees it");
       field("update", self.update, "what came of the last update, or how far one is; empty for none");
       field("front_end", self.front_end, "the probe receiver on USB, while one is connected",
-            published::NullUnless{self.front_end.packet_version != 0 || !self.front_end.version.empty()});
+            published::NullUnless{self.front_end.isThere()});
     }
   };
 };

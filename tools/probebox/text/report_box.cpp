@@ -5,6 +5,7 @@
 #include "tools/case/readable.hpp"
 #include "tools/probebox/cli/json_of.hpp"
 #include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_front_end.hpp"
 
 namespace probebox::command {
 namespace {
@@ -220,12 +221,11 @@ std::string page(const messages::Descriptor& d) {
 }
 
 void addFrontEnd(const messages::FrontEndStatus& front_end, std::string& all) {
-  if (front_end.packet_version == 0 && front_end.version.empty()) return;
+  if (!front_end.isThere()) return;
   const auto& scale = front_end.full_scale_um;
-  std::string text = front_end.serial_number + ", packets of version " + to_string(front_end.packet_version);
+  auto text = identityOf(front_end);
   if (!front_end.version.empty())
-    text += ", program " + front_end.version +
-            printed(", %.2f samples/s, full scale %g %g %g um, sync out %.6g Hz", front_end.rate_hz, scale[0], scale[1],
+    text += printed(", %.2f samples/s, full scale %g %g %g um, sync out %.6g Hz", front_end.rate_hz, scale[0], scale[1],
                     scale[2], front_end.sync_out_hz);
   all += row("front end", text);
   if (!front_end.lacks.empty()) all += row("front end lacks", front_end.lacks);

@@ -26,9 +26,7 @@ ReceiverCheck program(const messages::FrontEndStatus& front_end) {
   const bool tells = !front_end.version.empty();
   return {"front-end",
           "front end",
-          (tells ? "program " + front_end.version + ", " : "another receiver, ") +
-              (front_end.serial_number.empty() ? "no serial number" : front_end.serial_number) +
-              ", packets of version " + std::to_string(front_end.packet_version),
+          identityOf(front_end),
           "it lacks nothing that this firmware knows",
           front_end.lacks.empty() ? Verdict::passed
           : tells                 ? Verdict::failed
@@ -106,9 +104,15 @@ ReceiverCheck loopBack(const messages::FrontEndStatus& front_end) {
 
 }  // namespace
 
+std::string identityOf(const messages::FrontEndStatus& front_end) {
+  return (front_end.serial_number.empty() ? "no serial number" : front_end.serial_number) + ", packets of version " +
+         std::to_string(front_end.packet_version) +
+         (front_end.version.empty() ? ", another receiver" : ", program " + front_end.version);
+}
+
 std::vector<ReceiverCheck> receiverChecks(const messages::Status::Answer& status) {
   const auto& front_end = status.front_end;
-  if (front_end.packet_version == 0 && front_end.version.empty()) return {};
+  if (!front_end.isThere()) return {};
   std::vector<ReceiverCheck> checks{program(front_end)};
   if (front_end.inputs.samples == 0) {
     checks.push_back(tooFewSamples(front_end));

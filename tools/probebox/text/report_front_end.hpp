@@ -17,6 +17,9 @@ struct ReceiverCheck {
   std::string remedy;  // of what did not pass
 };
 
+// Serial number, packets and program, for a person.
+std::string identityOf(const messages::FrontEndStatus& front_end);
+
 // Empty while no receiver is connected.
 std::vector<ReceiverCheck> receiverChecks(const messages::Status::Answer& status);
 
