@@ -241,6 +241,7 @@ TEST_F(FrontEndUpdate, KnowsTheChipOfTheDriveFromOneThatRuns) {
     if (!waitForFile(file.size())) return;
     auto device = waiting.device();
     device.path = "1-4";
+    ++device.address;
     device.serial_number = "E0C9125B0D9B5A26";
     bus_->plug(device);
   }};
