@@ -4,10 +4,12 @@
 #include <utility>
 
 #include "firmware/metrology/checks/checks.hpp"
+#include "firmware/metrology/checks/likely_causes.hpp"
 #include "firmware/metrology/checks/suspects.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/tool/tool_store.hpp"
 #include "firmware/metrology/uncertainty/budget.hpp"
+#include "firmware/metrology/uncertainty/known_quantities.hpp"
 #include "protocol/units/nearest.hpp"
 
 namespace probebox::metrology {
@@ -26,6 +28,7 @@ Solved solve(const Dataset& dataset, const Method& method) {
     if (check.after == nullptr) continue;
     if (auto refusal = check.after(dataset, method, solved.value())) return *std::move(refusal);
   }
+  nameLikelyCauses(atTemperature(mended.dataset, method), method, solved.value());
   if (method.judge == nullptr) return solved;
   if (auto refusal = method.judge(dataset, solved.value())) return *refusal;
   return solved;

@@ -15,7 +15,6 @@
 #include <variant>
 #include <vector>
 
-#include "firmware/metrology/checks/likely_causes.hpp"
 #include "firmware/metrology/checks/plausible.hpp"
 #include "firmware/metrology/checks/unusual.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
@@ -383,10 +382,6 @@ constexpr Check kChecks[]{
     {kNoRedundancy, "results", "warns where there are as many readings as unknowns", nullptr, warnOfNoRedundancy},
     {kUnusualScatter, "results without a stated sigma", "warns of readings that scatter by more than 0.02 mm (k = 1)",
      nullptr, warnOfUnusualScatter},
-    {"likely causes", "residuals",
-     "names, in a warning of residuals, the errors of machine, probe and sizes that "
-     "leave such ones",
-     nullptr, nameLikelyCauses},
     {kUnusualLength, "lengths with a usual size", "warns of a size that a machine tool seldom has, such as inches",
      nullptr, warnOfUnusualLengths},
 };

@@ -181,7 +181,7 @@ std::optional<std::string> likelyCauses(const Dataset& dataset, const Method& me
   return "such residuals are left by: " + names;
 }
 
-std::optional<Refusal> nameLikelyCauses(const Dataset& dataset, const Method& method, Result& result) {
+void nameLikelyCauses(const Dataset& dataset, const Method& method, Result& result) {
   constexpr std::array<std::string_view, 3> kWords{"contradict", "disagree", "samples are correlated"};
   constexpr std::array kOfResiduals{kResidualsExceedNoise, kResidualsShowAPattern};
   const auto isOfResiduals = [&](const std::string& warning) {
@@ -189,7 +189,7 @@ std::optional<Refusal> nameLikelyCauses(const Dataset& dataset, const Method& me
            std::ranges::any_of(kWords, [&](auto word) { return warning.find(word) != std::string::npos; });
   };
   const auto warning = std::ranges::find_if(result.warnings, isOfResiduals);
-  if (warning == result.warnings.end()) return std::nullopt;
+  if (warning == result.warnings.end()) return;
   double sigma_mm = 0;
   if (result.chi2_reduced && *result.chi2_reduced > 0) {
     const auto law = lawOf(result);
@@ -198,7 +198,6 @@ std::optional<Refusal> nameLikelyCauses(const Dataset& dataset, const Method& me
     sigma_mm = std::sqrt(squares / static_cast<double>(law ? law->dof : result.dof) / *result.chi2_reduced);
   }
   if (const auto causes = likelyCauses(dataset, method, sigma_mm)) *warning += "; " + *causes;
-  return std::nullopt;
 }
 
 }  // namespace probebox::metrology

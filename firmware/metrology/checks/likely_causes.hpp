@@ -12,11 +12,12 @@
 // well as the best; all of these are named.
 namespace probebox::metrology {
 
-// Sentence; nothing where no error explains the residuals, or none are there. sigma_mm: noise of a reading as it is
-// stated; 0: unknown.
+// Sentence; nothing where no error explains the residuals, or none are there. dataset: at its temperature. sigma_mm:
+// noise of a reading as it is stated; 0: unknown.
 std::optional<std::string> likelyCauses(const Dataset& dataset, const Method& method, double sigma_mm);
 
-// Adds it to the first warning that says that the readings contradict the model or their noise.
-std::optional<Refusal> nameLikelyCauses(const Dataset& dataset, const Method& method, Result& result);
+// Adds it to the first warning that says that the readings contradict the model or their noise. dataset: as it was
+// solved, mended and at its temperature.
+void nameLikelyCauses(const Dataset& dataset, const Method& method, Result& result);
 
 }  // namespace probebox::metrology

@@ -42,8 +42,8 @@ struct Residue {
   }
 };
 
-// Residuals of the readings in mm with degrees of freedom; nothing where there is no such thing to look at, or where
-// they are not those that the fit has made least.
+// Residuals of the readings in mm with degrees of freedom, solved at the temperature of the case; nothing where there
+// is no such thing to look at, or where they are not those that the fit has made least.
 std::optional<Residue> residueOf(const Dataset& dataset, const Method& method);
 
 // Null where there is no such column.

@@ -207,10 +207,6 @@ void apply(Explanation explanation, Mended& mended) {
   if (!mended.drift.empty() && mended.drift.size() >= coordinates) mended.dataset.config[kDriftError.key] = 0.0;
 }
 
-Dataset asSolved(const Dataset& dataset, const Method& method) {
-  return dataset.config.contains("expansion_per_k") ? atTemperature(dataset, method) : dataset;
-}
-
 void numberAsInFile(Residuals& residuals, const Mended& mended) {
   for (auto& name : residuals.names) {
     const auto row = readingRowOf(mended.dataset, name);
@@ -253,7 +249,7 @@ Outcome<Mended, Refusal> mendFaults(const Dataset& dataset, const Method& method
     return table != nullptr && table->column(column::kTime) != nullptr;
   };
   if (first.dof < 2 || first.residuals.unit != "mm" || std::ranges::any_of(method.tables, is_stream)) return mended;
-  auto before = residueOf(asSolved(dataset, method), method);
+  auto before = residueOf(dataset, method);
   if (!before) return mended;
   if (auto refusal = refuseTransformed(*before, method)) return *refusal;
   const double least = leastVarianceOf(*before);
@@ -285,17 +281,18 @@ Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal re
   constexpr std::array<std::string_view, 3> kOfResiduals{"residual-too-large", "readings-contradict", "steps-disagree"};
   if (std::ranges::find(kOfResiduals, refusal.name) == kOfResiduals.end()) return refusal;
   // A sigma that nobody states refuses nothing, and shows by how much the residuals fall.
-  Dataset unweighted = asSolved(dataset, method);
+  Dataset unweighted = dataset;
   unweighted.config.erase(std::string{key::kSigma.name});
   const auto before = residueOf(unweighted, method);
   for (auto& [name, reason, transformed] : transformsOf(dataset, method)) {
-    const auto after = residueOf(asSolved(transformed, method), method);
+    const auto after = residueOf(transformed, method);
     if (!after || after->dof <= 1) continue;
     if (!before || before->squares() >= kWrongByFar * after->squares()) return {name, reason};
   }
   const auto stated = configPositive(dataset, key::kSigma.name);
   const double sigma_mm = stated && *stated ? **stated : 0;
-  if (const auto causes = likelyCauses(unweighted, method, sigma_mm)) refusal.reason += "; " + *causes;
+  if (const auto causes = likelyCauses(atTemperature(unweighted, method), method, sigma_mm))
+    refusal.reason += "; " + *causes;
   if (!before || !(sigma_mm > 0)) return refusal;
   const double scatter_mm = std::sqrt(before->squares() / static_cast<double>(before->dof));
   if (scatter_mm > kMoreThanStated * sigma_mm)
