@@ -182,11 +182,9 @@ std::optional<std::string> likelyCauses(const Dataset& dataset, const Method& me
 }
 
 void nameLikelyCauses(const Dataset& dataset, const Method& method, Result& result) {
-  constexpr std::array<std::string_view, 3> kWords{"contradict", "disagree", "samples are correlated"};
-  constexpr std::array kOfResiduals{kResidualsExceedNoise, kResidualsShowAPattern};
+  constexpr std::array kOfResiduals{kResidualsExceedNoise, kResidualsShowAPattern, kReadingsContradict};
   const auto isOfResiduals = [&](const std::string& warning) {
-    return std::ranges::any_of(kOfResiduals, [&](auto name) { return warning.starts_with(name); }) ||
-           std::ranges::any_of(kWords, [&](auto word) { return warning.find(word) != std::string::npos; });
+    return std::ranges::any_of(kOfResiduals, [&](auto name) { return warning.starts_with(name); });
   };
   const auto warning = std::ranges::find_if(result.warnings, isOfResiduals);
   if (warning == result.warnings.end()) return;

@@ -9,10 +9,12 @@
 
 namespace probebox::metrology {
 
-// Stable names that begin a warning about noise, for programs.
+// Stable names that begin a warning about residuals, for programs.
 inline constexpr std::string_view kResidualsExceedNoise = "residuals-exceed-noise";
 inline constexpr std::string_view kResidualsBelowNoise = "residuals-below-noise";
 inline constexpr std::string_view kResidualsShowAPattern = "residuals-show-a-pattern";
+// Each other or their model; also the name of a refusal.
+inline constexpr std::string_view kReadingsContradict = "readings-contradict";
 
 // The noise that residuals are compared with if no sigma is stated.
 inline constexpr std::string_view kNoiseOfSamples = "the noise of the samples within each touch";

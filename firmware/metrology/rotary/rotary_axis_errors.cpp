@@ -16,6 +16,7 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/rotary/rotary_joint_errors.hpp"
 #include "firmware/metrology/rotary/rotary_location.hpp"
@@ -320,7 +321,8 @@ Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
   addNominalAxis(answer.result(), bench.axis);
   if (!zero_agrees) {
     answer.warn(
-        "the first coordinates at phi = 0 disagree with the second ones and are not used for the position of the "
+        std::string{kReadingsContradict} +
+        ": the first coordinates at phi = 0 disagree with the second ones and are not used for the position of the "
         "plate: check that the axis returned to zero");
   }
   if (dataset.config.contains(kStationRadiusKey)) answer.warn(unusedKey(kStationRadiusKey, dataset.method));

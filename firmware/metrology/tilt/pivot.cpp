@@ -15,6 +15,7 @@
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
 #include "protocol/units/angle.hpp"
@@ -72,14 +73,14 @@ Outcome<std::optional<std::string>, Refusal> checkSkew(const std::vector<TiltRea
     const bool beyond = std::abs(change.mm) > kDeviations * change.sd_mm;
     if (std::abs(change.mm) > kGross_mm && (beyond || !sigma.stated)) {
       return Refusal{
-          "readings-contradict",
+          std::string{kReadingsContradict},
           "the reading at a tilt of " + text(reading.tilt_deg) + " degrees is " + text(change.mm) +
               " mm from where the other readings put it along the axis, skew included: one of the readings is wrong; "
               "measure again, with a third tilt"};
     }
     if (beyond && !warning)
-      warning = "the readings along the axis contradict its skew by " + text(change.mm) +
-                " mm: one of them may be wrong; read at a third tilt to find it";
+      warning = std::string{kReadingsContradict} + ": the readings along the axis contradict its skew by " +
+                text(change.mm) + " mm: one of them may be wrong; read at a third tilt to find it";
   }
   TRY(const auto lean, checkLean(fit, sigma));
   return warning ? warning : lean;

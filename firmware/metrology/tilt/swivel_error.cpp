@@ -13,6 +13,7 @@
 #include "firmware/metrology/dataset/relative_sigma.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/further_reading.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/tilt/swivel_fit.hpp"
 #include "firmware/metrology/tilt/swivel_lengths.hpp"
 #include "firmware/metrology/tilt/swivel_stops.hpp"
@@ -92,11 +93,12 @@ void explain(Chosen& chosen, const Candidates& candidates, double sigma, bool st
   }
   if (chosen.recommended != Kind::free) return;
   if (!stated) {
-    chosen.warnings.emplace_back(
-        "the readings contradict a rigid head: sin B and 1 - cos B are fitted for each coordinate");
+    chosen.warnings.push_back(
+        std::string{kReadingsContradict} +
+        ": the readings contradict a rigid head: sin B and 1 - cos B are fitted for each coordinate");
   } else if (kind != Kind::free) {
     const auto name = std::string{kNames[static_cast<std::size_t>(kind)]};
-    chosen.warnings.push_back("the readings contradict model " + name + " (rms " +
+    chosen.warnings.push_back(std::string{kReadingsContradict} + ": the readings contradict model " + name + " (rms " +
                               text(candidates.rms(kind, sigma).value_or(0.0)) + " mm): they support free (rms " +
                               text(candidates.rms(Kind::free, sigma).value_or(0.0)) + " mm)");
   }
