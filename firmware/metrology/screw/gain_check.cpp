@@ -68,7 +68,8 @@ Wider widerFit(const Table& table, const ScrewModel& screw, const Fit& gain) {
     MatrixXd only = term == ones ? lever : with_zero, with = design;
     if (const auto fit = fitWith(only)) alone.emplace_back(fit->sumOfSquares(), std::move(cause));
     const auto fit = fitWith(with);
-    if (!fit || fit->dof == 0) continue;
+    // A spare degree more than terms, or the test has no power.
+    if (!fit || fit->dof <= wider.terms + 1) continue;
     wider.fit = *fit;
     ++wider.terms;
     design = std::move(with);

@@ -154,8 +154,9 @@ Outcome<Fit, Refusal> fitGain(const Table& table, const ScrewModel& screw) {
   const auto& errors = *table.column(kNutError);
   const auto [least, greatest] = std::ranges::minmax(extensions);
   if (greatest - least < kLeastExtension_um) {
-    return Refusal{"extension-span-too-small", "the extensions span " + text(greatest - least) +
-                                                   " um, less than 5: warm the screw further between the readings"};
+    return Refusal{"extension-span-too-small", "the extensions span " + text(greatest - least) + " um, less than " +
+                                                   text(kLeastExtension_um) +
+                                                   ": warm the screw further between the readings"};
   }
   const auto rows = static_cast<Eigen::Index>(table.rows());
   Eigen::MatrixXd design{rows, 1};

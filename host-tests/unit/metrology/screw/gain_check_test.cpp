@@ -91,6 +91,22 @@ TEST(GainCheck, DoubtsColumnsThatAreExchanged) {
   }
 }
 
+TEST(GainCheck, DoubtsFewErrorsThatShareOne) {
+  std::mt19937_64 random{46};
+  constexpr std::size_t kRows = 7;
+  int doubted = 0;
+  constexpr int kTrials = 100;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Heated heated{.extensions_um = {15, 48}};
+    Table table = gainTable(heated, random);
+    for (auto& column : table.columns) column.values.resize(kRows);
+    EXPECT_THAT(doubtsOf(table, heated), IsEmpty());
+    for (double& error_um : columnIn(table, "error_um")) error_um += 10;
+    doubted += doubtsOf(table, heated).empty() ? 0 : 1;
+  }
+  EXPECT_GT(doubted, 90);
+}
+
 TEST(GainCheck, DoubtsAGainThatNoScrewHas) {
   std::mt19937_64 random{44};
   for (const double k : {0.29, -0.29, 3.1, -3.1}) {
