@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -55,10 +54,10 @@ std::string nameOf(std::string_view cause) {
   return "an error of " + std::string{cause};
 }
 
-// Names of the errors without which a refused case is solved: each of its usual size, one way or the other, of one axis
-// or of all.
+// Names of the errors without which a refused case is solved: each of its usual size, one way or the other, of all axes
+// together, because every try is a whole solution.
 std::string thoseThatRefuse(const Dataset& dataset, const Method& method) {
-  const auto isSolved = [&](std::span<const TypeBInput> without) {
+  const auto isSolved = [&](const std::vector<TypeBInput>& without) {
     return std::ranges::any_of(std::array{1.0, -1.0}, [&](double by) {
       Dataset moved = dataset;
       for (const auto& input : without) input.move(moved, by);
@@ -66,11 +65,8 @@ std::string thoseThatRefuse(const Dataset& dataset, const Method& method) {
     });
   };
   std::string names;
-  for (const auto& [cause, inputs] : causesOf(dataset, method)) {
-    const auto isAlone = [&](const TypeBInput& input) { return isSolved({&input, 1}); };
-    if (isSolved(inputs) || std::ranges::any_of(inputs, isAlone))
-      names += (names.empty() ? "" : "; or ") + nameOf(cause);
-  }
+  for (const auto& [cause, inputs] : causesOf(dataset, method))
+    if (isSolved(inputs)) names += (names.empty() ? "" : "; or ") + nameOf(cause);
   return names;
 }
 
@@ -80,8 +76,7 @@ Dataset unrefused(Dataset dataset) {
   return dataset;
 }
 
-std::optional<VectorXd> residualsOf(const Dataset& dataset, const Method& method) {
-  const auto solved = method.solver(dataset);
+std::optional<VectorXd> residualsOf(const Solved& solved) {
   if (!solved || solved->residuals.values.empty()) return std::nullopt;
   return VectorXd::Map(solved->residuals.values.data(), std::ssize(solved->residuals.values));
 }
@@ -95,7 +90,7 @@ std::vector<VectorXd> changesBy(const std::vector<TypeBInput>& inputs, const Vec
     for (const double by : {input.whole_step ? 1 : kStep, kStep, -kStep}) {
       Dataset moved = dataset;
       input.move(moved, by);
-      const auto after = residualsOf(moved, method);
+      const auto after = residualsOf(method.solver(moved));
       if (!after || after->size() != residuals.size()) continue;
       VectorXd change = *after - residuals;
       if (change.norm() > kSeen * residuals.norm()) changes.push_back(std::move(change));
@@ -141,8 +136,8 @@ std::optional<std::string> likelyCauses(const Dataset& dataset, const Method& me
   const auto solved = method.solver(known);
   const std::string refusing = solved ? "" : thoseThatRefuse(known, method);
   if (!refusing.empty()) return "without one of these errors it is solved: " + refusing;
-  const auto residuals = residualsOf(known, method);
-  if (!solved || !residuals) return std::nullopt;
+  const auto residuals = residualsOf(solved);
+  if (!residuals) return std::nullopt;
   const auto law = lawOf(*solved);
   const std::size_t dof = std::min(law ? law->dof : solved->dof, static_cast<std::size_t>(residuals->size()));
   const double squares = residuals->squaredNorm();
