@@ -25,7 +25,7 @@ using Eigen::VectorXd;
 constexpr double kMostChance = 0.01;
 constexpr double kAsLikely = 8;      // twice the logarithm of a likelihood ratio of 50
 constexpr double kLeastShare = 0.5;  // of what the noise does not explain
-constexpr double kOffSize_mm = 1e-3;
+constexpr double kOffSize_mm = 5e-3;  // a ball of another kind, or worn
 
 // By the name of the error.
 using Causes = std::map<std::string, std::vector<TypeBInput>, std::less<>>;
