@@ -8,9 +8,10 @@
 namespace probebox::metrology::silent {
 
 // Cases of one method with one error. off: by more than four combined uncertainties (2 U) in a promised value. silent:
-// off without a warning. told: with a warning, or refused; named: of these, where the error is named.
+// off without a warning. told: with a warning, or refused; named: of these, where the error is named; blamed: where one
+// is named that was not put in.
 struct Cell {
-  std::uint64_t cases{}, off{}, silent{}, told{}, refused{}, named{};
+  std::uint64_t cases{}, off{}, silent{}, told{}, refused{}, named{}, blamed{};
   std::map<std::string, std::uint64_t> words;  // beginnings of the warnings, and names of the refusals
 
   void add(const Cell& other);

@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/metrology/checks/likely_causes.hpp"
+#include "firmware/metrology/methods.hpp"
+#include "firmware/metrology/uncertainty/machine_errors.hpp"
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/machine_accuracy.hpp"
 
 namespace probebox::metrology::silent {
 namespace {
@@ -46,21 +50,32 @@ Vector3d atContact(Err err, const Vector3d* side) {
   return Vector3d::Zero();
 }
 
+// Of every stated size.
+std::vector<std::string> sizes() {
+  std::vector<std::string> names;
+  for (const Method* method : allMethods())
+    for (const auto& known : method->known)
+      if (known.key.ends_with("_mm")) names.push_back(causeName(known.key));
+  return names;
+}
+
 }  // namespace
 
 std::span<const ErrorKind> errorKinds() {
+  const auto lost = causeName(kLostMotionError.key), drift = causeName(kDriftError.key),
+             square = causeName(kSquarenessError.key), scale = causeName(kScaleError.key);
   static const std::vector<ErrorKind> kinds{
-      {Err::none, "none", "", {}},
-      {Err::lost_motion, "lost motion", "5 um", {"lost motion", "lost-motion", "static-error", "backlash"}},
-      {Err::hysteresis, "hysteresis", "1 um", {"lost motion", "lost-motion", "static-error", "hysteresis"}},
-      {Err::wrong_ball, "wrong ball", "5 um", {"static-error", "size", "radius", "diameter"}},
-      {Err::drift, "drift", "0.5 um/min", {"drift"}},
-      {Err::squareness, "squareness", "50 urad", {"square"}},
-      {Err::scale, "scale", "20 ppm", {"scale"}},
-      {Err::lobing, "lobing", "3 um", {"lobing", "form-not", "the feature's form"}},
-      {Err::curvature, "curvature", "1 %", {"curv", "bend", "gain"}},
-      {Err::vibration, "vibration", "1 um", {"vibration", "correlated", "residuals-exceed-noise"}},
-      {Err::uneven_screw, "uneven screw", "5 K of 100 mm", {"even", "screw", "scale"}},
+      {Err::none, "none", ""},
+      {Err::lost_motion, "lost motion", "5 um", {lost}, {"lost-motion", "static-error"}},
+      {Err::hysteresis, "hysteresis", "1 um", {lost}, {"lost-motion", "static-error", "hysteresis"}},
+      {Err::wrong_ball, "wrong ball", "5 um", sizes(), {"static-error"}},
+      {Err::drift, "drift", "0.5 um/min", {drift}, {"drift"}},
+      {Err::squareness, "squareness", "50 urad", {square}},
+      {Err::scale, "scale", "20 ppm", {scale}, {"scale"}},
+      {Err::lobing, "lobing", "3 um", {causeName(kLobing)}, {"form-not-of-lobes"}},
+      {Err::curvature, "curvature", "1 %", {causeName(metrology::kCurvature)}},
+      {Err::vibration, "vibration", "1 um", {}, {"vibration", "correlated", "residuals-exceed-noise"}},
+      {Err::uneven_screw, "uneven screw", "5 K of 100 mm", {scale}, {"evenly", "scale"}},
   };
   return kinds;
 }

@@ -34,8 +34,8 @@ struct ErrorKind {
   Err err{};
   std::string_view name;
   std::string_view size;
-  // Words of warnings and refusals that name it, or an error with the same effect on the readings.
-  std::vector<std::string_view> named_by;
+  std::vector<std::string> causes{};      // likely causes that are it, or leave the same readings
+  std::vector<std::string_view> words{};  // whole words of other warnings and refusals that name it or these
 };
 
 // Err::none first.

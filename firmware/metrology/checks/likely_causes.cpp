@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,8 +22,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kMostChance = 0.01;
-constexpr double kAsLikely = 8;      // twice the logarithm of a likelihood ratio of 50
-constexpr double kLeastShare = 0.5;  // of what the noise does not explain
+constexpr double kAsLikely = 8;       // twice the logarithm of a likelihood ratio of 50
+constexpr double kLeastShare = 0.5;   // of what the noise does not explain
 constexpr double kOffSize_mm = 5e-3;  // a ball of another kind, or worn
 
 // By the name of the error.
@@ -46,14 +45,6 @@ Causes causesOf(const Dataset& dataset, const Method& method) {
   return causes;
 }
 
-std::string nameOf(std::string_view cause) {
-  for (const auto& error : kMachineErrors)
-    if (error.key == cause) return error.name;
-  if (cause == kCurvature) return "curvature of the probe's gain";
-  if (cause == kLobing) return "lobing of the probe, or the form of what is touched";
-  return "an error of " + std::string{cause};
-}
-
 // Names of the errors without which a refused case is solved: each of its usual size, one way or the other, of all axes
 // together, because every try is a whole solution.
 std::string thoseThatRefuse(const Dataset& dataset, const Method& method) {
@@ -66,7 +57,7 @@ std::string thoseThatRefuse(const Dataset& dataset, const Method& method) {
   };
   std::string names;
   for (const auto& [cause, inputs] : causesOf(dataset, method))
-    if (isSolved(inputs)) names += (names.empty() ? "" : "; or ") + nameOf(cause);
+    if (isSolved(inputs)) names += (names.empty() ? "" : "; or ") + causeName(cause);
   return names;
 }
 
@@ -131,6 +122,14 @@ Explained explain(const VectorXd& residuals, std::vector<VectorXd> changes, std:
 
 }  // namespace
 
+std::string causeName(std::string_view cause) {
+  for (const auto& error : kMachineErrors)
+    if (error.key == cause) return error.name;
+  if (cause == kCurvature) return "curvature of the probe's gain";
+  if (cause == kLobing) return "lobing of the probe, or the form of what is touched";
+  return "an error of " + std::string{cause};
+}
+
 std::optional<std::string> likelyCauses(const Dataset& dataset, const Method& method, double sigma_mm) {
   const Dataset known = unrefused(dataset);
   const auto solved = method.solver(known);
@@ -166,7 +165,7 @@ std::optional<std::string> likelyCauses(const Dataset& dataset, const Method& me
     const double less = (squares - left.squares) / variance;
     if (squares - left.squares < kLeastShare * excess) continue;
     if (ChiSquareLaw{left.unknowns, noise_dof}.probabilityAbove(less / unknowns) > kMostChance) continue;
-    found.emplace_back(less - 2 * unknowns, nameOf(cause));
+    found.emplace_back(less - 2 * unknowns, causeName(cause));
   }
   if (found.empty()) return std::nullopt;
   std::ranges::sort(found, std::ranges::greater{});

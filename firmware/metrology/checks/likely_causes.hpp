@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/method.hpp"
@@ -11,6 +12,9 @@
 // the residuals by is fitted to them. An F test tells whether it explains them, and the likelihood which do so about as
 // well as the best; all of these are named.
 namespace probebox::metrology {
+
+// As the sentence calls a cause: a key of kMachineErrors, kLobing, kCurvature, or the key of a stated size.
+std::string causeName(std::string_view cause);
 
 // Sentence; nothing where no error explains the residuals, or none are there. dataset: at its temperature. sigma_mm:
 // noise of a reading as it is stated; 0: unknown.
