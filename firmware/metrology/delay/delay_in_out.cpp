@@ -440,11 +440,37 @@ bool partsLostMotion(std::span<const Touch> touches) {
   return !refuseSpeeds(slowest, fastest);
 }
 
-// Each drive by itself: lost motion l makes its delay smaller by l / (2 S) (A7b), and the speeds part the two. Drives
-// that contradict each other are told: a vibration as slow as a drive is in no residual of it.
+// Warnings of single drives. Of those that begin alike, up to the first number, that of the worst drive stays.
+class WarningsOfDrives {
+ public:
+  void add(std::string warning, double widening) {
+    const auto beginningOf = [](const std::string& of) { return of.substr(0, of.find_first_of("(0123456789")); };
+    const auto alike =
+        std::ranges::find(all_, beginningOf(warning), [&](const auto& of) { return beginningOf(of.second); });
+    if (alike == all_.end())
+      all_.emplace_back(widening, std::move(warning));
+    else if (widening > alike->first)
+      *alike = {widening, std::move(warning)};
+  }
+  std::vector<std::string> all() const {
+    std::vector<std::string> warnings;
+    for (const auto& [widening, warning] : all_) warnings.push_back(warning);
+    return warnings;
+  }
+
+ private:
+  std::vector<std::pair<double, std::string>> all_;  // by how much the sd of that drive is widened
+};
+
+// Each drive by itself: lost motion l makes its delay smaller by l / (2 S) (A7b), and the speeds part the two. A drive
+// that does not match is left out as long as the others part them. Drives that contradict each other are told: a
+// vibration as slow as a drive is in no residual of it.
 Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Touch> touches,
                                      const std::vector<Contact>& contacts, const Eigen::VectorXd& previous) {
   Result all;
+  WarningsOfDrives warnings;
+  std::vector<Touch> kept;
+  std::optional<Refusal> first_bad;
   Eigen::MatrixX2d design{std::ssize(contacts), 2};  // of delay and lost motion
   Eigen::VectorXd delays{design.rows()};
   double rms = 0.0, expected = 0.0;
@@ -452,10 +478,18 @@ Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Tou
     const std::vector drive{contacts[i]};
     TRY(const auto matched, matchFrom(drive, startOf(drive)));
     const Match& match = matched.match;
-    if (auto bad = poorMatch(match, kMostDroppedShare)) return *bad;
-    if (auto bad = tooFewAfterBounce(touches[i], matched)) return *bad;
+    auto bad = poorMatch(match, kMostDroppedShare);
+    if (bad) bad = refusal(touches[i].plan.name, bad->name, bad->reason);
+    if (!bad) bad = tooFewAfterBounce(touches[i], matched);
+    if (bad) {
+      all.dropped.push_back({touches[i].plan.name, bad->name});
+      warnings.add("dropped: " + bad->reason, 0);
+      if (!first_bad) first_bad = std::move(bad);
+      continue;
+    }
     const double sd_s = widenedSd(match);
-    const auto row = static_cast<Eigen::Index>(i);
+    const auto row = std::ssize(kept);
+    kept.push_back(touches[i]);
     design.row(row) << 1.0 / sd_s, -0.5 / contacts[i].speed_mm_s / sd_s;
     delays[row] = match.tau_s / sd_s;
     const auto dof = static_cast<double>(match.dof);
@@ -463,9 +497,7 @@ Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Tou
     expected += dof * match.expected_mm * match.expected_mm;
     Result one = reportMatch(dataset, match, previous);
     if (!matched.warning.empty()) one.warnings.push_back(matched.warning);
-    for (auto& warning : one.warnings) {
-      if (std::ranges::find(all.warnings, warning) == all.warnings.end()) all.warnings.push_back(std::move(warning));
-    }
+    for (auto& warning : one.warnings) warnings.add(std::move(warning), sd_s / match.sd_s);
     all.dropped.insert(all.dropped.end(), one.dropped.begin(), one.dropped.end());
     all.dof += match.dof;
     all.condition = std::max(all.condition, match.condition);
@@ -476,6 +508,9 @@ Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Tou
     at.insert(at.end(), one.residuals.at.begin(), one.residuals.at.end());
     values.insert(values.end(), one.residuals.values.begin(), one.residuals.values.end());
   }
+  if (first_bad && (kept.empty() || !partsLostMotion(kept))) return *first_bad;
+  design.conservativeResize(std::ssize(kept), Eigen::NoChange);
+  delays.conservativeResize(std::ssize(kept));
   TRY(const auto fit, linearLeastSquares(design, delays));
   const double chi2_reduced = fit.dof > 0 ? fit.sumOfSquares() / static_cast<double>(fit.dof) : 0.0;
   const double widened = std::max(1.0, chi2_reduced);
@@ -488,7 +523,7 @@ Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Tou
   match.condition = all.condition;
   match.residuals = std::move(all.residuals);
   Result result = reportMatch(dataset, match, previous);
-  result.warnings = std::move(all.warnings);
+  result.warnings = warnings.all();
   result.dropped = std::move(all.dropped);
   const ChiSquareLaw law{.dof = fit.dof, .noise_dof = match.dof};
   if (fit.dof > 0 && law.probabilityAbove(chi2_reduced) < kFalseAlarm) {

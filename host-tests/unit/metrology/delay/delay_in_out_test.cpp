@@ -143,6 +143,31 @@ TEST(DelayInOut, SaysThatTheStylusRang) {
   EXPECT_THAT(quiet->warnings, testing::Not(testing::Contains(testing::HasSubstr("rang at contact"))));
 }
 
+// A probe that is not linear in one of them matches nothing.
+TEST(DelayInOut, LeavesOutADriveThatDoesNotMatchAsLongAsTheSpeedsOfTheOthersDiffer) {
+  std::mt19937_64 random{52};
+  Scene scene = inOut();
+  for (const double speed_mm_s : {5.0, 6.0, 25.0}) scene.visits.push_back({{1, 0, 0}, speed_mm_s});
+  Dataset dataset = record(scene, random);
+  const auto bend = [&](double touch) {
+    auto& probe = dataset.tables[1];
+    for (std::size_t k = 0; k < probe.rows(); ++k)
+      if (probe.columns[0].values[k] == touch)
+        probe.columns[2].values[k] *= 1 + 0.5 * std::abs(probe.columns[2].values[k]);
+  };
+  const auto touches = dataset.tables[1].columns[0].values;
+  bend(touches.front());
+  const auto solved = solveDelayInOut(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  ASSERT_EQ(solved->dropped.size(), 1U);
+  EXPECT_EQ(solved->dropped.front().reason, "residual-too-large");
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::StartsWith("dropped: " + solved->dropped.front().name)));
+  const auto& tau = *solved->find("tau_s");
+  EXPECT_NEAR(tau.value(), scene.tau(), 5 * *tau.standardDeviation());
+  bend(touches.front() + 1);
+  EXPECT_EQ(refusalOfDrive(dataset), "residual-too-large");
+}
+
 // A stylus that swings on after it has parted is not in contact.
 TEST(DelayInOut, IgnoresWhatSwingsAfterSeparation) {
   std::mt19937_64 random{51};
