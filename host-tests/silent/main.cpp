@@ -20,17 +20,17 @@ struct Options {
 std::string shown(const Cell& cell) {
   if (cell.cases == 0) return "-";
   return std::to_string(cell.silent) + " " + std::to_string(cell.off) + " " + std::to_string(cell.told) + " " +
-         std::to_string(cell.named);
+         std::to_string(cell.named) + " " + std::to_string(cell.blamed);
 }
 
 int run(const Options& options) {
   auto list = nlohmann::json::array();
   const auto row = [&](const World& world) {
-    std::printf("%-32s", std::string{world.name}.c_str());
+    if (!options.json) std::printf("%-32s", std::string{world.name}.c_str());
     for (const auto& error : errorKinds()) {
       if (!options.error.empty() && error.name != options.error && error.err != Err::none) continue;
       const Cell cell = count(world, error, options.cases, options.seed);
-      std::printf(" %-12s", shown(cell).c_str());
+      if (!options.json) std::printf(" %-14s", shown(cell).c_str());
       std::fflush(stdout);
       list.push_back({{"method", world.name},
                       {"error", error.name},
@@ -40,9 +40,10 @@ int run(const Options& options) {
                       {"told", cell.told},
                       {"refused", cell.refused},
                       {"named", cell.named},
+                      {"blamed", cell.blamed},
                       {"words", cell.words}});
     }
-    std::printf("\n");
+    if (!options.json) std::printf("\n");
   };
   for (const auto worlds : {worldsOfTouches(), worldsOfPlaces()})
     for (const auto& world : worlds)
