@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "host-tests/metrology/cases.hpp"
@@ -23,6 +24,11 @@ std::vector<double> delaysOf(const Scene& scene) {
   return {scene.tauOf(0), scene.tauOf(1), scene.tauOf(2)};
 }
 
+// Of a vibration that looks like 5 Hz.
+double besideTheRate(double machine_rate_hz) {
+  return machine_rate_hz - 5;
+}
+
 // Errors that the simulation has of its own.
 void put(Err err, Scene& scene) {
   auto& errors = scene.errors;
@@ -33,7 +39,7 @@ void put(Err err, Scene& scene) {
   if (err == Err::lobing) errors.form_mm = lobe_mm;
   if (err == Err::curvature) errors.curvature_per_mm.setConstant(kCurvature / scene.overtravel_mm);
   if (err == Err::vibration) {
-    errors.axes_hz = scene.machine_rate_hz - 5;  // which looks like 5 Hz
+    errors.axes_hz = besideTheRate(scene.machine_rate_hz);
     errors.axes_amplitude_mm.setConstant(kVibration_mm);
   }
 }
@@ -133,7 +139,7 @@ std::optional<SimulatedCase> machineCheck(Err err, Random& random) {
 // ---- Scans
 
 // Of streams that were simulated without errors: what these add to the samples.
-void disturbScan(Dataset& dataset, const Vector3d& about, Err err, Random& random) {
+void disturbScan(Dataset& dataset, const Vector3d& about, double machine_rate_hz, Err err, Random& random) {
   disturbStream(dataset, about, err, random);
   const auto each = [&](const char* table, std::array<const char*, 3> names, const auto& change) {
     const auto times = columnNamed(dataset, table, "t_s");
@@ -174,8 +180,9 @@ void disturbScan(Dataset& dataset, const Vector3d& about, Err err, Random& rando
   if (err == Err::drift)
     each("machine", kPlace, [&](double t, Vector3d& at) { at.array() += kDrift_mm_per_min * t / 60; });
   if (err == Err::vibration)
-    each("machine", kPlace,
-         [&](double t, Vector3d& at) { at.array() += kVibration_mm * std::sin(2 * std::numbers::pi * 495 * t); });
+    each("machine", kPlace, [&](double t, Vector3d& at) {
+      at.array() += kVibration_mm * std::sin(2 * std::numbers::pi * besideTheRate(machine_rate_hz) * t);
+    });
   if (err == Err::lobing)
     each("machine", kPlace, [&](double, Vector3d& at) {
       const Vector3d n = (at - about).normalized();
@@ -192,7 +199,7 @@ std::optional<SimulatedCase> steppedScan(Err err, Random& random) {
     if (!dataset.config.contains("effective_radius_mm")) return std::nullopt;
     std::get<double>(dataset.config["effective_radius_mm"]) += kBall_mm / 2;
   }
-  disturbScan(dataset, scene.centre_mm, err, random);
+  disturbScan(dataset, scene.centre_mm, scene.machine_rate_hz, err, random);
   return SimulatedCase{std::move(dataset), {{"tau_s", {scene.tau_s}}}};
 }
 
@@ -201,7 +208,7 @@ std::optional<SimulatedCase> contourScan(Err err, Random& random) {
   contour::Scan scan;
   scan.tau_s = uniform(random, 0.001, 0.008);
   Dataset dataset = contour::measured(contour::ball(), scan, random);
-  disturbScan(dataset, contour::kCentre, err, random);
+  disturbScan(dataset, contour::kCentre, scan.machine_hz, err, random);
   return SimulatedCase{std::move(dataset), {{"tau_s", {scan.tau_s}}}};
 }
 

@@ -22,7 +22,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kMostChance = 0.01;
-constexpr double kAsLikely = 8;       // twice the logarithm of a likelihood ratio of 50
 constexpr double kLeastShare = 0.5;   // of what the noise does not explain
 constexpr double kOffSize_mm = 5e-3;  // a ball of another kind, or worn
 

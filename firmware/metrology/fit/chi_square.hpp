@@ -19,6 +19,9 @@ struct ChiSquareLaw {
 // Probability that honest noise leaves the range, both sides together.
 inline constexpr double kFalseAlarm = 0.001;
 
+// Twice the logarithm of a likelihood ratio of 50: explanations less apart are about as likely.
+inline constexpr double kAsLikely = 8;
+
 struct ChiSquareRange {
   double low{};
   double high{};

@@ -74,7 +74,6 @@ Wider widerFit(const Table& table, const ScrewModel& screw, const Fit& gain) {
     ++wider.terms;
     design = std::move(with);
   }
-  constexpr double kAsLikely = 8;  // twice the logarithm of a likelihood ratio of 50
   std::ranges::sort(alone);
   for (const auto& [squares, cause] : alone) {
     const bool is_as_likely = static_cast<double>(x.size()) * std::log(squares / alone.front().first) < kAsLikely;

@@ -7,7 +7,6 @@
 #include <iterator>
 #include <map>
 #include <numbers>
-#include <ranges>
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
@@ -165,7 +164,8 @@ std::vector<Table> byDeflection(const Dataset& dataset, const Method& method) {
     Table changes{table.name, {}};
     for (const auto& column : table.columns) {
       if (columnOf(method, table.name, column.name).role != ColumnRole::deflection) continue;
-      const double most = std::ranges::max(column.values | std::views::transform([](double v) { return std::abs(v); }));
+      double most = 0;
+      for (const double value : column.values) most = std::max(most, std::abs(value));
       changes.columns.push_back(column);
       for (double& value : changes.columns.back().values) value *= most > 0 ? 0.01 * std::abs(value) / most : 0;
     }

@@ -14,13 +14,12 @@
 namespace probebox::metrology {
 
 // Places that were read: each coordinate by the scale of its axis times its distance from the middle of all of them,
-// and by that of each half of it; x
-// by the squareness times y and times z, y times z; all in their order by a drift that slows down; z by half of the
-// lost motion, because a ball is touched from above alone. Touches with their normals, and single contacts: either side
-// by half of the lost motion. Streams: an axis that moves by half of the lost motion, against its motion; those of
-// joints as if the lost motion that is known, and the size, were off. One input for each axis or pair of axes; none of
-// an error that is stated as 0, or that the method itself measures. Keys that the case does not state have the cautious
-// values. Refuses: bad-config (below zero, too large).
+// and by that of each half of it; x by the squareness times y and times z, y times z; all in their order by a drift
+// that slows down; z by half of the lost motion, because a ball is touched from above alone. Touches with their
+// normals, and single contacts: either side by half of the lost motion. Streams: an axis that moves by half of the lost
+// motion, against its motion; those of joints as if the lost motion that is known, and the size, were off. One input
+// for each axis or pair of axes; none of an error that is stated as 0, or that the method itself measures. Keys that
+// the case does not state have the cautious values. Refuses: bad-config (below zero, too large).
 Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, const Method& method);
 
 // Names of inputs of suspectedErrors beside those of kMachineErrors.
