@@ -73,7 +73,7 @@ std::span<const ErrorKind> errorKinds() {
       {Err::squareness, "squareness", "50 urad", {square}},
       {Err::scale, "scale", "20 ppm", {scale}, {"scale"}},
       {Err::lobing, "lobing", "3 um", {causeName(kLobing)}, {"form-not-of-lobes"}},
-      {Err::curvature, "curvature", "1 %", {causeName(metrology::kCurvature)}},
+      {Err::curvature, "curvature", "1 %", {causeName(metrology::kCurvature)}, {"the probe's gain"}},
       {Err::vibration, "vibration", "1 um", {}, {"vibration", "correlated", "residuals-exceed-noise"}},
       {Err::uneven_screw, "uneven screw", "5 K of 100 mm", {scale}, {"evenly", "scale"}},
   };
