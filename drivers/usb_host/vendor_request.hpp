@@ -13,7 +13,7 @@ struct libusb_device_handle;
 namespace probebox::usb_host {
 
 // Requests of type vendor to a device as a whole: they need none of its interfaces, and work beside a program that has
-// claimed one. Each waits for its answer, kAnswer at most.
+// claimed one. Each waits for its answer, kAnswer_ms at most.
 class VendorRequests {
  public:
   static constexpr int kAnswer_ms = 200;

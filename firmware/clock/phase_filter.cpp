@@ -1,14 +1,8 @@
 #include "firmware/clock/phase_filter.hpp"
 
+#include "protocol/units/rounding.hpp"
+
 namespace probebox::clock {
-namespace {
-
-// std::llround is a call into the library; this is two instructions.
-std::int64_t toNearest(double value) {
-  return static_cast<std::int64_t>(value + (value < 0 ? -0.5 : 0.5));
-}
-
-}  // namespace
 
 void PhaseFilter::start(Tick tick, MonoTime at, double phase_sigma_ns, double drift_ns, double drift_sigma_ns) {
   tick_ = tick;

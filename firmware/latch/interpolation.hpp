@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "protocol/units/rounding.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::latch {
@@ -68,8 +69,7 @@ class Interval {
         static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b)));
   }
   static std::int64_t plus(std::int64_t value, double step) {
-    const auto whole = static_cast<std::int64_t>(step + (step < 0 ? -0.5 : 0.5));  // std::llround is a call
-    return static_cast<std::int64_t>(static_cast<std::uint64_t>(value) + static_cast<std::uint64_t>(whole));
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(value) + static_cast<std::uint64_t>(toNearest(step)));
   }
 
   MonoTime begin_{MonoTime::max()}, end_{MonoTime::min()};

@@ -9,7 +9,6 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/tool/tool_store.hpp"
 #include "firmware/metrology/uncertainty/budget.hpp"
-#include "firmware/metrology/uncertainty/known_quantities.hpp"
 #include "protocol/units/nearest.hpp"
 
 namespace probebox::metrology {
@@ -28,7 +27,7 @@ Solved solve(const Dataset& dataset, const Method& method) {
     if (check.after == nullptr) continue;
     if (auto refusal = check.after(dataset, method, solved.value())) return *std::move(refusal);
   }
-  nameLikelyCauses(atTemperature(mended.dataset, method), method, solved.value());
+  nameLikelyCauses(mended.dataset, method, solved.value());
   if (method.judge == nullptr) return solved;
   if (auto refusal = method.judge(dataset, solved.value())) return *refusal;
   return solved;

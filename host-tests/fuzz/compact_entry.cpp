@@ -25,9 +25,8 @@ class Scene {
       case 0: {
         give(MessageType::samples, bytes);
         const auto summary = codec::inspect(bytes);
-        const auto head = summary ? codec::kBlockHeaderSize + 2 * summary->channels : 0;
-        if (summary && head <= bytes.size())
-          head_ = frame::crc32c(bytes.first(head), frame::crc32c(std::array<std::byte, 4>{}));
+        const auto head = summary ? codec::headSize(summary->channels) : 0;
+        if (summary && head <= bytes.size()) head_ = compact::nameOfHead(bytes.first(head), 0);
         return;
       }
       case 1:

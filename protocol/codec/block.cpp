@@ -40,12 +40,6 @@ Outcome<BlockSummary, CodecError> readSummary(frame::ByteReader& reader) {
   return summary;
 }
 
-void putSummary(frame::ByteWriter& writer, Profile profile, const BlockHeader& header, std::size_t channels) {
-  writer.put(profile);
-  BlockHeader::fields(header, [&](auto, const auto& value, auto) { writer.put(value); });
-  writer.put(static_cast<std::uint8_t>(channels));
-}
-
 // Prefetches the next columns while the ones before them are coded.
 void prefetch([[maybe_unused]] std::span<const std::int64_t> columns) {
 #if defined(__GNUC__)
@@ -56,8 +50,14 @@ void prefetch([[maybe_unused]] std::span<const std::int64_t> columns) {
 
 }  // namespace
 
+void putSummary(frame::ByteWriter& writer, const BlockSummary& summary) {
+  writer.put(summary.profile);
+  BlockHeader::fields(summary.header, [&](auto, const auto& value, auto) { writer.put(value); });
+  writer.put(static_cast<std::uint8_t>(summary.channels));
+}
+
 std::size_t rawBlockSize(std::span<const ChannelFormat> formats, std::size_t count) {
-  return kBlockHeaderSize + 2 * formats.size() + count * sampleSize(formats);
+  return headSize(formats.size()) + count * sampleSize(formats);
 }
 
 std::size_t rawBlockCapacity(std::span<const ChannelFormat> formats, std::size_t bytes) {
@@ -72,7 +72,7 @@ Outcome<std::size_t, CodecError> encodeRaw(const BlockHeader& header, std::span<
   if (!usable(formats) || count == 0 || columns.size() != formats.size() * count) return error(Fault::bad_format);
   if (into.size() < rawBlockSize(formats, count)) return error(Fault::no_room);
   frame::ByteWriter writer{into};
-  putSummary(writer, Profile::raw, header, formats.size());
+  putSummary(writer, {Profile::raw, header, formats.size()});
   for (const auto& format : formats) {
     writer.put(std::uint8_t{0});
     writer.put(static_cast<std::uint8_t>(8 * format.bytes));
@@ -94,8 +94,8 @@ Outcome<std::size_t, CodecError> encodeFast(const BlockHeader& header, std::span
   prefetch(columns);
   FastColumnEncoder encoder{kernels};
   frame::ByteWriter writer{into};
-  putSummary(writer, Profile::fast, header, formats.size());
-  frame::ByteWriter codings{writer.take(2 * formats.size())};
+  putSummary(writer, {Profile::fast, header, formats.size()});
+  frame::ByteWriter codings{writer.take(kCodingSize * formats.size())};
   for (std::size_t first = 0; first < formats.size(); first += kTracked) {
     const std::size_t some = std::min(kTracked, formats.size() - first);
     std::array<FastColumnEncoder::Column, kTracked> together;
@@ -133,7 +133,7 @@ Outcome<BlockSummary, CodecError> decode(std::span<const std::byte> block, std::
   if (!fast && summary->profile != Profile::raw) return error(Fault::unknown_profile);
   if (summary->channels != formats.size()) return error(Fault::other_channels);
   if (columns.size() < formats.size() * count) return error(Fault::no_room);
-  frame::ByteReader codings{reader.take(2 * formats.size())};
+  frame::ByteReader codings{reader.take(kCodingSize * formats.size())};
   if (reader.failed()) return error(Fault::truncated);
   FastColumnDecoder decoder{kernels};
   for (std::size_t channel = 0; channel < formats.size(); ++channel) {

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "protocol/codec/format.hpp"
+#include "protocol/frame/bytes.hpp"
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/time.hpp"
 
@@ -58,6 +59,14 @@ struct BlockSummary {
   BlockHeader header{};
   std::size_t channels{};
 };
+
+// Size of what stands before the columns of a block, and a channel's share of it.
+inline constexpr std::size_t kCodingSize = 2;
+constexpr std::size_t headSize(std::size_t channels) {
+  return kBlockHeaderSize + kCodingSize * channels;
+}
+// Writes the first kBlockHeaderSize bytes of a block.
+void putSummary(frame::ByteWriter& writer, const BlockSummary& summary);
 
 // Returns the size of a block in profile raw, the upper bound of every profile.
 std::size_t rawBlockSize(std::span<const ChannelFormat> formats, std::size_t count);

@@ -13,14 +13,9 @@ constexpr unsigned kHasExceptions = 0x80;
 constexpr std::size_t kNarrow = 256;
 constexpr std::size_t kSurveyed = 64;  // values of a column that its predictor is chosen by
 
+using frame::unzigzag;
+using frame::zigzag;
 using Seeds = std::array<std::uint64_t, kMostOrder>;
-
-std::uint64_t zigzag(std::uint64_t value) {
-  return (value << 1U) ^ (0 - (value >> 63U));
-}
-std::uint64_t unzigzag(std::uint64_t coded) {
-  return (coded >> 1U) ^ (0 - (coded & 1U));
-}
 
 // The first values as differences of rising order, and back.
 Seeds differencesOf(std::span<const std::int64_t> column, std::size_t order) {
@@ -39,19 +34,6 @@ void restore(Seeds& seeds, std::size_t order) {
 
 std::size_t varintSize(std::uint64_t value) {
   return (static_cast<std::size_t>(std::bit_width(value | 1U)) + 6) / 7;
-}
-void putVarint(frame::ByteWriter& writer, std::uint64_t value) {
-  for (; value >= 0x80; value >>= 7U) writer.put(static_cast<std::uint8_t>(value | 0x80U));
-  writer.put(static_cast<std::uint8_t>(value));
-}
-std::uint64_t getVarint(frame::ByteReader& reader) {
-  std::uint64_t value = 0;
-  for (unsigned shift = 0; shift < 64; shift += 7) {
-    const std::uint64_t byte = reader.get<std::uint8_t>();
-    value |= (byte & 0x7FU) << shift;
-    if ((byte & 0x80U) == 0) break;
-  }
-  return value;
 }
 
 // Numbers and positions of exceptions.
@@ -252,7 +234,7 @@ void FastColumnEncoder::put(frame::ByteWriter& writer, std::size_t column) {
   const std::size_t seeds = seedsOf(work.plan.order);
   const std::size_t count = values.size() - seeds;
   const auto differences = differencesOf(values, seeds);
-  for (std::size_t k = 0; k < seeds; ++k) putVarint(writer, zigzag(differences[k]));
+  for (std::size_t k = 0; k < seeds; ++k) frame::putVarint(writer, zigzag(differences[k]));
   const std::size_t room = writer.room();
   pack(work, writer.take(packedSize(count, work.plan.width)), room, count);
   if (work.plan.exceptions > 0) putExceptions(work, writer, count);
@@ -341,7 +323,7 @@ bool FastColumnDecoder::read(frame::ByteReader& reader, const Held& held, std::u
   const std::size_t seeds = seedsOf(predictor);
   if (predictor > kTracking || width > 64 || (seeds > 0 && seeds >= column.size())) return false;
   Seeds differences{};
-  for (std::size_t k = 0; k < seeds; ++k) differences[k] = unzigzag(getVarint(reader));
+  for (std::size_t k = 0; k < seeds; ++k) differences[k] = unzigzag(frame::getVarint(reader));
   const std::size_t readable = reader.remaining();
   const auto packed = reader.take(packedSize(column.size() - seeds, width));
   if (reader.failed()) return false;

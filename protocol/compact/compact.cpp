@@ -9,27 +9,17 @@
 namespace probebox::compact {
 namespace {
 
+using codec::headSize;
+using codec::kCodingSize;
 using messages::MessageType;
 
 constexpr Nanoseconds kWholeEvery{1'000'000'000};
-constexpr std::uint32_t kNothing = 0;   // in the place of a CRC: changes from zeros
-constexpr std::size_t kCodingSize = 2;  // order and width of a channel
+constexpr std::uint32_t kNothing = 0;  // in the place of a CRC: changes from zeros
 
 __extension__ using Wide = __int128;
 
 // A number that a later version adds to a structure inside would move the places of those behind it.
 static_assert(messages::numbersOf<messages::LinkCounters>() == 7 && messages::numbersOf<messages::EdgeCounters>() == 6);
-
-// Names a head: nothing else has the same channels, codings and map.
-std::uint32_t nameOfHead(std::span<const std::byte> head, std::uint32_t descriptor) {
-  std::array<std::byte, sizeof descriptor> hash{};
-  frame::storeLittle(descriptor, hash.data());
-  return frame::crc32c(head, frame::crc32c(hash));
-}
-
-std::size_t headSize(std::size_t channels) {
-  return codec::kBlockHeaderSize + kCodingSize * channels;
-}
 
 // How far the map of `base` expects the tick of `header` after its own, ns, modulo 2^64.
 std::uint64_t expectedNs(const codec::BlockHeader& base, const codec::BlockHeader& header) {
@@ -46,6 +36,12 @@ void shiftTime(codec::BlockHeader& header, const codec::BlockHeader& base, int d
 }
 
 }  // namespace
+
+std::uint32_t nameOfHead(std::span<const std::byte> head, std::uint32_t descriptor) {
+  std::array<std::byte, sizeof descriptor> hash{};
+  frame::storeLittle(descriptor, hash.data());
+  return frame::crc32c(head, frame::crc32c(hash));
+}
 
 Shortener::Shortener(std::size_t max_payload) : block_(max_payload) {
   head_.bytes.resize(headSize(codec::kMaxChannels));
@@ -191,12 +187,13 @@ frame::Frame Restorer::restoreBlock(const frame::Frame& frame) {
   reader.get<std::uint32_t>();
   if (reader.failed() || isBaseless(frame)) return frame;
   const auto base = codec::inspect(head_.bytes);
-  auto header = messages::withChanges(base->header, reader);
-  shiftTime(header, base->header, 1);
+  auto summary = *base;
+  summary.header = messages::withChanges(base->header, reader);
+  shiftTime(summary.header, base->header, 1);
   const auto changed = reader.take((base->channels + 7) / 8);
   payload_ = head_.bytes;
-  frame::ByteWriter writer{std::span{payload_}.subspan(1)};
-  codec::BlockHeader::fields(header, [&](auto, const auto& value, auto) { writer.put(value); });
+  frame::ByteWriter writer{payload_};
+  codec::putSummary(writer, summary);
   for (std::size_t k = 0; k < base->channels && !changed.empty(); ++k) {
     if ((changed[k / 8] >> (k % 8) & std::byte{1}) == std::byte{0}) continue;
     const auto coding = reader.take(kCodingSize);

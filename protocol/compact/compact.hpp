@@ -16,6 +16,10 @@
 // the same bytes again. docs/decisions/0011-short-frames.md gives the reasons.
 namespace probebox::compact {
 
+// Names a head, of codec::headSize() bytes: nothing else has the same channels, codings and map under the same
+// descriptor.
+std::uint32_t nameOfHead(std::span<const std::byte> head, std::uint32_t descriptor);
+
 // A payload with its type, valid until the next call.
 struct Payload {
   messages::MessageType type{};

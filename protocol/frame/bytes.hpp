@@ -155,4 +155,29 @@ class ByteReader {
   bool failed_{};
 };
 
+// 0, -1, 1, -2 as 0, 1, 2, 3, modulo 2^64, and back.
+constexpr std::uint64_t zigzag(std::uint64_t value) {
+  return (value << 1U) ^ (0 - (value >> 63U));
+}
+constexpr std::uint64_t unzigzag(std::uint64_t coded) {
+  return (coded >> 1U) ^ (0 - (coded & 1U));
+}
+
+// 7 bits a byte, lowest first, 0x80 set where more bytes follow.
+inline void putVarint(ByteWriter& writer, std::uint64_t value) {
+  for (; value >= 0x80; value >>= 7U) writer.put(static_cast<std::uint8_t>(value | 0x80U));
+  writer.put(static_cast<std::uint8_t>(value));
+}
+// Fails where more than ten bytes follow each other.
+inline std::uint64_t getVarint(ByteReader& reader) {
+  std::uint64_t value = 0;
+  for (unsigned shift = 0; shift < 64; shift += 7) {
+    const auto byte = reader.get<std::uint8_t>();
+    value |= std::uint64_t{byte & 0x7FU} << shift;
+    if (byte < 0x80) return value;
+  }
+  reader.fail();
+  return value;
+}
+
 }  // namespace probebox::frame

@@ -7,9 +7,8 @@
 
 // Codes how a structure of numbers differs from an earlier one: u8 n, then n bytes with a bit for each number in the
 // order of its field list, those of structures inside in their place, the lowest bit of the first byte first, 1 where
-// it has changed. Then each changed number as new minus old, modulo 2^64, zigzag coded (0, -1, 1, -2 as 0, 1, 2, 3) and
-// written as varint: 7 bits a byte, lowest first, 0x80 set where more bytes follow. A later minor version may add
-// numbers at the end, which a reader skips, but none to a structure inside.
+// it has changed. Then each changed number as new minus old, zigzag coded as varint (protocol/frame/bytes.hpp). A later
+// minor version may add numbers at the end, which a reader skips, but none to a structure inside.
 namespace probebox::messages {
 
 namespace detail {
@@ -29,22 +28,6 @@ constexpr void forEachNumber(T& value, auto&& take) {
     static_assert(std::integral<T> || std::is_enum_v<T>, "only numbers have differences");
     value = static_cast<T>(take(static_cast<std::uint64_t>(value)));
   }
-}
-
-inline void putVarint(frame::ByteWriter& writer, std::uint64_t value) {
-  for (; value >= 0x80; value >>= 7U) writer.put(static_cast<std::uint8_t>(value | 0x80U));
-  writer.put(static_cast<std::uint8_t>(value));
-}
-
-inline std::uint64_t getVarint(frame::ByteReader& reader) {
-  std::uint64_t value = 0;
-  for (unsigned shift = 0; shift < 64; shift += 7) {
-    const auto byte = reader.get<std::uint8_t>();
-    value |= std::uint64_t{byte & 0x7FU} << shift;
-    if (byte < 0x80) return value;
-  }
-  reader.fail();
-  return value;
 }
 
 }  // namespace detail
@@ -79,9 +62,7 @@ void putChanges(frame::ByteWriter& writer, T base, T now) {
     writer.put(static_cast<std::uint8_t>(bits));
   }
   for (const std::uint64_t difference : differences) {
-    if (difference == 0) continue;
-    const bool is_negative = difference >> 63U != 0;
-    detail::putVarint(writer, difference << 1U ^ (is_negative ? ~std::uint64_t{0} : 0));
+    if (difference != 0) frame::putVarint(writer, frame::zigzag(difference));
   }
 }
 
@@ -93,9 +74,7 @@ T withChanges(T base, frame::ByteReader& reader) {
   const auto next = [&](std::uint64_t number) {
     const bool is_changed = k < 8 * changed.size() && std::to_integer<unsigned>(changed[k / 8] >> (k % 8)) % 2 == 1;
     ++k;
-    if (!is_changed) return number;
-    const std::uint64_t zigzag = detail::getVarint(reader);
-    return number + (zigzag >> 1U ^ (~(zigzag & 1U) + 1U));
+    return is_changed ? number + frame::unzigzag(frame::getVarint(reader)) : number;
   };
   detail::forEachNumber(base, next);
   while (k < 8 * changed.size()) next(0);

@@ -130,7 +130,7 @@ std::string causeName(std::string_view cause) {
 }
 
 std::optional<std::string> likelyCauses(const Dataset& dataset, const Method& method, double sigma_mm) {
-  const Dataset known = unrefused(dataset);
+  const Dataset known = unrefused(atTemperature(dataset, method));
   const auto solved = method.solver(known);
   const std::string refusing = solved ? "" : thoseThatRefuse(known, method);
   if (!refusing.empty()) return "without one of these errors it is solved: " + refusing;

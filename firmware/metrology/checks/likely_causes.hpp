@@ -16,12 +16,12 @@ namespace probebox::metrology {
 // As the sentence calls a cause: a key of kMachineErrors, kLobing, kCurvature, or the key of a stated size.
 std::string causeName(std::string_view cause);
 
-// Sentence; nothing where no error explains the residuals, or none are there. dataset: at its temperature. sigma_mm:
-// noise of a reading as it is stated; 0: unknown.
+// Sentence; nothing where no error explains the residuals, or none are there. sigma_mm: noise of
+// a reading as it is stated; 0: unknown.
 std::optional<std::string> likelyCauses(const Dataset& dataset, const Method& method, double sigma_mm);
 
 // Adds it to the first warning that says that the readings contradict the model or their noise. dataset: as it was
-// solved, mended and at its temperature.
+// solved, mended.
 void nameLikelyCauses(const Dataset& dataset, const Method& method, Result& result);
 
 }  // namespace probebox::metrology

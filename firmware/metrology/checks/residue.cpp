@@ -54,8 +54,7 @@ std::optional<ReadingRow> readingRowOf(const Dataset& dataset, std::string_view 
 }
 
 std::optional<Residue> residueOf(const Dataset& dataset, const Method& method) {
-  const bool is_warm = dataset.config.contains("expansion_per_k");
-  auto solved = is_warm ? method.solver(atTemperature(dataset, method)) : method.solver(dataset);
+  auto solved = isWarm(dataset) ? method.solver(atTemperature(dataset, method)) : method.solver(dataset);
   if (!solved || solved->dof == 0 || solved->residuals.unit != "mm") return std::nullopt;
   const auto size = solved->residuals.values.size();
   if (size < solved->dof || size > kMostResiduals || solved->residuals.names.size() != size) return std::nullopt;

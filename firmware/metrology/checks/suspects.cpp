@@ -11,6 +11,7 @@
 #include "firmware/metrology/checks/residue.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/uncertainty/budget.hpp"
 
 namespace probebox::metrology {
@@ -18,8 +19,8 @@ namespace {
 
 // Factor by which a wrong sign or unit has to multiply the squares of the residuals, beside the test.
 constexpr double kWrongByFar = 25;
-constexpr double kMoreThanStated = 1.5;
-constexpr std::size_t kCandidates = 5;  // readings with the largest residuals: leverage hides the worst a little
+constexpr double kMoreThanStated = 1.5;  // scatter by the stated sigma
+constexpr std::size_t kCandidates = 5;   // readings with the largest residuals: leverage hides the worst a little
 
 // ---- X in diameters, an angle reversed
 
@@ -278,7 +279,7 @@ Solved solveMended(const Mended& mended, const Method& method, StoreReader store
 }
 
 Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal) {
-  constexpr std::array<std::string_view, 3> kOfResiduals{"residual-too-large", "readings-contradict", "steps-disagree"};
+  constexpr std::array<std::string_view, 3> kOfResiduals{"residual-too-large", kReadingsContradict, "steps-disagree"};
   if (std::ranges::find(kOfResiduals, refusal.name) == kOfResiduals.end()) return refusal;
   // A sigma that nobody states refuses nothing, and shows by how much the residuals fall.
   Dataset unweighted = dataset;
@@ -291,8 +292,7 @@ Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal re
   }
   const auto stated = configPositive(dataset, key::kSigma.name);
   const double sigma_mm = stated && *stated ? **stated : 0;
-  if (const auto causes = likelyCauses(atTemperature(unweighted, method), method, sigma_mm))
-    refusal.reason += "; " + *causes;
+  if (const auto causes = likelyCauses(dataset, method, sigma_mm)) refusal.reason += "; " + *causes;
   if (!before || !(sigma_mm > 0)) return refusal;
   const double scatter_mm = std::sqrt(before->squares() / static_cast<double>(before->dof));
   if (scatter_mm > kMoreThanStated * sigma_mm)

@@ -13,6 +13,7 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/delay/delay_method.hpp"
+#include "firmware/metrology/delay/drive_contact.hpp"
 #include "firmware/metrology/fit/chi_square.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/noise_check.hpp"
@@ -73,216 +74,15 @@ std::optional<Refusal> speedOfDriveDiffers(const TouchPlan& plan, double speed_m
                                       " is stated; set the feed override to 100 %, or correct the time stamps"};
 }
 
-constexpr double kMissing = 1.5;              // periods between samples of the contact
-constexpr double kApexShare = 0.05;           // of the depth, that counts as the apex
-constexpr double kFlatShare = 0.20;           // of the contact, that a rest may take
-constexpr double kMostKink = 0.125;           // of the contact, to either side of the apex
 constexpr double kSettling_s = 0.02;          // a stylus that bounced at contact is quiet after this
 constexpr double kBounceResidualRatio = 1.3;  // residuals that much above the noise: it did bounce
 // Where ringing is fitted to what a bounce leaves: of 4000 simulated drives with bounces of 0.2 mm, 14 of the 33 with
 // 10 and fewer were off by 20 sd and more, and none of those with more.
 constexpr std::size_t kLeastFreedom = 11;
 
-Refusal refusal(const std::string& touch, std::string name, const std::string& what) {
-  return {std::move(name), touch + ": " + what};
-}
-
-// The contact of one drive, and both streams along it: they fall into the surface and come back.
-struct Contact {
-  std::string name;
-  Signal machine;  // mm, along the retract
-  Signal probe;    // raw, against the deflection, so that both have their lowest point at the apex
-  double from{};   // stamps of the first and last deflected sample, probe time, s
-  double until{};
-  double machine_apex_s{};
-  double probe_apex_s{};
-  std::optional<RoundedMotion> rounded{};
-  double kink_s{};  // on either side of the apex, that lines between samples cannot follow
-  double speed_mm_s{};
-};
-
-std::size_t lowest(const Signal& signal) {
-  return static_cast<std::size_t>(std::ranges::min_element(signal.values) - signal.values.begin());
-}
-
-struct Flank {
-  double at{};  // of the line at time zero of the apex
-  double slope{};
-};
-
-// Shares of the half contact, from the apex on.
-struct Stretch {
-  double from{};
-  double until{};
-};
-constexpr Stretch kOfSource{0.40, 0.90};  // 60 to 10 % of the depth
-constexpr Stretch kSparse{0.10, 0.95};    // where that holds too few samples; the round apex hardly bends a start
-
-// Line through the samples of a stretch before or after the apex.
-std::optional<Flank> flankOf(const Signal& signal, double apex, double half, double side, Stretch stretch) {
-  double n = 0.0;
-  double st = 0.0;
-  double sx = 0.0;
-  double stt = 0.0;
-  double stx = 0.0;
-  for (std::size_t k = 0; k < signal.times.size(); ++k) {
-    const double t = signal.times[k] - apex;
-    if (t * side < stretch.from * half || t * side > stretch.until * half) continue;
-    n += 1.0, st += t, sx += signal.values[k], stt += t * t, stx += t * signal.values[k];
-  }
-  const double determinant = n * stt - st * st;
-  if (n < 3.0 || !(determinant > 0.0)) return std::nullopt;
-  const double slope = (n * stx - st * sx) / determinant;
-  return Flank{(sx - slope * st) / n, slope};
-}
-
-struct Apex {
-  double time{};
-  double value{};    // beyond the lowest by what the turn of the motion rounds off
-  double slope{};    // of the lines
-  double at_zero{};  // time at which the line of out crosses zero, s
-};
-
-// Where the lines of in and out meet (A18), twice: the first time tells where to look.
-std::optional<Apex> apexOf(const Signal& signal, double rough, double half) {
-  const auto legs = [&](double side) {
-    const auto leg = flankOf(signal, rough, half, side, kOfSource);
-    return leg ? leg : flankOf(signal, rough, half, side, kSparse);
-  };
-  Apex apex{.time = rough};
-  for (int round = 0; round < 2; ++round) {
-    const auto in = legs(-1.0);
-    const auto out = legs(1.0);
-    if (!in || !out || !(in->slope < 0.0) || !(out->slope > 0.0)) return std::nullopt;
-    const double later = (in->at - out->at) / (out->slope - in->slope);
-    rough += later;
-    apex = {rough, in->at + in->slope * later, (out->slope - in->slope) / 2.0, rough - later - out->at / out->slope};
-  }
-  return apex;
-}
-
-// A turn of constant acceleration takes twice as long, to either side, as the lines take for what they meet too deep.
-// Lines between samples that are far apart cut it off: where that stands out of the noise it is left out.
-double kinkOf(const Contact& contact, const Apex& apex) {
-  const double period = std::max(contact.machine.period(), contact.probe.period());
-  const double rounded = *std::ranges::min_element(contact.machine.values) - apex.value;
-  const double turn = 2.0 * std::max(rounded, 0.0) / apex.slope;
-  const double cut_off = turn > 0.0 ? apex.slope / turn * period * period / 8.0 : 0.0;
-  const double noise = std::sqrt(sampleVariance(contact.machine, Interpolation::linear));
-  if (cut_off <= std::max(noise, kCaseDigits)) return period;
-  return std::max(period, std::min(period + turn, kMostKink * (contact.until - contact.from)));
-}
-
-// Share of the contact that the signal spends near its lowest point, from the first sample there to the last.
-double apexShare(const Signal& signal, double apex, double half) {
-  const double bottom = signal.values[lowest(signal)];
-  const auto within = [&](std::size_t k) { return std::abs(signal.times[k] - apex) < half; };
-  double rim = bottom;
-  for (std::size_t k = 0; k < signal.times.size(); ++k) {
-    if (within(k)) rim = std::max(rim, signal.values[k]);
-  }
-  double first = std::numeric_limits<double>::infinity();
-  double last = first;
-  for (std::size_t k = 0; k < signal.times.size(); ++k) {
-    if (!within(k) || signal.values[k] - bottom >= kApexShare * (rim - bottom)) continue;
-    first = std::min(first, signal.times[k]);
-    last = signal.times[k];
-  }
-  return std::isinf(first) ? 1.0 : (last - first) / (2.0 * half);
-}
-
-// How far apart neighbours may be that none is missing between: stamps may jitter.
-double farthestNeighbours(const Signal& signal) {
-  const double period = signal.period();
-  std::vector<double> off;
-  for (std::size_t k = 1; k < signal.times.size(); ++k) {
-    off.push_back(std::abs(signal.times[k] - signal.times[k - 1] - period));
-  }
-  const double jitter = off.empty() ? 0.0 : 1.4826 * median(off);
-  return std::clamp(period + 4.0 * jitter, kMissing * period, kGapPeriods * period);
-}
-
-bool complete(const Signal& signal, double from, double until) {
-  const double allowed = farthestNeighbours(signal);
-  if (signal.times.front() > from || signal.times.back() < until) return false;
-  for (std::size_t k = 1; k < signal.times.size(); ++k) {
-    const bool within = signal.times[k] > from && signal.times[k - 1] < until;
-    if (within && signal.times[k] - signal.times[k - 1] > allowed) return false;
-  }
-  return true;
-}
-
-Signal project(const Stream& stream, const Eigen::Vector3d& direction) {
-  return {stream.times, stream.along(direction, {0, stream.times.size()})};
-}
-
-Outcome<Contact, Refusal> findContact(const Touch& touch) {
-  Contact contact;
-  contact.name = touch.plan.name;
-  Eigen::Index deepest = 0;
-  const double highest = touch.probe.values.rowwise().norm().maxCoeff(&deepest);
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-  for (const auto row : touch.probe.values.rowwise()) {
-    if (row.norm() > 0.5 * highest) direction += row.transpose();
-  }
-  contact.machine = project(touch.machine, touch.plan.retract);
-  contact.probe = project(touch.probe, -direction.normalized());
-  const double sigma = std::sqrt(sampleVariance(contact.probe, Interpolation::linear));
-  if (highest < std::max(20.0 * sigma, 100.0 * kCaseDigits)) {
-    return refusal(contact.name, "no-contact", "no clear deflection of the probe was found; check that it touched");
-  }
-  const double limit = -std::max(5.0 * sigma, 10.0 * kCaseDigits);
-  const auto& depth = contact.probe.values;
-  auto first = static_cast<std::size_t>(deepest);
-  auto last = first;
-  while (first > 0 && depth[first - 1] < limit) --first;
-  while (last + 1 < depth.size() && depth[last + 1] < limit) ++last;
-  if (first == 0 || last + 1 == depth.size()) {
-    return refusal(contact.name, "truncated", "the record does not hold the whole contact; measure it again");
-  }
-  contact.from = contact.probe.times[first];
-  contact.until = contact.probe.times[last];
-  return contact;
-}
-
-std::optional<Refusal> findApexes(Contact& contact) {
-  const double half = (contact.until - contact.from) / 2.0;
-  // The middle of the lowest tenth: a rest has no lowest sample.
-  const auto middle = [](const Signal& signal) { return signal.times[lowest(signal)]; };
-  const auto in_machine = apexOf(contact.machine, middle(contact.machine), half);
-  const auto in_probe = apexOf(contact.probe, (contact.from + contact.until) / 2.0, half);
-  const double flat = apexShare(contact.machine, middle(contact.machine), half);
-  if (flat > kFlatShare + kApexShare) {
-    return refusal(contact.name, "flat-apex",
-                   "the machine rests on the surface for " + text(100.0 * flat) +
-                       " % of the contact, 20 % are allowed; retract without a dwell");
-  }
-  if (apexShare(contact.probe, (contact.from + contact.until) / 2.0, half) > flat + 0.15) {
-    return refusal(contact.name, "clipped",
-                   "the deflection stays at its limit while the machine moves; reduce the overtravel");
-  }
-  if (!in_machine || !in_probe) {
-    return refusal(contact.name, "too-few-samples",
-                   "fewer than three samples on the way in or out; move more slowly or further, or sample faster");
-  }
-  contact.machine_apex_s = in_machine->time;
-  contact.probe_apex_s = in_probe->time;
-  contact.kink_s = kinkOf(contact, *in_machine);
-  contact.speed_mm_s = in_machine->slope;
-  // A stylus that swings on after it has parted shows deflections, but no contact.
-  contact.until = std::min(contact.until, in_probe->at_zero);
-  const double start = contact.machine_apex_s - contact.probe_apex_s;
-  if (!complete(contact.probe, contact.from, contact.until) ||
-      !complete(contact.machine, contact.from + start, contact.until + start)) {
-    return refusal(contact.name, "gap",
-                   "samples of the contact are missing; find the cause of the loss and measure again");
-  }
-  return std::nullopt;
-}
-
 // Shapes of a drive in and out: the rate changes its sign at the apex, the path is the distance from it. What rang is
 // a shape of its own: how much it rang is uncertain, too.
-WaveformPair seenTwice(const Contact& contact, const std::optional<ContactRinging>& ringing) {
+WaveformPair seenTwice(const DriveContact& contact, const std::optional<ContactRinging>& ringing) {
   const double apex = contact.machine_apex_s;
   const double start = apex - contact.probe_apex_s;
   const double first = contact.from + start;
@@ -303,7 +103,7 @@ WaveformPair seenTwice(const Contact& contact, const std::optional<ContactRingin
           .rounded = contact.rounded};
 }
 
-std::vector<WaveformPair> seenTwice(const std::vector<Contact>& contacts,
+std::vector<WaveformPair> seenTwice(const std::vector<DriveContact>& contacts,
                                     const std::optional<ContactRinging>& ringing) {
   std::vector<WaveformPair> records;
   for (const auto& contact : contacts) records.push_back(seenTwice(contact, ringing));
@@ -315,14 +115,6 @@ struct Matched {
   std::string warning{};
   std::size_t least_dof{};
 };
-
-// Between a share of the half contact and the apex, where the machine keeps its speed.
-std::optional<RoundedMotion> roundedIn(const Touch& touch, const Contact& contact) {
-  const double half = (contact.until - contact.from) / 2.0;
-  const double apex = contact.machine_apex_s;
-  return roundedLegs(touch.machine, touch.plan.retract,
-                     {{{apex - half, apex - kSparse.from * half}, {apex + kSparse.from * half, apex + half}}});
-}
 
 bool isCalm(const Match& match) {
   // Without noise, what is left are the kinks of the motion.
@@ -347,7 +139,7 @@ Outcome<Matched, Refusal> matchContacts(std::vector<WaveformPair> records, doubl
 
 // What rings in the stylus since its contact is taken out where the time right after it is not all that it spoils: how
 // a stylus rings, to both sides or away from the surface alone, is not known, and samples without it are worth more.
-Outcome<Matched, Refusal> matchQuiet(const std::vector<Contact>& contacts, double start) {
+Outcome<Matched, Refusal> matchQuiet(const std::vector<DriveContact>& contacts, double start) {
   std::vector<DrivenContact> driven;
   for (const auto& contact : contacts) {
     driven.push_back(
@@ -358,7 +150,7 @@ Outcome<Matched, Refusal> matchQuiet(const std::vector<Contact>& contacts, doubl
   const auto ringing = contactRinging(driven, start);
   if (!ringing) return plain;
   double most = 0.0;
-  std::vector<Contact> quiet = contacts;
+  std::vector<DriveContact> quiet = contacts;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     quiet[i].probe = withoutContactRinging(driven[i], *ringing, ringing->amplitudes[i]);
     most = std::max(most, ringing->amplitudes[i].norm());
@@ -375,7 +167,7 @@ Outcome<Matched, Refusal> matchQuiet(const std::vector<Contact>& contacts, doubl
 }
 
 // Much ringing leads the start astray: then what came of it is the next start.
-Outcome<Matched, Refusal> matchFrom(std::vector<Contact> contacts, double start) {
+Outcome<Matched, Refusal> matchFrom(std::vector<DriveContact> contacts, double start) {
   constexpr int kStarts = 4;
   constexpr double kClose = 0.25;   // of a period of the probe
   constexpr double kAstray = 0.25;  // of a contact
@@ -395,7 +187,7 @@ Outcome<Matched, Refusal> matchFrom(std::vector<Contact> contacts, double start)
 }
 
 // Drives that contradict one delay, and of which each agrees with one of its own: those of the axes differ.
-std::optional<Refusal> delaysDiffer(std::span<const Touch> touches, const std::vector<Contact>& contacts) {
+std::optional<Refusal> delaysDiffer(std::span<const Touch> touches, const std::vector<DriveContact>& contacts) {
   constexpr double kMostSd = 6;
   std::string told;
   const auto tell = [&](std::size_t i, double tau_s) {
@@ -417,12 +209,14 @@ std::optional<Refusal> delaysDiffer(std::span<const Touch> touches, const std::v
 
 std::optional<Refusal> tooFewAfterBounce(const Touch& touch, const Matched& matched) {
   if (matched.match.dof >= matched.least_dof) return std::nullopt;
-  return refusal(touch.plan.name, "too-few-samples",
-                 "the stylus rang and bounced, and the samples after that do not show both the ringing and the delay; "
-                 "move further into the surface or more slowly, or sample faster");
+  return Refusal{
+      "too-few-samples",
+      touch.plan.name +
+          ": the stylus rang and bounced, and the samples after that do not show both the ringing and the delay; "
+          "move further into the surface or more slowly, or sample faster"};
 }
 
-double startOf(const std::vector<Contact>& contacts) {
+double startOf(const std::vector<DriveContact>& contacts) {
   double sum = 0.0;
   for (const auto& contact : contacts) sum += contact.machine_apex_s - contact.probe_apex_s;
   return sum / static_cast<double>(contacts.size());
@@ -465,92 +259,112 @@ class WarningsOfDrives {
 // Each drive by itself: lost motion l makes its delay smaller by l / (2 S) (A7b), and the speeds part the two. A drive
 // that does not match is left out as long as the others part them. Drives that contradict each other are told: a
 // vibration as slow as a drive is in no residual of it.
-Outcome<Result, Refusal> solveSpeeds(const Dataset& dataset, std::span<const Touch> touches,
-                                     const std::vector<Contact>& contacts, const Eigen::VectorXd& previous) {
-  Result all;
-  WarningsOfDrives warnings;
-  std::vector<Touch> kept;
-  std::optional<Refusal> first_bad;
-  Eigen::MatrixX2d design{std::ssize(contacts), 2};  // of delay and lost motion
-  Eigen::VectorXd delays{design.rows()};
-  double rms = 0.0, expected = 0.0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const std::vector drive{contacts[i]};
-    TRY(const auto matched, matchFrom(drive, startOf(drive)));
-    const Match& match = matched.match;
-    auto bad = poorMatch(match, kMostDroppedShare);
-    if (bad) bad = refusal(touches[i].plan.name, bad->name, bad->reason);
-    if (!bad) bad = tooFewAfterBounce(touches[i], matched);
-    if (bad) {
-      all.dropped.push_back({touches[i].plan.name, bad->name});
-      warnings.add("dropped: " + bad->reason, 0);
-      if (!first_bad) first_bad = std::move(bad);
-      continue;
+class DrivesOfSpeeds {
+ public:
+  DrivesOfSpeeds(const Dataset& dataset, const Eigen::VectorXd& previous) : dataset_{dataset}, previous_{previous} {}
+
+  // Refuses what no drive can be matched with.
+  std::optional<Refusal> add(const Touch& touch, const DriveContact& contact) {
+    const std::vector drive{contact};
+    const auto matched = matchFrom(drive, startOf(drive));
+    if (!matched) return matched.error();
+    auto bad = poorMatch(matched->match, kMostDroppedShare);
+    if (bad) bad->reason = touch.plan.name + ": " + bad->reason;
+    if (!bad) bad = tooFewAfterBounce(touch, *matched);
+    if (!bad) {
+      take(touch, contact, *matched);
+      return std::nullopt;
     }
+    all_.dropped.push_back({touch.plan.name, bad->name});
+    warnings_.add("dropped: " + bad->reason, 0);
+    if (!first_bad_) first_bad_ = std::move(bad);
+    return std::nullopt;
+  }
+
+  Outcome<Result, Refusal> result() {
+    if (first_bad_ && (kept_.empty() || !partsLostMotion(kept_))) return *first_bad_;
+    const auto rows = std::ssize(kept_);
+    Eigen::MatrixX2d design{rows, 2};  // of delay and lost motion
+    for (Eigen::Index row = 0; row < rows; ++row) design.row(row) = rows_[static_cast<std::size_t>(row)];
+    TRY(const auto fit, linearLeastSquares(design, Eigen::VectorXd::Map(delays_.data(), rows)));
+    const double chi2_reduced = fit.dof > 0 ? fit.sumOfSquares() / static_cast<double>(fit.dof) : 0.0;
+    const double widened = std::max(1.0, chi2_reduced);
+    Match match;
+    match.tau_s = fit.parameters[0];
+    match.sd_s = std::sqrt(widened * fit.cofactor(0, 0));
+    match.rms_mm = std::sqrt(squares_ / static_cast<double>(all_.dof));
+    match.expected_mm = std::max(match.rms_mm, std::sqrt(expected_ / static_cast<double>(all_.dof)));
+    match.dof = all_.dof;
+    match.condition = all_.condition;
+    match.residuals = std::move(all_.residuals);
+    Result result = reportMatch(dataset_, match, previous_);
+    result.warnings = warnings_.all();
+    result.dropped = std::move(all_.dropped);
+    const ChiSquareLaw law{.dof = fit.dof, .noise_dof = match.dof};
+    if (fit.dof > 0 && law.probabilityAbove(chi2_reduced) < kFalseAlarm) {
+      result.warnings.push_back(std::string{kResidualsExceedNoise} + ": the drives contradict each other by " +
+                                text(std::sqrt(chi2_reduced)) + " times their sd, which is widened by that: look for " +
+                                "vibration, also one near the rate of the samples, which looks slow; drive more often");
+    }
+    result.also.push_back(
+        Estimate::scalar(quantity::kLostMotion, fit.parameters[1], std::sqrt(widened * fit.cofactor(1, 1))));
+    return result;
+  }
+
+ private:
+  void take(const Touch& touch, const DriveContact& contact, const Matched& matched) {
+    const Match& match = matched.match;
     const double sd_s = widenedSd(match);
-    const auto row = std::ssize(kept);
-    kept.push_back(touches[i]);
-    design.row(row) << 1.0 / sd_s, -0.5 / contacts[i].speed_mm_s / sd_s;
-    delays[row] = match.tau_s / sd_s;
+    kept_.push_back(touch);
+    rows_.emplace_back(1.0 / sd_s, -0.5 / contact.speed_mm_s / sd_s);
+    delays_.push_back(match.tau_s / sd_s);
     const auto dof = static_cast<double>(match.dof);
-    rms += dof * match.rms_mm * match.rms_mm;
-    expected += dof * match.expected_mm * match.expected_mm;
-    Result one = reportMatch(dataset, match, previous);
+    squares_ += dof * match.rms_mm * match.rms_mm;
+    expected_ += dof * match.expected_mm * match.expected_mm;
+    Result one = reportMatch(dataset_, match, previous_);
     if (!matched.warning.empty()) one.warnings.push_back(matched.warning);
-    for (auto& warning : one.warnings) warnings.add(std::move(warning), sd_s / match.sd_s);
-    all.dropped.insert(all.dropped.end(), one.dropped.begin(), one.dropped.end());
-    all.dof += match.dof;
-    all.condition = std::max(all.condition, match.condition);
-    auto& [unit, against, names, at, values] = all.residuals;
+    for (auto& warning : one.warnings) warnings_.add(std::move(warning), sd_s / match.sd_s);
+    all_.dropped.insert(all_.dropped.end(), one.dropped.begin(), one.dropped.end());
+    all_.dof += match.dof;
+    all_.condition = std::max(all_.condition, match.condition);
+    auto& [unit, against, names, at, values] = all_.residuals;
     unit = one.residuals.unit;
     against = one.residuals.against;
     names.insert(names.end(), one.residuals.names.begin(), one.residuals.names.end());
     at.insert(at.end(), one.residuals.at.begin(), one.residuals.at.end());
     values.insert(values.end(), one.residuals.values.begin(), one.residuals.values.end());
   }
-  if (first_bad && (kept.empty() || !partsLostMotion(kept))) return *first_bad;
-  design.conservativeResize(std::ssize(kept), Eigen::NoChange);
-  delays.conservativeResize(std::ssize(kept));
-  TRY(const auto fit, linearLeastSquares(design, delays));
-  const double chi2_reduced = fit.dof > 0 ? fit.sumOfSquares() / static_cast<double>(fit.dof) : 0.0;
-  const double widened = std::max(1.0, chi2_reduced);
-  Match match;
-  match.tau_s = fit.parameters[0];
-  match.sd_s = std::sqrt(widened * fit.cofactor(0, 0));
-  match.rms_mm = std::sqrt(rms / static_cast<double>(all.dof));
-  match.expected_mm = std::max(match.rms_mm, std::sqrt(expected / static_cast<double>(all.dof)));
-  match.dof = all.dof;
-  match.condition = all.condition;
-  match.residuals = std::move(all.residuals);
-  Result result = reportMatch(dataset, match, previous);
-  result.warnings = warnings.all();
-  result.dropped = std::move(all.dropped);
-  const ChiSquareLaw law{.dof = fit.dof, .noise_dof = match.dof};
-  if (fit.dof > 0 && law.probabilityAbove(chi2_reduced) < kFalseAlarm) {
-    result.warnings.push_back(std::string{kResidualsExceedNoise} + ": the drives contradict each other by " +
-                              text(std::sqrt(chi2_reduced)) + " times their sd, which is widened by that: look for " +
-                              "vibration, also one near the rate of the samples, which looks slow; drive more often");
-  }
-  result.also.push_back(
-      Estimate::scalar(quantity::kLostMotion, fit.parameters[1], std::sqrt(widened * fit.cofactor(1, 1))));
-  return result;
-}
+
+  const Dataset& dataset_;
+  const Eigen::VectorXd& previous_;
+  Result all_;
+  WarningsOfDrives warnings_;
+  std::vector<Touch> kept_;
+  std::optional<Refusal> first_bad_;
+  std::vector<Eigen::RowVector2d> rows_;  // of the drives that are kept, weighted by their sd
+  std::vector<double> delays_;
+  double squares_{}, expected_{};  // mm^2
+};
 
 // From deflections.
 Outcome<Result, Refusal> solveDrives(const Dataset& dataset, ProbeZero zero) {
   TRY(const auto previous, previousDelay(dataset, 1));
   TRY(const auto touches, readTouches(dataset));
-  std::vector<Contact> contacts;
+  std::vector<DriveContact> contacts;
   const StampJitter jitter = stampJitter(touches);
   for (const auto& touch : touches) {
     if (auto bad = badDrive(touch, jitter, zero)) return *bad;
-    TRY(auto contact, findContact(touch));
-    if (auto bad = findApexes(contact)) return *bad;
+    TRY(auto contact, contactOf(touch));
     if (auto bad = speedOfDriveDiffers(touch.plan, contact.speed_mm_s)) return *bad;
-    contact.rounded = roundedIn(touch, contact);
     contacts.push_back(std::move(contact));
   }
-  if (partsLostMotion(touches)) return solveSpeeds(dataset, touches, contacts, previous);
+  if (partsLostMotion(touches)) {
+    DrivesOfSpeeds drives{dataset, previous};
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      if (auto refusal = drives.add(touches[i], contacts[i])) return *refusal;
+    }
+    return drives.result();
+  }
   TRY(const auto matched, matchFrom(contacts, startOf(contacts)));
   const Match& match = matched.match;
   if (auto bad = poorMatch(match, kMostDroppedShare)) return delaysDiffer(touches, contacts).value_or(*bad);

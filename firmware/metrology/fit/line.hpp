@@ -19,6 +19,10 @@ struct Line {
   Eigen::Matrix3d scatter;  // sum of the outer products of the residuals; n - 2 degrees of freedom
 
   Eigen::Vector3d at(double t) const { return mean + slope * (t - t_mean); }
+  // When it is at a place along a direction in which it moves.
+  double timeAt(const Eigen::Vector3d& direction, double place) const {
+    return t_mean + (place - mean.dot(direction)) / slope.dot(direction);
+  }
   // Sum of squared residuals along a unit direction.
   double scatterAlong(const Eigen::Vector3d& direction) const { return direction.dot(scatter * direction); }
 };

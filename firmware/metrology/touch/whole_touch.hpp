@@ -74,7 +74,7 @@ struct WholeTouch {
   double surface_mm() const { return values[1]; }
 };
 
-// Reads the stretches of constant speed of a record once, for several fits.
+// Reads the stretches of constant speed of a record once (touch_record.cpp), for several fits (whole_touch.cpp).
 class TouchRecord {
  public:
   // Refuses: no-contact, speed-not-constant (no straight way out while the stylus is deflected), truncated.
@@ -106,7 +106,8 @@ class TouchRecord {
     std::size_t last{};   // first of those that stay below
   };
 
-  static Outcome<Pressed, Refusal> pressedOf(const TouchPlan& plan, const std::vector<double>& bent, double highest);
+  Refusal refused(const char* name, const char* what) const { return {name, plan_.name + ": " + what}; }
+  Outcome<Pressed, Refusal> pressed() const;
   void setLeastNoise();
   void findStretches();
   const Stretch* way(State state) const;  // the one beside the rest

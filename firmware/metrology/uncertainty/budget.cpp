@@ -240,7 +240,7 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   TRY(auto errors, machineErrors(dataset, method));
   inputs.insert(inputs.end(), further.begin(), further.end());
   std::ranges::move(errors, std::back_inserter(inputs));
-  const bool warm = dataset.config.contains("expansion_per_k");
+  const bool warm = isWarm(dataset);
   const Dataset at_hand = warm || !inputs.empty() ? atTemperature(dataset, method) : Dataset{};
   const Dataset& known = warm || !inputs.empty() ? at_hand : dataset;
   auto solved = method.solver(known);

@@ -266,6 +266,10 @@ Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, co
   return inputs;
 }
 
+bool isWarm(const Dataset& dataset) {
+  return dataset.config.contains("expansion_per_k");
+}
+
 Dataset atTemperature(const Dataset& dataset, const Method& method) {
   Dataset warm = dataset;
   const auto temperature = temperatureOf(dataset, method);

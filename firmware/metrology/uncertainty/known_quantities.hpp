@@ -47,6 +47,9 @@ TypeBInput movedInput(std::string_view name, double sd, std::vector<Table> by_on
 Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, const Method& method,
                                                       StoreReader store = nullptr);
 
+// Whether sizes of the case are converted to a temperature of their own.
+bool isWarm(const Dataset& dataset);
+
 // Converts every known size of the method from 20 degrees to temperature_c by expansion_per_k; unchanged without these
 // keys.
 Dataset atTemperature(const Dataset& dataset, const Method& method);

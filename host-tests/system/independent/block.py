@@ -41,21 +41,11 @@ def _column(c, channel, order, width, count):
     return _values(predictor, seeds, residuals)
 
 
-def _varint(c):
-    value = shift = 0
-    while True:
-        byte = c.take("B")
-        value |= (byte & 0x7F) << shift
-        shift += 7
-        if byte < 0x80:
-            return value & ALL
-
-
 def _seeds(c, how_many):
     """The first values themselves, from their differences of rising order."""
     differences = []
     for _ in range(how_many):
-        coded = _varint(c)
+        coded = c.varint() & ALL
         differences.append(-(coded + 1 >> 1) if coded & 1 else coded >> 1)
     weights = [[1], [1, 1], [1, 2, 1]]
     return [signed(sum(w * d for w, d in zip(weights[k], differences))) for k in range(how_many)]

@@ -159,19 +159,22 @@ class Cursor:
         self.at += count
         return self.data[self.at - count : self.at]
 
+    def varint(self):
+        value = shift = 0
+        while True:
+            byte = self.take("B")
+            value |= (byte & 0x7F) << shift
+            shift += 7
+            if byte < 0x80:
+                return value
+
     def changed(self, numbers, codes):
         """The numbers with what has changed since."""
         bits = self.bytes(self.take("B"))
         new = []
         for k, (number, code) in enumerate(zip(numbers, codes)):
             if bits[k // 8] >> k % 8 & 1:
-                value = shift = 0
-                while True:
-                    byte = self.take("B")
-                    value |= (byte & 0x7F) << shift
-                    shift += 7
-                    if byte < 0x80:
-                        break
+                value = self.varint()
                 number += (value >> 1) ^ -(value & 1)
             new.append(bool(number) if code == "?" else number)
         return new

@@ -56,9 +56,9 @@ std::string inWords(const UpdateStatus::Answer& status) {
 }
 
 // Brings one bundle to a box and follows it to its end, over as many links as that takes.
-class Errand {
+class BundleUpdate {
  public:
-  Errand(const Update& options, link::Uri uri, BundleToSend bundle, Console& console)
+  BundleUpdate(const Update& options, link::Uri uri, BundleToSend bundle, Console& console)
       : options_{options}, uri_{std::move(uri)}, bundle_{std::move(bundle)}, console_{console} {}
 
   ExitStatus go() {
@@ -74,7 +74,7 @@ class Errand {
   }
 
  private:
-  // Nothing when the errand is done.
+  // Nothing when the update is done.
   std::optional<Trouble> overOneLink() {
     if (!box_) {
       auto box = openBox(uri_, console_, kConnectPatience, nullptr, kUpdateLink);
@@ -280,7 +280,7 @@ ExitStatus run(const Update& options, const std::string& given, Console& console
   const auto uri = chooseUri(given);
   if (!uri) return console.fail(uri.error());
   if (uri->isFile()) return console.fail(usage(uri->text + " is a recording: name a box with -u"));
-  return Errand{options, *uri, std::move(*bundle), console}.go();
+  return BundleUpdate{options, *uri, std::move(*bundle), console}.go();
 }
 
 }  // namespace probebox::command

@@ -70,9 +70,9 @@ bool copyTo(const fs::path& drive, std::string_view image) {
   return true;
 }
 
-class FrontEndErrand {
+class FrontEndUpdate {
  public:
-  FrontEndErrand(const Update& options, const std::string& given, std::string image, const FrontEndImage& checked,
+  FrontEndUpdate(const Update& options, const std::string& given, std::string image, const FrontEndImage& checked,
                  Console& console)
       : options_{options},
         given_{given},
@@ -252,9 +252,9 @@ ExitStatus updateFrontEnd(const Update& options, const std::string& given, Conso
   const auto checked = checkFrontEndImage(*image);
   if (!checked)
     return console.fail({ExitStatus::usage, checked.error().name, options.front_end + ": " + checked.error().what});
-  FrontEndErrand errand{options, given, std::move(*image), *checked, console};
-  if (auto trouble = errand.go()) return console.fail(std::move(*trouble));
-  errand.tell();
+  FrontEndUpdate update{options, given, std::move(*image), *checked, console};
+  if (auto trouble = update.go()) return console.fail(std::move(*trouble));
+  update.tell();
   return ExitStatus::ok;
 }
 
