@@ -7,6 +7,8 @@ __extension__ using Wide = __int128;
 
 // Rounds towards minus infinity, so that times before the anchor behave like those after it.
 constexpr std::int64_t floorDivide(Wide numerator, Wide denominator) {
+  const auto narrow = static_cast<std::int64_t>(numerator), by = static_cast<std::int64_t>(denominator);
+  if (narrow == numerator && by == denominator) return narrow / by - (narrow % by < 0 ? 1 : 0);
   const Wide quotient = numerator / denominator;
   return static_cast<std::int64_t>(quotient - (numerator % denominator < 0 ? 1 : 0));
 }
@@ -25,8 +27,8 @@ MonoTime timeOf(const TickMap& map, Tick tick) {
 
 MonoTime timeOf(const TickMap& map, SampleIndex sample, std::int32_t samples_per_tick) {
   const Wide steps = sample.index - static_cast<Wide>(map.tick.index) * samples_per_tick;
-  const Wide denominator = kOneNs * samples_per_tick;
-  return map.at + Nanoseconds{floorDivide(steps * map.period_q32_ns + denominator / 2, denominator)};
+  const Wide half = kOneNs * samples_per_tick / 2;
+  return map.at + Nanoseconds{floorDivide((steps * map.period_q32_ns + half) >> 32, samples_per_tick)};
 }
 
 MasterTime masterTimeOf(const TickMap& map, MonoTime at, Nanoseconds nominal_period) {

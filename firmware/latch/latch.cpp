@@ -173,13 +173,14 @@ Latch::Examined Latch::examine(Record& record, LostReason& reason) {
   std::array<Source<1>::Values, kLinearAxes> counts{};
   bool clipped = false;
   bool unused = false;
-  const Answer probe = probe_.at(t, !given_up, deflection, clipped);
   Answer encoders = Answer::value;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const Answer answer = axes_[axis].at(t, !given_up, counts[axis], unused);
-    if (answer == Answer::waiting || encoders == Answer::value) encoders = answer;
+    if (answer == Answer::waiting && !given_up) return Examined::waiting;
+    if (encoders == Answer::value) encoders = answer;
   }
-  if (!given_up && (probe == Answer::waiting || encoders == Answer::waiting)) return Examined::waiting;
+  const Answer probe = probe_.at(t, !given_up, deflection, clipped);
+  if (probe == Answer::waiting && !given_up) return Examined::waiting;
 
   decided_ = std::max(decided_, t);
   lines_.passTo(t);

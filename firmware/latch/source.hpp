@@ -45,7 +45,8 @@ class Source {
   Source(const SourceConfig& config, Nanoseconds kept)
       : interval_{config.interval},
         is_cubic_{config.interpolation == Interpolation::cubic},
-        trace_{stampsKept(config, kept)} {}
+        trace_{stampsKept(config, kept)},
+        reach_{fitted() ? MonoTime::min() : MonoTime::max()} {}
 
   bool fitted() const { return interval_.count() > 0; }
 
@@ -54,17 +55,19 @@ class Source {
     const bool was_full = trace_.full();
     if (was_full) trace_.pop();
     trace_.push({at, {values, clipped}});
+    if (fitted()) reach_ = at;
     return was_full ? Pushed::overwrote : Pushed::taken;
   }
 
   // Shifts the buffered stamps and all future ones in time.
   void shift(Nanoseconds by) {
     trace_.shift(by);
+    if (!trace_.empty() && fitted()) reach_ += by;
     present_ = {};
   }
 
   // Whether there are stamps up to that time, without which it has to wait.
-  bool reaches(MonoTime t) const { return !fitted() || (!trace_.empty() && trace_.back().at >= t); }
+  bool reaches(MonoTime t) const { return reach_ >= t; }
 
   // patient: wait for the fourth stamp of a cubic. Otherwise, and across a gap, interpolation is linear.
   Answer at(MonoTime t, bool patient, Values& values, bool& clipped) {
@@ -117,6 +120,7 @@ class Source {
   Nanoseconds interval_;
   bool is_cubic_;
   Trace<Reading> trace_;
+  MonoTime reach_;            // of the latest stamp
   Interval<kWidth> present_;  // that the latest time lay in
   bool present_clipped_{};
 };

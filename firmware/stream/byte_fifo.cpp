@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "protocol/frame/bytes.hpp"
+
 namespace probebox::stream {
 
 ByteFifo::ByteFifo(std::size_t bytes, std::size_t items) : storage_(bytes), places_(std::max<std::size_t>(items, 1)) {}
@@ -41,7 +43,7 @@ void ByteFifo::commit(std::size_t size) {
 bool ByteFifo::push(std::span<const std::byte> item) {
   const auto into = room(item.size());
   if (into.empty()) return false;
-  std::ranges::copy(item, into.begin());
+  frame::copyBytes(item, into.data());
   commit(item.size());
   return true;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "protocol/frame/bytes.hpp"
 #include "protocol/frame/reader.hpp"
 #include "protocol/messages/fields.hpp"
 
@@ -55,7 +56,7 @@ std::vector<std::byte> refusalFrame(const messages::Refusal& refusal) {
 
 HelloGate::Verdict HelloGate::push(std::span<const std::byte> bytes) {
   const auto taken = bytes.first(std::min(bytes.size(), room()));
-  std::ranges::copy(taken, bytes_.begin() + static_cast<std::ptrdiff_t>(size_));
+  frame::copyBytes(taken, bytes_.data() + size_);
   size_ += taken.size();
   return judge();
 }

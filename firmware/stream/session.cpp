@@ -6,6 +6,7 @@
 
 #include "firmware/stream/greeting.hpp"
 #include "protocol/codec/block.hpp"
+#include "protocol/frame/bytes.hpp"
 #include "protocol/frame/crc32c.hpp"
 
 namespace probebox::stream {
@@ -242,7 +243,7 @@ void Session::sendPayload(MessageType type, std::span<const std::byte> payload) 
   const auto room = box.room(1 + payload.size());
   if (room.empty()) return;
   room[0] = static_cast<std::byte>(type);
-  std::ranges::copy(payload, room.begin() + 1);
+  frame::copyBytes(payload, room.data() + 1);
   box.commit(1 + payload.size());
 }
 

@@ -90,7 +90,7 @@ Payload Shortener::samples(std::span<const std::byte> block, std::uint32_t descr
     const auto bytes = changesOf(block, *summary);
     if (bytes.size() < block.size()) return {MessageType::short_samples, bytes};
   }
-  std::ranges::copy(head, head_.bytes.begin());
+  frame::copyBytes(head, head_.bytes.data());
   head_.header = summary->header;
   head_.descriptor = descriptor;
   head_.crc = nameOfHead(head, descriptor);
@@ -197,8 +197,7 @@ frame::Frame Restorer::restoreBlock(const frame::Frame& frame) {
   for (std::size_t k = 0; k < base->channels && !changed.empty(); ++k) {
     if ((changed[k / 8] >> (k % 8) & std::byte{1}) == std::byte{0}) continue;
     const auto coding = reader.take(kCodingSize);
-    std::ranges::copy(coding,
-                      payload_.begin() + static_cast<std::ptrdiff_t>(codec::kBlockHeaderSize + kCodingSize * k));
+    frame::copyBytes(coding, payload_.data() + codec::kBlockHeaderSize + kCodingSize * k);
   }
   if (reader.failed()) return frame;
   const auto columns = reader.take(reader.remaining());

@@ -41,6 +41,11 @@ T loadLittle(const std::byte* at) {
   }
 }
 
+// Of libstdc++ 12, std::ranges::copy moves const bytes one by one.
+inline void copyBytes(std::span<const std::byte> from, std::byte* to) {
+  if (!from.empty()) std::memcpy(to, from.data(), from.size());
+}
+
 // Writes into the caller's bytes. Bytes that do not fit are not written but counted: size() returns the room that was
 // needed.
 class ByteWriter {
@@ -65,7 +70,7 @@ class ByteWriter {
   }
 
   void put(std::span<const std::byte> bytes) {
-    if (fits(bytes.size())) std::ranges::copy(bytes, into_.begin() + static_cast<std::ptrdiff_t>(size_));
+    if (fits(bytes.size())) copyBytes(bytes, into_.data() + size_);
     size_ += bytes.size();
   }
 

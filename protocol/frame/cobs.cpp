@@ -3,16 +3,17 @@
 #include <algorithm>
 #include <cstring>
 
+#include "protocol/frame/bytes.hpp"
+
 namespace probebox::frame {
 namespace {
 constexpr std::size_t kLongestRun = 254;
+}
 
-// Place of the first zero; the size where there is none.
 std::size_t zeroIn(std::span<const std::byte> bytes) {
   if (bytes.empty()) return 0;
   const auto* zero = static_cast<const std::byte*>(std::memchr(bytes.data(), 0, bytes.size()));
   return zero == nullptr ? bytes.size() : static_cast<std::size_t>(zero - bytes.data());
-}
 }
 
 std::size_t cobsEncode(std::span<const std::byte> plain, std::span<std::byte> into) {
@@ -21,7 +22,7 @@ std::size_t cobsEncode(std::span<const std::byte> plain, std::span<std::byte> in
     const auto window = plain.first(std::min(plain.size(), kLongestRun));
     const std::size_t run = zeroIn(window);
     into[out] = static_cast<std::byte>(run + 1);
-    std::ranges::copy(window.first(run), into.begin() + static_cast<std::ptrdiff_t>(out + 1));
+    copyBytes(window.first(run), into.data() + out + 1);
     out += run + 1;
     const bool ends_with_zero = run < window.size();
     plain = plain.subspan(run + (ends_with_zero ? 1 : 0));

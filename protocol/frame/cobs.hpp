@@ -11,6 +11,9 @@ constexpr std::size_t cobsMaxSize(std::size_t plain) {
   return plain + plain / 254 + 1;
 }
 
+// Place of the first zero; the size where there is none.
+std::size_t zeroIn(std::span<const std::byte> bytes);
+
 // Codes `plain` into `into`, which must hold cobsMaxSize(plain.size()) bytes and not overlap it; returns the coded
 // size.
 std::size_t cobsEncode(std::span<const std::byte> plain, std::span<std::byte> into);

@@ -13,10 +13,9 @@ std::optional<Frame> Reader::next(std::span<const std::byte>& bytes) {
 
 std::optional<Frame> Reader::nextDelimited(std::span<const std::byte>& bytes) {
   while (!bytes.empty()) {
-    const auto end = std::ranges::find(bytes, kDelimiter);
-    const auto length = static_cast<std::size_t>(end - bytes.begin());
+    const auto length = zeroIn(bytes);  // before the delimiter
     collect(bytes.first(length));
-    if (end == bytes.end()) {
+    if (length == bytes.size()) {
       bytes = {};
       return std::nullopt;
     }
@@ -34,7 +33,7 @@ void Reader::restart() {
 
 void Reader::collect(std::span<const std::byte> bytes) {
   const auto kept = std::min(bytes.size(), buffer_.size() - filled_);
-  std::ranges::copy(bytes.first(kept), buffer_.begin() + static_cast<std::ptrdiff_t>(filled_));
+  copyBytes(bytes.first(kept), buffer_.data() + filled_);
   filled_ += kept;
   overflow_ += bytes.size() - kept;
 }
@@ -104,7 +103,7 @@ bool Reader::gather(std::size_t size, std::span<const std::byte>& bytes) {
     taken_ = 0;
   }
   const auto more = bytes.first(std::min(size - held, bytes.size()));
-  std::ranges::copy(more, buffer_.begin() + static_cast<std::ptrdiff_t>(filled_));
+  copyBytes(more, buffer_.data() + filled_);
   filled_ += more.size();
   bytes = bytes.subspan(more.size());
   return filled_ - taken_ >= size;
