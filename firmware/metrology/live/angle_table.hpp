@@ -17,6 +17,13 @@ namespace probebox::metrology {
 
 inline constexpr std::size_t kMostAngles = 72;
 
+// An angle, rad, with its sine and cosine, for what needs them more than once.
+struct AngleWithSine {
+  explicit AngleWithSine(double angle) : rad{angle}, sine{std::sin(angle)}, cosine{std::cos(angle)} {}
+
+  double rad, sine, cosine;
+};
+
 // Interpolation between the angles of a table: linear, or by the harmonics that its angles determine.
 enum class Between { linear, fourier };
 
@@ -34,9 +41,15 @@ class AngleTable {
 
   // Errors at any angle, rad. Nothing for an angle that is not finite or lies in a gap of the table wider than 100
   // degrees: nothing is extrapolated over so wide a gap.
-  std::optional<Row> at(double angle) const { return between_ == Between::fourier ? harmonics(angle) : chord(angle); }
+  std::optional<Row> at(double angle) const {
+    return between_ == Between::fourier ? harmonics(AngleWithSine{angle}) : chord(angle);
+  }
+  std::optional<Row> at(const AngleWithSine& angle) const {
+    return between_ == Between::fourier ? harmonics(angle) : chord(angle.rad);
+  }
 
  private:
+  static constexpr std::size_t kSlotsAtOnce = 4;
   static constexpr double kWidestGap = kTurn * 100.0 / 360.0;
 
   static double withinTurn(double angle) {
@@ -54,12 +67,14 @@ class AngleTable {
   static std::optional<Refusal> bad(std::span<const double> angles, std::span<const Row> rows);
   void transform();
   std::optional<Row> chord(double angle) const;
-  std::optional<Row> harmonics(double angle) const;
+  std::optional<Row> harmonics(const AngleWithSine& angle) const;
 
   Between between_{Between::linear};
   std::size_t count_{};
   std::array<double, kMostAngles> angles_{};  // rising, within a turn
-  std::array<Row, kMostAngles> rows_{};       // values there; for fourier mean, then cosine and sine of each harmonic
+  AngleWithSine first_{0.0};                  // angles_[0], from which harmonics count
+  // Values there; for fourier mean, then cosine and sine of each harmonic, and zeros behind the last.
+  std::array<Row, kMostAngles + kSlotsAtOnce - 1> rows_{};
 };
 
 template <int kWidth>
@@ -112,6 +127,8 @@ template <int kWidth>
 void AngleTable<kWidth>::transform() {
   const auto values = rows_;
   const auto n = static_cast<double>(count_);
+  std::fill_n(rows_.begin() + static_cast<std::ptrdiff_t>(count_), kSlotsAtOnce - 1, Row::Zero());
+  first_ = AngleWithSine{angles_[0]};
   for (std::size_t slot = 0; slot < count_; ++slot) {
     const double harmonic = static_cast<double>((slot + 1) / 2);
     const bool cosine = slot % 2 == 1;
@@ -144,20 +161,26 @@ auto AngleTable<kWidth>::chord(double angle) const -> std::optional<Row> {
 }
 
 template <int kWidth>
-auto AngleTable<kWidth>::harmonics(double angle) const -> std::optional<Row> {
-  if (!std::isfinite(angle)) return std::nullopt;
-  const double cosine = std::cos(angle - angles_[0]);
-  const double sine = std::sin(angle - angles_[0]);
+auto AngleTable<kWidth>::harmonics(const AngleWithSine& angle) const -> std::optional<Row> {
+  if (!std::isfinite(angle.rad)) return std::nullopt;
+  const double cosine = angle.cosine * first_.cosine + angle.sine * first_.sine;
+  const double sine = angle.sine * first_.cosine - angle.cosine * first_.sine;
   const double cosine_of_two = cosine * cosine - sine * sine, sine_of_two = 2.0 * sine * cosine;
-  // Odd and even harmonics each go two up: no product waits for the one before it.
-  std::array<double, 2> c{cosine, cosine_of_two}, s{sine, sine_of_two};
+  const auto goTwoUp = [&](double& c, double& s) {
+    const double next = c * cosine_of_two - s * sine_of_two;
+    s = s * cosine_of_two + c * sine_of_two;
+    c = next;
+  };
+  // Odd and even harmonics side by side: no product waits for the one before it.
+  double odd_c = cosine, odd_s = sine, even_c = cosine_of_two, even_s = sine_of_two;
   Row cosines = rows_[0], sines = Row::Zero();
-  for (std::size_t slot = 1, of = 0; slot < count_; slot += 2, of ^= 1U) {
-    cosines += c[of] * rows_[slot];
-    if (slot + 1 < count_) sines += s[of] * rows_[slot + 1];
-    const double next = c[of] * cosine_of_two - s[of] * sine_of_two;
-    s[of] = s[of] * cosine_of_two + c[of] * sine_of_two;
-    c[of] = next;
+  for (std::size_t slot = 1; slot < count_; slot += kSlotsAtOnce) {
+    cosines += odd_c * rows_[slot];
+    sines += odd_s * rows_[slot + 1];
+    cosines += even_c * rows_[slot + 2];
+    sines += even_s * rows_[slot + 3];
+    goTwoUp(odd_c, odd_s);
+    goTwoUp(even_c, even_s);
   }
   return Row{cosines + sines};
 }

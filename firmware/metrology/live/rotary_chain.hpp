@@ -1,7 +1,8 @@
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cmath>
+
+#include "firmware/metrology/live/angle_table.hpp"
 
 namespace probebox::metrology {
 
@@ -13,9 +14,10 @@ class CarriedPoint {
  public:
   explicit CarriedPoint(const Eigen::Vector3d& at) : at_{at} {}
 
-  // axis: a point of it, mm. direction: unit. angle: rad, right-handed about it. errors: of the axis at that angle.
-  void carry(const Eigen::Vector3d& axis, const Eigen::Vector3d& direction, double angle, const SixErrors& errors) {
-    const double sine = std::sin(angle), cosine = std::cos(angle);
+  // axis: a point of it, mm. direction: unit. angle: right-handed about it. errors: of the axis at that angle.
+  void carry(const Eigen::Vector3d& axis, const Eigen::Vector3d& direction, const AngleWithSine& angle,
+             const SixErrors& errors) {
+    const auto [rad, sine, cosine] = angle;
     const auto turned = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
       return cosine * v + sine * direction.cross(v) + ((1.0 - cosine) * direction.dot(v)) * direction;
     };

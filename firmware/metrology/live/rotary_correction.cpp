@@ -23,9 +23,10 @@ std::optional<Eigen::Vector3d> RotaryCorrection::at(std::span<const std::optiona
   CarriedPoint carried{point};
   for (std::size_t k = count_; k-- > 0;) {
     if (!angles[k]) return std::nullopt;
-    const auto errors = links_[k].errors.at(*angles[k]);
+    const AngleWithSine angle{*angles[k]};
+    const auto errors = links_[k].errors.at(angle);
     if (!errors) return std::nullopt;
-    carried.carry(links_[k].point, links_[k].direction, *angles[k], *errors);
+    carried.carry(links_[k].point, links_[k].direction, angle, *errors);
   }
   return carried.off();
 }

@@ -299,7 +299,7 @@ TEST(RotaryAxis, ChainOfTwoAxesMovesAPointAsTheMachineDoes) {
       const AngleAxisd turn{link.angle, link.direction};
       real = link.point + link.errors.head<3>() + turned(link.errors.tail<3>()) * (turn * (real - link.point));
       ideal = link.point + turn * (ideal - link.point);
-      carried.carry(link.point, link.direction, link.angle, link.errors);
+      carried.carry(link.point, link.direction, AngleWithSine{link.angle}, link.errors);
     }
     EXPECT_LT((carried.off() - (real - ideal)).norm(), 5e-6) << "second order of 20 um";
   }
