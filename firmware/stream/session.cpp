@@ -125,6 +125,7 @@ void Session::greet(const frame::Frame& received) {
   heartbeat_due_ = false;
   resume_allowed_ = hello->boot_id == options_.boot_id;
   ++session_id_;
+  if (hello->time_of_day.utc_us != 0) time_of_day_ = hello->time_of_day;
   send(
       messages::WelcomeView{messages::kProtocolMajor, minor, session_id_, options_.firmware_version, options_.boot_id});
   const auto& descriptors = history_.descriptors();

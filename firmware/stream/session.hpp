@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "firmware/stream/byte_fifo.hpp"
@@ -73,6 +74,8 @@ class Session {
   std::span<const std::byte> pending(Lane lane = Lane::data);
   void sent(std::size_t bytes, Lane lane = Lane::data);
 
+  // The time of day that a host has told since the last call; nothing where it told none.
+  std::optional<messages::TimeOfDay> nextTimeOfDay() { return std::exchange(time_of_day_, std::nullopt); }
   std::optional<PendingRequest> nextRequest() { return control_.next(); }
   // Returns false when the ticket is no longer open: the host has sent HELLO again.
   bool answer(std::uint64_t ticket, messages::ErrorCode code, std::string_view text = {},
@@ -135,6 +138,7 @@ class Session {
   int descriptor_repeats_{};
   bool descriptor_due_{};
   std::uint32_t session_id_{};
+  std::optional<messages::TimeOfDay> time_of_day_;
   messages::Start start_{};
   std::uint32_t stream_number_{};
   std::uint64_t sent_bytes_{};  // bytes of SAMPLES, SHORT_SAMPLES and GAP frames since START

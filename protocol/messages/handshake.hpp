@@ -14,6 +14,20 @@ namespace probebox::messages {
 
 inline constexpr std::array<std::uint8_t, 4> kMagic{'P', 'B', 'X', '1'};
 
+// The time of day, as a host knows it.
+struct TimeOfDay {
+  static constexpr std::uint32_t kErrorUnknown = ~std::uint32_t{0};
+  std::int64_t utc_us{};
+  std::uint32_t error_ms{kErrorUnknown};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("utc_us", self.utc_us,
+          "us since 1970-01-01T00:00:00 UTC when this was sent; 0: nothing keeps the host's clock right");
+    field("error_ms", self.error_ms,
+          "ms, the most that it may be off; all ones: the host's clock was set from a hardware clock, and its error is "
+          "not known");
+  }
+};
+
 // Opens a session, host to box. No host sends the defaults, so an empty payload is not a valid HELLO.
 struct Hello {
   static constexpr MessageType kType = MessageType::hello;
@@ -22,6 +36,7 @@ struct Hello {
   std::uint16_t min_minor{};
   std::uint16_t max_minor{};
   BootId boot_id{};
+  TimeOfDay time_of_day{};
   static constexpr void fields(auto& self, auto&& field) {
     field("magic", self.magic, "the four letters PBX1");
     field("major", self.major, "protocol major that the host speaks; must be the box's");
@@ -29,10 +44,12 @@ struct Hello {
     field("max_minor", self.max_minor, "newest minor that the host knows");
     field("boot_id", self.boot_id,
           "the box's boot id that the host saw last, zeros for none: only then resume is meant");
+    field("time_of_day", self.time_of_day,
+          "for a box without a clock of its own; taken from hosts that may accept results");
   }
   // Returns the HELLO of a host of this build.
-  static constexpr Hello current(const BootId& last_seen = {}) {
-    return {kMagic, kProtocolMajor, 0, kProtocolMinor, last_seen};
+  static constexpr Hello current(const BootId& last_seen = {}, const TimeOfDay& time_of_day = {}) {
+    return {kMagic, kProtocolMajor, 0, kProtocolMinor, last_seen, time_of_day};
   }
 };
 

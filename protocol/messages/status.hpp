@@ -215,6 +215,8 @@ struct Status {
     std::string board{};
     std::string firmware_version{};
     std::uint64_t uptime_ms{};
+    std::string utc{};
+    std::string date_source{};
     std::uint32_t queue_high_water{};
     std::uint64_t deadline_misses{};
     std::string procedure{};
@@ -237,6 +239,12 @@ struct Status {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
       field("uptime_ms", self.uptime_ms, "ms since the box started");
+      field("utc", self.utc,
+            "the date by which results are recorded, ISO 8601; or \"unknown, 12 s after start 7\" where the box cannot "
+            "know "
+            "it");
+      field("date_source", self.date_source,
+            "where that comes from, and the most that it may be off as far as it is known");
       CoreStatus::fields(self, field);
       field("queue_high_water_events", self.queue_high_water, "events, the fullest that the capture queue has been");
       field("deadline_misses", self.deadline_misses, "times that the box was late for a tick");

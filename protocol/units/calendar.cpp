@@ -23,6 +23,13 @@ std::optional<std::chrono::year_month_day> dayOf(std::string_view text) {
   return day.ok() && number(0, 4) >= kFirstYear ? std::optional{day} : std::nullopt;
 }
 
+bool couldBeNow(std::chrono::sys_seconds time) {
+  using namespace std::chrono;
+  constexpr sys_days kWritten{year{2026} / November / 1};
+  constexpr days kLongest{40 * 365};  // no box is in use for longer
+  return time >= kWritten && time <= kWritten + kLongest;
+}
+
 std::string isoUtc(std::chrono::sys_seconds time) {
   const auto date = std::chrono::floor<std::chrono::days>(time);
   const std::chrono::year_month_day day{date};

@@ -143,7 +143,8 @@ void Client::sendHello() {
   last_hello_ = now_;
   // Ends whatever garbage is on the line.
   if (framing() == frame::Framing::delimited) data_out_.bytes.push_back(frame::kDelimiter);
-  sendMessage(messages::Hello::current(options_.last_boot_id));
+  const auto time = options_.time_of_day ? options_.time_of_day() : messages::TimeOfDay{};
+  sendMessage(messages::Hello::current(options_.last_boot_id, time));
 }
 
 void Client::sendStart() {

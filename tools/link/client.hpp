@@ -35,6 +35,7 @@ enum class LinkState : std::uint8_t { greeting, ready, lost };
 
 struct ClientOptions {
   messages::BootId last_boot_id{};               // of the last connected box: allows resuming
+  messages::TimeOfDay (*time_of_day)(){};        // for HELLO; null: it says none
   std::uint64_t window_bytes{1024 * 1024};       // of samples in flight
   Nanoseconds retry_period{500'000'000};         // HELLO, START, STOP and requests are sent again after this
   Nanoseconds sign_of_life_period{200'000'000};  // longest pause between frames to the box

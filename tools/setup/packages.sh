@@ -15,6 +15,9 @@ probebox_browser_packages=(chromium)
 # What opens recordings in tests (system.readers). Without them the tests that need them are skipped.
 # shellcheck disable=SC2034
 probebox_reader_packages=(tshark python3-numpy python3-pyte)
+# Peers that tools/bench measures beside. Without them those rows are missing.
+# shellcheck disable=SC2034
+probebox_bench_packages=(libzstd-dev liblz4-dev libflac-dev libceres-dev valgrind)
 # A control without a machine (host-tests/cnc), 34 MB to fetch. Where it cannot be had, those tests are skipped.
 # shellcheck disable=SC2034
 probebox_cnc_packages=(linuxcnc-uspace util-linux)

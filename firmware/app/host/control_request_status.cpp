@@ -8,6 +8,7 @@
 #include "firmware/app/host/control_request_handler.hpp"
 #include "firmware/app/host/process_status.hpp"
 #include "firmware/app/results/result_summary.hpp"
+#include "firmware/app/results/wall_clock.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
 #include "protocol/messages/control.hpp"
 
@@ -56,6 +57,9 @@ Reply ControlRequestHandler::describeStatus(const box::State& state, const LinkV
   answer.board = identity_.board;
   answer.firmware_version = identity_.firmware_version;
   answer.uptime_ms = vitals.uptime_ms;
+  auto date = dateNow();
+  answer.utc = std::move(date.text);
+  answer.date_source = std::move(date.source);
   answer.from_hosts = vitals.from_hosts;
   answer.usb_ports = vitals.usb_ports;
   answer.not_let_in = vitals.not_let_in;

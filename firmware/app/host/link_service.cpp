@@ -8,6 +8,7 @@
 #include "drivers/serial/linux_serial.hpp"
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_summary.hpp"
+#include "firmware/app/results/wall_clock.hpp"
 
 namespace probebox::app {
 namespace {
@@ -231,8 +232,10 @@ void LinkService::serve(Link& link) {
 }
 
 void LinkService::answerRequests(Link& link) {
+  const auto& name = link.port == nullptr ? listener_access_.at(link.listener).name : link.port->name;
+  // Dates stand on certificates: only who may bring results into force tells them.
+  if (const auto time = link.host.session().nextTimeOfDay(); time && link.may.allow_accept) noteTold(*time, name);
   while (const auto request = link.host.session().nextRequest()) {
-    const auto& name = link.port == nullptr ? listener_access_.at(link.listener).name : link.port->name;
     const Caller caller{.link = link.host.id(), .connection = name, .may = link.may};
     const auto reply = handler_.handle(caller, *request, states_.newest(), vitals());
     if (reply) link.host.session().answer(reply->ticket, reply->code, reply->text, reply->body);

@@ -19,7 +19,6 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/subject_values.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
-#include "protocol/units/calendar.hpp"
 
 namespace probebox::app {
 namespace {
@@ -31,16 +30,16 @@ Conditions conditionsOf(const store::Binding& binding) {
 }
 
 // With what and when it was measured, for whoever reads the case: what the descriptions say, and the time of day.
-void addConditions(metrology::Dataset& dataset, const store::Binding& binding, const std::string& utc) {
+void addConditions(metrology::Dataset& dataset, const store::Binding& binding, const Date& date) {
   for (const auto& [key, value] : conditionsOf(binding)) {
     if (!value.empty()) dataset.config.try_emplace(key, value);
   }
-  if (dataset.config.try_emplace("measured_utc", utc).second)
-    dataset.config.try_emplace("date_source", dateSource(utc));
+  if (dataset.config.try_emplace("measured_utc", date.text).second)
+    dataset.config.try_emplace("date_source", date.source);
   // Lengths that go back to a tool store carry the time of their measurement.
-  const bool is_dated = dayOf(utc.substr(0, std::string_view{"2026-11-29"}.size())).has_value();
   if (dataset.table("tool_store"))
-    dataset.config.try_emplace("measured_at_s", is_dated ? static_cast<double>(std::time(nullptr)) : 0.0);
+    dataset.config.try_emplace("measured_at_s",
+                               date.at ? static_cast<double>(date.at->time_since_epoch().count()) : 0.0);
 }
 
 // The number of the tool that carries the probe, for cases whose stylus it is, where there is only one.
@@ -152,7 +151,7 @@ void Calibrations::solve(std::uint32_t run, const procedure::Plan& plan, const c
                                       return procedure::runDataset(method, recording, scales, typed);
                                     }),
                     std::back_inserter(warnings));
-  addConditions(dataset, in_force_.bindingFor({}), utcNow());
+  addConditions(dataset, in_force_.bindingFor({}), dateNow());
   addProbeTool(dataset, facts_);
   dataset_run_ = run;
   dataset_ = std::make_shared<const std::string>(json::toJson(dataset));

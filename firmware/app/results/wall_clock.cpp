@@ -2,10 +2,8 @@
 
 #include <array>
 #include <cstdio>
-#include <fstream>
 #include <mutex>
-#include <optional>
-#include <sys/timex.h>
+#include <utility>
 
 #include "protocol/units/calendar.hpp"
 
@@ -14,15 +12,13 @@ namespace {
 
 using namespace std::chrono;
 
-// This was written then.
-constexpr sys_days kWritten{year{2026} / November / 1};
-// No box is in use for longer.
-constexpr days kLongest{40 * 365};
-
 struct Known {
   std::mutex mutex;
   std::optional<WallClock> clock;
+  std::optional<ToldTime> told;
   const steady_clock::time_point began{steady_clock::now()};
+
+  seconds sinceStart() const { return floor<seconds>(steady_clock::now() - began); }
 };
 
 Known& known() {
@@ -30,32 +26,54 @@ Known& known() {
   return one;
 }
 
+std::string within(double error_s) {
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "within %.3g s", error_s);
+  return text.data();
+}
+
+std::string sourceOf(const io::KernelClock& clock) {
+  if (clock.synchronised)
+    return "clock of the computer, synchronised " + within(duration<double>(clock.largest_error).count());
+  return clock.from_hardware ? "clock of the computer, set from its hardware clock; error unknown"
+                             : "clock of the computer; nothing is known to keep it right";
+}
+
 }  // namespace
 
-std::string dateOf(sys_seconds shown, seconds since_start, const WallClock& clock) {
-  const auto day = floor<days>(shown);
-  const bool is_possible = day >= kWritten && day <= kWritten + kLongest;
-  if (clock.is_kept_right && is_possible) return isoUtc(shown);
+ToldTime::ToldTime(const messages::TimeOfDay& time, seconds since_start, std::string by)
+    : time_{time}, told_{since_start}, by_{std::move(by)} {}
+
+sys_seconds ToldTime::at(seconds since_start) const {
+  return floor<seconds>(sys_time<microseconds>{microseconds{time_.utc_us}}) + (since_start - told_);
+}
+
+std::optional<double> ToldTime::error_s(seconds since_start) const {
+  if (time_.error_ms == messages::TimeOfDay::kErrorUnknown) return std::nullopt;
+  constexpr double kOnTheWay_s = 2;  // a HELLO is sent again after half a second; whole seconds are counted here
+  constexpr double kOwnClock = 100e-6;
+  return 1e-3 * time_.error_ms + kOnTheWay_s + kOwnClock * static_cast<double>((since_start - told_).count());
+}
+
+std::string ToldTime::source(seconds since_start) const {
+  const auto error = error_s(since_start);
+  return "told by a host (" + by_ + "), " +
+         (error ? within(*error) : "whose clock was set from its hardware clock; error unknown");
+}
+
+bool ToldTime::isBetterThan(const ToldTime& other, seconds since_start) const {
+  const auto mine = error_s(since_start), others = other.error_s(since_start);
+  return mine && others ? *mine < *others : mine.has_value() || !others;
+}
+
+Date dateOf(const io::KernelClock& kernel, const WallClock& clock, const std::optional<ToldTime>& told,
+            seconds since_start) {
+  const auto shown = floor<seconds>(kernel.utc);
+  // A board that has the time from a network only is synchronised some time after its start.
+  if ((clock.is_kept_right || kernel.isKept()) && couldBeNow(shown)) return {shown, isoUtc(shown), sourceOf(kernel)};
+  if (told) return {told->at(since_start), isoUtc(told->at(since_start)), told->source(since_start)};
   const auto which = clock.start != 0 ? "start " + std::to_string(clock.start) : "a start";
-  return "unknown, " + std::to_string(since_start.count()) + " s after " + which;
-}
-
-std::string clockSource(bool synchronised, long max_error_us, bool from_hardware) {
-  if (synchronised) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), "clock of the computer, synchronised within %.3g s",
-                  1e-6 * static_cast<double>(max_error_us));
-    return text.data();
-  }
-  return from_hardware ? "clock of the computer, set from its hardware clock; error unknown" : "";
-}
-
-std::string kernelClockSource() {
-  timex state{};
-  const bool synchronised = adjtimex(&state) >= 0 && (state.status & STA_UNSYNC) == 0;
-  std::ifstream from_hardware{"/sys/class/rtc/rtc0/hctosys"};
-  char is_set = '0';
-  return clockSource(synchronised, state.maxerror, from_hardware >> is_set && is_set == '1');
+  return {std::nullopt, "unknown, " + std::to_string(since_start.count()) + " s after " + which, "unknown"};
 }
 
 void setWallClock(const WallClock& clock) {
@@ -63,21 +81,23 @@ void setWallClock(const WallClock& clock) {
   known().clock = clock;
 }
 
-std::string utcNow() {
-  const auto now = floor<seconds>(system_clock::now());
-  const std::lock_guard lock{known().mutex};
-  const auto& clock = known().clock;
-  if (!clock) return isoUtc(now);
-  auto as_now = *clock;
-  // A board that has the time from a network only is synchronised some time after its start.
-  as_now.is_kept_right = as_now.is_kept_right || !kernelClockSource().empty();
-  return dateOf(now, floor<seconds>(steady_clock::now() - known().began), as_now);
+void noteTold(const messages::TimeOfDay& time, std::string by) {
+  auto& all = known();
+  const std::lock_guard lock{all.mutex};
+  const auto now = all.sinceStart();
+  ToldTime told{time, now, std::move(by)};
+  if (couldBeNow(told.at(now)) && (!all.told || told.isBetterThan(*all.told, now))) all.told = std::move(told);
 }
 
-std::string dateSource(std::string_view utc) {
-  if (utc.starts_with("unknown")) return "unknown";
-  const auto source = kernelClockSource();
-  return source.empty() ? "clock of the computer; nothing is known to keep it right" : source;
+Date dateNow() {
+  const auto kernel = io::kernelClock();
+  auto& all = known();
+  const std::lock_guard lock{all.mutex};
+  return dateOf(kernel, all.clock.value_or(WallClock{}), all.told, all.sinceStart());
+}
+
+std::string utcNow() {
+  return dateNow().text;
 }
 
 }  // namespace probebox::app

@@ -1,7 +1,11 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
+
+#include "drivers/io/kernel_clock.hpp"
+#include "protocol/messages/handshake.hpp"
 
 namespace probebox::app {
 
@@ -11,20 +15,42 @@ struct WallClock {
   std::uint64_t start{};     // of the box, counted; 0: not known yet
 };
 
-// The date, ISO 8601, where the box can know it; else "unknown, 12 s after start 7". A clock that shows a day before
-// the firmware was written, or decades later, was never set.
-std::string dateOf(std::chrono::sys_seconds shown, std::chrono::seconds since_start, const WallClock& clock);
+// A time of day that a host has told, carried on by the box's own clock.
+class ToldTime {
+ public:
+  // by: the connection. since_start: of the box, when it was told.
+  ToldTime(const messages::TimeOfDay& time, std::chrono::seconds since_start, std::string by);
 
-// What keeps the kernel's clock right, and how well as far as it is known; empty where nothing does.
-std::string kernelClockSource();
-// The same from the kernel's state: status and maximum error (us) of adjtimex, and whether a hardware clock set it.
-std::string clockSource(bool synchronised, long max_error_us, bool from_hardware);
+  std::chrono::sys_seconds at(std::chrono::seconds since_start) const;
+  // The most that it may be off, s: of the host's clock, of the way to the box, of the box's own clock since then.
+  // Nothing where the host does not know how far off its clock is.
+  std::optional<double> error_s(std::chrono::seconds since_start) const;
+  // Where a date comes from, for the record.
+  std::string source(std::chrono::seconds since_start) const;
+  bool isBetterThan(const ToldTime& other, std::chrono::seconds since_start) const;
 
-// Tells utcNow() what the box knows. Before the first call every date is believed.
+ private:
+  messages::TimeOfDay time_;
+  std::chrono::seconds told_;
+  std::string by_;
+};
+
+struct Date {
+  std::optional<std::chrono::sys_seconds> at;  // where the box can know it
+  std::string text;                            // ISO 8601, or "unknown, 12 s after start 7"
+  std::string source;                          // where it comes from and how sure it is, for the record; or "unknown"
+};
+
+// By the kernel's clock where that is kept right and shows a date that can be, else by what a host has told.
+Date dateOf(const io::KernelClock& kernel, const WallClock& clock, const std::optional<ToldTime>& told,
+            std::chrono::seconds since_start);
+
+// Tells dateNow() what the box knows. Before the first call every date that can be is believed.
 void setWallClock(const WallClock& clock);
-// Now, as dateOf().
-std::string utcNow();
-// Where that date comes from, for the record: "unknown" where there is none.
-std::string dateSource(std::string_view utc);
+// Takes the time of day that a host has told, for as long as nothing keeps the kernel's clock right. Ignored where it
+// cannot be, or where a better one was told before. by: the connection that it came over.
+void noteTold(const messages::TimeOfDay& time, std::string by);
+Date dateNow();
+std::string utcNow();  // its text
 
 }  // namespace probebox::app

@@ -372,7 +372,7 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
                                                std::vector<PassedSocket> passed) {
   TRY(allowOpenFiles());
   // Before anything is written that has a date; the number of the start is not counted yet.
-  const bool is_kept_right = isEmulated(descriptions) || !kernelClockSource().empty();
+  const bool is_kept_right = isEmulated(descriptions);
   setWallClock({.is_kept_right = is_kept_right, .start = 0});
   if (const auto refused = validate(options, descriptions)) return *refused;
   TRY(auto state, takeStateDirectory(options.state));

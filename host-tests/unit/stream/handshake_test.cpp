@@ -41,6 +41,18 @@ TEST(Handshake, NumbersTheSessionsFromTheFirstOfItsLink) {
   }
 }
 
+TEST(Handshake, PassesOnTheTimeOfDayOnce) {
+  Box box;
+  box.hear(messages::Hello::current({}, {.utc_us = 1'700'000'000'000'000, .error_ms = 40}));
+  const auto told = box.session.nextTimeOfDay();
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->utc_us, 1'700'000'000'000'000);
+  EXPECT_EQ(told->error_ms, 40U);
+  EXPECT_FALSE(box.session.nextTimeOfDay());
+  box.hear(messages::Hello::current());
+  EXPECT_FALSE(box.session.nextTimeOfDay()) << "of a host that knows none";
+}
+
 TEST(Handshake, BeginsWithADelimiterSoThatOldGarbageEnds) {
   Box box;
   Host host;

@@ -69,7 +69,7 @@ ExitStatus run(const Certificate& options, const std::string& uri, Console& cons
   if (options.output == "-") console.keepOutputForData();
   if (const auto objection = Output::objectionTo(options.output, options.force))
     return console.fail({ExitStatus::usage, "output-exists", *objection});
-  if (!options.next_due.empty() && options.next_due < nowUtc().substr(0, options.next_due.size()))
+  if (!options.next_due.empty() && today() != kNoDate && options.next_due < today())
     return console.fail(
         {ExitStatus::usage, "past-day", "--next-due " + options.next_due + " is over: name a day to come"});
   const auto box = openBox(uri, console);

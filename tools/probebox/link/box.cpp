@@ -4,7 +4,9 @@
 #include <cstdlib>
 #include <vector>
 
+#include "drivers/io/kernel_clock.hpp"
 #include "drivers/io/rendezvous.hpp"
+#include "protocol/units/calendar.hpp"
 #include "tools/probebox/link/on_usb.hpp"
 
 namespace probebox::command {
@@ -13,6 +15,15 @@ namespace {
 constexpr milliseconds kGlance{500};
 constexpr const char* kHowToGetABox =
     "plug one in, start an emulated one with `probeboxd --board sim`, or name another with -u URI or PROBEBOX_URI";
+
+// Of this computer, for boxes that have no clock of their own.
+messages::TimeOfDay timeOfDay() {
+  const auto clock = io::kernelClock();
+  if (!clock.isKept() || !couldBeNow(std::chrono::floor<std::chrono::seconds>(clock.utc))) return {};
+  if (!clock.synchronised) return {.utc_us = clock.utc.time_since_epoch().count()};
+  return {.utc_us = clock.utc.time_since_epoch().count(),
+          .error_ms = static_cast<std::uint32_t>(std::chrono::ceil<milliseconds>(clock.largest_error).count())};
+}
 
 // TCP first: a serial line serves one host only.
 std::string preferred(const std::vector<std::string>& uris) {
@@ -140,7 +151,9 @@ Outcome<Box, Trouble> openBox(const link::Uri& uri, const Console& console, mill
     if (!std::holds_alternative<link::UsbAddress>(uri.address)) trouble.what += std::string{"; "} + kHowToGetABox;
     return trouble;
   }
-  auto box = std::make_unique<link::Client>(std::move(connection).value(), options, listener);
+  auto told = options;
+  if (!told.time_of_day) told.time_of_day = timeOfDay;
+  auto box = std::make_unique<link::Client>(std::move(connection).value(), told, listener);
   const auto welcome = box->connect(patienceOf(console, patience));
   if (!welcome) {
     auto trouble = troubleOf(welcome.error(), console);

@@ -244,6 +244,7 @@ Json describe(const messages::Status::Answer& s) {
 
 std::string page(const messages::Status::Answer& s) {
   std::string all = row("box", s.board + ", firmware " + s.firmware_version + ", up " + duration(s.uptime_ms));
+  if (!s.utc.empty()) all += row("date", s.utc + (s.date_source.empty() ? "" : ", " + s.date_source));
   all += row("master clock", std::string{messages::nameOf(s.clock.state)} + ", sigma " + readableNs(s.clock.sigma_ns) +
                                  printed(", %+.3f ppm, tick ", s.clock.frequency_ppb * 1e-3) +
                                  to_string(s.clock.tick.index));

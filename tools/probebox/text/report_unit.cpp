@@ -16,7 +16,7 @@ std::string unitRow(const char* name, const std::string& value) {
 }
 
 bool isOverdue(const SphereCertificate& sphere, const std::string& today) {
-  return sphere.next_due <= today;
+  return today != kNoDate && sphere.next_due <= today;
 }
 
 std::string sphereText(const SphereCertificate& s) {
@@ -32,16 +32,22 @@ std::string certificateText(const SphereCertificate& s, const std::string& today
 }  // namespace
 
 std::string nowUtc() {
-  return isoUtc(std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now()));
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  return couldBeNow(now) ? isoUtc(now) : kNoDate;
 }
 
 std::string today() {
-  return nowUtc().substr(0, 10);
+  const auto now = nowUtc();
+  return now == kNoDate ? now : now.substr(0, 10);
 }
 
 std::optional<std::string> overdue(const Unit& unit, const std::string& today) {
-  if (unit.sphere.empty() || !isOverdue(unit.sphere.front(), today)) return std::nullopt;
+  if (unit.sphere.empty()) return std::nullopt;
   const auto& sphere = unit.sphere.front();
+  if (today == kNoDate)
+    return "this computer's clock shows no date that can be: whether the certificate " + sphere.certificate +
+           ", due on " + sphere.next_due + ", is overdue is not known";
+  if (!isOverdue(sphere, today)) return std::nullopt;
   return "the certificate " + sphere.certificate + " of the sphere " + sphere.serial_number + " was due on " +
          sphere.next_due + ": have it calibrated";
 }
@@ -59,7 +65,7 @@ Json describe(const Unit& unit, const std::string& today) {
                {"laboratory", s.laboratory},
                {"date", s.date},
                {"next_due", s.next_due},
-               {"overdue", isOverdue(s, today)}};
+               {"overdue", today == kNoDate ? Json(nullptr) : Json(isOverdue(s, today))}};
   }
   return {{"in_use", unit.in_use},
           {"serial_number", unit.serial_number},

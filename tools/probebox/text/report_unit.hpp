@@ -9,10 +9,13 @@
 // Formats the identity of a box, and its daemon as the kernel sees it.
 namespace probebox::command {
 
-// Today by the clock of this computer, UTC: "2026-11-26".
+// In place of a date where the clock of this computer shows none that can be.
+inline constexpr const char* kNoDate = "unknown";
+
+// Today by the clock of this computer, UTC: "2026-11-26"; or kNoDate.
 std::string today();
 
-// Now: "2026-11-26T08:15:00Z".
+// Now: "2026-11-26T08:15:00Z"; or kNoDate.
 std::string nowUtc();
 
 Json describe(const messages::DescribeUnit::Answer& unit, const std::string& today);

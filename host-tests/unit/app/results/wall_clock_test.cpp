@@ -1,5 +1,6 @@
 #include "firmware/app/results/wall_clock.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "protocol/units/calendar.hpp"
@@ -8,36 +9,97 @@ namespace probebox::app {
 namespace {
 
 using namespace std::chrono;
+using ::testing::HasSubstr;
+
+constexpr WallClock kKept{.is_kept_right = true, .start = 7}, kLeftAlone{.is_kept_right = false, .start = 7};
+constexpr int kImpossible[]{1970, 2001, 2025, 2101};
 
 sys_seconds noonIn(int year) {
   return sys_days{std::chrono::year{year} / November / 29} + hours{12};
 }
 
-bool isDate(const std::string& utc) {
-  return dayOf(utc.substr(0, 10)).has_value();
+io::KernelClock showing(int year) {
+  return {.utc = noonIn(year)};
+}
+
+ToldTime told(int year, std::uint32_t error_ms, seconds since_start = 100s) {
+  return {{.utc_us = duration_cast<microseconds>(noonIn(year).time_since_epoch()).count(), .error_ms = error_ms},
+          since_start,
+          "usb"};
 }
 
 TEST(WallClock, DatesOnlyWhatItCanKnow) {
-  const WallClock kept{.is_kept_right = true, .start = 7}, left_alone{.is_kept_right = false, .start = 7};
-  EXPECT_EQ(dateOf(noonIn(2026), 12s, kept), "2026-11-29T12:00:00Z");
-  EXPECT_FALSE(isDate(dateOf(noonIn(2026), 12s, left_alone))) << "it may be the day of the image";
-  for (const int year : {1970, 2001, 2025, 2101}) EXPECT_FALSE(isDate(dateOf(noonIn(year), 12s, kept))) << year;
-  EXPECT_TRUE(isDate(dateOf(noonIn(2056), 12s, kept)));
+  EXPECT_EQ(dateOf(showing(2026), kKept, {}, 12s).text, "2026-11-29T12:00:00Z");
+  const auto left_alone = dateOf(showing(2026), kLeftAlone, {}, 12s);
+  EXPECT_FALSE(left_alone.at) << "it may be the day of the image";
+  EXPECT_EQ(left_alone.source, "unknown");
+  for (const int year : kImpossible) EXPECT_FALSE(dateOf(showing(year), kKept, {}, 12s).at) << year;
+  EXPECT_EQ(dateOf(showing(2056), kKept, {}, 12s).at, noonIn(2056));
+}
+
+TEST(WallClock, AHardwareClockWithAnEmptyBatteryDatesNothing) {
+  for (const int year : kImpossible) {
+    auto clock = showing(year);
+    clock.from_hardware = true;
+    EXPECT_FALSE(dateOf(clock, kLeftAlone, {}, 12s).at) << year;
+    clock.synchronised = true;  // by a server that is wrong
+    EXPECT_FALSE(dateOf(clock, kLeftAlone, {}, 12s).at) << year;
+  }
 }
 
 TEST(WallClock, SaysWhereADateComesFrom) {
-  EXPECT_EQ(clockSource(false, 16'000'000, false), "") << "nobody keeps it right";
-  const auto synchronised = clockSource(true, 12'000, true), at_start = clockSource(false, 16'000'000, true);
-  EXPECT_NE(synchronised.find("0.012 s"), std::string::npos) << synchronised;
-  EXPECT_NE(at_start.find("hardware"), std::string::npos) << at_start;
-  setWallClock({.is_kept_right = true, .start = 3});
-  EXPECT_EQ(isDate(utcNow()), dateSource(utcNow()) != "unknown");
+  auto clock = showing(2026);
+  clock.from_hardware = true;
+  EXPECT_THAT(dateOf(clock, kLeftAlone, {}, 12s).source, HasSubstr("hardware"));
+  clock.synchronised = true;
+  clock.largest_error = 12ms;
+  EXPECT_THAT(dateOf(clock, kLeftAlone, {}, 12s).source, HasSubstr("0.012 s"));
 }
 
 TEST(WallClock, SaysWhenItWasOfTheStarts) {
-  const auto said = dateOf(noonIn(1970), 4000s, {.is_kept_right = true, .start = 31});
-  EXPECT_NE(said.find("4000"), std::string::npos);
-  EXPECT_NE(said.find("31"), std::string::npos);
+  const auto said = dateOf(showing(1970), {.is_kept_right = true, .start = 31}, {}, 4000s).text;
+  EXPECT_THAT(said, HasSubstr("4000"));
+  EXPECT_THAT(said, HasSubstr("31"));
+}
+
+TEST(WallClock, ABoxWithoutAClockHasTheDateOfAHost) {
+  for (const int year : {1970, 2001, 2026, 2101}) {
+    const auto date = dateOf(showing(year), kLeftAlone, told(2027, 300), 3700s);
+    EXPECT_EQ(date.at, noonIn(2027) + 1h) << year;
+    EXPECT_THAT(date.source, HasSubstr("usb"));
+  }
+  // 0.3 s of the host, 2 s of the way, 0.36 s of an hour by its own clock.
+  EXPECT_NEAR(told(2027, 300).error_s(3700s).value(), 2.66, 1e-9);
+}
+
+TEST(WallClock, ItsOwnClockIsBetterThanAHosts) {
+  auto clock = showing(2026);
+  clock.synchronised = true;
+  EXPECT_EQ(dateOf(clock, kLeftAlone, told(2027, 1), 200s).at, noonIn(2026));
+}
+
+TEST(WallClock, TheBetterOfTwoHostsIsBelieved) {
+  const auto unknown = told(2027, messages::TimeOfDay::kErrorUnknown), good = told(2027, 10),
+             bad = told(2027, 5000, 200s);
+  EXPECT_TRUE(good.isBetterThan(unknown, 200s));
+  EXPECT_FALSE(unknown.isBetterThan(good, 200s));
+  EXPECT_TRUE(unknown.isBetterThan(unknown, 200s)) << "the later one";
+  EXPECT_FALSE(bad.isBetterThan(good, 200s));
+  EXPECT_TRUE(bad.isBetterThan(told(2027, 10), 100s + hours{24 * 30})) << "a month by the box's own clock: 259 s";
+  EXPECT_FALSE(unknown.error_s(200s));
+}
+
+// What a host tells reaches results, unless it cannot be.
+TEST(WallClock, TakesWhatAHostTells) {
+  setWallClock({.is_kept_right = false, .start = 3});
+  const auto before = dateNow();
+  noteTold({.utc_us = 1, .error_ms = 0}, "usb");
+  EXPECT_EQ(dateNow().at.has_value(), before.at.has_value()) << "1970";
+  const auto in_2040 = duration_cast<microseconds>(noonIn(2040).time_since_epoch()).count();
+  noteTold({.utc_us = in_2040, .error_ms = 5}, "usb");
+  const bool by_kernel = io::kernelClock().isKept();
+  EXPECT_EQ(dateNow().text.substr(0, 4), by_kernel ? before.text.substr(0, 4) : "2040");
+  setWallClock({});
 }
 
 }  // namespace
