@@ -49,7 +49,9 @@ make_root() { # WORK RELEASE ARCH BOARD VERSION CERT DEB...
     BOARD_UNITS="$(board_setting "$board" units)" BOARD_LISTEN="$(board_setting "$board" listen)" \
     mmdebstrap --mode=auto --variant=essential --architectures="$arch" --dpkgopt=force-unsafe-io \
     --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/locale/*' \
-    --dpkgopt='path-exclude=/usr/share/doc/*' --dpkgopt='path-exclude=/usr/share/info/*' \
+    --dpkgopt='path-exclude=/usr/share/doc/*/*' --dpkgopt='path-include=/usr/share/doc/*/copyright' \
+    --dpkgopt='path-include=/usr/share/doc/probeboxd/LICENSE' --dpkgopt='path-include=/usr/share/doc/probeboxd/NOTICE' \
+    --dpkgopt='path-include=/usr/share/doc/probeboxd/probebox.spdx' --dpkgopt='path-exclude=/usr/share/info/*' \
     --include="$(image_packages "$work"/debs/*.deb | paste -sd,)" \
     --customize-hook="$PWD/tools/setup/image-hook" --customize-hook="copy-out /boot-efi $work" \
     --customize-hook='rm -r "$1/boot-efi"' "$release" "$work/root.tar" "$work"/sources/*
