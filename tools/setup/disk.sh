@@ -1,7 +1,7 @@
 # Sourced by tools/image, after packages.sh, debian.sh and apt_entries.sh, and by its hook: the root, the disk and the bundle of an
 # image.
 # shellcheck disable=SC2034
-probebox_image_packages=(mmdebstrap squashfs-tools-ng squashfs-tools dosfstools mtools fdisk e2fsprogs fakeroot grub-common rauc cpio kmod zstd openssl)
+probebox_image_packages=(mmdebstrap device-tree-compiler squashfs-tools-ng squashfs-tools dosfstools mtools fdisk e2fsprogs fakeroot grub-common rauc cpio kmod zstd openssl)
 # Sizes of partitions, MiB. A slot has room for a root that has grown; holes take no place in the file.
 probebox_efi_mib=16 probebox_slot_mib=160 probebox_data_mib=256
 
@@ -16,7 +16,7 @@ make_runnable() { # ARCH
   arch-test "$1" >/dev/null || { echo "tools/image: programs of $1 do not run here, with qemu-user-static neither" >&2; return 1; }
 }
 
-# A value of board/NAME/image.conf; empty where it has none.
+# The values of a name in board/NAME/image.conf, one a line; none where it has none.
 board_setting() { # BOARD NAME
   sed -n "s/^$2 \+//p" "board/$1/image.conf"
 }
@@ -34,8 +34,11 @@ make_root() { # WORK RELEASE ARCH BOARD VERSION CERT DEB...
   local work=$1 release=$2 arch=$3 board=$4 version=$5 cert=$6 kernel
   shift 6
   kernel=$(board_setting "$board" "kernel_$arch")
+  [[ $kernel != *.deb ]] || kernel=$(realpath -e "$kernel")
   mkdir -p "$work"/{sources,debs,tree}
   release_sources "$release" "$work/sources"
+  # Boards whose chip starts with firmware of its maker.
+  [[ -z $(board_setting "$board" firmware) ]] || sed -i '/^deb /s/ main$/ main non-free-firmware/; s/^Components: main$/& non-free-firmware/' "$work"/sources/*
   cp "$@" "$work/debs/"
   cp -a board/image/tree/. "$work/tree/"
   mkdir -p "$work/tree/etc/rauc" "$work/tree/usr/share/probebox/board"
@@ -46,6 +49,8 @@ make_root() { # WORK RELEASE ARCH BOARD VERSION CERT DEB...
   # mmdebstrap's own user has to read what the hooks copy.
   chmod -R a+rX "$work"
   run_quietly "$work/mmdebstrap.log" env WORK="$work" KERNEL="${kernel:-linux-image-$arch}" IMAGE_ARCH="$arch" VERSION="$version" \
+    BOARD="$PWD/board/$board" BOARD_FIRMWARE="$(board_setting "$board" firmware)" BOARD_DTB="$(board_setting "$board" dtb)" \
+    BOARD_MODULES="$(board_setting "$board" modules)" \
     BOARD_UNITS="$(board_setting "$board" units)" BOARD_LISTEN="$(board_setting "$board" listen)" \
     mmdebstrap --mode=auto --variant=essential --architectures="$arch" --dpkgopt=force-unsafe-io \
     --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/locale/*' \
@@ -82,9 +87,12 @@ descriptions_of() { # BOARD INTO
 
 # A loader as UEFI looks for it on a disk that no entry names.
 make_loader() { # WORK ARCH BOARD
-  local target file
+  local target file own
   case $2 in amd64) target=x86_64-efi file=BOOTX64.EFI ;; arm64) target=arm64-efi file=BOOTAA64.EFI ;; esac
   mkdir -p "$1/efi/EFI/BOOT" "$1/efi/probebox"
+  # What the board's own firmware reads.
+  [[ ! -d $1/boot-efi/firmware ]] || cp -r "$1/boot-efi/firmware/." "$1/efi/"
+  for own in $(board_setting "$3" firmware_file); do cp "board/$3/$own" "$1/efi/"; done
   grub-mkimage -d "$1/boot-efi/$target" -O "$target" -p /probebox -o "$1/efi/EFI/BOOT/$file" \
     part_gpt fat squash4 xzio linux boot loadenv regexp normal echo test sleep reboot
   sed "s#@CMDLINE@#$(board_setting "$3" cmdline) $(board_setting "$3" "cmdline_$2")#" board/image/grub.cfg >"$1/efi/probebox/grub.cfg"
@@ -127,6 +135,10 @@ size=${probebox_slot_mib}MiB, type=L, name=slot-a, uuid=5C0B6D52-8F53-4D2C-9B0A-
 size=${probebox_slot_mib}MiB, type=L, name=slot-b, uuid=5C0B6D52-8F53-4D2C-9B0A-0F6A6C1E0004
 size=${probebox_data_mib}MiB, type=L, name=data, uuid=5C0B6D52-8F53-4D2C-9B0A-0F6A6C1E0005
 TABLE
+  # A second table of one entry, FAT of LBA, for firmware that knows no GPT.
+  [[ -z $(board_setting "$3" hybrid_mbr) ]] ||
+    printf '%b' '\x00\xfe\xff\xff\x0c\xfe\xff\xff\x00\x08\x00\x00' "$(printf '\\x%02x' 0 $((probebox_efi_mib * 8)) 0 0)" |
+    dd of="$image" bs=1 seek=462 conv=notrunc status=none
   place() { dd if="$1" of="$image" bs=1M seek="$2" conv=notrunc,sparse status=none; }
   place "$work/efi.img" "$mib"
   mib=$((mib + probebox_efi_mib))

@@ -21,9 +21,9 @@ probebox_bench_packages=(libzstd-dev liblz4-dev libflac-dev libceres-dev valgrin
 # A control without a machine (host-tests/cnc), 34 MB to fetch. Where it cannot be had, those tests are skipped.
 # shellcheck disable=SC2034
 probebox_cnc_packages=(linuxcnc-uspace util-linux)
-# What looks at bundles as the updater of an image does. Without them those tests are skipped.
+# What looks at bundles as the updater of an image does, and at device trees. Without them those tests are skipped.
 # shellcheck disable=SC2034
-probebox_update_packages=(rauc squashfs-tools openssl faketime dbus-daemon dbus-bin)
+probebox_update_packages=(rauc device-tree-compiler squashfs-tools openssl faketime dbus-daemon dbus-bin)
 # A PC and a board with an arm64 processor to boot images in (host-tests/image). tools/test --image installs it.
 # shellcheck disable=SC2034
 probebox_emulated_packages=(qemu-system-x86 ovmf qemu-system-arm qemu-efi-aarch64 mtools)

@@ -136,8 +136,8 @@ TEST(Boards, WithAReceiverAreDescribedWhole) {
 }
 
 TEST(Boards, WithAFrontEndNeedNoGpioChip) {
-  for (const char* const name : {"panel-pc", "raspberry-pi", "arm64"}) {
-    const auto board = loadDirectory(std::string{BOARDS "/front-end/"} + name);
+  for (const char* const name : {"panel-pc", "raspberry-pi", "front-end/arm64"}) {
+    const auto board = loadDirectory(std::string{BOARDS "/"} + name);
     ASSERT_TRUE(board.ok()) << board.error().what;
     EXPECT_EQ(board->box.sync.receiver, 0);
     EXPECT_EQ(board->box.triggers.at(0).receiver, 1);
@@ -148,7 +148,7 @@ TEST(Boards, WithAFrontEndNeedNoGpioChip) {
 
 std::string problemOfFrontEnd(std::string_view from, const std::string& to) {
   std::ostringstream text;
-  text << std::ifstream{BOARDS "/front-end/panel-pc/box.toml"}.rdbuf();
+  text << std::ifstream{BOARDS "/panel-pc/box.toml"}.rdbuf();
   const auto box = parseBox(exchanged(text.str(), from, to), "box.toml");
   return box ? std::string{} : box.error().what;
 }

@@ -47,7 +47,7 @@ TEST_F(UnitRecordTest, IsWrittenOnceAndUsedFromTheNextStartOn) {
 
 TEST_F(UnitRecordTest, KeepsNothingOfWhatItRefuses) {
   auto record = open();
-  EXPECT_THAT(record.write(unitToml("A1"), "beaglebone").error().what, HasSubstr("unit.board"));
+  EXPECT_THAT(record.write(unitToml("A1"), "raspberry-pi").error().what, HasSubstr("unit.board"));
   EXPECT_THAT(record.write("[unit]\n", "sim").error().what, HasSubstr("missing key"));
   EXPECT_THAT(record.write("", "sim").error().what, HasSubstr("missing key"));
   EXPECT_THAT(record.write(unitToml("A1") + std::string(UnitRecord::kMostBytes, '#'), "sim").error().what,

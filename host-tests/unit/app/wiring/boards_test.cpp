@@ -38,17 +38,5 @@ TEST(Boards, TheWornMachineIsTheEmulatedOneWithTheErrorsThatMachinesHave) {
   EXPECT_EQ(board::simDescriptions()->machine.accuracy.value().lost_motion_um, 0);
 }
 
-TEST(Boards, BeagleBoneReadsItsAxesInTwoWays) {
-  const auto board = board::loadDirectory(std::filesystem::path{PROBEBOX_BOARDS} / "beaglebone");
-  ASSERT_TRUE(board.ok()) << board.error().what;
-  const auto& encoders = board->box.devices.encoders_by_axis;
-  for (std::size_t axis = 0; axis < board::kLinearEncoders; ++axis) {
-    ASSERT_TRUE(encoders.at(axis));
-    EXPECT_EQ(board::kindOf(*encoders.at(axis)), "counter");
-  }
-  ASSERT_TRUE(encoders.at(5));
-  EXPECT_EQ(board::kindOf(*encoders.at(5)), "quadrature");
-}
-
 }  // namespace
 }  // namespace probebox::app
