@@ -5,7 +5,6 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
-#include <linux/serial.h>
 #include <optional>
 #include <sys/file.h>
 #include <sys/ioctl.h>
@@ -16,6 +15,7 @@
 #include <utility>
 
 #include "drivers/io/descriptor.hpp"
+#include "drivers/serial/transceiver.hpp"
 
 namespace probebox::serial {
 namespace {
@@ -138,13 +138,6 @@ bool configure(int fd, const Settings& settings, speed_t speed) {
          (taken.c_cflag & (CSIZE | CSTOPB | PARENB)) == (line.c_cflag & (CSIZE | CSTOPB | PARENB));
 }
 
-// Lets the driver turn the transceiver, at once before the first bit and behind the last.
-bool turnByDriver(int fd) {
-  serial_rs485 turning{};
-  turning.flags = SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND;
-  return ioctl(fd, TIOCSRS485, &turning) == 0;
-}
-
 // True for devices of the kernel's class tty, if that can be seen, but for /dev/tty and /dev/ptmx, which are no lines.
 bool mayBeTerminal(dev_t device) {
   constexpr unsigned kAuxiliary = 5;
@@ -190,12 +183,17 @@ Outcome<std::unique_ptr<io::BytePipe>> openSerial(const std::string& path, const
     return Error{path + ": the line does not support " + describe(settings) +
                  "; choose a speed and format that it supports, such as baud=115200"};
   }
-  if (settings.rs485 && !turnByDriver(line.get())) {
-    return Error{path +
-                 ": its driver cannot turn an RS-485 transceiver (rs485=kernel): take an adapter that turns by itself, "
-                 "and leave the setting out"};
+  const auto by = settings.rs485.by;
+  const auto refused = [&path](const Error& error) { return Error{path + ": " + error.what}; };
+  if (by == Turning::kernel) {
+    if (const auto taken = turnByKernel(line.get(), settings.rs485); !taken) return refused(taken.error());
   }
-  return std::unique_ptr<io::BytePipe>{std::make_unique<SerialPipe>(std::move(line), path)};
+  const int descriptor = line.get();
+  auto pipe = std::unique_ptr<io::BytePipe>{std::make_unique<SerialPipe>(std::move(line), path)};
+  if (by == Turning::none || by == Turning::kernel) return pipe;
+  auto transceiver = openTransceiver(descriptor, settings.rs485);
+  if (!transceiver) return refused(transceiver.error());
+  return turnedPipe(std::move(pipe), std::move(*transceiver), settings);
 }
 
 }  // namespace probebox::serial

@@ -43,7 +43,11 @@ Outcome<Uri> parseUri(std::string_view text) {
   const auto rest = colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
   if (scheme == "tcp") return named(tcp::parseAddress(rest), text);
   if (scheme == "serial") {
-    return named(serial::parseAddress(rest, serial::kHostLink), text);
+    auto address = serial::parseAddress(rest, serial::kHostLink);
+    if (address) {
+      if (auto refused = serial::whyNoHostLink(*address)) return *std::move(refused);
+    }
+    return named(std::move(address), text);
   }
   if (scheme == "file") {
     if (rest.empty()) return Error{"file: names no recording; write file:REC.pbx"};

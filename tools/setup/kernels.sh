@@ -8,7 +8,9 @@ open_apt_of() { # ARCH
   mkdir -p "$folder"/{lists/partial,archives/partial,sources}
   if [[ -z $(find "$folder/updated" -mtime -1 2>/dev/null) ]]; then
     release_sources "$(own_release)" "$folder/sources"
-    sed -i '/^deb /s/ main$/ main non-free-firmware/; s/^Components: main$/& non-free-firmware/' "$folder"/sources/*
+    sed -i '/^deb /s/ main$/ main non-free-firmware/; s/^Components: main$/& non-free-firmware/; s/^Types: deb$/& deb-src/' "$folder"/sources/*
+    sed -n 's/^deb /deb-src /p' "$folder"/sources/*.list >"$folder/sources.list" 2>/dev/null || true
+    mv "$folder/sources.list" "$folder/sources/source.list"
   fi
   : >"$folder/status"
   printf '%s\n' "APT::Architecture \"$1\";" "#clear APT::Architectures;" "APT::Architectures \"$1\";" "Dir::State \"$folder\";" \

@@ -39,6 +39,7 @@ Outcome<LinkAddress> parseLink(const std::string& text) {
   }
   if (view.starts_with("serial:")) {
     TRY(auto address, serial::parseAddress(view.substr(7), serial::kHostLink));
+    if (auto refused = serial::whyNoHostLink(address)) return *std::move(refused);
     return LinkAddress{address};
   }
   if (view == "usb" || view.starts_with("usb:")) {

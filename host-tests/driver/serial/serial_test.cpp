@@ -9,6 +9,7 @@
 
 #include "drivers/serial/emulator.hpp"
 #include "drivers/serial/linux_serial.hpp"
+#include "drivers/serial/transceiver.hpp"
 
 namespace probebox::serial {
 namespace {
@@ -193,12 +194,108 @@ TEST(SerialAddress, TakesWhatIsNamedAndTheUsualForTheRest) {
   EXPECT_EQ(describe(parseAddress("/dev/x,data=7,parity=odd")->settings), "115200 7O1");
 }
 
-TEST_F(SerialLine, TurnsATransceiverOnlyByADriverThatCan) {
-  EXPECT_TRUE(parseAddress("/dev/x,rs485=kernel")->settings.rs485);
-  EXPECT_FALSE(parseAddress("/dev/x,rs485=none")->settings.rs485);
-  EXPECT_FALSE(parseAddress("/dev/x,rs485=rts").ok());
-  EXPECT_THAT(refusal("a", {.rs485 = true}), HasSubstr("rs485")) << "a pseudo terminal cannot";
+TEST_F(SerialLine, TurnsATransceiverOnlyByWhatThereIs) {
+  EXPECT_THAT(refusal("a", {.rs485 = {.by = Turning::kernel}}), HasSubstr("rs485=kernel"));
+  EXPECT_THAT(refusal("a", {.rs485 = {.by = Turning::rts}}), HasSubstr("rs485=rts")) << "a pseudo terminal has none";
+  EXPECT_THAT(refusal("a", {.rs485 = {.by = Turning::gpio, .gpio = "no such line"}}), HasSubstr("rs485=gpio"));
   EXPECT_TRUE(open("a"));
+}
+
+Rs485 rs485Of(const std::string& settings) {
+  const auto address = parseAddress("/dev/x," + settings);
+  EXPECT_TRUE(address.ok()) << settings;
+  return address.ok() ? address->settings.rs485 : Rs485{};
+}
+
+TEST(Rs485Settings, SayWhoTurnsHowAndWhen) {
+  EXPECT_EQ(rs485Of("rs485=kernel"), (Rs485{.by = Turning::kernel}));
+  EXPECT_EQ(rs485Of("rs485=none"), Rs485{});
+  EXPECT_EQ(rs485Of("rs485=rts,rs485_active=low,rs485_before_ms=1,rs485_after_ms=100"),
+            (Rs485{.by = Turning::rts, .active_high = false, .before_ms = 1, .after_ms = 100}));
+  EXPECT_EQ(rs485Of("rs485=gpio:gpiochip0/18,baud=9600"), (Rs485{.by = Turning::gpio, .gpio = "gpiochip0/18"}));
+  for (const auto* const bad : {"rs485=", "rs485=gpio", "rs485=gpio:", "rs485=yes", "rs485=rts,rs485_before_ms=101",
+                                "rs485=rts,rs485_after_ms=-1", "rs485=rts,rs485_active=1", "rs485_after_ms=1",
+                                "rs485_active=low", "rs485=none,rs485_before_ms=2"})
+    EXPECT_FALSE(parseAddress(std::string{"/dev/x,"} + bad).ok()) << bad;
+}
+
+TEST(Rs485Settings, OfAHostMayNotBeTurnedByTheProgram) {
+  EXPECT_FALSE(whyNoHostLink(*parseAddress("/dev/x")));
+  EXPECT_FALSE(whyNoHostLink(*parseAddress("/dev/x,rs485=kernel"))) << "four wires may need it";
+  EXPECT_TRUE(whyNoHostLink(*parseAddress("/dev/x,rs485=rts")));
+  EXPECT_TRUE(whyNoHostLink(*parseAddress("/dev/x,rs485=gpio:DE")));
+}
+
+TEST(Rs485Settings, AreWhatTheKernelIsAskedFor) {
+  const auto plain = kernelRequest({.by = Turning::kernel});
+  EXPECT_EQ(plain.flags, SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND);
+  EXPECT_EQ(plain.delay_rts_before_send, 0U);
+  EXPECT_EQ(plain.delay_rts_after_send, 0U);
+  const auto late = kernelRequest({.by = Turning::kernel, .active_high = false, .before_ms = 3, .after_ms = 7});
+  EXPECT_EQ(late.flags, SER_RS485_ENABLED | SER_RS485_RTS_AFTER_SEND);
+  EXPECT_EQ(late.delay_rts_before_send, 3U);
+  EXPECT_EQ(late.delay_rts_after_send, 7U);
+
+  const auto line = gpioRequest(18, {.by = Turning::gpio});
+  EXPECT_EQ(line.offsets[0], 18U);
+  EXPECT_EQ(line.num_lines, 1U);
+  EXPECT_EQ(line.config.flags, GPIO_V2_LINE_FLAG_OUTPUT);
+  EXPECT_EQ(line.config.num_attrs, 0U) << "inactive: it listens";
+  const auto low = gpioRequest(0, {.by = Turning::gpio, .active_high = false});
+  EXPECT_EQ(low.config.flags, GPIO_V2_LINE_FLAG_OUTPUT | GPIO_V2_LINE_FLAG_ACTIVE_LOW);
+}
+
+// A line that takes `most` bytes at a time, and a transceiver; both write what happens into one list.
+struct TurnedLine : io::BytePipe {
+  TurnedLine(std::vector<std::string>& events, std::size_t most) : events_{events}, most_{most} {}
+  io::Transfer read(std::span<std::byte>) override { return {}; }
+  io::Transfer write(std::span<const std::byte> from) override {
+    const auto bytes = std::min(most_, from.size());
+    events_.push_back("write " + std::to_string(bytes));
+    return {bytes, most_ == 0 ? io::PipeState::closed : io::PipeState::open};
+  }
+  int descriptor() const override { return -1; }
+  std::string_view name() const override { return "line"; }
+  std::vector<std::string>& events_;
+  std::size_t most_;
+};
+struct TurnedBy : Transceiver {
+  TurnedBy(std::vector<std::string>& events, bool works = true) : events_{events}, works_{works} {}
+  bool turn(bool sending) override {
+    events_.push_back(sending ? "send" : "listen");
+    return works_;
+  }
+  void drain() override { events_.push_back("drain"); }
+  std::vector<std::string>& events_;
+  bool works_;
+};
+
+TEST(TurnedPipe, SendsAllBetweenTurningAndTurningBack) {
+  std::vector<std::string> events;
+  const Settings settings{
+      .baud = 19200, .parity = Parity::even, .rs485 = {.by = Turning::rts, .before_ms = 2, .after_ms = 3}};
+  const auto pipe = turnedPipe(std::make_unique<TurnedLine>(events, 6), std::make_unique<TurnedBy>(events), settings);
+  const auto begin = std::chrono::steady_clock::now();
+  const auto sent = pipe->write(bytes("ten bytes."));
+  const auto lasted = std::chrono::steady_clock::now() - begin;
+  EXPECT_EQ(sent.bytes, 10U);
+  EXPECT_EQ(sent.state, io::PipeState::open);
+  EXPECT_EQ(events, (std::vector<std::string>{"send", "write 6", "write 4", "drain", "listen"}));
+  // 10 characters of 11 bits, and both delays: an adapter on USB may say at once that all is sent.
+  EXPECT_GE(lasted, std::chrono::microseconds{5000 + 10 * 11 * 1'000'000 / 19200});
+}
+
+TEST(TurnedPipe, ListensAgainWhereTheLineIsGone) {
+  std::vector<std::string> events;
+  const Settings settings{.rs485 = {.by = Turning::rts}};
+  const auto gone = turnedPipe(std::make_unique<TurnedLine>(events, 0), std::make_unique<TurnedBy>(events), settings);
+  EXPECT_EQ(gone->write(bytes("x")).state, io::PipeState::closed);
+  EXPECT_EQ(events.back(), "listen");
+  events.clear();
+  const auto unturned =
+      turnedPipe(std::make_unique<TurnedLine>(events, 6), std::make_unique<TurnedBy>(events, false), settings);
+  EXPECT_EQ(unturned->write(bytes("x")).state, io::PipeState::closed);
+  EXPECT_EQ(events, (std::vector<std::string>{"send"})) << "nothing is sent by a transceiver that listens";
 }
 
 TEST(SerialAddress, RefusesASettingThatALineDoesNotHave) {
