@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
+#include "firmware/app/update/keyring.hpp"
 #include "protocol/messages/unit.hpp"
 
 namespace probebox::app {
@@ -46,7 +47,7 @@ Reply UnitRequestHandler::provision(std::span<const std::byte> body, const board
 }
 
 Reply UnitRequestHandler::describe() const {
-  messages::DescribeUnit::Answer answer{.provisioned = record_.locked(), .notes = notes_};
+  messages::DescribeUnit::Answer answer{.provisioned = record_.locked(), .image_keys = imageKeys(), .notes = notes_};
   if (!record_.problem().empty()) answer.notes.push_back(record_.problem());
   if (const auto& unit = record_.unit()) {
     answer.in_use = record_.inUse().has_value();

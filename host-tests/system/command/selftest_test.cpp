@@ -74,7 +74,7 @@ messages::Status::Answer goodReceiver() {
 std::vector<std::string> failedOf(const messages::Status::Answer& status) {
   std::vector<std::string> names;
   for (const auto& check : receiverChecks(status)) {
-    if (check.verdict != ReceiverCheck::Verdict::failed) continue;
+    if (check.verdict != MeasuredCheck::Verdict::failed) continue;
     names.push_back(check.name);
     EXPECT_NE(check.remedy, "") << check.name;
   }
@@ -118,10 +118,10 @@ TEST(ReceiverChecks, DoNotBlameAnotherReceiverForWhatItNeverHad) {
   status.front_end.packet_version = 1;
   status.front_end.lacks = "axis counters";
   EXPECT_THAT(failedOf(status), testing::IsEmpty());
-  EXPECT_EQ(receiverChecks(status).front().verdict, ReceiverCheck::Verdict::not_told);
+  EXPECT_EQ(receiverChecks(status).front().verdict, MeasuredCheck::Verdict::not_told);
   auto unwired = goodReceiver();
   unwired.front_end.inputs.loop_back_periods = 0;
-  EXPECT_EQ(receiverChecks(unwired).back().verdict, ReceiverCheck::Verdict::not_told);
+  EXPECT_EQ(receiverChecks(unwired).back().verdict, MeasuredCheck::Verdict::not_told);
 }
 
 TEST(ReceiverChecks, SayWhatTheyCannotJudgeYet) {
@@ -130,13 +130,13 @@ TEST(ReceiverChecks, SayWhatTheyCannotJudgeYet) {
   status.front_end.inputs = {};
   const auto early = receiverChecks(status);
   ASSERT_EQ(early.size(), 2U);
-  EXPECT_EQ(early.back().verdict, ReceiverCheck::Verdict::not_told);
+  EXPECT_EQ(early.back().verdict, MeasuredCheck::Verdict::not_told);
   EXPECT_THAT(early.back().remedy, HasSubstr("3 s")) << "2048 samples";
   auto slow = goodReceiver();
   slow.front_end.rate_hz = 10'000;
   slow.front_end.sync_out_hz = 4;
   slow.front_end.inputs.loop_back_periods = 0;
-  EXPECT_EQ(receiverChecks(slow).back().verdict, ReceiverCheck::Verdict::not_told);
+  EXPECT_EQ(receiverChecks(slow).back().verdict, MeasuredCheck::Verdict::not_told);
   EXPECT_THAT(receiverChecks(slow).back().remedy, testing::Not(HasSubstr("wire"))) << "it may be wired";
   slow.front_end.sync_out_hz = 5;
   EXPECT_THAT(receiverChecks(slow).back().remedy, HasSubstr("wire"));

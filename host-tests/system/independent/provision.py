@@ -105,8 +105,10 @@ def connection_without_the_right(probeboxd, probebox, folder):
 
 
 LINES = [
-    *("identity", "sphere", "firmware", "inputs", "storage", "clock", "stamp-lateness", "edges", "samples", "late-ticks"),
-    *("link", "memory", "sandbox", "exposure"),
+    *("identity", "sphere", "firmware", "usb-numbers", "update-key", "inputs", "storage", "clock", "stamp-lateness"),
+    *(f"line-{name}" for name in ("probe trigger", "tool setter", "index X", "index Y", "index Z", "skip")),
+    *(f"encoder-position_{axis}" for axis in "xyz"),
+    *("index-pulses", "controller", "edges", "samples", "late-ticks", "link", "memory", "sandbox", "exposure"),
 ]
 
 
@@ -130,7 +132,7 @@ def factory_sheet(probeboxd, probebox, folder):
     rows, page = sheet_of(box, "bare.html")
     assert list(rows) == LINES, rows
     assert rows["identity"]["verdict"] == "failed" and "not provisioned" in rows["identity"]["measured"], rows
-    assert "FAILED" in page
+    assert "FAILED" in page and rows["usb-numbers"]["verdict"] == "failed", rows
     box.command("inhibit", "on", "--by", "Ada")
     assert "a cut is on" in refused(box, 4, "factory-test", "-o", os.path.join(folder, "none.html"))
     assert not os.path.exists(os.path.join(folder, "none.html"))
@@ -138,10 +140,13 @@ def factory_sheet(probeboxd, probebox, folder):
     box.command("provision", unit(folder, "unit.toml", **{"25.00018": "25.00005"}))
     box.stop()
     box.start()
-    rows, page = sheet_of(box, "sheet.html", "--by", "Ada")
-    for name in ("identity", "sphere", "firmware", "inputs", "storage", "clock", "stamp-lateness", "link", "memory"):
+    rows, page = sheet_of(box, "sheet.html", "--by", "Ada", "--undriven", "line-skip")
+    for name in ("identity", "sphere", "firmware", "usb-numbers", "inputs", "storage", "clock", "stamp-lateness", "link", "memory"):
         assert rows[name]["verdict"] == "passed", rows[name]
     assert rows["exposure"]["verdict"] == "not told by this box", rows
+    assert rows["update-key"]["verdict"] == "not told by this box", rows  # no image
+    assert rows["line-skip"]["verdict"] == "not told by this box", rows
+    assert rows["line-index X"]["verdict"] == rows["encoder-position_x"]["verdict"] == "failed", rows  # nothing moves
     for row in rows.values():
         assert row["measured"].replace("+", "&#43;") in page or row["measured"] in page, row
     counted = int(rows["samples"]["measured"].split(": ")[1].split()[0])

@@ -217,8 +217,9 @@ struct Provision {
 
 // Measures a box before it is shipped and writes a sheet.
 struct FactoryTest {
-  std::string output;  // "-" is the standard output
-  double seconds{10};  // of samples
+  std::string output;                 // "-" is the standard output
+  double seconds{10};                 // of samples
+  std::vector<std::string> undriven;  // names of lines of the sheet that the fixture cannot drive
   std::string by;
   bool force{};
 };

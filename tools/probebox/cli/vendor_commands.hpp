@@ -25,16 +25,21 @@ class VendorCommands {
 
  private:
   void declareFactoryTest(Subcommands& commands) {
-    auto* test =
-        commands.add("factory-test",
-                     "measure a box before it is shipped and write an HTML sheet: identity, clock, edge stamps, "
-                     "losses at rate, link, memory; exit status 1 where a line fails",
-                     "probebox -u usb factory-test -o PB-000123.html --by Ada", factory_test_);
+    auto* test = commands.add(
+        "factory-test",
+        "measure a box before it is shipped and write an HTML sheet: identity, clock, lines, encoders, edge stamps, "
+        "losses at rate, link, controller, key of updates, memory; exit status 1 where a line fails",
+        "probebox -u usb factory-test -o PB-000123.html --by Ada", factory_test_);
     test->add_option("-o,--output", factory_test_.output, "the HTML to write; - is the standard output")->required();
     test->add_option("--for", factory_test_.seconds, "seconds for which samples and edges are counted")
         ->check(between(1, 3600))
         ->type_name("SECONDS")
         ->capture_default_str();
+    test->add_option(
+            "--undriven", factory_test_.undriven,
+            "a line of the sheet, such as 'line-skip' or 'encoder-position_x', that your fixture cannot drive: "
+            "the sheet says so, and it fails nothing; repeat it for more")
+        ->type_name("NAME");
     test->add_option("--by", factory_test_.by, "the name of the person who tests")->check(personsName());
     test->add_flag("--force", factory_test_.force, "overwrite an existing file");
   }

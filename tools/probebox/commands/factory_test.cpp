@@ -1,15 +1,18 @@
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "firmware/latch/record.hpp"
 #include "protocol/frame/frame.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/settled_status.hpp"
 #include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_factory.hpp"
 #include "tools/probebox/text/report_front_end.hpp"
 #include "tools/probebox/text/report_loop_back.hpp"
 #include "tools/probebox/text/report_unit.hpp"
@@ -29,6 +32,8 @@ struct StreamTrial {
   bool balances{};  // the box counts the same
   messages::Status::Answer before, after;
   SampleIndex first{};  // of the samples
+  std::vector<AxisMotion> axes;
+  std::uint64_t index_pulses{};
   messages::BootId boot_id{};
 };
 
@@ -48,6 +53,13 @@ struct Received : link::StreamListener {
   void onBlock(const link::DecodedBlock& block) override {
     if (!first) first = block.header.first;
     tally.block(block.header.first, block.header.count);
+    const auto& channels = block.descriptor.channels;
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      if (channels[c].name.starts_with("position_")) moved(channels[c], block.column(c));
+      if (channels[c].name == "flags")
+        index_pulses += static_cast<std::uint64_t>(std::ranges::count_if(
+            block.column(c), [](std::int64_t flags) { return (flags & latch::flag::kIndexPulse) != 0; }));
+    }
   }
   void onGap(const messages::Gap& gap) override { tally.gap(gap); }
   void onHole(const messages::Gap& hole) override { tally.hole(hole); }
@@ -55,7 +67,23 @@ struct Received : link::StreamListener {
     tally.heartbeat(beat, balance);
   }
 
+  void moved(const messages::ChannelDescription& channel, std::span<const std::int64_t> values) {
+    if (values.empty()) return;
+    const auto [least, most] = std::ranges::minmax(values);
+    const double least_mm = channel.scale * static_cast<double>(least),
+                 most_mm = channel.scale * static_cast<double>(most);
+    const auto known = std::ranges::find(axes, channel.name, &AxisMotion::channel);
+    if (known == axes.end()) {
+      axes.push_back({channel.name, least_mm, most_mm});
+    } else {
+      known->least_mm = std::min(known->least_mm, least_mm);
+      known->most_mm = std::max(known->most_mm, most_mm);
+    }
+  }
+
   SampleTally tally;
+  std::vector<AxisMotion> axes;
+  std::uint64_t index_pulses{};
   std::optional<SampleIndex> first;
   std::uint64_t bytes{};
   MonoTime last_at{};
@@ -72,7 +100,8 @@ Outcome<StreamTrial, Trouble> tryStream(const link::Uri& uri, double seconds, Co
   const auto begin = link::now();
   box->start({.profile = messages::Profile::fast, .policy = messages::Policy::record});
   for (const auto all = patienceOf(console, inMilliseconds(seconds)); box->round(all);)
-    console.progress(printed("receiving samples, %.0f of %g s", toSeconds(link::now() - begin), seconds));
+    console.progress(printed("receiving samples, %.0f of %g s: drive all lines and move all axes",
+                             toSeconds(link::now() - begin), seconds));
   if (console.interrupted()) return interruption();
   trial.seconds = toSeconds(link::now() - begin);
   const auto closing = box->finish(patienceOf(console, kAnswerPatience));
@@ -87,6 +116,8 @@ Outcome<StreamTrial, Trouble> tryStream(const link::Uri& uri, double seconds, Co
   trial.lost_on_link = sums.lost_on_link;
   trial.balances = received.tally.exact();
   trial.first = received.first.value_or(SampleIndex{});
+  trial.axes = received.axes;
+  trial.index_pulses = received.index_pulses;
   return trial;
 }
 
@@ -164,16 +195,27 @@ void addState(const messages::Status::Answer& status, Sheet& sheet) {
                         verdict(clock.state == ClockState::locked && clock.sigma_ns <= kMostSigma_ns)});
 }
 
-// From the status after the samples: what they show of a receiver's inputs.
-void addReceiver(const messages::Status::Answer& status, Sheet& sheet) {
-  auto checks = receiverChecks(status);
-  if (checks.empty()) return;
+void addChecks(std::vector<MeasuredCheck> checks, Sheet& sheet) {
   for (auto& check : checks) {
-    using Of = ReceiverCheck::Verdict;
+    using Of = MeasuredCheck::Verdict;
     if (check.verdict != Of::passed && !check.remedy.empty()) check.measured += "; " + check.remedy;
     sheet.rows.push_back({check.name, check.title, std::move(check.measured), std::move(check.limit),
                           check.verdict == Of::not_told ? Verdict::not_told : verdict(check.verdict == Of::passed)});
   }
+}
+
+// What was moved and driven while samples were received.
+void addDriven(const StreamTrial& trial, Sheet& sheet) {
+  addChecks(lineChecks(trial.before, trial.after), sheet);
+  addChecks(encoderChecks(trial.axes, trial.index_pulses), sheet);
+  addChecks(controllerChecks(trial.before, trial.after), sheet);
+}
+
+// From the status after the samples: what they show of a receiver's inputs.
+void addReceiver(const messages::Status::Answer& status, Sheet& sheet) {
+  auto checks = receiverChecks(status);
+  if (checks.empty()) return;
+  addChecks(std::move(checks), sheet);
   std::string faults;
   for (const auto& source : status.sources)
     if (!source.faults.empty()) faults += (faults.empty() ? "" : "; ") + source.faults;
@@ -261,6 +303,17 @@ void addProcess(const messages::ProcessStatus& process, Sheet& sheet) {
                         "systemd-analyze security probeboxd.service on the box tells it", "", Verdict::not_told});
 }
 
+bool isDriven(std::string_view name) {
+  return name.starts_with("line-") || name.starts_with("encoder-") || name.starts_with("controller");
+}
+
+std::string whyNotUndriven(const std::string& name, const Sheet& sheet) {
+  std::string all;
+  for (const auto& row : sheet.rows)
+    if (isDriven(row.name)) all += (all.empty() ? "" : ", ") + row.name;
+  return "--undriven " + name + ": no line that a fixture drives has this name; this box has " + all;
+}
+
 Outcome<Sheet, Trouble> measuredSheet(const FactoryTest& options, const link::Uri& uri, Console& console) {
   Sheet sheet{.title = "Factory sheet", .box = {}, .when = nowUtc(), .by = options.by, .where = uri.text, .rows = {}};
   messages::Descriptor descriptor;
@@ -272,15 +325,23 @@ Outcome<Sheet, Trouble> measuredSheet(const FactoryTest& options, const link::Ur
     descriptor = box->described();
     sheet.box = descriptor.board + " " + descriptor.serial_number;
     addIdentity(unit, status, sheet);
+    addChecks({usbNumbersCheck(unit), updateKeyCheck(unit)}, sheet);
     addState(status, sheet);
     if (auto trouble = addLateness(*box, console, sheet)) return *trouble;
   }
   TRY(const auto stream, tryStream(uri, options.seconds, console));
   addReceiver(stream.after, sheet);
+  addDriven(stream, sheet);
   addRates(stream, descriptor, sheet);
   TRY(const auto backlog, tryBacklog(uri, stream, console));
   addLink(stream, backlog, sheet);
   addProcess(stream.after.process, sheet);
+  for (const auto& name : options.undriven) {
+    const auto row = std::ranges::find(sheet.rows, name, &SheetRow::name);
+    if (row == sheet.rows.end() || !isDriven(name)) return usage(whyNotUndriven(name, sheet));
+    row->verdict = Verdict::not_told;
+    row->measured = "not driven by this fixture";
+  }
   return sheet;
 }
 

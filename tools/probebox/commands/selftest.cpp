@@ -73,7 +73,7 @@ void judgeSources(const std::vector<messages::SourceStatus>& sources, Findings& 
 }
 
 void judgeReceiver(const messages::Status::Answer& status, Findings& findings) {
-  using Of = ReceiverCheck::Verdict;
+  using Of = MeasuredCheck::Verdict;
   for (const auto& [name, title, measured, limit, verdict, remedy] : receiverChecks(status)) {
     const auto text = "The " + title + ": " + measured;
     if (verdict == Of::passed) findings.add({true, "", text + "."});

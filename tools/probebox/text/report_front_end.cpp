@@ -8,7 +8,7 @@
 namespace probebox::command {
 namespace {
 
-using Verdict = ReceiverCheck::Verdict;
+using Verdict = MeasuredCheck::Verdict;
 
 constexpr auto kWindow = messages::ReceiverInputs::kWindow;
 
@@ -22,7 +22,7 @@ Verdict verdictOf(bool good) {
   return good ? Verdict::passed : Verdict::failed;
 }
 
-ReceiverCheck program(const messages::FrontEndStatus& front_end) {
+MeasuredCheck program(const messages::FrontEndStatus& front_end) {
   const bool tells = !front_end.version.empty();
   return {"front-end",
           "front end",
@@ -34,12 +34,12 @@ ReceiverCheck program(const messages::FrontEndStatus& front_end) {
           front_end.lacks};
 }
 
-ReceiverCheck tooFewSamples(const messages::FrontEndStatus& front_end) {
+MeasuredCheck tooFewSamples(const messages::FrontEndStatus& front_end) {
   const auto when = front_end.rate_hz > 0 ? printed("in %.0f s", std::ceil(kWindow / front_end.rate_hz)) : "after them";
   return {"converter", "converter", printed("not yet %u samples", kWindow), "", Verdict::not_told, "repeat " + when};
 }
 
-ReceiverCheck oscillator(const messages::ReceiverStatus& receiver) {
+MeasuredCheck oscillator(const messages::ReceiverStatus& receiver) {
   const double off_ppm = 1e-3 * receiver.frequency_ppb;
   return {"receiver-clock",
           "clock of the receiver",
@@ -50,7 +50,7 @@ ReceiverCheck oscillator(const messages::ReceiverStatus& receiver) {
           "check rate_hz of probe.toml, the receiver's crystal, and its USB cable and hub"};
 }
 
-ReceiverCheck noise(const messages::FrontEndStatus& front_end) {
+MeasuredCheck noise(const messages::FrontEndStatus& front_end) {
   const auto& nm = front_end.inputs.noise_nm;
   const double most_nm = kNoiseMargin * 1e3 * front_end.stated_noise_um;
   return {"converter-noise",
@@ -62,7 +62,7 @@ ReceiverCheck noise(const messages::FrontEndStatus& front_end) {
           "the noise is"};
 }
 
-ReceiverCheck range(const messages::ReceiverInputs& inputs) {
+MeasuredCheck range(const messages::ReceiverInputs& inputs) {
   std::string measured, constant;
   for (std::size_t c = 0; c < 3; ++c) {
     const char channel = "abc"[c];
@@ -80,9 +80,9 @@ ReceiverCheck range(const messages::ReceiverInputs& inputs) {
           "in box.toml"};
 }
 
-ReceiverCheck loopBack(const messages::FrontEndStatus& front_end) {
+MeasuredCheck loopBack(const messages::FrontEndStatus& front_end) {
   const auto& inputs = front_end.inputs;
-  ReceiverCheck check{"receiver-stamps", "stamps of the receiver", "", "", Verdict::not_told, ""};
+  MeasuredCheck check{"receiver-stamps", "stamps of the receiver", "", "", Verdict::not_told, ""};
   if (inputs.loop_back_periods == 0 || front_end.sync_out_hz <= 0 || front_end.step_ps == 0) {
     const bool is_slow = front_end.sync_out_hz > 0 && front_end.sync_out_hz * kWindow < front_end.rate_hz;
     check.measured =
@@ -110,10 +110,10 @@ std::string identityOf(const messages::FrontEndStatus& front_end) {
          (front_end.version.empty() ? ", another receiver" : ", program " + front_end.version);
 }
 
-std::vector<ReceiverCheck> receiverChecks(const messages::Status::Answer& status) {
+std::vector<MeasuredCheck> receiverChecks(const messages::Status::Answer& status) {
   const auto& front_end = status.front_end;
   if (!front_end.isThere()) return {};
-  std::vector<ReceiverCheck> checks{program(front_end)};
+  std::vector<MeasuredCheck> checks{program(front_end)};
   if (front_end.inputs.samples == 0) {
     checks.push_back(tooFewSamples(front_end));
     return checks;

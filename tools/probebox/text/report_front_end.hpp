@@ -7,7 +7,7 @@
 // What is checked of a probe receiver on USB: by selftest on a machine, by factory-test before a box is shipped.
 namespace probebox::command {
 
-struct ReceiverCheck {
+struct MeasuredCheck {
   enum class Verdict { passed, failed, not_told };
   std::string name;  // "converter-noise"
   std::string title;
@@ -21,6 +21,6 @@ struct ReceiverCheck {
 std::string identityOf(const messages::FrontEndStatus& front_end);
 
 // Empty while no receiver is connected.
-std::vector<ReceiverCheck> receiverChecks(const messages::Status::Answer& status);
+std::vector<MeasuredCheck> receiverChecks(const messages::Status::Answer& status);
 
 }  // namespace probebox::command
