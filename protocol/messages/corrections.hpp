@@ -23,7 +23,7 @@ struct ValueInUse {
     field("name", self.name, "such as tool length, stylus offset 1 or checked ball");
     field("source", self.source,
           "0 unknown, 1 the description (machine.toml), 2 a result in force, 3 the controller has sent it");
-    field("result_id", self.result_id, "of the result; 0 unless source is 2");
+    field("result_id", self.result_id, "of the result; 0 unless source is 2", published::Identifier{});
   }
 };
 

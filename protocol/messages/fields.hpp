@@ -14,14 +14,15 @@
 
 // Encodes, decodes and describes messages from one field list. A structure names its fields once, in
 //   static constexpr void fields(auto& self, auto&& field) { field("name", self.name, "what it is, with unit"); ... }
-// (behind that may stand conditions of protocol/state/shown_when.hpp) and its encoder, decoder, size, row in
-// MESSAGES.md and JSON follow from that list.
+// (behind that may stand conditions of protocol/state/shown_when.hpp and a kind of kind_of_value.hpp) and its encoder,
+// decoder, size, row in MESSAGES.md and JSON follow from that list.
 //
 // Bytes: scalars little endian; bool one byte; text and bytes with a u16 length; lists with a u16 count; arrays bare; a
 // structure inside a structure with a u16 size; a variant as u8 alternative, then that structure.
 // Growth: a later minor version may add fields at the end of any structure. A reader skips fields it does not know;
 // a field that an older writer did not send keeps its default. A field cut off in its middle is an error. A list that
-// another one includes (CoreStatus in the answer about status) is closed: what is added stands at the end of that other.
+// another one includes (CoreStatus in the answer about status) is closed: what is added stands at the end of that
+// other.
 namespace probebox::messages {
 
 enum class WireError : std::uint8_t { truncated = 0, no_room = 1, too_long = 2, unknown_alternative = 3 };

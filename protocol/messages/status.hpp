@@ -22,8 +22,8 @@ struct ModbusCounters {
   std::uint64_t requests{};
   std::uint64_t bad_frames{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("requests", self.requests, "requests answered, on all lines");
-    field("bad_frames", self.bad_frames, "frames with a wrong CRC or length, on all lines");
+    field("requests", self.requests, "requests answered, on all lines", published::Counter{});
+    field("bad_frames", self.bad_frames, "frames with a wrong CRC or length, on all lines", published::Counter{});
   }
 };
 
@@ -35,10 +35,12 @@ struct SourceStatus {
   std::string faults{};
   static constexpr void fields(auto& self, auto&& field) {
     field("name", self.name, "for a person, such as gpiochip0 line 4 (sync)");
-    field("problem", self.problem, "why nothing comes from it, and what to do; empty when all is well");
-    field("unusable_messages", self.unusable, "what came from the device and is no event");
+    field("problem", self.problem, "why nothing comes from it, and what to do; empty when all is well",
+          published::Complaint{});
+    field("unusable_messages", self.unusable, "what came from the device and is no event", published::Counter{});
     field("faults", self.faults,
-          "what the device says is wrong with it, now or in the last minute, by name; empty when nothing is");
+          "what the device says is wrong with it, now or in the last minute, by name; empty when nothing is",
+          published::Complaint{});
   }
 };
 
@@ -48,7 +50,7 @@ struct PinStatus {
   std::uint8_t gpio{};
   static constexpr void fields(auto& self, auto&& field) {
     field("name", self.name, "as board/front-end/pins.md has it, such as SYNC");
-    field("gpio", self.gpio, "of the chip");
+    field("gpio", self.gpio, "of the chip", published::Identifier{});
   }
 };
 
@@ -66,9 +68,10 @@ struct ReceiverInputs {
   static constexpr void fields(auto& self, auto&& field) {
     field("samples", self.samples, "they are; 0 before there were so many");
     field("noise_nm", self.noise_nm,
-          "nm, standard deviation (k = 1) of one sample, channels a, b, c, from second differences");
-    field("lowest_nm", self.lowest_nm, "nm, of the channels");
-    field("highest_nm", self.highest_nm, "nm, of the channels");
+          "nm, standard deviation (k = 1) of one sample, channels a, b, c, from second differences",
+          published::kEachChannel);
+    field("lowest_nm", self.lowest_nm, "nm, of the channels", published::kEachChannel);
+    field("highest_nm", self.highest_nm, "nm, of the channels", published::kEachChannel);
     field("clipped_samples", self.clipped, "samples with a channel at the end of its range");
     field("loop_back_periods", self.loop_back_periods, "whole periods on its loop-back line");
     field("shortest_period_steps", self.shortest_period_steps, "steps of its counter, the shortest of these periods");
@@ -105,9 +108,10 @@ struct FrontEndStatus {
     field("samples_a_packet", self.samples_a_packet, "samples in a packet");
     field("sync_out_hz", self.sync_out_hz, "of its sync output; 0: it stays low");
     field("full_scale_um", self.full_scale_um,
-          "um at full scale of the converter, channels a, b, c; negative: reversed");
+          "um at full scale of the converter, channels a, b, c; negative: reversed", published::kEachChannel);
     field("pins", self.pins, "what is wired where");
-    field("lacks", self.lacks, "what it lacks of what this firmware knows, and what to do; empty for nothing");
+    field("lacks", self.lacks, "what it lacks of what this firmware knows, and what to do; empty for nothing",
+          published::Complaint{});
     field("stated_noise_um", self.stated_noise_um, "um, noise_um of probe.toml");
     field("inputs", self.inputs, "what its samples show of its inputs",
           published::NullUnless{self.inputs.samples != 0});
@@ -123,10 +127,12 @@ struct LineStatus {
   std::uint64_t lost{};
   static constexpr void fields(auto& self, auto&& field) {
     field("name", self.name, "as box.toml has it, such as probe trigger");
-    field("role", self.role, "0 sync, 1 trigger, 2 index, 3 skip, 4 inhibit");
-    field("line", self.line, "which line of that role, from 0; of an index line the axis: 0 X, 1 Y, 2 Z");
-    field("received_edges", self.edges, "edges that reached the core, of the kind that is watched for");
-    field("lost_edges", self.lost, "edges that never did, by the gaps in the line's sequence");
+    field("role", self.role, "0 sync, 1 trigger, 2 index, 3 skip, 4 inhibit", published::Identifier{});
+    field("line", self.line, "which line of that role, from 0; of an index line the axis: 0 X, 1 Y, 2 Z",
+          published::Identifier{});
+    field("received_edges", self.edges, "edges that reached the core, of the kind that is watched for",
+          published::Counter{});
+    field("lost_edges", self.lost, "edges that never did, by the gaps in the line's sequence", published::Counter{});
   }
 };
 
@@ -141,12 +147,12 @@ struct CncLineStatus {
   std::uint64_t reopened{};
   static constexpr void fields(auto& self, auto&& field) {
     field("name", self.name, "its device or address, such as /dev/ttyS2 or 127.0.0.1:502");
-    field("answered_requests", self.answered, "requests answered with what they asked for");
-    field("refused_requests", self.refused, "requests answered with an exception");
-    field("bad_frames", self.bad_frames, "runs of bytes that were no request");
-    field("skipped_bytes", self.skipped_bytes, "bytes in them");
-    field("unsent_answers", self.unsent, "answers that the line did not take");
-    field("reopened", self.reopened, "times that the line went away and came back");
+    field("answered_requests", self.answered, "requests answered with what they asked for", published::Counter{});
+    field("refused_requests", self.refused, "requests answered with an exception", published::Counter{});
+    field("bad_frames", self.bad_frames, "runs of bytes that were no request", published::Counter{});
+    field("skipped_bytes", self.skipped_bytes, "bytes in them", published::Counter{});
+    field("unsent_answers", self.unsent, "answers that the line did not take", published::Counter{});
+    field("reopened", self.reopened, "times that the line went away and came back", published::Counter{});
   }
 };
 
@@ -159,12 +165,17 @@ struct UsbPortStatus {
   std::uint64_t failed_transfers{};
   std::uint64_t stalled_requests{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("problem", self.problem, "why the box is not on the bus, and what to do; empty when it is");
-    field("connections", self.connections, "times that a host configured the box or selected its interface anew");
-    field("suspensions", self.suspensions, "times that the bus fell asleep");
-    field("discarded_bytes", self.discarded_bytes, "not known to have arrived, or not read, when a connection ended");
-    field("failed_transfers", self.failed_transfers, "connections that ended by a failing transfer");
-    field("stalled_requests", self.stalled_requests, "control requests that the interface does not know");
+    field("problem", self.problem, "why the box is not on the bus, and what to do; empty when it is",
+          published::Complaint{});
+    field("connections", self.connections, "times that a host configured the box or selected its interface anew",
+          published::Counter{});
+    field("suspensions", self.suspensions, "times that the bus fell asleep", published::Counter{});
+    field("discarded_bytes", self.discarded_bytes, "not known to have arrived, or not read, when a connection ended",
+          published::Counter{});
+    field("failed_transfers", self.failed_transfers, "connections that ended by a failing transfer",
+          published::Counter{});
+    field("stalled_requests", self.stalled_requests, "control requests that the interface does not know",
+          published::Counter{});
   }
 };
 
@@ -186,9 +197,12 @@ struct NotLetIn {
   std::uint64_t silent{};
   std::uint64_t turned_away{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("strangers", self.strangers, "began with something else than HELLO, such as a web page's request");
-    field("silent_connections", self.silent, "said nothing, or no HELLO within 2 s, or gave way to newer ones");
-    field("turned_away_hosts", self.turned_away, "said HELLO and got a REFUSAL: no link was free, or another version");
+    field("strangers", self.strangers, "began with something else than HELLO, such as a web page's request",
+          published::Counter{});
+    field("silent_connections", self.silent, "said nothing, or no HELLO within 2 s, or gave way to newer ones",
+          published::Counter{});
+    field("turned_away_hosts", self.turned_away, "said HELLO and got a REFUSAL: no link was free, or another version",
+          published::Counter{});
   }
 };
 
@@ -202,7 +216,8 @@ struct ProcessStatus {
   static constexpr void fields(auto& self, auto&& field) {
     field("resident_bytes", self.resident_bytes, "bytes of memory; 0: not known, and neither is the rest");
     field("is_root", self.is_root, "it runs as root");
-    field("capabilities", self.capabilities, "bits of its effective capabilities (capabilities(7)); 0 for none");
+    field("capabilities", self.capabilities, "bits of its effective capabilities (capabilities(7)); 0 for none",
+          published::Identifier{});
     field("no_new_privileges", self.no_new_privileges, "it can gain none (PR_SET_NO_NEW_PRIVS)");
     field("calls_filtered", self.calls_filtered, "its system calls are filtered (seccomp)");
   }
@@ -247,7 +262,7 @@ struct Status {
             "where that comes from, and the most that it may be off as far as it is known");
       CoreStatus::fields(self, field);
       field("queue_high_water_events", self.queue_high_water, "events, the fullest that the capture queue has been");
-      field("deadline_misses", self.deadline_misses, "times that the box was late for a tick");
+      field("deadline_misses", self.deadline_misses, "times that the box was late for a tick", published::Counter{});
       field("procedure", self.procedure, "state of the measuring procedure in words");
       field("active_result_ids", self.active_results, "ids of the results in force");
       field("links", self.links, "connected hosts");

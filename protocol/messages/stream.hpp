@@ -92,13 +92,14 @@ struct LinkCounters {
   std::uint64_t discarded_bytes{};
   std::uint64_t unexpected{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("frames", self.frames, "good frames from the host");
-    field("bad_crc", self.bad_crc, "frames with a wrong CRC");
-    field("bad_cobs", self.bad_cobs, "frames that are no COBS");
-    field("bad_length", self.bad_length, "frames whose length disagrees");
-    field("oversize", self.oversize, "frames beyond what the box takes");
-    field("discarded_bytes", self.discarded_bytes, "bytes of everything that was no good frame");
-    field("unexpected_frames", self.unexpected, "good frames of unknown type, or that made no sense in their place");
+    field("frames", self.frames, "good frames from the host", published::Counter{});
+    field("bad_crc", self.bad_crc, "frames with a wrong CRC", published::Counter{});
+    field("bad_cobs", self.bad_cobs, "frames that are no COBS", published::Counter{});
+    field("bad_length", self.bad_length, "frames whose length disagrees", published::Counter{});
+    field("oversize", self.oversize, "frames beyond what the box takes", published::Counter{});
+    field("discarded_bytes", self.discarded_bytes, "bytes of everything that was no good frame", published::Counter{});
+    field("unexpected_frames", self.unexpected, "good frames of unknown type, or that made no sense in their place",
+          published::Counter{});
   }
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 
+#include "protocol/state/kind_of_value.hpp"
 #include "protocol/state/shown_when.hpp"
 #include "protocol/units/time.hpp"
 
@@ -16,12 +17,12 @@ struct EdgeCounters {
   std::uint64_t lost{};
   std::uint64_t unlocked{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("accepted_edges", self.accepted, "edges that became a tick");
-    field("missing_edges", self.missing, "ticks without an edge");
-    field("doubled_edges", self.doubled, "second edges of one tick");
-    field("spurious_edges", self.spurious, "edges that fit no tick");
-    field("lost_edges", self.lost, "edges that the kernel dropped, by its line sequence number");
-    field("unlocked_edges", self.unlocked, "edges that came while no clock could give them a tick");
+    field("accepted_edges", self.accepted, "edges that became a tick", Counter{});
+    field("missing_edges", self.missing, "ticks without an edge", Counter{});
+    field("doubled_edges", self.doubled, "second edges of one tick", Counter{});
+    field("spurious_edges", self.spurious, "edges that fit no tick", Counter{});
+    field("lost_edges", self.lost, "edges that the kernel dropped, by its line sequence number", Counter{});
+    field("unlocked_edges", self.unlocked, "edges that came while no clock could give them a tick", Counter{});
   }
 };
 
@@ -61,14 +62,15 @@ struct ReceiverStatus {
           "of its counter against the monotonic clock: 0 unlocked, 1 locked, 2 holdover, 3 ambiguous");
     field("sigma_ns", self.sigma_ns, "ns, standard deviation (k = 1) of a sample's time");
     field("frequency_ppb", self.frequency_ppb, "1e-9, its oscillator against the monotonic clock, positive when fast");
-    field("arrived_samples", self.samples, "samples that arrived");
-    field("missing_samples", self.missing, "samples that its counter left out");
-    field("unstamped_samples", self.unstamped, "samples that arrived while nobody could say when they were taken");
-    field("restarts", self.restarts, "times that its counter began anew while it was plugged in");
-    field("relocks", self.relocks, "times after the first that its clock locked anew");
+    field("arrived_samples", self.samples, "samples that arrived", Counter{});
+    field("missing_samples", self.missing, "samples that its counter left out", Counter{});
+    field("unstamped_samples", self.unstamped, "samples that arrived while nobody could say when they were taken",
+          Counter{});
+    field("restarts", self.restarts, "times that its counter began anew while it was plugged in", Counter{});
+    field("relocks", self.relocks, "times after the first that its clock locked anew", Counter{});
     field("refused_frequency", self.refused_frequency,
-          "times that its rate was refused: more than 200 ppm from rate_hz of probe.toml");
-    field("bad_packets", self.bad_packets, "packets that were damaged, or of another version");
+          "times that its rate was refused: more than 200 ppm from rate_hz of probe.toml", Counter{});
+    field("bad_packets", self.bad_packets, "packets that were damaged, or of another version", Counter{});
   }
 };
 
@@ -78,10 +80,10 @@ struct Ledger {
   std::uint64_t lost_at_source{};
   std::uint64_t lost_in_queue{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("produced_samples", self.produced, "samples since the box started, lost ones included");
-    field("lost_at_source_samples", self.lost_at_source, "samples that no source delivered");
+    field("produced_samples", self.produced, "samples since the box started, lost ones included", Counter{});
+    field("lost_at_source_samples", self.lost_at_source, "samples that no source delivered", Counter{});
     field("lost_in_queue_samples", self.lost_in_queue,
-          "samples dropped between core and links; each link tells its own drops in its heartbeats");
+          "samples dropped between core and links; each link tells its own drops in its heartbeats", Counter{});
   }
 };
 
@@ -98,19 +100,20 @@ struct EventCounts {
   std::uint64_t lost_in_journal{};
   std::uint64_t sources_gone{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("received_events", self.received, "events that reached the core");
+    field("received_events", self.received, "events that reached the core", Counter{});
     field("lost_events", self.lost,
-          "edges, counts and deflections that never reached the core, by the gaps in their sequences");
+          "edges, counts and deflections that never reached the core, by the gaps in their sequences", Counter{});
     field("lost_in_queue_events", self.lost_in_queue,
-          "events for which the capture queue had no room; most are in `lost_events` too");
-    field("late_events", self.late, "came after the sample at their stamp was decided");
-    field("disordered_events", self.disordered, "older than the one before them from the same source");
-    field("overwritten_events", self.overwritten, "pushed out of a full buffer before any sample used them");
+          "events for which the capture queue had no room; most are in `lost_events` too", Counter{});
+    field("late_events", self.late, "came after the sample at their stamp was decided", Counter{});
+    field("disordered_events", self.disordered, "older than the one before them from the same source", Counter{});
+    field("overwritten_events", self.overwritten, "pushed out of a full buffer before any sample used them", Counter{});
     field("incomplete_rows", self.incomplete_rows,
-          "latches of a measured touch that lack an axis at the same stamp, and are not in its data");
-    field("stray_markers", self.stray_markers, "markers of another run or step than the box is at");
-    field("lost_journal_events", self.lost_in_journal, "events that are missing in the journal, where one is written");
-    field("sources_gone", self.sources_gone, "times that a source was unplugged or taken away");
+          "latches of a measured touch that lack an axis at the same stamp, and are not in its data", Counter{});
+    field("stray_markers", self.stray_markers, "markers of another run or step than the box is at", Counter{});
+    field("lost_journal_events", self.lost_in_journal, "events that are missing in the journal, where one is written",
+          Counter{});
+    field("sources_gone", self.sources_gone, "times that a source was unplugged or taken away", Counter{});
   }
 };
 

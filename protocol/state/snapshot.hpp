@@ -7,6 +7,7 @@
 
 #include "protocol/events/event.hpp"
 #include "protocol/state/core_status.hpp"
+#include "protocol/state/kind_of_value.hpp"
 #include "protocol/state/shown_when.hpp"
 #include "protocol/step/step.hpp"
 #include "protocol/units/correction_sources.hpp"
@@ -74,8 +75,8 @@ struct Served {
   bool degraded{};
   static constexpr void fields(auto& self, auto&& field) {
     field("correction_nm", self.correction_nm,
-          "nm, X Y Z: subtract it from measured positions, or it is corrected twice");
-    field("sequence", self.sequence, "the corrections' sequence then");
+          "nm, X Y Z: subtract it from measured positions, or it is corrected twice", kEachXyz);
+    field("sequence", self.sequence, "the corrections' sequence then", Identifier{});
     field("valid", self.valid, "1 when it was valid");
     field("degraded", self.degraded, "1 when a value of it was held or saturated");
   }
@@ -94,9 +95,9 @@ struct TriggerStamp {
   std::array<bool, kRotaryAxes> has_angle{};
   std::array<double, kRotaryAxes> angle_rad{};  // A B C: at the stamp by an encoder, else as the controller told it
   static constexpr void fields(auto& self, auto&& field) {
-    field("number", self.number, "of the last trigger, from 1; 0 when there was none");
-    field("has_position", self.has_position, "X Y Z: 1 where the position is known");
-    field("position_mm", self.position_mm, "mm, machine position at the trigger, the correction in it");
+    field("number", self.number, "of the last trigger, from 1; 0 when there was none", Counter{});
+    field("has_position", self.has_position, "X Y Z: 1 where the position is known", kEachXyz);
+    field("position_mm", self.position_mm, "mm, machine position at the trigger, the correction in it", kEachXyz);
     field("served", self.served, "the correction at that time");
   }
 };
@@ -174,9 +175,9 @@ struct AxisState {
           NullUnless{self.referenced});
     field("last_reference_fault", self.last_fault,
           "last cause of a lost reference: 0 none, 1 impossible speed, 2 index at the wrong count, 3 encoder lost");
-    field("reference_losses", self.reference_losses, "times that it was lost");
+    field("reference_losses", self.reference_losses, "times that it was lost", Counter{});
     field("unused_indexes", self.unused_indexes,
-          "marks that said nothing: passed too fast, two at once, or without index_mm in machine.toml");
+          "marks that said nothing: passed too fast, two at once, or without index_mm in machine.toml", Counter{});
     field("screw", self.screw, "its ball screw", OmittedUnless{self.screw.fitted});
   }
 };
@@ -200,13 +201,13 @@ struct RotaryAxisState {
     field("angle_rad", self.angle_rad, "rad; 0 when it is not known", NullUnless{self.known});
     field("last_reference_fault", self.last_fault,
           "what took its reference away last: 0 nothing, 1 impossible speed, 3 encoder lost");
-    field("reference_losses", self.reference_losses, "times that it was lost");
-    field("result_id", self.result_id, "of rotary-axis-errors in force about it; 0 for none");
+    field("reference_losses", self.reference_losses, "times that it was lost", Counter{});
+    field("result_id", self.result_id, "of rotary-axis-errors in force about it; 0 for none", Identifier{});
     field("has_errors", self.has_errors, "1 when somebody has measured around this angle");
     field("errors_mm_rad", self.errors, "mm along X Y Z and rad about them, of the table at this angle",
-          NullUnless{self.has_errors});
+          NullUnless{self.has_errors}, kAlongXyz);
     field("sd_errors_mm_rad", self.sd_errors, "the same units, standard deviation (k = 1), the largest of all angles",
-          NullUnless{self.result_id != 0});
+          NullUnless{self.result_id != 0}, kAlongXyz);
   }
 };
 
@@ -220,15 +221,15 @@ struct SwivelState {
   ValueSource tool_length_from{};
   std::uint64_t tool_length_result{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("result_id", self.result_id, "of swivel-error in force; 0 for none");
-    field("error_mm", self.error_mm, "mm, what it adds; 0 unless the source is good or held");
-    field("tool", self.tool, "number of the tool in the spindle as told last, 0 for none");
+    field("result_id", self.result_id, "of swivel-error in force; 0 for none", Identifier{});
+    field("error_mm", self.error_mm, "mm, what it adds; 0 unless the source is good or held", kEachXyz);
+    field("tool", self.tool, "number of the tool in the spindle as told last, 0 for none", Identifier{});
     field("has_tool_length", self.has_tool_length, "1 when its length is known");
     field("tool_length_mm", self.tool_length_mm, "mm, 0 when it is not known", NullUnless{self.has_tool_length});
     field("tool_length_from", self.tool_length_from,
           "0 unknown, 1 the description (machine.toml), 2 a result in force, 3 the controller has sent it");
     field("tool_length_result", self.tool_length_result,
-          "the assembly result in force that states it; 0: another source does");
+          "the assembly result in force that states it; 0: another source does", Identifier{});
   }
 };
 
@@ -273,30 +274,33 @@ struct CorrectionsState {
   static constexpr void fields(auto& self, auto&& field) {
     field("valid", self.valid, "1 when the values may be used");
     field("degraded", self.degraded, "1 when a value is held or saturated");
-    field("correction_mm", self.correction_mm, "mm, machine axes X Y Z, radius: to be ADDED to the commanded position");
-    field("mask", self.mask, kSourceBits);
-    field("sequence", self.sequence, "+1 whenever any correction changes");
-    field("heartbeat", self.heartbeat, "+1 every 0.1 s while inputs arrive and the corrections follow them");
+    field("correction_mm", self.correction_mm, "mm, machine axes X Y Z, radius: to be ADDED to the commanded position",
+          kEachXyz);
+    field("mask", self.mask, kSourceBits, Identifier{});
+    field("sequence", self.sequence, "+1 whenever any correction changes", Identifier{});
+    field("heartbeat", self.heartbeat, "+1 every 0.1 s while inputs arrive and the corrections follow them",
+          Identifier{});
     field("age_ms", self.age_ms, "ms since the sources that are summed were all good");
     field("delay_calibrated", self.delay.calibrated, "1 when the system delay of every axis is in force");
-    field("tau_s", self.delay.tau_s, "s, X Y Z, machine minus probe");
-    field("tau_sd_s", self.delay.sd_s, "s, X Y Z, combined standard uncertainty (k = 1)");
+    field("tau_s", self.delay.tau_s, "s, X Y Z, machine minus probe", kEachXyz);
+    field("tau_sd_s", self.delay.sd_s, "s, X Y Z, combined standard uncertainty (k = 1)", kEachXyz);
     field("settled", self.settled, "1 when the correction has reached its target; 0 while the maximum rate limits it");
     field("referenced", self.referenced, "1 when all axes that the summed sources need are");
     field("inhibited", self.inhibited, "1 while a cut is on: no result comes into force");
     field("sources", self.health,
-          "by rising bit of the mask: 0 not configured, 1 good, 2 held through doubt, 3 invalid");
-    field("axes", self.axes, "X Y Z");
+          "by rising bit of the mask: 0 not configured, 1 good, 2 held through doubt, 3 invalid", kEachSource);
+    field("axes", self.axes, "X Y Z", kEachXyz);
     field("centreline_calibrated", self.centreline_calibrated, "1 when a result about the turning axis is active");
     field("centreline_mm", self.centreline.here_mm,
-          "mm, X Y of the turning axis at the present Z, 0 where Z is not known");
-    field("centreline_slope_mm_mm", self.centreline.result.slope, "mm/mm, of X and Y over Z");
+          "mm, X Y of the turning axis at the present Z, 0 where Z is not known", kEachXyz);
+    field("centreline_slope_mm_mm", self.centreline.result.slope, "mm/mm, of X and Y over Z", kEachXyz);
     field("last_trigger", self.last_trigger, "with the correction that was served at that time");
     field("unplaced_triggers", self.unplaced_triggers,
           "triggers whose machine position nobody can tell: neither samples nor counts around them, or too many at "
-          "once");
-    field("refused_homings", self.refused_homings, "of axes that did not stand still");
-    field("rotary_axes", self.rotary, "A B C");
+          "once",
+          Counter{});
+    field("refused_homings", self.refused_homings, "of axes that did not stand still", Counter{});
+    field("rotary_axes", self.rotary, "A B C", kEachAbc);
     field("swivel", self.swivel, "the head that swivels, and the tool in it");
   }
 };

@@ -1,5 +1,5 @@
 // Writes the manual pages and completions from what --help prints: `command_pages NAME` prints the page of that name,
-// which is probebox.1, probeboxd.8, probebox.bash or _probebox.
+// which is probebox.1, probeboxd.8, probebox-fleet.8, probebox.bash or _probebox.
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <string>
@@ -7,6 +7,7 @@
 
 #include "firmware/app/wiring/command_line.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "tools/fleet/options.hpp"
 #include "tools/pages/completion.hpp"
 #include "tools/pages/man_page.hpp"
 #include "tools/probebox/cli/parse.hpp"
@@ -33,6 +34,12 @@ std::string page(const std::string& name) {
     app::declareOptions(daemon, options);
     return pages::manPage(daemon, '8', "probeboxd", "daemon of the box between a scanning probe and a CNC controller");
   }
+  if (name == "probebox-fleet.8") {
+    CLI::App line;
+    fleet::Options options;
+    fleet::declareOptions(line, options);
+    return pages::manPage(line, '8', "probebox-fleet", "a box towards Prometheus and MQTT");
+  }
   command::withCommandLine(command::methodHelp(), [&](const CLI::App& line) {
     if (name == "probebox.1")
       text = pages::manPage(line, '1', "probebox",
@@ -48,7 +55,7 @@ std::string page(const std::string& name) {
 int main(int count, char** words) {
   const auto text = count == 2 ? page(words[1]) : std::string{};
   if (text.empty()) {
-    std::cerr << "command_pages NAME: probebox.1, probeboxd.8, probebox.bash or _probebox\n";
+    std::cerr << "command_pages NAME: probebox.1, probeboxd.8, probebox-fleet.8, probebox.bash or _probebox\n";
     return 2;
   }
   std::cout << text << std::flush;

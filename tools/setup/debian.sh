@@ -53,7 +53,7 @@ build_packages() { # SOURCE ARCH
   local options=(-b -us -uc -nc -a "$2")
   # Headers of "all" satisfy a foreign architecture too, which dpkg does not know.
   [[ $2 == "$(dpkg --print-architecture)" ]] || options+=(-d)
-  (cd "$1" && rm -rf debian/{probebox,probeboxd,.debhelper,files,*.substvars,*.debhelper.log,debhelper-build-stamp} &&
+  (cd "$1" && rm -rf debian/{probebox,probeboxd,probebox-fleet,.debhelper,files,*.substvars,*.debhelper.log,debhelper-build-stamp} &&
     DEB_BUILD_OPTIONS="nocheck parallel=$(nproc)" dpkg-buildpackage "${options[@]}")
 }
 
@@ -75,7 +75,7 @@ make_build_root() { # ROOT RELEASE ARCH [tests]
     esac
   done
   # Of the page, only what compiles it: npm's packages come with the tree.
-  [[ ${4:-} ]] || packages+=(nodejs "libcpp-httplib-dev:$3" "libfcl-dev:$3")
+  [[ ${4:-} ]] || packages+=(nodejs "libcpp-httplib-dev:$3" "libfcl-dev:$3" "libmosquitto-dev:$3")
   [[ ${packages[*]} != "$(cat "$1/made" 2>/dev/null)" ]] || return 0
   [[ $EUID -eq 0 ]] || { echo "A root for $2 can only be made by root: run this as root." >&2; return 1; }
   . "$probebox_setup/apt_entries.sh"

@@ -34,6 +34,12 @@ probebox_distance_packages=(libfcl-dev)
 # the command says what is missing.
 # shellcheck disable=SC2034
 probebox_view_packages=(libcpp-httplib-dev nodejs npm)
+# What probebox-fleet publishes with. Without it the program has /metrics alone.
+# shellcheck disable=SC2034
+probebox_fleet_packages=(libmosquitto-dev)
+# What tests it with the engines that shops have (host-tests/fleet). Without them those tests are skipped.
+# shellcheck disable=SC2034
+probebox_engine_packages=(mosquitto mosquitto-clients prometheus postgresql python3-paho-mqtt python3-prometheus-client python3-psycopg2 curl openssl)
 # What builds the program of the front end (tools/front-end), some 100 MB: of the C++ library the headers alone.
 # shellcheck disable=SC2034
 probebox_front_end_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev python3)

@@ -51,6 +51,11 @@ TEST_F(InstalledBox, IsWhole) {
        {"bin/probeboxd", "bin/probebox", "bin/probebox-usb-setup", "lib/systemd/system/probeboxd.service",
         "lib/systemd/system/probeboxd.socket", "lib/systemd/system/probebox-usb.service",
         "lib/sysusers.d/probebox.conf", "lib/udev/rules.d/60-probeboxd.rules", "lib/udev/rules.d/70-probebox.rules",
+        "bin/probebox-fleet", "bin/probebox-pull",
+        "lib/systemd/system/probebox-fleet.service", "lib/systemd/system/probebox-fleet.socket",
+        "lib/systemd/system/probebox-pull.service", "lib/systemd/system/probebox-pull.timer",
+        "lib/sysusers.d/probebox-fleet.conf", "share/probebox-fleet/prometheus/alerts.yml",
+        "share/probebox-fleet/postgresql/schema.sql", "share/man/man8/probebox-fleet.8",
         "share/man/man1/probebox.1", "share/man/man8/probeboxd.8", "share/bash-completion/completions/probebox",
         "share/zsh/vendor-completions/_probebox"})
     EXPECT_TRUE(fs::exists(root() / "usr" / file)) << file;
@@ -59,7 +64,9 @@ TEST_F(InstalledBox, IsWhole) {
 
 TEST_F(InstalledBox, HasUnitsThatSystemdUnderstandsWhole) {
   const auto said = outputOf({"sh", "-c", "systemd-analyze verify --man=no \"$@\" 2>&1 || true", "sh",
-                              unit("probeboxd.service"), unit("probeboxd.socket"), unit("probebox-usb.service")});
+                              unit("probeboxd.service"), unit("probeboxd.socket"), unit("probebox-usb.service"),
+                              unit("probebox-fleet.service"), unit("probebox-fleet.socket"),
+                              unit("probebox-pull.service"), unit("probebox-pull.timer")});
   ASSERT_TRUE(said);
   // Nothing but that its programs are not installed on the computer that tests.
   EXPECT_THAT(linesOf(*said), Each(HasSubstr("No such")));
@@ -86,6 +93,14 @@ TEST_F(InstalledBox, ExposesNextToNothingOfTheComputerToTheDaemon) {
   const auto report = outputOf(
       {"systemd-analyze", "security", "--offline=yes", "--threshold=10", "--no-pager", unit("probeboxd.service")});
   EXPECT_TRUE(report) << report.error().what;
+}
+
+TEST_F(InstalledBox, ExposesNextToNothingToWhatSpeaksToANetwork) {
+  for (const auto* name : {"probebox-fleet.service", "probebox-pull.service"}) {
+    const auto report =
+        outputOf({"systemd-analyze", "security", "--offline=yes", "--threshold=15", "--no-pager", unit(name)});
+    EXPECT_TRUE(report) << report.error().what;
+  }
 }
 
 // Of an image: it runs as root, and talks to the daemon, systemd and RAUC.

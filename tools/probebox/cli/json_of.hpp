@@ -15,7 +15,7 @@ template <class T>
 Json jsonOf(const T& value);
 
 namespace detail {
-inline bool holds(const auto&...) {
+inline bool holds(const auto&) {
   return true;
 }
 inline bool holds(const published::NullUnless& null) {
@@ -31,7 +31,7 @@ Json objectOf(const T& value) {
   Json object = Json::object();
   T::fields(value, [&]<class... Condition>(std::string_view name, const auto& member, std::string_view,
                                            const Condition&... condition) {
-    if (detail::holds(condition...)) {
+    if ((detail::holds(condition) && ...)) {
       object[name] = jsonOf(member);
     } else if (!(std::same_as<Condition, published::OmittedUnless> || ...)) {
       object[name] = nullptr;

@@ -88,6 +88,14 @@ class CommandLine {
                   "probebox info --json", info_);
     commands_.add("status", "show the state of the box: clock, losses, calibration, newest results", "probebox status",
                   status_);
+    commands_
+        .add("metrics",
+             "write the state of the box and its results in force as text for Prometheus, for a timer beside "
+             "node_exporter's textfile collector; the file is replaced as a whole",
+             "probebox metrics -o /var/lib/prometheus/node-exporter/probebox.prom", metrics_)
+        ->add_option("-o,--output", metrics_.output, "the file to write or replace; - is the standard output")
+        ->check(fileName())
+        ->capture_default_str();
     auto* watch =
         commands_.add("watch", "show clock, losses, positions and deflections live", "probebox watch --for 10", watch_);
     addUntil(watch, watch_.until);
@@ -280,6 +288,7 @@ class CommandLine {
   List list_;
   Info info_;
   Status status_;
+  Metrics metrics_;
   Watch watch_;
   Record record_;
   Export export_;

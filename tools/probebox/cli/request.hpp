@@ -24,6 +24,10 @@ struct List {
 };
 struct Info {};
 struct Status {};
+// Writes what `status` and `corrections` say as Prometheus' text.
+struct Metrics {
+  std::string output{"-"};  // "-" is the standard output
+};
 // How long a command waits for a box that has gone, in seconds.
 inline constexpr double kUsualPatience_s = 30;
 
@@ -245,7 +249,7 @@ struct Update {
   double patience_s{1800};
 };
 
-using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
+using Job = std::variant<List, Info, Status, Metrics, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
                          Calibrate, Plan, Gcode, Selftest, Propose, Accept, Rollback, Results, Show, History,
                          Corrections, Home, Inhibit, View, Interference, Provision, FactoryTest, Certificate, Update>;
 

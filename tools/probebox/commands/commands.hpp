@@ -8,6 +8,7 @@ namespace probebox::command {
 ExitStatus run(const List& options, const std::string& uri, Console& console);
 ExitStatus run(const Info& options, const std::string& uri, Console& console);
 ExitStatus run(const Status& options, const std::string& uri, Console& console);
+ExitStatus run(const Metrics& options, const std::string& uri, Console& console);
 ExitStatus run(const Watch& options, const std::string& uri, Console& console);
 ExitStatus run(const Record& options, const std::string& uri, Console& console);
 ExitStatus run(const Export& options, const std::string& uri, Console& console);

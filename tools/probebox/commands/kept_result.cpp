@@ -4,7 +4,10 @@
 
 #include "firmware/json/result_json.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
+#include "tools/case/quantities.hpp"
+#include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_kept_result.hpp"
 
 namespace probebox::command {
 namespace {
@@ -61,6 +64,34 @@ Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std
     kept.content = std::move(result).value();
   }
   return kept;
+}
+
+Outcome<ResultWithHistory, Trouble> resultWithHistory(link::Client& box, Console& console, std::uint64_t id) {
+  TRY(auto kept, keptResult(box, console, id));
+  // The list knows what a result rests on now, and who said that its case was measured here; refusals are not in it.
+  TRY(auto listed, storedResults(box, console, {.after_id = id - 1, .newest = 0}, 1));
+  if (!listed.empty() && listed.front().id == id) {
+    kept.summary.rests_on = std::move(listed.front().rests_on);
+    kept.summary.as_this_machine_by = std::move(listed.front().as_this_machine_by);
+  }
+  TRY(auto history, storedTransitions(box, console, {id, "", 0}));
+  return ResultWithHistory{std::move(kept), std::move(history)};
+}
+
+Json describe(const ResultWithHistory& result) {
+  const auto& kept = result.kept;
+  Json object{{"id", kept.summary.id}};
+  object.update(describe(kept.summary));
+  object["standing"] = standingOf(kept.summary);
+  if (kept.result() != nullptr) {
+    object.update(describe(*kept.result(), casefolder::rotaryAxisOf(kept.summary.subject)));
+  } else {
+    object.update(describe(*kept.refusal()));
+  }
+  object["dataset_kept"] = kept.dataset_kept;
+  object["history"] = Json::array();
+  for (const auto& transition : result.history) object["history"].push_back(describe(transition));
+  return object;
 }
 
 Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, std::uint64_t id) {

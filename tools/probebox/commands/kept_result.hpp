@@ -26,6 +26,14 @@ struct KeptResult {
 
 Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std::uint64_t id);
 
+// A result with what it rests on now, and with all that has happened to it.
+struct ResultWithHistory {
+  KeptResult kept;
+  std::vector<messages::ResultTransition> history;  // oldest first
+};
+Outcome<ResultWithHistory, Trouble> resultWithHistory(link::Client& box, Console& console, std::uint64_t id);
+Json describe(const ResultWithHistory& result);
+
 // Fetches the dataset of a result as JSON text. Trouble: the box no longer keeps it, with the remedy.
 Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, std::uint64_t id);
 

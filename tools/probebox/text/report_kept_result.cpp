@@ -51,6 +51,11 @@ Json conditionsOf(const Result& result) {
   return all;
 }
 
+Json covarianceOf(const Result& result) {
+  if (!result.covariance) return nullptr;
+  return {{"components", result.covariance->components}, {"values", result.covariance->values}};
+}
+
 Json foundOnTheWay(const Result& result) {
   Json all = Json::object();
   for (const auto& estimate : result.also)
@@ -165,6 +170,7 @@ Json describe(const Result& result, std::string_view axis) {
           {"also", foundOnTheWay(result)},
           {"unobservable", result.unobservable},
           {"budget", budgetOf(result, quantities)},
+          {"covariance", covarianceOf(result)},
           {"conditions", conditionsOf(result)}};
 }
 

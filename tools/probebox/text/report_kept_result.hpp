@@ -9,7 +9,8 @@
 // Formats one stored result for programs and for people.
 namespace probebox::command {
 
-// Values by key with sd (k = 1) and expanded_k2, fit, budget, warnings, dropped readings, unobservable quantities.
+// Values by key with sd (k = 1), u (k = 1, type B included) and expanded_k2, covariance (row by row, in the products of
+// the units; null where it is not known), fit, budget, warnings, dropped readings, unobservable quantities.
 Json describe(const metrology::Result& result, std::string_view axis);
 Json describe(const metrology::Refusal& refusal);
 
