@@ -62,8 +62,8 @@ struct DescribeUnit {
     std::uint16_t usb_product_id{};
     std::vector<SphereCertificate> sphere{};
     std::vector<std::string> update_keys{};
-    std::vector<std::string> image_keys{};
     std::vector<std::string> notes{};
+    std::vector<std::string> image_keys{};
     static constexpr void fields(auto& self, auto&& field) {
       field("provisioned", self.provisioned,
             "unit.toml was written into this box; otherwise all that follows is empty");
@@ -77,10 +77,10 @@ struct DescribeUnit {
       field("sphere", self.sphere, "the calibrated sphere; none or one");
       field("update_keys", self.update_keys,
             "SHA-256, in hexadecimal, of the certificates whose updates its image takes, as unit.toml has them");
+      field("notes", self.notes, "sentences for a person, such as that machine.toml has another sphere");
       field("image_keys", self.image_keys,
             "SHA-256, in hexadecimal, of the certificates whose updates the image in the box takes; none where it is "
             "no image");
-      field("notes", self.notes, "sentences for a person, such as that machine.toml has another sphere");
     }
   };
 };

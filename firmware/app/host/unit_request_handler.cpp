@@ -47,7 +47,7 @@ Reply UnitRequestHandler::provision(std::span<const std::byte> body, const board
 }
 
 Reply UnitRequestHandler::describe() const {
-  messages::DescribeUnit::Answer answer{.provisioned = record_.locked(), .image_keys = imageKeys(), .notes = notes_};
+  messages::DescribeUnit::Answer answer{.provisioned = record_.locked(), .notes = notes_, .image_keys = imageKeys()};
   if (!record_.problem().empty()) answer.notes.push_back(record_.problem());
   if (const auto& unit = record_.unit()) {
     answer.in_use = record_.inUse().has_value();
