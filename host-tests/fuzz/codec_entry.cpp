@@ -7,6 +7,8 @@
 
 #include "protocol/codec/block.hpp"
 #include "protocol/codec/kernels.hpp"
+#include "protocol/codec/tight.hpp"
+#include "protocol/frame/crc32c.hpp"
 #include "require.hpp"
 
 namespace {
@@ -37,6 +39,44 @@ void requireRoundTrip(const codec::BlockHeader& header, const Formats& formats, 
   require(back == columns);
 }
 
+// The same as two blocks of a stream of profile tight.
+void requireTightRoundTrip(codec::BlockHeader header, const Formats& formats, const Values& columns) {
+  codec::TightEncoder encoder{formats};
+  codec::Decoder decoder;
+  std::vector<std::byte> block(codec::rawBlockSize(formats, header.count));
+  for (int k = 0; k < 2; ++k) {
+    const auto size = encoder.encode(header, columns, block);
+    require(size.ok());
+    Values back(columns.size());
+    const auto decoded = decoder.decode(std::span{block}.first(*size), formats, back);
+    require(decoded.ok() && decoded->header.first == header.first && decoded->header.map.at == header.map.at);
+    require(back == columns);
+    header.first.index ^= 0x55;
+  }
+}
+
+// As a block of profile tight, alone and behind a good one: refused, or of values that fit their channels.
+void feedAsTightBlock(std::span<const std::byte> bytes, const Formats& formats) {
+  codec::TightEncoder encoder{formats};
+  std::vector<std::byte> block(codec::rawBlockSize(formats, 8));
+  const auto size = encoder.encode({.count = 8}, Values(8 * formats.size(), 1), block);
+  require(size.ok());
+  for (const bool behind : {false, true}) {
+    codec::Decoder decoder;
+    Values columns(formats.size() * 8);
+    if (behind) require(decoder.decode(std::span{block}.first(*size), formats, columns).ok());
+    std::vector<std::byte> next{bytes.begin(), bytes.end()};
+    if (behind && next.size() > 5) {  // as if it followed that one
+      next[0] = std::byte{3};
+      frame::storeLittle(frame::crc32c(std::span{block}.first(*size)), &next[1]);
+    }
+    const auto summary = decoder.inspect(next);
+    if (!summary || summary->header.count > codec::kMostFastSamples) continue;
+    columns.resize(formats.size() * summary->header.count);
+    if (decoder.decode(next, formats, columns).ok()) requireTightRoundTrip(summary->header, formats, columns);
+  }
+}
+
 void feedAsBlock(std::span<const std::byte> bytes, const Formats& formats) {
   const auto summary = codec::inspect(bytes);
   if (!summary) return;
@@ -60,7 +100,9 @@ void feedAsValues(std::span<const std::byte> bytes) {
     column.push_back(static_cast<std::int64_t>(value));
   }
   column.resize(std::min(column.size(), codec::kMostFastSamples));
-  if (!column.empty()) requireRoundTrip({.count = static_cast<std::uint16_t>(column.size())}, formats, column);
+  if (column.empty()) return;
+  requireRoundTrip({.count = static_cast<std::uint16_t>(column.size())}, formats, column);
+  requireTightRoundTrip({.count = static_cast<std::uint16_t>(column.size())}, formats, column);
 }
 
 }  // namespace
@@ -70,6 +112,7 @@ int feedCodec(const std::uint8_t* data, std::size_t size) {
   if (size < 1) return 0;
   const auto bytes = std::as_bytes(std::span{data + 1, size - 1});
   feedAsBlock(bytes, formatsOf(data[0]));
+  feedAsTightBlock(bytes, formatsOf(data[0]));
   feedAsValues(bytes);
   return 0;
 }

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "codec_entry.hpp"
-#include "protocol/codec/block.hpp"
+#include "protocol/codec/encoder.hpp"
 
-// The fuzzer's entry without a fuzzer: good blocks of both profiles, the same ones damaged, and noise, the same every
+// The fuzzer's entry without a fuzzer: good blocks of every profile, the same ones damaged, and noise, the same every
 // time.
 namespace probebox {
 namespace {
@@ -24,8 +24,8 @@ Bytes goodBlock(std::mt19937_64& random) {
   }
   std::vector<std::byte> block(codec::rawBlockSize(formats, column.size()));
   const codec::BlockHeader header{.count = static_cast<std::uint16_t>(column.size())};
-  const auto size = random() % 4 == 0 ? codec::encodeRaw(header, formats, column, block)
-                                      : codec::encodeFast(header, formats, column, block);
+  const auto profile = static_cast<codec::Profile>(random() % 3);
+  const auto size = codec::Encoder{formats, profile}.encode(header, column, block);
   Bytes bytes{0};
   for (const auto byte : std::span{block}.first(*size)) bytes.push_back(std::to_integer<std::uint8_t>(byte));
   return bytes;

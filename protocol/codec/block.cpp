@@ -33,6 +33,7 @@ CodecError error(Fault fault, std::size_t channel = 0, std::size_t sample = 0) {
 Outcome<BlockSummary, CodecError> readSummary(frame::ByteReader& reader) {
   BlockSummary summary;
   summary.profile = reader.get<Profile>();
+  if (summary.profile == Profile::tight_continued) return error(Fault::no_key);
   BlockHeader::fields(summary.header,
                       [&](auto, auto& value, auto) { value = reader.get<std::remove_reference_t<decltype(value)>>(); });
   summary.channels = reader.get<std::uint8_t>();
@@ -149,6 +150,14 @@ Outcome<BlockSummary, CodecError> decode(std::span<const std::byte> block, std::
   if (decoder.bad()) return error(Fault::bad_column, *decoder.bad());
   if (reader.remaining() > 0) return error(Fault::trailing_bytes);
   return summary;
+}
+
+void shiftTime(BlockHeader& header, const BlockHeader& base, int direction) {
+  const auto ticks = static_cast<std::int64_t>(static_cast<std::uint64_t>(header.map.tick.index) -
+                                               static_cast<std::uint64_t>(base.map.tick.index));
+  const auto by = static_cast<std::uint64_t>(Wide{ticks} * base.map.period_q32_ns >> 32);
+  const auto at = static_cast<std::uint64_t>(toNs(header.map.at));
+  header.map.at = monoTime(static_cast<std::int64_t>(direction > 0 ? at + by : at - by));
 }
 
 MonoTime timeOf(const BlockHeader& header, SampleIndex sample) {

@@ -13,7 +13,7 @@
 //   u8 profile | BlockHeader | u8 channels | per channel {u8 predictor order, u8 bit width} | columns
 //
 // Profile raw: order 0, width 8 x bytes, a column is count values of that width, two's complement where signed.
-// Profile fast: fast_column.hpp.
+// Profile fast: fast_column.hpp. Profile tight: tight.hpp.
 namespace probebox::codec {
 
 struct Kernels;
@@ -43,6 +43,7 @@ enum class Fault : std::uint8_t {
   unknown_profile,     // coded by a later version
   other_channels,      // coded for another descriptor
   bad_column,          // no encoder writes such a column, or a value in it is outside its channel's range
+  no_key,              // profile tight: continues a block that has not come; wait for a key block, or ask for one
 };
 
 // Locates a failure of coding; `channel` is valid for value_does_not_fit, other_channels and bad_column, `sample` for
@@ -85,11 +86,16 @@ Outcome<std::size_t, CodecError> encodeFast(const BlockHeader& header, std::span
                                             std::span<const std::int64_t> columns, std::span<std::byte> into,
                                             const Kernels& kernels = codec::kernels());
 
+// Fails with no_key on a block that continues another one.
 Outcome<BlockSummary, CodecError> inspect(std::span<const std::byte> block);
 
-// Decodes any known profile. Fills the first channels x count values of `columns`, channel by channel.
+// Decodes profiles raw and fast, whose blocks stand by themselves; a Decoder (tight.hpp) all. Fills the first channels
+// x count values of `columns`, channel by channel.
 Outcome<BlockSummary, CodecError> decode(std::span<const std::byte> block, std::span<const ChannelFormat> formats,
                                          std::span<std::int64_t> columns, const Kernels& kernels = codec::kernels());
+
+// Takes out of the time of a block what the map of `base` expects for its tick (direction -1), or puts it in again (1).
+void shiftTime(BlockHeader& header, const BlockHeader& base, int direction);
 
 // Returns the time of a sample by the block's map, in integers (the same on every machine), rounded down to 1 ns.
 MonoTime timeOf(const BlockHeader& header, SampleIndex sample);

@@ -5,12 +5,15 @@
 namespace probebox::codec {
 
 Encoder::Encoder(std::vector<ChannelFormat> formats, Profile profile)
-    : formats_{std::move(formats)}, profile_{profile} {}
+    : formats_{std::move(formats)}, profile_{profile} {
+  if (profile == Profile::tight) tight_.emplace(formats_);
+}
 
 Outcome<std::size_t, CodecError> Encoder::encode(const BlockHeader& header, std::span<const std::int64_t> columns,
                                                  std::span<std::byte> into) {
   auto size = profile_ == Profile::raw    ? encodeRaw(header, formats_, columns, into)
               : profile_ == Profile::fast ? encodeFast(header, formats_, columns, into)
+              : tight_                    ? tight_->encode(header, columns, into)
                                           : Outcome<std::size_t, CodecError>{CodecError{Fault::unknown_profile}};
   if (size) {
     ++counters_.blocks;

@@ -1,13 +1,15 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "protocol/codec/block.hpp"
+#include "protocol/codec/tight.hpp"
 
 namespace probebox::codec {
 
-// Encodes the blocks of one stream and counts the samples that it refused.
+// Encodes the blocks of one stream in any profile and counts the samples that it refused.
 class Encoder {
  public:
   struct Counters {
@@ -20,7 +22,7 @@ class Encoder {
 
   Encoder(std::vector<ChannelFormat> formats, Profile profile);
 
-  // Encodes as encodeRaw() does and counts a refused block. Refuses profiles that this version does not write.
+  // Encodes as encodeRaw(), encodeFast() or TightEncoder does, and counts a refused block.
   Outcome<std::size_t, CodecError> encode(const BlockHeader& header, std::span<const std::int64_t> columns,
                                           std::span<std::byte> into);
 
@@ -30,6 +32,7 @@ class Encoder {
  private:
   std::vector<ChannelFormat> formats_;
   Profile profile_;
+  std::optional<TightEncoder> tight_;
   Counters counters_{};
 };
 

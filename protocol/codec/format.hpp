@@ -4,7 +4,8 @@
 
 namespace probebox::codec {
 
-enum class Profile : std::uint8_t { raw = 0, fast = 1, tight = 2 };
+// How a block is coded: its first byte. A stream of profile tight has blocks of both its kinds.
+enum class Profile : std::uint8_t { raw = 0, fast = 1, tight = 2, tight_continued = 3 };
 
 // Describes a channel's values in profile raw. An unsigned channel of 8 bytes holds 0 to 2^63 - 1.
 struct ChannelFormat {

@@ -3,37 +3,22 @@
 #include <algorithm>
 
 #include "protocol/frame/bytes.hpp"
+#include "protocol/frame/changes.hpp"
 #include "protocol/frame/crc32c.hpp"
-#include "protocol/messages/changes.hpp"
 
 namespace probebox::compact {
 namespace {
 
 using codec::headSize;
 using codec::kCodingSize;
+using codec::shiftTime;
 using messages::MessageType;
 
 constexpr Nanoseconds kWholeEvery{1'000'000'000};
 constexpr std::uint32_t kNothing = 0;  // in the place of a CRC: changes from zeros
 
-__extension__ using Wide = __int128;
-
 // A number that a later version adds to a structure inside would move the places of those behind it.
-static_assert(messages::numbersOf<messages::LinkCounters>() == 7 && messages::numbersOf<messages::EdgeCounters>() == 6);
-
-// How far the map of `base` expects the tick of `header` after its own, ns, modulo 2^64.
-std::uint64_t expectedNs(const codec::BlockHeader& base, const codec::BlockHeader& header) {
-  const auto ticks = static_cast<std::int64_t>(static_cast<std::uint64_t>(header.map.tick.index) -
-                                               static_cast<std::uint64_t>(base.map.tick.index));
-  return static_cast<std::uint64_t>(Wide{ticks} * base.map.period_q32_ns >> 32);
-}
-
-// Takes out of the time of a block what `base` expects (direction -1), or puts it in again (1).
-void shiftTime(codec::BlockHeader& header, const codec::BlockHeader& base, int direction) {
-  const auto at = static_cast<std::uint64_t>(toNs(header.map.at));
-  const auto by = expectedNs(base, header);
-  header.map.at = monoTime(static_cast<std::int64_t>(direction > 0 ? at + by : at - by));
-}
+static_assert(frame::numbersOf<messages::LinkCounters>() == 7 && frame::numbersOf<messages::EdgeCounters>() == 6);
 
 }  // namespace
 
@@ -54,7 +39,7 @@ void Shortener::restart() {
 }
 
 Payload Shortener::heartbeat(const messages::Heartbeat& beat, MonoTime now) {
-  constexpr auto kNumbers = messages::numbersOf<messages::Heartbeat>();
+  constexpr auto kNumbers = frame::numbersOf<messages::Heartbeat>();
   static_assert(sizeof whole_crc_ + 1 + (kNumbers + 7) / 8 + 10 * kNumbers <= sizeof beat_, "a varint has 10 bytes");
   const bool is_same_stream =
       whole_ && whole_->streaming == beat.streaming && whole_->stream_number == beat.stream_number;
@@ -63,7 +48,7 @@ Payload Shortener::heartbeat(const messages::Heartbeat& beat, MonoTime now) {
   if (is_same_stream) {
     frame::ByteWriter writer{beat_};
     writer.put(may_refer ? whole_crc_ : kNothing);
-    messages::putChanges(writer, may_refer ? *whole_ : messages::Heartbeat{}, beat);
+    frame::putChanges(writer, may_refer ? *whole_ : messages::Heartbeat{}, beat);
     payload = {MessageType::heartbeat_change, std::span{beat_}.first(writer.size())};
   } else if (const auto size = messages::encode(beat, beat_)) {
     payload.bytes = std::span{beat_}.first(*size);
@@ -106,7 +91,7 @@ std::span<const std::byte> Shortener::changesOf(std::span<const std::byte> block
   shiftTime(header, head_.header, -1);
   frame::ByteWriter writer{block_};
   writer.put(head_.crc);
-  messages::putChanges(writer, head_.header, header);
+  frame::putChanges(writer, head_.header, header);
   const auto codings = writer.take((summary.channels + 7) / 8);
   std::ranges::fill(codings, std::byte{0});
   for (std::size_t k = 0; k < summary.channels; ++k) {
@@ -172,7 +157,7 @@ frame::Frame Restorer::restoreBeat(const frame::Frame& frame) {
   if (isBaseless(frame)) return frame;
   frame::ByteReader reader{frame.payload};
   const auto crc = reader.get<std::uint32_t>();
-  const auto beat = messages::withChanges(crc == kNothing ? messages::Heartbeat{} : beat_, reader);
+  const auto beat = frame::withChanges(crc == kNothing ? messages::Heartbeat{} : beat_, reader);
   if (reader.failed()) return frame;
   payload_ = messages::encoded(beat);
   if (crc == kNothing) {
@@ -188,7 +173,7 @@ frame::Frame Restorer::restoreBlock(const frame::Frame& frame) {
   if (reader.failed() || isBaseless(frame)) return frame;
   const auto base = codec::inspect(head_.bytes);
   auto summary = *base;
-  summary.header = messages::withChanges(base->header, reader);
+  summary.header = frame::withChanges(base->header, reader);
   shiftTime(summary.header, base->header, 1);
   const auto changed = reader.take((base->channels + 7) / 8);
   payload_ = head_.bytes;

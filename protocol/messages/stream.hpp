@@ -157,7 +157,8 @@ struct Heartbeat {
   }
 };
 
-// Stands for a HEARTBEAT, box to host: what has changed since an earlier one (changes.hpp) follows the field.
+// Stands for a HEARTBEAT, box to host: what has changed since an earlier one (protocol/frame/changes.hpp) follows the
+// field.
 struct HeartbeatChange {
   static constexpr MessageType kType = MessageType::heartbeat_change;
   std::uint32_t base{};

@@ -9,10 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "entropy.hpp"
+#include "host-tests/support/innovation.hpp"
 #include "host-tests/support/scan_signal.hpp"
 #include "protocol/codec/block.hpp"
 #include "protocol/codec/kernels.hpp"
+#include "protocol/codec/tight.hpp"
 #include "protocol/frame/frame.hpp"
 
 namespace {
@@ -22,6 +23,7 @@ using support::ScanSignal;
 
 constexpr std::size_t kSamples = 65'536;
 constexpr int kRuns = 31;
+constexpr int kTightRuns = 3;  // it is a hundred times slower
 
 std::vector<codec::ChannelFormat> formats() {
   std::vector<codec::ChannelFormat> all;
@@ -52,9 +54,9 @@ std::vector<Batch> batches(const std::vector<std::int64_t>& columns, std::size_t
 }
 
 // Samples a second of the best of some runs: what else the machine does only makes a run slower.
-double perSecond(std::size_t samples, const std::function<void()>& run) {
+double perSecond(std::size_t samples, int runs, const std::function<void()>& run) {
   double best = 1e9;
-  for (int k = 0; k < kRuns; ++k) {
+  for (int k = 0; k < runs; ++k) {
     const auto begin = std::chrono::steady_clock::now();
     run();
     best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
@@ -67,32 +69,32 @@ double copying() {
   constexpr std::size_t kCopied = std::size_t{1} << 20U;
   const std::vector<std::byte> raw(kCopied * ScanSignal::kRecordBytes, std::byte{1});
   std::vector<std::byte> into(raw.size());
-  return perSecond(kCopied, [&] {
+  return perSecond(kCopied, kRuns, [&] {
     std::memcpy(into.data(), raw.data(), raw.size());
     asm volatile("" : : "r"(into.data()) : "memory");
   });
 }
 
 using Encode = std::function<Outcome<std::size_t, codec::CodecError>(const Batch&, std::span<std::byte>)>;
+using Decode = std::function<Outcome<codec::BlockSummary, codec::CodecError>(const Batch&, std::span<std::int64_t>)>;
 
-void measure(const char* name, std::vector<Batch> all, const Encode& encode, const codec::Kernels& kernels,
+void measure(const char* name, std::vector<Batch> all, int runs, const Encode& encode, const Decode& decode,
              double entropy_bytes, double copies) {
-  const auto channels = formats();
   const std::size_t samples = all.size() * all.front().header.count;
   std::size_t wire = 0;
   std::vector<std::byte> scratch(1U << 20U), coded(1U << 20U);
-  const double encoding = perSecond(samples, [&] {
+  const double encoding = perSecond(samples, runs, [&] {
     for (auto& batch : all) batch.bytes = *encode(batch, batch.block);
   });
   for (auto& batch : all) batch.block.resize(batch.bytes);
   std::vector<std::int64_t> back(all.front().columns.size());
   for (const auto& batch : all) {
     wire += frame::encodeDelimited({}, batch.block, scratch, coded);
-    if (!codec::decode(batch.block, channels, back, kernels).ok() || back != batch.columns) std::abort();
+    if (!decode(batch, back).ok() || back != batch.columns) std::abort();
   }
-  const double decoding = perSecond(samples, [&] {
+  const double decoding = perSecond(samples, runs, [&] {
     for (const auto& batch : all) {
-      if (!codec::decode(batch.block, channels, back, kernels).ok()) std::abort();
+      if (!decode(batch, back).ok()) std::abort();
     }
   });
   const double bytes = static_cast<double>(wire) / static_cast<double>(samples);
@@ -103,36 +105,61 @@ void measure(const char* name, std::vector<Batch> all, const Encode& encode, con
       encoding / copies, decoding * 1e-6, decoding / copies);
 }
 
-}  // namespace
-
-int main(int count, char** words) {
-  const auto columns = ScanSignal{}.columns(kSamples, 1);
+void measureAll(const ScanSignal& scan, const std::vector<std::size_t>& sizes, double copies) {
+  const auto columns = scan.columns(kSamples, 1);
+  std::printf("scan at %.0f Hz", scan.rate_hz);
   double bits = 0;
   for (std::size_t c = 0; c < ScanSignal::kColumns; ++c) {
-    const double of_column = bench::innovationBits(std::span{columns}.subspan(c * kSamples, 16'384));
-    std::printf("%s%.2f", c == 0 ? "innovation, bits: " : " + ", of_column);
+    const double of_column = support::innovationBits(std::span{columns}.subspan(c * kSamples, 16'384));
+    std::printf("%s%.2f", c == 0 ? ", innovation, bits: " : " + ", of_column);
     bits += of_column;
   }
-  const double copies = copying();
-  std::printf(" = %.2f B/sample\nmemcpy of the raw record: %.1f Ms/s\n", bits / 8, copies * 1e-6);
-  std::vector<std::size_t> sizes;
-  for (int k = 1; k < count; ++k) sizes.push_back(std::strtoul(words[k], nullptr, 10));
-  if (sizes.empty()) sizes = {64, 128, 256, 259};
+  std::printf(" = %.2f B/sample\n", bits / 8);
   const auto channels = formats();
+  const auto decodeWith = [&](const codec::Kernels& kernels) {
+    return [&](const Batch& batch, std::span<std::int64_t> into) {
+      return codec::decode(batch.block, channels, into, kernels);
+    };
+  };
   for (const auto samples : sizes) {
     const auto all = batches(columns, samples);
     measure(
-        "raw", all,
+        "raw", all, kRuns,
         [&](const Batch& batch, std::span<std::byte> into) {
           return codec::encodeRaw(batch.header, channels, batch.columns, into);
         },
-        codec::kernels(), bits / 8, copies);
+        decodeWith(codec::kernels()), bits / 8, copies);
     for (const auto& [name, kernels] : codec::allKernels()) {
-      measure((std::string{"fast, "} + name).c_str(), all,
+      measure((std::string{"fast, "} + name).c_str(), all, kRuns,
               [&](const Batch& batch, std::span<std::byte> into) {
                 return codec::encodeFast(batch.header, channels, batch.columns, into, *kernels);
               },
-              *kernels, bits / 8, copies);
+              decodeWith(*kernels), bits / 8, copies);
     }
+    codec::TightEncoder encoder{channels};
+    codec::Decoder decoder;
+    measure(
+        "tight", all, kTightRuns,
+        [&](const Batch& batch, std::span<std::byte> into) {
+          if (batch.header.first == SampleIndex{}) encoder.restart();
+          return encoder.encode(batch.header, batch.columns, into);
+        },
+        [&](const Batch& batch, std::span<std::int64_t> into) { return decoder.decode(batch.block, channels, into); },
+        bits / 8, copies);
+  }
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  std::vector<std::size_t> sizes;
+  for (int k = 1; k < count; ++k) sizes.push_back(std::strtoul(words[k], nullptr, 10));
+  if (sizes.empty()) sizes = {64, 256};
+  const double copies = copying();
+  std::printf("memcpy of the raw record: %.1f Ms/s\n", copies * 1e-6);
+  for (const double rate_hz : {4000.0, 1000.0, 10'000.0}) {
+    ScanSignal scan;
+    scan.rate_hz = rate_hz;
+    measureAll(scan, sizes, copies);
   }
 }

@@ -163,7 +163,7 @@ TEST(Encoder, CountsWhatItRefuses) {
   EXPECT_EQ(encoder.counters().samples, 2U);
   EXPECT_EQ(encoder.counters().refused_blocks, 1U);
   EXPECT_EQ(encoder.counters().refused_samples, 3U);
-  Encoder later{{{1, true}}, Profile::tight};
+  Encoder later{{{1, true}}, static_cast<Profile>(7)};
   EXPECT_EQ(later.encode({.count = 1}, Values{1}, block).error().fault, Fault::unknown_profile);
 }
 

@@ -1,11 +1,11 @@
-#include "entropy.hpp"
+#include "host-tests/support/innovation.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
-namespace probebox::bench {
+namespace probebox::support {
 namespace {
 
 constexpr Eigen::Index kOrder = 32;
@@ -40,4 +40,4 @@ double innovationBits(std::span<const std::int64_t> column) {
   return normalIntegerBits(std::sqrt(std::max(variance, 0.0)));
 }
 
-}  // namespace probebox::bench
+}  // namespace probebox::support
