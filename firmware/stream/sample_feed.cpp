@@ -30,13 +30,18 @@ bool SampleFeed::resume(messages::Policy policy, SampleIndex from, messages::Pro
 
 void SampleFeed::begin(messages::Policy policy, messages::Profile profile, std::optional<SampleIndex> at) {
   policy_ = policy;
-  profile_ = profile;
+  profile_ = next_profile_ = profile;
   queue_.clear();
   running_ = true;
   catching_up_ = false;
   begun_ = at.has_value();
   expected_ = at.value_or(SampleIndex{});
   ledger_ = {.start = expected_, .position = expected_};
+}
+
+void SampleFeed::follow(messages::Profile profile) {
+  next_profile_ = profile;
+  if (!catching_up_) profile_ = profile;
 }
 
 void SampleFeed::stop() {
@@ -106,6 +111,7 @@ std::optional<Piece> SampleFeed::nextOfHistory() {
   const auto position = ledger_.position;
   if (position >= history_.next(profile_)) {
     catching_up_ = false;
+    profile_ = next_profile_;
     expected_ = position;
     return std::nullopt;
   }

@@ -37,6 +37,8 @@ class SampleFeed {
   // Resumes with the block that contains the sample, hence up to a block earlier. Samples that the history has dropped
   // are a loss. Returns false, without starting, when the sample does not exist yet.
   bool resume(messages::Policy policy, SampleIndex from, messages::Profile profile = {});
+  // Goes on in another profile that the history has: once it has caught up, from the next block offered on.
+  void follow(messages::Profile profile);
   void stop();
 
   void offer(const EncodedBlock& block);
@@ -64,6 +66,7 @@ class SampleFeed {
   Limits limits_;
   messages::Policy policy_{};
   messages::Profile profile_{};
+  messages::Profile next_profile_{};  // once it has caught up
   Ledger ledger_{};
   SampleIndex expected_{};  // index that the next offer() must bring
   bool running_{};

@@ -38,6 +38,7 @@ Session::Session(SessionOptions options, const History& history)
       answers_{4 * options_.max_payload, kOutboxMessages},
       history_{history},
       shortener_{options_.max_payload},
+      tight_{options_.max_payload},
       scratch_(frame::bareSize(options_.max_payload)),
       session_id_{options_.first_session_id - 1} {
   data_out_.frame.resize(1 + frame::delimitedMaxSize(options_.max_payload));
@@ -137,29 +138,23 @@ void Session::begin(const frame::Frame& received) {
   const auto start = messages::decode<messages::Start>(received.payload);
   if (!start) return refuse(ErrorCode::malformed, MessageType::start, "START is cut off");
   if (start->stream != kSampleStream) return refuseStream(MessageType::start);
-  if (state_ == SessionState::streaming) {
-    // START is sent again until a heartbeat says streaming; credit may have grown in between.
-    auto running = start_;
-    running.credit_bytes = start->credit_bytes;
-    if (running == *start) return;
-    return refuse(ErrorCode::wrong_state, MessageType::start, "samples are already being sent; send STOP first");
-  }
-  if (!history_.has(start->profile)) {
+  if (!sends(start->profile)) {
     return refuse(ErrorCode::refused, MessageType::start,
                   history_.has(messages::Profile::fast)
-                      ? "this box sends profiles raw and fast only; ask for profile 0 or 1"
-                      : "this box sends profile raw only; ask for profile 0");
+                      ? "this box sends profiles raw, fast and tight only; ask for profile 0, 1 or 2"
+                      : "this box sends profiles raw and tight only; ask for profile 0 or 2");
   }
+  if (state_ == SessionState::streaming) return beginAgain(*start);
   if (start->policy != messages::Policy::live && start->policy != messages::Policy::record) {
     return refuse(ErrorCode::malformed, MessageType::start, "unknown policy; 0 is live, 1 is record");
   }
   if (start->has_resume && resume_allowed_) {
-    if (!feed_.resume(start->policy, start->resume_from, start->profile)) {
+    if (!feed_.resume(start->policy, start->resume_from, sourceOf(start->profile))) {
       return refuse(ErrorCode::wrong_state, MessageType::start,
                     "the sample to resume from does not exist yet; start without it");
     }
   } else {
-    feed_.start(start->policy, start->profile);
+    feed_.start(start->policy, sourceOf(start->profile));
   }
   if (start->triggers) {
     triggers_.start(resume_allowed_ ? start->triggers_from : 0);
@@ -167,10 +162,34 @@ void Session::begin(const frame::Frame& received) {
     triggers_.clear();
   }
   start_ = *start;
+  tight_.restart();
   sent_bytes_ = 0;
   ++stream_number_;
   state_ = SessionState::streaming;
   heartbeat_due_ = true;  // says where the stream begins, before its first sample
+}
+
+// START is sent again until a heartbeat says streaming (credit may have grown in between), by a host that needs a key
+// block, and to go on in another profile.
+void Session::beginAgain(const messages::Start& start) {
+  auto running = start_;
+  running.credit_bytes = start.credit_bytes;
+  running.profile = start.profile;
+  if (running != start)
+    return refuse(ErrorCode::wrong_state, MessageType::start, "samples are already being sent; send STOP first");
+  start_.profile = start.profile;
+  feed_.follow(sourceOf(start.profile));
+  tight_.restart();
+}
+
+// Profile tight is encoded for each host as its blocks are sent.
+bool Session::sends(messages::Profile profile) const {
+  return profile == messages::Profile::tight || history_.has(profile);
+}
+
+messages::Profile Session::sourceOf(messages::Profile profile) const {
+  if (profile != messages::Profile::tight) return profile;
+  return history_.has(messages::Profile::fast) ? messages::Profile::fast : messages::Profile::raw;
 }
 
 void Session::halt() {
@@ -334,8 +353,13 @@ void Session::loadPiece(const Piece& piece) {
     payload = {MessageType::gap, std::span{gap_bytes}.first(*size)};
   }
   const auto left = start_.credit_bytes - std::min(sent_bytes_, start_.credit_bytes);
-  if (left < frame::delimitedMaxSize(payload.bytes.size())) return;
-  if (piece.isBlock()) payload = shortener_.samples(piece.bytes, descriptor_hash_, now_);
+  const bool is_tight = piece.isBlock() && start_.profile == messages::Profile::tight;
+  if (left < frame::delimitedMaxSize(payload.bytes.size() + (is_tight ? TightTranscoder::kGrowth : 0))) return;
+  if (is_tight)
+    payload.bytes = tight_.tight(piece.bytes, piece.descriptor, history_.descriptors().find(piece.descriptor));
+  // A block of profile tight that could be shortened is short already.
+  if (piece.isBlock() && static_cast<codec::Profile>(payload.bytes[0]) < codec::Profile::tight)
+    payload = shortener_.samples(payload.bytes, descriptor_hash_, now_);
   frameUp(data_out_, payload.type, start_.stream, payload.bytes);
   sent_bytes_ += data_out_.size;
   feed_.take(piece);

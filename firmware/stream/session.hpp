@@ -12,6 +12,7 @@
 #include "firmware/stream/control_channel.hpp"
 #include "firmware/stream/history.hpp"
 #include "firmware/stream/sample_feed.hpp"
+#include "firmware/stream/transcoder.hpp"
 #include "firmware/stream/trigger_history.hpp"
 #include "protocol/compact/compact.hpp"
 #include "protocol/frame/frame.hpp"
@@ -82,6 +83,8 @@ class Session {
               std::span<const std::byte> body = {});
 
   SessionState state() const { return state_; }
+  // What the host has asked for last.
+  messages::Profile profile() const { return start_.profile; }
   messages::LinkCounters linkCounters() const;
   const SampleFeed& feed() const { return feed_; }
   const TriggerFeed& triggers() const { return triggers_; }
@@ -90,6 +93,9 @@ class Session {
   void handle(const frame::Frame& frame);
   void greet(const frame::Frame& frame);
   void begin(const frame::Frame& frame);
+  void beginAgain(const messages::Start& start);
+  bool sends(messages::Profile profile) const;
+  messages::Profile sourceOf(messages::Profile profile) const;
   void halt();
   void hangUp();
   void refuse(messages::ErrorCode code, messages::MessageType about, std::string_view text);
@@ -131,6 +137,7 @@ class Session {
   ByteFifo answers_;  // the same, for the control lane
   const History& history_;
   compact::Shortener shortener_;
+  TightTranscoder tight_;
   std::vector<std::byte> scratch_;
   Outgoing data_out_;
   Outgoing control_out_;

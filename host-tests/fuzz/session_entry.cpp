@@ -71,6 +71,8 @@ class Scene {
     require(reader_.counters().bad() == 0, "the box sent a bad frame");
     require(reader_.faults().malformed == 0, "the box sent a malformed message");
     require(reader_.faults().baseless == 0, "the box sent a short frame that refers to nothing");
+    require(reader_.faults().keyless_blocks == 0,
+            "the box sent a block that continues another one than it sent before");
     require(reader_.ledger().unexplained() == 0, "the box hid a loss");
   }
 

@@ -211,7 +211,7 @@ struct Start {
   std::uint32_t triggers_from{};
   static constexpr void fields(auto& self, auto&& field) {
     field("stream", self.stream, "stream id, 1 for the samples");
-    field("profile", self.profile, "0 raw, 1 fast, 2 tight (none sends it yet)");
+    field("profile", self.profile, "0 raw, 1 fast, 2 tight");
     field("policy", self.policy, "when the host is too slow: 0 live (drop the oldest), 1 record (drop the newest)");
     field("credit_bytes", self.credit_bytes,
           "bytes of SAMPLES, SHORT_SAMPLES and GAP frames that may be sent at once; all ones for no limit");

@@ -191,6 +191,34 @@ residual is 499 x 8 + 6 = 3998. 08: seed 8, hence 4, and nine residuals of no bi
 )";
 }
 
+std::string tightProfile() {
+  return R"(#### Profile tight
+A stream in it has two kinds of blocks, told apart by the first byte. A **key block** (2) is as above, with order 0 and the width 8 x bytes
+for each channel, and needs no other. A **continued block** (3) needs the block before it in the stream. A key block comes first, at least every
+16384 samples, and next after START is sent again. Until it comes, whoever has missed a block cannot read any: count their samples as lost.
+A block that would be longer than in another profile is sent in that; a key block follows it.
+
+- **continued block**: u8 3; u32 CRC-32C of the whole payload of the block before; the changes ("Short frames") of its header (`first` to
+  `holdover_ms`); residuals. The changes are from the header of the block before with `first` behind its samples and `tick` later by
+  count / samples_per_tick (whole ticks); of the new `at`, floor((tick - tick before) x period_q32_ns before / 2^32) is taken off first.
+- **residuals**: channel by channel, all in one run of a range coder. Each value is coded by its distance r from the whole part w of what its
+  channel's predictor expects, 64 bits that wrap around, and then given to the predictor; p is the rest, 0 to 1, and sd the standard deviation.
+- **predictor**: protocol/codec/tight_predictor.cpp, operation by operation: double precision, rounded to nearest after every operation
+  (none fused), sums from the first item on. All its members begin at 0 in a key block.
+- **first 4 values** of a channel behind a key block: zigzag of r as number. A **number** is its bits (0 to 64) as one of 2^7 equal parts, then
+  those below its highest 1 as equally probable bits, 16 at a time from the lowest on.
+- **others**: of r the lowest s bits are equally probable bits, s = 0 for sd < 16, else floor(log2(floor(sd / 8))). Before them comes the rest,
+  k = r >> s. With F the distribution in protocol/codec/tight.cpp at (k x 2^s - 0.5 - p) / sd, interpolated in steps of sd / 32 from
+  -8 sd to 8 sd and rounded down, the part of k in 2^24 begins at F + k + 161 and ends where that of k + 1 begins, for k from -160 to 159.
+  What is left below stands for smaller k, followed by -161 - k as number; what is left above for larger ones, followed by k - 160.
+- **range coder**: low = 0, range = 2^64 - 1. A part [a, b) of 2^n: range is divided by 2^n, low rises by a x range, range is multiplied by
+  b - a. Then, while the highest bytes of low and low + range agree, or range < 2^40, in which case range becomes -low mod 2^40 first: the highest
+  byte of low is written, and both are multiplied by 2^8. At the end the fewest bytes are written (0 to 8) that with zeros behind them lie
+  in [low, low + range).
+
+)";
+}
+
 std::string samples() {
   return heading("SAMPLES (0x08)",
                  "Box to host. A block of columns; decoded with the channels of the DESCRIPTOR whose hash is in the "
@@ -200,7 +228,7 @@ std::string samples() {
          "order is 0, the\n"
          "width is 8 x bytes of the channel, and a column is `count` values of that width. The time of sample i is\n"
          "at + floor((i - tick x samples_per_tick) x period_q32_ns / samples_per_tick / 2^32).\n\n" +
-         fastProfile();
+         fastProfile() + tightProfile();
 }
 
 std::string shortFrames() {
@@ -268,7 +296,9 @@ std::string stream() {
          message<TestPattern>("Box to host.") +
          message<Start>(
              "Host to box; sent again until a HEARTBEAT says streaming. The samples are stream 1; START and STOP of "
-             "any other are refused and change nothing.") +
+             "any other are refused and change nothing.\nWhile samples flow it may come again with nothing changed but "
+             "`profile` and `credit_bytes` (which does not count then): the samples go on in that profile, none is "
+             "lost.\nIn profile tight the next block is then a key block.") +
          message<Stop>("Host to box. A HEARTBEAT with streaming 0 closes the ledger.") +
          message<Credit>(
              "Host to box; also the host's sign of life, at least every 0.5 s: three missed and the link is down.") +

@@ -64,6 +64,12 @@ void Client::start(messages::Start start) {
   sendStart();
 }
 
+void Client::changeProfile(messages::Profile profile) {
+  if (!wanted_) return;
+  wanted_->profile = profile;
+  sendStart();
+}
+
 void Client::stop() {
   wanted_.reset();
   sendStop();
@@ -201,6 +207,10 @@ void Client::onFrame(const frame::Frame& frame) {
   if (listener_ != nullptr) listener_->onFrame(frame);
 }
 
+bool Client::needsBlocksThatStandAlone() const {
+  return listener_ != nullptr && listener_->needsBlocksThatStandAlone();
+}
+
 void Client::onWelcome(const messages::Welcome& welcome) {
   if (listener_ != nullptr) listener_->onWelcome(welcome);
 }
@@ -228,6 +238,11 @@ void Client::onGap(const messages::Gap& gap) {
 
 void Client::onHole(const messages::Gap& hole) {
   if (listener_ != nullptr) listener_->onHole(hole);
+}
+
+void Client::onKeyMissing() {
+  if (wanted_ && now_ - last_stream_command_ >= options_.retry_period) sendStart();
+  if (listener_ != nullptr) listener_->onKeyMissing();
 }
 
 void Client::onTrigger(const messages::Trigger& trigger) {

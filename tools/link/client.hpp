@@ -67,6 +67,8 @@ class Client : private StreamListener {
 
   // Requests samples, which go to the listener. credit_bytes is set from the options.
   void start(messages::Start start);
+  // Goes on in another profile, without a loss. No effect without samples.
+  void changeProfile(messages::Profile profile);
   // Ends the samples; the closing ledger follows as a heartbeat with streaming 0.
   void stop();
   bool streaming() const { return wanted_.has_value(); }
@@ -128,12 +130,14 @@ class Client : private StreamListener {
   };
 
   void onFrame(const frame::Frame& frame) override;
+  bool needsBlocksThatStandAlone() const override;
   void onWelcome(const messages::Welcome& welcome) override;
   void onDescriptor(const messages::Descriptor& descriptor) override;
   void onTestPattern(bool as_expected) override;
   void onBlock(const DecodedBlock& block) override;
   void onGap(const messages::Gap& gap) override;
   void onHole(const messages::Gap& hole) override;
+  void onKeyMissing() override;
   void onTrigger(const messages::Trigger& trigger) override;
   void onTriggerGap(const messages::TriggerGap& gap) override;
   void onTriggerHole(const messages::TriggerGap& hole) override;

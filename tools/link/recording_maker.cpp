@@ -1,6 +1,7 @@
 #include "tools/link/recording_maker.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocol/frame/crc32c.hpp"
 
@@ -33,8 +34,9 @@ bool RecordingMaker::begin(const messages::Descriptor& descriptor) {
 }
 
 bool RecordingMaker::describe(const messages::Descriptor& descriptor) {
-  formats_.clear();
-  for (const auto& channel : descriptor.channels) formats_.push_back({channel.bytes, channel.is_signed});
+  std::vector<codec::ChannelFormat> formats;
+  for (const auto& channel : descriptor.channels) formats.push_back({channel.bytes, channel.is_signed});
+  encoder_.emplace(std::move(formats), static_cast<codec::Profile>(profile_));
   period_ns_ = descriptor.nominal_tick_period_ns;
   const auto payload = messages::encoded(descriptor);
   descriptor_hash_ = frame::crc32c(payload);
@@ -60,15 +62,16 @@ bool RecordingMaker::add(SampleIndex first, std::span<const std::span<const std:
       block_columns_.insert(block_columns_.end(), part.begin(), part.end());
     }
     const SampleIndex at = first + static_cast<std::int64_t>(done);
-    const std::size_t size =
-        encode({.first = at,
-                .count = static_cast<std::uint16_t>(count),
-                .map = {.tick = {at.index}, .at = nominalTime(at), .period_q32_ns = period_ns_ << 32U}});
-    if (size == 0) {
+    const auto size =
+        encoder_->encode({.first = at,
+                          .count = static_cast<std::uint16_t>(count),
+                          .map = {.tick = {at.index}, .at = nominalTime(at), .period_q32_ns = period_ns_ << 32U}},
+                         block_columns_, block_);
+    if (!size) {
       most = count / 2;  // does not fit into a frame; a single sample always does
       continue;
     }
-    if (!write(MessageType::samples, std::span{block_}.first(size))) return false;
+    if (!write(MessageType::samples, std::span{block_}.first(*size))) return false;
     done += count;
     most = most_;
   }
@@ -81,13 +84,6 @@ bool RecordingMaker::add(SampleIndex first, std::span<const std::span<const std:
 MonoTime RecordingMaker::nominalTime(SampleIndex sample) const {
   return monoTime(
       static_cast<std::int64_t>(static_cast<std::uint64_t>(sample.index) * static_cast<std::uint64_t>(period_ns_)));
-}
-
-// Zero where there is no room.
-std::size_t RecordingMaker::encode(const codec::BlockHeader& header) {
-  const auto size = profile_ == messages::Profile::raw ? codec::encodeRaw(header, formats_, block_columns_, block_)
-                                                       : codec::encodeFast(header, formats_, block_columns_, block_);
-  return size ? *size : 0;
 }
 
 bool RecordingMaker::end() {

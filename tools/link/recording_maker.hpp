@@ -1,10 +1,11 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "protocol/codec/block.hpp"
+#include "protocol/codec/encoder.hpp"
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/stream.hpp"
 #include "tools/link/recording.hpp"
@@ -36,13 +37,12 @@ class RecordingMaker {
   template <class Message>
   bool write(const Message& message);
   bool write(messages::MessageType type, std::span<const std::byte> payload);
-  std::size_t encode(const codec::BlockHeader& header);
   MonoTime nominalTime(SampleIndex sample) const;
 
   RecordingWriter writer_;
   messages::Profile profile_;
   std::size_t most_;
-  std::vector<codec::ChannelFormat> formats_;
+  std::optional<codec::Encoder> encoder_;  // for the channels of the descriptor
   std::int64_t period_ns_{};
   std::vector<std::int64_t> block_columns_;
   std::vector<std::byte> block_;

@@ -63,10 +63,19 @@ messages::TriggerGap TriggerLedger::heartbeat(const messages::Heartbeat& beat) {
 
 using messages::MessageType;
 
+namespace {
+
+bool isTight(const frame::Frame& frame) {
+  return static_cast<MessageType>(frame.header.type) == MessageType::samples && !frame.payload.empty() &&
+         static_cast<codec::Profile>(frame.payload[0]) >= codec::Profile::tight;
+}
+
+}  // namespace
+
 void StreamReader::read(std::span<const std::byte> bytes) {
   while (const auto received = reader_.next(bytes)) {
     const auto whole = restorer_.restore(*received);
-    listener_.onFrame(whole);
+    if (!listener_.needsBlocksThatStandAlone() || !isTight(whole)) listener_.onFrame(whole);
     understand(whole);
   }
 }
@@ -183,7 +192,12 @@ void StreamReader::onDescriptor(std::span<const std::byte> payload) {
 }
 
 void StreamReader::onSamples(const frame::Frame& received) {
-  const auto summary = codec::inspect(received.payload);
+  const auto summary = decoder_.inspect(received.payload);
+  if (!summary && summary.error().fault == codec::Fault::no_key) {
+    ++faults_.keyless_blocks;
+    ledger_.missed();
+    return listener_.onKeyMissing();
+  }
   if (!summary || summary->header.count == 0) {
     ++faults_.malformed;
     return;
@@ -192,10 +206,22 @@ void StreamReader::onSamples(const frame::Frame& received) {
   const auto known = std::ranges::find(known_, received.header.descriptor_hash, &Known::hash);
   const auto values = known == known_.end() ? 0 : known->formats.size() * count;
   columns_.resize(std::max(columns_.size(), values));
-  const bool readable = known != known_.end() && codec::decode(received.payload, known->formats, columns_).ok();
+  const bool readable = known != known_.end() && decoder_.decode(received.payload, known->formats, columns_).ok();
   if (!readable) ++faults_.unreadable_blocks;
+  if (readable && listener_.needsBlocksThatStandAlone() && isTight(received))
+    passAlone(received, known->formats, summary->header, std::span{columns_}.first(values));
   tellHole(ledger_.samples(summary->header.first, count, readable));
   if (readable) listener_.onBlock({known->descriptor, summary->header, std::span{columns_}.first(values)});
+}
+
+void StreamReader::passAlone(const frame::Frame& received, std::span<const codec::ChannelFormat> formats,
+                             codec::BlockHeader header, std::span<const std::int64_t> columns) {
+  alone_.resize(std::min(codec::rawBlockSize(formats, header.count), frame::kMaxPayload));
+  const auto size = codec::encodeFast(header, formats, columns, alone_);
+  if (!size) return;  // longer than any block of a box
+  frame::Frame alone{received.header, std::span{alone_}.first(*size)};
+  alone.header.payload_length = static_cast<std::uint16_t>(*size);
+  listener_.onFrame(alone);
 }
 
 void StreamReader::onUnrestored(const frame::Frame& received) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocol/codec/block.hpp"
+#include "protocol/codec/tight.hpp"
 #include "protocol/compact/compact.hpp"
 #include "protocol/frame/reader.hpp"
 #include "protocol/messages/handshake.hpp"
@@ -70,6 +71,9 @@ class StreamListener {
   // Called for every good frame of the box before it is decoded, for a recorder. Short frames are whole again where
   // what they refer to has come.
   virtual void onFrame(const frame::Frame&) {}
+  // True for a recorder that begins anywhere: its blocks of profile tight, which need the one before, come as profile
+  // fast, and none that cannot be decoded.
+  virtual bool needsBlocksThatStandAlone() const { return false; }
   virtual void onWelcome(const messages::Welcome&) {}
   virtual void onDescriptor(const messages::Descriptor&) {}
   // as_expected: false for a wrong pattern; since its CRC was right, the box has another version.
@@ -79,6 +83,9 @@ class StreamListener {
   virtual void onGap(const messages::Gap&) {}
   // Called for losses on the link; the reason is undefined.
   virtual void onHole(const messages::Gap&) {}
+  // Called for a block of profile tight that continues one that has not come: none can be decoded up to the next key
+  // block, which the box sends at once when START is sent again.
+  virtual void onKeyMissing() {}
   virtual void onTrigger(const messages::Trigger&) {}
   // Triggers that the box declared lost, and those in frames lost on the link.
   virtual void onTriggerGap(const messages::TriggerGap&) {}
@@ -95,6 +102,7 @@ struct ReaderFaults {
   std::uint64_t unknown_type{};       // skipped: a later minor version
   std::uint64_t other_major{};        // skipped
   std::uint64_t baseless{};           // short frames whose whole one has not come: as if they were lost
+  std::uint64_t keyless_blocks{};     // of profile tight, after one that has not come: as if they were lost
   std::uint64_t unreadable_blocks{};  // no descriptor, another one, or an unknown profile
 };
 
@@ -127,6 +135,8 @@ class StreamReader {
   void onAnswer(std::span<const std::byte> payload);
   void onDescriptor(std::span<const std::byte> payload);
   void onSamples(const frame::Frame& frame);
+  void passAlone(const frame::Frame& frame, std::span<const codec::ChannelFormat> formats, codec::BlockHeader header,
+                 std::span<const std::int64_t> columns);
   void onUnrestored(const frame::Frame& frame);
   void onGap(std::span<const std::byte> payload);
   void onHeartbeat(std::span<const std::byte> payload);
@@ -140,6 +150,7 @@ class StreamReader {
   StreamListener& listener_;
   frame::Reader reader_;
   compact::Restorer restorer_;
+  codec::Decoder decoder_;
   frame::Reader answers_;
   HostLedger ledger_;
   TriggerLedger triggers_;
@@ -155,6 +166,7 @@ class StreamReader {
   static constexpr std::size_t kKept = 32;
   std::deque<Known> known_;
   std::vector<std::int64_t> columns_;
+  std::vector<std::byte> alone_;
   bool test_pattern_seen_{};
 };
 

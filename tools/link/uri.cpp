@@ -59,6 +59,12 @@ Outcome<Uri> parseUri(std::string_view text) {
       "' is not the address of a box; write tcp:HOST:PORT, serial:DEVICE[,baud=N], usb:SERIAL or file:REC.pbx"};
 }
 
+messages::Profile suitableProfile(const Uri& uri) {
+  constexpr unsigned kMostBaud = 921'600;  // a box's processor keeps up with more than that brings
+  const auto* line = std::get_if<serial::Address>(&uri.address);
+  return line != nullptr && line->settings.baud <= kMostBaud ? messages::Profile::tight : messages::Profile::fast;
+}
+
 Outcome<Uri, OpenFailure> settled(const Uri& uri) {
   const auto* usb = std::get_if<UsbAddress>(&uri.address);
   if (usb == nullptr || !usb->name.empty()) return uri;

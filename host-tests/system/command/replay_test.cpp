@@ -63,7 +63,7 @@ class Replaying : public testing::Test {
 };
 
 TEST_F(Replaying, GivesEveryHostTheSameSamplesInEveryProfile) {
-  for (const auto* profile : {"raw", "fast"}) {
+  for (const auto* profile : {"auto", "raw", "fast", "tight"}) {
     const Replayed box{file_, 0};
     const auto recorded =
         probebox({"-u", box.uri(), "record", "-o", again_, "--for", "1", "--profile", profile, "--force", "--json"});

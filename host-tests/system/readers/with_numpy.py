@@ -43,6 +43,19 @@ def check_codings(probebox, read, folder):
                 assert packed[name].tolist() == [row[k + 1] for row in rows], f"{name}, {profile}, {batch} a frame"
 
 
+def check_refusal(probebox, read, folder):
+    """Of profile tight this reader knows the name, and the remedy."""
+    (folder / "scan.csv").write_text("sample,x\n" + "".join(f"{k},{k}\n" for k in range(300)))
+    subprocess.run([probebox, "pack", "--force", "--profile", "tight", str(folder / "scan.csv"), str(folder / "packed.pbx")],
+                   check=True, stdout=subprocess.DEVNULL)
+    try:
+        read(str(folder / "packed.pbx"))
+    except ValueError as refusal:
+        assert "--profile fast" in str(refusal)
+    else:
+        raise AssertionError("a recording of profile tight was read")
+
+
 def check_recording(probebox, read, path, folder):
     samples, triggers = table(probebox, path, folder)
     scan_ = read(str(path))
@@ -174,6 +187,7 @@ def main(probeboxd, probebox, readers):
 
     with box(probeboxd) as (uri, folder):
         check_codings(probebox, reader.read, folder)
+        check_refusal(probebox, reader.read, folder)
         path = recording(probebox, uri, folder)
         check_link(reader, uri)
         count = check_recording(probebox, reader.read, path, folder)

@@ -225,6 +225,37 @@ TEST(Client, KnowsItsBoxAlsoBehindASecondWelcome) {
   EXPECT_EQ(client.described().board, descriptor.board);
 }
 
+// A key block comes by itself only after 16384 samples, which this box needs 16 s for.
+TEST(Client, AsksForAKeyBlockWhenOneOfProfileTightIsLost) {
+  World world;
+  Tally tally;
+  Client client{std::move(world.owned), {}, &tally};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  client.start({.profile = messages::Profile::tight, .policy = messages::Policy::record});
+  const auto run = [&](int rounds) {
+    const auto wait = world.wait(rounds);
+    while (client.round(wait)) {
+    }
+  };
+  run(80);
+  const auto before = tally.samples;
+  EXPECT_GT(before, 700U);
+  world.pipe->towards_host = [](std::vector<std::byte>& bytes) { bytes[bytes.size() / 2] ^= std::byte{1}; };
+  run(2);
+  world.pipe->towards_host = {};
+  run(150);
+  EXPECT_GT(tally.samples, before + 800);
+  EXPECT_GT(tally.inferred, 0U);
+  EXPECT_EQ(tally.wrong, 0U);
+  client.changeProfile(messages::Profile::raw);
+  run(50);
+  const auto balance = client.finish(world.wait(100));
+  ASSERT_TRUE(balance.ok());
+  EXPECT_TRUE(balance->exact);
+  EXPECT_EQ(tally.wrong, 0U);
+  EXPECT_EQ(tally.inexact, 0U);
+}
+
 TEST(Client, SaysWhenNobodyAnswers) {
   World world;
   world.pipe->silent = true;

@@ -41,6 +41,15 @@ TEST(Uri, NamesABoxOnUsbOrTheOnlyOne) {
   EXPECT_FALSE(parseUri("usbPB-0001").ok());
 }
 
+TEST(Uri, OfASlowLineSuitsProfileTight) {
+  const auto suitable = [](std::string_view text) { return suitableProfile(*parseUri(text)); };
+  EXPECT_EQ(suitable("serial:/dev/ttyUSB0"), messages::Profile::tight);
+  EXPECT_EQ(suitable("serial:/dev/ttyUSB0,baud=115200"), messages::Profile::tight);
+  EXPECT_EQ(suitable("serial:/dev/ttyUSB0,baud=3000000"), messages::Profile::fast);
+  EXPECT_EQ(suitable("tcp:box:7627"), messages::Profile::fast);
+  EXPECT_EQ(suitable("usb"), messages::Profile::fast);
+}
+
 TEST(Uri, ThatNamesItsBoxIsSettled) {
   for (const auto* text : {"usb:PB-0001", "tcp:localhost:7627"}) EXPECT_EQ(settled(*parseUri(text))->text, text);
 }

@@ -130,6 +130,7 @@ class Host : public link::StreamListener {
 
   void onFrame(const frame::Frame& frame) override {
     types.push_back(static_cast<messages::MessageType>(frame.header.type));
+    if (types.back() == messages::MessageType::samples && !frame.payload.empty()) codings.push_back(frame.payload[0]);
   }
   void onBlock(const link::DecodedBlock& block) override {
     for (std::size_t k = 0; k < block.header.count; ++k) {
@@ -166,6 +167,7 @@ class Host : public link::StreamListener {
 
   link::StreamReader reader;
   std::vector<messages::MessageType> types;
+  std::vector<std::byte> codings;  // the first byte of each block
   std::vector<messages::Gap> pieces;
   std::vector<messages::Gap> gaps;
   std::vector<messages::Heartbeat> beats;

@@ -126,7 +126,7 @@ TEST(Handshake, UnknownTypesAreSkippedAndCounted) {
 TEST(Start, OfAnUnknownProfileIsRefusedByName) {
   Box box;
   Host host;
-  begin(box, host, {.profile = messages::Profile::tight});
+  begin(box, host, {.profile = static_cast<messages::Profile>(7)});
   host.read(box.take());
   ASSERT_EQ(host.refusals.size(), 1U);
   EXPECT_EQ(host.refusals[0].code, ErrorCode::refused);

@@ -15,7 +15,7 @@ class Story {
 
   void open() {
     messages::Start start;
-    start.profile = *rc::gen::element(messages::Profile::raw, messages::Profile::fast);
+    start.profile = *rc::gen::element(messages::Profile::raw, messages::Profile::fast, messages::Profile::tight);
     start.policy = *rc::gen::element(messages::Policy::live, messages::Policy::record);
     start.credit_bytes = *rc::gen::element<std::uint64_t>(0, 3000, messages::kUnlimitedCredit);
     granted_ = start.credit_bytes;

@@ -63,16 +63,24 @@ class CommandLine {
     }
   }
 
-  static void addProfile(CLI::App* command, std::string& profile) {
-    command
+  static CLI::Option* addProfile(CLI::App* command, std::string& profile, std::vector<std::string> names) {
+    return command
         ->add_option("--profile", profile,
-                     "coding of the samples: raw, or fast, which needs about a seventh of the bytes")
-        ->check(CLI::IsMember({"raw", "fast"}))
+                     "coding of the samples: raw; fast, which needs about a seventh of the bytes; tight, which needs "
+                     "about a tenth and ten microseconds a sample")
+        ->check(CLI::IsMember(std::move(names)))
         ->capture_default_str();
   }
+  static void addProfileOfLink(CLI::App* command, std::string& profile) {
+    auto* option = addProfile(command, profile, {"auto", "raw", "fast", "tight"});
+    option->description(option->get_description() + "; auto: tight on a serial line of up to 921600 baud, else fast");
+  }
 
-  static messages::Profile profileOf(const std::string& name) {
-    return name == "raw" ? messages::Profile::raw : messages::Profile::fast;
+  static std::optional<messages::Profile> profileOf(const std::string& name) {
+    for (const auto profile : {messages::Profile::raw, messages::Profile::fast, messages::Profile::tight}) {
+      if (name == messages::nameOf(profile)) return profile;
+    }
+    return std::nullopt;
   }
 
   void addLooking() {
@@ -100,7 +108,7 @@ class CommandLine {
         commands_.add("watch", "show clock, losses, positions and deflections live", "probebox watch --for 10", watch_);
     addUntil(watch, watch_.until);
     addPatience(watch, watch_.patience_s);
-    addProfile(watch, watch_profile_);
+    addProfileOfLink(watch, watch_profile_);
     watch->callback([this] {
       watch_.profile = profileOf(watch_profile_);
       request_.job = watch_;
@@ -140,7 +148,7 @@ class CommandLine {
         ->check(CLI::IsMember({"live", "record"}))
         ->capture_default_str();
     addPatience(record, record_.patience_s);
-    addProfile(record, record_profile_);
+    addProfileOfLink(record, record_profile_);
     auto* on_trigger = record->add_flag("--on-trigger", record_.on_trigger,
                                         "wait for a trigger and write only what was before and after it");
     const auto add_length = [&](const char* name, double& value_s, const char* help) {
@@ -217,13 +225,13 @@ class CommandLine {
     auto* pack = commands_.add("pack", "convert a table of integers (first column: sample, increasing) to a recording",
                                "probebox pack --profile fast scan.csv scan.pbx", pack_);
     addFiles(pack, pack_.input, "the table, CSV", pack_.output, "the recording to write", pack_.force);
-    addProfile(pack, pack_profile_);
+    addProfile(pack, pack_profile_, {"raw", "fast", "tight"});
     pack->add_option("--frame", pack_.frame, "maximum number of samples per frame")
         ->check(CLI::Range(std::size_t{1}, kMostFrame))
         ->type_name("NUMBER")
         ->capture_default_str();
     pack->callback([this] {
-      pack_.profile = profileOf(pack_profile_);
+      pack_.profile = *profileOf(pack_profile_);
       request_.job = pack_;
     });
     auto* unpack = commands_.add("unpack", "convert a recording to a table of integers as they were recorded",
@@ -283,8 +291,8 @@ class CommandLine {
   VendorCommands vendor_;
   std::string policy_{"record"};
   std::string pack_profile_{"fast"};
-  std::string record_profile_{"fast"};
-  std::string watch_profile_{"fast"};
+  std::string record_profile_{"auto"};
+  std::string watch_profile_{"auto"};
   List list_;
   Info info_;
   Status status_;

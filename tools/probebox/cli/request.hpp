@@ -33,14 +33,14 @@ inline constexpr double kUsualPatience_s = 30;
 
 struct Watch {
   Until until;
-  messages::Profile profile{messages::Profile::fast};
+  std::optional<messages::Profile> profile;  // nothing: the one that suits the link
   double patience_s{kUsualPatience_s};
 };
 struct Record {
   std::string output;  // "-" is the standard output
   std::optional<double> seconds;
   double patience_s{kUsualPatience_s};
-  messages::Profile profile{messages::Profile::fast};
+  std::optional<messages::Profile> profile;  // nothing: the one that suits the link
   bool live{};  // the box drops the oldest samples, not the newest, when the link is too slow
   bool force{};
   bool on_trigger{};    // record only the first trigger and the samples around it

@@ -24,6 +24,7 @@ class Window : public link::StreamListener {
                 [this](const frame::Frame& frame) { write(frame); }} {}
 
   void onFrame(const frame::Frame& frame) override { window_.frame(frame); }
+  bool needsBlocksThatStandAlone() const override { return true; }
 
   // The recording is complete, or cannot be written.
   bool over() const { return window_.done() || recorder_.failure(); }

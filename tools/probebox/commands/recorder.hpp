@@ -22,6 +22,8 @@ class Recorder : public link::StreamListener {
     if (!output_ && !failure_) open();
     if (writer_ && !failure_ && !writer_->write(frame)) failure_ = output_->failure();
   }
+  // Profile tight is for the line; in a file it is where it was asked for by name: readers elsewhere know it less.
+  bool needsBlocksThatStandAlone() const override { return !options_.profile; }
   void onHeartbeat(const messages::Heartbeat&, const std::optional<link::Balance>&) override { flush(); }
 
   // Flushes the received frames, so that they survive a kill of this process.

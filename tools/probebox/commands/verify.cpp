@@ -18,6 +18,7 @@ Json summary(const Verify& options, const RecordingSums& sums, const link::Recor
           {"missing_frames", end.frames_missing},
           {"stray_frames", end.faults.strays},
           {"baseless_frames", end.faults.baseless},
+          {"keyless_blocks", end.faults.keyless_blocks},
           {"unreadable_blocks", end.faults.unreadable_blocks},
           {"cut_bytes", end.cut_bytes},
           {"end_known", end.closed},

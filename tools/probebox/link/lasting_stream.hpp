@@ -15,9 +15,9 @@ class LastingStream : private link::StreamListener {
  public:
   struct Options {
     messages::Policy policy{};
-    messages::Profile profile{};
-    milliseconds patience{};  // how long to wait for a box that has gone
-    bool triggers{};          // also ask for triggers
+    std::optional<messages::Profile> profile{};  // nothing: the one that suits the link
+    milliseconds patience{};                     // how long to wait for a box that has gone
+    bool triggers{};                             // also ask for triggers
   };
 
   // `listener` receives what comes over every link; it and `console` outlive the stream.
@@ -40,6 +40,7 @@ class LastingStream : private link::StreamListener {
 
  private:
   void onFrame(const frame::Frame& frame) override { listener_.onFrame(frame); }
+  bool needsBlocksThatStandAlone() const override { return listener_.needsBlocksThatStandAlone(); }
   void onWelcome(const messages::Welcome& welcome) override;
   void onDescriptor(const messages::Descriptor& descriptor) override { listener_.onDescriptor(descriptor); }
   void onBlock(const link::DecodedBlock& block) override;

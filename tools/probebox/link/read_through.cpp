@@ -83,6 +83,8 @@ std::vector<std::string> faultsOf(const RecordingSums& sums, const link::Recordi
   say(end.faults.malformed, "frame", "is", "are", " without a message of the type that is stated");
   say(end.faults.other_major, "frame", "is", "are", " of another protocol version");
   say(end.faults.baseless, "short frame", "refers to", "refer to", " a whole one that is missing");
+  say(end.faults.keyless_blocks, "block", "continues", "continue",
+      " one that is missing: in profile tight none can be decoded from there to the next key block");
   say(end.faults.unreadable_blocks, "block", "cannot be read", "cannot be read",
       ": the descriptor is missing or the coding unknown");
   say(end.unexplained, "sample", "is", "are", " missing and not declared lost");

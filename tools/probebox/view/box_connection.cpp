@@ -28,7 +28,7 @@ BoxConnection::BoxConnection(link::Uri uri, EventLog& events, const std::atomic<
       listener_{*this},
       stream_{std::move(uri),
               {.policy = messages::Policy::live,
-               .profile = messages::Profile::fast,
+               .profile = std::nullopt,
                .patience = command::inMilliseconds(kPatience_s),
                .triggers = true},
               listener_,
