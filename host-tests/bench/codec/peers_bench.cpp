@@ -12,7 +12,7 @@
 #include <vector>
 #include <zstd.h>
 
-#include "entropy.hpp"
+#include "host-tests/support/innovation.hpp"
 #include "host-tests/support/scan_signal.hpp"
 #include "protocol/codec/block.hpp"
 #include "protocol/frame/bytes.hpp"
@@ -153,7 +153,7 @@ int main(int count, char** words) {
   const auto columns = ScanSignal{}.columns(kSamples, 1);
   double entropy_bytes = 0;
   for (std::size_t c = 0; c < ScanSignal::kColumns; ++c)
-    entropy_bytes += bench::innovationBits(std::span{columns}.subspan(c * kSamples, 16'384)) / 8;
+    entropy_bytes += support::innovationBits(std::span{columns}.subspan(c * kSamples, 16'384)) / 8;
   const auto all = batches(columns, samples);
   Bytes into(2 * samples * ScanSignal::kRecordBytes + 4096);
 
