@@ -82,11 +82,6 @@ using metrology::Result;
 constexpr double kCoverageFactor = 2;
 constexpr std::size_t kMostCertified = 600;  // rows; a page nobody reads is no certificate
 
-std::string conditionOf(const Result& result, std::string_view name) {
-  const auto found = std::ranges::find(result.conditions, name, &metrology::Condition::name);
-  return found == result.conditions.end() ? "" : found->value;
-}
-
 // The day of the sphere's calibration, as CalibratedSphere::inWords() has it: "..., 2026-04-17: sphere ...".
 std::string certifiedDay(const Result& result) {
   constexpr std::size_t kDay = 10;
@@ -95,12 +90,6 @@ std::string certifiedDay(const Result& result) {
   if (end == std::string::npos || end < kDay) return "";
   const auto day = words.substr(end - kDay, kDay);
   return dayOf(day) ? day : "";
-}
-
-// When it was measured, else when the box stored it.
-std::string measuredUtc(const Result& result, const CertificateFacts& facts) {
-  const auto stated = conditionOf(result, "measured_utc");
-  return stated.empty() ? facts.stored_utc : stated;
 }
 
 std::string factRow(const std::string& name, const std::string& value) {
@@ -296,6 +285,16 @@ std::string issue(const CertificateFacts& facts) {
 }
 
 }  // namespace
+
+std::string conditionOf(const metrology::Result& result, std::string_view name) {
+  const auto found = std::ranges::find(result.conditions, name, &metrology::Condition::name);
+  return found == result.conditions.end() ? "" : found->value;
+}
+
+std::string measuredUtc(const metrology::Result& result, const CertificateFacts& facts) {
+  const auto stated = conditionOf(result, "measured_utc");
+  return stated.empty() ? facts.stored_utc : stated;
+}
 
 std::optional<std::string> whyNotTraceable(const Result& result, const CertificateFacts& facts) {
   if (conditionOf(result, "sphere_certificate").empty())

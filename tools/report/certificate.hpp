@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/report/subject.hpp"
@@ -23,6 +24,11 @@ struct CertificateFacts {
 // Why the result is not metrologically traceable, a sentence for a person; nothing where it is, to the sphere's
 // certificate that its conditions name.
 std::optional<std::string> whyNotTraceable(const metrology::Result& result, const CertificateFacts& facts);
+
+// A condition of the measurement; empty where it is not on record.
+std::string conditionOf(const metrology::Result& result, std::string_view name);
+// When it was measured, else when the box stored it.
+std::string measuredUtc(const metrology::Result& result, const CertificateFacts& facts);
 
 // Writes a calibration certificate of a result, with the terms of JCGM 200:2012 (VIM) and JCGM 100:2008 (GUM): one HTML
 // document that prints on A4. version: of the program that writes it.

@@ -234,6 +234,7 @@ struct Certificate {
   std::string output;    // "-" is the standard output
   std::string by;        // who issues it
   std::string next_due;  // of this calibration; empty: not stated
+  std::string parties;   // file of who issues it and to whom: a DCC (XML); empty: a page (HTML)
   bool force{};
 };
 
@@ -249,8 +250,8 @@ struct Update {
   double patience_s{1800};
 };
 
-using Job = std::variant<List, Info, Status, Metrics, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
-                         Calibrate, Plan, Gcode, Selftest, Propose, Accept, Rollback, Results, Show, History,
+using Job = std::variant<List, Info, Status, Metrics, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve,
+                         Report, Calibrate, Plan, Gcode, Selftest, Propose, Accept, Rollback, Results, Show, History,
                          Corrections, Home, Inhibit, View, Interference, Provision, FactoryTest, Certificate, Update>;
 
 struct Request {

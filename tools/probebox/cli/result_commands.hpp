@@ -34,12 +34,19 @@ class ResultCommands {
         "conditions, budget; it prints on A4",
         "probebox certificate 17 -o certificate-17.html --by Grace --next-due 2027-11-26", certificate_);
     addId(certificate, certificate_.id);
-    certificate->add_option("-o,--output", certificate_.output, "the HTML to write; - is the standard output")
+    certificate->add_option("-o,--output", certificate_.output, "the HTML (or XML) to write; - is the standard output")
         ->required();
     certificate->add_option("--by", certificate_.by, "the name of the person who issues it")->check(personsName());
     certificate->add_option("--next-due", certificate_.next_due, "when the calibration has to be repeated, as agreed")
         ->check(day())
         ->type_name("DAY");
+    certificate
+        ->add_option(
+            "--dcc", certificate_.parties,
+            "write a Digital Calibration Certificate of PTB, XML, in place of the page: a file with name, email, city "
+            "and country in [laboratory] and in [customer]")
+        ->type_name("PARTIES.toml")
+        ->check(anyName());
     certificate->add_flag("--force", certificate_.force, "overwrite an existing file");
     commands
         .add("history", "list every change of stored results, with person and time", "probebox history delay", history_)

@@ -1,8 +1,11 @@
 #include "tools/report/certificate.hpp"
 
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "board/describe/file_content.hpp"
+#include "board/describe/parties.hpp"
 #include "firmware/json/dataset_json.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/commands/commands.hpp"
@@ -11,6 +14,7 @@
 #include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/report_kept_result.hpp"
 #include "tools/probebox/text/report_unit.hpp"
+#include "tools/report/dcc.hpp"
 
 namespace probebox::command {
 namespace {
@@ -72,13 +76,24 @@ ExitStatus run(const Certificate& options, const std::string& uri, Console& cons
   if (!options.next_due.empty() && today() != kNoDate && options.next_due < today())
     return console.fail(
         {ExitStatus::usage, "past-day", "--next-due " + options.next_due + " is over: name a day to come"});
+  std::optional<board::Parties> parties;
+  if (!options.parties.empty()) {
+    auto text = board::fileContent(options.parties);
+    if (!text) return console.fail({ExitStatus::usage, "not-read", options.parties + ": " + text.error().what});
+    auto read = board::parseParties(*text, options.parties);
+    if (!read) return console.fail({ExitStatus::usage, "not-read", read.error().what});
+    parties = std::move(*read);
+  }
   const auto box = openBox(uri, console);
   if (!box) return console.fail(box.error());
   const auto all = certified(options, **box, console);
   if (!all) return console.fail(all.error());
+  auto document = parties ? report::dccDocument(all->subject, all->facts, *parties, PROBEBOX_VERSION)
+                          : Outcome<std::string>{report::certificatePage(all->subject, all->facts, PROBEBOX_VERSION)};
+  if (!document) return console.fail({ExitStatus::failed, "no-dcc", document.error().what});
   auto output = Output::open(options.output, options.force, console.out());
   if (!output) return console.fail({ExitStatus::usage, "not-written", output.error().what});
-  if (!output->write(report::certificatePage(all->subject, all->facts, PROBEBOX_VERSION)) || !output->finish())
+  if (!output->write(*document) || !output->finish())
     return console.fail({ExitStatus::usage, "not-written", output->failure()});
   const auto why = report::whyNotTraceable(*all->subject.result(), all->facts);
   if (console.json())
