@@ -22,6 +22,7 @@ static_assert(static_cast<int>(codec::Profile::raw) == static_cast<int>(messages
 constexpr std::size_t kOutboxMessages = 32;
 constexpr int kMissedSigns = 3;
 constexpr int kDescriptorRepeats = 3;
+constexpr double kMostTight_Hz = 50'000;  // no line that is short of bytes carries more
 constexpr std::uint8_t kControlStream = 0;
 constexpr std::uint8_t kSampleStream = 1;
 
@@ -138,12 +139,8 @@ void Session::begin(const frame::Frame& received) {
   const auto start = messages::decode<messages::Start>(received.payload);
   if (!start) return refuse(ErrorCode::malformed, MessageType::start, "START is cut off");
   if (start->stream != kSampleStream) return refuseStream(MessageType::start);
-  if (!sends(start->profile)) {
-    return refuse(ErrorCode::refused, MessageType::start,
-                  history_.has(messages::Profile::fast)
-                      ? "this box sends profiles raw, fast and tight only; ask for profile 0, 1 or 2"
-                      : "this box sends profiles raw and tight only; ask for profile 0 or 2");
-  }
+  if (const auto why = whyNotSent(start->profile); !why.empty())
+    return refuse(ErrorCode::refused, MessageType::start, why);
   if (state_ == SessionState::streaming) return beginAgain(*start);
   if (start->policy != messages::Policy::live && start->policy != messages::Policy::record) {
     return refuse(ErrorCode::malformed, MessageType::start, "unknown policy; 0 is live, 1 is record");
@@ -182,9 +179,19 @@ void Session::beginAgain(const messages::Start& start) {
   tight_.restart();
 }
 
-// Profile tight is encoded for each host as its blocks are sent.
-bool Session::sends(messages::Profile profile) const {
-  return profile == messages::Profile::tight || history_.has(profile);
+// Profile tight is encoded for each host as its blocks are sent, which costs microseconds a sample.
+std::string_view Session::whyNotSent(messages::Profile profile) const {
+  if (profile == messages::Profile::tight) {
+    const auto& descriptors = history_.descriptors();
+    const auto now = messages::decode<messages::Descriptor>(descriptors.find(descriptors.current()));
+    const bool is_quick =
+        now && now->nominal_tick_period_ns > 0 &&
+        1e9 * now->samples_per_tick / static_cast<double>(now->nominal_tick_period_ns) > kMostTight_Hz;
+    return is_quick ? "profile tight is for up to 50000 samples a second; ask for profile fast, 1" : "";
+  }
+  if (history_.has(profile)) return {};
+  return history_.has(messages::Profile::fast) ? "this box sends profiles raw, fast and tight only; ask for 0, 1 or 2"
+                                               : "this box sends profiles raw and tight only; ask for 0 or 2";
 }
 
 messages::Profile Session::sourceOf(messages::Profile profile) const {

@@ -94,7 +94,7 @@ class Session {
   void greet(const frame::Frame& frame);
   void begin(const frame::Frame& frame);
   void beginAgain(const messages::Start& start);
-  bool sends(messages::Profile profile) const;
+  std::string_view whyNotSent(messages::Profile profile) const;  // empty: it is
   messages::Profile sourceOf(messages::Profile profile) const;
   void halt();
   void hangUp();

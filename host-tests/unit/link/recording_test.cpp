@@ -112,16 +112,17 @@ TEST(Recording, CutAtAnyByteIsReadUpToThere) {
   EXPECT_GT(before, 0U);
 }
 
-// A table's worth in profile fast, then another descriptor, then more: whole frames are read, and what is cut is said
-// with its place.
-TEST(Recording, OfFastBlocksUnderTwoDescriptorsCutAtAnyByteIsReadUpToThere) {
+class RecordingInProfile : public testing::TestWithParam<messages::Profile> {};
+
+// A table's worth, then another descriptor, then more: whole frames are read, and what is cut is said with its place.
+TEST_P(RecordingInProfile, UnderTwoDescriptorsCutAtAnyByteIsReadUpToThere) {
   std::ostringstream out;
   std::vector<std::int64_t> column(90);
   std::iota(column.begin(), column.end(), 500);
   const std::vector<std::span<const std::int64_t>> columns{column};
   messages::Descriptor d;
   d.channels = {{"a", "nm", 1.0, 4, true, ""}};
-  RecordingMaker maker{out, messages::Profile::fast, 30};
+  RecordingMaker maker{out, GetParam(), 30};
   ASSERT_TRUE(maker.begin(d));
   ASSERT_TRUE(maker.add({500}, columns));
   d.delay.result_id = 9;
@@ -153,6 +154,34 @@ TEST(Recording, OfFastBlocksUnderTwoDescriptorsCutAtAnyByteIsReadUpToThere) {
     before = heard.samples;
   }
   EXPECT_EQ(before, 180U);
+}
+
+INSTANTIATE_TEST_SUITE_P(EachStandsAloneOrNot, RecordingInProfile,
+                         testing::Values(messages::Profile::fast, messages::Profile::tight),
+                         [](const auto& of_one) { return std::string{messages::nameOf(of_one.param)}; });
+
+// In profile tight what was cut away costs the samples up to the next key block, and says so.
+TEST(Recording, OfTightBlocksWithoutItsFirstOneIsLostUpToTheNextKey) {
+  std::ostringstream out;
+  std::vector<std::int64_t> column(20'000);
+  std::iota(column.begin(), column.end(), 0);
+  messages::Descriptor d;
+  d.channels = {{"a", "nm", 1.0, 4, true, ""}};
+  RecordingMaker maker{out, messages::Profile::tight, 256};
+  ASSERT_TRUE(maker.begin(d));
+  const auto begin = out.str().size();
+  ASSERT_TRUE(maker.add({0}, std::vector<std::span<const std::int64_t>>{column}));
+  ASSERT_TRUE(maker.end());
+  auto bytes = out.str();
+  bytes.erase(begin, bytes.find('\0', begin) + 1 - begin);
+  std::istringstream in{bytes};
+  Tally tally;
+  const auto end = readRecording(in, tally);
+  ASSERT_TRUE(end.ok());
+  EXPECT_EQ(end->faults.keyless_blocks, 63U);
+  EXPECT_EQ(tally.samples, 20'000 - 64 * 256U);
+  EXPECT_EQ(tally.wrong, 0U);
+  EXPECT_EQ(end->unexplained, 0U);
 }
 
 TEST(Recording, WithAHoleInTheMiddleStillAddsUp) {

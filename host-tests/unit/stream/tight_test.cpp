@@ -151,6 +151,22 @@ TEST(Tight, SendsLessThanFast) {
   EXPECT_LT(bytes[1], bytes[0]);
 }
 
+TEST(Tight, IsRefusedByNameWhereABoxHasTooManySamplesForIt) {
+  Box box;
+  auto quick = descriptor();
+  quick.samples_per_tick = 100;
+  box.describe(quick);
+  Host host;
+  begin(box, host, kTight);
+  host.read(box.take());
+  ASSERT_EQ(host.refusals.size(), 1U);
+  EXPECT_EQ(host.refusals[0].code, messages::ErrorCode::refused);
+  box.hear(messages::Start{.profile = Profile::fast});
+  box.produce(10);
+  host.read(box.take());
+  EXPECT_EQ(host.received, 10U);
+}
+
 // A recorder that may begin anywhere gets blocks that each can be decoded without any other.
 TEST(Tight, ComesAsFastBlocksToWhoNeedsThatEachStandsAlone) {
   struct Alone : Host {
