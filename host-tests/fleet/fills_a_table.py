@@ -1,6 +1,7 @@
 """PostgreSQL is filled from MQTT: each result has one row, although the program that fills is killed and messages come again."""
 import os
 import pwd
+import shutil
 import subprocess
 import tempfile
 
@@ -86,6 +87,15 @@ def fill_and_query(folder, database):
     assert select("SELECT DISTINCT subject, machine <> '' FROM accepted_value") == [("delay", True)]
     assert all(u > 0 for u, in select("SELECT u FROM result_value WHERE key = 'tau_s'"))
     subprocess.run([PSQL, "-q", "-v", "ON_ERROR_STOP=1", database, "-f", os.path.join(TABLES, "queries.sql")], check=True)
+
+    # A store that is made anew counts from 1 again: its first result is another one.
+    box.daemon.end(kill=True)
+    shutil.rmtree(os.path.join(box.folder, "state"))
+    box.start_box()
+    shop.until(box.answers, "the box with another store")
+    box.propose(shop.case("spindle-offset-four"))
+    shop.until(lambda: select("SELECT subject FROM result WHERE id = 1 ORDER BY proposed_utc") == [("delay",), ("spindle-offset",)],
+               "the first result of the other store")
 
 
 shop.run(test)

@@ -78,6 +78,8 @@ class Broker:
     """At `port` for all of this computer, at `tls_port` for who has a certificate: see tls_options()."""
 
     def __init__(self, folder):
+        if b"without MQTT" in subprocess.run([FLEET, "--version"], capture_output=True, check=True).stdout:
+            skip("probebox-fleet was built without MQTT: apt-get install libmosquitto-dev, and configure again")
         self.mosquitto = program("mosquitto", "mosquitto")
         self.port, self.tls_port, self.folder = free_port(), free_port(), folder
         for name in ("broker", "box", "stranger"):
@@ -143,7 +145,7 @@ class Box:
     def start_box(self):
         self.daemon = Process(os.path.join(self.folder, "box.log"), PROBEBOXD, "--board", "sim", "--config",
                               os.path.join(self.folder, "config"), "--state", os.path.join(self.folder, "state"), "--link", self.uri,
-                              env=self.environment)
+                              "--time-scale", "0.25", env=self.environment)
 
     def start_fleet(self):
         self.fleet = Process(os.path.join(self.folder, "fleet.log"), FLEET, "-u", self.uri, "--listen", f"127.0.0.1:{self.metrics_port}",

@@ -1,5 +1,6 @@
 """What is scraped, and what `probebox metrics` writes, as promtool and Prometheus' own Python parser read it."""
 import os
+import socket
 import subprocess
 
 import shop
@@ -20,6 +21,33 @@ def check(text):
     return {family.name: family for family in families}
 
 
+def ask(box, text, wait_s=10):
+    """First line of the answer; empty where the connection is closed without one."""
+    with socket.create_connection(("127.0.0.1", box.metrics_port), timeout=wait_s) as one:
+        try:
+            one.sendall(text)
+            return one.makefile("rb").readline().decode().strip()
+        except ConnectionError:
+            return ""
+
+
+def serves_others_beside_bad_clients(box):
+    assert ask(box, b"GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n") == "HTTP/1.1 200 OK"
+    assert ask(box, b"HEAD /metrics?a=b HTTP/1.1\r\n\r\n") == "HTTP/1.1 200 OK"
+    assert ask(box, b"GET / HTTP/1.1\r\n\r\n").split()[1] == "404"
+    assert ask(box, b"GET\r\n\r\n").split()[1] == "404"
+    assert ask(box, b"POST /metrics HTTP/1.1\r\n\r\n").split()[1] == "405"
+    assert ask(box, b"\r\n\r\n").split()[1] == "405"
+    assert ask(box, b"GET /metrics HTTP/1.1\r\nA: " + b"x" * 20_000) in ("HTTP/1.1 431 Request Header Fields Too Large", "")
+    silent = [socket.create_connection(("127.0.0.1", box.metrics_port)) for _ in range(40)]
+    assert shop.value(box.scrape(), "probebox_up") == 1
+    # The last of them are closed after a while, whatever they say.
+    silent[-1].settimeout(15)
+    assert silent[-1].recv(1) == b""
+    for one in silent:
+        one.close()
+
+
 def test(folder):
     rules = os.path.join(shop.ROOT, "tools", "fleet", "prometheus", "alerts.yml")
     done = subprocess.run([PROMTOOL, "check", "rules", rules], capture_output=True, text=True)
@@ -36,6 +64,8 @@ def test(folder):
     assert {sample.labels["source"] for sample in families["probebox_corrections_sources"].samples} == \
         {"screw", "swivel", "rotary", "centreline"}
     print(f"{sum(len(family.samples) for family in families.values())} series")
+
+    serves_others_beside_bad_clients(box)
 
     written = os.path.join(folder, "box.prom")
     box.command("metrics", "-o", written)

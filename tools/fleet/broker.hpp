@@ -24,8 +24,10 @@ struct Message {
 // A connection to an MQTT broker, which comes back by itself. No call waits for it.
 class Broker {
  public:
+  // False where libmosquitto was not installed when this program was built.
+  static bool isBuilt();
   // client: names this client, the same at each start. last_will: the broker publishes it, retained, when the
-  // connection ends without a word. Errors: this build has no MQTT, a file that TLS does not take.
+  // connection ends without a word. Error: a file that TLS does not take.
   static Outcome<std::unique_ptr<Broker>> open(const BrokerOptions& options, const std::string& client,
                                                const Message& last_will);
 

@@ -129,6 +129,10 @@ class MosquittoBroker : public Broker {
 
 }  // namespace
 
+bool Broker::isBuilt() {
+  return true;
+}
+
 Outcome<std::unique_ptr<Broker>> Broker::open(const BrokerOptions& options, const std::string& client,
                                               const Message& last_will) {
   auto broker = std::make_unique<MosquittoBroker>();

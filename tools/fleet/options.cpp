@@ -12,7 +12,8 @@ void declareOptions(CLI::App& command, Options& options) {
   command.footer(
       "Example:\n  probebox-fleet -u tcp:127.0.0.1:7627 --listen 127.0.0.1:9627 --mqtt broker:8883 --ca ca.pem "
       "--certificate box.pem --key box.key --state /var/lib/probebox-fleet");
-  command.set_version_flag("-V,--version", "probebox-fleet " PROBEBOX_VERSION);
+  command.set_version_flag("-V,--version", std::string{"probebox-fleet " PROBEBOX_VERSION} +
+                                               (Broker::isBuilt() ? "" : ", built without MQTT"));
   command.add_option("-u,--uri", options.uri,
                      "the box: tcp:HOST:PORT, serial:DEVICE[,baud=N] or usb[:SERIAL]; default: PROBEBOX_URI, or the "
                      "only box there is");
@@ -41,6 +42,10 @@ void declareOptions(CLI::App& command, Options& options) {
 
 Outcome<std::optional<BrokerOptions>> brokerOf(const Options& options) {
   if (options.mqtt.empty()) return std::optional<BrokerOptions>{};
+  if (!Broker::isBuilt())
+    return Error{
+        "this program was built without MQTT: install libmosquitto-dev, configure and build again, or leave out "
+        "--mqtt"};
   TRY(auto address, tcp::parseAddress(options.mqtt));
   const int files = !options.ca.empty() + !options.certificate.empty() + !options.key.empty();
   if (files != 0 && files != 3) return Error{"TLS needs all of --ca, --certificate and --key"};

@@ -24,7 +24,8 @@ struct Options {
 // CLI11 is slow to compile: only options.cpp, the program and the writer of pages include it.
 void declareOptions(CLI::App& command, Options& options);
 
-// Errors, with the remedy: an address that is none, MQTT without TLS over a network, TLS without all of its files.
+// Errors, with the remedy: a build without MQTT, an address that is none, MQTT without TLS over a network, TLS without
+// all of its files.
 Outcome<std::optional<BrokerOptions>> brokerOf(const Options& options);
 
 }  // namespace probebox::fleet

@@ -1,5 +1,6 @@
 #include "tools/fleet/scrape_server.hpp"
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string_view>
@@ -18,7 +19,7 @@ std::string answerTo(std::string_view head, const std::function<std::string()>& 
   const auto line = head.substr(0, head.find("\r\n"));
   const auto method = line.substr(0, line.find(' '));
   if (method != "GET" && method != "HEAD") return answerWith("405 Method Not Allowed", kPlain, "GET /metrics\n");
-  const auto rest = line.substr(method.size() + 1);
+  const auto rest = line.substr(std::min(method.size() + 1, line.size()));
   const auto path = rest.substr(0, rest.find_first_of(" ?"));
   if (path != "/metrics") return answerWith("404 Not Found", kPlain, "GET /metrics\n", method == "GET");
   return answerWith("200 OK", "text/plain; version=0.0.4; charset=utf-8", metrics(), method == "GET");
