@@ -79,7 +79,6 @@ namespace quantity = metrology::quantity;
 using metrology::Estimate;
 using metrology::Result;
 
-constexpr double kCoverageFactor = 2;
 constexpr std::size_t kMostCertified = 600;  // rows; a page nobody reads is no certificate
 
 // The day of the sphere's calibration, as CalibratedSphere::inWords() has it: "..., 2026-04-17: sphere ...".

@@ -8,6 +8,8 @@
 
 namespace probebox::report {
 
+inline constexpr double kCoverageFactor = 2;
+
 // Facts that a certificate states besides its result.
 struct CertificateFacts {
   std::string number;    // of the certificate

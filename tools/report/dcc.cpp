@@ -17,8 +17,6 @@ namespace {
 using metrology::Estimate;
 using metrology::Result;
 
-constexpr double kCoverageFactor = 2;
-
 // The units in which pages show values, as D-SI writes them.
 struct DsiUnit {
   std::string_view shown, dsi;

@@ -9,8 +9,8 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 using Verdict = MeasuredCheck::Verdict;
-using Status = messages::Status::Answer;
-using Unit = messages::DescribeUnit::Answer;
+using BoxStatus = messages::Status::Answer;
+using BoxUnit = messages::DescribeUnit::Answer;
 
 std::vector<Verdict> verdictsOf(const std::vector<MeasuredCheck>& checks) {
   std::vector<Verdict> all;
@@ -18,8 +18,8 @@ std::vector<Verdict> verdictsOf(const std::vector<MeasuredCheck>& checks) {
   return all;
 }
 
-Status withLines(std::uint64_t trigger, std::uint64_t index, std::uint64_t lost) {
-  Status status;
+BoxStatus withLines(std::uint64_t trigger, std::uint64_t index, std::uint64_t lost) {
+  BoxStatus status;
   status.lines = {{.name = "sync", .role = 0, .edges = 5},
                   {.name = "probe trigger", .role = 1, .edges = trigger, .lost = lost},
                   {.name = "index X", .role = 2, .edges = index}};
@@ -47,7 +47,7 @@ TEST(FactoryEncoders, EachHasToMoveByMoreThanVibration) {
 }
 
 TEST(FactoryController, HasToBeAnsweredWithoutABadFrame) {
-  Status before, after;
+  BoxStatus before, after;
   EXPECT_THAT(verdictsOf(controllerChecks(before, after)), ElementsAre(Verdict::not_told));
   before.cnc_lines = {{.name = "/dev/ttyS0", .answered = 10, .bad_frames = 3}};
   after = before;
