@@ -10,7 +10,6 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using Verdict = MeasuredCheck::Verdict;
 using BoxStatus = messages::Status::Answer;
-using BoxUnit = messages::DescribeUnit::Answer;
 
 std::vector<Verdict> verdictsOf(const std::vector<MeasuredCheck>& checks) {
   std::vector<Verdict> all;

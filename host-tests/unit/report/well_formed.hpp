@@ -50,7 +50,10 @@ class WellFormed {
 
   std::string name() {
     const auto from = at_;
-    while (at_ < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[at_])) || text_[at_] == '-')) ++at_;
+    const auto is_part = [](char c) {
+      return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == ':' || c == '_';
+    };
+    while (at_ < text_.size() && is_part(text_[at_])) ++at_;
     return std::string{text_.substr(from, at_ - from)};
   }
 
