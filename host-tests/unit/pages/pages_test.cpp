@@ -90,7 +90,7 @@ TEST(ZshCompletion, HasEveryCommandAndQuotesTheirTexts) {
     const auto page = zshCompletion(app, kMethods);
     for (const auto* command : commandsOf(app)) EXPECT_THAT(page, HasSubstr("\n      " + command->get_name() + ")\n"));
     EXPECT_THAT(page, HasSubstr("#compdef probebox"));
-    EXPECT_THAT(page, HasSubstr("(raw fast)"));
+    EXPECT_THAT(page, HasSubstr("(raw fast tight)"));
   });
 }
 
