@@ -22,7 +22,6 @@ static_assert(static_cast<int>(codec::Profile::raw) == static_cast<int>(messages
 constexpr std::size_t kOutboxMessages = 32;
 constexpr int kMissedSigns = 3;
 constexpr int kDescriptorRepeats = 3;
-constexpr double kMostTight_Hz = 50'000;  // no line that is short of bytes carries more
 constexpr std::uint8_t kControlStream = 0;
 constexpr std::uint8_t kSampleStream = 1;
 
@@ -179,14 +178,11 @@ void Session::beginAgain(const messages::Start& start) {
   tight_.restart();
 }
 
-// Profile tight is encoded for each host as its blocks are sent, which costs microseconds a sample.
 std::string_view Session::whyNotSent(messages::Profile profile) const {
   if (profile == messages::Profile::tight) {
     const auto& descriptors = history_.descriptors();
     const auto now = messages::decode<messages::Descriptor>(descriptors.find(descriptors.current()));
-    const bool is_quick =
-        now && now->nominal_tick_period_ns > 0 &&
-        1e9 * now->samples_per_tick / static_cast<double>(now->nominal_tick_period_ns) > kMostTight_Hz;
+    const bool is_quick = now && now->samplesPerSecond() > messages::kMostTight_Hz;
     return is_quick ? "profile tight is for up to 50000 samples a second; ask for profile fast, 1" : "";
   }
   if (history_.has(profile)) return {};

@@ -159,9 +159,12 @@ std::int64_t get(RangeDecoder& coder, TightPredictor& predictor) {
 
 // The header that a block after this one is expected to have, but for its time.
 BlockHeader after(BlockHeader header) {
-  header.first = header.first + static_cast<std::int64_t>(header.count);
-  header.map.tick = {static_cast<std::int64_t>(static_cast<std::uint64_t>(header.map.tick.index) +
-                                               header.count / std::max<std::uint64_t>(header.samples_per_tick, 1))};
+  // Unsigned: a block of somebody else may state any index.
+  const auto on = [](std::int64_t index, std::uint64_t by) {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(index) + by);
+  };
+  header.first = {on(header.first.index, header.count)};
+  header.map.tick = {on(header.map.tick.index, header.count / std::max<std::uint64_t>(header.samples_per_tick, 1))};
   return header;
 }
 

@@ -146,6 +146,10 @@ struct TipDescription {
   }
 };
 
+// Profile tight is encoded for each host as its blocks are sent, microseconds a sample: no box sends it at more than
+// this.
+inline constexpr double kMostTight_Hz = 50'000;
+
 // Describes the channels, box to host: after WELCOME, and again before the first block that another descriptor encodes
 // (a delay or a reference came into force, or a resumed stream returns to earlier blocks). Frames carry the CRC-32C of
 // their descriptor as its hash: decode a block with the descriptor whose hash its frame carries.
@@ -162,6 +166,9 @@ struct Descriptor {
   std::array<std::array<double, 3>, 3> gain{};
   DelayInForce delay{};
   TipDescription tip{};
+  double samplesPerSecond() const {
+    return nominal_tick_period_ns > 0 ? 1e9 * samples_per_tick / static_cast<double>(nominal_tick_period_ns) : 0;
+  }
   static constexpr void fields(auto& self, auto&& field) {
     field("board", self.board, "name of the board description");
     field("serial_number", self.serial_number, "of the box");

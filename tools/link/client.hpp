@@ -174,8 +174,9 @@ class Client : private StreamListener {
   std::uint32_t last_id_{};
   std::map<std::uint32_t, Asked> requests_;
   std::optional<messages::Start> wanted_;
-  bool box_streams_{};              // according to the last heartbeat
-  std::uint64_t received_bytes_{};  // since START
+  std::optional<messages::Profile> before_change_;  // of a stream whose profile was asked to change
+  bool box_streams_{};                              // according to the last heartbeat
+  std::uint64_t received_bytes_{};                  // since START
   std::uint64_t credited_bytes_{};
   std::optional<MonoTime> began_{};
   MonoTime now_{};

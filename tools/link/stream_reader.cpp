@@ -218,7 +218,10 @@ void StreamReader::passAlone(const frame::Frame& received, std::span<const codec
                              codec::BlockHeader header, std::span<const std::int64_t> columns) {
   alone_.resize(std::min(codec::rawBlockSize(formats, header.count), frame::kMaxPayload));
   const auto size = codec::encodeFast(header, formats, columns, alone_);
-  if (!size) return;  // longer than any block of a box
+  if (!size) {  // longer than any block of a box
+    ++faults_.unreadable_blocks;
+    return;
+  }
   frame::Frame alone{received.header, std::span{alone_}.first(*size)};
   alone.header.payload_length = static_cast<std::uint16_t>(*size);
   listener_.onFrame(alone);

@@ -59,10 +59,12 @@ Outcome<Uri> parseUri(std::string_view text) {
       "' is not the address of a box; write tcp:HOST:PORT, serial:DEVICE[,baud=N], usb:SERIAL or file:REC.pbx"};
 }
 
-messages::Profile suitableProfile(const Uri& uri) {
+messages::Profile suitableProfile(const Uri& uri, const messages::Descriptor& box) {
   constexpr unsigned kMostBaud = 921'600;  // a box's processor keeps up with more than that brings
   const auto* line = std::get_if<serial::Address>(&uri.address);
-  return line != nullptr && line->settings.baud <= kMostBaud ? messages::Profile::tight : messages::Profile::fast;
+  const bool is_slow = line != nullptr && line->settings.baud <= kMostBaud;
+  return is_slow && box.samplesPerSecond() <= messages::kMostTight_Hz ? messages::Profile::tight
+                                                                      : messages::Profile::fast;
 }
 
 Outcome<Uri, OpenFailure> settled(const Uri& uri) {

@@ -9,6 +9,7 @@
 #include "drivers/io/byte_pipe.hpp"
 #include "drivers/serial/settings.hpp"
 #include "drivers/tcp/address.hpp"
+#include "protocol/messages/handshake.hpp"
 #include "protocol/messages/types.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -34,8 +35,8 @@ struct Uri {
 
 Outcome<Uri> parseUri(std::string_view text);
 
-// The profile for a host that has no wish: tight where the line is what limits the samples.
-messages::Profile suitableProfile(const Uri& uri);
+// The profile for a host that has no wish: tight where the line is what limits the samples, and the box can send it.
+messages::Profile suitableProfile(const Uri& uri, const messages::Descriptor& box);
 
 // Explains why there is no connection; `what` has the remedy.
 struct OpenFailure {

@@ -66,14 +66,6 @@ constexpr auto kMeasurands = std::to_array<Measurand>({
     {SubjectKind::check, "the errors that a ball shows at different angles of the axes, against its accepted place"},
 });
 
-// Describes in one phrase the quantity that values about a subject measure, for a page that is read without the manual;
-// empty for a subject that has the name of its method.
-std::string_view measurandOf(std::string_view subject) {
-  const auto parsed = parseSubject(subject);
-  const auto* found = parsed ? std::ranges::find(kMeasurands, parsed->kind, &Measurand::kind) : kMeasurands.end();
-  return found == kMeasurands.end() ? std::string_view{} : found->sentence;
-}
-
 namespace quantity = metrology::quantity;
 
 using metrology::Estimate;
@@ -131,15 +123,9 @@ std::string certifiedRow(const Subject& subject, const Estimate& estimate, std::
 
 // Where the values hold, and what they are of: without it a centre on an inclined axis is no measurand.
 std::string placesTable(const Subject& subject, const CertificateFacts& facts) {
-  constexpr std::array<std::string_view, 6> kPlaces{quantity::kMeanHeight.key,
-                                                    quantity::kAlong.key,
-                                                    quantity::kAxisPoint.key,
-                                                    quantity::kAxisDirection.key,
-                                                    "arm_mm",
-                                                    quantity::kEffectiveDiameter.key};
   std::string rows;
   for (const auto& estimate : subject.result()->also) {
-    if (std::ranges::find(kPlaces, estimate.key) == kPlaces.end()) continue;
+    if (!isPlace(estimate)) continue;
     for (std::size_t k = 0; k < estimate.values.size(); ++k) {
       const auto unit = unitOf(estimate, k);
       rows += factRow(valueName(subject, estimate, k),
@@ -230,16 +216,7 @@ std::string traceabilityBox(const Subject& subject, const CertificateFacts& fact
                                element("li",
                                        "Not traceable are the contributions of the scales of the machine and the "
                                        "clock of the box: no certificate of them is on record.");
-  if (!why && conditionOf(result, "temperature_c").empty())
-    text += element("li",
-                    "The temperature of the sphere is not stated: the values hold if it was 20 \u00b0C. In steel each "
-                    "kelvin is 11.5 \u00b5m per metre of its diameter. State it for the run (probebox calibrate "
-                    "--temperature) or in [datum_sphere] of machine.toml.");
-  if (ballIsAssumed(result)) text += element("li", "Stylus ball: " + conditionOf(result, metrology::kStylusBall) + ".");
-  if (facts.accepted.empty())
-    text += element("li", "This result was accepted by nobody: it is a proposal, and not in force.");
-  if (!verdictOn(subject))  // whose box says it already
-    for (const auto& sentence : subject.rests_on) text += element("li", sentence);
+  for (const auto& sentence : reservationsAbout(subject, facts)) text += element("li", sentence);
   if (!result.warnings.empty()) text += element("li", std::to_string(result.warnings.size()) + " warnings, below.");
   return text + "</ul></div>\n";
 }
@@ -293,6 +270,38 @@ std::string conditionOf(const metrology::Result& result, std::string_view name) 
 std::string measuredUtc(const metrology::Result& result, const CertificateFacts& facts) {
   const auto stated = conditionOf(result, "measured_utc");
   return stated.empty() ? facts.stored_utc : stated;
+}
+
+std::string_view measurandOf(std::string_view subject) {
+  const auto parsed = parseSubject(subject);
+  const auto* found = parsed ? std::ranges::find(kMeasurands, parsed->kind, &Measurand::kind) : kMeasurands.end();
+  return found == kMeasurands.end() ? std::string_view{} : found->sentence;
+}
+
+bool isPlace(const metrology::Estimate& estimate) {
+  constexpr std::array<std::string_view, 6> kPlaces{quantity::kMeanHeight.key,
+                                                    quantity::kAlong.key,
+                                                    quantity::kAxisPoint.key,
+                                                    quantity::kAxisDirection.key,
+                                                    "arm_mm",
+                                                    quantity::kEffectiveDiameter.key};
+  return std::ranges::find(kPlaces, estimate.key) != kPlaces.end();
+}
+
+std::vector<std::string> reservationsAbout(const Subject& subject, const CertificateFacts& facts) {
+  const Result& result = *subject.result();
+  std::vector<std::string> all;
+  if (!whyNotTraceable(result, facts) && conditionOf(result, "temperature_c").empty())
+    all.emplace_back(
+        "The temperature of the sphere is not stated: the values hold if it was 20 \u00b0C. In steel each kelvin is "
+        "11.5 \u00b5m per metre of its diameter. State it for the run (probebox calibrate --temperature) or in "
+        "[datum_sphere] of machine.toml.");
+  if (ballIsAssumed(result)) all.push_back("Stylus ball: " + conditionOf(result, metrology::kStylusBall) + ".");
+  if (facts.accepted.empty())
+    all.emplace_back("This result was accepted by nobody: it is a proposal, and not in force.");
+  if (!verdictOn(subject))  // whose box says it already
+    all.insert(all.end(), subject.rests_on.begin(), subject.rests_on.end());
+  return all;
 }
 
 std::optional<std::string> whyNotTraceable(const Result& result, const CertificateFacts& facts) {

@@ -27,6 +27,14 @@ struct CertificateFacts {
 // certificate that its conditions name.
 std::optional<std::string> whyNotTraceable(const metrology::Result& result, const CertificateFacts& facts);
 
+// What a reader has to know before he relies on the values, a sentence each: no acceptance, what they rest on, and so
+// on.
+std::vector<std::string> reservationsAbout(const Subject& subject, const CertificateFacts& facts);
+// Describes in one phrase the quantity that values about a subject measure, for a page that is read without the manual;
+// empty for a subject that has the name of its method.
+std::string_view measurandOf(std::string_view subject);
+// Whether it says where the values hold: without it a centre on an inclined axis is no measurand.
+bool isPlace(const metrology::Estimate& estimate);
 // A condition of the measurement; empty where it is not on record.
 std::string conditionOf(const metrology::Result& result, std::string_view name);
 // When it was measured, else when the box stored it.

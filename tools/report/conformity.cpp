@@ -27,19 +27,6 @@ std::optional<double> limitIn(const Subject& subject, const Estimate& deviation)
   return limit ? limit.value() : std::nullopt;
 }
 
-const char* wordOf(const Judged& judged) {
-  if (!judged.proof) return "not on record";
-  switch (*judged.proof) {
-    case Proof::conforms:
-      return "PASS";
-    case Proof::not_proven:
-      return "NOT PROVEN";
-    case Proof::fails:
-      return "FAIL";
-  }
-  return "";
-}
-
 std::string rowOf(const Subject& subject, const Judged& judged) {
   const auto cell = [](const std::string& text) { return "<td class=\"n\">" + escaped(text) + "</td>"; };
   const auto& deviation = *judged.deviation;
@@ -52,6 +39,19 @@ std::string rowOf(const Subject& subject, const Judged& judged) {
 }
 
 }  // namespace
+
+const char* wordOf(const Judged& judged) {
+  if (!judged.proof) return "not on record";
+  switch (*judged.proof) {
+    case Proof::conforms:
+      return "PASS";
+    case Proof::not_proven:
+      return "NOT PROVEN";
+    case Proof::fails:
+      return "FAIL";
+  }
+  return "";
+}
 
 std::optional<metrology::Proof> verdictOn(const Subject& subject) {
   if (subject.result() == nullptr) return std::nullopt;

@@ -21,6 +21,9 @@ struct Judged {
 };
 std::vector<Judged> judgedValues(const Subject& subject);  // where there is a verdict
 
+// PASS, FAIL, NOT PROVEN, or "not on record".
+const char* wordOf(const Judged& judged);
+
 // Name of a judged value, with what it is: "Xcen B0, mean X of the ball at B = 0".
 std::string judgedName(const Subject& subject, const Judged& judged);
 

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstdio>
 #include <string_view>
+#include <vector>
 
 #include "firmware/metrology/methods.hpp"
 #include "protocol/units/calendar.hpp"
+#include "tools/report/conformity.hpp"
 #include "tools/report/coverage.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
@@ -111,15 +113,29 @@ std::string conditionsOf(const Result& result) {
                    words("dcc:name", "temperature") + node("dcc:data", node("dcc:quantity", node("si:real", real)))));
 }
 
-std::string traceability(const Result& result, const CertificateFacts& facts) {
+// The answers of the decision rule, for values that have limits.
+std::vector<std::string> conformityOf(const Subject& subject) {
+  std::vector<std::string> all;
+  if (!verdictOn(subject)) return all;
+  for (const auto& judged : judgedValues(subject)) {
+    if (!judged.limit || !judged.proof) continue;
+    all.push_back(judgedName(subject, judged) + ": limit " + limitDigits(*judged.deviation, *judged.limit) + " " +
+                  unitOf(*judged.deviation, 0).unit + ", " + wordOf(judged));
+  }
+  all.push_back(decisionRule());
+  return all;
+}
+
+std::string statements(const Subject& subject, const CertificateFacts& facts) {
+  const Result& result = *subject.result();
   const auto why = whyNotTraceable(result, facts);
   const auto said = why ? *why
                         : "Traceable to the certificate of the reference sphere, as far as u rests on it: " +
                               conditionOf(result, "sphere_certificate") +
                               ". The scales of the machine and the clock of the box have no certificate on record.";
-  std::string all = leaf("dcc:traceable", why ? "false" : "true") + words("dcc:declaration", said);
-  all = node("dcc:metaData", all);
-  for (const auto& warning : result.warnings) all += node("dcc:metaData", words("dcc:declaration", warning));
+  auto all = node("dcc:metaData", leaf("dcc:traceable", why ? "false" : "true") + words("dcc:declaration", said));
+  for (const auto& sentences : {reservationsAbout(subject, facts), result.warnings, conformityOf(subject)})
+    for (const auto& sentence : sentences) all += node("dcc:metaData", words("dcc:declaration", sentence));
   if (!facts.next_due.empty())
     all += node("dcc:metaData", words("dcc:declaration", "next calibration due") + leaf("dcc:date", facts.next_due));
   return node("dcc:measurementMetaData", all);
@@ -133,6 +149,14 @@ std::string measurement(const Subject& subject, const CertificateFacts& facts) {
   for (const auto& estimate : result.estimates)
     for (std::size_t k = 0; k < estimate.values.size(); ++k)
       if (!casefolder::zeroByDefinition(estimate, k)) quantities += quantityOf(subject, estimate, k);
+  std::string places;
+  for (const auto& estimate : result.also)
+    for (std::size_t k = 0; isPlace(estimate) && k < estimate.values.size(); ++k)
+      places += quantityOf(subject, estimate, k);
+  if (!places.empty())
+    places = node("dcc:result", words("dcc:name", "where the values hold") + node("dcc:data", places));
+  const auto measurand = measurandOf(facts.subject);
+  const auto about = measurand.empty() ? std::string{} : words("dcc:description", measurand);
   const auto sphere = conditionOf(result, "sphere_certificate");
   const auto with = equipment(facts.box, "probebox, firmware " + facts.firmware) +
                     equipment(facts.probe, "probe, " + facts.mounting) +
@@ -144,8 +168,9 @@ std::string measurement(const Subject& subject, const CertificateFacts& facts) {
                node("dcc:usedMethod", words("dcc:name", title) + words("dcc:description", subject.method) +
                                           leaf("dcc:norm", "JCGM 100:2008"))) +
           node("dcc:measuringEquipments", with) + conditionsOf(result) +
-          node("dcc:results", node("dcc:result", words("dcc:name", subject.name) + node("dcc:data", quantities))) +
-          traceability(result, facts));
+          node("dcc:results",
+               node("dcc:result", words("dcc:name", subject.name) + about + node("dcc:data", quantities)) + places) +
+          statements(subject, facts));
 }
 
 }  // namespace

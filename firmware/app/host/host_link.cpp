@@ -8,8 +8,6 @@ namespace {
 
 constexpr std::size_t kReadAtOnce = 4096;
 constexpr int kReadsInTurn = 4;
-// Encoding profile tight takes microseconds a sample: one host that catches up does not keep the others waiting.
-constexpr int kTightFramesInTurn = 4;
 
 stream::SessionOptions withLanes(stream::SessionOptions options, const io::Connection& connection) {
   options.two_lanes = connection.control != nullptr;
@@ -40,18 +38,18 @@ bool HostLink::receive(io::BytePipe& pipe, stream::Lane lane, MonoTime now) {
   return true;
 }
 
-void HostLink::flush() {
+void HostLink::flush(int& tight_frames) {
   if (closed()) return;
   waits_for_writing_ = false;
-  const bool open = (!connection_.control || flush(*connection_.control, stream::Lane::control)) &&
-                    flush(*connection_.data, stream::Lane::data);
+  const bool open = (!connection_.control || flush(*connection_.control, stream::Lane::control, tight_frames)) &&
+                    flush(*connection_.data, stream::Lane::data, tight_frames);
   if (!open) hangUp();
 }
 
-bool HostLink::flush(io::BytePipe& pipe, stream::Lane lane) {
-  for (int frames = 0;; ++frames) {
-    const bool enough = session_.profile() == messages::Profile::tight && frames >= kTightFramesInTurn;
-    const auto bytes = enough ? std::span<const std::byte>{} : session_.pending(lane);
+bool HostLink::flush(io::BytePipe& pipe, stream::Lane lane, int& tight_frames) {
+  while (true) {
+    const bool is_tight = session_.profile() == messages::Profile::tight;
+    const auto bytes = is_tight && tight_frames <= 0 ? std::span<const std::byte>{} : session_.pending(lane);
     if (bytes.empty()) return true;
     const io::Transfer put = pipe.write(bytes);
     session_.sent(put.bytes, lane);
@@ -60,6 +58,7 @@ bool HostLink::flush(io::BytePipe& pipe, stream::Lane lane) {
       waits_for_writing_ = waits_for_writing_ || pipe.watchedForWriting();
       return true;
     }
+    if (is_tight) --tight_frames;
   }
 }
 

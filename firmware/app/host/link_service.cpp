@@ -14,6 +14,8 @@ namespace probebox::app {
 namespace {
 
 constexpr std::chrono::milliseconds kAdvance{10};
+// In that time, of all hosts together: whoever catches up in profile tight does not keep the others waiting.
+constexpr int kTightFrames = 4;
 constexpr Nanoseconds kUsbHeartbeat = std::chrono::milliseconds{10};
 constexpr Nanoseconds kRetry = std::chrono::seconds{1};
 
@@ -243,7 +245,7 @@ void LinkService::answerRequests(Link& link) {
 }
 
 void LinkService::flush(Link& link) {
-  link.host.flush();
+  link.host.flush(tight_frames_);
   if (link.host.closed()) return close(link);
   link.watch.wantWrite(link.host.waitsForWriting());
 }
@@ -304,7 +306,10 @@ void LinkService::advance() {
                               .clock_sigma_ns = state.map.sigma_ns,
                               .deadline_misses = counters_.deadline_misses,
                               .edges = state.snapshot.clock.edges};
-  for (const auto& link : links_) {
+  tight_frames_ = kTightFrames;
+  ++turn_;  // who comes first takes of them first
+  for (std::size_t k = 0; k < links_.size(); ++k) {
+    const auto& link = links_[(turn_ + k) % links_.size()];
     link->host.session().advance(now, of_box);
     flush(*link);
     // A serial line stays, and so does USB: the next host says HELLO on it.

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <utility>
 
+#include "firmware/app/log/log.hpp"
 #include "protocol/units/calendar.hpp"
 
 namespace probebox::app {
@@ -15,7 +16,7 @@ using namespace std::chrono;
 struct Known {
   std::mutex mutex;
   std::optional<WallClock> clock;
-  std::optional<ToldTime> told;
+  ToldTimes told;
   const steady_clock::time_point began{steady_clock::now()};
 
   seconds sinceStart() const { return floor<seconds>(steady_clock::now() - began); }
@@ -66,6 +67,28 @@ bool ToldTime::isBetterThan(const ToldTime& other, seconds since_start) const {
   return mine && others ? *mine < *others : mine.has_value() || !others;
 }
 
+std::string ToldTimes::take(const messages::TimeOfDay& time, seconds since_start, std::string by) {
+  ToldTime told{time, since_start, std::move(by)};
+  if (!couldBeNow(told.at(since_start))) return "";
+  if (!best_) {
+    best_ = std::move(told);
+    return "The time of day is " + isoUtc(best_->at(since_start)) + ", " + best_->source(since_start) + ".";
+  }
+  const auto error = told.error_s(since_start), error_before = best_->error_s(since_start);
+  const auto apart = abs(told.at(since_start) - best_->at(since_start));
+  const bool contradict =
+      error && error_before && static_cast<double>(apart.count()) > *error + *error_before + 1;  // whole seconds
+  std::string said;
+  if (contradict) {
+    said = "Two hosts tell times of day " + std::to_string(apart.count()) + " s apart (" + best_->by() + ", " +
+           told.by() + "): one of their clocks is wrong, and how far dates are off is not known.";
+    told.doubt();
+    best_->doubt();
+  }
+  if (told.isBetterThan(*best_, since_start)) best_ = std::move(told);
+  return said;
+}
+
 Date dateOf(const io::KernelClock& kernel, const WallClock& clock, const std::optional<ToldTime>& told,
             seconds since_start) {
   const auto shown = floor<seconds>(kernel.utc);
@@ -84,16 +107,14 @@ void setWallClock(const WallClock& clock) {
 void noteTold(const messages::TimeOfDay& time, std::string by) {
   auto& all = known();
   const std::lock_guard lock{all.mutex};
-  const auto now = all.sinceStart();
-  ToldTime told{time, now, std::move(by)};
-  if (couldBeNow(told.at(now)) && (!all.told || told.isBetterThan(*all.told, now))) all.told = std::move(told);
+  if (const auto said = all.told.take(time, all.sinceStart(), std::move(by)); !said.empty()) logInfo(said);
 }
 
 Date dateNow() {
   const auto kernel = io::kernelClock();
   auto& all = known();
   const std::lock_guard lock{all.mutex};
-  return dateOf(kernel, all.clock.value_or(WallClock{}), all.told, all.sinceStart());
+  return dateOf(kernel, all.clock.value_or(WallClock{}), all.told.best(), all.sinceStart());
 }
 
 std::string utcNow() {

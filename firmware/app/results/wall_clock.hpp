@@ -28,11 +28,26 @@ class ToldTime {
   // Where a date comes from, for the record.
   std::string source(std::chrono::seconds since_start) const;
   bool isBetterThan(const ToldTime& other, std::chrono::seconds since_start) const;
+  const std::string& by() const { return by_; }
+  // From now on its error is not known.
+  void doubt() { time_.error_ms = messages::TimeOfDay::kErrorUnknown; }
 
  private:
   messages::TimeOfDay time_;
   std::chrono::seconds told_;
   std::string by_;
+};
+
+// The times of day that hosts have told.
+class ToldTimes {
+ public:
+  // Takes one, unless it cannot be or the one before is better. Returns what the log should say of it; empty: nothing.
+  // Two that contradict each other are both doubted.
+  std::string take(const messages::TimeOfDay& time, std::chrono::seconds since_start, std::string by);
+  const std::optional<ToldTime>& best() const { return best_; }
+
+ private:
+  std::optional<ToldTime> best_;
 };
 
 struct Date {
@@ -47,8 +62,8 @@ Date dateOf(const io::KernelClock& kernel, const WallClock& clock, const std::op
 
 // Tells dateNow() what the box knows. Before the first call every date that can be is believed.
 void setWallClock(const WallClock& clock);
-// Takes the time of day that a host has told, for as long as nothing keeps the kernel's clock right. Ignored where it
-// cannot be, or where a better one was told before. by: the connection that it came over.
+// Takes the time of day that a host has told (ToldTimes), for as long as nothing keeps the kernel's clock right. by:
+// the connection that it came over.
 void noteTold(const messages::TimeOfDay& time, std::string by);
 Date dateNow();
 std::string utcNow();  // its text

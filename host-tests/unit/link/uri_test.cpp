@@ -42,12 +42,15 @@ TEST(Uri, NamesABoxOnUsbOrTheOnlyOne) {
 }
 
 TEST(Uri, OfASlowLineSuitsProfileTight) {
-  const auto suitable = [](std::string_view text) { return suitableProfile(*parseUri(text)); };
+  messages::Descriptor box;  // 1000 samples a second
+  const auto suitable = [&](std::string_view text) { return suitableProfile(*parseUri(text), box); };
   EXPECT_EQ(suitable("serial:/dev/ttyUSB0"), messages::Profile::tight);
   EXPECT_EQ(suitable("serial:/dev/ttyUSB0,baud=115200"), messages::Profile::tight);
   EXPECT_EQ(suitable("serial:/dev/ttyUSB0,baud=3000000"), messages::Profile::fast);
   EXPECT_EQ(suitable("tcp:box:7627"), messages::Profile::fast);
   EXPECT_EQ(suitable("usb"), messages::Profile::fast);
+  box.samples_per_tick = 100;
+  EXPECT_EQ(suitable("serial:/dev/ttyUSB0"), messages::Profile::fast) << "a quick box does not send tight";
 }
 
 TEST(Uri, ThatNamesItsBoxIsSettled) {

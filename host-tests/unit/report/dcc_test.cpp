@@ -71,6 +71,23 @@ TEST_F(DigitalCertificate, SaysWhatIsNotTraceable) {
   EXPECT_THAT(text(), HasSubstr("<dcc:traceable>false</dcc:traceable>"));
 }
 
+// What a reader of the page is warned of, a reader of the XML is too.
+TEST_F(DigitalCertificate, HasTheReservationsOfThePage) {
+  facts_.accepted.clear();
+  std::erase_if(result_.conditions, [](const auto& each) { return each.name == "temperature_c"; });
+  result_.warnings = {"a < b"};
+  const Subject subject{"result 17", result_.method, {}, result_};
+  const auto all = text();
+  EXPECT_EQ(reservationsAbout(subject, facts_).size(), 2U);
+  for (const auto& sentence : reservationsAbout(subject, facts_)) EXPECT_THAT(all, HasSubstr(sentence));
+  EXPECT_THAT(all, HasSubstr("a &lt; b"));
+}
+
+TEST_F(DigitalCertificate, SaysWhereTheValuesHold) {
+  result_.also = {metrology::Estimate::scalar("mean_height_mm", 12.5, 0.001)};
+  EXPECT_THAT(text(), HasSubstr("where the values hold"));
+}
+
 TEST_F(DigitalCertificate, IsNotWrittenWithoutADayOrAPerson) {
   result_.conditions[0].value = "unknown, 12 s after start 7";
   EXPECT_FALSE(document());

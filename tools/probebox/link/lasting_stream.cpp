@@ -46,7 +46,7 @@ std::optional<Trouble> LastingStream::connect(milliseconds limit) {
 void LastingStream::start() {
   messages::Start start;
   start.policy = options_.policy;
-  start.profile = options_.profile.value_or(link::suitableProfile(uri_));
+  start.profile = options_.profile.value_or(link::suitableProfile(uri_, box_->described()));
   start.has_resume = tally_.begun();
   start.resume_from = tally_.next();
   start.triggers = options_.triggers;

@@ -89,17 +89,28 @@ TEST(WallClock, TheBetterOfTwoHostsIsBelieved) {
   EXPECT_FALSE(unknown.error_s(200s));
 }
 
-// What a host tells reaches results, unless it cannot be.
-TEST(WallClock, TakesWhatAHostTells) {
-  setWallClock({.is_kept_right = false, .start = 3});
-  const auto before = dateNow();
-  noteTold({.utc_us = 1, .error_ms = 0}, "usb");
-  EXPECT_EQ(dateNow().at.has_value(), before.at.has_value()) << "1970";
-  const auto in_2040 = duration_cast<microseconds>(noonIn(2040).time_since_epoch()).count();
-  noteTold({.utc_us = in_2040, .error_ms = 5}, "usb");
-  const bool by_kernel = io::kernelClock().isKept();
-  EXPECT_EQ(dateNow().text.substr(0, 4), by_kernel ? before.text.substr(0, 4) : "2040");
-  setWallClock({});
+messages::TimeOfDay timeOf(int year, std::uint32_t error_ms, seconds later = 0s) {
+  return {.utc_us = duration_cast<microseconds>((noonIn(year) + later).time_since_epoch()).count(),
+          .error_ms = error_ms};
+}
+
+TEST(ToldTimes, TakesTheFirstThatCanBeAndThenBetterOnes) {
+  ToldTimes all;
+  EXPECT_EQ(all.take({.utc_us = 1, .error_ms = 0}, 10s, "usb"), "") << "1970";
+  EXPECT_FALSE(all.best());
+  EXPECT_THAT(all.take(timeOf(2027, 5000), 10s, "usb"), HasSubstr("usb"));
+  EXPECT_EQ(all.take(timeOf(2027, 10, 3s), 10s, "tcp:a"), "");
+  EXPECT_EQ(all.best()->at(10s), noonIn(2027) + 3s);
+  EXPECT_EQ(all.take(timeOf(2027, 8000, 5s), 10s, "tcp:b"), "");
+  EXPECT_EQ(all.best()->at(10s), noonIn(2027) + 3s) << "worse";
+}
+
+TEST(ToldTimes, DoubtsBothOfTwoThatContradictEachOther) {
+  ToldTimes all;
+  all.take(timeOf(2027, 10), 10s, "usb");
+  EXPECT_THAT(all.take(timeOf(2029, 10), 10s, "tcp:a"), HasSubstr("tcp:a"));
+  EXPECT_FALSE(all.best()->error_s(10s));
+  EXPECT_THAT(dateOf(showing(1970), kLeftAlone, all.best(), 10s).source, HasSubstr("unknown"));
 }
 
 }  // namespace
