@@ -84,7 +84,7 @@ TEST_F(DigitalCertificate, HasTheReservationsOfThePage) {
 }
 
 TEST_F(DigitalCertificate, SaysWhereTheValuesHold) {
-  result_.also = {metrology::Estimate::scalar("mean_height_mm", 12.5, 0.001)};
+  result_.also = {metrology::Estimate::scalar("mean_z_mm", 12.5, 0.001)};
   EXPECT_THAT(text(), HasSubstr("where the values hold"));
 }
 
