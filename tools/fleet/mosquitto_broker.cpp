@@ -84,7 +84,7 @@ class MosquittoBroker : public Broker {
   static MosquittoBroker& of(void* self) { return *static_cast<MosquittoBroker*>(self); }
 
   void onConnect(int code) {
-    if (code != 0) return setProblem(mosquitto_connack_string(code));
+    if (code != 0) return void(refused_ = mosquitto_connack_string(code));
     ++connections_;
     connected_ = true;
   }
@@ -109,7 +109,9 @@ class MosquittoBroker : public Broker {
       }
       connected_ = false;
       if (stops_) return;
-      setProblem(tcp::describe(address) + ": " + mosquitto_strerror(result));
+      // What the broker says tells more than that it has closed the connection.
+      const auto refused = std::exchange(refused_, {});
+      setProblem(tcp::describe(address) + ": " + (refused.empty() ? mosquitto_strerror(result) : refused));
       for (auto slept = pause; slept.count() > 0 && !stops_; slept -= kFirstPause)
         std::this_thread::sleep_for(kFirstPause);
       pause = std::min(2 * pause, kLongestPause);
@@ -120,6 +122,7 @@ class MosquittoBroker : public Broker {
   BrokerOptions options_;
   mosquitto* client_{};
   std::thread thread_;
+  std::string refused_;  // by the broker; of that thread
   std::atomic<bool> stops_{}, connected_{};
   std::atomic<unsigned> connections_{};
   mutable std::mutex mutex_;

@@ -13,9 +13,12 @@ namespace {
 using command::Json;
 using command::Trouble;
 using messages::ResultHistory;
+using messages::ResultState;
 using messages::ResultTransition;
 
 constexpr Nanoseconds kAskEvery{1'000'000'000};
+constexpr Nanoseconds kTryAgainAfter{5'000'000'000};
+constexpr int kMostTries = 120;  // 10 minutes
 constexpr std::size_t kMessagesOfAnEntry = 2;
 
 // A level of a topic, or a part of a file's name.
@@ -30,9 +33,24 @@ Entry entryOf(const ResultTransition& transition) {
   return {transition.number, std::to_string(transition.result_id) + " " + transition.utc};
 }
 
-// The link is gone; what the box refuses is about one result.
+// The link is gone; all else is about one result.
 bool isOfLink(const Trouble& trouble) {
   return trouble.status == command::ExitStatus::no_box || trouble.status == command::ExitStatus::interrupted;
+}
+
+// A box that is busy, or whose disk fails, may answer later; a result that it has lost, or that cannot be read here,
+// stays so.
+bool mayPass(const Trouble& trouble) {
+  return trouble.status == command::ExitStatus::box_refused && trouble.name != nameOf(messages::ErrorCode::not_found);
+}
+
+// Stands in for a result that is not to be had.
+Json describeMissing(const ResultTransition& transition, const Trouble& trouble) {
+  Json object{{"id", transition.result_id},    {"subject", transition.subject}, {"method", transition.method},
+              {"machine", transition.machine}, {"probe", transition.probe},     {"problem", trouble.name},
+              {"text", trouble.what},          {"history", Json::array()}};
+  object["history"].push_back(command::describe(transition));
+  return object;
 }
 
 std::string withOrigin(Json document, const std::string& serial_number, bool again) {
@@ -60,17 +78,27 @@ void Publisher::open(const std::string& serial_number) {
   serial_number_ = serial_number;
   broker_.reset();
   next_.clear();
+  half_sent_ = 0;
   compared_with_.reset();
   told_state_ = 0;
   outbox_.emplace(Outbox::open(folder_ + "/" + asName(serial_number)));
   say(outbox_->notice());
-  auto broker = Broker::open(options_, "probebox-" + asName(serial_number), {topic("state"), R"({"up": false})"});
+  openBroker();
+}
+
+void Publisher::openBroker() {
+  auto broker = Broker::open(options_, "probebox-" + asName(serial_number_), {topic("state"), R"({"up": false})"});
   if (broker) return void(broker_ = std::move(*broker));
   say(broker.error().what);
 }
 
 std::optional<Trouble> Publisher::round(link::Client* box, MonoTime now) {
   if (box != nullptr && box->described().serial_number != serial_number_) open(box->described().serial_number);
+  // Its files may have come, or may be readable now.
+  if (!broker_ && outbox_ && now - opened_ >= kTryAgainAfter) {
+    opened_ = now;
+    openBroker();
+  }
   if (!broker_) return std::nullopt;
   for (const auto message : broker_->acknowledged()) outbox_->acknowledge(message);
   if (const auto error = outbox_->store()) say(error->what);
@@ -86,8 +114,8 @@ std::optional<Trouble> Publisher::round(link::Client* box, MonoTime now) {
     asked_ = now;
     if (auto trouble = fetch(*box)) return trouble;
   }
-  if (next_.empty() || !outbox_->hasRoomFor(kMessagesOfAnEntry)) return std::nullopt;
-  return sendNext(*box);
+  if (next_.empty() || now < not_before_ || !outbox_->hasRoomFor(kMessagesOfAnEntry)) return std::nullopt;
+  return sendNext(*box, now);
 }
 
 // A store that was made anew counts from 1: what the number acknowledged last stands for tells it.
@@ -103,6 +131,7 @@ std::optional<Trouble> Publisher::compareHistories(link::Client& box) {
   say("the box has another history than the one that was published: it is published from its beginning");
   outbox_->startOver();
   next_.clear();
+  half_sent_ = 0;
   return std::nullopt;
 }
 
@@ -125,24 +154,37 @@ std::optional<Trouble> Publisher::fetch(link::Client& box) {
 }
 
 // A result comes with the first entry about it.
-std::optional<Trouble> Publisher::sendNext(link::Client& box) {
+std::optional<Trouble> Publisher::sendNext(link::Client& box, MonoTime now) {
   const auto& transition = next_.front();
-  const auto again = outbox_->mayHaveBeenSent(transition.number);
+  const auto again = outbox_->mayHaveBeenSent(transition.number) || half_sent_ == transition.number;
   const auto result = command::resultWithHistory(box, console_, transition.result_id);
   if (!result && isOfLink(result.error())) return result.error();
-  if (!result) say("result " + std::to_string(transition.result_id) + " is not published: " + result.error().what);
+  if (!result) {
+    say("result " + std::to_string(transition.result_id) + " is not published: " + result.error().what);
+    // What comes after waits, but not for ever.
+    if (mayPass(result.error()) && ++tries_ < kMostTries) {
+      not_before_ = now + kTryAgainAfter;
+      return std::nullopt;
+    }
+  }
   std::set<int> sent;
   const auto send = [&](const std::string& of, Json document) {
     const auto number = broker_->publish({topic(of), withOrigin(std::move(document), serial_number_, again)});
     if (number) sent.insert(*number);
     return number.has_value();
   };
-  const bool is_first = result && !result->history.empty() && result->history.front().number == transition.number;
-  if (is_first && !send("result/" + std::to_string(transition.result_id), describe(*result))) return std::nullopt;
+  const bool is_first = result ? !result->history.empty() && result->history.front().number == transition.number
+                               : transition.state == ResultState::proposed || transition.state == ResultState::refused;
+  if (is_first) {
+    const auto document = result ? describe(*result) : describeMissing(transition, result.error());
+    if (!send("result/" + std::to_string(transition.result_id), document)) return std::nullopt;
+    half_sent_ = transition.number;
+  }
   // Where that is not taken, the result goes once more, with its entry.
   if (!send("history/" + std::to_string(transition.number), command::describe(transition))) return std::nullopt;
   outbox_->begin(entryOf(transition), std::move(sent));
   next_.pop_front();
+  tries_ = 0;
   return std::nullopt;
 }
 

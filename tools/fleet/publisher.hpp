@@ -16,7 +16,8 @@ namespace probebox::fleet {
 
 // Brings state, results and history of one box to a broker, under probebox/v1/SERIAL/: state (QoS 0, retained, the
 // newest only; {"up": false} when the box or this process is gone), result/N and history/N (QoS 1, in the order of the
-// history). What may have come before has "again": true.
+// history). What may have come before has "again": true. A result that the box cannot tell has its "problem" in place
+// of values.
 class Publisher {
  public:
   // folder: of the outboxes, one for each box.
@@ -33,9 +34,10 @@ class Publisher {
 
  private:
   void open(const std::string& serial_number);
+  void openBroker();
   std::optional<command::Trouble> compareHistories(link::Client& box);
   std::optional<command::Trouble> fetch(link::Client& box);
-  std::optional<command::Trouble> sendNext(link::Client& box);
+  std::optional<command::Trouble> sendNext(link::Client& box, MonoTime now);
   std::string topic(const std::string& of) const;
   void say(const std::string& what);
   void sayConnection();
@@ -48,7 +50,9 @@ class Publisher {
   std::optional<Outbox> outbox_;
   std::optional<messages::BootId> compared_with_;  // the box whose history is known to be the one that was published
   std::deque<messages::ResultTransition> next_;
-  MonoTime asked_{};
+  MonoTime asked_{}, opened_{}, not_before_{};
+  int tries_{};                // to fetch the result of next_.front()
+  std::uint64_t half_sent_{};  // the entry whose result was taken, and which itself may not have been
   unsigned told_state_{};
   std::string said_, said_connection_;
 };

@@ -34,7 +34,10 @@ std::vector<int> ScrapeServer::descriptors() const {
 }
 
 void ScrapeServer::round(MonoTime now, const std::function<std::string()>& metrics) {
-  while (auto pipe = listener_.accept()) {
+  // No more than these in one round, so that others have their turn.
+  for (std::size_t taken = 0; taken < kMostConnections; ++taken) {
+    auto pipe = listener_.accept();
+    if (!pipe) break;
     if (connections_.size() == kMostConnections) connections_.pop_front();
     connections_.push_back({std::move(pipe), now, {}, {}});
   }
