@@ -86,7 +86,7 @@ def test(folder):
     assert document["u"]["tau_s"] > 0 and document["covariance"]["components"], document
     # A publisher that has died is told by its last will.
     boxes[0].fleet.end(kill=True)
-    shop.until(lambda: [state for topic, state in subscriber.messages() if topic == f"probebox/v1/{boxes[0].serial}/state"][-1] == {"up": False},
+    shop.until(lambda: [state for topic, state in subscriber.messages() if topic == f"probebox/v1/{boxes[0].serial}/state"][-1]["up"] is False,
                "the last will")
     assert shop.value(stranger.scrape(), "probebox_mqtt_connected") == 0
     assert not any(f"/{stranger.serial}/" in topic for topic, _ in subscriber.messages())

@@ -96,6 +96,10 @@ def fill_and_query(folder, database):
     box.propose(shop.case("spindle-offset-four"))
     shop.until(lambda: select("SELECT subject FROM result WHERE id = 1 ORDER BY proposed_utc") == [("delay",), ("spindle-offset",)],
                "the first result of the other store")
+    assert select("SELECT DISTINCT subject FROM accepted_value") == [("delay",)], "what was accepted in the other store is another result"
+    box.command("accept", "1", "--by", "Ada")
+    shop.until(lambda: select("SELECT DISTINCT subject FROM accepted_value ORDER BY subject") == [("delay",), ("spindle-offset",)],
+               "the result in force of the other store")
 
 
 shop.run(test)

@@ -87,7 +87,8 @@ void Publisher::open(const std::string& serial_number) {
 }
 
 void Publisher::openBroker() {
-  auto broker = Broker::open(options_, "probebox-" + asName(serial_number_), {topic("state"), R"({"up": false})"});
+  const Json last_will{{"up", false}, {"serial_number", serial_number_}};
+  auto broker = Broker::open(options_, "probebox-" + asName(serial_number_), {topic("state"), last_will.dump()});
   if (broker) return void(broker_ = std::move(*broker));
   say(broker.error().what);
 }

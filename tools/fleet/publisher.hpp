@@ -15,7 +15,7 @@
 namespace probebox::fleet {
 
 // Brings state, results and history of one box to a broker, under probebox/v1/SERIAL/: state (QoS 0, retained, the
-// newest only; {"up": false} when the box or this process is gone), result/N and history/N (QoS 1, in the order of the
+// newest only; "up": false when the box or this process is gone), result/N and history/N (QoS 1, in the order of the
 // history). What may have come before has "again": true. A result that the box cannot tell has its "problem" in place
 // of values.
 class Publisher {

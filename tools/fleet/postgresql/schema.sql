@@ -38,7 +38,11 @@ CREATE OR REPLACE VIEW result_value AS
          (document->'u'->>value.key)::float8 AS u
   FROM result, jsonb_each_text(document->'result') AS value;
 
--- Results that have ever come into force.
+-- Results that have ever come into force. A store made anew counts from 1 again: an entry is about the last result of its number
+-- that was there before it. Where a box had no time, it says "unknown, 12 s after start 7".
 CREATE OR REPLACE VIEW accepted_value AS
   SELECT v.* FROM result_value v
-  WHERE EXISTS (SELECT FROM history h WHERE h.serial_number = v.serial_number AND h.result_id = v.id AND h.state = 'active');
+  WHERE EXISTS (SELECT FROM history h WHERE h.serial_number = v.serial_number AND h.result_id = v.id AND h.state = 'active'
+                  AND (h.utc >= v.proposed_utc OR v.proposed_utc !~ '^[0-9]')
+                  AND NOT EXISTS (SELECT FROM result r WHERE r.serial_number = v.serial_number AND r.id = v.id
+                                  AND r.proposed_utc > v.proposed_utc AND r.proposed_utc <= h.utc));
