@@ -44,7 +44,7 @@ run_quietly() {
 # Prints the packages, the compiler and the presets that a build folder depends on.
 build_inputs() {
   dpkg-query -W -f '${db:Status-Status} ${Package} ${Version}\n' "${probebox_packages[@]}" "${probebox_judge_packages[@]}" \
-    "${probebox_distance_packages[@]}" "${probebox_view_packages[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort
+    "${probebox_distance_packages[@]}" "${probebox_view_packages[@]}" "${probebox_fleet_packages[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort
   "${CXX:-c++}" --version | head -n 1
   cmake --version | head -n 1
   echo "CMakePresets.json $(cksum <CMakePresets.json)"
