@@ -9,6 +9,7 @@ import threading
 import shop
 
 OPENSSL, CURL = shop.program("openssl", "openssl"), shop.program("curl", "curl")
+VERSION = "1.4~deb12"  # of an image, as `probebox update` shows it
 PULL = os.path.join(shop.ROOT, "tools", "fleet", "probebox-pull")
 
 
@@ -32,15 +33,30 @@ def test(folder):
         def log_message(self, *_):
             pass
 
+        def do_GET(self):
+            if self.path != "/endless":
+                return super().do_GET()
+            self.protocol_version = "HTTP/1.1"
+            self.send_response(200)
+            self.send_header("Transfer-Encoding", "chunked")
+            self.end_headers()
+            try:
+                while True:
+                    self.wfile.write(b"100000\r\n" + bytes(1 << 20) + b"\r\n")
+            except OSError:
+                self.close_connection = True
+
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Quiet)
     server.socket = context.wrap_socket(server.socket, server_side=True)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     address = f"https://localhost:{server.server_address[1]}"
 
     with open(f"{folder}/bin/probebox", "w") as file:
-        file.write(f'#!/bin/sh\nif [ $# = 4 ]; then echo \'{{"running_version":"\'"$(cat {folder}/runs)"\'"}}\'; exit; fi\n'
-                   f'cat "$5" >{folder}/taken\necho \'{{"state":"\'"$(cat {folder}/ends)"\'"}}\'\n'
-                   f'[ "$(cat {folder}/ends)" = done ] || exit 1\necho 1.4 >{folder}/runs\n')
+        file.write(f'#!/bin/sh\nstate="$(cat {folder}/ends)"\n'
+                   f'if [ $# = 4 ]; then echo \'{{"state":"\'"$state"\'","version":"{VERSION}","running_version":"\'"$(cat {folder}/runs)"\'"}}\'; exit; fi\n'
+                   f'cat "$5" >{folder}/taken\necho \'{{"state":"\'"$state"\'"}}\'\n'
+                   f'[ "$state" != killed ] || {{ echo gone_back >{folder}/ends; kill -KILL $PPID; exit; }}\n'
+                   f'[ "$state" = done ] || exit 1\necho "{VERSION}" >{folder}/runs\n')
     os.chmod(f"{folder}/bin/probebox", 0o755)
     bundle = b"a bundle, which the box checks itself"
     with open(f"{web}/1.4.raucb", "wb") as file:
@@ -52,26 +68,26 @@ def test(folder):
             file.write(text)
 
     def publish(serial=1, until="2999-12-31", ring="office", sha256=good, url=address + "/1.4.raucb", key="vendor", head="probebox-manifest 1"):
-        put("manifest", f"{head}\nserial {serial}\nuntil {until}\nring {ring} 1.4 {url} {sha256}\n")
+        put("manifest", f"{head}\nserial {serial}\nuntil {until}\nring {ring} {VERSION} {url} {sha256}")  # without an end of the last line
         openssl("cms", "-sign", "-nodetach", "-binary", "-in", f"{folder}/manifest", "-signer", f"{folder}/{key}.pem", "-inkey",
                 f"{folder}/{key}.key", "-outform", "DER", "-out", f"{web}/manifest.p7m")
 
     def pull(url=address + "/manifest.p7m"):
-        put("pull.conf", f"# of a test\nmanifest {url}\nkeyring {folder}/vendor.pem\nring office\nuri tcp:box:7627\n")
+        put("pull.conf", f"# of a test\nmanifest {url}\nkeyring {folder}/vendor.pem\nring office\nuri tcp:box:7627")
         if os.path.exists(f"{folder}/taken"):
             os.unlink(f"{folder}/taken")
         environment = {"PATH": f"{folder}/bin:{os.environ['PATH']}", "STATE_DIRECTORY": f"{folder}/state",
                        "CACHE_DIRECTORY": f"{folder}/cache", "PROBEBOX_PULL_CA": f"{folder}/server.pem"}
         done = subprocess.run(["sh", PULL, f"{folder}/pull.conf"], capture_output=True, text=True, env=environment, timeout=60)
-        refusal = done.stderr.strip().splitlines()[-1].split(":")[1].strip() if done.returncode else ""
+        refusal = done.stderr.strip().splitlines()[-1].split(":")[1].strip() if done.returncode > 0 else ""
         taken = os.path.exists(f"{folder}/taken")
         print(f"{done.returncode} {done.stdout.strip()}{done.stderr.strip()}")
         return refusal, taken
 
     def fresh():
-        put("runs", "1.3\n")
+        put("runs", "1.3~deb12\n")
         put("ends", "done\n")
-        for name in ("manifest-serial", "gone-back"):
+        for name in ("manifest-serial", "gone-back", "handed-over"):
             if os.path.exists(f"{folder}/state/{name}"):
                 os.unlink(f"{folder}/state/{name}")
 
@@ -92,7 +108,7 @@ def test(folder):
     fresh()
     publish(serial=7)
     assert pull() == ("", True)
-    put("runs", "1.3\n")
+    put("runs", "1.3~deb12\n")
     publish(serial=6)
     assert pull() == ("older", False)
     fresh()
@@ -108,6 +124,16 @@ def test(folder):
     assert pull() == ("not-updated", True)
     put("ends", "done\n")
     assert pull() == ("gone-back", False)
+    # Nor where the restart of the box ends this program, until somebody says so.
+    fresh()
+    put("ends", "killed\n")
+    assert pull() == ("", True)
+    for _ in range(2):
+        assert pull() == ("gone-back", False)
+    os.unlink(f"{folder}/state/gone-back")
+    assert pull() == ("not-updated", True), "tried again, and not healthy again"
+    # An address that does not say how much comes, and does not end.
+    assert pull(address + "/endless") == ("not-fetched", False)
 
 
 shop.run(test)
