@@ -88,7 +88,7 @@ def test(folder):
     boxes[0].fleet.end(kill=True)
     shop.until(lambda: [state for topic, state in subscriber.messages() if topic == f"probebox/v1/{boxes[0].serial}/state"][-1]["up"] is False,
                "the last will")
-    assert shop.value(stranger.scrape(), "probebox_mqtt_connected") == 0
+    shop.until(lambda: shop.value(stranger.scrape(), "probebox_mqtt_connected") == 0, "a scrape of who is not let in")
     assert not any(f"/{stranger.serial}/" in topic for topic, _ in subscriber.messages())
     print(f"{len(expected)} entries and {len(results)} results of {BOXES} boxes came, "
           f"{sum(document['again'] for _, document in subscriber.of('history'))} entries marked as perhaps there before")

@@ -1,6 +1,7 @@
-"""A shop of emulated boxes, each with its probebox-fleet, and a broker: processes of this test on ports that the kernel gives."""
+"""A shop of emulated boxes, each with its probebox-fleet, and a broker: processes of this test on free ports."""
 import json
 import os
+import random
 import re
 import shutil
 import socket
@@ -16,7 +17,7 @@ PROBEBOXD, PROBEBOX, FLEET = sys.argv[1:4]
 
 
 def skip(why):
-    print(f"skipped: {why}")
+    print(f"Skipped: {why}")
     sys.exit(77)
 
 
@@ -36,10 +37,14 @@ def until(condition, what):
         time.sleep(0.1)
 
 
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
+def free_port(given=set()):
+    """Below the ports that the kernel gives to connections, so that none takes it before the process that is to listen there."""
+    while True:
+        port = random.randrange(20_000, 32_768)
+        with socket.socket() as one:
+            if port not in given and one.connect_ex(("127.0.0.1", port)) != 0:
+                given.add(port)
+                return port
 
 
 def is_listening(port):

@@ -40,7 +40,7 @@ def serves_others_beside_bad_clients(box):
     assert ask(box, b"\r\n\r\n").split()[1] == "405"
     assert ask(box, b"GET /metrics HTTP/1.1\r\nA: " + b"x" * 20_000) in ("HTTP/1.1 431 Request Header Fields Too Large", "")
     silent = [socket.create_connection(("127.0.0.1", box.metrics_port)) for _ in range(40)]
-    assert shop.value(box.scrape(), "probebox_up") == 1
+    shop.until(lambda: shop.value(box.scrape(), "probebox_up") == 1, "a scrape beside silent clients")
     # The last of them are closed after a while, whatever they say.
     silent[-1].settimeout(15)
     assert silent[-1].recv(1) == b""
@@ -56,8 +56,7 @@ def test(folder):
     shop.until(lambda: shop.value(box.scrape(), "probebox_up") == 1, "a scrape")
     box.propose(shop.case("delay-known-sphere"))
     box.command("accept", "1", "--by", "Ada")
-    shop.until(lambda: "probebox_result_value{" in box.scrape(), "the result in force")
-    families = check(box.scrape())
+    families = check(shop.until(lambda: "probebox_result_value{" in (text := box.scrape()) and text, "the result in force"))
     assert families["probebox_clock_edges_accepted_edges"].type == "counter"
     info = families["probebox_info"].samples[0].labels
     assert info["serial_number"] == box.serial, info
