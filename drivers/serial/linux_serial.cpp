@@ -117,6 +117,9 @@ void setFormat(termios& line, const Settings& settings) {
   if (settings.parity != Parity::none) line.c_cflag |= PARENB;
   if (settings.parity == Parity::odd) line.c_cflag |= PARODD;
   if (settings.stop_bits == 2) line.c_cflag |= CSTOPB;
+  // The end of the program lowers RTS, which has to turn the transceiver to listening, or not to happen.
+  if (settings.rs485.by == Turning::rts)
+    line.c_cflag = settings.rs485.active_high ? line.c_cflag | HUPCL : line.c_cflag & ~static_cast<tcflag_t>(HUPCL);
   line.c_iflag |= settings.parity != Parity::none ? INPCK | IGNPAR : IGNPAR;
   line.c_cc[VMIN] = 1;
   line.c_cc[VTIME] = 0;
@@ -179,11 +182,14 @@ Outcome<std::unique_ptr<io::BytePipe>> openSerial(const std::string& path, const
   if (isatty(line.get()) == 0)
     return Error{path + ": this is not a serial line; name a terminal device such as /dev/ttyS1"};
   if (!claim(line.get())) return openFailure(path, EBUSY);
+  const auto by = settings.rs485.by;
+  // Opening a line has raised its RTS; openTransceiver says where it has none.
+  int rts = TIOCM_RTS;
+  if (by == Turning::rts && settings.rs485.active_high) ioctl(line.get(), TIOCMBIC, &rts);
   if (!configure(line.get(), settings, *speed)) {
     return Error{path + ": the line does not support " + describe(settings) +
                  "; choose a speed and format that it supports, such as baud=115200"};
   }
-  const auto by = settings.rs485.by;
   const auto refused = [&path](const Error& error) { return Error{path + ": " + error.what}; };
   if (by == Turning::kernel) {
     if (const auto taken = turnByKernel(line.get(), settings.rs485); !taken) return refused(taken.error());

@@ -40,7 +40,8 @@ class TurnedPipe final : public io::BytePipe {
     const auto begin = SteadyTime::now();
     auto sent = sendAll(from, begin);
     transceiver_->drain();
-    // Drivers of adapters on USB do not know how much of it waits in the adapter.
+    // Drivers of adapters on USB do not know how much of it waits in the adapter, nor when it begins to leave: that
+    // takes after_ of 2 ms or more (docs/integrator.md).
     std::this_thread::sleep_until(begin + sent.bytes * byte_);
     std::this_thread::sleep_for(after_);
     if (!transceiver_->turn(false)) sent.state = io::PipeState::closed;
@@ -188,13 +189,8 @@ Outcome<void> turnByKernel(int line, const Rs485& rs485) {
 }
 
 Outcome<std::unique_ptr<Transceiver>> openTransceiver(int line, const Rs485& rs485) {
-  std::unique_ptr<Transceiver> transceiver;
-  if (rs485.by == Turning::gpio) {
-    TRY(transceiver, openGpio(line, rs485));
-  } else {
-    transceiver = std::make_unique<RtsTransceiver>(line, rs485.active_high);
-  }
-  // Opening a line raises its RTS.
+  if (rs485.by == Turning::gpio) return openGpio(line, rs485);
+  std::unique_ptr<Transceiver> transceiver = std::make_unique<RtsTransceiver>(line, rs485.active_high);
   if (!transceiver->turn(false))
     return Error{
         "it has no RTS that could turn an RS-485 transceiver (rs485=rts): write rs485=gpio:LINE, or take an adapter "

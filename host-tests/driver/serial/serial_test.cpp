@@ -5,6 +5,7 @@
 #include <optional>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include "drivers/serial/emulator.hpp"
@@ -14,7 +15,9 @@
 namespace probebox::serial {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using End = EmulatedCable::End;
 using Bytes = std::vector<std::byte>;
 constexpr std::chrono::milliseconds kPatience{20};
@@ -197,8 +200,23 @@ TEST(SerialAddress, TakesWhatIsNamedAndTheUsualForTheRest) {
 TEST_F(SerialLine, TurnsATransceiverOnlyByWhatThereIs) {
   EXPECT_THAT(refusal("a", {.rs485 = {.by = Turning::kernel}}), HasSubstr("rs485=kernel"));
   EXPECT_THAT(refusal("a", {.rs485 = {.by = Turning::rts}}), HasSubstr("rs485=rts")) << "a pseudo terminal has none";
-  EXPECT_THAT(refusal("a", {.rs485 = {.by = Turning::gpio, .gpio = "no such line"}}), HasSubstr("rs485=gpio"));
+  EXPECT_THAT(refusal("a", {.rs485 = {.by = Turning::gpio, .gpio = "no such line"}}),
+              AllOf(HasSubstr("rs485=gpio"), HasSubstr("no such line"), Not(HasSubstr("RTS"))));
   EXPECT_TRUE(open("a"));
+}
+
+TEST_F(SerialLine, LowersRtsAtItsEndOnlyWhereThatListens) {
+  const auto lowers = [this] {
+    const io::Descriptor line{::open((folder_ / "a").c_str(), O_RDWR | O_NOCTTY)};
+    termios format{};
+    EXPECT_EQ(tcgetattr(line.get(), &format), 0);
+    return (format.c_cflag & HUPCL) != 0;
+  };
+  // A pseudo terminal has no RTS, and is refused when its format is set.
+  refusal("a", {.rs485 = {.by = Turning::rts}});
+  EXPECT_TRUE(lowers());
+  refusal("a", {.rs485 = {.by = Turning::rts, .active_high = false}});
+  EXPECT_FALSE(lowers());
 }
 
 Rs485 rs485Of(const std::string& settings) {
