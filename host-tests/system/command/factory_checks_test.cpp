@@ -7,6 +7,7 @@ namespace probebox::command {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
 using Verdict = MeasuredCheck::Verdict;
 using BoxStatus = messages::Status::Answer;
@@ -79,6 +80,20 @@ TEST(FactoryUpdateKey, IsTheOneThatTheVendorNamed) {
   EXPECT_EQ(verdict({"a", "b"}, {"b", "a"}), Verdict::passed);
   EXPECT_EQ(verdict({"a"}, {}), Verdict::failed) << "such as the key for development";
   EXPECT_EQ(verdict({"a", "b"}, {"a"}), Verdict::failed) << "a stranger's as well";
+}
+
+TEST(FactoryTimeSource, IsWhateverTellsTheDate) {
+  const auto check = [](std::string utc, std::string source) {
+    BoxStatus status;
+    status.utc = std::move(utc);
+    status.date_source = std::move(source);
+    return timeSourceCheck(status);
+  };
+  const auto told = check("2026-11-30T12:00:00Z", "told by a host (usb), within 2.1 s");
+  EXPECT_EQ(told.verdict, Verdict::passed);
+  EXPECT_THAT(told.measured, HasSubstr("told by a host (usb), within 2.1 s"));
+  EXPECT_EQ(check("unknown, 12 s after start 7", "unknown").verdict, Verdict::failed);
+  EXPECT_EQ(check("", "").verdict, Verdict::not_told) << "firmware from before";
 }
 
 }  // namespace

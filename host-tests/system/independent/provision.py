@@ -105,7 +105,7 @@ def connection_without_the_right(probeboxd, probebox, folder):
 
 
 LINES = [
-    *("identity", "sphere", "firmware", "usb-numbers", "update-key", "inputs", "storage", "clock", "stamp-lateness"),
+    *("identity", "sphere", "firmware", "usb-numbers", "update-key", "time-source", "inputs", "storage", "clock", "stamp-lateness"),
     *(f"line-{name}" for name in ("probe trigger", "tool setter", "index X", "index Y", "index Z", "skip")),
     *(f"encoder-position_{axis}" for axis in "xyz"),
     *("index-pulses", "controller", "edges", "samples", "late-ticks", "link", "memory", "sandbox", "exposure"),
@@ -144,7 +144,7 @@ def factory_sheet(probeboxd, probebox, folder):
     box.stop()
     box.start()
     rows, page = sheet_of(box, "sheet.html", "--by", "Ada", "--undriven", "line-skip")
-    for name in ("identity", "sphere", "firmware", "usb-numbers", "inputs", "storage", "clock", "stamp-lateness", "link", "memory"):
+    for name in ("identity", "sphere", "firmware", "usb-numbers", "time-source", "inputs", "storage", "clock", "stamp-lateness", "link", "memory"):
         assert rows[name]["verdict"] == "passed", rows[name]
     assert rows["exposure"]["verdict"] == "not told by this box", rows
     assert rows["update-key"]["verdict"] == "not told by this box", rows  # no image

@@ -325,7 +325,7 @@ Outcome<Sheet, Trouble> measuredSheet(const FactoryTest& options, const link::Ur
     descriptor = box->described();
     sheet.box = descriptor.board + " " + descriptor.serial_number;
     addIdentity(unit, status, sheet);
-    addChecks({usbNumbersCheck(unit), updateKeyCheck(unit)}, sheet);
+    addChecks({usbNumbersCheck(unit), updateKeyCheck(unit), timeSourceCheck(status)}, sheet);
     addState(status, sheet);
     if (auto trouble = addLateness(*box, console, sheet)) return *trouble;
   }

@@ -108,4 +108,14 @@ MeasuredCheck updateKeyCheck(const messages::DescribeUnit::Answer& unit) {
   return check;
 }
 
+MeasuredCheck timeSourceCheck(const messages::Status::Answer& status) {
+  if (status.utc.empty()) return {"time-source", "time source", "firmware from before", "", Verdict::not_told, ""};
+  return {"time-source",
+          "time source",
+          status.utc + "; " + status.date_source,
+          "the date is known",
+          judged(!status.utc.starts_with("unknown")),
+          "set the clock of the computer that asks (timedatectl), which tells it to the box"};
+}
+
 }  // namespace probebox::command

@@ -27,5 +27,7 @@ std::vector<MeasuredCheck> controllerChecks(const messages::Status::Answer& befo
 // Numbers on USB are the vendor's own, and updates are taken from the vendor's key alone.
 MeasuredCheck usbNumbersCheck(const messages::DescribeUnit::Answer& unit);
 MeasuredCheck updateKeyCheck(const messages::DescribeUnit::Answer& unit);
+// Results are dated.
+MeasuredCheck timeSourceCheck(const messages::Status::Answer& status);
 
 }  // namespace probebox::command
