@@ -2,6 +2,9 @@
 # image.
 # shellcheck disable=SC2034
 probebox_image_packages=(mmdebstrap device-tree-compiler squashfs-tools-ng squashfs-tools dosfstools mtools fdisk e2fsprogs fakeroot grub-common rauc cpio kmod zstd openssl)
+# What signs a bundle with a key on a token (--key pkcs11:URI).
+# shellcheck disable=SC2034
+probebox_token_packages=(libengine-pkcs11-openssl)
 # Sizes of partitions, MiB. A slot has room for a root that has grown; holes take no place in the file.
 probebox_efi_mib=16 probebox_slot_mib=160 probebox_data_mib=256
 

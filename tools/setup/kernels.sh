@@ -23,9 +23,17 @@ open_apt_of() { # ARCH
   touch "$folder/updated"
 }
 
-# Prints a package's folder, unpacked once for each version; behind a name for the newest kernel stands the one that it needs.
-unpacked() { # ARCH PACKAGE
+# Prints a package's folder, unpacked once for each version; behind a name for the newest kernel stands the one that it needs. A file of
+# your own is unpacked each time.
+unpacked() { # ARCH PACKAGE|FILE.deb
   local package=$2 newest version folder
+  if [[ $package == *.deb ]]; then
+    folder=$kernels_cache/$1/own/$(basename "$package" .deb)
+    rm -rf "$folder"
+    mkdir -p "$folder"
+    dpkg-deb -x "$package" "$folder" && dpkg-deb -f "$package" >"$folder/control" && echo "$folder"
+    return
+  fi
   newest=$(apt-cache depends "$package" | sed -n 's/^ *Depends: \(linux-image-[0-9][^ ]*\)$/\1/p' | head -n 1)
   package=${newest:-$package}
   version=$(apt-cache show --no-all-versions "$package" | sed -n 's/^Version: //p' | head -n 1)
