@@ -89,9 +89,9 @@ TEST_F(InstalledBox, ReadsDescriptionsAsTheDaemonsUserAndNotAsRoot) {
 }
 
 TEST_F(InstalledBox, ExposesNextToNothingOfTheComputerToTheDaemon) {
-  // The threshold is in tenths.
+  // The threshold is in tenths; half a point of it is that the daemon may ask whether the clock is synchronised.
   const auto report = outputOf(
-      {"systemd-analyze", "security", "--offline=yes", "--threshold=10", "--no-pager", unit("probeboxd.service")});
+      {"systemd-analyze", "security", "--offline=yes", "--threshold=15", "--no-pager", unit("probeboxd.service")});
   EXPECT_TRUE(report) << report.error().what;
 }
 
