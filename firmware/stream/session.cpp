@@ -183,7 +183,7 @@ std::string_view Session::whyNotSent(messages::Profile profile) const {
     const auto& descriptors = history_.descriptors();
     const auto now = messages::decode<messages::Descriptor>(descriptors.find(descriptors.current()));
     const bool is_quick = now && now->samplesPerSecond() > messages::kMostTight_Hz;
-    return is_quick ? "profile tight is for up to 50000 samples a second; ask for profile fast, 1" : "";
+    return is_quick ? "this box has more samples a second than profile tight is for; ask for profile fast, 1" : "";
   }
   if (history_.has(profile)) return {};
   return history_.has(messages::Profile::fast) ? "this box sends profiles raw, fast and tight only; ask for 0, 1 or 2"
@@ -358,6 +358,10 @@ void Session::loadPiece(const Piece& piece) {
   const auto left = start_.credit_bytes - std::min(sent_bytes_, start_.credit_bytes);
   const bool is_tight = piece.isBlock() && start_.profile == messages::Profile::tight;
   if (left < frame::delimitedMaxSize(payload.bytes.size() + (is_tight ? TightTranscoder::kGrowth : 0))) return;
+  if (is_tight && options_.tight_blocks != nullptr) {
+    if (*options_.tight_blocks <= 0) return;
+    --*options_.tight_blocks;
+  }
   if (is_tight)
     payload.bytes = tight_.tight(piece.bytes, piece.descriptor, history_.descriptors().find(piece.descriptor));
   // A block of profile tight that could be shortened is short already.

@@ -36,6 +36,9 @@ struct SessionOptions {
   Nanoseconds sign_of_life_period{500'000'000};  // longest pause of the host; the link is down after three of them
   bool two_lanes{};                              // REQUEST and ANSWER on a lane of their own, with bare frames (USB)
   std::uint32_t first_session_id{1};
+  // Blocks that may still be encoded in profile tight, which takes microseconds a sample; shared by sessions, and
+  // counted down. Samples beyond that wait. Null: no limit.
+  int* tight_blocks{};
   messages::BootId boot_id{};
   std::string firmware_version{};
 };
@@ -83,8 +86,6 @@ class Session {
               std::span<const std::byte> body = {});
 
   SessionState state() const { return state_; }
-  // What the host has asked for last.
-  messages::Profile profile() const { return start_.profile; }
   messages::LinkCounters linkCounters() const;
   const SampleFeed& feed() const { return feed_; }
   const TriggerFeed& triggers() const { return triggers_; }

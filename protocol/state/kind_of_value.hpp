@@ -20,11 +20,15 @@ struct Each {
   std::string_view (*name)(std::size_t element){};
 };
 
-inline constexpr Each kEachXyz{"axis", [](std::size_t k) { return std::string_view{"XYZ"}.substr(k % 3, 1); }};
+inline constexpr std::string_view linearAxis(std::size_t k) {
+  return std::string_view{"XYZ"}.substr(k % 3, 1);
+}
+
+inline constexpr Each kEachXyz{"axis", linearAxis};
 inline constexpr Each kEachAbc{"axis", [](std::size_t k) { return std::string_view{"ABC"}.substr(k % 3, 1); }};
 inline constexpr Each kEachChannel{"channel", [](std::size_t k) { return std::string_view{"abc"}.substr(k % 3, 1); }};
 // Of an array inside of one that has the label axis.
-inline constexpr Each kAlongXyz{"along", [](std::size_t k) { return std::string_view{"XYZ"}.substr(k % 3, 1); }};
+inline constexpr Each kAlongXyz{"along", linearAxis};
 inline constexpr Each kEachSource{"source", [](std::size_t k) { return kSources[k].name; }};
 
 }  // namespace probebox::published

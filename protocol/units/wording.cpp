@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <span>
 
 namespace probebox {
 namespace {
@@ -109,6 +108,16 @@ std::string shown(std::string_view text, std::size_t most_characters) {
 
 std::string shownLines(std::string_view text) {
   return shown(text, std::string_view::npos, "\n\t");
+}
+
+std::string hexadecimal(std::span<const std::byte> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string all;
+  for (const auto byte : bytes) {
+    all += kDigits[std::to_integer<unsigned>(byte) >> 4U];
+    all += kDigits[std::to_integer<unsigned>(byte) & 15U];
+  }
+  return all;
 }
 
 std::optional<Error> whyNoName(std::string_view name) {

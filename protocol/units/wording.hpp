@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -24,6 +25,9 @@ std::string shown(std::string_view text, std::size_t most_characters = std::stri
 
 // The same for text of several lines: line breaks and tabs stay.
 std::string shownLines(std::string_view text);
+
+// Bytes as lower-case digits, two a byte.
+std::string hexadecimal(std::span<const std::byte> bytes);
 
 // Explains why a text is not usable as the name of a person in a history: it is blank, too long or does not print.
 std::optional<Error> whyNoName(std::string_view name);

@@ -58,17 +58,9 @@ void Client::start(messages::Start start) {
   start.credit_bytes = options_.window_bytes;
   if (state_ != LinkState::lost) failure_.reset();  // such as an earlier START's
   wanted_ = start;
-  before_change_.reset();
   box_streams_ = true;  // until a heartbeat says otherwise
   received_bytes_ = 0;
   credited_bytes_ = start.credit_bytes;
-  sendStart();
-}
-
-void Client::changeProfile(messages::Profile profile) {
-  if (!wanted_) return;
-  before_change_ = wanted_->profile;
-  wanted_->profile = profile;
   sendStart();
 }
 
@@ -275,13 +267,8 @@ void Client::onRefusal(const messages::Refusal& refusal) {
     const bool full = refusal.code == ErrorCode::busy;
     lose({full ? Failure::Kind::box_refused : Failure::Kind::no_protocol, refusal.code, refusal.text});
   } else if (refusal.about == MessageType::start) {
-    // A profile that the box does not send changes nothing: it goes on in the one before.
-    if (before_change_ && wanted_) {
-      wanted_->profile = *std::exchange(before_change_, std::nullopt);
-    } else {
-      wanted_.reset();
-      box_streams_ = false;
-    }
+    wanted_.reset();
+    box_streams_ = false;
     failure_ = Failure{Failure::Kind::box_refused, refusal.code, refusal.text};
   } else if (refusal.code == ErrorCode::wrong_state && state_ == LinkState::ready) {
     lose({Failure::Kind::link_lost, refusal.code,

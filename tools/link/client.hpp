@@ -67,8 +67,6 @@ class Client : private StreamListener {
 
   // Requests samples, which go to the listener. credit_bytes is set from the options.
   void start(messages::Start start);
-  // Goes on in another profile, without a loss. No effect without samples.
-  void changeProfile(messages::Profile profile);
   // Ends the samples; the closing ledger follows as a heartbeat with streaming 0.
   void stop();
   bool streaming() const { return wanted_.has_value(); }
@@ -174,9 +172,8 @@ class Client : private StreamListener {
   std::uint32_t last_id_{};
   std::map<std::uint32_t, Asked> requests_;
   std::optional<messages::Start> wanted_;
-  std::optional<messages::Profile> before_change_;  // of a stream whose profile was asked to change
-  bool box_streams_{};                              // according to the last heartbeat
-  std::uint64_t received_bytes_{};                  // since START
+  bool box_streams_{};              // according to the last heartbeat
+  std::uint64_t received_bytes_{};  // since START
   std::uint64_t credited_bytes_{};
   std::optional<MonoTime> began_{};
   MonoTime now_{};

@@ -212,10 +212,7 @@ std::string traceabilityBox(const Subject& subject, const CertificateFacts& fact
   std::string text = why ? "<div class=\"verdict failed\"><p>NOT TRACEABLE</p><ul>" + element("li", *why)
                          : "<div class=\"verdict neutral\"><p>Traceable to the certificate of the reference sphere, as "
                            "far as u rests on it</p><ul>" +
-                               element("li", conditionOf(result, "sphere_certificate")) +
-                               element("li",
-                                       "Not traceable are the contributions of the scales of the machine and the "
-                                       "clock of the box: no certificate of them is on record.");
+                               element("li", conditionOf(result, "sphere_certificate"));
   for (const auto& sentence : reservationsAbout(subject, facts)) text += element("li", sentence);
   if (!result.warnings.empty()) text += element("li", std::to_string(result.warnings.size()) + " warnings, below.");
   return text + "</ul></div>\n";
@@ -291,7 +288,12 @@ bool isPlace(const metrology::Estimate& estimate) {
 std::vector<std::string> reservationsAbout(const Subject& subject, const CertificateFacts& facts) {
   const Result& result = *subject.result();
   std::vector<std::string> all;
-  if (!whyNotTraceable(result, facts) && conditionOf(result, "temperature_c").empty())
+  const bool is_traceable = !whyNotTraceable(result, facts);
+  if (is_traceable)
+    all.emplace_back(
+        "Not traceable are the contributions of the scales of the machine and the clock of the box: no certificate of "
+        "them is on record.");
+  if (is_traceable && conditionOf(result, "temperature_c").empty())
     all.emplace_back(
         "The temperature of the sphere is not stated: the values hold if it was 20 \u00b0C. In steel each kelvin is "
         "11.5 \u00b5m per metre of its diameter. State it for the run (probebox calibrate --temperature) or in "

@@ -38,18 +38,17 @@ bool HostLink::receive(io::BytePipe& pipe, stream::Lane lane, MonoTime now) {
   return true;
 }
 
-void HostLink::flush(int& tight_frames) {
+void HostLink::flush() {
   if (closed()) return;
   waits_for_writing_ = false;
-  const bool open = (!connection_.control || flush(*connection_.control, stream::Lane::control, tight_frames)) &&
-                    flush(*connection_.data, stream::Lane::data, tight_frames);
+  const bool open = (!connection_.control || flush(*connection_.control, stream::Lane::control)) &&
+                    flush(*connection_.data, stream::Lane::data);
   if (!open) hangUp();
 }
 
-bool HostLink::flush(io::BytePipe& pipe, stream::Lane lane, int& tight_frames) {
+bool HostLink::flush(io::BytePipe& pipe, stream::Lane lane) {
   while (true) {
-    const bool is_tight = session_.profile() == messages::Profile::tight;
-    const auto bytes = is_tight && tight_frames <= 0 ? std::span<const std::byte>{} : session_.pending(lane);
+    const auto bytes = session_.pending(lane);
     if (bytes.empty()) return true;
     const io::Transfer put = pipe.write(bytes);
     session_.sent(put.bytes, lane);
@@ -58,7 +57,6 @@ bool HostLink::flush(io::BytePipe& pipe, stream::Lane lane, int& tight_frames) {
       waits_for_writing_ = waits_for_writing_ || pipe.watchedForWriting();
       return true;
     }
-    if (is_tight) --tight_frames;
   }
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <limits>
 
 #include "drivers/io/byte_pipe.hpp"
 #include "firmware/stream/session.hpp"
@@ -21,13 +20,8 @@ class HostLink {
 
   // Receives a bounded amount, so that one host cannot delay the others.
   void receive(MonoTime now);
-  // Sends as much as the connection takes. tight_frames: how many more may be encoded in profile tight, which takes
-  // microseconds a sample; what is left waits for the next call.
-  void flush(int& tight_frames);
-  void flush() {
-    int without_limit = std::numeric_limits<int>::max();
-    flush(without_limit);
-  }
+  // Sends as much as the connection takes.
+  void flush();
 
   // True after the connection has ended or hangUp() was called.
   bool closed() const { return connection_.data == nullptr; }
@@ -37,7 +31,7 @@ class HostLink {
 
  private:
   bool receive(io::BytePipe& pipe, stream::Lane lane, MonoTime now);
-  bool flush(io::BytePipe& pipe, stream::Lane lane, int& tight_frames);
+  bool flush(io::BytePipe& pipe, stream::Lane lane);
 
   std::uint64_t id_;
   io::Connection connection_;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kAdvance{10};
 // In that time, of all hosts together: whoever catches up in profile tight does not keep the others waiting.
-constexpr int kTightFrames = 4;
+constexpr int kTightBlocks = 4;
 constexpr Nanoseconds kUsbHeartbeat = std::chrono::milliseconds{10};
 constexpr Nanoseconds kRetry = std::chrono::seconds{1};
 
@@ -156,6 +156,7 @@ void LinkService::Port::complain(const std::string& what) {
 
 LinkService::Link& LinkService::adopt(io::Connection connection, const board::Access& may, Port* port) {
   stream::SessionOptions session = options_.session;
+  session.tight_blocks = &tight_blocks_;
   session.first_session_id = static_cast<std::uint32_t>(last_link_ * 1000 + 1);
   if (connection.control) session.heartbeat_period = kUsbHeartbeat;
   links_.push_back(std::make_unique<Link>(Link{.host = {++last_link_, std::move(connection), session, history_},
@@ -245,7 +246,7 @@ void LinkService::answerRequests(Link& link) {
 }
 
 void LinkService::flush(Link& link) {
-  link.host.flush(tight_frames_);
+  link.host.flush();
   if (link.host.closed()) return close(link);
   link.watch.wantWrite(link.host.waitsForWriting());
 }
@@ -306,7 +307,7 @@ void LinkService::advance() {
                               .clock_sigma_ns = state.map.sigma_ns,
                               .deadline_misses = counters_.deadline_misses,
                               .edges = state.snapshot.clock.edges};
-  tight_frames_ = kTightFrames;
+  tight_blocks_ = kTightBlocks;
   ++turn_;  // who comes first takes of them first
   for (std::size_t k = 0; k < links_.size(); ++k) {
     const auto& link = links_[(turn_ + k) % links_.size()];

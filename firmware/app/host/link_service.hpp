@@ -137,7 +137,7 @@ class LinkService {
   std::vector<std::unique_ptr<SerialLine>> serial_lines_;
   std::vector<std::unique_ptr<UsbPort>> usb_ports_;
   std::vector<std::unique_ptr<Link>> links_;
-  int tight_frames_{};  // that may still be encoded before the next advance()
+  int tight_blocks_{};  // that may still be encoded before the next advance()
   std::size_t turn_{};
   std::uint64_t last_link_{};
   messages::LinkCounters from_gone_hosts_;

@@ -58,8 +58,7 @@ std::optional<double> ToldTime::error_s(seconds since_start) const {
 
 std::string ToldTime::source(seconds since_start) const {
   const auto error = error_s(since_start);
-  return "told by a host (" + by_ + "), " +
-         (error ? within(*error) : "whose clock was set from its hardware clock; error unknown");
+  return "told by a host (" + by_ + "), " + (error ? within(*error) : "error unknown");
 }
 
 bool ToldTime::isBetterThan(const ToldTime& other, seconds since_start) const {
@@ -69,6 +68,7 @@ bool ToldTime::isBetterThan(const ToldTime& other, seconds since_start) const {
 
 std::string ToldTimes::take(const messages::TimeOfDay& time, seconds since_start, std::string by) {
   ToldTime told{time, since_start, std::move(by)};
+  if (is_in_doubt_) told.doubt();
   if (!couldBeNow(told.at(since_start))) return "";
   if (!best_) {
     best_ = std::move(told);
@@ -82,6 +82,7 @@ std::string ToldTimes::take(const messages::TimeOfDay& time, seconds since_start
   if (contradict) {
     said = "Two hosts tell times of day " + std::to_string(apart.count()) + " s apart (" + best_->by() + ", " +
            told.by() + "): one of their clocks is wrong, and how far dates are off is not known.";
+    is_in_doubt_ = true;
     told.doubt();
     best_->doubt();
   }

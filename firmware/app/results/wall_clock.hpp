@@ -42,12 +42,13 @@ class ToldTime {
 class ToldTimes {
  public:
   // Takes one, unless it cannot be or the one before is better. Returns what the log should say of it; empty: nothing.
-  // Two that contradict each other are both doubted.
+  // Once two have contradicted each other, those and all later ones are doubted: which clock is wrong is not known.
   std::string take(const messages::TimeOfDay& time, std::chrono::seconds since_start, std::string by);
   const std::optional<ToldTime>& best() const { return best_; }
 
  private:
   std::optional<ToldTime> best_;
+  bool is_in_doubt_{};
 };
 
 struct Date {

@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <fstream>
 #include <iterator>
+#include <span>
 
 #include "protocol/frame/sha256.hpp"
+#include "protocol/units/wording.hpp"
 
 namespace probebox::app {
 namespace {
@@ -33,8 +35,7 @@ std::vector<std::byte> decodedBase64(std::string_view text) {
 }  // namespace
 
 std::vector<std::string> certificateFingerprints(std::string_view pem) {
-  constexpr std::string_view kBegin = "-----BEGIN CERTIFICATE-----", kEnd = "-----END CERTIFICATE-----",
-                             kHexadecimal = "0123456789abcdef";
+  constexpr std::string_view kBegin = "-----BEGIN CERTIFICATE-----", kEnd = "-----END CERTIFICATE-----";
   std::vector<std::string> all;
   for (auto at = pem.find(kBegin); at != std::string_view::npos; at = pem.find(kBegin, at)) {
     at += kBegin.size();
@@ -42,12 +43,8 @@ std::vector<std::string> certificateFingerprints(std::string_view pem) {
     if (end == std::string_view::npos) break;
     frame::Sha256 sum;
     sum.add(decodedBase64(pem.substr(at, end - at)));
-    std::string text;
-    for (const auto byte : sum.digest()) {
-      text += kHexadecimal[byte >> 4];
-      text += kHexadecimal[byte & 15];
-    }
-    all.push_back(text);
+    const auto digest = sum.digest();
+    all.push_back(hexadecimal(std::as_bytes(std::span{digest})));
   }
   return all;
 }

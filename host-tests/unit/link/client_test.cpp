@@ -247,8 +247,6 @@ TEST(Client, AsksForAKeyBlockWhenOneOfProfileTightIsLost) {
   EXPECT_GT(tally.samples, before + 800);
   EXPECT_GT(tally.inferred, 0U);
   EXPECT_EQ(tally.wrong, 0U);
-  client.changeProfile(messages::Profile::raw);
-  run(50);
   const auto balance = client.finish(world.wait(100));
   ASSERT_TRUE(balance.ok());
   EXPECT_TRUE(balance->exact);

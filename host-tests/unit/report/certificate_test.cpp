@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "firmware/metrology/dataset/conditions.hpp"
+#include "some_facts.hpp"
 #include "well_formed.hpp"
 
 namespace probebox::report {
@@ -41,18 +42,7 @@ class CalibrationCertificate : public testing::Test {
 
   metrology::Result result_;
   std::vector<std::string> rests_on_;
-  CertificateFacts facts_{.number = "PB-1-17",
-                          .subject = "delay",
-                          .box = "Acme Box, PB-1",
-                          .firmware = "9.8.7",
-                          .probe = "P-9",
-                          .machine = "mill 3",
-                          .mounting = "spindle",
-                          .stored_utc = "2026-11-26T08:01:00Z",
-                          .accepted = "by Ada, 2026-11-26T09:00:00Z",
-                          .issued_utc = "2026-11-27T10:00:00Z",
-                          .issued_by = "Grace",
-                          .next_due = "2027-11-26"};
+  CertificateFacts facts_ = someFacts();
 };
 
 TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) {
@@ -62,7 +52,7 @@ TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) 
                       "<td class=\"n\">2</td><td class=\"n\">10</td><td class=\"n\">80</td><td class=\"n\">96.4 %</td>"
                       "<td class=\"n\">64.0 %</td>"))
       << "6 (1 + ((5 / 3)^2 - 1) 6 / 4)^2 = 80.7 degrees of freedom; (4 / 5)^2 of u^2 is the sphere's";
-  for (const auto* words : {"PB-1-17", "Acme Box, PB-1", "mill 3", "P-9, spindle", "2026-11-26T08:00:00Z",
+  for (const auto* words : {"PB-1-17", "Acme &amp; Co, PB-1", "mill 3", "P-9, spindle", "2026-11-26T08:00:00Z",
                             "20.5 \u00b0C", "by Ada, 2026-11-26T09:00:00Z", "Grace", "2027-11-26", "&lt;first&gt;",
                             "sd_effective_diameter_mm", "(A12)", "measurand", "coverage probability", "2028-04-17"})
     EXPECT_THAT(text, HasSubstr(words));

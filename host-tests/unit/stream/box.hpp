@@ -181,6 +181,14 @@ class Host : public link::StreamListener {
   std::uint64_t wrong_values{};
 };
 
+// To the next heartbeat.
+template <class AnyHost>
+void beat(Box& box, AnyHost& host) {
+  box.hear(messages::Credit{0});
+  box.advance(std::chrono::milliseconds{100});
+  host.read(box.take());
+}
+
 // Up to a running stream.
 inline void begin(Box& box, Host& host, messages::Start start = {}) {
   box.hear(messages::Hello::current(bootId()));

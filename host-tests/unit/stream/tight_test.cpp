@@ -7,7 +7,6 @@
 namespace probebox::stream {
 namespace {
 
-using namespace std::chrono_literals;
 using messages::Profile;
 
 const messages::Start kTight{.profile = Profile::tight};
@@ -17,12 +16,6 @@ std::vector<int> codings(const Host& host) {
   std::vector<int> all;
   for (const auto byte : host.codings) all.push_back(std::to_integer<int>(byte));
   return all;
-}
-
-void tick(Box& box, Host& host) {
-  box.hear(messages::Credit{0});
-  box.advance(100ms);
-  host.read(box.take());
 }
 
 TEST(Tight, BeginsWithAKeyAndGoesOnWithoutOne) {
@@ -51,7 +44,7 @@ TEST(Tight, CountsWhatCannotBeDecodedAsLostUntilAKeyComesForTheAsking) {
   box.hear(kTight);  // START again
   box.produce(50);
   host.read(box.take());
-  tick(box, host);
+  beat(box, host);
   EXPECT_EQ(codings(host), (std::vector{2, 3, 3, 3, 2}));
   EXPECT_EQ(host.received, 100U);
   EXPECT_EQ(host.wrong_values, 0U);
@@ -73,7 +66,7 @@ TEST(Tight, ChangesToAndFromOtherProfilesWithoutALoss) {
     if (profile == Profile::tight) expected.insert(expected.end(), {2, 3, 3});
     if (profile != Profile::tight) expected.insert(expected.end(), 3, static_cast<int>(profile));
   }
-  tick(box, host);
+  beat(box, host);
   EXPECT_EQ(codings(host), expected);
   EXPECT_EQ(host.received, 15 * 40U);
   EXPECT_EQ(host.declared, 0U);
@@ -98,7 +91,7 @@ TEST(Tight, ChangesWhileTheHostCatchesUp) {
   box.hear(start);
   box.produce(40);
   host.read(box.take());
-  tick(box, host);
+  beat(box, host);
   EXPECT_EQ(host.received, 7 * 40U);
   EXPECT_EQ(host.declared, 0U);
   EXPECT_EQ(host.wrong_values, 0U);
@@ -128,7 +121,7 @@ TEST(Tight, GoesOnBehindALossOfTheBox) {
   box.lose(17);
   box.produce(40);
   host.read(box.take());
-  tick(box, host);
+  beat(box, host);
   EXPECT_EQ(codings(host), (std::vector{2, 3}));
   EXPECT_EQ(host.received, 80U);
   EXPECT_EQ(host.declared, 17U);
@@ -144,11 +137,33 @@ TEST(Tight, SendsLessThanFast) {
     begin(box, host, {.profile = profile});
     for (int k = 0; k < 30; ++k) box.produce(200);
     host.read(box.take());
-    tick(box, host);
+    beat(box, host);
     EXPECT_EQ(host.received, 6000U);
     bytes.push_back(host.beats.back().sent_bytes);
   }
   EXPECT_LT(bytes[1], bytes[0]);
+}
+
+TEST(Tight, EncodesNoMoreThanTheThreadAllows) {
+  int blocks = 2;
+  Box box{{.tight_blocks = &blocks}};
+  Host host;
+  begin(box, host, kTight);
+  for (int k = 0; k < 5; ++k) box.produce(40);
+  host.read(box.take());
+  EXPECT_EQ(host.received, 80U);
+  EXPECT_EQ(blocks, 0);
+  blocks = 10;
+  beat(box, host);
+  EXPECT_EQ(codings(host), (std::vector{2, 3, 3, 3, 3}));
+  EXPECT_EQ(host.received, 200U);
+  EXPECT_EQ(host.declared, 0U);
+  EXPECT_EQ(blocks, 7);
+  box.hear(messages::Start{.profile = Profile::fast});
+  blocks = 0;
+  box.produce(40);
+  beat(box, host);
+  EXPECT_EQ(host.received, 240U) << "other profiles cost little";
 }
 
 TEST(Tight, IsRefusedByNameWhereABoxHasTooManySamplesForIt) {

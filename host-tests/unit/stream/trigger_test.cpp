@@ -49,12 +49,6 @@ void begin(Box& box, TriggerHost& host, std::uint32_t from = 0, bool wanted = tr
   host.read(box.take());
 }
 
-void beat(Box& box, TriggerHost& host) {
-  box.hear(messages::Credit{0});
-  box.advance(100ms);
-  host.read(box.take());
-}
-
 TEST(Triggers, GoOnlyToThoseWhoAskedForThem) {
   Box box;
   TriggerHost host;

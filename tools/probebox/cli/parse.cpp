@@ -73,7 +73,7 @@ class CommandLine {
   }
   static void addProfileOfLink(CLI::App* command, std::string& profile) {
     auto* option = addProfile(command, profile, {"auto", "raw", "fast", "tight"});
-    option->description(option->get_description() + "; auto: tight on a serial line of up to 921600 baud, else fast");
+    option->description(option->get_description() + "; auto: tight on a slow serial line, else fast");
   }
 
   static std::optional<messages::Profile> profileOf(const std::string& name) {

@@ -265,9 +265,9 @@ void addRates(const StreamTrial& trial, const messages::Descriptor& descriptor, 
   const auto lost_samples = trial.lost_at_source + trial.lost_in_queue + trial.lost_on_link;
   sheet.rows.push_back(
       {"samples", "samples at rate",
-       printed("%.1f s at %g per second: ", trial.seconds, tick_hz * descriptor.samples_per_tick) +
-           number(trial.samples) + " received, lost " + number(trial.lost_at_source) + " at the source, " +
-           number(trial.lost_in_queue) + " in the box, " + number(trial.lost_on_link) + " on the link",
+       printed("%.1f s at %g per second: ", trial.seconds, descriptor.samplesPerSecond()) + number(trial.samples) +
+           " received, lost " + number(trial.lost_at_source) + " at the source, " + number(trial.lost_in_queue) +
+           " in the box, " + number(trial.lost_on_link) + " on the link",
        "none lost, and both sides count the same", verdict(trial.samples > 0 && lost_samples == 0 && trial.balances)});
   sheet.rows.push_back({"late-ticks", "late ticks", number(trial.after.deadline_misses - trial.before.deadline_misses),
                         "none", verdict(trial.after.deadline_misses == trial.before.deadline_misses)});

@@ -208,12 +208,11 @@ Json describe(const messages::Descriptor& d) {
 }
 
 std::string page(const messages::Descriptor& d) {
-  const double rate_hz = 1e9 / static_cast<double>(d.nominal_tick_period_ns) * d.samples_per_tick;
   std::string all = row("board", d.board) + row("serial number", d.serial_number) +
                     row("firmware", d.firmware_version) + row("machine", d.machine) + row("probe", d.probe);
   all += row("master clock", printed("%g us per tick, %u samples per tick: %g samples per second",
                                      static_cast<double>(d.nominal_tick_period_ns) * 1e-3,
-                                     static_cast<unsigned>(d.samples_per_tick), rate_hz));
+                                     static_cast<unsigned>(d.samples_per_tick), d.samplesPerSecond()));
   all += row("system delay", delayOf(d.delay)) + "channels\n";
   for (const auto& channel : d.channels) all += channelRow(channel);
   all.pop_back();

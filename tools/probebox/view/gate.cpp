@@ -1,8 +1,11 @@
 #include "tools/probebox/view/gate.hpp"
 
 #include <array>
+#include <span>
 #include <sys/random.h>
 #include <utility>
+
+#include "protocol/units/wording.hpp"
 
 namespace probebox::view {
 namespace {
@@ -61,12 +64,7 @@ std::string randomToken() {
     const auto got = getrandom(bytes.data() + had, bytes.size() - had, 0);
     if (got > 0) had += static_cast<std::size_t>(got);
   }
-  std::string all;
-  for (const auto byte : bytes) {
-    all += "0123456789abcdef"[byte >> 4U];
-    all += "0123456789abcdef"[byte & 0xFU];
-  }
-  return all;
+  return hexadecimal(std::as_bytes(std::span{bytes}));
 }
 
 }  // namespace probebox::view
