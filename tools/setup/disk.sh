@@ -55,6 +55,7 @@ make_root() { # WORK RELEASE ARCH BOARD VERSION CERT DEB...
     BOARD="$PWD/board/$board" BOARD_FIRMWARE="$(board_setting "$board" firmware)" BOARD_DTB="$(board_setting "$board" dtb)" \
     BOARD_MODULES="$(board_setting "$board" modules)" \
     BOARD_UNITS="$(board_setting "$board" units)" BOARD_LISTEN="$(board_setting "$board" listen)" \
+    BOARD_TIME_SERVERS="$(board_setting "$board" time_server)" \
     mmdebstrap --mode=auto --variant=essential --architectures="$arch" --dpkgopt=force-unsafe-io \
     --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/locale/*' \
     --dpkgopt='path-exclude=/usr/share/doc/*/*' --dpkgopt='path-include=/usr/share/doc/*/copyright' \
