@@ -74,42 +74,18 @@ void unpackResiduals(std::span<const std::byte> from, std::size_t readable, std:
   }
 }
 
-// High parts are little endian, of 1 to 8 bytes, nearly always of 1.
-void storeHigh(std::uint64_t high, std::span<std::byte> into) {
-  for (auto& byte : into) {
-    byte = static_cast<std::byte>(high);
-    high >>= 8U;
+// pack: packs groups of values from the one of that number on.
+template <class Pack>
+void packGroups(std::span<std::byte> into, std::size_t room, std::size_t width, std::size_t count, Pack pack) {
+  const std::size_t groups = (count + kGroup - 1) / kGroup;
+  const std::size_t direct = directGroups(room, width, groups);
+  pack(0, direct, into.data());
+  std::array<std::byte, kGroup * 8 + kSlack> last{};
+  for (std::size_t group = direct; group < groups; ++group) {
+    pack(group, 1, last.data());
+    const auto rest = into.subspan(group * width);
+    std::copy_n(last.begin(), std::min(width, rest.size()), rest.begin());
   }
-}
-template <std::size_t Bytes>
-std::uint64_t loadHigh(std::span<const std::byte, Bytes> from) {
-  const auto last = std::to_integer<std::uint8_t>(from.back());
-  auto high = static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<std::int8_t>(last)));
-  for (std::size_t k = from.size() - 1; k-- > 0;) high = (high << 8U) | std::to_integer<std::uint64_t>(from[k]);
-  return high;
-}
-
-// False when a position is none of the column's.
-bool getExceptions(frame::ByteReader& reader, unsigned width, std::span<std::int64_t> residuals) {
-  const std::size_t count = getPlace(reader, residuals.size());
-  const std::size_t high_bytes = reader.get<std::uint8_t>();
-  if (reader.failed()) return false;
-  if (high_bytes < 1 || high_bytes > 8 || width > 63) return false;
-  const bool narrow = residuals.size() <= kNarrow;
-  const auto places = reader.take(count * (narrow ? 1 : 2));
-  const auto highs = reader.take(count * high_bytes);
-  if (reader.failed()) return false;
-  const auto mask = (std::uint64_t{1} << width) - 1;
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t place =
-        narrow ? std::to_integer<std::size_t>(places[k]) : frame::loadLittle<std::uint16_t>(&places[2 * k]);
-    if (place >= residuals.size()) return false;
-    const auto high =
-        high_bytes == 1 ? loadHigh(highs.subspan(k).first<1>()) : loadHigh(highs.subspan(k * high_bytes, high_bytes));
-    const auto low = static_cast<std::uint64_t>(residuals[place]) & mask;
-    residuals[place] = static_cast<std::int64_t>((high << width) | low);
-  }
-  return true;
 }
 
 // In sixteenths; all ones where the sum says nothing.
@@ -124,9 +100,10 @@ void FastColumnEncoder::plan(std::span<const Column> columns) {
     works_[k].column = columns[k];
     survey(works_[k]);
   }
-  track(columns.size());
+  track(kTracking, 2, columns.size());
+  track(kTracking + 1, kMostOrder, columns.size());
   for (auto& work : std::span{works_}.first(columns.size())) {
-    if (work.order != kTracking) subtract(work);
+    if (work.order < kTracking) subtract(work);
     planOne(work);
   }
 }
@@ -144,24 +121,25 @@ void FastColumnEncoder::survey(Work& work) const {
   work.mean = meanOf(sums[order], some - kMostOrder);
 }
 
-// Tries tracking on the columns that it suits, those that move and are noisy, and keeps it where it is shorter.
-void FastColumnEncoder::track(std::size_t columns) {
+// Tries a tracking predictor on the columns that it suits, those that move and are noisy and for which a difference of
+// that order or more is the shortest so far, and keeps it where it is shorter.
+void FastColumnEncoder::track(std::size_t predictor, std::size_t least_order, std::size_t columns) {
   std::array<Work*, kTracked> works{};
   std::array<const std::int64_t*, kTracked> from{};
   std::array<std::int64_t*, kTracked> into{};
   std::size_t some = 0;
   for (auto& work : std::span{works_}.first(columns)) {
-    if (work.order < 2 || work.mean == 0) continue;
+    if (work.order < least_order || work.order >= kTracking || work.mean == 0) continue;
     works[some] = &work;
     from[some] = work.column.values.data() + kMostOrder;
     into[some++] = work.residuals.data();
   }
   if (some == 0) return;
   const auto count = works[0]->column.values.size() - kMostOrder;
-  kernels_.track[some - 1](from.data(), count, into.data());
+  kernels_.track[predictor - kTracking][some - 1](from.data(), count, into.data());
   for (auto* work : std::span{works}.first(some)) {
     judge(*work, count);
-    if (meanOf(work->size.sum, count) < work->mean) work->order = kTracking;
+    if (meanOf(work->size.sum, count) < work->mean) work->order = static_cast<std::uint8_t>(predictor);
   }
 }
 
@@ -216,12 +194,12 @@ bool FastColumnEncoder::considerFrom(Work& work, std::size_t count, unsigned wid
 void FastColumnEncoder::consider(Work& work, std::size_t count, unsigned width, std::size_t exceptions) {
   const std::size_t unit = count <= kNarrow ? 1 : 2;
   if (exceptions > (unit == 1 ? 0xFFU : 0xFFFFU)) return;
-  const std::size_t high_bytes = (work.size.most_bits - width + 7) / 8;
-  const std::size_t extra = exceptions == 0 ? 0 : unit + 1 + exceptions * (unit + high_bytes);
+  const unsigned high_bits = work.size.most_bits - width;
+  const std::size_t extra = exceptions == 0 ? 0 : unit + 1 + exceptions * unit + packedSize(exceptions, high_bits);
   const std::size_t bytes = work.seeds_bytes + packedSize(count, width) + extra;
   if (bytes >= work.plan.bytes) return;
   work.plan = {work.order, static_cast<std::uint8_t>(width), static_cast<std::uint32_t>(exceptions),
-               static_cast<std::uint8_t>(high_bytes), bytes};
+               static_cast<std::uint8_t>(high_bits), bytes};
 }
 
 void FastColumnEncoder::put(frame::ByteWriter& writer, std::size_t column) {
@@ -243,7 +221,7 @@ void FastColumnEncoder::put(frame::ByteWriter& writer, std::size_t column) {
 void FastColumnEncoder::putExceptions(const Work& work, frame::ByteWriter& writer, std::size_t count) {
   const auto& plan = work.plan;
   putPlace(writer, count, plan.exceptions);
-  writer.put(plan.high_bytes);
+  writer.put(plan.high_bits);
   if (work.isNarrow()) {
     kernels_.narrow_places(work.narrow.data(), count, plan.width, places_.data());
   } else {
@@ -252,32 +230,25 @@ void FastColumnEncoder::putExceptions(const Work& work, frame::ByteWriter& write
   const auto places = std::span{places_}.first(plan.exceptions);
   frame::ByteWriter coded_places{writer.take(plan.exceptions * (count <= kNarrow ? 1U : 2U))};
   for (const auto place : places) putPlace(coded_places, count, place);
-  auto highs = writer.take(plan.exceptions * plan.high_bytes);
-  for (const auto place : places) {
-    storeHigh(static_cast<std::uint64_t>(work.residuals[place] >> plan.width), highs.first(plan.high_bytes));
-    highs = highs.subspan(plan.high_bytes);
-  }
+  std::fill_n(highs_.begin(), (places.size() + kGroup - 1) / kGroup * kGroup, 0);
+  std::ranges::transform(places, highs_.begin(), [&](auto place) { return work.residuals[place] >> plan.width; });
+  const std::size_t room = writer.room();
+  packGroups(writer.take(packedSize(places.size(), plan.high_bits)), room, plan.high_bits, places.size(),
+             [&](std::size_t from, std::size_t how_many, std::byte* at) {
+               kernels_.pack[plan.high_bits](highs_.data() + from * kGroup, how_many, at);
+             });
 }
 
 // room: bytes from there on; those behind the column may be touched, and are written later.
 void FastColumnEncoder::pack(const Work& work, std::span<std::byte> into, std::size_t room, std::size_t count) const {
   const std::size_t width = work.plan.width;
-  const std::size_t groups = (count + kGroup - 1) / kGroup;
-  const std::size_t direct = directGroups(room, width, groups);
-  const auto some = [&](std::size_t from, std::size_t how_many, std::byte* at) {
+  packGroups(into, room, width, count, [&](std::size_t from, std::size_t how_many, std::byte* at) {
     if (work.isNarrow() && width <= kNarrowPacked) {
       kernels_.narrow_pack[width](work.narrow.data() + from * kGroup, how_many, at);
     } else {
       kernels_.pack[width](work.residuals.data() + from * kGroup, how_many, at);
     }
-  };
-  some(0, direct, into.data());
-  std::array<std::byte, kGroup * 8 + kSlack> last{};
-  for (std::size_t group = direct; group < groups; ++group) {
-    some(group, 1, last.data());
-    const auto rest = into.subspan(group * width);
-    std::copy_n(last.begin(), std::min(width, rest.size()), rest.begin());
-  }
+  });
 }
 
 void FastColumnDecoder::get(frame::ByteReader& reader, std::size_t channel, ChannelFormat format, std::uint8_t order,
@@ -294,22 +265,24 @@ void FastColumnDecoder::get(frame::ByteReader& reader, std::size_t channel, Chan
     return;
   }
   const std::size_t predictor = order & 0x7FU;
-  if (predictor == kTracking) {
-    held_[how_many_++] = held;
-    if (how_many_ == held_.size()) finish();
+  if (predictor >= kTracking) {
+    auto& [columns, some] = waiting_[predictor - kTracking];
+    columns[some++] = held;
+    if (some == columns.size()) finish(predictor - kTracking);
     return;
   }
   kernels_.integrate[predictor](column.data() + predictor, column.size() - predictor);
   check(held);
 }
 
-void FastColumnDecoder::finish() {
-  if (how_many_ == 0) return;
+void FastColumnDecoder::finish(std::size_t tracking) {
+  auto& [waiting, some] = waiting_[tracking];
+  if (some == 0) return;
   std::array<std::int64_t*, kUntracked> columns{};
-  for (std::size_t k = 0; k < how_many_; ++k) columns[k] = held_[k].column.data() + kMostOrder;
-  kernels_.untrack[how_many_ - 1](columns.data(), held_[0].column.size() - kMostOrder);
-  for (const auto& held : std::span{held_}.first(how_many_)) check(held);
-  how_many_ = 0;
+  for (std::size_t k = 0; k < some; ++k) columns[k] = waiting[k].column.data() + kMostOrder;
+  kernels_.untrack[tracking][some - 1](columns.data(), waiting[0].column.size() - kMostOrder);
+  for (const auto& held : std::span{waiting}.first(some)) check(held);
+  some = 0;
 }
 
 void FastColumnDecoder::check(const Held& held) {
@@ -321,7 +294,7 @@ bool FastColumnDecoder::read(frame::ByteReader& reader, const Held& held, std::u
   const auto& column = held.column;
   const std::size_t predictor = order & 0x7FU;
   const std::size_t seeds = seedsOf(predictor);
-  if (predictor > kTracking || width > 64 || (seeds > 0 && seeds >= column.size())) return false;
+  if (predictor >= kTracking + kTrackings || width > 64 || (seeds > 0 && seeds >= column.size())) return false;
   Seeds differences{};
   for (std::size_t k = 0; k < seeds; ++k) differences[k] = unzigzag(frame::getVarint(reader));
   const std::size_t readable = reader.remaining();
@@ -332,6 +305,29 @@ bool FastColumnDecoder::read(frame::ByteReader& reader, const Held& held, std::u
   const auto residuals = column.subspan(seeds);
   unpackResiduals(packed, readable, width, residuals, kernels_);
   return (order & kHasExceptions) == 0 || getExceptions(reader, width, residuals);
+}
+
+// False when a position is none of the column's.
+bool FastColumnDecoder::getExceptions(frame::ByteReader& reader, unsigned width, std::span<std::int64_t> residuals) {
+  const std::size_t count = getPlace(reader, residuals.size());
+  const unsigned high_bits = reader.get<std::uint8_t>();
+  if (reader.failed() || count > residuals.size() || high_bits < 1 || width + high_bits > 64) return false;
+  const bool narrow = residuals.size() <= kNarrow;
+  const auto places = reader.take(count * (narrow ? 1 : 2));
+  const std::size_t readable = reader.remaining();
+  const auto packed = reader.take(packedSize(count, high_bits));
+  if (reader.failed()) return false;
+  const auto highs = std::span{highs_}.first(count);
+  unpackResiduals(packed, readable, high_bits, highs, kernels_);
+  const auto mask = (std::uint64_t{1} << width) - 1;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t place =
+        narrow ? std::to_integer<std::size_t>(places[k]) : frame::loadLittle<std::uint16_t>(&places[2 * k]);
+    if (place >= residuals.size()) return false;
+    const auto low = static_cast<std::uint64_t>(residuals[place]) & mask;
+    residuals[place] = static_cast<std::int64_t>((static_cast<std::uint64_t>(highs[k]) << width) | low);
+  }
+  return true;
 }
 
 }  // namespace probebox::codec

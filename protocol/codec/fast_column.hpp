@@ -15,18 +15,18 @@
 //   per channel {u8 order, + 0x80 with exceptions; u8 width}
 //   column: seeds | residuals, `width` bits each, two's complement, value after value from the lowest bit of the first
 //   byte on, the last byte filled up with zeros | exceptions
-//   order: 0 to 3, that difference, with as many seeds; 4, tracking (prediction.hpp), with 3 seeds
+//   order: 0 to 3, that difference, with as many seeds; 4 and 5, tracking (prediction.hpp), with 3 seeds
 //   seed j: the j-th difference at sample j, as zigzag varint (0, -1, 1, -2 ... as 0, 1, 2, 3 ...; 7 bits a byte,
 //   lowest first, 0x80 where more follow)
-//   exceptions: their number, u8 bytes of a high part, then their positions, then their high parts (two's complement):
-//   the residual is high part x 2^width + its `width` bits. Number and positions (of residuals, from 0) are u8 for a
-//   column of at most 256 residuals, else u16.
+//   exceptions: their number, u8 bits of a high part, then their positions, then their high parts, packed as residuals
+//   are: the residual is high part x 2^width + its `width` bits. Number and positions (of residuals, from 0) are u8 for
+//   a column of at most 256 residuals, else u16.
 //
 // Order 0 with width 8 x bytes of the channel and no exceptions is a column of profile raw.
 namespace probebox::codec {
 
 constexpr std::size_t seedsOf(std::size_t order) {
-  return order == kTracking ? kMostOrder : order;
+  return order >= kTracking ? kMostOrder : order;
 }
 
 // Describes how a column is coded.
@@ -34,8 +34,8 @@ struct FastPlan {
   std::uint8_t order{};
   std::uint8_t width{};
   std::uint32_t exceptions{};
-  std::uint8_t high_bytes{};  // of an exception
-  std::size_t bytes{};        // of the column, seeds and exceptions included
+  std::uint8_t high_bits{};  // of an exception
+  std::size_t bytes{};       // of the column, seeds and exceptions included
 
   std::uint8_t orderByte() const { return static_cast<std::uint8_t>(order | (exceptions > 0 ? 0x80U : 0U)); }
   bool isRaw(ChannelFormat format) const { return order == 0 && exceptions == 0 && width == 8 * format.bytes; }
@@ -75,7 +75,7 @@ class FastColumnEncoder {
   };
 
   void survey(Work& work) const;
-  void track(std::size_t count);
+  void track(std::size_t predictor, std::size_t least_order, std::size_t columns);
   void subtract(Work& work) const;
   void judge(Work& work, std::size_t count) const;
   void planOne(Work& work) const;
@@ -88,6 +88,7 @@ class FastColumnEncoder {
   const Kernels& kernels_;
   std::array<Work, kTracked> works_;
   std::array<std::uint16_t, kMostFastSamples> places_;
+  std::array<std::int64_t, kMostFastSamples> highs_;
 };
 
 // Decodes the columns of a block, all of equal length.
@@ -100,7 +101,9 @@ class FastColumnDecoder {
   void get(frame::ByteReader& reader, std::size_t channel, ChannelFormat format, std::uint8_t order, std::uint8_t width,
            std::span<std::int64_t> column);
   // Decodes the columns that were deferred.
-  void finish();
+  void finish() {
+    for (std::size_t k = 0; k < kTrackings; ++k) finish(k);
+  }
 
   // Returns the channel whose column is invalid or holds a value outside its range.
   std::optional<std::size_t> bad() const { return bad_; }
@@ -112,12 +115,19 @@ class FastColumnDecoder {
     std::span<std::int64_t> column;
   };
 
+  struct Waiting {
+    std::array<Held, kUntracked> columns{};
+    std::size_t count{};
+  };
+
+  void finish(std::size_t tracking);
   bool read(frame::ByteReader& reader, const Held& held, std::uint8_t order, std::uint8_t width);
+  bool getExceptions(frame::ByteReader& reader, unsigned width, std::span<std::int64_t> residuals);
   void check(const Held& held);
 
   const Kernels& kernels_;
-  std::array<Held, kUntracked> held_{};
-  std::size_t how_many_{};
+  std::array<Waiting, kTrackings> waiting_{};  // by predictor
+  std::array<std::int64_t, kMostFastSamples> highs_;
   std::optional<std::size_t> bad_;
 };
 

@@ -8,7 +8,8 @@
 namespace probebox::codec {
 
 inline constexpr std::size_t kMostOrder = 3;  // highest order of differences
-inline constexpr std::size_t kTracking = 4;   // order number of the tracking predictor
+inline constexpr std::size_t kTracking = 4;   // order number of the first tracking predictor
+inline constexpr std::size_t kTrackings = 2;  // how many there are
 inline constexpr std::size_t kGroup = 8;      // values packed together into `width` bytes
 inline constexpr std::size_t kSlack = 8;      // bytes beyond a group that packing and unpacking may touch
 inline constexpr std::size_t kStride = 32;    // residuals measured together; the last stride is padded with zeros
@@ -32,8 +33,8 @@ struct Kernels {
   std::array<std::uint64_t, kMostOrder + 1> (*survey)(const std::int64_t* x, std::size_t count);
   // Computes into[k], the residual of x[k] by that difference, from k = 0; the seeds precede x in memory.
   void (*residuals[kMostOrder + 1])(const std::int64_t* x, std::size_t count, std::int64_t* into);
-  // Does so for the tracking predictor, one or more columns.
-  void (*track[kTracked])(const std::int64_t* const* x, std::size_t count, std::int64_t* const* into);
+  // Does so for the tracking predictors, one or more columns.
+  void (*track[kTrackings][kTracked])(const std::int64_t* const* x, std::size_t count, std::int64_t* const* into);
   // The next five process whole strides. Also copies the low 16 bits of the residuals.
   Size (*size)(const std::int64_t* residuals, std::size_t count, std::int16_t* narrow);
   WiderCounts (*wider)(const std::int64_t* residuals, std::size_t count, unsigned width);
@@ -50,8 +51,8 @@ struct Kernels {
   void (*unpack[65])(const std::byte* from, std::size_t groups, std::int64_t* values);
   // Replaces the residuals x[0], x[1] ... of that difference by values; the seeds precede x in memory.
   void (*integrate[kMostOrder + 1])(std::int64_t* x, std::size_t count);
-  // The same for the tracking predictor, one or more columns.
-  void (*untrack[kUntracked])(std::int64_t* const* x, std::size_t count);
+  // The same for the tracking predictors, one or more columns.
+  void (*untrack[kTrackings][kUntracked])(std::int64_t* const* x, std::size_t count);
 };
 
 }  // namespace probebox::codec

@@ -23,9 +23,9 @@ namespace {
   attribute void residualsOf(const std::int64_t* x, std::size_t count, std::int64_t* into) {                      \
     residuals<Order>(x, count, into);                                                                             \
   }                                                                                                               \
-  template <std::size_t Columns>                                                                                  \
+  template <std::size_t Sums, std::size_t Columns>                                                                \
   attribute void trackOf(const std::int64_t* const* x, std::size_t count, std::int64_t* const* into) {            \
-    track(x, count, into, std::make_index_sequence<Columns>{});                                                   \
+    track<Sums>(x, count, into, std::make_index_sequence<Columns>{});                                             \
   }                                                                                                               \
   attribute Size sizeOf(const std::int64_t* residuals, std::size_t count, std::int16_t* narrow) {                 \
     return size(residuals, count, narrow);                                                                        \
@@ -57,16 +57,17 @@ namespace {
   attribute void integrateOf(std::int64_t* x, std::size_t count) {                                                \
     integrate<Order>(x, count);                                                                                   \
   }                                                                                                               \
-  template <std::size_t Columns>                                                                                  \
+  template <std::size_t Sums, std::size_t Columns>                                                                \
   attribute void untrackOf(std::int64_t* const* x, std::size_t count) {                                           \
-    if constexpr (with_lanes && Columns > 1) return untrackSome(x, count, std::make_index_sequence<Columns>{});   \
-    for (std::size_t c = 0; c < Columns; ++c) untrack(x[c], count);                                               \
+    if constexpr (with_lanes && Columns > 1)                                                                      \
+      return untrackSome<Sums>(x, count, std::make_index_sequence<Columns>{});                                    \
+    for (std::size_t c = 0; c < Columns; ++c) untrack<Sums>(x[c], count);                                         \
   }                                                                                                               \
   template <std::size_t... W, std::size_t... N, std::size_t... O>                                                 \
   constexpr Kernels table(std::index_sequence<W...>, std::index_sequence<N...>, std::index_sequence<O...>) {      \
     return {surveyOf,                                                                                             \
             {residualsOf<O>...},                                                                                  \
-            {trackOf<1>, trackOf<2>, trackOf<3>},                                                                 \
+            {{trackOf<3, 1>, trackOf<3, 2>, trackOf<3, 3>}, {trackOf<4, 1>, trackOf<4, 2>, trackOf<4, 3>}},       \
             sizeOf,                                                                                               \
             widerOf<std::int64_t>,                                                                                \
             widerOf<std::int16_t>,                                                                                \
@@ -77,7 +78,8 @@ namespace {
             {packNarrowOf<N>...},                                                                                 \
             {unpackOf<W>...},                                                                                     \
             {integrateOf<O>...},                                                                                  \
-            {untrackOf<1>, untrackOf<2>, untrackOf<3>, untrackOf<4>}};                                            \
+            {{untrackOf<3, 1>, untrackOf<3, 2>, untrackOf<3, 3>, untrackOf<3, 4>},                                \
+             {untrackOf<4, 1>, untrackOf<4, 2>, untrackOf<4, 3>, untrackOf<4, 4>}}};                              \
   }                                                                                                               \
   constexpr Kernels kTable = table(std::make_index_sequence<65>{}, std::make_index_sequence<kNarrowPacked + 1>{}, \
                                    std::make_index_sequence<kMostOrder + 1>{});                                   \

@@ -162,21 +162,22 @@ that wrap around; `>>` keeps the sign.
 
 - **order**: bits 0 to 6 name the predictor, 0x80 says that exceptions follow the column. Order 0 with the width 8 x bytes of
   the channel is a column as in raw (without sign where the channel is unsigned), and nothing of what follows.
-- **column** = seeds, then packed residuals, then exceptions. Predictors 0 to 3 have as many seeds as their number, predictor 4 has
-  3; the column has m = count - seeds residuals.
+- **column** = seeds, then packed residuals, then exceptions. Predictors 0 to 3 have as many seeds as their number, predictors 4
+  and 5 have 3; the column has m = count - seeds residuals.
 - **seeds**: seed j is the j-th difference at sample j: x0, x1 - x0, x2 - 2 x1 + x0. Each is zigzag coded (0, -1, 1, -2, ... as 0, 1, 2,
   3, ...) and written as varint: 7 bits a byte, lowest first, 0x80 set where more bytes follow.
 - **residuals**: m two's complement numbers of `width` bits (0 to 64), one after the other from the lowest bit of the first byte on,
   in ceil(m x width / 8) bytes; of width 0 all are 0 and there are no bytes.
-- **exceptions**, where 0x80 is set: their number n and the byte count b of a high part (u8), then n positions, then n high parts (two's
-  complement, b bytes). Number and positions are u8 when m <= 256, u16 otherwise; position 0 is the first residual. The residual there is
+- **exceptions**, where 0x80 is set: their number n and the bits b of a high part (u8), then n positions, then n high parts of b bits, written
+  as residuals are. Number and positions are u8 when m <= 256, u16 otherwise; position 0 is the first residual. The residual there is
   high part x 2^width + its `width` bits taken as unsigned.
 - **values** from residuals r:
   predictor 0: x = r. Predictor 1: x[k] = x[k-1] + r. Predictor 2: x[k] = 2 x[k-1] - x[k-2] + r.
   Predictor 3: x[k] = 3 x[k-1] - 3 x[k-2] + x[k-3] + r.
-  Predictor 4 follows place p, speed v and acceleration a in 1/16. It begins with a = 16 (x2 - 2 x1 + x0), v = 16 (x2 - x1) + a,
-  p = 16 x2 + v + 8; then for each r: x[k] = (p >> 4) + r; a += A r; v += a + V r; p += v + P r, where (P, V, A) is (16, 8, 8) for
-  the first residual and (12, 5, 1) for all others.
+  Predictors 4 and 5 follow place p, speed v, acceleration a and jerk j in 1/16. They begin with j = 0, a = 16 (x2 - 2 x1 + x0),
+  v = 16 (x2 - x1) + a, p = 16 x2 + v + 8; then for each r: x[k] = (p >> 4) + r; j += J r; a += j + A r; v += a + V r; p += v + P r.
+  For the first residual (P, V, A, J) is (16, 8, 8, 0) in predictor 4 and (12, 16, 10, 3) in 5, for all others (12, 5, 1, 0) in 4 and
+  (12, 7, 2, 1) in 5.
 
 Example: channels {4 bytes, signed} and {2 bytes, unsigned}, count 10, values 1000 1003 1001 1004 5002 5001 5003 5004 5002 5003 and ten
 times 4. From the channel list on the block is
@@ -185,7 +186,7 @@ times 4. From the channel list on the block is
          fastExample() + R"(
 
 81 03: predictor 1 with exceptions, 3 bits. 01 00: predictor 1, 0 bits. D0 0F: seed 2000, hence 1000. F3 7C C5 01: residuals 3, -2, 3, -2,
--1, 2, 1, -2, 1 in 27 bits. 01 02: one exception with 2 bytes of high part. 03: at position 3. F3 01: high part 499, so that
+-1, 2, 1, -2, 1 in 27 bits. 01 0A: one exception with 10 bits of high part. 03: at position 3. F3 01: high part 499, so that
 residual is 499 x 8 + 6 = 3998. 08: seed 8, hence 4, and nine residuals of no bits.
 
 )";

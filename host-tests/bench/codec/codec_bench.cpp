@@ -1,7 +1,9 @@
-// Bytes a sample on the wire and time of every profile, with every processor's inner loops, beside memcpy of the raw
-// record in the same run: absolute times of different machines do not compare. `bench_codec [samples a frame]...`
+// Bytes a sample on the wire, as a session sends them, and time of every profile, with every processor's inner loops,
+// beside memcpy of the raw record in the same run: absolute times of different machines do not compare. `bench_codec
+// [samples a frame]...`
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -14,6 +16,7 @@
 #include "protocol/codec/block.hpp"
 #include "protocol/codec/kernels.hpp"
 #include "protocol/codec/tight.hpp"
+#include "protocol/compact/compact.hpp"
 #include "protocol/frame/frame.hpp"
 
 namespace {
@@ -78,18 +81,33 @@ double copying() {
 using Encode = std::function<Outcome<std::size_t, codec::CodecError>(const Batch&, std::span<std::byte>)>;
 using Decode = std::function<Outcome<codec::BlockSummary, codec::CodecError>(const Batch&, std::span<std::int64_t>)>;
 
-void measure(const char* name, std::vector<Batch> all, int runs, const Encode& encode, const Decode& decode,
-             double entropy_bytes, double copies) {
-  const std::size_t samples = all.size() * all.front().header.count;
-  std::size_t wire = 0;
+// Bytes of the frames that a session makes of blocks, one after the other: those that can be shortened are.
+std::size_t bytesOnWire(const std::vector<Batch>& all, double rate_hz) {
+  constexpr std::uint32_t kDescriptor = 1;
   std::vector<std::byte> scratch(1U << 20U), coded(1U << 20U);
+  compact::Shortener shortener{frame::kMaxPayload};
+  std::size_t wire = 0;
+  const auto send = [&](std::span<const std::byte> payload) {
+    wire += frame::encodeDelimited({}, payload, scratch, coded);
+  };
+  for (const auto& batch : all) {
+    const auto now = monoTime(std::llround(1e9 * static_cast<double>(batch.header.first.index) / rate_hz));
+    const bool is_tight = static_cast<codec::Profile>(batch.block[0]) >= codec::Profile::tight;
+    send(is_tight ? std::span<const std::byte>{batch.block} : shortener.samples(batch.block, kDescriptor, now).bytes);
+    if (const auto head = shortener.headDue(kDescriptor); !head.empty()) send(head);
+  }
+  return wire;
+}
+
+void measure(const char* name, std::vector<Batch> all, double rate_hz, int runs, const Encode& encode,
+             const Decode& decode, double entropy_bytes, double copies) {
+  const std::size_t samples = all.size() * all.front().header.count;
   const double encoding = perSecond(samples, runs, [&] {
     for (auto& batch : all) batch.bytes = *encode(batch, batch.block);
   });
   for (auto& batch : all) batch.block.resize(batch.bytes);
   std::vector<std::int64_t> back(all.front().columns.size());
   for (const auto& batch : all) {
-    wire += frame::encodeDelimited({}, batch.block, scratch, coded);
     if (!decode(batch, back).ok() || back != batch.columns) std::abort();
   }
   const double decoding = perSecond(samples, runs, [&] {
@@ -97,7 +115,7 @@ void measure(const char* name, std::vector<Batch> all, int runs, const Encode& e
       if (!decode(batch, back).ok()) std::abort();
     }
   });
-  const double bytes = static_cast<double>(wire) / static_cast<double>(samples);
+  const double bytes = static_cast<double>(bytesOnWire(all, rate_hz)) / static_cast<double>(samples);
   std::printf(
       "%-16s %5u  %6.2f B/sample  %5.2f x entropy   encode %6.1f Ms/s %5.2f x memcpy   decode %6.1f Ms/s %5.2f x "
       "memcpy\n",
@@ -124,13 +142,13 @@ void measureAll(const ScanSignal& scan, const std::vector<std::size_t>& sizes, d
   for (const auto samples : sizes) {
     const auto all = batches(columns, samples);
     measure(
-        "raw", all, kRuns,
+        "raw", all, scan.rate_hz, kRuns,
         [&](const Batch& batch, std::span<std::byte> into) {
           return codec::encodeRaw(batch.header, channels, batch.columns, into);
         },
         decodeWith(codec::kernels()), bits / 8, copies);
     for (const auto& [name, kernels] : codec::allKernels()) {
-      measure((std::string{"fast, "} + name).c_str(), all, kRuns,
+      measure((std::string{"fast, "} + name).c_str(), all, scan.rate_hz, kRuns,
               [&](const Batch& batch, std::span<std::byte> into) {
                 return codec::encodeFast(batch.header, channels, batch.columns, into, *kernels);
               },
@@ -139,7 +157,7 @@ void measureAll(const ScanSignal& scan, const std::vector<std::size_t>& sizes, d
     codec::TightEncoder encoder{channels};
     codec::Decoder decoder;
     measure(
-        "tight", all, kTightRuns,
+        "tight", all, scan.rate_hz, kTightRuns,
         [&](const Batch& batch, std::span<std::byte> into) {
           if (batch.header.first == SampleIndex{}) encoder.restart();
           return encoder.encode(batch.header, batch.columns, into);

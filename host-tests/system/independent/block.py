@@ -34,7 +34,7 @@ def _column(c, channel, order, width, count):
             int.from_bytes(c.bytes(channel.bytes), "little", signed=bool(channel.is_signed)) for _ in range(count)
         ]
     predictor = order & 0x7F
-    seeds = _seeds(c, 3 if predictor == 4 else predictor)
+    seeds = _seeds(c, min(predictor, 3))
     residuals = _residuals(c, width, count - len(seeds))
     if order & 0x80:
         _exceptions(c, width, residuals)
@@ -58,23 +58,25 @@ def _residuals(c, width, how_many):
 
 def _exceptions(c, width, residuals):
     unit = "B" if len(residuals) <= 256 else "H"
-    how_many, size = c.take(unit), c.take("B")
+    how_many, bits = c.take(unit), c.take("B")
     places = [c.take(unit) for _ in range(how_many)]
-    for place in places:
-        high = int.from_bytes(c.bytes(size), "little", signed=True)
+    for place, high in zip(places, _residuals(c, bits, how_many)):
         residuals[place] = signed((high << width) + (residuals[place] & ((1 << width) - 1)))
 
 
 def _values(predictor, seeds, residuals):
     x = list(seeds)
-    if predictor == 4:
+    if predictor >= 4:
+        first, others = {4: ((16, 8, 8, 0), (12, 5, 1, 0)), 5: ((12, 16, 10, 3), (12, 7, 2, 1))}[predictor]
+        j = 0
         a = 16 * (x[2] - 2 * x[1] + x[0])
         v = 16 * (x[2] - x[1]) + a
         p = 16 * x[2] + v + 8
         for k, r in enumerate(residuals):
             x.append(signed((signed(p) >> 4) + r))
-            of_place, of_speed, of_acceleration = (16, 8, 8) if k == 0 else (12, 5, 1)
-            a += of_acceleration * r
+            of_place, of_speed, of_acceleration, of_jerk = others if k else first
+            j += of_jerk * r
+            a += j + of_acceleration * r
             v += a + of_speed * r
             p += v + of_place * r
         return x
