@@ -2,12 +2,10 @@
 import json
 import os
 import subprocess
-import urllib.parse
-import urllib.request
 
 import shop
 
-PROMTOOL, PROMETHEUS = shop.program("promtool", "prometheus"), shop.program("prometheus", "prometheus")
+PROMTOOL = shop.program("promtool", "prometheus")
 RULES = os.path.join(shop.ROOT, "tools", "fleet", "prometheus", "alerts.yml")
 MACHINES, DRIFTING, BOXES = 50, (7, 23, 41), 4
 
@@ -59,20 +57,7 @@ def test(folder):
     assert status == 0, said
 
     boxes = [shop.Box(folder, k) for k in range(BOXES)]
-    config, port = os.path.join(folder, "prometheus.yml"), shop.free_port()
-    with open(config, "w") as file:
-        json.dump({"global": {"scrape_interval": "5s", "evaluation_interval": "5s"}, "rule_files": [RULES], "scrape_configs": [
-            {"job_name": "probebox", "static_configs": [{"targets": [f"127.0.0.1:{box.metrics_port}" for box in boxes]}]}]}, file)
-    shop.Process(os.path.join(folder, "prometheus.log"), PROMETHEUS, f"--config.file={config}", f"--storage.tsdb.path={folder}/tsdb",
-                 f"--web.listen-address=127.0.0.1:{port}", "--log.level=warn")
-
-    def query(expression):
-        try:
-            with urllib.request.urlopen(f"http://127.0.0.1:{port}/api/v1/query?query=" + urllib.parse.quote(expression)) as answer:
-                return {each["metric"].get("instance", ""): float(each["value"][1]) for each in json.load(answer)["data"]["result"]}
-        except OSError:
-            return {}
-
+    query = shop.Prometheus(folder, boxes, RULES, 5).query
     shop.until(lambda: len(query("probebox_up == 1")) == BOXES, "all boxes seen")
     boxes[1].daemon.end(kill=True)
     shop.until(lambda: query("probebox_up == 0").keys() == {f"127.0.0.1:{boxes[1].metrics_port}"}, "the box that went")

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.parse
 import urllib.request
 
 PATIENCE_S = 120
@@ -128,7 +129,8 @@ class Subscriber:
 
 
 class Box:
-    """A box of its own serial number. config: keys of board/sim's files that have other values."""
+    """A box of its own serial number, whose machine is slower than real time: many share this computer."""
+    time_scale = 0.25
 
     def __init__(self, folder, number, *fleet_options):
         self.serial = f"SHOP-{number:03}"
@@ -150,7 +152,7 @@ class Box:
     def start_box(self):
         self.daemon = Process(os.path.join(self.folder, "box.log"), PROBEBOXD, "--board", "sim", "--config",
                               os.path.join(self.folder, "config"), "--state", os.path.join(self.folder, "state"), "--link", self.uri,
-                              "--time-scale", "0.25", env=self.environment)
+                              "--time-scale", str(self.time_scale), env=self.environment)
 
     def start_fleet(self):
         self.fleet = Process(os.path.join(self.folder, "fleet.log"), FLEET, "-u", self.uri, "--listen", f"127.0.0.1:{self.metrics_port}",
@@ -181,6 +183,28 @@ class Box:
                 return answer.read().decode()
         except (OSError, urllib.error.URLError):
             return ""
+
+
+class Prometheus:
+    """Scrapes boxes, by the rules of a file."""
+
+    def __init__(self, folder, boxes, rules, interval_s):
+        self.port = free_port()
+        config = os.path.join(folder, "prometheus.yml")
+        every = f"{interval_s}s"
+        with open(config, "w") as file:
+            json.dump({"global": {"scrape_interval": every, "evaluation_interval": every}, "rule_files": [rules], "scrape_configs": [
+                {"job_name": "probebox", "static_configs": [{"targets": [f"127.0.0.1:{box.metrics_port}" for box in boxes]}]}]}, file)
+        self.process = Process(os.path.join(folder, "prometheus.log"), program("prometheus", "prometheus"), f"--config.file={config}",
+                               f"--storage.tsdb.path={folder}/tsdb", f"--web.listen-address=127.0.0.1:{self.port}", "--log.level=warn")
+
+    def query(self, expression):
+        """Values by instance; empty while the server does not answer."""
+        try:
+            with urllib.request.urlopen(f"http://127.0.0.1:{self.port}/api/v1/query?query=" + urllib.parse.quote(expression)) as answer:
+                return {each["metric"].get("instance", ""): float(each["value"][1]) for each in json.load(answer)["data"]["result"]}
+        except OSError:
+            return {}
 
 
 def case(name):

@@ -12,7 +12,9 @@ namespace {
 
 constexpr std::size_t kBatch = 256;
 constexpr int kBatchesInTurn = 64;
-constexpr int kPollMs = 1;
+constexpr Nanoseconds kPoll = std::chrono::milliseconds{1};
+// A slow emulated machine needs no more, and many of them share a computer.
+constexpr Nanoseconds kLongestPoll = std::chrono::milliseconds{20};
 // Later than this is late enough for a kernel buffer to fill up.
 constexpr Nanoseconds kDeadline = std::chrono::milliseconds{50};
 
@@ -62,7 +64,8 @@ void CaptureThread::waitForSources() {
   for (const auto& source : sources_) {
     if (source->descriptor() >= 0) waiting_.push_back({source->descriptor(), POLLIN, 0});
   }
-  poll(waiting_.data(), waiting_.size(), kPollMs);
+  const auto longest = std::clamp(time_.kernelDuration(kPoll), kPoll, kLongestPoll);
+  poll(waiting_.data(), waiting_.size(), static_cast<int>(longest / std::chrono::milliseconds{1}));
 }
 
 void CaptureThread::drain(io::EventSource& source, MonoTime now) {

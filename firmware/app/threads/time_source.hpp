@@ -19,7 +19,8 @@ class TimeSource {
   // not go on while `is_held`: on a busy computer the machine is slow, and nothing that it sends is lost.
   MonoTime advance(bool is_held) {
     const std::int64_t kernel_ns = kernelNs();
-    const std::int64_t step_ns = is_held ? 0 : std::min(kernel_ns - advanced_at_ns_, kLongestStep_ns);
+    const auto longest_ns = static_cast<std::int64_t>(kLongestStep_ns / std::min(scale_, 1.0));
+    const std::int64_t step_ns = is_held ? 0 : std::min(kernel_ns - advanced_at_ns_, longest_ns);
     advanced_at_ns_ = kernel_ns;
     scaled_ns_ += static_cast<std::int64_t>(static_cast<double>(step_ns) * scale_);
     return now();
@@ -30,7 +31,7 @@ class TimeSource {
   }
 
  private:
-  static constexpr std::int64_t kLongestStep_ns = 5'000'000;
+  static constexpr double kLongestStep_ns = 5e6;
 
   static std::int64_t kernelNs() {
     timespec time{};
