@@ -1,16 +1,20 @@
 #include "drivers/io/kernel_clock.hpp"
 
+#include <cstdint>
 #include <fstream>
 #include <sys/timex.h>
 
 namespace probebox::io {
 namespace {
 
-// Once, as the system starts.
+// Once, as this program starts.
 bool wasSetFromHardware() {
-  std::ifstream from_hardware{"/sys/class/rtc/rtc0/hctosys"};
+  using namespace std::chrono;
+  std::ifstream from_hardware{"/sys/class/rtc/rtc0/hctosys"}, hardware{"/sys/class/rtc/rtc0/since_epoch"};
   char is_set = '0';
-  return from_hardware >> is_set && is_set == '1';
+  std::int64_t since_epoch_s = 0;
+  return from_hardware >> is_set && is_set == '1' && hardware >> since_epoch_s &&
+         isSetFrom(sys_seconds{seconds{since_epoch_s}}, floor<seconds>(system_clock::now()));
 }
 
 }  // namespace

@@ -47,6 +47,14 @@ TEST(WallClock, AHardwareClockWithAnEmptyBatteryDatesNothing) {
   }
 }
 
+// The hardware clock at 2001, the kernel's at the day of the image.
+TEST(WallClock, AClockThatShowsSomethingElseWasNotSetFromTheHardware) {
+  EXPECT_FALSE(io::isSetFrom(noonIn(2001), noonIn(2026)));
+  EXPECT_FALSE(io::isSetFrom(noonIn(2101), noonIn(2026)));
+  EXPECT_TRUE(io::isSetFrom(noonIn(2026), noonIn(2026) + 3s));
+  EXPECT_TRUE(io::isSetFrom(noonIn(2026) + 2h, noonIn(2026))) << "local time";
+}
+
 TEST(WallClock, SaysWhereADateComesFrom) {
   auto clock = showing(2026);
   clock.from_hardware = true;
