@@ -376,6 +376,19 @@ struct AccuracyDescription : MachineAccuracy {
   }
 };
 
+// When results about a subject are to be measured again: behind what comes first.
+struct ScheduleDescription {
+  std::string subject;
+  std::optional<double> days, cutting_h, temperature_k;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("subject", self.subject, kAnyText, "as `probebox results` names it");
+    key("days", self.days, within(0.01, 3650), "since it was measured");
+    key("cutting_h", self.cutting_h, within(0.01, 1e5), "of cutting, as inhibits declare it");
+    key("temperature_k", self.temperature_k, within(0.01, 100), "between its temperature and that stated last");
+  }
+};
+
 struct Machine {
   bool like_sim{};  // completed from board/sim
   std::string name;
@@ -392,6 +405,7 @@ struct Machine {
   std::optional<double> datum_gap_mm;                         // between two parallel plates across X
   std::optional<double> datum_gap_sd_mm;                      // k = 1
   std::optional<AccuracyDescription> accuracy;                // nothing: not stated
+  std::vector<ScheduleDescription> schedules;                 // of a subject each
   double sigma_c_rad{};                                       // sd of a C angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
   std::optional<RimBallDescription> rim_ball;

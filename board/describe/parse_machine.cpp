@@ -455,6 +455,24 @@ std::string readMounting(Section& machine) {
   return mounting;
 }
 
+// Whether there is such a subject is for whoever knows them to say.
+std::vector<ScheduleDescription> readSchedules(Section& root) {
+  constexpr std::size_t kMost = 32;
+  std::vector<ScheduleDescription> all;
+  for (auto& section : root.sections("schedule", kMost)) {
+    ScheduleDescription schedule;
+    readKeys(section, schedule);
+    if (!schedule.days && !schedule.cutting_h && !schedule.temperature_k)
+      section.problem("days",
+                      "is missing, and so are cutting_h and temperature_k: write one of them, or remove the section");
+    if (section.good("subject") && std::ranges::count(all, schedule.subject, &ScheduleDescription::subject) > 0)
+      section.problem("subject", "has a [[schedule]] already: keep one");
+    section.finish();
+    all.push_back(std::move(schedule));
+  }
+  return all;
+}
+
 Machine readMachine(Section& root) {
   Machine machine;
   KeyReader{root}("like_sim", machine.like_sim, "what this file does not say is as in board/sim");
@@ -477,6 +495,7 @@ Machine readMachine(Section& root) {
     readKeys(*accuracy, machine.accuracy.emplace());
     accuracy->finish();
   }
+  machine.schedules = readSchedules(root);
   auto rotary = root.section("rotary_c", false);
   machine.sigma_c_rad = rotary.number("sigma_rad", {0, 0.01}, 0.0);
   rotary.finish();

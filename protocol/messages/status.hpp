@@ -7,6 +7,7 @@
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/stream.hpp"
 #include "protocol/messages/types.hpp"
+#include "protocol/state/due.hpp"
 #include "protocol/state/snapshot.hpp"
 
 // Reports the status of the box: one operation, and the structures in its answer.
@@ -247,6 +248,7 @@ struct Status {
     std::vector<std::string> storage_problems{};
     NotLetIn not_let_in{};
     std::vector<std::string> rests_on_retired{};
+    std::vector<published::Due> due{};
     ProcessStatus process{};
     std::string update{};
     FrontEndStatus front_end{};
@@ -280,6 +282,7 @@ struct Status {
             "a sentence for each result in force that rests on a retired result or fails a limit, and for each place "
             "whose "
             "typed and measured values are more than 4 sd apart");
+      field("due_subjects", self.due, "what machine.toml has a [[schedule]] for, and when it is to be measured again");
       field("process", self.process, "the daemon as the kernel sees it");
       field("update", self.update, "what came of the last update, or how far one is; empty for none");
       field("front_end", self.front_end, "the probe receiver on USB, while one is connected",

@@ -153,6 +153,9 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "again, and "
      "axes that are not absolute to be homed",
      of<&LineState::boots>},
+    {51, "due", u16, 1, "", read,
+     "number of subjects that are to be measured again, or were never measured, by [[schedule]] of machine.toml",
+     of<&LineState::due>},
 
     {address::delay_f32, "XYZ system delay", f32, 1, "ms", read,
      "tau = t machine - t probe in force; 0 with sd 0 for an axis whose delay was never measured: status bit 2 is set "

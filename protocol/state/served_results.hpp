@@ -52,6 +52,7 @@ struct LineState {
   std::uint16_t calibration_refusal{};
   ControllerRequestState controller_request;
   KnownFeatures features;
+  std::uint16_t due{};  // subjects that are overdue or were never measured
 };
 
 }  // namespace probebox::published

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cstdio>
+#include <string>
 
 namespace probebox {
 
@@ -21,6 +22,16 @@ std::optional<std::chrono::year_month_day> dayOf(std::string_view text) {
                                         std::chrono::month{static_cast<unsigned>(number(5, 2))},
                                         std::chrono::day{static_cast<unsigned>(number(8, 2))}};
   return day.ok() && number(0, 4) >= kFirstYear ? std::optional{day} : std::nullopt;
+}
+
+std::optional<std::chrono::sys_seconds> timeOf(std::string_view text) {
+  using namespace std::chrono;
+  const auto day = dayOf(text.substr(0, 10));
+  if (!day) return std::nullopt;
+  unsigned h = 0, min = 0, s = 0;
+  if (text.size() > 10 && std::sscanf(std::string{text.substr(10)}.c_str(), "T%2u:%2u:%2u", &h, &min, &s) != 3)
+    return std::nullopt;
+  return sys_days{*day} + hours{h} + minutes{min} + seconds{s};
 }
 
 bool couldBeNow(std::chrono::sys_seconds time) {

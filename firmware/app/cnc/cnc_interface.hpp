@@ -5,6 +5,7 @@
 #include "firmware/app/host/control_request_handler.hpp"
 #include "firmware/app/host/link_service.hpp"
 #include "firmware/app/results/connection_inhibits.hpp"
+#include "firmware/app/results/due_dates.hpp"
 #include "firmware/app/results/last_served_file.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "protocol/messages/status.hpp"
@@ -33,6 +34,7 @@ struct CncDependencies {
   const Calibrations& calibrations;
   std::uint16_t boots{};
   std::string revision{};  // of the firmware
+  const DueDates* due{};   // null: nothing has a schedule
 };
 
 }  // namespace probebox::app

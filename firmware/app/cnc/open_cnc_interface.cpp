@@ -263,7 +263,8 @@ published::LineState CncLine::lineState(const published::Snapshot& snapshot) {
   return {.boots = deps_.boots,
           .calibration_refusal = refusal,
           .controller_request = requests_.state(snapshot),
-          .features = features_};
+          .features = features_,
+          .due = deps_.due == nullptr ? std::uint16_t{0} : deps_.due->count()};
 }
 
 bool CncLine::take(std::span<const Event> said) {

@@ -13,6 +13,7 @@
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/caller.hpp"
 #include "firmware/app/results/connection_inhibits.hpp"
+#include "firmware/app/results/due_dates.hpp"
 #include "firmware/app/results/machine_range.hpp"
 #include "firmware/app/results/reply.hpp"
 #include "firmware/app/results/result_request_handler.hpp"
@@ -69,6 +70,7 @@ class ControlRequestHandler {
     MachineTravel travel{};
     std::uint8_t control_axes{};  // axes whose positions the controller sends: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C
     std::string boots_problem{};  // of the counter of starts, for status
+    const DueDates* due{};        // null: nothing has a schedule
   };
   ControlRequestHandler(Identity identity, const Dependencies& dependencies, std::function<void(Reply)> reply_later);
 

@@ -86,9 +86,10 @@ Reply ControlRequestHandler::describeStatus(const box::State& state, const LinkV
   answer.storage_problems = deps_.calibrations.inForce().storageProblems();
   answer.rests_on_retired = deps_.calibrations.inForce().toRepeat();
   std::ranges::move(deps_.calibrations.placesThatDisagree(), std::back_inserter(answer.rests_on_retired));
+  if (deps_.due != nullptr) answer.due = deps_.due->all();
   answer.update = deps_.updates.inWords();
   for (auto problem : {deps_.connections.problem(), deps_.applied.notice(), deps_.applied.problem(),
-                       deps_.boots_problem, deps_.unit.problem()}) {
+                       deps_.boots_problem, deps_.unit.problem(), deps_.due == nullptr ? "" : deps_.due->problem()}) {
     if (!problem.empty()) answer.storage_problems.push_back(std::move(problem));
   }
   answer.process = processStatus();

@@ -13,6 +13,7 @@
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/dataset/verdict.hpp"
@@ -30,12 +31,14 @@ Conditions conditionsOf(const store::Binding& binding) {
 }
 
 // With what and when it was measured, for whoever reads the case: what the descriptions say, and the time of day.
-void addConditions(metrology::Dataset& dataset, const store::Binding& binding, const Date& date) {
+void addConditions(metrology::Dataset& dataset, const store::Binding& binding, const Date& date,
+                   const CuttingTime* cutting) {
   for (const auto& [key, value] : conditionsOf(binding)) {
     if (!value.empty()) dataset.config.try_emplace(key, value);
   }
   if (dataset.config.try_emplace("measured_utc", date.text).second)
     dataset.config.try_emplace("date_source", date.source);
+  if (cutting != nullptr) dataset.config.try_emplace(std::string{metrology::kCuttingKey}, std::round(cutting->s()));
   // Lengths that go back to a tool store carry the time of their measurement.
   if (dataset.table("tool_store"))
     dataset.config.try_emplace("measured_at_s",
@@ -119,11 +122,12 @@ bool isOfSolver(const metrology::Solved& solved) {
 
 Calibrations::Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
                            ResultsInForce::ValidateActivation validate_activation, TellCore tell_core,
-                           std::filesystem::path solver)
+                           std::filesystem::path solver, const CuttingTime* cutting)
     : store_{std::move(store)},
       facts_{facts},
       now_{std::move(now)},
       tell_core_{std::move(tell_core)},
+      cutting_{cutting},
       in_force_{store_, std::move(mounting), now_, std::move(validate_activation),
                 [this](const Event& event) { postBlocking(event); }},
       solver_{std::move(solver)} {}
@@ -151,7 +155,7 @@ void Calibrations::solve(std::uint32_t run, const procedure::Plan& plan, const c
                                       return procedure::runDataset(method, recording, scales, typed);
                                     }),
                     std::back_inserter(warnings));
-  addConditions(dataset, in_force_.bindingFor({}), dateNow());
+  addConditions(dataset, in_force_.bindingFor({}), dateNow(), cutting_);
   addProbeTool(dataset, facts_);
   dataset_run_ = run;
   dataset_ = std::make_shared<const std::string>(json::toJson(dataset));

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/app/results/cutting_time.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/app/results/values_in_use.hpp"
 #include "firmware/app/solver/solver_process.hpp"
@@ -27,11 +28,11 @@ namespace probebox::app {
 class Calibrations {
  public:
   // tell_core: passes a command to the core; false when its queue is full. solver: the program that solves cases
-  // (SolverProcess).
+  // (SolverProcess). cutting: outlives this; each case says how long the machine had cut.
   using TellCore = std::function<bool(const Event&)>;
   Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
                ResultsInForce::ValidateActivation validate_activation, TellCore tell_core,
-               std::filesystem::path solver = {});
+               std::filesystem::path solver = {}, const CuttingTime* cutting = nullptr);
 
   // Events that the core must get before any others: the results in force.
   std::vector<Event> restore() { return in_force_.restore(); }
@@ -129,6 +130,7 @@ class Calibrations {
   procedure::Facts facts_;
   std::function<MonoTime()> now_;
   TellCore tell_core_;
+  const CuttingTime* cutting_;
   ResultsInForce in_force_;
   SolverProcess solver_;
   std::optional<Case> being_solved_;

@@ -427,6 +427,7 @@ void ResultsInForce::publish() {
     if (fitActivation(*record)) {
       shown->active.push_back(entry->id);
       shown->about.push_back({entry->binding.subject, entry->id});
+      shown->records.push_back(record);
       addFacts(*record, shown->facts);
       if (isAbout(entry->binding.subject, SubjectKind::sensor_head))
         shown->sensor_heads.push_back(calibratedHeadOf(*record).value());

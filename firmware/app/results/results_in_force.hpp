@@ -42,7 +42,7 @@ struct Acceptance : store::Record {
 
 // Brings results into force and out of it. Each command is decided by the ledger (firmware/results), appended to the
 // store, and posted to the core, in this order. For the worker's thread, except active(), isWaiting(), wasAccepted(),
-// about(), measuredFacts(), served(), storageProblems() and sensorHead(): any thread may call these.
+// about(), records(), measuredFacts(), served(), storageProblems() and sensorHead(): any thread may call these.
 class ResultsInForce {
  public:
   using ValidateActivation = std::function<std::optional<Error>(std::span<const Event>)>;
@@ -112,6 +112,8 @@ class ResultsInForce {
   void showProposed();
   // Results in force that the core applies or procedures use, by rising number. Any thread.
   std::vector<InForceAbout> about() const { return shown()->about; }
+  // What is known of them, likewise.
+  std::vector<std::shared_ptr<const store::Record>> records() const { return shown()->records; }
   MeasuredFacts measuredFacts() const { return shown()->facts; }
   // Their values, for registers; a new object after each change. Any thread.
   std::shared_ptr<const published::ServedResults> served() const { return shown()->served; }
@@ -132,6 +134,7 @@ class ResultsInForce {
     std::vector<std::string> storage_problems;
     std::vector<std::string> to_repeat;
     std::vector<InForceAbout> about;
+    std::vector<std::shared_ptr<const store::Record>> records;
     MeasuredFacts facts;
     std::shared_ptr<published::ServedResults> served{std::make_shared<published::ServedResults>()};
   };

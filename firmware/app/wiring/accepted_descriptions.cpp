@@ -4,8 +4,22 @@
 #include "firmware/app/wiring/box_config.hpp"
 #include "firmware/app/wiring/daemon.hpp"
 #include "firmware/box/box.hpp"
+#include "firmware/metrology/dataset/subject.hpp"
 
 namespace probebox::app {
+namespace {
+
+std::optional<Error> whyUnknownSubject(const board::Machine& machine) {
+  for (const auto& schedule : machine.schedules) {
+    if (!parseSubject(schedule.subject))
+      return Error{"machine.toml: [[schedule]] subject = \"" + schedule.subject +
+                   "\" is none that results are about: write it as `probebox results` does, such as \"delay\", "
+                   "\"centreline\" or \"tool-4\"."};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
 
 Outcome<board::Descriptions> loadDescriptions(const Options& options) {
   return options.board == "sim" ? board::simDescriptions(options.config)
@@ -20,6 +34,7 @@ std::optional<Error> validate(const Options& options, const board::Descriptions&
   add(whyUnsupported(descriptions));
   add(box::validate(boxConfig(descriptions)));
   add(whyNoAddresses(options, descriptions.service));
+  add(whyUnknownSubject(descriptions.machine));
   if (options.time_scale != 1.0 && !isEmulated(descriptions))
     add(Error{"--time-scale is for the emulated machine only: real edges are stamped in real time."});
   if (options.time_scale != 1.0 && descriptions.world && descriptions.world->outside_control)

@@ -169,6 +169,13 @@ std::vector<messages::LineStatus> wireLines(const board::Box& box) {
   return lines;
 }
 
+std::vector<results::Schedule> schedulesOf(const board::Machine& machine) {
+  std::vector<results::Schedule> all;
+  for (const auto& [subject, days, cutting_h, temperature_k] : machine.schedules)
+    all.push_back({subject, days, cutting_h, temperature_k});
+  return all;
+}
+
 Mounting mountingOf(const board::Descriptions& descriptions) {
   return {.probe_serial_number = descriptions.probe.name(),
           .machine = descriptions.machine.name,

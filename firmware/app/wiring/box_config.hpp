@@ -6,6 +6,7 @@
 #include "firmware/app/host/link_service.hpp"
 #include "firmware/app/host/machine_description.hpp"
 #include "firmware/app/host/sample_description.hpp"
+#include "firmware/app/results/due_dates.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
@@ -26,6 +27,8 @@ LinkService::Options linkOptions(const board::Descriptions& descriptions, const 
 // The digital inputs, with nothing counted yet.
 std::vector<messages::LineStatus> wireLines(const board::Box& box);
 
+// When what is to be measured again.
+std::vector<results::Schedule> schedulesOf(const board::Machine& machine);
 // Returns the probe, machine and mounting that results are bound to, and the travel that they must lie in.
 Mounting mountingOf(const board::Descriptions& descriptions);
 

@@ -20,6 +20,8 @@
 #include "firmware/app/results/boot_counter.hpp"
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/connection_inhibits.hpp"
+#include "firmware/app/results/cutting_time.hpp"
+#include "firmware/app/results/due_dates.hpp"
 #include "firmware/app/results/last_served_file.hpp"
 #include "firmware/app/threads/capture_thread.hpp"
 #include "firmware/app/threads/chain_watch.hpp"
@@ -60,6 +62,7 @@ struct Daemon::Parts {
       : descriptions{std::move(described)},
         time{options.time_scale},
         core{boxConfig(descriptions), events, commands, core_wake_up, counters},
+        cutting{(state / "cutting").string(), earlier.start},
         calibrations{std::move(store),
                      mountingOf(descriptions),
                      procedure::factsOf(descriptions),
@@ -68,7 +71,9 @@ struct Daemon::Parts {
                        return box::validateActivation(config, told);
                      },
                      [this](const Event& command) { return tellCore(command); },
-                     options.solver},
+                     options.solver,
+                     &cutting},
+        due{schedulesOf(descriptions.machine), cutting, calibrations.inForce()},
         connections{(state / "connections").string(),
                     [this](bool inhibited) { return tellCore(CutInhibit{.active = inhibited, .at = time.now()}); },
                     earlier.start},
@@ -90,7 +95,7 @@ struct Daemon::Parts {
                 {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, result_request_handler,
                  loop_back_request_handler, unit_request_handler, update_request_handler, connections, applied,
                  counters, source_table, [this] { return cncLineStatus(); }, travelOf(descriptions.machine),
-                 controlAxes(descriptions.box.devices), boots.problem},
+                 controlAxes(descriptions.box.devices), boots.problem, &due},
                 [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions, firmwareVersion()),
               handler,
@@ -105,6 +110,7 @@ struct Daemon::Parts {
     links.stop();
     cnc_lines.clear();
     worker.stop();  // while the core still takes what it has to say
+    cutting.finish();
     calibrations.finishSolving(std::chrono::seconds{4});
     core.stop();
     applied.finish(core_view.newest().snapshot, served.last());
@@ -129,6 +135,7 @@ struct Daemon::Parts {
     source_table.logFaults();
     drainLog();
     calibrations.look(core_view.newest());
+    cutting.look(core_view.newest());
     // Not the state of before: results that come into force ask for a newer one.
     applied.look(core_view.newest().snapshot, served.last());
     result_request_handler.look();
@@ -189,7 +196,9 @@ struct Daemon::Parts {
   CoreThread core;
   StateBuffer& state_for_watch{core.addStateReader()};
   CoreView core_view{core.addStateReader(), commands};
+  CuttingTime cutting;
   Calibrations calibrations;
+  DueDates due;
   ConnectionInhibits connections;
   LastServedFile served;
   AppliedCorrectionFile applied;
@@ -280,8 +289,8 @@ Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts,
       if (const auto why = whyOpenToMasters(text, listener.address(), service.connectionAt(text))) return *why;
       return listener;
     };
-    const CncDependencies dependencies{handler,      links,       connections,      served,
-                                       calibrations, boots.count, firmwareVersion()};
+    const CncDependencies dependencies{handler,      links,       connections,       served,
+                                       calibrations, boots.count, firmwareVersion(), &due};
     TRY(auto interface, openCncInterface(options, service.accessAt(text), core.addStateReader(), dependencies, listen));
     cnc_lines.push_back(std::move(interface));
   }
@@ -372,7 +381,9 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
                                                std::vector<PassedSocket> passed) {
   TRY(allowOpenFiles());
   // Before anything is written that has a date; the number of the start is not counted yet.
-  const bool is_kept_right = isEmulated(descriptions);
+  // An emulated machine runs on a developer's computer, whose clock is believed; but an image with it shows the day on which
+  // it was made.
+  const bool is_kept_right = isEmulated(descriptions) && options.updater.empty();
   setWallClock({.is_kept_right = is_kept_right, .start = 0});
   if (const auto refused = validate(options, descriptions)) return *refused;
   TRY(auto state, takeStateDirectory(options.state));

@@ -9,10 +9,10 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 15> kConditions{
-    "probe",    "probe_tool",         "delay_result",    "pre_travel_result", "machine",
-    "mounting", "measured_utc",       "date_source",     "measured_by",       "temperature_c",
-    "note",     "sphere_certificate", "sphere_next_due", kStylusBall,         kMachineCheckKey};
+constexpr std::array<std::string_view, 16> kConditions{
+    "probe",           "probe_tool",  "delay_result",   "pre_travel_result", "machine", "mounting",
+    "measured_utc",    "date_source", "measured_by",    "temperature_c",     "note",    "sphere_certificate",
+    "sphere_next_due", kStylusBall,   kMachineCheckKey, kCuttingKey};
 
 }  // namespace
 

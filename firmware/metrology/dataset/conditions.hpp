@@ -11,7 +11,7 @@ namespace probebox::metrology {
 
 // Tests for the keys that every method accepts for the record: probe, probe_tool (number of the tool that carries it),
 // delay_result, pre_travel_result, machine, mounting, measured_utc, date_source, measured_by, temperature_c, note,
-// sphere_certificate, sphere_next_due, stylus_ball, machine_check.
+// sphere_certificate, sphere_next_due, stylus_ball, machine_check, cutting_s.
 bool isCondition(std::string_view key);
 
 // What the result is about that this key names by number; nothing for a key that names no result.
@@ -24,6 +24,9 @@ inline constexpr std::string_view kAssumedExact = "assumed to be exact: U holds 
 
 // Number of the machine check whose lost motion and drift a case states.
 inline constexpr std::string_view kMachineCheckKey = "machine_check";
+
+// How long the machine had cut until then, s, as the box counts it.
+inline constexpr std::string_view kCuttingKey = "cutting_s";
 
 // What is taken of the machine's own errors, where a case does not state them and they count.
 inline constexpr std::string_view kAccuracyAssumed = "accuracy";

@@ -41,6 +41,39 @@ TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
   EXPECT_EQ(host->ask<messages::Corrections>().delay.tau_s[0], tau.value);
 }
 
+TEST_F(RunningDaemon, SaysWhatIsDueAlsoAfterARestart) {
+  overrule("machine.toml", "[corrections]",
+           "[[schedule]]\nsubject = \"delay\"\ndays = 30\ncutting_h = 0.01\n"
+           "[[schedule]]\nsubject = \"centreline\"\ndays = 7\n[corrections]");
+  startForRuns();
+  auto host = connect();
+  const auto due = [&] { return host->ask<messages::Status>().due; };
+  ASSERT_EQ(due().size(), 2U);
+  EXPECT_EQ(due()[0].state, published::DueState::not_measured);
+
+  ASSERT_TRUE(host->waitForLock());
+  const auto status = host->calibrate();
+  ASSERT_EQ(status.state, RunState::proposed) << status.refusal;
+  host->ask<messages::AcceptResult>({.id = status.result_id, .by = "somebody"});
+  ASSERT_TRUE(host->eventually([&] { return due()[0].state == published::DueState::good; }));
+  EXPECT_EQ(due()[0].name, "delay");
+  EXPECT_EQ(due()[0].result_id, status.result_id);
+  EXPECT_NEAR(due()[0].remaining_s, 30 * 86'400, 600);
+  EXPECT_EQ(due()[0].remaining_cutting_s, 36);
+  EXPECT_EQ(due()[1].state, published::DueState::not_measured);
+
+  host->ask<messages::SetInhibit>({.active = true});
+  ASSERT_TRUE(host->eventually([&] { return due()[0].state == published::DueState::overdue; }));
+  host->ask<messages::SetInhibit>({.active = false});
+  host.reset();
+  daemon.reset();
+  start();
+  host = connect();
+  ASSERT_TRUE(host->eventually([&] { return due()[0].result_id == status.result_id; }));
+  EXPECT_EQ(due()[0].state, published::DueState::overdue);
+  EXPECT_LT(due()[0].remaining_cutting_s, 0);
+}
+
 TEST_F(RunningDaemon, LetsAnAcceptedResultWaitForTheEndOfACut) {
   startForRuns();
   auto host = connect();

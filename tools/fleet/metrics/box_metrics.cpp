@@ -40,7 +40,7 @@ constexpr Unit kUnits[]{
     {"_rad", "_radians", 1, "rad"},     {"_deg", "_radians", 180 / std::numbers::pi, "deg"},
     {"_ppm", "_ratio", 1e6, "1e-6"},    {"_ppb", "_ratio", 1e9, "1e-9"},
     {"_percent", "_ratio", 1e2, "%"},   {"_hz", "_hertz", 1, "Hz"},
-    {"_c", "_celsius", 1, "degrees C"},
+    {"_c", "_celsius", 1, "degrees C"}, {"_k", "_kelvins", 1, "K"},
 };
 // A place and an orientation in one array: mm along X Y Z, then rad about them.
 constexpr std::string_view kPose = "_mm_rad";
@@ -211,21 +211,11 @@ class Walk {
   Exposition& to_;
 };
 
-// "2026-11-26T08:15:00Z" or "2026-11-26" as seconds since 1970; nothing where it is no time.
-std::optional<double> timestampOf(const std::string& text) {
-  const auto day = dayOf(std::string_view{text}.substr(0, 10));
-  if (!day) return std::nullopt;
-  unsigned hours = 0, minutes = 0, seconds = 0;
-  if (text.size() > 10 && std::sscanf(text.c_str() + 10, "T%2u:%2u:%2u", &hours, &minutes, &seconds) != 3)
-    return std::nullopt;
-  const auto time = std::chrono::sys_days{*day} + std::chrono::hours{hours} + std::chrono::minutes{minutes} +
-                    std::chrono::seconds{seconds};
-  return static_cast<double>(std::chrono::duration_cast<std::chrono::seconds>(time.time_since_epoch()).count());
-}
-
 void addTimestamp(Exposition& to, const char* name, const char* help, const std::string& subject,
                   const std::string& text) {
-  if (const auto time = timestampOf(text)) to.add(name, help, MetricType::gauge, {{"subject", subject}}, *time);
+  if (const auto time = timeOf(text))
+    to.add(name, help, MetricType::gauge, {{"subject", subject}},
+           static_cast<double>(time->time_since_epoch().count()));
 }
 
 void addResult(Exposition& to, const messages::ResultSummary& result) {

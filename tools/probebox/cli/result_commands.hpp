@@ -37,7 +37,9 @@ class ResultCommands {
     certificate->add_option("-o,--output", certificate_.output, "the HTML (or XML) to write; - is the standard output")
         ->required();
     certificate->add_option("--by", certificate_.by, "the name of the person who issues it")->check(personsName());
-    certificate->add_option("--next-due", certificate_.next_due, "when the calibration has to be repeated, as agreed")
+    certificate
+        ->add_option("--next-due", certificate_.next_due,
+                     "when the calibration has to be repeated, as agreed; without it by [[schedule]] of machine.toml")
         ->check(day())
         ->type_name("DAY");
     certificate

@@ -1,5 +1,7 @@
 #include "tools/report/certificate.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -28,6 +30,14 @@ std::string boxInWords(const messages::Descriptor& descriptor, const messages::D
   const bool named = unit != nullptr && unit->provisioned && unit->in_use;
   return (named ? unit->vendor + " " + unit->model : "probebox, board " + descriptor.board) + ", " +
          descriptor.serial_number;
+}
+
+// The day on which the days of machine.toml's [[schedule]] are over, of a result in force; empty without one.
+std::string dayBySchedule(std::uint64_t id, link::Client& box, Console& console) {
+  const auto status = ask<messages::Status>(box, console);
+  if (!status) return "";
+  const auto due = std::ranges::find(status->due, id, &published::Due::result_id);
+  return due == status->due.end() ? "" : due->due_utc.substr(0, due->due_utc.find('T'));
 }
 
 Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& box, Console& console) {
@@ -61,6 +71,7 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
            .issued_by = options.by,
            .next_due = options.next_due};
   TRY(const auto listed, storedResults(box, console, {.after_id = options.id - 1, .newest = 0}, 1));
+  if (facts.next_due.empty()) facts.next_due = dayBySchedule(options.id, box, console);
   if (!listed.empty() && listed.front().id == options.id) addWhatItRestsOn(all.subject, listed.front());
   // Behind all questions: reading a large dataset takes longer than the box waits for a silent host.
   if (auto dataset = json::datasetFromJson(dataset_text)) all.subject.dataset = std::move(dataset).value();

@@ -4,6 +4,7 @@
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/probebox/cli/json_of.hpp"
+#include "tools/probebox/text/due.hpp"
 #include "tools/probebox/text/report.hpp"
 #include "tools/probebox/text/report_front_end.hpp"
 
@@ -269,6 +270,7 @@ std::string page(const messages::Status::Answer& s) {
   all += row("late ticks", to_string(s.deadline_misses));
   all += row("procedure", s.procedure.empty() ? "none" : s.procedure);
   all += row("results in force", resultsOf(s.active_results));
+  for (const auto& due : s.due) all += row("due", dueText(due));
   addStorage(s, all);
   all += row("links", to_string(s.links) + " connected");
   if (const auto text = notLetInText(s.not_let_in); !text.empty()) all += row("not let in", text);

@@ -1,0 +1,44 @@
+#include "firmware/app/results/due_dates.hpp"
+
+#include <algorithm>
+#include <memory>
+
+#include "firmware/app/results/wall_clock.hpp"
+
+namespace probebox::app {
+
+std::vector<published::Due> DueDates::all() const {
+  if (schedules_.empty()) return {};
+  const auto now = std::chrono::steady_clock::now();
+  const std::lock_guard lock{mutex_};
+  if (!looked_ || now - *looked_ > std::chrono::seconds{1}) {
+    all_ = look();
+    looked_ = now;
+  }
+  return all_;
+}
+
+std::uint16_t DueDates::count() const {
+  return static_cast<std::uint16_t>(std::ranges::count_if(all(), published::isDue, &published::Due::state));
+}
+
+std::vector<published::Due> DueDates::look() const {
+  const auto records = results_.records();
+  results::Circumstances now{.utc = dateNow().at, .cutting_s = cutting_.s()};
+  // The box has no thermometer: what was stated last counts.
+  store::Id newest = 0;
+  for (const auto& record : records) {
+    const auto then = results::circumstancesOf(*record);
+    if (!then.temperature_c || record->id < newest) continue;
+    newest = record->id;
+    now.temperature_c = then.temperature_c;
+  }
+  std::vector<published::Due> all;
+  for (const auto& schedule : schedules_) {
+    const auto found = std::ranges::find(records, schedule.subject, [](const auto& r) { return r->binding.subject; });
+    all.push_back(results::dueOf(schedule, found == records.end() ? nullptr : found->get(), now));
+  }
+  return all;
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,57 @@
+#include "firmware/app/results/cutting_time.hpp"
+
+#include <filesystem>
+#include <gtest/gtest.h>
+
+namespace probebox::app {
+namespace {
+
+class CuttingTimeOnDisk : public testing::Test {
+ protected:
+  CuttingTimeOnDisk() { std::filesystem::remove(path_); }
+
+  static box::State at(double s, bool inhibited, std::uint32_t unknown_lines = 0) {
+    box::State state;
+    state.at = monoTime(static_cast<std::int64_t>(1e9 * s));
+    state.snapshot.inhibited = inhibited;
+    state.snapshot.unknown_inhibit_lines = unknown_lines;
+    return state;
+  }
+
+  const std::string path_ = testing::TempDir() + "cutting";
+};
+
+TEST_F(CuttingTimeOnDisk, CountsWhileACutIsOn) {
+  CuttingTime time{path_, store::Before::perhaps};
+  for (const auto& [s, cuts] : {std::pair{10, false}, {11, true}, {14, true}, {20, false}, {30, false}, {31, true}})
+    time.look(at(s, cuts));
+  EXPECT_EQ(time.s(), 5) << "from each state that cuts back to the one before";
+  time.look(at(40, true, 2));
+  EXPECT_EQ(time.s(), 5) << "a line whose level is not known yet";
+}
+
+TEST_F(CuttingTimeOnDisk, IsKeptWhenACutEndsAndWhileOneIsLong) {
+  {
+    CuttingTime time{path_, store::Before::perhaps};
+    time.look(at(0, true));
+    time.look(at(100, true));
+    time.look(at(101, false));
+  }  // killed
+  {
+    CuttingTime time{path_, store::Before::had_it};
+    EXPECT_EQ(time.s(), 100);
+    time.look(at(0, true));
+    time.look(at(CuttingTime::kKeptEvery_s + 5, true));
+    time.look(at(CuttingTime::kKeptEvery_s + 50, true));
+  }  // killed during the cut
+  CuttingTime time{path_, store::Before::had_it};
+  EXPECT_EQ(time.s(), 100 + CuttingTime::kKeptEvery_s + 5);
+  time.look(at(0, true));
+  time.look(at(10, true));
+  time.finish();
+  EXPECT_EQ((CuttingTime{path_, store::Before::had_it}.s()), 115 + CuttingTime::kKeptEvery_s);
+  EXPECT_EQ(time.problem(), "");
+}
+
+}  // namespace
+}  // namespace probebox::app
