@@ -11,6 +11,7 @@ pkg_check_modules(MD REQUIRED IMPORTED_TARGET libmd>=1.0)
 pkg_check_modules(MODBUS REQUIRED IMPORTED_TARGET libmodbus>=3.1)
 pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3>=3.40)
 pkg_check_modules(TOMLPP REQUIRED IMPORTED_TARGET tomlplusplus>=3.2)
+pkg_check_modules(OPENSSL REQUIRED IMPORTED_TARGET libssl>=3.0 libcrypto>=3.0)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd>=252)
 pkg_check_modules(NCURSES REQUIRED IMPORTED_TARGET ncursesw>=6.3)
 # Its macros (_DEFAULT_SOURCE, _XOPEN_SOURCE) are implied in C++, and what is precompiled without them serves nobody who has them.

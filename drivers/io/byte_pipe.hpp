@@ -1,7 +1,9 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -31,6 +33,13 @@ class BytePipe {
   // True: also watch the descriptor for writing while bytes wait. False: it becomes readable when there is room again.
   virtual bool watchedForWriting() const { return true; }
   virtual std::string_view name() const = 0;
+  // Who the peer has proved to be; nullopt where the carrier cannot tell, and until it has.
+  virtual const std::optional<std::string>& person() const {
+    static const std::optional<std::string> kNobody;
+    return kNobody;
+  }
+  // After `closed`: why, with the remedy, where the carrier knows more than that it ended; else empty.
+  virtual std::string_view whyClosed() const { return {}; }
 };
 
 // The connection between one host and one box. A carrier that neither loses nor damages bytes and has several channels
