@@ -43,6 +43,20 @@ struct Connection {
   Access access;
 };
 
+// The keys of tls: links: files in PEM.
+struct TlsKeys {
+  std::string certificate;            // of the box
+  std::string key;                    // of that certificate
+  std::string people_ca;              // whose certificates are taken for persons'
+  std::vector<std::string> shut_out;  // certificates of persons that are refused: SHA-256, 64 hex digits in lower case
+};
+
+// Gives whoever comes through a tls: link with a certificate of this name rights besides reading.
+struct Person {
+  std::string name;
+  Access access;
+};
+
 struct StreamSettings {
   std::uint32_t block_samples{256}, ring_blocks{256};
 
@@ -53,18 +67,22 @@ struct StreamSettings {
 };
 
 struct Service {
-  std::vector<std::string> links;  // "tcp:127.0.0.1:7627", "serial:/dev/ttyS1"
+  std::vector<std::string> links;  // "tcp:127.0.0.1:7627", "tls:0.0.0.0:7628", "serial:/dev/ttyS1"
   std::vector<std::string> cnc;    // "modbus:/dev/ttyS2,baud=19200,parity=even,unit=1"
   // Place of each in the file, for messages: "service.toml:3: 'links'".
   std::vector<std::string> link_places, cnc_places;
-  Access access;  // of all that have no [[connection]]
+  Access access;  // of all that have no [[connection]], but tls: links
   std::vector<Connection> connections;
+  std::optional<TlsKeys> tls;  // there where a link needs it
+  std::vector<Person> people;
   StreamSettings stream;
 
   // Returns the entry of this address, or null.
   const Connection* connectionAt(std::string_view address) const;
   // Returns the rights of clients at this address.
   const Access& accessAt(std::string_view address) const;
+  // Returns the rights of a person; those of nobody, who may read, where the person is not named here.
+  Access accessOf(std::string_view person) const;
 };
 
 }  // namespace probebox::board

@@ -142,4 +142,9 @@ Outcome<Context> Context::load(Side side, const KeyFiles& files, std::vector<std
   return Context{side, std::move(context)};
 }
 
+std::string Context::ownName() const {
+  const auto name = nameIn(*SSL_CTX_get0_certificate(context_.get()));
+  return name ? *name : std::string{};
+}
+
 }  // namespace probebox::tls

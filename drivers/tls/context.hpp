@@ -30,6 +30,8 @@ class Context {
   static Outcome<Context> load(Side side, const KeyFiles& files, std::vector<std::string> shut_out = {});
 
   Side side() const { return side_; }
+  // Whom the own certificate names; empty where it names nobody who could sign.
+  std::string ownName() const;
   ssl_ctx_st* get() const { return context_.get(); }
 
  private:

@@ -124,6 +124,12 @@ int run(const probebox::app::Options& options) {
     return 0;
   }
   if (options.check) {
+    // The daemon starts without its door, and a person who checks wants to know.
+    const auto why = probebox::app::whyNoDoor(options, *descriptions);
+    if (why) {
+      probebox::app::logError(why->what);
+      return kUsage;
+    }
     std::puts("The descriptions are good.");
     sayLoopBack(descriptions->box);
     return 0;

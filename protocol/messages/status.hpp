@@ -198,7 +198,9 @@ struct NotLetIn {
   std::uint64_t silent{};
   std::uint64_t turned_away{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("strangers", self.strangers, "began with something else than HELLO, such as a web page's request",
+    field("strangers", self.strangers,
+          "began with something else than HELLO, such as a web page's request, or did not prove by TLS to be a person "
+          "whom the box knows",
           published::Counter{});
     field("silent_connections", self.silent, "said nothing, or no HELLO within 2 s, or gave way to newer ones",
           published::Counter{});

@@ -14,9 +14,10 @@ void declareOptions(CLI::App& command, Options& options) {
       "--certificate box.pem --key box.key --state /var/lib/probebox-fleet");
   command.set_version_flag("-V,--version", std::string{"probebox-fleet " PROBEBOX_VERSION} +
                                                (Broker::isBuilt() ? "" : ", built without MQTT"));
-  command.add_option("-u,--uri", options.uri,
-                     "the box: tcp:HOST:PORT, serial:DEVICE[,baud=N] or usb[:SERIAL]; default: PROBEBOX_URI, or the "
-                     "only box there is");
+  command.add_option(
+      "-u,--uri", options.uri,
+      "the box: tcp:HOST:PORT, tls:HOST[:PORT], serial:DEVICE[,baud=N] or usb[:SERIAL]; default: PROBEBOX_URI, or the "
+      "only box there is");
   command
       .add_option("--listen", options.listen,
                   "where /metrics is served; port 0 takes a free one; default: the socket that systemd passes")

@@ -8,6 +8,15 @@ namespace probebox::link {
 using messages::ErrorCode;
 using messages::MessageType;
 
+namespace {
+
+std::string howItEnded(const io::BytePipe& pipe) {
+  const auto why = pipe.whyClosed();
+  return std::string{pipe.name()} + ": " + (why.empty() ? "the connection was closed" : std::string{why});
+}
+
+}  // namespace
+
 Client::Client(io::Connection connection, ClientOptions options, StreamListener* listener)
     : connection_{std::move(connection)}, options_{options}, listener_{listener}, reader_{*this, framing()} {}
 
@@ -96,7 +105,7 @@ bool Client::receive(io::BytePipe& pipe, Take take) {
       take(std::span{buffer}.first(got.bytes));
     }
     if (got.state == io::PipeState::closed) {
-      lose({Failure::Kind::link_lost, {}, std::string{pipe.name()} + ": the connection was closed"});
+      lose({Failure::Kind::link_lost, {}, howItEnded(pipe)});
       return false;
     }
     if (got.bytes < buffer.size()) return true;
@@ -109,7 +118,7 @@ void Client::transmit(io::BytePipe& pipe, Outgoing& out) {
     const auto put = pipe.write(std::span{out.bytes}.subspan(out.written));
     out.written += put.bytes;
     if (put.state == io::PipeState::closed) {
-      return lose({Failure::Kind::link_lost, {}, std::string{pipe.name()} + ": the connection was closed"});
+      return lose({Failure::Kind::link_lost, {}, howItEnded(pipe)});
     }
     if (put.bytes == 0) return;
   }

@@ -2,8 +2,10 @@
 
 #include "drivers/serial/linux_serial.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
+#include "drivers/tls/connection.hpp"
 #include "drivers/usb_host/device.hpp"
 #include "drivers/usb_host/usb_link.hpp"
+#include "tools/link/own_keys.hpp"
 
 namespace probebox::link {
 namespace {
@@ -20,6 +22,22 @@ using UsbKind = usb_host::OpenError::Kind;
 Opened oneLane(Outcome<std::unique_ptr<io::BytePipe>> pipe) {
   if (!pipe) return OpenFailure{OpenFailure::Kind::no_box, pipe.error().what};
   return io::Connection{std::move(*pipe)};
+}
+
+// A host without brackets that has no colon, or "[IPv6]", has no port.
+Outcome<TlsAddress> parseTls(std::string_view text) {
+  const bool has_port = text.find(':') != std::string_view::npos && !text.ends_with(']');
+  TRY(auto address,
+      tcp::parseAddress(std::string{text} + (has_port ? "" : ":" + std::to_string(TlsAddress::kUsualPort))));
+  return TlsAddress{std::move(address)};
+}
+
+Opened openTls(const TlsAddress& address, std::chrono::milliseconds patience) {
+  const auto keys = ownKeys();
+  if (!keys) return OpenFailure{OpenFailure::Kind::no_permission, keys.error().what};
+  auto carrier = tcp::connectTcp(address.at, patience);
+  if (!carrier) return OpenFailure{OpenFailure::Kind::no_box, carrier.error().what};
+  return oneLane(tls::connect(*keys, std::move(*carrier), address.at.host, patience));
 }
 
 OpenFailure failureOf(const usb_host::OpenError& error) {
@@ -42,6 +60,7 @@ Outcome<Uri> parseUri(std::string_view text) {
   const auto scheme = text.substr(0, colon);
   const auto rest = colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
   if (scheme == "tcp") return named(tcp::parseAddress(rest), text);
+  if (scheme == "tls") return named(parseTls(rest), text);
   if (scheme == "serial") {
     auto address = serial::parseAddress(rest, serial::kHostLink);
     if (address) {
@@ -54,9 +73,9 @@ Outcome<Uri> parseUri(std::string_view text) {
     return Uri{FileAddress{std::string{rest}}, std::string{text}};
   }
   if (scheme == "usb") return Uri{UsbAddress{std::string{rest}}, std::string{text}};
-  return Error{
-      "'" + std::string{text} +
-      "' is not the address of a box; write tcp:HOST:PORT, serial:DEVICE[,baud=N], usb:SERIAL or file:REC.pbx"};
+  return Error{"'" + std::string{text} +
+               "' is not the address of a box; write tcp:HOST:PORT, tls:HOST[:PORT], serial:DEVICE[,baud=N], "
+               "usb:SERIAL or file:REC.pbx"};
 }
 
 messages::Profile suitableProfile(const Uri& uri, const messages::Descriptor& box) {
@@ -79,6 +98,7 @@ Outcome<Uri, OpenFailure> settled(const Uri& uri) {
 
 Outcome<io::Connection, OpenFailure> open(const Uri& uri, std::chrono::milliseconds patience) {
   if (const auto* tcp = std::get_if<tcp::Address>(&uri.address)) return oneLane(tcp::connectTcp(*tcp, patience));
+  if (const auto* tls = std::get_if<TlsAddress>(&uri.address)) return openTls(*tls, patience);
   if (const auto* serial = std::get_if<serial::Address>(&uri.address)) {
     return oneLane(serial::openSerial(serial->path, serial->settings));
   }
@@ -87,8 +107,9 @@ Outcome<io::Connection, OpenFailure> open(const Uri& uri, std::chrono::milliseco
     if (!link) return failureOf(link.error());
     return std::move(*link);
   }
-  return OpenFailure{OpenFailure::Kind::no_box,
-                     uri.text + " is a recording and cannot be connected to; name a box by usb:, tcp: or serial:"};
+  return OpenFailure{
+      OpenFailure::Kind::no_box,
+      uri.text + " is a recording and cannot be connected to; name a box by usb:, tcp:, tls: or serial:"};
 }
 
 }  // namespace probebox::link

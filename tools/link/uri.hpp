@@ -25,9 +25,15 @@ struct UsbAddress {
   std::string name;
 };
 
-// tcp:HOST:PORT | serial:DEVICE[,baud=N] | usb[:SERIAL] | file:RECORDING.pbx
+// A box's door for persons with a certificate.
+struct TlsAddress {
+  static constexpr std::uint16_t kUsualPort = 7628;
+  tcp::Address at;  // its host as the box's certificate has it
+};
+
+// tcp:HOST:PORT | tls:HOST[:PORT] | serial:DEVICE[,baud=N] | usb[:SERIAL] | file:RECORDING.pbx
 struct Uri {
-  std::variant<tcp::Address, serial::Address, UsbAddress, FileAddress> address;
+  std::variant<tcp::Address, TlsAddress, serial::Address, UsbAddress, FileAddress> address;
   std::string text;
 
   bool isFile() const { return std::holds_alternative<FileAddress>(address); }

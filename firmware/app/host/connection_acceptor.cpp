@@ -12,27 +12,44 @@ namespace {
 constexpr Nanoseconds kFarewell = std::chrono::seconds{1};
 constexpr int kMostAccepted = 16;  // in one turn: connections that come without end do not keep the links waiting
 
+// The computer that a connection comes from: "tcp:10.0.0.7" of "tcp:10.0.0.7:40001".
+std::string_view originOf(const io::BytePipe& pipe) {
+  const auto name = pipe.name();
+  return name.substr(0, name.rfind(':'));
+}
+
 }  // namespace
 
-std::size_t ConnectionAcceptor::listen(tcp::Listener listener) {
-  listeners_.push_back(std::move(listener));
-  return listeners_.size() - 1;
+std::size_t ConnectionAcceptor::listen(tcp::Listener listener, Secure secure) {
+  doors_.push_back({std::move(listener), std::move(secure)});
+  return doors_.size() - 1;
 }
 
 void ConnectionAcceptor::open() {
-  for (std::size_t listener = 0; listener < listeners_.size(); ++listener)
-    watches_.push_back(loop_.watch(listeners_[listener].descriptor(), [this, listener] { accept(listener); }));
+  opened_ = true;
+  for (std::size_t listener = 0; listener < doors_.size(); ++listener) {
+    if (doors_[listener].secure) continue;  // advance() looks after those
+    watches_.push_back(
+        loop_.watch(doors_[listener].listener.descriptor(), [this, listener] { accept(listener, kMostAccepted); }));
+  }
 }
 
 void ConnectionAcceptor::close() {
+  opened_ = false;
   pending_.clear();
   watches_.clear();
 }
 
-void ConnectionAcceptor::accept(std::size_t listener) {
-  for (int k = 0; k < kMostAccepted; ++k) {
-    auto pipe = listeners_[listener].accept();
+void ConnectionAcceptor::accept(std::size_t listener, int most) {
+  auto& door = doors_[listener];
+  for (int k = 0; k < most; ++k) {
+    auto pipe = door.listener.accept();
     if (!pipe) return;
+    if (door.secure) pipe = door.secure(std::move(pipe));
+    if (!pipe) {
+      ++counters_.turned_away;
+      continue;
+    }
     makeRoom();
     pending_.push_back(std::make_unique<PendingConnection>(PendingConnection{.pipe = std::move(pipe),
                                                                              .gate = {},
@@ -49,9 +66,14 @@ void ConnectionAcceptor::accept(std::size_t listener) {
 void ConnectionAcceptor::makeRoom() {
   std::erase_if(pending_, [](const auto& pending) { return pending->over; });
   if (pending_.size() < kMostWaiting) return;
-  auto& oldest = pending_.front();
-  if (!oldest->refused) closePending(*oldest, counters_.silent, "gave way to newer ones: it has not said HELLO");
-  pending_.erase(pending_.begin());
+  const auto waiting_from = [&](const auto& pending) {
+    return std::ranges::count(pending_, originOf(*pending->pipe),
+                              [](const auto& other) { return originOf(*other->pipe); });
+  };
+  // The first of equals is the oldest.
+  const auto oldest = std::ranges::max_element(pending_, {}, waiting_from);
+  if (!(*oldest)->refused) closePending(**oldest, counters_.silent, "gave way to newer ones: it has not said HELLO");
+  pending_.erase(oldest);
 }
 
 void ConnectionAcceptor::advance(MonoTime now) {
@@ -62,6 +84,9 @@ void ConnectionAcceptor::advance(MonoTime now) {
     pending->over = true;
   }
   std::erase_if(pending_, [](const auto& pending) { return pending->over; });
+  for (std::size_t listener = 0; opened_ && listener < doors_.size(); ++listener) {
+    if (doors_[listener].secure) accept(listener, kMostSecured);
+  }
   warning_.look(now);
 }
 
@@ -85,6 +110,8 @@ void ConnectionAcceptor::listenTo(PendingConnection& pending) {
       break;
   }
   if (got.state != io::PipeState::closed) return;
+  if (const auto why = pending.pipe->whyClosed(); !why.empty())
+    return closePending(pending, counters_.strangers, "was refused: " + std::string{why});
   if (!pending.gate.bytes().empty()) return closePending(pending, counters_.strangers, "ended before its HELLO did");
   // Somebody looked whether anybody listens here: nothing to warn of.
   ++counters_.silent;

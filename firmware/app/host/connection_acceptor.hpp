@@ -19,13 +19,17 @@
 namespace probebox::app {
 
 // Accepts TCP connections and passes them on once they have sent HELLO. Until then they occupy no link and little
-// memory; those that send anything else first, or nothing for kPatience, are closed. A host that gets no session
-// receives a REFUSAL with the reason. One thread.
+// memory; those that send anything else first, or nothing for kPatience, are closed: a handshake of TLS is a part of
+// that time. A host that gets no session receives a REFUSAL with the reason. One thread.
 class ConnectionAcceptor {
  public:
   static constexpr Nanoseconds kPatience = std::chrono::seconds{2};
-  // Connections that may wait for their HELLO at once; one more closes the oldest.
+  // Connections that may wait for their HELLO at once; one more closes the oldest of the computer that has most of
+  // them.
   static constexpr std::size_t kMostWaiting = 32;
+  // Connections that one secured listener takes in one advance(): a handshake costs a signature, and the links of this
+  // thread do not wait for many of them.
+  static constexpr int kMostSecured = 4;
 
   // A host that has said HELLO.
   struct GreetedConnection {
@@ -39,8 +43,10 @@ class ConnectionAcceptor {
   };
   ConnectionAcceptor(EventLoop& loop, Callbacks callbacks) : loop_{loop}, callbacks_{std::move(callbacks)} {}
 
-  // Call before open(). Returns the index of the listener.
-  std::size_t listen(tcp::Listener listener);
+  // Puts TLS on a connection that has come; null where none can be served now.
+  using Secure = std::function<std::unique_ptr<io::BytePipe>(std::unique_ptr<io::BytePipe>)>;
+  // Call before open(). Returns the index of the listener. secure: of a listener that proves who comes; else empty.
+  std::size_t listen(tcp::Listener listener, Secure secure = {});
   // Begins to accept connections.
   void open();
   // Call every few milliseconds: closes connections that have waited for too long.
@@ -61,7 +67,12 @@ class ConnectionAcceptor {
     bool over{};
   };
 
-  void accept(std::size_t listener);
+  struct Door {
+    tcp::Listener listener;
+    Secure secure;
+  };
+
+  void accept(std::size_t listener, int most);
   void makeRoom();
   void listenTo(PendingConnection& pending);
   void passOn(PendingConnection& pending);
@@ -70,10 +81,11 @@ class ConnectionAcceptor {
 
   EventLoop& loop_;
   Callbacks callbacks_;
-  std::vector<tcp::Listener> listeners_;
+  std::vector<Door> doors_;
   std::vector<EventLoop::Watch> watches_;
   std::vector<std::unique_ptr<PendingConnection>> pending_;
   messages::NotLetIn counters_;
+  bool opened_{};
   MonoTime now_{};
   LimitedWarning warning_{std::chrono::seconds{10}};
 };

@@ -10,6 +10,7 @@
 
 #include "board/describe/machine.hpp"
 #include "firmware/app/host/run_options.hpp"
+#include "firmware/app/host/signature.hpp"
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "firmware/procedure/methods/methods.hpp"
@@ -106,6 +107,17 @@ ControlRequestHandler::ControlRequestHandler(Identity identity, const Dependenci
 std::optional<Reply> ControlRequestHandler::handle(const Caller& caller, const stream::PendingRequest& request,
                                                    const box::State& state, const LinkVitals& vitals) {
   followLoops(state.procedure);
+  if (!caller.person) return handleSigned(caller, request, state, vitals);
+  const auto body = signedBy(*caller.person, request.operation, request.body);
+  if (body) return handleSigned(caller, {request.ticket, request.operation, *body}, state, vitals);
+  Reply reply = refused(ErrorCode::not_permitted, body.error().what);
+  reply.link = caller.link;
+  reply.ticket = request.ticket;
+  return reply;
+}
+
+std::optional<Reply> ControlRequestHandler::handleSigned(const Caller& caller, const stream::PendingRequest& request,
+                                                         const box::State& state, const LinkVitals& vitals) {
   const auto operation = request.operation;
   const auto why_not = operation == Operation::provision ? whyNotProvision(caller, state) : std::nullopt;
   const bool for_worker = ResultRequestHandler::answers(operation) || UnitRequestHandler::answers(operation) ||

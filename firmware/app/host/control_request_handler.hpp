@@ -85,6 +85,9 @@ class ControlRequestHandler {
                             const board::Access& may);
 
  private:
+  // The same once its signature is that of the person who sent it.
+  std::optional<Reply> handleSigned(const Caller& caller, const stream::PendingRequest& request,
+                                    const box::State& state, const LinkVitals& vitals);
   Reply answer(const board::Access& may, const stream::PendingRequest& request, const box::State& state,
                const LinkVitals& vitals);
   Reply describeStatus(const box::State& state, const LinkVitals& vitals) const;

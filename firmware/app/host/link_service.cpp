@@ -60,6 +60,13 @@ void LinkService::listen(tcp::Listener listener, std::string name, const board::
   connection_acceptor_.listen(std::move(listener));
   listener_access_.push_back({std::move(name), may});
 }
+void LinkService::listen(tcp::Listener listener, std::string name, const board::TlsKeys& keys, RightsOf rights_of) {
+  if (!tls_door_) tls_door_.emplace(keys);
+  connection_acceptor_.listen(std::move(listener), [this](std::unique_ptr<io::BytePipe> carrier) {
+    return tls_door_->secure(std::move(carrier));
+  });
+  listener_access_.push_back({std::move(name), {}, std::move(rights_of)});
+}
 void LinkService::serve(const serial::Address& line, const board::Access& may) {
   serial_lines_.push_back(std::make_unique<SerialLine>());
   serial_lines_.back()->name = "serial:" + line.path;
@@ -129,7 +136,8 @@ void LinkService::answerInside() {
     const std::uint64_t link = ++last_link_;
     const stream::PendingRequest pending{.ticket = 0, .operation = request.operation, .body = request.body};
     inside_.emplace(link, std::move(request.then));
-    const auto reply = handler_.handle({link, request.connection, request.may}, pending, states_.newest(), vitals());
+    const auto reply =
+        handler_.handle({link, request.connection, request.may, {}}, pending, states_.newest(), vitals());
     if (reply) answeredInside(*reply);
   }
 }
@@ -163,6 +171,7 @@ LinkService::Link& LinkService::adopt(io::Connection connection, const board::Ac
                                                .port = port,
                                                .listener = 0,
                                                .may = may,
+                                               .person = {},
                                                .watch = {}}));
   counters_.links = static_cast<std::uint32_t>(links_.size());
   return *links_.back();
@@ -177,7 +186,12 @@ std::optional<std::string> LinkService::whyFull(std::size_t listener) const {
 }
 
 void LinkService::enter(ConnectionAcceptor::GreetedConnection greeted) {
-  Link& link = adopt(std::move(greeted.pipe), listener_access_.at(greeted.listener).may, nullptr);
+  const auto& access = listener_access_.at(greeted.listener);
+  const auto person = greeted.pipe->person();
+  if (person) logInfo(*person + " came in from " + std::string{greeted.pipe->name()});
+  Link& link =
+      adopt(std::move(greeted.pipe), access.rights_of ? access.rights_of(person.value_or("")) : access.may, nullptr);
+  link.person = person;
   link.listener = greeted.listener;
   link.host.session().receive(greeted.gate.bytes(), time_.now());
   watch(link);
@@ -239,7 +253,7 @@ void LinkService::answerRequests(Link& link) {
   // Dates stand on certificates: only who may bring results into force tells them.
   if (const auto time = link.host.session().nextTimeOfDay(); time && link.may.allow_accept) noteTold(*time, name);
   while (const auto request = link.host.session().nextRequest()) {
-    const Caller caller{.link = link.host.id(), .connection = name, .may = link.may};
+    const Caller caller{.link = link.host.id(), .connection = name, .may = link.may, .person = link.person};
     const auto reply = handler_.handle(caller, *request, states_.newest(), vitals());
     if (reply) link.host.session().answer(reply->ticket, reply->code, reply->text, reply->body);
   }
@@ -316,6 +330,7 @@ void LinkService::advance() {
     // A serial line stays, and so does USB: the next host says HELLO on it.
     if (link->port == nullptr && link->host.session().state() == stream::SessionState::down) close(*link);
   }
+  if (tls_door_) tls_door_->advance(now);
   connection_acceptor_.advance(now);
   dropClosed();
   openSerialLines(now);

@@ -2,11 +2,13 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <variant>
 #include <vector>
@@ -20,6 +22,7 @@
 #include "firmware/app/host/host_link.hpp"
 #include "firmware/app/host/inside_request.hpp"
 #include "firmware/app/host/sample_description.hpp"
+#include "firmware/app/host/tls_door.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "firmware/app/threads/event_loop.hpp"
 #include "firmware/app/threads/feed.hpp"
@@ -53,6 +56,9 @@ class LinkService {
   // Call before start(). may: rights of the hosts that connect there. name: of their common connection, as
   // ConnectionInhibits has it.
   void listen(tcp::Listener listener, std::string name, const board::Access& may);
+  // The same by TLS, where the rights are those of each person; the keys of the first one are those of all.
+  using RightsOf = std::function<board::Access(std::string_view person)>;
+  void listen(tcp::Listener listener, std::string name, const board::TlsKeys& keys, RightsOf rights_of);
   void serve(const serial::Address& line, const board::Access& may);
   void serve(const usb_gadget::PortAddress& port, const board::Access& may);
 
@@ -72,12 +78,14 @@ class LinkService {
     Port* port{};            // null: from the network
     std::size_t listener{};  // index of the listener, if from the network
     board::Access may;
-    EventLoop::Watch watch;  // not for USB, whose port reports events
+    std::optional<std::string> person;  // whom the certificate names, of TLS
+    EventLoop::Watch watch;             // not for USB, whose port reports events
     bool closed{};
   };
   struct ListenerAccess {
     std::string name;
     board::Access may;
+    RightsOf rights_of{};  // of TLS, in place of `may`
   };
   // A listener or port that is retried every second until it works.
   struct Port {
@@ -132,6 +140,7 @@ class LinkService {
   stream::Transcoder transcoder_;
   FeedItem item_;
   EventLoop loop_;
+  std::optional<TlsDoor> tls_door_;  // where a tls: link needs it
   ConnectionAcceptor connection_acceptor_;
   std::vector<ListenerAccess> listener_access_;  // by listener
   std::vector<std::unique_ptr<SerialLine>> serial_lines_;

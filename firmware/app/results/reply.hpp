@@ -37,7 +37,8 @@ inline Reply malformed(messages::Operation operation) {
 inline Reply notPermitted(const char* key) {
   return refused(messages::ErrorCode::not_permitted,
                  std::string{"This operation is disabled for this link: set "} + key +
-                     " = true in service.toml, in the [[connection]] of the link or, where it has none, in [access].");
+                     " = true in service.toml, in the [[connection]] of the link or, where it has none, in [access]; " +
+                     "of a tls: link in the [[person]] whom the certificate names.");
 }
 
 }  // namespace probebox::app

@@ -1,4 +1,7 @@
 // Loads the descriptions and checks whether the daemon can run with them.
+#include <algorithm>
+
+#include "firmware/app/host/tls_door.hpp"
 #include "firmware/app/wiring/addresses.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/box_config.hpp"
@@ -42,6 +45,13 @@ std::optional<Error> validate(const Options& options, const board::Descriptions&
         Error{"--time-scale is not for a machine that an outside control leads, which is in real time: remove it, or "
               "[outside_control] of world.toml."});
   return refused;
+}
+
+std::optional<Error> whyNoDoor(const Options& options, const board::Descriptions& descriptions) {
+  const auto& service = descriptions.service;
+  const bool is_wanted =
+      std::ranges::any_of(linksOf(options, service), [](const std::string& link) { return link.starts_with("tls:"); });
+  return is_wanted && service.tls ? whyNoKeys(*service.tls) : std::nullopt;
 }
 
 }  // namespace probebox::app

@@ -19,7 +19,9 @@ namespace {
 // Collects the problems of all addresses, and which device each of them takes.
 class AddressCheck {
  public:
-  void look(const std::string& where, const LinkAddress& link, const board::Connection* connection) {
+  void look(const std::string& where, const LinkAddress& link, const std::string& text, const board::Service& service) {
+    const auto* connection = service.connectionAt(text);
+    if (const auto* door = std::get_if<TlsAddress>(&link)) return lookAtDoor(where, text, *door, service);
     if (const auto* line = std::get_if<serial::Address>(&link)) return lookAtLine(where, "serial", *line);
     if (const auto* host = std::get_if<tcp::Address>(&link)) return lookAtHost(where, *host, connection);
     take(where, "usb", "the USB port");
@@ -56,6 +58,12 @@ class AddressCheck {
   }
 
  private:
+  void lookAtDoor(const std::string& where, const std::string& text, const TlsAddress& door,
+                  const board::Service& service) {
+    if (!service.tls)
+      return refuse(where, text + " needs keys: write [tls] with certificate, key and people_ca in service.toml");
+    takePort(where, door.at);
+  }
   void lookAtHost(const std::string& where, const tcp::Address& host, const board::Connection* connection) {
     if (const auto why = whyOpenToAll(host, connection)) return refuse(where, why->what);
     takePort(where, host);
@@ -119,7 +127,7 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
     if (const auto twice = keyGivenTwice(links[k])) {
       check.refuse(where, sayTwice(links[k], *twice));
     } else if (const auto link = parseLink(links[k])) {
-      check.look(where, *link, service.connectionAt(links[k]));
+      check.look(where, *link, links[k], service);
     } else {
       check.refuse(where, link.error().what);
     }
@@ -147,6 +155,15 @@ const board::Connection* connectionOf(const tcp::Address& address, const board::
   return connection == service.connections.end() ? nullptr : &*connection;
 }
 
+std::optional<tcp::Address> tlsLinkAt(const tcp::Address& listener, const std::vector<std::string>& links) {
+  for (const auto& text : links) {
+    const auto link = parseLink(text);
+    const auto* door = link ? std::get_if<TlsAddress>(&*link) : nullptr;
+    if (door != nullptr && tcp::covers(listener, door->at)) return door->at;
+  }
+  return std::nullopt;
+}
+
 tcp::Address linkAt(const tcp::Address& listener, const std::vector<std::string>& links) {
   for (const auto& text : links) {
     const auto link = parseLink(text);
@@ -156,9 +173,10 @@ tcp::Address linkAt(const tcp::Address& listener, const std::vector<std::string>
   return listener;
 }
 
-std::string connectionNameOf(const tcp::Address& named, const tcp::Address& listener) {
-  auto name = "tcp:" + tcp::describe(named);
-  return name.size() <= ConnectionInhibits::kMostName ? name : "tcp:" + tcp::describe(listener);
+std::string connectionNameOf(std::string_view scheme, const tcp::Address& named, const tcp::Address& listener) {
+  const auto prefix = std::string{scheme} + ":";
+  auto name = prefix + tcp::describe(named);
+  return name.size() <= ConnectionInhibits::kMostName ? name : prefix + tcp::describe(listener);
 }
 
 bool isForCnc(const tcp::Address& listener, const std::vector<std::string>& cnc) {
@@ -177,8 +195,9 @@ std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Conn
                " can be reached from other computers, and whoever comes there could command the box. "
                "Listen at tcp:127.0.0.1:" +
                port + " and come through a tunnel (ssh -L " + port + ":127.0.0.1:" + port +
-               " BOX), or use USB, or let everybody look and nobody command: [[connection]] address = \"" + link +
-               "\", read_only = true in service.toml."};
+               " BOX), or use USB, or a tls: link, which knows who comes, or let everybody look and nobody command: "
+               "[[connection]] address = \"" +
+               link + "\", read_only = true in service.toml."};
 }
 
 std::optional<Error> whyOpenToMasters(const std::string& line, const tcp::Address& address,

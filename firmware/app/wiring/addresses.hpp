@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "board/describe/service.hpp"
@@ -21,10 +22,13 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
 
 // The connection of service.toml for a listening socket that somebody else opened, or null.
 const board::Connection* connectionOf(const tcp::Address& address, const board::Service& service);
+// The first of these tls: links that a listening socket serves which somebody else opened; nullopt if there is none.
+std::optional<tcp::Address> tlsLinkAt(const tcp::Address& listener, const std::vector<std::string>& links);
 // The first of these links that a listening socket serves which somebody else opened; its own address if there is none.
 tcp::Address linkAt(const tcp::Address& listener, const std::vector<std::string>& links);
-// Name of the connection at a listener, as ConnectionInhibits has it. named: its address as service.toml has it.
-std::string connectionNameOf(const tcp::Address& named, const tcp::Address& listener);
+// Name of the connection at a listener, as ConnectionInhibits has it. scheme: "tcp" or "tls". named: its address as
+// service.toml has it.
+std::string connectionNameOf(std::string_view scheme, const tcp::Address& named, const tcp::Address& listener);
 // Tests whether a CNC line on the network is to be served at a listener.
 bool isForCnc(const tcp::Address& listener, const std::vector<std::string>& cnc);
 

@@ -38,9 +38,10 @@ void declareOptions(CLI::App& command, Options& options) {
   command.add_option("--state", options.state, "folder for results and whatever else must survive a restart");
   command.add_option("--config", options.config, "folder with descriptions that replace the board's own, file by file");
   command
-      .add_option("--link", options.links,
-                  "address for hosts: tcp:HOST:PORT, serial:DEVICE[,baud=921600] or usb; may be repeated, replaces the "
-                  "links of service.toml")
+      .add_option(
+          "--link", options.links,
+          "address for hosts: tcp:HOST:PORT, tls:HOST:PORT, serial:DEVICE[,baud=921600] or usb; may be repeated, "
+          "replaces the links of service.toml, which has the keys of tls: links")
       ->allow_extra_args(false);
   command
       .add_option(

@@ -179,6 +179,8 @@ struct Daemon::Parts {
   Outcome<void> openCncLines(const std::vector<std::string>& texts, const board::Service& service);
   Outcome<void> openMachine();
   Outcome<void> serve(tcp::Listener listener, const tcp::Address& named, const board::Connection* connection);
+  void serveByTls(tcp::Listener listener, const tcp::Address& named, const board::Service& service);
+  bool isPassed(const tcp::Address& address) const;
   void announce();
   std::vector<Event> fromBefore();
   void run();
@@ -233,6 +235,11 @@ Outcome<void> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const Optio
       continue;
     }
     const auto address = listener.address();
+    if (const auto door = tlsLinkAt(address, linksOf(options, service)); door && service.tls) {
+      serveByTls(std::move(listener), *door, service);
+      passed_addresses.push_back(address);
+      continue;
+    }
     const auto named = linkAt(address, linksOf(options, service));
     if (auto opened = serve(std::move(listener), named, connectionOf(address, service)); !opened) return opened;
     passed_addresses.push_back(address);
@@ -246,9 +253,20 @@ Outcome<void> Daemon::Parts::serve(tcp::Listener listener, const tcp::Address& n
   if (auto why = whyOpenToAll(listener.address(), connection)) return *why;
   if (!reachable_at && tcp::isLoopback(listener.address())) reachable_at = listener.address();
   uris.push_back("tcp:" + tcp::describe(listener.address()));
-  const auto name = connectionNameOf(named, listener.address());
+  const auto name = connectionNameOf("tcp", named, listener.address());
   links.listen(std::move(listener), name, connection == nullptr ? descriptions.service.access : connection->access);
   return {};
+}
+
+void Daemon::Parts::serveByTls(tcp::Listener listener, const tcp::Address& named, const board::Service& service) {
+  uris.push_back("tls:" + tcp::describe(listener.address()));
+  auto name = connectionNameOf("tls", named, listener.address());
+  links.listen(std::move(listener), std::move(name), *service.tls,
+               [&service](std::string_view person) { return service.accessOf(person); });
+}
+
+bool Daemon::Parts::isPassed(const tcp::Address& address) const {
+  return std::ranges::any_of(passed_addresses, [&](const auto& passed) { return tcp::covers(passed, address); });
 }
 
 Outcome<void> Daemon::Parts::openLinks(const std::vector<std::string>& texts, const board::Service& service) {
@@ -263,9 +281,14 @@ Outcome<void> Daemon::Parts::openLinks(const std::vector<std::string>& texts, co
       links.serve(*port, service.accessAt(text));
       continue;
     }
-    const auto& connection = std::get<tcp::Address>(address);
-    if (std::ranges::any_of(passed_addresses, [&](const auto& passed) { return tcp::covers(passed, connection); }))
+    if (const auto* door = std::get_if<TlsAddress>(&address)) {
+      if (isPassed(door->at)) continue;
+      TRY(auto listener, tcp::Listener::open(door->at));
+      serveByTls(std::move(listener), door->at, service);
       continue;
+    }
+    const auto& connection = std::get<tcp::Address>(address);
+    if (isPassed(connection)) continue;
     TRY(auto listener, tcp::Listener::open(connection));
     if (auto opened = serve(std::move(listener), connection, service.connectionAt(text)); !opened) return opened;
   }
@@ -314,7 +337,10 @@ Outcome<void> Daemon::Parts::openMachine() {
 
 void Daemon::Parts::announce() {
   for (const auto& uri : uris) logInfo("serving " + uri);
-  if (const auto announced = io::rendezvous::announce(getpid(), uris); !announced)
+  // Commands of this computer have other ways in, and no certificate.
+  auto here = uris;
+  std::erase_if(here, [](const std::string& uri) { return uri.starts_with("tls:"); });
+  if (const auto announced = io::rendezvous::announce(getpid(), here); !announced)
     logWarning(announced.error().what + " probebox list will not find this box by itself.");
 }
 

@@ -20,6 +20,10 @@ Outcome<board::Descriptions> loadDescriptions(const Options& options);
 // Names the first option or description that this build cannot run, with the remedy; nullopt when there is none.
 std::optional<Error> validate(const Options& options, const board::Descriptions& descriptions);
 
+// Explains why nobody could come in through tls: links, by the file of their keys; nullopt where somebody can, or none
+// is wanted. The daemon starts in any case: a certificate that has expired stops no machine.
+std::optional<Error> whyNoDoor(const Options& options, const board::Descriptions& descriptions);
+
 // The running box: all threads, from construction to destruction.
 class Daemon {
  public:

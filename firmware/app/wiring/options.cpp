@@ -37,6 +37,10 @@ Outcome<LinkAddress> parseLink(const std::string& text) {
     TRY(auto address, tcp::parseAddress(view.substr(4)));
     return LinkAddress{address};
   }
+  if (view.starts_with("tls:")) {
+    TRY(auto address, tcp::parseAddress(view.substr(4)));
+    return LinkAddress{TlsAddress{std::move(address)}};
+  }
   if (view.starts_with("serial:")) {
     TRY(auto address, serial::parseAddress(view.substr(7), serial::kHostLink));
     if (auto refused = serial::whyNoHostLink(address)) return *std::move(refused);
@@ -46,7 +50,8 @@ Outcome<LinkAddress> parseLink(const std::string& text) {
     TRY(auto address, usb_gadget::parsePort(view.substr(3)));
     return LinkAddress{address};
   }
-  return Error{"The link '" + text + "' is neither tcp:HOST:PORT nor serial:DEVICE[,baud=921600] nor usb."};
+  return Error{"The link '" + text +
+               "' is neither tcp:HOST:PORT nor tls:HOST:PORT nor serial:DEVICE[,baud=921600] nor usb."};
 }
 
 std::filesystem::path stateDirectory(const std::filesystem::path& chosen) {

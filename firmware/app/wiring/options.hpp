@@ -32,9 +32,14 @@ struct Options {
   bool usb_identity = false;
 };
 
+// Where a listener takes hosts that prove who they are, by TLS.
+struct TlsAddress {
+  tcp::Address at;
+};
+
 // Address of a link for hosts.
-using LinkAddress = std::variant<tcp::Address, serial::Address, usb_gadget::PortAddress>;
-// "tcp:HOST:PORT", "serial:DEVICE[,baud=..]" or "usb".
+using LinkAddress = std::variant<tcp::Address, TlsAddress, serial::Address, usb_gadget::PortAddress>;
+// "tcp:HOST:PORT", "tls:HOST:PORT", "serial:DEVICE[,baud=..]" or "usb".
 Outcome<LinkAddress> parseLink(const std::string& text);
 
 // The folder for data that survive a restart, locked by one daemon at a time.

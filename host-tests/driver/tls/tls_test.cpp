@@ -12,14 +12,15 @@
 
 #include "drivers/tcp/linux_tcp.hpp"
 #include "drivers/tls/connection.hpp"
+#include "host-tests/keys/raw_client.hpp"
 #include "host-tests/keys/shop.hpp"
 #include "host-tests/support/temporary_folder.hpp"
-#include "raw_client.hpp"
 
 namespace probebox::tls {
 namespace {
 
 using namespace std::chrono_literals;
+using support::RawClient;
 using support::Shop;
 using support::Wanted;
 using ::testing::AllOf;
@@ -124,10 +125,7 @@ TEST_F(TlsConnection, CarriesBytesBothWaysAndKnowsWhoIsThere) {
 TEST_F(TlsConnection, ResumesNothing) {
   auto [carrier, box] = accepted();
   const auto files = shop_.person("Ada");
-  RawClient client{*carrier, [&](SSL_CTX* context) {
-                     SSL_CTX_use_certificate_chain_file(context, files.certificate.c_str());
-                     SSL_CTX_use_PrivateKey_file(context, files.key.c_str(), SSL_FILETYPE_PEM);
-                   }};
+  RawClient client{*carrier, RawClient::with(files)};
   for (int k = 0; k < 1000 && !box->person(); ++k) {
     client.step();
     box->read(buffer_);
@@ -181,10 +179,7 @@ TEST_F(TlsConnection, RefusesWhoeverIsNoPersonOfTheShopAndTellsThem) {
 TEST_F(TlsConnection, RefusesExpiredCertificates) {
   auto [carrier, box] = accepted();
   const auto old = shop_.make("old", {.name = "Ada", .first_day = -20, .last_day = -10});
-  RawClient client{*carrier, [&](SSL_CTX* context) {
-                     SSL_CTX_use_certificate_chain_file(context, old.certificate.c_str());
-                     SSL_CTX_use_PrivateKey_file(context, old.key.c_str(), SSL_FILETYPE_PEM);
-                   }};
+  RawClient client{*carrier, RawClient::with(old)};
   for (int k = 0; k < 1000 && box->read(buffer_).state == io::PipeState::open; ++k) client.step();
   EXPECT_THAT(std::string{box->whyClosed()}, HasSubstr("expired"));
   EXPECT_FALSE(box->person());
@@ -310,10 +305,7 @@ TEST_F(TlsConnection, KeepsLittleForAPeerThatDoesNotRead) {
 TEST_F(TlsConnection, KeyUpdatesWithoutEndHoldNoThread) {
   auto [carrier, box] = accepted();
   const auto files = shop_.person("Eve");
-  RawClient client{*carrier, [&](SSL_CTX* context) {
-                     SSL_CTX_use_certificate_chain_file(context, files.certificate.c_str());
-                     SSL_CTX_use_PrivateKey_file(context, files.key.c_str(), SSL_FILETYPE_PEM);
-                   }};
+  RawClient client{*carrier, RawClient::with(files)};
   for (int k = 0; k < 1000 && !box->person(); ++k) {
     client.step();
     box->read(buffer_);

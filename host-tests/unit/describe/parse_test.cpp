@@ -402,6 +402,41 @@ TEST(ServiceToml, RefusesAConnectionThatLeadsNowhereOrContradictsItself) {
   EXPECT_THAT(problem("address = \"usb\"\nallow_homming = true\n"), HasSubstr("allow_homing"));
 }
 
+constexpr const char* kTls =
+    "links = [\"tls:0.0.0.0:7628\"]\n[tls]\ncertificate = \"/c\"\nkey = \"/k\"\npeople_ca = \"/p\"\n";
+
+TEST(ServiceToml, GivesRightsToPersonsWhoComeByTls) {
+  const std::string digits(62, '0');
+  const auto service = parseService(std::string{kTls} + "shut_out = [\"AB:" + digits + "\", \"cd" + digits + "\"]\n" +
+                                        "[access]\nallow_update = true\n"
+                                        "[[person]]\nname = \"Ada\"\nallow_calibrate = true\nallow_accept = true\n"
+                                        "[[person]]\nname = \"Bob\"\n",
+                                    "service.toml");
+  ASSERT_TRUE(service.ok()) << service.error().what;
+  EXPECT_EQ(service->accessOf("Ada"), (Access{.allow_calibrate = true, .allow_accept = true}));
+  for (const auto* who : {"Bob", "ada", "Eve", ""}) EXPECT_FALSE(givesARight(service->accessOf(who))) << who;
+  ASSERT_TRUE(service->tls);
+  EXPECT_THAT(service->tls->shut_out, testing::ElementsAre("ab" + digits, "cd" + digits));
+}
+
+TEST(ServiceToml, RefusesADoorWithoutKeysAndPersonsWithoutADoor) {
+  const auto problem = [](const std::string& text) {
+    const auto service = parseService(text, "s");
+    return service.ok() ? "accepted" : service.error().what;
+  };
+  EXPECT_EQ(problem(kTls), "accepted");
+  EXPECT_THAT(problem("links = [\"tls:0.0.0.0:7628\"]\n"), HasSubstr("'tls'"));
+  EXPECT_THAT(problem("links = [\"tls:0.0.0.0:7628\"]\n[tls]\nkey = \"box.key\"\n"),
+              testing::AllOf(HasSubstr("certificate"), HasSubstr("people_ca"), HasSubstr("full path")));
+  EXPECT_THAT(problem("[[person]]\nname = \"Ada\"\n"), HasSubstr("[tls]"));
+  EXPECT_THAT(problem(kTls + std::string{"shut_out = [\"Ada\"]\n"}), HasSubstr("'tls.shut_out'"));
+  EXPECT_THAT(problem(kTls + std::string{"[[person]]\nname = \"Ada\"\n[[person]]\nname = \"Ada\"\n"}),
+              HasSubstr("already"));
+  EXPECT_THAT(problem(kTls + std::string{"[[person]]\nallow_accept = true\n"}), HasSubstr("name"));
+  EXPECT_THAT(problem(kTls + std::string{"[[connection]]\naddress = \"tls:0.0.0.0:7628\"\nallow_accept = true\n"}),
+              HasSubstr("[[person]]"));
+}
+
 TEST(ServiceToml, RefusesWhatIsNoAddress) {
   EXPECT_THAT(parseService("links = [\"usb\", \"localhost\"]", "s").error().what,
               testing::AllOf(HasSubstr("s:1"), HasSubstr("'links'"), HasSubstr("\"localhost\"")));

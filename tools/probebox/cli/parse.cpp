@@ -16,8 +16,8 @@ namespace probebox::command {
 namespace {
 
 constexpr const char* kUriHelp =
-    "the box: usb[:SERIAL], tcp:HOST:PORT, serial:DEVICE[,baud=RATE] or file:RECORDING.pbx; default: PROBEBOX_URI, or "
-    "the only box that is found";
+    "the box: usb[:SERIAL], tcp:HOST:PORT, tls:HOST[:PORT] (with the keys in PROBEBOX_TLS or ~/.config/probebox), "
+    "serial:DEVICE[,baud=RATE] or file:RECORDING.pbx; default: PROBEBOX_URI, or the only box that is found";
 constexpr std::size_t kMostFrame = 2048;
 constexpr const char* kAbout =
     "Shows the state of a probebox, records its samples, runs calibrations, and solves measured cases off line.\n"

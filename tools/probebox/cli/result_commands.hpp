@@ -71,6 +71,10 @@ class ResultCommands {
                                 "probebox accept 17 --by Ada", accept_);
     addId(accept, accept_.id);
     addPerson(accept, accept_.by, "the name of the person who accepts");
+    accept->callback([this, &commands] {
+      checkPerson(commands.request(), accept_.by, "accept");
+      commands.request().job = accept_;
+    });
     accept->add_flag("--although-it-differs", accept_.although_it_differs,
                      "accept it even if it differs from the result in force by more than 4 sd");
     auto* rollback = commands.add("rollback", "return to the result that was in force before",
@@ -81,6 +85,10 @@ class ResultCommands {
             "the subject (delay, centreline, screw-x, ...), one of its methods, or the number of the result to retire")
         ->required();
     addPerson(rollback, rollback_.by, "the name of the person who rolls back");
+    rollback->callback([this, &commands] {
+      checkPerson(commands.request(), rollback_.by, "rollback");
+      commands.request().job = rollback_;
+    });
   }
 
   void declareMachine(Subcommands& commands) {
@@ -113,7 +121,8 @@ class ResultCommands {
   }
 
   static void addPerson(CLI::App* command, std::string& by, const char* who) {
-    command->add_option("--by", by, who)->required()->check(personsName());
+    command->add_option("--by", by, std::string{who} + "; not needed with tls:, where your certificate has it")
+        ->check(personsName());
   }
 
   Results results_;

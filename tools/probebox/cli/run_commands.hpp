@@ -235,6 +235,7 @@ class RunCommands {
     calibrate->add_flag("--abort", calibrate_.abort, "abort the running calibration");
     calibrate->callback([this, &commands] {
       checkCalibrate(calibrate_);
+      if (calibrate_.accept) checkPerson(commands.request(), calibrate_.by, "--accept");
       if (!calibrate_.abort && calibrate_.method.empty()) calibrate_.method = kUsualMethod;
       commands.request().job = calibrate_;
     });
@@ -386,9 +387,6 @@ class RunCommands {
   static void checkCalibrate(const Calibrate& options) {
     if (options.abort && !options.method.empty()) {
       throw CLI::ValidationError{"calibrate", "--abort ends the running calibration; do not name a method"};
-    }
-    if (options.accept && options.by.empty()) {
-      throw CLI::ValidationError{"--accept", "needs the name of the person who accepts: --by NAME"};
     }
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <string>
 
 #include "tools/probebox/cli/request.hpp"
@@ -27,6 +28,14 @@ class Subcommands {
   CLI::App& app_;
   Request& request_;
 };
+
+// A box that is reached by TLS knows who asks; all others have to be told.
+inline void checkPerson(const Request& request, const std::string& by, const char* option) {
+  const char* environment = std::getenv("PROBEBOX_URI");
+  const std::string uri = request.uri.empty() && environment != nullptr ? environment : request.uri;
+  if (by.empty() && !uri.starts_with("tls:"))
+    throw CLI::ValidationError{option, "needs the name of the person: --by NAME"};
+}
 
 inline void addPatience(CLI::App* command, double& patience_s) {
   command->add_option("--patience", patience_s, "seconds to wait for a box that was unplugged or restarted")

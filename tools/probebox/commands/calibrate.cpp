@@ -162,7 +162,9 @@ ExitStatus run(const Calibrate& options, const std::string& given, Console& cons
   if (!uri) return console.fail(uri.error());
   if (const auto objection = objectionTo(options, *uri)) return console.fail(*objection);
   if (options.abort) return abortRun(*uri, console);
-  return Run{options, *uri, console}.go();
+  auto with_name = options;
+  if (options.accept) with_name.by = signer(options.by, given);
+  return Run{with_name, *uri, console}.go();
 }
 
 }  // namespace probebox::command

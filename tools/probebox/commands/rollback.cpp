@@ -20,13 +20,13 @@ ExitStatus run(const Rollback& options, const std::string& uri, Console& console
   const auto box = openBox(uri, console);
   if (!box) return console.fail(box.error());
   const auto id = resultNumber(options.what);
-  auto rolled_back =
-      ask<messages::RollbackResult>(**box, console, {id.value_or(0), id ? "" : options.what, options.by});
+  const auto by = signer(options.by, uri);
+  auto rolled_back = ask<messages::RollbackResult>(**box, console, {id.value_or(0), id ? "" : options.what, by});
   if (!rolled_back && rolled_back.error().status == ExitStatus::box_refused && !id) {
     const auto subject = subjectOfMethod(options.what, **box, console);
     if (!subject) return console.fail(subject.error());
     if (*subject && **subject != options.what)
-      rolled_back = ask<messages::RollbackResult>(**box, console, {0, **subject, options.by});
+      rolled_back = ask<messages::RollbackResult>(**box, console, {0, **subject, by});
   }
   if (!rolled_back) {
     auto trouble = rolled_back.error();
@@ -38,10 +38,10 @@ ExitStatus run(const Rollback& options, const std::string& uri, Console& console
                     {"retired_id", rolled_back->retired_id},
                     {"active_id", rolled_back->active_id},
                     {"withdrawn", rolled_back->withdrawn},
-                    {"by", options.by},
+                    {"by", by},
                     {"notes", rolled_back->notes}});
   } else {
-    console.line(inWords(*rolled_back, options.by));
+    console.line(inWords(*rolled_back, by));
     for (const auto& note : rolled_back->notes) console.line("  " + note);
   }
   return ExitStatus::ok;

@@ -7,6 +7,7 @@
 #include "drivers/io/kernel_clock.hpp"
 #include "drivers/io/rendezvous.hpp"
 #include "protocol/units/calendar.hpp"
+#include "tools/link/own_keys.hpp"
 #include "tools/probebox/link/on_usb.hpp"
 
 namespace probebox::command {
@@ -104,6 +105,14 @@ Outcome<std::string, Trouble> chooseRecording(const std::string& path, const std
   const auto uri = link::parseUri(given.empty() && environment != nullptr ? environment : given);
   if (uri && uri->isFile()) return std::get<link::FileAddress>(uri->address).path;
   return usage("no recording is named; give its file, such as scan.pbx, or -u file:scan.pbx");
+}
+
+std::string signer(const std::string& by, const std::string& given) {
+  if (!by.empty()) return by;
+  const auto uri = chooseUri(given);
+  if (!uri || !std::holds_alternative<link::TlsAddress>(uri->address)) return {};
+  const auto keys = link::ownKeys();
+  return keys ? keys->ownName() : std::string{};
 }
 
 Trouble troubleOf(const link::OpenFailure& failure) {

@@ -30,6 +30,10 @@ Outcome<link::Uri, Trouble> chooseUri(const std::string& given);
 // Chooses the recording of a command: `path`, or else that of a file: URI.
 Outcome<std::string, Trouble> chooseRecording(const std::string& path, const std::string& given);
 
+// Returns the name that signs a request: `by`, or where it is empty and the box is reached by TLS, that of the own
+// certificate. given: the value of -u.
+std::string signer(const std::string& by, const std::string& given);
+
 // Turns a failure into a Trouble with its exit status. After Ctrl-C every failure of a link is an interruption.
 Trouble troubleOf(const link::OpenFailure& failure);
 Trouble troubleOf(const link::Failure& failure, const Console& console);

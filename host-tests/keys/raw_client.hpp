@@ -6,10 +6,12 @@
 #include <string>
 
 #include "drivers/io/byte_pipe.hpp"
+#include "drivers/tls/context.hpp"
 
-namespace probebox::tls {
+namespace probebox::support {
 
-// A peer by OpenSSL itself, which does what drivers/tls never would. Each step is to be followed by one of the box.
+// A peer by OpenSSL itself, which does what drivers/tls never would. It speaks over a carrier that outlives it. Where
+// the box is in this process, each step is to be followed by one of the box.
 class RawClient {
  public:
   RawClient(const io::BytePipe& carrier, const std::function<void(SSL_CTX*)>& prepare)
@@ -18,6 +20,13 @@ class RawClient {
     ssl_ = {SSL_new(context_.get()), SSL_free};
     SSL_set_fd(ssl_.get(), carrier.descriptor());
     SSL_set_connect_state(ssl_.get());
+  }
+
+  static std::function<void(SSL_CTX*)> with(const tls::KeyFiles& files) {
+    return [files](SSL_CTX* context) {
+      SSL_CTX_use_certificate_chain_file(context, files.certificate.c_str());
+      SSL_CTX_use_PrivateKey_file(context, files.key.c_str(), SSL_FILETYPE_PEM);
+    };
   }
 
   SSL* get() { return ssl_.get(); }
@@ -38,4 +47,4 @@ class RawClient {
   std::shared_ptr<SSL> ssl_;
 };
 
-}  // namespace probebox::tls
+}  // namespace probebox::support
