@@ -5,7 +5,7 @@ probebox_packages=(
   g++ cmake ninja-build pkg-config
   libeigen3-dev libgpiod-dev libusb-1.0-0-dev libaio-dev libmd-dev libmodbus-dev libsqlite3-dev libssl-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libsystemd-dev libncurses-dev
   libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libumockdev-dev umockdev
-  mbpoll python3)
+  mbpoll openssl python3)
 # What judges fits in tests. Where it cannot be had, those tests are skipped.
 probebox_judge_packages=(libceres-dev)
 # What renders pages of `probebox report` in tests (system.pages). Some 400 MB, so tools/test does not install it; without it
