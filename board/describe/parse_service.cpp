@@ -46,13 +46,16 @@ void readTls(Section& root, Service& service) {
   auto section = root.sectionIfThere("tls");
   if (!section) {
     if (std::ranges::any_of(service.links, [](const std::string& link) { return link.starts_with("tls:"); }))
-      root.problem("tls", "is missing: a tls: link needs [tls] with certificate, key and people_ca");
+      root.problem("tls",
+                   "is missing: a tls: link needs [tls], with certificate, key and people_ca or with the keys that the "
+                   "box was provisioned with");
     return;
   }
   TlsKeys keys;
+  const bool are_files = section->has("certificate") || section->has("key") || section->has("people_ca");
   for (const auto& [key, path] : {std::pair{"certificate", &keys.certificate}, std::pair{"key", &keys.key},
                                   std::pair{"people_ca", &keys.people_ca}}) {
-    *path = section->text(key, {}, kLongestAddress);
+    *path = are_files ? section->text(key, {}, kLongestAddress) : "";
     if (section->good(key) && !path->starts_with('/'))
       section->problem(key, "is no full path: write it as \"/etc/probebox/tls/...\"");
   }

@@ -43,12 +43,14 @@ struct Connection {
   Access access;
 };
 
-// The keys of tls: links: files in PEM.
+// The keys of tls: links: files in PEM. Without names: those that the box was provisioned with.
 struct TlsKeys {
   std::string certificate;            // of the box
   std::string key;                    // of that certificate
   std::string people_ca;              // whose certificates are taken for persons'
   std::vector<std::string> shut_out;  // certificates of persons that are refused: SHA-256, 64 hex digits in lower case
+
+  bool areProvisioned() const { return certificate.empty(); }
 };
 
 // Gives whoever comes through a tls: link with a certificate of this name rights besides reading.

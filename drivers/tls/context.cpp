@@ -147,4 +147,11 @@ std::string Context::ownName() const {
   return name ? *name : std::string{};
 }
 
+int Context::daysLeft() const {
+  int days = 0;
+  int seconds = 0;
+  const auto* own = SSL_CTX_get0_certificate(context_.get());
+  return ASN1_TIME_diff(&days, &seconds, nullptr, X509_get0_notAfter(own)) == 1 ? days : 0;
+}
+
 }  // namespace probebox::tls

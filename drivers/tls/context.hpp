@@ -32,6 +32,8 @@ class Context {
   Side side() const { return side_; }
   // Whom the own certificate names; empty where it names nobody who could sign.
   std::string ownName() const;
+  // Whole days until the own certificate expires, by this computer's clock.
+  int daysLeft() const;
   ssl_ctx_st* get() const { return context_.get(); }
 
  private:

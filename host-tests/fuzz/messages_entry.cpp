@@ -40,8 +40,8 @@ constexpr auto bothOf() {
 constexpr auto kOperations =
     bothOf<Status, PostMarker, StartProcedure, ProcedureStatus, AbortProcedure, ListResults, AcceptResult, Corrections,
            GetDataset, RollbackResult, ResultHistory, SetInhibit, HomeAxes, EnableSources, LoopBack, TellPose,
-           ProposeCase, FollowCase, GetResult, TellPositions, Provision, DescribeUnit, OfferUpdate, SendUpdate,
-           InstallUpdate, UpdateStatus, DescribeMachine>();
+           ProposeCase, FollowCase, GetResult, TellPositions, Provision, ProvisionKeys, DescribeUnit, OfferUpdate,
+           SendUpdate, InstallUpdate, UpdateStatus, DescribeMachine>();
 constexpr std::array kStream{
     &feed<Hello>,     &feed<Welcome>,         &feed<Descriptor>,   &feed<TestPattern>,       &feed<Start>,
     &feed<Stop>,      &feed<Credit>,          &feed<Gap>,          &feed<Trigger>,           &feed<TriggerGap>,

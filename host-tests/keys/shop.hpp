@@ -22,6 +22,7 @@ class Shop {
  public:
   explicit Shop(const std::filesystem::path& folder);
 
+  const std::filesystem::path& folder() const { return folder_; }
   std::string ca() const { return (folder_ / "ca.crt").string(); }
   // Makes key and certificate; the files are named `file`.crt and `file`.key. It trusts this shop.
   tls::KeyFiles make(const std::string& file, const Wanted& wanted);

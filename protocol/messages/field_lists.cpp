@@ -159,7 +159,7 @@ std::string fieldLists(const Language& language) {
   operations.operator()<Status, PostMarker, StartProcedure, ProcedureStatus, AbortProcedure, ListResults, AcceptResult,
                         Corrections, GetDataset, RollbackResult, ResultHistory, SetInhibit, HomeAxes, EnableSources,
                         LoopBack, TellPose, ProposeCase, FollowCase, GetResult, TellPositions, Provision, DescribeUnit,
-                        OfferUpdate, SendUpdate, InstallUpdate, UpdateStatus, DescribeMachine>();
+                        OfferUpdate, SendUpdate, InstallUpdate, UpdateStatus, DescribeMachine, ProvisionKeys>();
   all.exempt(nameOf(MessageType::samples));       // its payload is a block of protocol/codec
   all.exempt(nameOf(MessageType::samples_head));  // the same without its columns
   if (const auto missing = all.missing<MessageType>() + all.missing<Operation>(); !missing.empty()) {

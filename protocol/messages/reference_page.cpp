@@ -360,6 +360,9 @@ std::string control() {
              "The bundle is complete: it is checked, installed, and started when neither a cut nor a run is on.") +
          operation<UpdateStatus>(
              "How far an update has come, and what came of the last one, also after the restart of the box.") +
+         operation<ProvisionKeys>(
+             "Writes the keys that the box proves itself with at tls: links, in place of those that it had. Allowed as "
+             "provisioning is. Not over links that others can listen to: the key is the box's own.") +
          operation<DescribeMachine>(
              "What a run starts from: machine, probe, rates and results in force. Standard deviations are k = 1, and 0 "
              "where none is stated.");

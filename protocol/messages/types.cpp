@@ -19,11 +19,11 @@ constexpr auto kErrorCodes =
     std::to_array<std::string_view>({"ok", "malformed", "unknown_operation", "not_permitted", "busy", "not_found",
                                      "refused", "wrong_state", "too_large", "version_mismatch", "differs"});
 constexpr auto kOperations = std::to_array<std::string_view>(
-    {"status",         "post_marker",    "start_procedure", "procedure_status", "abort_procedure", "list_results",
-     "accept_result",  "corrections",    "get_dataset",     "rollback_result",  "result_history",  "set_inhibit",
-     "home_axes",      "enable_sources", "loop_back",       "tell_pose",        "propose_case",    "follow_case",
-     "get_result",     "tell_positions", "provision",       "describe_unit",    "offer_update",    "send_update",
-     "install_update", "update_status",  "describe_machine"});
+    {"status",         "post_marker",    "start_procedure",  "procedure_status", "abort_procedure", "list_results",
+     "accept_result",  "corrections",    "get_dataset",      "rollback_result",  "result_history",  "set_inhibit",
+     "home_axes",      "enable_sources", "loop_back",        "tell_pose",        "propose_case",    "follow_case",
+     "get_result",     "tell_positions", "provision",        "describe_unit",    "offer_update",    "send_update",
+     "install_update", "update_status",  "describe_machine", "provision_keys"});
 constexpr auto kProfiles = std::to_array<std::string_view>({"raw", "fast", "tight"});
 constexpr auto kPolicies = std::to_array<std::string_view>({"live", "record"});
 constexpr auto kGapReasons = std::to_array<std::string_view>(

@@ -77,6 +77,7 @@ enum class Operation : std::uint16_t {
   install_update = 25,
   update_status = 26,
   describe_machine = 27,
+  provision_keys = 28,
 };
 
 // Selects the coding of the columns of a block.

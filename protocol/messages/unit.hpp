@@ -27,6 +27,24 @@ struct Provision {
   };
 };
 
+// Writes the keys of tls: links that the box has to itself. They are stored when it is answered, and in use within a
+// minute.
+struct ProvisionKeys {
+  static constexpr Operation kOperation = Operation::provision_keys;
+  static constexpr std::uint32_t kMostBytes = 3800;
+  struct Request {
+    std::string certificate{};
+    std::string key{};
+    std::string people_ca{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("certificate", self.certificate, "of the box, in PEM; all three have up to 3800 bytes");
+      field("key", self.key, "of that certificate, in PEM");
+      field("people_ca", self.people_ca, "in PEM, the CA whose certificates are persons'");
+    }
+  };
+  using Answer = Nothing;
+};
+
 struct SphereCertificate {
   std::string serial_number{};
   double diameter_mm{};

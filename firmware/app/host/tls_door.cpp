@@ -1,6 +1,7 @@
 #include "firmware/app/host/tls_door.hpp"
 
 #include <chrono>
+#include <string>
 #include <utility>
 
 #include "drivers/tls/connection.hpp"
@@ -11,6 +12,17 @@ namespace {
 
 constexpr Nanoseconds kLookForNewKeys = std::chrono::minutes{1};
 constexpr Nanoseconds kLookForKeys = std::chrono::seconds{5};
+
+constexpr int kWarnDays = 30;
+constexpr const char* kStill = ". The keys of before serve on.";
+constexpr const char* kNobody = ". Until then nobody comes in through tls: links.";
+
+// Empty where the certificate is valid for long; else another sentence every day.
+std::string whyNotForLong(const tls::Context& context, const board::TlsKeys& keys) {
+  if (context.daysLeft() >= kWarnDays) return {};
+  return keys.certificate + " expires in " + std::to_string(context.daysLeft()) +
+         " days: put the next one there (probebox-keys box SERIAL --renew).";
+}
 
 Outcome<tls::Context> contextOf(const board::TlsKeys& keys) {
   return tls::Context::load(tls::Side::box, {keys.certificate, keys.key, keys.people_ca}, keys.shut_out);
@@ -26,15 +38,12 @@ std::optional<Error> whyNoKeys(const board::TlsKeys& keys) {
 void TlsDoor::advance(MonoTime now) {
   if (now < next_look_) return;
   auto context = contextOf(keys_);
-  const auto problem = context ? std::string{} : context.error().what;
-  if (!problem.empty() && problem != problem_) {
-    logWarning("tls: " + problem + ". " +
-               (context_ ? "The keys of before serve on." : "Until then nobody comes in through tls: links."));
-  }
-  if (context && !problem_.empty()) logInfo("tls: the keys are good now");
+  const auto problem = context ? whyNotForLong(*context, keys_) : context.error().what + (context_ ? kStill : kNobody);
+  if (!problem.empty() && problem != problem_) logWarning("tls: " + problem);
+  if (problem.empty() && !problem_.empty()) logInfo("tls: the keys are good now");
   problem_ = problem;
+  next_look_ = now + (context ? kLookForNewKeys : kLookForKeys);
   if (context) context_ = std::move(*context);
-  next_look_ = now + (problem.empty() ? kLookForNewKeys : kLookForKeys);
 }
 
 std::unique_ptr<io::BytePipe> TlsDoor::secure(std::unique_ptr<io::BytePipe> carrier) const {

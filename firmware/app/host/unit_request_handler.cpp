@@ -25,14 +25,20 @@ messages::SphereCertificate wireSphere(const board::CalibratedSphere& sphere) {
 
 }  // namespace
 
-UnitRequestHandler::UnitRequestHandler(UnitRecord record, std::string board_name, std::vector<std::string> notes)
-    : record_{std::move(record)}, board_name_{std::move(board_name)}, notes_{std::move(notes)} {}
+UnitRequestHandler::UnitRequestHandler(UnitRecord record, std::string board_name, std::vector<std::string> notes,
+                                       std::optional<KeyFolder> keys)
+    : record_{std::move(record)},
+      board_name_{std::move(board_name)},
+      notes_{std::move(notes)},
+      keys_{std::move(keys)} {}
 
 bool UnitRequestHandler::answers(Operation operation) {
-  return operation == Operation::provision || operation == Operation::describe_unit;
+  return operation == Operation::provision || operation == Operation::provision_keys ||
+         operation == Operation::describe_unit;
 }
 
 Reply UnitRequestHandler::answer(Operation operation, std::span<const std::byte> body, const board::Access& may) {
+  if (operation == Operation::provision_keys) return provisionKeys(body, may);
   return operation == Operation::provision ? provision(body, may) : describe();
 }
 
@@ -44,6 +50,16 @@ Reply UnitRequestHandler::provision(std::span<const std::byte> body, const board
   if (!unit) return refused(ErrorCode::refused, unit.error().what);
   logInfo("the box was provisioned as " + unit->serial_number);
   return ok(messages::Provision::Answer{.serial_number = unit->serial_number});
+}
+
+Reply UnitRequestHandler::provisionKeys(std::span<const std::byte> body, const board::Access& may) {
+  const auto request = messages::decode<messages::ProvisionKeys::Request>(body);
+  if (!request) return malformed(Operation::provision_keys);
+  if (!may.allow_provision.value_or(false)) return notPermitted("allow_provision");
+  if (!keys_) return refused(ErrorCode::refused, "This box keeps no keys.");
+  if (const auto why = keys_->write(*request)) return refused(ErrorCode::refused, why->what);
+  logInfo("the box was provisioned with keys for tls: links");
+  return ok(messages::Nothing{});
 }
 
 Reply UnitRequestHandler::describe() const {

@@ -1,6 +1,7 @@
 // Loads the descriptions and checks whether the daemon can run with them.
 #include <algorithm>
 
+#include "firmware/app/host/key_folder.hpp"
 #include "firmware/app/host/tls_door.hpp"
 #include "firmware/app/wiring/addresses.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
@@ -51,7 +52,7 @@ std::optional<Error> whyNoDoor(const Options& options, const board::Descriptions
   const auto& service = descriptions.service;
   const bool is_wanted =
       std::ranges::any_of(linksOf(options, service), [](const std::string& link) { return link.starts_with("tls:"); });
-  return is_wanted && service.tls ? whyNoKeys(*service.tls) : std::nullopt;
+  return is_wanted && service.tls ? whyNoKeys(KeyFolder{stateDirectory(options.state)}.in(*service.tls)) : std::nullopt;
 }
 
 }  // namespace probebox::app

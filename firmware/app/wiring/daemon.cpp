@@ -13,6 +13,7 @@
 #include "drivers/tcp/linux_tcp.hpp"
 #include "firmware/app/cnc/open_cnc_interface.hpp"
 #include "firmware/app/host/control_request_handler.hpp"
+#include "firmware/app/host/key_folder.hpp"
 #include "firmware/app/host/link_service.hpp"
 #include "firmware/app/log/journal.hpp"
 #include "firmware/app/log/log.hpp"
@@ -85,6 +86,7 @@ struct Daemon::Parts {
         journal_queue{journal ? &core.openJournal() : nullptr},
         result_request_handler{calibrations, core_view, connections},
         loop_back_request_handler{descriptions.box.loop_back, loopBackOf(descriptions)},
+        key_folder{state},
         unit_request_handler{std::move(unit)},
         update_request_handler{state / "update",
                                options.updater,
@@ -210,6 +212,7 @@ struct Daemon::Parts {
   std::uint64_t journal_lost_said{};
   ResultRequestHandler result_request_handler;
   LoopBackRequestHandler loop_back_request_handler;
+  KeyFolder key_folder;
   UnitRequestHandler unit_request_handler;
   UpdateRequestHandler update_request_handler;
   Worker worker;
@@ -261,7 +264,7 @@ Outcome<void> Daemon::Parts::serve(tcp::Listener listener, const tcp::Address& n
 void Daemon::Parts::serveByTls(tcp::Listener listener, const tcp::Address& named, const board::Service& service) {
   uris.push_back("tls:" + tcp::describe(listener.address()));
   auto name = connectionNameOf("tls", named, listener.address());
-  links.listen(std::move(listener), std::move(name), *service.tls,
+  links.listen(std::move(listener), std::move(name), key_folder.in(*service.tls),
                [&service](std::string_view person) { return service.accessOf(person); });
 }
 

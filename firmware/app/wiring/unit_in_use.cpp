@@ -17,7 +17,7 @@ UnitRequestHandler takeUnit(const std::filesystem::path& state, board::Descripti
   if (record.inUse()) {
     if (auto note = board::applyUnit(*record.inUse(), descriptions)) notes.push_back(std::move(*note));
   }
-  return {std::move(record), descriptions.box.board_name, std::move(notes)};
+  return {std::move(record), descriptions.box.board_name, std::move(notes), KeyFolder{state}};
 }
 
 std::optional<board::Unit> unitOf(const Options& options) {

@@ -387,6 +387,7 @@ TEST_F(TlsKeys, AreRefusedByTheFileThatIsWrong) {
     EXPECT_THAT(with(which, garbage), AllOf(HasSubstr(garbage), HasSubstr("PEM")));
   }
   EXPECT_THAT(with(&KeyFiles::key, shop_.person("Ada").key), HasSubstr("does not belong to " + good_.certificate));
+  EXPECT_EQ(Context::load(Side::box, shop_.make("next", {.name = "PB-1", .last_day = 12}))->daysLeft(), 12);
   const auto old = shop_.make("old", {.name = "PB-1", .first_day = -20, .last_day = -10});
   EXPECT_THAT(problem(old), ::testing::ContainsRegex("was valid from 20..-..-.. .* to 20..-..-.. .* UTC"));
 }

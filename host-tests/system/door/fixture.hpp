@@ -37,12 +37,15 @@ class Door : public testing::Test {
 
   // more: of service.toml, such as persons.
   void start(const std::string& more, const tls::KeyFiles& keys) {
+    startWith("[tls]\ncertificate = \"" + keys.certificate + "\"\nkey = \"" + keys.key + "\"\npeople_ca = \"" +
+              keys.trusted + "\"\n" + more);
+  }
+  // access: further rights of the plain link.
+  void startWith(const std::string& tls, const std::string& access = {}) {
     std::ofstream{folder / "config/service.toml"}
         << "links = [\"" << plainUri() << "\", \"tls:" << tcp::describe(door) << "\"]\n"
         << "[access]\nallow_marker = true\nallow_homing = true\nallow_inhibit = true\n"
-        << "[tls]\ncertificate = \"" << keys.certificate << "\"\nkey = \"" << keys.key << "\"\npeople_ca = \""
-        << keys.trusted << "\"\n"
-        << more;
+        << access << tls;
     auto started = tour::Process::start({PROBEBOXD, "--board", "sim", "--config", (folder / "config").string(),
                                          "--state", (folder / "state").string(), "--time-scale", "6"},
                                         (folder / "log").string());

@@ -89,6 +89,23 @@ TEST_F(Door, ABoxWhoseCertificateHasExpiredServesOnWithoutItsDoor) {
   EXPECT_THAT(checked.error().what, AllOf(HasSubstr(old.certificate), HasSubstr("was valid from")));
 }
 
+// As the vendor of an image does it, over a cable; here over a link that may.
+TEST_F(Door, OpensWithKeysThatTheBoxWasProvisionedWith) {
+  const auto box = shop.box();
+  std::filesystem::rename(box.trusted, shop.folder() / "people.crt");
+  std::filesystem::copy_file(shop.folder() / "people.crt", box.trusted);
+  startWith("[tls]\n" + std::string{kAda}, "allow_provision = true\n");
+  become(shop.person("Ada"));
+  EXPECT_FALSE(probebox({"status"}));
+  const auto given =
+      tour::outputOf({PROBEBOX, "--json", "-u", plainUri(), "provision", "--keys", shop.folder().string()});
+  ASSERT_TRUE(given) << given.error().what;
+  const auto host = support::TestHost::connect(uri());
+  EXPECT_TRUE(host);
+  EXPECT_TRUE(probebox({"status"}));
+  EXPECT_THAT(refusal({"provision", "--keys", shop.folder().string()}), HasSubstr("not_permitted"));
+}
+
 TEST_F(Door, OpensWithKeysThatTheScriptOfTheShopMakes) {
   const auto made_in = (folder / "of-script").string();
   const auto keys = [&](std::vector<std::string> words) {

@@ -425,6 +425,7 @@ TEST(ServiceToml, RefusesADoorWithoutKeysAndPersonsWithoutADoor) {
     return service.ok() ? "accepted" : service.error().what;
   };
   EXPECT_EQ(problem(kTls), "accepted");
+  EXPECT_EQ(problem("links = [\"tls:0.0.0.0:7628\"]\n[tls]\n"), "accepted") << "with provisioned keys";
   EXPECT_THAT(problem("links = [\"tls:0.0.0.0:7628\"]\n"), HasSubstr("'tls'"));
   EXPECT_THAT(problem("links = [\"tls:0.0.0.0:7628\"]\n[tls]\nkey = \"box.key\"\n"),
               testing::AllOf(HasSubstr("certificate"), HasSubstr("people_ca"), HasSubstr("full path")));

@@ -110,6 +110,7 @@ void forEachMessage(auto&& call) {
   call("tell_positions request", TellPositions::Request{});
   call("provision request", Provision::Request{});
   call("provision answer", Provision::Answer{});
+  call("provision_keys request", ProvisionKeys::Request{});
   call("describe_unit answer", DescribeUnit::Answer{});
   call("offer_update request", OfferUpdate::Request{});
   call("offer_update answer", OfferUpdate::Answer{});

@@ -213,10 +213,11 @@ struct Inhibit {
   std::string connection;  // with off: the connection whose inhibit ends; empty: one's own
 };
 
-// Writes the identity of a box, once.
+// Writes the identity of a box, once; and the keys of its tls: links.
 struct Provision {
-  std::string input;  // unit.toml
-  bool check{};       // only look whether the file is good
+  std::string input;  // unit.toml; empty: keys alone
+  std::string keys;   // folder with box.crt, box.key, people.crt; empty: none
+  bool check{};       // only look whether unit.toml is good
 };
 
 // Measures a box before it is shipped and writes a sheet.

@@ -11,14 +11,24 @@ namespace probebox::command {
 class VendorCommands {
  public:
   void declare(Subcommands& commands) {
-    auto* provision = commands.add(
-        "provision",
-        "write the identity of a box, once: serial number, USB numbers, calibrated sphere; refused where it has one",
-        "probebox -u usb provision unit.toml", provision_);
-    provision->add_option("file", provision_.input, "unit.toml, as docs/vendor.md describes it")
-        ->required()
+    auto* provision = commands.add("provision",
+                                   "write the identity of a box, once: serial number, USB numbers, calibrated sphere, "
+                                   "refused where it has one; and "
+                                   "the keys of its tls: links, as often as they are renewed",
+                                   "probebox -u usb provision unit.toml", provision_);
+    auto* file =
+        provision->add_option("file", provision_.input, "unit.toml, as docs/vendor.md describes it")->check(anyName());
+    provision
+        ->add_option("--keys", provision_.keys,
+                     "folder with box.crt, box.key and people.crt, as probebox-keys makes it")
+        ->type_name("FOLDER")
         ->check(anyName());
-    provision->add_flag("--check", provision_.check, "only check the file; needs no box");
+    provision->add_flag("--check", provision_.check, "only check the file; needs no box")->needs(file);
+    provision->callback([this, &commands] {
+      if (provision_.input.empty() && provision_.keys.empty())
+        throw CLI::ValidationError{"file", "is missing: name a unit.toml, or --keys FOLDER"};
+      commands.request().job = provision_;
+    });
     declareFactoryTest(commands);
     declareUpdate(commands);
   }

@@ -2,9 +2,13 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <iterator>
+#include <string>
 
 #include "drivers/tcp/linux_tcp.hpp"
+#include "firmware/app/host/key_folder.hpp"
 #include "host-tests/keys/shop.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
@@ -59,6 +63,45 @@ TEST_F(KeysOfADoor, ServeOnWhileTheNextOnesAreNotGood) {
   ASSERT_TRUE(whyNoKeys(of(files)));
   door.advance(monoTime(0) + 4min);
   EXPECT_TRUE(takes(door));
+}
+
+class KeysOfABox : public KeysOfADoor {
+ protected:
+  static std::string textIn(const std::string& path) {
+    std::ifstream file{path};
+    return {std::istreambuf_iterator<char>{file}, {}};
+  }
+  static messages::ProvisionKeys::Request sent(const tls::KeyFiles& files) {
+    return {textIn(files.certificate), textIn(files.key), textIn(files.trusted)};
+  }
+  const KeyFolder keys_{folder_.path()};
+};
+
+TEST_F(KeysOfABox, AreThoseThatItWasProvisionedWithUnlessServiceTomlNamesOthers) {
+  const auto box = shop_.box();
+  EXPECT_EQ(keys_.in(of(box)).certificate, box.certificate);
+  EXPECT_TRUE(whyNoKeys(keys_.in({}))) << "there are none yet";
+  EXPECT_FALSE(keys_.write(sent(box)));
+  EXPECT_FALSE(whyNoKeys(keys_.in({})));
+  EXPECT_EQ(keys_.in({.certificate = {}, .key = {}, .people_ca = {}, .shut_out = {"ab"}}).shut_out.size(), 1U);
+  EXPECT_EQ(std::filesystem::status(keys_.in({}).key).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
+TEST_F(KeysOfABox, AreReplacedAsAWholeOrStay) {
+  ASSERT_FALSE(keys_.write(sent(shop_.box())));
+  const auto before = textIn(keys_.in({}).certificate);
+  auto torn = sent(shop_.make("next", {"PB-1", {}, "serverAuth"}));
+  const auto next = torn;
+  torn.key = textIn(shop_.person("Ada").key);
+  EXPECT_TRUE(keys_.write(torn));
+  EXPECT_TRUE(keys_.write({}));
+  EXPECT_TRUE(keys_.write(sent(shop_.make("old", {.name = "PB-1", .first_day = -9, .last_day = -3}))));
+  EXPECT_EQ(textIn(keys_.in({}).certificate), before);
+  EXPECT_FALSE(whyNoKeys(keys_.in({})));
+  EXPECT_FALSE(keys_.write(next));
+  EXPECT_EQ(textIn(keys_.in({}).certificate), next.certificate);
+  EXPECT_FALSE(whyNoKeys(keys_.in({})));
 }
 
 }  // namespace
