@@ -165,6 +165,7 @@ class TlsPipe final : public io::BytePipe {
   const std::optional<std::string>& person() const override { return person_; }
   std::string_view whyClosed() const override { return why_closed_; }
 
+  bool isClosed() const { return state_ == io::PipeState::closed; }
   // True when the handshake is over.
   bool shakeHands() {
     ERR_clear_error();
@@ -232,7 +233,10 @@ Outcome<std::unique_ptr<io::BytePipe>> connect(const Context& host, std::unique_
   if (!pipe->expect(name)) return Error{who + ": '" + name + "' is no name of a computer"};
   const auto end = std::chrono::steady_clock::now() + patience;
   while (!pipe->shakeHands()) {
-    if (!pipe->whyClosed().empty()) return Error{who + ": " + std::string{pipe->whyClosed()}};
+    if (pipe->isClosed()) {
+      const auto why = pipe->whyClosed();
+      return Error{who + ": " + (why.empty() ? "it ended the connection; its log says why" : std::string{why})};
+    }
     if (std::chrono::steady_clock::now() >= end)
       return Error{who + ": it does not answer by TLS; check that this is the port of the box's tls: link"};
     pollfd wait{pipe->descriptor(), POLLIN, 0};

@@ -71,8 +71,6 @@ std::string wordsForReason(int reason, Side side) {
     case SSL_R_UNEXPECTED_MESSAGE:
       return "what it says is no TLS" +
              std::string{side == Side::host ? ": check the port, which is 7628 as a rule" : ""};
-    case SSL_R_UNEXPECTED_EOF_WHILE_READING:
-      return "it ended the connection";
     default:
       return {};
   }
@@ -89,7 +87,7 @@ std::string whyFailed(const SSL& connection, Side side) {
     return std::string{"its certificate is of no trusted CA ("} + X509_verify_cert_error_string(verdict) + ")" +
            (side == Side::host ? ": take the CA of the shop that the box belongs to (boxes.crt)" : "");
   }
-  if (code == 0) return "it ended the connection";
+  if (code == 0 || ERR_GET_REASON(code) == SSL_R_UNEXPECTED_EOF_WHILE_READING) return {};
   if (auto words = wordsForReason(ERR_GET_REASON(code), side); !words.empty()) return words;
   const char* reason = ERR_reason_error_string(code);
   return "TLS failed (" + std::string{reason == nullptr ? "for an unknown reason" : reason} + ")";

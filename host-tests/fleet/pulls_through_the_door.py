@@ -111,7 +111,7 @@ def test(folder):
 
     refused = pull("somebody")
     assert refused.popen.wait(shop.PATIENCE_S) == 1
-    assert refused.said("not_permitted") and refused.said("not-updated"), "a person without the right"
+    assert refused.said("allow_update") and refused.said("not-updated"), "a person without the right"
     assert not os.path.exists(f"{folder}/box-state/update/request")
 
     pulled = pull("updates")

@@ -250,6 +250,7 @@ TEST_F(TlsConnection, EndsWithThePeerAtAnyPlaceOfTheHandshake) {
     EXPECT_EQ(box->read(buffer_).state, io::PipeState::open);
     carrier.reset();
     EXPECT_TRUE(ends(*box)) << size;
+    EXPECT_EQ(box->whyClosed(), "") << "nothing to warn of";
   }
 }
 
@@ -358,6 +359,11 @@ TEST_F(TlsConnection, DoesNotWaitForAPeerThatSaysNothing) {
   const auto silent = connect(context(Side::host, shop_.person("Ada")), std::move(carrier), "localhost", 100ms);
   ASSERT_FALSE(silent);
   EXPECT_THAT(silent.error().what, HasSubstr("does not answer"));
+  auto [next_carrier, gone] = carriers();
+  gone.reset();
+  const auto ended = connect(context(Side::host, shop_.person("Ada")), std::move(next_carrier), "localhost", 20s);
+  ASSERT_FALSE(ended);
+  EXPECT_THAT(ended.error().what, HasSubstr("ended"));
 }
 
 class TlsKeys : public ::testing::Test {

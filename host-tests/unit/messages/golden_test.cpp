@@ -172,6 +172,7 @@ const std::map<std::string_view, std::string_view> kGolden = {
      "7171b855"},
     {"provision request", "010070"},
     {"provision answer", "010070"},
+    {"provision_keys request", "01007008006f6f6f6f6f6f6f6f0300787878"},
     {"describe_unit answer",
      "010108006f6f6f6f6f6f6f6f0300787878000002006d6d6de3e0a703003500010078f5f0f246ad96e541fa2145d98474ef41"
      "5362312ad161f541030076767608007171717171717171050061616161610200747440000600717171717171e90848388ad6"
