@@ -147,7 +147,7 @@ using Unit = messages::DescribeUnit::Answer;
 constexpr double kMostSigma_ns = 20'000;        // docs/decisions/0006: later samples are lost rather than guessed
 constexpr std::uint64_t kOneOf = 100;           // edges, as of the pulses of a loop-back
 constexpr double kLinkMargin = 2;               // half of the link stays free for results and for catching up
-constexpr std::uint64_t kMostResident_MB = 40;  // docs/service.md
+constexpr std::uint64_t kMostResident_MB = 48;  // docs/service.md
 
 Verdict verdict(bool good) {
   return good ? Verdict::passed : Verdict::failed;

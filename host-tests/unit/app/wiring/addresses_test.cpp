@@ -146,10 +146,37 @@ TEST_F(Addresses, OfACncOnTheNetworkAreForReadingWhereOthersReachThem) {
 TEST(ConnectionOfAListener, HasTheNameOfItsLinkAtEveryStart) {
   const tcp::Address everywhere{.host = "0.0.0.0", .port = 7627}, chosen{.host = "127.0.0.1", .port = 40123};
   const std::vector<std::string> links{"usb", "tcp:127.0.0.1:7627", "tcp:127.0.0.1:0"};
-  EXPECT_EQ(connectionNameOf(linkAt(everywhere, links), everywhere), "tcp:127.0.0.1:7627") << "systemd opened it";
-  EXPECT_EQ(connectionNameOf(linkAt(chosen, links), chosen), "tcp:127.0.0.1:40123") << "of the socket unit alone";
-  EXPECT_EQ(connectionNameOf({.host = "127.0.0.1", .port = 0}, chosen), "tcp:127.0.0.1:0");
-  EXPECT_EQ(connectionNameOf({.host = std::string(200, 'x'), .port = 7627}, chosen), "tcp:127.0.0.1:40123");
+  EXPECT_EQ(connectionNameOf("tcp", linkAt(everywhere, links), everywhere), "tcp:127.0.0.1:7627")
+      << "systemd opened it";
+  EXPECT_EQ(connectionNameOf("tcp", linkAt(chosen, links), chosen), "tcp:127.0.0.1:40123")
+      << "of the socket unit alone";
+  EXPECT_EQ(connectionNameOf("tcp", {.host = "127.0.0.1", .port = 0}, chosen), "tcp:127.0.0.1:0");
+  EXPECT_EQ(connectionNameOf("tcp", {.host = std::string(200, 'x'), .port = 7627}, chosen), "tcp:127.0.0.1:40123");
+  EXPECT_EQ(connectionNameOf("tls", everywhere, everywhere), "tls:0.0.0.0:7627");
+}
+
+// A socket that systemd opened for persons is not served as one for everybody, nor the other way round.
+TEST(ConnectionOfAListener, IsTheOneThatItsLinkNames) {
+  const tcp::Address everywhere{.host = "0.0.0.0", .port = 7628}, other{.host = "0.0.0.0", .port = 7627};
+  const std::vector<std::string> links{"tcp:127.0.0.1:7627", "tls:10.0.0.7:7628"};
+  const auto door = tlsLinkAt(everywhere, links);
+  ASSERT_TRUE(door);
+  EXPECT_EQ(tcp::describe(*door), "10.0.0.7:7628");
+  EXPECT_FALSE(tlsLinkAt(other, links));
+  EXPECT_FALSE(tlsLinkAt({.host = "127.0.0.1", .port = 7628}, links));
+}
+
+TEST_F(Addresses, OfTlsMayBeReachedByOthersAndNeedKeysAndAPortOfTheirOwn) {
+  constexpr const char* kKeys = "[tls]\ncertificate = \"/c\"\nkey = \"/k\"\npeople_ca = \"/p\"\n";
+  EXPECT_EQ(problemOf(std::string{"links = [\"tls:0.0.0.0:7628\"]\n"} + kKeys), "");
+  EXPECT_THAT(problemOf(std::string{"links = [\"tls:0.0.0.0:7627\", \"tcp:127.0.0.1:7627\"]\n"} + kKeys),
+              HasSubstr("tcp:127.0.0.1:7627"));
+  Options options;
+  options.links = {"tls:0.0.0.0:7628"};
+  EXPECT_THAT(problemOf("links = []", options), AllOf(HasSubstr("--link"), HasSubstr("[tls]")));
+  EXPECT_EQ(problemOf(kKeys, options), "");
+  options.links = {"tls:7628"};
+  EXPECT_THAT(problemOf(kKeys, options), HasSubstr("HOST:PORT"));
 }
 
 TEST_F(Addresses, OfTheCommandLineStandInForThoseOfTheFile) {
