@@ -376,16 +376,21 @@ struct AccuracyDescription : MachineAccuracy {
   }
 };
 
-// When results about a subject are to be measured again: behind what comes first.
-struct ScheduleDescription {
+// What the newest result about a subject has to keep, for the decision whether the machine may cut; and when it is to be
+// measured again: behind what comes first.
+struct RequirementDescription {
   std::string subject;
-  std::optional<double> days, cutting_h, temperature_k;
+  std::optional<double> limit_um, limit_us, limit_urad, every_days, cutting_h, temperature_k;
 
   static constexpr void keys(auto& self, auto&& key) {
-    key("subject", self.subject, kAnyText, "as `probebox results` names it");
-    key("days", self.days, within(0.01, 3650), "since it was measured");
-    key("cutting_h", self.cutting_h, within(0.01, 1e5), "of cutting, as inhibits declare it");
-    key("temperature_k", self.temperature_k, within(0.01, 100), "between its temperature and that stated last");
+    key("subject", self.subject, kAnyText, "of the results, as `probebox results` names it, such as rotary-c");
+    key("limit_um", self.limit_um, within(1e-3, 1e5), "of its lengths: largest error plus U, of others U alone");
+    key("limit_us", self.limit_us, within(1e-3, 1e6), "the same of its times");
+    key("limit_urad", self.limit_urad, within(1e-3, 1e6), "the same of its angles");
+    key("every_days", self.every_days, within(0.01, 3660), "after which it is due again");
+    key("cutting_h", self.cutting_h, within(0.01, 1e5), "of cutting, as inhibits declare it, after which it is due");
+    key("temperature_k", self.temperature_k, within(0.01, 100),
+        "between its temperature and the one stated last, beyond which it is due");
   }
 };
 
@@ -405,7 +410,6 @@ struct Machine {
   std::optional<double> datum_gap_mm;                         // between two parallel plates across X
   std::optional<double> datum_gap_sd_mm;                      // k = 1
   std::optional<AccuracyDescription> accuracy;                // nothing: not stated
-  std::vector<ScheduleDescription> schedules;                 // of a subject each
   double sigma_c_rad{};                                       // sd of a C angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
   std::optional<RimBallDescription> rim_ball;
@@ -423,6 +427,7 @@ struct Machine {
   std::optional<ToolSetterDescription> tool_setter;
   std::optional<SensorHeadDescription> sensor_head;
   CorrectionsDescription corrections;
+  std::vector<RequirementDescription> requirements;  // one a subject
 };
 
 }  // namespace probebox::board

@@ -455,22 +455,22 @@ std::string readMounting(Section& machine) {
   return mounting;
 }
 
-// Whether there is such a subject is for whoever knows them to say.
-std::vector<ScheduleDescription> readSchedules(Section& root) {
-  constexpr std::size_t kMost = 32;
-  std::vector<ScheduleDescription> all;
-  for (auto& section : root.sections("schedule", kMost)) {
-    ScheduleDescription schedule;
-    readKeys(section, schedule);
-    if (!schedule.days && !schedule.cutting_h && !schedule.temperature_k)
-      section.problem("days",
-                      "is missing, and so are cutting_h and temperature_k: write one of them, or remove the section");
-    if (section.good("subject") && std::ranges::count(all, schedule.subject, &ScheduleDescription::subject) > 0)
-      section.problem("subject", "has a [[schedule]] already: keep one");
+constexpr std::size_t kMostRequirements = 64;
+
+void readRequirements(std::vector<Section> sections, Machine& machine) {
+  for (auto& section : sections) {
+    RequirementDescription one;
+    readKeys(section, one);
+    const std::array keys{one.limit_um, one.limit_us, one.limit_urad, one.every_days, one.cutting_h, one.temperature_k};
+    if (std::ranges::none_of(keys, [](const auto& key) { return key.has_value(); }))
+      section.problem("subject",
+                      "has nothing to keep: add limit_um, limit_us, limit_urad, every_days, cutting_h or temperature_k");
+    if (std::ranges::find(machine.requirements, one.subject, &RequirementDescription::subject) !=
+        machine.requirements.end())
+      section.problem("subject", "= \"" + one.subject + "\" has two [[requirement]] sections: write one");
     section.finish();
-    all.push_back(std::move(schedule));
+    machine.requirements.push_back(std::move(one));
   }
-  return all;
 }
 
 Machine readMachine(Section& root) {
@@ -495,7 +495,6 @@ Machine readMachine(Section& root) {
     readKeys(*accuracy, machine.accuracy.emplace());
     accuracy->finish();
   }
-  machine.schedules = readSchedules(root);
   auto rotary = root.section("rotary_c", false);
   machine.sigma_c_rad = rotary.number("sigma_rad", {0, 0.01}, 0.0);
   rotary.finish();
@@ -515,6 +514,7 @@ Machine readMachine(Section& root) {
   readProbeShank(root, machine);
   machine.corrections.mask = readSources(corrections, root);
   corrections.finish();
+  readRequirements(root.sections("requirement", kMostRequirements), machine);
   return machine;
 }
 

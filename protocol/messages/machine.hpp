@@ -219,6 +219,22 @@ struct AccuracyInUse : MachineAccuracy {
   }
 };
 
+// What the newest result about a subject has to keep. 0: not stated.
+struct Requirement {
+  std::string subject{};
+  double limit_um{};
+  double limit_us{};
+  double limit_urad{};
+  double every_days{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("subject", self.subject, "of the results, such as rotary-c");
+    field("limit_um", self.limit_um, "um, of its lengths: largest error plus U, of values that are no errors U alone");
+    field("limit_us", self.limit_us, "us, the same of its times");
+    field("limit_urad", self.limit_urad, "urad, the same of its angles");
+    field("every_days", self.every_days, "days after which it is due again");
+  }
+};
+
 struct DescribeMachine {
   static constexpr Operation kOperation = Operation::describe_machine;
   using Request = Nothing;
@@ -245,6 +261,7 @@ struct DescribeMachine {
     bool has_rim_ball{};
     std::vector<CheckInUse> checked_ball{};
     std::vector<AccuracyInUse> accuracy{};
+    std::vector<Requirement> requirements{};
     static constexpr void fields(auto& self, auto&& field) {
       field("machine", self.machine, "name of the machine description");
       field("mounting", self.mounting, "where the probe sits");
@@ -269,6 +286,7 @@ struct DescribeMachine {
       field("has_rim_ball", self.has_rim_ball, "1 when machine.toml has [rim_ball]");
       field("checked_ball", self.checked_ball, "the ball of periodic-check; none or one");
       field("accuracy", self.accuracy, "errors of the machine, where they are stated; none or one");
+      field("requirements", self.requirements, "what results have to keep, as machine.toml states it");
     }
   };
 };

@@ -184,6 +184,13 @@ std::optional<SphereTemperature> sphereTemperature(const board::Machine& machine
       .celsius = stated->celsius, .sd_k = stated->sd_k, .expansion_per_k = stated->expansion_per_k};
 }
 
+std::vector<Requirement> requirements(const board::Machine& machine) {
+  std::vector<Requirement> all;
+  for (const auto& one : machine.requirements)
+    all.push_back({one.subject, one.limit_um, one.limit_us, one.limit_urad, one.every_days});
+  return all;
+}
+
 }  // namespace
 
 Facts factsOf(const board::Machine& machine) {
@@ -206,7 +213,8 @@ Facts factsOf(const board::Machine& machine) {
           .probe_shank = probeShank(machine),
           .tool_setter = toolSetter(machine),
           .tools = toolFacts(machine),
-          .sensor_head = sensorHead(machine)};
+          .sensor_head = sensorHead(machine),
+          .requirements = requirements(machine)};
 }
 
 Facts factsOf(const board::Descriptions& descriptions) {

@@ -207,6 +207,12 @@ struct MeasuredError {
   double value{};                       // standard uncertainty of a run that does not show it
 };
 
+// What the newest result about a subject has to keep (machine.toml, [[requirement]]); nothing where it is not stated.
+struct Requirement {
+  std::string subject;
+  std::optional<double> limit_um, limit_us, limit_urad, every_days;
+};
+
 // A priori knowledge about features, stylus and rotary axes, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;       // certified diameter of the datum sphere
@@ -238,6 +244,7 @@ struct Facts {
   std::vector<ToolFacts> tools{};
   std::optional<SensorHead> sensor_head{};
   std::optional<TriggerProbe> trigger_probe{};  // nothing: the probe scans
+  std::vector<Requirement> requirements{};
 
   // Distance from the gauge line to the stylus ball of a tool that carries the probe; 0 for any other tool.
   double lengthOf(std::uint32_t probe_tool) const;

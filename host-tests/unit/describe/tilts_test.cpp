@@ -155,6 +155,25 @@ TEST(TurningTools, NameTheFacesThatTheyReach) {
   EXPECT_THAT(machineProblem(tool + "[\"+X\", \"+Z\"]\n"), HasSubstr("leaves"));
 }
 
+TEST(MachineToml, MayStateWhatResultsHaveToKeep) {
+  EXPECT_TRUE(machineWith("")->requirements.empty());
+  const auto machine = machineWith(
+      "[[requirement]]\nsubject = \"delay\"\nlimit_us = 20\nevery_days = 30\n"
+      "[[requirement]]\nsubject = \"rotary-c\"\nlimit_um = 8\nlimit_urad = 40\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  ASSERT_EQ(machine->requirements.size(), 2U);
+  EXPECT_EQ(machine->requirements[0].subject, "delay");
+  EXPECT_EQ(machine->requirements[0].limit_us, 20);
+  EXPECT_EQ(machine->requirements[0].every_days, 30);
+  EXPECT_FALSE(machine->requirements[0].limit_um);
+  EXPECT_EQ(machine->requirements[1].limit_urad, 40);
+  EXPECT_THAT(machineProblem("[[requirement]]\nsubject = \"delay\"\n"), HasSubstr("requirement"));
+  EXPECT_THAT(machineProblem("[[requirement]]\nsubject = \"delay\"\nlimit_us = 1\n"
+                             "[[requirement]]\nsubject = \"delay\"\nlimit_us = 2\n"),
+              HasSubstr("two"));
+  EXPECT_THAT(machineProblem("[[requirement]]\nsubject = \"delay\"\nlimit_us = 0\n"), HasSubstr("limit_us"));
+}
+
 TEST(SwivelledMeasurements, NeedAHeadThatSwivelsAndTheirOwnAngles) {
   const std::string head = "[swivel_head]\naxis = \"Y\"\nangles_deg = [0, 90]\npivot_mm = [0, 0, 60]\n";
   const std::string setter =
