@@ -136,6 +136,39 @@ std::string ofAReading(double value, const std::string& unit) {
   return plain(value, 3) + (unit.empty() ? "" : " " + unit);
 }
 
+std::string typeset(std::string_view text) {
+  constexpr std::string_view kMicro = "\u00b5", kPlusMinus = "\u00b1";
+  constexpr std::array<std::string_view, 3> kUnits{"um", "us", "urad"};
+  const auto isLetter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  const auto mayBegin = [&](std::size_t at) {
+    if (at == 0) return true;
+    if (text[at - 1] == '(') return true;
+    return at >= 2 && text[at - 1] == ' ' && text[at - 2] >= '0' && text[at - 2] <= '9';
+  };
+  std::string all;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto rest = text.substr(at);
+    if (rest.starts_with("+/-")) {
+      all += kPlusMinus;
+      at += 3;
+      continue;
+    }
+    const auto* unit = std::ranges::find_if(kUnits, [&](std::string_view one) {
+      const bool ends = rest.size() == one.size() || !isLetter(rest[one.size()]);
+      // A unit alone is a label, such as "um" or "um/min"; a sentence does not begin with one.
+      const bool alone = at != 0 || rest.size() == one.size() || rest[one.size()] == '/';
+      return rest.starts_with(one) && ends && alone;
+    });
+    if (unit != kUnits.end() && mayBegin(at)) {
+      all += kMicro;
+      ++at;
+      continue;
+    }
+    all += text[at++];
+  }
+  return all;
+}
+
 std::string designText(const std::string& key, double figure, const std::string& design_per) {
   const Label label = labelOf(key);
   const auto comma = design_per.rfind(", ");

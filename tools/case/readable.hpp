@@ -45,6 +45,10 @@ std::string ofAReading(double value, const std::string& unit);
 // freedom the number alone. Only for a result that has one.
 std::string chiSquareText(const metrology::Result& result);
 
+// Sets a text for a medium that has the signs: "5.2 +/- 0.4 um" becomes "5.2 \u00b1 0.4 \u00b5m". Units are changed
+// behind numbers, in brackets and where they are the whole text, so that words such as "us" stay.
+std::string typeset(std::string_view text);
+
 // "tau is 20 us per um of one touch": sensitivity of a value to the sigma of one reading. design_per: the reading, with
 // its unit as the last word.
 std::string designText(const std::string& key, double figure, const std::string& design_per);

@@ -153,6 +153,10 @@ Decision decide(const Subject& subject) {
     if (const auto worst = worstDeviation(subject)) decision.lines.push_back(*worst);
   } else {
     decision.lines = valueLines(subject);
+    // Without a limit the largest words are the value itself.
+    if (!decision.lines.empty()) {
+      decision.headline = std::exchange(decision.lines.front(), "no limit stated");
+    }
     if (auto names = casefolder::axisNamesInWords(result, axisLetter(subject)); !names.empty())
       decision.lines.push_back(std::move(names));
   }

@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include "tools/case/readable.hpp"
+
 namespace probebox::report {
 namespace {
 
@@ -25,7 +27,9 @@ std::size_t characterAt(std::string_view text) {
 
 }  // namespace
 
-std::string escaped(std::string_view text) {
+std::string escaped(std::string_view plain) {
+  const auto set = casefolder::typeset(plain);
+  std::string_view text = set;
   std::string safe;
   while (!text.empty()) {
     const std::size_t length = characterAt(text);

@@ -198,6 +198,34 @@ std::string effectiveDofText(const Result& result) {
   return (low == high ? low : low + " to " + high) + ", with type B (JCGM 100:2008, G.4)";
 }
 
+// What part of u squared each cause has, for the least known number of the first value: bars, the largest first.
+std::string budgetChart(const Result& result) {
+  constexpr double kLeast = 0.001;  // smaller parts would be bars of nothing
+  const auto columns = budgetColumns(result);
+  if (columns.empty() || combined(columns.front().estimate).empty()) return {};
+  const auto& column = columns.front();
+  const auto& whole = combined(column.estimate);
+  const auto at = *std::ranges::max_element(column.at, {}, [&](std::size_t k) { return whole[k]; });
+  std::vector<std::pair<double, std::string>> parts;
+  double sum = 0;
+  for (const auto& line : result.budget) {
+    const double sd = column.from + at < line.sd.size() ? line.sd[column.from + at] : 0;
+    parts.emplace_back(sd * sd, casefolder::budgetName(line.name));
+    sum += sd * sd;
+  }
+  if (!(sum > 0)) return {};
+  std::ranges::stable_sort(parts, std::ranges::greater{}, [](const auto& part) { return part.first; });
+  std::string rows;
+  for (const auto& [square, name] : parts) {
+    const double part = 100 * square / sum;
+    if (part < 100 * kLeast) continue;
+    rows += "<tr>" + element("td", name) + "<td class=\"share\"><span style=\"width:" + shortly(part, 3) +
+            "%\"></span></td><td class=\"n\">" + shortly(part, 2) + " %</td></tr>\n";
+  }
+  return element("h2", "What U of " + column.label.name + " is made of (parts of u\u00b2)") +
+         "\n<table class=\"shares\">\n" + rows + "</table>\n";
+}
+
 }  // namespace
 
 std::string heading(const Subject& subject) {
@@ -247,7 +275,7 @@ std::string budgetTable(const Result& result) {
   text += "</tr>\n</table>\n";
   const bool only_a = std::ranges::none_of(result.budget, [](const auto& line) { return line.type_b; });
   if (only_a) text += "<p class=\"small\">No type B input is stated (certificate of a known size, temperature).</p>\n";
-  return text;
+  return text + budgetChart(result);
 }
 
 std::string residualsTable(const Result& result) {

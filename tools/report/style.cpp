@@ -31,6 +31,7 @@ td:first-child { white-space: nowrap; }
 .matrix { font-size: 9.5pt; } .matrix td, .matrix th { padding: .12em .7em .12em 0; } .matrix small { color: var(--soft); font-size: 8pt; }
 .matrix td.key { min-width: 0; color: var(--soft); text-align: right; padding-left: .6em; }
 tr.sum td { border-top: 1px solid var(--rule); font-weight: 600; } ul { margin: .2em 0; padding-left: 1.2em; } li { overflow-wrap: break-word; }
+.shares { width: 100%; } .shares td.share { width: 55%; padding-top: .3em; } .shares span { display: block; height: .8em; background: var(--series1); min-width: 1px; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 .small { color: var(--soft); font-size: 9pt; overflow-wrap: break-word; } .wide { overflow-x: auto; }
 .pictures { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 3mm; align-items: start; }
 .pictures svg { width: 100%; height: auto; border: 1px solid var(--grid); break-inside: avoid; display: block; }

@@ -48,7 +48,7 @@ class CalibrationCertificate : public testing::Test {
 TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) {
   const auto text = page();
   EXPECT_THAT(
-      text, HasSubstr("<td>delay tau</td><td class=\"n\">5203</td><td>us</td><td class=\"n\">5.0</td>"
+      text, HasSubstr("<td>delay tau</td><td class=\"n\">5203</td><td>\u00b5s</td><td class=\"n\">5.0</td>"
                       "<td class=\"n\">2</td><td class=\"n\">10</td><td class=\"n\">80</td><td class=\"n\">96.4 %</td>"
                       "<td class=\"n\">64.0 %</td>"))
       << "6 (1 + ((5 / 3)^2 - 1) 6 / 4)^2 = 80.7 degrees of freedom; (4 / 5)^2 of u^2 is the sphere's";
@@ -212,11 +212,12 @@ TEST_F(CertificateOfACheck, GivesDeviationLimitAndVerdictOfEveryValueAndTheRule)
       text.find("<div class=\"verdict warned\"><p>NOT PROVEN: the limit lies within U, or U is unknown</p>");
   ASSERT_NE(verdict, std::string::npos) << text;
   EXPECT_LT(verdict, text.find("Traceable to"));
-  EXPECT_THAT(text, AllOf(HasSubstr("limit 7.5 um"), HasSubstr("ISO 14253-1")));
+  EXPECT_THAT(text, AllOf(HasSubstr("limit 7.5 \u00b5m"), HasSubstr("ISO 14253-1")));
   EXPECT_THAT(text, HasSubstr("<td>Xcen B0, mean X of the ball at B = 0</td><td class=\"n\">8.1</td>"
-                              "<td class=\"n\">1.4</td><td class=\"n\">7.5</td><td>um</td><td>NOT PROVEN</td>"));
-  EXPECT_THAT(text, HasSubstr("<td class=\"n\">-6.1</td><td class=\"n\">1.0</td><td class=\"n\">12.5</td><td>um</td>"
-                              "<td>PASS</td>"))
+                              "<td class=\"n\">1.4</td><td class=\"n\">7.5</td><td>\u00b5m</td><td>NOT PROVEN</td>"));
+  EXPECT_THAT(text,
+              HasSubstr("<td class=\"n\">-6.1</td><td class=\"n\">1.0</td><td class=\"n\">12.5</td><td>\u00b5m</td>"
+                        "<td>PASS</td>"))
       << "a limit is not rounded";
   EXPECT_THAT(pageAbout("check", false), AllOf(HasSubstr("<td class=\"n\">not kept</td>"), HasSubstr("NOT PROVEN")));
 }
@@ -224,7 +225,7 @@ TEST_F(CertificateOfACheck, GivesDeviationLimitAndVerdictOfEveryValueAndTheRule)
 TEST_F(CertificateOfACheck, ProvesNothingOfAValueWhoseUIsUnknown) {
   result_.also[1].sd.clear();
   result_.also[1].uncertainty.clear();
-  EXPECT_THAT(pageAbout("check"), HasSubstr("<td class=\"n\">unknown</td><td class=\"n\">12.5</td><td>um</td>"
+  EXPECT_THAT(pageAbout("check"), HasSubstr("<td class=\"n\">unknown</td><td class=\"n\">12.5</td><td>\u00b5m</td>"
                                             "<td>NOT PROVEN</td>"));
 }
 

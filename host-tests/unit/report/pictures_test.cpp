@@ -59,11 +59,11 @@ TEST(Pictures, OfARotaryAxisShowThePlaneThatItStandsOn) {
     subject.answer = turned(std::get<metrology::Result>(subject.answer), {x, y, z});
     return rotaryPictures(subject).front().svg();
   };
-  EXPECT_THAT(across(0, 0, 1), testing::AllOf(HasSubstr("around the axis"), HasSubstr("deviation XC (um)"),
-                                              HasSubstr("deviation YC (um)")));
-  EXPECT_THAT(across(0, 1, 0),
-              testing::AllOf(HasSubstr("ZB (um)"), HasSubstr("XB (um)"), Not(HasSubstr("deviation YB (um)"))));
-  EXPECT_THAT(across(0.999, 0.04, 0), testing::AllOf(HasSubstr("YA (um)"), HasSubstr("ZA (um)")));
+  EXPECT_THAT(across(0, 0, 1), testing::AllOf(HasSubstr("around the axis"), HasSubstr("deviation XC (\u00b5m)"),
+                                              HasSubstr("deviation YC (\u00b5m)")));
+  EXPECT_THAT(across(0, 1, 0), testing::AllOf(HasSubstr("ZB (\u00b5m)"), HasSubstr("XB (\u00b5m)"),
+                                              Not(HasSubstr("deviation YB (\u00b5m)"))));
+  EXPECT_THAT(across(0.999, 0.04, 0), testing::AllOf(HasSubstr("YA (\u00b5m)"), HasSubstr("ZA (\u00b5m)")));
   EXPECT_NE(across(0, 1, 0), across(0, -1, 0)) << "it turns the other way";
   subject.dataset.reset();
   for (const auto& plot : rotaryPictures(subject)) EXPECT_THAT(plot.svg(), Not(HasSubstr("around the axis")));
@@ -78,12 +78,26 @@ TEST(Budget, ShowsAShareOfNothingAsNothing) {
   EXPECT_THAT(budgetLine(result, "<td>readings"), HasSubstr(">1.0</td>"));
 }
 
+// 3, 4 and 12 us: parts 9, 16 and 144 of 169.
+TEST(Budget, HasTheLargestCauseFirstInItsChart) {
+  metrology::Result result;
+  result.estimates = {metrology::Estimate::scalar("tau_s", 5e-3, 3e-6)};
+  result.estimates[0].uncertainty = {13e-6};
+  result.budget = {{"readings", false, {3e-6}}, {"sd_scale", true, {4e-6}}, {"sd_ball", true, {12e-6}}};
+  const auto table = budgetTable(result);
+  const auto chart = table.substr(table.find("class=\"shares\""));
+  EXPECT_THAT(chart, testing::AllOf(HasSubstr("width:85.2%"), HasSubstr("width:9.47%"), HasSubstr("width:5.33%")));
+  EXPECT_LT(chart.find("width:85.2%"), chart.find("width:9.47%"));
+  EXPECT_LT(chart.find("width:9.47%"), chart.find("width:5.33%"));
+}
+
 TEST(Budget, OfSixErrorsHasLengthsAndAnglesApart) {
   metrology::Result result;
   result.estimates.push_back(metrology::Estimate::matrix(
       "six_errors", 6, std::vector<double>(12), {1e-3, 2e-3, 3e-3, 4e-6, 5e-6, 6e-6, 4e-3, 1e-3, 1e-3, 7e-6, 1e-6, 0}));
   result.budget = {{"readings", false, result.estimates[0].sd}};
-  EXPECT_THAT(budgetTable(result), testing::AllOf(HasSubstr(">translations (um)<"), HasSubstr(">rotations (urad)<")));
+  EXPECT_THAT(budgetTable(result),
+              testing::AllOf(HasSubstr(">translations (\u00b5m)<"), HasSubstr(">rotations (\u00b5rad)<")));
   EXPECT_THAT(budgetLine(result, "<td>readings"), testing::AllOf(HasSubstr(">4.0<"), HasSubstr(">7.0<")));
   EXPECT_THAT(budgetLine(result, "<td>U (k = 2)"), testing::AllOf(HasSubstr(">8.0<"), HasSubstr(">14<")));
 }
