@@ -74,6 +74,25 @@ def place(page, pattern):
     raise AssertionError(f"no {pattern}:\n" + "\n".join(page))
 
 
+def check_machine_page(probebox, uri):
+    """The verdict with its reason, alone by m, and beside the live page where there is room."""
+    terminal = Terminal([probebox, "-u", uri, "watch"])
+    terminal.until(r"May I cut\? +Check  \S")
+    terminal.press("m")
+    page = terminal.until(r"Machine(.|\n)*\[!!\] CHECK")
+    place(page, r"q quit +space hold +m live")
+    terminal.press("m")
+    terminal.until("LIVE")
+    terminal.resize(50, 200)
+    os.killpg(terminal.process.pid, signal.SIGWINCH)
+    both = terminal.until(r"Machine(.|\n)*\[!!\] CHECK")
+    assert place(both, r"\[!!\] CHECK")[1] > 100, "the Machine page stands beside the live one"
+    place(both, "LIVE")
+    place(both, r"sigma")
+    terminal.press("q")
+    assert terminal.end() == 0
+
+
 def colours(screen):
     return {cell.fg for row in screen.buffer.values() for cell in row.values()} - {"default"}
 
@@ -154,6 +173,7 @@ def check_lost_link(probeboxd, probebox):
 def main(probeboxd, probebox):
     with box(probeboxd) as (uri, _):
         page = check_page(probebox, uri)
+        check_machine_page(probebox, uri)
         check_others(probebox, uri)
     check_lost_link(probeboxd, probebox)
     print("\n".join(page))

@@ -37,7 +37,13 @@ std::string spreadOf(const casefolder::Quantity& quantity) {
 
 Json forecastJson(const plan::Forecast& forecast, const PlannedMachine& machine) {
   Json sd = Json::object(), u = Json::object(), expanded = Json::object(), dropped = Json::array();
+  Json quantities = Json::array();
   for (const auto& quantity : quantitiesOf(forecast)) {
+    const auto text = [&](const std::optional<double>& value) {
+      return value ? Json(casefolder::withUnit(quantity.label, *value)) : Json(nullptr);
+    };
+    quantities.push_back(
+        {{"name", quantity.label.name}, {"sd", text(quantity.sd)}, {"expanded_k2", text(quantity.expanded)}});
     sd[quantity.key] = quantity.sd ? Json(*quantity.sd) : Json(nullptr);
     u[quantity.key] = quantity.expanded ? Json(*quantity.expanded / 2) : Json(nullptr);
     expanded[quantity.key] = quantity.expanded ? Json(*quantity.expanded) : Json(nullptr);
@@ -55,6 +61,7 @@ Json forecastJson(const plan::Forecast& forecast, const PlannedMachine& machine)
           {"sd", sd},
           {"u", u},
           {"expanded_k2", expanded},
+          {"quantities", quantities},
           {"in_u", forecast.in_u},
           {"taken_as_exact", forecast.taken_as_exact},
           {"dropped", dropped},

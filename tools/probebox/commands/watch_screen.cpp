@@ -1,10 +1,13 @@
 #include "tools/probebox/commands/watch_screen.hpp"
 
+#include <limits>
 #include <sstream>
+#include <utility>
 
 #include "tools/probebox/commands/pace.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/lasting_stream.hpp"
+#include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/tables/scale.hpp"
 
 namespace probebox::command {
@@ -102,6 +105,10 @@ class ScreenWatch {
       if (*key == 'r') {
         for (auto& channel : watched_.state.channels) channel.history.clear();
       }
+      if (*key == 'm') {
+        watched_.state.machine_page = !watched_.state.machine_page;
+        draw();
+      }
       if (*key == ' ') {
         held_ = !held_;
         draw();
@@ -120,6 +127,18 @@ class ScreenWatch {
     newest.newest = 1;
     results_.look(stream_, newest_result_, newest);
     if (newest_result_ && !newest_result_->results.empty()) state.result = newest_result_->results.back();
+    if (state.status && newest_result_) readResults(*state.status);
+  }
+
+  // Those about which the machine is judged: all of them, and only where there are others than before.
+  void readResults(const messages::Status::Answer& status) {
+    auto active = status.active_results;
+    active.push_back(newest_result_->results.empty() ? 0 : newest_result_->results.back().id);
+    if (std::exchange(judged_, active) == active || stream_.box() == nullptr) return;
+    auto results = storedResults(*stream_.box(), quiet_, {}, std::numeric_limits<std::size_t>::max());
+    if (results) known_.results = std::move(*results);
+    auto machine = command::ask<messages::DescribeMachine>(*stream_.box(), quiet_);
+    if (machine) known_.requirements = std::move(machine->requirements);
   }
 
   void draw() {
@@ -130,6 +149,10 @@ class ScreenWatch {
     state.reconnections = stream_.reconnections();
     state.link_up = stream_.box() != nullptr;
     state.held = held_;
+    known_.link_up = state.link_up;
+    known_.status = state.status;
+    known_.corrections = state.corrections;
+    state.verdict = judge(known_);
     if (auto said = notes_.str(); !said.empty()) {
       while (!said.empty() && said.back() == '\n') said.pop_back();
       state.note = said.substr(said.rfind('\n') + 1);
@@ -151,6 +174,8 @@ class ScreenWatch {
   Asking<messages::ProcedureStatus> procedure_;
   Asking<messages::ListResults> results_;
   std::optional<messages::ListResults::Answer> newest_result_;
+  MachineKnown known_;
+  std::vector<std::uint64_t> judged_;  // results in force and the newest one, as the verdict has them
 };
 
 }  // namespace

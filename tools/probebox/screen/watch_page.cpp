@@ -7,6 +7,7 @@
 
 #include "protocol/units/angle.hpp"
 #include "protocol/units/wording.hpp"
+#include "tools/probebox/screen/machine_page.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -15,7 +16,7 @@ namespace {
 constexpr std::size_t kLabel = 12;       // columns of the labels at the left
 constexpr std::size_t kValueWidth = 24;  // "   a   -123456 nm  "
 constexpr std::size_t kFirstDeflection = 11;
-constexpr std::size_t kRowsBelow = 7;
+constexpr std::size_t kRowsBelow = 8;
 
 class Page {
  public:
@@ -28,6 +29,11 @@ class Page {
   void bar(std::size_t row, std::string text) {
     text.resize(size_.columns, ' ');
     put(row, 0, std::move(text), Style::bar);
+  }
+
+  // As many whole words as there is room for.
+  void words(std::size_t row, std::size_t column, const std::string& text, Style style = Style::plain) {
+    put(row, column, shortened(text, size_.columns - column), style);
   }
 
   ScreenSize size() const { return size_; }
@@ -78,14 +84,22 @@ void clockAndSamples(Page& page, const WatchState& state) {
            lost > 0 ? Style::warned : Style::plain);
   page.put(2, kLabel + 58, state.balanced ? "exact" : "NOT EXACT", state.balanced ? Style::good : Style::bad);
   if (state.restarts > 0)
-    page.put(2, kLabel + 68,
-             printed("box restarted %llu: before it unknown", static_cast<unsigned long long>(state.restarts)));
+    page.words(9, kLabel + 12,
+               printed("box restarted %llu times: what was before is unknown",
+                       static_cast<unsigned long long>(state.restarts)));
   page.put(
       3, kLabel,
       printed("source %8llu  queue %8llu  link %8llu  reconnected %llu",
               static_cast<unsigned long long>(sums.lost_at_source), static_cast<unsigned long long>(sums.lost_in_queue),
               static_cast<unsigned long long>(sums.lost_on_link),
               static_cast<unsigned long long>(state.reconnections)));
+}
+
+void mayCut(Page& page, const WatchState& state) {
+  page.label(4, "May I cut?");
+  const auto word = std::string{wordOf(state.verdict.may_cut)};
+  page.put(4, kLabel, word, styleOf(state.verdict.may_cut));
+  page.words(4, kLabel + word.size() + 2, shownLines(state.verdict.reason));
 }
 
 bool isDeflection(const WatchState::Channel& channel) {
@@ -226,8 +240,20 @@ std::string inWords(const messages::ProcedureStatus::Answer& p) {
   std::string all{messages::nameOf(p.state)};
   if (!p.method.empty()) all = p.method + "  " + all;
   if (p.state == RunState::waiting || p.state == RunState::running)
-    all += printed("  step %u of %u  ", p.step + 1, p.steps) + p.prompt;
+    all += printed("  step %u of %u", p.step + 1, p.steps);
   return p.refusal.empty() ? all : all + "  " + p.refusal;
+}
+
+// What to do next has two rows.
+void procedure(Page& page, const WatchState& state, std::size_t row) {
+  page.label(row, "Procedure");
+  if (!state.procedure) return;
+  const auto& p = *state.procedure;
+  page.words(row, kLabel, shownLines(inWords(p)));
+  const bool waits = p.state == RunState::waiting || p.state == RunState::running;
+  if (!waits) return;
+  for (const auto& line : wrapped(shownLines(p.prompt), page.size().columns - 1 - kLabel, 2))
+    page.put(++row, kLabel, line, Style::strong);
 }
 
 void cut(Page& page, const WatchState& state, std::size_t row) {
@@ -239,7 +265,7 @@ void cut(Page& page, const WatchState& state, std::size_t row) {
   }
   if (on || !who.empty()) {
     page.put(row, kLabel, "ON", Style::bad);
-    return page.put(row, kLabel + 4, shownLines(who.empty() ? "an inhibit line of the box" : who));
+    return page.words(row, kLabel + 4, shownLines(who.empty() ? "an inhibit line of the box" : who));
   }
   page.put(row, kLabel, state.corrections ? "none" : "not known", Style::plain);
 }
@@ -248,26 +274,38 @@ void trigger(Page& page, const WatchState& state, std::size_t row) {
   page.label(row, "Trigger");
   if (!state.trigger) return page.put(row, kLabel, "none yet", Style::soft);
   const auto& t = *state.trigger;
-  page.put(row, kLabel, printed("%6u  line %u", t.number, unsigned{t.line}));
-  page.put(row, kLabel + 17, printed("%7.1f s ago", std::max(0.0, toSeconds(state.newest - t.at))));
+  page.put(row, kLabel, printed("%6u line %u", t.number, unsigned{t.line}));
+  page.put(row, kLabel + 14, printed("%7.1f s ago", std::max(0.0, toSeconds(state.newest - t.at))));
   std::string at;
   for (std::size_t k = 0; k < 3; ++k) {
-    if ((unsigned{t.has_position} >> k & 1U) != 0) at += printed("  %c%+11.4f", "XYZ"[k], t.position_mm[k]);
+    if ((unsigned{t.has_position} >> k & 1U) != 0) at += printed(" %c %+10.4f", "XYZ"[k], t.position_mm[k]);
   }
-  page.put(row, kLabel + 30, at);
+  page.put(row, kLabel + 27, at);
 }
 
-void events(Page& page, const WatchState& state) {
-  auto row = page.size().rows - 6;
+void events(Page& page, const WatchState& state, bool both) {
+  auto row = page.size().rows - 7;
   cut(page, state, row);
   trigger(page, state, ++row);
   page.label(++row, "Result");
-  page.put(row, kLabel, state.result ? shownLines(line(*state.result)) : "none",
-           state.result ? Style::plain : Style::soft);
-  page.label(++row, "Procedure");
-  if (state.procedure) page.put(row, kLabel, shownLines(inWords(*state.procedure)));
-  page.put(++row, 1, shownLines(state.note), Style::warned);
-  page.bar(++row, " q quit   space hold   r forget peaks");
+  if (state.result) page.words(row, kLabel, shownLines(line(*state.result)));
+  if (!state.result) page.put(row, kLabel, "none", Style::soft);
+  if (!state.note.empty()) page.words(row + 3, 1, shownLines(state.note), Style::warned);
+  procedure(page, state, row + 1);
+  page.bar(page.size().rows - 1,
+           both ? " q quit   space hold   r forget peaks" : " q quit   space hold   m machine   r forget peaks");
+}
+
+std::vector<Span> livePage(const WatchState& state, ScreenSize size, bool utf8, bool both) {
+  Page page{size, utf8};
+  title(page, state);
+  clockAndSamples(page, state);
+  mayCut(page, state);
+  positions(page, state);
+  corrections(page, state);
+  deflections(page, state);
+  events(page, state, both);
+  return page.take();
 }
 
 }  // namespace
@@ -275,14 +313,21 @@ void events(Page& page, const WatchState& state) {
 std::vector<Span> watchPage(const WatchState& state, ScreenSize size, bool utf8) {
   // A terminal may shrink at any time, and everything below counts on its room.
   if (!size.fits()) return {{0, 0, "This screen is too small: 80 columns and 24 rows are needed."}};
-  Page page{size, utf8};
-  title(page, state);
-  clockAndSamples(page, state);
-  positions(page, state);
-  corrections(page, state);
-  deflections(page, state);
-  events(page, state);
-  return page.take();
+  if (size.columns < kColumnsForBoth) {
+    if (!state.machine_page) return livePage(state, size, utf8, false);
+    auto spans = machinePage(state.verdict, {size.rows - 1, size.columns}, utf8);
+    Page page{size, utf8};
+    page.bar(size.rows - 1, " q quit   space hold   m live");
+    for (auto& span : page.take()) spans.push_back(std::move(span));
+    return spans;
+  }
+  const std::size_t live = size.columns * 11 / 20;
+  auto spans = livePage(state, {size.rows, live}, utf8, true);
+  for (auto& span : machinePage(state.verdict, {size.rows, size.columns - live}, utf8)) {
+    span.column += live;
+    spans.push_back(std::move(span));
+  }
+  return spans;
 }
 
 }  // namespace probebox::command

@@ -8,6 +8,7 @@
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/stream.hpp"
 #include "tools/probebox/screen/peak_history.hpp"
+#include "tools/probebox/text/machine_verdict.hpp"
 #include "tools/probebox/text/sample_tally.hpp"
 
 namespace probebox::command {
@@ -54,7 +55,12 @@ struct WatchState {
   bool link_up{true};
   bool held{};       // the display is paused
   std::string note;  // the last event of the link
+  MachineVerdict verdict;
+  bool machine_page{};  // shown alone, on a terminal that has no room for it beside the live page
 };
+
+// From so many columns on the Machine page stands beside the live one.
+inline constexpr std::size_t kColumnsForBoth = 150;
 
 // Lays out the page, or says what size it needs. Every number has a fixed place. utf8: bars may use block characters.
 std::vector<Span> watchPage(const WatchState& state, ScreenSize size, bool utf8);

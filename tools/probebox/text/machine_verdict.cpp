@@ -1,0 +1,355 @@
+#include "tools/probebox/text/machine_verdict.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <utility>
+
+#include "firmware/metrology/dataset/subject.hpp"
+#include "protocol/units/calendar.hpp"
+#include "protocol/units/wording.hpp"
+#include "tools/case/readable.hpp"
+#include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/subject_words.hpp"
+
+namespace probebox::command {
+namespace {
+
+using messages::Requirement;
+using messages::ResultState;
+using messages::ResultSummary;
+
+constexpr double kHoursOfADay = 24, kMinutesOfADay = 1440, kSecondsOfADay = 86400;
+
+// Days since the epoch of "2026-11-30T08:15:00Z"; nothing of a date that the box did not know.
+std::optional<double> daysOf(const std::string& utc) {
+  const auto day = dayOf(std::string_view{utc}.substr(0, 10));
+  int hours = 0, minutes = 0;
+  double seconds = 0;
+  if (!day || utc.size() < 19 || std::sscanf(utc.c_str() + 10, "T%d:%d:%lf", &hours, &minutes, &seconds) != 3)
+    return std::nullopt;
+  const auto since = std::chrono::sys_days{*day}.time_since_epoch().count();
+  return static_cast<double>(since) + hours / kHoursOfADay + minutes / kMinutesOfADay + seconds / kSecondsOfADay;
+}
+
+// Only results of these can replace each other.
+bool areAlike(const ResultSummary& one, const ResultSummary& other) {
+  return one.subject == other.subject && one.probe == other.probe && one.machine == other.machine &&
+         one.mounting == other.mounting;
+}
+
+bool isInForce(const ResultSummary& result) {
+  return result.state == ResultState::active && result.why_not_in_force.empty();
+}
+
+const Requirement* requirementOf(const std::vector<Requirement>& all, const std::string& subject) {
+  const auto found = std::ranges::find(all, subject, &Requirement::subject);
+  return found == all.end() ? nullptr : &*found;
+}
+
+bool hasLimit(const Requirement& requirement) {
+  return requirement.limit_um > 0 || requirement.limit_us > 0 || requirement.limit_urad > 0;
+}
+
+std::vector<std::string> remarksOn(const ResultSummary& result, const std::vector<ResultSummary>& all) {
+  std::vector<std::string> remarks;
+  for (const auto& other : result.rests_on)
+    if (other.retired)
+      remarks.push_back("It rests on result " + std::to_string(other.id) + " (" + subjectTitle(other.subject) +
+                        "), which is retired: repeat this one.");
+  if (!result.warnings.empty())
+    remarks.push_back(result.warnings.size() == 1
+                          ? result.warnings.front()
+                          : std::to_string(result.warnings.size()) + " warnings: read them in Results.");
+  for (const auto& other : all) {
+    if (other.id <= result.id || !areAlike(other, result)) continue;
+    if (other.state == ResultState::proposed)
+      remarks.push_back("Result " + std::to_string(other.id) + " is newer and waits for a person to accept it.");
+    if (other.waiting_for_cut)
+      remarks.push_back("Result " + std::to_string(other.id) + " comes into force at the end of the cut.");
+  }
+  return remarks;
+}
+
+SubjectTile tileOf(const ResultSummary& result, const MachineKnown& known, std::optional<double> now) {
+  const auto* requirement = requirementOf(known.requirements, result.subject);
+  SubjectTile tile{.subject = result.subject,
+                   .title = subjectTitle(result.subject),
+                   .id = result.id,
+                   .method = methodTitle(result.method),
+                   .accepted_by = result.accepted_by,
+                   .accepted_utc = result.accepted_utc,
+                   .measured_utc = result.proposed_utc,
+                   .decisive = decisiveValue(result, requirement)};
+  if (const auto measured = daysOf(result.proposed_utc); measured && now) {
+    tile.age_days = std::max(0.0, *now - *measured);
+    if (requirement != nullptr && requirement->every_days > 0)
+      tile.due_in_days = requirement->every_days - *tile.age_days;
+  }
+  tile.remarks = remarksOn(result, known.results);
+  if (tile.decisive) tile.trend = trendOf(result, *tile.decisive, known.results);
+  const auto keeping = tile.decisive ? tile.decisive->keeping : Keeping::no_limit;
+  const bool overdue = tile.due_in_days && *tile.due_in_days < 0;
+  const bool rests_on_retired = std::ranges::any_of(result.rests_on, &messages::RestsOn::retired);
+  if (keeping == Keeping::exceeded) {
+    tile.may_cut = MayCut::stop;
+  } else if (keeping == Keeping::not_proven || overdue || rests_on_retired || !result.warnings.empty()) {
+    tile.may_cut = MayCut::check;
+  } else if (keeping == Keeping::kept || tile.due_in_days) {
+    tile.may_cut = MayCut::yes;
+  }
+  return tile;
+}
+
+SubjectTile neverMeasured(const Requirement& requirement) {
+  SubjectTile tile{.subject = requirement.subject, .title = subjectTitle(requirement.subject)};
+  tile.remarks.push_back(parseSubject(requirement.subject)
+                             ? "Required, and nothing about it is in force: measure it."
+                             : "Required by machine.toml, and no result is about such a subject: correct its name.");
+  tile.may_cut = MayCut::check;
+  return tile;
+}
+
+// The worst first; of equal ones the one that is due first.
+void sortTiles(std::vector<SubjectTile>& tiles) {
+  std::ranges::stable_sort(tiles, [](const SubjectTile& one, const SubjectTile& other) {
+    if (one.may_cut != other.may_cut) return one.may_cut > other.may_cut;
+    constexpr double kNever = 1e9;
+    return one.due_in_days.value_or(kNever) < other.due_in_days.value_or(kNever);
+  });
+}
+
+std::vector<SubjectTile> tilesOf(const MachineKnown& known) {
+  const auto now = known.status ? daysOf(known.status->utc) : std::nullopt;
+  std::vector<SubjectTile> tiles;
+  for (const auto& result : known.results)
+    if (isInForce(result)) tiles.push_back(tileOf(result, known, now));
+  for (const auto& requirement : known.requirements) {
+    if (std::ranges::find(tiles, requirement.subject, &SubjectTile::subject) == tiles.end())
+      tiles.push_back(neverMeasured(requirement));
+  }
+  sortTiles(tiles);
+  return tiles;
+}
+
+// Reasons in words, each with what it means for cutting.
+class Reasons {
+ public:
+  void add(MayCut may_cut, std::string sentence) { all_.emplace_back(may_cut, std::move(sentence)); }
+  void into(MachineVerdict& verdict) {
+    std::ranges::stable_sort(all_, std::ranges::greater{}, [](const auto& one) { return one.first; });
+    verdict.may_cut = all_.empty() ? MayCut::yes : all_.front().first;
+    if (!all_.empty()) verdict.reason = std::move(all_.front().second);
+    for (std::size_t k = 1; k < all_.size(); ++k) verdict.more.push_back(std::move(all_[k].second));
+  }
+
+ private:
+  std::vector<std::pair<MayCut, std::string>> all_;
+};
+
+void addCorrections(const messages::Corrections::Answer& corrections, Reasons& reasons) {
+  std::string invalid, held;
+  for (std::size_t kind = 0; kind < kSourceKinds; ++kind) {
+    if (!hasSource(corrections.mask, kind)) continue;
+    auto& list = corrections.health[kind] == published::Health::held ? held : invalid;
+    if (corrections.health[kind] == published::Health::good) continue;
+    list += (list.empty() ? "" : ", ") + std::string{kSources[kind].name};
+  }
+  if (corrections.mask != 0 && !corrections.valid) {
+    reasons.add(MayCut::stop, invalid.empty() ? "The corrections are not valid."
+                                              : "The corrections are not valid: no value of " + invalid + ".");
+  } else if (corrections.degraded) {
+    reasons.add(MayCut::check, held.empty() ? "A correction has reached its limit."
+                                            : "The correction of " + held + " is held at its last good value.");
+  }
+}
+
+void addTile(const SubjectTile& tile, Reasons& reasons) {
+  if (tile.id == 0) return reasons.add(MayCut::check, tile.title + " is r" + tile.remarks.front().substr(1));
+  const auto keeping = tile.decisive ? tile.decisive->keeping : Keeping::no_limit;
+  const auto what = tile.decisive ? tile.decisive->text + ", " + limitText(*tile.decisive) : std::string{};
+  if (keeping == Keeping::exceeded) reasons.add(MayCut::stop, tile.title + " is beyond its limit: " + what + ".");
+  if (keeping == Keeping::not_proven)
+    reasons.add(MayCut::check, tile.title + " is not proven to be within its limit: " + what + ".");
+  if (tile.due_in_days && *tile.due_in_days < 0) reasons.add(MayCut::check, tile.title + " is " + dueText(tile) + ".");
+  if (tile.may_cut == MayCut::check && keeping != Keeping::not_proven && !tile.remarks.empty())
+    reasons.add(MayCut::check, tile.title + ": " + tile.remarks.front());
+}
+
+// A check that fails counts before anybody has accepted it.
+void addFailedChecks(const std::vector<ResultSummary>& results, Reasons& reasons) {
+  const ResultSummary* newest = nullptr;
+  for (const auto& one : results)
+    if (isAbout(one.subject, SubjectKind::check) && one.state != ResultState::refused && one.why_not_in_force.empty())
+      if (newest == nullptr || one.id > newest->id) newest = &one;
+  if (newest == nullptr || isInForce(*newest) || newest->state == ResultState::retired) return;
+  const auto decisive = decisiveValue(*newest, nullptr);
+  if (decisive && decisive->keeping == Keeping::exceeded)
+    reasons.add(MayCut::stop, "The last check fails: " + decisive->text + ".");
+}
+
+void addRequirements(const MachineKnown& known, const std::vector<SubjectTile>& tiles, Reasons& reasons) {
+  const bool any_in_force = std::ranges::any_of(tiles, [](const auto& tile) { return tile.id != 0; });
+  const bool any_limit =
+      std::ranges::any_of(known.requirements, hasLimit) ||
+      std::ranges::any_of(tiles, [](const auto& tile) { return tile.decisive && tile.decisive->limit; });
+  if (!any_in_force) reasons.add(MayCut::check, "Nothing is calibrated: begin with the delay.");
+  if (!any_limit)
+    reasons.add(MayCut::check,
+                "No limits are stated: write [[requirement]] with subject and limit_um or limit_us into machine.toml.");
+}
+
+void addBox(const messages::Status::Answer& status, Reasons& reasons) {
+  if (status.clock.state != ClockState::locked)
+    reasons.add(MayCut::check,
+                "The master clock is not locked: it is " + std::string{messages::nameOf(status.clock.state)} + ".");
+  for (const auto& problem : status.storage_problems) reasons.add(MayCut::check, problem);
+  for (const auto& source : status.sources)
+    if (!source.problem.empty()) reasons.add(MayCut::check, source.name + ": " + source.problem);
+}
+
+}  // namespace
+
+std::string_view nameOf(MayCut may_cut) {
+  constexpr std::array<std::string_view, 4> kNames{"unknown", "yes", "check", "stop"};
+  return kNames[static_cast<std::size_t>(may_cut)];
+}
+
+std::string_view wordOf(MayCut may_cut) {
+  constexpr std::array<std::string_view, 4> kWords{"Not known", "Yes", "Check", "Stop"};
+  return kWords[static_cast<std::size_t>(may_cut)];
+}
+
+std::string_view nameOf(Keeping keeping) {
+  constexpr std::array<std::string_view, 4> kNames{"no limit", "kept", "not proven", "exceeded"};
+  return kNames[static_cast<std::size_t>(keeping)];
+}
+
+Trend trendOf(const ResultSummary& newest, const DecisiveValue& decisive, const std::vector<ResultSummary>& all) {
+  Trend trend{.name = decisive.name,
+              .unit = decisive.unit,
+              .limit = decisive.limit,
+              .limits_values = casefolder::isError(decisive.key) || isVerdict(decisive.key)};
+  for (const auto& one : all) {
+    if (one.state == ResultState::refused || !areAlike(one, newest)) continue;
+    const auto value = std::ranges::find(one.values, decisive.key, &messages::NamedValue::key);
+    if (value == one.values.end()) continue;
+    ResultSummary alone = one;
+    if (!isVerdict(decisive.key)) {
+      alone.values = {*value};
+      alone.about_count = 0;
+    }
+    const auto shown = decisiveValue(alone, nullptr);
+    if (shown) trend.points.push_back({one.id, one.proposed_utc, shown->value, shown->u});
+  }
+  std::ranges::sort(trend.points, {}, &TrendPoint::id);
+  if (trend.points.size() > kTrendPoints) trend.points.erase(trend.points.begin(), trend.points.end() - kTrendPoints);
+  trend.control = controlLimits(trend.points);
+  return trend;
+}
+
+std::string durationText(double days) {
+  const auto counted = [](double number, const char* unit, const char* plural) {
+    return printed("%.0f ", number) + (std::round(number) == 1 ? unit : plural);
+  };
+  if (days < 1 / kHoursOfADay) return counted(std::max(1.0, days * kMinutesOfADay), "min", "min");
+  if (days < 2) return counted(days * kHoursOfADay, "h", "h");
+  return counted(days, "day", "days");
+}
+
+std::string dueText(const SubjectTile& tile) {
+  if (tile.id == 0) return {};
+  if (!tile.due_in_days) return "no interval stated";
+  return *tile.due_in_days < 0 ? "overdue by " + durationText(-*tile.due_in_days)
+                               : "due in " + durationText(*tile.due_in_days);
+}
+
+MachineVerdict judge(const MachineKnown& known) {
+  MachineVerdict verdict;
+  verdict.tiles = tilesOf(known);
+  if (known.status) {
+    for (const auto& holder : known.status->inhibits) verdict.cut += (verdict.cut.empty() ? "" : "; ") + line(holder);
+  }
+  if (verdict.cut.empty() && known.corrections && known.corrections->inhibited)
+    verdict.cut = "an inhibit line of the box";
+  if (!known.link_up || !known.status) {
+    verdict.reason = known.link_up
+                         ? "Nothing here says how a machine stands: this is a recording, or a box that does not answer."
+                         : "The link to the box is lost: what is below was true before.";
+    return verdict;
+  }
+  Reasons reasons;
+  if (known.corrections) addCorrections(*known.corrections, reasons);
+  addFailedChecks(known.results, reasons);
+  for (const auto& tile : verdict.tiles) addTile(tile, reasons);
+  addBox(*known.status, reasons);
+  addRequirements(known, verdict.tiles, reasons);
+  reasons.into(verdict);
+  if (verdict.reason.empty()) verdict.reason = "Every limit is kept, and nothing is due.";
+  return verdict;
+}
+
+Json describe(const DecisiveValue& decisive) {
+  const auto number = [](const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); };
+  return {{"key", decisive.key},
+          {"name", casefolder::typeset(decisive.name)},
+          {"unit", casefolder::typeset(decisive.unit)},
+          {"value", decisive.value},
+          {"expanded_k2", number(decisive.u)},
+          {"text", casefolder::typeset(decisive.text)},
+          {"limit", number(decisive.limit)},
+          {"limit_text", casefolder::typeset(limitText(decisive))},
+          {"ratio", number(decisive.ratio)},
+          {"keeping", nameOf(decisive.keeping)}};
+}
+
+Json describe(const Trend& trend) {
+  Json points = Json::array();
+  for (const auto& point : trend.points)
+    points.push_back({{"id", point.id},
+                      {"utc", point.utc},
+                      {"value", point.value},
+                      {"expanded_k2", point.u ? Json(*point.u) : Json(nullptr)}});
+  Json control = nullptr;
+  if (trend.control)
+    control = Json{{"mean", trend.control->mean}, {"low", trend.control->low}, {"high", trend.control->high}};
+  return {{"name", casefolder::typeset(trend.name)},
+          {"unit", casefolder::typeset(trend.unit)},
+          {"points", points},
+          {"control", control},
+          {"limit", trend.limit && trend.limits_values ? Json(*trend.limit) : Json(nullptr)}};
+}
+
+Json describe(const MachineVerdict& verdict) {
+  Json tiles = Json::array(), more = Json::array();
+  for (const auto& sentence : verdict.more) more.push_back(casefolder::typeset(sentence));
+  for (const auto& tile : verdict.tiles) {
+    Json remarks = Json::array();
+    for (const auto& remark : tile.remarks) remarks.push_back(casefolder::typeset(remark));
+    tiles.push_back({{"subject", tile.subject},
+                     {"title", tile.title},
+                     {"id", tile.id},
+                     {"method", tile.method},
+                     {"accepted_by", tile.accepted_by},
+                     {"accepted_utc", tile.accepted_utc},
+                     {"measured_utc", tile.measured_utc},
+                     {"decisive", tile.decisive ? describe(*tile.decisive) : Json(nullptr)},
+                     {"age", tile.age_days ? Json(durationText(*tile.age_days)) : Json(nullptr)},
+                     {"due", dueText(tile)},
+                     {"overdue", tile.due_in_days && *tile.due_in_days < 0},
+                     {"remarks", remarks},
+                     {"trend", describe(tile.trend)},
+                     {"may_cut", nameOf(tile.may_cut)}});
+  }
+  return {{"may_cut", nameOf(verdict.may_cut)},
+          {"word", wordOf(verdict.may_cut)},
+          {"reason", casefolder::typeset(verdict.reason)},
+          {"more", more},
+          {"cut", verdict.cut},
+          {"tiles", tiles}};
+}
+
+}  // namespace probebox::command
